@@ -5,8 +5,13 @@ import re
 import pytest
 
 from sosbook import reproduction
-from sosbook.book.reproduction.table import AGREES
 
+#: What an erratum calls a claim that its rows give a verdict on.
+AGREES = {
+    "claim refuted": {"claim refuted"},
+    "misprint": {"misprint", "single character"},
+    "not reproducible": {"gap", "single character"},
+}
 ERRATA = {e.claim: e for e in reproduction.errata() if e.claim}
 
 

@@ -156,7 +156,7 @@ def test_given_data_have_a_reason_and_a_use(page):
         ("see 99_nowhere", "no page"),
         ("see bibliography", "doesn't print"),
         ("in sosbook/nothing.py", "no file"),
-        ("in sosbook/book/quotations.py", "doesn't set"),
+        ("in sosbook/book/ledger.py", "doesn't set"),
         ("cite nobody2099", "has no"),
         ("so", "where it comes from"),
     ],

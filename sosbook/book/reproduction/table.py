@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 __all__ = [
-    "AGREES",
     "KINDS",
     "VERDICTS",
     "Erratum",
@@ -38,13 +37,6 @@ KINDS = {
     "gap": "something that is needed isn't said",
     "claim refuted": "what is said isn't so",
     "improvement": "right as it stands; there is something better",
-}
-
-#: What an erratum calls a claim that its rows give a verdict on.
-AGREES = {
-    "claim refuted": {"claim refuted"},
-    "misprint": {"misprint", "single character"},
-    "not reproducible": {"gap", "single character"},
 }
 
 
