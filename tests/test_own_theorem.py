@@ -105,6 +105,9 @@ def redefined(whole):
         lambda whole: own_of(whole)["theorem"]["blocks"].pop(),
         lambda whole: whole["text"].pop(),
         lambda whole: own_of(whole)["theorem"]["numbers"].update(gamma="1"),
+        line("[", "(" * 20_000),
+        lambda whole: own_of(whole).update(theorem=None),
+        lambda whole: own_of(whole).update(claim=["is perfect"]),
     ],
 )
 def test_a_changed_file_is_refused(proof, tmp_path, change):

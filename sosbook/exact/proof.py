@@ -400,7 +400,7 @@ def _examined(cls, text):
             return Examined.nothing(f"kind is {kind!r}, not {cls.kind!r}")
         words = said(text)
         again, examined = cls.examine(data)
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as e:
+    except (*verdict.MALFORMED, ArithmeticError) as e:
         return Examined.nothing(f"not a well-formed proof: {e}")
     if words is not None:
         data["claims"] = words
