@@ -34,7 +34,10 @@ def main(words):
     for path in sorted((ROOT / "book").glob("*.ipynb")):
         if not words or any(map(path.name.startswith, chapters)):
             files += proofs_of(path)
-    counts = Counter(map(verdict, files))
+    folders = {}
+    for path in files:
+        folders.setdefault(path.parent, []).append(path)
+    counts = sum((verdicts(*item) for item in folders.items()), Counter())
     print("\n" + "\n".join(f"{n:4}  {words}" for words, n in sorted(counts.items())))
     return int(not files or any(words.startswith("FAILED") for words in counts))
 
@@ -52,20 +55,35 @@ def proofs_of(path):
     return sorted(folder.glob("*.json"))
 
 
-def verdict(path):
-    """What Rocq says of a proof, without its name; all of it is printed."""
-    name = "proof_" + path.stem.replace("-", "_")
-    try:
-        text = gen.written(gen.read(path.read_text("utf-8")))
-        count = rocq.prove(BUILD / "theory", name, text)
-    except gen.Refused as refusal:
-        words = detail = f"not covered: {refusal}"
-    except (gen.Failed, rocq.Failed) as failure:
-        words, detail = "FAILED", f"FAILED: {failure}"
-    else:
-        words, detail = "proven", f"proven: {count} theorems"
-    print(f"{path.parent.name}/{path.name}: {detail}", flush=True)
-    return words
+def verdicts(folder, paths):
+    """How often Rocq says what of the proofs in a folder; failures are printed."""
+    counts, texts = Counter(), {}
+    for path in paths:
+        try:
+            texts[path] = gen.written(gen.read(path.read_text("utf-8")))
+        except gen.Refused as refusal:
+            counts[f"not covered: {refusal}"] += 1
+        except gen.Failed as failure:
+            counts["FAILED"] += 1
+            print(f"{path}: FAILED: {failure}", flush=True)
+    groups = [list(texts)] if texts else []
+    while groups:
+        group = groups.pop()
+        try:
+            chosen = [texts[path] for path in group]
+            theorems = rocq.prove(BUILD / "theory", "proofs", chosen)
+        except rocq.Failed as failure:
+            if len(group) > 1:  # which one is it?
+                groups += [[path] for path in group]
+                continue
+            counts["FAILED"] += 1
+            print(f"{group[0]}: FAILED: {failure}", flush=True)
+        else:
+            counts["proven"] += len(group)
+            print(
+                f"{folder.name}: {len(group)} proven, {theorems} theorems", flush=True
+            )
+    return counts
 
 
 if __name__ == "__main__":

@@ -213,7 +213,11 @@ apply: (@{kind}_sound {plant} _ {less} alpha_{number} beta_{number} {scales} P w
   w_{label}); last by vm_cast_no_check (eq_refl true).
 {sound}
 Qed.
-Print Assumptions poles_{label}.
+"""
+
+END = """
+Definition proven := ({}).
+Print Assumptions proven.
 """
 
 
@@ -260,7 +264,7 @@ def written(problem):
         raise Failed("nothing shows that P is positive definite")
     mechanical = problem.kind == "second order"
     kind = "mechanics" if mechanical else "descriptor"
-    text = [HEAD.format(kind)]
+    text, labels = [HEAD.format(kind)], []
     for i, v in enumerate(problem.vertices, 1):
         numbers = "\n ".join(literal(v[x]) for x in problem.names)
         text.append(constant(f"vertex_{i}", kind, f"({kind.title()} {numbers})%Q"))
@@ -279,6 +283,7 @@ def written(problem):
             text.append(constant(f"{x}_{number}", "numbers", f"{literal(r[x])}%Q"))
         for label, who, rows in witnesses(alpha, beta, problem.P, pencils):
             label = f"{number}{label}"
+            labels.append(f"poles_{label}")
             pairs = ";\n ".join(f"[:: {';'.join(map(triple, row))}]" for row in rows)
             text.append(constant(f"w_{label}", "seq (seq witness)", f"[:: {pairs}]"))
             names = "; ".join(f"vertex_{i + 1}" for i in who)
@@ -287,7 +292,7 @@ def written(problem):
                 plant=f"{size} [:: {names}] {law}", less=len(alpha) - 1,
                 scales=f"{d} {e} {g}",
             ))  # fmt: skip
-    return "".join(text)
+    return "".join(text) + END.format(", ".join(labels))
 
 
 def witnesses(alpha, beta, P, pencils):

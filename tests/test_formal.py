@@ -75,11 +75,10 @@ def test_a_file_of_version_1_says_the_same(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PLANTS)
-def test_rocq_proves_the_poles_of_a_file(name, theory):
-    problem = gen.read(file_of(name))
-    count = rocq.prove(theory, "proof", gen.written(problem))
-    assert count == len(problem.regions)
+def test_rocq_proves_the_poles_of_files(theory):
+    problems = [gen.read(file_of(name)) for name in PLANTS]
+    count = rocq.prove(theory, "proofs", [gen.written(p) for p in problems])
+    assert count == sum(len(p.regions) for p in problems)
 
 
 @pytest.mark.slow
@@ -100,15 +99,23 @@ def test_rocq_accepts_nothing_that_is_changed(theory):
     for what, other in changed.items():
         assert other != text, what
         with pytest.raises(rocq.Failed):
-            rocq.prove(theory, "changed", other)
+            rocq.prove(theory, "changed", [text, other])
 
 
 @pytest.mark.slow
-def test_rocq_must_say_that_nothing_is_assumed(theory):
-    text = "Axiom bold : False.\nTheorem t : False. exact bold. Qed.\n"
-    for end in ("", "Print Assumptions t.\n"):
-        with pytest.raises(rocq.Failed, match="axioms"):
-            rocq.prove(theory, "bold", text + end)
+@pytest.mark.parametrize(
+    "end, words",
+    [
+        ("", "doesn't end with all"),
+        (gen.END.format("one"), "doesn't end with all"),
+        (gen.END.format("one, two"), "axioms"),
+    ],
+)
+def test_rocq_must_say_that_nothing_is_assumed(end, words, theory):
+    text = "Axiom bold : False.\nTheorem one : True. exact I. Qed.\n"
+    text += "Theorem two : False. exact bold. Qed.\n"
+    with pytest.raises(rocq.Failed, match=words):
+        rocq.prove(theory, "bold", [text + end])
 
 
 def test_no_theorem_is_admitted():
