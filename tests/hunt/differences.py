@@ -154,14 +154,16 @@ class Hunt:
                     self._true(asked, what_it_asks(other), mine, rng, what)
                     if theirs not in ("beyond", mine):
                         self._differs(asked, f"{what}: {mine}, else {theirs}")
-            elif may_differ(path, other, theirs is not None):
+            elif may_differ(path, what_it_asks(other), theirs is not None):
                 self.counts["changed files of data that one doesn't read"] += 1
             else:
                 who = "the package" if theirs is None else "the checker"
                 self._differs(asked, f"{what} is accepted by {who} alone")
             if other.get("version") == 1:
                 self.counts["changed files that the earlier checker reads"] += 1
-                if (old := before(text)) != theirs:
+                old, no = before(text), (None, "beyond")
+                free = may_differ(path, other, old not in no)
+                if (old in no) != (theirs in no) and not free:
                     self._differs(asked, f"{what}: {theirs}, and {old} before")
 
     def _elsewhere(self, asked, design, rng):

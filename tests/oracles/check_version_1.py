@@ -1400,6 +1400,7 @@ def fixed_mode(file):
     if asked is not None:
         if asked["kind"] != "region":
             raise Beyond(f"what a pole does to a {asked['kind']!r} isn't known here")
+        sane(asked["name"])
         plain = asked["form"] == "disk"
         if asked["form"] == "half-plane":
             plain = 2 * number(asked["sigma"]) == number(asked["alpha"][0][0])

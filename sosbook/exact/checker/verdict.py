@@ -83,10 +83,10 @@ def law(asked):
     asked : dict
         The kind of the proof, and its keys.
     """
-    whole = asked["kind"]
+    whole = str(asked["kind"])
     if whole in BEYOND:
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
-    *refused, kind = str(whole).rsplit("infeasible ", 1)
+    *refused, kind = whole.rsplit("infeasible ", 1)
     if kind in SINGLE and not refused:
         writer, names = SINGLE[kind]
     elif kind in KINDS and refused in ([], [""]):
