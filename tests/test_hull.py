@@ -196,8 +196,8 @@ def test_vertices_along_one_column_need_no_box():
     assert np.allclose(quotients[0], np.tensordot(beta, quotients[1:], 1))
 
 
-def test_rounded_sums_are_no_box():
-    """0.1 + 0.2 isn't 0.3 in floats: the corners are read as they are."""
+def test_rounded_sums_are_no_box_but_are_read_as_one():
+    """0.1 + 0.2 isn't 0.3 in floats; a plant that is given is the box near it."""
     lever = np.array([[0.0, 1.0], [0.0, 0.0]])
     plain = dict(D=np.eye(2), S=np.eye(2), B=np.eye(2))
 
@@ -211,7 +211,9 @@ def test_rounded_sums_are_no_box():
         )
 
     assert couplings.vertices_suffice(plants([0, 0.1, 0.2, 0.3]))
-    assert not couplings.vertices_suffice(plants([0, 0.1, 0.2, 0.1 + 0.2]))
+    rounded = plants([0, 0.1, 0.2, 0.1 + 0.2])
+    assert not quotient_in_hull(descriptors(rounded))
+    assert couplings.vertices_suffice(rounded)
 
 
 class Bounded(Requirement):

@@ -19,8 +19,10 @@ from flint import fmpq
 import sosbook as sos
 from sosbook import couplings
 from sosbook.exact.checker import CHECKER, verdict
-from sosbook.exact.rational import exact
+from sosbook.exact.proof import ProofFile
+from sosbook.exact.rational import exact, rational_matrix
 from sosbook.plants.bernstein import Box
+from sosbook.plants.kinds import checked_plant
 from sosbook.plants.parametric import ParameterError
 from sosbook.proofs import command
 from tests.oracles import without_text
@@ -141,7 +143,7 @@ def test_the_family_has_the_plants_of_its_builder(builder):
 def test_each_plant_is_a_mean_of_the_vertices(builder):
     """With Bernstein's weights, in exact arithmetic."""
     plants = family(builder)
-    stacks = [v.vertices[0] for v in plants.vertices]
+    stacks = plants.vertices
     kind = "E" if builder is first_order else "M"
     for name in (kind, *("ABC" if builder is first_order else "DS")):
         own = "Bu" if (kind, name) == ("E", "B") else name
@@ -158,7 +160,7 @@ def test_each_plant_is_a_mean_of_the_vertices(builder):
                 )
                 for place in product(*(range(d + 1) for d in plants.degree.values()))
             ]
-            there = rationals(plants.at(**point).vertices[0], own)
+            there = plants._at(plants.box.point(point))[name]
             mean = sum((w * x for w, x in zip(weights, corners)), 0 * there)
             assert (mean == there).all()
             assert sum(weights) == 1 and min(weights) >= 0
@@ -351,6 +353,14 @@ def test_a_singular_E_is_found(entry, ends, where):
         sos.Uncertain(lambda c: sos.DescriptorSystem(entry(c), -I2, I2), c=ends)
 
 
+def test_a_singular_mass_needs_an_acceleration_gain():
+    crossing = sos.Uncertain(lambda m: one([[m, 0], [0, 1]], I2, I2, I2), m=(-1, 2))
+    with pytest.raises(ValueError, match="M is singular at or beside m = "):
+        sos.design_pid(crossing)
+    mended = sos.design_pid(crossing, K_A=[[-3, 0], [0, 0]])
+    assert mended.certify().proven
+
+
 def test_a_regular_E_is_none():
     """Not even where it is nearly singular, or its vertices are."""
     for low in (1e-6, 1e-3, 1):
@@ -424,7 +434,7 @@ def test_a_file_with_other_ranges_or_polynomials_is_no_proof(tmp_path):
         )
         file = tmp_path / f"{k}.json"
         file.write_text(json.dumps(data))
-        assert not sos.exact.proof.ProofFile.load(file).proven
+        assert not ProofFile.load(file).proven
         run = subprocess.run([sys.executable, CHECKER, file], capture_output=True)
         assert run.returncode == 1
 
@@ -506,3 +516,149 @@ def test_the_command_designs_for_parameters(tmp_path, capsys):
     plant["parameters"]["J2"][1] = 0.007
     file.write_text(json.dumps({"plant": plant}))
     assert command.main(["verify", str(proof), "--plant", str(file)]) == 1
+
+
+UNITS = (1.0, 0.3, 1 / 9.81, 2.2046, 1e-9 / 0.3, 0.7e9)
+
+
+def levers(seed, unit=1.0, time=1.0, moved=None):
+    """Two masses on levers: the corners as floats have them, in some unit of force."""
+    rng = np.random.default_rng(seed)
+    D, S = rng.uniform(-1, 1, (2, 2)).round(1), rng.uniform(-3, 3, (2, 2)).round(1)
+    tops = rng.choice([1, 2, 4], 2)
+    arms = [np.array([1, 0.5]), np.array([-0.5, 1])]
+    masses = [
+        unit
+        * time**2
+        * (
+            np.diag([0.5, 0.25])
+            + sum(on * top * np.outer(j, j) for on, top, j in zip(place, tops, arms))
+        )
+        for place in product((0, 1), repeat=2)
+    ]
+    if moved is not None:
+        masses[moved] = np.nextafter(masses[moved], np.inf)
+    return sos.Polytope(
+        sos.SecondOrderSystem(M, unit * time * D, unit * S, [[1.0], [0.0]])
+        for M in masses
+    )
+
+
+@pytest.mark.parametrize("seed", [1, 8, 0, 2])
+def test_no_unit_and_no_last_bit_changes_a_verdict(seed):
+    """Of boxes whose corners are sums and products of floats."""
+    verdicts = set()
+    for plants, pace in [
+        *((levers(seed, unit), 1.0) for unit in UNITS),
+        *((levers(seed, 0.3, time), time) for time in (0.3, 2.2046)),
+        *((levers(seed, moved=k), 1.0) for k in range(4)),
+    ]:
+        region = sos.PoleRegion(sigma=0.1 / pace, rho=20 / pace)
+        design = sos.design_pid(plants, region=region)
+        proof = design.certify() if design.K is not None else design.infeasibility
+        verdicts.add((design.status, proof.proven, len(design.request.pairs)))
+    assert len(verdicts) == 1 and verdicts.pop()[2] == 4
+
+
+def test_vertices_near_a_box_are_read_as_it(tmp_path):
+    plants = sos.Polytope(levers(8, 0.3).vertices[::-1])
+    design = sos.design_pid(plants, region=sos.PoleRegion(sigma=0.1, rho=20))
+    read = design.request.plant.family
+    assert read.multi_affine and str(read.box) == (
+        "change1 in [0, 1] and change2 in [0, 1]"
+    )
+    for given in plants.vertices:
+        gaps = [np.abs(v.M - given.M).max() / given.M.max() for v in read.vertices]
+        assert min(gaps) < 1e-15
+    proof = design.certify()
+    assert checked_by_a_stranger(proof, tmp_path)[0] == 0
+    for plant in [*plants.sample(30, 2), *plants.vertices]:
+        d = sos.plants.descriptors(plant)[0]
+        poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ proof.K))
+        assert poles.real.max() < -0.1
+
+
+def test_what_is_no_box_is_left_alone():
+    rng, box = np.random.default_rng(1), levers(7, 0.3)
+    typed = [
+        sos.SecondOrderSystem(v.M.round(3), v.D, v.S, v.B) for v in levers(3).vertices
+    ]
+    typed[1] = sos.SecondOrderSystem(
+        typed[1].M + [[0, 1e-6], [0, 0]], 0 * I2, I2, I2[:, :1]
+    )
+    others = [
+        sos.Polytope(box.vertices[:3] + box.vertices[:1]),
+        sos.Polytope([one(1), one(2)]),  # a box, exactly
+        sos.Polytope(typed),
+        sos.Polytope(
+            sos.SecondOrderSystem(x @ x.T + I2, I2, I2, I2)
+            for x in rng.normal(size=(4, 2, 2))
+        ),
+    ]
+    for plants in others:
+        assert checked_plant(plants) is plants
+    near = checked_plant(box)
+    assert near is not box and near.family is not None
+    assert checked_plant(box) is near and checked_plant(near) is near
+
+
+@pytest.mark.parametrize("pieces", [1, 2, 3])
+def test_the_hull_of_the_pieces_holds_the_family(pieces):
+    """Each polynomial of degree 3 stays between its coefficients, ever closer."""
+    box, rng = Box.of(v=(-1, 2)), np.random.default_rng(pieces)
+    monomials = [(e,) for e in range(4)]
+    for _ in range(20):
+        c = rational_matrix([[fmpq(int(x))] for x in rng.integers(-9, 9, 4)])
+        coarse, fine = (
+            (box.bernstein(monomials, [3], [n]) @ c).ravel().tolist()
+            for n in (pieces, 2 * pieces)
+        )
+        points = [(fmpq(k, 20),) for k in range(-20, 41)]
+        values = [
+            (rational_matrix([box.powers(x, monomials)]) @ c)[0, 0] for x in points
+        ]
+        assert len(coarse) == 2 + 2 * pieces
+        assert min(coarse) <= min(fine) <= min(values)
+        assert max(coarse) >= max(fine) >= max(values)
+
+
+def test_where_pieces_meet_the_coefficient_is_a_mean():
+    """So `Box.bernstein` may leave it out: whole forms of both halves have it."""
+    box = Box.of(v=(1, 4), m=(0, 1))
+    monomials, degrees = [(2, 1), (1, 0), (0, 1), (2, 0)], [2, 1]
+    one_piece, other = (h.bernstein(monomials, degrees) for h in box.halves("v"))
+    kept = box.bernstein(monomials, degrees, [2, 1])
+    for m in (0, 1):
+        left, right = one_piece[m::2], other[m::2]
+        assert (left[2] == right[0]).all()
+        assert (2 * left[2] == left[1] + right[1]).all()
+        assert (kept[m::2] == np.vstack([left[:2], right[1:]])).all()
+
+
+def test_a_family_cut_into_pieces_is_proven_with_less_force(tmp_path):
+    least = []
+    for plants in (family(bicycle), family(bicycle).cut(v=2)):
+        design = sos.design_pid(
+            plants,
+            region=sos.PoleRegion(sigma=0.3),
+            saturation=sos.Saturation(None, [0.035, 0, 0, 0]),
+            minimize="u_max",
+            coupling="slack",
+        )
+        proof = design.certify()
+        assert proof.claims[0].startswith("every plant with v in [1, 10], under")
+        assert checked_by_a_stranger(proof, tmp_path)[0] == 0
+        least.append(design.request.saturation.u_max)
+    assert least[1] < 0.6 * least[0]
+    data = json.loads(without_text(proof))
+    checksum = data.pop("checksum")
+    assert verdict.digest(data) == checksum
+    data["plant"]["parameters"] = [["v", "1", "10"]]
+    file = tmp_path / "fewer.json"
+    file.write_text(json.dumps(data | {"checksum": verdict.digest(data)}))
+    assert not ProofFile.load(file).proven
+    run = subprocess.run([sys.executable, CHECKER, file], capture_output=True)
+    assert run.returncode == 1
+    for bad in ({"v": 0}, {"v": 1.5}, {"q": 2}):
+        with pytest.raises(ValueError, match="v must be|'q' is no parameter"):
+            plants.cut(**bad)

@@ -3,7 +3,6 @@
 from ..exact.rational import decimals, read_array
 from .checks import as_written
 from .descriptor_system import DescriptorSystem
-from .kinds import checked_plant
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
@@ -16,7 +15,8 @@ def plant_data(plant):
     Of a family they are polynomials in words, beside the ranges of its parameters:
     the vertices are the coefficients of Bernstein's form, and follow from them.
     """
-    plant = checked_plant(plant)
+    if isinstance(plant, Uncertain):
+        plant = plant.polytope()
     if plant.family is not None:
         kind = "descriptor" if isinstance(plant, DescriptorSystem) else "second order"
         return {"kind": kind, **plant.family.data()}

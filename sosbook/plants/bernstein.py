@@ -84,6 +84,12 @@ class Box:
                 )
         return point
 
+    def widest(self):
+        """The name of the range that is widest for the size of its numbers."""
+        ends = zip(self.low, self.high)
+        wide = [(b - a) / max(abs(a), abs(b)) for a, b in ends]
+        return self.names[wide.index(max(wide))]
+
     def halves(self, name):
         """The two boxes of one half of the range of ``name`` each."""
         if name not in self.names:
@@ -102,7 +108,7 @@ class Box:
             for powers in monomials
         ]
 
-    def bernstein(self, monomials, degrees):
+    def bernstein(self, monomials, degrees, pieces=None):
         r"""Bernstein coefficients of monomials on the box.
 
         Parameters
@@ -111,10 +117,12 @@ class Box:
             Exponents of each parameter.
         degrees : sequence of int
             That of each parameter in the form, not below any exponent.
+        pieces : sequence of int, optional
+            Into how many equal pieces each range is cut; one without it.
 
         Returns
         -------
-        (prod(degrees + 1), len(monomials)) Rational
+        (coefficients, len(monomials)) Rational
             A row for each coefficient; the last parameter's index runs first.
             A polynomial's values on the box lie in the hull of its coefficients.
 
@@ -122,30 +130,34 @@ class Box:
         -----
         :math:`t^e` has the blossom that is the mean of all products of e of d
         arguments, and its coefficient i is that with i arguments at the upper end
-        and the others at the lower one.
+        and the others at the lower one. Where two pieces meet, the coefficient is
+        the mean of those beside it, as the slope is one; so it is left out.
 
         Examples
         --------
-        >>> Box.of(v=(1, 3)).bernstein([(0,), (1,), (2,)], [2])
+        >>> box = Box.of(v=(1, 3))
+        >>> box.bernstein([(0,), (1,), (2,)], [2])
         Rational([[1, 1, 1],
                   [1, 2, 3],
                   [1, 3, 9]], dtype=object)
+        >>> box.bernstein([(1,), (2,)], [2], [2])
+        Rational([[1, 1],
+                  [3/2, 2],
+                  [5/2, 6],
+                  [3, 9]], dtype=object)
         """
-        places = product(*(range(d + 1) for d in degrees))
-        ends = list(zip(degrees, self.low, self.high))
+        pieces = pieces or [1] * len(degrees)
+        ends = zip(degrees, self.low, self.high, pieces)
         return rational_matrix(
             [
                 [
                     prod(
-                        (
-                            _blossom(i, e, *end)
-                            for i, e, end in zip(place, powers, ends)
-                        ),
+                        (_blossom(i, e, *end) for (i, *end), e in zip(place, powers)),
                         start=fmpq(1),
                     )
                     for powers in monomials
                 ]
-                for place in places
+                for place in product(*(_places(*end) for end in ends))
             ]
         )
 
@@ -160,6 +172,19 @@ class Box:
         column = rational_matrix([[c] for c in terms.values()])
         values = (self.bernstein(list(terms), degrees) @ column).ravel().tolist()
         return min(values), max(values)
+
+
+def _places(degree, low, high, pieces):
+    """(i, degree, low, high) of each coefficient, but those where two pieces meet."""
+    step = (high - low) / pieces
+    for k in range(pieces):
+        there = degree, low + k * step, low + (k + 1) * step
+        if k == 0:
+            yield 0, *there
+        for i in range(1, degree):
+            yield i, *there
+        if k == pieces - 1 and degree:
+            yield degree, *there
 
 
 @lru_cache(maxsize=4096)

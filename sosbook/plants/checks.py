@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import issparse
 
 __all__ = [
+    "as_in_a_file",
     "as_written",
     "check_rank",
     "count",
@@ -47,6 +48,11 @@ def as_written():
         yield
     finally:
         _written.reset(token)
+
+
+def as_in_a_file():
+    """Whether `as_written` is in force."""
+    return _written.get()
 
 
 def finite(name, value):

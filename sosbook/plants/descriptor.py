@@ -5,7 +5,7 @@ thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
 ``u = K x`` with ``x = [z; z'; x3]``. (Equation (2.7) prints a minus.)
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -14,7 +14,7 @@ import numpy as np
 from ..exact.rational import exact
 from ..language import he
 from ..runtime.read_only import ReadOnly
-from .checks import check_rank, is_word, matrix, rank_deficient
+from .checks import as_in_a_file, check_rank, is_word, matrix, rank_deficient
 from .hull import quotient_in_hull
 
 __all__ = [
@@ -59,11 +59,7 @@ class Descriptor(ReadOnly):
     Du: np.ndarray | None = None
 
     def map(self, function):
-        """Apply a function to each matrix (change of arithmetic).
-
-        Where the floats are rounded, and the function doesn't leave them as they
-        are, it gets the rationals.
-        """
+        """Apply a function to each matrix, of rationals where these are rounded."""
         E = function(self.E)
         if E is self.E:  # floats stay floats
             return self
@@ -80,6 +76,12 @@ class Descriptor(ReadOnly):
     def rounded(self):
         """Whether the floats aren't the matrices themselves, but near them."""
         return "_exactly" in vars(self)
+
+    def keep(self, rationals):
+        """Let it know the rationals, by argument, next to which its floats are."""
+        names = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}
+        own = {names.get(k, k): x for k, x in rationals.items()}
+        vars(self)["_exactly"] = replace(self, **own)
 
     def output(self, K):
         """The matrix from x to y in the loop u = K x: C + Du K."""
@@ -136,6 +138,8 @@ def descriptors(plant, U=None, K_A=None):
     if K_A is None:
         K_A = np.zeros((plant.m, plant.n))
     K_A = matrix("K_A", K_A, (plant.m, plant.n))
+    if plant.family and not K_A.any() and not as_in_a_file():
+        plant.family.check_regular()
     return tuple(_descriptor(v, U, K_A) for v in plant.vertices)
 
 

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 from ..runtime.read_only import ReadOnly
 from .checks import check_rank, matrices_of, matrix
 from .descriptor import Descriptor
-from .parametric import plant_or_symbol
+from .parametric import MayBeSymbolic
 from .simplex import checked_weights, random_weights
 
 __all__ = ["DescriptorSystem"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DescriptorSystem(ReadOnly):
+class DescriptorSystem(MayBeSymbolic, ReadOnly):
     """E x' = A x + B u + B_w w, y = C x + D_u u, or a polytope of them.
 
     For plants from which a state was taken out, and for closed loops
@@ -67,9 +67,6 @@ class DescriptorSystem(ReadOnly):
             C: ArrayLike | None = None,
             D_u: ArrayLike | None = None,
         ) -> None: ...
-
-    def __new__(cls, *args, **kwargs):  # a `Symbolic`, while a builder is called
-        return plant_or_symbol(cls, args, kwargs)
 
     #: The `Uncertain` whose vertices these are; None where they were given.
     family = None

@@ -1,6 +1,7 @@
 """What the design functions take for a plant, and what they say to others."""
 
 from .descriptor_system import DescriptorSystem
+from .near_box import as_a_box
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
@@ -13,7 +14,8 @@ Plant = SecondOrderSystem | Polytope | Uncertain | DescriptorSystem
 def checked_plant(plant, kinds=Plant):
     """The plant, or a ValueError that says what to give instead.
 
-    The one place where a family with parameters becomes the polytope around it.
+    The one place where a family with parameters becomes the polytope around it, and
+    where vertices that are a box but for rounding are read as that box.
 
     Parameters
     ----------
@@ -31,7 +33,7 @@ def checked_plant(plant, kinds=Plant):
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
     if isinstance(plant, kinds):
-        return plant
+        return as_a_box(plant)
     cure = ""
     if isinstance(plant, (list, tuple)):
         cure = ": wrap it in Polytope([...])"

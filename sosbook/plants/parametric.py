@@ -10,13 +10,13 @@ from .bernstein import rational
 from .polynomials import in_words
 
 __all__ = [
+    "MayBeSymbolic",
     "ParameterError",
     "Parametric",
     "Symbolic",
     "building",
     "made_of",
     "parameters",
-    "plant_or_symbol",
 ]
 
 #: Whether a builder is being called: plants that it makes may hold parameters.
@@ -317,21 +317,15 @@ class Symbolic:
         )
 
 
-def plant_or_symbol(kind, args, kwargs):
-    """What a plant's ``__new__`` returns: a `Symbolic` if a parameter is in it.
+class MayBeSymbolic:
+    """A plant's base: its constructor leaves a `Symbolic` if a parameter is in it."""
 
-    Parameters
-    ----------
-    kind : type
-        The plant's class.
-    args, kwargs
-        What the constructor was given.
-    """
-    if building.get():
-        given = dict(zip((f.name for f in fields(kind)), args)) | kwargs
-        if any(map(_depends, given.values())):
-            return Symbolic(kind, given)
-    return object.__new__(kind)
+    def __new__(cls, *args, **kwargs):
+        if building.get():
+            given = dict(zip((f.name for f in fields(cls)), args)) | kwargs
+            if any(map(_depends, given.values())):
+                return Symbolic(cls, given)
+        return object.__new__(cls)
 
 
 def _depends(x):

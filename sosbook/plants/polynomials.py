@@ -62,9 +62,9 @@ class Polynomials:
         """The matrix at a point, in the order of the names of a ``box``."""
         return self.mixed([box.powers(point, self.monomials)])[0]
 
-    def vertices(self, box, degrees):
-        """The Bernstein coefficients on a ``box``: matrices one behind the other."""
-        return self.mixed(box.bernstein(self.monomials, degrees))
+    def vertices(self, box, degrees, pieces=None):
+        """The Bernstein coefficients on a box, matrices: see `Box.bernstein`."""
+        return self.mixed(box.bernstein(self.monomials, degrees, pieces))
 
     def words(self, names):
         """The entries as text, rows of a list."""

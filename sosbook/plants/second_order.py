@@ -14,7 +14,7 @@ from scipy.linalg import eigvals
 from ..runtime.read_only import ReadOnly
 from .checks import check_rank, matrix, rank_deficient
 from .descriptor import descriptors
-from .parametric import plant_or_symbol
+from .parametric import MayBeSymbolic
 from .response import simulate_open, sort_poles
 from .signals import Sine, Step
 from .simplex import checked_weights, random_weights
@@ -33,8 +33,7 @@ class _Plant:
     """What a plant and a polytope of plants have in common."""
 
     vertices: Any
-    #: The `Uncertain` whose vertices these are; None where they were given.
-    family: Any = None
+    family: Any = None  # the `Uncertain` whose vertices these are, if so
 
     @property
     def n(self) -> int:
@@ -102,7 +101,7 @@ class _Plant:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SecondOrderSystem(_Plant, ReadOnly):
+class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
     r"""The plant :math:`M \ddot z + D \dot z + S z = B u + F w`.
 
     Nested lists, arrays and scipy.sparse are taken, and numbers where
@@ -167,9 +166,6 @@ class SecondOrderSystem(_Plant, ReadOnly):
             coordinates: Iterable[str] | None = None,
         ) -> None: ...
 
-    def __new__(cls, *args, **kwargs):  # a `Symbolic`, while a builder is called
-        return plant_or_symbol(cls, args, kwargs)
-
     def __post_init__(self):
         M = matrix("M", self.M)
         n = M.shape[0]
@@ -216,6 +212,10 @@ class SecondOrderSystem(_Plant, ReadOnly):
         parts = (getattr(self, x) + 0.0 for x in "MDSBF")  # one zero, not two
         return hash(tuple((x.shape, x.tobytes()) for x in parts))
 
+    def keep(self, rationals: dict) -> None:
+        """Let it know the rationals, by argument, next to which its floats are."""
+        vars(self)["_rationals"] = rationals
+
     @property
     def vertices(self) -> "tuple[SecondOrderSystem, ...]":  # type: ignore[override]
         """The plant itself: a polytope with one vertex."""
@@ -248,8 +248,9 @@ class Polytope(_Plant, ReadOnly):
     Parameters
     ----------
     vertices : sequence of SecondOrderSystem
-        The corners; all of one size. Polytopes with equal vertices in
-        the same order are equal.
+        The corners, all of one size, in an order that counts for equality. If they
+        are a box but for rounding, designs and proofs are about that box, with
+        parameters change1, ... from 0 to 1.
 
     Raises
     ------

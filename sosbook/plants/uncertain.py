@@ -1,7 +1,6 @@
 """Plants with parameters in ranges, and the polytopes around them."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import cached_property
 from math import prod
 from typing import Any
@@ -11,17 +10,17 @@ import numpy as np
 from ..exact.rational import exact
 from .bernstein import Box, rational, spelled
 from .builder import built, check_by_numbers, rows_in_canonical_form
-from .checks import as_written, rank_deficient
+from .checks import as_written
 from .checks import count as whole
 from .descriptor_system import DescriptorSystem
 from .parametric import ParameterError, made_of
 from .polynomials import Polynomials, read_words
+from .regular import check_regular
 from .second_order import Polytope, SecondOrderSystem
 
 __all__ = ["Uncertain"]
 
 MOST_VERTICES = 256  # 256 of them are 32,896 pairs
-MOST_CELLS = 64  # boxes in which a singular E is looked for
 ROWS = {SecondOrderSystem: tuple("MDSBF"), DescriptorSystem: ("E", "A", "B", "B_w")}
 
 
@@ -108,9 +107,7 @@ class Uncertain:
             for name, matrix in matrices.items()
         }
         self._fill(kind, box, parts, rest)
-        #: By the row, from 1, what it was multiplied or divided by, in words.
         self.rows = {i + 1: _told(factor) for i, factor in factors.items()}
-
         if kind is DescriptorSystem:  # of a mass K_A may decide
             self.check_regular()
         return factors
@@ -122,7 +119,7 @@ class Uncertain:
         if kind is DescriptorSystem:
             parts.setdefault("C", Polynomials.of((0, order), (), len(box.names)))
         self.kind, self.box, self._parts, self._rest = kind, box, parts, rest
-        self.rows = {}
+        self.rows, self.pieces = {}, dict.fromkeys(box.names, 1)
         used = np.max([m for part in parts.values() for m in part.monomials], axis=0)
         idle = [name for name, d in zip(box.names, used) if not d]
         if idle:
@@ -132,8 +129,7 @@ class Uncertain:
 
     def within(self, box: Box) -> "Uncertain":
         """The same plants with other ranges, those of a `Box`."""
-        other = object.__new__(Uncertain)
-        other._fill(self.kind, box, self._parts, self._rest)
+        other = Uncertain.of(self.kind, box, self._parts, **self._rest)
         other.rows = self.rows
         return other
 
@@ -142,17 +138,18 @@ class Uncertain:
         """Whether no parameter has a power above one: the vertices are the corners."""
         return max(self.degree.values()) == 1
 
+    def _count(self):
+        ends = zip(self.degree.values(), self.pieces.values())
+        return prod(2 + (d - 1) * cells for d, cells in ends)
+
     def __repr__(self):
-        count = prod(d + 1 for d in self.degree.values())
-        how = "the corners"
-        if not self.multi_affine:
-            powers = ", ".join(f"{d} in {k}" for k, d in self.degree.items())
-            how = f"of Bernstein's form of degree {powers}"
+        count = self._count()
+        powers = ", ".join(f"{d} in {k}" for k, d in self.degree.items())
+        form = f"of Bernstein's form of degree {powers}"
+        how = "the corners" if self.multi_affine else form
         rows = "".join(f"; row {i} was {words}" for i, words in self.rows.items())
-        return (
-            f"<Uncertain {self.kind.__name__}: {self.box}; {count} vertices, {how}"
-            f"{rows}>"
-        )
+        what = f"{self.box}; {count} vertices, {how}{rows}"
+        return f"<Uncertain {self.kind.__name__}: {what}>"
 
     def __eq__(self, other):
         if not isinstance(other, Uncertain):
@@ -170,7 +167,27 @@ class Uncertain:
         names = self.box.names
         words = {name: part.words(names) for name, part in self._parts.items()}
         ends = zip(names, map(spelled, self.box.low), map(spelled, self.box.high))
-        return {"parameters": list(map(list, ends)), **words}
+        cells = ([n] if n > 1 else [] for n in self.pieces.values())
+        return {"parameters": [[*x, *n] for x, n in zip(ends, cells)], **words}
+
+    @classmethod
+    def of(cls, kind: type, box: Box, parts: dict, **rest: Any) -> "Uncertain":
+        """The family of some matrices of polynomials, whatever its rows are.
+
+        Parameters
+        ----------
+        kind : type
+            `SecondOrderSystem` or `DescriptorSystem`.
+        box : Box
+            The ranges.
+        parts : dict
+            `Polynomials` by the name of the constructor's argument.
+        **rest
+            What else the constructor takes.
+        """
+        family = object.__new__(cls)
+        family._fill(kind, box, parts, rest)
+        return family
 
     @classmethod
     def read(cls, kind: type, data: dict, rows: bool = False) -> "Uncertain":
@@ -194,26 +211,28 @@ class Uncertain:
         >>> plants.at(m=2).D
         array([[1.2]])
         """
-        box = Box.of(**{name: _ends(*ends) for name, *ends in data["parameters"]})
-        if len(box.names) < len(data["parameters"]):
+        given = data["parameters"]
+        box = Box.of(**{name: _ends(*ends) for name, *ends in (x[:3] for x in given)})
+        cut = {name: cells for name, _, _, cells in (x for x in given if len(x) > 3)}
+        if len(box.names) < len(given):
             raise ValueError("two parameters have one name")
-        family, entries = object.__new__(cls), {}
+        entries: dict = {}
         for name, matrix in data.items():
             if name != "parameters":
                 entries[name] = [[_read(x, box.names) for x in row] for row in matrix]
                 if len(set(map(len, matrix))) > 1:
                     raise ValueError(f"the rows of {name} differ in length")
         if rows:
+            family = object.__new__(cls)
             made = {name: made_of(x, box) for name, x in entries.items()}
             family._in_canonical_form(kind, box, made, {})
-        else:
-            order, parts = len(next(iter(entries.values()))), {}
-            for name, several in entries.items():
-                shape = len(several), len(several[0]) if several else order
-                flat = [x for row in several for x in row]
-                parts[name] = Polynomials.of(shape, flat, len(box.names))
-            family._fill(kind, box, parts, {})
-        return family
+            return family
+        order, parts = len(next(iter(entries.values()))), {}
+        for name, several in entries.items():
+            shape = len(several), len(several[0]) if several else order
+            flat = [x for row in several for x in row]
+            parts[name] = Polynomials.of(shape, flat, len(box.names))
+        return cls.of(kind, box, parts).cut(**cut)
 
     def _at(self, point):
         """The matrices at a point of rationals, by name, in rationals."""
@@ -233,6 +252,10 @@ class Uncertain:
             Its rows are multiplied as those of all others of the family.
         """
         return self._plant(self._at(self.box.point(values)))
+
+    def exactly_at(self, point: list) -> Any:
+        """The plant at a ``point`` of rationals, in order, that remembers its own."""
+        return self._plant(self._at(point), kept=True)
 
     @property
     def nominal(self) -> Any:
@@ -257,14 +280,17 @@ class Uncertain:
         ]
         return [self._plant(self._at(point)) for point in points]
 
-    @cached_property
+    @property
     def vertices(self) -> tuple:
         """Plants whose hull holds all of the family: see the notes.
 
         The last parameter changes first.
         """
-        degrees = tuple(self.degree.values())
-        count = prod(d + 1 for d in degrees)
+        return self.polytope().vertices
+
+    @cached_property
+    def _corners(self):
+        count = self._count()
         if count > MOST_VERTICES:
             name, degree = max(self.degree.items(), key=lambda item: item[1])
             raise ValueError(
@@ -273,26 +299,24 @@ class Uncertain:
                 + (f"; {name} costs most, by its power {degree}" if degree > 1 else "")
             )
         parts = {
-            name: part.vertices(self.box, degrees) for name, part in self._parts.items()
+            name: part.vertices(
+                self.box, tuple(self.degree.values()), tuple(self.pieces.values())
+            )
+            for name, part in self._parts.items()
         }
         return tuple(
-            self._plant({name: stack[k] for name, stack in parts.items()})
+            self._plant({name: stack[k] for name, stack in parts.items()}, kept=True)
             for k in range(count)
         )
 
-    def _plant(self, matrices):
-        """A plant of rationals, which stay with the floats next to them."""
+    def _plant(self, matrices, kept=False):
+        """A plant of floats next to rationals, which it keeps in mind if they are."""
         with as_written():  # a vertex needn't be a plant of the family
             plant = self.kind(
                 **{name: x.astype(float) for name, x in matrices.items()}, **self._rest
             )
-        vertex = plant.vertices[0]
-        if plant is vertex:
-            vars(vertex)["_rationals"] = matrices
-        else:
-            names = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}
-            own = {names.get(name, name): x for name, x in matrices.items()}
-            vars(vertex)["_exactly"] = replace(vertex, **own)
+        if kept:
+            plant.vertices[0].keep(matrices)
         return plant
 
     def halves(self, name: str | None = None) -> "tuple[Uncertain, Uncertain]":
@@ -303,14 +327,34 @@ class Uncertain:
         name : str, optional
             The parameter; the one whose range is widest for its size without it.
         """
-        if name is None:
-            wide = {
-                k: (b - a) / max(abs(a), abs(b))
-                for k, a, b in zip(self.box.names, self.box.low, self.box.high)
-            }
-            name = max(wide, key=wide.__getitem__)
+        name = self.box.widest() if name is None else name
         first, second = self.box.halves(name)
         return self.within(first), self.within(second)
+
+    def cut(self, /, **pieces: int) -> "Uncertain":
+        """The same family with vertices nearer to it.
+
+        Parameters
+        ----------
+        **pieces : int
+            Into how many equal pieces the range of a parameter is cut, by name. Each
+            has a Bernstein form of its own, and their hull holds the family. With
+            powers up to one nothing comes nearer.
+
+        Examples
+        --------
+        >>> from sosbook import SecondOrderSystem
+        >>> square = Uncertain(lambda v: SecondOrderSystem(1, v, v**2, 1), v=(0, 1))
+        >>> [v.S.item() for v in square.vertices], len(square.cut(v=4).vertices)
+        ([0.0, 0.0, 1.0], 6)
+        """
+        unknown = pieces.keys() - set(self.box.names)
+        if unknown:
+            raise ValueError(f"{sorted(unknown)[0]!r} is no parameter")
+        cells = {name: whole(name, n, 1) for name, n in pieces.items()}
+        other = self.within(self.box)
+        other.pieces = self.pieces | cells
+        return other
 
     def polytope(self) -> Any:
         """The polytope of the vertices.
@@ -325,47 +369,16 @@ class Uncertain:
 
     @cached_property
     def _around(self):
-        several = [v.vertices[0] for v in self.vertices]
+        several = [v.vertices[0] for v in self._corners]
         one = self.kind is SecondOrderSystem
         plants = Polytope(several) if one else DescriptorSystem.of(several)
         object.__setattr__(plants, "family", self)
         return plants
 
     def check_regular(self) -> None:
-        """Raise where E, or the mass, is singular for some of the values only.
-
-        Around a regular E_0 all E with He(E_0^-1 E) > 0 are regular, and these are
-        convex: the box is halved until the vertices have it. This is for a clear
-        word in good time; no LMI with a singular E has a solution. One that isn't
-        decided in so many halvings, or is singular everywhere, passes.
-        """
-        part = self._parts["M" if self.kind is SecondOrderSystem else "E"]
-        families, signs = [self], set()
-        for _ in range(MOST_CELLS):
-            if not families:
-                return
-            family = families.pop()
-            box = family.box
-            for point in (box.inner, box.middle, *box.corners()):
-                E = part.at(box, point).astype(float)
-                sign = 0.0 if rank_deficient(E, 1e-14) else np.linalg.slogdet(E)[0]
-                if sign == 0 and not signs:  # at no special point: everywhere
-                    return
-                signs.add(sign)
-                if len(signs) > 1:
-                    where = ", ".join(
-                        f"{k} = {spelled(x)}" for k, x in zip(box.names, point)
-                    )
-                    raise ValueError(
-                        f"{'M' if 'M' in self._parts else 'E'} is singular at or "
-                        f"beside {where}: narrow the ranges"
-                    )
-            stack = part.vertices(box, tuple(self.degree.values()))
-            middle = part.at(box, box.middle)
-            near = np.linalg.solve(middle.astype(float), stack.astype(float))
-            least = np.linalg.eigvalsh(near + near.swapaxes(-1, -2))[:, 0]
-            if (least <= 1e-9).any():
-                families += family.halves()
+        """Raise where E, or the mass, is singular for some of the values only."""
+        name = ROWS[self.kind][0]
+        check_regular(name, self._parts[name], self.box, tuple(self.degree.values()))
 
 
 def _read(entry, names):

@@ -9,6 +9,7 @@ from ..exact.rational import decimals
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import load_plant
+from ..plants.kinds import checked_plant
 from ..runtime.reading import named, path_of, read_json
 
 __all__ = ["compare_gain", "compare_plant", "subject"]
@@ -25,7 +26,7 @@ def compare_plant(data, path):
         As `load_plant` takes it. Where it is a file of ``python -m sosbook design``,
         its U and K_A must be the proof's, too.
     """
-    wanted = {"plant": plant_data(load_plant(path))}
+    wanted = {"plant": plant_data(checked_plant(load_plant(path)))}
     if path_of(path).suffix.lower() == ".json" and "plant" in (file := read_json(path)):
         with named(path):
             for name, none in (("U", []), ("K_A", None)):

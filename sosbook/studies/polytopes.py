@@ -239,7 +239,8 @@ def vertices_suffice(plants, U=None, K_A=None):
 
     Then coupling "pairs" asks for no pair. It is so for one plant, for a certain
     M - B K_A, and for boxes in which each uncertain quantity of it changes one
-    row of the equations, or one column times a row.
+    row of the equations, or one column times a row. Vertices that are such a box but
+    for rounding are read as it.
 
     Parameters
     ----------

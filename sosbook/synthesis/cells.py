@@ -10,7 +10,7 @@ from flint import fmpq
 
 from ..exact.rational import exact, round_digits
 from ..plants.bernstein import spelled
-from ..plants.descriptor import descriptors
+from ..plants.descriptor import Descriptor, descriptors
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.simplex import halves
 from ..requirements.known import KnownLoop
@@ -276,12 +276,13 @@ class Ranges(Box):
 
     def at(self, values):
         """The loop of rational values."""
-        return self._loop(self.plants.at(**dict(zip(self.box.names, values))))
+        return self._loop(self.plants.exactly_at(values))
 
     def _loop(self, plant):
+        d = plant
         if isinstance(plant, DescriptorSystem):
             (d,) = plant.vertices
-        else:
+        elif not isinstance(plant, Descriptor):
             (d,) = descriptors(plant, self.request.U, self.request.K_A)
         return KnownLoop(d.map(exact), self.K)
 

@@ -27,7 +27,10 @@ def given_vertices(plant):
 
     and p^e = sum_i w_i c_i with w_i = C(d, i) t^i (1 - t)^(d - i) >= 0 of sum 1, where
     t = (p - a) / (b - a). With several parameters the products of their w_i have the
-    sum 1, too: so every plant is a mean of the vertices.
+    sum 1, too: so every plant is a mean of the vertices. Where a range is cut into
+    equal pieces, two of which meet, c_d of the one is c_0 of the other, and, since the
+    slope d (c_d - c_(d-1)) / (b - a) is one, too, the mean of c_(d-1) and the other's
+    c_1: it is in the hull of the rest and left out.
     """
     names = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u"}
     need(plant["kind"] in names, "a plant of this kind isn't known")
@@ -38,22 +41,27 @@ def given_vertices(plant):
         need(plant["vertices"], "the plant has no vertex")
         return plant["vertices"]
     keys(dict(plant, D_u=0) if "D_u" in names else plant, "kind parameters " + names)
-    ends = {name: (single(a), single(b)) for name, a, b in plant["parameters"]}
-    need(len(ends) == len(plant["parameters"]), "a parameter comes twice")
-    for name, (a, b) in ends.items():
+    ends, cells = {}, []
+    for name, a, b, *more in plant["parameters"]:
+        need(name not in ends, "a parameter comes twice")
+        a, b = ends[name] = single(a), single(b)
         need(re.fullmatch(NAME, name) and a < b, f"{name!r:.40} has no range")
+        cells += more or [1]
+        need(len(more) < 2 and type(cells[-1]) is int, "pieces are a whole number")
+        need(not more or more[0] > 1, "one piece is no cut")
     parts = {x: plant[x] for x in names.split() if plant.get(x) is not None}
     read = {x: [[polynomial(e, ends) for e in row] for row in rows]
             for x, rows in parts.items()}  # fmt: skip
     powers = {p for rows in read.values() for row in rows for e in row for p in e}
     degrees = [max((p[k] for p in powers), default=0) for k in range(len(ends))]
-    need(
-        prod(d + 1 for d in degrees) <= MOST_FAMILY, "the family has too many vertices"
-    )
+    many = prod(2 + (d - 1) * n for d, n in zip(degrees, cells) if d)
+    need(many <= MOST_FAMILY, "the family has too many vertices")
 
     @cache
-    def coefficient(k, i, e):
-        (a, b), d = list(ends.values())[k], degrees[k]
+    def coefficient(k, place, e):
+        (low, high), d, (cell, i) = list(ends.values())[k], degrees[k], place
+        step = (high - low) / cells[k]
+        a, b = low + cell * step, low + (cell + 1) * step
         return sum(Fraction(comb(i, j) * comb(d - i, e - j), comb(d, e)) * b**j
                    * a ** (e - j) for j in range(e + 1))  # fmt: skip
 
@@ -65,8 +73,10 @@ def given_vertices(plant):
                 for x, rows in read.items()}  # fmt: skip
 
     places = [()]
-    for d in degrees:
-        places = [(*place, i) for place in places for i in range(d + 1)]
+    for d, n in zip(degrees, cells):
+        need(d, "the plant doesn't depend on a parameter")
+        own = [(0, 0), *((c, i) for c in range(n) for i in range(1, d)), (n - 1, d)]
+        places = [(*place, x) for place in places for x in own]
     vertices = [{x: [[str(e) for e in row] for row in rows]
                  for x, rows in at(place).items()} for place in places]  # fmt: skip
     fixed = [[v.get(x) for x in ("C", "D_u")] for v in vertices]
@@ -116,7 +126,8 @@ def single(text):
 
 def every_plant(plant, many):
     """Of which plants a proof says something."""
-    ranges = [f"{x} in [{a}, {b}]" for x, a, b in plant.get("parameters", ())]
+    given = plant.get("parameters", ())
+    ranges = [f"{x} in [{a}, {b}]" for x, a, b, *_ in given]
     if ranges:
         *most, last = ranges
         return "every plant with " + (f"{', '.join(most)} and {last}" if most else last)
