@@ -327,8 +327,7 @@ class Uncertain:
         name : str, optional
             The parameter; the one whose range is widest for its size without it.
         """
-        name = self.box.widest() if name is None else name
-        first, second = self.box.halves(name)
+        first, second = self.box.halves(name or self.box.widest())
         return self.within(first), self.within(second)
 
     def cut(self, /, **pieces: int) -> "Uncertain":
