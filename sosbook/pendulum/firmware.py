@@ -32,8 +32,10 @@ TRUSTED_VOLTS = 1e6  # V; a larger command means that a number is broken
 
 
 #: What a `Robot` says of its firmware.
-DESCRIBED = "limit", "tip", "blend", "missing", "frozen", "stall", "gyro_range"
-DESCRIBED += "deaf", "compensation"
+DESCRIBED = (
+    *("limit", "tip", "blend", "missing", "frozen", "stall", "gyro_range"),
+    *("deaf", "compensation"),
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,7 +59,7 @@ class Effort(ReadOnly):
 
 
 def effort_of(solution):
-    """The `Effort` of a Solution with a gain."""
+    """The `Effort` of a ``solution`` with a gain."""
     request, K = solution.request, solution.K
     A, B, _ = request.mean.state_space()
     check_time_of_eigenvalues(len(A), 3)

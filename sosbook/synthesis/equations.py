@@ -125,8 +125,15 @@ def least_effort(sigma):
 
 
 def in_disk(centre, radius):
-    """A design for `deflated`: what is outside the disk about -centre goes inside.
+    """A design for `deflated`: into the disk about -centre goes what is outside.
 
+    Parameters
+    ----------
+    centre, radius : float
+        In rad/s.
+
+    Notes
+    -----
     The discrete Riccati equation without a weight of the state mirrors it at the
     circle. Source: K. Furuta and S. B. Kim, IEEE Trans. Automatic Control 32, 1987.
     """

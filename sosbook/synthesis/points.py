@@ -63,7 +63,7 @@ def point(request):
 
 
 def odd_mass(request):
-    """Whether a plant's M is symmetric and has a clearly negative eigenvalue."""
+    """Whether the M of a request's plant is symmetric with a negative eigenvalue."""
     if isinstance(request.plant, DescriptorSystem):
         return False
     M = request.plant.vertices[0].M

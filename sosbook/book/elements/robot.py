@@ -30,7 +30,10 @@ START = {"tilt": 10.0, "delay": 5.0, "noise": 1.0}
 
 
 class Animation(Mover):
-    """A page element that runs the robot; made by `animation`."""
+    """A page element that runs the robot; made by `animation`.
+
+    Its title, hint, script, controls and what is given are those of `Mover`.
+    """
 
     sheets = ("mover", "robot")
     notice = "A simulation of the robot"
