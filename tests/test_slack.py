@@ -306,3 +306,27 @@ def test_a_mode_that_stays_is_known_before_any_scalar_is_tried(minimize, monkeyp
     design = sos.design_pid(plants, coupling="slack", minimize=minimize)
     assert design.status == "infeasible" and design.infeasibility.proven
     assert "No gain moves the mode of vertex 1" in design.reason
+
+
+def hardly_damped(m, k):
+    S = 100 * k * np.array([[2, -1, 0], [-1, 2, -1], [0, -1, 1]])
+    return sos.SecondOrderSystem(np.diag([1, m, 1]), 0.002 * S, S, np.eye(3, 1))
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.3, 9.81])
+def test_a_structure_that_settles_slowly_and_swings_fast(unit):
+    """The settling time that is asked is thousands of times that of a swing."""
+    force = [hardly_damped(0.7, 1), hardly_damped(1.3, 1.1)]
+    plants = sos.Polytope(
+        [
+            sos.SecondOrderSystem(*(unit * x for x in (v.M, v.D, v.S)), v.B)
+            for v in force
+        ]
+    )
+    limit = sos.Saturation(20 * unit, [0.1, 0.1, 0.1, 0, 0, 0])
+    asked = dict(region=sos.PoleRegion(sigma=0.001), saturation=limit)
+    found = sos.design_pid(plants, coupling="slack", **asked)
+    assert found.status == "feasible" and found.certify().proven
+    assert found.slack < 1 < 1 / 0.001
+    assert found.poles(samples=50).real.max() < -0.001
+    assert found.peak_input(samples=10) < 20 * unit

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..exact.definite import round_digits
 from ..plants.descriptor_system import DescriptorSystem
-from ..runtime.time_limit import OutOfTime, check_time
+from ..runtime.time_limit import OutOfTime, check_time, check_time_of_eigenvalues
 from .feasibility import guarded, refused, search, without_lmis
 from .fixed_mode import refuse_by_mode
 from .objectives import Unattained, optimum
@@ -24,6 +26,8 @@ ADVICE = 60.0  # seconds for each requirement that is left out on trial
 
 # epsilon in units of 1 / (typical rate), in the order of trial
 STEPS = (1 / 4, 1 / 2, 1 / 8, 1, 1 / 16, 2, 1 / 64, 4, 1 / 256)
+
+FAR = 4.0  # times a rate; nearer ones share most of their steps
 
 GAP = 1e-3  # relative accuracy of the optima that are compared
 CLEARLY = 0.002  # a fraction by which another scalar has to be better
@@ -46,8 +50,10 @@ def with_slack(request, objective=None):
         first = point_with_slack(request)
         return None if first is None else first.problem.request
     best = least = chosen = None
-    for trial in _trials(request):
+    for place, trial in enumerate(_trials(request)):
         check_time()
+        if chosen is not None and place >= len(STEPS):  # another time, if one is needed
+            break
         if best is not None and not _lower(trial, best):
             continue
         try:
@@ -88,9 +94,21 @@ def point_with_slack(request):
 def _trials(request):
     if refuse_by_mode(request) is not None:  # no scalar helps; this is sooner known
         return
-    unit = 1 / request.typical_rate
-    for step in STEPS:
-        yield replace(request, slack=float(round_digits(unit * step, 2)))
+    for rate in _rates(request):
+        for step in STEPS:
+            yield replace(request, slack=float(round_digits(step / rate, 2)))
+
+
+def _rates(request):
+    """The rates whose times are tried: what is asked, and the plant's own if far away.
+
+    A structure that is hardly damped swings fast and settles slowly.
+    """
+    asked = request.typical_rate
+    A, _, _ = request.mean.state_space()
+    check_time_of_eigenvalues(len(A))
+    own = np.abs(np.linalg.eigvals(A)).max()
+    return [asked, own] if not asked / FAR < own < asked * FAR and own else [asked]
 
 
 def _lower(request, bounds):
@@ -157,7 +175,7 @@ def without_slack(request, objective=()):
         request.gain,
         minimized=minimized,
         reason="Nothing was found with the slack scalars that were tried: "
-        f"{tried} of the time constant.",
+        f"{tried} of the time constants of what is asked and of the plant.",
     )
 
 
