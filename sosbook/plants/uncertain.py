@@ -128,7 +128,7 @@ class Uncertain:
         self.degree = dict(zip(box.names, used.tolist()))
 
     def within(self, box: Box) -> "Uncertain":
-        """The same plants with other ranges, those of a `Box`."""
+        """The same plants with other ranges, those of ``box``, a `Box`."""
         other = Uncertain.of(self.kind, box, self._parts, **self._rest)
         other.rows = self.rows
         return other

@@ -131,15 +131,10 @@ class Requirement(OfKind, ABC, ReadOnly):
         )
 
     def known(self, c: KnownVertex) -> Iterable:
-        """Blocks of a vertex where the gain is known: (name, matrix) each.
+        """Blocks of a vertex c where the gain is known: (name, matrix) each.
 
-        They must be affine in the plant, and homogeneous in the unknowns. With P > 0
-        they prove what is asked by themselves: nothing else has this P.
-
-        Parameters
-        ----------
-        c : KnownVertex
-            The loop at the vertex, with P, multipliers and own unknowns.
+        They must be affine in the plant, and homogeneous in the unknowns of c. With
+        P > 0 they prove what is asked by themselves: nothing else has this P.
         """
         raise ValueError(
             f'{self.words} has no LMI with free multipliers: take coupling="pairs"'
@@ -209,7 +204,10 @@ class Requirement(OfKind, ABC, ReadOnly):
     def reached(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
     ) -> float:
-        """The bound that the worst loop just doesn't keep; see `truth`."""
+        """The bound that the worst of the ``loops`` just doesn't keep.
+
+        ``K`` and ``K_A`` are as in `truth`.
+        """
         return self.truth(loops, K, K_A)
 
     def with_bound(self, bound: float) -> "Requirement":

@@ -270,7 +270,10 @@ class LMIRegion(RegionForms, Region, Requirement):
     def reached(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
     ) -> float:
-        """The bound of the region that just doesn't hold all poles, if it has one."""
+        """The bound with which the region just doesn't hold all poles, if it has one.
+
+        The poles are those of all ``loops`` under K and K_A.
+        """
         spectra = np.array([poles(d, K) for d in loops])
         return self.bound_of(spectra)
 

@@ -42,7 +42,13 @@ class Bound:
 
 
 class Bounds(tuple):
-    """The `Bound` of each requirement that has one; a table when it is shown."""
+    """The `Bound` of each requirement that has one; a table when it is shown.
+
+    Parameters
+    ----------
+    iterable : iterable of Bound
+        As for a tuple.
+    """
 
     __slots__ = ()
 

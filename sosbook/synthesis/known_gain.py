@@ -1,25 +1,20 @@
 """A known gain: each requirement kept, with a proof, or broken, by a plant."""
 
 from dataclasses import dataclass, field, replace
-from math import gcd, lcm
 from typing import Any
 
 import numpy as np
-from flint import fmpq
 
-from ..exact.definite import exact, round_digits
+from ..exact.definite import round_digits
 from ..exact.proof import Proof
 from ..exact.refusal import Refusal
-from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
+from .broken import broken
 from .cells import family
 from .feasibility import answer
-from .fixed_mode import refuse_by_mode
 from .known_lmis import KnownLMIs, coordinates
-from .request import Request
 from .solution import Solution
-from .unreached import refuse_by_response
 
 __all__ = [
     "Kept",
@@ -39,7 +34,6 @@ DIGITS = 2, 3, 4, 6, 9  # of the plant that breaks a claim, in the order of tria
 EASIER = 1.0, 1.05, 1.2, 2.0, 10.0  # times the least bound, in the order of trial
 HALVINGS = 4  # of the way between two of them, as a ratio
 MOST_CELLS = 128  # open or done; three parameters in squares took 60 to 65
-PARTS = "E", "A", "Bu", "Bw", "C", "Du"  # of a Descriptor
 CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
 
 
@@ -112,7 +106,7 @@ class KnownGainProof(Proof):
     K: np.ndarray | None = None
 
     def save(self, path: object) -> None:
-        """A ValueError: the checker of files doesn't read proofs by multipliers."""
+        """A ValueError: there is no file of a proof by multipliers for ``path`` yet."""
         raise ValueError(
             f"{path}: a proof by free multipliers isn't a file yet: take "
             'coupling="pairs" or "slack" for one'
@@ -120,7 +114,13 @@ class KnownGainProof(Proof):
 
 
 def worst(request, r, plants):
-    """The `Worst` plant of a family for a requirement: a local search in floats."""
+    """The `Worst` plant for a requirement: a local search in floats.
+
+    Parameters
+    ----------
+    request, r, plants
+        As for `decided`.
+    """
     K, K_A = request.gain, request.K_A
 
     def at(point):
@@ -181,7 +181,7 @@ def decided(request, r, plants, bad=None):
     if bad.kept <= 0:
         for digits in DIGITS:
             point = plants.rounded(bad.point, digits)
-            proof = _broken(request, r, plants, point)
+            proof = broken(request, r, plants, point)
             if proof is not None:
                 where = plants.point_words(point)
                 text = f"Of {where}: {proof.claims[0]}."
@@ -235,44 +235,6 @@ def _proven(request, r, loops):
         return None
     blocks = lmis.proven(first.values)
     return blocks and (blocks, size)
-
-
-def _broken(request, r, plants, point):
-    """An exact proof that a plant doesn't keep a requirement; None if unknown.
-
-    It is about a polytope with that plant as a vertex: the request's own, or a part of
-    its family. Elsewhere it is about that plant alone, with its equations in whole
-    numbers, if floats can hold them.
-    """
-    asked, d = [r] if r in request.requirements else [], plants.at(point).plant
-    one, k = replace(request, requirements=asked, coupling="vertices"), None
-    for i in one.distinct:
-        (v,) = one.vertices_in(exact, [i])
-        if all((getattr(v, x) == getattr(d, x)).all() for x in PARTS[:4]):
-            k = i
-    if k is None and request.plant.family is not None:
-        part, k = plants.cornered(point)
-        one = replace(one, plant=part)
-    elif k is None:
-        plant, k = _alone(d), 0
-        if plant is None:
-            return None
-        one = Request(plant, gain=request.gain, requirements=asked)
-    return refuse_by_mode(one, [(k, k)]) or refuse_by_response(one, [k])
-
-
-def _alone(d):
-    """A plant in rationals as a system whose floats are these; None without one."""
-    d = _in_whole_numbers(d)
-    floats = d.map(lambda x: x.astype(float))
-    for name in PARTS:  # what is written is what is meant
-        mine, written = getattr(d, name), getattr(floats, name)
-        if mine is not None and (exact(written) != mine).any():
-            return None
-    try:
-        return DescriptorSystem(*(getattr(floats, name) for name in PARTS))
-    except ValueError:  # its E is singular
-        return None
 
 
 def kept_or_broken(request, objective=(), backoff=0.01, common=None):
@@ -359,18 +321,6 @@ def least(request, r, plants, backoff, digits=3, bad=None):
     return part
 
 
-def _in_whole_numbers(d):
-    """A plant in rationals with each row of its equations multiplied: no fractions."""
-    names = ("E", "A", "Bu", "Bw")
-    rows = np.hstack([getattr(d, name) for name in names])
-    scales = []
-    for row in rows:
-        below, above = lcm(*(int(x.q) for x in row)), gcd(*(int(x.p) for x in row))
-        scales.append(fmpq(below, above or 1))
-    turn = np.diag(scales).view(type(d.E))
-    return replace(d, **{name: turn @ getattr(d, name) for name in names})
-
-
 def _rounded(bound, harder, digits):
     """A positive bound, rounded to so many digits to the easier side."""
     size = 10.0 ** (int(np.floor(np.log10(bound))) + 1 - digits)
@@ -379,7 +329,7 @@ def _rounded(bound, harder, digits):
 
 
 def known_proof(request, parts, digits=None):
-    """The `KnownGainProof` of a request, from the `Kept` of each demand.
+    """The `KnownGainProof` of a request, from its ``parts``: the `Kept` of each demand.
 
     With ``digits`` that of the rounded gain, for which all is done again.
     """

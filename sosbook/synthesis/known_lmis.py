@@ -44,7 +44,10 @@ class KnownLMIs(TrustedProblem):
         return range(len(self.loops))
 
     def write(self, values, number):
-        """The blocks by name, each scaled by the even loop's; see `LMIProblem`."""
+        """The blocks by name, each scaled by the even loop's; see `LMIProblem`.
+
+        ``values`` are those of the unknowns, ``number`` brings in data.
+        """
         blocks = self._written(values, number, self._vertex)
         return {name: self._scaled(name, g) for name, g in blocks.items()}
 
@@ -87,7 +90,10 @@ class KnownLMIs(TrustedProblem):
         return turn @ g @ turn
 
     def margin(self, values):
-        """The smallest eigenvalue of all blocks, their diagonals scaled to one."""
+        """The smallest eigenvalue of all blocks, their diagonals scaled to one.
+
+        ``values`` are those of the unknowns by name.
+        """
         blocks = self.blocks(values).values()
         return min(margin(g) for g in blocks)
 
@@ -128,7 +134,7 @@ def _taken(values, name):
 
 
 def coordinates(loops):
-    """T, left and a rate: with x = T xi and rows times left the loop has P near I.
+    """T, left and a rate: in x = T xi, rows times left, the ``loops`` have P near I.
 
     The P is that of Lyapunov's equation of the mean loop, a little slower or faster
     than it is; E of the mean is I.

@@ -1,0 +1,74 @@
+"""A plant that breaks what is asked of a known gain, in exact arithmetic."""
+
+from dataclasses import replace
+from math import gcd, lcm
+
+import numpy as np
+from flint import fmpq
+
+from ..exact.definite import exact
+from ..plants.descriptor_system import DescriptorSystem
+from .fixed_mode import refuse_by_mode
+from .request import Request
+from .unreached import refuse_by_response
+
+__all__ = ["broken"]
+
+PARTS = "E", "A", "Bu", "Bw", "C", "Du"  # of a Descriptor
+
+
+def broken(request, r, plants, point):
+    """An exact proof that a plant doesn't keep a requirement; None if unknown.
+
+    It is about a polytope with that plant as a vertex: the request's own, or a part of
+    its family. Elsewhere it is about that plant alone, with its equations in whole
+    numbers, if floats can hold them.
+
+    Parameters
+    ----------
+    request, r, plants
+        As for `sosbook.synthesis.known_gain.decided`.
+    point : list
+        Where the plant is, in rationals.
+    """
+    asked, d = [r] if r in request.requirements else [], plants.at(point).plant
+    one, k = replace(request, requirements=asked, coupling="vertices"), None
+    for i in one.distinct:
+        (v,) = one.vertices_in(exact, [i])
+        if all((getattr(v, x) == getattr(d, x)).all() for x in PARTS[:4]):
+            k = i
+    if k is None and request.plant.family is not None:
+        part, k = plants.cornered(point)
+        one = replace(one, plant=part)
+    elif k is None:
+        plant, k = _alone(d), 0
+        if plant is None:
+            return None
+        one = Request(plant, gain=request.gain, requirements=asked)
+    return refuse_by_mode(one, [(k, k)]) or refuse_by_response(one, [k])
+
+
+def _alone(d):
+    """A plant in rationals as a system whose floats are these; None without one."""
+    d = _in_whole_numbers(d)
+    floats = d.map(lambda x: x.astype(float))
+    for name in PARTS:  # what is written is what is meant
+        mine, written = getattr(d, name), getattr(floats, name)
+        if mine is not None and (exact(written) != mine).any():
+            return None
+    try:
+        return DescriptorSystem(*(getattr(floats, name) for name in PARTS))
+    except ValueError:  # its E is singular
+        return None
+
+
+def _in_whole_numbers(d):
+    """A plant in rationals with each row of its equations multiplied: no fractions."""
+    names = ("E", "A", "Bu", "Bw")
+    rows = np.hstack([getattr(d, name) for name in names])
+    scales = []
+    for row in rows:
+        below, above = lcm(*(int(x.q) for x in row)), gcd(*(int(x.p) for x in row))
+        scales.append(fmpq(below, above or 1))
+    turn = np.diag(scales).view(type(d.E))
+    return replace(d, **{name: turn @ getattr(d, name) for name in names})
