@@ -173,6 +173,23 @@ def test_a_gain_isn_t_data_of_a_refusal():
     assert not type(proof)(json.dumps(whole)).proven
 
 
+def test_a_refusal_of_a_narrow_sector_says_nothing_of_a_wide_one():
+    proof = sos.design_pid(
+        sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]]),
+        region=sos.PoleRegion(sigma=3, theta=1.03),
+        saturation=sos.Saturation(1, [1, 0]),
+    ).infeasibility
+    assert proof.kind == "infeasible design" and "59.02 degrees" in proof.claims[0]
+    for degrees in ("59.01", "59.1", "89.02"):
+        whole = file_of(proof)
+        (name,) = (k for k in whole["data"] if k.startswith("degrees"))
+        assert whole["data"][name] == "59.02"
+        whole["data"][name] = degrees
+        with pytest.raises(kernel.Refused, match="don't belong to the sector"):
+            verdict.check(json.dumps(whole))
+        assert not type(proof)(json.dumps(whole)).proven
+
+
 def test_multipliers_of_a_harder_request_exclude_no_easier_one():
     """They may exclude more than was asked, and then that has no answer either."""
     proof, seen = proof_of("fast with little force"), set()

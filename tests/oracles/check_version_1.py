@@ -481,6 +481,8 @@ def region(r):
         good = good and near(-2 * sine * apex, alpha[0][0])
         good = good and sine <= cosine * min(tangent(degrees), tangent(theta))
         good = good and sine >= cosine * tangent((1 - TINY) * theta)
+        least = tangent(degrees - Fraction(1, 100))  # they are rounded up, to that
+        good = good and sine >= cosine * least
         text = f"sector of half-angle {r['degrees']} degrees"
         text += f" with apex {r['apex']}" if apex else ""
     elif form == "strip":
