@@ -198,9 +198,9 @@ def _blossom(i, power, degree, low, high):
 
 
 def rational(name, value):
-    """A number as a rational, or a ValueError with its name.
+    """A number, the value, as a rational, or a ValueError with its name.
 
-    Floats are read as decimals, texts as `spelled` writes them.
+    Floats are read as decimals.
     """
     try:
         if isinstance(value, (bool, np.bool_)) or np.ndim(value):
@@ -241,7 +241,7 @@ def _range(name, given):
 
 
 def spelled(x):
-    """A rational as the decimals it has, or as a fraction where they are many.
+    """A rational x as the decimals it has, or as a fraction where they are many.
 
     Examples
     --------

@@ -252,7 +252,8 @@ def _not_zero(low, high):
 
 
 def _refused(name):
-    def method(self, *others):
+    def method(self, *_):
+        """Raise a ParameterError: it isn't rational."""
         raise ParameterError(
             f"{name}({self}) isn't rational in the parameters: "
             f"{CURES.get(name, OWN_RANGE)}"
@@ -273,7 +274,10 @@ def parameters(box):
 
 
 def made_of(entries, box):
-    """An object array of `Parametric`, of rows of coefficients by exponents."""
+    """An object array of `Parametric` with parameters in a box.
+
+    Rows of its entries are coefficients by exponents.
+    """
     one = next(iter(parameters(box).values()))
     context, array = (
         one.num.context(),
@@ -318,7 +322,10 @@ class Symbolic:
 
 
 class MayBeSymbolic:
-    """A plant's base: its constructor leaves a `Symbolic` if a parameter is in it."""
+    """A plant's base: its constructor leaves a `Symbolic` if a parameter is in it.
+
+    These are *args and **kwargs of the plant's own.
+    """
 
     def __new__(cls, *args, **kwargs):
         if building.get():

@@ -43,7 +43,7 @@ class Polynomials:
 
     @classmethod
     def of(cls, shape, entries, count):
-        """From ``entries``, coefficients by exponents of ``count`` parameters."""
+        """Of a shape; ``entries`` are coefficients by exponents of ``count`` numbers."""
         places = [k for k, terms in enumerate(entries) if terms]
         monomials = dict.fromkeys(m for k in places for m in entries[k])
         monomials = tuple(monomials) or ((0,) * count,)
@@ -63,11 +63,14 @@ class Polynomials:
         return self.mixed([box.powers(point, self.monomials)])[0]
 
     def vertices(self, box, degrees, pieces=None):
-        """The Bernstein coefficients on a box, matrices: see `Box.bernstein`."""
+        """The Bernstein coefficients, matrices: see `Box.bernstein` of the ``box``.
+
+        The degrees and pieces are those of each parameter.
+        """
         return self.mixed(box.bernstein(self.monomials, degrees, pieces))
 
     def words(self, names):
-        """The entries as text, rows of a list."""
+        """The entries as text, rows of a list, with the names of parameters."""
         entries = np.full(self.shape, "0", dtype=object)
         for k, column in zip(self.places, self.coefficients.T):
             terms = {m: c for m, c in zip(self.monomials, column) if c}
