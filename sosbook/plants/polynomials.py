@@ -43,7 +43,7 @@ class Polynomials:
 
     @classmethod
     def of(cls, shape, entries, count):
-        """Of a shape; ``entries`` are coefficients by exponents of ``count`` numbers."""
+        """Of a shape; ``entries`` are coefficients by exponents, ``count`` each."""
         places = [k for k, terms in enumerate(entries) if terms]
         monomials = dict.fromkeys(m for k in places for m in entries[k])
         monomials = tuple(monomials) or ((0,) * count,)
