@@ -34,7 +34,7 @@ def design_delay_pid(
 
     Parameters
     ----------
-    plant : SecondOrderSystem or Polytope
+    plant : SecondOrderSystem, Polytope or Uncertain
         With regular masses. A polytope gets one functional for all its
         plants; they may even change with time.
     U : (a, n) array_like, optional

@@ -121,7 +121,7 @@ def admissible_U(
 
     Parameters
     ----------
-    plant : SecondOrderSystem or Polytope
+    plant : SecondOrderSystem, Polytope or Uncertain
         The plant, or the polytope of plants.
     candidates : sequence of (a, n) array_like, optional
         Which U to judge: any real matrices, such as ``[[1, 1]]`` for the

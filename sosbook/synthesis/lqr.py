@@ -61,7 +61,7 @@ def design_lqr(
 
     Parameters
     ----------
-    plant : SecondOrderSystem or Polytope
+    plant : SecondOrderSystem, Polytope or Uncertain
         The plant, or the polytope of plants.
     Q : (N, N) array_like
         Weight of the state [z; z'; x3], symmetric, not negative.

@@ -57,7 +57,7 @@ def design_observer(
 
     Parameters
     ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
+    plant : SecondOrderSystem, Polytope, Uncertain or DescriptorSystem
         Without integrators: an integral is a state of a DescriptorSystem, and
         measured.
     K : (m, N) array_like

@@ -55,7 +55,7 @@ def design_pid(
 
     Parameters
     ----------
-    plant : SecondOrderSystem, Polytope, DescriptorSystem or Regularization
+    plant : SecondOrderSystem, Polytope, Uncertain, DescriptorSystem or Regularization
         What `regularize` returns brings its K_A with it.
     U : (a, n) array_like, optional
         Which displacement errors are integrated.

@@ -46,7 +46,7 @@ class Regularization(Result[RegularityCertificate], ReadOnly):
 
     Parameters
     ----------
-    plant : SecondOrderSystem or Polytope
+    plant : SecondOrderSystem, Polytope or Uncertain
         The plant, or the polytope of plants.
     beta : float
         What was asked: a symmetric part above ``beta**2``.
@@ -217,7 +217,7 @@ def regularize(
 
     Parameters
     ----------
-    plant : SecondOrderSystem or Polytope
+    plant : SecondOrderSystem, Polytope or Uncertain
         The plant, or the polytope of plants.
     beta : float
         The smallest eigenvalue of the symmetric part of M - B K_A must
