@@ -12,7 +12,7 @@ import sosbook as sos
 from sosbook.requirements.base import Requirement
 from tests.hunt.readers import alone, before, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request
-from tests.hunt.tampering import may_differ, tampered, true_claims, where
+from tests.hunt.tampering import may_differ, tampered, true_claims, vertices_in, where
 from tests.hunt.truth import broken
 from tests.oracles import asked as what_it_asks
 from tests.oracles import mended, without_text
@@ -119,7 +119,7 @@ class Hunt:
         self.counts["claims compared with the truth"] += 1
         vertices = [
             sos.SecondOrderSystem(*(np.array(v[x], float) for x in "MDSBF"))
-            for v in file["plant"]["vertices"]
+            for v in vertices_in(file)
         ]
         n, U = vertices[0].n, file["U"]
         faults = broken(

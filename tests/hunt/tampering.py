@@ -13,6 +13,7 @@ import numpy as np
 from mpmath import mp
 
 import sosbook as sos
+from sosbook.exact.checker.families import given_vertices
 from sosbook.exact.proof import kinds
 from sosbook.exact.rational import decimal
 from sosbook.plants.checks import as_written
@@ -31,6 +32,7 @@ __all__ = [
     "tampered",
     "true_claims",
     "verdicts",
+    "vertices_in",
     "where",
 ]
 
@@ -66,6 +68,21 @@ def where(file, other, path):
         return path
     here = (p for p in {**mine, **theirs} if mine.get(p) != theirs.get(p))
     return next((p for p in here if not isinstance(mine.get(p), (dict, list))), path)
+
+
+def vertices_in(whole):
+    """The matrices of each vertex of what is asked, in decimals of floats."""
+    return (
+        [
+            {
+                k: [[repr(float(Fraction(e))) for e in row] for row in rows]
+                for k, rows in v.items()
+            }
+            for v in given_vertices(whole["plant"])
+        ]
+        if "parameters" in whole["plant"]
+        else whole["plant"]["vertices"]
+    )
 
 
 def leaves(value, path=()):
@@ -167,9 +184,7 @@ def true_claims(whole):
     if whole["kind"] == "delay":
         return not any(late_roots(whole))
     if whole["kind"] == "regularization":
-        plants = [
-            [np.array(v[x], float) for x in "MB"] for v in whole["plant"]["vertices"]
-        ]
+        plants = [[np.array(v[x], float) for x in "MB"] for v in vertices_in(whole)]
         K_A, beta = np.array(whole["K"], float), float(whole["beta"])
         return all(
             np.linalg.eigvalsh(M - B @ K_A + (M - B @ K_A).T)[0] / 2 > beta**2
@@ -187,7 +202,7 @@ def true_claims(whole):
         with as_written():  # a delay of 5e-324 is one
             vertices = [
                 sos.SecondOrderSystem(*(np.array(v[x], float) for x in "MDSBF"))
-                for v in whole["plant"]["vertices"]
+                for v in vertices_in(whole)
             ]
             loops = sampled_loop(
                 sos.Polytope(vertices),
@@ -205,12 +220,12 @@ def true_claims(whole):
         least = least_input(request)
         return None if least is None else least > 0.999 * request.saturation.u_max
     if whole["kind"] == "unreached response":
-        plant = whole["plant"]["vertices"][whole["vertex"]]
+        plant = vertices_in(whole)[whole["vertex"]]
         parts = [np.array(plant[x], float) for x in "MDSBF"]
         return least_norm(*parts) > 0.999 * float(whole["bound"])
     if whole["kind"] == "singular mass":
         i, j = whole["between"]
-        E, F = (np.array(whole["plant"]["vertices"][k]["E"], float) for k in (i, j))
+        E, F = (np.array(vertices_in(whole)[k]["E"], float) for k in (i, j))
         t = np.linspace(0, 1, 10001)
         signs = np.sign(np.linalg.det(E + t[:, None, None] * (F - E)).round(12))
         return len(set(signs)) > 1 or 0 in signs
@@ -249,10 +264,10 @@ def late_loops(whole):
     """A and A_d of x'(t) = A x(t) + A_d x(t - tau), of each vertex, to 60 digits."""
     plant = whole["plant"]
     with mp.workdps(60):
-        if "vertices" not in plant:
+        if plant["kind"] == "loop":
             return [[digits(plant[x]) for x in ("A", "A_d")]]
         K, U, loops = digits(whole["K"]), whole["U"], []
-        for v in plant["vertices"]:
+        for v in vertices_in(whole):
             M, D, S, B = (digits(v[x]) for x in "MDSB")
             n, a = M.rows, len(U)
             A, A_d = (mp.zeros(2 * n + a, 2 * n + a) for _ in range(2))
@@ -273,7 +288,7 @@ def digits(rows):
 def true_mode(whole):
     """The row rank of [A - s E, B] at the mode, and where it lies."""
     parts = [
-        [np.array(whole["plant"]["vertices"][k][x], float) for x in "MDSB"]
+        [np.array(vertices_in(whole)[k][x], float) for x in "MDSB"]
         for k in whole["place"]
     ]
     M, D, S, B = (sum(x) / 2 for x in zip(*parts))
@@ -309,7 +324,7 @@ def observed(whole):
     """Whether plant and observer are stable together, at each vertex."""
     K, L, C = (np.array(whole[x], float) for x in "KLC")
     E, A, B = (np.array(whole["model"][x], float) for x in ("E", "A", "Bu"))
-    for v in whole["plant"]["vertices"]:
+    for v in vertices_in(whole):
         M, D, S, Bv = (np.array(v[x], float) for x in "MDSB")
         one = np.eye(len(M))
         plant = np.block([[0 * one, one], [np.linalg.solve(M, -np.hstack([S, D]))]])
