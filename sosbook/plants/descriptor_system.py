@@ -81,8 +81,10 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             They have the same outputs.
         """
         first = vertices[0]
-        several = ([getattr(d, x) for d in vertices] for x in ("E", "A", "Bu", "Bw"))
-        made = cls(*several, first.C, first.Du)
+        E, A, Bu, Bw = (
+            [getattr(d, x) for d in vertices] for x in ("E", "A", "Bu", "Bw")
+        )
+        made = cls(E, A, Bu, Bw, first.C, first.Du)
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 

@@ -87,7 +87,7 @@ class Regularization(Result[RegularityCertificate], ReadOnly):
         return f"<Regularization: {self.status}, smallest eigenvalue {self.bound:.3g}>"
 
     @property
-    def regular(self) -> SecondOrderPlant:
+    def regular(self) -> SecondOrderSystem | Polytope:
         """The plant with the mass M - B K_A."""
         gain = self._gain()
         vertices = [
@@ -140,7 +140,7 @@ class Regularization(Result[RegularityCertificate], ReadOnly):
 
     def applied(
         self, K_A: ArrayLike | None = None
-    ) -> tuple[SecondOrderPlant, np.ndarray]:
+    ) -> tuple[SecondOrderSystem | Polytope, np.ndarray]:
         """The plant and K_A, for a design function; refuses another K_A."""
         if K_A is not None:
             raise ValueError(
@@ -261,14 +261,14 @@ def regularize(
     >>> regularized.status, regularized.K_A.round(2) + 0, regularized.certify().proven
     ('feasible', array([[ 0.  , -2.31]]), True)
     """
-    plant = checked_plant(plant, SecondOrderPlant)
+    around = checked_plant(plant, SecondOrderPlant)
     beta = positive("beta", beta)
     if not is_word(choose, ("centre", "least norm")):
         raise ValueError(f'choose must be "centre" or "least norm", got {choose!r}')
-    refused = Regularization(plant, beta, "infeasible")
+    refused = Regularization(around, beta, "infeasible")
     if refused.infeasibility is not None:
         return refused
-    scaled = ScaledMass(plant, beta)
+    scaled = ScaledMass(around, beta)
     first = scaled.problem().find()
     if first.values is None:
         refused = replace(refused, status="undecided", _multipliers=first.multipliers)
@@ -282,8 +282,8 @@ def regularize(
     except Unbounded:  # a degenerate set: keep the feasible point
         K_A, central = scaled.gain(first.values["L"], scaled.basis), False
     K_A = np.where(np.abs(K_A) > 1e-9 * np.abs(K_A).max(), K_A, 0.0)
-    point = LMISolution(_lemma(plant, beta), {"K_A": K_A})
-    found = Regularization(plant, beta, point.status, K_A, point.margins)
+    point = LMISolution(_lemma(around, beta), {"K_A": K_A})
+    found = Regularization(around, beta, point.status, K_A, point.margins)
     return replace(found, central=central)
 
 
