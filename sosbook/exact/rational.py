@@ -281,7 +281,7 @@ def read_array(rows, *shape):
 
 
 def read_regular(rows, N):
-    """As `read_array`, for an (N, N) matrix that must have an inverse."""
+    """As `read_array`, for ``rows`` of an (N, N) matrix that must have an inverse."""
     x = read_array(rows, N, N)
     try:
         inverse(exact(x))

@@ -231,6 +231,11 @@ def about(asked):
 def subject(asked):
     """What a proof is about: digests, and numbers or sizes.
 
+    Parameters
+    ----------
+    asked : dict
+        The data of the plant, the gain and the start, by name.
+
     Examples
     --------
     >>> subject({"K": [["1", "-2"]], "U": []})
