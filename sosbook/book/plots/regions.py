@@ -87,8 +87,8 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
     return ax
 
 
-def pole_map(poles_, region=None):
-    """A figure of its own for `poles`: takes poles_ and a region as it does."""
+def pole_map(places, region=None):
+    """A figure of its own for `poles`: takes ``places`` and a region as it does."""
     figure, ax = plt.subplots(figsize=(4.6, 4.4))
-    poles(ax, poles_, region)
+    poles(ax, places, region)
     return figure
