@@ -25,7 +25,7 @@ from sosbook.pendulum.ticks import FORMATS, TickLog
 from sosbook.plants import load_plant
 from sosbook.proofs.command import read_plant_file
 from sosbook.proofs.subject import compare_gain, compare_plant
-from sosbook.runtime import reading
+from sosbook.runtime import matrix_files, reading
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file
 from tests.broken_files import BROKEN, ESC
@@ -51,11 +51,19 @@ def numbers_in(path):
     return reading.numbers_of(path, reading.read_rows(path), ["t", "V"])
 
 
+MATRIX_READERS = {
+    "read_npy": "npy",
+    "read_npz": "npz",
+    "read_sparse": "npz",
+    "read_mtx": "mtx",
+    "read_entries": "mtx",
+    "read_mat": "mat",
+}
 #: From a function that takes a file, to the endings of files and how it reads them.
 READERS = {
     "plants.files.load_plant": [
         *((ending, load_plant) for ending in ("json", "npz", "mat")),
-        *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx")),
+        *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx", "npz")),
     ],
     "proofs.command.read_plant_file": [("json", read_plant_file)],
     "proofs.subject.compare_plant": [
@@ -90,10 +98,10 @@ READERS = {
     "runtime.reading.numbers_of": [("csv", numbers_in)],
     "runtime.reading.read_text": [("txt", reading.read_text)],
     "runtime.reading.read_bytes": [("txt", reading.read_bytes)],
-    "runtime.reading.read_npy": [("npy", reading.read_npy)],
-    "runtime.reading.read_npz": [("npz", reading.read_npz)],
-    "runtime.reading.read_mtx": [("mtx", reading.read_mtx)],
-    "runtime.reading.read_mat": [("mat", lambda x: reading.read_mat(x, "MDSB"))],
+    **{
+        f"runtime.matrix_files.{name}": [(ending, getattr(matrix_files, name))]
+        for name, ending in MATRIX_READERS.items()
+    },
 }
 #: Readers of contents of which some of the files are right.
 TAKES = {
@@ -103,10 +111,7 @@ TAKES = {
     "runtime.reading.read_rows",
     "runtime.reading.read_json",
     "runtime.reading.read_toml",
-    "runtime.reading.read_npy",
-    "runtime.reading.read_npz",
-    "runtime.reading.read_mtx",
-    "runtime.reading.read_mat",
+    *(f"runtime.matrix_files.{name}" for name in MATRIX_READERS),
 }
 #: What takes a path and reads no file of others.
 WRITERS = {
@@ -253,6 +258,7 @@ def test_a_model_that_lacks_something_is_named(tmp_path):
 
 #: What reads or writes by itself, and why.
 OWN = {
+    "runtime/matrix_files.py": "reads",
     "runtime/reading.py": "reads",
     "runtime/writing.py": "writes",
     "display/card.py": "a file of the package",

@@ -1,30 +1,41 @@
-"""Plants from files: CSV, NumPy, Matrix Market, MATLAB and JSON."""
+"""Plants from files of other programs, and of JSON."""
 
+import warnings
+from collections.abc import Mapping, Sequence
 from os import PathLike
 
 import numpy as np
 
-from ..runtime.reading import (
-    named,
-    number,
-    path_of,
-    read_json,
+from ..runtime.matrix_files import (
+    check_size,
+    read_entries,
     read_mat,
     read_mtx,
     read_npy,
     read_npz,
-    read_text,
+    read_sparse,
 )
+from ..runtime.reading import named, number, path_of, read_json, read_text
+from .checks import matrix
+from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
 __all__ = ["load_plant", "plant_of"]
 
 NAMES, OPTIONAL = "MDSBF", "F"
-ENDS = ".csv", ".mtx", ".npy"
+STATE = "E", "A", "B", "B_w", "C", "D"  # of a state space
+ALIASES = {"S": "K", "D": "C"}  # what programs for finite elements call them
+ENDS = ".csv", ".mtx", ".npy", ".npz"
+PENALTY = 1e30  # on a diagonal: supports of Abaqus have 1e36, no structure has so much
 
 
-def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope | Uncertain:
+def load_plant(
+    path: str | PathLike,
+    names: Mapping[str, str] | None = None,
+    *,
+    without: Sequence[int] = (),
+) -> SecondOrderSystem | Polytope | Uncertain | DescriptorSystem:
     """Read a plant from a file, or from a folder with a file a matrix.
 
     Parameters
@@ -33,24 +44,41 @@ def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope | Uncertain
         A folder with ``M.csv``, ``D.csv``, ``S.csv``, ``B.csv`` and perhaps
         ``F.csv`` (numbers with a point, between commas, semicolons or spaces,
         one of these in a line; ``#`` begins a comment), or ``M.mtx`` and so on
-        (Matrix Market), or ``M.npy``. Or one file that holds them all under
-        these names: ``.npz``, ``.mat`` (up to MATLAB 7.2) or ``.json``. JSON
+        (Matrix Market, or Abaqus's lines "node, dof, node, dof, value"), ``M.npy``,
+        or ``M.npz`` (scipy.sparse.save_npz). Or one file that holds them all under
+        these names: ``.npz``, ``.mat``, ``.h5`` (that and MATLAB 7.3 by h5py) or
+        ``.json``. Where S or D isn't there, ``K`` of the size of M is the stiffness
+        and ``C`` the damping. Without M, but with ``A``, they are a state space
+        E x' = A x + B u + B_w w, y = C x + D u, where only A is needed. JSON has
+        M, D, S, B and F alone; it
         may have a list of such plants under ``"vertices"``, or ranges under
         ``"parameters"``, and be the file of ``python -m sosbook design``.
+    names : dict, optional
+        From a matrix to what it is called there: ``{"S": "Kaa"}``.
+    without : sequence of int, optional
+        Displacements that are held at zero, from 0: their rows and columns are left
+        out. For supports that a program writes as penalties.
 
     Returns
     -------
-    SecondOrderSystem, Polytope or Uncertain
-        A polytope where JSON has vertices, a family where it has parameters.
+    SecondOrderSystem, Polytope, Uncertain or DescriptorSystem
+        A polytope where JSON has vertices, a family where it has parameters. Of a
+        state space with x = [z; z'] in any order, E = 1 and D = 0 the second-order
+        system, else the descriptor system.
 
     Raises
     ------
     FileNotFoundError
         If there is no such file, or a matrix is missing in a folder.
     ValueError
-        If the kind of the file isn't known, or what it holds is no plant, or it is
-        beyond the limits of `sosbook.runtime.reading`. The text names the file and
-        the matrix.
+        If the kind of the file isn't known, or what it holds is no plant, has supports
+        by penalties, or is beyond the limits of `sosbook.runtime.reading`. The text
+        names the file and the matrix.
+
+    Warns
+    -----
+    UserWarning
+        If a state space is of second order and its C is left out.
 
     Examples
     --------
@@ -64,24 +92,158 @@ def load_plant(path: str | PathLike) -> SecondOrderSystem | Polytope | Uncertain
     """
     place = path_of(path)
     kind = place.suffix.lower()
+    readers = {".npz": read_npz, ".mat": read_mat, ".h5": read_mat, ".json": read_json}
     if place.is_dir():
-        return _plant(place, _folder(place))
-    if not place.exists():
+        there = _folder(place)
+        chosen = _chosen(place, there, names or {})
+        matrices = {n: _matrix(place, there[own]) for n, own in chosen.items()}
+    elif not place.exists():
         raise FileNotFoundError(f"{path}: there is no such file or folder")
-    readers = {".npz": read_npz, ".mat": _mat, ".json": read_json}
-    if kind not in readers:
+    elif kind not in readers:
         known = ", ".join(readers)
         raise ValueError(
             f"{path}: give a file of the kind {known}, or a folder with a file "
-            "for each matrix (M.csv, M.mtx or M.npy, ...)"
+            "for each matrix (M.csv, M.mtx, M.npy, M.npz, ...)"
         )
-    data = readers[kind](place)
-    if kind != ".json":
-        return _plant(place, data)
-    if isinstance(data, dict) and "plant" in data:
-        data = data["plant"]
+    elif kind == ".json":
+        if names or len(without):
+            raise ValueError(f"{path}: names and without aren't for JSON")
+        data = read_json(place)
+        with named(path):
+            whole = isinstance(data, dict) and "plant" in data
+            return plant_of(data["plant"] if whole else data)
+    else:
+        there = readers[kind](place)
+        chosen = _chosen(place, there, names or {})
+        matrices = {n: there[own] for n, own in chosen.items()}
     with named(path):
-        return plant_of(data)
+        if "A" in matrices:
+            if len(without):
+                raise ValueError("without is for M, D and S, and there is A")
+            return _of_state_space(path, matrices)
+        return _of_structure(matrices, chosen, without)
+
+
+def _chosen(place, there, names):
+    """From each matrix to what it is called among the names that are there."""
+    for name, own in names.items():
+        if name not in (*NAMES, *STATE):
+            raise ValueError(f"names: {name!r:.40} is none of M, D, S, B, F, {STATE}")
+        if own not in there:
+            raise ValueError(f"{place}: {own} isn't there, but {_listed(there)}")
+    chosen = {n: n for n in (*NAMES, *STATE) if n in there} | dict(names)
+    if "A" in chosen and "M" not in chosen:
+        return {n: own for n, own in chosen.items() if n in STATE}
+    chosen = {n: own for n, own in chosen.items() if n in NAMES}
+    if "S" not in chosen and {"C", "D", "K"} <= {*there} and "D" not in names:
+        raise ValueError(
+            f"{place}: beside K, is C or D the damping? Pass names={{'D': 'C'}} or "
+            "names={'D': 'D'}"
+        )
+    for name, alias in ALIASES.items():
+        if name not in chosen and alias in there:
+            chosen[name] = alias
+    _refuse_small_letters(place, there)
+    if missing := [n for n in NAMES if n not in chosen and n not in OPTIONAL]:
+        pass_on = ", ".join(f"{n!r}: '...'" for n in missing)
+        cure = f"{_listed(there)} is there: pass names={{{pass_on}}} for other names"
+        if place.is_dir():
+            *some, last = (f"{missing[0]}{end}" for end in ENDS)
+            raise FileNotFoundError(
+                f"{place}: {', '.join(some)} or {last} is missing; {cure}"
+            )
+        raise ValueError(f"{place}: {', '.join(missing)} is missing; {cure}")
+    return chosen
+
+
+def _listed(there):
+    """Some names in words."""
+    return f"{', '.join(there) or 'nothing':.200}"
+
+
+def _of_structure(matrices, chosen, without):
+    """The plant of M, D, S, B and perhaps F, some of which may be Abaqus's."""
+    dofs = _assemble(matrices)
+    matrices = {name: matrix(name, x) for name, x in matrices.items()}
+    n = len(matrices["M"])
+    for name, alias in ALIASES.items():
+        if chosen[name] == alias and matrices[name].shape != (n, n):
+            size = " x ".join(map(str, matrices[name].shape))
+            raise ValueError(
+                f"{alias} is {size} and M has {n} rows, so it isn't taken for "
+                f"{name}, which is missing: call that {name}, or pass names="
+            )
+    if len(without):
+        cut = np.asarray(without)
+        if cut.dtype.kind not in "iu" or cut.min() < 0 or cut.max() >= n:
+            raise ValueError(f"without must be rows from 0 to {n - 1}, got {without}")
+        keep = np.setdiff1d(np.arange(n), cut)
+        for name, x in matrices.items():
+            if len(x) == n:  # a wrong size is an error of its own
+                matrices[name] = x[keep][:, keep] if name in "MDS" else x[keep]
+        dofs = dofs and [dofs[k] for k in keep]
+    for name in "MDS":
+        if len(held := np.flatnonzero(abs(matrices[name].diagonal()) >= PENALTY)):
+            where = f" ({', '.join(dofs[k] for k in held)})" if dofs else ""
+            raise ValueError(
+                f"{name} has {matrices[name][held[0], held[0]]:g} on its diagonal: "
+                f"penalties instead of supports. Pass without={held.tolist()}{where}"
+            )
+    return SecondOrderSystem(**matrices, coordinates=dofs)
+
+
+def _assemble(matrices):
+    """Make Abaqus's entries matrices, of all nodes' dofs; their names, or None."""
+    tables = {name: x for name, x in matrices.items() if isinstance(x, dict)}
+    dofs = sorted({dof for x in tables.values() for pair in x for dof in pair})
+    check_size(len(dofs), len(dofs))
+    order = {dof: k for k, dof in enumerate(dofs)}
+    for name, entries in tables.items():
+        matrices[name] = np.zeros((len(dofs), len(dofs)))
+        for (row, column), value in entries.items():
+            matrices[name][order[row], order[column]] = value
+    return [f"{node}.{dof}" for node, dof in dofs] or None
+
+
+def _of_state_space(path, matrices):
+    """The plant of A and others; of second order where it can be."""
+    A, D_u = matrix("A", matrices["A"]), matrices.get("D")
+    E, B, B_w, C = (matrices.get(name) for name in ("E", "B", "B_w", "C"))
+    if D_u is not None and not matrix("D", D_u).any():
+        D_u = None
+    E = np.eye(len(A)) if E is None else matrix("E", E)
+    system = DescriptorSystem(E, A, B, B_w, C, D_u)
+    plant = _second_order(*system.vertices)
+    if plant is None:
+        return system
+    if C is not None:
+        warnings.warn(
+            f"{path} is of second order, and its C is left out: outputs are z; "
+            "design_observer takes another as C=",
+            stacklevel=3,
+        )
+    return plant
+
+
+def _second_order(d):
+    """The plant with x = [z; z'] in any order, or None."""
+    N, half = len(d.A), len(d.A) // 2
+    inputs = np.hstack([d.Bu, d.Bw])
+    if d.Du is not None or not d.Bu.size or (d.E != np.eye(N)).any():
+        return None
+    target = {  # rows x_i' = x_j
+        i: int(row.argmax())
+        for i, row in enumerate(d.A)
+        if not inputs[i].any() and np.count_nonzero(row) == 1 and row.max() == 1
+    }
+    other = [i for i, j in target.items() if j not in target]
+    for z in list(range(half)), list(range(0, N, 2)), other:
+        v = [target.get(i, -1) for i in z]
+        if sorted(z + v) == list(range(N)):
+            D, S = (0.0 - d.A[np.ix_(v, x)] for x in (v, z))
+            F = d.Bw[v] if d.Bw.size else None
+            return SecondOrderSystem(np.eye(half), D, S, d.Bu[v], F)
+    return None
 
 
 def plant_of(data, where="plant"):
@@ -142,20 +304,23 @@ def _family(where, data):
 
 def _vertex(where, data):
     if not isinstance(data, dict) or not {*"MDSB"} <= data.keys() <= {*NAMES}:
-        raise ValueError(f"{where} needs the keys M, D, S, B and may have F")
-    return _plant(where, data)
-
-
-def _plant(where, matrices):
-    """The plant of some matrices by name; ``where`` they are from."""
-    missing = [n for n in NAMES if n not in matrices and n not in OPTIONAL]
-    if missing:
-        raise ValueError(f"{where}: {', '.join(missing)} is missing")
-    _refuse_small_letters(where, matrices)
+        raise ValueError(
+            f"{where} needs the keys M, D, S, B and may have F{_renamed(data)}"
+        )
     try:
-        return SecondOrderSystem(**{n: matrices[n] for n in NAMES if n in matrices})
+        return SecondOrderSystem(**data)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
+
+
+def _renamed(data):
+    """What to call K and C."""
+    there = data if isinstance(data, dict) else ()
+    return "".join(
+        f"; {alias} is there: call it {name}"
+        for name, alias in ALIASES.items()
+        if alias in there and name not in there
+    )
 
 
 def _refuse_small_letters(where, names):
@@ -166,29 +331,24 @@ def _refuse_small_letters(where, names):
 
 
 def _folder(path):
-    """The matrices of a folder."""
-    matrices = {}
-    for name in NAMES:
-        files = [
-            path / f"{name}{end}" for end in ENDS if (path / f"{name}{end}").exists()
-        ]
-        if len(files) > 1:
-            raise ValueError(
-                f"{path}: {name} is there twice: {files[0].name}, {files[1].name}"
-            )
-        if files:
-            matrices[name] = _matrix(files[0])
-        elif name not in OPTIONAL:
-            raise FileNotFoundError(
-                f"{path}: {name}.csv, {name}.mtx or {name}.npy is missing"
-            )
-    there = {*matrices, *(x.stem for x in path.iterdir() if x.suffix in ENDS)}
-    _refuse_small_letters(path, there)
-    return matrices
+    """The files of matrices in a folder, by name."""
+    there = {}
+    for file in sorted(path.iterdir()):
+        if file.suffix in ENDS:
+            there.setdefault(file.stem, []).append(file)
+    return there
 
 
-def _matrix(file):
-    return {".csv": _csv, ".npy": read_npy, ".mtx": read_mtx}[file.suffix](file)
+def _matrix(path, files):
+    """The matrix of a file; or entries of Abaqus, a dict."""
+    if len(files) > 1:
+        twice = ", ".join(file.name for file in files)
+        raise ValueError(f"{path}: {files[0].stem} is there twice: {twice}")
+    (file,) = files
+    if file.suffix == ".mtx":
+        entries = read_entries(file)
+        return read_mtx(file) if entries is None else entries
+    return {".csv": _csv, ".npy": read_npy, ".npz": read_sparse}[file.suffix](file)
 
 
 def _csv(file):
@@ -213,7 +373,3 @@ def _csv(file):
     if not rows:
         raise ValueError(f"{file}: there are no numbers")
     return np.array(rows)
-
-
-def _mat(path):
-    return read_mat(path, [*NAMES, *OPTIONAL.lower()])

@@ -14,6 +14,7 @@ EXTRAS = {
     "plot": ("matplotlib",),
     "cones": ("cvxpy", "clarabel"),
     "notebook": ("ipywidgets", "IPython"),
+    "hdf5": ("h5py",),
     "parallel": ("joblib", "tqdm", "threadpoolctl"),
     "book": ("nbformat", "nbclient", "playwright", "pypdf"),
 }

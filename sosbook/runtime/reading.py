@@ -1,17 +1,16 @@
 """Files of other people: read within limits, with errors that name the file.
 
-Whatever reads a file reads it here. The limits are those of `MOST_BYTES`,
-`DEEPEST`, `LONGEST_TEXT` and `MOST_ENTRIES`; what is beyond them, or is no file of its
+Whatever reads a file reads it here, or in `matrix_files`. The limits are those of
+`MOST_BYTES`, `DEEPEST` and `LONGEST_TEXT`; what is beyond them, or is no file of its
 kind, is a ValueError. Nothing in a file is ever executed.
 """
 
 import csv
 import json
 import re
-import zipfile
 from contextlib import contextmanager
-from io import BytesIO, StringIO
-from math import isinf, prod
+from io import StringIO
+from math import isinf
 from os import PathLike
 from pathlib import Path
 
@@ -19,6 +18,7 @@ import numpy as np
 
 __all__ = [
     "LONGEST_TEXT",
+    "MOST_BYTES",
     "MOST_DIGITS",
     "named",
     "number",
@@ -27,17 +27,12 @@ __all__ = [
     "path_of",
     "read_bytes",
     "read_json",
-    "read_mat",
-    "read_mtx",
-    "read_npy",
-    "read_npz",
     "read_rows",
     "read_text",
     "read_toml",
 ]
 
 MOST_BYTES = 200_000_000  # of a file, and of what an archive unpacks
-MOST_ENTRIES = 20_000_000  # of a matrix in a file of NumPy, MATLAB or Matrix Market
 MOST_DIGITS = 100_000  # of a whole number that is written in a text
 LONGEST_TEXT = 2 * MOST_DIGITS + 2  # of one text in JSON: a fraction with its sign
 LONGEST_INTEGER = 400  # digits of one in JSON; a float has at most 309
@@ -63,16 +58,6 @@ def named(path):
         if not text.startswith(str(path)):
             text = f"{path}: {text}"
         raise ValueError(text) from None
-
-
-@contextmanager
-def _decoded(path, kind):
-    """Let whatever a decoder raises name the file at ``path``, and its ``kind``."""
-    try:
-        yield
-    except Exception as error:  # a broken file brings a library to all kinds of ends
-        words = str(error) or type(error).__name__
-        raise ValueError(f"{path} can't be read as {kind}: {words}") from None
 
 
 def path_of(path):
@@ -291,79 +276,3 @@ def numbers_of(path, rows, names):
         except ValueError as error:
             raise ValueError(f"{path}: line {line}: {error}") from None
     return np.array(table).reshape(-1, len(names))
-
-
-def read_npy(path):
-    """The array in a file of NumPy at ``path``; Python's objects are refused."""
-    content = read_bytes(path)
-    with _decoded(path, "an array of NumPy"):
-        return _array(content)
-
-
-def _array(content):
-    """The array in bytes of NumPy's format, whose header is looked at first."""
-    stream = BytesIO(content)
-    version = np.lib.format.read_magic(stream)
-    headers = {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }
-    if version not in headers:
-        raise ValueError(f"its version is {version}")
-    shape, _, kind = headers[version](stream)
-    if kind.hasobject:
-        raise ValueError("it holds objects of Python, which are never opened")
-    if min(shape, default=0) < 0 or prod(shape) * kind.itemsize != len(content) - (
-        stream.tell()
-    ):
-        raise ValueError(f"its head promises an array of {shape}, which isn't there")
-    stream.seek(0)
-    return np.load(stream, allow_pickle=False)
-
-
-def read_npz(path):
-    """The arrays in an archive of NumPy at ``path``, a dict; see `read_npy`."""
-    content = read_bytes(path)
-    with _decoded(path, "an archive of NumPy"):
-        archive = zipfile.ZipFile(BytesIO(content))
-        size = sum(part.file_size for part in archive.infolist())
-        if size > MOST_BYTES:
-            raise ValueError(f"it unpacks to {size} bytes, more than {MOST_BYTES}")
-        arrays = {}
-        for part in archive.infolist():
-            name = part.filename.removesuffix(".npy")
-            if name in arrays:
-                raise ValueError(f"{name!r:.80} is there twice")
-            arrays[name] = _array(archive.read(part))
-        return arrays
-
-
-def read_mtx(path):
-    """The matrix in a Matrix Market file at ``path``, dense or sparse."""
-    from scipy.io import mminfo, mmread
-
-    content = read_bytes(path)
-    with _decoded(path, "a matrix of Matrix Market"):
-        rows, columns, _, _, field, _ = mminfo(BytesIO(content))
-        _check_size(rows, columns)
-        if field == "pattern":
-            raise ValueError("it has a pattern and no numbers")
-        return mmread(BytesIO(content))
-
-
-def read_mat(path, names):
-    """Arrays in a MATLAB file at ``path``, a dict: those of some ``names``."""
-    from scipy.io import loadmat, whosmat
-
-    content = read_bytes(path)
-    with _decoded(path, "a file of MATLAB (save with the option '-v7')"):
-        for _, shape, _ in whosmat(BytesIO(content)):
-            _check_size(*shape)
-        found = loadmat(BytesIO(content), variable_names=list(names))
-        return {name: found[name] for name in names if name in found}
-
-
-def _check_size(*shape):
-    if prod(shape) > MOST_ENTRIES:
-        size = " x ".join(map(str, shape))
-        raise ValueError(f"it promises a matrix of {size}, too large to read")

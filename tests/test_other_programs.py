@@ -1,0 +1,326 @@
+"""Plants in the files that other programs write: what is read is what was meant."""
+
+import sys
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.linalg
+import scipy.sparse
+
+from sosbook import SecondOrderSystem
+from sosbook.plants import DescriptorSystem, load_plant
+from sosbook.runtime import matrix_files
+
+ONE = np.eye(4)
+
+
+def frame(n=4, seed=3):
+    """A sparse structure: M diagonal, C and K symmetric, a force, a gust."""
+    rng = np.random.default_rng(seed)
+    K = 9.81 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    C = 0.003 * K + 0.3 * np.diag(rng.uniform(size=n))
+    M = np.diag(rng.uniform(1, 3, n).round(3))
+    return dict(M=M, C=C, K=K, B=np.eye(n)[:, :1], F=np.eye(n)[:, -1:])
+
+
+def ordered(poles):
+    """By frequency, whatever the last digits are."""
+    return poles[np.lexsort((poles.real.round(8), poles.imag.round(8)))]
+
+
+def poles(M, C, K, **_):
+    """By a linearisation of its own, of [z'; z]."""
+    n = len(M)
+    A = np.block([[-C, -K], [np.eye(n), np.zeros((n, n))]])
+    E = scipy.linalg.block_diag(M, np.eye(n))
+    return ordered(scipy.linalg.eigvals(A, E))
+
+
+def same(plant, given):
+    """Whether a plant is the one of some M, C, K, B and F."""
+    assert ordered(plant.poles()) == pytest.approx(poles(**given), abs=1e-9)
+    renamed = {"D": given["C"], "S": given["K"], **given}
+    return plant == SecondOrderSystem(**{x: renamed[x] for x in "MDSBF"})
+
+
+def into_mat(path, **matrices):
+    scipy.io.savemat(path / "plant.mat", matrices)
+    return path / "plant.mat"
+
+
+# ------------------------------------------------------------- matrices by name
+
+
+def sparse(given):
+    return {name: scipy.sparse.csr_array(x) for name, x in given.items()}
+
+
+def mat(path, given):
+    return into_mat(path, **sparse(given))
+
+
+def npz(path, given):
+    np.savez(path / "plant.npz", **given, title=np.zeros(3))
+    return path / "plant.npz"
+
+
+def save_npz(path, given):
+    for k, (name, x) in enumerate(sparse(given).items()):
+        scipy.sparse.save_npz(path / name, x.asformat(["csr", "csc", "coo"][k % 3]))
+    return path
+
+
+def mtx(path, given):
+    for name, x in sparse(given).items():
+        kind = "symmetric" if name in "MCK" else "general"
+        scipy.io.mmwrite(path / f"{name}.mtx", x, symmetry=kind)
+    return path
+
+
+@pytest.mark.parametrize("write", [mat, npz, save_npz, mtx])
+def test_k_is_the_stiffness_and_c_the_damping(write, tmp_path):
+    given = frame()
+    assert same(load_plant(write(tmp_path, given)), given)
+
+
+def test_names_of_your_own(tmp_path):
+    given = frame()
+    K, C = given.pop("K"), given.pop("C")
+    file = into_mat(tmp_path, **given, Kaa=K, Daa=C)
+    with pytest.raises(
+        ValueError, match=r"D, S is missing; M, B, F, Kaa, Daa is there"
+    ):
+        load_plant(file)
+    plant = load_plant(file, {"S": "Kaa", "D": "Daa"})
+    assert same(plant, {**given, "K": K, "C": C})
+    for names, words in (({"S": "Kbb"}, "Kbb isn't there"), ({"Q": "M"}, "'Q'")):
+        with pytest.raises(ValueError, match=words):
+            load_plant(file, names)
+
+
+def test_a_gain_is_no_stiffness(tmp_path):
+    given = frame() | {"K": np.ones((1, 8))}
+    with pytest.raises(ValueError, match=r"plant\.mat: K is 1 x 8 .* call that S"):
+        load_plant(into_mat(tmp_path, **given))
+    right = frame()
+    both = right | {"D": right["C"], "S": right["K"], "K": np.ones((4, 4))}
+    assert same(load_plant(into_mat(tmp_path, **both)), right)  # S wins
+
+
+def test_two_dampings_are_asked_about(tmp_path):
+    given = frame()
+    file = into_mat(tmp_path, **given, D=np.zeros((4, 4)))
+    with pytest.raises(ValueError, match="is C or D the damping"):
+        load_plant(file)
+    assert same(load_plant(file, {"D": "C"}), given)
+    assert load_plant(file, {"D": "D"}).D.any() == 0
+
+
+def test_json_has_one_set_of_names(tmp_path):
+    (tmp_path / "plant.json").write_text(
+        '{"M": [[1]], "C": [[1]], "K": [[1]]}', "utf-8"
+    )
+    words = r"plant\.json: .* K is there: call it S; C is there: call it D"
+    with pytest.raises(ValueError, match=words):
+        load_plant(tmp_path / "plant.json")
+    with pytest.raises(ValueError, match="aren't for JSON"):
+        load_plant(tmp_path / "plant.json", {"S": "K"})
+
+
+def test_one_sparse_matrix_is_no_plant(tmp_path):
+    scipy.sparse.save_npz(tmp_path / "M", scipy.sparse.csr_array(ONE))
+    with pytest.raises(ValueError, match=r"M\.npz: M, D, S, B is missing"):
+        load_plant(tmp_path / "M.npz")
+    np.savez(tmp_path / "S.npz", S=ONE)
+    with pytest.raises(ValueError, match=r"S\.npz can't be read .*: it holds S"):
+        matrix_files.read_sparse(tmp_path / "S.npz")
+
+
+# ------------------------------------------------------------------ state space
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_second_order_is_recognised_in_any_order_of_rows(seed, tmp_path):
+    given = frame(3, seed)
+    M = given["M"]
+    S, D, B, F = (np.linalg.solve(M, given[x]) for x in "KCBF")
+    Z = np.zeros((3, 3))
+    A = np.block([[Z, np.eye(3)], [-S, -D]])
+    order = [np.arange(6), np.arange(6).reshape(2, 3).T.ravel(), np.roll(range(6), 3)]
+    p = [*order, *(np.random.default_rng(seed).permutation(6) for _ in range(3))][seed]
+    matrices = {"A": A[np.ix_(p, p)], "B_w": np.vstack([0 * F, F])[p]}
+    matrices["B"] = np.vstack([0 * B, B])[p]
+    plant = load_plant(into_mat(tmp_path, **sparse(matrices)))
+    assert isinstance(plant, SecondOrderSystem)
+    found = ordered(plant.poles())
+    assert found == pytest.approx(ordered(np.linalg.eigvals(A)), abs=1e-9)
+    rows = [i for i in p if i < 3]  # z in the order of the file
+    if seed < 3:
+        assert rows == [0, 1, 2] and (plant.S == S).all() and (plant.B == B).all()
+    with pytest.warns(UserWarning, match="its C is left out"):
+        assert load_plant(into_mat(tmp_path, **matrices, C=np.eye(6)[:1])) == plant
+
+
+def test_an_acceleration_that_is_one_displacement_is_no_velocity(tmp_path):
+    """z1'' = z2 looks like z' = x."""
+    A = np.array([[0, 0, 1, 0], [0, 0, 0, 1], [0, 1, 0, 0], [-2, 0, 0, -0.3]])
+    plant = load_plant(into_mat(tmp_path, A=A, B=np.eye(4)[:, 3:]))
+    assert plant.S.tolist() == [[0, -1], [2, 0]]
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"A": np.array([[-1.0, 2.0], [-2.0, -1.0]])},  # modes in blocks
+        {"E": np.diag([1.0, 2.0])},
+        {"D": np.ones((1, 1))},
+        {"B": np.ones((2, 1))},
+        {"A": np.diag([-1.0, -2, -3]), "B": np.ones((3, 1)), "C": np.ones((1, 3))},
+    ],
+)
+def test_what_is_no_second_order_system_stays_a_state_space(changed, tmp_path):
+    given = {"A": np.array([[0, 1], [-2, -0.3]]), "B": np.eye(2)[:, 1:]}
+    given |= {"C": np.eye(2)[:1], "K": np.ones((1, 2))} | changed
+    d = load_plant(into_mat(tmp_path, **given))
+    assert isinstance(d, DescriptorSystem)
+    (v,) = d.vertices
+    assert (v.A == given["A"]).all() and (v.Bu == given["B"]).all()
+    assert (v.C == given["C"]).all() and (v.E == given.get("E", np.eye(len(v.A)))).all()
+    assert (v.Du is not None) == ("D" in given)
+
+
+@pytest.mark.parametrize(
+    "given, words",
+    [
+        ({"A": np.ones((2, 3))}, "A has 3 columns|E has"),
+        ({"A": np.eye(2), "B": np.ones((3, 1))}, "B has 3 rows, needs 2"),
+        ({"A": np.eye(2), "E": np.ones((2, 2))}, "E is singular"),
+        ({"A": np.eye(2), "D": np.ones((1, 1))}, "D_u is given without C"),
+        ({"B": np.eye(2), "C": np.eye(2)}, "M, D, S is missing|M, S is missing"),
+        ({"A": 1j * np.eye(2)}, "A must be a real matrix: it has complex entries"),
+    ],
+)
+def test_a_state_space_that_is_none_is_named(given, words, tmp_path):
+    with pytest.raises(ValueError, match=rf"plant\.mat: ({words})"):
+        load_plant(into_mat(tmp_path, **given))
+
+
+# ----------------------------------------------------------------------- Abaqus
+
+
+def abaqus(path, name, x, half=True, head=""):
+    """Node 7 before node 40, each with the dofs 1 and 2; zeros aren't written."""
+    dofs = [(7, 1), (7, 2), (40, 1), (40, 2)]
+    lines = [
+        f"{dofs[i][0]},{dofs[i][1]}, {dofs[j][0]},{dofs[j][1]}, {x[i, j]:.16e}"
+        for j in reversed(range(4))
+        for i in range(4)
+        if x[i, j] and (i >= j or not half)
+    ]
+    (path / f"{name}.mtx").write_text(head + "\n".join(lines) + "\n", "utf-8")
+
+
+def elements(path, **changed):
+    given = frame() | {"F": np.zeros((4, 0))} | changed
+    for name in "MCK":
+        abaqus(path, name, given[name], head="** MATRIX\n*MATRIX, TYPE=STIFFNESS\n")
+    np.save(path / "B.npy", given["B"])
+    return given
+
+
+def test_abaqus_writes_half_of_a_symmetric_matrix(tmp_path):
+    given = elements(tmp_path)
+    plant = load_plant(tmp_path)
+    assert same(plant, given)
+    assert plant.coordinates == ("7.1", "7.2", "40.1", "40.2")
+    skew = given["C"] + np.eye(4, k=1) - np.eye(4, k=-1)  # gyroscopic: both halves
+    abaqus(tmp_path, "C", skew, half=False)
+    assert (load_plant(tmp_path).D == skew).all()
+
+
+def test_supports_by_penalties_are_named_and_left_out(tmp_path):
+    K = frame()["K"] + np.diag([0, 1e36, 0, 1e36])
+    given = elements(tmp_path, K=K)
+    with pytest.raises(
+        ValueError, match=r"S has 1e\+36 .*without=\[1, 3\] \(7\.2, 40\.2"
+    ):
+        load_plant(tmp_path)
+    keep = [0, 2]
+    left = {x: given[x][np.ix_(keep, keep)] for x in "MCK"}
+    plant = load_plant(tmp_path, without=[1, 3])
+    assert same(plant, left | {x: given[x][keep] for x in "BF"})
+    assert plant.coordinates == ("7.1", "40.1")
+    for wrong in ([4], [-1], [0.5]):
+        with pytest.raises(ValueError, match="without must be rows from 0 to 3"):
+            load_plant(tmp_path, without=wrong)
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("1,1, 1,1", r"M\.mtx, line 1: .* is neither 'node, dof"),
+        ("1,1, 1,1, 1\n\n1,1, 1,1, 2", r"line 3: .* is there twice"),
+        ("1,1, 1,1, 1d5", r"line 1: '1d5' is no number"),
+        ("1,1, 1,-1, 1", r"line 1: .* is neither"),
+        ("1 1 2.0", r"line 1: .* is neither"),
+        ("", r"M is empty|M has 0 rows|S has 4 rows, needs"),
+    ],
+)
+def test_a_broken_file_of_abaqus_has_its_line(text, words, tmp_path):
+    elements(tmp_path)
+    (tmp_path / "M.mtx").write_text(text, "utf-8")
+    for name in "CK":
+        (tmp_path / f"{name}.mtx").unlink()
+        np.save(tmp_path / f"{name}.npy", ONE)
+    with pytest.raises(ValueError, match=words):
+        load_plant(tmp_path)
+
+
+def test_too_many_nodes_make_no_matrix(tmp_path, monkeypatch):
+    monkeypatch.setattr(matrix_files, "MOST_ENTRIES", 15)
+    elements(tmp_path)
+    with pytest.raises(ValueError, match="4 x 4, too large"):
+        load_plant(tmp_path)
+
+
+# ------------------------------------------------------------------------- HDF5
+
+
+def hdf5(path, given, h5py, matlab):
+    """As MATLAB 7.3 lays matrices out, or as h5py does."""
+    with h5py.File(path, "w", userblock_size=512 if matlab else 0) as file:
+        for name, x in given.items():
+            if matlab and name == "K":
+                x = scipy.sparse.csc_array(x)
+                group = file.create_group(name)
+                group.attrs["MATLAB_sparse"] = np.uint64(x.shape[0])
+                for key, part in (
+                    ("data", x.data),
+                    ("ir", x.indices),
+                    ("jc", x.indptr),
+                ):
+                    group[key] = part
+            else:
+                file[name] = x.T if matlab else x
+            if matlab:
+                file[name].attrs["MATLAB_class"] = np.bytes_("double")
+        file["elsewhere"] = h5py.ExternalLink("other.h5", "/x")
+
+
+@pytest.mark.parametrize("matlab", [True, False])
+def test_hdf5_is_read(matlab, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    given = frame() | {"K": frame()["K"] + np.eye(4, k=1)}  # K' isn't K
+    file = tmp_path / ("plant.mat" if matlab else "plant.h5")
+    hdf5(file, given, h5py, matlab)
+    assert same(load_plant(file), given)
+
+
+def test_without_h5py_the_cure_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    for name in ("plant.mat", "plant.h5"):
+        (tmp_path / name).write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(600))
+        words = rf"{name} can't be read .*save with '-v7'.*sosbook\[hdf5\]"
+        with pytest.raises(ValueError, match=words):
+            load_plant(tmp_path / name)
