@@ -369,7 +369,6 @@ class Observer:
             t.put(name, holder, key, N)
         t.put_number("unit", c, "unit")
         need(len(c["T"]) == 2, "there are two parts of T")
-        t.data.pop("C", None)
         need(len(d["noises"]) == len(vertices), "a vertex without noise")
         for i, _ in enumerate(vertices):
             t.put(f"noise.{i + 1}", d["noises"], i)
