@@ -1,5 +1,6 @@
 """Plants: second-order systems, their polytopes and descriptor forms."""
 
+from .condensing import condense
 from .descriptor import (
     Coupled,
     Descriptor,
@@ -21,6 +22,7 @@ __all__ = [
     "Polytope",
     "SecondOrderSystem",
     "SlackVertex",
+    "condense",
     "coupled_pairs",
     "descriptors",
     "load_plant",

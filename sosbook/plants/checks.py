@@ -11,11 +11,14 @@ __all__ = [
     "as_in_a_file",
     "as_written",
     "check_rank",
+    "checked_names",
     "count",
     "finite",
     "inverse_by_rows",
     "is_word",
     "logarithmic_scales",
+    "massless",
+    "massless_cure",
     "matrices_of",
     "matrix",
     "numbers",
@@ -25,6 +28,7 @@ __all__ = [
 
 SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open
+MOST_NAMED = 12  # rows in an error, which is one line
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 
 _written = ContextVar("written", default=False)  # whether `as_written` is in force
@@ -323,3 +327,45 @@ def _lacks_rank(M, tolerance):
         if axis == 0 and (not some.size or some.max() < SAME * some.min()):
             break
     return np.count_nonzero(np.linalg.svd(M, compute_uv=False) > tolerance) < len(M)
+
+
+def massless(M, D):
+    """The rows in which square M and D are zero, as in the columns of these numbers.
+
+    Examples
+    --------
+    >>> massless(np.diag([1.0, 0.0, 0.0]), np.diag([0.0, 0.0, 2.0]))
+    array([1])
+    """
+    there = np.abs(M) + np.abs(D)
+    return np.flatnonzero(~there.any(axis=0) & ~there.any(axis=1))
+
+
+def massless_cure(M, D):
+    """What to do about the rows that are `massless`, for errors; empty without any.
+
+    M and D are those of the plant.
+
+    Examples
+    --------
+    >>> massless_cure(np.diag([1.0, 0.0]), np.eye(2))
+    ''
+    """
+    rows = massless(M, D)
+    if not len(rows):
+        return ""
+    some = ", ".join(map(str, rows[:MOST_NAMED])) + ", ..." * (len(rows) > MOST_NAMED)
+    return f"; sosbook.plants.condense solves for z[{some}] exactly"
+
+
+def checked_names(coordinates, n):
+    """The names of n ``coordinates``, checked; None without."""
+    if coordinates is None:
+        return None
+    names = (coordinates,) if isinstance(coordinates, str) else tuple(coordinates)
+    good = len(names) == len(set(names)) == n
+    if not good or not all(isinstance(name, str) and name for name in names):
+        raise ValueError(
+            f"coordinates must be {n} different names, got {coordinates!r}"
+        )
+    return names

@@ -17,6 +17,7 @@ from ..runtime.matrix_files import (
 )
 from ..runtime.reading import named, number, path_of, read_json, read_text
 from .checks import matrix
+from .condensing import condense
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
@@ -35,6 +36,7 @@ def load_plant(
     names: Mapping[str, str] | None = None,
     *,
     without: Sequence[int] = (),
+    condensed: bool = False,
 ) -> SecondOrderSystem | Polytope | Uncertain | DescriptorSystem:
     """Read a plant from a file, or from a folder with a file a matrix.
 
@@ -58,6 +60,8 @@ def load_plant(
     without : sequence of int, optional
         Displacements that are held at zero, from 0: their rows and columns are left
         out. For supports that a program writes as penalties.
+    condensed : bool, optional
+        Whether `condense` solves for the displacements without mass and damping.
 
     Returns
     -------
@@ -106,8 +110,8 @@ def load_plant(
             "for each matrix (M.csv, M.mtx, M.npy, M.npz, ...)"
         )
     elif kind == ".json":
-        if names or len(without):
-            raise ValueError(f"{path}: names and without aren't for JSON")
+        if names or len(without) or condensed:
+            raise ValueError(f"{path}: JSON takes no names, without or condensed")
         data = read_json(place)
         with named(path):
             whole = isinstance(data, dict) and "plant" in data
@@ -118,10 +122,10 @@ def load_plant(
         matrices = {n: there[own] for n, own in chosen.items()}
     with named(path):
         if "A" in matrices:
-            if len(without):
-                raise ValueError("without is for M, D and S, and there is A")
+            if len(without) or condensed:
+                raise ValueError("there is A: without and condensed are for M, D, S")
             return _of_state_space(path, matrices)
-        return _of_structure(matrices, chosen, without)
+        return _of_structure(matrices, chosen, without, condensed)
 
 
 def _chosen(place, there, names):
@@ -161,7 +165,7 @@ def _listed(there):
     return f"{', '.join(there) or 'nothing':.200}"
 
 
-def _of_structure(matrices, chosen, without):
+def _of_structure(matrices, chosen, without, condensed):
     """The plant of M, D, S, B and perhaps F, some of which may be Abaqus's."""
     dofs = _assemble(matrices)
     matrices = {name: matrix(name, x) for name, x in matrices.items()}
@@ -189,7 +193,13 @@ def _of_structure(matrices, chosen, without):
                 f"{name} has {matrices[name][held[0], held[0]]:g} on its diagonal: "
                 f"penalties instead of supports. Pass without={held.tolist()}{where}"
             )
-    return SecondOrderSystem(**matrices, coordinates=dofs)
+    if condensed:
+        return condense(**matrices, coordinates=dofs)
+    try:
+        return SecondOrderSystem(**matrices, coordinates=dofs)
+    except ValueError as error:
+        cure = "; or pass condensed=True" if "plants.condense" in str(error) else ""
+        raise ValueError(f"{error}{cure}") from None
 
 
 def _assemble(matrices):

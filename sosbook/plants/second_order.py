@@ -12,7 +12,7 @@ from scipy import sparse
 from scipy.linalg import eigvals
 
 from ..runtime.read_only import ReadOnly
-from .checks import check_rank, matrix, rank_deficient
+from .checks import check_rank, checked_names, massless_cure, matrix, rank_deficient
 from .descriptor import descriptors
 from .parametric import MayBeSymbolic
 from .response import simulate_open, sort_poles
@@ -179,7 +179,7 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
         for name, value in dict(M=M, D=self.D, S=self.S, B=self.B, F=F).items():
             shape = (n, n if name in "MDS" else None)
             object.__setattr__(self, name, matrix(name, value, shape))
-        object.__setattr__(self, "coordinates", _names(self.coordinates, n))
+        object.__setattr__(self, "coordinates", checked_names(self.coordinates, n))
         if self.m == 0:
             raise ValueError("B has no column: the plant has no input")
         check_rank(
@@ -188,7 +188,8 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
             "M - B K_A nonsingular, for a row (or a mixture of rows) has neither "
             "mass nor input. Where it has damping it is of first order: write a "
             "DescriptorSystem without that velocity. Where it has none, solve it "
-            "for its displacement and put that into the other rows",
+            "for its displacement and put that into the other rows"
+            + massless_cure(self.M, self.D),
             1e-14,
         )
         self._warn()
@@ -364,19 +365,6 @@ def _sizes(plant):
         (plant.p, "disturbance", "disturbances"),
     )
     return ", ".join(f"{k} {one if k == 1 else many}" for k, one, many in counts)
-
-
-def _names(coordinates, n):
-    """The names of n coordinates, checked; None without."""
-    if coordinates is None:
-        return None
-    names = (coordinates,) if isinstance(coordinates, str) else tuple(coordinates)
-    good = len(names) == len(set(names)) == n
-    if not good or not all(isinstance(name, str) and name for name in names):
-        raise ValueError(
-            f"coordinates must be {n} different names, got {coordinates!r}"
-        )
-    return names
 
 
 def mass_fault(M):
