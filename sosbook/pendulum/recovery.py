@@ -85,9 +85,10 @@ def recover(robots, K, angle, t, limit=V_MAX):
 
     Examples
     --------
+    >>> from sosbook import mip
     >>> from sosbook.book import thesis
     >>> t = np.linspace(0, 1, 401)
-    >>> x, V = recover([Mip.printed()], thesis.mip().pd[5], 0.1, t)
+    >>> x, V = recover([mip.Mip.printed()], thesis.mip().pd[5], 0.1, t)
     >>> V[0, 0].round(3), abs(x[0, 0, -1]) < 0.02
     (np.float64(2.127), np.True_)
     """
