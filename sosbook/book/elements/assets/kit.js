@@ -265,7 +265,8 @@ export class PageElement extends HTMLElement {
   // Room for the longest text of the readout: what stands below it doesn't move.
   reserve() {
     const length = html => html.replace(/<[^>]*>/g, "").length;
-    this.longest = [...new Set(this.states())].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
+    const said = [...this.states(), this.find("readout").innerHTML];
+    this.longest = [...new Set(said)].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
     this.sizes?.disconnect();
     this.sizes = new ResizeObserver(() => {
       if (this.find("readout").offsetWidth !== this.wide) this.room();

@@ -107,7 +107,7 @@ class Theorem extends Mover {
       if (skew) throw new Error(`${this.label(skew)} isn't symmetric`);
       /** @type {any} */
       const found = design({...request, asked}), {status, reason} = found;
-      if (status !== "feasible") return {status, reason, free, lines};
+      if (status !== "feasible") return {status, reason, free, lines, file: mine};
       const rows = rowsOf(found.naturalP), proof = digits => {
         const to = (list, d) => list.map(row => row.map(x => rounded(x, Math.min(17, d))));
         const K = to(found.K, digits), P = to(rows, digits + 6);
