@@ -1,18 +1,25 @@
 """Plants in the files that other programs write: what is read is what was meant."""
 
+import re
 import sys
+import warnings
+from pathlib import Path
 
+import control
 import numpy as np
 import pytest
 import scipy.io
 import scipy.linalg
 import scipy.sparse
+import sympy
 
+import sosbook
 from sosbook import SecondOrderSystem
 from sosbook.plants import DescriptorSystem, load_plant
 from sosbook.runtime import matrix_files
 
 ONE = np.eye(4)
+MANUAL = Path(__file__).parents[1] / "book" / "api" / "plants.md"
 
 
 def frame(n=4, seed=3):
@@ -324,3 +331,40 @@ def test_without_h5py_the_cure_is_named(tmp_path, monkeypatch):
         words = rf"{name} can't be read .*save with '-v7'.*sosbook\[hdf5\]"
         with pytest.raises(ValueError, match=words):
             load_plant(tmp_path / name)
+
+
+# --------------------------------------------------------------- the manual's page
+
+
+def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
+    given, B = frame(), np.eye(4)[:, :1]
+    massless = given | {"M": np.diag([1.0, 0, 1, 0]), "C": np.zeros((4, 4))}
+    own = {"M": given["M"], "Daa": given["C"], "Kaa": given["K"], "B": B}
+    A = np.block([[np.zeros((4, 4)), ONE], [-given["K"], -given["C"]]])
+    for folder in ("sparse", "market", "abaqus", "penalties"):
+        (tmp_path / folder).mkdir()
+    for name, x in {
+        "plant": given,
+        "slicot": {"A": A, "B": np.vstack([0 * B, B]), "C": np.eye(8)[:1]},
+        "massless": massless,
+        "own": own,
+    }.items():
+        scipy.io.savemat(tmp_path / f"{name}.mat", x)
+    npz(tmp_path, given)
+    save_npz(tmp_path / "sparse", given)
+    mtx(tmp_path / "market", given)
+    elements(tmp_path / "abaqus")
+    elements(tmp_path / "penalties", K=given["K"] + np.diag([0, 1e36, 0, 1e36]))
+    names = {"load_plant": load_plant, "np": np, "sos": sosbook, "sympy": sympy}
+    names["system"] = control.ss(A, np.vstack([0 * B, B]), np.eye(8)[:1], 0)
+    orders, page = [], MANUAL.read_text("utf-8").split("From your program")[1]
+    lines = re.findall(r"\| `((?:load_plant|sos\.).*)` \|$", page, re.M)
+    assert len(lines) == page.count("\n| ") - 2
+    monkeypatch.chdir(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # SLICOT's C
+        for line in lines:
+            if ".h5" not in line:  # `test_hdf5_is_read`
+                plant = eval(line, names)
+                orders.append(getattr(plant, "order", plant.n))
+    assert orders == [4, 4, 4, 4, 4, 4, 2, 2, 4, 8, 2]
