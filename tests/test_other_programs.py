@@ -197,6 +197,22 @@ def test_what_is_no_second_order_system_stays_a_state_space(changed, tmp_path):
     assert (v.Du is not None) == ("D" in given)
 
 
+def test_a_quadratic_pencil_is_asked_about(tmp_path):
+    """Collections of eigenvalue problems call M, D and S so."""
+    given = frame()
+    pencil = {"A": given["M"], "B": given["C"], "C": given["K"]}
+    file = into_mat(tmp_path, **sparse(pencil), G=given["B"], F=given["F"])
+    with pytest.raises(
+        ValueError, match=r"A, B and C are all 4 x 4: for A z'' \+ B z'"
+    ):
+        load_plant(file)
+    names = {"M": "A", "D": "B", "S": "C"}
+    with pytest.raises(ValueError, match=r"plant\.mat: B is missing"):
+        load_plant(file, names)
+    assert same(load_plant(file, names | {"B": "G"}), given)
+    assert isinstance(load_plant(file, {"A": "A"}), DescriptorSystem)
+
+
 @pytest.mark.parametrize(
     "given, words",
     [

@@ -124,7 +124,7 @@ def load_plant(
         if "A" in matrices:
             if len(without) or condensed:
                 raise ValueError("there is A: without and condensed are for M, D, S")
-            return _of_state_space(path, matrices)
+            return _of_state_space(path, matrices, asked="A" in (names or {}))
         return _of_structure(matrices, chosen, without, condensed)
 
 
@@ -135,7 +135,8 @@ def _chosen(place, there, names):
             raise ValueError(f"names: {name!r:.40} is none of M, D, S, B, F, {STATE}")
         if own not in there:
             raise ValueError(f"{place}: {own} isn't there, but {_listed(there)}")
-    chosen = {n: n for n in (*NAMES, *STATE) if n in there} | dict(names)
+    own = {n: n for n in (*NAMES, *STATE) if n in there and n not in names.values()}
+    chosen = own | dict(names)
     if "A" in chosen and "M" not in chosen:
         return {n: own for n, own in chosen.items() if n in STATE}
     chosen = {n: own for n, own in chosen.items() if n in NAMES}
@@ -215,7 +216,7 @@ def _assemble(matrices):
     return [f"{node}.{dof}" for node, dof in dofs] or None
 
 
-def _of_state_space(path, matrices):
+def _of_state_space(path, matrices, asked):
     """The plant of A and others; of second order where it can be."""
     A, D_u = matrix("A", matrices["A"]), matrices.get("D")
     E, B, B_w, C = (matrices.get(name) for name in ("E", "B", "B_w", "C"))
@@ -223,6 +224,17 @@ def _of_state_space(path, matrices):
         D_u = None
     E = np.eye(len(A)) if E is None else matrix("E", E)
     system = DescriptorSystem(E, A, B, B_w, C, D_u)
+    shapes = {np.shape(x) for x in (A, B, C)}
+    if (
+        len(A) > 1
+        and len(shapes) == 1
+        and not asked
+        and (system.C != np.eye(len(A))).any()
+    ):
+        raise ValueError(
+            f"A, B and C are all {len(A)} x {len(A)}: for A z'' + B z' + C z pass "
+            "names={'M': 'A', 'D': 'B', 'S': 'C'}, for a state space names={'A': 'A'}"
+        )
     plant = _second_order(*system.vertices)
     if plant is None:
         return system
