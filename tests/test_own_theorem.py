@@ -37,7 +37,9 @@ def strangers(path):
     alone = [sys.executable, "-I", "-S", str(CHECKER), str(path)]
     package = [sys.executable, "-m", "sosbook", "verify", str(path)]
     for command in (alone, package):
-        done = subprocess.run(command, capture_output=True, text=True, timeout=200)
+        done = subprocess.run(
+            command, capture_output=True, encoding="utf-8", timeout=200
+        )
         yield done.returncode, done.stdout + done.stderr
 
 

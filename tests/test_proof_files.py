@@ -361,8 +361,10 @@ def test_every_kind_of_proof_is_tried():
 
 # What says "proven" and is no file: the files that it speaks of.
 SPEAKERS = {
+    "Bound": "a number: the bound that its part proves",
     "Examined": "the verdict on a file",
     "Proof": "matrices of the caller's own",
+    "KnownGainProof": "one with a common P, if there is one: its `save` says so",
     "RegionOfAttraction": "its proof",
     "Edge": "its design.certify() and its refusal's infeasibility",
     "FeasibilityMap": "those of the designs of its cells",

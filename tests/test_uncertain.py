@@ -391,7 +391,7 @@ def checked_by_a_stranger(proof, folder):
     file = folder / "proof.json"
     proof.save(file)
     run = subprocess.run(
-        [sys.executable, CHECKER, file], capture_output=True, text=True
+        [sys.executable, CHECKER, file], capture_output=True, encoding="utf-8"
     )
     return run.returncode, run.stdout
 
@@ -433,7 +433,7 @@ def test_a_file_with_other_ranges_or_polynomials_is_no_proof(tmp_path):
             {k: v for k, v in data.items() if k != "checksum"}
         )
         file = tmp_path / f"{k}.json"
-        file.write_text(json.dumps(data))
+        file.write_text(json.dumps(data), "utf-8")
         assert not ProofFile.load(file).proven
         run = subprocess.run([sys.executable, CHECKER, file], capture_output=True)
         assert run.returncode == 1
@@ -483,7 +483,7 @@ def test_a_plant_file_may_have_parameters(tmp_path):
         "S": [[0, 0], [0, "9.81*m*l"]],
         "B": [[1], [0]],
     }
-    file.write_text(json.dumps({"plant": plant}))
+    file.write_text(json.dumps({"plant": plant}), "utf-8")
     assert sos.plants.load_plant(file) == family(crane)
     for change, words in [
         ({"M": [["m + sin(l)", 0], [0, 1]]}, "sin in 'm . sin(l)' has no range"),
@@ -495,7 +495,7 @@ def test_a_plant_file_may_have_parameters(tmp_path):
         ({"B": [["1/0"], [0]]}, "divides by zero"),
         ({"Q": [[1]]}, "needs the keys M, D, S, B"),
     ]:
-        file.write_text(json.dumps({"plant": plant | change}))
+        file.write_text(json.dumps({"plant": plant | change}), "utf-8")
         with pytest.raises(ValueError, match=re.sub(r"([()*+])", r"\\\1", words)):
             sos.plants.load_plant(file)
 
@@ -509,12 +509,12 @@ def test_the_command_designs_for_parameters(tmp_path, capsys):
         "S": [[2, -2], [-2, 2]],
         "B": [[1], [0]],
     }
-    file.write_text(json.dumps({"plant": plant, "region": {"sigma": 0.3}}))
+    file.write_text(json.dumps({"plant": plant, "region": {"sigma": 0.3}}), "utf-8")
     assert command.main(["design", str(file), "--proof", str(proof)]) == 0
     assert "every plant with J2 in [0.003, 0.006]" in capsys.readouterr().out
     assert command.main(["verify", str(proof), "--plant", str(file)]) == 0
     plant["parameters"]["J2"][1] = 0.007
-    file.write_text(json.dumps({"plant": plant}))
+    file.write_text(json.dumps({"plant": plant}), "utf-8")
     assert command.main(["verify", str(proof), "--plant", str(file)]) == 1
 
 
@@ -655,7 +655,7 @@ def test_a_family_cut_into_pieces_is_proven_with_less_force(tmp_path):
     assert verdict.digest(data) == checksum
     data["plant"]["parameters"] = [["v", "1", "10"]]
     file = tmp_path / "fewer.json"
-    file.write_text(json.dumps(data | {"checksum": verdict.digest(data)}))
+    file.write_text(json.dumps(data | {"checksum": verdict.digest(data)}), "utf-8")
     assert not ProofFile.load(file).proven
     run = subprocess.run([sys.executable, CHECKER, file], capture_output=True)
     assert run.returncode == 1

@@ -12,6 +12,7 @@ from scipy.linalg import expm
 
 from ..exact.definite import exact
 from ..plants.checks import finite, matrix, positive
+from ..plants.kinds import checked_plant
 from ..runtime.libraries import library
 from ..synthesis.request import Request
 
@@ -250,8 +251,9 @@ def is_controller(K):
 def input_vertices(plant, U):
     """One `Descriptor` for each vertex of a plant with integrators U.
 
-    Its E is regular.
+    Its E is regular. No regularization is taken: no sampler holds its K_A z''.
     """
+    plant = checked_plant(plant)
     try:
         return Request(plant, U).vertices
     except ValueError as error:

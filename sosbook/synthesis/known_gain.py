@@ -233,7 +233,7 @@ def _proven(request, r, loops):
     first = lmis.find(refuse=False)
     if first.values is None or not (size := lmis.margin(first.values)) > CLEAR:
         return None
-    blocks = lmis.proven(first.values)
+    blocks = lmis.exactly(first.values)
     return blocks and (blocks, size)
 
 

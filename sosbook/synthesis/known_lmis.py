@@ -97,7 +97,7 @@ class KnownLMIs(TrustedProblem):
         blocks = self.blocks(values).values()
         return min(margin(g) for g in blocks)
 
-    def proven(self, values):
+    def exactly(self, values):
         """Blocks in rationals, all positive definite, by name; None if they aren't.
 
         In the plant's own coordinates, of ``values`` that are rounded.

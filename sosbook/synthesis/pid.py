@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..plants.checks import positive
+from ..plants.checks import is_word, positive
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
@@ -316,17 +316,18 @@ def _design(
     objective = objective_of(minimize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
+    auto = gain is not None and is_word(coupling, ("auto",))
     request = Request(
         plant,
         U,
         K_A=K_A,
-        coupling="pairs" if coupling == "auto" and gain is not None else coupling,
+        coupling="pairs" if auto else coupling,
         slack=slack,
         gain=gain,
         requirements=asked,
         **given(mu=mu),
     )
-    auto = coupling == "auto" and _have_multipliers(request)
+    auto = auto and _have_multipliers(request)
     if start is not None:
         _check_start(start, request)
     backoff = positive("backoff", backoff)
