@@ -333,14 +333,15 @@ def _design(
     backoff = positive("backoff", backoff)
 
     def solved():
-        if auto or request.coupling == "multipliers":
+        free = request.coupling == "multipliers"
+        idle = without_input(request, objective) if objective and not free else None
+        if idle is not None:
+            return idle
+        if auto or free:
             common = request if auto and not objective else None
             free = replace(request, coupling="multipliers")
             return kept_or_broken(free, objective, backoff, common)
         settled, first = request, None
-        idle = without_input(request, objective) if objective else None
-        if idle is not None:
-            return idle
         if objective:
             settled = with_slack(request, objective)
         elif coupling == "slack" and slack is None:
