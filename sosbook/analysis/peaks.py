@@ -101,7 +101,8 @@ class FreeMotion:
     """
 
     def __init__(self, A, C, x):
-        self.A, (units, _) = matrix_balance(A, permute=False, separate=True)
+        with np.errstate(invalid="ignore"):  # scipy casts units, as if for the order
+            self.A, (units, _) = matrix_balance(A, permute=False, separate=True)
         self.poles, vectors = np.linalg.eig(self.A)
         rate = np.abs(self.poles).max()
         self.A, self.poles = self.A / rate, self.poles / rate
