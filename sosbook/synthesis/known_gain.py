@@ -8,6 +8,7 @@ import numpy as np
 from ..exact.definite import round_digits
 from ..exact.proof import Proof
 from ..exact.refusal import Refusal
+from ..plants.checks import SIZE_LIMITS
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
 from .broken import broken
@@ -303,8 +304,9 @@ def least(request, r, plants, backoff, digits=3, bad=None):
         moved = request.with_bounds({r.parameter.key: bound})
         return decided(moved, r.with_bound(bound), plants, known)
 
-    low = 1.0
-    for easier in EASIER if 0 < bad.truth < np.inf else ():
+    low, (small, large) = 1.0, SIZE_LIMITS
+    reach = 2 * max(EASIER)  # a bound that is tried is within it of the truth
+    for easier in EASIER if small * reach < bad.truth < large / reach else ():
         part = at(easier)
         if part.status == "feasible":
             break
