@@ -236,7 +236,9 @@ def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
         if watch is not None:
             state = dict(step=count + 1, x=x, decrement=decrement)
             watch(state | dict(iterations=newton.iterations[-1:]))
-        if decrement < enough or (newton.iterative and left < goal):
+        # where it falls slowly Newton's method isn't near yet, however small it is
+        quick = decrement < use.slow_fall * max(before, enough)
+        if (decrement < enough and quick) or (newton.iterative and left < goal):
             return x
         if x @ x > 1e16 or growths > MOST_GROWTHS:
             break

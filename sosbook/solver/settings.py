@@ -72,6 +72,10 @@ class Settings:
         A curve's term of this length is the last: far from the centre, and near.
     centre_decrement : float
         Of the last step to a centre; a bent step leaves its cube or less.
+    slow_fall : float
+        Of one step's decrement: what falls less isn't the last step to a centre,
+        unless it is so much smaller than that one. A gain whose unit is 0.3 was 1e-5
+        off where the steps crept.
     centre_decrement_iterative : float
         What conjugate gradients may leave of it.
     last_step_below : float
@@ -117,6 +121,7 @@ class Settings:
     small_term: float = 0.1
     last_term: float = 1e-8
     centre_decrement: float = 1e-4
+    slow_fall: float = 0.1
     centre_decrement_iterative: float = 1e-5
     last_step_below: float = 3e-3
     steps_alone: int = 15
