@@ -52,9 +52,10 @@ def test_a_polytope_that_does_it_by_itself_needs_no_input():
     plant = sos.Polytope([sos.SecondOrderSystem(1, 1, s, 1) for s in (1, 1.2)])
     d = sos.design_pid(plant, **from_state([1, 0]))
     assert not d.K.any() and d.certify().proven
-    K = sos.analyse_pid(plant, [[0, 0]], **from_state([1, 0]))
-    assert K.reason == "The least u_max is zero, any positive number will do."
-    assert K.certify().proven and K.request.gain is not None
+    for how in ("auto", "multipliers", "pairs"):
+        K = sos.analyse_pid(plant, [[0, 0]], coupling=how, **from_state([1, 0]))
+        assert K.reason == "The least u_max is zero, any positive number will do."
+        assert K.certify().proven and K.request.gain is not None
 
 
 def test_what_needs_an_input_isn_t_taken_for_idle():

@@ -334,13 +334,14 @@ def _design(
 
     def solved():
         free = request.coupling == "multipliers"
-        idle = without_input(request, objective) if objective and not free else None
+        common = replace(request, coupling="pairs") if free else request
+        idle = without_input(common, objective) if objective else None
         if idle is not None:
             return idle
         if auto or free:
-            common = request if auto and not objective else None
+            first = common if auto and not objective else None
             free = replace(request, coupling="multipliers")
-            return kept_or_broken(free, objective, backoff, common)
+            return kept_or_broken(free, objective, backoff, first)
         settled, first = request, None
         if objective:
             settled = with_slack(request, objective)
