@@ -117,9 +117,11 @@ class Design(ClosedLoop[Certificate], Solution):
         >>> from sosbook import PoleRegion, SecondOrderSystem, design_pid
         >>> mass = SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
         >>> design = design_pid(mass, region=PoleRegion(0.1), prefer="least")
-        >>> print(design.effort)
-        0 of 2 poles are moved; K = 0 keeps all that is asked already; the force at \
-one unit is 0 of the stiffness's
+        >>> for words in str(design.effort).split("; "):
+        ...     print(words)
+        0 of 2 poles are moved
+        K = 0 keeps all that is asked already
+        the force at one unit is 0 of the stiffness's
         """
         return None if self.K is None else effort_of(self)
 
