@@ -1,11 +1,14 @@
 """Points by equations: large plants, small gains, and what a gain asks."""
 
+import json
+
 import control
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
 import sosbook as sos
+from benchmarks import structures
 from sosbook.synthesis import equations
 from tests.cases import chain
 
@@ -178,6 +181,22 @@ def test_a_gain_that_no_actuator_gives_is_named():
     K[0, 0] = -1e9
     found = sos.analyse_pid(plant, K)
     assert found.effort.stiffness > 1e6 and "no actuator" in str(found.effort)
+
+
+def test_of_several_plants_the_effort_speaks_of_the_vertices():
+    plants = sos.Polytope([sos.SecondOrderSystem(1, 1, s, 1) for s in (1, 1.2)])
+    found = sos.analyse_pid(plants, [[0, 0]]).effort
+    assert found.needless and "already at each vertex" in str(found)
+
+
+def test_stored_structures_are_answered_and_proven():
+    stored = json.loads(structures.RESULTS.read_text("utf-8"))["records"]
+    assert {r["modes"] for r in stored} == set(structures.SIZES)
+    assert all(r["status"] == "feasible" and r["proven"] for r in stored)
+    by = {(r["modes"], r["asked"]): r for r in stored}
+    assert not any(by[n, "stable"]["largest_gain"] for n in structures.SIZES)
+    again = structures.measured([24], log=lambda record: None)["records"][0]
+    assert again["proven"] and again["moved"] == 0
 
 
 def test_equations_do_what_they_promise():

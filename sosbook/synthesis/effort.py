@@ -25,7 +25,7 @@ class Effort(ReadOnly):
     Parameters
     ----------
     needless : bool
-        Whether K = 0 keeps all that is asked.
+        Whether K = 0 keeps all that is asked, in floats and at the vertices.
     moved, modes : int
         How many poles of the mean vertex move, and how many there are.
     stiffness : float or None
@@ -34,6 +34,8 @@ class Effort(ReadOnly):
     costly : float or None
         The frequency in rad/s of a mode that takes nearly all of a strong gain,
         because the inputs hardly reach it; None where no mode does.
+    vertices : int
+        How many plants were looked at: those between them weren't.
     """
 
     needless: bool
@@ -41,11 +43,17 @@ class Effort(ReadOnly):
     modes: int
     stiffness: float | None
     costly: float | None
+    vertices: int = 1
+
+    @property
+    def where(self) -> str:
+        """Of which plants it is said, in words: of vertices, and not between them."""
+        return " at each vertex" if self.vertices > 1 else ""
 
     def __str__(self):
         words = [f"{self.moved} of {self.modes} poles are moved"]
         if self.needless:
-            words.append("K = 0 keeps all that is asked already")
+            words.append(f"K = 0 keeps all that is asked already{self.where}")
         if self.stiffness is not None:
             words.append(
                 f"the force at one unit is {self.stiffness:.2g} of the stiffness's"
@@ -90,4 +98,5 @@ def effort_of(solution):
         len(A),
         stiffness,
         float(abs(before[worst])) if alone and (stiffness or 0) > STRONG else None,
+        len(request.distinct),
     )

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import eigh, matrix_balance, schur, solve_discrete_are
 
 from ..analysis.lyapunov import lyapunov
+from ..plants.second_order import SecondOrderSystem
 from ..runtime.time_limit import check_time_of_eigenvalues
 
 __all__ = [
@@ -32,20 +33,20 @@ def balanced(plant, descriptor):
 
     Parameters
     ----------
-    plant : SecondOrderSystem or DescriptorSystem
-        One plant, in floats.
+    plant : SecondOrderSystem or Descriptor
+        One plant.
     descriptor : Descriptor
         Its states [z; z'; x3].
 
     Returns
     -------
     (N, N) array or None
-        Of V / w and V, with V' M V = I and V' S V = w^2. A `DescriptorSystem` is
+        Of V / w and V, with V' M V = I and V' S V = w^2. A `Descriptor` is
         balanced by powers of two. None where M isn't positive definite.
     """
     N = len(descriptor.E)
     check_time_of_eigenvalues(N)
-    if not hasattr(plant, "S"):
+    if not isinstance(plant, SecondOrderSystem):
         scales = matrix_balance(descriptor.state_space()[0], separate=True)[1][0]
         return np.diag(scales)
     n = plant.n

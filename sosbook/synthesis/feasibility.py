@@ -44,7 +44,7 @@ ODD_MASS = (
     "M isn't positive definite, so that some motion has a negative kinetic energy: is "
     "a sign wrong, or are rows and columns in another order?"
 )
-NO_LEAST = "No gain by an equation keeps what is asked: K is found by a search."
+NO_LEAST = "No equation gave a point inside the blocks: K is found by a search."
 MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 
 
