@@ -62,16 +62,24 @@ def built(builder, box):
 
 def _called(builder, box):
     """What the builder returns; a second time with arrays that take expressions."""
-    given = parameters(box)
-    token = building.set(True)
+    given, refused = parameters(box), []
+    token = building.set(refused)
+
+    def made_by(function):
+        refused.clear()
+        made = function(**given)
+        if refused:
+            raise refused[0]
+        return made
+
     try:
-        return builder(**given)
+        return made_by(builder)
     except Exception as first:
         again = _remade(builder)
         try:
             if again is builder:
                 raise first
-            return again(**given)
+            return made_by(again)
         except ParameterError as second:
             raise _told(second, builder) from second
         except Exception:
@@ -268,7 +276,7 @@ def _matrix_of(vertex, name):
 
 
 def _with_numbers(builder, box, point):
-    token = building.set(True)
+    token = building.set([])
     try:
         return builder(**{k: int(x.p) / int(x.q) for k, x in zip(box.names, point)})
     finally:

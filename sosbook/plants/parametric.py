@@ -19,8 +19,9 @@ __all__ = [
     "parameters",
 ]
 
-#: Whether a builder is being called: plants that it makes may hold parameters.
-building: ContextVar = ContextVar("building", default=False)
+#: A list while a builder is called: plants that it makes may hold parameters. It has
+#: the errors of comparisons, which a builder may catch, and go on as if answered.
+building: ContextVar = ContextVar("building", default=None)
 
 OWN_RANGE = "give the result a range of its own"
 CURES = {
@@ -179,15 +180,17 @@ class Parametric:
 
         def answered(x):
             difference = self - x
-            low, high = self.box.bounds(difference.num.to_dict())
-            if self.box.bounds(difference.den.to_dict())[1] < 0:
-                low, high = -high, -low
+            signed = difference.num * difference.den  # of the sign of the quotient
+            low, high = self.box.bounds(signed.to_dict())
             if sure(low, high) or never(low, high):
                 return sure(low, high)
-            raise ParameterError(
+            error = ParameterError(
                 f"`{self} {sign} {x}` isn't the same for all {self.box}: make one "
                 "family for each case"
             )
+            if building.get() is not None:
+                building.get().append(error)
+            raise error
 
         return self._with(x, answered)
 
@@ -328,7 +331,7 @@ class MayBeSymbolic:
     """
 
     def __new__(cls, *args, **kwargs):
-        if building.get():
+        if building.get() is not None:
             given = dict(zip((f.name for f in fields(cls)), args)) | kwargs
             if any(map(_depends, given.values())):
                 return Symbolic(cls, given)
