@@ -23,7 +23,7 @@ from sosbook.exact.proof import ProofFile
 from sosbook.exact.rational import exact, rational_matrix
 from sosbook.plants.bernstein import Box
 from sosbook.plants.kinds import checked_plant
-from sosbook.plants.parametric import ParameterError
+from sosbook.plants.parametric import ParameterError, parameters
 from sosbook.proofs import command
 from tests.oracles import without_text
 
@@ -280,6 +280,28 @@ def test_what_is_not_rational_is_refused_in_words(what):
         assert "sos" not in str(error.value)
 
 
+def test_a_quotient_has_the_sign_of_its_values():
+    """Bounds of the denominator leave its sign open after a common factor went."""
+    (x,) = parameters(Box.of(x=(0, 1))).values()
+    well, factor = x**2 - x + 0.3, 1 + 0.001 * x**6
+    quotient = factor / (-well * factor)
+    assert quotient.at((fmpq(1, 2),)) < 0
+    with pytest.raises(ParameterError, match="isn't the same"):
+        assert not quotient > 0
+
+
+def test_a_comparison_that_is_caught_is_refused_too():
+    def builder(m):
+        try:
+            inside = 1.4 < m < 1.45
+        except ValueError:
+            inside = False
+        return one(3 if inside else m)
+
+    with pytest.raises(ParameterError, match="`m > 1.4`.*line .*inside = 1.4 < m"):
+        sos.Uncertain(builder, m=(1, 2))
+
+
 def test_the_line_is_quoted():
     def builder(length):
         return one(np.sin(length))
@@ -343,19 +365,19 @@ def test_parameters_of_two_families_do_not_mix():
 @pytest.mark.parametrize(
     ("entry", "ends", "where"),
     [
-        (lambda c: [[c, 0], [0, 1]], (0, 1), "c = 0"),
-        (lambda c: [[1, c], [c, 1]], (-2, 2), "c = "),
-        (lambda c: [[(c - 0.5) ** 2, 0], [0, 1]], (0, 1), "c = 0.5"),
+        (lambda c: [[c, 0], [0, 1]], (0, 1), "at or beside c = 0:"),
+        (lambda c: [[1, c], [c, 1]], (-2, 2), "between c = 0 and c = -2:"),
+        (lambda c: [[(c - 0.5) ** 2, 0], [0, 1]], (0, 1), "at or beside c = 0.5:"),
     ],
 )
 def test_a_singular_E_is_found(entry, ends, where):
-    with pytest.raises(ValueError, match=f"E is singular at or beside {where}"):
+    with pytest.raises(ValueError, match=f"E is singular {where}"):
         sos.Uncertain(lambda c: sos.DescriptorSystem(entry(c), -I2, I2), c=ends)
 
 
 def test_a_singular_mass_needs_an_acceleration_gain():
     crossing = sos.Uncertain(lambda m: one([[m, 0], [0, 1]], I2, I2, I2), m=(-1, 2))
-    with pytest.raises(ValueError, match="M is singular at or beside m = "):
+    with pytest.raises(ValueError, match="M is singular between m = 0.5 and m = -1:"):
         sos.design_pid(crossing)
     mended = sos.design_pid(crossing, K_A=[[-3, 0], [0, 0]])
     assert mended.certify().proven
@@ -381,6 +403,8 @@ def test_too_many_vertices_are_refused_with_the_dearest_parameter():
     plants = sos.Uncertain(builder, **{f"p{k}": (1, 2) for k in range(8)})
     with pytest.raises(ValueError, match="384 vertices.*p0 costs most"):
         _ = plants.vertices
+    with pytest.raises(ValueError, match="cut into fewer pieces"):
+        _ = family(bicycle).cut(v=300).vertices
 
 
 ASKED = dict(region=sos.PoleRegion(sigma=0.3, rho=200))
@@ -565,7 +589,7 @@ def test_vertices_near_a_box_are_read_as_it(tmp_path):
     design = sos.design_pid(plants, region=sos.PoleRegion(sigma=0.1, rho=20))
     read = design.request.plant.family
     assert read.multi_affine and str(read.box) == (
-        "change1 in [0, 1] and change2 in [0, 1]"
+        "near_vertex_3 in [0, 1] and near_vertex_2 in [0, 1]"
     )
     for given in plants.vertices:
         gaps = [np.abs(v.M - given.M).max() / given.M.max() for v in read.vertices]
@@ -576,6 +600,19 @@ def test_vertices_near_a_box_are_read_as_it(tmp_path):
         d = sos.plants.descriptors(plant)[0]
         poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ proof.K))
         assert poles.real.max() < -0.1
+
+
+def test_no_box_is_read_that_hides_an_unstable_plant():
+    """One vertex is unstable by a millionth of a millionth of its stiffness."""
+    stiff = 2e12
+    plants = sos.Polytope(
+        sos.SecondOrderSystem(
+            np.diag([1 + a, 1]), 1e6 * I2, stiff + (1 - 3 * a) * I2, I2
+        )
+        for a in (0, 0.5)
+    )
+    assert np.linalg.det(plants.vertices[1].S) < 0
+    assert checked_plant(plants) is plants
 
 
 def test_what_is_no_box_is_left_alone():

@@ -9,12 +9,11 @@ from .checks import as_in_a_file
 from .descriptor_system import DescriptorSystem
 from .polynomials import Polynomials
 from .second_order import SecondOrderSystem
-from .uncertain import ROWS, Uncertain
+from .uncertain import MOST_VERTICES, ROWS, Uncertain
 
 __all__ = ["as_a_box", "near_box"]
 
-ROUNDING = 1e-12  # of an entry: sums and products of floats lose a few times 1e-16
-MOST_VERTICES = 256  # as many as a family may have
+ROUNDING = 1e-14  # of an entry: sums and products of floats lose a few times 1e-16
 
 
 def as_a_box(plant):
@@ -51,12 +50,14 @@ def _family(plant):
     near = near_box(several, order)
     if near is None:
         return None
-    count = len(near) - 1
-    box = Box.of(**{f"change{k + 1}": (0, 1) for k in range(count)})
+    base, changes = near
+    count = len(changes)
+    box = Box.of(**{f"near_vertex_{k + 1}": (0, 1) for k in changes})
     powers = [tuple(int(i == k) for i in range(count)) for k in range(-1, count)]
     cuts = np.cumsum([x.shape[1] for x in parts[0]])[:-1]
     rest, found = {}, {}
-    for name, *summands in zip(ROWS[kind], *(np.split(x, cuts, axis=1) for x in near)):
+    several = [np.split(x, cuts, axis=1) for x in (base, *changes.values())]
+    for name, *summands in zip(ROWS[kind], *several):
         found[name] = _polynomials(summands, powers)
     if kind is SecondOrderSystem:
         rest["coordinates"] = first.coordinates
@@ -93,20 +94,24 @@ def near_box(vertices, order):
 
     Returns
     -------
-    list of (rows, columns) Rational
-        The first vertex, its floats read as decimals, and the changes: so that all
-        sums of the first and of some others are near the vertices, within
-        ``ROUNDING`` of the largest value that each entry has, in any units. None
-        where they are the vertices themselves, too.
+    base : (rows, columns) Rational
+        The first vertex, its floats read as decimals.
+    changes : dict
+        Matrices by the place of the vertex that the first one and the change are
+        near to. All sums of the first and of some changes are near the vertices,
+        within ``ROUNDING`` of the largest value that each entry has, in any units.
 
     Notes
     -----
+    Where the sums are the vertices themselves, there is nothing to read: None.
+
     A verdict by floats is no proof: what is proven is proven of this box.
 
     Examples
     --------
     >>> corners = [np.eye(2) + m * np.outer([1, 0.7], [1, 0.7]) for m in (0, 1 / 3)]
-    >>> base, change = near_box(np.array(corners), 2)
+    >>> base, changes = near_box(np.array(corners), 2)
+    >>> change = changes[1]
     >>> bool(change[0, 0] * change[1, 1] == change[0, 1] * change[1, 0])
     True
     """
@@ -115,7 +120,7 @@ def near_box(vertices, order):
     sizes = ROUNDING * np.abs(vertices).max(axis=0)
     steps = vertices - vertices[0]
     relative = (steps / np.where(sizes, sizes, 1.0)) ** 2
-    found, sums = [], np.zeros((1, *steps.shape[1:]))
+    found, sums = {}, np.zeros((1, *steps.shape[1:]))
     for k in np.argsort(relative.sum(axis=(1, 2)), kind="stable"):
         if _among(steps[k], sums, sizes).any():
             continue
@@ -124,17 +129,17 @@ def near_box(vertices, order):
             continue
         if 2 * len(sums) > len(vertices):
             return None
-        found.append(change)
+        found[int(k)] = change
         sums = np.concatenate([sums, sums + change.astype(float)])
     all_there = all(_among(s, steps, sizes).any() for s in sums)
     if all_there and all(_among(s, sums, sizes).any() for s in steps):
         there = [exact(vertices[0])]
-        for change in found:
+        for change in found.values():
             there += [s + change for s in there]
         if {tuple(s.ravel()) for s in there} != set(
             map(tuple, exact(vertices).reshape(len(vertices), -1).tolist())
         ):
-            return [there[0], *found]
+            return there[0], found
     return None
 
 

@@ -29,7 +29,7 @@ def check_regular(name, part, box, degrees):
     degrees : tuple of int
         Of each parameter in Bernstein's form.
     """
-    boxes, signs = [box], set()
+    boxes, signs, last = [box], set(), box.inner
     for _ in range(MOST_CELLS):
         if not boxes:
             return
@@ -41,14 +41,18 @@ def check_regular(name, part, box, degrees):
                 return
             signs.add(sign)
             if len(signs) > 1:
-                where = ", ".join(
-                    f"{k} = {spelled(x)}" for k, x in zip(box.names, point)
-                )
-                raise ValueError(
-                    f"{name} is singular at or beside {where}: narrow the ranges"
-                )
+                where = f"at or beside {_words(box, point)}"
+                if sign:
+                    where = f"between {_words(box, last)} and {_words(box, point)}"
+                raise ValueError(f"{name} is singular {where}: narrow the ranges")
+            last = point
         middle = part.at(box, box.middle).astype(float)
         near = np.linalg.solve(middle, part.vertices(box, degrees).astype(float))
         least = np.linalg.eigvalsh(near + near.swapaxes(-1, -2))[:, 0]
         if (least <= 1e-9).any():
             boxes += box.halves(box.widest())
+
+
+def _words(box, point):
+    """The values of the parameters at a point."""
+    return ", ".join(f"{k} = {spelled(x)}" for k, x in zip(box.names, point))

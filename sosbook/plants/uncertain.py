@@ -128,7 +128,7 @@ class Uncertain:
         self.degree = dict(zip(box.names, used.tolist()))
 
     def within(self, box: Box) -> "Uncertain":
-        """The same plants with other ranges, those of ``box``, a `Box`."""
+        """The same plants with the ranges of ``box``, a `Box`, not cut into pieces."""
         other = Uncertain.of(self.kind, box, self._parts, **self._rest)
         other.rows = self.rows
         return other
@@ -139,8 +139,7 @@ class Uncertain:
         return max(self.degree.values()) == 1
 
     def _count(self):
-        ends = zip(self.degree.values(), self.pieces.values())
-        return prod(2 + (d - 1) * cells for d, cells in ends)
+        return prod(2 + (d - 1) * self.pieces[k] for k, d in self.degree.items())
 
     def __repr__(self):
         count = self._count()
@@ -297,6 +296,7 @@ class Uncertain:
                 f"the family has {count} vertices, more than {MOST_VERTICES}: fix the "
                 "parameters that matter least"
                 + (f"; {name} costs most, by its power {degree}" if degree > 1 else "")
+                + "; cut into fewer pieces" * (max(self.pieces.values()) > 1)
             )
         parts = {
             name: part.vertices(
@@ -320,7 +320,7 @@ class Uncertain:
         return plant
 
     def halves(self, name: str | None = None) -> "tuple[Uncertain, Uncertain]":
-        """The two families with one half of a range each.
+        """The two families with one half of a range each, not cut into pieces.
 
         Parameters
         ----------
