@@ -66,8 +66,10 @@ def test_the_table_is_shown_on_the_card_once_it_is_known(design):
 
 
 def test_time_may_end_before_a_proof(design):
-    late = sos.design_pid(DRIVES, region=sos.PoleRegion(sigma=4)).bounds(1e-9)
+    again = sos.design_pid(DRIVES, region=sos.PoleRegion(sigma=4))
+    late = again.bounds(1e-9)
     assert late["sigma"].proven is None and late["sigma"].true > 4
+    assert again.bounds()["sigma"].proven > 4 and again.bounds() is again.bounds()
 
 
 def test_a_refusal_says_what_a_neighbour_does():

@@ -17,6 +17,7 @@ from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.requirements.known import KnownLoop, KnownVertex
+from sosbook.synthesis.cells import Mixtures
 
 
 def loops(seed, vertices=2, order=4, spread=0.2):
@@ -299,3 +300,29 @@ def test_a_family_is_halved_by_its_ranges_and_broken_by_its_parameters():
     table = sos.analyse_pid(plants, K, region=sos.PoleRegion(0.9 * true)).bounds()
     assert table["sigma"].true == pytest.approx(true)
     assert 0.99 * true < table["sigma"].proven < true
+
+
+@pytest.mark.parametrize("count", [3, 18, 300])
+def test_a_rounded_point_stays_in_the_polytope(count):
+    """18 weights of 1/18, each rounded up, would leave -0.02 for the last."""
+    loop, _ = vertex()
+    family = Mixtures([loop] * count)
+    rng = np.random.default_rng(count)
+    for point in (np.full(count, 1 / count), *family.random(rng, 20)):
+        for digits in (2, 3, 9):
+            weights = family.rounded(point, digits)
+            assert min(weights) >= 0 and sum(weights) == 1
+            assert max(abs(float(w) - x) for w, x in zip(weights, point)) < (
+                count * 10.0**-digits
+            )
+
+
+def test_what_is_proven_without_a_common_p_is_no_start_and_has_no_lmis_to_copy():
+    carts = sos.Polytope([sos.SecondOrderSystem(m, 0.1, 1, 1) for m in (0.5, 2)])
+    region = sos.PoleRegion(sigma=0.52)
+    kept = sos.analyse_pid(carts, [[-3, -2]], region=region)
+    assert kept.request.coupling == "multipliers" and kept.status == "feasible"
+    started = sos.design_pid(carts, region=region, start=kept)
+    assert (started.K == sos.design_pid(carts, region=region).K).all()
+    with pytest.raises(ValueError, match='take coupling="pairs"'):
+        kept.to_cvxpy()

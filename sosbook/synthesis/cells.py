@@ -107,10 +107,11 @@ class Mixtures:
         return rng.dirichlet(np.full(self.dimension, 0.5), count)
 
     def rounded(self, point, digits):
-        """A point in rationals with so many decimals."""
-        weights = [fmpq(round(w * 10**digits), 10**digits) for w in point]
-        weights[int(np.argmax(point))] += 1 - sum(weights)
-        return weights
+        """A point in rationals near it: shares of whole numbers, none negative."""
+        parts = [round(w * 10**digits) for w in point]
+        k = int(np.argmax(point))
+        parts[k] = max(parts[k], 1)
+        return [fmpq(part, sum(parts)) for part in parts]
 
     def exactly(self, point):
         """A point of the search in rationals, as `at` takes it."""

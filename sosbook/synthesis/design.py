@@ -135,6 +135,8 @@ class Design(ClosedLoop[Certificate], Solution):
 
         The LMIs of a design have one P for all that is asked, and so their bounds
         lie above what the loop does. Here each requirement is looked at alone.
+        What is true is the worst that a search in floats has found: no proof, and a
+        plant that it has missed may be worse, up to what is proven.
 
         Parameters
         ----------
@@ -157,9 +159,11 @@ class Design(ClosedLoop[Certificate], Solution):
         >>> peak.true < peak.proven < peak.asked
         True
         """
-        if "_bounds" not in vars(self):
-            vars(self)["_bounds"] = bounds_of(self.request, self._gain(), time_limit)
-        return vars(self)["_bounds"]
+        table = vars(self).get("_bounds")
+        if table is None or any(b.proven is None for b in table):
+            table = bounds_of(self.request, self._gain(), time_limit)
+            vars(self)["_bounds"] = table
+        return table
 
     def _repr_html_(self):
         """The card, and the table of `bounds` where it is known."""
@@ -181,6 +185,12 @@ class Design(ClosedLoop[Certificate], Solution):
         P, Y : cvxpy.Variable, or Y an expression where K is given
             The unknowns.
 
+        Raises
+        ------
+        ValueError
+            With ``coupling="multipliers"``: its LMIs are those of single requirements
+            and parts of the polytope.
+
         Examples
         --------
         >>> import cvxpy
@@ -193,6 +203,11 @@ class Design(ClosedLoop[Certificate], Solution):
         """
         from ..lmi.cones import cvxpy_constraints
 
+        if self.request.coupling == "multipliers":
+            raise ValueError(
+                'coupling="multipliers" has no LMIs of the whole polytope: take '
+                'coupling="pairs" for those with one P'
+            )
         return cvxpy_constraints(self.request, margin)
 
     @cached_property

@@ -384,9 +384,9 @@ def follow(request, start):
     """The Solution of a request near another one, ``start``, or None.
 
     What is infeasible or unbounded is left to the way that doesn't
-    depend on the start.
+    depend on the start, and so is a start whose gain was proven without a common P.
     """
-    if start is None or start.status != "feasible":
+    if start is None or start.status != "feasible" or start.frame is None:
         return None
     frame = Frame.at(request, start.frame.T, start.frame.scale)
     if start.frame.sizes.keys() == frame.sizes.keys():
