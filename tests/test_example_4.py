@@ -62,7 +62,8 @@ def test_the_mean_of_the_cosine():
 def test_one_p_serves_a_moving_factor(low, sigma):
     """The claims of the chapter, from the returned P with numpy."""
     arms = sos.Polytope([sos.thesis.arm(1.0), sos.thesis.arm(low)])
-    found = sos.analyse_pid(arms, EX.K, EX.U, region=sos.PoleRegion(sigma=sigma))
+    region = sos.PoleRegion(sigma=sigma)
+    found = sos.analyse_pid(arms, EX.K, EX.U, region=region, coupling="pairs")
     assert found.certify(8).proven
     T = np.linalg.cholesky(found.P)
     for factor in np.linspace(low, 1, 9):

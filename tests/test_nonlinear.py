@@ -114,7 +114,8 @@ def test_two_motions_approach_as_the_common_p_says():
     """V(x - y) falls at 2 sigma, for factors down to -1."""
     arms = sos.Polytope([sos.thesis.arm(-1.0), sos.thesis.arm(1.0)])
     sigma = 2.0
-    found = sos.analyse_pid(arms, EX.K, EX.U, region=sos.PoleRegion(sigma=sigma))
+    region = sos.PoleRegion(sigma=sigma)
+    found = sos.analyse_pid(arms, EX.K, EX.U, region=region, coupling="pairs")
     assert found.certify(8).proven
     t, rng = np.linspace(0, 3, 61), np.random.default_rng(3)
     r = Steps([0, 1.5], [[3, 3], [-1, -1]])

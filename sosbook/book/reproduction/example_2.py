@@ -24,7 +24,7 @@ def rows():
     masses = np.arange(70, 121)
     cars = [thesis.car_seat(m) for m in masses]
     loops = descriptors(Polytope(cars), ex.U)
-    printed_design = analyse_pid(ex.plant, ex.K, **ex.requirements)
+    printed_design = analyse_pid(ex.plant, ex.K, coupling="pairs", **ex.requirements)
     own = design_pid(ex.plant, **ex.requirements)
 
     def inside(points):

@@ -102,7 +102,8 @@ def numbers(ex):
 
 
 def _promises(ex):
-    printed_design = analyse_pid(ex.plant, ex.K, ex.U, region=ex.region)
+    one_P = {"coupling": "pairs"}
+    printed_design = analyse_pid(ex.plant, ex.K, ex.U, region=ex.region, **one_P)
     own = design_pid(ex.plant, ex.U, region=ex.region)
 
     inside = min(
@@ -145,7 +146,8 @@ def _motions(ex):
         "one P, see the chapter",
     )
     every = Polytope([thesis.arm(-1.0), thesis.arm(1.0)])
-    slow = proven(analyse_pid(every, ex.K, ex.U, region=PoleRegion(sigma=2.0)), 8)
+    rate = PoleRegion(sigma=2.0)  # the factor moves: one P
+    slow = proven(analyse_pid(every, ex.K, ex.U, region=rate, coupling="pairs"), 8)
     t = np.linspace(0, 15, 1501)
     times = [3.0 * k for k in range(len(SET_POINTS))]
     run = simulate_nonlinear(

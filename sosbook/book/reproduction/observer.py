@@ -200,7 +200,7 @@ def _gains(printed, R):
 def _robust(printed, plant, R):
     K, L = printed.lqe[R]
     loop = observer_loop(plant, K, L, printed.C)
-    proof = proven(analyse_loop(loop.E, loop.A))
+    proof = proven(analyse_loop(loop.E, loop.A, coupling="pairs"))
     return observer_row(
         f"robustly stable, R = {R}",
         "Table 4.3",
