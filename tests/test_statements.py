@@ -11,6 +11,7 @@ import pytest
 import sosbook as sos
 from sosbook.exact.checker import kernel, verdict
 from sosbook.exact.proof import Examined
+from sosbook.synthesis.fixed_mode import FixedModeRefusal
 from tests.oracles import mended
 from tests.test_proof_files import PROOFS, proof_of
 
@@ -208,3 +209,104 @@ def test_multipliers_of_a_harder_request_exclude_no_easier_one():
         assert again.status == "infeasible"
         seen.add(True)
     assert seen == {True, False}
+
+
+def unmoved(A, B, **mode):
+    """A file of a mode of x' = A x + B u that no gain moves."""
+    one = [[str(int(i == j)) for j in range(len(A))] for i in range(len(A))]
+    plant = dict(kind="descriptor", C=one[:1], D_u=None)
+    plant["vertices"] = [dict(E=one, A=A, B=B, B_w=B)]
+    given = dict(plant=plant, U=[], K_A=None, K=None, requirement=None, place=[0, 0])
+    return {"kind": "fixed mode", **given, **mode}
+
+
+PAIR = unmoved(
+    [["0", "1", "0"], ["-1", "0", "0"], ["0", "0", "-1"]],
+    [["0"], ["0"], ["1"]],
+    polynomial=["1", "0", "1"],
+    rows=[["1", "0", "0"], ["0", "1", "0"]],
+    witness=[],
+)
+ONE = unmoved(
+    [["1", "0"], ["0", "-1"]],
+    [["0"], ["1"]],
+    polynomial=["-1", "1"],
+    rows=[["1", "0"]],
+    witness=[["1", "0"]],
+)
+REAL = unmoved(
+    [["0", "1", "0"], ["1", "0", "0"], ["0", "0", "-1"]],
+    [["0"], ["0"], ["1"]],
+    polynomial=["-1", "0", "1"],
+    rows=[["1", "0", "0"], ["0", "1", "0"]],
+    witness=[],
+)
+DISK = {"kind": "region", "name": "disk", "form": "disk", "rho": "2", "centre": "-1"}
+DISK |= dict(alpha=[["-2", "1"], ["1", "-2"]], beta=[["0", "1"], ["0", "0"]])
+AROUND = unmoved(  # 0 and 3 have the distances 1 and 4 from the centre
+    [["0", "1", "0"], ["0", "3", "0"], ["0", "0", "-1"]],
+    [["0"], ["0"], ["1"]],
+    polynomial=["0", "-3", "1"],
+    rows=[["1", "0", "0"], ["0", "1", "0"]],
+    witness=[],
+) | {"requirement": DISK}
+MODES = [
+    (ONE, ["1", "0"], True),
+    (ONE, ["1000", "0"], False),
+    (ONE, ["1001/1000", "0"], False),
+    (ONE, ["1", "1/10"], False),
+    (PAIR, ["0", "1"], True),
+    (PAIR, ["0", "-1"], True),
+    (PAIR, ["-7", "55"], False),
+    (PAIR, ["0", "0"], False),
+    (REAL, ["1", "0"], True),
+    (REAL, ["-1", "0"], False),
+    (AROUND, ["3", "0"], True),
+    (AROUND, ["0", "0"], False),
+]
+
+
+@pytest.mark.parametrize("asked, point, there", MODES)
+def test_a_mode_is_where_the_words_say(asked, point, there):
+    """That some mode breaks what is asked doesn't put it near any point."""
+    proof = FixedModeRefusal.of(
+        {k: v for k, v in asked.items() if k != "kind"} | {"point": point}
+    )
+    assert proof.proven == there
+    if there:
+        assert verdict.check(proof.text) == list(proof.claims)
+        return
+    with pytest.raises(kernel.Refused, match="no mode is near|keeps what"):
+        verdict.law(asked | {"point": point})
+
+
+def test_labels_are_of_words():
+    """What stands in a set is printed in the labels."""
+    whole = dict(text=["for i in s:", " a.i: 1 > 0"], data={}, unknowns={}, point={})
+    assert kernel.check(whole | {"sets": {"s": [["1"]]}}) == ["a.1"]
+    for word in ("1\npositive definite: all", "", "1.2", "\u0661", "x\r"):
+        with pytest.raises(kernel.Refused, match="index words"):
+            kernel.check(whole | {"sets": {"s": [[word]]}})
+
+
+@pytest.mark.parametrize(
+    "block, words",
+    [("2" + "^9" * 6, "digits"), ("tr(kron(I(99), I(99)))", "Kronecker")],
+)
+def test_no_line_fills_the_memory(block, words):
+    """Long powers are one step of Python, which no time limit interrupts."""
+    whole = dict(text=[f"a: {block} > 0"], data={}, sets={}, unknowns={}, point={})
+    with pytest.raises(kernel.Refused, match=words):
+        kernel.check(whole)
+
+
+def test_an_author_s_words_rest_on_a_block(bounded):
+    asked = verdict.asked_of(file_of(bounded))
+    theorem = dict(numbers={}, unknowns={}, blocks=[["once", "b", "1"]])
+    asked["requirements"].append(
+        dict(kind="mine", name="mine", claim="all is well", theorem=theorem)
+    )
+    assert "by its author's theorem" in verdict.law(asked)[1][-1]
+    theorem["blocks"] = []
+    with pytest.raises(kernel.Refused, match="no block"):
+        verdict.law(asked)

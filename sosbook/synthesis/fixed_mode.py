@@ -19,6 +19,7 @@ from .request_as_data import loop_data, loop_request
 __all__ = ["FixedModeRefusal", "plant_at", "refuse_by_mode"]
 
 MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
+CLOSE = fmpq(1, 10**6)  # a point to the mode, of its size: six digits are said
 BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides
 
 
@@ -284,17 +285,18 @@ def _breaks(requirement, h, c, v):
     if form is None:
         return False
     alpha, beta = form
+    value, slope = (_square(_at(g, c)) for g in (h.degree() * h, h.derivative()))
+    if value > CLOSE**2 * _square(c) * slope:
+        return False
     if not v:
-        return _mirrored(alpha, beta, h)
+        return _mirrored(alpha, beta, h) and _kept_out(alpha, beta, c)
     re, im = (exact(np.array([getattr(e, x) for e in v])) for x in ("real", "imag"))
     if len(v) != len(alpha):
         raise ValueError("the witness has a wrong length")
     b = re @ beta @ re + im @ beta @ im, re @ beta @ im - im @ beta @ re
     level = re @ alpha @ re + im @ alpha @ im + 2 * (c[0] * b[0] - c[1] * b[1])
-    value, slope = _at(h, c), _at(h.derivative(), c)
-    reach = 4 * h.degree() ** 2 * _square(value) * _square(b)
     some = any(e != 0 for e in v)
-    return bool(some and level >= 0 and level**2 * _square(slope) >= reach)
+    return bool(some and level >= 0 and level**2 * slope >= 4 * value * _square(b))
 
 
 def _at(h, c):
@@ -315,3 +317,12 @@ def _mirrored(alpha, beta, h):
     image = fmpq_poly() if mirror is None else mirror(h)
     n = h.degree()
     return image.degree() == n and image / image[n] == h
+
+
+def _kept_out(alpha, beta, c):
+    """Whether a point c isn't inside of a half-plane or disk, but for `CLOSE`."""
+    size, depth = 2 * beta[0, 0], -alpha[0, 0] - 2 * beta[0, 0] * c[0]
+    if len(alpha) > 1:
+        size = alpha[0, 0]
+        depth = size**2 - _square((c[0] + alpha[0, 1], c[1]))
+    return depth <= 0 or depth**2 <= (CLOSE * size) ** 2 * _square(c)

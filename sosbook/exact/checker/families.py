@@ -75,7 +75,8 @@ def given_vertices(plant):
     places = [()]
     for d, n in zip(degrees, cells):
         need(d, "the plant doesn't depend on a parameter")
-        own = [(0, 0), *((c, i) for c in range(n) for i in range(1, d)), (n - 1, d)]
+        inner = ((c, i) for c in range(n * (d > 1)) for i in range(1, d))
+        own = [(0, 0), *inner, (n - 1, d)]
         places = [(*place, x) for place in places for x in own]
     vertices = [{x: [[str(e) for e in row] for row in rows]
                  for x, rows in at(place).items()} for place in places]  # fmt: skip

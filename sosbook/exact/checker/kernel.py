@@ -98,6 +98,7 @@ def zeros(r, c):
 
 
 def kron(p, q):
+    need(p.r * q.r * p.c * q.c <= LARGEST**2, "a Kronecker product is too large")
     rows = [[x * y for x in u for y in v] for u in p.a for v in q.a]
     return Mat(p.r * q.r, p.c * q.c, rows, p.d * q.d)
 
@@ -396,6 +397,8 @@ class Reader:
 
     def op_pow(self, a, k):
         need(a.back is None and scalar(a.v) and k.v < 10, "no power of a number")
+        long = max(map(int.bit_length, a.v.as_integer_ratio())) * size(k)
+        need(long <= 4 * MOST_DIGITS, "a power has too many digits")
         return Val(a.v ** size(k))
 
     def op_at(self, a, i, j):
@@ -457,6 +460,8 @@ class Reader:
                 need(step[2] in self.sets, f"there is no set {step[2]}")
                 for words in self.sets[step[2]]:
                     need(len(words) == len(step[1]), "a set of another length")
+                    good = all(re.fullmatch(r"\w+", w, re.ASCII) for w in words)
+                    need(good, f"{words!r:.40} are no index words")
                     self.at = dict(zip(step[1], words))
                     yield from self.statements(step[3])
                 self.at = {}

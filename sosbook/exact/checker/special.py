@@ -23,6 +23,8 @@ from .statements import (
     sane,
 )
 
+CLOSE = Fraction(1, 10**6)  # of |s|, of which six digits are said
+
 
 def place_of(d, key, many):
     """Two vertices, from 0."""
@@ -125,6 +127,9 @@ class FixedMode:
             text = region(asked)[2] if plain else in_matrices(asked)
         alpha, beta, _ = region(asked or STABILITY | {"kind": "region"})
         x, y = map(ratio, d["point"])
+        value, slope = steps(h, x, y)
+        good = value <= CLOSE**2 * (x * x + y * y) * slope
+        need(good, "no mode is near the point")
         need(isinstance(d["witness"], list), "the witness must be a list")
         if d["witness"]:
             v = [(number(a), number(b)) for a, b in d["witness"]]
@@ -132,6 +137,7 @@ class FixedMode:
             need(outside(alpha, beta, h, x, y, v), "the mode keeps what is asked")
         else:
             need(mirrored(alpha, beta, h), "the modes don't come in pairs")
+            need(kept_out(alpha, beta, x, y), "the mode keeps what is asked")
         s = f"{float(x):.6g}" + (f"{float(y):+.6g}j" if y else "")
         mode = f"no gain moves the mode near s = {s} of {where}"
         if d["K"] is not None:
@@ -143,18 +149,23 @@ class FixedMode:
 def outside(alpha, beta, h, x, y, v):
     """Whether a root of h near c = x + iy lies outside of a region.
 
-    h'/h is the sum of 1 / (c - root): one root is within n |h(c) / h'(c)|.
-    There v* (alpha + beta s + beta' conj(s)) v stays positive or zero.
+    One root is within n |h(c) / h'(c)|. There v* (alpha + beta s + beta' conj(s)) v
+    stays positive or zero.
     """
     a, b = [p for p, _ in v], [q for _, q in v]  # v = a + ib
     level = bilinear(a, alpha, a) + bilinear(b, alpha, b)
     re = bilinear(a, beta, a) + bilinear(b, beta, b)
     im = bilinear(a, beta, b) - bilinear(b, beta, a)
     level += 2 * (x * re - y * im)
-    value = square_at(h, x, y)
-    slope = square_at([k * a for k, a in enumerate(h)][1:], x, y)
-    reach = 4 * (len(h) - 1) ** 2 * value * (re**2 + im**2)
+    value, slope = steps(h, x, y)
+    reach = 4 * value * (re**2 + im**2)
     return any(map(any, v)) and level >= 0 and level**2 * slope >= reach
+
+
+def steps(h, x, y):
+    """|n h(c)|^2 and |h'(c)|^2: h'/h is the sum of 1 / (c - root) at c = x + iy."""
+    slope = square_at([k * a for k, a in enumerate(h)][1:], x, y)
+    return (len(h) - 1) ** 2 * square_at(h, x, y), slope
 
 
 def bilinear(p, x, q):
@@ -183,6 +194,15 @@ def mirrored(alpha, beta, h):
     g = moved(h, -alpha[0][1])
     turned = [g[n - k] * alpha[0][0] ** (2 * n - 2 * k) for k in range(n + 1)]
     return g[0] != 0 and all(a * g[n] == b * g[0] for a, b in zip(turned, g))
+
+
+def kept_out(alpha, beta, x, y):
+    """Whether x + iy isn't inside of a half-plane or disk, but for `CLOSE`."""
+    size, depth = 2 * beta[0][0], -alpha[0][0] - 2 * beta[0][0] * x
+    if len(alpha) > 1:
+        size = alpha[0][0]
+        depth = size**2 - (x + alpha[0][1]) ** 2 - y**2
+    return depth <= 0 or depth**2 <= (CLOSE * size) ** 2 * (x * x + y * y)
 
 
 def moved(h, a):

@@ -575,6 +575,7 @@ class Design:
     def _of_author(self, k, theorem):
         """The numbers and unknowns of somebody's theorem, under names of their own."""
         keys(theorem, "numbers unknowns blocks")
+        need(theorem["blocks"], "an author's claim rests on no block")
         for name in (*theorem["numbers"], *theorem["unknowns"]):
             good = re.fullmatch(rf"own\.{k}\.\w+", name, re.ASCII)
             need(good, f"{name!r:.40} isn't called own.{k}. and a word")
