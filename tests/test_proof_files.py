@@ -335,6 +335,7 @@ def proof_of(name):
 def test_the_checker_agrees(name):
     proof = proof_of(name)
     assert proof.proven and proof.verify() and bool(proof)
+    assert json.loads(proof.text)["version"] == 2
     assert checker.check(proof.text) == list(proof.claims)
     old = without_text(proof)
     assert old_checker.check(old) == checker.check(old) == list(proof.claims)
