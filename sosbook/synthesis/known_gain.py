@@ -200,8 +200,8 @@ def decided(request, r, plants, bad=None):
         if found is not None:
             done += 1
             least = min(least, found[1])
-            start = "" if not done else f"cell {done} "
-            blocks |= {f"{r.name} {start}{name}": g for name, g in found[0].items()}
+            named = ((f"{r.name} cell {done} {name}", g) for name, g in found[0].items())
+            blocks |= dict(named)
             continue
         if (
             first
