@@ -41,6 +41,7 @@ _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 _ROOMS = (
     "analysis",
     "book",
+    "controllers",
     "delay",
     "display",
     "exact",

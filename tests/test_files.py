@@ -15,7 +15,7 @@ import pytest
 
 import sosbook
 from sosbook import proofs
-from sosbook.pendulum import comparison, compiled, deployment, recorded, recording
+from sosbook.pendulum import comparison, deployment, recorded, recording
 from sosbook.pendulum.__main__ import main
 from sosbook.pendulum.log import Log
 from sosbook.pendulum.modelled import Model
@@ -27,7 +27,7 @@ from sosbook.proofs.command import read_plant_file
 from sosbook.proofs.subject import compare_gain, compare_plant
 from sosbook.runtime import matrix_files, reading
 from sosbook.runtime.saying import visible
-from sosbook.runtime.writing import write_file
+from sosbook.runtime.writing import write_file, write_texts
 from tests.broken_files import BROKEN, ESC
 from tests.processes import process
 
@@ -120,11 +120,12 @@ WRITERS = {
     "synthesis.known_gain.KnownGainProof.save",  # an error, too
     "proofs.command.check_place",
     "pendulum.comparison.write_comparison",
+    "controllers.compiler.build",
     "pendulum.compiled.Compiled.__init__",
     "pendulum.log.Log.write",
     "pendulum.proven.Deployment.write",
     "pendulum.recording.board_files",  # a name in texts
-    "pendulum.recording.write_texts",
+    "runtime.writing.write_texts",
     "pendulum.report.write_page",
     "pendulum.report.write_report",
     "pendulum.rig.main",
@@ -268,7 +269,7 @@ OWN = {
     "book/printing/__main__.py": "the book's own pages",
     "book/notebooks.py": "the book's own notebooks",
     "book/widgets/live.py": "messages of the browser",
-    "pendulum/template.py": "files of the package",
+    "controllers/template.py": "files of the package",
     "pendulum/written.py": "a file of the package",
     "exact/checker/kernel.py": "stands alone",
     "exact/checker/verdict.py": "stands alone",
@@ -379,4 +380,4 @@ def test_programs_replace_nothing_unasked(tmp_path, capsys):
     assert main(["record", str(ROBOT), str(tmp_path), "--replace"]) == paths
     (tmp_path / "balance.c").write_text("mine", "utf-8")
     with pytest.raises(FileExistsError):
-        compiled.write_texts(tmp_path, {"balance.c": "other"})
+        write_texts(tmp_path, {"balance.c": "other"})

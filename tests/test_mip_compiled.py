@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw
-from sosbook.mip import compiled as module
 from sosbook.mip.compiled import FLAGS, Compiled, compiler
 from sosbook.mip.firmware import COUNTERS
 from sosbook.mip.simulator import Sensors, simulate
 
 from sosbook import thesis
+from sosbook.controllers import compiler as module
 from tests.compiler import MISSING, ensure, find, refuse
 from tests.gains import named
 

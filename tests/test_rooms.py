@@ -28,6 +28,7 @@ ROOMS = (
     "synthesis",
     "delay",
     "sampled",
+    "controllers",
     "proofs",
     "studies",
     "pendulum",

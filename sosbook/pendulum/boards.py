@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from ..controllers.template import written_by
 from .robot import Robot
-from .template import fill, written_by
+from .template import fill
 
 __all__ = ["dmp_rate", "pyctrl_signs", "rc_robot", "wired", "wired_as_pyctrl"]
 

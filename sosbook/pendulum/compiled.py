@@ -1,70 +1,18 @@
 """The generated C program, compiled and run in place of `Controller`."""
 
 import ctypes
-import importlib.util
-import os
-import shlex
-import shutil
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from ..controllers.compiler import FLAGS, build, compiler
+from ..controllers.spelling import FLOAT_TYPES
+from ..runtime.writing import write_texts
 from .export import Program
 from .firmware import COUNTERS
-from .recording import write_texts
-from .spelling import FLOAT_TYPES
 
 __all__ = ["FLAGS", "Compiled", "compiler"]
-
-#: Flags of the compiler: strict C99, without warnings or fused operations.
-FLAGS = (
-    "-std=c99",
-    "-O2",
-    "-ffp-contract=off",
-    "-pedantic",
-    "-Wall",
-    "-Wextra",
-    "-Werror",
-)
-NO_COMPILER = """\
-no C compiler was found. Any of these will do:
-  apt-get install gcc libc6-dev     (Debian and Ubuntu, as root)
-  xcode-select --install            (macOS)
-  python -m pip install ziglang     (anywhere)
-or set the environment variable CC to a compiler's command"""
-
-
-def compiler():
-    """The command of a C compiler.
-
-    Returns
-    -------
-    list of str
-        $CC if it is set; else cc, gcc or clang on the PATH; else the
-        one in the Python package ziglang.
-
-    Raises
-    ------
-    RuntimeError
-        If there is none; it names the ways to get one.
-    """
-    command = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
-    command = [word.strip('"') for word in command]
-    if command and shutil.which(command[0]):
-        return command
-    if command:
-        raise RuntimeError(
-            f"CC is set to {command[0]!r}, which isn't there: {NO_COMPILER}"
-        )
-    for name in ("cc", "gcc", "clang"):
-        if path := shutil.which(name):
-            return [path]
-    if importlib.util.find_spec("ziglang"):
-        return [sys.executable, "-m", "ziglang", "cc"]
-    raise RuntimeError(NO_COMPILER)
 
 
 class Compiled:
@@ -116,7 +64,7 @@ class Compiled:
             )
             folder = self._temporary.name
         write_texts(folder, program.law)
-        self.library = _build(Path(folder), flags)
+        self.library = build(Path(folder), "balance", flags)
         self._load(ctypes.CDLL(str(self.library)))
 
     def _load(self, library):
@@ -181,25 +129,3 @@ class Compiled:
         if self.states is None:
             return None
         return np.array([getattr(s, name) for s in self.states], kind)
-
-
-def _build(folder, flags):
-    """Path of the shared library of balance.c."""
-    library = folder / "balance.so"
-    command = [
-        *compiler(),
-        *flags,
-        "-shared",
-        "-fPIC",
-        "-o",
-        str(library),
-        str(folder / "balance.c"),
-    ]
-    done = subprocess.run(
-        command, capture_output=True, text=True, encoding="utf-8", check=False
-    )
-    if done.returncode:
-        raise RuntimeError(
-            f"the compiler refused: {shlex.join(command)}\n{done.stderr}"
-        )
-    return library

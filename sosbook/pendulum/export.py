@@ -7,6 +7,8 @@ on the firmware, the robot and the package's version alone.
 import re
 from dataclasses import dataclass, replace
 
+from ..controllers.spelling import braces, literal, single
+from ..controllers.template import replaced, written_by
 from . import spelling
 from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired
 from .drive import Drive
@@ -14,7 +16,7 @@ from .firmware import Firmware
 from .recording import board_files
 from .robot import Robot
 from .steering import Steering
-from .template import fill, replaced, written_by
+from .template import fill
 
 __all__ = ["Program"]
 
@@ -139,11 +141,11 @@ class Program:
         text = self._with_numbers(text, spelling.constants(firmware))
         for label, value in spelling.matrices(law).items():
             size = "".join(f"[{n}]" for n in value.shape)
-            braces = spelling.braces(value, self.precision)
+            rows = braces(value, self.precision)
             text = replaced(
                 rf"^static const \w+ {label}\[[^;]*;\n",
                 text,
-                f"static const {C_TYPES[self.precision]} {label}{size} = {braces};\n"
+                f"static const {C_TYPES[self.precision]} {label}{size} = {rows};\n"
                 if value.any() or (label == "START" and law.order)
                 else "",
             )
@@ -167,7 +169,7 @@ class Program:
         numbers |= {"SHARE": steering.volts, "UNWIND": steering.unwinding}
         header, source = (self._of_law(f"balance_steer.{x}", {}) for x in "hc")
         source = self._with_numbers(source, numbers)
-        gain = spelling.braces(steering.K[0], self.precision)
+        gain = braces(steering.K[0], self.precision)
         per_radian = f"{steering.per_radian:.9g}"
         return files | {
             f"{self.name}_steer.h": replaced(
@@ -242,10 +244,10 @@ class Program:
         values = {
             "STEERS": int(self.steering is not None),
             "TICK": f"{round(1e6 * T)}UL",
-            "HERTZ": spelling.single(1 / T),
-            "TURN": f"6.2831853f / {spelling.single(robot.counts)}",
+            "HERTZ": single(1 / T),
+            "TURN": f"6.2831853f / {single(robot.counts)}",
             "REST_TICKS": round(1 / T),
-            **self._motion(spelling.single),
+            **self._motion(single),
         }
         note = law._provenance
         files = {
@@ -283,7 +285,7 @@ class Program:
     def _with_numbers(self, text, values):
         """A text of C with values by their names."""
         for label, value in values.items():
-            spelled = f"{spelling.literal(value, self.precision)};  /* {value:.9g}"
+            spelled = f"{literal(value, self.precision)};  /* {value:.9g}"
             text = replaced(rf"( {label} = )\S+;  /\* \S+", text, spelled)
         return text
 

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from ..controllers.lanes import Lanes
 from ..plants.checks import finite, positive
-from .lanes import Lanes
 from .law import SampledLaw
 from .model import V_MAX
 

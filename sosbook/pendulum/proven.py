@@ -7,12 +7,12 @@ import numpy as np
 
 from ..plants.checks import finite, positive
 from ..plants.gain import Gain
+from ..runtime.writing import write_texts
 from .drive import Drive
 from .facts import facts
 from .firmware import SOFTNESS, Firmware
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
-from .recording import write_texts
 from .robot import Robot
 from .spread import polytope, triangles, vertices
 from .steering_design import SteeringDesign

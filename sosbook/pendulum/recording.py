@@ -5,13 +5,13 @@ They come before any fit, so they take nothing but the robot's description.
 
 from math import pi, radians, sqrt
 
+from ..controllers.spelling import single
+from ..controllers.template import written_by
 from ..plants.checks import positive
-from ..runtime.reading import path_of
-from ..runtime.writing import may_replace, write_file
+from ..runtime.writing import write_texts
 from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired_as_pyctrl
 from .robot import Robot
-from .spelling import single
-from .template import fill, written_by
+from .template import fill
 
 __all__ = ["board_files", "recorders", "sweeps", "write_recorders"]
 
@@ -181,39 +181,3 @@ def write_recorders(robot, folder, replace=False, **asked):
     """
     robot = robot if isinstance(robot, Robot) else Robot.read(robot)
     return write_texts(folder, recorders(robot, **asked), replace)
-
-
-def write_texts(folder, texts, replace=False):
-    """Write files into a folder: all of them, or none.
-
-    Parameters
-    ----------
-    folder : str or Path
-        Made if it doesn't exist.
-    texts : dict
-        From the files' names to their texts.
-    replace : bool
-        Replace files that are there with another text. Else they stop everything: a
-        ``robot_io.cpp``, for example, may hold its owner's pins.
-
-    Returns
-    -------
-    list of Path
-        Where the files stand.
-
-    Raises
-    ------
-    FileExistsError
-        If a file is there that may not be replaced.
-    """
-    files = {path_of(folder) / name: text.encode() for name, text in texts.items()}
-    for path, text in files.items():
-        if not replace:
-            may_replace(
-                path,
-                lambda old, text=text: old == text,
-                "give another folder, or --replace (replace=True)",
-            )
-    for path in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    return [write_file(path, text) for path, text in files.items()]

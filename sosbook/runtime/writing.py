@@ -6,7 +6,7 @@ from secrets import token_hex
 
 from .reading import path_of, read_bytes
 
-__all__ = ["may_replace", "write_file"]
+__all__ = ["may_replace", "write_file", "write_texts"]
 
 
 def write_file(path, content, over=None):
@@ -62,6 +62,42 @@ def may_replace(path, over, cure="give another name, or move it away"):
         raise FileExistsError(
             f"{path} is there already and holds something else: {cure}"
         )
+
+
+def write_texts(folder, texts, replace=False):
+    """Write files into a folder: all of them, or none.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it doesn't exist.
+    texts : dict
+        From the files' names to their texts.
+    replace : bool
+        Replace files that are there with another text. Else they stop everything: a
+        ``robot_io.cpp``, for example, may hold its owner's pins.
+
+    Returns
+    -------
+    list of Path
+        Where the files stand.
+
+    Raises
+    ------
+    FileExistsError
+        If a file is there that may not be replaced.
+    """
+    files = {path_of(folder) / name: text.encode() for name, text in texts.items()}
+    for path, text in files.items():
+        if not replace:
+            may_replace(
+                path,
+                lambda old, text=text: old == text,
+                "give another folder, or --replace (replace=True)",
+            )
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    return [write_file(path, text) for path, text in files.items()]
 
 
 def _replace(file, content, path):

@@ -1,0 +1,82 @@
+"""The C compiler of the machine, for programs that are tried here."""
+
+import importlib.util
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+
+__all__ = ["FLAGS", "build", "compiler"]
+
+#: Flags of the compiler: strict C99, without warnings or fused operations.
+FLAGS = (
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-pedantic",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+)
+NO_COMPILER = """\
+no C compiler was found. Any of these will do:
+  apt-get install gcc libc6-dev     (Debian and Ubuntu, as root)
+  xcode-select --install            (macOS)
+  python -m pip install ziglang     (anywhere)
+or set the environment variable CC to a compiler's command"""
+
+
+def compiler():
+    """The command of a C compiler.
+
+    Returns
+    -------
+    list of str
+        $CC if it is set; else cc, gcc or clang on the PATH; else the
+        one in the Python package ziglang.
+
+    Raises
+    ------
+    RuntimeError
+        If there is none; it names the ways to get one.
+    """
+    command = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
+    command = [word.strip('"') for word in command]
+    if command and shutil.which(command[0]):
+        return command
+    if command:
+        raise RuntimeError(
+            f"CC is set to {command[0]!r}, which isn't there: {NO_COMPILER}"
+        )
+    for name in ("cc", "gcc", "clang"):
+        if path := shutil.which(name):
+            return [path]
+    if importlib.util.find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc"]
+    raise RuntimeError(NO_COMPILER)
+
+
+def build(folder, name, flags=FLAGS):
+    """Path of the shared library of <name>.c in a folder.
+
+    RuntimeError if there is no compiler, or it refuses.
+    """
+    library = folder / f"{name}.so"
+    command = [
+        *compiler(),
+        *flags,
+        "-shared",
+        "-fPIC",
+        "-o",
+        str(library),
+        str(folder / f"{name}.c"),
+    ]
+    done = subprocess.run(
+        command, capture_output=True, text=True, encoding="utf-8", check=False
+    )
+    if done.returncode:
+        raise RuntimeError(
+            f"the compiler refused: {shlex.join(command)}\n{done.stderr}"
+        )
+    return library

@@ -1,0 +1,75 @@
+"""Texts of programs: comments that nothing ends, and templates that are read."""
+
+import re
+import textwrap
+from importlib import resources
+from importlib.metadata import version
+
+__all__ = [
+    "PLACE",
+    "comment",
+    "noted",
+    "python_comment",
+    "read",
+    "replaced",
+    "written_by",
+]
+
+COMMENT_WIDTH = 70  # characters in a line of a comment
+PLACE = "(Where this comes from.)"  # of the note in a template's comment
+
+
+def comment(lines, margin):
+    """The ``lines`` of a comment, each behind a ``margin``; none ends it in C."""
+    wrapped = [
+        part for line in lines for part in textwrap.wrap(plain(line), COMMENT_WIDTH)
+    ]
+    return "\n".join((margin + line).rstrip() for line in wrapped)
+
+
+def plain(text):
+    """A text in printable ASCII, without what begins or ends a comment of C."""
+    text = text.encode("ascii", "backslashreplace").decode()
+    text = "".join(c if c.isprintable() else " " for c in text)
+    for pair in ("*/", "/*", "??"):
+        while pair in text:
+            text = text.replace(pair, " ".join(pair))
+    return text
+
+
+def python_comment(lines):
+    """The ``lines`` of a docstring of Python, which none of them can end."""
+    return comment(lines, "").replace("\\", "/").replace('"""', "'''")
+
+
+def written_by():
+    """The first line of every written program."""
+    return (
+        f"Written by sosbook {version('sosbook')}; write it again rather than edit it."
+    )
+
+
+def replaced(pattern, text, new):
+    """The ``text`` with ``new`` in the one place that the ``pattern`` matches.
+
+    What the pattern's groups match stays before it.
+    """
+    text, count = re.subn(
+        pattern, lambda match: "".join(match.groups()) + new, text, flags=re.M
+    )
+    if count != 1:
+        raise LookupError(f"{pattern!r} matches {count} times in a template")
+    return text
+
+
+def read(package, template):
+    """The text of a ``template``, a file in the folder templates of a package."""
+    return resources.files(package).joinpath("templates", template).read_text("utf-8")
+
+
+def noted(text, note):
+    """The ``text`` of a template with the lines of a ``note`` in their `PLACE`."""
+    margin, found, _ = text.partition(PLACE)
+    margin = margin.rpartition("\n")[2]
+    lines = comment(note, margin) if margin else python_comment(note)
+    return text.replace(margin + PLACE, lines) if found else text
