@@ -200,7 +200,9 @@ def decided(request, r, plants, bad=None):
         if found is not None:
             done += 1
             least = min(least, found[1])
-            named = ((f"{r.name} cell {done} {name}", g) for name, g in found[0].items())
+            named = (
+                (f"{r.name} cell {done} {name}", g) for name, g in found[0].items()
+            )
             blocks |= dict(named)
             continue
         if (
