@@ -6,6 +6,7 @@ from .analysis.nonlinear import simulate_nonlinear
 from .book import counterexamples, plots, reproduction, tables, thesis, widgets
 from .book import elements as atlas
 from .delay import DelayDesign, analyse_delay, design_delay_pid
+from .laws import DynamicLaw, FullState, PIDLaw
 from .plants.descriptor_system import DescriptorSystem
 from .plants.response import Response
 from .plants.second_order import MassWarning, Polytope, SecondOrderSystem
@@ -37,11 +38,14 @@ __all__ = [
     "DelayDesign",
     "DescriptorSystem",
     "Design",
+    "DynamicLaw",
+    "FullState",
     "InfiniteModes",
     "IntegratorChoice",
     "LMIRegion",
     "MassWarning",
     "ObserverDesign",
+    "PIDLaw",
     "PoleRegion",
     "Polytope",
     "QuadraticCost",

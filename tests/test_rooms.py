@@ -21,6 +21,7 @@ ROOMS = (
     "exact",
     "lmi",
     "plants",
+    "laws",
     "theorems",
     "analysis",
     "requirements",

@@ -7,6 +7,7 @@ import numpy as np
 from flint import fmpq
 
 from ..exact.definite import exact
+from ..plants.descriptor import Descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from .fixed_mode import refuse_by_mode
 from .request import Request
@@ -32,6 +33,8 @@ def broken(request, r, plants, point):
         Where the plant is, in rationals.
     """
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
+    if request.law is not None:
+        return _broken_loop(r, plants.at(point))
     one, k = replace(request, requirements=asked, coupling="vertices"), None
     for i in one.distinct:
         (v,) = one.vertices_in(exact, [i])
@@ -46,6 +49,17 @@ def broken(request, r, plants, point):
             return None
         one = Request(plant, gain=request.gain, requirements=asked)
     return refuse_by_mode(one, [(k, k)]) or refuse_by_response(one, [k])
+
+
+def _broken_loop(r, loop):
+    """The proof about a loop by itself, whose law is in its matrices."""
+    d, (E, A, B, C) = loop.plant, loop.matrices[:4]
+    plant = _alone(Descriptor(E, A, d.Bu[:, :0], B, C))
+    if plant is None:
+        return None
+    alone = r.pole_matrices() is not None or r.bounds_response() is not None
+    one = Request(plant, gain=np.zeros((0, len(E))), requirements=[r] if alone else [])
+    return refuse_by_mode(one, [(0, 0)]) or refuse_by_response(one, [0])
 
 
 def _alone(d):

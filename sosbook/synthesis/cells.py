@@ -10,8 +10,6 @@ from flint import fmpq
 
 from ..exact.rational import exact, round_digits
 from ..plants.bernstein import spelled
-from ..plants.descriptor import Descriptor, descriptors
-from ..plants.descriptor_system import DescriptorSystem
 from ..plants.simplex import halves
 from ..requirements.known import KnownLoop
 from ..runtime.read_only import ReadOnly
@@ -258,7 +256,7 @@ class Ranges(Box):
 
     def __init__(self, request):
         self.request, self.plants = request, request.plant.family
-        self.K, self.box = exact(request.gain), self.plants.box
+        self.K, self.box = request.exact_gain, self.plants.box
         self.dimension = len(self.box.names)
         self.whole = Cell(self, self.plants)
 
@@ -280,11 +278,7 @@ class Ranges(Box):
         return self._loop(self.plants.exactly_at(values))
 
     def _loop(self, plant):
-        d = plant
-        if isinstance(plant, DescriptorSystem):
-            (d,) = plant.vertices
-        elif not isinstance(plant, Descriptor):
-            (d,) = descriptors(plant, self.request.U, self.request.K_A)
+        (d,) = self.request.described(plant)
         return KnownLoop(d.map(exact), self.K)
 
     def loops_of(self, plants):
@@ -331,7 +325,7 @@ def family(request):
     """
     if request.plant.family is not None:
         return Ranges(request)
-    K = exact(request.gain)
+    K = request.exact_gain
     loops = [KnownLoop(d, K) for d in request.vertices_in(exact, request.distinct)]
     order = _corners(loops)
     if order is None:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..exact.refusal import Refusal
+from ..laws import LawGain
 from .bounds import Bounds, bounds_of
 from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
@@ -108,6 +109,19 @@ class Design(ClosedLoop[Certificate], Solution):
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.slack
 
+    def controller(self) -> LawGain:
+        """The controller from what is measured to u, exactly: see `Law.controller`.
+
+        Raises
+        ------
+        ValueError
+            Without a gain, or for a design without a ``law``: its controller is K.
+        """
+        if self._law is None:
+            raise ValueError("a design without a law has no controller: take K")
+        self._gain()
+        return self._law.controller(self.request.plant, self.K)
+
     @cached_property
     def effort(self) -> Effort | None:
         """What the gain asks: modes moved, force, whether K = 0 would do; see `Effort`.
@@ -123,7 +137,9 @@ class Design(ClosedLoop[Certificate], Solution):
         K = 0 keeps all that is asked already
         the force at one unit is 0 of the stiffness's
         """
-        return None if self.K is None else effort_of(self)
+        if self.K is None or self.request.law is not None:
+            return None
+        return effort_of(self)
 
     def _prove(self, digits: int | None) -> Certificate:
         if self.parts:
@@ -159,9 +175,10 @@ class Design(ClosedLoop[Certificate], Solution):
         >>> peak.true < peak.proven < peak.asked
         True
         """
+        self._gain()
         table = vars(self).get("_bounds")
         if table is None or any(b.proven is None for b in table):
-            table = bounds_of(self.request, self._gain(), time_limit)
+            table = bounds_of(self.request, self.K, time_limit)
             vars(self)["_bounds"] = table
         return table
 

@@ -26,7 +26,24 @@ class Gains(Result[Proven]):
 
         ``design.gain.but(design.certify().K)`` is the proven one.
         """
+        if self._law is not None:
+            return Gain(self.K, self.request.law_parts.signals)
         return Gain(self._gain(), signals(self.request.plant, self.request.U))
+
+    @property
+    def gains(self) -> dict[str, np.ndarray]:
+        """The parts of K by name: K_P, K_D, K_I, or those of the law."""
+        self._gain()
+        return dict(self._matrices())
+
+    @property
+    def _law(self):
+        return getattr(self.request, "law", None)
+
+    def _gain(self):
+        """The gain from the state to u; with a law its K is another one."""
+        K = super()._gain()
+        return K if self._law is None else self.request.state_gain
 
     @property
     def K_P(self) -> np.ndarray:
@@ -44,11 +61,16 @@ class Gains(Result[Proven]):
         return self._parts()[2]
 
     def _matrices(self):
+        if self._law is not None:
+            form = self._law.structure(self.request.plant)
+            return tuple(form.named(self.K).items())
         if not isinstance(self.request.plant, (SecondOrderSystem, Polytope)):
             return (("K", self.K),)
         return tuple(zip(("K_P", "K_D", "K_I"), self._parts()))
 
     def _parts(self):
+        if self._law is not None:
+            raise ValueError("the gains of a law are gains[name], or K whole")
         n = self._second_order("K_P, K_D and K_I").n
         return np.split(self._gain(), [n, 2 * n], axis=1)
 

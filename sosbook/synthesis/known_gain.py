@@ -122,7 +122,7 @@ def worst(request, r, plants):
     request, r, plants
         As for `decided`.
     """
-    K, K_A = request.gain, request.K_A
+    K, K_A = request.state_gain, request.K_A
 
     def at(point):
         check_time()
@@ -230,7 +230,7 @@ def _proven(request, r, loops):
     """(blocks, margin) of the hull of loops that keep it; None if none are found."""
     for loop in loops:  # needn't be plants, but no LMI holds if one breaks it
         d = loop.plant_in_floats
-        if not r.kept(r.truth([d], request.gain, request.K_A)) > 0:
+        if not r.kept(r.truth([d], request.state_gain, request.K_A)) > 0:
             return None
     lmis = KnownLMIs(r, loops)
     first = lmis.find(refuse=False)

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..laws import FullState, Law
 from ..plants.checks import is_word, positive
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
@@ -49,6 +50,7 @@ def design_pid(
     prefer: Literal["centre", "least"] | None = None,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
+    law: Law | FullState | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design a robust PID controller (PD without ``U``).
@@ -116,6 +118,9 @@ def design_pid(
     requirements : sequence of Requirement, optional
         More of what is asked; region, gamma, saturation and cost are
         shorthand for such objects, and no kind is asked in both ways.
+    law : FullState, optional
+        What is measured: all of z and z', as without it. Gains of other laws are
+        proven by `analyse_pid`.
     time_limit : float
         Seconds after which the request is undecided, unless a design
         was found by then. It is looked at in each step of the solver and
@@ -184,6 +189,7 @@ def analyse_pid(
     backoff: float = 0.01,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
+    law: Law | FullState | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     """Find a certificate for a given gain.
@@ -192,8 +198,8 @@ def analyse_pid(
     ----------
     plant
         As in `design_pid`.
-    K : (m, N) array_like
-        ``[K_P K_D K_I]``.
+    K : (m, N) array_like, or dict
+        ``[K_P K_D K_I]``. With a ``law`` what `Design.K` or `Design.gains` hold.
     U, region, gamma, saturation, K_A
         As in `design_pid`.
     coupling : {"auto", "multipliers", "pairs", "slack", "vertices"}
@@ -205,7 +211,12 @@ def analyse_pid(
         finds nothing, or something is minimised; but ``"pairs"`` where a requirement
         has no such LMIs, or is tied by a number ``mu``. ``request.coupling`` says
         which it was. The others are as in `design_pid`.
-    mu, slack, minimize, backoff, cost, requirements, time_limit
+    mu, slack, minimize, backoff, cost, requirements
+        As in `design_pid`.
+    law : Law, optional
+        What the controller measures and remembers; without it all of z and z'. Its
+        loop is proven by multipliers.
+    time_limit : float
         As in `design_pid`.
 
     Returns
@@ -308,8 +319,11 @@ def analyse_loop(
 
 def _design(
     plant, coupling, mu, slack, minimize, backoff, time_limit,
-    U=None, K_A=None, gain=None, start=None, prefer=None, **asked,
+    U=None, K_A=None, gain=None, start=None, prefer=None, law=None, **asked,
 ):  # fmt: skip
+    U, law = _law_of(U, law)
+    if law is not None:
+        coupling = _of_a_law(coupling, gain, mu=mu, slack=slack)
     if prefer not in (None, "centre", "least"):
         raise ValueError(f'prefer must be "centre" or "least", got {prefer!r}')
     asked = asked_once(**given(mu=mu, **asked))
@@ -324,6 +338,7 @@ def _design(
         coupling="pairs" if auto else coupling,
         slack=slack,
         gain=gain,
+        law=law,
         requirements=asked,
         **given(mu=mu),
     )
@@ -334,6 +349,8 @@ def _design(
 
     def solved():
         free = request.coupling == "multipliers"
+        if law is not None:
+            return kept_or_broken(request, objective, backoff)
         common = replace(request, coupling="pairs") if free else request
         idle = without_input(common, objective) if objective else None
         if idle is not None:
@@ -358,6 +375,36 @@ def _design(
         return solution
 
     return Design(**vars(guarded(request, time_limit, solved)))
+
+
+def _law_of(U, law):
+    """U and the law, which is None where it is that of the thesis."""
+    if law is None:
+        return U, None
+    if U is not None:
+        raise ValueError("law and U are given: say in the law what is integrated")
+    if isinstance(law, FullState):
+        return law.U, None
+    if not isinstance(law, Law):
+        raise ValueError(
+            f"law must be a FullState, PIDLaw or DynamicLaw, got {type(law).__name__}"
+        )
+    return None, law
+
+
+def _of_a_law(coupling, gain, **absent):
+    """The coupling of a loop with a law, or a ValueError for what it hasn't."""
+    for name, value in absent.items():
+        if value is not None:
+            raise ValueError(f"{name} is given, but a law's loop is proven without it")
+    if gain is None:
+        raise ValueError("law: give its gain to analyse_pid; FullState is designed")
+    if not is_word(coupling, ("auto", "multipliers")):
+        raise ValueError(
+            f"coupling={coupling!r}: a law's loop is proven by multipliers; leave it "
+            "out"
+        )
+    return "multipliers"
 
 
 def _have_multipliers(request):

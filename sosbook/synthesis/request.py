@@ -13,6 +13,7 @@ from ..lmi.text import floats
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import (
     Coupled,
+    Descriptor,
     SlackVertex,
     descriptors,
     mean_descriptor,
@@ -50,6 +51,8 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
         As in `design_pid`.
     gain : (m, N) array_like, optional
         The K of `analyse_pid`.
+    law : Law, optional
+        What u depends on; K multiplies its signals then. With a law there is a gain.
     **more
         What is asked, by name; ``requirements`` is a sequence of objects.
     """
@@ -61,6 +64,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
     coupling: str = "pairs"
     slack: float | None = None
     gain: np.ndarray | None = None
+    law: Any = None
     vertices: tuple = field(init=False)
     pairs: list = field(init=False)
 
@@ -73,6 +77,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
         coupling="pairs",
         slack=None,
         gain=None,
+        law=None,
         **more,
     ):
         if isinstance(plant, Regularization):
@@ -88,8 +93,11 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
             requirements=collected(*asked, **more),
             K_A=K_A,
             coupling=coupling,
+            law=law,
         ).items():
             object.__setattr__(self, name, value)
+        if law is not None:
+            object.__setattr__(self, "gain", law.gain(plant, gain))
         vertices = self._descriptors(gain)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "pairs", tuple(self._pairs_of(coupling)))
@@ -107,7 +115,9 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
                     "the body of its class, and its proofs can be files"
                 )
             r.check(self)
-        if gain is not None:
+        if law is not None:
+            gain = self.gain
+        elif gain is not None:
             gain = matrix("K", gain, (plant.m, self.order))
         elif coupling == "multipliers":
             raise ValueError(
@@ -119,6 +129,8 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
 
     def _descriptors(self, gain):
         plant = self.plant
+        if self.law is not None:
+            return self.described(plant)
         if not isinstance(plant, DescriptorSystem):
             return descriptors(plant, self.U, self.K_A)
         if self.U is not None or self.K_A is not None:
@@ -131,6 +143,32 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
                 "or analyse the loop with analyse_loop(E, A)"
             )
         return plant.vertices
+
+    def described(self, plant):
+        """The `Descriptor` of each vertex of another ``plant`` of these shapes."""
+        if self.law is not None:
+            return self.law_parts.vertices(plant, self.gain, self.K_A)
+        if isinstance(plant, Descriptor):
+            return (plant,)
+        if isinstance(plant, DescriptorSystem):
+            return plant.vertices
+        return descriptors(plant, self.U, self.K_A)
+
+    @cached_property
+    def law_parts(self):
+        """What the law joins to the plant."""
+        return self.law.parts(self.plant)
+
+    @cached_property
+    def exact_gain(self):
+        """The gain from the state to u in rationals, whatever the law."""
+        K = exact(self.gain)
+        return K if self.law is None else self.law_parts.state_gain(K)
+
+    @cached_property
+    def state_gain(self):
+        """The gain from the state to u in floats."""
+        return self.gain if self.law is None else self.exact_gain.astype(float)
 
     @property
     def order(self):

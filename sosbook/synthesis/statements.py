@@ -43,6 +43,8 @@ class Statements:
         if N > 1 and not self.covers_polytope:
             where = f"each of the {N} vertices (not the plants between)"
         under = ", under u = K x," if self.plant.m else ""
+        if self.law is not None:
+            under = f", under u = K y ({self.law.words(self.plant)}),"
         implying = (r for r in self.requirements if r.implies_stability)
         stable = next((r for r in implying if r.of_package), Stability())
         said = [(f"{where}{under} is stable", stable)]

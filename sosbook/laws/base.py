@@ -1,0 +1,333 @@
+"""A law: sensors, memory and free gains, as u = K y with numbers K.
+
+With its own states x_c a law sees y = S y_m + R x_c, where y_m are the sensors, and
+sets u and, where its dynamics are free, x_c' too: [u; v] = K y. So whatever a law is,
+its gain is a static one of the plant that x_c is joined to.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..exact.rational import exact, inverse
+from ..plants.checks import matrix, positive
+from ..plants.descriptor import Descriptor, descriptors
+from ..plants.descriptor_system import DescriptorSystem
+from ..plants.gain import signals
+from ..runtime.read_only import ReadOnly
+from .structure import Structure
+
+__all__ = ["Law", "LawGain", "Parts", "Structure"]
+
+
+@dataclass(frozen=True, eq=False)
+class Parts(ReadOnly):
+    """What a law joins to a plant E x' = A x + B u + B_w w, in rationals.
+
+    Parameters
+    ----------
+    rows : (s, N) array
+        The sensors: y_m = rows x + noise w.
+    noise : (s, p) array
+        How the disturbance enters them.
+    E, A, B : arrays
+        The law's own states: E x_c' = A x_c + B y_m, and v in the last ``free`` rows.
+    of_sensors, of_states : (q, s) and (q, c) arrays
+        What the gain multiplies: y = of_sensors y_m + of_states x_c.
+    free : int
+        How many rows v of x_c' the gain has.
+    sensors, states, signals : tuple of str
+        Names of y_m, x_c and y.
+    """
+
+    rows: np.ndarray
+    noise: np.ndarray
+    E: np.ndarray
+    A: np.ndarray
+    B: np.ndarray
+    of_sensors: np.ndarray
+    of_states: np.ndarray
+    free: int
+    sensors: tuple
+    states: tuple
+    signals: tuple
+
+    @cached_property
+    def measured(self):
+        """The matrix from [x; x_c] to y."""
+        return np.hstack([self.of_sensors @ self.rows, self.of_states])
+
+    @cached_property
+    def noisy(self):
+        """The matrix from w to y."""
+        return self.of_sensors @ self.noise
+
+    @cached_property
+    def entry(self):
+        """The matrix from v to E x_c'."""
+        return exact(np.eye(len(self.states), self.free, self.free - len(self.states)))
+
+    def joined(self, d):
+        """The plant d, in rationals, with x_c and without the gain: inputs [u; v]."""
+        N, c = len(d.E), len(self.states)
+        m, p, k = d.Bu.shape[1], d.Bw.shape[1], self.free
+
+        def zero(*shape):
+            return exact(np.zeros(shape))
+
+        return replace(
+            d,
+            E=_corners(d.E, zero(N, c), zero(c, N), self.E),
+            A=_corners(d.A, zero(N, c), self.B @ self.rows, self.A),
+            Bu=_corners(d.Bu, zero(N, k), zero(c, m), self.entry),
+            Bw=np.vstack([d.Bw, self.B @ self.noise if c else zero(0, p)]),
+            C=np.hstack([d.C, zero(len(d.C), c)]),
+            Du=None if d.Du is None else np.hstack([d.Du, zero(len(d.Du), k)]),
+        )
+
+    def looped(self, d, K):
+        """The plant d with x_c, whose dynamics are closed, and u left open.
+
+        With the gain of `state_gain` it is the loop.
+
+        Parameters
+        ----------
+        d : Descriptor
+            In rationals.
+        K : (m + free, q) array
+            The gain, in rationals.
+        """
+        whole, m = self.joined(d), d.Bu.shape[1]
+        pushed = whole.Bu[:, m:] @ K[m:]
+        noise = (pushed + whole.Bu[:, :m] @ K[:m]) @ self.noisy
+        return replace(
+            whole,
+            A=whole.A + pushed @ self.measured,
+            Bu=whole.Bu[:, :m],
+            Bw=whole.Bw + noise,
+            Du=d.Du,
+        )
+
+    def state_gain(self, K):
+        """The gain of u = K' [x; x_c], from the law's K, both in rationals."""
+        return K[: len(K) - self.free] @ self.measured
+
+    def vertices(self, plant, K, K_A=None):
+        """The `Descriptor` of each vertex of a plant as `looped` makes it, of floats.
+
+        Parameters
+        ----------
+        plant : Polytope, SecondOrderSystem, DescriptorSystem or Descriptor
+            The plant, or another one of its shapes.
+        K : (m + free, q) array
+            The gain, of floats; they are read as decimals.
+        K_A : (m, n) array, optional
+            Acceleration gain.
+        """
+        return tuple(_kept(self.looped(d, exact(K))) for d in plain(plant, K_A))
+
+    def controller(self, K):
+        """A, B, C, D from y_m to u, in rationals, for the gain K in rationals."""
+        m, back = len(K) - self.free, inverse(self.E) if len(self.E) else self.E
+        push = back @ self.entry @ K[m:] if len(self.E) else exact(np.zeros((0, 0)))
+        if not len(self.E):
+            empty = exact(np.zeros((0, len(self.rows))))
+            return self.E, empty, K @ self.of_states, K @ self.of_sensors
+        return (
+            back @ self.A + push @ self.of_states,
+            back @ self.B + push @ self.of_sensors,
+            K[:m] @ self.of_states,
+            K[:m] @ self.of_sensors,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class LawGain(ReadOnly):
+    """A controller from its sensors to u, exactly.
+
+    Parameters
+    ----------
+    A, B, C, D : arrays of fmpq
+        x_c' = A x_c + B y, u = C x_c + D y.
+    sensors, inputs, states : tuple of str
+        Names of y, u and x_c.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    sensors: tuple
+    inputs: tuple
+    states: tuple
+
+
+class Law(ABC, ReadOnly):
+    """What is measured, what is remembered and which gains are free.
+
+    A law of one's own has two methods: `parts` and `structure`.
+    """
+
+    @abstractmethod
+    def parts(self, plant: Any) -> Parts:
+        """What it joins to a ``plant`` whose shapes are checked."""
+
+    @abstractmethod
+    def structure(self, plant: Any) -> Structure:
+        """Its free gains, for a ``plant``."""
+
+    @abstractmethod
+    def words(self, plant: Any) -> str:
+        """What it is for a ``plant``, in words: "u depends on z1 alone: PID"."""
+
+    def gain(self, plant: Any, gains: Any) -> np.ndarray:
+        """K from numbers by name, or K itself after a check of its shape.
+
+        Parameters
+        ----------
+        plant : Polytope, SecondOrderSystem or DescriptorSystem
+            The plant.
+        gains : dict or array_like
+            What `Structure.named` returns, or the matrix.
+
+        Raises
+        ------
+        ValueError
+            If a name or a shape is wrong, or a gain that isn't free isn't zero.
+        """
+        form = self.structure(plant)
+        return form.matrix(gains)
+
+    def controller(self, plant: Any, K: np.ndarray) -> LawGain:
+        """The controller from y to u with a gain K, exactly.
+
+        Parameters
+        ----------
+        plant : Polytope, SecondOrderSystem or DescriptorSystem
+            The plant.
+        K : (m + free, q) array
+            The gain, of floats; they are read as decimals.
+
+        Examples
+        --------
+        >>> import sosbook as sos
+        >>> plant = sos.SecondOrderSystem(1, 1, 1, 1)
+        >>> law = sos.PIDLaw(position=[[1]], filter=0.5)
+        >>> c = law.controller(plant, law.gain(plant, {"K_P": [[-2]], "K_D": [[-1]]}))
+        >>> c.A, c.D
+        (Rational([[-2]], dtype=object), Rational([[-4]], dtype=object))
+        """
+        parts = self.parts(plant)
+        exactly = parts.controller(exact(np.asarray(K)))
+        m = plant.m
+        inputs = ("u",) if m == 1 else tuple(f"u{k + 1}" for k in range(m))
+        return LawGain(*exactly, parts.sensors, inputs, parts.states)
+
+
+def plain(plant, K_A=None):
+    """The vertices of a plant without a controller, as `Descriptor` in rationals."""
+    if isinstance(plant, Descriptor):
+        return (plant.map(exact),)
+    vertices = plant.vertices
+    if not isinstance(plant, DescriptorSystem):
+        vertices = descriptors(plant, None, K_A)
+    return tuple(d.map(exact) for d in vertices)
+
+
+def sensor_rows(plant, position, velocity):
+    """The sensors' rows on the plant's state, their names, and how many are positions.
+
+    Parameters
+    ----------
+    plant : Polytope, SecondOrderSystem or DescriptorSystem
+        The plant.
+    position, velocity : (q, n) array_like, or None
+        Of a DescriptorSystem positions are rows on x, and there are no velocities.
+    """
+    first = isinstance(plant, DescriptorSystem)
+    if first and velocity is not None:
+        raise ValueError(
+            "velocity: a DescriptorSystem has no velocities; give position= rows on "
+            "its state x"
+        )
+    n = plant.order if first else plant.n
+    blocks, names = [], signals(plant)
+    for name, rows in (("position", position), ("velocity", velocity)):
+        rows = np.zeros((0, n)) if rows is None else matrix(name, rows, (None, n))
+        blocks.append(rows)
+    whole = blocks[0]
+    if not first:
+        upper = [[blocks[0], np.zeros_like(blocks[0])]]
+        lower = [[np.zeros_like(blocks[1]), blocks[1]]]
+        whole = np.block(upper + lower)
+    words = tuple(row_words(row, names) for row in whole)
+    if len(set(words)) < len(words):
+        twice = next(w for w in words if words.count(w) > 1)
+        raise ValueError(f"two sensors measure {twice}: leave one out")
+    return exact(whole), words, len(blocks[0])
+
+
+def checked_sensors(name, rows, columns=None):
+    """The ``rows`` of some sensors, called ``name``, none of them zero; or None."""
+    if rows is None:
+        return None
+    rows = matrix(name, rows, (None, columns))
+    if not len(rows):
+        raise ValueError(f"{name} has no row: leave it out, or give a sensor")
+    for k, row in enumerate(rows):
+        if not row.any():
+            raise ValueError(
+                f"{name}: row {k + 1} is zero, a sensor that sees nothing: leave it out"
+            )
+    return rows
+
+
+def noise_rows(noise, sensors, positions, p):
+    """The matrix from w to the sensors: ``noise`` is that of the positions."""
+    whole = np.zeros((sensors, p))
+    if noise is not None:
+        whole[:positions] = matrix("noise", noise, (positions, p))
+    return exact(whole)
+
+
+def checked_limits(limits, names):
+    """The ``limits`` of gains as floats by name, or a ValueError."""
+    if limits is None:
+        return {}
+    if not isinstance(limits, dict) or not set(limits) <= set(names):
+        raise ValueError(
+            f"limits must be a dict with some of {', '.join(names)}, got {limits!r}"
+        )
+    return {name: positive(f"limits[{name!r}]", x) for name, x in limits.items()}
+
+
+def row_words(row, names):
+    """A mixture of signals in words: "z1 - 2 z2"."""
+    text = ""
+    for share, name in zip(row, names):
+        if share:
+            size = "" if abs(share) == 1 else f"{abs(share):g} "
+            sign = "-" if share < 0 else "+"
+            sign = f" {sign} " if text else sign.strip("+")
+            text += f"{sign}{size}{name}"
+    return text
+
+
+def listed(words):
+    """ "a, b and c"."""
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else f"{last} alone"
+
+
+def _kept(d):
+    """A plant in rationals as one of floats that knows them."""
+    floats = d.map(lambda x: x.astype(float))
+    vars(floats)["_exactly"] = d
+    return floats
+
+
+def _corners(a, b, c, d):
+    return np.vstack([np.hstack([a, b]), np.hstack([c, d])])

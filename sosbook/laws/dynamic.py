@@ -1,0 +1,138 @@
+"""A controller with states of its own, all of whose numbers are free."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..exact.rational import exact
+from ..plants.checks import count, matrix
+from .base import (
+    Law,
+    Parts,
+    checked_limits,
+    checked_sensors,
+    listed,
+    noise_rows,
+    sensor_rows,
+)
+from .structure import Structure, placed
+
+__all__ = ["DynamicLaw"]
+
+NAMES = "A_c", "B_c", "C_c", "D_c"
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicLaw(Law):
+    """x_c' = A_c x_c + B_c y, u = C_c x_c + D_c y, with numbers that are free.
+
+    A state feedback with an observer is one of the plant's order.
+
+    Parameters
+    ----------
+    order : int
+        Number of states x_c, at least one.
+    position, velocity : (q, n) array_like, optional
+        What is measured, as in `PIDLaw`; y has the positions first.
+    strictly_proper : bool
+        Whether D_c is zero, so that u doesn't jump with y.
+    structure : dict, optional
+        Which entries are free, by name, as in `PIDLaw`: ``{"A_c": "diagonal"}``.
+    limits : dict, optional
+        The largest size of an entry, by name.
+    noise : (q, p) array_like, optional
+        How the disturbance w enters the measured positions.
+
+    Raises
+    ------
+    ValueError
+        If the order isn't a positive whole number, or nothing is measured.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> plant = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.eye(2), [[1], [0]])
+    >>> DynamicLaw(order=3, position=[[0, 1]]).words(plant)
+    'u depends on z2 alone: a controller of order 3'
+    """
+
+    order: int
+    position: Any = None
+    velocity: Any = None
+    strictly_proper: bool = True
+    form: Any = None
+    limits: Any = None
+    noise: Any = None
+
+    def __init__(
+        self,
+        order: int,
+        position: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        *,
+        strictly_proper: bool = True,
+        structure: dict | None = None,
+        limits: dict | None = None,
+        noise: ArrayLike | None = None,
+    ) -> None:
+        if count("order", order) == 0:
+            raise ValueError(
+                "order is 0: a DynamicLaw has states; take PIDLaw(position=...) for "
+                "a controller without"
+            )
+        if position is None and velocity is None:
+            raise ValueError(
+                "position is missing: say what is measured, one row for each sensor"
+            )
+        if structure is not None and not isinstance(structure, dict):
+            raise ValueError(
+                f"structure must be a dict by name ({', '.join(NAMES)}), got "
+                f"{structure!r}"
+            )
+        for name, value in dict(
+            order=int(order),
+            position=checked_sensors("position", position),
+            velocity=checked_sensors("velocity", velocity),
+            strictly_proper=strictly_proper,
+            form=structure,
+            limits=checked_limits(limits, NAMES),
+            noise=None if noise is None else matrix("noise", noise),
+        ).items():
+            object.__setattr__(self, name, value)
+        self.__post_init__()
+
+    def parts(self, plant: Any) -> Parts:
+        rows, words, q = sensor_rows(plant, self.position, self.velocity)
+        s, c = len(rows), self.order
+        states = tuple(f"xc{k + 1}" for k in range(c))
+        return Parts(
+            rows,
+            noise_rows(self.noise, s, q, plant.p),
+            *map(exact, (np.eye(c), np.zeros((c, c)), np.zeros((c, s)))),
+            exact(np.eye(s + c, s)),
+            exact(np.eye(s + c, c, -s)),
+            c,
+            words,
+            states,
+            (*words, *states),
+        )
+
+    def structure(self, plant: Any) -> Structure:
+        m, c = plant.m, self.order
+        s = sum(len(x) for x in (self.position, self.velocity) if x is not None)
+        places = {
+            "A_c": ((m, m + c), (s, s + c)),
+            "B_c": ((m, m + c), (0, s)),
+            "C_c": ((0, m), (s, s + c)),
+            "D_c": ((0, m), (0, s)),
+        }
+        if self.strictly_proper:
+            del places["D_c"]
+        return placed((m + c, s + c), places, self.form, self.limits)
+
+    def words(self, plant: Any) -> str:
+        """Its sensors by the names of a ``plant``, and its kind."""
+        _, words, _ = sensor_rows(plant, self.position, self.velocity)
+        return f"u depends on {listed(words)}: a controller of order {self.order}"

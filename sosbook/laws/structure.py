@@ -1,0 +1,197 @@
+"""Which gains of a law are free, and which of them are one number."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..plants.checks import is_word, matrix
+from ..runtime.read_only import ReadOnly
+
+__all__ = ["Block", "Structure", "placed"]
+
+
+@dataclass(frozen=True, eq=False)
+class Block(ReadOnly):
+    """A named part of K, such as K_P.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    rows, columns : slice
+        Where it is.
+    shares : (k, rows, columns) array
+        One slice for each free number: its share in each entry.
+    """
+
+    name: str
+    rows: slice
+    columns: slice
+    shares: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Structure(ReadOnly):
+    """K = sum of kappa_k K_k, with free numbers kappa.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Of K.
+    blocks : tuple of Block
+        Its named parts.
+    limits : dict
+        The largest size of an entry, by the name of the block.
+    """
+
+    shape: tuple
+    blocks: tuple
+    limits: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        if not sum(len(b.shares) for b in self.blocks):
+            raise ValueError("structure leaves no gain free: there is nothing to find")
+        super().__post_init__()
+
+    @property
+    def directions(self):
+        """The K_k, (k, rows, columns)."""
+        whole = []
+        for b in self.blocks:
+            for share in b.shares:
+                K = np.zeros(self.shape)
+                K[b.rows, b.columns] = share
+                whole.append(K)
+        return np.array(whole)
+
+    @property
+    def bounds(self):
+        """The largest |kappa| of each free number; infinite without a limit."""
+        found = []
+        for b in self.blocks:
+            limit = self.limits.get(b.name, np.inf)
+            found += [limit / np.abs(share).max() for share in b.shares]
+        return np.array(found)
+
+    def named(self, K):
+        """The parts of a gain K by their names."""
+        return {b.name: np.array(K[b.rows, b.columns]) for b in self.blocks}
+
+    def matrix(self, gains):
+        """K of parts by name, or of a matrix; a ValueError names what is wrong.
+
+        ``gains`` is what `named` returns, or K itself.
+        """
+        if not isinstance(gains, dict):
+            K = matrix("K", gains, self.shape)
+        else:
+            K, names = np.zeros(self.shape), [b.name for b in self.blocks]
+            if not set(gains) <= set(names):
+                wrong = sorted(set(gains) - set(names))[0]
+                raise ValueError(
+                    f"K: the law has no gain {wrong!r}, only {', '.join(names)}"
+                )
+            for b in self.blocks:
+                if b.name in gains:
+                    part = K[b.rows, b.columns]
+                    part[:] = matrix(b.name, gains[b.name], part.shape)
+        rest = K.copy()
+        for b in self.blocks:
+            part = rest[b.rows, b.columns]
+            for share in b.shares:
+                at = tuple(np.argwhere(share != 0)[0])
+                part -= part[at] / share[at] * share
+        if rest.any():
+            i, j = np.argwhere(rest != 0)[0]
+            raise ValueError(
+                f"K: entry ({i + 1}, {j + 1}) isn't what the law's structure allows"
+            )
+        return K
+
+
+def _shares(name, structure, rows, columns):
+    """The shares of a block: one matrix for each free number.
+
+    Parameters
+    ----------
+    name : str
+        The block's.
+    structure : None, "diagonal", or (rows, columns) nested list
+        None leaves all entries free. Entries: 0 for none, 1 for a number of its own,
+        a word for a number that others share, with "-" before it for minus that.
+    rows, columns : int
+        The block's shape.
+    """
+    if structure is None:
+        structure = np.ones((rows, columns), int).tolist()
+    elif is_word(structure, ("diagonal",)):
+        if rows != columns:
+            raise ValueError(
+                f'structure: "diagonal" needs as many sensors as inputs, but {name} '
+                f"is {rows} x {columns}"
+            )
+        structure = np.eye(rows, dtype=int).tolist()
+    entries = [list(row) for row in _nested(structure)]
+    if len(entries) != rows or any(len(row) != columns for row in entries):
+        raise ValueError(
+            f"structure: {name} is {rows} x {columns}; give that many entries, or a "
+            "dict of structures by name"
+        )
+    found = {}
+    for i, row in enumerate(entries):
+        for j, entry in enumerate(row):
+            if isinstance(entry, str) and entry.lstrip("-"):
+                share = -1.0 if entry.startswith("-") else 1.0
+                key = entry.lstrip("-")
+            elif not isinstance(entry, str) and entry == 1:
+                share, key = 1.0, (i, j)
+            elif not isinstance(entry, str) and entry == 0:
+                continue
+            else:
+                raise ValueError(
+                    f"structure: an entry of {name} is {entry!r}; take 0, 1 or a word"
+                )
+            found.setdefault(key, np.zeros((rows, columns)))[i, j] = share
+    return np.array(list(found.values())).reshape(len(found), rows, columns)
+
+
+def _nested(structure):
+    if isinstance(structure, np.ndarray):
+        structure = structure.tolist()
+    if not isinstance(structure, (list, tuple)) or not all(
+        isinstance(row, (list, tuple, np.ndarray)) for row in structure
+    ):
+        raise ValueError(
+            'structure must be None, "diagonal", or a list of rows of 0, 1 or words, '
+            f"got {structure!r}"
+        )
+    return structure
+
+
+def placed(shape, places, form, limits):
+    """The `Structure` of blocks at their places.
+
+    Parameters
+    ----------
+    shape : pair of int
+        Of K.
+    places : dict
+        The rows and columns of each block, from where to where, by its name.
+    form : None, str, list or dict
+        Which entries are free: for all blocks, or by name.
+    limits : dict
+        The largest size of an entry, by name.
+    """
+    by_name = form if isinstance(form, dict) else dict.fromkeys(places, form)
+    for what, given in (("structure", by_name), ("limits", limits)):
+        if not set(given) <= set(places):
+            wrong = sorted(set(given) - set(places))[0]
+            raise ValueError(
+                f"{what}: the law has no gain {wrong!r}, only {', '.join(places)}"
+            )
+    blocks = []
+    for name, (rows, columns) in places.items():
+        sizes = rows[1] - rows[0], columns[1] - columns[0]
+        shares = _shares(name, by_name.get(name), *sizes)
+        blocks.append(Block(name, slice(*rows), slice(*columns), shares))
+    return Structure(shape, tuple(blocks), limits)

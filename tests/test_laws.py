@@ -1,0 +1,209 @@
+"""Laws: what they join to a plant is the loop that their controller makes."""
+
+import control
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.exact.rational import exact
+
+
+def joint(J, k):
+    """A motor and a load, of inertia J, on a shaft."""
+    return sos.SecondOrderSystem(
+        np.diag([1.0, J]), [[0.15, -0.05], [-0.05, 0.05]], [[k, -k], [-k, k]],
+        [[1], [0]], [[0], [1]],
+    )  # fmt: skip
+
+
+ARM = sos.Polytope([joint(J, k) for J in (1, 2) for k in (8, 12)])
+PID = sos.PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
+GAINS = {"K_P": [[-8.0]], "K_D": [[-3.0]], "K_I": [[-2.0]]}
+
+
+def by_hand(plant, rows, c):
+    """The poles of a plant and a controller, joined by python-control."""
+    n = plant.n
+    back = np.linalg.inv(plant.M)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-back @ plant.S, -back @ plant.D]])
+    B = np.vstack([np.zeros_like(plant.B), back @ plant.B])
+    G = control.ss(A, B, rows, np.zeros((len(rows), plant.m)))
+    C = control.ss(*(x.astype(float) for x in (c.A, c.B, c.C, c.D)))
+    return np.sort_complex(control.feedback(G, C, sign=1).poles())
+
+
+def same(poles, others):
+    assert np.allclose(np.sort_complex(poles), np.sort_complex(others), atol=1e-6)
+
+
+def random_plants(seed, n, m):
+    rng = np.random.default_rng(seed)
+    M, D, S = np.eye(n), *(rng.normal(size=(2, n, n)))  # unsymmetric
+    B, F = rng.normal(size=(n, m)), rng.normal(size=(n, 1))
+    return [sos.SecondOrderSystem(k * M, D, S, B, F) for k in (1, 1.3)], rng
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_law_makes_the_loop_that_python_control_makes(seed):
+    plants, rng = random_plants(seed, 3, 2)
+    C = rng.normal(size=(2, 3)).round(2)
+    laws = [
+        sos.PIDLaw(position=C, integrate=True, filter=0.3),
+        sos.PIDLaw(position=C, velocity=C[:1], integrate=[[1, -2.0]]),
+        sos.PIDLaw(position=C),
+        sos.DynamicLaw(order=2, position=C, velocity=C[:1]),
+        sos.DynamicLaw(order=1, position=C, strictly_proper=False),
+    ]
+    zero = np.zeros_like(C)
+    for law in laws:
+        form = law.structure(plants[0])
+        share = rng.normal(size=len(form.directions)).round(1)
+        K = np.tensordot(share, form.directions, 1)
+        d = sos.analyse_pid(sos.Polytope(plants), K, law=law)
+        rows = np.block([[C, zero]])
+        if law.velocity is not None:
+            rows = np.vstack([rows, np.hstack([zero[:1], C[:1]])])
+        for plant, poles in zip(plants, d.poles()):
+            same(by_hand(plant, rows, law.controller(plant, K)), poles)
+        assert (law.gain(plants[0], form.named(K)) == K).all()
+
+
+def test_a_loop_is_proven_and_a_plant_that_breaks_it_named():
+    kept = sos.analyse_pid(ARM, GAINS, law=PID, region=sos.PoleRegion(sigma=0.14))
+    assert kept.status == "feasible" and kept.certify().proven
+    assert "z1 alone: PID with a filter of 0.02 s" in str(kept.certify())
+    true = -kept.poles(samples=200).real.max()
+    bound = kept.bounds()["sigma"]
+    assert 0.998 * true < bound.proven < true * (1 + 1e-9)
+    broken = sos.analyse_pid(ARM, GAINS, law=PID, region=sos.PoleRegion(sigma=0.145))
+    assert broken.status == "infeasible" and broken.infeasibility.proven
+    assert broken.infeasibility.verify()
+
+
+def test_ranges_of_parameters_are_named_in_the_proof():
+    plant = sos.Uncertain(joint, J=(1, 2), k=(8, 12))
+    d = sos.analyse_pid(plant, GAINS, law=PID, region=sos.PoleRegion(sigma=0.14))
+    assert "every plant with J in [1, 2] and k in [8, 12]" in str(d.certify())
+    broken = sos.analyse_pid(plant, GAINS, law=PID, region=sos.PoleRegion(sigma=0.2))
+    assert broken.infeasibility.proven and "J = 2" in broken.reason
+
+
+def test_the_norm_is_that_of_python_control():
+    d = sos.analyse_pid(ARM, GAINS, law=PID, minimize="gamma")
+    true = 0.0
+    for v, loop in zip(ARM.vertices, d.closed_loop()):
+        answers = loop(1j * np.linspace(0, 20, 20001))[:2, 0]
+        true = max(true, np.linalg.norm(answers, axis=0).max())
+        assert loop.nstates == 6 and v.n == 2
+    assert d.hinf() == pytest.approx(true, rel=1e-4)
+    assert true < d.gamma < 1.02 * true and d.certify().proven
+
+
+def test_margins_are_those_where_u_enters_the_plant():
+    plant = joint(1, 8)
+    d = sos.analyse_pid(plant, GAINS, law=PID)
+    c = PID.controller(plant, d.K)
+    A = np.block([
+        [np.zeros((2, 2)), np.eye(2)],
+        [-np.linalg.solve(plant.M, plant.S), -np.linalg.solve(plant.M, plant.D)],
+    ])  # fmt: skip
+    G = control.ss(A, [[0], [0], [1], [0]], [[1, 0, 0, 0]], 0)
+    C = control.ss(*(x.astype(float) for x in (c.A, c.B, c.C, c.D)))
+    S = control.feedback(control.ss([], [], [], [[1]]), -C * G)
+    assert d.sensitivity_peak() == pytest.approx(control.system_norm(S, "inf"), 1e-3)
+
+
+def test_products_are_of_rationals():
+    """0.3 is no product of floats: 1/tau and K C_y are exact."""
+    law = sos.PIDLaw(position=[[0.1, 0.3]], filter=0.03)
+    d = sos.analyse_pid(joint(1, 8), {"K_P": [[-7.0]], "K_D": [[-0.1]]}, law=law)
+    K = d.request.exact_gain
+    assert K[0, 4] == exact(0.1) / exact(0.03)
+    assert K[0, 1] == -exact(0.3) * (7 + exact(0.1) / exact(0.03))
+    assert d.request.vertices_in(exact)[0].A[4, 1] == exact(0.3)
+
+
+def test_an_observer_with_a_state_feedback_is_a_dynamic_law():
+    plant = joint(1.5, 10)
+    A = np.block([
+        [np.zeros((2, 2)), np.eye(2)],
+        [-np.linalg.solve(plant.M, plant.S), -np.linalg.solve(plant.M, plant.D)],
+    ])  # fmt: skip
+    B, C = np.array([[0], [0], [1.0], [0]]), np.array([[1.0, 0, 0, 0]])
+    K, _, _ = control.lqr(A, B, np.eye(4), [[1]])
+    L = control.lqr(A.T, C.T, np.eye(4), [[1]])[0].T
+    K, L = -K.round(6), L.round(6)
+    law = sos.DynamicLaw(order=4, position=[[1, 0]])
+    gains = {"A_c": A + B @ K - L @ C, "B_c": L, "C_c": K}
+    d = sos.analyse_pid(ARM, gains, law=law)
+    assert d.status == "feasible" and d.certify().proven
+    one = sos.analyse_pid(plant, gains, law=law)
+    wanted = [*np.linalg.eigvals(A + B @ K), *np.linalg.eigvals(A - L @ C)]
+    same(one.poles(), wanted)
+
+
+def test_full_state_is_the_design_without_a_law():
+    asked = dict(region=sos.PoleRegion(sigma=0.2), gamma=3.0)
+    without = sos.design_pid(ARM, [[1, 0]], **asked)
+    with_law = sos.design_pid(ARM, law=sos.FullState([[1, 0]]), **asked)
+    assert (without.K == with_law.K).all()
+
+
+def test_rows_of_a_descriptor_system():
+    A = [[[-1.0, 2, 0], [0, -a, 1], [0, 0, -14]] for a in (0.5, 1.0)]
+    plant = sos.DescriptorSystem(np.eye(3), A, [[0], [1], [14]], np.eye(3))
+    law = sos.PIDLaw(position=[[1, 0, 0], [0, 1, 0]], integrate=[[1, 0]])
+    K = [[-1.0, -2.0, -0.3]]
+    d = sos.analyse_pid(plant, K, law=law)
+    loop = np.zeros((4, 4))
+    loop[:3, :3], loop[3, 0] = A[0], 1
+    loop[:3] += np.array([[0], [1], [14]]) @ [[-1, -2, 0, -0.3]]
+    same(d.poles()[0], np.linalg.eigvals(loop))
+    with pytest.raises(ValueError, match="velocity: a DescriptorSystem"):
+        sos.analyse_pid(plant, K, law=sos.PIDLaw(velocity=np.eye(3)))
+
+
+BAD = {
+    "position is missing": lambda: sos.PIDLaw(),
+    "position: row 2 is zero, a sensor": lambda: sos.PIDLaw([[1, 0], [0, 0]]),
+    "velocity: row 1 is zero": lambda: sos.DynamicLaw(2, velocity=[[0, 0]]),
+    "filter must be": lambda: sos.PIDLaw([[1, 0]], filter=0),
+    "filter and velocity are given": lambda: sos.PIDLaw([[1]], [[1]], filter=1),
+    "order is 0": lambda: sos.DynamicLaw(0, [[1, 0]]),
+    "order must": lambda: sos.DynamicLaw(-1, [[1, 0]]),
+    "limits must be a dict": lambda: sos.PIDLaw([[1, 0]], limits={"K": 3}),
+    "structure must be a dict": lambda: sos.DynamicLaw(1, [[1, 0]], structure="a"),
+    "law and U are given": lambda: sos.design_pid(ARM, [[1, 0]], law=PID),
+    "law must be": lambda: sos.analyse_pid(ARM, GAINS, law="PID"),
+    "no gain 'K_X'": lambda: sos.analyse_pid(ARM, {"K_X": [[1]]}, law=PID),
+    "coupling='pairs'": lambda: sos.analyse_pid(ARM, GAINS, law=PID, coupling="pairs"),
+    "mu is given": lambda: sos.analyse_pid(ARM, GAINS, law=PID, mu=1.0),
+    "leaves no gain free": lambda: sos.analyse_pid(
+        ARM, [[0]], law=sos.PIDLaw([[1, 0]], structure=[[0]])
+    ),
+    '"diagonal" needs as many': lambda: sos.analyse_pid(
+        ARM, [[0, 0]], law=sos.PIDLaw(np.eye(2), structure="diagonal")
+    ),
+    "isn't what the law's structure allows": lambda: sos.analyse_pid(
+        ARM, [[1.0, 2.0]], law=sos.PIDLaw(np.eye(2), structure=[["a", "-a"]])
+    ),
+    "two sensors measure z1": lambda: sos.analyse_pid(
+        ARM, [[1.0, 2.0]], law=sos.PIDLaw([[1, 0], [1, 0]])
+    ),
+    "position has 1 columns, needs 2": lambda: sos.analyse_pid(
+        ARM, [[1.0]], law=sos.PIDLaw([[1]])
+    ),
+}
+
+
+@pytest.mark.parametrize("words", BAD)
+def test_bad_input_is_named(words):
+    with pytest.raises(ValueError) as told:
+        BAD[words]()
+    assert words in str(told.value)
+
+
+def test_one_letter_is_one_number():
+    law = sos.PIDLaw(np.eye(2), structure=[["a", 0], [0, "-a"]])
+    plant = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.eye(2), np.eye(2))
+    assert law.structure(plant).directions.tolist() == [[[1, 0], [0, -1]]]
