@@ -194,9 +194,9 @@ class Tab:
             self.page.on(event, ear)
 
     def typeset(self):
-        """Wait until the page is loaded and MathJax has nothing left to do."""
+        """Wait until the page and the fonts of its formulas are there."""
         self.page.wait_for_load_state()
-        self.page.evaluate("() => window.MathJax?.startup?.promise")
+        self.page.evaluate("() => document.fonts.ready.then(() => null)")
         return self
 
     def emptied(self):
@@ -213,7 +213,7 @@ class Tab:
 
 @pytest.fixture(scope="module")
 def sheets(browser):
-    """Tabs that a test has left, emptied; MathJax's code is compiled in them."""
+    """Tabs that a test has left, emptied."""
     left = []
     yield left
     for page in left:

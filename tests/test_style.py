@@ -12,7 +12,7 @@ from tests.processes import process
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = [
     path.relative_to(ROOT).as_posix()
-    for folder in ("sosbook/book", "book/_static")
+    for folder in ("sosbook/book", "book/_static", "book/_ext")
     for path in sorted((ROOT / folder).rglob("*.js"))
     if "mathjax" not in path.parts
 ]

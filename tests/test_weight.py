@@ -14,7 +14,7 @@ PAGES = re.findall(
     r"(?:root|file): *(\S+)", (ROOT / "_toc.yml").read_text("utf-8"), re.MULTILINE
 )
 #: Bytes, uncompressed: the first page, and any other.
-FIRST, ANY = 1_500_000, 3_200_000
+FIRST, ANY = 1_500_000, 2_500_000
 SOURCE = re.compile(r'<(?:script|link|img)[^>]*? (?:src|href)="([^"]+)"')
 
 

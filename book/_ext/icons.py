@@ -1,4 +1,4 @@
-"""Less to load: no script of 1.5 MB for icons, no MathJax without formulas.
+"""Less to load: no script of 1.5 MB for icons.
 
 The theme draws its icons with a script that holds all two thousand of them.
 When the pages are written, the few that they show are taken from it.
@@ -13,8 +13,6 @@ from sphinx.util import logging
 SCRIPT = "scripts/fontawesome.js"
 TAG = re.compile(r'\s*<script src="([^"]*)scripts/fontawesome\.js[^"]*"></script>')
 USED = re.compile(r'class="(?:[^"]* )?fa[srb]?(?:-solid|-regular|-brands)? [^"]*"')
-MATH = re.compile(r"\s*<script[^>]*mathjax/tex-chtml[^>]*></script>")
-FORMULA = re.compile(r'class="(?:[^"]* )?math[ "]|tex2jax_process|\\\(|\$\$')
 SIZES = {"fa-lg", "fa-fw", "fa-sm", "fa-xs", "fa-xl", "fa-solid", "fa-brands"}
 HEAD = """\
 /* Icons: Font Awesome Free (https://fontawesome.com), CC BY 4.0. */
@@ -91,8 +89,6 @@ def finish(app, exception):
         text = page.read_text("utf-8")
         names |= icons_of(text)
         new = TAG.sub(r'\n  <link rel="stylesheet" href="\1icons.css" />', text)
-        if not FORMULA.search(text.partition("<body")[2]):
-            new = MATH.sub("", new)  # 1.2 MB for formulas that aren't there
         if new != text:
             page.write_text(new, "utf-8")
     (static / "icons.css").write_text(sheet(names, script.read_text("utf-8")), "utf-8")

@@ -11,19 +11,25 @@
   if (given.theme === "auto")
     given.theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
 
-  // Formulas are set when the fonts that most pages need are there: one that comes
-  // later makes the browser lay out the whole page again, and lines jump.
-  if (window["MathJax"])
-    window["MathJax"].startup = {
-      async pageReady() {
-        const {startup} = window["MathJax"];
-        document.head.append(startup.output.styleSheet(startup.document));
-        const kinds = ["I", "A", "C", "S1", "S2", "S3", "S4"];
-        const names = ["ZERO", "TEX", ...kinds.map(kind => `TEX-${kind}`)];
-        await Promise.allSettled(names.map(name => document.fonts.load(`1em MJX${name}`)));
-        return startup.defaultPageReady();
-      },
-    };
+  // What is copied has the TeX of its formulas: their letters are style sheets'.
+  addEventListener("copy", event => {
+    const selection = getSelection(), range = selection?.rangeCount && selection.getRangeAt(0);
+    if (!range || document.activeElement?.matches("input, textarea")) return;
+    const inside = range.commonAncestorContainer.parentElement?.closest("mjx-container");
+    const copy = document.createElement("div");
+    copy.append(inside ? inside.cloneNode(true) : range.cloneContents());
+    const formulas = [...copy.querySelectorAll("mjx-container")];
+    if (!formulas.length) return;
+    for (const formula of formulas) {
+      const bars = formula.hasAttribute("display") ? "$$" : "$";
+      formula.replaceWith(bars + formula.getAttribute("data-tex").trim() + bars);
+    }
+    copy.style.cssText = "position: fixed; left: -99999px";
+    document.body.append(copy);
+    event.clipboardData.setData("text/plain", copy.innerText);
+    copy.remove();
+    event.preventDefault();
+  });
 
   function measured(box) {
     const hidden = box.scrollWidth - box.clientWidth;
@@ -62,6 +68,6 @@
     const sidebar = document.querySelector(".bd-sidebar-primary");
     sidebar?.setAttribute("role", "complementary");
     sidebar?.setAttribute("aria-label", "Contents of the book");
-    Promise.resolve(window["MathJax"]?.startup?.promise).then(watch);
+    watch();
   });
 })();

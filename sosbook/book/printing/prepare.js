@@ -42,7 +42,6 @@ async ({css, part, head, first, anchors, elsewhere}) => {
       list.append(link);
     }
   article.append(list);
-  await window["MathJax"]?.startup?.promise;
   await document.fonts.ready;
   // What is wider than the paper shrinks.
   const fit = (box, inner) => {

@@ -1,0 +1,121 @@
+"""Formulas are set when the book is built, not in each reader's browser.
+
+MathJax writes each formula once, by Deno, which requirements.txt brings. A page
+then needs a style sheet and fonts, no script: links land where they should, and
+what isn't TeX is a warning of the build.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from functools import cache
+from html import escape
+from pathlib import Path
+
+from docutils import nodes
+from sphinx.errors import ExtensionError
+from sphinx.util import logging
+from sphinx.util.math import get_node_equation_number
+
+HERE = Path(__file__).resolve().parent
+FONTS = "mathjax/fonts"
+SHEET = "mathematics.css"
+LETTER = re.compile(r"mjx-c[0-9A-F]+\b")
+RULE = re.compile(r'([^\n{}]*)\{(?:"(?:\\.|[^"\\])*"|[^{}"])*\}\n?')
+log = logging.getLogger(__name__)
+
+
+@cache
+def setter():
+    """The process that sets formulas; it ends with this one."""
+    deno = shutil.which("deno", path=Path(sys.executable).parent) or shutil.which(
+        "deno"
+    )
+    if deno is None:
+        raise ExtensionError("Formulas are set by Deno: pip install deno")
+    quiet = {"DENO_NO_UPDATE_CHECK": "1", "NO_COLOR": "1"}
+    words = ("run", "--no-config", "--no-remote", f"--allow-read={HERE}")
+    script = (HERE / "mathematics.js", HERE / "mathjax", FONTS)
+    return subprocess.Popen(
+        [deno, *words, *script],
+        env=os.environ | quiet,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        encoding="utf-8",
+    )
+
+
+def asked(line):
+    """What the process answers to a line."""
+    process = setter()
+    process.stdin.write(line + "\n")
+    process.stdin.flush()
+    answer = process.stdout.readline()
+    if not answer:
+        raise ExtensionError(f"Deno ended with {process.wait()} at {line[:200]!r}")
+    return json.loads(answer)
+
+
+@cache
+def formula(tex, display):
+    """A formula's HTML, or why it is none."""
+    return asked(json.dumps({"tex": tex, "display": display}))
+
+
+def written(node, display):
+    """The HTML of a node's formula, with its TeX for those who copy it."""
+    tex = node.astext()
+    lines = display and not node["nowrap"] and r"\\" in tex
+    answer = formula(rf"\begin{{split}}{tex}\end{{split}}" if lines else tex, display)
+    if "fault" in answer:
+        log.warning("%s: %s", answer["fault"], tex, location=node)
+    source = f'<mjx-container data-tex="{escape(tex)}"'
+    return answer.get("html", "").replace("<mjx-container", source, 1)
+
+
+def inline(translator, node):
+    """A formula in a line."""
+    tag = translator.starttag(node, "span", "", CLASS="math notranslate nohighlight")
+    translator.body.append(f"{tag}{written(node, False)}</span>")
+    raise nodes.SkipNode
+
+
+def display(translator, node):
+    """A formula of its own, with its number."""
+    body = translator.body
+    body.append(translator.starttag(node, "div", CLASS="math notranslate nohighlight"))
+    if not node["nowrap"] and node["number"]:
+        number = get_node_equation_number(translator, node)
+        body.append(f'<span class="eqno">({number})')
+        translator.add_permalink_ref(node, "Link to this equation")
+        body.append("</span>")
+    body.append(written(node, True) + "</div>\n")
+    raise nodes.SkipNode
+
+
+def used(sheet, letters):
+    """The rules of a sheet, without letters that no page has."""
+    kept = lambda rule: all(c in letters for c in LETTER.findall(rule[1]))  # noqa: E731
+    return "".join(rule[0] for rule in RULE.finditer(sheet) if kept(rule))
+
+
+def finish(app, exception):
+    """Write the sheet of the letters that the pages have."""
+    if exception or app.builder.name != "html":
+        return
+    letters = set()
+    for page in Path(app.outdir).rglob("*.html"):
+        letters.update(LETTER.findall(page.read_text("utf-8")))
+    sheet = used(asked("")["css"], letters)
+    (Path(app.outdir) / "_static" / SHEET).write_text(sheet, "utf-8")
+
+
+def setup(app):
+    """Tell Sphinx."""
+    app.add_html_math_renderer("set", (inline, None), (display, None))
+    app.add_css_file(SHEET)
+    app.connect("build-finished", finish)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
