@@ -267,7 +267,7 @@ def test_along_a_motion_the_multipliers_vanish(seed):
     """The blocks at [x, x'], [x, x', w]: what is left is what they are about."""
     loop, v = vertex()
     rng = np.random.default_rng(seed)
-    E, A, B, C = loop.in_floats
+    E, A, B, C, *_ = loop.in_floats
     x, w = rng.standard_normal(3), rng.standard_normal(2)
     rate = np.linalg.solve(E, A @ x + B @ w)
     g = texts(loop, v, lambda x: x)["hinf"][:8, :8]

@@ -152,7 +152,7 @@ def closed_loop(d, K):
 
 
 def hinf_norm(d, K):
-    """H-infinity norm of d under u = K x, from w to z; infinite if it is unstable.
+    """H-infinity norm of d under u = K x, from w to y; infinite if it is unstable.
 
     Notes
     -----
@@ -164,7 +164,9 @@ def hinf_norm(d, K):
     if in_rationals(d, K):
         return ExactLoop(d, K).hinf_norm()
     _, _, B = d.state_space()
-    return peak_gain(loop_matrix(d, K), B, d.output(K))
+    d = d.explicit()
+    D = 0.0 if d.Dw is None else d.Dw
+    return peak_gain(loop_matrix(d, K), B, d.output(K), D)
 
 
 def peak_gain(A, B, C, D=0.0):

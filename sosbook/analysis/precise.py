@@ -89,7 +89,13 @@ class ExactLoop:
         if d.Du is not None:
             C = C + _flint(d.Du) * gain
         solved = E.inv()
-        self.A, self.Bw, self.C, self.K = solved * (A + B * gain), solved * Bw, C, gain
+        self.A, self.Bw, self.K = solved * (A + B * gain), solved * Bw, gain
+        self.D = None if d.Dw is None else _flint(d.Dw)
+        if d.Ca is not None:
+            rates = _flint(d.Ca)
+            C, through = C + rates * self.A, rates * self.Bw
+            self.D = through if self.D is None else self.D + through
+        self.C = C
         self.chi = self.A.charpoly()
 
     @staticmethod
@@ -116,6 +122,8 @@ class ExactLoop:
         if poles.real.max() >= 0:
             return np.inf
         numerators = self._numerators(self.C, self.Bw)
+        through = [] if self.D is None else self.D.table()
+        D = np.array([[_float(x) for x in row] for row in through] or [[0.0]])
 
         def gain(log_omega):
             with ctx.workprec(POLYNOMIAL_BITS):
@@ -124,7 +132,7 @@ class ExactLoop:
                 values = [
                     [complex((n(s) / below).mid()) for n in row] for row in numerators
                 ]
-            return np.linalg.norm(np.array(values), 2)
+            return np.linalg.norm(np.array(values) + D, 2)
 
         sizes = np.abs(poles)
         grid = np.linspace(
@@ -133,7 +141,7 @@ class ExactLoop:
         grid = np.sort(
             [*grid, *np.log(sizes), *np.log(np.abs(poles.imag) + sizes / 1e3)]
         )
-        return float(_highest(gain, grid))
+        return float(max(_highest(gain, grid), np.linalg.norm(D, 2)))
 
     def peak_input(self, x0):
         """The largest |K x(t)| of the free response from x0.

@@ -2,7 +2,7 @@
 
 from .expression import Affine, Unknown, block, eye, he
 from .traced import Traced
-from .words import kron, named, pick, tr
+from .words import kron, named, pick, tr, turned
 
 __all__ = [
     "Affine",
@@ -15,4 +15,5 @@ __all__ = [
     "named",
     "pick",
     "tr",
+    "turned",
 ]

@@ -5,7 +5,7 @@ import numpy as np
 from .expression import block, eye
 from .traced import Size, Traced
 
-__all__ = ["kron", "named", "pick", "tr"]
+__all__ = ["kron", "named", "pick", "tr", "turned"]
 
 
 def kron(factors, x):
@@ -29,6 +29,17 @@ def kron(factors, x):
     if isinstance(x, Traced):
         return x.times_each(factors)
     return block([[f * x for f in row] for row in factors])
+
+
+def turned(x):
+    """The transpose of a matrix-like ``x``, or of the 0 that stands for none.
+
+    Examples
+    --------
+    >>> turned(np.array([[1, 2]])).tolist(), turned(0)
+    ([[1], [2]], 0)
+    """
+    return 0 if isinstance(x, int) else x.T
 
 
 def tr(x):

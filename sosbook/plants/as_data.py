@@ -2,6 +2,7 @@
 
 from ..exact.rational import decimals, read_array
 from .checks import as_written
+from .descriptor import OF_ARGUMENTS
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
@@ -21,16 +22,21 @@ def plant_data(plant):
         kind = "descriptor" if isinstance(plant, DescriptorSystem) else "second order"
         return {"kind": kind, **plant.family.data()}
     if isinstance(plant, DescriptorSystem):
-        names = {"E": "E", "A": "A", "B": "Bu", "B_w": "Bw"}
-        return {
-            "kind": "descriptor",
-            "vertices": [
-                {k: decimals(getattr(d, name)) for k, name in names.items()}
-                for d in plant.vertices
-            ],
-            "C": decimals(plant.vertices[0].C),
-            "D_u": None if plant.D_u is None else decimals(plant.D_u),
-        }
+        names = {x: x for x in "EA"} | {k: OF_ARGUMENTS[k] for k in ("B", "B_w")}
+        common = plant.outputs
+        one = common.keys() <= {"C", "D_u"} and common
+        if not one:  # they are written beside each vertex
+            names |= {"C": "C"} | OF_ARGUMENTS
+        several = [
+            {k: getattr(d, name) for k, name in names.items()} for d in plant.vertices
+        ]
+        written = [
+            {k: None if x is None else decimals(x) for k, x in v.items()}
+            for v in several
+        ]
+        shared = {k: common.get(k) for k in ("C", "D_u") if one}
+        shared = {k: None if x is None else decimals(x) for k, x in shared.items()}
+        return {"kind": "descriptor", "vertices": written, **shared}
     return {
         "kind": "second order",
         "vertices": [
@@ -48,16 +54,17 @@ def read_plant(data):
         return Uncertain.read(kinds[data["kind"]], matrices).polytope()
     vertices = data["vertices"]
     if data["kind"] == "descriptor":
-        several = {
+        several: dict = {
             k: [read_array(v[k], len(v["E"]), None) for v in vertices]
             for k in ("E", "A", "B", "B_w")
         }
-        C, D_u = data["C"], data["D_u"]
-        return DescriptorSystem(
-            **several,
-            C=read_array(C, None, None) if C else None,
-            D_u=None if D_u is None else read_array(D_u, len(C), None),
-        )
+        beside = vertices if "C" in vertices[0] else [data]
+        for k in ("C", "D_u", "D_w", "C_a"):
+            given = [v.get(k) for v in beside]
+            if given[0]:
+                rows = len(beside[0]["C"])
+                several[k] = [read_array(x, rows, None) for x in given]
+        return DescriptorSystem(**several)
     if data["kind"] != "second order":
         raise ValueError(f"a plant of the kind {data['kind']!r} isn't known")
     plants = [

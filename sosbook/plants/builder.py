@@ -5,6 +5,7 @@ import types
 
 import numpy as np
 
+from .descriptor import OF_ARGUMENTS
 from .parametric import ParameterError, Parametric, Symbolic, building, parameters
 
 __all__ = ["built", "check_by_numbers", "rows_in_canonical_form"]
@@ -271,7 +272,7 @@ def check_by_numbers(builder, box, expected):
 def _matrix_of(vertex, name):
     """The matrix of a plant, or of a `Descriptor`, by its constructor's name."""
     if hasattr(vertex, "Bu"):
-        name = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}.get(name, name)
+        name = OF_ARGUMENTS.get(name, name)
     return getattr(vertex, name)
 
 

@@ -5,13 +5,13 @@ thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
 ``u = K x`` with ``x = [z; z'; x3]``. (Equation (2.7) prints a minus.)
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 
-from ..exact.rational import exact
+from ..exact.rational import exact, inverse
 from ..language import he
 from ..runtime.read_only import ReadOnly
 from .checks import as_in_a_file, check_rank, is_word, matrix, rank_deficient
@@ -19,9 +19,12 @@ from .hull import quotient_in_hull
 
 __all__ = [
     "COUPLINGS",
+    "MATRICES",
+    "OF_ARGUMENTS",
     "Coupled",
     "Descriptor",
     "SlackVertex",
+    "combined",
     "coupled_pairs",
     "descriptors",
     "mean_descriptor",
@@ -31,11 +34,13 @@ __all__ = [
 #: Conditions on the vertices; what accepts most comes first.
 COUPLINGS = ("vertices", "pairs", "slack")
 FOR_A_KNOWN_GAIN = "multipliers"
+MATRICES = ("E", "A", "Bu", "Bw", "C", "Du", "Dw", "Ca")
+OF_ARGUMENTS = {"B": "Bu", "B_w": "Bw", "D_u": "Du", "D_w": "Dw", "C_a": "Ca"}
 
 
 @dataclass(frozen=True, eq=False)
 class Descriptor(ReadOnly):
-    """E x' = A x + Bu u + Bw w, y = C x + Du u (2.8), (2.11).
+    """E x' = A x + Bu u + Bw w, y = C x + Ca x' + Du u + Dw w (2.8), (2.11).
 
     Parameters
     ----------
@@ -45,10 +50,17 @@ class Descriptor(ReadOnly):
         The input matrix.
     Bw : (N, p) array
         The disturbance matrix.
-    C : (n, N) array
-        Picks the displacement ``z``.
-    Du : (n, m) array, optional
+    C : (q, N) array
+        The output matrix; of a second-order plant it picks the displacement ``z``.
+    Du : (q, m) array, optional
         How u enters the output y; zero without it.
+    Dw : (q, p) array, optional
+        How w enters it.
+    Ca : (q, N) array, optional
+        How x' enters it: the accelerations among it.
+    n, a : int
+        The first states are n displacements z, n velocities z' and a integrals x3;
+        zero where they aren't.
     """
 
     E: np.ndarray
@@ -57,6 +69,10 @@ class Descriptor(ReadOnly):
     Bw: np.ndarray
     C: np.ndarray
     Du: np.ndarray | None = None
+    Dw: np.ndarray | None = None
+    Ca: np.ndarray | None = None
+    n: int = 0
+    a: int = 0
 
     def map(self, function):
         """Apply a function to each matrix, of rationals where these are rounded."""
@@ -66,10 +82,12 @@ class Descriptor(ReadOnly):
         d = vars(self).get("_exactly", self)
         if isinstance(d, tuple):
             d = _first_order(exact, *map(exact, d))
-        parts = d.A, d.Bu, d.Bw, d.C, d.Du
+        parts = (getattr(d, name) for name in MATRICES[1:])
         return Descriptor(
             E if d is self else function(d.E),
             *(x if x is None else function(x) for x in parts),
+            n=self.n,
+            a=self.a,
         )
 
     @property
@@ -79,13 +97,30 @@ class Descriptor(ReadOnly):
 
     def keep(self, rationals):
         """Let it know the rationals, by argument, next to which its floats are."""
-        names = {"B": "Bu", "B_w": "Bw", "D_u": "Du"}
-        own = {names.get(k, k): x for k, x in rationals.items()}
+        own = {OF_ARGUMENTS.get(k, k): x for k, x in rationals.items()}
         vars(self)["_exactly"] = replace(self, **own)
 
     def output(self, K):
         """The matrix from x to y in the loop u = K x: C + Du K."""
-        return self.C if self.Du is None else self.C + self.Du @ K
+        d = self.explicit()
+        return d.C if d.Du is None else d.C + d.Du @ K
+
+    def explicit(self):
+        """The same output without x', which the equation of the plant gives."""
+        if self.Ca is None:
+            return self
+        L = self.Ca @ inverse(self.E)
+
+        def joined(x, y):
+            return y if x is None else x + y
+
+        return replace(
+            self,
+            C=self.C + L @ self.A,
+            Du=joined(self.Du, L @ self.Bu),
+            Dw=joined(self.Dw, L @ self.Bw),
+            Ca=None,
+        )
 
     def change(self, left, T, scale=1):
         """The system in coordinates x = T xi, u = scale v, its rows times ``left``."""
@@ -96,6 +131,8 @@ class Descriptor(ReadOnly):
             left @ self.Bw,
             self.C @ T,
             None if self.Du is None else self.Du * scale,
+            self.Dw,
+            None if self.Ca is None else self.Ca @ T,
         )
 
     def state_space(self):
@@ -198,7 +235,7 @@ def _first_order(number, M, D, S, B, F, U, K_A):
     A[speed, z], A[speed, speed] = -S, -D
     Bu, Bw = (number(np.zeros((N, x.shape[1]))) for x in (B, F))
     Bu[speed], Bw[speed] = B, F
-    return Descriptor(E, A, Bu, Bw, C=number(np.eye(n, N)))
+    return Descriptor(E, A, Bu, Bw, C=number(np.eye(n, N)), n=n, a=a)
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,15 +290,27 @@ class Coupled:
 
     @cached_property
     def EPC(self):
-        """½(E_i + E_j) (P Cᵀ + Yᵀ Duᵀ)."""
-        if self.i.Du is None:
-            return self.EP @ self.i.C.T
-        return self.EP @ self.i.C.T + self.EY @ self.i.Du.T
+        """½[E_i (P C_jᵀ + Yᵀ Du_jᵀ) + E_j (P C_iᵀ + Yᵀ Du_iᵀ)]."""
+        i, j = self.i, self.j
+        if _same(i.C, j.C) and _same(i.Du, j.Du):
+            if i.Du is None:
+                return self.EP @ i.C.T
+            return self.EP @ i.C.T + self.EY @ i.Du.T
+        return (i.E @ self._PC(j) + j.E @ self._PC(i)) / 2
+
+    def _PC(self, d):
+        PC = self.P @ d.C.T
+        return PC if d.Du is None else PC + self.Y.T @ d.Du.T
 
     @cached_property
     def Bw(self):
         """½(B_w,i + B_w,j)."""
         return (self.i.Bw + self.j.Bw) / 2
+
+    @cached_property
+    def Dw(self):
+        """½(D_w,i + D_w,j), or 0."""
+        return 0 if self.i.Dw is None else (self.i.Dw + self.j.Dw) / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -324,9 +373,19 @@ class SlackVertex:
         return self.EV @ self.i.C.T + self.EY @ self.i.Du.T
 
     @cached_property
+    def EVA(self):
+        """E0 V C_a,iᵀ, or 0."""
+        return 0 if self.i.Ca is None else self.EV @ self.i.Ca.T
+
+    @cached_property
     def Bw(self):
         """B_w,i."""
         return self.i.Bw
+
+    @cached_property
+    def Dw(self):
+        """D_w,i, or 0."""
+        return 0 if self.i.Dw is None else self.i.Dw
 
 
 def coupled_pairs(vertices, coupling, quotient=True):
@@ -372,7 +431,7 @@ def twins(vertices):
     first = {}
 
     def entries(d):
-        matrices = (getattr(d, f.name) for f in fields(d))
+        matrices = (getattr(d, name) for name in MATRICES)
         return tuple(None if x is None else tuple(np.ravel(x)) for x in matrices)
 
     if len(vertices) == 1:
@@ -388,11 +447,28 @@ def mean_descriptor(vertices):
     vertices = [vertices[i] for i in sorted(set(twins(vertices)))]
     if len(vertices) == 1:
         return vertices[0]
-    mean = Descriptor(
-        **{
-            name: sum(getattr(d, name) for d in vertices) / len(vertices)
-            for name in ("E", "A", "Bu", "Bw", "C")
-        },
-        Du=vertices[0].Du,
-    )
+    mean = combined(vertices, lambda some: sum(some) / len(some))
     return vertices[0] if rank_deficient(mean.E, 1e-6) else mean
+
+
+def combined(vertices, function):
+    """The plant whose matrices a ``function`` makes of lists of the vertices' ones.
+
+    An output matrix that all share stays as it is.
+    """
+
+    def one(name):
+        first, *others = some = [getattr(d, name) for d in vertices]
+        if first is None or (
+            name in MATRICES[4:] and all(_same(first, x) for x in others)
+        ):
+            return first
+        return function(some)
+
+    return Descriptor(*map(one, MATRICES), n=vertices[0].n, a=vertices[0].a)
+
+
+def _same(x, y):
+    """Whether two output matrices are the same; None is one, too."""
+    plain = isinstance(x, np.ndarray) and isinstance(y, np.ndarray)
+    return x is y or (plain and np.array_equal(x, y))

@@ -1,7 +1,7 @@
 """Plants and loops in first order, where the second-order form ends."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..runtime.read_only import ReadOnly
 from .checks import check_rank, matrices_of, matrix
-from .descriptor import Descriptor
+from .descriptor import MATRICES, OF_ARGUMENTS, Descriptor, combined
 from .parametric import MayBeSymbolic
 from .simplex import checked_weights, random_weights
 
@@ -18,7 +18,7 @@ __all__ = ["DescriptorSystem"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DescriptorSystem(MayBeSymbolic, ReadOnly):
-    """E x' = A x + B u + B_w w, y = C x + D_u u, or a polytope of them.
+    """E x' = A x + B u + B_w w, y = C x + C_a x' + D_u u + D_w w, or a polytope.
 
     For plants from which a state was taken out, and for closed loops
     with an observer or a filter. Its controllers are u = K x.
@@ -31,14 +31,16 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         Without it there is nothing to design: a closed loop.
     B_w : (N, p) array_like, or a list of them, optional
         The disturbance matrix.
-    C : (q, N) array_like, optional
-        The output matrix, the same at all vertices. An output that differs from
-        vertex to vertex is that of a fast filter, whose state y is one of the
-        plant's: tau y' = C_i x + D_i u - y.
-    D_u : (q, m) array_like, optional
+    C : (q, N) array_like, or a list of them, optional
+        The output matrix.
+    D_u : (q, m) array_like, or a list of them, optional
         Lets gamma bound the input too: with C = [I; 0], D_u = [0; R] it
         bounds the norm from w to [x; R u]. Systems with equal matrices
         are equal.
+    D_w : (q, p) array_like, or a list of them, optional
+        What of w is seen at once.
+    C_a : (q, N) array_like, or a list of them, optional
+        Weighs x', so that an acceleration needs no division by a mass.
 
     Examples
     --------
@@ -52,6 +54,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
     B_w: np.ndarray | None = None
     C: np.ndarray | None = None
     D_u: np.ndarray | None = None
+    D_w: np.ndarray | None = None
+    C_a: np.ndarray | None = None
 
     if TYPE_CHECKING:  # what the constructor takes, and makes
 
@@ -64,8 +68,10 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             A: ArrayLike | Sequence[ArrayLike],
             B: ArrayLike | Sequence[ArrayLike] | None = None,
             B_w: ArrayLike | Sequence[ArrayLike] | None = None,
-            C: ArrayLike | None = None,
-            D_u: ArrayLike | None = None,
+            C: ArrayLike | Sequence[ArrayLike] | None = None,
+            D_u: ArrayLike | Sequence[ArrayLike] | None = None,
+            D_w: ArrayLike | Sequence[ArrayLike] | None = None,
+            C_a: ArrayLike | Sequence[ArrayLike] | None = None,
         ) -> None: ...
 
     #: The `Uncertain` whose vertices these are; None where they were given.
@@ -78,51 +84,40 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         Parameters
         ----------
         vertices : sequence of Descriptor
-            They have the same outputs.
+            They have the same sizes.
         """
-        first = vertices[0]
-        E, A, Bu, Bw = (
-            [getattr(d, x) for d in vertices] for x in ("E", "A", "Bu", "Bw")
-        )
-        made = cls(E, A, Bu, Bw, first.C, first.Du)
+        several = ([getattr(d, x) for d in vertices] for x in MATRICES)
+        made = cls(*(None if x[0] is None else x for x in several))
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 
     def __post_init__(self):
         N = len(matrices_of("E", self.E)[0])
-        lists = {
-            name: matrices_of(name, np.zeros((N, 0)) if value is None else value)
-            for name, value in (
-                ("E", self.E),
-                ("A", self.A),
-                ("B", self.B),
-                ("B_w", self.B_w),
-            )
-        }
+        empty = {"B": (N, 0), "B_w": (N, 0), "C": (0, N)}
+        lists: dict = {}
+        for name in ("E", "A", "B", "B_w", "C", "D_u", "D_w", "C_a"):
+            value = getattr(self, name)
+            if value is None and name in empty:
+                value = np.zeros(empty[name])
+            lists[name] = [None] if value is None else matrices_of(name, value)
+        q, m, p = len(lists["C"][0]), lists["B"][0].shape[1], lists["B_w"][0].shape[1]
+        shapes = {"B": (N, m), "B_w": (N, p), "C": (q, N)}
+        shapes |= {"D_u": (q, m), "D_w": (q, p), "C_a": (q, N)}
         count = max(map(len, lists.values()))
         for name, matrices in lists.items():
             if len(matrices) not in (1, count):
                 raise ValueError(
                     f"{name} has {len(matrices)} vertices, needs {count} or one"
                 )
-            shape = N, N if name in "EA" else matrices[0].shape[1]
-            lists[name] = [
-                matrix(name, x, shape) for x in matrices * (count // len(matrices))
-            ]
+            if matrices[0] is not None:
+                if name in ("D_u", "D_w", "C_a") and not q:
+                    raise ValueError(f"{name} is given without C: give both")
+                shape = shapes.get(name, (N, N))
+                matrices = [matrix(name, x, shape) for x in matrices]
+            lists[name] = matrices * (count // len(matrices))
         for E in lists["E"]:
             check_rank(E, "E is singular at a vertex", 1e-14)
-        C = np.zeros((0, N)) if self.C is None else self.C
-        C = matrix("C", _common("C", C), (None, N))
-        D_u = self.D_u
-        if D_u is not None:
-            if not len(C):
-                raise ValueError("D_u is given without C: give both, or neither")
-            D_u = _common("D_u", D_u)
-            D_u = matrix("D_u", D_u, (len(C), lists["B"][0].shape[1]))
-        vertices = tuple(
-            Descriptor(e, a, b, w, C, D_u) for e, a, b, w in zip(*lists.values())
-        )
-        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "vertices", tuple(map(Descriptor, *lists.values())))
 
     def __repr__(self):
         corners = "" if len(self.vertices) == 1 else f"{len(self.vertices)} vertices, "
@@ -135,9 +130,9 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         if not isinstance(other, DescriptorSystem):
             return NotImplemented
         return len(self.vertices) == len(other.vertices) and all(
-            _equal(getattr(a, f.name), getattr(b, f.name))
+            _equal(getattr(a, name), getattr(b, name))
             for a, b in zip(self.vertices, other.vertices)
-            for f in fields(a)
+            for name in MATRICES
         )
 
     def __hash__(self):
@@ -158,12 +153,12 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         array([[-2.]])
         """
         given = checked_weights(weights, len(self.vertices))
-        first = self.vertices[0]
-        E, A, B, B_w = (
-            sum(w * getattr(d, name) for w, d in zip(given, self.vertices))
-            for name in ("E", "A", "Bu", "Bw")
-        )
-        return DescriptorSystem(E, A, B, B_w, first.C, first.Du)
+
+        def mean(some):
+            return sum(w * x for w, x in zip(given, some))
+
+        d = combined(self.vertices, mean)
+        return DescriptorSystem(*(getattr(d, name) for name in MATRICES))
 
     def sample(self, count: int, seed: int) -> "list[DescriptorSystem]":
         """Random systems between the vertices, uniform over the weights.
@@ -202,17 +197,18 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         """Number of outputs."""
         return len(self.vertices[0].C)
 
-
-def _common(name, value):
-    """The one matrix of all vertices, or a ValueError that says what to do."""
-    first, *others = matrices_of(name, value)
-    if not all(_equal(first, other) for other in others):
-        raise ValueError(
-            f"{name} has {1 + len(others)} matrices that differ, needs one for all "
-            "vertices: make such an output a state y of a fast filter, "
-            "tau y' = C_i x + D_i u - y, by rows of E, A and B, and let C pick it"
-        )
-    return first
+    @property
+    def outputs(self) -> dict:
+        """C, D_u, D_w and C_a, those that there are; empty where vertices differ."""
+        first, *others = self.vertices
+        names = {"C": "C"} | {k: x for k, x in OF_ARGUMENTS.items() if x[0] != "B"}
+        for d in others:
+            if not all(
+                _equal(getattr(first, x), getattr(d, x)) for x in names.values()
+            ):
+                return {}
+        every = {k: getattr(first, x) for k, x in names.items()}
+        return {k: x for k, x in every.items() if x is not None}
 
 
 def _equal(a, b):

@@ -14,7 +14,7 @@ def quotient_in_hull(vertices):
     Then LMIs that are affine in it hold for every plant of the polytope if
     they hold at the vertices. It is so where
 
-    - all vertices have the same E, or
+    - all vertices have the same E, or, with one output at all of them,
     - the differences of [E A B_u B_w] have multiples of one column only, as
       where one row alone is uncertain, or
     - the vertices are a box: all sums of some plants with the same E and of
@@ -60,6 +60,8 @@ def quotient_in_hull(vertices):
     of_E = int(np.sum(columns < wide.shape[1]))
     if not of_E:
         return True
+    if any(_outputs(d) != _outputs(vertices[0]) for d in vertices[1:]):
+        return False  # the mean of the quotients may have other weights
     points = sorted(set(map(tuple, wide[:, rows, columns].tolist())))
     places = list(zip(rows.tolist(), columns.tolist()))
     other = next(p for p in points if p[:of_E] != points[0][:of_E])
@@ -68,6 +70,11 @@ def quotient_in_hull(vertices):
         return False
     points = list(map(tuple, _rationals(np.array(points))))
     return _spanned(points, places, of_E) and _one_sign(wide[:, :, : wide.shape[1]])
+
+
+def _outputs(d):
+    parts = (getattr(d, name) for name in ("C", "Du", "Dw", "Ca"))
+    return [None if x is None else x.tolist() for x in parts]
 
 
 def _spanned(points, places, of_E):

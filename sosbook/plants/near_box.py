@@ -47,6 +47,8 @@ def _family(plant):
     order = several.shape[1]
     if (several[:, :, :order] == several[0, :, :order]).all():  # a certain E
         return None
+    if kind is DescriptorSystem and not plant.outputs:  # they are no part of that box
+        return None
     near = near_box(several, order)
     if near is None:
         return None
@@ -62,10 +64,8 @@ def _family(plant):
     if kind is SecondOrderSystem:
         rest["coordinates"] = first.coordinates
     else:
-        outputs = {"C": first.C, "D_u": first.Du}
-        for name, x in outputs.items():
-            if x is not None:
-                found[name] = _polynomials([exact(x)], powers)
+        for name, x in plant.outputs.items():
+            found[name] = _polynomials([exact(x)], powers)
     return Uncertain.of(kind, box, found, **rest).polytope()
 
 

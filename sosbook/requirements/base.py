@@ -16,6 +16,7 @@ import numpy as np
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.checks import positive
 from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..plants.outputs import Output
 from ..runtime.kinds import OfKind
 from ..runtime.read_only import ReadOnly
 from .known import KnownVertex
@@ -65,6 +66,9 @@ class Requirement(OfKind, ABC, ReadOnly):
         Name of the promise that `truth` is compared with.
     titles : dict
         What tables and pages call a block, by its name.
+    outputs, inputs : Output and tuple of int, or None
+        Which y and which disturbances w it is about, counted from 0; those of the
+        plant where they are None.
     """
 
     kind = name = promise = ""
@@ -73,6 +77,8 @@ class Requirement(OfKind, ABC, ReadOnly):
     implies_stability = needs_disturbance = affine_in_quotient = False
     rank = 50
     titles: dict[str, str] = {}
+    outputs: Output | None = None
+    inputs: tuple | None = None
 
     def __post_init__(self):
         if self.bound is not None:
@@ -177,6 +183,20 @@ class Requirement(OfKind, ABC, ReadOnly):
             The gain of the accelerations; zero without it.
         """
 
+    @property
+    def has_channel(self) -> bool:
+        """Whether it has outputs or inputs of its own."""
+        return self.outputs is not None or self.inputs is not None
+
+    def seen(self, d: Descriptor) -> Descriptor:
+        """The plant ``d`` with the outputs and disturbances that it is about."""
+        d = d if self.outputs is None else self.outputs.seen(d)
+        if self.inputs is None:
+            return d
+        some = list(self.inputs)
+        Dw = None if d.Dw is None else d.Dw[:, some]
+        return replace(d, Bw=d.Bw[:, some], Dw=Dw)
+
     # hooks, each with a default
 
     def check(self, request: Any) -> None:
@@ -185,6 +205,13 @@ class Requirement(OfKind, ABC, ReadOnly):
             raise ValueError(
                 f"{self.name} needs a plant with F, but the plant has no F: say "
                 "where the disturbance enters"
+            )
+        if not self.of_package and any(
+            d.Dw is not None or d.Ca is not None for d in request.vertices
+        ):
+            raise ValueError(
+                f"{self.name}: its blocks know y = C x + D_u u, but the plant has D_w "
+                "or C_a: leave them out, or make that output a state of a filter"
             )
         if self.parameter is not None and self.bound is None:
             key = self.parameter.key

@@ -1,5 +1,6 @@
-"""A bound of the H-infinity norm from w to z (Theorem 2.1)."""
+"""A bound of the H-infinity norm from w to an output (Theorem 2.1)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,16 +9,17 @@ from ..analysis.linear import hinf_norm
 from ..exact.rational import decimal
 from ..language import Unknown
 from ..plants.checks import positive
+from ..plants.outputs import Output
 from ..theorems import bounded_real, free_bounded_real, slack_bounded_real
-from .base import Requirement
+from .channel import Channel
 from .vocabulary import GAMMA
 
 __all__ = ["HInfinity"]
 
 
 @dataclass(frozen=True, eq=False)
-class HInfinity(Requirement):
-    """The H-infinity norm from w to z stays below gamma (Theorem 2.1).
+class HInfinity(Channel):
+    """The H-infinity norm from w to y stays below gamma (Theorem 2.1).
 
     Parameters
     ----------
@@ -28,13 +30,36 @@ class HInfinity(Requirement):
         Any positive value keeps the theorem true; 1 is the printed one.
         Without it mu is free: where another requirement fixes the size of P,
         mu is one more unknown.
+    outputs : Output, optional
+        The y that is bounded; the displacement z, or the C of a `DescriptorSystem`,
+        without it.
+    inputs : sequence of int, optional
+        Which disturbances, the columns of F or B_w counted from 0; all without it.
+    name : str
+        Tells several of them apart; one that isn't "gamma" is also what
+        ``minimize`` takes.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> cart = sos.SecondOrderSystem(2, 0.1, 1, B=1, F=1)
+    >>> felt = sos.Output(acceleration=1, name="comfort") & sos.Output(input=0.1)
+    >>> design = sos.design_pid(cart, requirements=[sos.HInfinity(0.8, outputs=felt)])
+    >>> print(design.certify())
+    proven:
+    - the plant, under u = K x, is stable
+    - its H-infinity norm to comfort = 1 z''; 0.1 u is below 0.8
     """
 
-    gamma: float
+    gamma: float | None = None
     mu: float | None = None
+    outputs: Output | None = None
+    inputs: Sequence[int] | None = None
+    name: str = "gamma"
 
-    kind = name = promise = "gamma"
-    parameter = GAMMA
+    kind = "gamma"
+    plain = GAMMA
+    norm = "H-infinity norm"
     implies_stability = needs_disturbance = True
     affine_in_quotient = True
     rank = 20
@@ -56,14 +81,6 @@ class HInfinity(Requirement):
     def _mu(self):
         return 1.0 if self.mu is None else self.mu
 
-    def check(self, request):
-        super().check(request)
-        if request.plant.n == 0:
-            raise ValueError(
-                f"{self.name} needs a plant with outputs, but the plant has no C: say "
-                "which of its states, or mixtures of them, must answer little"
-            )
-
     def pair(self, loop, c):
         yield "hinf", bounded_real(c, loop.level(self), loop.scalar(self._mu))
 
@@ -80,12 +97,8 @@ class HInfinity(Requirement):
         reach = np.linalg.norm(np.linalg.solve(c.E, c.B), 2)
         return {Unknown("mu", 1, symmetric=True): reach**2 / rate or 1.0}
 
-    def claim(self):
-        gamma = decimal(self.gamma)
-        return f"its H-infinity norm is below {gamma}"
-
     def truth(self, loops, K, K_A=None):
-        return max(hinf_norm(d, K) for d in loops)
+        return max(hinf_norm(self.seen(d), K) for d in loops)
 
     def bounds_response(self):
         return self.gamma

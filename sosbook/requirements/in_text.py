@@ -35,7 +35,7 @@ class TracedLoop:
         self.EPC = self.EP @ Traced.matrix("C", len(d.C), N).T
         if d.Du is not None:
             self.EPC = self.EPC + self.EY @ Traced.matrix("D", len(d.C), m).T
-        self.EVC = self.EPC
+        self.EVC, self.EVA, self.Dw = self.EPC, 0, 0
 
     def level(self, requirement):
         """The bound of the requirement, to its power."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..exact.rational import exact
 from ..lmi.text import floats
-from ..plants.descriptor import Descriptor
+from ..plants.descriptor import Descriptor, combined
 from ..runtime.read_only import ReadOnly
 
 __all__ = ["KnownLoop", "KnownVertex"]
@@ -31,9 +31,12 @@ class KnownLoop(ReadOnly):
 
     @cached_property
     def matrices(self):
-        """E, A + B_u K, B_w and C + D_u K, in rationals."""
+        """E, A + B_u K, B_w, C + D_u K, D_w and C_a, in rationals."""
         d = self.plant
-        return d.E, d.A + d.Bu @ self.K, d.Bw, d.output(self.K)
+        C = d.C if d.Du is None else d.C + d.Du @ self.K
+        D = exact(np.zeros((len(C), d.Bw.shape[1]))) if d.Dw is None else d.Dw
+        rates = exact(np.zeros(C.shape)) if d.Ca is None else d.Ca
+        return d.E, d.A + d.Bu @ self.K, d.Bw, C, D, rates
 
     @cached_property
     def in_floats(self):
@@ -45,19 +48,23 @@ class KnownLoop(ReadOnly):
         """The plant in floats."""
         return self.plant.map(lambda x: x.astype(float))
 
+    def seen_by(self, requirement):
+        """The loop with the outputs and disturbances that a requirement is about."""
+        if not requirement.has_channel:
+            return self
+        return KnownLoop(requirement.seen(self.plant), self.K)
+
     def mixed(self, others, weights):
         """The loop of the mean of this and some ``others``, with rational weights."""
 
-        def mean(name):
-            first, *more = (getattr(d.plant, name) for d in (self, *others))
-            total = weights[0] * first
-            for w, x in zip(weights[1:], more):
+        def mean(some):
+            total = weights[0] * some[0]
+            for w, x in zip(weights[1:], some[1:]):
                 total = total + w * x
             return total
 
-        d = self.plant  # C and D_u are the same at all vertices
-        parts = (mean(name) for name in ("E", "A", "Bu", "Bw"))
-        return KnownLoop(Descriptor(*parts, d.C, d.Du), self.K)
+        plants = [d.plant for d in (self, *others)]
+        return KnownLoop(combined(plants, mean), self.K)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,14 +109,14 @@ class KnownVertex:
 
     @cached_property
     def matrices(self):
-        """E, A, B and C of the loop in this arithmetic and these coordinates."""
+        """E, A, B, C, D and C_a of the loop, in this arithmetic and coordinates."""
         if self.exact:
             return self.loop.matrices
-        E, A, B, C = self.loop.in_floats
+        E, A, B, C, D, rates = self.loop.in_floats
         if self.T is None:
-            return E, A, B, C
+            return E, A, B, C, D, rates
         left, T = self.left, self.T
-        return left @ E @ T, left @ A @ T, left @ B, C @ T
+        return left @ E @ T, left @ A @ T, left @ B, C @ T, D, rates @ T
 
     @property
     def E(self):
@@ -130,6 +137,16 @@ class KnownVertex:
     def C(self):
         """C + D_u K."""
         return self.matrices[3]
+
+    @property
+    def D(self):
+        """D_w, or 0."""
+        return 0 if self.loop.plant.Dw is None else self.matrices[4]
+
+    @property
+    def rates(self):
+        """C_a, or 0."""
+        return 0 if self.loop.plant.Ca is None else self.matrices[5]
 
     def rows(self, X):
         """A rational matrix X that multiplies the state from the left."""

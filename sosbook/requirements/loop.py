@@ -37,23 +37,42 @@ class Loop:
         self.plain = request.vertices_at(None, number)
         self.vertices = request.vertices_at(frame, number)
         self.E0 = number(request.mean.E)
-        self.T = self.back = None
+        self.T = self.back = self.left = None
         self.scale = 1
         self.epsilon = None
         if request.coupling == "slack":
             self.epsilon = self.scalar(request.slack)
         if frame is not None:
-            left, self.T, self.back, scale = (
+            self.left, self.T, self.back, scale = (
                 number(np.array(f))
                 for f in (frame.left, frame.T, frame.back, frame.scale)
             )
             self.scale = scale.item()
-            self.E0 = left @ self.E0 @ self.T
+            self.E0 = self.left @ self.E0 @ self.T
 
     @property
     def exact(self):
         """Whether the arithmetic is rational."""
         return self.number(np.array([1.0])).dtype == object
+
+    def seen_by(self, requirement):
+        """The loop with the outputs and disturbances that a requirement is about.
+
+        With a common P the output has no x': the equation of the plant gives it.
+        """
+        rates = self.request.coupling in ("slack", "multipliers")
+        as_it_is = rates or self.plain[0].Ca is None
+        if as_it_is and not requirement.has_channel:
+            return self
+
+        def make(k):
+            d = requirement.seen(self.plain[k])
+            d = d if rates else d.explicit()
+            return d if self.T is None else d.change(self.left, self.T, self.scale)
+
+        loop = copy(self)
+        loop.vertices = OnDemand(make, len(self.vertices))
+        return loop
 
     def measured(self, unit=1.0, size=None):
         """The loop for a requirement whose P is measured apart.
@@ -74,7 +93,8 @@ class Loop:
 
             def make(k):
                 d = self.vertices[k]
-                return replace(d, Bw=d.Bw / c, C=d.C * c, Du=_times(d.Du, c))
+                more = {"Du": _times(d.Du, c), "Ca": _times(d.Ca, c)}
+                return replace(d, Bw=d.Bw / c, C=d.C * c, **more)
 
             loop.vertices = OnDemand(make, len(self.vertices))
         if size is not None:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ..lmi.text import floats
-from ..plants.descriptor import Coupled, Descriptor
+from ..plants.descriptor import Coupled
 from ..solver.primal_dual import positive
 from .loop import Loop
 
@@ -130,11 +130,10 @@ def _definite(g):
 def _blocks(requirement, request, frame, p, t, level):
     """The blocks of the even loop at p, t and a level, as arrays."""
     N, m = request.order, request.plant.m
-    mean = request.mean.change(frame.left, frame.T, frame.scale)
-    even = Descriptor(
-        np.eye(N), -request.typical_rate * np.eye(N), np.zeros((N, m)), mean.Bw, mean.C,
-        mean.Du,
-    )  # fmt: skip
+    mean = requirement.seen(request.mean)
+    mean = mean.change(frame.left, frame.T, frame.scale)
+    rate = -request.typical_rate * np.eye(N)
+    even = replace(mean, E=np.eye(N), A=rate, Bu=np.zeros((N, m))).explicit()
     own = {
         u.name: t * np.eye(*u.shape) if u.symmetric else np.zeros(u.shape)
         for u in requirement.unknowns(request)

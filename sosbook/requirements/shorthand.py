@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from .base import Requirement
+from .channel import Channel
 from .cost import QuadraticCost
 from .hinf import HInfinity
 from .input_bound import Saturation
@@ -91,7 +92,7 @@ def collected(
     if gamma is not NOT_GIVEN:
         scale = mu
         if mu is NOT_GIVEN:
-            scale = next((r.mu for r in chosen if isinstance(r, HInfinity)), None)
+            scale = next((r.mu for r in chosen if _is(r, HInfinity)), None)
         fresh[HInfinity] = () if gamma is None else (HInfinity(gamma, scale),)
     for name, value, kind, call in (
         ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
@@ -102,7 +103,7 @@ def collected(
         if not isinstance(value, (kind, type(None))):
             raise ValueError(f"{name} must be a {call}")
         fresh[kind] = () if value is None else (value,)
-    chosen = [r for r in chosen if not isinstance(r, tuple(fresh))]
+    chosen = [r for r in chosen if not any(_is(r, kind) for kind in fresh)]
     chosen += [r for some in fresh.values() for r in some]
     keys = [r.key for r in chosen]
     for key in keys:
@@ -128,14 +129,24 @@ def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
         Also if a keyword asks for what is among the ``requirements``, too: one of
         the two would be dropped.
     """
-    among = {r.kind for r in collected(requirements=requirements)}
+    among = {_place(r) for r in collected(requirements=requirements)}
     for name, value in keywords.items():
-        if among & {r.kind for r in collected(**{name: value})}:
+        if among & {_place(r) for r in collected(**{name: value})}:
             raise ValueError(
                 f"{name} is given, and requirements holds a requirement of that kind: "
                 "ask for it in one place"
             )
     return collected(**keywords, mu=mu, requirements=requirements)
+
+
+def _is(r, kind):
+    """Whether it is what the keyword of its kind asks, and has no name of its own."""
+    return isinstance(r, kind) and not (isinstance(r, Channel) and r.named)
+
+
+def _place(r):
+    """What is asked once: bounds of a norm may be several, by their names."""
+    return r.key if isinstance(r, Channel) else r.kind
 
 
 def no_requirement(name, value):
@@ -230,7 +241,7 @@ class Shorthand:
     """What the keywords gave, read from ``requirements``."""
 
     def _one(self, kind):
-        return next((r for r in self.requirements if isinstance(r, kind)), None)
+        return next((r for r in self.requirements if _is(r, kind)), None)
 
     @property
     def parts(self):

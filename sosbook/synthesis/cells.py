@@ -66,7 +66,7 @@ def _moved(T, rate, noisy, *ends):
     """How far E^-1 A moves between two loops, in units of the rate, and E^-1 B."""
     quotients = []
     for loop in ends:
-        E, A, B, _ = loop.in_floats
+        E, A, B, *_ = loop.in_floats
         solved = np.linalg.solve(E @ T, np.hstack([A @ T, B]))
         quotients.append((solved[:, : len(T)], solved[:, len(T) :]))
     (A, B), (A2, B2) = quotients
@@ -342,7 +342,7 @@ def _corners(loops):
     count = len(loops).bit_length() - 1
     if not 1 < count <= MOST_PARAMETERS or len(loops) != 2**count:
         return None
-    data = [np.concatenate([x.ravel() for x in loop.matrices[:3]]) for loop in loops]
+    data = [np.concatenate([x.ravel() for x in loop.matrices]) for loop in loops]
     used = np.flatnonzero(np.any([row != data[0] for row in data], axis=0))
     rows = [tuple((row - data[0])[used]) for row in data]
     scale = np.max(np.abs(np.array(rows, float)), axis=0)

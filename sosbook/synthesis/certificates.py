@@ -1,7 +1,5 @@
 """Proofs in exact rational arithmetic, of a loop or of its absence."""
 
-from dataclasses import fields
-
 import numpy as np
 
 from ..exact.definite import exact, round_digits
@@ -17,6 +15,7 @@ from ..exact.rational import (
 )
 from ..exact.refusal import MultiplierRefusal
 from ..plants.checks import matrix
+from ..plants.descriptor import MATRICES
 from ..requirements.base import Requirement
 from ..requirements.in_text import theorem_data
 from .request_as_data import read_request, request_data
@@ -260,7 +259,7 @@ def _recorded(request):
     """The request as a file holds it, built again from the primary data."""
     again = read_request(request_data(request))
     for mine, read in zip(request.certain, again.certain, strict=True):
-        for name in (f.name for f in fields(mine)):
+        for name in MATRICES:
             if not np.array_equal(getattr(mine, name), getattr(read, name)):
                 raise ValueError(f"a proof file can't hold {name} of this plant")
     return again

@@ -28,7 +28,8 @@ class KnownLMIs(TrustedProblem):
     """
 
     def __init__(self, requirement, loops):
-        self.requirement, self.loops = requirement, loops
+        self.requirement = requirement
+        self.loops = loops = [loop.seen_by(requirement) for loop in loops]
         self.T, self.left, self.rate = coordinates(loops)
         N, k = len(self.T), requirement.multiplier_rows
         self.lyapunov = [Unknown(f"P {i + 1}", N, symmetric=True) for i in self._each]
@@ -74,8 +75,8 @@ class KnownLMIs(TrustedProblem):
 
         def even(values, number, i):
             c = self._vertex(values, number, i)
-            _, _, B, C = c.matrices
-            vars(c)["matrices"] = np.eye(N), -self.rate * np.eye(N), B, C
+            _, _, *rest = c.matrices
+            vars(c)["matrices"] = np.eye(N), -self.rate * np.eye(N), *rest
             return c
 
         blocks = self._written(at, floats, even)

@@ -1,12 +1,10 @@
 """The blocks of many pairs of vertices from one reading of the theorems."""
 
-from dataclasses import fields
-
 import numpy as np
 
 from ..language import Affine
 from ..language.matrices import Matrices, array_of
-from ..plants.descriptor import Coupled, Descriptor
+from ..plants.descriptor import MATRICES, Coupled, Descriptor
 from ..solver.structure import some_matrix
 
 __all__ = ["alone", "blocks_of_pairs", "read", "stacked", "together"]
@@ -22,13 +20,13 @@ def stacked(vertices):
     Arrays (vertices, rows, columns), or (1, rows, columns) where all are equal.
     """
     stack = {}
-    for f in fields(Descriptor):
-        some = [getattr(d, f.name) for d in vertices]
+    for name in MATRICES:
+        some = [getattr(d, name) for d in vertices]
         if some[0] is None:
-            stack[f.name] = None
+            stack[name] = None
             continue
         array = np.array(some, float)
-        stack[f.name] = array[:1] if (array[1:] == array[0]).all() else array
+        stack[name] = array[:1] if (array[1:] == array[0]).all() else array
     return stack
 
 

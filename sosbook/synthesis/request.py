@@ -284,7 +284,10 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
         own = dict(own)
         sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}
         whole = Loop(self, number, frame, P, Y, V, levels, own)
-        loops = {r.key: _measured(whole, r, sizes.get(r.key)) for r in self.demands}
+        loops = {
+            r.key: _measured(whole.seen_by(r), r, sizes.get(r.key))
+            for r in self.demands
+        }
         return whole, loops, sizes
 
     def _coupled(self, loop, i, j):

@@ -35,10 +35,11 @@ class UnreachedResponseRefusal(Refusal):
 
     Its ``text`` is a file with the plant, gamma, a point s with Re s >= 0, and
     rows v, y with v (s E - A) = y C and v B + y D_u = 0. In every loop
-    s E x = A x + B u + B_w w gives y z = v B_w w at s. A loop that is stable
-    has a bounded transfer matrix T there, with y T(s) = v B_w, so its
-    H-infinity norm is at least |v B_w| / |y|, which isn't below gamma. With a
-    given gain A and C are those of the loop and there is no B.
+    s E x = A x + B u + B_w w gives y z = r w at s, with r = v B_w + y D_w. A loop
+    that is stable has a bounded transfer matrix T there, with y T(s) = r, so its
+    H-infinity norm is at least |r| / |y|, which isn't below gamma. With a
+    given gain A and C are those of the loop and there is no B. What of x' is in the
+    output is put in from the equation.
     """
 
     kind = "unreached response"
@@ -49,7 +50,7 @@ class UnreachedResponseRefusal(Refusal):
         gamma, k = read_number(data["bound"]), data["vertex"]
         s, v, y = ([[fraction(e) for e in row] for row in data[n]] for n in "svy")
         again = cls.contents(request, gamma, k, s, v, y)
-        E, A, B, Bw, C, Du = _matrices(request, k)
+        E, A, B, Bw, C, Du, Dw = _matrices(request, k)
         (sigma,), (omega,) = s
         v, y = (rational_matrix(x) for x in (v, y))
         if v.shape != (2, len(E)) or y.shape != (2, len(C)):
@@ -59,7 +60,10 @@ class UnreachedResponseRefusal(Refusal):
             return again, Examined.nothing("v (s E - A) isn't y C")
         if B.size and (v @ B + y @ Du != 0).any():
             return again, Examined.nothing("an input reaches this response")
-        reached, asked = ((v @ Bw) ** 2).sum(), (y**2).sum() * exact(gamma) ** 2
+        reached, asked = (
+            ((v @ Bw + y @ Dw) ** 2).sum(),
+            (y**2).sum() * exact(gamma) ** 2,
+        )
         if sigma < 0 or reached <= 0 or reached < asked:
             return again, Examined.nothing("the response is below gamma")
         return again, Examined(tuple(again["claims"]), {}, ())
@@ -98,17 +102,21 @@ class UnreachedResponseRefusal(Refusal):
 
 
 def _matrices(request, k):
-    """E, A, B, B_w, C and D_u of a vertex in rationals; those of the given loop."""
+    """E, A, B, B_w, C, D_u, D_w of a vertex in rationals; those of the given loop."""
     if type(k) is not int or not 0 <= k < len(request.vertices):
         raise ValueError("vertex must be one of the plant's, from 0")
     (d,) = request.vertices_in(exact, [k])
-    Du = exact(np.zeros((len(d.C), d.Bu.shape[1]))) if d.Du is None else d.Du
+    d = d.explicit()
+    Du, Dw = (
+        exact(np.zeros((len(d.C), B.shape[1]))) if D is None else D
+        for D, B in ((d.Du, d.Bu), (d.Dw, d.Bw))
+    )
     A, B, C = d.A, d.Bu, d.C
     if request.gain is not None:
         K = exact(request.gain)
         A, C = A + B @ K, C + Du @ K
         B, Du = B[:, :0], Du[:, :0]
-    return d.E, A, B, d.Bw, C, Du
+    return d.E, A, B, d.Bw, C, Du, Dw
 
 
 def refuse_by_response(request, vertices=None):
@@ -129,21 +137,20 @@ def refuse_by_response(request, vertices=None):
 
 def _at_vertex(request, gamma, k):
     matrices = _matrices(request, k)
-    E, A, B, Bw, C, Du = (x.astype(float) for x in matrices)
+    loop = E, A, B, Bw, C, Du, _ = [x.astype(float) for x in matrices]
     if len(C) <= B.shape[1] or not Bw.size:
         return None  # the inputs reach all outputs
     rates = np.abs(np.linalg.eigvals(np.linalg.solve(E, A)))
     rates = rates[rates > NOISE * rates.max(initial=0.0)]
     low, high = (0.1 * rates.min(), 10 * rates.max()) if rates.size else (0.01, 100.0)
     points = np.array([0.0, *rates, *np.geomspace(low, high, FREQUENCIES)])
-    loop = E, A, B, Bw, C, Du
     omega = _loudest(lambda w: _responses(loop, w)[0], points, gamma)
     omega = float(round_digits(np.array(omega), DIGITS))
     (size,), (row,) = _responses(loop, [omega])
     if not size >= gamma:
         return None
     order, w = _order(loop, omega), exact(omega)
-    E, A, B, Bw, C, Du = matrices
+    E, A, B, Bw, C, Du, _ = matrices
     N, count = len(E), len(E) + len(C)
     zero = np.zeros((len(C), N), int)
     real = np.vstack([np.hstack([-A, B]), np.hstack([-C, Du])])
@@ -191,12 +198,12 @@ def _loudest(sizes_at, points, enough):
 
 
 def _responses(loop, omegas):
-    """The largest |v B_w| / |y| at each s = j omega, and the [v y] that has it.
+    """The largest |v B_w + y D_w| / |y| at each s = j omega, and its [v y].
 
     Parameters
     ----------
     loop : tuple of arrays
-        E, A, B, B_w, C and D_u in floats.
+        E, A, B, B_w, C, D_u and D_w in floats.
     omegas : (k,) array_like
         The frequencies.
 
@@ -205,14 +212,14 @@ def _responses(loop, omegas):
     sizes, rows : (k,) and (k, N + n) arrays
         The sizes are zero where there is no such [v y].
     """
-    E, _, _, Bw, *_ = loop
+    E, _, _, Bw, *_, Dw = loop
     rows, left, _ = _without_input(loop, omegas)
     left = left * rows[:, None, :]
     turn, sizes, _ = np.linalg.svd(left[..., len(E) :], full_matrices=False)
     held = sizes > NOISE * sizes[:, :1]
     shares = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=held)
     left = (turn * shares[:, None, :]).conj().mT @ left  # now y y* = I, or zero
-    c, sizes, _ = np.linalg.svd(left[..., : len(E)] @ Bw)
+    c, sizes, _ = np.linalg.svd(left[..., : len(E)] @ Bw + left[..., len(E) :] @ Dw)
     return sizes[:, 0], (c.conj().mT[:, :1] @ left)[:, 0]
 
 
@@ -228,7 +235,7 @@ def _without_input(loop, omegas):
     Of the square arrays [v y] the first rows, as many as the third array says, are
     zero; the others are orthonormal, of the balanced matrix.
     """
-    E, A, B, _, C, Du = loop
+    E, A, B, _, C, Du, _ = loop
     N, s = len(E), 1j * np.asarray(omegas, float)[:, None, None]
     M = np.zeros((len(s), N + len(C), N + B.shape[1]), complex)
     M[:, :N, :N], M[:, :N, N:] = s * E - A, B

@@ -1,6 +1,6 @@
-"""Theorem 2.1: a bound on the H-infinity norm from w to y = C x."""
+"""Theorem 2.1: a bound on the H-infinity norm from w to y."""
 
-from ..language import block, eye, he
+from ..language import block, eye, he, turned
 
 
 def bounded_real(c, gamma2, mu=1):
@@ -29,8 +29,10 @@ def bounded_real(c, gamma2, mu=1):
     where another block fixes the size of P.
     """
     outputs, disturbances = c.EPC.shape[1], c.Bw.shape[1]
-    return -block([
-        [he(c.Theta), c.EPC,                       c.Bw],
-        [c.EPC.T,     -gamma2 / mu * eye(outputs), 0],
-        [c.Bw.T,      0,                           -mu * eye(disturbances)],
-    ])
+    return -block(
+        [
+            [he(c.Theta), c.EPC, c.Bw],
+            [c.EPC.T, -gamma2 / mu * eye(outputs), c.Dw],
+            [c.Bw.T, turned(c.Dw), -mu * eye(disturbances)],
+        ]
+    )

@@ -73,11 +73,12 @@ def called_with(make, function, sizes=(), **given):
     def vertex():
         parts = {name: one(name) for name in ("Theta", "EPE", "EVE", "EP", "EV", "EY")}
         C, Bw = one("C"), one("W")
-        return SimpleNamespace(**parts, EPC=one("EP") @ C.T, EVC=one("EV") @ C.T, Bw=Bw)
+        parts |= {"EPC": one("EP") @ C.T, "EVC": one("EV") @ C.T, "EVA": 0, "Dw": 0}
+        return SimpleNamespace(**parts, Bw=Bw)
 
     def loop():
         parts = {name: one(name) for name in ("E", "A", "C", "P", "F", "G", "mu")}
-        return SimpleNamespace(**parts, B=one("W"))
+        return SimpleNamespace(**parts, B=one("W"), D=0, rates=0)
 
     def times():
         names = "tau", "mu", "delta", "epsilon1", "epsilon2"

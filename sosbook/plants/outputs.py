@@ -1,0 +1,316 @@
+"""What is bounded: rows on z, z', z'', x3, u and w."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..exact.rational import decimal, decimals, exact, read_array, read_number
+from ..runtime.names import sane_name
+from ..runtime.read_only import ReadOnly
+from .checks import finite, matrix
+from .descriptor import Descriptor
+
+__all__ = ["Output"]
+
+SIGNALS = {  # what each argument weighs
+    "position": "z",
+    "velocity": "z'",
+    "acceleration": "z''",
+    "integral": "x3",
+    "state": "x",
+    "rate": "x'",
+    "input": "u",
+    "disturbance": "w",
+}
+COUNTED = {
+    "integral": "integrals, the rows of U",
+    "input": "inputs",
+    "disturbance": "disturbances",
+    "state": "states",
+    "rate": "states",
+}
+MEANT = {"position": "state", "velocity": "state", "acceleration": "rate"}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Output(ReadOnly):
+    """Rows on what a plant does: the y that a requirement bounds.
+
+    Each argument holds rows, as many as the others, and what they give is added up:
+    ``Output(position=[[1, -1]], velocity=[[0.1, 0]])`` is z1 - z2 + 0.1 z1'. A number
+    stands for that multiple of the identity: ``input=0.01`` is 0.01 u. ``first &
+    second`` has the rows of both.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : (q, n) array_like or number, optional
+        Rows on z, z' and z'' of a plant of second order. The acceleration needs no
+        division by an uncertain mass where each plant has a Lyapunov matrix of its
+        own: ``coupling="slack"``, and "multipliers" for a known gain.
+    integral : (q, a) array_like or number, optional
+        Rows on x3, the integrals of U z.
+    input : (q, m) array_like or number, optional
+        Rows on u = K x. Where there is a K_A, its share K_A z'' isn't in it: give it
+        as an acceleration.
+    disturbance : (q, p) array_like or number, optional
+        Rows on w.
+    state, rate : (q, N) array_like or number, optional
+        Rows on all states x, and on x'; the only ones for a `DescriptorSystem`, which
+        has no z.
+    name : str
+        What it is called in words.
+
+    Raises
+    ------
+    ValueError
+        If it has no row, or rows of different counts.
+
+    Examples
+    --------
+    >>> ride = Output(acceleration=[[1, 0]], name="comfort")
+    >>> ride & Output(position=[[20, -20]]) & Output(input=1e-3)
+    <Output: comfort = [[1, 0]] z''; [[20, -20]] z; 0.001 u>
+    """
+
+    position: np.ndarray | float | None = None
+    velocity: np.ndarray | float | None = None
+    acceleration: np.ndarray | float | None = None
+    integral: np.ndarray | float | None = None
+    input: np.ndarray | float | None = None
+    disturbance: np.ndarray | float | None = None
+    state: np.ndarray | float | None = None
+    rate: np.ndarray | float | None = None
+    name: str = ""
+
+    def __init__(
+        self,
+        position: ArrayLike | None = None,
+        velocity: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+        integral: ArrayLike | None = None,
+        input: ArrayLike | None = None,
+        disturbance: ArrayLike | None = None,
+        *,
+        state: ArrayLike | None = None,
+        rate: ArrayLike | None = None,
+        name: str = "",
+    ) -> None:
+        given, put = locals(), object.__setattr__
+        rows = {}
+        for key in SIGNALS:
+            x = given[key]
+            if x is not None:
+                x = finite(key, x) if np.ndim(x) == 0 else _rows(key, x)
+                rows[key] = len(x) if np.ndim(x) else None
+            put(self, key, x)
+        if not rows:
+            raise ValueError("an Output has no rows: give position=, input=, ...")
+        several = {k: q for k, q in rows.items() if q is not None}
+        if len(set(several.values())) > 1:
+            words = ", ".join(f"{k} has {q}" for k, q in several.items())
+            raise ValueError(
+                f"the rows of an Output are added up, so there must be as many of "
+                f"each: {words}. Stack outputs by &"
+            )
+        put(self, "name", sane_name(name) if name else "")
+
+    def __and__(self, other: "Output") -> "Output":
+        if not isinstance(other, Output):
+            return NotImplemented
+        both = object.__new__(Output)
+        for key, value in (dict.fromkeys(SIGNALS) | {"name": ""}).items():
+            object.__setattr__(both, key, value)
+        object.__setattr__(both, "_joined", self.parts + other.parts)
+        return both
+
+    @property
+    def parts(self) -> "tuple[Output, ...]":
+        """Those that were joined; itself, if none were."""
+        return vars(self).get("_joined") or (self,)
+
+    def __repr__(self):
+        return f"<Output: {self.words}>"
+
+    def __eq__(self, other):
+        if not isinstance(other, Output):
+            return NotImplemented
+        return self.data() == other.data()
+
+    def __hash__(self):
+        return hash(self.words)
+
+    @property
+    def _given(self):
+        return {k: getattr(self, k) for k in SIGNALS if getattr(self, k) is not None}
+
+    @property
+    def words(self) -> str:
+        """What it is, in one line."""
+        return "; ".join(map(_words, self.parts))
+
+    @property
+    def has_rates(self) -> bool:
+        """Whether it weighs z'' or x'."""
+        return any({"acceleration", "rate"} & p._given.keys() for p in self.parts)
+
+    def rows(self, places: dict, order: int, m: int, p: int) -> dict:
+        """C, C_a, D_u and D_w of the output in a plant with these coordinates.
+
+        Parameters
+        ----------
+        places : dict
+            Which states are "position", "velocity" and "integral": slices. Those that
+            the plant hasn't are missing.
+        order, m, p : int
+            The numbers of its states x, inputs u and disturbances w.
+
+        Returns
+        -------
+        dict
+            "C" and "Ca" (q, order), "Du" (q, m) and "Dw" (q, p), arrays of floats;
+            None of the last three where the output has none.
+
+        Raises
+        ------
+        ValueError
+            If rows have another width than the plant, or it has no such states.
+
+        Examples
+        --------
+        >>> places = {"position": slice(0, 1), "velocity": slice(1, 2)}
+        >>> found = Output(position=2, acceleration=[[3]]).rows(places, 2, 1, 0)
+        >>> found["C"].tolist(), found["Ca"].tolist(), found["Du"]
+        ([[2.0, 0.0]], [[0.0, 3.0]], None)
+        """
+        whole = slice(0, order)
+        where = {  # the matrix, its width, and which of its columns
+            **{k: ("C", order, at) for k, at in places.items()},
+            "state": ("C", order, whole),
+            "rate": ("Ca", order, whole),
+            "input": ("Du", m, slice(0, m)),
+            "disturbance": ("Dw", p, slice(0, p)),
+        }
+        if "velocity" in places:
+            where["acceleration"] = ("Ca", order, places["velocity"])
+        stacked: dict = {"C": [], "Ca": [], "Du": [], "Dw": []}
+        used = {"C"}
+        for part in self.parts:
+            own: dict = {}
+            for key, x in part._given.items():
+                if key not in where:
+                    raise ValueError(_nothing(key))
+                name, width, at = where[key]
+                count = at.stop - at.start
+                x = x * np.eye(count) if np.ndim(x) == 0 else x
+                if x.shape[1] != count or not count:
+                    raise ValueError(_width(key, x, count))
+                full = np.zeros((len(x), width))
+                full[:, at] = x
+                if name in own and len(own[name]) == len(full):
+                    full = full + own[name]
+                own[name] = full
+            counts = {k: len(x) for k, x in own.items()}
+            if len(set(counts.values())) > 1 or not min(counts.values()):
+                raise ValueError(
+                    f"{_words(part)}: a number stands for a multiple of the identity, "
+                    "which has other rows here: give a matrix"
+                )
+            used |= own.keys()
+            widths = {"C": order, "Ca": order, "Du": m, "Dw": p}
+            for name, width in widths.items():
+                zero = np.zeros((next(iter(counts.values())), width))
+                stacked[name].append(own.get(name, zero))
+        return {k: np.vstack(x) if k in used else None for k, x in stacked.items()}
+
+    def seen(self, d: Descriptor) -> Descriptor:
+        """The plant ``d``, a `Descriptor`, with this output."""
+        n, N, number = d.n, len(d.E), np.asarray
+        if d.E.dtype == object:
+            number = exact
+        places = {}
+        if n:
+            places = {
+                "position": slice(0, n),
+                "velocity": slice(n, 2 * n),
+                "integral": slice(2 * n, 2 * n + d.a),
+            }
+        found = self.rows(places, N, d.Bu.shape[1], d.Bw.shape[1])
+        found = {k: None if x is None else number(x) for k, x in found.items()}
+        return replace(d, **found)
+
+    def data(self) -> list:
+        """What a proof file says of it: rows in decimals by argument, part by part."""
+        return [
+            ({"name": p.name} if p.name else {})
+            | {
+                k: decimal(x) if np.ndim(x) == 0 else decimals(x)
+                for k, x in p._given.items()
+            }
+            for p in self.parts
+        ]
+
+    @staticmethod
+    def read(data: list) -> "Output":
+        """The output of the ``data`` of a file, in decimals or numbers."""
+        if not isinstance(data, list) or not data:
+            raise ValueError("outputs must be a list of objects with rows by argument")
+        first, *others = map(_of_data, data)
+        for other in others:
+            first = first & other
+        return first
+
+
+def _of_data(part):
+    if not isinstance(part, dict):
+        raise ValueError('an output must be an object, such as {"position": [[1, 0]]}')
+    for key in part:
+        if key not in (*SIGNALS, "name"):
+            raise ValueError(
+                f"{key!r:.80} isn't known of an output: {', '.join(SIGNALS)}, name"
+            )
+
+    def value(x):
+        if isinstance(x, str):
+            return read_number(x)
+        plain = isinstance(x, list) and any(isinstance(e, str) for r in x for e in r)
+        return read_array(x, None, None) if plain else x
+
+    rest = {k: value(x) for k, x in part.items() if k != "name"}
+    return Output(**rest, name=part.get("name", ""))
+
+
+def _rows(key, x):
+    x = matrix(key, [x] if np.ndim(x) == 1 else x)
+    if not len(x):
+        raise ValueError(f"{key} has no row")
+    return x
+
+
+def _words(part):
+    """A part in words, as checkers write it, too."""
+
+    def text(x):
+        if np.ndim(x) == 0:
+            return decimal(x)
+        rows = (", ".join(row) for row in decimals(x))
+        return "[" + ", ".join(f"[{row}]" for row in rows) + "]"
+
+    total = " + ".join(f"{text(x)} {SIGNALS[k]}" for k, x in part._given.items())
+    return f"{part.name} = {total}" if part.name else total
+
+
+def _nothing(key):
+    if key in ("position", "velocity", "acceleration", "integral"):
+        return (
+            f"{key}: this plant's states aren't z, z' and x3: give rows on all of x by "
+            f"{MEANT.get(key, 'state')}="
+        )
+    return f"{key} isn't known of this plant"
+
+
+def _width(key, x, count):
+    what = COUNTED.get(key, "degrees of freedom")
+    if not count:
+        return f"{key} is weighed, but the plant has no {what}"
+    return f"{key} has rows of width {x.shape[1]}, but the plant has {count} {what}"

@@ -1,0 +1,143 @@
+"""What bounds of a norm share: from which disturbances, to which outputs."""
+
+from dataclasses import replace
+from typing import Any
+
+from ..exact.definite import exact
+from ..exact.rational import decimal, inverse
+from ..plants.checks import count, positive
+from ..plants.descriptor import Descriptor
+from ..plants.outputs import Output
+from ..runtime.names import sane_name
+from .base import Requirement
+from .vocabulary import PARAMETERS, Parameter
+
+__all__ = ["Channel"]
+
+
+class Channel(Requirement):
+    """A bound of a norm from some disturbances to an output.
+
+    A class of it has the fields ``outputs``, ``inputs`` and ``name`` beside its bound,
+    and says in ``plain`` what its bound is called where nobody gave it a name.
+    """
+
+    plain: Parameter
+    norm = ""  # in words
+    inputs: Any
+
+    def __post_init__(self):
+        put, key = object.__setattr__, self.plain.key
+        if self.bound is not None:
+            put(self, key, positive(key, self.bound))
+        if self.outputs is not None and not isinstance(self.outputs, Output):
+            raise ValueError(
+                f"outputs must be an Output, got {type(self.outputs).__name__}: stack "
+                "several by &"
+            )
+        if self.inputs is not None:
+            put(self, "inputs", _places(self.inputs))
+        if sane_name(self.name) in PARAMETERS and self.named:
+            raise ValueError(
+                f"name={self.name!r} is that of another bound: take one of its own"
+            )
+
+    @property
+    def named(self) -> bool:
+        """Whether it has a name of its own."""
+        return self.name != self.plain.key
+
+    @property
+    def parameter(self) -> Parameter:
+        """The bound; a name of its own is its key, so that it can be minimised."""
+        if not self.named:
+            return self.plain
+        words = f"{self.plain.words}, {self.name}"
+        label = f"{self.plain.label} ({self.name})"
+        return replace(self.plain, key=self.name, words=words, label=label)
+
+    @property
+    def promise(self) -> str:
+        """The name of the promise."""
+        return self.name
+
+    @property
+    def bound(self) -> float | None:
+        return getattr(self, self.plain.key)
+
+    def with_bound(self, bound: float) -> "Requirement":
+        return replace(self, **{self.plain.key: bound})
+
+    def check(self, request: Any) -> None:
+        super().check(request)
+        if request.plant.n == 0 and self.outputs is None:
+            raise ValueError(
+                f"{self.name} needs a plant with outputs, but the plant has no C: say "
+                "which of its states, or mixtures of them, must answer little"
+            )
+        for i in self.inputs or ():
+            if i >= request.plant.p:
+                raise ValueError(
+                    f"inputs: there is no disturbance {i}, for the plant has "
+                    f"{request.plant.p}, counted from 0"
+                )
+        seen = [self.seen(d) for d in request.certain]
+        if request.coupling == "pairs" and not _given_by_equations(seen):
+            if any(i != j for i, j in request.pairs):
+                raise ValueError(
+                    f"{self.name} weighs an acceleration, and its mass is uncertain: "
+                    "with one P for all plants it would be divided by that mass. Take "
+                    'coupling="slack"'
+                )
+
+    def data(self) -> dict:
+        data = super().data()
+        if self.outputs is not None:
+            data["outputs"] = self.outputs.data()
+        if self.inputs is not None:
+            data["inputs"] = list(self.inputs)
+        own = ("outputs", "inputs")
+        return {k: x for k, x in data.items() if k not in own or x is not None}
+
+    @classmethod
+    def of_data(cls, data: dict) -> "Requirement":
+        rest = dict(data)
+        outputs, name = rest.pop("outputs", None), rest.pop("name")
+        inputs = rest.pop("inputs", None)
+        one = super().of_data(rest)
+        outputs = None if outputs is None else Output.read(outputs)
+        return replace(one, outputs=outputs, inputs=inputs, name=name)
+
+    def claim(self) -> str:
+        ends = ""
+        if self.inputs is not None:
+            ends += " from " + ", ".join(f"w[{i}]" for i in self.inputs)
+        if self.outputs is not None:
+            ends += f" to {self.outputs.words}"
+        whose = f"{self.name}: its" if self.named else "its"
+        return f"{whose} {self.norm}{ends} is below {decimal(self.bound)}"
+
+
+def _places(inputs):
+    """Which disturbances, from 0, as a tuple."""
+    try:
+        places = tuple(count("inputs", i) for i in inputs)
+    except TypeError:
+        raise ValueError(
+            "inputs must be a list of disturbances, counted from 0"
+        ) from None
+    if not places or len(set(places)) < len(places):
+        raise ValueError("inputs must name one disturbance or more, each once")
+    return places
+
+
+def _given_by_equations(seen: "list[Descriptor]") -> bool:
+    """Whether one mixture of the equations gives what the output has of x'.
+
+    Then y is affine in the plant all the same.
+    """
+    first = seen[0]
+    if first.Ca is None:
+        return True
+    L = exact(first.Ca) @ inverse(exact(first.E))
+    return all((L @ exact(d.E) == exact(d.Ca)).all() for d in seen)
