@@ -8,11 +8,13 @@ from .book import elements as atlas
 from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .laws import DynamicLaw, FullState, PIDLaw
 from .plants.descriptor_system import DescriptorSystem
+from .plants.outputs import Output
 from .plants.response import Response
 from .plants.second_order import MassWarning, Polytope, SecondOrderSystem
 from .plants.signals import Sine, Step, Steps
 from .plants.uncertain import Uncertain
 from .requirements.cost import QuadraticCost
+from .requirements.hinf import HInfinity
 from .requirements.input_bound import Saturation
 from .requirements.pole_region import LMIRegion, PoleRegion, Region
 from .sampled import SampledLQR, certify_sampled, design_sampled_lqr
@@ -40,11 +42,13 @@ __all__ = [
     "Design",
     "DynamicLaw",
     "FullState",
+    "HInfinity",
     "InfiniteModes",
     "IntegratorChoice",
     "LMIRegion",
     "MassWarning",
     "ObserverDesign",
+    "Output",
     "PIDLaw",
     "PoleRegion",
     "Polytope",

@@ -86,6 +86,7 @@ class Parts(ReadOnly):
             Bw=np.vstack([d.Bw, self.B @ self.noise if c else zero(0, p)]),
             C=np.hstack([d.C, zero(len(d.C), c)]),
             Du=None if d.Du is None else np.hstack([d.Du, zero(len(d.Du), k)]),
+            Ca=None if d.Ca is None else np.hstack([d.Ca, zero(len(d.Ca), c)]),
         )
 
     def looped(self, d, K):

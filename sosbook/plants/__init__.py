@@ -12,6 +12,7 @@ from .descriptor import (
 from .descriptor_system import DescriptorSystem
 from .files import load_plant
 from .gain import Gain
+from .outputs import Output
 from .second_order import Polytope, SecondOrderSystem
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "Descriptor",
     "DescriptorSystem",
     "Gain",
+    "Output",
     "Polytope",
     "SecondOrderSystem",
     "SlackVertex",

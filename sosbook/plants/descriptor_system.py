@@ -86,8 +86,9 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         vertices : sequence of Descriptor
             They have the same sizes.
         """
-        several = ([getattr(d, x) for d in vertices] for x in MATRICES)
-        made = cls(*(None if x[0] is None else x for x in several))
+        several: Any = [[getattr(d, x) for d in vertices] for x in MATRICES]
+        given: Any = [None if x[0] is None else x for x in several]
+        made = cls(*given)
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 

@@ -225,9 +225,7 @@ class Output(ReadOnly):
 
     def seen(self, d: Descriptor) -> Descriptor:
         """The plant ``d``, a `Descriptor`, with this output."""
-        n, N, number = d.n, len(d.E), np.asarray
-        if d.E.dtype == object:
-            number = exact
+        n, N, number = d.n, len(d.E), exact if d.E.dtype == object else np.array
         places = {}
         if n:
             places = {

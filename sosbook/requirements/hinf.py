@@ -71,10 +71,10 @@ class HInfinity(Channel):
             object.__setattr__(self, "mu", positive("mu", self.mu))
 
     @property
-    def tied(self):
+    def tied(self) -> str:
         return "" if self.mu is None else f"mu = {decimal(self.mu)}"
 
-    def untied(self):
+    def untied(self) -> "HInfinity":
         return replace(self, mu=None)
 
     @property
