@@ -4,12 +4,23 @@ They are numpy arrays of python-flint's arb; the operations enclose, in
 the precision of flint's context.
 """
 
+from functools import reduce
+
 import numpy as np
 from flint import arb, arb_mat
 
 from ..exact.definite import exact
 
-__all__ = ["balls", "entries", "exponential", "hull", "middle", "series", "solve"]
+__all__ = [
+    "balls",
+    "balls_of",
+    "entries",
+    "exponential",
+    "hull",
+    "middle",
+    "series",
+    "solve",
+]
 
 
 def balls(x):
@@ -22,12 +33,17 @@ def balls(x):
     return array
 
 
+def balls_of(x):
+    """The floats of an array x themselves, as an array of arb."""
+    array = np.empty(x.shape, object)
+    array.flat = [arb(e) for e in x.ravel().tolist()]
+    return array
+
+
 def hull(matrices):
-    """Balls that hold all mixtures of some matrices of rationals."""
-    stack = np.array(matrices, object)
-    pairs = zip(stack.min(axis=0).flat, stack.max(axis=0).flat)
-    array = np.empty(stack[0].shape, object)
-    array.flat = [arb(low).union(arb(high)) for low, high in pairs]
+    """Balls that hold all mixtures of some matrices of balls."""
+    array = np.empty(matrices[0].shape, object)
+    array.flat = [reduce(arb.union, e) for e in zip(*(x.flat for x in matrices))]
     return array
 
 

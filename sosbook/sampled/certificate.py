@@ -9,9 +9,12 @@ from ..exact.rational import decimal, decimals, fraction, read_array, read_numbe
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..plants.kinds import every_plant
-from .discretize import SampleTiming, input_vertices, is_controller
-from .loops import BALL_BITS, SampledPolytope, halves, pivot
+from .cells import PlantCell, pivot
+from .discretize import input_vertices, is_controller
+from .loops import BALL_BITS, SampledFamily
+from .shapes import PlantShape
 from .system import SampledSystem
+from .timing import TimeBox
 
 __all__ = ["SampledCertificate", "SchurCertificate", "balls_data"]
 
@@ -26,11 +29,12 @@ class SampledCertificate(ProofFile):
 
     ``text`` is that of the file.
 
-    ``blocks`` holds, for each cell of plants, the smallest pivot of rate^2 -
-    F'F in coordinates where |L x| is the length of x, less a bound of what
-    the cell's loops F differ from mixtures of its corners' loops. The cells
-    halve the simplex of the vertices' weights, again and again: the
-    file holds the tree of these halves, and an L for each leaf.
+    It holds a tree of cells: halves of the simplex, or the box, of the plants'
+    vertices. A leaf has coordinates L x and in them a Lyapunov matrix P for each of
+    its corners, the identity without it. Where the clock varies it has a tree of its
+    own, of halves of the intervals and of the delays, whose leaves may have a
+    multiplier G. ``blocks`` has, for each leaf, the smallest pivot of the theorem's
+    blocks (see `sosbook.sampled.cells`).
     """
 
     kind = "sampled"
@@ -47,38 +51,51 @@ class SampledCertificate(ProofFile):
 
     @property
     def cells(self):
-        """(weights, L) of each leaf; empty without a proof.
+        """(weights, P) of each cell of plants; empty without a proof.
 
-        For every plant whose weights lie in the simplex with these corners
-        (rows), |L x|^2 is a Lyapunov function.
+        The rows of ``weights`` are the cell's corners. A plant whose [E A B] is a
+        mixture of theirs, or whose E^-1 [A B] is, where those of all plants are, has
+        the Lyapunov matrix that mixes the P in the same way.
         """
-        data = self.data
         if not self.proven:
             return ()
-        many = len(data["plant"]["vertices"])
-        return tuple(
-            (weights.astype(float), L) for weights, L, _ in _leaves(data["cells"], many)
-        )
+        plant, U = self._plant()
+        shape = PlantShape.of(plant, input_vertices(plant, U))
+        found = []
+        for weights, L, _, P, _ in _leaves(self.data["cells"], shape):
+            rows = np.zeros(weights.shape)
+            rows[:, shape.order] = weights.astype(float)
+            P = np.array([np.eye(len(L))] * len(rows) if P is None else P)
+            found.append((rows, L.T @ P @ L))
+        return tuple(found)
+
+    def _plant(self):
+        return _read_plant(self.data)
 
     @classmethod
     @as_written()
     def examine(cls, data):
-        plant, U = read_plant(data["plant"]), data["U"]
-        U = read_array(U, None, plant.n) if U else None
-        T, delay, rate = (read_number(data[x]) for x in ("T", "delay", "rate"))
-        K, tree, failed = _read_controller(data), data["cells"], data["undecided"]
+        plant, U = _read_plant(data)
+        T, delay = (_read_range(data[x]) for x in ("T", "delay"))
+        rate, K = read_number(data["rate"]), _read_controller(data)
+        tree, failed = data["cells"], data["undecided"]
         again = cls.contents(plant, U, T, delay, K, rate, tree, failed)
         if not 0 < rate <= 1:
             raise ValueError("rate must be in (0, 1]")
         if tree is None:
             return again, Examined.nothing(str(failed))
-        timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
+        clocks, vertices = TimeBox.of(T, delay), input_vertices(plant, U)
         blocks = {}
         with ctx.workprec(BALL_BITS):
-            family = SampledPolytope.of(vertices, timing, K)
-            for k, (weights, L, last) in enumerate(_leaves(tree, len(vertices)), 1):
+            timing = clocks.of_controller(K)
+            family = SampledFamily.of(plant, vertices, timing, K)
+            leaves = _leaves(tree, family.shape)
+            for k, (weights, L, last, P, times) in enumerate(leaves, 1):
                 name = "plant" if len(vertices) == 1 else f"cell {k}"
-                blocks[name] = family.least(weights, L, last, rate)
+                cell = PlantCell(family, weights, L, clocks, last, P)
+                for j, (box, G) in enumerate(_boxes(times, clocks, len(L)), 1):
+                    of = f", clocks {j}" if clocks.varies else ""
+                    blocks[name + of] = cell.least(box, rate, G)
         return again, _examined(blocks, again["claims"])
 
     @classmethod
@@ -92,11 +109,11 @@ class SampledCertificate(ProofFile):
         if plant.family is None and hasattr(plant, "sample"):
             where = "every plant of the polytope"  # also of one vertex
         return {
-            "claims": [claim(f"the sampled loop of {where}", rate)],
+            "claims": [claim(f"the sampled loop of {where}", rate, words(T, delay))],
             "plant": plant_data(plant),
             "U": [] if U is None else decimals(U),
-            "T": decimal(T),
-            "delay": decimal(delay),
+            "T": _range(T),
+            "delay": _range(delay),
             "K": _controller_data(K),
             "rate": decimal(rate),
             "cells": tree,
@@ -165,12 +182,25 @@ class SchurCertificate(ProofFile):
         }
 
 
-def claim(name, rate):
-    """What is proven of a loop, in words."""
-    sentence = f"{name} is stable"
+def claim(name, rate, clocks=""):
+    """What is proven of a loop, in words; ``clocks`` says of which `TimeBox`."""
+    sentence = f"{name} is stable{clocks}"
     if rate != 1:
         sentence += f": every motion decays at least as {rate!r}^k"
     return sentence
+
+
+def words(T, delay):
+    """For which sequences something is said, where a clock varies."""
+    ranges = []
+    for name, x in (("sampling intervals", T), ("delays", delay)):
+        if isinstance(x, (tuple, list)) and x[0] < x[1]:
+            low, high = map(float, x)
+            ranges.append(f"{name} in [{low!r}, {high!r}] s")
+    if not ranges:
+        return ""
+    longer = ", none longer than its interval" * (len(ranges) == 2)
+    return f" for every sequence of {' and '.join(ranges)}{longer}"
 
 
 def _examined(blocks, claims):
@@ -178,22 +208,60 @@ def _examined(blocks, claims):
     return Examined(() if failed else tuple(claims), blocks, failed)
 
 
-def _leaves(tree, many):
-    """(weights, L, last) of each leaf, in the order of their proof."""
-    queue = [(exact(np.eye(many)), tree)]
+def _leaves(tree, shape):
+    """(weights, L, last, P, times) of each cell of plants, as they are proven."""
+    queue = [(shape.whole(), tree)]
     while queue:
         weights, node = queue.pop()
+        many = len(weights)
         if "halve" not in node:
-            if node.keys() != {"L", "last"} or node["last"] not in range(many):
-                raise ValueError("a cell needs L and last")
-            yield weights, read_array(node["L"], None, None), node["last"]
+            if not {"L", "last"} <= node.keys() <= {"L", "last", "P", "times"}:
+                raise ValueError("a cell needs L and last, and may have P and times")
+            if node["last"] not in range(many):
+                raise ValueError("last must be a corner")
+            L, P = read_array(node["L"], None, None), None
+            if "P" in node:
+                P = read_array(node["P"], many, len(L), len(L))
+            yield weights, L, node["last"], P, node.get("times", {})
             continue
-        (i, j), parts = node["halve"], node["halves"]
-        if node.keys() != {"halve", "halves"} or len(parts) != 2 or i == j:
-            raise ValueError("a cell that is halved needs two corners and two halves")
-        if not {i, j} <= set(range(many)):
-            raise ValueError("halve must name two corners")
-        queue += zip(halves(weights, i, j), parts)
+        cut = node["halve"]
+        queue += zip(shape.halves(weights, shape.checked_cut(cut)), _halves(node))
+
+
+def _halves(node):
+    if node.keys() != {"halve", "halves"} or len(node["halves"]) != 2:
+        raise ValueError("a cell that is halved needs a cut and two halves")
+    return node["halves"]
+
+
+def _boxes(tree, clocks, N):
+    """(box, G) of each cell of clocks."""
+    queue = [(clocks, tree)]
+    while queue:
+        box, node = queue.pop()
+        if box.empty:
+            continue
+        if "halve" not in node:
+            if not node.keys() <= {"G"}:
+                raise ValueError("a cell of clocks may have G")
+            yield box, read_array(node["G"], N, N) if "G" in node else None
+            continue
+        if node["halve"] not in ("T", "delay"):
+            raise ValueError("clocks are halved by T or by the delay")
+        queue += zip(box.halves(node["halve"]), _halves(node))
+
+
+def _read_plant(data):
+    plant, U = read_plant(data["plant"]), data["U"]
+    return plant, read_array(U, None, plant.n) if U else None
+
+
+def _range(x):
+    return decimals(x) if isinstance(x, (tuple, list)) else decimal(x)
+
+
+def _read_range(x):
+    return tuple(read_array(x, 2).tolist()) if isinstance(x, list) else read_number(x)
 
 
 def _controller_data(K):

@@ -16,7 +16,7 @@ from ..plants.kinds import checked_plant
 from ..runtime.libraries import library
 from ..synthesis.request import Request
 
-__all__ = ["SampleTiming", "c2d", "input_vertices", "sampled_loop"]
+__all__ = ["SampleTiming", "c2d", "generators", "input_vertices", "sampled_loop"]
 
 LONGEST_DELAY_IN_SAMPLES = 1000  # samples that a delay may last
 WHOLE_SAMPLE_TOLERANCE = fmpq(1, 10**9)  # of a sample; nearer delays are whole
@@ -123,11 +123,14 @@ class SampleTiming:
         How many whole samples the delay lasts.
     remainder : fmpq
         What is left of the delay, in s; less than T.
+    shared : bool
+        Whether the state holds the input before even where nothing is left.
     """
 
     T: fmpq
     whole_samples: int
     remainder: fmpq
+    shared: bool = False
 
     @classmethod
     def of(cls, T, delay):
@@ -152,7 +155,7 @@ class SampleTiming:
     @property
     def n_past_inputs(self):
         """d, how many older inputs the state holds."""
-        return self.whole_samples + (self.remainder > 0)
+        return self.whole_samples + (self.shared or self.remainder > 0)
 
     def gain(self, K, d):
         """K of [x; older inputs] for a plant d, from a K that may be of x alone."""
@@ -219,12 +222,8 @@ class SampleTiming:
 
     def segments(self, A, B):
         """How [x; first; second] of x' = A x + B u moves: (matrix, how long)."""
-        N, m = B.shape
-        before, after = (np.zeros((N + 2 * m, N + 2 * m), B.dtype) for _ in range(2))
-        before[:N, :N] = after[:N, :N] = A
-        before[:N, N : N + m] = after[:N, N + m :] = B
-        spans = (before, self.remainder), (after, self.T - self.remainder)
-        return [(M, span) for M, span in spans if span > 0]
+        spans = self.remainder, self.T - self.remainder
+        return [(M, t) for M, t in zip(generators(A, B), spans) if t != 0]
 
     def held(self, d):
         """The two matrices of `c2d`, for one vertex d."""
@@ -241,6 +240,15 @@ class SampleTiming:
             )
         both = np.vstack([flow[:N] @ self.selector(N, m), self.shift_register(N, m)])
         return both[:, :-m], both[:, -m:]
+
+
+def generators(A, B):
+    """How [x; first; second] of x' = A x + B u moves: under the first, the second."""
+    N, m = B.shape
+    before, after = (np.zeros((N + 2 * m, N + 2 * m), B.dtype) for _ in range(2))
+    before[:N, :N] = after[:N, :N] = A
+    before[:N, N : N + m] = after[:N, N + m :] = B
+    return before, after
 
 
 def is_controller(K):

@@ -1,147 +1,181 @@
-"""The sampled loops of a polytope, enclosed in balls."""
+"""The sampled loops of a family of plants, enclosed in balls."""
 
 from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 from flint import arb, ctx
-from scipy.linalg import solve_triangular
 
 from ..exact.definite import exact
-from .balls import balls, exponential, hull, middle, series, solve
-from .discretize import SampleTiming
+from .balls import balls, balls_of, exponential, hull, middle, series, solve
+from .discretize import generators
+from .shapes import PlantShape
 
-__all__ = ["BALL_BITS", "SampledPolytope", "halves", "pivot"]
+__all__ = ["BALL_BITS", "SampledFamily", "key_of", "over", "within"]
 
 BALL_BITS = 128  # of the balls' midpoints; a double has 53
-#: Values of t that `SampledPolytope.least` may take.
-SHARES = tuple(10.0 ** (k / 4) for k in range(-24, 5))
+NARROWINGS = 3  # of the balls around E^-1 A; more of them gain nothing
 
 
 @dataclass(frozen=True, eq=False)
-class SampledPolytope:
-    """The sampled loops of all mixtures of exact vertices, in balls.
+class SampledFamily:
+    """The sampled loops of all plants of a ``shape``, in balls.
 
-    ``timing`` is a `SampleTiming`; ``full`` and ``own`` are the maps of its
-    `feedback`; ``known`` holds what was found of equal polytopes.
+    ``full`` and ``own`` are the maps of `SampleTiming.feedback`; ``known`` holds
+    what was found of equal families.
     """
 
-    vertices: list
-    timing: SampleTiming
+    shape: PlantShape
     full: np.ndarray  # from [x; older; own] to [x; older; u(k)]
     own: np.ndarray  # and to own(k + 1): see `SampleTiming.feedback`
-    known: dict = field(default_factory=dict)  # loops and pivots that were found
+    known: dict = field(default_factory=dict)  # loops, bends and pivots
 
     @classmethod
-    def of(cls, vertices, timing, K):
-        """The loops of a gain or controller K with some vertices in a timing."""
-        maps = timing.feedback(K, vertices[0], exact)
-        vertices = [d.map(exact) for d in vertices]
-        numbers = [x for d in vertices for x in (d.E, d.A, d.Bu)]
-        known = _known(timing, ctx.prec, tuple(map(_key, (*maps, *numbers))))
-        return cls(vertices, timing, *map(balls, maps), known)
+    def of(cls, plant, vertices, timing, K):
+        """The loops of a gain or controller K with the ``vertices`` of a plant.
 
-    def least(self, weights, L, last, rate):
-        """A positive number if |L x| falls in all loops of a simplex of plants.
-
-        With G = L F L^-1 of a corner and D what a loop differs from the
-        mixture of the corners', (G + D)'(G + D) is at most (1 + t) G'G +
-        (1 + 1/t) D'D for every t, and the first term is convex: at each
-        corner rate^2 less both is proven to be positive definite.
-
-        Parameters
-        ----------
-        weights : (corners, vertices) array of rationals
-            The corners of the simplex, one a row.
-        L : (N, N) array
-            The matrix of the Lyapunov function |L x|^2.
-        last : int
-            The corner from which the edges of `bends` go.
-        rate : float
-            The rate at which motions shall decay.
+        The ``timing``, a `SampleTiming`, is what K is made for.
         """
-        key = (_key(weights), _key(exact(L)), last, exact(rate))
+        maps = timing.feedback(K, vertices[0], exact)
+        shape = PlantShape.of(plant, vertices)
+        numbers = [x for pair in shape.corners for x in pair]
+        whole = timing.whole_samples, shape.axes, ctx.prec
+        known = _known(whole, tuple(map(key_of, (*maps, *numbers))))
+        return cls(shape, *map(balls, maps), known)
+
+    def remember(self, key, make):
+        """What ``make()`` returned the first time that it was asked for by a key."""
         if key not in self.known:
-            self.known[key] = self._least(weights, L, last, rate)
+            self.known[key] = make()
         return self.known[key]
 
-    def _least(self, weights, L, last, rate):
-        L, pace = balls(L), arb(exact(rate))
-        corners = [self.loop(w) for w in weights]
-        order = [*(k for k in range(len(weights)) if k != last), last]
-        try:
-            inside = [within(F, L) for F in corners]
-            turn = _slowest_first(inside)  # so that its axes are those of the slack
-            L, inside = turn @ L, [within(F, turn) for F in inside]
-            bends = self.bends(weights[order], L)
-        except ZeroDivisionError:  # some E in the hull is singular
-            return -np.inf
-        grams, bent = [G.T @ G for G in inside], gram_bound(bends)
-        square = pace**2 * np.eye(len(L), dtype=int)
-        if bent is None:
-            return min(least_pivot(square - gram) for gram in grams)
-        t = arb(exact(_best_share(float(rate), list(map(middle, grams)), middle(bent))))
-        return min(
-            least_pivot(square - (1 + t) * gram - (1 + 1 / t) * bent) for gram in grams
-        )
+    def loop(self, weights, timing):
+        """The loop matrix of one mixture, by its weights, with a timing.
 
-    def mixed(self, weights):
-        """E and [A B] of one mixture, by its weights, exactly."""
-        E = sum(w * d.E for w, d in zip(weights, self.vertices))
-        both = sum(w * np.hstack([d.A, d.Bu]) for w, d in zip(weights, self.vertices))
-        return E, both
+        Its balls have a tiny radius.
+        """
+        key = key_of(weights), timing  # neighbouring cells share corners
+        return self.remember(key, lambda: self._loop(weights, timing))
 
-    def loop(self, weights):
-        """The loop matrix of one mixture, by its weights: balls of tiny radius."""
-        key = _key(weights)  # neighbouring simplices share corners
-        if key not in self.known:
-            self.known[key] = self._loop(weights)
-        return self.known[key]
-
-    def _loop(self, weights):
-        E, both = self.mixed(weights)
-        step = self._step([solve(balls(E), balls(both))])
-        older = self.timing.shift_register(*self.vertices[0].Bu.shape)
-        picked = balls(self.timing.selector(*self.vertices[0].Bu.shape))
+    def _loop(self, weights, timing):
+        E, both = self.shape.mixed(weights)
+        step = self._flow([solve(balls(E), balls(both))], timing)
+        older = timing.shift_register(self.shape.N, self.shape.m)
         return np.vstack(
-            [np.vstack([step @ picked, balls(older)]) @ self.full, self.own]
+            [np.vstack([step @ self._picked(timing), balls(older)]) @ self.full]
+            + [self.own]
         )
 
-    def bends(self, weights, L):
-        """The second derivatives of L F L^-1 along the edges of a simplex of weights.
+    def _picked(self, timing):
+        return balls(timing.selector(self.shape.N, self.shape.m))
 
-        With edges d_j from the last corner, F - sum w_i F_i is a sum of
-        second derivatives H_jk along d_j and d_k, at many points, which are
-        weighed by sum_i w_i |v_ij| |v_ik| / 2, where v_i is what leads to
-        corner i, and these sums don't exceed a quarter. With E X = A the
-        derivatives are E X_j = A_j - E_j X and E X_jk = - E_j X_k - E_k X_j.
+    def bends(self, weights, last, L, timing):
+        """The second derivatives of L F L^-1 along the edges of a cell of plants.
+
+        The ``weights`` are its corners, the ``timing`` is a `SampleTiming`. In a simplex, with edges d_j from its corner ``last``, F - sum w_i F_i is a
+        sum of second derivatives H_jk along d_j and d_k, at many points, which are
+        weighed by sum_i w_i |v_ij| |v_ik| / 2, where v_i is what leads to corner i,
+        and these sums don't exceed a quarter. In a box it is a sum of the H_kk, one
+        axis after the other, which are weighed by an eighth at most. With E X = A
+        the derivatives are E X_j = A_j - E_j X and E X_jk = - E_j X_k - E_k X_j.
 
         Returns
         -------
         list of (int, array)
             How often each counts, and balls that hold it at every point.
         """
-        *mixtures, last = [self.mixed(w) for w in weights]
-        N, m = self.vertices[0].Bu.shape
-        E, both = (hull(x) for x in zip(*mixtures, last))
-        X = solve(E, both)
-        L = balls(L)
-        inner = balls(self.timing.selector(N, m)) @ self.full
-        inner = solve(L.T, inner.T).T
-        edges = [[balls(x - y) for x, y in zip(corner, last)] for corner in mixtures]
-        edges = [(E1, solve(E, A1 - E1 @ X)) for E1, A1 in edges]
+        corners, out, inner = self._framed(weights, L, timing)
+        E, X, edges = self._solved(corners, last)
         bends = []
         for j, (E1, X1) in enumerate(edges):
-            for k, (E2, X2) in enumerate(edges[: j + 1]):
+            others = edges[j : j + 1] if self.shape.axes else edges[: j + 1]
+            for E2, X2 in others:
                 X12 = solve(E, -(E1 @ X2 + E2 @ X1))
-                bend = L[:, :N] @ (self._step([X, X1, X2, X12]) @ inner)
-                bends.append((1 if j == k else 2, bend))
+                bend = self._flow([X, X1, X2, X12], timing) @ inner
+                bends.append((1 if X1 is X2 else 2, out @ bend))
         return bends
 
-    def _step(self, terms):
+    def _edges(self, corners, last):
+        """The changes of E and [A B] along each edge of a cell, or axis, in balls."""
+        if not self.shape.axes:
+            rest = [c for k, c in enumerate(corners) if k != last]
+            return [[x - y for x, y in zip(c, corners[last])] for c in rest]
+        stacks = [np.array(x, object) for x in zip(*corners)]
+        edges = []
+        for axis in range(self.shape.axes):
+            ends = [self.shape.along(x, axis) for x in stacks]
+            edges.append([hull((y - x).reshape(-1, *x.shape[-2:])) for x, y in ends])
+        return edges
+
+    def _solved(self, corners, last):
+        """E, X = E^-1 [A B] and (E_j, X_j) along the edges, in a cell, in balls.
+
+        By the mean value theorem X differs from what it is in the middle by the
+        X_j times the way to it; with X the X_j become narrower, too.
+        """
+        E, both = (hull(x) for x in zip(*corners))
+        middles = (sum(x) / len(x) for x in zip(*corners))
+        centre, X = solve(*middles), solve(E, both)
+        edges = self._edges(corners, last)
+        share = 2 if self.shape.axes else len(corners)
+        way = arb(-1).union(arb(share - 1)) / share  # of a weight, from the middle
+        for _ in range(NARROWINGS):
+            slopes = [solve(E, A1 - E1 @ X) for E1, A1 in edges]
+            X = centre + sum(way * X1 for X1 in slopes)
+        return E, X, [(E1, X1) for (E1, _), X1 in zip(edges, slopes)]
+
+    def _framed(self, weights, L, timing):
+        """A cell's corners for R x, and what leads from R x to L F and into [R x; u].
+
+        With L = Q R on the plant's states, Q orthonormal: there loops that contract
+        are short, and balls of matrices grow less. E is near one there.
+        """
+        N = self.shape.N
+        corners = [self.shape.mixed(w) for w in weights]
+        R = np.linalg.qr(middle(L[:, :N]))[1]
+        E = sum(E for E, _ in corners).astype(float) / len(corners)
+        try:
+            rows = balls_of(R @ np.linalg.inv(E))
+        except np.linalg.LinAlgError:  # so the hull holds a singular E
+            raise ZeroDivisionError from None
+        R = balls_of(R)
+        framed = []
+        for E, both in corners:
+            E, both = rows @ balls(E), rows @ balls(both)
+            framed.append((over(E, R), np.hstack([over(both[:, :N], R), both[:, N:]])))
+        inner = over(self._picked(timing) @ self.full, L)
+        inner[:N] = R @ inner[:N]
+        return framed, over(L[:, :N], R), inner
+
+    def time_bends(self, weights, L, box):
+        """The second derivatives of L F L^-1 in a ``box`` of clocks, as `bends` has them.
+
+        Along T and along the delay, in the cell of plants with some ``weights``.
+        """
+        corners, out, inner = self._framed(weights, L, box.corners[0])
+        _, X, _ = self._solved(corners, 0)
+        first, second = generators(*self._parts(X))
+        T, late = (arb(low).union(arb(high)) for low, high in (box.T, box.late))
+        before = exponential(first * late) @ inner if box.shared else inner
+        after, bends = exponential(second * (T - late if box.shared else T)), []
+        for name, (low, high) in (("T", box.T), ("delay", box.late)):
+            if low == high:
+                continue
+            change = second @ second
+            if name == "delay":
+                turn = second - first
+                change = second @ turn - turn @ first
+            bend = (after @ (change @ before))[: self.shape.N] * arb(high - low) ** 2
+            bends.append((1, out @ bend))
+        return bends
+
+    def _parts(self, both):
+        return both[:, : self.shape.N], both[:, self.shape.N :]
+
+    def _flow(self, terms, timing):
         """The last term of the series of [x; first; second] to next x."""
-        N, m = self.vertices[0].Bu.shape
-        pieces = zip(*(self.timing.segments(x[:, :N], x[:, N:]) for x in terms))
+        N, m = self.shape.N, self.shape.m
+        pieces = zip(*(timing.segments(*self._parts(x)) for x in terms))
         flow = None  # its last columns, of which the first rows are wanted
         for piece in pieces:
             span = balls(np.array([piece[0][1]]))[0]
@@ -150,104 +184,22 @@ class SampledPolytope:
         return flow[:N]
 
 
-def _key(matrix):
-    """The shape and the rationals of a matrix, to find it again."""
+def key_of(matrix):
+    """The shape and the numbers of a matrix, to find it again."""
     return matrix.shape, *matrix.flat
 
 
 @lru_cache(maxsize=2)
 def _known(*_):
-    """What was found of a polytope: a proof is looked at as soon as it is made."""
+    """What was found of a family: a proof is looked at as soon as it is made."""
     return {}
 
 
-def pivot(F, L, pace):
-    """The smallest pivot of L^-T (pace^2 L'L - F'L'LF) L^-1.
-
-    A positive number comes with a proof that it is positive definite.
-    """
-    try:
-        inside = within(F, balls(L))
-    except ZeroDivisionError:
-        return -np.inf
-    if not pace > 0:
-        return -np.inf
-    return least_pivot(pace**2 * np.eye(len(L), dtype=int) - inside.T @ inside)
-
-
-def least_pivot(S):
-    """The smallest pivot of a symmetric matrix S of balls.
-
-    A positive number comes with a proof, a rigorous one, that each matrix
-    in S is positive definite: some congruence makes it diagonally dominant,
-    and thereby proves that the congruence is regular, too.
-    """
-    try:
-        root = np.linalg.cholesky(middle(S))
-    except np.linalg.LinAlgError:
-        return -np.inf
-    W = solve_triangular(root, np.eye(len(root)), lower=True)
-    W = np.array([[arb(e) for e in row] for row in W.tolist()], object)  # any will do
-    S = W @ S @ W.T
-    if not all(2 * row[i] > sum(map(abs, row)) for i, row in enumerate(S)):
-        return -np.inf
-    return float(root.diagonal().min() ** 2)
+def over(F, L):
+    """F L^-1, of balls; ZeroDivisionError unless L is proven to be regular."""
+    return solve(L.T, F.T).T
 
 
 def within(F, L):
-    """L F L^-1, of balls; ZeroDivisionError unless L is proven to be regular."""
-    return solve(L.T, (L @ F).T).T
-
-
-def size(H):
-    """A ball above the Frobenius norm of each matrix in the balls H."""
-    return sum((e.abs_upper() ** 2 for e in H.flat), arb(0)).sqrt()
-
-
-def _slowest_first(loops):
-    """A rotation, in balls, to the axes along which loops are closest to one."""
-    grams = [middle(G).T @ middle(G) for G in loops]
-    return balls(np.linalg.eigh(sum(grams))[1].T[::-1])
-
-
-def gram_bound(bends):
-    """A matrix above D'D, for D a sum of bends as in `SampledPolytope.bends`.
-
-    It is None if D is zero.
-
-    By Cauchy and Schwarz, with the sizes n of the bends H, |D x|^2 is at
-    most (sum n) (sum |H x|^2 / n) / 64. Of H = M + R with a midpoint M and
-    |R| below a radius r, |H x|^2 is at most (1 + t) |M x|^2 + (1 + 1/t)
-    |R x|^2, and |R x|^2 at most sum_j (sum_i s_i r_ij) x_j^2, with the sums
-    s_i of the rows of r.
-    """
-    sizes = [n * size(H) for n, H in bends]
-    total, bound = sum(sizes, arb(0)), None
-    for (n, H), much in zip(bends, sizes):
-        if not much > 0:
-            continue
-        M, r = (
-            np.reshape([part(e) for e in H.flat], H.shape)
-            for part in (lambda e: e.mid(), lambda e: arb(e.rad()))
-        )
-        t = size(r) / size(M) if size(M) > 0 else arb(1)
-        t = t.mid() if t > 0 else arb(1)
-        wide = np.diag(r.sum(axis=1) @ r)
-        one = ((1 + t) * (M.T @ M) + (1 + 1 / t) * wide) * (n * n / much)
-        bound = one if bound is None else bound + one
-    return None if bound is None else bound * (total / 64)
-
-
-def _best_share(rate, grams, bent):
-    """The t of `SHARES` that leaves the most room, in floats."""
-    room, t = rate**2 * np.eye(len(bent)), np.array(SHARES)[:, None, None]
-    less = room - (1 + 1 / t) * bent
-    left = [np.linalg.eigvalsh(less - (1 + t) * g)[:, 0] for g in grams]
-    return SHARES[int(np.min(left, axis=0).argmax())]
-
-
-def halves(weights, i, j):
-    """Cut a simplex of weights in the middle of the edge between corners i and j."""
-    first, second = weights.copy(), weights.copy()
-    first[i] = second[j] = (weights[i] + weights[j]) / 2
-    return [first, second]
+    """L F L^-1, as `over`."""
+    return over(L @ F, L)

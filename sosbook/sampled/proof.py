@@ -1,31 +1,27 @@
 """Proofs, in ball arithmetic, that sampled loops are stable."""
 
 from collections.abc import Iterable
+from itertools import product
 from typing import Any
 
 import numpy as np
 from flint import arb, arb_mat, ctx
 from numpy.typing import ArrayLike
-from scipy.linalg import matrix_balance
 
 from ..exact.definite import exact, round_digits
-from ..exact.proof import Stopped, first_proven, proven_within
-from ..exact.rational import decimals
-from ..language import Unknown
-from ..lmi.problem import LMIProblem
+from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
 from ..plants.checks import matrix, positive
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
-from ..runtime.time_limit import check_time
 from .balls import balls, entries, middle
+from .cells import pivot
 from .certificate import SampledCertificate, SchurCertificate, balls_data
-from .discretize import SampleTiming, input_vertices, is_controller
-from .loops import BALL_BITS, SampledPolytope, halves, pivot
-from .lyapunov import discrete_lyapunov
+from .cover import cover, lyapunov, too_slow
+from .discretize import input_vertices, is_controller
+from .loops import BALL_BITS, SampledFamily
+from .timing import TimeBox
 
 __all__ = ["SampledCertificate", "certify_sampled", "prove_schur"]
-
-LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded Lyapunov functions
 
 
 @one_thread
@@ -70,9 +66,9 @@ def prove_schur(matrices, rate=1.0):
                     F if isinstance(matrix, arb_mat) else np.array(matrix, float)
                 )
             )
-            trouble = _too_slow(middle(F), rate)
+            trouble = too_slow(middle(F), rate)
             if not trouble:
-                L = _lyapunov([middle(F)], rate)
+                L = lyapunov([middle(F)], rate)
                 cells.append(L)
                 good = pivot(F, L, arb(exact(rate))) > 0
                 trouble = "" if good else "undecided"
@@ -87,8 +83,8 @@ def prove_schur(matrices, rate=1.0):
 def certify_sampled(
     plant: Plant,
     K: Any,
-    T: float,
-    delay: float = 0.0,
+    T: float | tuple[float, float],
+    delay: float | tuple[float, float] = 0.0,
     U: ArrayLike | None = None,
     rate: float = 1.0,
     digits: int | None = None,
@@ -96,24 +92,31 @@ def certify_sampled(
     time_limit: float | None = None,
     progress: bool = False,
 ) -> SampledCertificate | Stopped:
-    """Prove a sampled loop stable, for every plant of a polytope.
+    """Prove a sampled loop stable, for every plant and for a clock that varies.
 
     Parameters
     ----------
     plant
         As for `c2d`. All floats are read as decimals.
     K : (m, N) or (m, N + m d) array_like, SampledSystem or control.StateSpace
-        A gain is rounded to ``digits`` significant digits before the
-        proof; of a sampled controller all digits are taken.
-    T, delay, U
+        A gain is rounded to ``digits`` significant digits before the proof; of a
+        sampled controller, of any memory, all digits are taken.
+    T : float or (low, high)
+        Time between samples, in s. A range: every sequence of intervals in it. A
+        controller's ``dt`` is one of them, and its matrices stay what they are.
+    delay : float or (low, high)
+        As for `c2d`. A range, or a delay beside a range of T: every sequence of
+        delays in it, none longer than the interval in which it falls. Beside one T
+        it may lie within any one sample, as (0.013, 0.019) does for T = 0.01.
+    U
         As for `c2d`.
     rate : float
-        Prove that motions decay at least as rate^k.
+        Prove that motions decay at least as rate^k, from sample to sample.
     digits : int, optional
         Without it 6, 8, 10, 12 and 17 are tried.
     cells : int
-        How many simplices of weights may resist one Lyapunov function
-        and are halved, at most.
+        How many cells of plants and of clocks may resist one set of Lyapunov
+        matrices and are halved, at most.
     time_limit : float, optional
         Seconds after which nothing is proven, and the answer says so.
     progress : bool
@@ -124,17 +127,20 @@ def certify_sampled(
     SampledCertificate
         The proof is about constant plants: a plant that changes from sample to
         sample isn't covered. Not proven doesn't mean unstable: ``failed`` says
-        whether a plant was found that is.
+        whether a plant, and a clock, was found that is.
 
     Notes
     -----
-    The exponentials of the exact data are enclosed in balls. In a
-    simplex of weights the loop F is the mixture of the corners' F_i, up
-    to its second derivatives, which exponentials of truncated Taylor
-    series enclose for the whole simplex. In the norm |L x| no mixture
-    is larger than the largest F_i; so it is enough that the corners
-    leave room for the difference.
-    The method is made for a few vertices: with many there are too many halves.
+    The exponentials of the exact data are enclosed in balls. In a cell of plants,
+    and in one of clocks, the loop F is the mixture of the corners' F_i up to its
+    second derivatives, which are enclosed for the whole cell; the theorem of
+    `sosbook.sampled.cells` takes them away. The plants between vertices are cut as
+    a box where they are one, else as a simplex; with many vertices that aren't a
+    box there are too many halves.
+
+    With a range a Lyapunov matrix of a plant holds for all its clocks. Stability
+    for each constant clock would need less, and isn't enough: two of them in turn
+    may be unstable.
 
     Examples
     --------
@@ -144,28 +150,36 @@ def certify_sampled(
     >>> print(certify_sampled(cart, [[-1, -1.5]], T=0.2, delay=0.1))
     proven:
     - the sampled loop of every plant of the polytope is stable
+    >>> print(certify_sampled(cart, [[-1, -1.5]], T=(0.1, 0.3), delay=(0, 0.1)))
+    ... # doctest: +NORMALIZE_WHITESPACE
+    proven:
+    - the sampled loop of every plant of the polytope is stable for every sequence of
+      sampling intervals in [0.1, 0.3] s and delays in [0.0, 0.1] s, none longer than
+      its interval
     """
     rate = _rate(rate)
     plant = checked_plant(plant)
-    timing, floats = SampleTiming.of(T, delay), input_vertices(plant, U)
+    clocks, floats = TimeBox.of(T, delay), input_vertices(plant, U)
     if not isinstance(cells, int) or cells < 1:
         raise ValueError(f"cells must be 1 or more, got {cells!r}")
-    for d in floats:
+    for timing, d in product(clocks.corners, floats):
         timing.held(d)  # raises where a motion overflows
+    timing = clocks.of_controller(K)
+
+    whole = is_controller(K)
 
     def attempt(digits, _):
-        gain = K
-        if not is_controller(K):
-            gain = round_digits(timing.gain(K, floats[0]), digits)
+        gain = K if whole else round_digits(timing.gain(K, floats[0]), digits)
         with ctx.workprec(BALL_BITS):
-            family = SampledPolytope.of(floats, timing, gain)
-            tree, failed = _cover(family, rate, cells)
+            family = SampledFamily.of(plant, floats, timing, gain)
+            tree, failed = cover(family, clocks, rate, cells)
         return SampledCertificate.of(
             SampledCertificate.contents(plant, U, T, delay, gain, rate, tree, failed)
         )
 
+    tries = (17,) if whole else DIGITS
     return proven_within(
-        time_limit, lambda: first_proven(attempt, digits, places=(12,)), progress
+        time_limit, lambda: first_proven(attempt, digits, tries, places=(12,)), progress
     )
 
 
@@ -173,104 +187,6 @@ def _rate(rate):
     if not positive("rate", rate) <= 1:
         raise ValueError(f"rate must be at most 1, for stability; got {rate!r}")
     return float(rate)
-
-
-def _cover(family, rate, budget):
-    """(tree, failed) of `certify_sampled`: see `SampledCertificate`."""
-    one, tree, proven = len(family.vertices) == 1, {}, 0
-    queue = [(exact(np.eye(len(family.vertices))), tree)]
-    while queue:
-        check_time()
-        weights, node = queue.pop()
-        near = "weights around " + np.array2string(
-            weights.astype(float).mean(axis=0), precision=3, separator=", "
-        )
-        try:
-            corners = [family.loop(w) for w in weights]
-        except ZeroDivisionError:
-            near = near.replace("around ", "")
-            return None, f"a plant of the polytope has no regular mass: near {near}"
-        middles = [middle(F) for F in corners]
-        for w, F in zip(weights.astype(float), middles):
-            if trouble := _too_slow(F, rate):
-                where = "weights " + np.array2string(w, separator=", ")
-                return None, f"{'the plant' if one else where}: {trouble}"
-        L = _lyapunov(middles, rate)
-        far = _distances(middles, L)
-        last = int(np.argsort(far.sum(axis=0), kind="stable")[0])
-        if family.least(weights, L, last, rate) > 0:
-            node.update(L=decimals(L), last=last)
-            proven += 1
-            continue
-        budget -= 1
-        if one or len(queue) + 2 > budget:
-            return None, f"{'the plant' if one else near}: undecided"
-        i, j = _longest(weights, far)
-        node.update(halve=[i, j], halves=[{}, {}])
-        queue += zip(halves(weights, i, j), node["halves"])
-    return tree, ""
-
-
-def _too_slow(F, rate):
-    """What to say where floats don't see the radius below the rate; else empty."""
-    radius = abs(np.linalg.eigvals(F)).max()
-    if radius < rate * (1 - 1e-9):
-        return ""
-    return f"its spectral radius is {radius:.6g}"
-
-
-def _lyapunov(loops, rate):
-    """A regular L so that |L x|^2 might decay in all of some loops."""
-    mean = sum(loops) / len(loops)
-    scale = matrix_balance(mean, permute=False, separate=True)[1][0]
-    L = _refined(np.diag(1 / scale), [mean], rate)
-    inside = [L @ F @ np.linalg.inv(L) for F in loops]
-    if max(np.linalg.norm(F, 2) for F in inside) >= rate:
-        L = _refined(L, loops, rate)
-    return round_digits(L, LYAPUNOV_DIGITS)
-
-
-def _refined(L, loops, rate):
-    """A better L: of one Lyapunov equation, or the LMIs of some."""
-    loops = [L @ F @ np.linalg.inv(L) for F in loops]
-    worst = max(abs(np.linalg.eigvals(F)).max() for F in loops)
-    pace = max(np.sqrt(min(worst, rate) * rate), 0.1 * rate)
-    if len(loops) == 1 and worst >= rate:
-        return L
-    if len(loops) == 1:
-        F = loops[0] / pace
-        P = discrete_lyapunov(F, np.eye(len(F)))
-    else:
-
-        def decay(values, cast):
-            P = values["P"]
-            drops = [P * pace**2 - F.T @ P @ F for F in loops]
-            return {"P": P} | {f"loop {k}": g for k, g in enumerate(drops)}
-
-        problem = LMIProblem(decay, [Unknown("P", len(L), symmetric=True)])
-        solution = problem.find(refuse=False).values
-        if solution is None:
-            return L
-        P = solution["P"]
-    try:
-        return np.linalg.cholesky((P + P.T) / 2).T @ L
-    except np.linalg.LinAlgError:  # too close to the rate
-        return L
-
-
-def _distances(loops, L):
-    """The distances of the loops from each other, in the norm of |L x|."""
-    inside = [L @ F @ np.linalg.inv(L) for F in loops]
-    return np.array([[np.linalg.norm(F - G, 2) for G in inside] for F in inside])
-
-
-def _longest(weights, far):
-    """The two corners of a simplex whose loops are furthest apart."""
-    if not far.any():  # the corners' loops are the same
-        w = weights.astype(float)
-        far = np.linalg.norm(w[:, None] - w[None], axis=2)
-    i, j = np.unravel_index(far.argmax(), far.shape)
-    return int(i), int(j)
 
 
 def _given(name, value):

@@ -1,0 +1,274 @@
+r"""Cells of plants, and the theorem that one P for each corner proves all of a cell.
+
+**Theorem.** Let a loop F(a, t) of a plant a with the clock t differ from a mixture
+:math:`\sum a_i \tau_j F_{ij}` of the loops at the corners of two cells, one of plants
+and one of clocks, by a mixture :math:`\sum \tau_j D_j(a, t)` with
+:math:`D_j^\top D_j \le W_j`. If there are :math:`P_i = P_i^\top > 0`, a matrix G and
+numbers :math:`s_j > 0` with, at all corners,
+
+.. math::
+
+    \begin{bmatrix} r^2 P_i - s_j W_j & (G F_{ij})^\top \\
+    G F_{ij} & G + G^\top - P_i - G G^\top / s_j \end{bmatrix} > 0 ,
+
+then with :math:`P = \sum a_i P_i` every motion of :math:`x_{k+1} = F(a, t_k) x_k`
+falls: :math:`x_{k+1}^\top P x_{k+1} < r^2 x_k^\top P x_k`, however the clock t_k moves
+in its cell. With the same P_i, and G and s_j of its own for each of several cells of
+clocks, it may move in all of them.
+
+*Proof.* In the mean of the blocks stand P and the mixture of the F_ij. By
+2 y'G D x <= s x'D'D x + y'G G'y / s for each j it stays positive definite if the
+loop F takes the place of the mixture and the terms in s_j are left out. Since
+(G - P) P^-1 (G - P)' is never negative, G + G' - P <= G P^-1 G'. So F'P F < r^2 P
+by Schur's complement (G is regular, as the last block is positive definite). []
+
+With P_i = G = I it is the statement that F'F < r^2 I. Source: Oliveira, Bernussou and
+Geromel (1999) for G; this edition's for D.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from flint import arb
+from scipy.linalg import solve_triangular
+
+from ..exact.definite import exact
+from .balls import balls, middle, solve
+from .loops import SampledFamily, key_of, within
+from .timing import TimeBox
+
+__all__ = ["PlantCell", "gram_bound", "least_pivot", "pivot"]
+
+#: Values of t that `PlantCell.least` may take.
+SHARES = tuple(10.0 ** (k / 4) for k in range(-24, 5))
+
+
+@dataclass(frozen=True, eq=False)
+class PlantCell:
+    """A cell of plants with one Lyapunov matrix for each corner.
+
+    Parameters
+    ----------
+    family : SampledFamily
+        The loops.
+    weights : (corners, vertices) array of rationals
+        The corners, one a row.
+    L : (N, N) array
+        The coordinates L x, in which P and G are given.
+    clocks : TimeBox
+        All clocks; `least` is of a part of them.
+    last : int
+        The corner from which the edges of `SampledFamily.bends` go.
+    P : (corners, N, N) array or None
+        The Lyapunov matrix of each corner; None for the identity.
+    """
+
+    family: SampledFamily
+    weights: np.ndarray
+    L: np.ndarray
+    clocks: TimeBox
+    last: int = 0
+    P: np.ndarray | None = None
+
+    def least(self, box, rate, G=None):
+        """A positive number if the theorem holds for the clocks of a `TimeBox`.
+
+        Parameters
+        ----------
+        box : TimeBox
+            The cell of clocks.
+        rate : float
+            The rate at which motions shall decay.
+        G : (N, N) array, optional
+            The multiplier; the mean of P without it.
+        """
+        parts = [self.weights, exact(self.L)]
+        parts += [exact(x) for x in (self.P, G) if x is not None]
+        key = *map(key_of, parts), self.last, G is None, box, self.clocks, exact(rate)
+        return self.family.remember(key, lambda: self._least(box, rate, G))
+
+    def _least(self, box, rate, G):
+        pace, one = arb(exact(rate)), np.eye(len(self.L), dtype=int)
+        try:
+            several, bent = self.loops(box), self.bent(box)
+            if self.P is not None:
+                G = self.P.mean(axis=0) if G is None else G
+                P = [_turned(x, self.turn) for x in self.P]
+                G = _turned(G, self.turn)
+        except ZeroDivisionError:  # some E in the hull is singular
+            return -np.inf
+        pivots = []
+        for loops, W in zip(several, bent):
+            if self.P is None:
+                grams = [F.T @ F for F in loops]
+                if W is not None:
+                    t = arb(exact(_best_share(float(rate), grams, W)))
+                    grams = [(1 + t) * gram + (1 + 1 / t) * W for gram in grams]
+                blocks = [pace**2 * one - gram for gram in grams]
+            else:
+                blocks = _blocks(pace, P, G, loops, W)
+            pivots += map(least_pivot, blocks)
+        return min(pivots)
+
+    @cached_property
+    def _frame(self):
+        """L behind a rotation, in balls, and the rotation.
+
+        To the axes along which the loops are closest to one.
+        """
+        L = balls(self.L)
+        loops = [middle(F) for row in self._within(self.clocks, L) for F in row]
+        turn = balls(np.linalg.eigh(sum(F.T @ F for F in loops))[1].T[::-1])
+        return turn @ L, turn
+
+    @property
+    def turn(self):
+        """The rotation behind L, in balls."""
+        return self._frame[1]
+
+    def loops(self, box):
+        """L F L^-1 of the plants at the corners, for each corner of a box of clocks."""
+        return self._within(box, self._frame[0])
+
+    def _within(self, box, L):
+        return [
+            [within(self.family.loop(w, timing), L) for w in self.weights]
+            for timing in box.corners
+        ]
+
+    def bent(self, box):
+        """W of the theorem for each corner of a box of clocks; None where D = 0."""
+        along, (L, _) = None, self._frame
+        if box.varies:
+            along = gram_bound(self.family.time_bends(self.weights, L, box))
+        bent = []
+        for timing in box.corners:
+            across = None
+            if len(self.weights) > 1:
+                across = self._across(L, timing)
+            bent.append(_sum(along, across))
+        return bent
+
+    def _across(self, L, timing):
+        """The bound of D for a change of the plant."""
+        key = key_of(self.weights), self.last, key_of(exact(self.L)), self.clocks
+        return self.family.remember(
+            (*key, timing),
+            lambda: gram_bound(self.family.bends(self.weights, self.last, L, timing)),
+        )
+
+
+def _sum(first, second):
+    """A matrix above (D + H)'(D + H), from those above D'D and H'H."""
+    if first is None or second is None:
+        return second if first is None else first
+    one, other = (float(sum(x.diagonal(), arb(0)).mid()) for x in (first, second))
+    share = np.sqrt(other / one) if one > 0 and other > 0 else 1.0
+    t = arb(exact(float(share))) if 1e-9 < share < 1e9 else arb(1)
+    return (1 + t) * first + (1 + 1 / t) * second
+
+
+def _turned(X, turn):
+    """turn^-T X turn^-1."""
+    return solve(turn.T, solve(turn.T, balls(X).T).T)
+
+
+def _blocks(pace, P, G, loops, W):
+    """The theorem's matrices at the corners of one clock, with the best s."""
+    GG, rests = G @ G.T, [G + G.T - x for x in P]
+    cross = [G @ F for F in loops]
+    s = None if W is None else arb(exact(_best_s(pace, P, GG, rests, cross, W)))
+    for x, rest, C in zip(P, rests, cross):
+        top = pace**2 * x
+        if W is not None:
+            top, rest = top - s * W, rest - GG / s
+        yield np.block([[top, C.T], [C, rest]])
+
+
+def _best_s(pace, P, GG, rests, cross, W):
+    """The s that leaves the most room, in floats."""
+    pace, W, GG = float(pace.mid()), middle(W), middle(GG)
+    s = 1 + 1 / np.array(SHARES)[:, None, None]
+    left = []
+    for x, rest, C in zip(P, rests, cross):
+        block = np.empty((len(s), 2 * len(W), 2 * len(W)))
+        block[:] = middle(np.block([[pace**2 * x, C.T], [C, rest]]))
+        block[:, : len(W), : len(W)] -= s * W
+        block[:, len(W) :, len(W) :] -= GG / s
+        left.append(np.linalg.eigvalsh(block)[:, 0])
+    return float(s[int(np.min(left, axis=0).argmax()), 0, 0])
+
+
+def _best_share(rate, grams, bent):
+    """The t of `SHARES` that leaves the most room, in floats."""
+    bent, t = middle(bent), np.array(SHARES)[:, None, None]
+    less = rate**2 * np.eye(len(bent)) - (1 + 1 / t) * bent
+    left = [np.linalg.eigvalsh(less - (1 + t) * middle(g))[:, 0] for g in grams]
+    return SHARES[int(np.min(left, axis=0).argmax())]
+
+
+def pivot(F, L, pace):
+    """The smallest pivot of L^-T (pace^2 L'L - F'L'LF) L^-1.
+
+    A positive number comes with a proof that it is positive definite.
+    """
+    try:
+        inside = within(F, balls(L))
+    except ZeroDivisionError:
+        return -np.inf
+    if not pace > 0:
+        return -np.inf
+    return least_pivot(pace**2 * np.eye(len(L), dtype=int) - inside.T @ inside)
+
+
+def least_pivot(S):
+    """The smallest pivot of a symmetric matrix S of balls.
+
+    A positive number comes with a proof, a rigorous one, that each matrix
+    in S is positive definite: some congruence makes it diagonally dominant,
+    and thereby proves that the congruence is regular, too.
+    """
+    try:
+        root = np.linalg.cholesky(middle(S))
+    except np.linalg.LinAlgError:
+        return -np.inf
+    W = solve_triangular(root, np.eye(len(root)), lower=True)
+    W = np.array([[arb(e) for e in row] for row in W.tolist()], object)  # any will do
+    S = W @ S @ W.T
+    if not all(2 * row[i] > sum(map(abs, row)) for i, row in enumerate(S)):
+        return -np.inf
+    return float(root.diagonal().min() ** 2)
+
+
+def size(H):
+    """A ball above the Frobenius norm of each matrix in the balls H."""
+    return sum((e.abs_upper() ** 2 for e in H.flat), arb(0)).sqrt()
+
+
+def gram_bound(bends):
+    """A matrix above D'D, for D a sum of bends as in `SampledFamily.bends`.
+
+    It is None if D is zero.
+
+    By Cauchy and Schwarz, with the sizes n of the bends H, |D x|^2 is at
+    most (sum n) (sum |H x|^2 / n) / 64. Of H = M + R with a midpoint M and
+    |R| below a radius r, |H x|^2 is at most (1 + t) |M x|^2 + (1 + 1/t)
+    |R x|^2, and |R x|^2 at most sum_j (sum_i s_i r_ij) x_j^2, with the sums
+    s_i of the rows of r.
+    """
+    sizes = [n * size(H) for n, H in bends]
+    total, bound = sum(sizes, arb(0)), None
+    for (n, H), much in zip(bends, sizes):
+        if not much > 0:
+            continue
+        M, r = (
+            np.reshape([part(e) for e in H.flat], H.shape)
+            for part in (lambda e: e.mid(), lambda e: arb(e.rad()))
+        )
+        t = size(r) / size(M) if size(M) > 0 else arb(1)
+        t = t.mid() if t > 0 else arb(1)
+        wide = np.diag(r.sum(axis=1) @ r)
+        one = ((1 + t) * (M.T @ M) + (1 + 1 / t) * wide) * (n * n / much)
+        bound = one if bound is None else bound + one
+    return None if bound is None else bound * (total / 64)

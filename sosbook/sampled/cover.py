@@ -1,0 +1,318 @@
+"""The search for cells of plants and clocks that prove a sampled loop."""
+
+import numpy as np
+from scipy.linalg import matrix_balance
+
+from ..exact.definite import round_digits
+from ..exact.rational import decimals
+from ..language import Unknown, block, eye, he, kron
+from ..lmi.problem import LMIProblem
+from ..runtime.time_limit import check_time
+from .balls import middle
+from .cells import PlantCell
+from .lyapunov import discrete_lyapunov
+
+__all__ = ["cover", "lyapunov", "too_slow"]
+
+LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded matrices
+ROUNDS = 12  # times that clocks which a P doesn't hold for join the search for it
+HOPELESS = 4.0  # W's trace, times r^2 N, above which no multiplier is looked for
+
+
+def cover(family, clocks, rate, budget):
+    """(tree, failed) of `certify_sampled`: see `SampledCertificate`.
+
+    A ``family`` of loops decays at a ``rate`` with a `TimeBox` of ``clocks``; at most a
+    ``budget`` of cells is cut.
+    """
+    search = _Search(family, clocks, rate, budget)
+    shape, tree = family.shape, {}
+    queue = [(shape.whole(), tree)]
+    while queue:
+        check_time()
+        weights, node = queue.pop()
+        try:
+            leaf, trouble, far = search.leaf(weights)
+        except ZeroDivisionError:
+            near = search.near(weights)
+            return None, f"a plant of the polytope has no regular mass: near {near}"
+        if trouble:
+            return None, trouble
+        if leaf:
+            node.update(leaf)
+            continue
+        search.budget -= 1
+        if len(shape.corners) == 1 or len(queue) + 2 > search.budget:
+            return None, f"{search.around(weights)}: undecided"
+        cut = _longest(shape, weights, far)
+        node.update(halve=cut, halves=[{}, {}])
+        queue += zip(shape.halves(weights, cut), node["halves"])
+    return tree, ""
+
+
+class _Search:
+    """What is searched in one cell of plants after the other."""
+
+    def __init__(self, family, clocks, rate, budget):
+        self.family, self.clocks, self.rate = family, clocks, rate
+        self.budget = budget
+        self.timings = [t for t in clocks.corners if t.remainder <= t.T]
+
+    def near(self, weights):
+        """Where a cell is, by the weights of the plant's vertices."""
+        mean = np.zeros(weights.shape[1])
+        mean[self.family.shape.order] = weights.astype(float).mean(axis=0)
+        return "weights " + np.array2string(mean, precision=3, separator=", ")
+
+    def around(self, weights):
+        """The same, for a cell about a place."""
+        if len(self.family.shape.corners) == 1:
+            return "the plant"
+        return self.near(weights).replace("weights", "weights around", 1)
+
+    def leaf(self, weights):
+        """(leaf, trouble, far): what the tree has at a cell of plants.
+
+        The ``leaf`` is None where there is none, ``trouble`` says why no cell has
+        one, ``far`` is how far apart the corners are.
+        """
+        for _ in range(ROUNDS):
+            loops = self._loops(weights, self.timings)
+            if trouble := self._too_slow(weights, loops):
+                return None, trouble, None
+            L = self._coordinates(loops)
+            inside = [[_within(F, L) for F in row] for row in loops]
+            far = _distances(inside[0])
+            last = int(np.argsort(far.sum(axis=0), kind="stable")[0])
+            cell = PlantCell(self.family, weights, L, self.clocks, last)
+            found, timing = self._times(cell, [None])
+            if found is None and len(weights) > 1 and timing is None:
+                found, timing = self._with_multipliers(cell, inside)
+            if found is not None:
+                return found, "", far
+            if timing is None or timing in self.timings:
+                return None, "", far
+            self.timings.append(timing)
+        return None, "", far
+
+    def _loops(self, weights, timings):
+        return [[middle(self.family.loop(w, t)) for w in weights] for t in timings]
+
+    def _too_slow(self, weights, loops):
+        """Which plant is too slow for one clock, or for two in turn; or nothing."""
+        one = len(self.family.shape.corners) == 1
+        for j, (row, timing) in enumerate(zip(loops, self.timings)):
+            for i, w in enumerate(weights):
+                where = "the plant" if one else self.near(w[None])
+                if trouble := too_slow(row[i], self.rate):
+                    clock = f", {_said(timing)}" * self.clocks.varies
+                    return f"{where}{clock}: {trouble}"
+                for other, before in zip(loops[:j], self.timings):
+                    both = row[i] @ other[i]
+                    if trouble := too_slow(both, self.rate**2):
+                        clocks = f"{_said(before)} and {_said(timing)} in turn"
+                        return f"{where}, {clocks}: {trouble}"
+        return ""
+
+    def _coordinates(self, loops):
+        if not self.clocks.varies:
+            return lyapunov(loops[0], self.rate)
+        means = [sum(row) / len(row) for row in loops]
+        L = _balanced(sum(means) / len(means))
+        inside = [_within(F, L) for row in loops for F in row]
+        return round_digits(_common(inside, self.rate) @ L, LYAPUNOV_DIGITS)
+
+    def _with_multipliers(self, cell, inside):
+        """As `_times`, with P at each corner and G that an LMI finds."""
+        turn, bent = middle(cell.turn), []
+        try:
+            for timing in self.timings:
+                W = cell.bent(self.clocks.at(timing))[0]
+                bent.append(None if W is None else turn.T @ middle(W) @ turn)
+        except ZeroDivisionError:  # the cell is too large to see that E is regular
+            return None, None
+        size = len(cell.L) * self.rate**2
+        if any(W is not None and np.trace(W) > HOPELESS * size for W in bent):
+            return None, None
+        P, G = _multipliers(inside, bent, self.rate)
+        if P is None:
+            return None, None
+        cell = PlantCell(cell.family, cell.weights, cell.L, cell.clocks, cell.last, P)
+        return self._times(cell, [*G, None])
+
+    def _times(self, cell, multipliers):
+        """A leaf for all clocks, or None and the clock that P doesn't hold for."""
+        tree, budget = {}, self.budget
+        queue = [(self.clocks, tree)]
+        while queue:
+            check_time()
+            box, node = queue.pop()
+            if box.empty:
+                continue
+            for G in multipliers:
+                if cell.least(box, self.rate, G) > 0:
+                    node.update({} if G is None else {"G": decimals(G)})
+                    break
+            else:
+                budget -= 1
+                if not self.clocks.varies or len(queue) + 2 > budget:
+                    return None, None
+                for timing in box.corners:
+                    if timing.remainder > timing.T:
+                        continue
+                    if not self._holds(cell, timing, multipliers):
+                        return None, timing
+                    point = self.clocks.at(timing)
+                    if max(cell.least(point, self.rate, G) for G in multipliers) <= 0:
+                        return None, None  # the plants are too many
+                node.update(halve=box.wider, halves=[{}, {}])
+                queue += zip(box.halves(box.wider), node["halves"])
+        leaf = {"L": decimals(cell.L), "last": cell.last}
+        if cell.P is not None:
+            leaf["P"] = decimals(cell.P)
+        if tree:
+            leaf["times"] = tree
+        self.budget = budget
+        return leaf, None
+
+    def _holds(self, cell, timing, multipliers):
+        """Whether P does at one clock, in floats, if the plants' loops didn't bend."""
+        one = np.eye(len(cell.L))
+        P = [one] * len(cell.weights) if cell.P is None else cell.P
+        (loops,) = self._loops(cell.weights, [timing])
+        loops = [_within(F, cell.L) for F in loops]
+        mean = sum(P) / len(P)
+        several = [mean if G is None else G for G in multipliers]
+        return any(
+            all(_least(x, G, F, self.rate) > 0 for x, F in zip(P, loops))
+            for G in several
+        )
+
+
+def _said(timing):
+    T, late = float(timing.T), float(timing.remainder)
+    return f"T = {T:.6g}" + f", delay = {late:.6g}" * timing.shared
+
+
+def _least(P, G, F, rate):
+    """The smallest eigenvalue of the theorem's block, without W."""
+    return np.linalg.eigvalsh(
+        np.block([[rate**2 * P, (G @ F).T], [G @ F, G + G.T - P]])
+    )[0]
+
+
+def too_slow(F, rate):
+    """What to say where floats don't see the radius of F below the rate; else empty."""
+    radius = abs(np.linalg.eigvals(F)).max()
+    if radius < rate * (1 - 1e-9):
+        return ""
+    return f"its spectral radius is {radius:.6g}"
+
+
+def lyapunov(loops, rate):
+    """A regular L so that |L x| might decay at a rate in all of some loops."""
+    mean = sum(loops) / len(loops)
+    L = _refined(_balanced(mean), [mean], rate)
+    if max(np.linalg.norm(_within(F, L), 2) for F in loops) >= rate:
+        L = _refined(L, loops, rate)
+    return round_digits(L, LYAPUNOV_DIGITS)
+
+
+def _within(F, L):
+    return L @ F @ np.linalg.inv(L)
+
+
+def _balanced(F):
+    """The coordinates in which F has rows and columns of one size."""
+    return np.diag(1 / matrix_balance(F, permute=False, separate=True)[1][0])
+
+
+def _refined(L, loops, rate):
+    """A better L: of one Lyapunov equation, or the LMIs of some."""
+    loops = [_within(F, L) for F in loops]
+    worst = max(abs(np.linalg.eigvals(F)).max() for F in loops)
+    pace = max(np.sqrt(min(worst, rate) * rate), 0.1 * rate)
+    if len(loops) > 1:
+        return _common(loops, pace) @ L
+    if worst >= rate:
+        return L
+    F = loops[0] / pace
+    return _root(discrete_lyapunov(F, np.eye(len(F)))) @ L
+
+
+def _common(loops, pace):
+    """The coordinates in which no loop is longer than a pace; the identity if none."""
+
+    def decay(values, cast):
+        P = values["P"]
+        drops = [P * pace**2 - F.T @ P @ F for F in loops]
+        return {"P": P} | {f"loop {k}": g for k, g in enumerate(drops)}
+
+    N = len(loops[0])
+    problem = LMIProblem(decay, [Unknown("P", N, symmetric=True)])
+    solution = problem.solve(refuse=False, within_bounds=True).values
+    return np.eye(N) if solution is None else _root(solution["P"])
+
+
+def _root(P):
+    """R with R'R = P; the identity where P isn't positive definite."""
+    try:
+        return np.linalg.cholesky((P + P.T) / 2).T
+    except np.linalg.LinAlgError:  # too close to the rate
+        return np.eye(len(P))
+
+
+def _multipliers(loops, bent, rate):
+    """P for each corner and G for each clock of the theorem; None, None if none."""
+    N, count = len(loops[0][0]), len(loops[0])
+    unknowns = [Unknown(f"P{i}", N, symmetric=True) for i in range(count)]
+    for j, W in enumerate(bent):
+        unknowns.append(Unknown(f"G{j}", N))
+        if W is not None:
+            unknowns.append(Unknown(f"s{j}", 1))
+
+    def write(values, number):
+        blocks = {}
+        for j, (row, W) in enumerate(zip(loops, bent)):
+            G = values[f"G{j}"]
+            for i, F in enumerate(row):
+                P = values[f"P{i}"]
+                top, cross = P * rate**2, G @ F
+                rows = [[top, cross.T], [cross, he(G) - P]]
+                if W is not None:
+                    s = values[f"s{j}"]
+                    rows = [
+                        [top - kron(s, W), cross.T, 0],
+                        [cross, he(G) - P, G],
+                        [0, G.T, kron(s, eye(N))],
+                    ]
+                blocks[f"{j}, {i}"] = block(rows)
+        return blocks
+
+    problem = LMIProblem(write, unknowns)
+    found = problem.solve(refuse=False, within_bounds=True).values
+    if found is None:
+        return None, None
+    P = np.array([found[f"P{i}"] for i in range(count)])
+    size = np.trace(P.mean(axis=0)) / N
+    P = round_digits((P + P.transpose(0, 2, 1)) / 2 / size, LYAPUNOV_DIGITS)
+    G = [round_digits(found[f"G{j}"] / size, LYAPUNOV_DIGITS) for j in range(len(bent))]
+    return P, G
+
+
+def _distances(loops):
+    """How far the loops at some corners are from each other."""
+    return np.array([[np.linalg.norm(F - G, 2) for G in loops] for F in loops])
+
+
+def _longest(shape, weights, far):
+    """Where to cut a cell: the two corners, or the axis, furthest apart."""
+    if not far.any():  # the corners' loops are the same
+        w = weights.astype(float)
+        far = np.linalg.norm(w[:, None] - w[None], axis=2)
+    if shape.axes:
+        pairs = np.arange(len(far))
+        steps = [2 ** (shape.axes - 1 - k) for k in range(shape.axes)]
+        return int(np.argmax([far[pairs, pairs ^ step].sum() for step in steps]))
+    i, j = np.unravel_index(far.argmax(), far.shape)
+    return [int(i), int(j)]

@@ -1,0 +1,124 @@
+"""Clocks that vary: boxes of intervals and delays."""
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+from ..exact.definite import exact
+from ..plants.checks import finite
+from .discretize import SampleTiming, is_controller
+
+__all__ = ["TimeBox"]
+
+
+@dataclass(frozen=True)
+class TimeBox:
+    """All intervals and delays of a box; no delay is longer than its interval.
+
+    Parameters
+    ----------
+    T : (fmpq, fmpq)
+        The shortest and the longest time between two samples, in s.
+    late : (fmpq, fmpq)
+        Between which times a delay is, in s, less its whole samples.
+    whole_samples : int
+        How many whole samples a delay lasts.
+    shared : bool
+        As in `SampleTiming`.
+    """
+
+    T: tuple
+    late: tuple
+    whole_samples: int
+    shared: bool
+
+    @classmethod
+    def of(cls, T, delay):
+        """The box of a T and a delay, each a number or two ends of a range.
+
+        Raises ValueError if they are bad.
+
+        Examples
+        --------
+        >>> TimeBox.of((0.1, 0.2), 0).T
+        (1/10, 1/5)
+        """
+        (short, long), (early, late) = _ends("T", T), _ends("delay", delay)
+        first, last = SampleTiming.of(short, early), SampleTiming.of(long, late)
+        ends, whole = (first.remainder, last.remainder), first.whole_samples
+        longer = last.whole_samples - whole
+        if early < late and longer == 1 and not last.remainder:
+            ends, longer = (first.remainder, last.T), 0
+        if short < long:
+            ends, whole = (exact(early), exact(late)), 0
+            longer = ends[0] > first.T or ends[1] > last.T
+        if longer:
+            raise ValueError(
+                f"delay = {delay!r} isn't always within one interval of T = {T!r}: "
+                "let whole samples of a delay be registers of the controller, and "
+                "the delay what is left of it"
+            )
+        return cls((first.T, last.T), ends, whole, ends[1] > 0)
+
+    @property
+    def varies(self):
+        """Whether there is more than one clock."""
+        return self.T[0] < self.T[1] or self.late[0] < self.late[1]
+
+    @property
+    def corners(self):
+        """The `SampleTiming` of each corner, where the delay may be too long."""
+        return [
+            SampleTiming(T, self.whole_samples, late, self.shared)
+            for T, late in product(*(sorted(set(x)) for x in (self.T, self.late)))
+        ]
+
+    @property
+    def empty(self):
+        """Whether every delay is longer than the interval, or as long at one corner.
+
+        That corner belongs to a neighbour, too.
+        """
+        return self.varies and self.late[0] >= self.T[1]
+
+    def at(self, timing):
+        """The box of one ``timing``, a `SampleTiming`."""
+        return replace(self, T=(timing.T,) * 2, late=(timing.remainder,) * 2)
+
+    @property
+    def wider(self):
+        """ "T" or "delay": which one has the wider range."""
+        T, late = (high - low for low, high in (self.T, self.late))
+        return "T" if T >= late else "delay"
+
+    def halves(self, name):
+        """The two halves, by a name: "T" or "delay"."""
+        which = {"T": "T", "delay": "late"}[name]
+        low, high = getattr(self, which)
+        ends = (low, (low + high) / 2), ((low + high) / 2, high)
+        return [replace(self, **{which: x}) for x in ends]
+
+    def of_controller(self, K):
+        """The timing that a gain or controller K is made for."""
+        T = self.T[0]
+        if is_controller(K) and K.dt is not None and K.dt is not True:
+            T = exact(K.dt)
+            if self.varies and not self.T[0] <= T <= self.T[1]:
+                low, high = map(float, self.T)
+                raise ValueError(
+                    f"K is sampled with dt = {K.dt!r}, which isn't in T = "
+                    f"[{low!r}, {high!r}]"
+                )
+        if not self.varies:
+            T = self.T[0]
+        return replace(self.corners[0], T=T)
+
+
+def _ends(name, x):
+    """The ends of a range, from a pair or from one number."""
+    pair = x if isinstance(x, (tuple, list)) else (x, x)
+    if len(pair) != 2:
+        raise ValueError(f"{name} must be a number or (low, high), got {x!r}")
+    low, high = (finite(name, end) for end in pair)
+    if low > high:
+        raise ValueError(f"{name} = {x!r}: the first end must be the smaller one")
+    return low, high

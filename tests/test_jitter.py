@@ -1,0 +1,251 @@
+"""Clocks that vary: proofs against closed forms and simulations by pieces."""
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm
+
+import sosbook as sos
+from sosbook.plants.descriptor import descriptors
+from sosbook.sampled import SampledSystem, certify_sampled, sampled_loop
+from sosbook.sampled.timing import TimeBox
+
+# x' = A x + B u, u = K x(t_k): stable for each constant interval up to 1.7294 s
+TEXTBOOK = sos.DescriptorSystem(np.eye(2), [[0, 1], [0, -0.1]], [[0], [0.1]])
+TEXTBOOK_GAIN = [[-3.75, -11.5]]
+CART = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], [[1]])
+
+
+def lag(pole):
+    return sos.DescriptorSystem([[1]], [[pole]], [[1]])
+
+
+def motion(plant, K, intervals, delays, x0):
+    """|x(t_k)|, by pieces of constant input, of a gain or a sampled controller."""
+    (d,) = descriptors(plant, None)
+    A, B, _ = d.state_space()
+    N, m = B.shape
+    if not hasattr(K, "A"):
+        K = SampledSystem([], [], [], K, 1.0)
+    x, own, acting = np.array(x0, float), np.zeros(K.nstates), np.zeros(m)
+
+    def held(x, u, span):
+        both = np.block([[A, B], [np.zeros((m, N + m))]])
+        return (expm(both * span) @ np.concatenate([x, u]))[:N]
+
+    sizes = []
+    for T, late in zip(intervals, delays):
+        u = K.C @ own + K.D @ x
+        own = K.A @ own + K.B @ x
+        x = held(x, acting, late)
+        acting = u
+        x = held(x, acting, T - late)
+        sizes.append(np.linalg.norm(np.concatenate([x, own, acting])))
+    return np.array(sizes)
+
+
+def test_the_textbook_loop_is_proven_up_to_its_largest_constant_interval():
+    """Each sequence in [0.01, 1.729] s; at 1.7295 a constant one is unstable."""
+    radius = [
+        abs(np.linalg.eigvals(sampled_loop(TEXTBOOK, TEXTBOOK_GAIN, T)[0])).max()
+        for T in (1.7293, 1.7295)
+    ]
+    assert radius[0] < 1 < radius[1]
+    proof = certify_sampled(TEXTBOOK, TEXTBOOK_GAIN, T=(0.01, 1.729))
+    assert proof.proven and "every sequence" in proof.claims[0]
+    assert "[0.01, 1.729] s" in proof.claims[0]
+    broken = certify_sampled(TEXTBOOK, TEXTBOOK_GAIN, T=(0.01, 1.7295))
+    assert not broken.proven and "T = 1.7295" in broken.failed[0]
+
+
+def test_every_constant_interval_isnt_every_sequence():
+    """Intervals that are stable each, and unstable in turn."""
+    plant, K = sos.SecondOrderSystem([[1]], [[0]], [[1]], [[1]]), [[-0.8, -0.8]]
+    grid = [sampled_loop(plant, K, T)[0] for T in np.linspace(0.7, 1.5, 41)]
+    assert max(abs(np.linalg.eigvals(F)).max() for F in grid) < 0.98
+    assert abs(np.linalg.eigvals(grid[0] @ grid[-1])).max() > 1.1
+    proof = certify_sampled(plant, K, T=(0.7, 1.5))
+    assert not proof.proven and not proof.claims
+    assert "T = 0.7 and T = 1.5 in turn: its spectral radius is 1.1" in proof.failed[0]
+
+
+def test_a_lag_has_its_interval_in_closed_form():
+    """x' = x + u, u = -3 x: x+ = (3 - 2 e^T) x, stable for e^T < 2."""
+    edge = np.log(2)
+    assert certify_sampled(lag(1), [[-3]], T=(1e-4, 0.98 * edge)).proven
+    assert certify_sampled(lag(1), [[-3]], T=(0.1, 0.999 * edge)).proven
+    assert not certify_sampled(lag(1), [[-3]], T=(0.1, 1.001 * edge)).proven
+    slow = certify_sampled(lag(1), [[-3]], T=(0.4, 0.5), rate=0.31)
+    assert slow.proven and slow.claims[0].endswith("at least as 0.31^k")
+    assert not certify_sampled(lag(1), [[-3]], T=(0.4, 0.5), rate=0.29).proven
+
+
+def test_a_delay_that_varies_in_closed_form():
+    """x' = u, u = -k x: x+ = x - k ((T - d) x + d x_old), whatever d in [0, T]."""
+    proof = certify_sampled(lag(0), [[-0.9]], T=1, delay=(0, 1), cells=200)
+    assert proof.proven
+    assert proof.claims[0].endswith("for every sequence of delays in [0.0, 1.0] s")
+    late = certify_sampled(lag(0), [[-1.01]], T=1, delay=(0, 1))
+    assert not late.proven and "delay = 1" in late.failed[0]  # one whole sample
+    whole = certify_sampled(lag(0), [[-0.5]], T=1, delay=(1, 1.5))
+    assert whole.proven
+
+
+def memory(T, pole=0.5):
+    """A lead-lag with a state, which mends a gain's loop."""
+    return SampledSystem([[pole]], [[0.2, 0.1]], [[-0.4]], [[-1.0, -1.2]], T)
+
+
+def test_a_controller_with_memory_is_proven_and_simulated():
+    carts = sos.Polytope(
+        [sos.SecondOrderSystem([[M]], [[0.1]], [[-0.5]], [[1]]) for M in (0.8, 1.5)]
+    )
+    law = memory(0.1)
+    proof = certify_sampled(carts, law, T=(0.05, 0.15), delay=(0, 0.15))
+    assert proof.proven, proof
+    rng = np.random.default_rng(0)
+    for M in (0.8, 1.1, 1.5):
+        plant = sos.SecondOrderSystem([[M]], [[0.1]], [[-0.5]], [[1]])
+        T = rng.choice([0.05, 0.15], 1500)
+        sizes = motion(plant, law, T, T * rng.choice([0, 1], 1500), [1, -1])
+        assert sizes[-1] < 1e-3 * sizes[0]
+    same = type(proof)(proof.text)
+    assert same.verify() and same.claims == proof.claims
+
+
+@settings(max_examples=6, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 10**6), late=st.booleans())
+def test_no_sequence_grows_that_is_proven(seed, late):
+    """x'P x falls in every interval and delay of a random loop's proof."""
+    rng = np.random.default_rng(seed)
+    half = rng.normal(size=(2, 2))
+    plants = sos.Polytope(
+        [
+            sos.SecondOrderSystem(
+                half @ half.T + s * np.eye(2),
+                rng.normal(size=(2, 2)) / 5 + np.eye(2),
+                half.T @ half + np.eye(2),
+                np.eye(2),
+            )
+            for s in (1, 1.3)
+        ]
+    )
+    K = (rng.normal(size=(2, 4)) - np.eye(2, 4, 2) - np.eye(2, 4)).round(3)
+    low, high = sorted(rng.uniform(0.02, 1.2, 2).round(3).tolist())
+    delay = (0, round(high * 0.7, 4)) if late else 0
+    proof = certify_sampled(plants, K, (low, high), delay, cells=40, time_limit=20)
+    grid = [
+        (T, d)
+        for T in np.linspace(low, high, 12)
+        for d in (np.linspace(0, min(T, delay[1]), 6) if late else [0])
+    ]
+    worst = 0.0
+    for w in ([1, 0], [0, 1], [0.5, 0.5], [0.2, 0.8]):
+        loops = []
+        for T, d in grid:
+            (F,) = sampled_loop(plants.at(w), K, T, d if d < T else T * (1 - 1e-9))
+            if late and len(F) == 4:
+                F = np.block([[F, np.zeros((4, 2))], [K, np.zeros((2, 2))]])
+            loops.append(F)
+        products = loops
+        for _ in range(40):
+            first, second = rng.integers(len(loops), size=2)
+            products = [*products, loops[first] @ loops[second]]
+        worst = max(worst, *(abs(np.linalg.eigvals(F)).max() for F in products))
+    if proof.proven:
+        assert worst < 1
+    elif worst < 0.9 and not late:  # it gives up seldom
+        assert "undecided" in proof.failed[0]
+
+
+def test_what_is_proven_of_a_range_is_proven_of_its_parts():
+    whole = certify_sampled(CART, [[-1, -1.2]], (0.1, 0.4), (0, 0.1), rate=0.99)
+    assert whole.proven
+    for T, late in ((0.1, 0), (0.4, 0.1), (0.25, 0.04)):
+        (F,) = sampled_loop(CART, [[-1, -1.2]], T, late)
+        assert abs(np.linalg.eigvals(F)).max() < 0.99
+        assert certify_sampled(CART, [[-1, -1.2]], T, late, rate=0.99).proven
+
+
+@pytest.mark.parametrize(
+    "change, text",
+    [
+        (dict(T=(0.2, 0.1)), "the first end must be the smaller"),
+        (dict(T=(0.1, 0.2, 0.3)), "T must be a number or"),
+        (dict(T=(0, 0.1)), "T must be positive"),
+        (dict(delay=(-0.1, 0)), "delay must not be negative"),
+        (dict(T=(0.1, 0.2), delay=0.15), "isn't always within one interval"),
+        (dict(T=(0.1, 0.2), delay=(0, 0.3)), "isn't always within one interval"),
+        (dict(T=0.1, delay=(0.05, 0.15)), "isn't always within one interval"),
+        (dict(T=(0.1, 0.2), K=memory(0.3)), "dt = 0.3, which isn't in T"),
+        (dict(T=(0.1, float("nan"))), "T must be a finite number"),
+    ],
+)
+def test_what_no_clock_does_is_said(change, text):
+    asked = dict(plant=CART, K=[[-1, -1.2]], T=0.1) | change
+    with pytest.raises(ValueError, match=text):
+        certify_sampled(**asked)
+
+
+def test_a_range_of_one_point_is_a_number():
+    for T, delay in ((0.1, 0.04), (0.1, 0.1), (0.1, 0.25)):
+        one = TimeBox.of((T, T), (delay, delay))
+        assert one == TimeBox.of(T, delay) and not one.varies
+        assert certify_sampled(CART, [[-1, -1.2]], (T, T), (delay, delay)).proven
+
+
+def drive(m, k):
+    """Two masses on a spring, each with a force: positions alone are measured."""
+    return sos.SecondOrderSystem(
+        np.diag([1, m]), 0.2 * np.eye(2), [[k + 1, -k], [-k, k]], np.eye(2)
+    )
+
+
+def differences(T, stiff, damp, tau):
+    """u = -stiff z - damp z', where a filter of positions has z'."""
+    a, one, o = np.exp(-T / tau), np.eye(2), np.zeros((2, 2))
+    return SampledSystem(
+        a * one,
+        np.hstack([(1 - a) * one, o]),
+        damp / tau * one,
+        np.hstack([-(stiff + damp / tau) * one, o]),
+        T,
+    )
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.05])
+@pytest.mark.parametrize("listed", [False, True])
+def test_a_box_of_mass_and_stiffness_is_decided_in_few_cells(delay, listed):
+    """Four vertices, an uncertain mass: 64 cells with one P each weren't enough."""
+    law = differences(0.05, 1.0, 2.0, 0.15)
+    ranges = dict(m=(0.5, 1.5), k=(0.8, 1.6))
+    plants = sos.Uncertain(drive, **ranges)
+    if listed:
+        corners = [drive(m, k) for k in ranges["k"] for m in ranges["m"]]
+        plants = sos.Polytope([corners[j] for j in (2, 0, 3, 1)])
+    grid = [drive(m, k) for m in np.linspace(0.5, 1.5, 9) for k in (0.8, 1.2, 1.6)]
+    worst = max(
+        abs(np.linalg.eigvals(sampled_loop(p, law, 0.05, delay)[0])).max() for p in grid
+    )
+    rate = round(float(worst**0.95), 6)
+    proof = certify_sampled(plants, law, 0.05, delay, rate=rate)
+    assert proof.proven and len(proof.cells) < 16, proof
+    assert not certify_sampled(plants, law, 0.05, delay, rate=worst - 1e-6).proven
+    moving = certify_sampled(plants, law, (0.04, 0.06), (0, 0.04), cells=200)
+    assert moving.proven, moving
+
+
+def test_python_control_agrees_on_a_sequence_of_two_intervals():
+    """The matrix of two unequal intervals, from control's sample_system."""
+    law, steps = [[-1, -1.2]], []
+    (d,) = descriptors(CART, None)
+    A, B, _ = d.state_space()
+    for T in (0.1, 0.4):
+        held = control.sample_system(control.ss(A, B, np.eye(2), 0 * B), T, "zoh")
+        steps.append(held.A + held.B @ np.array(law))
+        assert np.allclose(steps[-1], sampled_loop(CART, law, T)[0])
+    assert certify_sampled(CART, law, (0.1, 0.4), rate=0.99).proven
+    for word in (steps[0] @ steps[1], steps[0] @ steps[0] @ steps[1]):
+        assert abs(np.linalg.eigvals(word)).max() < 1
