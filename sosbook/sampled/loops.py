@@ -72,12 +72,13 @@ class SampledFamily:
     def bends(self, weights, last, L, timing):
         """The second derivatives of L F L^-1 along the edges of a cell of plants.
 
-        The ``weights`` are its corners, the ``timing`` is a `SampleTiming`. In a simplex, with edges d_j from its corner ``last``, F - sum w_i F_i is a
-        sum of second derivatives H_jk along d_j and d_k, at many points, which are
-        weighed by sum_i w_i |v_ij| |v_ik| / 2, where v_i is what leads to corner i,
-        and these sums don't exceed a quarter. In a box it is a sum of the H_kk, one
-        axis after the other, which are weighed by an eighth at most. With E X = A
-        the derivatives are E X_j = A_j - E_j X and E X_jk = - E_j X_k - E_k X_j.
+        The ``weights`` are its corners, the ``timing`` is a `SampleTiming`. In a
+        simplex, with edges d_j from its corner ``last``, F - sum w_i F_i is a sum of
+        second derivatives H_jk along d_j and d_k, at many points, which are weighed
+        by sum_i w_i |v_ij| |v_ik| / 2, where v_i is what leads to corner i, and these
+        sums don't exceed a quarter. In a box it is a sum of the H_kk, one axis after
+        the other, which are weighed by an eighth at most. With E X = A the
+        derivatives are E X_j = A_j - E_j X and E X_jk = - E_j X_k - E_k X_j.
 
         Returns
         -------
@@ -148,7 +149,7 @@ class SampledFamily:
         return framed, over(L[:, :N], R), inner
 
     def time_bends(self, weights, L, box):
-        """The second derivatives of L F L^-1 in a ``box`` of clocks, as `bends` has them.
+        """The second derivatives of L F L^-1 in a ``box`` of clocks, as of `bends`.
 
         Along T and along the delay, in the cell of plants with some ``weights``.
         """
