@@ -433,6 +433,70 @@ def test_segment_has_the_poles_and_the_inequality_between(desk):
             assert np.isclose(here["least"], np.linalg.eigvalsh(-L)[0], atol=1e-8)
 
 
+# ------------------------------------------------------ ranges (chapters 33, 34)
+CRANES = [  # gain, sigma, box
+    (1, 0.2, (0.5, 2, 4, 12)),
+    (1, 0.1, (0.1, 4.5, 2, 18)),
+    (0, 0.1, (0.75, 1.5, 7, 10)),
+    (0, 0.2, (0.5, 2, 4, 12)),
+]
+
+
+def crane_loop(here, m, l):
+    """E and A + B K from the corners that the page holds, as bilinear functions."""
+    (m0, m1), (l0, l1) = here["ranges"]
+    t, s = (m - m0) / (m1 - m0), (l - l0) / (l1 - l0)
+    weights = (1 - t) * (1 - s), (1 - t) * s, t * (1 - s), t * s
+    corners = here["gains"]
+    return (sum(w * np.array(c[x]) for w, c in zip(weights, corners)) for x in "EA")
+
+
+@pytest.mark.parametrize("gain, sigma, box", CRANES)
+def test_ranges_prove_what_is_true_and_break_what_is_not(desk, gain, sigma, box):
+    place = dict(zip(("m0", "m1", "l0", "l1"), box), gain=gain, sigma=sigma)
+    (here,) = desk.compute("sos-ranges", [place])
+    data = desk.data("sos-ranges")
+    data = {"ranges": data["ranges"], "gains": data["gains"][gain]}
+
+    def right(m, l):
+        E, A = crane_loop(data, m, l)
+        return np.linalg.eigvals(np.linalg.solve(E, A)).real.max()
+
+    assert np.isclose(here["right"], right(*here["worst"]), atol=1e-7)
+    assert here["broken"] is (here["right"] >= -sigma)
+    rng = np.random.default_rng(5)
+    for low, high in here["done"]:
+        for m, l in rng.uniform(low, high, (40, 2)):
+            assert right(m, l) < -sigma
+    area = (box[1] - box[0]) * (box[3] - box[2])
+    cells = here["done"] + here["open"]
+    covered = sum(np.prod(np.subtract(*cell[::-1])) for cell in cells)
+    assert here["broken"] or np.isclose(covered, area)
+    assert here["broken"] is (gain == 0 and box == (0.5, 2, 4, 12))
+
+
+def test_ranges_are_the_chapters_cranes(desk):
+    """Between the corners stand the plants of Lagrange's equations, rows divided."""
+    data = desk.data("sos-ranges")
+    loop = {"ranges": data["ranges"], "gains": data["gains"][0]}
+    E, A = crane_loop(loop, 1.3, 7)
+    assert np.allclose(E[2:, 2:], [[2.3, 1.3 * 7], [1, 7]])
+    assert np.allclose(A[3], [0, -9.81, 0, 0])
+
+
+def test_a_corner_of_the_box_is_dragged(desk):
+    handle = desk.page.locator("sos-ranges .sos-handle").nth(1)
+    handle.scroll_into_view_if_needed()
+    box, before = handle.bounding_box(), desk.said("sos-ranges")
+    desk.page.mouse.move(box["x"] + 8, box["y"] + 8)
+    desk.page.mouse.down()
+    desk.page.mouse.move(box["x"] + 100, box["y"] - 20)
+    desk.page.mouse.up()
+    place = desk.page.evaluate("() => document.querySelector('sos-ranges').place")
+    assert place["m1"] > 2 and place["m0"] == 0.75
+    assert desk.said("sos-ranges") != before
+
+
 # ------------------------------------------------- delayed (chapters 19 and 22)
 
 

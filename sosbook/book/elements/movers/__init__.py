@@ -1,6 +1,6 @@
 """Elements that compute in the page: closed forms and small eigenvalue problems."""
 
-from .lmis import centre, segment, trust
+from .lmis import centre, ranges, segment, trust
 from .loops import circulation, delayed, integral, kalman, mass
 from .mover import Mover, choice, slider
 from .pendulum import chain, chirp, clock, digits, fall, regulator
@@ -19,6 +19,7 @@ __all__ = [
     "integral",
     "kalman",
     "mass",
+    "ranges",
     "regulator",
     "segment",
     "slider",

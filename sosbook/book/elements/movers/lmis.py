@@ -3,11 +3,13 @@
 import numpy as np
 from scipy.optimize import brentq
 
+from ....plants.descriptor import descriptors
 from ....plants.second_order import SecondOrderSystem
+from ..page import significant
 from .loops import circulating
 from .mover import Mover, choice, slider
 
-__all__ = ["centre", "segment", "trust"]
+__all__ = ["centre", "ranges", "segment", "trust"]
 
 SHRINK = (
     "Move your point until both bars are above zero. Then ask for a faster decay σ: "
@@ -110,6 +112,54 @@ def segment(cases):
             slider("weight", "Weight of the second vertex", "", (0, 1), 0.01, 0),
         ],
         plants=plants,
+    )
+
+
+def ranges(plants, gains, box, sigma, start=0):
+    """A crane with its load and its rope in ranges: proven cells, or a broken plant.
+
+    Parameters
+    ----------
+    plants : Uncertain
+        Parameters m and l, no powers: the largest box that the page can show.
+    gains : dict
+        For each name a gain (1, 4) that can be chosen.
+    box : dict
+        The ranges at first, m and l by name.
+    sigma : float
+        The decay that is claimed at first, in 1/s.
+    start : int
+        Which gain is chosen at first.
+
+    Raises
+    ------
+    ValueError
+        If the plants aren't of this kind.
+    """
+    if list(plants.degree.items()) != [("m", 1), ("l", 1)]:
+        raise ValueError(f"plants must have m and l without powers, got {plants!r}")
+    corners = descriptors(plants.polytope())
+    (m, l), ends = (box[name] for name in "ml"), zip(plants.box.low, plants.box.high)
+    edges = [[float(x) for x in end] for end in ends]
+    loads, ropes = (tuple(edge) for edge in edges)
+    return Mover(
+        "ranges",
+        "How much may the crane not know?",
+        "Drag a corner of the box until a plant in it breaks the claim. Then ask for "
+        "less decay, or take the other gain.",
+        [
+            choice("gain", "Gain", gains, start),
+            slider("sigma", "Claimed decay σ", " s⁻¹", (0, 0.4), 0.005, sigma),
+            slider("m0", "Least load", " t", loads, 0.05, m[0]),
+            slider("m1", "Largest load", " t", loads, 0.05, m[1]),
+            slider("l0", "Shortest rope", " m", ropes, 0.25, l[0]),
+            slider("l1", "Longest rope", " m", ropes, 0.25, l[1]),
+        ],
+        ranges=edges,
+        gains=[
+            [{"E": d.E.tolist(), "A": significant(d.A + d.Bu @ K, 12)} for d in corners]
+            for K in gains.values()
+        ],
     )
 
 
