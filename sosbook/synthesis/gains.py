@@ -1,11 +1,13 @@
 """What a design of u = K x says of its gain, whatever the theorem."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ..plants.gain import Gain, signals
 from ..plants.second_order import Polytope, SecondOrderSystem
+from ..runtime.later import later
 from .result import Proven, Result
 
 __all__ = ["Gains"]
@@ -29,6 +31,68 @@ class Gains(Result[Proven]):
         if self._law is not None:
             return Gain(self.K, self.request.law_parts.signals)
         return Gain(self._gain(), signals(self.request.plant, self.request.U))
+
+    def controller(
+        self,
+        measured: Sequence[str] | None = None,
+        *,
+        T: float,
+        delay: float = 0.0,
+        units: dict[str, str] | None = None,
+        counts: float | dict[str, float] | None = None,
+        memory: str | None = None,
+        filter_time: float | None = None,
+        peak: float = 2.0,
+        time_limit: float | None = None,
+    ) -> Any:
+        """The gain as a sampled controller: what a computer does with it.
+
+        Parameters
+        ----------
+        measured : sequence of str, optional
+            Names of what is measured, of the plant's ``coordinates`` (z1, z2, ...
+            without names) and their rates such as "z1'"; everything without it.
+        T : float
+            Time between samples, in s.
+        delay : float
+            From a sample to the actuator, in s.
+        units : dict, optional
+            Units of coordinates and inputs, by name.
+        counts : float or dict, optional
+            Of an encoder, a turn, where what it measures is in radians.
+        memory : {"observer", "filter"}, optional
+            How what isn't measured is estimated. By default by an observer: the
+            quietest Kalman filter whose loops with all plants keep their ``peak``.
+        filter_time : float, optional
+            Rates are differences of samples, filtered with this time constant, in s.
+        peak : float
+            How large the sensitivity at the plant's input may be, sampled.
+        time_limit : float, optional
+            Seconds for the proof of the gain.
+
+        Returns
+        -------
+        sosbook.controllers.Controller
+            With the certified gain; `Controller.certify` proves its sampled loop.
+
+        Raises
+        ------
+        ValueError
+            Where a name is none of the plant's, what is integrated or unstable isn't
+            measured, or no controller, or none with this gain, can do it at T.
+        """
+        return later("controllers", "controller_of")(
+            self,
+            measured,
+            T=T,
+            delay=delay,
+            units=units,
+            counts=counts,
+            memory=memory,
+            filter_time=filter_time,
+            peak=peak,
+            time_limit=time_limit,
+        )
 
     @property
     def gains(self) -> dict[str, np.ndarray]:

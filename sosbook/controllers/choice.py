@@ -1,0 +1,94 @@
+"""An observer that serves every plant: searched here, proven elsewhere."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .loop import Loop
+from .memory import assembled, kalman, observed
+
+__all__ = ["Chosen", "chosen_observer"]
+
+#: How much more the process is doubted than the sensors, in the order of trial.
+DOUBTS = tuple(10.0**k for k in np.arange(-2, 7, 0.5))
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """An observer, and the worst that its loops do.
+
+    Parameters
+    ----------
+    M : (N, q) array
+        Its gain.
+    weights : (vertices,) array
+        Of the plant that it knows.
+    peak : float
+        The largest sensitivity at the plant's input.
+    radius : float
+        The largest spectral radius.
+    noise : float
+        The largest rms of u under the sensors' steps.
+    """
+
+    M: np.ndarray
+    weights: np.ndarray
+    peak: float
+    radius: float
+    noise: float
+
+
+def chosen_observer(plants, known, timing, rows, steps, names, gains, most, slowest):
+    """The quietest Kalman filter whose loops keep their sensitivity low, and decay.
+
+    Parameters
+    ----------
+    plants : sequence of Descriptor
+        All loops are looked at.
+    known : sequence of (weights, Descriptor)
+        Plants that the observer may know.
+    timing : SampleTiming
+        When it samples and acts.
+    rows : (q, N) array
+        What is measured.
+    steps : (q,) array
+        How fine it is measured.
+    names : sequence of str
+        Of the plant's state.
+    gains : tuple
+        K_x, K_I, what is integrated, T and K_r of `assembled`.
+    most : float
+        The sensitivity may have this peak. If none keeps it, the one with the lowest
+        peak is taken.
+    slowest : float
+        And the loops this radius.
+
+    Returns
+    -------
+    (Estimate, Chosen) or None
+        None where no candidate keeps all loops stable.
+    """
+    found = []
+    for doubt in DOUBTS:
+        for weights, d in known:
+            try:
+                M = kalman(d, float(timing.T), rows, steps, doubt * steps.max())
+            except (np.linalg.LinAlgError, ValueError):
+                continue
+            estimate = observed(d, timing, rows, M, names)
+            parts, _ = assembled(estimate, timing, *gains)
+            loops = [Loop.of(parts, rows, timing, one) for one in plants]
+            radius = max(loop.radius for loop in loops)
+            if not radius < 1:
+                continue
+            peak = max(loop.sensitivity_peak for loop in loops)
+            noise = max(loop.noise_rms(steps).max() for loop in loops)
+            found.append((estimate, Chosen(M, weights, peak, radius, noise)))
+        if any(c.peak <= most and c.radius <= slowest for _, c in found):
+            break  # those that follow are louder
+    if not found:
+        return None
+    good = [x for x in found if x[1].peak <= most and x[1].radius <= slowest]
+    if good:
+        return min(good, key=lambda pair: pair[1].noise)
+    return min(found, key=lambda pair: pair[1].peak)

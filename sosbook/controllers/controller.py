@@ -1,0 +1,450 @@
+"""A controller as an object: its signals, its memory, its limits, its clock."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..exact.rational import round_digits
+from ..plants.checks import finite, matrix, positive
+from ..plants.gain import Gain
+from ..runtime.libraries import library
+from ..runtime.read_only import ReadOnly
+from ..sampled.discretize import SampleTiming
+from ..sampled.proof import certify_sampled
+from ..sampled.system import SampledSystem
+from .limits import FAULTS, Faults, Limits, per_signal
+from .loop import Loop
+from .memory import DIGITS, Estimate, assembled
+from .signals import signals_of
+from .simulation import Run, simulate_controller
+
+__all__ = ["FAULTS", "Controller"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Controller(ReadOnly):
+    """A sampled controller that is made of a proven gain, and all that it needs.
+
+    x(k+1) = A x + B y + B_r r + W (v - u), u = C x + D y + D_r r, where y is measured,
+    r are the set points and v is what is left of u after the limits. `limit`,
+    `set_point` and `watch` return another controller; none of them changes one.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, Polytope or DescriptorSystem
+        What it controls.
+    vertices : tuple of Descriptor
+        The plant's, without integrators.
+    gain : Gain
+        The proven gain, in the decimals that were proven.
+    U : (a, n) array or None
+        What is integrated.
+    T, delay : float
+        Time between samples, and from a sample to the actuator, in s.
+    measured, outputs : tuple of Signal
+        What goes in and what comes out.
+    rows : (q, N) array
+        What is measured of the plant's state.
+    steps : (q,) array
+        How fine it is measured, in its unit; zero where nobody said.
+    estimate : Estimate
+        How the state is estimated.
+    R : (n, p) array
+        The set points of the coordinates for one unit of each set point.
+    limits : Limits
+        Of outputs and set points.
+    faults : Faults
+        When it gives up.
+    units : dict
+        Of coordinates and inputs, by name.
+    certificate : object
+        The proof of the gain, in continuous time; None without.
+    chosen : Chosen or None
+        How the observer was found.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> cart = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]], coordinates=["place"])
+    >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
+    >>> controller = design.controller(T=0.01, delay=0.01, units={"place": "m"})
+    >>> print(controller.measured[0], controller.order, controller.radius < 1)
+    place (m) 3 True
+    >>> print(controller.certify())
+    proven:
+    - the sampled loop of the plant is stable
+    """
+
+    plant: Any
+    vertices: tuple
+    gain: Gain
+    U: Any
+    T: float
+    delay: float
+    measured: tuple
+    outputs: tuple
+    rows: np.ndarray
+    steps: np.ndarray
+    estimate: Estimate
+    R: np.ndarray
+    limits: Limits
+    faults: Faults = field(default_factory=Faults)
+    units: dict = field(default_factory=dict)
+    certificate: Any = None
+    chosen: Any = None
+
+    def __repr__(self):
+        names = ", ".join(s.name for s in self.measured)
+        given = ", ".join(s.name for s in self.outputs)
+        return (
+            f"<Controller: {given} of {names}, T = {self.T:g} s, order {self.order}, "
+            f"{self.estimate.words}>"
+        )
+
+    # What it is made of
+
+    @cached_property
+    def timing(self) -> SampleTiming:
+        """Its clock, in exact rationals."""
+        return SampleTiming.of(self.T, self.delay)
+
+    @property
+    def K_x(self) -> np.ndarray:
+        """The gain of the plant's state, (m, N)."""
+        return self.gain.K[:, : self.rows.shape[1]]
+
+    @property
+    def K_I(self) -> np.ndarray:
+        """The gain of the integrals, (m, a)."""
+        return self.gain.K[:, self.rows.shape[1] :]
+
+    @cached_property
+    def sums(self) -> np.ndarray:
+        """(a, q): what is integrated, of what is measured."""
+        if self.U is None:
+            return np.zeros((0, len(self.rows)))
+        n = self.U.shape[1]
+        return self.U @ self.rows[:, :n].T
+
+    @cached_property
+    def parts(self) -> dict:
+        """Its matrices by name, in decimals."""
+        return self._made[0]
+
+    @property
+    def states(self) -> tuple:
+        """What each entry of its memory is, in words."""
+        sums = self.gain.signals[self.rows.shape[1] :]
+        return (*self._made[1], *sums)
+
+    @cached_property
+    def _made(self):
+        K_P = self.K_x[:, : len(self.R)]
+        parts, words = assembled(
+            self.estimate,
+            self.timing,
+            self.K_x,
+            self.K_I,
+            self.sums,
+            self.T,
+            self._silent(-K_P @ self.R),
+        )
+        a = self.K_I.shape[1]
+        W = parts["W"].copy()
+        if a and self.limits.tracking_time:
+            back = np.linalg.pinv(self.K_I) * (self.T / self.limits.tracking_time)
+            W[len(W) - a :] = round_digits(back, DIGITS)
+        return parts | {"W": W}, words
+
+    def _silent(self, K_r):
+        """K_r without what is zero but for rounding."""
+        size = abs(self.K_x[:, : len(self.R)]) @ abs(self.R)
+        return np.where(abs(K_r) <= 1e-9 * size, 0.0, K_r) + 0.0
+
+    A = property(lambda self: self.parts["A"], doc="How the memory moves, (l, l).")
+    B = property(lambda self: self.parts["B"], doc="How y acts on it, (l, q).")
+    B_r = property(lambda self: self.parts["B_r"], doc="How r acts on it, (l, p).")
+    C = property(lambda self: self.parts["C"], doc="How it acts on u, (m, l).")
+    D = property(lambda self: self.parts["D"], doc="How y acts on u, (m, q).")
+    D_r = property(lambda self: self.parts["D_r"], doc="How r acts on u, (m, p).")
+    W = property(lambda self: self.parts["W"], doc="How v - u acts on it, (l, m).")
+
+    @property
+    def order(self) -> int:
+        """How many numbers it remembers."""
+        return len(self.A)
+
+    @property
+    def set_points(self) -> tuple:
+        """A `Signal` for each set point."""
+        if not self.R.shape[1]:
+            return ()
+        if self.U is not None and len(self.U):
+            sums = self.gain.signals[self.rows.shape[1] :]
+            names = [name.removeprefix("integral of ") for name in sums]
+        else:
+            n = len(self.R)
+            names = [self.gain.signals[k] for k in range(n)]
+        return signals_of([f"set point of {x}" for x in names], self.units)
+
+    @property
+    def followed(self) -> list:
+        """For each set point the index of what is measured of it, or None."""
+        named = {s.name: k for k, s in enumerate(self.measured)}
+        return [
+            named.get(s.name.removeprefix("set point of ")) for s in self.set_points
+        ]
+
+    @property
+    def fastest(self) -> np.ndarray:
+        """(q,): how fast each measured signal may move, per second."""
+        return per_signal("fastest", self.faults.fastest, self.measured)
+
+    # What it does
+
+    @property
+    def sampled(self) -> SampledSystem:
+        """From y to u, as `certify_sampled` takes a controller of x = y."""
+        return SampledSystem(self.A, self.B, self.C, self.D, self.T)
+
+    def to_ss(self) -> Any:
+        """python-control's StateSpace from [y; r] to u, with names."""
+        inputs = [s.name for s in (*self.measured, *self.set_points)]
+        return library("control").ss(
+            self.A,
+            np.hstack([self.B, self.B_r]),
+            self.C,
+            np.hstack([self.D, self.D_r]),
+            self.T,
+            inputs=inputs,
+            outputs=[s.name for s in self.outputs],
+        )
+
+    def loop(self, d: Any) -> Loop:
+        """The sampled loop with a plant, a `Descriptor` without integrators."""
+        return Loop.of(self.parts, self.rows, self.timing, d)
+
+    @cached_property
+    def loops(self) -> list:
+        """The sampled loops with the plant's vertices."""
+        return [self.loop(d) for d in self.vertices]
+
+    @property
+    def radius(self) -> float:
+        """The largest spectral radius of the vertices' loops, in floats."""
+        return max(loop.radius for loop in self.loops)
+
+    def sensitivity_peak(self) -> float:
+        """The largest sensitivity at the plant's input, over the vertices, in floats.
+
+        Sampled: with the hold, the delay and the estimate.
+        """
+        return max(loop.sensitivity_peak for loop in self.loops)
+
+    def certify(self, **asked: Any) -> Any:
+        """Prove the sampled loop, with its memory and its delay, for every plant.
+
+        Parameters
+        ----------
+        **asked
+            ``rate``, ``cells``, ``time_limit`` and more of `certify_sampled`.
+
+        Returns
+        -------
+        SampledCertificate
+            Of the linear loop: limits, quantisation and jitter are no part of it.
+        """
+        rows = self.rows
+        whole = SampledSystem(self.A, self.B @ rows, self.C, self.D @ rows, self.T)
+        return certify_sampled(self.plant, whole, self.T, self.delay, **asked)
+
+    def static(self, r: Any = None, w: Any = None) -> tuple:
+        """Where every vertex comes to rest, and what it asks there.
+
+        Parameters
+        ----------
+        r : (p,) array_like, optional
+            Set points.
+        w : (p_w,) array_like, optional
+            Constant disturbances, of the plant's F.
+
+        Returns
+        -------
+        (vertices, N) and (vertices, m) arrays
+            The plant's state and the outputs. A load on what isn't measured leaves an
+            error there, which no integral of another signal takes away.
+        """
+        x, u = [], []
+        for d, loop in zip(self.vertices, self.loops):
+            p = self.R.shape[1]
+            r_now = self._vector("r", r, p)
+            w_now = self._vector("w", w, d.Bw.shape[1])
+            forced = replace(d, Bu=d.Bw)
+            load = SampleTiming.of(self.T, 0.0).held(forced)[1][: len(d.E)]
+            push = loop.set_point @ r_now
+            push[: len(d.E)] += load @ w_now
+            rest = np.linalg.solve(np.eye(len(loop.F)) - loop.F, push)
+            x.append(rest[: len(d.E)])
+            u.append(loop.H @ rest + loop.direct_r @ r_now)
+        return np.array(x), np.array(u)
+
+    @staticmethod
+    def _vector(name, value, size):
+        if value is None:
+            return np.zeros(size)
+        found = np.atleast_1d(np.asarray(value, float))
+        if found.shape != (size,):
+            raise ValueError(f"{name} needs {size} numbers, got {value!r}")
+        return found
+
+    def simulate(
+        self, seconds: float, r: Any = None, w: Any = None, **more: Any
+    ) -> Run:
+        """Run its program against every vertex, or against other plants.
+
+        Parameters
+        ----------
+        seconds : float
+            How long.
+        r, w : array_like or callable, optional
+            Set points and disturbances, constant or functions of the time.
+        **more
+            ``x0``, the state at the start; ``plants``, others than the vertices, as
+            `Descriptor`; ``friction``, Coulomb's on each coordinate; ``backlash``, a
+            `Backlash`; ``program``, in the place of `Replay`; ``lose``, from a tick's
+            number to whether its sample is lost.
+
+        Returns
+        -------
+        Run
+            It proves nothing. Encoders have their steps.
+        """
+        return simulate_controller(self, seconds, r, w, **more)
+
+    # Others like it
+
+    def set_point(self, r: Any = None, ramp: Any = None) -> "Controller":
+        """Choose what a set point asks of all coordinates.
+
+        Parameters
+        ----------
+        r : (n, p) array_like, optional
+            The coordinates' set points for one unit of each set point, with U r = I.
+            Without it K_P r asks nothing, or as little as can be: then a step moves
+            the integral alone, and overshoots less.
+        ramp : float or dict, optional
+            How fast a set point is followed, per second, one number or by the name of
+            the set point.
+
+        Raises
+        ------
+        ValueError
+            If U r isn't I.
+        """
+        n = len(self.R)
+        U = np.zeros((0, n)) if self.U is None else self.U
+        if r is None:
+            r = quiet_set_point(U, self.K_x[:, :n])
+        else:
+            r = matrix("r", r, (n, None))
+            if len(U) and (
+                r.shape[1] != len(U) or abs(U @ r - np.eye(len(U))).max() > 1e-9
+            ):
+                raise ValueError(
+                    "r must have U r = I: one column for each integral, and its "
+                    f"set point there; got U r = {(U @ r).tolist()}"
+                )
+        new = replace(self, R=r)
+        if ramp is None:
+            return new
+        ramps = per_signal("ramp", ramp, new.set_points)
+        return replace(new, limits=replace(new.limits, ramp=ramps))
+
+    def limit(
+        self,
+        u_max: Any = None,
+        slew: Any = None,
+        tracking_time: float | None = None,
+        *,
+        anti_windup: bool = True,
+        load: Any = None,
+    ) -> "Controller":
+        """Bound the outputs, and tell the integral what is withheld.
+
+        Parameters
+        ----------
+        u_max, slew : float or dict, optional
+            Largest output and its change per second, one number or by name.
+        tracking_time : float, optional
+            With which the integral follows what is withheld, in s; without it the
+            geometric mean of T and the loop's slowest time constant.
+        anti_windup : bool
+            Whether it follows at all.
+        load : (p_w,) array_like, optional
+            A constant disturbance that must be held within the limit.
+
+        Raises
+        ------
+        ValueError
+            If the limit is below what the load needs at rest.
+        """
+        new = Limits(
+            per_signal("u_max", u_max, self.outputs),
+            per_signal("slew", slew, self.outputs),
+            self.limits.ramp,
+            None,
+        )
+        if load is not None:
+            need = abs(self.static(w=load)[1]).max(axis=0)
+            for k, signal in enumerate(self.outputs):
+                if need[k] >= new.u_max[k]:
+                    raise ValueError(
+                        f"u_max = {new.u_max[k]:g} is below the static need: {signal} "
+                        f"must be {need[k]:.6g} to hold the load {load!r}"
+                    )
+        if anti_windup and self.K_I.size:
+            if tracking_time is None:
+                slowest = -self.T / np.log(min(self.radius, 1 - 1e-12))
+                tracking_time = float(f"{np.sqrt(self.T * slowest):.3g}")
+            elif positive("tracking_time", tracking_time) < self.T:
+                raise ValueError(
+                    f"tracking_time = {tracking_time:g} s is below T = {self.T:g} s: "
+                    "the integral would overshoot what is withheld"
+                )
+            new = replace(new, tracking_time=tracking_time)
+        return replace(self, limits=new)
+
+    def watch(self, **faults: Any) -> "Controller":
+        """With other `Faults`, such as ``lost=0.01``, in seconds."""
+        return replace(self, faults=replace(self.faults, **faults))
+
+
+def quiet_set_point(U, K_P):
+    """The r with U r = I of which K_P r is least, (n, a); all of z without U.
+
+    Where there are more free entries than outputs the smallest r is taken.
+
+    Examples
+    --------
+    >>> quiet_set_point(np.array([[1.0, 0.0]]), np.array([[-4.0, 2.0]]))
+    array([[1.],
+           [2.]])
+    """
+    a, n = U.shape
+    if not a:
+        return np.eye(n)
+    base = np.linalg.pinv(U)
+    free = np.linalg.svd(U)[2][a:].T
+    if not free.shape[1]:
+        return base
+    return base - free @ (np.linalg.pinv(K_P @ free) @ (K_P @ base))
+
+
+def checked_delay(T, delay):
+    """T and delay, or a ValueError."""
+    T = positive("T", T)
+    if finite("delay", delay) < 0:
+        raise ValueError(f"delay must be 0 or more, in s, got {delay!r}")
+    return T, float(delay)

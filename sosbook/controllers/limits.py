@@ -1,0 +1,103 @@
+"""What bounds a controller's output, and what makes it give up."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..plants.checks import finite, positive
+
+__all__ = ["FAULTS", "Faults", "Limits", "per_signal"]
+
+#: Why the output is off, by number; 0 is no fault.
+FAULTS = ("running", "sensor", "clock", "stall", "command", "silent")
+MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
+
+
+def per_signal(name, value, signals):
+    """A number for each of some signals, from one number or a dict by their names."""
+    if value is None:
+        return np.full(len(signals), np.inf)
+    if not isinstance(value, dict):
+        return np.full(len(signals), positive(name, value))
+    known = [s.name for s in signals]
+    if strange := [x for x in value if x not in known]:
+        raise ValueError(f"{name} names {strange[0]!r}, which is none of {known}")
+    return np.array(
+        [positive(f"{name}[{x!r}]", value[x]) if x in value else np.inf for x in known]
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Bounds of the output and of the set point.
+
+    Parameters
+    ----------
+    u_max : (m,) array
+        Of each output, either way; infinite without a limit.
+    slew : (m,) array
+        By how much each may change in a second; infinite without.
+    ramp : (p,) array
+        How fast each set point is followed, per second; infinite without.
+    tracking_time : float or None
+        In s: while the output is at its limit the integral follows what is withheld
+        with this time constant. None: it knows nothing of the limit.
+    """
+
+    u_max: np.ndarray
+    slew: np.ndarray
+    ramp: np.ndarray
+    tracking_time: float | None = None
+
+
+@dataclass(frozen=True)
+class Faults:
+    """When a controller gives up; all times in seconds.
+
+    Parameters
+    ----------
+    lost : float
+        For so long samples that are missing or unbelievable are bridged.
+    late : float
+        For so long ticks may come late in a row.
+    slack : float
+        By which share of T a tick may be early or late and isn't counted.
+    stall : float
+        For so long the output may be at its limit.
+    silence : float
+        For so long the set point may be missing; with zero it isn't watched.
+    fastest : float or dict, optional
+        The fastest that what is measured moves, per second, one number or by name:
+        a sample that is further from the last one isn't believed.
+
+    Examples
+    --------
+    >>> Faults(lost=0.005).ticks(0.001)["lost"]
+    5
+    """
+
+    lost: float = 0.005
+    late: float = 0.01
+    slack: float = 0.1
+    stall: float = 5.0
+    silence: float = 0.0
+    fastest: object = None
+
+    def __post_init__(self):
+        for name in ("lost", "late", "slack", "stall", "silence"):
+            if finite(name, getattr(self, name)) < 0:
+                raise ValueError(
+                    f"{name} must be 0 or more, in s, got {getattr(self, name)!r}"
+                )
+
+    def ticks(self, T):
+        """The times as numbers of ticks of T seconds."""
+        found = {}
+        for name in ("lost", "late", "stall", "silence"):
+            found[name] = count = round(getattr(self, name) / T)
+            if count > MOST_TICKS:
+                raise ValueError(
+                    f"{name} = {getattr(self, name):g} s is {count} ticks, more than "
+                    f"C's int must hold: at most {MOST_TICKS * T:g} s"
+                )
+        return found

@@ -1,0 +1,118 @@
+"""The sampled loop of a controller with one plant, in floats."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..sampled.lyapunov import discrete_lyapunov
+
+__all__ = ["Loop", "frequencies"]
+
+GRID = 160  # frequencies from a thousandth of Nyquist's to it
+
+
+def frequencies(T, F=None):
+    """Frequencies of a clock of T seconds, in rad/s; those of F's eigenvalues too."""
+    grid = np.geomspace(1e-3, 1, GRID) * np.pi / T
+    if F is None:
+        return grid
+    turns = np.abs(np.angle(np.linalg.eigvals(F))) / T
+    return np.unique(np.concatenate([grid, turns[turns > grid[0]]]))
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """x+ = F x + noise n + set_point r + pushed f + limited (v - u), u = H x + ...
+
+    The state x is that of the plant, its older inputs, and the controller's own.
+
+    Parameters
+    ----------
+    F : (N, N) array
+    noise, set_point, pushed, limited : arrays of N rows
+        What acts on the state: of the sensors, of the set point, a disturbance at the
+        plant's input, and what the limits take away.
+    H : (m, N) array
+        Picks u.
+    direct, direct_r : (m, q) and (m, p) arrays
+        What of sensors and set point is seen in u at once.
+    T : float
+        Time between samples, in s.
+    """
+
+    F: np.ndarray
+    noise: np.ndarray
+    set_point: np.ndarray
+    pushed: np.ndarray
+    limited: np.ndarray
+    H: np.ndarray
+    direct: np.ndarray
+    direct_r: np.ndarray
+    T: float
+
+    @classmethod
+    def of(cls, parts, rows, timing, d):
+        """The loop of a controller's matrices with a plant d.
+
+        Parameters
+        ----------
+        parts : dict
+            A, B, B_r, C, D, D_r, W: see `sosbook.controllers.memory`.
+        rows : (q, N) array
+            What is measured of the plant's state.
+        timing : SampleTiming
+            When it samples and acts.
+        d : Descriptor
+            The plant.
+        """
+        A, B = timing.held(d)
+        seen = np.hstack([rows, np.zeros((len(rows), len(A) - rows.shape[1]))])
+        B_c, C, D = parts["B"], parts["C"], parts["D"]
+        F = np.block([[A + B @ D @ seen, B @ C], [B_c @ seen, parts["A"]]])
+        return cls(
+            F,
+            np.vstack([B @ D, B_c]),
+            np.vstack([B @ parts["D_r"], parts["B_r"]]),
+            np.vstack([B, np.zeros_like(parts["W"])]),
+            np.vstack([B, parts["W"]]),
+            np.hstack([D @ seen, C]),
+            D,
+            parts["D_r"],
+            float(timing.T),
+        )
+
+    @cached_property
+    def radius(self):
+        """The largest modulus of an eigenvalue."""
+        return float(abs(np.linalg.eigvals(self.F)).max())
+
+    @cached_property
+    def sensitivity_peak(self):
+        """The largest sensitivity at the plant's input; infinite if unstable."""
+        if self.radius >= 1:
+            return np.inf
+        z = np.exp(1j * frequencies(self.T, self.F) * self.T)
+        at = z[:, None, None] * np.eye(len(self.F)) - self.F
+        S = np.eye(len(self.H)) + self.H @ np.linalg.solve(at, self.pushed + 0j)
+        return float(np.linalg.norm(S, 2, axis=(1, 2)).max())
+
+    def noise_rms(self, steps):
+        """(m,) array: rms of u if sensors have independent errors of some ``steps``.
+
+        A step of a quantiser is an error of step / sqrt(12).
+        """
+        G = self.noise * (steps / np.sqrt(12))
+        X = discrete_lyapunov(self.F.T, G @ G.T)
+        direct = self.direct * (steps / np.sqrt(12))
+        total = self.H @ X @ self.H.T + direct @ direct.T
+        return np.sqrt(np.maximum(np.diag(total), 0))
+
+    def impulses(self, G, direct, count):
+        """(count, m, k) array: u after an impulse in each of k inputs at tick 0."""
+        found, x = np.empty((count, len(self.H), G.shape[1])), G
+        found[0] = direct
+        for k in range(1, count):
+            found[k] = self.H @ x
+            x = self.F @ x
+        return found

@@ -1,0 +1,223 @@
+"""What a controller remembers: an estimate of the state, older outputs, integrals.
+
+All of it is one linear system, x+ = A x + B y + B_r r + W (v - u), u = C x + D y +
+D_r r, where v is what is left of u after its limits.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_discrete_are
+
+from ..exact.rational import round_digits
+from ..sampled.discretize import SampleTiming
+
+__all__ = ["Estimate", "assembled", "direct", "filtered", "observed"]
+
+DIGITS = 12  # significant decimal digits of what is computed for a controller
+REST = 1e-12  # of the noise of the process, on every state: no gain dies out
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """x^ = stay s + take y of a memory s+ = A s + B y + older v(k-1), ... + now v(k).
+
+    Parameters
+    ----------
+    stay, take : (N, l) and (N, q) arrays
+        How the estimate of the plant's state is made.
+    A, B : (l, l) and (l, q) arrays
+        How the memory moves.
+    older, now : (l, m d) and (l, m) arrays
+        How outputs act on it: those of ticks before, the last one first, and this.
+    start : (l, q) array
+        The memory at the start, of what is measured there.
+    states : tuple of str
+        What s is, in words.
+    words : str
+        What kind of estimate it is.
+    predicts : (q, l) array or None
+        What will be measured, of s; None: it is what was measured last.
+    """
+
+    stay: np.ndarray
+    take: np.ndarray
+    A: np.ndarray
+    B: np.ndarray
+    older: np.ndarray
+    now: np.ndarray
+    start: np.ndarray
+    states: tuple = ()
+    words: str = "everything is measured"
+    predicts: np.ndarray | None = None
+
+    @property
+    def knows_the_output(self):
+        """Whether it moves by outputs, and needs those of ticks before."""
+        return bool(self.older.any() or self.now.any())
+
+
+def direct(rows, m):
+    """The estimate where ``rows`` pick the whole state of a plant with m inputs."""
+    (q, N), none = rows.shape, np.zeros((0, 0))
+    return Estimate(
+        np.zeros((N, 0)),
+        np.linalg.inv(rows),
+        none,
+        np.zeros((0, q)),
+        none,
+        np.zeros((0, m)),
+        np.zeros((0, q)),
+    )
+
+
+def filtered(rows, n, m, T, tracking, names):
+    """Rates by a filter of first order, where all coordinates are measured.
+
+    Parameters
+    ----------
+    rows : (q, 2n) array
+        What is measured of [z; z']; all z are.
+    n, m : int
+        Coordinates and inputs.
+    T, tracking : float
+        The time between samples and the filter's time constant, in s; with zero it
+        is the difference of two samples.
+    names : sequence of str
+        Of the coordinates.
+    """
+    share = round_digits([1 - np.exp(-T / tracking) if tracking else 1.0], DIGITS)[0]
+    q = len(rows)
+    seen = [bool(rows[:, n + k].any()) for k in range(n)]
+    take = rows.T.copy()  # what is measured stays so
+    late = [k for k in range(n) if not seen[k]]
+    picks = np.array([rows[:, k] for k in late]).reshape(len(late), q)
+    stay = np.zeros((2 * n, len(late)))
+    for j, k in enumerate(late):
+        take[n + k] = share / T * picks[j]
+        stay[n + k, j] = -share / T
+    what = f"a filter of {tracking:g} s" if tracking else "the difference of samples"
+    return Estimate(
+        stay,
+        take,
+        (1 - share) * np.eye(len(late)),
+        share * picks,
+        np.zeros((len(late), 0)),
+        np.zeros((len(late), m)),
+        picks,
+        tuple(f"{names[k]}, filtered" for k in late),
+        f"rates by {what}",
+    )
+
+
+def observed(d, timing, rows, M, names):
+    """A Kalman filter at the ticks: x^ = s + M (y - rows s), s predicted from x^.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant that it knows.
+    timing : SampleTiming
+        When it samples, and how late outputs act.
+    rows : (q, N) array
+        What is measured.
+    M : (N, q) array
+        How far the estimate follows what is measured.
+    names : sequence of str
+        Of the plant's state.
+    """
+    A, B = timing.held(d)
+    N = len(d.E)
+    stay = np.eye(N) - M @ rows
+    flow = A[:N, :N]
+    start = np.linalg.pinv(rows)
+    return Estimate(
+        stay,
+        M,
+        flow @ stay,
+        flow @ M,
+        A[:N, N:],
+        B[:N],
+        start,
+        tuple(f"{name}, predicted" for name in names),
+        "an observer at the ticks",
+        rows,
+    )
+
+
+def kalman(d, T, rows, noise, push):
+    """M of the stationary Kalman filter of a plant for a process noise.
+
+    Parameters
+    ----------
+    d : Descriptor
+        The plant.
+    T : float
+        Time between samples, in s.
+    rows : (q, N) array
+        What is measured.
+    noise : (q,) array
+        Standard deviation of what is measured.
+    push : float
+        That of the inputs and disturbances that nobody knows, from tick to tick.
+    """
+    forced = np.hstack([d.Bu, d.Bw]) if d.Bw.size else d.Bu
+    N = len(d.E)
+    if not d.Bw.size:  # forces on every equation
+        forced = np.hstack([forced, np.eye(N)[:, N // 2 :]])
+    wide = type(d)(d.E, d.A, forced, d.Bw, d.C)
+    A, G = SampleTiming.of(T, 0.0).held(wide)
+    size = np.linalg.norm(G, axis=0)
+    G = G / np.where(size > 0, size, 1)
+    process = push**2 * (G @ G.T)
+    process = process + REST * np.trace(process) * np.eye(N)
+    R = np.diag(noise**2)
+    P = solve_discrete_are(A.T, rows.T, process, R)
+    return np.linalg.solve(rows @ P @ rows.T + R, rows @ P).T
+
+
+def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
+    """The matrices A, B, B_r, C, D, D_r, W of a controller, and what its states are.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Of the plant's state.
+    timing : SampleTiming
+        How late outputs act.
+    K_x, K_I : (m, N) and (m, a) arrays
+        Gains of the state and of the integrals.
+    sums : (a, q) array
+        What is integrated, of what is measured.
+    T : float
+        Time between samples, in s.
+    K_r : (m, p) array
+        How the set points act on u at once.
+
+    Returns
+    -------
+    dict
+        The matrices by name. W has what the limits take away in the registers and in
+        the estimate; the integrals know nothing of it yet.
+    """
+    m, a, p = len(K_x), K_I.shape[1], K_r.shape[1]
+    l, q = estimate.A.shape[0], estimate.take.shape[1]
+    d = m * timing.n_past_inputs if estimate.knows_the_output else 0
+    order = l + d + a
+    older = estimate.older if d else np.zeros((l, 0))
+    C = np.hstack([K_x @ estimate.stay, np.zeros((m, d)), K_I])
+    D = K_x @ estimate.take
+    A, B, B_r, W = (np.zeros((order, k)) for k in (order, q, p, m))
+    A[:l, :l], A[:l, l : l + d] = estimate.A, older
+    A[l + m : l + d, l : l + d - m] = np.eye(max(d - m, 0))
+    A[l + d :, l + d :] = np.eye(a)
+    B[:l], B[l + d :] = estimate.B, T * sums
+    if a:
+        B_r[l + d :, :a] = -T * np.eye(a, p)
+    W[:l] = estimate.now
+    if d:
+        W[l : l + m] = np.eye(m)
+    found = dict(A=A + W @ C, B=B + W @ D, B_r=B_r + W @ K_r, C=C, D=D, D_r=K_r, W=W)
+    found = {name: round_digits(x, DIGITS) for name, x in found.items()}
+    registers = tuple(f"output {k % m + 1} of {k // m + 1} ticks ago" for k in range(d))
+    return found, estimate.states + registers

@@ -1,0 +1,56 @@
+"""The numbers of a controller's program, the same for Python and for C."""
+
+import numpy as np
+
+__all__ = ["NONE", "OUT_OF_RANGE", "program_numbers"]
+
+NONE = 1e30  # in the place of a limit that there isn't; single precision has it, too
+OUT_OF_RANGE = 1e6  # of a reading or set point, in its unit: its wire is broken
+BROKEN = 1e9  # of what the law answers: a number in it is broken
+
+
+def program_numbers(c):
+    """Arrays and numbers of a `Controller` by their names in its program.
+
+    Names that stand for counts of ticks have ints; everything else is floats, exactly
+    those that the program is compiled with.
+    """
+    q, p, m = len(c.measured), len(c.set_points), len(c.outputs)
+    limits, ticks = c.limits, c.faults.ticks(c.T)
+    predicts = c.estimate.predicts
+    guess = np.zeros((q, len(c.A)))
+    if predicts is not None:
+        guess[:, : predicts.shape[1]] = predicts
+    start = np.zeros((len(c.A), q))
+    start[: len(c.estimate.start)] = c.estimate.start
+    return {
+        "A": c.A,
+        "B": c.B,
+        "BR": c.B_r,
+        "W": c.W,
+        "C": c.C,
+        "D": c.D,
+        "DR": c.D_r,
+        "GUESS": guess,
+        "START": start,
+        "LIMIT": _finite(limits.u_max),
+        "SLEW": _finite(limits.slew * c.T),
+        "RAMP": _finite(limits.ramp * c.T),
+        "RANGE": np.full(q, OUT_OF_RANGE),
+        "JUMP": _finite(c.fastest * c.T),
+        "REACH": np.full(p, OUT_OF_RANGE),
+        "TRUSTED": np.full(m, BROKEN),
+        "TICK": c.T,
+        "SLACK": c.faults.slack * c.T,
+        "PREDICTS": int(predicts is not None),
+        "SLEWS": int(np.isfinite(limits.slew).any()),
+        "RAMPS": int(np.isfinite(limits.ramp).any()),
+        "MOST_LOST": ticks["lost"],
+        "MOST_LATE": ticks["late"],
+        "MOST_FULL": ticks["stall"],
+        "MOST_SILENT": ticks["silence"],
+    }
+
+
+def _finite(values):
+    return np.where(np.isfinite(values), values, NONE) + 0.0

@@ -1,0 +1,252 @@
+"""From a design to its controller: what is measured, and how the rest is estimated."""
+
+import numpy as np
+
+from ..exact.rational import round_digits
+from ..plants.checks import positive
+from ..plants.gain import Gain, signals
+from ..plants.simplex import random_weights
+from ..sampled.discretize import SampleTiming, input_vertices
+from .choice import chosen_observer
+from .controller import Controller, checked_delay, quiet_set_point
+from .limits import Limits, per_signal
+from .loop import Loop
+from .memory import DIGITS, assembled, direct, filtered, observed
+from .signals import signals_of
+
+__all__ = ["MEMORIES", "controller_of"]
+
+MEMORIES = ("observer", "filter")
+BETWEEN = 4  # random plants between the vertices that a search looks at, too
+FINE = 1e-6  # of a unit: how fine is measured what nobody said
+SHARE_OF_DECAY = 0.5  # of the decay rate with everything measured: an observer keeps it
+CURE = "Sample faster, or ask the design for less"
+DEAREST_PEAK = 10.0  # of the complementary sensitivity that any controller has
+
+
+def controller_of(
+    design,
+    measured=None,
+    *,
+    T,
+    delay=0.0,
+    units=None,
+    counts=None,
+    memory=None,
+    filter_time=None,
+    peak=2.0,
+    time_limit=None,
+):
+    """The `Controller` of a design: see `Gains.controller`."""
+    T, delay = checked_delay(T, delay)
+    request = design.request
+    plant, U = request.plant, request.U
+    if request.K_A is not None and np.any(request.K_A):
+        raise ValueError(
+            "the design has an acceleration gain K_A, which no sampled controller "
+            "holds: design without"
+        )
+    names = signals(plant)
+    n = plant.n if hasattr(plant, "n") and U is not None else len(names) // 2
+    second_order = not hasattr(plant, "order")
+    vertices = input_vertices(plant, None)
+    N, m = vertices[0].Bu.shape
+    outputs = ["u"] if m == 1 else [f"u{k + 1}" for k in range(m)]
+    units = _units(units, names[: N // 2] if second_order else names, outputs)
+    wanted = tuple(names) if measured is None else _names("measured", measured)
+    if strange := [x for x in wanted if x not in names]:
+        raise ValueError(
+            f"measured names {strange[0]!r}, which is none of {', '.join(names)}"
+        )
+    rows = np.array([[float(x == name) for name in names] for x in wanted])
+    seen = signals_of(wanted, units)
+    steps = _steps(counts, seen)
+    certificate = design.certify(time_limit=time_limit)
+    K = certificate.K if certificate.proven else round_digits(design.K, DIGITS)
+    gain = Gain(np.asarray(K, float), design.gain.signals)
+    timing = SampleTiming.of(T, delay)
+    check_rate(vertices, timing)
+    R = np.zeros((0, 0))
+    if second_order:
+        n = plant.n
+        sums = np.zeros((0, n)) if U is None else np.asarray(U, float)
+        R = quiet_set_point(sums, gain.K[:, :n])
+        for k in range(n):
+            if sums[:, k].any() and not rows[:, k].any():
+                raise ValueError(
+                    f"{names[k]} is integrated but isn't measured: integrate what is "
+                    f"measured ({', '.join(wanted)}), or measure {names[k]}"
+                )
+    about = dict(
+        plant=plant,
+        vertices=vertices,
+        gain=gain,
+        U=U,
+        T=T,
+        delay=delay,
+        measured=seen,
+        outputs=signals_of(outputs, units),
+        rows=rows,
+        steps=steps,
+        R=R,
+        limits=Limits(*_free(m, m, R.shape[1])),
+        units=units,
+        certificate=certificate,
+    )
+    plants = (*vertices, *between(vertices))
+    kind = _kind(memory, filter_time, rows, N // 2 if second_order else 0)
+    if kind == "direct":
+        return Controller(**about, estimate=direct(rows, m))
+    if kind == "filter":
+        tracking = 0.0 if filter_time == 0 else positive("filter_time", filter_time)
+        estimate = filtered(rows, N // 2, m, T, tracking, names)
+        return Controller(**about, estimate=estimate)
+    _observable(vertices, rows, names, T)
+    gains = _gains(gain.K, N, U, rows, T, R)
+    known = [(w, _mixed(vertices, w)) for w in np.eye(len(vertices))]
+    if len(vertices) > 1:
+        middle = np.full(len(vertices), 1 / len(vertices))
+        known = [(middle, _mixed(vertices, middle)), *known]
+    full = _gains(gain.K, N, U, np.eye(N), T, R)
+    parts, _ = assembled(direct(np.eye(N), m), timing, *full)
+    at_best = max(Loop.of(parts, np.eye(N), timing, d).radius for d in plants)
+    if at_best >= 1:
+        raise ValueError(
+            f"at T = {T:g} s, delay = {delay:g} s this gain is unstable even if "
+            f"everything is measured: spectral radius {at_best:.4f}. {CURE}"
+        )
+    found = chosen_observer(
+        plants,
+        known,
+        timing,
+        rows,
+        np.where(steps > 0, steps, FINE),
+        names,
+        gains,
+        positive("peak", peak),
+        at_best**SHARE_OF_DECAY,
+    )
+    if found is None:
+        raise ValueError(
+            f"no observer that was tried keeps every loop stable with this gain at T = "
+            f"{T:g} s, delay = {delay:g} s. {CURE}"
+        )
+    estimate, chosen = found
+    estimate = observed(
+        _mixed(vertices, chosen.weights),
+        timing,
+        rows,
+        round_digits(chosen.M, DIGITS),
+        names,
+    )
+    return Controller(**about, estimate=estimate, chosen=chosen)
+
+
+def between(vertices):
+    """Some plants between several vertices, the same ones each time."""
+    if len(vertices) == 1:
+        return ()
+    weights = random_weights(len(vertices), BETWEEN, 0)
+    return tuple(_mixed(vertices, w) for w in weights)
+
+
+def check_rate(vertices, timing):
+    """Refuse a clock with which no controller has a reasonable loop.
+
+    An unstable pole p of the plant and d + 1 ticks from a sample to its effect leave
+    every sampled controller a complementary sensitivity of at least e^(p T (d + 1)).
+
+    Notes
+    -----
+    T(z) is 1 at z = e^(pT), and z^(d+1) T(z) is analytic outside the unit circle; the
+    maximum modulus principle.
+    """
+    whole = timing.whole_samples + 1
+    for d in vertices:
+        p = max(0.0, np.linalg.eigvals(np.linalg.solve(d.E, d.A)).real.max())
+        least = np.exp(p * float(timing.T) * whole)
+        if least > DEAREST_PEAK:
+            raise ValueError(
+                f"no controller can do it at T = {float(timing.T):g} s: with the "
+                f"plant's unstable pole at {p:.4g} rad/s and {whole} ticks to act "
+                f"every one has a complementary sensitivity of at least {least:.3g} "
+                f"(the limit here is {DEAREST_PEAK:g}); sample faster"
+            )
+
+
+def _kind(memory, filter_time, rows, n):
+    """Whether everything is measured, or what estimates the rest."""
+    if memory is not None and memory not in MEMORIES:
+        raise ValueError(f"memory must be one of {MEMORIES}, got {memory!r}")
+    if filter_time is not None and memory == "observer":
+        raise ValueError("filter_time is for a filter: leave it, or memory, out")
+    if filter_time is not None or memory == "filter":
+        if filter_time is None:
+            raise ValueError("filter_time is missing: the filter's time constant, in s")
+        if not n or not rows[:, :n].any(axis=0).all():
+            raise ValueError(
+                "a filter gives rates of what is measured, and not every coordinate "
+                'is: take memory="observer"'
+            )
+        return "filter"
+    full = rows.shape[0] == rows.shape[1]
+    return "direct" if full and memory is None else "observer"
+
+
+def _observable(vertices, rows, names, T):
+    """Raise where a mode of a vertex that isn't stable isn't measured."""
+    for d in vertices:
+        A = np.linalg.solve(d.E, d.A)
+        for s in np.linalg.eigvals(A):
+            pencil = np.vstack([s * np.eye(len(A)) - A, rows])
+            sizes = np.linalg.svd(pencil, compute_uv=False)
+            if s.real >= -1e-9 * abs(A).max() and sizes[-1] < 1e-9 * sizes[0]:
+                raise ValueError(
+                    f"measured doesn't see the mode at {s:.4g} rad/s, which isn't "
+                    f"stable by itself: measure more of {', '.join(names)}"
+                )
+
+
+def _gains(K, N, U, rows, T, R):
+    sums = np.zeros((0, len(rows)))
+    if U is not None:
+        sums = np.asarray(U, float) @ rows[:, : np.shape(U)[1]].T
+    return K[:, :N], K[:, N:], sums, T, -K[:, : len(R)] @ R
+
+
+def _mixed(vertices, weights):
+    """The mixture of some vertices in descriptor form."""
+    d = vertices[0]
+
+    def mean(name):
+        return sum(w * getattr(v, name) for w, v in zip(weights, vertices))
+
+    return type(d)(mean("E"), mean("A"), mean("Bu"), mean("Bw"), d.C)
+
+
+def _names(name, value):
+    words = (value,) if isinstance(value, str) else tuple(value)
+    if not words or len(set(words)) < len(words):
+        raise ValueError(f"{name} must name signals, each once, got {value!r}")
+    return words
+
+
+def _units(units, coordinates, outputs):
+    known = {} if units is None else dict(units)
+    for name in known:
+        if name not in (*coordinates, *outputs):
+            raise ValueError(
+                f"units names {name!r}, which is none of "
+                f"{', '.join((*coordinates, *outputs))}; rates follow from these"
+            )
+    return known
+
+
+def _steps(counts, seen):
+    """How fine each signal is measured, from counts a turn."""
+    given = per_signal("counts", counts, seen)
+    return np.where(np.isfinite(given), 2 * np.pi / given, 0.0)
+
+
+def _free(*sizes):
+    return (np.full(size, np.inf) for size in sizes)

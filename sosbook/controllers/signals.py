@@ -1,0 +1,87 @@
+"""Signals of a controller: what they are called here and in C, and their units."""
+
+import re
+from dataclasses import dataclass
+
+__all__ = ["Signal", "identifiers", "signals_of", "unit_of"]
+
+#: How a name's marks are spelled in C.
+SPELLED = (("integral of ", "sum_"), ("set point of ", "ref_"), ("'", "_rate"))
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A quantity that goes into a controller or comes out of it.
+
+    Parameters
+    ----------
+    name : str
+        As the plant calls it: ``q1``, or ``q1'`` for its rate.
+    unit : str
+        Such as "rad"; empty where nobody said.
+
+    Examples
+    --------
+    >>> print(Signal("q1'", "rad/s"))
+    q1' (rad/s)
+    """
+
+    name: str
+    unit: str = ""
+
+    def __str__(self):
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+
+def unit_of(name, units):
+    """The unit of a signal, from those of the coordinates and the inputs.
+
+    Examples
+    --------
+    >>> [unit_of(name, {"q1": "rad"}) for name in ("q1", "q1'", "integral of q1")]
+    ['rad', 'rad/s', 'rad s']
+    """
+    bare = name.removeprefix("set point of ")
+    if bare in units:
+        return units[bare]
+    if bare.endswith("'") and bare[:-1] in units:
+        return f"{units[bare[:-1]]}/s"
+    summed = bare.removeprefix("integral of ")
+    if summed != bare and summed in units:
+        return f"{units[summed]} s"
+    return ""
+
+
+def signals_of(names, units):
+    """A `Signal` for each of some names, with the units that are known."""
+    return tuple(Signal(name, unit_of(name, units)) for name in names)
+
+
+def identifiers(names):
+    """The end of a macro of C for each of some names.
+
+    Raises
+    ------
+    ValueError
+        If a name can't be spelled, or two are spelled alike.
+
+    Examples
+    --------
+    >>> identifiers(["q1", "q1'", "set point of q1"])
+    ['Q1', 'Q1_RATE', 'REF_Q1']
+    """
+    words = []
+    for name in names:
+        word = name
+        for mark, spelled in SPELLED:
+            word = word.replace(mark, spelled)
+        word = re.sub(r"[ +()-]+", "_", word).strip("_").upper()
+        if not re.fullmatch(r"[A-Z0-9][A-Z0-9_]{0,30}", word):
+            raise ValueError(
+                f"the signal {name!r} can't be a name of C: give the plant coordinates "
+                "of letters, digits and _, at most 31"
+            )
+        if word in words:
+            raise ValueError(f"two signals would be {word} in C: rename {name!r}")
+        words.append(word)
+    return words

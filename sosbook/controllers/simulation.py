@@ -1,0 +1,175 @@
+"""A controller's program at work on its plants: sampled, late, in steps, with friction.
+
+Between two changes the linear plant is solved exactly. Friction and backlash are
+constant over a part of a tick.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from ..plants.checks import count, positive
+from .replay import Replay
+
+__all__ = ["Backlash", "Run", "simulate_controller"]
+
+PARTS = 10  # of a tick, in which friction and backlash are constant
+
+
+@dataclass(frozen=True)
+class Backlash:
+    """A gap between two coordinates: within it their spring S_ij does nothing.
+
+    Parameters
+    ----------
+    first, second : int
+        The coordinates.
+    gap : float
+        How far one moves free of the other, from end to end.
+    """
+
+    first: int
+    second: int
+    gap: float
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What a program did with several plants at its ticks.
+
+    Parameters
+    ----------
+    t : (k,) array
+        Times of the ticks, in s.
+    x : (plants, k, N) array
+        The plant's state [z; z'].
+    u : (plants, k, m) array
+        What the program gave.
+    y : (plants, k, q) array
+        What it saw.
+    fault : (plants, k) array
+        Indices in `FAULTS`.
+    """
+
+    t: np.ndarray
+    x: np.ndarray
+    u: np.ndarray
+    y: np.ndarray
+    fault: np.ndarray
+
+
+def simulate_controller(
+    controller,
+    seconds,
+    r=None,
+    w=None,
+    x0=None,
+    *,
+    plants=None,
+    friction=None,
+    backlash=None,
+    program=None,
+    lose=None,
+):
+    """Run a controller's program: see `Controller.simulate`."""
+    c = controller
+    plants = c.vertices if plants is None else plants
+    runs, (N, m) = len(plants), plants[0].Bu.shape
+    ticks = count("seconds / T", round(positive("seconds", seconds) / c.T), 1)
+    program = Replay(c, runs) if program is None else program
+    forces = _Forces(plants, friction, backlash)
+    early, rest = float(c.timing.remainder), float(c.timing.T - c.timing.remainder)
+    flows = [_flow(plants, forces.entry, span) for span in (early, rest)]
+    x = np.zeros((runs, N)) if x0 is None else np.broadcast_to(x0, (runs, N)) + 0.0
+    late = c.timing.whole_samples
+    queue = [np.zeros((runs, m))] * (late + 2)
+    seen = np.empty((runs, ticks, len(c.rows)))
+    xs, us = np.empty((runs, ticks, N)), np.empty((runs, ticks, m))
+    faults = np.empty((runs, ticks), int)
+    for k in range(ticks):
+        y = (x @ c.rows.T).T
+        exact = c.steps <= 0
+        fine = np.where(exact, 1.0, c.steps)[:, None]
+        y = np.where(exact[:, None], y, fine * np.floor(y / fine + 0.5))
+        if lose is not None and lose(k):
+            y = np.full_like(y, np.nan)
+        if k == 0:
+            program.start(y)
+        now = _at(r, k * c.T, len(c.set_points))
+        u = program.step(y, np.repeat(now[:, None], runs, axis=1))
+        xs[:, k], us[:, k], seen[:, k], faults[:, k] = x, u.T, y.T, program.fault
+        queue = [u.T, *queue[:-1]]
+        force = _at(w, k * c.T, plants[0].Bw.shape[1])
+        for (Phi, G_u, G_w, G_f, span), acting in zip(
+            flows, (queue[late + 1], queue[late])
+        ):
+            for _ in range(PARTS if span else 0):
+                f = forces(x, span / PARTS)
+                x = _times(Phi, x) + _times(G_u, acting) + G_w @ force + _times(G_f, f)
+    return Run(c.T * np.arange(ticks), xs, us, seen, faults)
+
+
+def _times(matrices, vectors):
+    return np.einsum("kij,kj->ki", matrices, vectors)
+
+
+def _at(signal, t, size):
+    """The value at a time of a constant or a function of time; zero without."""
+    value = signal(t) if callable(signal) else signal
+    if value is None:
+        return np.zeros(size)
+    return np.broadcast_to(np.asarray(value, float).reshape(-1), (size,))
+
+
+def _flow(plants, entry, span):
+    """What a part of a span of seconds does, for each plant."""
+    steps = []
+    for d in plants:
+        N, m, p = len(d.E), d.Bu.shape[1], d.Bw.shape[1]
+        wide = np.hstack([d.A, d.Bu, d.Bw, entry])
+        A = np.zeros((wide.shape[1],) * 2)
+        A[:N] = np.linalg.solve(d.E, wide)
+        steps.append(expm(A * (span / PARTS))[:N])
+    steps = np.array(steps)
+    parts = np.split(steps, [N, N + m, N + m + p], axis=2)
+    return *parts, span
+
+
+class _Forces:
+    """Friction and backlash of some plants, as forces on their equations."""
+
+    def __init__(self, plants, friction, backlash):
+        N = len(plants[0].E)
+        self.n = n = N // 2
+        self.friction = np.zeros(n)
+        if friction is not None:
+            self.friction = np.broadcast_to(np.asarray(friction, float), (n,))
+        self.entry = (
+            np.eye(N)[:, n:]
+            if (friction is not None or backlash)
+            else (np.zeros((N, 0)))
+        )
+        E = np.array([d.E for d in plants])
+        self.heavy = (
+            1 / np.array([np.diag(np.linalg.inv(e[n:, n:])) for e in E])
+            if self.entry.size
+            else None
+        )
+        self.backlash = backlash
+        if backlash is not None:
+            i, j = backlash.first, backlash.second
+            self.stiff = np.array([d.A[n + i, j] for d in plants])
+
+    def __call__(self, x, span):
+        if not self.entry.size:
+            return np.zeros((len(x), 0))
+        speed = x[:, self.n :]
+        # no more than would stop it
+        f = -np.clip(speed * self.heavy / span, -self.friction, self.friction)
+        if self.backlash is not None:
+            i, j, gap = self.backlash.first, self.backlash.second, self.backlash.gap
+            lost = self.stiff * np.clip(x[:, i] - x[:, j], -gap / 2, gap / 2)
+            f[:, i] += lost
+            f[:, j] -= lost
+        return f
