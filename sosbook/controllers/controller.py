@@ -14,9 +14,11 @@ from ..runtime.read_only import ReadOnly
 from ..sampled.discretize import SampleTiming
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
+from .facts import facts_of
 from .limits import FAULTS, Faults, Limits, per_signal
 from .loop import Loop
-from .memory import DIGITS, Estimate, assembled
+from .memory import DIGITS, ROUNDING, Estimate, assembled
+from .program import Code
 from .signals import signals_of
 from .simulation import Run, simulate_controller
 
@@ -69,7 +71,8 @@ class Controller(ReadOnly):
     >>> import sosbook as sos
     >>> cart = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]], coordinates=["place"])
     >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
-    >>> controller = design.controller(T=0.01, delay=0.01, units={"place": "m"})
+    >>> controller = design.controller(
+    ...     ["place"], T=0.01, delay=0.01, units={"place": "m"})
     >>> print(controller.measured[0], controller.order, controller.radius < 1)
     place (m) 3 True
     >>> print(controller.certify())
@@ -161,7 +164,7 @@ class Controller(ReadOnly):
     def _silent(self, K_r):
         """K_r without what is zero but for rounding."""
         size = abs(self.K_x[:, : len(self.R)]) @ abs(self.R)
-        return np.where(abs(K_r) <= 1e-9 * size, 0.0, K_r) + 0.0
+        return np.where(abs(K_r) <= ROUNDING * size, 0.0, K_r) + 0.0
 
     A = property(lambda self: self.parts["A"], doc="How the memory moves, (l, l).")
     B = property(lambda self: self.parts["B"], doc="How y acts on it, (l, q).")
@@ -201,6 +204,27 @@ class Controller(ReadOnly):
     def fastest(self) -> np.ndarray:
         """(q,): how fast each measured signal may move, per second."""
         return per_signal("fastest", self.faults.fastest, self.measured)
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """(l, q): the memory at the start, of what is measured there.
+
+        The machine is taken to be at rest, and the integrals so that it is asked
+        nothing.
+        """
+        e, q = self.estimate, len(self.measured)
+        found = np.zeros((len(self.A), q))
+        found[: len(e.start)] = e.start
+        a = self.K_I.shape[1]
+        if a:
+            r = np.zeros((len(self.set_points), q))
+            for j, k in enumerate(self.followed):
+                r[j, q if k is None else k :][:1] = 1
+            asked = self.K_x @ (e.stay @ e.start + e.take) + self.D_r @ r
+            found[len(found) - a :] = round_digits(
+                -np.linalg.pinv(self.K_I) @ asked, DIGITS
+            )
+        return found + 0.0
 
     # What it does
 
@@ -322,6 +346,29 @@ class Controller(ReadOnly):
             It proves nothing. Encoders have their steps.
         """
         return simulate_controller(self, seconds, r, w, **more)
+
+    def to_c(
+        self, name: str = "axis", precision: str = "double", time_limit: float = 60.0
+    ) -> Code:
+        """Its program in C99, with what is proven, bounded and simulated of it.
+
+        Parameters
+        ----------
+        name : str
+            Of the files, and in front of every identifier.
+        precision : {"double", "single"}
+            Of all arithmetic; single for boards without wide floats.
+        time_limit : float
+            Seconds for the proof of the sampled loop.
+
+        Returns
+        -------
+        Code
+            `Code.write` makes the files; `Code.texts` has them.
+        """
+        Code(self, name, precision)  # a bad name is said before anything is proven
+        facts, proofs = facts_of(self, precision, time_limit)
+        return Code(self, name, precision, facts, proofs)
 
     # Others like it
 

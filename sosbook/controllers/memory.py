@@ -15,6 +15,7 @@ from ..sampled.discretize import SampleTiming
 __all__ = ["Estimate", "assembled", "direct", "filtered", "observed"]
 
 DIGITS = 12  # significant decimal digits of what is computed for a controller
+ROUNDING = 1e-9  # of the largest entry: what is smaller is zero but for rounding
 REST = 1e-12  # of the noise of the process, on every state: no gain dies out
 
 
@@ -130,7 +131,12 @@ def observed(d, timing, rows, M, names):
     N = len(d.E)
     stay = np.eye(N) - M @ rows
     flow = A[:N, :N]
+    # of all states with these readings the one that is nearest to rest
     start = np.linalg.pinv(rows)
+    free = np.linalg.svd(rows)[2][len(rows) :].T
+    moves = np.linalg.solve(d.E, d.A)
+    start = start - free @ (np.linalg.pinv(moves @ free) @ (moves @ start))
+    start = np.where(abs(start) > ROUNDING * abs(start).max(), start, 0.0)
     return Estimate(
         stay,
         M,
@@ -138,7 +144,7 @@ def observed(d, timing, rows, M, names):
         flow @ M,
         A[:N, N:],
         B[:N],
-        start,
+        round_digits(start, DIGITS),
         tuple(f"{name}, predicted" for name in names),
         "an observer at the ticks",
         rows,

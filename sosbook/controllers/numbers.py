@@ -21,8 +21,6 @@ def program_numbers(c):
     guess = np.zeros((q, len(c.A)))
     if predicts is not None:
         guess[:, : predicts.shape[1]] = predicts
-    start = np.zeros((len(c.A), q))
-    start[: len(c.estimate.start)] = c.estimate.start
     return {
         "A": c.A,
         "B": c.B,
@@ -32,7 +30,7 @@ def program_numbers(c):
         "D": c.D,
         "DR": c.D_r,
         "GUESS": guess,
-        "START": start,
+        "START": c.start,
         "LIMIT": _finite(limits.u_max),
         "SLEW": _finite(limits.slew * c.T),
         "RAMP": _finite(limits.ramp * c.T),

@@ -112,7 +112,8 @@ class Replay:
         values = np.asarray(values, float)
         values = np.broadcast_to(values.reshape(count, -1), (count, self._lanes.runs))
         one = self._lanes.runs == 1
-        return [self._lanes.read(row[0].item() if one else row) for row in values]
+        with np.errstate(over="ignore"):
+            return [self._lanes.read(x[0].item() if one else x) for x in values]
 
     def _total(self, *pairs):
         """The sum of factors times values, from the left, beginning at zero."""

@@ -101,12 +101,11 @@ def simulate_controller(
         xs[:, k], us[:, k], seen[:, k], faults[:, k] = x, u.T, y.T, program.fault
         queue = [u.T, *queue[:-1]]
         force = _at(w, k * c.T, plants[0].Bw.shape[1])
-        for (Phi, G_u, G_w, G_f, span), acting in zip(
-            flows, (queue[late + 1], queue[late])
-        ):
+        acting = queue[late + 1], queue[late]
+        for (Phi, G_u, G_w, G_f, span), held in zip(flows, acting):
             for _ in range(PARTS if span else 0):
                 f = forces(x, span / PARTS)
-                x = _times(Phi, x) + _times(G_u, acting) + G_w @ force + _times(G_f, f)
+                x = _times(Phi, x) + _times(G_u, held) + G_w @ force + _times(G_f, f)
     return Run(c.T * np.arange(ticks), xs, us, seen, faults)
 
 

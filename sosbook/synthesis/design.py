@@ -109,8 +109,8 @@ class Design(ClosedLoop[Certificate], Solution):
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.slack
 
-    def controller(self) -> LawGain:
-        """The controller from what is measured to u, exactly: see `Law.controller`.
+    def exact_controller(self) -> LawGain:
+        """From what is measured to u in continuous time, exactly: see `Law.controller`.
 
         Raises
         ------

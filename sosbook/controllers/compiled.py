@@ -1,0 +1,100 @@
+"""A controller's program, compiled and run in place of `Replay`."""
+
+import ctypes
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..runtime.writing import write_texts
+from .compiler import FLAGS, build
+from .program import Code
+from .replay import COUNTERS
+from .spelling import FLOAT_TYPES
+
+__all__ = ["CompiledCode"]
+
+
+class CompiledCode:
+    """The program in C, with the methods of `Replay`.
+
+    Parameters
+    ----------
+    controller : Controller
+        What it is the program of.
+    runs : int
+        How many machines.
+    precision : {"double", "single"}
+        Of all arithmetic.
+    flags : sequence of str
+        Of the compiler.
+    folder : path_like, optional
+        Where the files go; without it a temporary one, which goes with this object.
+
+    Raises
+    ------
+    RuntimeError
+        If there is no compiler, or it refuses.
+    """
+
+    def __init__(
+        self, controller, runs=1, precision="double", flags=FLAGS, folder=None
+    ):
+        self.code, self.runs = Code(controller, "law", precision), runs
+        self.kind = np.dtype(FLOAT_TYPES[precision])
+        if folder is None:
+            self._temporary = tempfile.TemporaryDirectory(
+                prefix="law", ignore_cleanup_errors=True
+            )
+            folder = self._temporary.name
+        write_texts(folder, self.code.texts)
+        library = ctypes.CDLL(str(build(Path(folder), "law", flags)))
+        self._real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
+        sizes = [len(controller.A), len(controller.measured)]
+        sizes += [len(controller.set_points), len(controller.outputs)]
+        fields = [
+            (name, self._real * max(size, 1)) for name, size in zip("xyru", sizes)
+        ]
+        fields += [("lost", ctypes.c_int * sizes[1])]
+        fields += [(name, ctypes.c_int) for name in (*COUNTERS, "fault")]
+        self.state_type = type("State", (ctypes.Structure,), {"_fields_": fields})
+        self._sizes, self.states = sizes, None
+        self._start, self._step = library.law_start, library.law_step
+        self._start.restype, self._step.restype = None, ctypes.c_int
+        pointer = ctypes.POINTER(self._real)
+        state = ctypes.POINTER(self.state_type)
+        self._start.argtypes = [state, pointer]
+        self._step.argtypes = [state, pointer, pointer, self._real, pointer]
+
+    @property
+    def fault(self):
+        """(runs,) array of int, indices in `FAULTS`; None before the start."""
+        if self.states is None:
+            return None
+        return np.array([state.fault for state in self.states])
+
+    def start(self, y):
+        """As `Replay.start`, with what is measured, y."""
+        self.states = [self.state_type() for _ in range(self.runs)]
+        for state, row in zip(self.states, self._rows(y, self._sizes[1])):
+            self._start(state, row)
+
+    def step(self, y, r=(), elapsed=None):
+        """As `Replay.step`: what is measured, the set points, seconds since then."""
+        if self.states is None:
+            raise ValueError("the program isn't started: call start(y)")
+        m = self._sizes[3]
+        u = (self._real * m)()
+        found = np.empty((m, self.runs), self.kind)
+        elapsed = self.code.controller.T if elapsed is None else elapsed
+        ys, rs = self._rows(y, self._sizes[1]), self._rows(r, self._sizes[2])
+        for k, (state, seen, told) in enumerate(zip(self.states, ys, rs)):
+            self._step(state, seen, told, elapsed, u)
+            found[:, k] = u[:]
+        return found
+
+    def _rows(self, values, count):
+        values = np.asarray(values, float).reshape(count, -1)
+        values = np.broadcast_to(values, (count, self.runs)).T
+        array = self._real * max(count, 1)
+        return [array(*row.tolist()) for row in values]

@@ -1,0 +1,98 @@
+"""What the header of a program says: what is proven, bounded, and simulated only."""
+
+import numpy as np
+
+from ..plants.as_data import plant_data
+from ..runtime.digests import digest
+
+__all__ = ["facts_of"]
+
+SECONDS = 6.0  # times the slowest time constant, that a step is simulated
+MOST_SIMULATED = 20_000  # ticks
+LOSE_EVERY = 97  # a tick: about one sample in a hundred
+
+
+def facts_of(c, precision, time_limit):
+    """The three columns of a `Controller`'s header, and its proof files.
+
+    Parameters
+    ----------
+    c : Controller
+        Of whose program they are.
+    precision : str
+        Of the program.
+    time_limit : float
+        Seconds for the proof of the sampled loop.
+
+    Returns
+    -------
+    ((title, lines), ...) and ((end of the name, text), ...)
+    """
+    sampled = c.certify(time_limit=time_limit)
+    named = (("", "gain in continuous time", c.certificate), ("_sampled", "", sampled))
+    proven, proofs = [f"plant: sha256 {digest(plant_data(c.plant))[:16]}"], []
+    for end, what, proof in named:
+        if proof is not None and proof.proven:
+            proofs.append((end, proof.text))
+            words = "; ".join(proof.claims)
+            sha = digest(proof.text.encode())
+            proven.append(f"{f'{what}: ' if what else ''}{words} (file sha256 {sha})")
+        else:
+            what = what or "sampled loop"
+            failed = ", ".join(map(str, getattr(proof, "failed", ()))) or "no proof"
+            proven.append(f"{what}: NOT PROVEN, {failed}")
+    proven.append(
+        f"all of this is about the linear loop, sampled every {c.T:g} s, acting "
+        f"{c.delay:g} s late, {c.estimate.words}; constant plants"
+    )
+    gains = ", ".join(
+        f"{k:.6g} {name}" for row in c.gain.K for k, name in zip(row, c.gain.signals)
+    )
+    proven.append(f"u = {gains}")
+    return (
+        ("proven", proven),
+        ("bounded", bounded(c)),
+        ("simulated only", simulated(c)),
+    ), tuple(proofs)
+
+
+def bounded(c):
+    """What is computed of all corners of the plant, in floats."""
+    lines = [
+        f"spectral radius {c.radius:.5f}, largest sensitivity at the input "
+        f"{c.sensitivity_peak():.3f}, at the corners, in floats"
+    ]
+    if c.steps.any():
+        rms = np.max([loop.noise_rms(c.steps) for loop in c.loops], axis=0)
+        for k, signal in enumerate(c.outputs):
+            lines.append(
+                f"steps of the sensors move {signal} by {rms[k]:.3g} rms, at the "
+                "corners, if they are independent from tick to tick"
+            )
+    return lines
+
+
+def simulated(c):
+    """What a step of each set point does at all corners, a sample in 97 lost."""
+    slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
+    ramp = c.limits.ramp.min(initial=np.inf)
+    seconds = SECONDS * slowest + (0.0 if np.isinf(ramp) else 1 / ramp)
+    seconds = min(seconds, MOST_SIMULATED * c.T)
+    lines = [
+        "limits, slew, ramp, anti-windup, the sensors' steps, lost samples: no proof "
+        "above has them"
+    ]
+    for j, signal in enumerate(c.set_points):
+        r = np.eye(len(c.set_points))[j]
+        run = c.simulate(seconds, r=r, lose=lambda k: k % LOSE_EVERY == LOSE_EVERY - 1)
+        most = abs(run.u).max(axis=(0, 1))
+        words = ", ".join(f"{x:.4g} {s.unit}" for x, s in zip(most, c.outputs))
+        k = c.followed[j]
+        over = ""
+        if k is not None:
+            seen = run.x @ c.rows[k]
+            over = f"overshoots by {100 * max(0.0, seen.max() - 1):.1f} %, "
+        bad = "no fault" if not run.fault.any() else "FAULTS"
+        lines.append(f"a step of 1 of {signal}: {over}asks {words} at most, {bad}")
+    lines.append("jitter, friction, backlash: not looked at")
+    return lines

@@ -1,0 +1,286 @@
+"""A controller as a program in C99: <name>.h, <name>.c and what goes with them.
+
+The files of the folder templates are whole programs. They include <name>_gains.h, which
+alone is written here, and so are <name>_plants.h, the plants of the bench.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..runtime.writing import write_texts
+from .numbers import NONE, program_numbers
+from .signals import identifiers
+from .spelling import FLOAT_TYPES, literal
+from .template import comment, noted, read, written_by
+
+__all__ = ["Code"]
+
+#: Words of C99 and of its libraries that a file's name would collide with.
+# fmt: off
+TAKEN = {
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double",
+    "else", "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long",
+    "main", "math", "register", "restrict", "return", "short", "signed", "sizeof",
+    "static", "stdio", "struct", "switch", "typedef", "union", "unsigned", "void",
+    "volatile", "while",
+}
+# fmt: on
+FOLDER = "sosbook.controllers"
+MATRICES = ("A", "B", "BR", "W", "C", "D", "DR", "GUESS", "START")
+VECTORS = ("LIMIT", "SLEW", "RAMP", "RANGE", "JUMP", "REACH", "TRUSTED")
+BENCH_SECONDS = 20.0  # times the slowest time constant, at most MOST_BENCH_TICKS
+MOST_BENCH_TICKS = 200_000
+REST_SHARE = 0.02  # of the set point: what moves less is at rest
+
+
+@dataclass(frozen=True)
+class Code:
+    """The program of a `Controller`, file by file.
+
+    Parameters
+    ----------
+    controller : Controller
+        What it is the program of.
+    name : str
+        Of the files, and in front of each identifier of C.
+    precision : {"double", "single"}
+        Of all arithmetic.
+    facts : tuple of (str, list of str)
+        What the header says, in columns: what is proven, bounded, simulated.
+    proofs : tuple of (str, str)
+        Proof files that go with it: the ends of their names, and their texts.
+
+    Raises
+    ------
+    ValueError
+        If C can't have the name, or a number doesn't fit the precision.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> cart = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]])
+    >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
+    >>> code = Code(design.controller(T=0.01), "cart")
+    >>> sorted(code.texts)[:4]
+    ['CMakeLists.txt', 'cart.c', 'cart.h', 'cart_bench.c']
+    >>> print(code.texts["cart.c"].splitlines()[0])
+    /* cart.c: see cart.h
+    """
+
+    controller: Any
+    name: str = "axis"
+    precision: str = "double"
+    facts: tuple = ()
+    proofs: tuple = ()
+
+    def __post_init__(self):
+        name = self.name
+        if (
+            not isinstance(name, str)
+            or not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)
+            or name in TAKEN
+        ):
+            raise ValueError(
+                "name must begin a C identifier, in lower case with at most 31 "
+                f"letters, digits and _, and be no word of C, got {name!r}"
+            )
+        if self.precision not in FLOAT_TYPES:
+            raise ValueError(
+                f"precision must be 'double' or 'single', got {self.precision!r}"
+            )
+        identifiers([s.name for s in self.controller.measured])  # raises
+
+    @cached_property
+    def texts(self) -> dict:
+        """The text of each file by its name."""
+        name, c = self.name, self.controller
+        files = {
+            f"{name}.h": "axis.h",
+            f"{name}.c": "axis.c",
+            f"{name}_bench.c": "axis_bench.c",
+            "CMakeLists.txt": "CMakeLists.txt",
+            f"{name}_sketch/{name}_sketch.ino": "axis.ino",
+            f"{name}_sketch/platformio.ini": "platformio.ini",
+        }
+        note = [written_by()]
+        texts = {
+            file: self._named(noted(read(FOLDER, t), note)) for file, t in files.items()
+        }
+        texts[f"{name}_gains.h"] = self.gains
+        texts[f"{name}_plants.h"] = _plants(c, self.precision)
+        texts |= {f"proof_{name}{end}.json": text for end, text in self.proofs}
+        for part in (f"{name}.h", f"{name}.c", f"{name}_gains.h"):
+            texts[f"{name}_sketch/{part}"] = texts[part]
+        return texts
+
+    def _named(self, text):
+        """A template's text with this program's name."""
+        text = re.sub(r"\baxis(?=[_.\b ()*]|$)", self.name, text, flags=re.M)
+        return re.sub(r"\bAXIS(?=_)", self.name.upper(), text)
+
+    @cached_property
+    def gains(self) -> str:
+        """The text of <name>_gains.h: all numbers, and what is known of them."""
+        c, prefix = self.controller, self.name.upper()
+        values = program_numbers(c)
+        lines = [
+            f"/* {self.name}_gains.h: the numbers of {self.name}.c, and what is known",
+            " *",
+            comment([written_by()], " * "),
+        ]
+        for title, facts in self.facts:
+            lines += [" *", f" * {title.upper()}"]
+            lines += [comment([f"- {fact}"], " *   ") for fact in facts]
+        lines += [" */", f"#ifndef {prefix}_GAINS_H", f"#define {prefix}_GAINS_H", ""]
+
+        def define(label, value, said=""):
+            text = f"#define {prefix}_{label} {value}"
+            lines.append(f"{text} /* {said} */" if said else text)
+
+        delay = c.timing.whole_samples
+        define("SINGLE", int(self.precision == "single"), "1: float, 0: double")
+        define("STATES", len(c.A), "numbers that it remembers")
+        define("MEASURED", len(c.measured))
+        define("SET_POINTS", len(c.set_points))
+        define("OUTPUTS", len(c.outputs))
+        define("TICK_US", f"{round(1e6 * c.T)}UL", f"{c.T:g} s between samples")
+        define("DELAY_TICKS", delay, f"{c.delay:g} s from a sample to the actuator:")
+        define(
+            "DELAY_REST_US",
+            f"{round(1e6 * float(c.timing.remainder))}UL",
+            "whole ticks, and what is left",
+        )
+        for kind, signals in (
+            ("IN", c.measured),
+            ("SET", c.set_points),
+            ("OUT", c.outputs),
+        ):
+            for k, (word, signal) in enumerate(
+                zip(identifiers([s.name for s in signals]), signals)
+            ):
+                define(f"{kind}_{word}", k, str(signal))
+        for label in ("TICK", "SLACK"):
+            define(label, self._number(values[label]), f"{values[label]:.9g} s")
+        for label, said in (
+            ("MOST_LOST", f"ticks: {c.faults.lost:g} s without a sample"),
+            ("MOST_LATE", f"ticks: {c.faults.late:g} s of ticks early or late"),
+            ("MOST_FULL", f"ticks: {c.faults.stall:g} s at the limit"),
+            ("MOST_SILENT", f"ticks: {c.faults.silence:g} s without a set point, or 0"),
+            ("PREDICTS", "1: a lost sample is predicted; 0: the last one stays"),
+            ("SLEWS", "1: the outputs' change is limited"),
+            ("RAMPS", "1: set points are followed along a ramp"),
+        ):
+            define(label, values[label], said)
+        followed = [-1 if k is None else k for k in c.followed] or [-1]
+        define(
+            "FOLLOWED",
+            "{" + ", ".join(map(str, followed)) + "}",
+            "where a set point starts: at this reading",
+        )
+        for label in VECTORS:
+            lines += self._vector(label, values[label])
+        for label in MATRICES:
+            lines += self._matrix(label, values[label])
+        lines += ["", "#endif", ""]
+        return "\n".join(lines)
+
+    def _number(self, value):
+        return literal(value, self.precision)
+
+    def _vector(self, label, value):
+        said = {
+            "LIMIT": "largest output",
+            "SLEW": "largest change of an output in a tick",
+            "RAMP": "largest change of a set point in a tick",
+            "RANGE": "a reading beyond it isn't believed",
+            "JUMP": "a reading that moved more in a tick isn't believed",
+            "REACH": "a set point beyond it isn't taken",
+            "TRUSTED": "an answer beyond it is broken",
+        }[label]
+        value = value if len(value) else np.zeros(1)
+        words = ", ".join("none" if x >= NONE else f"{x:.9g}" for x in value)
+        row = ", ".join(map(self._number, value))
+        return [
+            f"/* {said}: {words} */",
+            f"#define {self.name.upper()}_{label} {{{row}}}",
+        ]
+
+    def _matrix(self, label, value):
+        c = self.controller
+        states = list(c.states) or ["nothing"]
+        y = ", ".join(map(str, c.measured))
+        said = {
+            "A": "memory to memory",
+            "B": f"({y}) to memory",
+            "BR": "set points to memory",
+            "W": "what the limits add, v - u, to memory",
+            "C": "memory to outputs",
+            "D": f"({y}) to outputs",
+            "DR": "set points to outputs",
+            "GUESS": "memory to what will be measured",
+            "START": f"({y}) to the memory at the start",
+        }[label]
+        shape = [max(n, 1) for n in value.shape]
+        full = np.zeros(shape)
+        full[: value.shape[0], : value.shape[1]] = value
+        into = states if label in ("A", "B", "BR", "W", "START") else None
+        lines = [f"/* {said} */", f"#define {self.name.upper()}_{label} {{ \\"]
+        for k, row in enumerate(full):
+            numbers = ", ".join(map(self._number, row))
+            decimals = ", ".join(f"{x:.12g}" for x in row)
+            what = f"{into[k]}: " if into else ""
+            lines.append(f"    {{{numbers}}}, /* {what}{decimals} */ \\")
+        return [*lines, "}"]
+
+    def write(self, folder: Any, replace: bool = False) -> list:
+        """Write all files into a folder: all or none, over nothing foreign.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Made if it doesn't exist.
+        replace : bool
+            Files that are there with another text are replaced.
+        """
+        return write_texts(folder, self.texts, replace)
+
+
+def _plants(c, precision):
+    """The text of <name>_plants.h: every corner of the plant, from tick to tick."""
+    held = [c.timing.held(d) for d in c.vertices]
+    older = held[0][0].shape[0] - c.rows.shape[1]
+    rows = np.hstack([c.rows, np.zeros((len(c.rows), older))])
+    slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
+    ramp = np.where(np.isfinite(c.limits.ramp), c.limits.ramp, np.inf)
+    r = np.ones(len(c.set_points))
+    seconds = BENCH_SECONDS * slowest + float((r / ramp).max(initial=0))
+    ticks = min(round(seconds / c.T), MOST_BENCH_TICKS)
+    r = r if len(r) else np.zeros(1)
+
+    def braces(value):
+        if np.ndim(value) == 0:
+            return literal(float(value), precision)
+        inner = ", ".join(map(braces, value))
+        return "{" + inner + "}"
+
+    lines = [
+        "/* The plants of the bench: their state from tick to tick, [z; z'; older u].",
+        " *",
+        comment([written_by()], " * "),
+        " */",
+        f"#define BENCH_CORNERS {len(held)}",
+        f"#define BENCH_STATES {len(held[0][0])}",
+        f"#define BENCH_TICKS {ticks}L /* {ticks * c.T:.3g} s */",
+        f"#define BENCH_REST {literal(max(REST_SHARE, *(2 * c.steps)), precision)}",
+        f"#define BENCH_SET_POINTS {braces(r)}",
+        f"#define BENCH_STEPS {braces(c.steps)}",
+        f"#define BENCH_H {braces(rows)}",
+    ]
+    for label, k in (("F", 0), ("G", 1)):
+        corners = ", \\\n    ".join(braces(pair[k]) for pair in held)
+        lines.append(f"#define BENCH_{label} {{ \\\n    {corners} \\\n}}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,269 @@
+"""The program in C: its numbers, its bits, its faults, and what a compiler says."""
+
+import itertools
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.controllers import Code, CompiledCode, Replay, code_fault, read_gains
+from sosbook.controllers.compiler import FLAGS
+from tests.axis import T, axis, rubbed
+
+KINDS = {"double": float, "single": np.float32}
+STRICT = (
+    *("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"),
+    *("-Wconversion", "-Wshadow", "-Wsign-conversion", "-Wdouble-promotion"),
+)
+SANITIZED = "-fsanitize=address,undefined,float-cast-overflow"
+
+
+def limited():
+    return axis().set_point(ramp=6).limit(2.0, slew=200).watch(stall=20, fastest=350.0)
+
+
+def compilers():
+    return [path for name in ("gcc", "clang") if (path := shutil.which(name))]
+
+
+def ran(*command, **more):
+    done = subprocess.run(command, capture_output=True, text=True, check=False, **more)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def some_controllers():
+    """Of several inputs and set points, with filters, without memory, in odd units."""
+    rng = np.random.default_rng(5)
+    plant = sos.SecondOrderSystem(
+        0.3 * np.eye(2), 9.81 * np.eye(2), [[1, 0.3], [0, 2]], rng.normal(size=(2, 2))
+    )
+    region = dict(region=sos.PoleRegion(0.5, rho=300))
+    pid = sos.design_pid(plant, [[1, 0]], **region)
+    pd = sos.design_pid(plant, **region)
+    filtered = dict(T=1e-3, delay=3e-4, filter_time=4e-3)
+    return [
+        pd.controller(T=0.001),
+        pid.controller(["z1", "z2"], **filtered).limit(3.0, slew={"u1": 50}),
+        pid.controller(["z1", "z2"], T=1e-3, delay=2.4e-3).limit({"u2": 4.0}),
+    ]
+
+
+def same(c, precision, flags, ticks=400, seed=0):
+    """Whether C and Python agree in each bit, with readings that nobody believes."""
+    rng = np.random.default_rng(seed)
+    theirs = CompiledCode(c, precision=precision, flags=flags)
+    ours = Replay(c, kind=KINDS[precision])
+    q, p = len(c.measured), len(c.set_points)
+    y = rng.normal(0, 0.1, q)
+    ours.start(y), theirs.start(y)
+    for _ in range(ticks):
+        y = y + rng.normal(0, 0.002, q)
+        seen = np.where(rng.random(q) < 0.05, rng.choice(STRANGE, q), y)
+        r = np.where(rng.random(p) < 0.1, rng.choice(STRANGE, p), rng.normal(0, 1, p))
+        elapsed = c.T * (1 if rng.random() < 0.9 else rng.choice([0.5, 2, np.nan]))
+        u, v = (x.step(seen, r, elapsed) for x in (ours, theirs))
+        assert u.tobytes() == v.tobytes()
+        assert ours.fault[0] == theirs.fault[0]
+    return ours.fault[0]
+
+
+STRANGE = [np.nan, np.inf, -np.inf, 1e300, 5e-324, -0.0, 1e6]
+WAYS = list(itertools.product(KINDS, ("-O0", "-O2")))
+
+
+@pytest.mark.parametrize("precision, optimised", WAYS)
+def test_c_is_python_bit_for_bit(gcc, precision, optimised):
+    flags = [x for x in FLAGS if x != "-O2"] + [optimised]
+    patient = limited().watch(lost=0.05)
+    assert same(patient, precision, flags) == 0
+    for k, c in enumerate(some_controllers()):
+        same(c.watch(lost=0.05), precision, flags, seed=k)
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_faults_come_at_the_same_tick(gcc, precision):
+    found = {
+        same(limited().watch(lost=lost, late=late), precision, FLAGS, 200, seed)
+        for seed, lost, late in ((1, 0.0, 1), (2, 0.01, 0.0), (3, 0.002, 0.001))
+    }
+    assert found >= {1, 2}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", compilers())
+@pytest.mark.parametrize("precision", KINDS)
+def test_the_files_compile_without_a_warning_and_the_bench_rests(
+    gcc, tmp_path, path, precision
+):
+    others = [c.limit(1e4) for c in some_controllers()]  # what a step needs
+    for k, c in enumerate((limited(), *others)):
+        folder = tmp_path / str(k)
+        Code(c, "axis", precision).write(folder)
+        bench = folder / "bench"
+        sources = [str(folder / x) for x in ("axis.c", "axis_bench.c")]
+        ran(path, *STRICT, "-O2", "-o", str(bench), *sources)
+        rows = ran(str(bench)).splitlines()
+        assert len(rows) == len(c.vertices)
+        assert all("fault 0" in row for row in rows)
+
+
+def test_the_sketch_is_c_plus_plus(gcc, tmp_path):
+    compiler = shutil.which("g++") or shutil.which("clang++")
+    if compiler is None:
+        pytest.skip("NO C++ compiler: apt-get install g++ brings one")
+    Code(limited(), "axis", "single").write(tmp_path)
+    (tmp_path / "Arduino.h").write_text(
+        "#include <math.h>\nextern unsigned long micros(void);\n"
+        "extern void delay(unsigned long);\n"
+        "struct Port { void begin(long); }; extern Port Serial;\n"
+    )
+    sketch = tmp_path / "axis_sketch" / "axis_sketch.ino"
+    flags = ("-std=gnu++17", "-Wall", "-Wextra", "-Werror", "-fsyntax-only")
+    ran(compiler, *flags, "-include", str(tmp_path / "Arduino.h"), "-x", "c++", sketch)
+
+
+def test_the_numbers_are_those_that_were_proven():
+    c = limited()
+    proof = c.certify(time_limit=60)
+    for precision in KINDS:
+        text = Code(c, "axis", precision).gains
+        assert code_fault(proof.data, text) == ""
+        read, kind = read_gains(text), KINDS[precision]
+        for name in "ABCD":
+            assert (read[name] == getattr(c, name).astype(kind)).all(), name
+    text = Code(c, "axis").gains
+    digit = re.search(r"0x1\.[0-9a-f]{13}p-1", text).group()
+    other = digit[:-5] + ("0" if digit[-5] != "0" else "1") + digit[-4:]
+    assert "isn't the proof's" in code_fault(proof.data, text.replace(digit, other))
+    slower = text.replace("AXIS_TICK 0x1.", "AXIS_TICK 0x1.1")
+    assert "TICK" in code_fault(proof.data, slower)
+    assert "defines no A" in code_fault(proof.data, text.replace("AXIS_A ", "X"))
+    other = axis().set_point().certify(time_limit=60)
+    assert code_fault(other.data, text) == ""  # a set point is no part of the loop
+
+
+def test_a_header_says_what_is_proven_bounded_and_simulated():
+    code = limited().to_c("axis")
+    head = re.sub(r"\n \* +", " ", code.gains[: code.gains.index("#ifndef")])
+    columns = [head.index(x) for x in ("PROVEN", "BOUNDED", "SIMULATED ONLY")]
+    assert columns == sorted(columns)
+    assert "the sampled loop of every plant with J2 in [0.003, 0.006] is stable" in head
+    assert "jitter, friction, backlash: not looked at" in head
+    assert {"proof_axis.json", "proof_axis_sampled.json"} <= set(code.texts)
+    assert "(Where this comes from.)" not in "".join(code.texts.values())
+
+
+def test_a_program_is_named_after_its_owner(tmp_path):
+    code = Code(limited(), "arm_2")
+    text = "".join(code.texts[x] for x in ("arm_2.h", "arm_2.c", "arm_2_bench.c"))
+    assert "arm_2_step(" in text and "ARM_2_STATES" in text
+    assert not re.search("axis", text, re.I)
+    assert "project(arm_2 C)" in code.texts["CMakeLists.txt"]
+    code.write(tmp_path)
+    (tmp_path / "arm_2.c").write_text("mine")
+    with pytest.raises(FileExistsError):
+        code.write(tmp_path)
+    code.write(tmp_path, replace=True)
+    assert (tmp_path / "arm_2.c").read_text() == code.texts["arm_2.c"]
+
+
+@pytest.mark.slow
+def test_the_compiled_program_moves_the_drive(gcc):
+    angle, torque = rubbed(CompiledCode(limited()), 0.006, 6.0, 4, lose=97)
+    again, _ = rubbed(Replay(limited()), 0.006, 6.0, 4, lose=97)
+    assert angle.tobytes() == again.tobytes()
+    assert abs(angle[-1] - 6) < 0.05 and abs(torque).max() < 2
+
+
+FUZZ = """
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include "axis.h"
+static unsigned long long seed = 88172645463325252ULL;
+static double random_bits(void)
+{
+    double value;
+    seed ^= seed << 13;
+    seed ^= seed >> 7;
+    seed ^= seed << 17;
+    memcpy(&value, &seed, sizeof value);
+    return value;
+}
+static axis_real strange(axis_real tame)
+{
+    const double odd[] = {NAN, INFINITY, -INFINITY, 5e-324, 1e300, -0.0, 1e-310};
+    const unsigned pick = (unsigned)(seed >> 20) % 100;
+    const double any = random_bits();
+    return pick < 7 ? (axis_real)odd[pick] : pick < 9 ? (axis_real)any : tame;
+}
+int main(void)
+{
+    axis_state s;
+    axis_real y[AXIS_MEASURED], r[AXIS_ROOM(AXIS_SET_POINTS)], u[AXIS_OUTPUTS];
+    const axis_real limit[] = AXIS_LIMIT;
+    long starts = 0;
+    s.fault = AXIS_SENSOR;
+    for (long tick = 0; tick < 1000000; tick++) {
+        for (int i = 0; i < AXIS_MEASURED; i++)
+            y[i] = strange((axis_real)(0.001 * (double)(seed % 100)));
+        for (int j = 0; j < AXIS_SET_POINTS; j++)
+            r[j] = strange(1);
+        if (s.fault != AXIS_RUNNING) {
+            axis_start(&s, y);
+            starts++;
+        }
+        axis_step(&s, y, r, strange((axis_real)AXIS_TICK), u);
+        for (int k = 0; k < AXIS_OUTPUTS; k++)
+            if (!(u[k] >= -limit[k] && u[k] <= limit[k]))
+                return 1;
+        for (int i = 0; i < AXIS_STATES; i++)
+            if (!isfinite(s.x[i]))
+                return 2;
+    }
+    printf("%ld\\n", starts);
+    return 0;
+}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("precision, lost", [("double", 0.0), ("single", 0.004)])
+def test_a_million_strange_ticks_under_sanitizers(gcc, tmp_path, precision, lost):
+    Code(limited().watch(lost=lost), "axis", precision).write(tmp_path)
+    (tmp_path / "fuzz.c").write_text(FUZZ)
+    build = ("-std=c99", "-O1", "-g", "-ffp-contract=off", "-o", "fuzz")
+    build += ("axis.c", "fuzz.c")
+    trap = ("-fno-sanitize-recover=all", SANITIZED)
+    tried = subprocess.run(
+        [*gcc, *trap, *build], cwd=tmp_path, capture_output=True, check=False
+    )
+    if tried.returncode:
+        ran(*gcc, *build, cwd=tmp_path)  # this compiler has no sanitizer
+    starts = int(ran(str(tmp_path / "fuzz")))
+    assert starts > 1000 or lost
+
+
+def test_what_the_program_refuses_to_be_compiled_with(gcc, tmp_path):
+    with pytest.raises(RuntimeError, match="breaks the checks"):
+        CompiledCode(limited(), flags=[*FLAGS, "-ffast-math"])
+
+
+def test_a_number_that_single_precision_lacks_is_named():
+    plant = sos.SecondOrderSystem([[1e-45]], [[1e-45]], [[1e-45]], [[1e-45]])
+    scaled = sos.design_pid(
+        sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1e-42]]),
+        region=sos.PoleRegion(1, rho=9),
+    )
+    assert plant.n == 1
+    with pytest.raises(ValueError, match="too large for single precision"):
+        Code(scaled.controller(T=0.01), "one", "single").gains
+
+
+def test_ticks_are_seconds():
+    slow = limited()
+    assert "MOST_LOST 5 " in Code(slow, "axis").gains and slow.T == T
