@@ -197,6 +197,14 @@ class Requirement(OfKind, ABC, ReadOnly):
         Dw = None if d.Dw is None else d.Dw[:, some]
         return replace(d, Bw=d.Bw[:, some], Dw=Dw)
 
+    def of_plant(self) -> "Requirement":
+        """The same of a plant whose output and disturbances are those it is about."""
+        return self
+
+    def fits_one_P(self, request: Any) -> bool:
+        """Whether its blocks with a common P speak of the plants between, too."""
+        return True
+
     # hooks, each with a default
 
     def check(self, request: Any) -> None:

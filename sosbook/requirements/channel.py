@@ -1,5 +1,6 @@
 """What bounds of a norm share: from which disturbances, to which outputs."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -81,14 +82,22 @@ class Channel(Requirement):
                     f"inputs: there is no disturbance {i}, for the plant has "
                     f"{request.plant.p}, counted from 0"
                 )
-        seen = [self.seen(d) for d in request.certain]
-        if request.coupling == "pairs" and not _given_by_equations(seen):
-            if any(i != j for i, j in request.pairs):
-                raise ValueError(
-                    f"{self.name} weighs an acceleration, and its mass is uncertain: "
-                    "with one P for all plants it would be divided by that mass. Take "
-                    'coupling="slack"'
-                )
+        seen = [self.seen(d) for d in request.vertices]  # raises for other widths
+        if request.gain is None and not self.fits_one_P(request):
+            raise ValueError(
+                f"{self.name} weighs an acceleration, and its mass is uncertain: with "
+                "one P for all plants it would be divided by that mass. Take "
+                'coupling="slack"'
+            )
+        if not len(seen[0].C):
+            raise ValueError(f"{self.name} bounds an output without rows")
+
+    def of_plant(self) -> "Requirement":
+        return replace(self, outputs=None, inputs=None)
+
+    def fits_one_P(self, request: Any) -> bool:
+        between = any(i != j for i, j in request.pairs)
+        return not between or _given_by_equations(map(self.seen, request.certain))
 
     def data(self) -> dict:
         data = super().data()
@@ -131,13 +140,13 @@ def _places(inputs):
     return places
 
 
-def _given_by_equations(seen: "list[Descriptor]") -> bool:
+def _given_by_equations(seen: "Iterable[Descriptor]") -> bool:
     """Whether one mixture of the equations gives what the output has of x'.
 
     Then y is affine in the plant all the same.
     """
-    first = seen[0]
+    first, *others = seen
     if first.Ca is None:
         return True
     L = exact(first.Ca) @ inverse(exact(first.E))
-    return all((L @ exact(d.E) == exact(d.Ca)).all() for d in seen)
+    return all((L @ exact(d.E) == exact(d.Ca)).all() for d in others)

@@ -70,6 +70,11 @@ class Loop:
             d = d if rates else d.explicit()
             return d if self.T is None else d.change(self.left, self.T, self.scale)
 
+        if not (rates or requirement.fits_one_P(self.request)):
+            raise ValueError(
+                f"{requirement.name} weighs an acceleration, and its mass is "
+                'uncertain: take coupling="slack" or "multipliers"'
+            )
         loop = copy(self)
         loop.vertices = OnDemand(make, len(self.vertices))
         return loop

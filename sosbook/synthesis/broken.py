@@ -7,15 +7,13 @@ import numpy as np
 from flint import fmpq
 
 from ..exact.definite import exact
-from ..plants.descriptor import Descriptor
+from ..plants.descriptor import MATRICES, Descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from .fixed_mode import refuse_by_mode
 from .request import Request
 from .unreached import refuse_by_response
 
 __all__ = ["broken"]
-
-PARTS = "E", "A", "Bu", "Bw", "C", "Du"  # of a Descriptor
 
 
 def broken(request, r, plants, point):
@@ -33,12 +31,12 @@ def broken(request, r, plants, point):
         Where the plant is, in rationals.
     """
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
-    if request.law is not None:
-        return _broken_loop(r, plants.at(point))
+    if request.law is not None or r.has_channel:
+        return _broken_loop(r, plants.at(point).seen_by(r))
     one, k = replace(request, requirements=asked, coupling="vertices"), None
     for i in one.distinct:
         (v,) = one.vertices_in(exact, [i])
-        if all((getattr(v, x) == getattr(d, x)).all() for x in PARTS[:4]):
+        if all((getattr(v, x) == getattr(d, x)).all() for x in MATRICES[:4]):
             k = i
     if k is None and request.plant.family is not None:
         part, k = plants.cornered(point)
@@ -52,13 +50,17 @@ def broken(request, r, plants, point):
 
 
 def _broken_loop(r, loop):
-    """The proof about a loop by itself, whose law is in its matrices."""
-    d, (E, A, B, C) = loop.plant, loop.matrices[:4]
-    plant = _alone(Descriptor(E, A, d.Bu[:, :0], B, C))
+    """The proof about a loop by itself, whose law and output are in its matrices."""
+    d, (E, A, B, C, D, rates) = loop.plant, loop.matrices
+    D = None if d.Dw is None else D
+    rates = None if d.Ca is None else rates
+    plant = _alone(Descriptor(E, A, d.Bu[:, :0], B, C, None, D, rates))
     if plant is None:
         return None
     alone = r.pole_matrices() is not None or r.bounds_response() is not None
-    one = Request(plant, gain=np.zeros((0, len(E))), requirements=[r] if alone else [])
+    one = Request(
+        plant, gain=np.zeros((0, len(E))), requirements=[r.of_plant()] if alone else []
+    )
     return refuse_by_mode(one, [(0, 0)]) or refuse_by_response(one, [0])
 
 
@@ -66,12 +68,12 @@ def _alone(d):
     """A plant in rationals as a system whose floats are these; None without one."""
     d = _in_whole_numbers(d)
     floats = d.map(lambda x: x.astype(float))
-    for name in PARTS:  # what is written is what is meant
+    for name in MATRICES:  # what is written is what is meant
         mine, written = getattr(d, name), getattr(floats, name)
         if mine is not None and (exact(written) != mine).any():
             return None
     try:
-        return DescriptorSystem(*(getattr(floats, name) for name in PARTS))
+        return DescriptorSystem(*(getattr(floats, name) for name in MATRICES))
     except ValueError:  # its E is singular
         return None
 

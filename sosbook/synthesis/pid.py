@@ -356,7 +356,8 @@ def _design(
         if idle is not None:
             return idle
         if auto or free:
-            first = common if auto and not objective else None
+            one_P = all(r.fits_one_P(common) for r in common.demands)
+            first = common if auto and one_P and not objective else None
             free = replace(request, coupling="multipliers")
             return kept_or_broken(free, objective, backoff, first)
         settled, first = request, None

@@ -114,7 +114,6 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
                     f"{type(r).__name__} has no kind of its own: write kind = ... into "
                     "the body of its class, and its proofs can be files"
                 )
-            r.check(self)
         if law is not None:
             gain = self.gain
         elif gain is not None:
@@ -125,6 +124,8 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
             )
         object.__setattr__(self, "slack", slack)
         object.__setattr__(self, "gain", gain)
+        for r in self.requirements:
+            r.check(self)
         self._check_unknowns()
 
     def _descriptors(self, gain):

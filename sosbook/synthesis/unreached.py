@@ -16,7 +16,9 @@ from ..exact.rational import (
 )
 from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
+from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.time_limit import check_time
+from .request import Request
 from .request_as_data import loop_data, loop_request
 
 __all__ = ["UnreachedResponseRefusal", "refuse_by_response"]
@@ -125,14 +127,24 @@ def refuse_by_response(request, vertices=None):
     ``vertices`` are the indices of those that are looked at.
     """
     vertices = request.distinct[:MOST_VERTICES] if vertices is None else vertices
-    bounds = [r.bounds_response() for r in request.requirements]
-    for gamma in (bound for bound in bounds if bound is not None):
-        for k in vertices:
+    for r in request.requirements:
+        gamma, seen = r.bounds_response(), request
+        if gamma is not None and r.has_channel:
+            seen = _seen_by(request, r)
+        for k in vertices if gamma is not None and seen is not None else ():
             check_time()
-            proof = _at_vertex(request, gamma, k)
+            proof = _at_vertex(seen, gamma, k)
             if proof is not None and proof.proven:
                 return proof
     return None
+
+
+def _seen_by(request, r):
+    """A request whose plant has the output of a requirement; None without one."""
+    if request.law is not None or any(d.rounded for d in request.vertices):
+        return None
+    system = DescriptorSystem.of([r.seen(d) for d in request.vertices])
+    return Request(system, gain=request.gain)
 
 
 def _at_vertex(request, gamma, k):

@@ -10,6 +10,10 @@ from pathlib import Path
 __all__ = ["CHECKER", "in_one_file"]
 
 CHECKER = Path(__file__).parent
+MODULES = (
+    *("kernel", "families", "outputs", "statements"),
+    *("others", "special", "verdict"),
+)
 ONE_FILE = """\
 \"\"\"Check a proof file of sosbook: python check_proof.py proof.json, see --help.
 
@@ -33,7 +37,7 @@ sys.exit(module.main(sys.argv[1:]))
 def in_one_file():
     """The text of a program that is this folder in one file."""
     parts = ""
-    for name in ("kernel", "families", "statements", "others", "special", "verdict"):
+    for name in MODULES:
         source = (CHECKER / f"{name}.py").read_text("utf-8")
         parts += f"    \"checker.{name}\": r'''{source}''',\n"
     return ONE_FILE % parts

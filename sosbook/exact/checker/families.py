@@ -32,15 +32,16 @@ def given_vertices(plant):
     slope d (c_d - c_(d-1)) / (b - a) is one, too, the mean of c_(d-1) and the other's
     c_1: it is in the hull of the rest and left out.
     """
-    names = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u"}
+    names = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
     need(plant["kind"] in names, "a plant of this kind isn't known")
     names = names[plant["kind"]]
     if "parameters" not in plant:
-        alike = " C D_u" if plant["kind"] == "descriptor" else ""
-        keys(plant, "kind vertices" + alike)
         need(plant["vertices"], "the plant has no vertex")
+        alike = plant["kind"] == "descriptor" and "C" not in plant["vertices"][0]
+        keys(plant, "kind vertices" + " C D_u" * alike)
         return plant["vertices"]
-    keys(dict(plant, D_u=0) if "D_u" in names else plant, "kind parameters " + names)
+    may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
+    keys(may | plant, "kind parameters " + names)
     ends, cells = {}, []
     for name, a, b, *more in plant["parameters"]:
         need(name not in ends, "a parameter comes twice")
@@ -80,8 +81,6 @@ def given_vertices(plant):
         places = [(*place, x) for place in places for x in own]
     vertices = [{x: [[str(e) for e in row] for row in rows]
                  for x, rows in at(place).items()} for place in places]  # fmt: skip
-    fixed = [[v.get(x) for x in ("C", "D_u")] for v in vertices]
-    need(all(x == fixed[0] for x in fixed), "an output depends on a parameter")
     return vertices
 
 

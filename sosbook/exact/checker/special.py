@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import lcm
 
 from .kernel import Beyond, Mat, definite, eye, need, zeros
+from .outputs import explicit
 from .statements import (
     STABILITY,
     Design,
@@ -55,6 +56,7 @@ class UnreachedResponse:
 
     A stable loop has a bounded transfer matrix T in Re s >= 0, with y T = v W,
     so its norm is at least |v W| / |y|. Rows of v and y are real and imaginary parts.
+    Where w is in the output, too, v W + y Z stands for v W.
     """
 
     def __init__(self, d):
@@ -67,17 +69,22 @@ class UnreachedResponse:
         for name, rows in (("s", [1, 1]), ("v", [N] * 2), ("y", [None] * 2)):
             t.put(name, d, name, entry=ratio)
             mat(d[name], 2, rows[0], ratio)
-        A, C, k = f"A.{k + 1}", "C", k + 1
-        D = "D" in t.data
+        k += 1
+        A, W = f"A.{k}", f"v Bw.{k}"
+        C, D, Z = (x.replace(".i", f".{k}") for x in explicit(t, d["plant"], k))
         if d["K"] is not None:
             t.put("K", d, "K", N)
-            A, C = f"({A} + Bu.{k} K)", "(C + D K)" if D else C
+            A, C = f"({A} + Bu.{k} K)", f"({C} + {D} K)" if D else C
         else:
-            t.write(f"input: v Bu.{k}{' + y D' * D} == O(2, {m})")
+            t.write(f"input: v Bu.{k}{D and ' + y ' + D} == O(2, {m})")
         t.write("sign.gamma: gamma > 0", "sign.s: at(s, 1, 1) >= 0")
         t.write("times = [at(s, 1, 1), -at(s, 2, 1); at(s, 2, 1), at(s, 1, 1)]")
         t.write(f"left: v {A} + y {C} == times v E.{k}")
-        t.write(f"reached = tr(v Bw.{k} Bw.{k}' v')", "some: reached > 0")
+        reached = f"{W} Bw.{k}' v'"
+        if Z:
+            t.write(f"push = {W} + y {Z}")
+            reached = "push push'"
+        t.write(f"reached = tr({reached})", "some: reached > 0")
         t.write("norm: reached - gamma^2 tr(y y') >= 0")
         where = f"the vertex {k}" if len(vertices) > 1 else "the plant"
         who = "no gain makes" if d["K"] is None else "the given gain doesn't make"

@@ -16,6 +16,7 @@ from functools import cache
 from . import kernel
 from .families import every_plant, given_vertices, keys
 from .kernel import Beyond, Mat, need
+from .outputs import Channel, ends
 
 PI = Fraction(314159265358979323846264338327950288, 10**35)  # rounded down
 TINY = Fraction(1, 10**9)
@@ -74,6 +75,7 @@ class Text:
         self.asked, self.lines, self.places = asked, [], {}
         self.data, self.sets, self.unknowns, self.found = {}, {}, {}, {}
         self.labels = {}  # from a block's key to its label
+        self.each = ()  # names of outputs that each vertex has for itself
 
     def put(self, name, holder, key, width=0, entry=number, into=None):
         """A matrix of what is asked becomes data; without rows it has a width."""
@@ -148,6 +150,7 @@ SECOND = """E.i = [I(n), 0{z}; 0, {M}{z}{last}]
 A.i = [0, I(n){U0}; -S.i, -D.i{z}{U}]
 Bu.i = [O(n, cols(B.i)); B.i{push}]
 Bw.i = [O(n, cols(F.i)); F.i{gust}]"""
+OUTPUTS = {"C": "C", "D_u": "D", "D_w": "Z", "C_a": "H"}
 OTHER = "E.i = Ed.i", "A.i = Ad.i", "Bu.i = Bd.i", "Bw.i = Wd.i"
 
 
@@ -165,9 +168,10 @@ def plant(t, d):
     else:
         need(d["U"] == [] and d["K_A"] is None, "this plant has no U, no K_A")
         names, N = dict(E="Ed", A="Ad", B="Bd", B_w="Wd"), len(vertices[0]["E"])
-    sizes, output = set(), " C D_u" if family and kind == "descriptor" else ""
+    sizes, beside = set(), kind == "descriptor" and "C" in vertices[0]
     for i, v in enumerate(vertices, 1):
-        keys(dict(v, D_u=0) if output else v, " ".join(names) + output)
+        none = dict.fromkeys(OUTPUTS) if beside else {}
+        keys(none | v, " ".join([*names, *none]))
         for key, name in names.items():
             t.put(f"{name}.{i}", v, key, entry=entry)
         square, (B, W) = list(names)[:-2], (v[x] for x in list(names)[-2:])
@@ -177,10 +181,7 @@ def plant(t, d):
     (*shapes, rows, m, high, p) = sizes.pop()
     need({*shapes} == {(rows, rows)} and high == rows, "a matrix has a wrong shape")
     if kind == "descriptor":
-        v = vertices[0] if family else d["plant"]
-        t.put("C", v, "C", N, entry)
-        if v.get("D_u") is not None:
-            t.put("D", v, "D_u", m, entry)
+        outputs_of(t, d["plant"], vertices, dict(C=N, D_u=m, D_w=p, C_a=N), entry)
         t.write(*OTHER, loop="i in vertices")
         return vertices, N, m, p
     if U:
@@ -196,6 +197,30 @@ def plant(t, d):
     t.write("n = rows(M.1)", f"C = [I(n), O(n, {'n + rows(U)' if U else 'n'})]")
     t.write(*SECOND.format(M=M, **more).split("\n"), loop="i in vertices")
     return vertices, N, m, p
+
+
+def outputs_of(t, plant, vertices, widths, entry):
+    """C, D, Z and H of a plant without z: one for all where they are C and D."""
+    several = [(v.get("C"), v.get("D_u")) for v in vertices]
+    alike = all(x == several[0] for x in several)
+    alike = alike and not any(v.get(k) for v in vertices for k in ("D_w", "C_a"))
+    t.each = () if "C" in plant and alike else tuple(OUTPUTS.values())
+    if "C" in plant and alike:
+        v = vertices[0] if "parameters" in plant else plant
+        for key in ("C", "D_u"):
+            if key == "C" or v.get(key) is not None:
+                t.put(OUTPUTS[key], v, key, widths[key], entry)
+        return
+    for key, name in OUTPUTS.items():
+        there = [v.get(key) is not None for v in vertices]
+        need(all(there) or not any(there), "an output that one vertex hasn't")
+        for i, v in enumerate(vertices, 1):
+            if there[0]:
+                t.put(f"{name}.{i}", v, key, widths[key], entry)
+                rows, wide = len(v["C"]), widths[key]
+                good = len(v[key]) == rows and all(len(u) == wide for u in v[key])
+                need(good, "an output of another shape")
+    need("C.1" in t.data, "there is no output")
 
 
 def distinct(vertices, names=None):
@@ -373,10 +398,10 @@ kron({b}, EPE - EVE) + epsilon kron(I({k}), Theta'); ., \
 -epsilon he(kron(I({k}), EVE))] > 0"""
 DISK_SLACK = """-[({q}^2 - {rho}^2) EPE - {q} he(Theta), \
 -{q} EPE + {q} EVE + Theta'; ., EPE - he(EVE)] > 0"""
-HINF = "-[he(Theta), {y}, {w}; ., -{s}gamma^2/mu, 0; ., 0, -{s}mu] > 0"
+HINF = "-[he(Theta), {y}, {w}; ., -{s}gamma{k}^2/mu{k}, {z}; ., {h}, -{s}mu{k}] > 0"
 HINF_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', {y}, {w}; \
-., -epsilon he(EVE), 0, epsilon {w}; \
-., ., -{s}gamma^2/mu, 0; ., ., ., -{s}mu] > 0"""
+., -epsilon he(EVE), {a}, epsilon {w}; \
+., ., -{s}gamma{k}^2/mu{k}, {z}; ., ., ., -{s}mu{k}] > 0"""
 LQR = "-[he(Theta), EP {u}L, EY{r}; ., -{s}Wq, 0; ., 0, -{s}inv(R){r2}] > 0"
 LQR_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', EP {u}L, EY{r}; \
 ., -epsilon he(EVE), 0, 0; ., ., -{s}Wq, 0; ., ., ., -{s}inv(R){r2}] > 0"""
@@ -384,6 +409,7 @@ LQR_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', EP {u}L, EY{r}; \
 STABILITY = {"kind": "stability", "name": "stability", "form": "half-plane",
              "sigma": "0", "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
 NAMES = {"gamma": "gamma", "cost": "cost", "input": "saturation"}  # regions have any
+SEVERAL = ("gamma",)  # of which a request may have more than one, by name
 SIZED = ("gamma", "cost", "input")  # whose blocks aren't homogeneous in P
 NUMBERS = {"gamma": "gamma mu", "input": "u_max", "cost": "bound"}
 
@@ -407,7 +433,8 @@ class Design:
             if r["kind"] not in BLOCKS and self.refuted:
                 raise Beyond("a refusal by an author's theorem isn't a text")
         names = [(r["kind"], sane(r["name"])) for r in self.asked]
-        named = [NAMES.get(kind, name) == name for kind, name in names]
+        named = [NAMES.get(kind, name) == name for kind, name in names
+                 if kind not in SEVERAL]  # fmt: skip
         need(all(named), "a requirement has another name than its kind")
         need(len(set(names)) == len(names), "a requirement comes twice")
         self.statements = list(self._statements())
@@ -422,7 +449,9 @@ class Design:
         env = self.t.values() if len(self.few) > 1 else {}
         E = {i: env[f"E.{i + 1}"] for i in self.few if env}
         between = [(i, j) for i in E for j in E if i < j and E[i] != E[j]]
-        if between:
+        alike = all(env.get(f"{x}.{i + 1}") == env.get(f"{x}.1")
+                    for x in self.t.each for i in E)  # fmt: skip
+        if between and alike:
             points = []
             for i in E:
                 whole = [env[f"{x}.{i + 1}"].T for x in ("E", "A", "Bu", "Bw")]
@@ -452,8 +481,9 @@ class Design:
     def _sizes(self):
         """Which requirements have an unknown size, and under which condition."""
         sized = [r for kind in SIZED for r in self.asked if r["kind"] == kind]
-        tied = [r["mu"] for r in sized if r["kind"] == "gamma" and r["mu"] is not None]
-        ties = [f"mu = {tied[0]}"] if tied and len(sized) > 1 else []
+        sized.sort(key=lambda r: (SIZED.index(r["kind"]), r["name"]))
+        tied = [r["mu"] for r in self.asked if r["kind"] == "gamma" and r["mu"]]
+        ties = [f"mu = {mu}" for mu in tied] if len(sized) > 1 else []
         own = [] if ties else sized[1:]
         if self.slack:
             ties += [f"slack = {float(positive(self.d['epsilon'])):g} s"]
@@ -542,7 +572,8 @@ class Design:
             t.write(f"{name}.regular: inv({name}) {name} == I({self.N})")
         t.put_number("scale", c, "scale")
         t.write("sign.scale: scale > 0")
-        known = {size_name(r): r["kind"] for r in self.asked if r["kind"] in SIZED}
+        known = {size_name(r): r["kind"] + tag(r, self.asked)
+                 for r in self.asked if r["kind"] in SIZED}  # fmt: skip
         for name in c["sizes"]:
             need(name in known, "a size of nothing")
             t.put_number(f"unit.{known[name]}", c["sizes"], name)
@@ -565,12 +596,14 @@ class Design:
             self.ids[id(r)] = k
             self._of_author(k, r["theorem"])
             return
+        self.ids[id(r)] = k
         for name in NUMBERS[kind].split():
             if r[name] is not None:
-                t.put_number(name, r, name)
-                t.write(f"sign.{name}: {name} > 0")
+                full = name + tag(r, self.asked)
+                t.put_number(full, r, name)
+                t.write(f"sign.{full}: {full} > 0")
         if kind == "gamma" and r["mu"] is None:
-            t.write("mu = 1")
+            t.write(f"mu{tag(r, self.asked)} = 1")
 
     def _of_author(self, k, theorem):
         """The numbers and unknowns of somebody's theorem, under names of their own."""
@@ -586,8 +619,8 @@ class Design:
 
     def size(self, r):
         """s, unit, and its inverse, as factors in a text."""
-        kind = r["kind"]
-        unit = f"unit.{kind}" if f"unit.{kind}" in self.t.data else ""
+        unit = f"unit.{r['kind']}" + tag(r, self.asked)
+        unit = unit if unit in self.t.data else ""
         s = self.sizes.get(key_of(r), "")
         return s and s + " ", unit and unit + " ", unit and "/" + unit
 
@@ -610,15 +643,18 @@ def poles(d, r):
 
 def gamma(d, r):
     """Theorem 2.1, the bounded real lemma."""
-    keys(r, "kind name gamma mu")
+    more = [x for x in ("outputs", "inputs") if x in r]
+    keys(r, " ".join(["kind name gamma mu", *more]))
     need(d.p, "the plant has no disturbance")
-    s, u, over = d.size(r)
-    y = f"{u}EP C'" + (f" + {u}EY D'" if "D" in d.t.data else "")
-    form = dict(s=s, y=y, w=f"{s}W{over}")
+    (s, u, over), k = d.size(r), tag(r, d.asked)
+    c = Channel(d, r, d.ids[id(r)])
+    z, label = c.through(s), f"hinf{k}"
+    form = dict(s=s, y=c.y(u), w=f"{s}W{c.S}{over}", a=c.rates(u), z=z, k=k)
+    form["h"] = "0" if z == "0" else "."
     if d.slack:
-        yield "pair", "hinf", "hinf.i: " + HINF_SLACK.format(**form)
+        yield "pair", "hinf", f"{label}.i: " + HINF_SLACK.format(**form)
     else:
-        yield "pair", "hinf", "hinf.i.j: " + HINF.format(**form)
+        yield "pair", "hinf", f"{label}.i.j: " + HINF.format(**form)
 
 
 def peak(d, r):
@@ -704,8 +740,14 @@ def key_of(r):
 def size_of(r, asked):
     """What a text calls the size of a requirement."""
     if r["kind"] in BLOCKS:
-        return "s_" + r["kind"]
+        return "s_" + r["kind"] + tag(r, asked)
     return f"own.{1 + next(k for k, q in enumerate(asked) if q is r)}.size"
+
+
+def tag(r, asked):
+    """What tells the names of a requirement from those of others of its kind."""
+    plain = r["name"] == NAMES.get(r["kind"], r["name"])
+    return "" if plain else f".{1 + next(k for k, q in enumerate(asked) if q is r)}"
 
 
 def factors(rest):
@@ -755,7 +797,8 @@ def claim(r):
         need(isinstance(r["claim"], str), "an author's claim must be words")
         return f"{r['name']}, by its author's theorem: {json.dumps(r['claim'])}"
     if r["kind"] == "gamma":
-        return f"its H-infinity norm is below {r['gamma']}"
+        whose = "its" if r["name"] == "gamma" else f"{r['name']}: its"
+        return f"{whose} H-infinity norm{ends(r)} is below {r['gamma']}"
     if r["kind"] == "input":
         signal = "K x + K_A z''" if r["acceleration"] else "K x(t)"
         return f"|{signal}| <= {r['u_max']} from x0 (with r = 0, w = 0)"

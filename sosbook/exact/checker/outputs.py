@@ -1,0 +1,169 @@
+"""Which y of a plant the bound of a norm is about, and from which w."""
+
+from .kernel import need
+
+SIGNALS = dict(position="z", velocity="z'", acceleration="z''", integral="x3",
+               state="x", rate="x'", input="u", disturbance="w")  # fmt: skip
+FIRST_ORDER = {"state", "rate", "input", "disturbance", "name"}
+
+
+def ends(r):
+    """From where to where, in words; nothing without outputs and inputs."""
+    words = ""
+    if "inputs" in r:
+        words += " from " + ", ".join(f"w[{i}]" for i in r["inputs"])
+    if "outputs" in r:
+        words += " to " + "; ".join(map(in_words, r["outputs"]))
+    return words
+
+
+def in_words(part):
+    def text(x):
+        if isinstance(x, str):
+            return x
+        return "[" + ", ".join("[" + ", ".join(row) + "]" for row in x) + "]"
+
+    total = " + ".join(f"{text(part[k])} {s}" for k, s in SIGNALS.items() if k in part)
+    return f"{part['name']} = {total}" if "name" in part else total
+
+
+class Channel:
+    """The texts of y = C x + H x' + D u + Z w, w = S w', of the k-th requirement.
+
+    The names in ``self.names`` are "" of what there isn't, and end with .i where plants
+    differ. With a common P the equation of the plant gives x'.
+    """
+
+    def __init__(self, design, r, k):
+        self.d, self.k, t = design, k, design.t
+        self.names = names_of(t, design.d["plant"])
+        if "outputs" in r:
+            self._rows(t, r["outputs"])
+        self.S = ""
+        if "inputs" in r:
+            some, p = r["inputs"], design.p
+            good = isinstance(some, list) and len(set(some)) == len(some) > 0
+            good = good and all(type(i) is int and 0 <= i < p for i in some)
+            need(good, "inputs must be numbers of disturbances")
+            columns = ", ".join(f"pick({i + 1}, {p}, 1)'" for i in some)
+            t.write(f"some.{k} = [{columns}]")
+            self.S = f" some.{k}"
+        if self.names["H"] and not design.slack:
+            self._solved(t)
+
+    def _rows(self, t, parts):
+        """The rows on each signal become data, and the matrices are made of them."""
+        d, k, second = self.d, self.k, self.d.d["plant"]["kind"] == "second order"
+        a = len(d.d["U"])
+        n = (d.N - a) // 2
+        wide = dict(position=n, velocity=n, acceleration=n, integral=a, state=d.N,
+                    rate=d.N, input=d.m, disturbance=d.p)  # fmt: skip
+        need(isinstance(parts, list) and parts, "an output without rows")
+        rows, used = {x: [] for x in "CHDZ"}, {"C"}
+        for place, part in enumerate(parts, 1):
+            given = [x for x in SIGNALS if x in part]
+            known = {*part} <= {*given, "name"} and (second or {*part} <= FIRST_ORDER)
+            need(given and known, "rows on what this plant hasn't")
+            high = {
+                wide[x] if isinstance(part[x], str) else len(part[x]) for x in given
+            }
+            need(len(high) == 1 and min(high), "an output with rows of two counts")
+            (q,), text = high, {}
+            for x in given:
+                text[x] = f"y.{k}.{place}.{x}"
+                if isinstance(part[x], str):
+                    t.put_number(text[x], part, x)
+                    text[x] += f" I({q})"
+                else:
+                    t.put(text[x], part, x)
+                    need(len(part[x][0]) == wide[x] > 0, "a row of another width")
+
+            def joined(*cells, q=q, text=text):
+                some = [text.get(x, f"O({q}, {w})") for x, w in cells if w]
+                there = any(x in text for x, _ in cells)
+                return "[" + ", ".join(some) + "]" if there else ""
+
+            whole = {
+                "C": (d.N, joined(("position", n), ("velocity", n), ("integral", a)),
+                      text.get("state")),
+                "H": (d.N, joined(("", n), ("acceleration", n), ("", a)),
+                      text.get("rate")),
+                "D": (d.m, text.get("input")),
+                "Z": (d.p, text.get("disturbance")),
+            }  # fmt: skip
+            for x, (width, *some) in whole.items():
+                total = " + ".join(filter(None, some))
+                used |= {x} if total else set()
+                rows[x].append(total or f"O({q}, {width})")
+        for x, several in rows.items():
+            self.names[x] = f"{x}y.{k}" if x in used else ""
+            one = several[0] if len(several) == 1 else "[" + "; ".join(several) + "]"
+            if x in used:
+                t.write(f"{x}y.{k} = {one}")
+
+    def _solved(self, t):
+        """x' is put in: E.i x' = A.i x + Bu.i u + Bw.i w."""
+        lines = []
+        for x, of in (("C", "A"), ("D", "Bu"), ("Z", "Bw")):
+            before = self.names[x] and self.names[x] + " + "
+            self.names[x] = f"{x}o.{self.k}.i"
+            lines.append(f"{x}o.{self.k}.i = {before}{self.names['H']} inv(E.i) {of}.i")
+        if any(
+            i != j for i, j in self.d.pairs
+        ):  # else a mean of E has another H inv(E)
+            same = f"{self.names['H']} inv(E.i) == {first(self.names['H'])} inv(E.1)"
+            lines.append(f"solved.{self.k}.i: {same}")
+        t.write(*lines, loop="i in vertices")
+        self.names["H"] = ""
+
+    def y(self, u):
+        """E P C' + E Y' D' of a pair of vertices, or its like with a slack matrix."""
+        d, C, D = self.d, self.names["C"], self.names["D"]
+        if d.slack or ".i" not in (C[-2:], D[-2:]):
+            return f"{u}EP {C}'" + (f" + {u}EY {D}'" if D else "")
+        left, X, Y = (d.frame[x] for x in ("left", "X", "Y"))
+        one = f"{X} {C}'" + (f" + {Y}' {D}'" if D else "")
+        other = f"{X} {at_j(C)}'" + (f" + {Y}' {at_j(D)}'" if D else "")
+        return f"{u}{left}(E.i ({other}) + E.j ({one}))/2"
+
+    def rates(self, u):
+        """E0 V H', with a slack matrix."""
+        return f"{u}EP {self.names['H']}'" if self.names["H"] else "0"
+
+    def through(self, s):
+        """Z of a vertex or of a pair of them."""
+        Z, S = self.names["Z"], self.S
+        if not Z:
+            return "0"
+        if self.d.slack or Z[-2:] != ".i":
+            return f"{s}{Z}{S}"
+        return f"{s}({Z} + {at_j(Z)}){S}/2"
+
+
+def names_of(t, plant):
+    """C, H, D and Z of a plant by itself."""
+    if plant["kind"] != "descriptor":
+        return dict(C="C", H="", D="", Z="")
+    return {x: f"{x}.i" if f"{x}.1" in t.data else x * (x in t.data) for x in "CHDZ"}
+
+
+def explicit(t, plant, k):
+    """C, D and Z of the k-th vertex, in which x' is put in from its equation."""
+    names = names_of(t, plant)
+    if not names["H"]:
+        return names["C"], names["D"], names["Z"]
+    H = names["H"].replace(".i", f".{k}")
+    for x, of in (("C", "A"), ("D", "Bu"), ("Z", "Bw")):
+        before = names[x].replace(".i", f".{k}")
+        t.write(f"{x}o = {before and before + ' + '}{H} inv(E.{k}) {of}.{k}")
+    return "Co", "Do", "Zo"
+
+
+def at_j(name):
+    """A name at the other vertex of a pair."""
+    return name[:-2] + ".j" if name[-2:] == ".i" else name
+
+
+def first(name):
+    """A name at the first vertex."""
+    return name[:-2] + ".1" if name[-2:] == ".i" else name

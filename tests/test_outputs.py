@@ -1,0 +1,357 @@
+"""What is bounded: outputs on z, z', z'', x3, u and w, from some disturbances."""
+
+import json
+
+import control
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.exact.checker import verdict
+from sosbook.plants import descriptors
+from sosbook.requirements.base import Requirement
+
+
+def plant(rng, n=2, m=1, p=2):
+    """A random plant; its mass isn't symmetric."""
+    M = np.eye(n) + 0.3 * rng.normal(size=(n, n))
+    D, S = (rng.normal(size=(n, n)) for _ in range(2))
+    D, S = D @ D.T / 4 + 0.2 * np.eye(n), S @ S.T + np.eye(n)
+    B, F = rng.normal(size=(n, m)), rng.normal(size=(n, p))
+    return sos.SecondOrderSystem(*(x.round(3) for x in (M, D, S, B, F)))
+
+
+def standard(one, U, K):
+    """A, B and what gives z, z', z'', x3, u, w of the loop, written out."""
+    n, a, p = one.n, len(U), one.p
+    back = np.linalg.inv(one.M)
+    zero = np.zeros
+    A = np.block([
+        [zero((n, n)), np.eye(n), zero((n, a))],
+        [-back @ one.S, -back @ one.D, zero((n, a))],
+        [U, zero((a, n + a))],
+    ])  # fmt: skip
+    B = np.vstack([zero((n, one.m)), back @ one.B, zero((a, one.m))])
+    W = np.vstack([zero((n, p)), back @ one.F, zero((a, p))])
+    A = A + B @ K
+    x, nothing = np.eye(2 * n + a), zero((2 * n + a, p))
+    parts = {
+        "position": (x[:n], nothing[:n]),
+        "velocity": (x[n : 2 * n], nothing[:n]),
+        "acceleration": (A[n : 2 * n], W[n : 2 * n]),
+        "integral": (x[2 * n :], nothing[:a]),
+        "input": (K, zero((one.m, p))),
+        "disturbance": (zero((p, 2 * n + a)), np.eye(p)),
+    }
+    return A, W, parts
+
+
+def true_norm(one, U, K, rows, inputs):
+    """Its largest singular value on a fine grid; rows by signal, stacked."""
+    A, W, parts = standard(one, U, K)
+    assert np.linalg.eigvals(A).real.max() < 0
+    C = np.vstack([sum(R @ parts[k][0] for k, R in part.items()) for part in rows])
+    D = np.vstack([sum(R @ parts[k][1] for k, R in part.items()) for part in rows])
+    return on_a_grid(A, W[:, inputs], C, D[:, inputs])
+
+
+def on_a_grid(A, W, C, D):
+    """The largest singular value; control.system_norm wants a square D."""
+    system = control.ss(A, W, C, D)
+    poles = np.abs(np.linalg.eigvals(A))
+
+    def sizes(grid):
+        values = system(1j * grid, squeeze=False).transpose(2, 0, 1)
+        return np.linalg.norm(values, 2, axis=(1, 2))
+
+    grid = np.geomspace(poles.min() / 100, poles.max() * 100, 2000)
+    best = grid[int(np.argmax(sizes(grid)))]
+    return max(*sizes(grid), *sizes(np.linspace(best * 0.99, best * 1.01, 500)))
+
+
+SIGNALS = ("position", "velocity", "acceleration", "integral", "input", "disturbance")
+
+
+def some_rows(rng, one, a, parts=2):
+    """Rows on random signals, of some parts with q rows each."""
+    wide = dict(zip(SIGNALS, (one.n,) * 3 + (a, one.m, one.p)))
+    chosen = []
+    for _ in range(parts):
+        signals = rng.choice([s for s in SIGNALS if wide[s]], 3, replace=False)
+        q = rng.integers(1, 3)
+        chosen.append({s: rng.normal(size=(q, wide[s])).round(2) for s in signals})
+    return chosen
+
+
+def stacked(rows):
+    first, *others = (sos.Output(**part) for part in rows)
+    for other in others:
+        first = first & other
+    return first
+
+
+def checked(proof):
+    """The claims of a proof, as the package and the checker alone read it."""
+    assert proof.proven
+    assert json.loads(proof.text)["version"] == 2
+    assert list(verdict.check(proof.text)) == list(proof.claims)
+    return proof.claims
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_for_one_plant_and_a_known_gain_nothing_is_lost(seed):
+    rng = np.random.default_rng(seed)
+    one, U = plant(rng), np.eye(2)[: seed % 2]
+    inputs = [[0, 1], [1]][seed % 2]
+    rows = some_rows(rng, one, len(U))
+    K = sos.design_pid(one, U, region=sos.PoleRegion(sigma=0.1, rho=20)).K.round(3)
+    norm = true_norm(one, U, K, rows, inputs)
+    asked = dict(outputs=stacked(rows), inputs=inputs, name="felt")
+    known = sos.HInfinity(1.0, **asked)
+    assert known.truth(descriptors(one, U), K) == pytest.approx(norm, rel=1e-4)
+    for coupling in ("pairs", "multipliers"):
+        for factor, verdict_ in ((1.01, "feasible"), (0.99, "infeasible")):
+            found = sos.analyse_pid(
+                one, K, U, requirements=[sos.HInfinity(factor * norm, **asked)],
+                coupling=coupling,
+            )  # fmt: skip
+            assert found.status == verdict_
+            proof = found.certify() if factor > 1 else found.infeasibility
+            assert proof.proven
+            if coupling == "pairs":
+                checked(proof)
+    slack = sos.analyse_pid(
+        one, K, U, requirements=[sos.HInfinity(1.01 * norm, **asked)], coupling="slack"
+    )
+    if slack.status == "feasible":  # its scalar is sought on a grid
+        assert "felt: its H-infinity norm from w[" in checked(slack.certify())[1]
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_polytope_keeps_what_is_proven(seed, coupling):
+    """Of plants with other masses, springs and inputs, three channels at once."""
+    rng = np.random.default_rng(40 + seed)
+    first = plant(rng)
+    others = [
+        sos.SecondOrderSystem(
+            *(x * (1 + 0.1 * rng.normal(size=x.shape)).round(2) for x in
+              (first.M, first.D, first.S, first.B, first.F))
+        )
+        for _ in range(2)
+    ]  # fmt: skip
+    loads, U = sos.Polytope([first, *others]), np.eye(2)[:1]
+    a = [{"position": rng.normal(size=(1, 2)).round(2)}, {"input": 0.1 * np.eye(1)}]
+    b = [{"velocity": np.eye(2), "disturbance": 0.2 * np.eye(2)}]
+    if coupling == "slack":
+        b.append({"acceleration": np.array([[0.5, -0.3]])})
+    asked = [
+        sos.HInfinity(None, outputs=stacked(a), name="quiet"),
+        sos.HInfinity(20.0, outputs=stacked(b), inputs=[1], name="felt"),
+        sos.HInfinity(30.0),
+    ]
+    design = sos.design_pid(
+        loads, U, requirements=asked, minimize="quiet", coupling=coupling,
+        saturation=sos.Saturation(40, [0.5, 0, 0, 0, 0]),
+        **({"slack": 0.3} if coupling == "slack" else {}),
+    )  # fmt: skip
+    assert design.status == "feasible", design.reason
+    assert len(checked(design.certify())) == 5
+    by_name = {r.name: r for r in design.request.requirements}
+    for one in [*loads.vertices, *loads.sample(20, seed=1)]:
+        for name, rows, inputs in (("quiet", a, [0, 1]), ("felt", b, [1])):
+            bound = by_name[name].bound
+            assert true_norm(one, U, design.K, rows, inputs) < bound
+
+
+def test_names_tell_channels_apart():
+    """Bounds are minimised by name, and gamma= stays the norm to z."""
+    rng = np.random.default_rng(3)
+    one = plant(rng)
+    gust = sos.HInfinity(None, outputs=sos.Output(position=[[1, 0]]), name="gust")
+    both = sos.design_pid(
+        one, requirements=[gust], gamma=5.0, minimize="gust",
+        region=sos.PoleRegion(rho=6),
+    )  # fmt: skip
+    assert both.gamma == 5.0 and both.status == "feasible"
+    bound = next(r.bound for r in both.request.requirements if r.name == "gust")
+    K, rows = both.K, [{"position": np.array([[1.0, 0.0]])}]
+    norm = true_norm(one, np.zeros((0, 2)), K, rows, [0, 1])
+    assert norm < bound < 1.2 * norm
+    assert {b.requirement.name for b in both.bounds()} == {"gamma", "gust", "disk"} or (
+        len(both.bounds()) == 3
+    )
+    with pytest.raises(ValueError, match="two requirements are called gamma gust"):
+        sos.design_pid(one, requirements=[gust.with_bound(1), gust.with_bound(2)])
+    with pytest.raises(ValueError, match="that of another bound"):
+        sos.HInfinity(1.0, name="sigma")
+
+
+def test_outputs_are_read_again():
+    y = sos.Output(position=[[1, 0.1]], input=[[3]], name="y") & sos.Output(velocity=2)
+    asked = sos.HInfinity(2.0, outputs=y, inputs=(1, 0), name="gust")
+    data = json.loads(json.dumps(asked.data()))
+    again = Requirement.read(data)
+    assert (
+        again.outputs == y
+        and again.inputs == (1, 0)
+        and again.claim()
+        == (
+            "gust: its H-infinity norm from w[1], w[0] to y = [[1, 0.1]] z + [[3]] u; "
+            "2 z' is below 2"
+        )
+    )
+    assert sos.HInfinity(2.0).data().keys() == {"kind", "name", "gamma", "mu"}
+
+
+ONE = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.eye(2), [[1], [0]], np.eye(2))
+
+
+@pytest.mark.parametrize(
+    "output, inputs, message",
+    [
+        (dict(position=[[1, 0, 0]]), None, "width 3, but the plant has 2 degrees of"),
+        (dict(input=[[1, 1]]), None, "input has rows of width 2, .* 1 inputs"),
+        (dict(disturbance=[[1]]), None, "width 1, but the plant has 2 disturbances"),
+        (dict(integral=1), None, "integral is weighed, but the plant has no integrals"),
+        (dict(position=1, input=1), None, "a number stands for a multiple"),
+        (dict(position=1), [2], "there is no disturbance 2, for the plant has 2"),
+        (dict(position=1), [], "inputs must name one disturbance or more, each once"),
+        (dict(position=1), [0, 0], "each once"),
+        (dict(position=1), [-1], "inputs must be 0, 1, ..., got -1"),
+        (dict(position=1), 1, "inputs must be a list of disturbances"),
+    ],
+)
+def test_rows_that_do_not_fit_are_named(output, inputs, message):
+    with pytest.raises(ValueError, match=message):
+        asked = sos.HInfinity(1.0, outputs=sos.Output(**output), inputs=inputs)
+        sos.design_pid(ONE, requirements=[asked])
+
+
+@pytest.mark.parametrize(
+    "output, message",
+    [
+        (dict(), "an Output has no rows"),
+        (dict(position=np.zeros((0, 2))), "position has no row"),
+        (dict(position=[[1, 0]], input=[[1], [2]]), "position has 1, input has 2"),
+        (dict(position=[[1, "a"]]), "position"),
+        (dict(position=[[1, np.nan]]), "position"),
+        (dict(input=np.inf), "input must be a finite number"),
+        (dict(position=1, name="a\nb"), "must be one line of letters"),
+    ],
+)
+def test_an_output_that_is_none_is_named(output, message):
+    with pytest.raises(ValueError, match=message):
+        sos.Output(**output)
+
+
+def test_an_acceleration_of_an_uncertain_mass_has_a_P_for_each_plant():
+    """Where a mixture of the equations gives it, or vertices suffice, one P will do."""
+    rng = np.random.default_rng(11)
+    one = plant(rng)
+    moved = sos.SecondOrderSystem(one.M * 1.3, one.D, one.S * 0.8, one.B, one.F)
+    other = sos.SecondOrderSystem(one.M.T, one.D, one.S, one.B, one.F)
+    loads = sos.Polytope([one, moved, other])
+    felt = sos.HInfinity(9.0, outputs=sos.Output(acceleration=[[1, 0]]))
+    with pytest.raises(ValueError, match='Take coupling="slack"'):
+        sos.design_pid(loads, requirements=[felt])
+    K = sos.design_pid(loads, coupling="slack", slack=0.3,
+                       region=sos.PoleRegion(rho=20)).K.round(3)  # fmt: skip
+    rows, nothing = [{"acceleration": np.array([[1.0, 0.0]])}], np.zeros((0, 2))
+    worst = max(
+        true_norm(v, nothing, K, rows, [0, 1])
+        for v in [*loads.vertices, *loads.sample(30, seed=0)]
+    )
+    for factor, status in ((1.03, "feasible"), (0.97, "infeasible")):
+        asked = [felt.with_bound(factor * worst)]
+        found = sos.analyse_pid(loads, K, requirements=asked)
+        assert found.status == status and found.request.coupling == "multipliers"
+        assert (found.certify() if factor > 1 else found.infeasibility).proven
+    with pytest.raises(ValueError, match="its mass is uncertain"):
+        sos.analyse_pid(loads, K, requirements=[felt], coupling="pairs")
+
+
+def test_a_singular_mass_needs_K_A_first():
+    massless = sos.SecondOrderSystem(
+        np.diag([1, 0]), np.eye(2), np.eye(2), np.eye(2), np.eye(2)
+    )
+    felt = sos.HInfinity(9.0, outputs=sos.Output(acceleration=1))
+    with pytest.raises(ValueError, match="M - B K_A is singular: give an acceleration"):
+        sos.design_pid(massless, requirements=[felt])
+    K_A = [[0, 0], [0, -0.5]]
+    design = sos.design_pid(massless, requirements=[felt], K_A=K_A)
+    checked(design.certify())
+    heavy = sos.SecondOrderSystem(
+        np.diag([1, 0.5]), np.eye(2), np.eye(2), np.eye(2), np.eye(2)
+    )
+    rows = [{"acceleration": np.eye(2)}]
+    assert true_norm(heavy, np.zeros((0, 2)), design.K, rows, [0, 1]) < 9
+
+
+@pytest.mark.parametrize("length, force", [(0.3, 1), (1, 9.81), (1e3, 0.3)])
+def test_units_change_no_bound(length, force):
+    """Lengths and forces in other units, and rows that undo it."""
+    rng = np.random.default_rng(5)
+    one = plant(rng)
+    rows = some_rows(rng, one, 0)
+    scale = {
+        "position": 1 / length, "velocity": 1 / length, "acceleration": 1 / length,
+        "input": 1 / force, "disturbance": 1 / force,
+    }  # fmt: skip
+    moved = sos.SecondOrderSystem(
+        *(x * force / length for x in (one.M, one.D, one.S)), one.B, one.F
+    )
+    told = [{k: R * scale[k] for k, R in part.items()} for part in rows]
+    ask = dict(minimize="gamma", saturation=None, region=sos.PoleRegion(rho=8))
+    here = sos.design_pid(
+        one, requirements=[sos.HInfinity(None, outputs=stacked(rows))], **ask
+    )
+    there = sos.design_pid(
+        moved, requirements=[sos.HInfinity(None, outputs=stacked(told))], **ask
+    )
+    assert here.status == there.status == "feasible"
+    # w is in units of force: the norm from w to y is divided by them
+    assert there.gamma * force == pytest.approx(here.gamma, rel=0.012)
+
+
+def test_plants_may_have_outputs_of_their_own():
+    """C, D_u, D_w and C_a of each vertex; families have polynomials in them."""
+
+    def one(k, c):
+        return dict(
+            E=[[1, 0], [0.2 * k, 2]], A=[[0, 1], [-k, -1]], B=[[0], [1]],
+            B_w=[[0.1], [1]], C=[[c, 0], [0, k]], D_u=[[0], [c]], D_w=[[0.1], [c]],
+            C_a=[[0, 0.1], [0, 0]],
+        )  # fmt: skip
+
+    corners = [one(k, c) for k in (1, 2) for c in (0.5, 1)]
+    lists = {name: [v[name] for v in corners] for name in corners[0]}
+    loads = sos.DescriptorSystem(**lists)
+    family = sos.Uncertain(
+        lambda k, c: sos.DescriptorSystem(**one(k, c)), k=(1, 2), c=(0.5, 1)
+    )
+    bounds = []
+    for plants in (loads, family):
+        design = sos.design_pid(
+            plants, gamma=8.0, coupling="slack", slack=0.5,
+            region=sos.PoleRegion(rho=30),
+        )  # fmt: skip
+        claims = checked(design.certify())
+        assert "its H-infinity norm is below 8" in claims
+        K = design.K.round(3)
+        least = sos.analyse_pid(plants, K, minimize="gamma")
+        assert least.certify().proven
+        true = []
+        for k, c in np.random.default_rng(0).uniform([1, 0.5], [2, 1], (20, 2)):
+            v = {name: np.array(x, float) for name, x in one(k, c).items()}
+            A, W = np.linalg.solve(v["E"], v["A"] + v["B"] @ K), v["B_w"]
+            W = np.linalg.solve(v["E"], W)
+            C = v["C"] + v["D_u"] @ K + v["C_a"] @ A
+            true.append(on_a_grid(A, W, C, v["D_w"] + v["C_a"] @ W))
+        assert max(true) < least.gamma < 1.4 * max(true)
+        bounds.append(least.gamma)
+        refused = sos.analyse_pid(plants, K, gamma=0.9 * max(true))
+        assert refused.status == "infeasible" and refused.infeasibility.proven
+        checked(refused.infeasibility)
+    with pytest.raises(ValueError, match="D_w is given without C"):
+        sos.DescriptorSystem(1, -1, 1, 1, D_w=1)
