@@ -22,7 +22,6 @@ from sosbook.exact.checker import CHECKER, verdict
 from sosbook.exact.proof import ProofFile
 from sosbook.exact.rational import exact, rational_matrix
 from sosbook.plants.bernstein import Box
-from sosbook.plants.kinds import checked_plant
 from sosbook.plants.parametric import ParameterError, parameters
 from sosbook.proofs import command
 from tests.oracles import without_text
@@ -540,103 +539,6 @@ def test_the_command_designs_for_parameters(tmp_path, capsys):
     plant["parameters"]["J2"][1] = 0.007
     file.write_text(json.dumps({"plant": plant}), "utf-8")
     assert command.main(["verify", str(proof), "--plant", str(file)]) == 1
-
-
-UNITS = (1.0, 0.3, 1 / 9.81, 2.2046, 1e-9 / 0.3, 0.7e9)
-
-
-def levers(seed, unit=1.0, time=1.0, moved=None):
-    """Two masses on levers: the corners as floats have them, in some unit of force."""
-    rng = np.random.default_rng(seed)
-    D, S = rng.uniform(-1, 1, (2, 2)).round(1), rng.uniform(-3, 3, (2, 2)).round(1)
-    tops = rng.choice([1, 2, 4], 2)
-    arms = [np.array([1, 0.5]), np.array([-0.5, 1])]
-    masses = [
-        unit
-        * time**2
-        * (
-            np.diag([0.5, 0.25])
-            + sum(on * top * np.outer(j, j) for on, top, j in zip(place, tops, arms))
-        )
-        for place in product((0, 1), repeat=2)
-    ]
-    if moved is not None:
-        masses[moved] = np.nextafter(masses[moved], np.inf)
-    return sos.Polytope(
-        sos.SecondOrderSystem(M, unit * time * D, unit * S, [[1.0], [0.0]])
-        for M in masses
-    )
-
-
-@pytest.mark.parametrize("seed", [1, 8, 0, 2])
-def test_no_unit_and_no_last_bit_changes_a_verdict(seed):
-    """Of boxes whose corners are sums and products of floats."""
-    verdicts = set()
-    for plants, pace in [
-        *((levers(seed, unit), 1.0) for unit in UNITS),
-        *((levers(seed, 0.3, time), time) for time in (0.3, 2.2046)),
-        *((levers(seed, moved=k), 1.0) for k in range(4)),
-    ]:
-        region = sos.PoleRegion(sigma=0.1 / pace, rho=20 / pace)
-        design = sos.design_pid(plants, region=region)
-        proof = design.certify() if design.K is not None else design.infeasibility
-        verdicts.add((design.status, proof.proven, len(design.request.pairs)))
-    assert len(verdicts) == 1 and verdicts.pop()[2] == 4
-
-
-def test_vertices_near_a_box_are_read_as_it(tmp_path):
-    plants = sos.Polytope(levers(8, 0.3).vertices[::-1])
-    design = sos.design_pid(plants, region=sos.PoleRegion(sigma=0.1, rho=20))
-    read = design.request.plant.family
-    assert read.multi_affine and str(read.box) == (
-        "near_vertex_3 in [0, 1] and near_vertex_2 in [0, 1]"
-    )
-    for given in plants.vertices:
-        gaps = [np.abs(v.M - given.M).max() / given.M.max() for v in read.vertices]
-        assert min(gaps) < 1e-15
-    proof = design.certify()
-    assert checked_by_a_stranger(proof, tmp_path)[0] == 0
-    for plant in [*plants.sample(30, 2), *plants.vertices]:
-        d = sos.plants.descriptors(plant)[0]
-        poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ proof.K))
-        assert poles.real.max() < -0.1
-
-
-def test_no_box_is_read_that_hides_an_unstable_plant():
-    """One vertex is unstable by a millionth of a millionth of its stiffness."""
-    stiff = 2e12
-    plants = sos.Polytope(
-        sos.SecondOrderSystem(
-            np.diag([1 + a, 1]), 1e6 * I2, stiff + (1 - 3 * a) * I2, I2
-        )
-        for a in (0, 0.5)
-    )
-    assert np.linalg.det(plants.vertices[1].S) < 0
-    assert checked_plant(plants) is plants
-
-
-def test_what_is_no_box_is_left_alone():
-    rng, box = np.random.default_rng(1), levers(7, 0.3)
-    typed = [
-        sos.SecondOrderSystem(v.M.round(3), v.D, v.S, v.B) for v in levers(3).vertices
-    ]
-    typed[1] = sos.SecondOrderSystem(
-        typed[1].M + [[0, 1e-6], [0, 0]], 0 * I2, I2, I2[:, :1]
-    )
-    others = [
-        sos.Polytope(box.vertices[:3] + box.vertices[:1]),
-        sos.Polytope([one(1), one(2)]),  # a box, exactly
-        sos.Polytope(typed),
-        sos.Polytope(
-            sos.SecondOrderSystem(x @ x.T + I2, I2, I2, I2)
-            for x in rng.normal(size=(4, 2, 2))
-        ),
-    ]
-    for plants in others:
-        assert checked_plant(plants) is plants
-    near = checked_plant(box)
-    assert near is not box and near.family is not None
-    assert checked_plant(box) is near and checked_plant(near) is near
 
 
 @pytest.mark.parametrize("pieces", [1, 2, 3])

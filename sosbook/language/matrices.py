@@ -2,7 +2,7 @@
 
 import numpy as np
 
-__all__ = ["Matrices", "Readings", "array_of", "margins"]
+__all__ = ["Matrices", "Reaches", "Readings", "array_of", "margins"]
 
 
 class Matrices:
@@ -113,6 +113,54 @@ class Readings(Matrices):
         total = self.array + size.array * self.array[0]
         total[0] = 0 * self.array[0]
         return Readings(total)
+
+
+class Reaches(Matrices):
+    """Bounds of the entries of a matrix, and of how far they may move, read as one.
+
+    What is added or subtracted adds its bounds, so that no entry of an expression in
+    matrices that move moves farther than its second part says. Plain matrices stay.
+
+    Examples
+    --------
+    >>> x = Reaches(np.array([[[3.0]], [[0.1]]]))
+    >>> (x - 2 * x.T).array.ravel(), (np.array([[-2.0]]) @ x).array.ravel()
+    (array([9. , 0.3]), array([6. , 0.2]))
+    """
+
+    def __neg__(self):
+        return self
+
+    def __add__(self, other):
+        total = self.array.copy()
+        if isinstance(other, Matrices):
+            return Reaches(total + other.array)
+        total[0] += np.abs(other)
+        return Reaches(total)
+
+    __radd__ = __sub__ = __rsub__ = __add__
+
+    def __mul__(self, factor):
+        return Reaches(self.array * np.abs(factor))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor):
+        return Reaches(self.array / np.abs(divisor))
+
+    def __matmul__(self, other):
+        if isinstance(other, Matrices):
+            return NotImplemented
+        return Reaches(self.array @ np.abs(other))
+
+    def __rmatmul__(self, other):
+        return Reaches(np.abs(other) @ self.array)
+
+    def write(self, part, entry):
+        if isinstance(entry, Matrices):
+            part[:] = entry.array
+        else:
+            part[0] = np.abs(entry)
 
 
 def array_of(x):

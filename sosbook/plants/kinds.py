@@ -1,7 +1,6 @@
 """What the design functions take for a plant, and what they say to others."""
 
 from .descriptor_system import DescriptorSystem
-from .near_box import as_a_box
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
@@ -14,8 +13,7 @@ Plant = SecondOrderSystem | Polytope | Uncertain | DescriptorSystem
 def checked_plant(plant, kinds=Plant):
     """The plant, or a ValueError that says what to give instead.
 
-    The one place where a family with parameters becomes the polytope around it, and
-    where vertices that are a box but for rounding are read as that box.
+    The one place where a family with parameters becomes the polytope around it.
 
     Parameters
     ----------
@@ -33,7 +31,7 @@ def checked_plant(plant, kinds=Plant):
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
     if isinstance(plant, kinds):
-        return as_a_box(plant)
+        return plant
     cure = ""
     if isinstance(plant, (list, tuple)):
         cure = ": wrap it in Polytope([...])"

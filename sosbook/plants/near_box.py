@@ -1,43 +1,160 @@
 """Vertices that are the corners of a box but for rounding, and that box."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from flint import fmpq
 
-from ..exact.rational import exact
+from ..exact.rational import Rational, exact, inverse
+from ..runtime.read_only import ReadOnly
 from .bernstein import Box
-from .checks import as_in_a_file
+from .checks import as_in_a_file, as_written
 from .descriptor_system import DescriptorSystem
+from .hull import quotient_in_hull
 from .polynomials import Polynomials
 from .second_order import SecondOrderSystem
 from .uncertain import MOST_VERTICES, ROWS, Uncertain
 
-__all__ = ["as_a_box", "near_box"]
+__all__ = ["NearBox", "near_box"]
 
-ROUNDING = 1e-14  # of an entry: sums and products of floats lose a few times 1e-16
+ROUNDING = 1e-9  # of an entry: what sums and products of floats may lose by far
 
 
-def as_a_box(plant):
-    """The family near vertices that are a box but for rounding; else the plant.
+@dataclass(frozen=True, eq=False)
+class NearBox(ReadOnly):
+    """An exact box near the vertices of a plant.
 
-    There LMIs at the vertices say something of the plants between, and the last bit
-    of a float, or the unit of force, would take it away. A plant in a proof file is
-    what the file says.
+    LMIs at its corners say something of the plants between, where the last bit of a
+    float, or the unit of force, takes that from the vertices themselves. How far these
+    are from the corners the blocks' margins pay for: see `reach`.
 
     Parameters
     ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-        With vertices that were given as floats.
+    family : Uncertain
+        The box, with parameters like near_vertex_2, which is 0 at the first vertex and
+        1 near the second.
+    corners : tuple of int
+        For each vertex of the plant the corner that it is near to.
     """
-    if plant.family is not None or len(plant.vertices) < 2 or as_in_a_file():
-        return plant
-    known = vars(plant)  # a search asks again for each of its values
-    if "_as_a_box" not in known:
-        known["_as_a_box"] = _family(plant)
-    return known["_as_a_box"] or plant
+
+    family: Uncertain
+    corners: tuple
+
+    @classmethod
+    def of(cls, plant):
+        """That of a plant, or None; of a plant in a file only the one that it names.
+
+        Parameters
+        ----------
+        plant : SecondOrderSystem, Polytope or DescriptorSystem
+            With vertices that were given as floats.
+        """
+        known = vars(plant)  # a search asks again for each of its values
+        if "_near_box" not in known:
+            if plant.family is not None or len(plant.vertices) < 2 or as_in_a_file():
+                return None
+            known["_near_box"] = _found(plant)
+        return known["_near_box"]
+
+    def data(self):
+        """What a proof file says of it."""
+        return {**self.family.data(), "corners": list(self.corners)}
+
+    @classmethod
+    def read(cls, plant, data):
+        """Let a plant know the box of the ``data`` that `data` writes."""
+        rest = {name: x for name, x in data.items() if name != "corners"}
+        kind = type(plant)
+        if kind is not DescriptorSystem:
+            kind = SecondOrderSystem
+        family, corners = Uncertain.read(kind, rest), data["corners"]
+        good = all(type(k) is int and 0 <= k < len(family.vertices) for k in corners)
+        if not good or len(corners) != len(plant.vertices):
+            raise ValueError("each vertex has a corner of the box")
+        vars(plant)["_near_box"] = cls(family, tuple(corners))
+
+    def ground(self, given, describe):
+        """The corners near some vertices, in rationals, and their `reach`.
+
+        Parameters
+        ----------
+        given : sequence of Descriptor
+            The plant's vertices.
+        describe : callable
+            From a plant to the `Descriptor` of each vertex, as they were made.
+
+        Returns
+        -------
+        tuple or None
+            None where LMIs at the corners say nothing of the plants between.
+        """
+        kept = vars(self).get("_ground")  # a search asks for the same at each value
+        if kept is None or any(a is not b for a, b in zip(kept[0], given)):
+            with as_written():
+                there = describe(self.family.polytope())
+            found = _ground(given, tuple(there[k] for k in self.corners))
+            vars(self)["_ground"] = kept = given, found
+        return kept[1]
 
 
-def _family(plant):
-    """The polytope of that family, or None."""
+def _ground(given, corners):
+    exactly = [d.map(exact) for d in corners]
+    if not quotient_in_hull(exactly):
+        return None
+    far = reach([d.map(exact) for d in given], exactly)
+    return None if far is None else (corners, far)
+
+
+def reach(given, corners):
+    r"""How far the quotients of a polytope lie from the hull of those of a box.
+
+    Parameters
+    ----------
+    given, corners : sequences of Descriptor
+        The polytope's vertices, and the corner that each is near to, in rationals.
+
+    Returns
+    -------
+    (N, N + m + p) array or None
+        For each entry of E^-1 [A B_u B_w] a bound. None where there is none.
+
+    Notes
+    -----
+    Let Gamma bound the entries of all W_i - C_i for the vertices W = [E R] and their
+    corners C, Q those of the corners' E^-1 and Xi those of their quotients E^-1 R. A
+    plant of the polytope is W(a) = C(t) + G with C(t) in the box and abs(G) <= Gamma.
+    The quotient of C(t), and E^-1 of C(t), are means of the corners' ones. With
+    M = Q Gamma_E and (I - M)^-1 >= 0 the spectral radius of M is below one, so that
+    E = C_E(t) (I + C_E(t)^-1 G_E) is regular with abs(E^-1) <= (I - M)^-1 Q, and
+
+    .. math::  X - X(t) = E^{-1} (G_R - G_E X(t)), \quad
+        |X - X(t)| \le (I - M)^{-1} Q (\Gamma_R + \Gamma_E \Xi).
+    """
+    N = len(corners[0].E)
+    gap = _largest(_wide(v) - _wide(c) for v, c in zip(given, corners))
+    inverses = [inverse(c.E) for c in corners]
+    Q = _largest(inverses)
+    Xi = _largest(i @ _wide(c)[:, N:] for i, c in zip(inverses, corners))
+    try:
+        near = inverse(exact(np.eye(N)) - Q @ gap[:, :N])
+    except ZeroDivisionError:
+        return None
+    if (near < 0).any():
+        return None
+    return (near @ (Q @ (gap[:, N:] + gap[:, :N] @ Xi))).astype(float)
+
+
+def _wide(d):
+    return np.hstack([d.E, d.A, d.Bu, d.Bw])
+
+
+def _largest(several):
+    """The largest absolute value of each entry."""
+    return np.maximum.reduce([np.abs(x) for x in several]).view(Rational)
+
+
+def _found(plant):
+    """The `NearBox` of a plant, or None."""
     first, kind = plant.vertices[0], DescriptorSystem
     names: dict = {"B": "Bu", "B_w": "Bw"}
     if hasattr(first, "M"):
@@ -47,13 +164,14 @@ def _family(plant):
     order = several.shape[1]
     if (several[:, :, :order] == several[0, :, :order]).all():  # a certain E
         return None
-    if kind is DescriptorSystem and not plant.outputs:  # they are no part of that box
+    fixed = {} if kind is SecondOrderSystem else plant.outputs
+    if kind is DescriptorSystem and (not fixed or "C_a" in fixed):  # it would move, too
         return None
     near = near_box(several, order)
     if near is None:
         return None
-    base, changes = near
-    count = len(changes)
+    base, changes, corners = near
+    changes, count = dict(reversed(changes.items())), len(changes)
     box = Box.of(**{f"near_vertex_{k + 1}": (0, 1) for k in changes})
     powers = [tuple(int(i == k) for i in range(count)) for k in range(-1, count)]
     cuts = np.cumsum([x.shape[1] for x in parts[0]])[:-1]
@@ -64,9 +182,9 @@ def _family(plant):
     if kind is SecondOrderSystem:
         rest["coordinates"] = first.coordinates
     else:
-        for name, x in plant.outputs.items():
+        for name, x in fixed.items():
             found[name] = _polynomials([exact(x)], powers)
-    return Uncertain.of(kind, box, found, **rest).polytope()
+    return NearBox(Uncertain.of(kind, box, found, **rest), corners)
 
 
 def _polynomials(summands, powers):
@@ -100,17 +218,20 @@ def near_box(vertices, order):
         Matrices by the place of the vertex that the first one and the change are
         near to. All sums of the first and of some changes are near the vertices,
         within ``ROUNDING`` of the largest value that each entry has, in any units.
+    corners : tuple of int
+        For each vertex the sum that it is near to: 1 stands for the first change, 2
+        for the second, 3 for both, ...
 
     Notes
     -----
     Where the sums are the vertices themselves, there is nothing to read: None.
 
-    A verdict by floats is no proof: what is proven is proven of this box.
+    A verdict by floats is no proof: what it says is proven by `reach` and the blocks.
 
     Examples
     --------
     >>> corners = [np.eye(2) + m * np.outer([1, 0.7], [1, 0.7]) for m in (0, 1 / 3)]
-    >>> base, changes = near_box(np.array(corners), 2)
+    >>> base, changes, places = near_box(np.array(corners), 2)
     >>> change = changes[1]
     >>> bool(change[0, 0] * change[1, 1] == change[0, 1] * change[1, 0])
     True
@@ -139,7 +260,8 @@ def near_box(vertices, order):
         if {tuple(s.ravel()) for s in there} != set(
             map(tuple, exact(vertices).reshape(len(vertices), -1).tolist())
         ):
-            return there[0], found
+            places = [int(np.argmax(_among(s, sums, sizes))) for s in steps]
+            return there[0], found, tuple(places)
     return None
 
 

@@ -249,10 +249,7 @@ class Polytope(_Plant, ReadOnly):
     Parameters
     ----------
     vertices : sequence of SecondOrderSystem
-        The corners, all of one size, in an order that counts for equality. If they
-        are a box but for rounding, designs and proofs are about that box, not about
-        the last bits of these: with parameters like near_vertex_2, which is 0 at the
-        first vertex and 1 near the second.
+        The corners, all of one size, in an order that counts for equality.
 
     Raises
     ------

@@ -18,6 +18,7 @@ from ..plants.checks import matrix
 from ..plants.descriptor import MATRICES
 from ..requirements.base import Requirement
 from ..requirements.in_text import theorem_data
+from .payments import paid
 from .request_as_data import read_request, request_data
 from .scaling import Frame
 
@@ -125,7 +126,10 @@ def _read(data):
     own = {name: x for name, x in values.items() if name not in request.lyapunov}
     V = own.pop("V", None)
     if V is None:
-        blocks = request.blocks(P[0], exact(K) @ P[0], exact, own=own)
+        Y = exact(K) @ P[0]
+        blocks = request.blocks(P[0], Y, exact, own=own)
+        known = {name: x.astype(float) for name, x in own.items()}
+        blocks = paid(request, blocks, P[0].astype(float), Y.astype(float), known)
     else:
         blocks = request.blocks(P, exact(K) @ V.T, exact, V=V, own=own)
     return request, K, values, blocks

@@ -17,6 +17,7 @@ from ..solver.loop import LONGEST_SOLUTION
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
 from .fixed_mode import refuse_by_mode
+from .payments import NOT_PAID
 from .points import FROM_STATES, odd_mass, point
 from .reasons import why_refused
 from .scaled_lmis import ScaledLMIs
@@ -261,6 +262,8 @@ def _seems_placed(request):
 
 def _too_thin(solution):
     """Why a point that phase one has found isn't good enough."""
+    if solution.request.near is not None:
+        return NOT_PAID
     least = min(solution.margins, key=solution.margins.get)
     return (
         f"The numerics found a point whose margin, {solution.margins[least]:.1g} of "

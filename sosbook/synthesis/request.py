@@ -10,7 +10,7 @@ from ..exact.definite import exact
 from ..language import Affine
 from ..language.matrices import Readings
 from ..lmi.text import floats
-from ..plants.checks import matrix, positive
+from ..plants.checks import is_word, matrix, positive
 from ..plants.descriptor import (
     Coupled,
     Descriptor,
@@ -21,6 +21,7 @@ from ..plants.descriptor import (
 )
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import checked_plant
+from ..plants.near_box import NearBox
 from ..requirements.base import BlockTable
 from ..requirements.loop import Loop, OnDemand
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
@@ -28,6 +29,7 @@ from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
 from .pair_stacks import blocks_of_pairs
+from .payments import pays
 from .regularization import Regularization
 from .sizes import Sizes
 from .statements import Statements
@@ -66,6 +68,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
     gain: np.ndarray | None = None
     law: Any = None
     vertices: tuple = field(init=False)
+    near: NearBox | None = field(init=False)
     pairs: list = field(init=False)
 
     def __init__(
@@ -100,6 +103,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
             object.__setattr__(self, "gain", law.gain(plant, gain))
         vertices = self._descriptors(gain)
         object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "near", self._near_box())
         object.__setattr__(self, "pairs", tuple(self._pairs_of(coupling)))
         if slack is not None:
             slack = positive("slack", slack)
@@ -170,6 +174,24 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
     def state_gain(self):
         """The gain from the state to u in floats."""
         return self.gain if self.law is None else self.exact_gain.astype(float)
+
+    def _near_box(self):
+        """The box near the vertices at whose corners the blocks are written, or None.
+
+        That is where these speak for the plants between, and the vertices don't.
+        """
+        common = is_word(self.coupling, ("pairs", "vertices"))
+        if not (common and self.law is None and all(map(pays, self.requirements))):
+            return None
+        near = NearBox.of(self.plant)
+        return near and near.ground(self.vertices, self.described) and near
+
+    @property
+    def ground(self):
+        """The vertices of the blocks: the plant's, or the corners near them."""
+        if self.near is None:
+            return self.vertices
+        return self.near.ground(self.vertices, self.described)[0]
 
     @property
     def order(self):
@@ -325,7 +347,7 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
         factors = [number(np.array(f)) for f in factors]
 
         def make(k):
-            (d,) = self.vertices_in(number, [k])
+            d = self.ground[k].map(number)
             if frame is None:
                 return d
             left, T, scale = factors
@@ -342,12 +364,12 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
 
     @cached_property
     def certain(self):
-        """The vertices, such as E = diag(I, M - B K_A, I), free of rounding errors.
+        """The `ground`, such as E = diag(I, M - B K_A, I), free of rounding errors.
 
         Whether two of them are equal, floats can't tell.
         """
-        rounded = any(d.rounded for d in self.vertices)
-        return self.vertices_in(exact) if rounded else self.vertices
+        rounded = any(d.rounded for d in self.ground)
+        return [d.map(exact) for d in self.ground] if rounded else self.ground
 
     def owner(self, name):
         """The requirement that a parameter of this name belongs to."""

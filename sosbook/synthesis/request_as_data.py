@@ -5,6 +5,7 @@ import numpy as np
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
+from ..plants.near_box import NearBox
 from ..requirements.base import Requirement
 from .request import Request
 
@@ -20,6 +21,7 @@ def request_data(request):
         "epsilon": decimal(request.slack) if slack else None,
         "E0": decimals(request.mean.E) if slack else None,
         "requirements": [r.data() for r in request.requirements],
+        **({} if request.near is None else {"box": request.near.data()}),
     }
 
 
@@ -30,6 +32,8 @@ def read_request(data, gain=None):
     ``gain`` is the K that is analysed, if there is one.
     """
     plant = read_plant(data["plant"])
+    if "box" in data:
+        NearBox.read(plant, data["box"])
     U, K_A = data["U"], data["K_A"]
     if gain is not None or plant.m == 0:
         gain = (

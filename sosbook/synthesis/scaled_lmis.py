@@ -19,6 +19,7 @@ from ..solver.loop import margin
 from .certificates import prove, refuse_design
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
 from .pair_margins import named_margins
+from .payments import paid
 from .scaling import in_unknowns_of
 from .solution import Solution
 
@@ -245,10 +246,12 @@ class ScaledLMIs(TrustedProblem):
         request = request or self.request
         natural = self.in_plant_units(values)
         K, P, Y, V, own = (natural[name] for name in ("K", "P", "Y", "V", "own"))
-        if V is None and len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS:
+        many = len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS and request.near is None
+        if V is None and many:
             margins = named_margins(request, P, Y, own)
         else:
             blocks = request.blocks(P, Y, V=V, own=own)
+            blocks = paid(request, blocks, P, Y, own)
             margins = {name: margin(g) for name, g in blocks.items()}
         good = min(margins.values()) > 1e-9
         if not good:  # too close for floats, even for the sign of what remains

@@ -11,7 +11,7 @@ __all__ = ["CHECKER", "in_one_file"]
 
 CHECKER = Path(__file__).parent
 MODULES = (
-    *("kernel", "families", "outputs", "statements"),
+    *("kernel", "families", "payment", "outputs", "statements"),
     *("others", "special", "verdict"),
 )
 ONE_FILE = """\

@@ -13,7 +13,7 @@ import re
 from fractions import Fraction
 from functools import cache
 
-from . import kernel
+from . import kernel, payment
 from .families import every_plant, given_vertices, keys
 from .kernel import Beyond, Mat, need
 from .outputs import Channel, ends
@@ -157,7 +157,9 @@ OTHER = "E.i = Ed.i", "A.i = Ad.i", "Bu.i = Bd.i", "Bw.i = Wd.i"
 def plant(t, d):
     """The lines of E x' = A x + B u + W w, y = C x + D u; (vertices, N, m, p)."""
     kind, vertices = d["plant"]["kind"], given_vertices(d["plant"])
-    family = "parameters" in d["plant"]
+    family = "parameters" in d["plant"] or "box" in d
+    if "box" in d:
+        vertices = payment.corners(d["box"], kind, len(vertices))
     entry, t.vertices = ratio if family else number, vertices
     t.sets["vertices"] = [[str(i + 1)] for i in range(len(vertices))]
     if kind == "second order":
@@ -424,6 +426,7 @@ class Design:
         self.many, self.few = len(self.vertices), distinct(self.vertices)
         need(d["coupling"] in ("pairs", "vertices", "slack"), "unknown coupling")
         self.slack = d["coupling"] == "slack"
+        self.far = self._far() if "box" in d else None
         none = d["epsilon"] is None, d["E0"] is None
         need(none == (not self.slack,) * 2, "epsilon and E0 belong to a slack matrix")
         self._pairs()
@@ -442,7 +445,49 @@ class Design:
         self.demands = list(demanded.values())
         self._sizes()
         self._write()
+        if self.far is not None and not self.refuted:
+            kinds = ("region", *SIZED)
+            free = all(r["kind"] in kinds and not r.get("acceleration")
+                       for r in self.asked)  # fmt: skip
+            need(free, "what is asked doesn't pay for a box")
+            self._pay()
         self.claims = [words for words, _ in self.statements]
+
+    def _far(self):
+        """How far the plants are from those of the box that is near them."""
+        need(not self.slack and "parameters" not in self.d["plant"], "a box of nothing")
+        given = Text(self.d)
+        plant(given, {k: x for k, x in self.d.items() if k != "box"})
+        env, near, several = given.values(), self.t.values(), []
+        for name in ("C", "D"):
+            need(env.get(name) == near.get(name), "the box has another output")
+        for values in (env, near):
+            several.append([])
+            for i in range(1, self.many + 1):
+                E, *rest = (values[f"{x}.{i}"] for x in ("E", "A", "Bu", "Bw"))
+                several[-1].append((E, payment.joined(*rest)))
+        self.bases = [E for E, _ in several[1]]
+        return payment.reach(*several)
+
+    def _pay(self):
+        """Each block that the plants move is less a diagonal: see `payment`."""
+        t, known, N = self.t, {}, self.N
+        for i in self.few:
+            steps = payment.absolute(self.bases[i]) @ self.far
+            for name, at, wide in (("A", 0, N), ("Bu", N, self.m),
+                                   ("Bw", N + self.m, self.p)):  # fmt: skip
+                known[f"{name}.{i + 1}"] = steps.cut(0, N, at, wide)
+        values = {k: kernel.read(x) for k, x in (t.data | t.found).items()}
+        moves = payment.Moves(kernel.Reader(values, sets=t.sets), known)
+        forms = set()
+        for form, label, price in moves.prices(kernel.parse("\n".join(t.lines))):
+            forms.add(form)
+            t.data[f"pay.{label}"] = price
+        for k, line in enumerate(t.lines):
+            form = line.strip().partition(":")[0]
+            if form in forms:
+                need(line.endswith(" > 0"), "a block that pays has another form")
+                t.lines[k] = line.removesuffix(" > 0") + f" - pay.{form} > 0"
 
     def _pairs(self):
         """The pairs of vertices that have blocks, and whether they are enough."""
@@ -458,6 +503,7 @@ class Design:
                 parts = (Fraction(e, x.d) for x in whole for u in x.a for e in u)
                 points.append(tuple(parts))
             between = [] if suffice(list(E.values()), points) else between
+        need(not between or self.far is None, "the box doesn't speak for its inside")
         self.certain = all(E[i] == x for x in E.values() for i in E)
         self.whole = not between or self.d["coupling"] != "vertices"
         pairs = [(i, i) for i in self.few]

@@ -95,6 +95,7 @@ def law(asked):
         names += " coordinates" * bool(refused and kind == "design")
     else:
         raise Beyond(f"a proof of the kind {whole!r:.80} isn't known here")
+    names += " box" * ("box" in asked and kind == "design")
     less = LESS.get(kind, "").split() if refused else []
     names = [x for x in dict.fromkeys(names.split()) if x not in less]
     keys(asked, " ".join(["kind", *names]))

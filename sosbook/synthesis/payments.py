@@ -1,0 +1,94 @@
+"""What blocks at the corners of a box pay for vertices that are near them only."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..exact.definite import exact
+from ..language.matrices import Reaches
+from ..lmi.text import floats
+from ..plants.descriptor import Coupled
+
+__all__ = ["NOT_PAID", "paid", "pays"]
+
+ROUNDED = 1.01  # a sum of products of positive floats is wrong by far less
+NOT_PAID = (
+    "The corners aren't a box within what the margin pays for: give the parameters "
+    "(sosbook.Uncertain)."
+)
+
+
+def pays(r):
+    """Whether all blocks of a requirement that know the plant have room for `paid`."""
+    return r.of_package and r.affine_in_quotient and not getattr(r, "acceleration", 0)
+
+
+def paid(request, blocks, P, Y, own=()):
+    r"""The blocks of a request, less what the vertices' distance from corners costs.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked of the plant.
+    blocks : dict
+        By `BlockName`, in floats or in rationals, in the plant's own coordinates.
+    P, Y, own
+        As for `Request.blocks`, in floats.
+
+    Returns
+    -------
+    dict
+        If these are positive definite, all plants of the polytope are what the
+        requirements say. Without a `NearBox` they are the blocks.
+
+    Notes
+    -----
+    Each block is T G T' with G affine in the quotient X = E^-1 [A B_u B_w] and a
+    regular T that depends on E alone. Every plant has X = sum b_i (X_i + D) with the
+    corners' X_i, weights b_i and abs(D) <= the `reach`: so G > 0 there if, at each
+    corner, the block of E_i and E_i (X_i + D) is positive for all such D. Its entries
+    move by H_kl at most, which the theorem itself says when it is read with `Reaches`,
+    and for any d > 0
+
+    .. math:: \sum_{kl} H_{kl} |x_k| |x_l| \le
+        \sum_{kl} H_{kl} (d_k / d_l) \, x_k^2 .
+
+    So a diagonal is subtracted. d is the root of the block's diagonal: then the share
+    that is paid doesn't depend on units.
+    """
+    if request.near is None:
+        return blocks
+    _, far = request.near.ground(request.vertices, request.described)
+    _, loops, _ = request.loops(P, Y, floats, None, None, {}, own)
+    owners, less = {r.key: r for r in request.demands}, dict(blocks)
+    moved = {i: _moving(request.ground[i], far) for i, _ in request.pairs}
+    for i, d in moved.items():
+        found = {}
+        for key, r in owners.items():
+            loop = loops[key]
+            for block, g in r.pair(loop, Coupled(d, d, loop.P, loop.Y)):
+                found[key, block] = g
+        for name, g in blocks.items():
+            if name.vertices == (i,) and (name.requirement, name.block) in found:
+                reaches = found[name.requirement, name.block].array[1]
+                less[name] = g - np.diag(_price(reaches, g))
+    return less
+
+
+def _moving(d, far):
+    """A corner whose A, B_u and B_w may move."""
+    steps = ROUNDED * np.abs(d.E) @ far
+    cuts = np.cumsum([d.A.shape[1], d.Bu.shape[1]])
+    parts = (
+        Reaches(np.array([np.abs(x), step]))
+        for x, step in zip((d.A, d.Bu, d.Bw), np.split(steps, cuts, axis=1))
+    )
+    return replace(d, **dict(zip(("A", "Bu", "Bw"), parts)))
+
+
+def _price(reaches, g):
+    """The diagonal for a block g, in its arithmetic."""
+    sizes = np.sqrt(np.abs(np.diagonal(g).astype(float)))
+    sizes[sizes == 0] = 1.0  # this block isn't positive
+    price = ROUNDED * sizes * (reaches @ (1 / sizes))
+    return exact(price) if g.dtype == object else price
