@@ -19,7 +19,7 @@ from .cutting import Cuts, few_decide, few_refuse
 from .fixed_mode import refuse_by_mode
 from .payments import NOT_PAID
 from .points import FROM_STATES, odd_mass, point
-from .reasons import why_refused
+from .reasons import NO_COMMON_P, listed, why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .singular_mass import refuse_by_mass
@@ -39,7 +39,6 @@ __all__ = [
 ]
 
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
-MOST_MODES_NAMED = 4  # in a reason
 CENTRE_SECONDS = 5.0  # for a centre, where an equation has answered already
 ODD_MASS = (
     "M isn't positive definite, so that some motion has a negative kinetic energy: is "
@@ -294,6 +293,8 @@ def refused(first):
     if proof is not None:
         text = "Exact multipliers of the LMIs exclude every solution"
         text = " ".join(filter(None, (text, request.condition))) + "."
+        if len(request.distinct) > 1 and len(request.lyapunov) == 1:
+            text = f"{text} {NO_COMMON_P}"
         return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
     return refused_by_input(request, refusal) or replace(
         refusal, reason=why_refused(first)
@@ -314,24 +315,10 @@ def refused_by_input(request, refusal):
     bound = input_bound(request)
     text = (
         f"By these LMIs {bound.parameter.key} = {bound.bound:g} is too small to move "
-        f"the modes{where} at {_listed(modes)} rad/s from x0 to where they are asked: "
+        f"the modes{where} at {listed(modes)} rad/s from x0 to where they are asked: "
         "exact multipliers of their part of the plant exclude every solution."
     )
     return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
-
-
-def _listed(modes):
-    """Modes in words, the slowest first; of two conjugates one."""
-    noise = 1e-9 * np.abs(modes).max()
-    upper = sorted((s for s in modes if s.imag > -noise), key=abs)
-    texts = [
-        f"{s.real:.4g}±{s.imag:.4g}j" if s.imag > noise else f"{s.real + 0.0:.4g}"
-        for s in np.where(np.abs(np.real(upper)) > noise, upper, 1j * np.imag(upper))
-    ]
-    texts = list(dict.fromkeys(texts))
-    if len(texts) > MOST_MODES_NAMED:
-        texts[MOST_MODES_NAMED:] = [f"{len(texts) - MOST_MODES_NAMED} more places"]
-    return ", ".join(texts)
 
 
 def without_lmis(request):

@@ -18,13 +18,13 @@ from ..requirements.pole_region import Region
 from ..requirements.shorthand import asked_once, moved
 from ..runtime.threads import one_thread
 from .design import Design
-from .feasibility import answer, follow, guarded
+from .feasibility import guarded
 from .idle import without_input
 from .known_gain import kept_or_broken
-from .objectives import at_optimum, objective_of
+from .objectives import objective_of
 from .regularization import Regularization
 from .request import Request
-from .slack import point_with_slack, refused_at_a_vertex, with_slack, without_slack
+from .slack import designed, or_with_slack
 
 __all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]
 
@@ -41,7 +41,7 @@ def design_pid(
     gamma: float | None = None,
     saturation: Saturation | None = None,
     K_A: ArrayLike | None = None,
-    coupling: Literal["pairs", "vertices", "slack"] = "pairs",
+    coupling: Literal["auto", "pairs", "vertices", "slack"] = "auto",
     mu: float | Literal["free"] | None = None,
     slack: float | None = None,
     minimize: str | Mapping[str, float] | None = None,
@@ -69,7 +69,9 @@ def design_pid(
         Bound of K x(t) from a given initial state.
     K_A : (m, n) array_like, optional
         Acceleration gain, where the mass is singular.
-    coupling : {"pairs", "vertices", "slack"}
+    coupling : {"auto", "pairs", "vertices", "slack"}
+        ``"auto"`` takes ``"pairs"``, and ``"slack"`` where these have no solution
+        and those have: ``reason`` says so, ``request.coupling`` which it was.
         ``"pairs"`` is sound, with one Lyapunov matrix for all plants. No
         pair is asked where the vertices suffice: see
         `sosbook.couplings.vertices_suffice`.
@@ -330,7 +332,7 @@ def _design(
     objective = objective_of(minimize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
-    auto = gain is not None and is_word(coupling, ("auto",))
+    auto = is_word(coupling, ("auto",))
     request = Request(
         plant,
         U,
@@ -342,9 +344,9 @@ def _design(
         requirements=asked,
         **given(mu=mu),
     )
-    auto = auto and _have_multipliers(request)
+    known = auto and gain is not None and _have_multipliers(request)
     if start is not None:
-        _check_start(start, request)
+        start = _checked_start(start, request, auto)
     backoff = positive("backoff", backoff)
 
     def solved():
@@ -355,25 +357,14 @@ def _design(
         idle = without_input(common, objective) if objective else None
         if idle is not None:
             return idle
-        if auto or free:
+        if known or free:
             one_P = all(r.fits_one_P(common) for r in common.demands)
-            first = common if auto and one_P and not objective else None
+            first = common if known and one_P and not objective else None
             free = replace(request, coupling="multipliers")
             return kept_or_broken(free, objective, backoff, first)
-        settled, first = request, None
-        if objective:
-            settled = with_slack(request, objective)
-        elif coupling == "slack" and slack is None:
-            first = point_with_slack(request)
-            settled = first and first.problem.request
-        if settled is None:
-            return without_slack(request, objective)
-        if objective:
-            return at_optimum(settled, objective, backoff)
-        solution = follow(settled, start) or answer(settled, True, first, prefer)
-        if solution.status == "undecided" and settled.coupling == "slack":
-            return refused_at_a_vertex(settled) or solution
-        return solution
+        how = objective, backoff, start, prefer
+        found = designed(request, *how)
+        return or_with_slack(found, request, *how) if auto and gain is None else found
 
     return Design(**vars(guarded(request, time_limit, solved)))
 
@@ -422,16 +413,17 @@ def given(**asked):
     return {name: value for name, value in asked.items() if value is not None}
 
 
-def _check_start(start, request):
+def _checked_start(start, request, auto):
+    """The start; None where "auto" has taken another coupling for it."""
     if not isinstance(start, Design):
         raise ValueError(f"start must be a Design, got {type(start).__name__}")
-    other = start.request
-    if (other.order, other.plant.m, len(other.vertices)) != (
-        request.order,
-        request.plant.m,
-        len(request.vertices),
-    ) or (other.coupling == "slack") != (request.coupling == "slack"):
+    own = start.request.coupling == "slack", request.coupling == "slack"
+    if own == (True, False) and auto:
+        return None
+    sizes = [(r.order, r.plant.m, len(r.vertices)) for r in (start.request, request)]
+    if sizes[0] != sizes[1] or own[0] != own[1]:
         raise ValueError(
             "start has other sizes, vertices or coupling than this "
             "request: leave it out"
         )
+    return start

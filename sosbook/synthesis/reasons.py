@@ -2,8 +2,10 @@
 
 import numpy as np
 
-__all__ = ["why_refused"]
+__all__ = ["NO_COMMON_P", "listed", "why_refused"]
 
+MOST_MODES_NAMED = 4  # in a reason
+NO_COMMON_P = "There is no common P in this form of the rows."
 MOST_STATES = 20  # up to which it pays to prove how far multipliers reach
 LEAST_RADIUS = 10.0  # of the gains in natural units; a shorter one isn't worth a word
 
@@ -58,3 +60,17 @@ def why_refused(first):
             "in floating point; no exact proof was found."
         )
     return f"The numerics found neither {unknowns} nor multipliers that exclude them."
+
+
+def listed(modes):
+    """Modes in words, the slowest first; of two conjugates one."""
+    noise = 1e-9 * np.abs(modes).max()
+    upper = sorted((s for s in modes if s.imag > -noise), key=abs)
+    texts = [
+        f"{s.real:.4g}±{s.imag:.4g}j" if s.imag > noise else f"{s.real + 0.0:.4g}"
+        for s in np.where(np.abs(np.real(upper)) > noise, upper, 1j * np.imag(upper))
+    ]
+    texts = list(dict.fromkeys(texts))
+    if len(texts) > MOST_MODES_NAMED:
+        texts[MOST_MODES_NAMED:] = [f"{len(texts) - MOST_MODES_NAMED} more places"]
+    return ", ".join(texts)

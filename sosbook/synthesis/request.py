@@ -10,7 +10,7 @@ from ..exact.definite import exact
 from ..language import Affine
 from ..language.matrices import Readings
 from ..lmi.text import floats
-from ..plants.checks import is_word, matrix, positive
+from ..plants.checks import matrix, positive
 from ..plants.descriptor import (
     Coupled,
     Descriptor,
@@ -28,8 +28,8 @@ from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
+from .ground import Ground
 from .pair_stacks import blocks_of_pairs
-from .payments import pays
 from .regularization import Regularization
 from .sizes import Sizes
 from .statements import Statements
@@ -39,7 +39,7 @@ __all__ = ["Request"]
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
+class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks.
 
     Parameters
@@ -174,24 +174,6 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
     def state_gain(self):
         """The gain from the state to u in floats."""
         return self.gain if self.law is None else self.exact_gain.astype(float)
-
-    def _near_box(self):
-        """The box near the vertices at whose corners the blocks are written, or None.
-
-        That is where these speak for the plants between, and the vertices don't.
-        """
-        common = is_word(self.coupling, ("pairs", "vertices"))
-        if not (common and self.law is None and all(map(pays, self.requirements))):
-            return None
-        near = NearBox.of(self.plant)
-        return near and near.ground(self.vertices, self.described) and near
-
-    @property
-    def ground(self):
-        """The vertices of the blocks: the plant's, or the corners near them."""
-        if self.near is None:
-            return self.vertices
-        return self.near.ground(self.vertices, self.described)[0]
 
     @property
     def order(self):
@@ -361,15 +343,6 @@ class Request(Shorthand, Sizes, Statements, InUnknowns, ReadOnly):
 
     def __getstate__(self):  # what is made again isn't stored
         return {name: value for name, value in vars(self).items() if name != "_moved"}
-
-    @cached_property
-    def certain(self):
-        """The `ground`, such as E = diag(I, M - B K_A, I), free of rounding errors.
-
-        Whether two of them are equal, floats can't tell.
-        """
-        rounded = any(d.rounded for d in self.ground)
-        return [d.map(exact) for d in self.ground] if rounded else self.ground
 
     def owner(self, name):
         """The requirement that a parameter of this name belongs to."""

@@ -6,21 +6,16 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..plants.descriptor_system import DescriptorSystem
+from ..requirements.base import Requirement
 from ..runtime.time_limit import OutOfTime, check_time, check_time_of_eigenvalues
-from .feasibility import guarded, refused, search, without_lmis
+from .feasibility import answer, follow, guarded, refused, search, without_lmis
 from .fixed_mode import refuse_by_mode
-from .objectives import Unattained, optimum
+from .objectives import Unattained, at_optimum, optimum
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
 
-__all__ = [
-    "feasible",
-    "point_with_slack",
-    "refused_at_a_vertex",
-    "with_slack",
-    "without_slack",
-]
+__all__ = ["designed", "feasible", "or_with_slack", "with_slack"]
 
 ADVICE = 60.0  # seconds for each requirement that is left out on trial
 
@@ -28,6 +23,13 @@ ADVICE = 60.0  # seconds for each requirement that is left out on trial
 STEPS = (1 / 4, 1 / 2, 1 / 8, 1, 1 / 16, 2, 1 / 64, 4, 1 / 256)
 
 FAR = 4.0  # times a rate; nearer ones share most of their steps
+
+IN_TURN = 30.0  # seconds for slack LMIs where those of pairs were solved in vain
+OWN_P = (
+    "No one P for all plants was found in this form of the rows: each vertex has its "
+    'own (coupling="slack"), for plants that don\'t change with time.'
+)
+NEITHER = "Nothing was found with a P for each vertex, either."
 
 GAP = 1e-3  # relative accuracy of the optima that are compared
 CLEARLY = 0.002  # a fraction by which another scalar has to be better
@@ -102,13 +104,16 @@ def _trials(request):
 def _rates(request):
     """The rates whose times are tried: what is asked, and the plant's own if far away.
 
-    A structure that is hardly damped swings fast and settles slowly.
+    A structure that is hardly damped swings fast and settles slowly. A pole s of a
+    single state allows the scalar up to -4 Re s / |s|^2, so its third time is that.
     """
     asked = request.typical_rate
     A, _, _ = request.mean.state_space()
     check_time_of_eigenvalues(len(A))
     own = np.abs(np.linalg.eigvals(A)).max()
-    return [asked, own] if not asked / FAR < own < asked * FAR and own else [asked]
+    if not own or asked / FAR < own < asked * FAR:
+        return [asked]
+    return [asked, own, own**2 / asked] if own > asked else [asked, own]
 
 
 def _lower(request, bounds):
@@ -124,6 +129,61 @@ def _lower(request, bounds):
     request = request.with_bounds({name: value * (1 - easing * CLEARLY)})
     lmis = ScaledLMIs(request, Frame.of(request))
     return lmis.find(refuse=False).values is not None
+
+
+def designed(request, objective, backoff, start, prefer):
+    """The Solution of a request with one of the couplings of a design.
+
+    Parameters
+    ----------
+    request : Request
+        What is asked of the plant.
+    objective : dict
+        As in `optimum`; empty where nothing is minimised.
+    backoff, start, prefer
+        As in `design_pid`.
+    """
+    settled, first = request, None
+    if objective:
+        settled = with_slack(request, objective)
+    elif request.coupling == "slack" and request.slack is None:
+        first = point_with_slack(request)
+        settled = first and first.problem.request
+    if settled is None:
+        return without_slack(request, objective)
+    if objective:
+        return at_optimum(settled, objective, backoff)
+    solution = follow(settled, start) or answer(settled, True, first, prefer)
+    if solution.status == "undecided" and settled.coupling == "slack":
+        return refused_at_a_vertex(settled) or solution
+    return solution
+
+
+def or_with_slack(first, request, objective, backoff, start, prefer):
+    """The first Solution, or one with a P for each vertex where it is none.
+
+    Parameters
+    ----------
+    first : Solution
+        With one P for all plants.
+    request, objective, backoff, start, prefer
+        As for `designed`.
+    """
+    own = all(type(r).slack is not Requirement.slack for r in request.demands)
+    several = own and len(request.distinct) > 1 and not request.ties
+    if first.status == "feasible" or not several:
+        return first
+    request = replace(request, coupling="slack")
+    if refused_at_a_vertex(request) is not None:
+        return first
+
+    def work():
+        return designed(request, objective, backoff, None, prefer)
+
+    second = guarded(request, IN_TURN, work)
+    if second.status == "feasible":
+        return replace(second, reason=f"{OWN_P} {second.reason}".strip())
+    return replace(first, reason=f"{first.reason} {NEITHER}".strip())
 
 
 def feasible(request, minimized=()):

@@ -114,7 +114,7 @@ class Ask:
         return design_pid(
             self.plant,
             self.U,
-            **self.options,
+            **{"coupling": "pairs"} | self.options,
             requirements=moved(self.requirements, values),
         )
 

@@ -21,7 +21,7 @@ def designs(plant, specifications, n_jobs=None, progress=True):
     plant : SecondOrderSystem or Polytope
         The plant, or the polytope of plants.
     specifications : sequence of dict
-        Keywords of `design_pid`.
+        Keywords of `design_pid`. Its coupling is "pairs" without a word.
     n_jobs, progress
         As in `sweep`; a worker takes 25 specifications at a time.
 
@@ -57,7 +57,9 @@ def designs(plant, specifications, n_jobs=None, progress=True):
         for asked in run:
             key = str(asked.get("coupling")), np.shape(asked.get("U"))
             try:
-                design = design_pid(plant, **{"start": last.get(key)} | asked)
+                design = design_pid(
+                    plant, **{"coupling": "pairs", "start": last.get(key)} | asked
+                )
             except Exception as error:
                 error.add_note(f"for the specification {asked!r}")
                 raise

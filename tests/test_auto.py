@@ -1,0 +1,83 @@
+"""What a design chooses by itself: one P for all plants, or one for each vertex."""
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.book.counterexamples import actuated
+from sosbook.plants import descriptors
+
+ROOMY = sos.PoleRegion(rho=10)
+
+
+def carts(*masses):
+    return sos.Polytope([sos.SecondOrderSystem(m, 0.1, 1, 1) for m in masses])
+
+
+def test_one_p_where_there_is_one():
+    asked = dict(region=sos.PoleRegion(sigma=0.5))
+    auto, pairs = (sos.design_pid(carts(0.5, 2), **asked, **how) for how in ({}, PAIRS))
+    assert auto.request.coupling == "pairs" and auto.reason == pairs.reason
+    assert (auto.K == pairs.K).all()
+
+
+PAIRS = {"coupling": "pairs"}
+
+
+def test_a_p_for_each_vertex_where_there_is_none_for_all():
+    plants = actuated()
+    refused = sos.design_pid(plants, region=ROOMY, **PAIRS)
+    assert refused.status == "infeasible" and refused.infeasibility.proven
+    assert "no common P in this form of the rows" in refused.reason
+    design = sos.design_pid(plants, region=ROOMY)
+    assert design.request.coupling == "slack" and 'coupling="slack"' in design.reason
+    proof = design.certify()
+    assert proof.proven
+    for plant in plants.sample(100, 1):
+        (d,) = descriptors(plant)
+        poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ proof.K))
+        assert poles.real.max() < 0 and np.abs(poles).max() < 10
+
+
+def test_a_refusal_says_that_both_were_tried():
+    asked = dict(region=sos.PoleRegion(sigma=3, rho=3.3))
+    design = sos.design_pid(carts(0.01, 1, 100), K_A=None, **asked)
+    one = sos.design_pid(carts(0.01, 1, 100), **asked, **PAIRS)
+    assert design.status == one.status != "feasible"
+    assert design.request.coupling == "pairs"
+    if one.status == "infeasible":
+        assert "no common P" in one.reason and "for each vertex" in design.reason
+
+
+@pytest.mark.parametrize("bound", [0.1, 1e-3])
+def test_what_a_vertex_alone_excludes_needs_no_second_look(bound):
+    limit = sos.Saturation(bound, [1, 0])
+    design = sos.design_pid(
+        carts(0.5, 2), region=sos.PoleRegion(sigma=0.5), saturation=limit
+    )
+    assert design.status == "infeasible" and "each vertex" not in design.reason
+
+
+def test_least_bounds_by_auto_are_never_worse():
+    limit = sos.Saturation(None, [1, 0])
+    least = [
+        sos.design_pid(
+            carts(0.5, 2),
+            region=sos.PoleRegion(sigma=0.3),
+            saturation=limit,
+            minimize="u_max",
+            **how,
+        ).request.saturation.u_max
+        for how in ({}, PAIRS)
+    ]
+    assert least[0] == least[1]
+
+
+def test_a_start_of_another_coupling_is_passed_over():
+    asked = dict(region=sos.PoleRegion(sigma=0.3))
+    slack = sos.design_pid(carts(0.5, 2), **asked, coupling="slack")
+    plain = sos.design_pid(carts(0.5, 2), **asked)
+    again = sos.design_pid(carts(0.5, 2), **asked, start=slack)
+    assert np.allclose(again.K, plain.K)
+    with pytest.raises(ValueError, match="coupling"):
+        sos.design_pid(carts(0.5, 2), **asked, start=slack, **PAIRS)
