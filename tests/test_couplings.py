@@ -120,7 +120,8 @@ def test_promises_are_those_of_the_worst_plant():
 
 
 def test_promises_want_a_gain():
-    refused = sos.design_pid(counterexamples.actuated(), region=sos.PoleRegion(rho=10))
+    asked = dict(region=sos.PoleRegion(rho=10), coupling="pairs")
+    refused = sos.design_pid(counterexamples.actuated(), **asked)
     with pytest.raises(ValueError, match="nothing to keep"):
         couplings.verify_on_samples(refused)
 

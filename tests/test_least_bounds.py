@@ -71,6 +71,7 @@ def test_what_needs_an_input_isn_t_taken_for_idle():
 def test_the_least_torque_of_a_bicycle(speeds):
     """Levels of 1e8 beside other unknowns near one; excluded 3 % below."""
     asked = dict(plant=bicycle(*speeds), region=sos.PoleRegion(sigma=0.3))
+    asked["coupling"] = "pairs"
     x0 = [np.radians(2), 0, 0, 0]
     d = sos.design_pid(**asked, **from_state(x0))
     assert d.status == "feasible" and not d.reason and d.certify().proven

@@ -138,16 +138,17 @@ class Uncertain:
         """Whether no parameter has a power above one: the vertices are the corners."""
         return max(self.degree.values()) == 1
 
-    def _count(self):
+    @property
+    def count(self) -> int:
+        """How many `vertices` there are."""
         return prod(2 + (d - 1) * self.pieces[k] for k, d in self.degree.items())
 
     def __repr__(self):
-        count = self._count()
         powers = ", ".join(f"{d} in {k}" for k, d in self.degree.items())
         form = f"of Bernstein's form of degree {powers}"
         how = "the corners" if self.multi_affine else form
         rows = "".join(f"; row {i} was {words}" for i, words in self.rows.items())
-        what = f"{self.box}; {count} vertices, {how}{rows}"
+        what = f"{self.box}; {self.count} vertices, {how}{rows}"
         return f"<Uncertain {self.kind.__name__}: {what}>"
 
     def __eq__(self, other):
@@ -289,14 +290,13 @@ class Uncertain:
 
     @cached_property
     def _corners(self):
-        count = self._count()
+        count = self.count
         if count > MOST_VERTICES:
-            name, degree = max(self.degree.items(), key=lambda item: item[1])
+            costs = {k: 2 + (d - 1) * self.pieces[k] for k, d in self.degree.items()}
+            name = max(costs, key=costs.get)
             raise ValueError(
-                f"the family has {count} vertices, more than {MOST_VERTICES}: fix the "
-                "parameters that matter least"
-                + (f"; {name} costs most, by its power {degree}" if degree > 1 else "")
-                + "; cut into fewer pieces" * (max(self.pieces.values()) > 1)
+                f"the family has {count} vertices, more than {MOST_VERTICES}: {name} "
+                f"costs most, a factor of {costs[name]}: fix what matters least"
             )
         parts = {
             name: part.vertices(

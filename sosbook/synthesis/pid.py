@@ -22,6 +22,7 @@ from .feasibility import guarded
 from .idle import without_input
 from .known_gain import kept_or_broken
 from .objectives import objective_of
+from .pieces import in_pieces
 from .regularization import Regularization
 from .request import Request
 from .slack import designed, or_with_slack
@@ -71,7 +72,9 @@ def design_pid(
         Acceleration gain, where the mass is singular.
     coupling : {"auto", "pairs", "vertices", "slack"}
         ``"auto"`` takes ``"pairs"``, and ``"slack"`` where these have no solution
-        and those have: ``reason`` says so, ``request.coupling`` which it was.
+        and those have: ``reason`` says so, ``request.coupling`` which it was. A least
+        bound is that of the pairs if there is one; of a family with powers of
+        parameters, whose ranges are cut while its least bound falls, the lower one.
         ``"pairs"`` is sound, with one Lyapunov matrix for all plants. No
         pair is asked where the vertices suffice: see
         `sosbook.couplings.vertices_suffice`.
@@ -362,9 +365,14 @@ def _design(
             first = common if known and one_P and not objective else None
             free = replace(request, coupling="multipliers")
             return kept_or_broken(free, objective, backoff, first)
+        return in_pieces(request, objective, one)
+
+    def one(request):
         how = objective, backoff, start, prefer
-        found = designed(request, *how)
-        return or_with_slack(found, request, *how) if auto and gain is None else found
+        found, pairs = designed(request, *how), request.coupling == "pairs"
+        if auto and pairs and gain is None:
+            return or_with_slack(found, request, *how)
+        return found
 
     return Design(**vars(guarded(request, time_limit, solved)))
 

@@ -11,6 +11,7 @@ from ..runtime.time_limit import OutOfTime, check_time, check_time_of_eigenvalue
 from .feasibility import answer, follow, guarded, refused, search, without_lmis
 from .fixed_mode import refuse_by_mode
 from .objectives import Unattained, at_optimum, optimum
+from .pieces import WORTH, value
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
@@ -22,12 +23,19 @@ ADVICE = 60.0  # seconds for each requirement that is left out on trial
 # epsilon in units of 1 / (typical rate), in the order of trial
 STEPS = (1 / 4, 1 / 2, 1 / 8, 1, 1 / 16, 2, 1 / 64, 4, 1 / 256)
 
+# by which the best of them is moved then, one after the other
+FINER = (1.4, 1.2, 1.1)
+
 FAR = 4.0  # times a rate; nearer ones share most of their steps
 
 IN_TURN = 30.0  # seconds for slack LMIs where those of pairs were solved in vain
 OWN_P = (
     "No one P for all plants was found in this form of the rows: each vertex has its "
     'own (coupling="slack"), for plants that don\'t change with time.'
+)
+LOWER = (
+    "The bound is lower than with one P for all plants: each vertex has its own "
+    '(coupling="slack"), for plants that don\'t change with time.'
 )
 NEITHER = "Nothing was found with a P for each vertex, either."
 
@@ -51,30 +59,46 @@ def with_slack(request, objective=None):
     if not objective:
         first = point_with_slack(request)
         return None if first is None else first.problem.request
-    best = least = chosen = None
-    for place, trial in enumerate(_trials(request)):
+    best = _Best(objective)
+    try:
+        for place, trial in enumerate(_trials(request)):
+            if best.request is not None and place >= len(STEPS):
+                break  # another rate, if one is needed
+            best.look_at(trial)
+        for ratio in FINER if best.request is not None else ():
+            for step in (ratio, 1 / ratio):
+                slack = float(round_digits(best.request.slack * step, 3))
+                best.look_at(replace(request, slack=slack))
+    except OutOfTime:
+        if best.request is None:
+            raise
+    return best.request
+
+
+class _Best:
+    """The best request so far, its bounds and their weighted sum."""
+
+    def __init__(self, objective):
+        self.objective = objective
+        self.request = self.bounds = self.sum = None
+
+    def look_at(self, trial):
+        """Take a request, if some point has bounds clearly below the best ones."""
         check_time()
-        if chosen is not None and place >= len(STEPS):  # another time, if one is needed
-            break
-        if best is not None and not _lower(trial, best):
-            continue
+        if self.bounds is not None and not _lower(trial, self.bounds):
+            return
         try:
-            bounds = optimum(trial, objective, GAP)[0]
+            bounds = optimum(trial, self.objective, GAP)[0]
         except Unattained as missed:
             bounds = missed.bounds
-        except OutOfTime:
-            if best is None:
-                raise
-            break
         if bounds is None:
-            continue
-        value = sum(
-            weight * bounds[name] ** request.owner(name).parameter.power
-            for name, weight in objective.items()
+            return
+        total = sum(
+            weight * bounds[name] ** trial.owner(name).parameter.power
+            for name, weight in self.objective.items()
         )
-        if least is None or value < least:
-            best, least, chosen = bounds, value, trial
-    return chosen
+        if self.sum is None or total < self.sum:
+            self.request, self.bounds, self.sum = trial, bounds, total
 
 
 def point_with_slack(request):
@@ -171,7 +195,9 @@ def or_with_slack(first, request, objective, backoff, start, prefer):
     """
     own = all(type(r).slack is not Requirement.slack for r in request.demands)
     several = own and len(request.distinct) > 1 and not request.ties
-    if first.status == "feasible" or not several:
+    family = request.plant.family
+    rivals = objective and family is not None and not family.multi_affine
+    if (first.status == "feasible" and not rivals) or not several:
         return first
     request = replace(request, coupling="slack")
     if refused_at_a_vertex(request) is not None:
@@ -181,8 +207,13 @@ def or_with_slack(first, request, objective, backoff, start, prefer):
         return designed(request, objective, backoff, None, prefer)
 
     second = guarded(request, IN_TURN, work)
-    if second.status == "feasible":
-        return replace(second, reason=f"{OWN_P} {second.reason}".strip())
+    if second.status == "feasible" and value(second, objective) <= WORTH * value(
+        first, objective
+    ):
+        text = LOWER if first.status == "feasible" else OWN_P
+        return replace(second, reason=f"{text} {second.reason}".strip())
+    if first.status == "feasible":
+        return first
     return replace(first, reason=f"{first.reason} {NEITHER}".strip())
 
 
