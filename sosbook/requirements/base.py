@@ -154,6 +154,11 @@ class Requirement(OfKind, ABC, ReadOnly):
         return {}
 
     @property
+    def takes_slack(self) -> bool:
+        """Whether it has the blocks of `slack`."""
+        return type(self).slack is not Requirement.slack
+
+    @property
     def takes_multipliers(self) -> bool:
         """Whether it has the blocks of `known`."""
         return type(self).known is not Requirement.known

@@ -19,8 +19,9 @@ NOT_PAID = (
 
 
 def pays(r):
-    """Whether all blocks of a requirement that know the plant have room for `paid`."""
-    return r.of_package and r.affine_in_quotient and not getattr(r, "acceleration", 0)
+    """Whether the plant enters a requirement's blocks by the quotient alone."""
+    others = (getattr(r, x, None) for x in ("acceleration", "outputs", "inputs"))
+    return r.of_package and r.affine_in_quotient and not any(others)
 
 
 def paid(request, blocks, P, Y, own=()):

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..plants.descriptor_system import DescriptorSystem
-from ..requirements.base import Requirement
 from ..runtime.time_limit import OutOfTime, check_time, check_time_of_eigenvalues
 from .feasibility import answer, follow, guarded, refused, search, without_lmis
 from .fixed_mode import refuse_by_mode
@@ -193,7 +192,7 @@ def or_with_slack(first, request, objective, backoff, start, prefer):
     request, objective, backoff, start, prefer
         As for `designed`.
     """
-    own = all(type(r).slack is not Requirement.slack for r in request.demands)
+    own = all(r.takes_slack for r in request.demands)
     several = own and len(request.distinct) > 1 and not request.ties
     family = request.plant.family
     rivals = objective and family is not None and not family.multi_affine
