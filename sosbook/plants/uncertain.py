@@ -297,6 +297,7 @@ class Uncertain:
             raise ValueError(
                 f"the family has {count} vertices, more than {MOST_VERTICES}: {name} "
                 f"costs most, a factor of {costs[name]}: fix what matters least"
+                + ", or cut into fewer pieces" * (self.pieces[name] > 1)
             )
         parts = {
             name: part.vertices(
