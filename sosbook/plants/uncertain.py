@@ -296,8 +296,8 @@ class Uncertain:
             name = max(costs, key=costs.get)
             raise ValueError(
                 f"the family has {count} vertices, more than {MOST_VERTICES}: {name} "
-                f"costs most, a factor of {costs[name]}: fix what matters least"
-                + ", or cut into fewer pieces" * (self.pieces[name] > 1)
+                f"costs most, a factor of {costs[name]}: fix what matters least, "
+                "or cut into fewer pieces"
             )
         parts = {
             name: part.vertices(
