@@ -5,7 +5,7 @@ matrices, or from the text of a file that holds all exact data.
 """
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from time import monotonic
 
@@ -290,7 +290,7 @@ class ProofFile(_Verdict, OfKind, ABC):
     @classmethod
     def of(cls, data):
         """Write the file of some data: a dict of lists, decimals and words."""
-        return cls(written(cls.kind, data))
+        return cls(written(cls.kind, _of_part(data)))
 
     @classmethod
     @abstractmethod
@@ -400,8 +400,11 @@ def _examined(cls, text):
             return Examined.nothing(f"kind is {kind!r}, not {cls.kind!r}")
         words = said(text)
         again, examined = cls.examine(data)
+        again = _of_part(again)
     except (*verdict.MALFORMED, ArithmeticError) as e:
         return Examined.nothing(f"not a well-formed proof: {e}")
+    claims = tuple(verdict.of_part(examined.claims, data))
+    examined = replace(examined, claims=claims)
     if words is not None:
         data["claims"] = words
     made = {key for key in MADE if key not in data}
@@ -409,6 +412,13 @@ def _examined(cls, text):
         if key not in data or key not in again or not same(data[key], again[key]):
             return Examined.nothing(f"{key!r:.80} isn't what the data say")
     return examined
+
+
+def _of_part(data):
+    """The data, their claims being about a reduced model if that is the plant."""
+    if "claims" not in data:
+        return data
+    return {**data, "claims": verdict.of_part(data["claims"], data)}
 
 
 _remembered = lru_cache(maxsize=64)(_examined)

@@ -13,6 +13,7 @@ from .descriptor_system import DescriptorSystem
 from .files import load_plant
 from .gain import Gain
 from .outputs import Output
+from .reduction import Reduction
 from .second_order import Polytope, SecondOrderSystem
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Gain",
     "Output",
     "Polytope",
+    "Reduction",
     "SecondOrderSystem",
     "SlackVertex",
     "condense",

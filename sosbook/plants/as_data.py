@@ -4,6 +4,7 @@ from ..exact.rational import decimals, read_array
 from .checks import as_written
 from .descriptor import OF_ARGUMENTS
 from .descriptor_system import DescriptorSystem
+from .reduction import Reduction
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
@@ -15,9 +16,17 @@ def plant_data(plant):
 
     Of a family they are polynomials in words, beside the ranges of its parameters:
     the vertices are the coefficients of Bernstein's form, and follow from them.
+    Of a reduced plant they have how many coordinates are kept, of how many.
     """
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
+    part = plant.reduction
+    if part is not None:
+        return {**_whole_data(plant), "reduced": [part.kept, part.of]}
+    return _whole_data(plant)
+
+
+def _whole_data(plant):
     if plant.family is not None:
         kind = "descriptor" if isinstance(plant, DescriptorSystem) else "second order"
         return {"kind": kind, **plant.family.data()}
@@ -48,10 +57,14 @@ def plant_data(plant):
 @as_written()
 def read_plant(data):
     """The plant of the ``data`` that `plant_data` writes."""
+    part = Reduction(*data["reduced"]) if "reduced" in data else None
     if "parameters" in data:
-        matrices = {name: rows for name, rows in data.items() if name != "kind"}
+        matrices = {k: rows for k, rows in data.items() if k not in ("kind", "reduced")}
         kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
-        return Uncertain.read(kinds[data["kind"]], matrices).polytope()
+        plant = Uncertain.read(kinds[data["kind"]], matrices).polytope()
+        for v in plant.vertices:
+            object.__setattr__(v, "reduction", part)
+        return plant
     vertices = data["vertices"]
     if data["kind"] == "descriptor":
         several: dict = {
@@ -64,11 +77,13 @@ def read_plant(data):
             if given[0]:
                 rows = len(beside[0]["C"])
                 several[k] = [read_array(x, rows, None) for x in given]
-        return DescriptorSystem(**several)
+        return DescriptorSystem(**several, reduction=part)
     if data["kind"] != "second order":
         raise ValueError(f"a plant of the kind {data['kind']!r} isn't known")
     plants = [
-        SecondOrderSystem(*(read_array(v[k], len(v["M"]), None) for k in "MDSBF"))
+        SecondOrderSystem(
+            *(read_array(v[k], len(v["M"]), None) for k in "MDSBF"), reduction=part
+        )
         for v in vertices
     ]
     return plants[0] if len(plants) == 1 else Polytope(plants)

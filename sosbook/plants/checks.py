@@ -337,8 +337,8 @@ def massless(M, D):
     >>> massless(np.diag([1.0, 0.0, 0.0]), np.diag([0.0, 0.0, 2.0]))
     array([1])
     """
-    there = np.abs(M) + np.abs(D)
-    return np.flatnonzero(~there.any(axis=0) & ~there.any(axis=1))
+    sums = [np.asarray((abs(M) + abs(D)).sum(axis=k)).ravel() for k in (0, 1)]
+    return np.flatnonzero((sums[0] == 0) & (sums[1] == 0))
 
 
 def massless_cure(M, D):

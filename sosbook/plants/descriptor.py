@@ -16,6 +16,7 @@ from ..language import he
 from ..runtime.read_only import ReadOnly
 from .checks import as_in_a_file, check_rank, is_word, matrix, rank_deficient
 from .hull import quotient_in_hull
+from .sparse import check_small
 
 __all__ = [
     "COUPLINGS",
@@ -171,6 +172,7 @@ def descriptors(plant, U=None, K_A=None):
     Source: thesis (2.2), (2.8), (2.11), with errata: the sign of (2.7)
     and E = diag(I, M - B K_A, I), not E = M - B K_A.
     """
+    check_small(plant.vertices[0])
     U = np.zeros((0, plant.n)) if U is None else matrix("U", U, (None, plant.n))
     if K_A is None:
         K_A = np.zeros((plant.m, plant.n))

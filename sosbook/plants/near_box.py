@@ -180,7 +180,7 @@ def _found(plant):
     for name, *summands in zip(ROWS[kind], *several):
         found[name] = _polynomials(summands, powers)
     if kind is SecondOrderSystem:
-        rest["coordinates"] = first.coordinates
+        rest |= dict(coordinates=first.coordinates, reduction=first.reduction)
     else:
         for name, x in fixed.items():
             found[name] = _polynomials([exact(x)], powers)

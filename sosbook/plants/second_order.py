@@ -10,16 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.linalg import eigvals
+from scipy.sparse import issparse
 
 from ..runtime.read_only import ReadOnly
-from .checks import check_rank, checked_names, massless_cure, matrix, rank_deficient
+from .checks import checked_names, matrix, rank_deficient
 from .descriptor import descriptors
 from .parametric import MayBeSymbolic
+from .reduction import Reducible, Reduction
 from .response import simulate_open, sort_poles
 from .signals import Sine, Step
 from .simplex import checked_weights, random_weights
+from .sparse import check_mass, check_small, mass_fault, reader, same_matrix
 
-__all__ = ["MassWarning", "Polytope", "SecondOrderSystem", "mass_fault"]
+__all__ = ["MassWarning", "Polytope", "SecondOrderSystem"]
 
 
 Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
@@ -29,7 +32,7 @@ class MassWarning(UserWarning):
     """A mass matrix that isn't symmetric, or has a negative eigenvalue."""
 
 
-class _Plant:
+class _Plant(Reducible):
     """What a plant and a polytope of plants have in common."""
 
     vertices: Any
@@ -87,6 +90,7 @@ class _Plant:
         >>> plant.simulate([0, np.pi], x0=[1, 0]).z.round(6)
         array([[ 1., -1.]])
         """
+        check_small(self.vertices[0])
         try:
             vertices = descriptors(self)
         except ValueError as error:
@@ -119,6 +123,8 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
     coordinates : sequence of n str, optional
         The names of z, by which a `Gain` says what it multiplies. They are no
         part of the plant's mechanics, and so of none of its comparisons.
+    reduction : Reduction, optional
+        Of what it is a part: `reduce` says so, and every proof does.
 
     Raises
     ------
@@ -153,6 +159,7 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
     B: np.ndarray
     F: np.ndarray = None  # type: ignore[assignment]  # an array once it is made
     coordinates: tuple[str, ...] | None = None
+    reduction: Reduction | None = None
 
     if TYPE_CHECKING:  # what the constructor takes
 
@@ -164,10 +171,12 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
             B: Matrix,
             F: Matrix | None = None,
             coordinates: Iterable[str] | None = None,
+            reduction: Reduction | None = None,
         ) -> None: ...
 
     def __post_init__(self):
-        M = matrix("M", self.M)
+        read = reader(self.M, self.D, self.S)
+        M = read("M", self.M)
         n = M.shape[0]
         if n == 0:
             raise ValueError("M is empty: a plant has at least one row")
@@ -178,20 +187,12 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
         F = np.zeros((n, 0)) if self.F is None else self.F
         for name, value in dict(M=M, D=self.D, S=self.S, B=self.B, F=F).items():
             shape = (n, n if name in "MDS" else None)
-            object.__setattr__(self, name, matrix(name, value, shape))
+            made = read if name in "MDS" else matrix
+            object.__setattr__(self, name, made(name, value, shape))
         object.__setattr__(self, "coordinates", checked_names(self.coordinates, n))
         if self.m == 0:
             raise ValueError("B has no column: the plant has no input")
-        check_rank(
-            np.hstack([self.M, self.B]),
-            "[M B] lacks full row rank: no acceleration feedback can make "
-            "M - B K_A nonsingular, for a row (or a mixture of rows) has neither "
-            "mass nor input. Where it has damping it is of first order: write a "
-            "DescriptorSystem without that velocity. Where it has none, solve it "
-            "for its displacement and put that into the other rows"
-            + massless_cure(self.M, self.D),
-            1e-14,
-        )
+        check_mass(self.M, self.D, self.B)
         self._warn()
 
     def _warn(self):
@@ -207,11 +208,14 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
     def __eq__(self, other):
         if not isinstance(other, SecondOrderSystem):
             return NotImplemented
-        return all(np.array_equal(getattr(self, x), getattr(other, x)) for x in "MDSBF")
+        return str(self.reduction) == str(other.reduction) and all(
+            same_matrix(getattr(self, x), getattr(other, x)) for x in "MDSBF"
+        )
 
     def __hash__(self):
-        parts = (getattr(self, x) + 0.0 for x in "MDSBF")  # one zero, not two
-        return hash(tuple((x.shape, x.tobytes()) for x in parts))
+        parts = (getattr(self, x) for x in "MDSBF")
+        data = ((x.data if issparse(x) else x) + 0.0 for x in parts)  # one zero
+        return hash((self.n, *(x.tobytes() for x in data)))
 
     def keep(self, rationals: dict) -> None:
         """Let it know the rationals, by argument, next to which its floats are."""
@@ -229,8 +233,14 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
         -------
         (k,) array
             Fewer than 2 n if the mass is singular.
+
+        Raises
+        ------
+        ValueError
+            If the plant is large and sparse, which has too many.
         """
         n = self.n
+        check_small(self)
         zero, one = np.zeros((n, n)), np.eye(n)
         if not rank_deficient(self.M):
             rows = np.linalg.solve(self.M, np.hstack([-self.S, -self.D]))
@@ -291,6 +301,8 @@ class Polytope(_Plant, ReadOnly):
         if len(sizes) > 1:
             raise ValueError(f"vertices differ in size (n, m, p): {sorted(sizes)}")
         object.__setattr__(self, "vertices", vertices)
+        if len({str(v.reduction) for v in vertices}) > 1:
+            raise ValueError("vertices are reduced differently: reduce the polytope")
         if len(named := self._named) > 1:
             raise ValueError(
                 f"vertices name their coordinates differently: {sorted(named)}"
@@ -319,6 +331,11 @@ class Polytope(_Plant, ReadOnly):
         return next(iter(self._named), None)
 
     @property
+    def reduction(self) -> Reduction | None:
+        """Of what the vertices are parts, as in `SecondOrderSystem`."""
+        return self.vertices[0].reduction
+
+    @property
     def _named(self):
         return {v.coordinates for v in self.vertices} - {None}
 
@@ -340,7 +357,7 @@ class Polytope(_Plant, ReadOnly):
             sum(w * getattr(v, x) for w, v in zip(given, self.vertices))
             for x in "MDSBF"
         )
-        return SecondOrderSystem(M, D, S, B, F, self.coordinates)
+        return SecondOrderSystem(M, D, S, B, F, self.coordinates, self.reduction)
 
     def sample(self, count: int, seed: int) -> list[SecondOrderSystem]:
         """Random plants, uniform over the weights.
@@ -363,22 +380,3 @@ def _sizes(plant):
         (plant.p, "disturbance", "disturbances"),
     )
     return ", ".join(f"{k} {one if k == 1 else many}" for k, one, many in counts)
-
-
-def mass_fault(M):
-    """Why M is no mass matrix, in words; else empty."""
-    largest = np.abs(M).max()
-    skew = np.abs(M - M.T).max()
-    if skew > 1e-9 * largest:
-        return (
-            f"M isn't symmetric: it differs from its transpose by {skew:.3g}. That is "
-            "right where equations were divided or combined, and every theorem holds; "
-            "Lagrange's equations have a symmetric M"
-        )
-    least = np.linalg.eigvalsh((M + M.T) / 2)[0]
-    if least < -1e-9 * largest:
-        return (
-            f"M has the negative eigenvalue {least:.3g}, which no kinetic energy has: "
-            "is a sign wrong?"
-        )
-    return ""

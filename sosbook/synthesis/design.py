@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ..exact.proof import Unproven, proven_within
 from ..exact.refusal import Refusal
 from ..laws import LawGain
+from ..runtime.time_limit import time_limit as limit_of_time
 from .bounds import Bounds, bounds_of
 from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
@@ -17,6 +19,7 @@ from .known_gain import known_proof
 from .neighbour import neighbour
 from .slack import feasible
 from .solution import Solution
+from .whole import Found, found_on, proven_on
 
 __all__ = ["Design"]
 
@@ -140,6 +143,80 @@ class Design(ClosedLoop[Certificate], Solution):
         if self.K is None or self.request.law is not None:
             return None
         return effort_of(self)
+
+    def certify(
+        self,
+        digits: int | None = None,
+        time_limit: float | None = None,
+        progress: bool = False,
+        on: Any = None,
+    ) -> Certificate | Unproven:
+        """Prove what was asked in exact arithmetic; see `Result.certify`.
+
+        Parameters
+        ----------
+        digits, time_limit, progress
+            As in `Result.certify`.
+        on : SecondOrderSystem or DescriptorSystem, optional
+            The whole plant, where the design is for a reduced one. What was asked of
+            the poles, and nothing else, is proven of the whole under the lifted gain;
+            the proof's K is that one, rounded.
+
+        Examples
+        --------
+        >>> from sosbook import PoleRegion, SecondOrderSystem, design_pid
+        >>> whole = SecondOrderSystem(np.eye(3), 0.1 * np.diag([1, 20, 30]),
+        ...                           np.diag([1, 40, 90]), [[1], [1], [1]])
+        >>> part = whole.reduce(modes=1)
+        >>> design = design_pid(part, region=PoleRegion(0.5), prefer="least")
+        >>> print(design.certify())
+        proven:
+        - of the reduced model (1 of 3): the plant, under u = K x, is stable
+        - of the reduced model (1 of 3): its poles lie in the half-plane Re s < -0.5
+        >>> print(design.certify(on=whole))
+        proven:
+        - the plant, under u = K x, is stable
+        - its poles lie in the half-plane Re s < -0.5
+        """
+        if on is None or self.margins is None:
+            return super().certify(digits, time_limit, progress)
+        return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
+
+    def check_on(self, whole: Any, time_limit: float = 60.0) -> Found:
+        """What a search in floats finds of a larger plant under this gain.
+
+        Parameters
+        ----------
+        whole : SecondOrderSystem, Polytope or DescriptorSystem
+            The plant that was reduced, or one like it: at another speed, say. Its
+            matrices may be sparse.
+        time_limit : float
+            Seconds, after which an `OutOfTime` is raised.
+
+        Returns
+        -------
+        Found
+            The rightmost pole that was found, each refined by Newton's method on
+            the plant's own matrices, and what it breaks. Of a polytope that of the
+            worst vertex. It proves nothing: see `certify`.
+
+        Raises
+        ------
+        ValueError
+            If the plant has another size.
+
+        Examples
+        --------
+        >>> from sosbook import PoleRegion, SecondOrderSystem, design_pid
+        >>> whole = SecondOrderSystem(np.eye(2), 0.2 * np.diag([1, 2]),
+        ...                           np.diag([1, 400]), [[1], [1]])
+        >>> design = design_pid(whole.reduce(modes=1), region=PoleRegion(0.5))
+        >>> found = design.check_on(whole)
+        >>> found.kept, found.broken
+        (False, ('its poles lie in the half-plane Re s < -0.5',))
+        """
+        with limit_of_time(time_limit):
+            return found_on(self, whole)
 
     def _prove(self, digits: int | None) -> Certificate:
         if self.parts:

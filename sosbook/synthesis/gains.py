@@ -12,6 +12,8 @@ from .result import Proven, Result
 
 __all__ = ["Gains"]
 
+WHOLE = "This is said {}. What is left out may do anything: look at the whole plant."
+
 
 class Gains(Result[Proven]):
     """K in parts, for results with a ``request``."""
@@ -21,6 +23,11 @@ class Gains(Result[Proven]):
     def __repr__(self):
         condition = "" if self.margins else getattr(self, "condition", "")
         return super().__repr__().replace(">", f" {condition}>" if condition else ">")
+
+    def _next(self):
+        part = getattr(self.request.plant, "reduction", None)
+        said = "" if part is None else WHOLE.format(part.words[:-2])
+        return (*super()._next(), said)
 
     @property
     def gain(self) -> Gain:

@@ -346,5 +346,7 @@ def known_proof(request, parts, digits=None):
     for part in parts:
         blocks |= part.blocks
         names[part.requirement.key] = tuple(part.blocks)
-    claims = tuple((words, names[r.key]) for words, r in request.statements())
+    part = request.plant.reduction
+    whose = "" if part is None else part.words
+    claims = tuple((whose + words, names[r.key]) for words, r in request.statements())
     return KnownGainProof(blocks, claims, request.gain)

@@ -17,7 +17,25 @@ def keys(what, names):
     need(set(what) == set(names.split()), f"the keys must be {names}")
 
 
+def part_of(plant):
+    """What begins each claim about a reduced model: of how many coordinates it is."""
+    if "reduced" not in plant:
+        return ""
+    kept, of = plant["reduced"]
+    need(type(kept) is type(of) is int and 0 < kept < of, "nothing is left out")
+    return f"of the reduced model ({kept} of {of}): "
+
+
 def given_vertices(plant):
+    """The matrices of each vertex by name; a reduced model has as many as it says."""
+    part_of(plant)
+    vertices = whole_vertices({k: x for k, x in plant.items() if k != "reduced"})
+    first = vertices[0].get("M", vertices[0].get("E"))
+    need(len(first) == plant.get("reduced", [len(first)])[0], "other rows are kept")
+    return vertices
+
+
+def whole_vertices(plant):
     """The matrices of each vertex by name: as the file has them, or Bernstein's.
 
     With parameters p in [a, b] they are polynomials. In Bernstein's form of degree d

@@ -22,7 +22,7 @@ import sys
 from threading import Lock, Timer
 
 from . import kernel
-from .families import keys
+from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES, MOST_DIGITS, Beyond, Refused, need
 from .others import Delay, Mass, Observer, Own, Schur
 from .special import FixedMode, SingularMass, SmallInput, UnreachedResponse
@@ -111,7 +111,14 @@ def law(asked):
         how = "no gain proves" if kind == "regularization" else how
         which = "by these LMIs" + getattr(problem, "condition", "")
         claims = Proven([f"{how} {which}: " + "; ".join(claims)])
+    claims[:] = of_part(claims, asked)
     return problem.t, claims
+
+
+def of_part(claims, asked):
+    """The claims, each of the reduced model that is asked, if it is one."""
+    part = part_of(asked.get("plant") or {})
+    return [c if c.startswith(part) else part + c for c in claims]
 
 
 def written(asked):

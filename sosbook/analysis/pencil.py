@@ -1,0 +1,163 @@
+"""Poles of a large plant under a gain: found in floats, refined, never proven."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import LinAlgError, lu_factor, lu_solve
+from scipy.sparse import csc_array, issparse
+from scipy.sparse.linalg import (
+    ArpackError,
+    ArpackNoConvergence,
+    LinearOperator,
+    eigs,
+    splu,
+)
+
+from ..runtime.read_only import ReadOnly
+from ..runtime.time_limit import check_time, check_time_of_eigenvalues
+
+__all__ = ["Pencil"]
+
+STEPS = 5  # of Newton's method; each squares the error, which begins near 1e-9
+SETTLED = 1e-14  # of the pole's size: a smaller step is rounding
+SHARP = 1e-10  # residual, of the sizes of its terms; a larger one is no pole's
+LAST_STEP = 1e-6  # of the pole's size at most: two poles that coincide settle slowly
+AT_ONCE = 6  # poles near each point where a sparse pencil is looked at
+RESTARTS = 40  # of Arnoldi's method; far from all poles it doesn't settle at all
+RIGHTMOST = 8  # of all poles of a dense pencil are refined
+SAME = 1e-7  # of a pole's size, from another one that was found
+
+
+@dataclass(frozen=True, eq=False)
+class Pencil(ReadOnly):
+    """s^2 M + s D + S - B (K_P + s K_D + K_I U / s), whose zeros are the poles.
+
+    Parameters
+    ----------
+    M, D, S : (n, n) array or sparse
+        Of the plant.
+    B : (n, m) array
+        The inputs.
+    K : (m, N) array
+        ``[K_P K_D K_I]``.
+    U : (a, n) array
+        What is integrated.
+    """
+
+    M: object
+    D: object
+    S: object
+    B: np.ndarray
+    K: np.ndarray
+    U: np.ndarray
+
+    def _gains(self):
+        n = self.B.shape[0]
+        return self.K[:, :n], self.K[:, n : 2 * n], self.K[:, 2 * n :] @ self.U
+
+    def solver(self, s):
+        """A function that solves the pencil at s for a right side.
+
+        Of a sparse one the plant is factored, and the gain, of low rank, added.
+        """
+        K_P, K_D, K_I = self._gains()
+        whole = s * s * self.M + s * self.D + self.S
+        W = K_P + s * K_D + (K_I / s if self.U.size else 0.0)
+        if not issparse(whole):
+            factors = lu_factor(whole - self.B @ W)
+            return lambda x: lu_solve(factors, x)
+        factor = splu(csc_array(whole, dtype=complex))
+        moved = factor.solve(self.B.astype(complex))
+        small = np.linalg.inv(np.eye(self.B.shape[1]) - W @ moved)
+
+        def solve(x):
+            y = factor.solve(x.astype(complex))
+            return y + moved @ (small @ (W @ y))
+
+        return solve
+
+    def slope(self, s, q):
+        """The derivative by s, times q."""
+        _, K_D, K_I = self._gains()
+        W = K_D - (K_I / s**2 if self.U.size else 0.0)
+        return 2 * s * (self.M @ q) + self.D @ q - self.B @ (W @ q)
+
+    def residual(self, s, q):
+        """How far q is from a null vector at s, of the sizes of what is summed."""
+        K_P, K_D, K_I = self._gains()
+        W = K_P + s * K_D + (K_I / s if self.U.size else 0.0)
+        parts = (s * s, self.M), (s, self.D), (1.0, self.S)
+        force = self.B @ (W @ q)
+        left = sum(c * (x @ q) for c, x in parts) - force
+        size = sum(abs(c) * np.linalg.norm(abs(x) @ abs(q)) for c, x in parts)
+        return np.linalg.norm(left) / (size + np.linalg.norm(force))
+
+    def refined(self, s, q):
+        """The pole near s, by Newton's method from a vector q; None where it ends.
+
+        Inverse iteration with the derivative: its error is that of a residual, and
+        not 1e-16 of the largest pole.
+        """
+        step = s
+        for _ in range(STEPS):
+            check_time()
+            try:
+                y = self.solver(s)(self.slope(s, q))
+            except (LinAlgError, RuntimeError, ZeroDivisionError):
+                step = 0.0  # singular to the last bit
+                break
+            if not np.isfinite(y).all():
+                step = 0.0
+                break
+            step = (q.conj() @ q) / (q.conj() @ y)
+            s, q = s - step, y / np.linalg.norm(y)
+            if abs(step) < SETTLED * abs(s):
+                break
+        settled = abs(step) <= LAST_STEP * abs(s)
+        return s if settled and self.residual(s, q) < SHARP else None
+
+    def near(self, shift):
+        """Poles and vectors near a complex point, of a sparse pencil."""
+        n, a = self.B.shape[0], len(self.U)
+        K_D, K_I = self.K[:, n : 2 * n], self.K[:, 2 * n :]
+        solve = self.solver(shift)
+
+        def inverse(x):  # of the first-order form [z; z'; x3]
+            check_time()
+            z, v, i = np.split(x, [n, 2 * n])
+            force = self.M @ (v + shift * z) + self.D @ z - self.B @ (K_D @ z)
+            if a:
+                force = force + self.B @ (K_I @ i) / shift
+            q = solve(-force)
+            return np.concatenate(
+                [q, z + shift * q, (self.U @ q - i) / shift][: 2 + (a > 0)]
+            )
+
+        size = 2 * n + a
+        operator = LinearOperator((size, size), inverse, dtype=complex)
+        start = np.random.default_rng(0).normal(size=size)
+        try:
+            values, vectors = eigs(operator, AT_ONCE, v0=start, maxiter=RESTARTS)
+        except ArpackNoConvergence as some:
+            values, vectors = some.eigenvalues, some.eigenvectors
+        except ArpackError:
+            return []
+        return [(shift + 1 / x, v[:n]) for x, v in zip(values, vectors.T) if x]
+
+    def everywhere(self):
+        """All poles and vectors of a dense pencil; one of first order has M = 0."""
+        n, a = self.B.shape[0], len(self.U)
+        first = not np.any(self.M)
+        size = n if first else 2 * n + a
+        check_time_of_eigenvalues(size, 3)
+        K_P, K_D, K_I = self.K[:, :n], self.K[:, n : 2 * n], self.K[:, 2 * n :]
+        stiff = self.B @ K_P - self.S
+        if first:
+            A = np.linalg.solve(self.D, stiff)
+        else:
+            rows = np.hstack([stiff, self.B @ K_D - self.D, self.B @ K_I])
+            A = np.zeros((size, size))
+            A[:n, n : 2 * n], A[2 * n :, :n] = np.eye(n), self.U
+            A[n : 2 * n] = np.linalg.solve(self.M, rows)
+        values, vectors = np.linalg.eig(A)
+        return list(zip(values, vectors[:n].T))

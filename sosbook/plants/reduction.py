@@ -1,0 +1,282 @@
+"""Reduced models: a plant in fewer coordinates, which knows what it is a part of."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigh, solve_continuous_lyapunov, svd
+from scipy.sparse import csc_array, issparse
+from scipy.sparse.linalg import eigsh, splu
+
+from ..runtime.read_only import ReadOnly
+from .checks import count, matrix
+
+__all__ = ["Reducible", "Reduction", "balanced", "modal", "static"]
+
+SHIFT = 1e-8  # of |S| / |M|: so far to the left of zero no rigid mode is singular
+STABLE_BY = 1e-12  # of the largest pole's size
+REACHED = 1e-12  # of the largest Hankel singular value; below it is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction(ReadOnly):
+    """What a reduced plant knows of the whole one.
+
+    Parameters
+    ----------
+    kept, of : int
+        Its coordinates, and those of the whole: displacements z, or the states of a
+        `DescriptorSystem`.
+    basis : (of, kept) array or None
+        The whole's z is ``basis`` times the part's. A plant from a proof file knows
+        the numbers alone.
+    back : (kept, of) array or None
+        The part's z is ``back`` times the whole's; ``back @ basis`` is I.
+    whole : plant or None
+        What was reduced.
+
+    Examples
+    --------
+    >>> str(Reduction(12, 336))
+    '12 of 336'
+    """
+
+    kept: int
+    of: int
+    basis: np.ndarray | None = None
+    back: np.ndarray | None = None
+    whole: Any = None
+
+    def __post_init__(self):
+        kept = count("kept", self.kept, 1)
+        if not kept < count("of", self.of, 2):
+            raise ValueError(f"a reduced model keeps less than all, got {self}")
+        super().__post_init__()
+
+    def __str__(self):
+        return f"{self.kept} of {self.of}"
+
+    @property
+    def words(self) -> str:
+        """What begins each claim of a proof about the part."""
+        return f"of the reduced model ({self}): "
+
+    def lift(self, K: np.ndarray) -> np.ndarray:
+        """The gain on the whole plant's state that a gain of the part stands for.
+
+        Parameters
+        ----------
+        K : (m, N) array
+            ``[K_P K_D K_I]`` of the part, or K of a `DescriptorSystem`'s.
+
+        Returns
+        -------
+        (m, N') array
+            ``[K_P back, K_D back, K_I]``: the integrators of U are those of
+            ``U @ back``.
+
+        Examples
+        --------
+        >>> from sosbook import SecondOrderSystem
+        >>> whole = SecondOrderSystem(np.eye(2), np.eye(2), np.diag([1, 9]), np.eye(2))
+        >>> whole.reduce(modes=1).reduction.lift(np.array([[2, 3], [0, 0]]))
+        array([[2., 0., 3., 0.],
+               [0., 0., 0., 0.]])
+        """
+        if self.back is None:
+            raise ValueError("the plant is from a file, which has no basis: reduce it")
+        r, K = self.kept, matrix("K", K)
+        parts = [K[:, :r], K[:, r : 2 * r], K[:, 2 * r :]]
+        if not hasattr(self.whole.vertices[0], "M"):
+            parts = [K]
+        if K.shape[1] < r * len(parts[:2]):
+            raise ValueError(f"K has {K.shape[1]} columns, needs {2 * r} or more")
+        return np.hstack([*(x @ self.back for x in parts[:2]), *parts[2:]])
+
+
+class Reducible:
+    """Second-order plants, and polytopes of them, that can be reduced."""
+
+    def reduce(
+        self, modes: int | None = None, *, rows: Iterable[int] | None = None
+    ) -> Any:
+        """The plant in fewer coordinates, which knows that it is a part of this one.
+
+        A proof about it says "of the reduced model (12 of 336)": what is left out may
+        do anything. `Design.check_on` looks at the whole plant under the gain, and
+        ``design.certify(on=whole)`` proves it.
+
+        Parameters
+        ----------
+        modes : int, optional
+            How many of the slowest real modes of M and S are kept. With ``rows`` they
+            are those of the other rows while these are held (Craig and Bampton).
+        rows : sequence of int, optional
+            Displacements that stay what they are, from 0; the others follow them at
+            rest (Guyan). A gain then needs only these to be measured.
+
+        Returns
+        -------
+        SecondOrderSystem or Polytope
+            Of this kind, with a ``reduction``. All vertices have the coordinates of
+            the mean plant's modes.
+
+        Raises
+        ------
+        ValueError
+            On bad input, if nothing is left out, or where M isn't positive definite.
+
+        Examples
+        --------
+        >>> from sosbook import SecondOrderSystem
+        >>> whole = SecondOrderSystem(np.eye(3), np.eye(3), np.diag([1, 4, 9]),
+        ...                           [[1], [1], [1]])
+        >>> part = whole.reduce(modes=2)
+        >>> part.S, str(part.reduction)
+        (array([[1., 0.],
+               [0., 4.]]), '2 of 3')
+        """
+        vertices = self.vertices
+        if vertices[0].reduction is not None:
+            raise ValueError("the plant is reduced already: reduce the whole one")
+        mean = vertices[0] if len(vertices) == 1 else self.mean
+        if rows is not None:
+            rows = list(rows)
+            basis, back = static(mean.M, mean.S, rows, modes)
+        elif modes is not None:
+            basis, back = modal(mean.M, mean.S, modes)
+        else:
+            raise ValueError("modes is missing: say how many are kept, or give rows=")
+        names = mean.coordinates or [f"z{k + 1}" for k in range(mean.n)]
+        kept = [names[k] for k in rows or ()]
+        kept += [f"mode {k + 1}" for k in range(len(back) - len(kept))]
+        more = dict(
+            coordinates=kept, reduction=Reduction(len(back), mean.n, basis, back, self)
+        )
+        parts = [type(v)(**_projected(v, basis), **more) for v in vertices]
+        return parts[0] if vertices[0] is self else type(self)(parts)
+
+
+def _projected(plant, basis):
+    """The matrices by name in the coordinates of a basis; symmetric ones stay it."""
+    parts = {}
+    for name in "MDS":
+        x = getattr(plant, name)
+        small = basis.T @ (x @ basis)
+        parts[name] = small if abs(x - x.T).max() else (small + small.T) / 2
+    return parts | {name: basis.T @ getattr(plant, name) for name in "BF"}
+
+
+def modal(M, S, modes):
+    """Basis and back of the slowest real modes, with back = basis' M.
+
+    Parameters
+    ----------
+    M, S : (n, n) array or sparse
+        M is symmetric and positive definite; of S the symmetric part counts.
+    modes : int
+        How many.
+    """
+    modes = _few("modes", modes, M.shape[0])
+    M, S = ((x + x.T) / 2 for x in (M, S))
+    if issparse(M):
+        shift = -SHIFT * abs(S).max() / abs(M).max()
+        start = np.random.default_rng(0).normal(size=M.shape[0])
+        squares, V = eigsh(S, modes, M, sigma=shift or -SHIFT, v0=start)
+        V = V[:, np.argsort(squares)]
+    else:
+        try:
+            V = eigh(S, M, subset_by_index=(0, modes - 1))[1]
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                "M isn't positive definite, so that it has no real modes: condense "
+                "the massless displacements (sosbook.plants.condense), or give rows="
+            ) from None
+    V = V * np.sign(V[abs(V).argmax(axis=0), range(modes)])  # the same everywhere
+    return V, V.T @ M
+
+
+def static(M, S, rows, modes):
+    """Basis and back of some rows, and of modes with these rows held.
+
+    The other rows follow at rest (Guyan); with ``modes`` they may also move in those
+    that they have while the rows don't (Craig and Bampton).
+    """
+    n, rows = M.shape[0], np.asarray(rows)
+    good = rows.ndim == 1 and rows.size and rows.dtype.kind in "iu"
+    if not good or rows.min() < 0 or rows.max() >= n or len(set(rows)) < len(rows):
+        raise ValueError(f"rows must be different rows from 0 to {n - 1}, got {rows}")
+    rest = np.setdiff1d(np.arange(n), rows)
+    r, few = len(rows), 0 if modes is None else _few("modes", modes, len(rest))
+    _few("rows and modes together", r + few, n)
+    inner, coupling = S[rest][:, rest], S[rest][:, rows]
+    try:
+        if issparse(S):
+            moved = -splu(csc_array(inner)).solve(coupling.toarray())
+        else:
+            moved = -np.linalg.solve(inner, coupling)
+    except (np.linalg.LinAlgError, RuntimeError):
+        raise ValueError(
+            "S is singular in the rows that are left out: keep one of each part that "
+            "moves freely"
+        ) from None
+    basis, back = np.zeros((n, r + few)), np.zeros((r + few, n))
+    basis[rows, range(r)] = back[range(r), rows] = 1.0
+    basis[rest, :r] = moved
+    if few:
+        V, inverse = modal(M[rest][:, rest], inner, few)
+        basis[rest, r:], back[r:, rest] = V, inverse
+        back[r:, rows] = -inverse @ moved
+    return basis, back
+
+
+def balanced(d, states):
+    """Basis and back of the states that are reached and seen the most.
+
+    Parameters
+    ----------
+    d : Descriptor
+        A stable one with outputs.
+    states : int
+        How many.
+
+    Notes
+    -----
+    Source: B. C. Moore, IEEE Trans. Automatic Control 26, 1981: the square roots of
+    both Gramians, and the singular vectors of their product.
+    """
+    A, B, Bw = d.state_space()
+    states = _few("states", states, len(A))
+    poles = np.linalg.eigvals(A)
+    if poles.real.max() >= -STABLE_BY * abs(poles).max():
+        raise ValueError(
+            "only a stable plant can be balanced: close a first loop around it, or "
+            "reduce its second-order form by modes"
+        )
+    C = d.explicit().C
+    if not C.any():
+        raise ValueError("the plant has no C: what is seen of it decides what is kept")
+    push = np.hstack([B, Bw])
+    reach, sight = (
+        _root(solve_continuous_lyapunov(X, -Y))
+        for X, Y in ((A, push @ push.T), (A.T, C.T @ C))
+    )
+    U, sizes, V = svd(sight.T @ reach)
+    if not sizes[states - 1] > REACHED * sizes[0]:
+        least = int((sizes > REACHED * sizes[0]).sum())
+        raise ValueError(f"only {least} states are reached and seen: keep no more")
+    roots = np.sqrt(sizes[:states])
+    return reach @ V[:states].T / roots, (U[:, :states] / roots).T @ sight.T
+
+
+def _root(W):
+    squares, V = eigh((W + W.T) / 2)
+    return V * np.sqrt(np.maximum(squares, 0.0))
+
+
+def _few(name, value, all_):
+    """A count of coordinates that are kept, less than all."""
+    if count(name, value, 1) >= all_:
+        raise ValueError(f"{name} must be less than {all_}, which are all, got {value}")
+    return int(value)

@@ -1,0 +1,107 @@
+"""Matrices of large plants, which stay sparse, and what is asked of any mass matrix."""
+
+import numpy as np
+from scipy.sparse import csc_array, issparse
+from scipy.sparse.linalg import splu
+
+from .checks import check_rank, massless_cure, matrix
+
+__all__ = [
+    "check_mass",
+    "check_small",
+    "mass_fault",
+    "reader",
+    "same_matrix",
+    "sparse_factor",
+]
+
+MOST_DENSE = 1000  # displacements; no LMI of so many is solved, dense or not
+ROUNDING = 1e-9  # of the largest entry
+NO_RANK = (
+    "[M B] lacks full row rank: no acceleration feedback can make M - B K_A "
+    "nonsingular, for a row (or a mixture of rows) has neither mass nor input. Where "
+    "it has damping it is of first order: write a DescriptorSystem without that "
+    "velocity. Where it has none, solve it for its displacement and put that into the "
+    "other rows"
+)
+
+
+def reader(*given):
+    """What reads M, D and S: `matrix`, or what keeps large sparse ones sparse."""
+    large = any(issparse(x) and max(x.shape) > MOST_DENSE for x in given)
+    return _sparse if large else matrix
+
+
+def _sparse(name, value, shape=None):
+    """A csc_array that can't be written to, checked as `matrix` does."""
+    if not issparse(value):
+        value = matrix(name, value, shape)
+    kept = csc_array(value, copy=True)
+    kept.sum_duplicates()
+    kept.eliminate_zeros()
+    rows = kept.shape[0] if shape is None else shape[0]
+    if kept.shape != (rows, rows):
+        raise ValueError(f"{name} is {kept.shape}, needs {(rows, rows)}")
+    kept.data = matrix(name, kept.data.reshape(1, -1))[0]
+    for part in (kept.data, kept.indices, kept.indptr):
+        part.flags.writeable = False
+    return kept
+
+
+def check_mass(M, D, B):
+    """Raise where [M B] lacks full row rank: that of sparse M by its factor."""
+    cure = massless_cure(M, D)
+    if not issparse(M):
+        check_rank(np.hstack([M, B]), NO_RANK + cure, 1e-14)
+    elif sparse_factor(M) is None:
+        raise ValueError(NO_RANK + cure)
+
+
+def check_small(v):
+    """Raise where a second-order plant is large and its matrices are sparse."""
+    if issparse(v.M):
+        raise ValueError(
+            f"the plant has {v.n} displacements in sparse matrices, too many for an "
+            "LMI: design for plant.reduce(modes=...), then look at the whole by "
+            "design.check_on(plant)"
+        )
+
+
+def sparse_factor(x):
+    """SuperLU's factors of a sparse matrix without exchanges of rows; None without.
+
+    Where the matrix is symmetric, their diagonal has the signs of its eigenvalues.
+    """
+    options = dict(permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0)
+    try:
+        return splu(csc_array(x), options=dict(SymmetricMode=True), **options)
+    except RuntimeError:
+        return None
+
+
+def mass_fault(M):
+    """Why M is no mass matrix, in words; else empty."""
+    largest = abs(M).max()
+    skew = abs(M - M.T).max()
+    if skew > ROUNDING * largest:
+        return (
+            f"M isn't symmetric: it differs from its transpose by {skew:.3g}. That is "
+            "right where equations were divided or combined, and every theorem holds; "
+            "Lagrange's equations have a symmetric M"
+        )
+    if issparse(M):
+        least = sparse_factor(M).U.diagonal().min()
+        which = "a negative eigenvalue"
+    else:
+        least = np.linalg.eigvalsh((M + M.T) / 2)[0]
+        which = f"the negative eigenvalue {least:.3g}"
+    if least < -ROUNDING * largest:
+        return f"M has {which}, which no kinetic energy has: is a sign wrong?"
+    return ""
+
+
+def same_matrix(a, b):
+    """Whether two matrices are equal, dense or sparse."""
+    if issparse(a) and issparse(b):
+        return a.shape == b.shape and (a != b).nnz == 0
+    return not issparse(a) and not issparse(b) and np.array_equal(a, b)

@@ -1,0 +1,205 @@
+"""The whole plant under the gain of a reduced model: what is found, what is proven."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import issparse
+
+from ..analysis.pencil import RIGHTMOST, SAME, Pencil
+from ..exact.definite import round_digits
+from ..exact.proof import DIGITS, Unproven
+from ..exact.rational import digit_count
+from ..plants.descriptor_system import DescriptorSystem
+from ..plants.second_order import SecondOrderSystem
+from ..runtime.read_only import ReadOnly
+from .certificates import prove
+from .points import point
+from .request import Request
+
+__all__ = ["Found", "found_on", "lifted", "proven_on"]
+
+SHIFTS = 0.3, 1.0, 3.0  # of the part's frequencies: where a sparse whole is looked at
+AS_ASKED = 1e-9  # of a pole's size, so that rounding at an edge breaks nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Found(ReadOnly):
+    """What a search in floats has found of a whole plant; see `Design.check_on`.
+
+    Parameters
+    ----------
+    poles : (k,) array
+        Poles that were refined, those furthest right first; of two conjugates one.
+    of : int
+        How many poles the whole has.
+    broken : tuple of str
+        What is asked of the poles and a refined one breaks, in words.
+    """
+
+    poles: np.ndarray
+    of: int
+    broken: tuple
+
+    @property
+    def pole(self) -> complex:
+        """The rightmost pole that was found, in rad/s."""
+        return complex(self.poles[0])
+
+    @property
+    def kept(self) -> bool:
+        """Whether no pole that was found breaks what is asked: that is no proof."""
+        return not self.broken
+
+    def __str__(self):
+        s = self.pole
+        place = f"{s.real:.6g}" + (f"±{s.imag:.6g}j" if s.imag else "")
+        words = (
+            f"found: the rightmost of {len(self.poles)} refined poles is {place} "
+            f"rad/s; the whole has {self.of}, and one that wasn't found may lie "
+            "further right"
+        )
+        return words + "".join(f"; broken: {claim}" for claim in self.broken)
+
+
+def lifted(design, whole):
+    """The gain of a design on a whole plant's state, and the U of its integrators.
+
+    Parameters
+    ----------
+    design : Design
+        Of a reduced plant; or of any plant of the whole's size.
+    whole : SecondOrderSystem or DescriptorSystem
+        One plant.
+    """
+    request, K = design.request, design._gain()
+    kind = DescriptorSystem if isinstance(request.plant, DescriptorSystem) else None
+    if not isinstance(whole, kind or SecondOrderSystem):
+        name = (kind or SecondOrderSystem).__name__
+        raise ValueError(f"on must be one {name}, got {type(whole).__name__}")
+    part = request.plant.reduction
+    rows = whole.order if kind else whole.n
+    own = request.order if kind else request.plant.n
+    wanted = own if part is None else part.of
+    if (rows, whole.m) != (wanted, request.plant.m):
+        raise ValueError(
+            f"on has {rows} coordinates and {whole.m} inputs, needs {wanted} and "
+            f"{request.plant.m}: give the plant that was reduced, or one like it"
+        )
+    if request.K_A is not None and np.any(request.K_A):
+        raise ValueError("a design with K_A isn't looked at on another plant")
+    U = request.U
+    if part is None:
+        return K, U
+    return part.lift(K), None if U is None else U @ part.back
+
+
+def found_on(design, whole):
+    """The `Found` poles of a whole plant, or of each of a polytope's vertices."""
+    worst = [_found(design, one) for one in _plants(whole)]
+    return max(worst, key=lambda found: (len(found.broken), found.pole.real))
+
+
+def _plants(whole):
+    if isinstance(whole, DescriptorSystem):
+        parts = [DescriptorSystem.of([d]) for d in whole.vertices]
+        return [whole] if len(parts) == 1 else parts
+    if not hasattr(whole, "vertices"):
+        raise ValueError(f"on must be a plant, got {type(whole).__name__}")
+    return list(whole.vertices)
+
+
+def _found(design, whole):
+    K, U = lifted(design, whole)
+    pencil = _pencil(whole, K, U)
+    poles = pencil.everywhere() if not issparse(pencil.S) else _looked(design, pencil)
+    forms = _forms(design.request)
+    out = {words: _outside(form, [s for s, _ in poles]) for words, form in forms}
+    if not issparse(pencil.S):  # all are there, and few need be refined
+        few = {*np.argsort([-s.real for s, _ in poles])[:RIGHTMOST].tolist()}
+        few |= {int(np.argmax(values)) for values in out.values()}
+        poles = [poles[k] for k in sorted(few)]
+    refined = []
+    for s, q in poles:
+        s = pencil.refined(complex(s.real, abs(s.imag)), q if s.imag >= 0 else q.conj())
+        if s is not None and not any(abs(s - x) < SAME * abs(s) for x in refined):
+            refined.append(s)
+    if not refined:
+        raise ArithmeticError("no pole of the whole could be refined")
+    refined = np.array(sorted(refined, key=lambda s: -s.real))
+    broken = [words for words, form in forms if _outside(form, refined).max() > 0]
+    a = 0 if U is None else len(U)
+    first = isinstance(whole, DescriptorSystem)
+    return Found(refined, whole.order if first else 2 * whole.n + a, tuple(broken))
+
+
+def _pencil(whole, K, U):
+    if isinstance(whole, DescriptorSystem):
+        (d,) = whole.vertices
+        N, m = d.Bu.shape
+        K = np.hstack([K, np.zeros((m, N))])
+        return Pencil(np.zeros((N, N)), d.E, -d.A, d.Bu, K, np.zeros((0, N)))
+    U = np.zeros((0, whole.n)) if U is None else U
+    return Pencil(whole.M, whole.D, whole.S, whole.B, K, U)
+
+
+def _looked(design, pencil):
+    """Poles and vectors near some points of the imaginary axis, of a sparse whole."""
+    own = np.abs(np.atleast_2d(design.poles())[0])
+    top = np.sqrt(abs(pencil.S).sum(axis=0).max() / abs(pencil.M).diagonal().min())
+    slow, fast = own[own > 0].min(), own.max()
+    shifts = [*(c * slow for c in SHIFTS), *(c * fast for c in SHIFTS), top]
+    shifts += np.geomspace(slow, top, len(SHIFTS) + 2)[1:-1].tolist()
+    return [pair for w in shifts for pair in pencil.near(1j * w)]
+
+
+def _forms(request):
+    """What is asked of the poles, in words, and its alpha and beta."""
+    return [
+        (r.statement, [np.array(x, float) for x in r.pole_matrices()])
+        for r in request.demands
+        if r.pole_matrices() is not None
+    ]
+
+
+def _outside(form, poles):
+    """How far outside of a region each pole lies; positive outside."""
+    alpha, beta = form
+    s = np.asarray(poles)[:, None, None]
+    values = np.linalg.eigvalsh(alpha + s * beta + s.conj() * beta.T)[:, -1]
+    sizes = np.abs(alpha).max() + np.abs(np.asarray(poles)) * np.abs(beta).max()
+    return values - AS_ASKED * sizes
+
+
+def proven_on(design, whole, digits):
+    """An exact proof that the lifted gain keeps what is asked of the whole's poles.
+
+    Parameters
+    ----------
+    design : Design
+        What is asked of its poles is asked of the whole's; nothing else is.
+    whole : SecondOrderSystem or DescriptorSystem
+        One plant.
+    digits : int or None
+        Of the lifted gain, which is rounded; several are tried without.
+    """
+    K, U = lifted(design, whole)
+    seen = found_on(design, whole)
+    cure = (
+        "ask less of the whole: analyse_pid(whole, part.reduction.lift(K), ...) "
+        "takes any region"
+    )
+    if seen.broken:
+        return Unproven(f"the whole doesn't keep it. By a search, {seen}; {cure}")
+    asked = [r for r in design.request.requirements if r.pole_matrices() is not None]
+    proof = None
+    for few in DIGITS if digits is None else (digit_count(digits),):
+        request = Request(whole, U, requirements=asked, gain=round_digits(K, few))
+        solution = point(request)
+        if solution is not None:
+            proof = prove(request, solution.K, solution.P, own=solution.own)
+            if proof.proven:
+                return proof
+    return proof or Unproven(
+        "the modes of the whole give no point that floats can tell from the edge: its "
+        f"slowest pole is too slow for its fastest. {seen}"
+    )
