@@ -34,6 +34,14 @@ CUT_FORMULAS = """
 }).map((box) => box.querySelector("mjx-assistive-mml").textContent.slice(0, 80))
 """
 
+#: How far down the page the picture begins with which it opens; null without one.
+OPENING = """
+() => {
+  const first = document.querySelector(".sos-opening :is(.sos-panel, figure, svg)");
+  return first && first.getBoundingClientRect().top + scrollY;
+}
+"""
+
 #: Formulas that MathJax fits to the height of the reader's font: in one with
 #: large small letters they would be wider than their place.
 FITTED_FORMULAS = """

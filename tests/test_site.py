@@ -107,6 +107,13 @@ def faults(tab, *names):
     return {name: answer for name, answer in answers if answer}
 
 
+def assert_opens(tab, page, height):
+    """Chapters and first pages show their picture on the first screen."""
+    top = tab.page.evaluate(layout.OPENING)
+    if re.match(r"book/(\d\d_|intro|own_plant)", page):
+        assert top is not None and top < height - 100, top
+
+
 @each_page
 def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     """A page takes seconds to typeset: one visit for all of these."""
@@ -117,12 +124,14 @@ def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     assert_light(loaded(tab), page)
     formulas, typeset, mistaken, seen, told = tab.page.evaluate(FORMULAS)
     assert (typeset, mistaken, seen) == (formulas, 0, told)
+    assert_opens(tab, page, height=800)
     wanted = "FITTED_FORMULAS", "CUT_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS"
     assert faults(tab, "WIDE_BOXES", "BAD_ICONS", *wanted) == {}
     assert_readable(tab, LIGHT)
     tab.page.emulate_media(color_scheme="dark")
     assert_readable(tab, DARK)
     tab.page.set_viewport_size({"width": 390, "height": 900})
+    assert_opens(tab, page, height=844)
     assert_fits_a_phone(tab)
     assert_boxes_speak(tab)
     wanted = "CUT_FORMULAS", "SMALL_LETTERS", "BAD_ICONS", "LOOSE_READOUTS"

@@ -1,0 +1,58 @@
+"""A page opens with what it is about, drawn or moving.
+
+What a cell with the tag ``opening`` shows stands below the page's one sentence,
+wherever the cell is: a picture can need numbers that the page computes later. In
+its own place a link says where it went.
+"""
+
+from docutils import nodes
+from sphinx.transforms import SphinxTransform
+
+TAG, PLACE = "opening", "opening"
+
+
+class Open(SphinxTransform):
+    """Move the output of the tagged cell up, after `captions` has wrapped it."""
+
+    default_priority = 410
+
+    def apply(self, **_):
+        cells = [cell for cell in self.document.findall(_tagged)]
+        if not cells:
+            return
+        (cell,) = cells
+        page = self.document.next_node(nodes.section)
+        (output,) = (
+            c for c in cell.children if c.get("nb_element") != "cell_code_source"
+        )
+        link = nodes.reference(
+            "", "at the top of this page", refid=PLACE, internal=True
+        )
+        text = (nodes.Text("Shown "), link, nodes.Text("."))
+        words = nodes.paragraph("", "", *text, classes=["sos-moved"])
+        output.replace_self(words)
+        first = nodes.container(
+            "", output, classes=["cell", "sos-opening"], ids=[PLACE], names=[PLACE]
+        )
+        sentence = next((k for k, c in enumerate(page) if _one_sentence(c)), 0)
+        page.insert(sentence + 1, first)
+        self.document.note_explicit_target(first, first)
+
+
+def _tagged(node):
+    return (
+        isinstance(node, nodes.container)
+        and node.get("nb_element") == "cell_code"
+        and TAG in node.get("cell_metadata", {}).get("tags", [])
+    )
+
+
+def _one_sentence(node):
+    quoted = isinstance(node, (nodes.block_quote, nodes.Admonition))
+    return quoted and node.astext().lower().startswith("in one sentence")
+
+
+def setup(app):
+    """Tell Sphinx."""
+    app.add_transform(Open)
+    return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
