@@ -17,7 +17,7 @@ from .requirements.cost import QuadraticCost
 from .requirements.hinf import HInfinity
 from .requirements.input_bound import Saturation
 from .requirements.pole_region import LMIRegion, PoleRegion, Region
-from .sampled import SampledLQR, certify_sampled, design_sampled_lqr
+from .sampled import SampledLQR, certify_sampled, design_sampled_lqr, furthest_sampled
 from .studies import maps
 from .studies import polytopes as couplings
 from .synthesis.design import Design
@@ -78,6 +78,7 @@ __all__ = [
     "design_observer",
     "design_pid",
     "design_sampled_lqr",
+    "furthest_sampled",
     "infinite_modes",
     "maps",
     "mip",

@@ -1,15 +1,26 @@
 """Clocks that vary: proofs against closed forms and simulations by pieces."""
 
+from dataclasses import replace
+from itertools import product
+
 import control
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 import sosbook as sos
+from sosbook.pendulum import Mip, Robot
+from sosbook.pendulum.proven import Deployment
 from sosbook.plants.descriptor import descriptors
-from sosbook.sampled import SampledSystem, certify_sampled, sampled_loop
+from sosbook.sampled import (
+    SampledSystem,
+    certify_sampled,
+    furthest_sampled,
+    sampled_loop,
+)
 from sosbook.sampled.timing import TimeBox
 
 # x' = A x + B u, u = K x(t_k): stable for each constant interval up to 1.7294 s
@@ -249,3 +260,56 @@ def test_python_control_agrees_on_a_sequence_of_two_intervals():
     assert certify_sampled(CART, law, (0.1, 0.4), rate=0.99).proven
     for word in (steps[0] @ steps[1], steps[0] @ steps[0] @ steps[1]):
         assert abs(np.linalg.eigvals(word)).max() < 1
+
+
+def radius(plant, K, T, delay=0.0):
+    return abs(np.linalg.eigvals(sampled_loop(plant, K, T, delay)[0])).max()
+
+
+def test_the_furthest_interval_is_almost_the_largest_constant_one():
+    """Within a thousandth of the interval that no sequence survives."""
+    edge = brentq(lambda T: radius(TEXTBOOK, TEXTBOOK_GAIN, T) - 1, 1, 2)
+    proof = furthest_sampled(TEXTBOOK, TEXTBOOK_GAIN, T=(0.01, 3), tolerance=2e-4)
+    assert proof.proven and 0.999 * edge < proof.T[1] < edge and proof.T[0] == 0.01
+    lagging = furthest_sampled(lag(1), [[-3]], T=(0.1, 5))
+    assert 0.98 * np.log(2) < lagging.T[1] < np.log(2)
+
+
+def worst_word(late):
+    """The radius per sample of the worst sequence of six delays, none or ``late``.
+
+    x' = u, u = -1.5 x, T = 1, of the state [x; u_old].
+    """
+    steps = [np.array([[1 - 1.5 * (1 - d), d], [-1.5, 0]]) for d in (0, late)]
+    words = (np.linalg.multi_dot(w) for w in product(steps, repeat=6))
+    return max(abs(np.linalg.eigvals(M)).max() for M in words) ** (1 / 6)
+
+
+def test_the_furthest_delay_and_rate():
+    late = furthest_sampled(lag(0), [[-1.5]], T=1, delay=(0, 1), find="delay")
+    assert late.proven and worst_word(late.delay[1]) < 1 < worst_word(
+        1.1 * late.delay[1]
+    )
+    fast = furthest_sampled(CART, [[-1, -1.2]], 0.1, 0.03, find="rate")
+    true = radius(CART, [[-1, -1.2]], 0.1, 0.03)
+    assert fast.proven and true < fast.rate < true + 0.003
+    varied = furthest_sampled(lag(1), [[-3]], (0.4, 0.5), find="rate", rate=0.9)
+    assert 3 - 2 * np.exp(0.5) > -0.298 and 0.2974 < varied.rate < 0.31
+    assert not furthest_sampled(lag(1), [[0]], T=(0.1, 1)).proven
+    for bad, text in ((dict(find="gain"), "find must be"), (dict(), "T must be")):
+        with pytest.raises(ValueError, match=text):
+            furthest_sampled(CART, [[-1, -1.2]], 0.1, **bad)
+
+
+def test_the_pendulums_observer_keeps_its_proof_under_delays_that_vary():
+    """Its law holds for each delay from none to a tick, in any order."""
+    robot = replace(Robot.shipped("thesis"), law="observer")
+    found = Deployment(Mip.printed(), robot=robot)
+    assert all(proof.proven for proof in found.varying)
+    for proof in found.varying:
+        assert f"delays in [0.0, {robot.delay!r}] s" in proof.claims[0]
+    plant = Mip.printed().plant()
+    late = np.random.default_rng(1).choice([0, robot.T], 4000)
+    T = np.full(4000, robot.T)
+    sizes = motion(plant, found.loops[0.0][0].controller, T, late, [0.1, 0, 0, 0])
+    assert sizes[-1] < 1e-2 * sizes.max()

@@ -16,7 +16,15 @@ from .model import Mip
 from .robot import Robot
 from .spread import polytope, triangles, vertices
 from .steering_design import SteeringDesign
-from .tuning import U, design, loops, prove, prove_sampled, recoverable_tilt
+from .tuning import (
+    U,
+    design,
+    loops,
+    prove,
+    prove_sampled,
+    prove_varying,
+    recoverable_tilt,
+)
 from .written import texts
 
 __all__ = ["Deployment"]
@@ -176,6 +184,17 @@ class Deployment:
         """
         parts, controller = triangles(self.mip, self.spread), self._controller
         return prove_sampled(parts, controller, self.robot, self.cells)
+
+    @cached_property
+    def varying(self):
+        """Proofs of the loops under every sequence of delays and of late ticks.
+
+        A tuple of `SampledCertificate`, one for each of `triangles`: each delay is
+        at most the robot's, each tick late by at most its jitter. It isn't asked for
+        by `proven`.
+        """
+        parts, controller = triangles(self.mip, self.spread), self._controller
+        return prove_varying(parts, controller, self.robot, self.cells)
 
     @cached_property
     def steering(self):

@@ -24,6 +24,7 @@ __all__ = [
     "peak_of",
     "prove",
     "prove_sampled",
+    "prove_varying",
     "recoverable_tilt",
 ]
 
@@ -66,6 +67,21 @@ def prove_sampled(parts, controller, robot, cells):
         )
         for late in (share * robot.delay for share in DELAY_SHARES)
     }
+
+
+def prove_varying(parts, controller, robot, cells):
+    """Proofs of sampled loops whose clock varies, one for each of ``parts``.
+
+    As `prove_sampled`, for every sequence of delays up to the robot's and of
+    intervals between ticks that are late by at most its jitter.
+    """
+    T, late = robot.T, robot.jitter
+    return tuple(
+        certify_sampled(
+            part, controller, (T - late, T + late), (0.0, robot.delay), cells=cells
+        )
+        for part in parts
+    )
 
 
 def peak_of(robots, law, robot):

@@ -1,6 +1,7 @@
 """Control by a computer: sample, compute, hold."""
 
 from .discretize import c2d, sampled_loop
+from .furthest import furthest_sampled
 from .lqr import SampledLQR, design_sampled_lqr, sampled_cost
 from .proof import SampledCertificate, certify_sampled, prove_schur
 from .system import SampledSystem
@@ -12,6 +13,7 @@ __all__ = [
     "c2d",
     "certify_sampled",
     "design_sampled_lqr",
+    "furthest_sampled",
     "prove_schur",
     "sampled_cost",
     "sampled_loop",

@@ -83,23 +83,34 @@ class PlantCell:
         G : (N, N) array, optional
             The multiplier; the mean of P without it.
         """
-        parts = [self.weights, exact(self.L)]
-        parts += [exact(x) for x in (self.P, G) if x is not None]
-        key = *map(key_of, parts), self.last, G is None, box, self.clocks, exact(rate)
+        multiplier = None if G is None else key_of(G)
+        key = self._key, self._key_of_P, multiplier, box, rate
         return self.family.remember(key, lambda: self._least(box, rate, G))
+
+    @cached_property
+    def _key(self):
+        return key_of(self.weights), key_of(self.L), self.last, self.clocks
+
+    @cached_property
+    def _key_of_P(self):
+        return None if self.P is None else key_of(self.P)
+
+    @cached_property
+    def _turned_P(self):
+        return [_turned(x, self.turn) for x in self.P]
 
     def _least(self, box, rate, G):
         pace, one = arb(exact(rate)), np.eye(len(self.L), dtype=int)
         try:
             several, bent = self.loops(box), self.bent(box)
             if self.P is not None:
-                G = self.P.mean(axis=0) if G is None else G
-                P = [_turned(x, self.turn) for x in self.P]
-                G = _turned(G, self.turn)
+                G = _turned(self.P.mean(axis=0) if G is None else G, self.turn)
         except ZeroDivisionError:  # some E in the hull is singular
             return -np.inf
         pivots = []
         for loops, W in zip(several, bent):
+            if pivots and not min(pivots) > 0:
+                break
             if self.P is None:
                 grams = [F.T @ F for F in loops]
                 if W is not None:
@@ -107,7 +118,7 @@ class PlantCell:
                     grams = [(1 + t) * gram + (1 + 1 / t) * W for gram in grams]
                 blocks = [pace**2 * one - gram for gram in grams]
             else:
-                blocks = _blocks(pace, P, G, loops, W)
+                blocks = _blocks(pace, self._turned_P, G, loops, W)
             pivots += map(least_pivot, blocks)
         return min(pivots)
 
@@ -118,7 +129,8 @@ class PlantCell:
         To the axes along which the loops are closest to one.
         """
         L = balls(self.L)
-        loops = [middle(F) for row in self._within(self.clocks, L) for F in row]
+        corners = self.clocks.corners
+        loops = [middle(F) for timing in corners for F in self._within(timing, L)]
         turn = balls(np.linalg.eigh(sum(F.T @ F for F in loops))[1].T[::-1])
         return turn @ L, turn
 
@@ -129,13 +141,14 @@ class PlantCell:
 
     def loops(self, box):
         """L F L^-1 of the plants at the corners, for each corner of a box of clocks."""
-        return self._within(box, self._frame[0])
+        return [self._loops(timing) for timing in box.corners]
 
-    def _within(self, box, L):
-        return [
-            [within(self.family.loop(w, timing), L) for w in self.weights]
-            for timing in box.corners
-        ]
+    def _loops(self, timing):
+        key, L = (self._key, "loops", timing), self._frame[0]
+        return self.family.remember(key, lambda: self._within(timing, L))
+
+    def _within(self, timing, L):
+        return [within(self.family.loop(w, timing), L) for w in self.weights]
 
     def bent(self, box):
         """W of the theorem for each corner of a box of clocks; None where D = 0."""
@@ -152,9 +165,8 @@ class PlantCell:
 
     def _across(self, L, timing):
         """The bound of D for a change of the plant."""
-        key = key_of(self.weights), self.last, key_of(exact(self.L)), self.clocks
         return self.family.remember(
-            (*key, timing),
+            (self._key, timing),
             lambda: gram_bound(self.family.bends(self.weights, self.last, L, timing)),
         )
 

@@ -45,6 +45,16 @@ class SampledCertificate(ProofFile):
         return read_number(self.data["rate"])
 
     @property
+    def T(self):
+        """The time between samples, in s, or the two ends of its range."""
+        return _read_range(self.data["T"])
+
+    @property
+    def delay(self):
+        """The delay, in s, or the two ends of its range."""
+        return _read_range(self.data["delay"])
+
+    @property
     def K(self):
         """The gain (rounded to the printed digits) or controller."""
         return _read_controller(self.data)

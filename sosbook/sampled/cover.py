@@ -142,16 +142,17 @@ class _Search:
 
     def _times(self, cell, multipliers):
         """A leaf for all clocks, or None and the clock that P doesn't hold for."""
-        tree, budget = {}, self.budget
+        tree, budget, good = {}, self.budget, set()
         queue = [(self.clocks, tree)]
         while queue:
             check_time()
             box, node = queue.pop()
             if box.empty:
                 continue
-            for G in multipliers:
+            for k, G in enumerate(multipliers):
                 if cell.least(box, self.rate, G) > 0:
                     node.update({} if G is None else {"G": decimals(G)})
+                    multipliers.insert(0, multipliers.pop(k))  # a neighbour's is near
                     break
             else:
                 budget -= 1
@@ -160,11 +161,16 @@ class _Search:
                 for timing in box.corners:
                     if timing.remainder > timing.T:
                         continue
+                    if timing in good:
+                        continue
                     if not self._holds(cell, timing, multipliers):
                         return None, timing
                     point = self.clocks.at(timing)
-                    if max(cell.least(point, self.rate, G) for G in multipliers) <= 0:
+                    if not any(
+                        cell.least(point, self.rate, G) > 0 for G in multipliers
+                    ):
                         return None, None  # the plants are too many
+                    good.add(timing)
                 node.update(halve=box.wider, halves=[{}, {}])
                 queue += zip(box.halves(box.wider), node["halves"])
         leaf = {"L": decimals(cell.L), "last": cell.last}

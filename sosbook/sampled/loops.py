@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from hashlib import sha256
 
 import numpy as np
 from flint import arb, ctx
@@ -186,8 +187,9 @@ class SampledFamily:
 
 
 def key_of(matrix):
-    """The shape and the numbers of a matrix, to find it again."""
-    return matrix.shape, *matrix.flat
+    """A digest of the shape and the numbers of a matrix, to find it again."""
+    text = f"{matrix.shape} {matrix.ravel().tolist()}"
+    return sha256(text.encode()).digest()
 
 
 @lru_cache(maxsize=2)
