@@ -191,8 +191,8 @@ class Law(ABC, ReadOnly):
         ----------
         plant : Polytope, SecondOrderSystem or DescriptorSystem
             The plant.
-        gains : dict or array_like
-            What `Structure.named` returns, or the matrix.
+        gains : dict, array_like or None
+            What `Structure.named` returns, or the matrix; None is zero.
 
         Raises
         ------
@@ -200,7 +200,7 @@ class Law(ABC, ReadOnly):
             If a name or a shape is wrong, or a gain that isn't free isn't zero.
         """
         form = self.structure(plant)
-        return form.matrix(gains)
+        return form.matrix({} if gains is None else gains)
 
     def controller(self, plant: Any, K: np.ndarray) -> LawGain:
         """The controller from y to u with a gain K, exactly.

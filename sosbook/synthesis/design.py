@@ -74,6 +74,9 @@ class Design(ClosedLoop[Certificate], Solution):
     parts : tuple of Kept
         With ``coupling="multipliers"`` what is known of each demand: see
         `sosbook.synthesis.known_gain.Kept`.
+    searched : Searched or None
+        How the gain of a ``law`` was searched: starts, seed, limits of the gains. As
+        text it is a sentence.
 
     Examples
     --------
@@ -317,6 +320,8 @@ class Design(ClosedLoop[Certificate], Solution):
                 what = "gain" if self.request.plant.m else "loop"
                 return f"{self.reason} Change the {what}, or ask for less."
             return f"{self.reason} Change B, or ask for less there."
+        if self.searched is not None:
+            return f"{self.reason} Measure more, or ask for less."
         if self.request.coupling == "multipliers":
             return f"{self.reason} Change the gain, or ask for less."
         whole, free = self.asked, [r.key for r in self.minimized]

@@ -323,6 +323,8 @@ def refused_by_input(request, refusal):
 
 def without_lmis(request):
     """What a mode, a response or a mass makes of a ``request``: a Solution or None."""
+    if request.law is not None:  # its gain isn't the state's
+        return None
     mode = refuse_by_mode(request)
     if mode is not None:
         return refused_by(request, mode)

@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..laws import FullState, Law
-from ..plants.checks import is_word, positive
+from ..plants.checks import count, is_word, positive
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
-from ..requirements.pole_region import Region
-from ..requirements.shorthand import asked_once, moved
+from ..requirements.pole_region import LMIRegion, Region
+from ..requirements.shorthand import asked_once, collected, moved
+from ..requirements.vocabulary import SIGMA
 from ..runtime.threads import one_thread
 from .design import Design
 from .feasibility import guarded
@@ -26,6 +27,7 @@ from .pieces import in_pieces
 from .regularization import Regularization
 from .request import Request
 from .slack import designed, or_with_slack
+from .structured.design import by_law
 
 __all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]
 
@@ -52,6 +54,9 @@ def design_pid(
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
     law: Law | FullState | None = None,
+    maximize: Literal["sigma"] | None = None,
+    starts: int = 16,
+    seed: int = 0,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design a robust PID controller (PD without ``U``).
@@ -123,9 +128,19 @@ def design_pid(
     requirements : sequence of Requirement, optional
         More of what is asked; region, gamma, saturation and cost are
         shorthand for such objects, and no kind is asked in both ways.
-    law : FullState, optional
-        What is measured: all of z and z', as without it. Gains of other laws are
-        proven by `analyse_pid`.
+    law : Law or FullState, optional
+        What the controller measures and remembers: `PIDLaw`, `DynamicLaw`; without it
+        all of z and z' is measured, as with `FullState`. A gain of a law is searched,
+        for its inequalities aren't convex, and then proven by multipliers, as that of
+        `analyse_pid`. "infeasible" is still a proof; what the search doesn't find is
+        "undecided", with what was reached. ``minimize`` takes one bound then, and its
+        value is the best that was found.
+    maximize : {None, "sigma"}
+        With a ``law``: the fastest decay that the search finds, backed off.
+    starts : int
+        With a ``law``: how many descents the search makes.
+    seed : int
+        Of their random numbers; the same seed gives the same gain.
     time_limit : float
         Seconds after which the request is undecided, unless a design
         was found by then. It is looked at in each step of the solver and
@@ -173,6 +188,17 @@ def design_pid(
     >>> small = design_pid(**asked, saturation=Saturation(3 * least.u_max, x0))
     >>> bool(np.linalg.norm(large.K) > 50 * np.linalg.norm(small.K))
     True
+
+    An encoder on the motor and nothing else:
+
+    >>> from sosbook import PIDLaw, Polytope
+    >>> arm = Polytope([
+    ...     SecondOrderSystem(M=np.diag([1, J]), D=[[0.15, -0.05], [-0.05, 0.05]],
+    ...                       S=[[9, -9], [-9, 9]], B=[[1], [0]]) for J in (1, 2)])
+    >>> law = PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
+    >>> d = design_pid(arm, law=law, region=PoleRegion(sigma=0.4))
+    >>> d.status, list(d.gains), d.certify().proven
+    ('feasible', ['K_P', 'K_D', 'K_I'], True)
     """
     return _design(**locals())
 
@@ -324,15 +350,21 @@ def analyse_loop(
 
 def _design(
     plant, coupling, mu, slack, minimize, backoff, time_limit,
-    U=None, K_A=None, gain=None, start=None, prefer=None, law=None, **asked,
+    U=None, K_A=None, gain=None, start=None, prefer=None, law=None, maximize=None,
+    starts=16, seed=0, **asked,
 ):  # fmt: skip
     U, law = _law_of(U, law)
     if law is not None:
-        coupling = _of_a_law(coupling, gain, mu=mu, slack=slack)
+        given_too = dict(mu=mu, slack=slack, start=start, prefer=prefer)
+        coupling = _of_a_law(coupling, gain, **given_too)
+    elif maximize is not None:
+        raise ValueError("maximize is given without law: give region=PoleRegion(sigma)")
     if prefer not in (None, "centre", "least"):
         raise ValueError(f'prefer must be "centre" or "least", got {prefer!r}')
     asked = asked_once(**given(mu=mu, **asked))
     objective = objective_of(minimize, asked)
+    if law is not None:
+        objective, asked = _one_objective(objective, maximize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
     auto = is_word(coupling, ("auto",))
@@ -351,9 +383,12 @@ def _design(
     if start is not None:
         start = _checked_start(start, request, auto)
     backoff = positive("backoff", backoff)
+    starts, seed = count("starts", starts, 1), count("seed", seed)
 
     def solved():
         free = request.coupling == "multipliers"
+        if law is not None and gain is None:
+            return by_law(request, objective, backoff, starts, seed)
         if law is not None:
             return kept_or_broken(request, objective, backoff)
         common = replace(request, coupling="pairs") if free else request
@@ -374,7 +409,10 @@ def _design(
             return or_with_slack(found, request, *how)
         return found
 
-    return Design(**vars(guarded(request, time_limit, solved)))
+    solution = guarded(request, time_limit, solved)
+    if law is not None and gain is None and solution.status != "feasible":
+        solution = replace(solution, K=None)
+    return Design(**vars(solution))
 
 
 def _law_of(U, law):
@@ -397,14 +435,29 @@ def _of_a_law(coupling, gain, **absent):
     for name, value in absent.items():
         if value is not None:
             raise ValueError(f"{name} is given, but a law's loop is proven without it")
-    if gain is None:
-        raise ValueError("law: give its gain to analyse_pid; FullState is designed")
-    if not is_word(coupling, ("auto", "multipliers")):
+    default = "pairs" if gain is None else "auto"
+    if not is_word(coupling, (default, "multipliers")):
         raise ValueError(
             f"coupling={coupling!r}: a law's loop is proven by multipliers; leave it "
             "out"
         )
     return "multipliers"
+
+
+def _one_objective(objective, maximize, asked):
+    """What is as good as can be, and what is asked with a number standing in for it."""
+    if maximize is None:
+        if len(objective) > 1:
+            raise ValueError("minimize: with a law one bound at a time")
+        return objective, asked
+    if not is_word(maximize, ("sigma",)):
+        raise ValueError(f'maximize must be None or "sigma", got {maximize!r}')
+    if objective:
+        raise ValueError("minimize and maximize are given: leave one out")
+    if any(r.parameter is SIGMA for r in asked):
+        raise ValueError('give sigma or maximize="sigma", not both')
+    fastest = LMIRegion.half_plane(1.0)
+    return {"sigma": 1.0}, collected(requirements=[*asked, fastest])
 
 
 def _have_multipliers(request):

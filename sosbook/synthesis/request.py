@@ -54,7 +54,8 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
     gain : (m, N) array_like, optional
         The K of `analyse_pid`.
     law : Law, optional
-        What u depends on; K multiplies its signals then. With a law there is a gain.
+        What u depends on; K multiplies its signals then. With a law there is a gain,
+        which is zero without one.
     **more
         What is asked, by name; ``requirements`` is a sequence of objects.
     """

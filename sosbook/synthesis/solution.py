@@ -1,6 +1,7 @@
 """What is known of a request's LMIs: a point in the plant's units, or a refusal."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,8 @@ class Solution(ReadOnly):
         As in `Design`.
     parts : tuple of Kept
         What is known of each demand, with ``coupling="multipliers"``.
+    searched : Searched or None
+        How the gain of a law was searched.
     """
 
     request: Request
@@ -52,6 +55,7 @@ class Solution(ReadOnly):
     infeasibility: Refusal | None = None
     central: bool | None = None
     parts: tuple = ()
+    searched: Any = None
 
     @property
     def asked(self) -> Request:

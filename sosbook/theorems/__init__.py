@@ -4,6 +4,7 @@ Each function returns the matrix that must be positive definite, laid
 out as in the thesis (which prints the negative of most of them).
 """
 
+from .any_order import any_order
 from .delay import (
     MISPRINTS,
     Functional,
@@ -38,6 +39,7 @@ __all__ = [
     "MISPRINTS",
     "Functional",
     "Times",
+    "any_order",
     "bounded_real",
     "control_bound",
     "delay_decay",

@@ -1,0 +1,126 @@
+"""Local minima of functions that aren't smooth: BFGS, then sampled gradients."""
+
+import numpy as np
+from scipy.optimize import nnls
+
+from ...runtime.time_limit import check_time
+
+__all__ = ["descend", "refine"]
+
+DECREASE, CURVATURE = 1e-4, 0.9  # of the weak Wolfe conditions, as Lewis and Overton
+MOST_TRIALS = 30  # of a line search
+FLAT = 1e-9  # relative decrease of a step that ends the search
+SHORT = 1e-10  # of the largest gradient: the hull of gradients holds zero
+
+
+def descend(f, x, steps, enough=-np.inf):
+    """(x, f(x)) after BFGS with a weak Wolfe line search.
+
+    Parameters
+    ----------
+    f : callable
+        From x to a value, infinite where there is none, and its gradient.
+    x : (k,) array
+        Where it begins.
+    steps : int
+        At most so many.
+    enough : float
+        A value that ends it.
+
+    Notes
+    -----
+    Source: A. S. Lewis and M. L. Overton, Nonsmooth optimization via quasi-Newton
+    methods, Math. Program. 141, 2013: the weak conditions let a step end behind a
+    kink, and the curvature that it finds there turns the next one along it.
+    """
+    value, slope = f(x)
+    if not np.isfinite(value):
+        return x, value
+    H, first = np.eye(len(x)), True
+    for _ in range(steps):
+        check_time()
+        if value <= enough:
+            break
+        d = -H @ slope
+        if slope @ d >= 0:
+            H, d = np.eye(len(x)), -slope
+        if first:
+            d = d / max(1.0, np.linalg.norm(slope))
+        if not slope @ d < 0:
+            break
+        found = _line(f, x, value, slope, d)
+        if found is None:
+            break
+        s, (new, new_value, new_slope) = found[0] - x, found
+        y = new_slope - slope
+        if s @ y > 1e-14 * np.linalg.norm(s) * np.linalg.norm(y):
+            if first:
+                H, first = (s @ y) / (y @ y) * np.eye(len(x)), False
+            V = np.eye(len(x)) - np.outer(s, y) / (s @ y)
+            H = V @ H @ V.T + np.outer(s, s) / (s @ y)
+        small = value - new_value < FLAT * (1 + abs(value))
+        x, value, slope = new, new_value, new_slope
+        if small and np.linalg.norm(s) < FLAT * (1 + np.linalg.norm(x)):
+            break
+    return x, value
+
+
+def _line(f, x, value, slope, d):
+    """A point along d that meets the weak Wolfe conditions, with value and gradient."""
+    low, high, t, kept, down = 0.0, np.inf, 1.0, None, slope @ d
+    for _ in range(MOST_TRIALS):
+        new = x + t * d
+        v, g = f(new)
+        if not np.isfinite(v) or v > value + DECREASE * t * down:
+            high = t
+        elif g @ d < CURVATURE * down:
+            low, kept = t, (new, v, g)
+        else:
+            return new, v, g
+        t = 2 * low if high == np.inf else (low + high) / 2
+        if high < np.inf and high - low < 1e-12 * max(1.0, high):
+            break
+    return kept
+
+
+def refine(f, x, value, rng, rounds):
+    """(x, f(x)) after steps along the shortest vector in the hull of gradients nearby.
+
+    Parameters
+    ----------
+    f, x, value
+        As in `descend`; the value is that at x.
+    rng : numpy.random.Generator
+        Where "nearby" is.
+    rounds : int
+        At most so many steps.
+
+    Notes
+    -----
+    Source: J. V. Burke, A. S. Lewis and M. L. Overton, A robust gradient sampling
+    algorithm, SIAM J. Optim. 15, 2005.
+    """
+    radius, k = 1e-2 * (1 + np.linalg.norm(x)), len(x)
+    for _ in range(rounds):
+        check_time()
+        points = [x, *(x + radius * rng.uniform(-1, 1, (min(2 * k, 24), k)))]
+        found = [f(p) for p in points]
+        G = np.array([g for v, g in found if np.isfinite(v)]).T
+        scale = np.abs(G).max(initial=0) or 1.0
+        sums = 1e3 * np.ones((1, G.shape[1]))  # weighs "of sum one" against the rest
+        weights, _ = nnls(np.vstack([G / scale, sums]), np.r_[np.zeros(k), 1e3])
+        d, moved = -G @ weights, False
+        size = np.linalg.norm(d)
+        if size > SHORT * scale:
+            t = 4 * radius / size
+            for _ in range(20):
+                v, _ = f(x + t * d)
+                if np.isfinite(v) and v < value - FLAT * abs(value):
+                    x, value, moved = x + t * d, v, True
+                    break
+                t /= 2
+        if not moved:
+            radius /= 5
+            if radius < FLAT:
+                break
+    return x, value

@@ -1,0 +1,207 @@
+"""A design by a law: searched, proven, refused by a door, or undecided."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...exact.definite import round_digits
+from ...exact.rational import exact
+from ...requirements.known import KnownLoop
+from ...requirements.vocabulary import SIGMA
+from ...runtime.read_only import ReadOnly
+from ..cells import Box, Ranges, family
+from ..known_gain import kept_or_broken
+from ..solution import Solution
+from .doors import refused_by_a_door, refused_by_sum
+from .loops import loops_of
+from .objective import DECAY, LEAST_DECAY, Task
+from .search import search
+
+__all__ = ["Searched", "by_law"]
+
+AGAIN = 3  # searches, each with the worst plants between the vertices
+FEW = 3  # starts of all but the first
+DIGITS = 6, 10  # of the free numbers, in the order of trial
+WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
+
+
+@dataclass(frozen=True, eq=False)
+class Searched(ReadOnly):
+    """How a gain was searched.
+
+    Parameters
+    ----------
+    starts, seed : int
+        How many descents were begun, and the seed of their random numbers.
+    limits : dict
+        The largest size of an entry, by the name of the gain.
+    least_decay : float or None
+        In 1/s, of every loop that the search took; None where poles alone are asked.
+    between : int
+        How many plants between the vertices joined.
+    """
+
+    starts: int
+    seed: int
+    limits: dict
+    least_decay: float | None
+    between: int = 0
+
+    def __str__(self):
+        limits = ", ".join(f"{name} up to {x:.3g}" for name, x in self.limits.items())
+        starts = "1 start" if self.starts == 1 else f"{self.starts} starts"
+        words = f"{starts} with the seed {self.seed}, {limits}"
+        if self.least_decay:
+            words += f", each loop with a decay of {self.least_decay:.3g} 1/s at least"
+        if self.between:
+            words += f", plants between the vertices: {self.between}"
+        return words
+
+
+def by_law(request, objective, backoff, starts, seed):
+    """The Solution of a design.
+
+    Parameters
+    ----------
+    request : Request
+        With a law, and any gain of it; numbers stand in for what is sought.
+    objective : collection of str
+        The parameter that shall be as good as can be, or none.
+    backoff : float
+        As in `design_pid`.
+    starts, seed : int
+        How many descents there are, and the seed of their random numbers.
+    """
+    loops = loops_of(request)
+    if not objective:
+        refused = refused_by_sum(request, loops)
+        if refused is not None:
+            return refused
+    goal = None
+    if objective:
+        owner = request.owner(next(iter(objective)))
+        goal = DECAY if owner.parameter is SIGMA else owner
+    task = Task.of(request, loops, goal)
+    best, near, count, between = None, (), 0, 0
+    for again in range(AGAIN):
+        found = search(task, loops, FEW if again else starts, seed, near)
+        if found is None:
+            break
+        count, near = count + found.starts, (found.kappa,)
+        record = _record(task, loops, count, seed, between)
+        if goal is None and found.value >= 0:
+            break
+        for digits in DIGITS:
+            known = replace(request, gain=loops.K(round_digits(found.kappa, digits)))
+            solution = kept_or_broken(known, objective, backoff)
+            if solution.status == "feasible":
+                break
+        solution = replace(solution, searched=record)
+        if _better(solution, best, objective):
+            best = solution
+        points = _worse(solution, task, loops, found, goal)
+        if not points:
+            break
+        loops = loops.with_more([_between(request, known, loops, p) for p in points])
+        between += len(points)
+    if best is not None and best.status == "feasible":
+        return best
+    return _undecided(request, task, loops, found, best, count, seed, between)
+
+
+def _better(solution, best, objective):
+    if best is None or best.status != "feasible":
+        return True
+    if solution.status != "feasible" or not objective:
+        return False
+    key = next(iter(objective))
+    r, old = (s.request.owner(key) for s in (solution, best))
+    return r.parameter.harder * (r.bound - old.bound) > 0
+
+
+def _worse(solution, task, loops, found, goal):
+    """Points between the vertices that a next search has to count."""
+    points = []
+    K = loops.K(found.kappa)
+    for part in solution.parts:
+        r, worst = part.requirement, part.worst
+        between = np.count_nonzero(np.abs(worst.point) > 1e-9) > 1
+        if part.status != "feasible" and worst.kept <= 0 and between:
+            points.append(worst.point)
+        elif goal is not None and r.parameter is not None and between:
+            seen = [loops.descriptor(i, K, task.m) for i in range(len(loops))]
+            here = max(r.parameter.harder * -r.reached([d], g) for d, g in seen)
+            there = r.parameter.harder * -worst.truth
+            if there > here + WORSE * abs(here):
+                points.append(worst.point)
+    return points
+
+
+def _between(request, known, loops, point):
+    """The plant at a point of a gain's family, joined with the law's states."""
+    plants = family(known)
+    open_loop = replace(request, gain=0 * request.gain)
+    if isinstance(plants, Ranges):
+        d = family(open_loop).at(plants.exactly(point)).plant
+    else:
+        at = plants.exactly(point)
+        weights = plants.weights(at) if isinstance(plants, Box) else at
+        d = _mean(open_loop, weights)
+    d = d.map(lambda x: x.astype(float))
+    m = request.plant.m
+    first = loops.plants[0]
+    Du = None if first.Du is None else np.hstack([d.Du, first.Du[:, m:]])
+    return replace(d, Bu=np.hstack([d.Bu, first.Bu[:, m:]]), Du=Du)
+
+
+def _mean(request, weights):
+    K = request.exact_gain
+    vertices = request.vertices_in(exact, request.distinct)
+    first, *others = (KnownLoop(d, K) for d in vertices)
+    return first.mixed(others, weights).plant
+
+
+def _record(task, loops, count, seed, between):
+    limits, start = {}, 0
+    for b in loops.form.blocks:
+        some = task.limits[start : start + len(b.shares)]
+        start += len(b.shares)
+        if len(some):
+            limits[b.name] = float(some.max())
+    poles = not task.bounded and task.goal in (None, DECAY)
+    least = None if poles else LEAST_DECAY * task.rate
+    return Searched(count, seed, limits, least, between)
+
+
+def _undecided(request, task, loops, found, best, count, seed, between):
+    """Undecided, with what was reached; or "infeasible", by a door."""
+    refused = refused_by_a_door(request)
+    if refused is not None:
+        return refused
+    record = _record(task, loops, count, seed, between)
+    if found is None:
+        text = f"No stable loop was found by {record}."
+    else:
+        text = f"Nothing that keeps all was found by {record}."
+        text = f"{text} {_reached(request, task, loops, found)}".strip()
+    if best is not None:
+        text = f"The best gain that was found isn't proven: {best.reason} ({record}.)"
+    return Solution(request, "undecided", None, reason=text, searched=record)
+
+
+def _reached(request, task, loops, found):
+    """What the best gain reaches of each requirement at the plants of the search."""
+    K = loops.K(found.kappa)
+    seen = [loops.descriptor(i, K, task.m) for i in range(len(loops))]
+    words = []
+    for r in request.requirements:
+        if r.parameter is None:
+            continue
+        level = r.parameter.harder * min(
+            r.parameter.harder * r.reached([d], gain) for d, gain in seen
+        )
+        words.append(
+            f"{r.words} {r.parameter.shown(level):.4g} (asked: "
+            f"{r.parameter.shown(r.bound):.4g})"
+        )
+    return f"The nearest gain reaches {', '.join(words)}." if words else ""

@@ -1,0 +1,197 @@
+"""The doors of "infeasible" for a law: what excludes every gain, exactly."""
+
+import numpy as np
+
+from ...analysis.lyapunov import lyapunov
+from ...exact.proof import Proof
+from ...exact.rational import exact, inverse
+from ...laws.base import plain
+from ...lmi import LMIProblem, Unknown
+from ...plants.descriptor_system import DescriptorSystem
+from ...requirements.vocabulary import SIGMA
+from ...runtime.time_limit import OutOfTime, time_limit
+from ...theorems import any_order
+from ..feasibility import answer
+from ..request import Request
+from ..solution import Solution
+
+__all__ = ["SumOfPoles", "excluded", "refused_by_a_door", "refused_by_sum"]
+
+SECONDS = 20.0  # for each plant's multipliers
+TRIED = 0.995, 0.98, 0.95, 0.9, 0.8, 0.65, 0.5  # of what was reached, in this order
+
+
+class SumOfPoles(Proof):
+    """The poles' mean lies too far right, and no gain of the law moves it.
+
+    The sum of the poles is the trace of E^-1 (A + B K C_y), and every K_k of the law
+    has a product of trace zero there.
+
+    Parameters
+    ----------
+    matrices, statement
+        As in `Proof`: one number, the mean plus the decay.
+    """
+
+    def save(self, path):
+        """A ValueError: there is no file of this proof for ``path`` yet."""
+        raise ValueError(f"{path}: a sum of poles isn't a file yet")
+
+
+def refused_by_sum(request, loops):
+    """The Solution of a request whose decay the sum of the poles excludes; or None.
+
+    Parameters
+    ----------
+    request : Request
+        With a law.
+    loops : Loops
+        Its loops, whose structure is read.
+    """
+    asked = [r for r in request.requirements if r.parameter is SIGMA]
+    if not asked:
+        return None
+    r = max(asked, key=lambda r: r.bound)
+    parts = request.law_parts
+    for i, d in enumerate(plain(request.plant, request.K_A)):
+        whole = parts.joined(d)
+        back = inverse(whole.E)
+        pushed, measured = back @ whole.Bu, parts.measured
+        if any((pushed @ exact(K) @ measured).trace() != 0 for K in loops.directions):
+            continue
+        mean = (back @ whole.A).trace() / len(whole.E)
+        room = mean + exact(r.bound)
+        if room <= 0:
+            continue
+        claim = (
+            f"at the vertex {i + 1} no gain of the law moves the sum of the poles; one "
+            f"of them has a real part of at least {float(mean):.6g}, so none keeps: "
+            f"{r.statement}"
+        )
+        proof = SumOfPoles({"mean": exact(np.array([[room]]))}, (claim,))
+        text = f"{claim[0].upper()}{claim[1:]}."
+        return Solution(request, "infeasible", None, reason=text, infeasibility=proof)
+    return None
+
+
+def excluded(plant, law_parts, gamma):
+    """The refusal of every controller for a plant and a gamma, or None.
+
+    Parameters
+    ----------
+    plant : Descriptor
+        Without a controller, in rationals.
+    law_parts : Parts
+        Its sensors.
+    gamma : float
+        The bound of the H-infinity norm from w to z.
+    """
+    problem = _problem(plant, law_parts, exact(gamma))
+    proof = problem.find().infeasibility
+    return proof if proof is not None and proof.proven else None
+
+
+def _problem(d, parts, gamma):
+    """Theorem G's blocks in units in which the plant is near one."""
+    back, N = inverse(d.E), len(d.E)
+    m, q = d.Bu.shape[1], len(parts.rows)
+
+    def zero(x, shape):
+        return exact(np.zeros(shape)) if x is None else x
+
+    matrices = [
+        back @ d.A, back @ d.Bw, back @ d.Bu, d.C, parts.rows,
+        zero(getattr(d, "Dw", None), (len(d.C), d.Bw.shape[1])),
+        zero(d.Du, (len(d.C), m)), parts.noise,
+    ]  # fmt: skip
+    A, Bw, B, Cz, C, Dzw, Dzu, Dyw = (x.astype(float) for x in matrices)
+    rate = float(np.abs(np.linalg.eigvals(A)).max()) or 1.0
+    T = _coordinates(A / rate, Bw, Cz)
+    left = np.linalg.inv(T)
+    of_w = 1 / (np.linalg.norm(left @ Bw, 2) / rate or 1.0)
+    of_z = 1 / (np.linalg.norm(Cz @ T, 2) or 1.0)
+    of_u = 1 / (np.linalg.norm(left @ B, 2) / rate or 1.0)
+    of_y = 1 / (np.linalg.norm(C @ T, 2) or 1.0)
+    T, slow, of_w, of_z, of_u, of_y = (
+        exact(2.0 ** np.round(np.log2(x))) if np.ndim(x) == 0 else exact(x)
+        for x in (T, 1 / rate, of_w, of_z, of_u, of_y)
+    )
+    left = inverse(T)
+    A, Bw, B, Cz, C, Dzw, Dzu, Dyw = matrices
+    scaled = (
+        slow * (left @ A @ T), slow * of_w * (left @ Bw), slow * of_u * (left @ B),
+        of_z * (Cz @ T), of_y * (C @ T), of_z * of_w * Dzw, of_z * of_u * Dzu,
+        of_y * of_w * Dyw,
+    )  # fmt: skip
+    level = of_z * of_w * gamma
+    unknowns = [
+        Unknown("X", N, symmetric=True), Unknown("Y", N, symmetric=True),
+        Unknown("Ah", N, N), Unknown("Bh", N, q), Unknown("Ch", m, N),
+        Unknown("Dh", m, q),
+    ]  # fmt: skip
+
+    def write(values, number):
+        exactly = number(np.array([1.0])).dtype == object
+        data = scaled if exactly else [x.astype(float) for x in scaled]
+        P, loop = any_order(data, values, level if exactly else float(level))
+        return {"P": P, "loop": loop}
+
+    return LMIProblem(write, unknowns, time_limit=SECONDS)
+
+
+def _coordinates(A, B, C):
+    """Rounded coordinates in which what w moves and what z sees are of one size."""
+    N = len(A)
+    slower = A - (max(np.linalg.eigvals(A).real.max(), 0) + 0.1) * np.eye(N)
+    reach = lyapunov(slower, -B @ B.T)
+    seen = lyapunov(slower.T, -C.T @ C)
+    reach += 1e-6 * np.trace(reach) / N * np.eye(N)
+    seen += 1e-6 * np.trace(seen) / N * np.eye(N)
+    try:
+        L = np.linalg.cholesky(reach)
+        U, s, _ = np.linalg.svd(L.T @ seen @ L)
+        T = L @ U * s**-0.25
+    except np.linalg.LinAlgError:
+        return np.eye(N)
+    scale = 2.0 ** np.floor(np.log2(np.abs(T).max(axis=0)))
+    return np.round(T / scale * 2**20) / 2**20 * scale
+
+
+def refused_by_a_door(request):
+    """The Solution of a request that excludes every controller at a vertex; or None.
+
+    One requirement at a time: by all of the state, and for a norm by every controller
+    that sees what the law sees.
+    """
+    vertices = plain(request.plant, request.K_A)
+    for i in request.distinct:
+        for r in request.requirements:
+            proof, who = _all_of_the_state(request, i, r), "that sees all of the state"
+            if proof is None and r.bounds_response() is not None:
+                who = "of any order, with these sensors"
+                proof = excluded(vertices[i], request.law_parts, r.bound)
+            if proof is not None:
+                where = f" at the vertex {i + 1}" if len(request.distinct) > 1 else ""
+                text = f"No controller {who}, keeps{where}: {r.statement}."
+                return Solution(
+                    request, "infeasible", None,
+                    reason=text.replace("state, keeps", "state keeps"),
+                    infeasibility=proof,
+                )  # fmt: skip
+    return None
+
+
+def _all_of_the_state(request, i, r):
+    """The refusal of a requirement of the vertex i by a state feedback, or None."""
+    noisy = (request.law_parts.noise != 0).any()
+    if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
+        return None
+    d = request.plant.vertices[i]
+    plant = DescriptorSystem.of([d]) if not hasattr(d, "M") else d
+    try:
+        one = Request(plant, K_A=request.K_A, requirements=[r])
+        with time_limit(SECONDS):
+            solution = answer(one)
+    except (OutOfTime, np.linalg.LinAlgError, ArithmeticError):
+        return None
+    return solution.infeasibility if solution.status == "infeasible" else None

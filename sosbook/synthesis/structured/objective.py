@@ -1,0 +1,149 @@
+"""What a search of gains makes small: violations, a norm, and the limits of gains."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...requirements.lmi_region import LMIRegion
+from . import slopes
+
+__all__ = ["DECAY", "LEAST_DECAY", "Objective", "Task"]
+
+DECAY = "sigma"  # the goal of the fastest decay
+LEAST_DECAY = 0.01  # of the rate, of each loop: a norm alone ends at an axis
+PENALTY = 20.0  # of a violation, in units of the logarithm of a norm
+WALL = 30.0  # of a gain's excess over its limit, as a fraction
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is sought of some loops.
+
+    Parameters
+    ----------
+    regions : tuple of LMIRegion
+        Where the poles shall lie.
+    bounded : tuple of Requirement
+        Others, which have a bound.
+    goal : Requirement, "sigma" or None
+        What shall be as good as can be; None where all shall be kept.
+    rate : float
+        Of the loop, in rad/s.
+    limits : (k,) array
+        The largest size of each free number.
+    m : int
+        Number of inputs u.
+    """
+
+    regions: tuple
+    bounded: tuple
+    goal: Any
+    rate: float
+    limits: np.ndarray
+    m: int
+
+    @classmethod
+    def of(cls, request, loops, goal=None, rate=None):
+        """The task of a request's demands, the goal's bound left open."""
+        regions = [r for r in request.requirements if r.pole_matrices() is not None]
+        bounded = [
+            r for r in request.requirements if r not in regions and r is not goal
+        ]
+        slow, fast = loops.rates
+        rate = rate or _asked_rate(request) or float(np.sqrt(slow * fast))
+        largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
+        limits = np.minimum(loops.form.bounds, np.where(
+            np.isfinite(loops.form.bounds), np.inf, largest))  # fmt: skip
+        return cls(tuple(regions), tuple(bounded), goal, rate, limits, request.plant.m)
+
+
+LARGEST = 100.0  # units of a free number, where its author sets no limit
+
+
+def _asked_rate(request):
+    rates = [r.rate() for r in request.requirements if r.rate()]
+    return min(rates)[1] if rates and min(rates)[0] < 2 else None
+
+
+class Objective:
+    """A task's function of x, where kappa = unit x: value and slope.
+
+    Parameters
+    ----------
+    task : Task
+        What is sought.
+    loops : Loops
+        Of all plants that count.
+    unit : (k,) array
+        Units of the free numbers.
+    norms : bool
+        Whether more than poles count; unstable loops have no value then.
+    """
+
+    def __init__(self, task, loops, unit, norms):
+        self.task, self.loops, self.unit, self.norms = task, loops, unit, norms
+        parts = [(r.alpha, r.beta, _size(r) * task.rate) for r in task.regions]
+        least = LMIRegion.half_plane(LEAST_DECAY * task.rate)
+        stable = (least.alpha, least.beta, _size(least) * task.rate)
+        self.regions = [*parts, stable] if norms or parts else [stable]
+        if task.goal == DECAY:
+            self.regions = parts or [stable]
+        self.axis = [(np.zeros((1, 1)), np.eye(1), 2 * task.rate)]
+
+    def __call__(self, x):
+        kappa = x * self.unit
+        value, S = self._of(self.loops.K(kappa))
+        if not np.isfinite(value):
+            return np.inf, np.zeros_like(x)
+        slope = self.loops.slope(S) * self.unit
+        over = np.abs(kappa) / self.task.limits - 1
+        if (over > 0).any():
+            value += WALL * over[over > 0].sum()
+            wall = np.sign(x) * self.unit / self.task.limits
+            slope = slope + WALL * np.where(over > 0, wall, 0.0)
+        return value, slope
+
+    def _of(self, K):
+        task = self.task
+        value, S, right = slopes.poles(self.loops, K, self.regions)
+        if task.goal == DECAY:
+            fast, T, _ = slopes.poles(self.loops, K, self.axis)
+            if not task.regions or value <= 0:
+                return fast, T
+            return fast + PENALTY * value, T + PENALTY * S
+        if not self.norms:
+            return value, S
+        if right >= 0:
+            return np.inf, S
+        goal = task.goal
+        for r in task.bounded:
+            level, T = self._level(r, K)
+            if goal is None or level > value:
+                if level > value:
+                    value, S = level, T
+        if goal is None:
+            return value, S
+        level, T = self._level(goal, K)
+        if value > 0:
+            level, T = level + PENALTY * value, T + PENALTY * S
+        return level, T
+
+    def _level(self, r, K):
+        """The logarithm of what is reached over the bound, and its slope."""
+        reached, S = self._reached(r, K)
+        if not 0 < reached < np.inf:
+            return (-np.inf if reached == 0 else np.inf), 0 * K
+        sign = -r.parameter.harder
+        bound = 1.0 if r is self.task.goal else r.bound
+        return sign * float(np.log(reached / bound)), sign * S / reached
+
+    def _reached(self, r, K):
+        if r.bounds_response() is not None:
+            return slopes.norm(self.loops, K)
+        return slopes.reached(self.loops, K, r, self.task.m, self.unit)
+
+
+def _size(r):
+    """How large a region's form is for a pole one away from its boundary."""
+    return 2 * abs(r.beta[0, 0]) if r.beta.shape == (1, 1) else 1.0

@@ -1,0 +1,205 @@
+"""A search of gains: several starts, descent, sampled gradients at the best."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...analysis.lyapunov import lyapunov
+from ...analysis.riccati import riccati
+from ...runtime.time_limit import check_time
+from .descent import descend, refine
+from .objective import DECAY, Objective
+
+__all__ = ["Found", "search"]
+
+ROOM = 0.02  # of the rate, or of a bound: with so much room a search ends
+SPREAD = 3.0  # times the fastest pole: so far the rates of the starts reach
+STEPS = 120  # of a descent
+NORM_STEPS = 60  # of the first descent of a norm
+NORM_STARTS = 4  # points with the poles in place from which a norm falls
+BEST = 2  # of these go on
+SLOWER = 1e-3  # of the rate: a mode on the axis that nothing moves is no obstacle
+RIDGE = 1e-9  # of what is near one, where a matrix is singular
+ROUNDS = 30, 8  # of sampled gradients, for poles and for norms
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search has found.
+
+    Parameters
+    ----------
+    kappa : (k,) array
+        The free numbers.
+    value : float
+        The objective's; below zero all is kept, where nothing is to be as good as
+        can be.
+    starts : int
+        How many were taken.
+    """
+
+    kappa: np.ndarray
+    value: float
+    starts: int
+
+
+def search(task, loops, starts, seed, near=()):
+    """The best `Found` of several starts, or None where no loop has a value.
+
+    Parameters
+    ----------
+    task : Task
+        What is sought.
+    loops : Loops
+        Of all plants that count.
+    starts : int
+        How many, besides those ``near``.
+    seed : int
+        Of numpy's generator: what is found depends on nothing else.
+    near : sequence of (k,) arrays
+        Free numbers to start from.
+    """
+    rng = np.random.default_rng(seed)
+    bounded = bool(task.bounded) or task.goal not in (None, DECAY)
+    found, count = [], 0
+    enough = -ROOM if task.goal is None else -np.inf
+    for unit, x in _starts(task, loops, starts, rng, near):
+        f = Objective(task, loops, unit, False)
+        count += 1
+        x, value = descend(f, x, STEPS, -ROOM / 5 if bounded else enough)
+        if np.isfinite(value):
+            found.append((value, unit, x))
+        inside = sum(v < 0 for v, *_ in found)
+        if bounded and inside >= NORM_STARTS:
+            break
+        if not bounded and value <= enough:
+            break
+    if not found:
+        return None
+    found.sort(key=lambda entry: entry[0])
+    if bounded:
+        found = _norms(task, loops, found, enough) or found[:1]
+        if found[0][0] == np.inf:
+            return None
+    value, unit, x = found[0]
+    f = Objective(task, loops, unit, bounded)
+    value = f(x)[0]
+    if value > enough and np.isfinite(value):
+        x, value = refine(f, x, value, rng, ROUNDS[bounded])
+    return Found(x * unit, value, count)
+
+
+def _norms(task, loops, found, enough):
+    """Points from which norms have fallen, the best first."""
+    inside = [entry for entry in found if entry[0] < 0][:NORM_STARTS]
+    ended = []
+    for _, unit, x in inside:
+        f = Objective(task, loops, unit, True)
+        x, value = descend(f, x, NORM_STEPS, enough)
+        ended.append((value, unit, x))
+        if value <= enough:
+            return ended[-1:]
+    ended.sort(key=lambda entry: entry[0])
+    for k, (value, unit, x) in enumerate(ended[:BEST]):
+        f = Objective(task, loops, unit, True)
+        x, value = descend(f, x, STEPS, enough)
+        ended[k] = value, unit, x
+    return sorted(ended, key=lambda entry: entry[0])
+
+
+def _starts(task, loops, count, rng, near):
+    """(unit, x) of each start: given ones, projected ones, random ones."""
+    slow, fast = loops.rates
+    rates = np.geomspace(min(slow, task.rate), SPREAD * max(fast, task.rate), 7)[1:-1]
+    middle = loops.units(task.rate)
+    for kappa in near:
+        yield middle, kappa / middle
+    k = 0
+    for rate in (task.rate, *rates):
+        check_time()
+        guess = _projected if loops.matrices[1].shape[2] == task.m else _observer
+        kappa = guess(loops, rate, task.m)
+        if kappa is not None and k < count:
+            k += 1
+            yield (
+                loops.units(rate),
+                np.clip(kappa, -task.limits, task.limits) / (loops.units(rate)),
+            )
+    while k < count:
+        unit = loops.units(rates[k % len(rates)])
+        x = rng.normal(size=len(unit)) * 10 ** rng.uniform(-1.5, 0.5)
+        limit = task.limits / unit
+        k += 1
+        yield unit, np.clip(x, -limit, limit)
+
+
+def _observer(loops, rate, m):
+    """The free numbers of a state feedback with an observer of the mean plant; or None.
+
+    Both are of LQR, as in `_projected`. A controller of less than the plant's order
+    has none, and states to spare decay by themselves.
+    """
+    A, B, *_ = (x.mean(axis=0) for x in loops.matrices)
+    c = B.shape[1] - m
+    N = len(A) - c
+    if c < N:
+        return None
+    of_u, of_y = loops.sizes(rate)
+    q = len(loops.measured) - c
+    A, B, C = A[:N, :N], B[:N, :m], loops.measured[:q, :N]
+    A, B, C, _ = _scaled(A, B * of_u[:m], C / of_y[:q, None], rate)
+    one = np.eye(N)
+    slower = A - SLOWER * one
+    try:
+        X = riccati(slower, B, C.T @ C + RIDGE * one, np.eye(m))
+        Y = riccati(slower.T, C.T, B @ B.T + RIDGE * one, np.eye(q))
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    feedback, correction = -B.T @ X, -Y @ C.T
+    K, own = np.zeros((m + c, q + c)), of_y[q : q + N]  # units of its states
+    K[:m, q : q + N] = of_u[:m, None] * feedback / own
+    K[m : m + N, :q] = -rate * own[:, None] * correction / of_y[:q]
+    inner = A + B @ feedback + correction @ C
+    K[m : m + N, q : q + N] = rate * own[:, None] * inner / own
+    K[m + N :, q + N :] = -rate * np.eye(c - N)
+    units = loops.units(rate)
+    M = np.array([(k * u).ravel() for k, u in zip(loops.directions, units)]).T
+    return np.linalg.lstsq(M, K.ravel(), rcond=None)[0] * units
+
+
+def _scaled(A, B, C, rate):
+    """A, B and C in units of the state and of time, and the state's units.
+
+    Covariant: a state is as large as inputs of size one make it at the rate.
+    """
+    of_x = np.linalg.norm(np.linalg.solve(rate * np.eye(len(A)) - A, B), axis=1)
+    of_x[of_x == 0] = 1.0
+    turned = A * of_x / of_x[:, None] / rate
+    return turned, B / of_x[:, None] / rate, C * of_x, of_x
+
+
+def _projected(loops, rate, m):
+    """The free numbers nearest to a state feedback of the mean plant; or None.
+
+    The feedback is LQR's for signals of the sizes that they have at the rate, shifted
+    so that it needn't stabilise what it can't; near is what weighs least in its loop.
+    """
+    A, B, *_ = (x.mean(axis=0) for x in loops.matrices)
+    of_u, of_y = loops.sizes(rate)
+    A, B, C, of_x = _scaled(A, B * of_u, loops.measured / of_y[:, None], rate)
+    one = np.eye(len(A))
+    slower = A - SLOWER * one
+    try:
+        X = riccati(slower, B, C.T @ C + RIDGE * one, np.eye(m))
+        K = -B.T @ X
+        spread = lyapunov(slower + B @ K, -B @ B.T)
+        root = np.linalg.cholesky(spread + RIDGE * np.trace(spread) * one)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    seen = loops.measured * of_x @ root
+    M = np.array([(k / of_u[:, None] @ seen).ravel() for k in loops.directions]).T
+    size = np.linalg.norm(M, axis=0)
+    if not np.isfinite(M).all() or not size.all():
+        return None
+    kappa = np.linalg.lstsq(M / size, (K @ root).ravel(), rcond=RIDGE)[0] / size
+    return kappa if np.isfinite(kappa).all() else None

@@ -1,0 +1,149 @@
+"""How far a law's loops are from what is asked, and which way that falls."""
+
+import numpy as np
+
+from ...analysis.lyapunov import lyapunov
+from ...requirements.cost import QuadraticCost, noise_input
+
+__all__ = ["norm", "poles", "reached"]
+
+GRID = 24  # frequencies between the slowest and the fastest pole
+NARROWER = 14  # times a bracket of the peak is cut
+STEP = 1e-6  # of differences, of a free number's unit
+
+
+def poles(loops, K, regions):
+    """The largest violation of some regions, its slope in K, and the largest Re s.
+
+    Parameters
+    ----------
+    loops : Loops
+        Of all plants.
+    K : array
+        The law's gain.
+    regions : list of (alpha, beta, unit)
+        Regions alpha + beta s + beta' conj(s) < 0 and the size of their violation.
+    """
+    A = loops.closed(K)
+    if not np.isfinite(A).all():
+        return np.inf, 0 * K, np.inf
+    try:
+        s, V = np.linalg.eig(A)
+    except np.linalg.LinAlgError:
+        return np.inf, 0 * K, np.inf
+    worst = -np.inf, None, None
+    for alpha, beta, unit in regions:
+        f = alpha + beta * s[..., None, None] + beta.T * s.conj()[..., None, None]
+        if len(alpha) == 1:
+            levels = f[..., 0, 0].real
+        else:
+            levels = np.linalg.eigvalsh(f)[..., -1]
+        i, j = np.unravel_index(np.argmax(levels), levels.shape)
+        if levels[i, j] / unit > worst[0]:
+            v = np.linalg.eigh(f[i, j])[1][:, -1]
+            worst = levels[i, j] / unit, (i, j), 2 * (v.conj() @ beta @ v) / unit
+    value, (i, j), turn = worst
+    one = np.zeros(A.shape[1])
+    one[j] = 1.0
+    left = np.linalg.lstsq(V[i].T, one + 0j, rcond=None)[0]
+    _, B, *_ = loops.matrices
+    S = np.outer(left @ B[i], loops.measured @ V[i, :, j])
+    return value, (turn * S).real, s.real.max()
+
+
+def norm(loops, K):
+    """The largest H-infinity norm of stable loops, and its slope in K.
+
+    A search in frequency, no bound: what is proven of the gain is proven elsewhere.
+    """
+    A, W, C, through = loops.whole(K)
+    s = np.linalg.eigvals(A)
+    sizes = np.abs(s)
+    grid = np.geomspace(max(sizes.min(), 1e-9 * sizes.max()), sizes.max(), GRID)
+    omega = np.concatenate(
+        [np.zeros((len(A), 1)), np.tile(grid, (len(A), 1)), sizes, abs(s.imag)], axis=1
+    )
+    omega = np.sort(omega, axis=1)
+
+    def gains(which, omega):
+        pencil = 1j * omega[..., None, None] * np.eye(A.shape[1]) - A[which, None]
+        answers = C[which, None] @ np.linalg.solve(pencil, W[which, None] + 0j)
+        return np.linalg.norm(answers + through[which, None], 2, axis=(2, 3))
+
+    found = gains(np.arange(len(A)), omega)
+    tops = np.argsort(found.max(axis=1))[::-1][:2]
+    best = -np.inf, 0, 0.0
+    for i in tops:
+        k = int(np.argmax(found[i]))
+        mid = omega[i, k]
+        below, above = (
+            omega[i][omega[i] < 0.999 * mid],
+            omega[i][omega[i] > 1.001 * mid],
+        )
+        low, high = below.max(initial=0.0), above.min(initial=2 * here.max())
+        top = found[i, k]
+        for _ in range(NARROWER if high else 0):
+            two = np.array([(low + mid) / 2, (mid + high) / 2])
+            a, b = gains(np.array([i]), two[None])[0]
+            if a > top and a >= b:
+                low, mid, high, top = low, two[0], mid, a
+            elif b > top:
+                low, mid, high, top = mid, two[1], high, b
+            else:
+                low, high = two
+        if top > best[0]:
+            best = top, i, mid
+    value, i, omega = best
+    ends = np.linalg.norm(through, 2, axis=(1, 2))
+    _, B, _, _, D, _ = loops.matrices
+    if ends.max() > value:
+        i = int(np.argmax(ends))
+        U, _, V = np.linalg.svd(through[i])
+        left, right = U[:, 0] @ D[i], loops.noisy @ V[0]
+        return ends[i], np.outer(left, right)
+    both = np.linalg.solve(
+        1j * omega * np.eye(A.shape[1]) - A[i], np.hstack([W[i], B[i]]) + 0j
+    )
+    w, u = both[:, : W.shape[2]], both[:, W.shape[2] :]
+    U, _, V = np.linalg.svd(C[i] @ w + through[i])
+    left = U[:, 0].conj() @ (C[i] @ u + D[i])
+    right = (loops.measured @ w + loops.noisy) @ V[0].conj()
+    return value, np.outer(left, right).real
+
+
+def reached(loops, K, r, m, units):
+    """The bound that the worst loop reaches of a requirement, and its slope in K."""
+    if isinstance(r, QuadraticCost):
+        return _cost(loops, K, r, m)
+
+    def at(K):
+        some = [loops.descriptor(i, K, m) for i in range(len(loops))]
+        return max(r.reached([d], gain) for d, gain in some)
+
+    value, S = at(K), np.zeros_like(K)
+    steps = np.abs(loops.directions) * (STEP * units)[:, None, None]
+    for i, j in np.argwhere(loops.directions.any(axis=0)):
+        moved = K.copy()
+        moved[i, j] += (h := steps[:, i, j].max())
+        S[i, j] = (at(moved) - value) / h
+    return value, S
+
+
+def _cost(loops, K, r, m):
+    """The largest quadratic cost, by two Lyapunov equations, and its slope."""
+    best, A = (-np.inf, None), loops.closed(K)
+    for i in range(len(loops)):
+        d, gain = loops.descriptor(i, K, m)
+        X = lyapunov(A[i].T, -(r.Q + gain.T @ r.R @ gain))
+        noise = noise_input(d, r)
+        value = float(np.trace(noise.T @ X @ noise))
+        if value > best[0]:
+            best = value, (i, X, noise, gain)
+    value, (i, X, noise, gain) = best
+    Y = lyapunov(A[i], -noise @ noise.T)
+    _, B, *_ = loops.matrices
+    S = 2 * B[i].T @ X @ Y @ loops.measured.T
+    S[:m] += 2 * r.R @ gain @ Y @ loops.measured.T
+    if r.noise == "F":
+        S += 2 * B[i].T @ X @ noise @ loops.noisy.T
+    return value, S
