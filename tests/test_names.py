@@ -26,7 +26,7 @@ ATTRIBUTES = {"gamma", "saturation", "cost", "region"}
 SHORTHAND = {
     "synthesis/closed_loop.py": {"gamma", "saturation", "cost"},
     "synthesis/design.py": {"gamma", "region"},
-    "synthesis/pid.py": {"gamma", "saturation", "cost"},
+    "synthesis/pid.py": {"gamma", "saturation", "cost", "sigma"},
     "exact/checker/statements.py": NAMES,  # stands alone: it asks no object
     "exact/checker/special.py": NAMES,
     "exact/checker/others.py": NAMES,

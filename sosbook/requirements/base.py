@@ -250,6 +250,14 @@ class Requirement(OfKind, ABC, ReadOnly):
         """
         return self.truth(loops, K, K_A)
 
+    def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
+        """Derivatives of `reached`, for a search of gains; None: it takes differences.
+
+        Of one stable loop ``d`` with E = I, under u = ``K`` x: in the loop's matrix,
+        in K where it is weighed itself, and in B_w.
+        """
+        return None
+
     def with_bound(self, bound: float) -> "Requirement":
         """The same requirement with another bound."""
         if self.parameter is None:

@@ -223,6 +223,13 @@ class QuadraticCost(Requirement):
     ) -> float:
         return max(noise_cost(d, K, self) for d in loops)
 
+    def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
+        A, noise = loop_matrix(d, K), noise_input(d, self)
+        X = lyapunov(A.T, -(self.Q + K.T @ self.R @ K))
+        Y = lyapunov(A, -noise @ noise.T)
+        of_noise = 2 * X @ d.Bw if self.noise == "F" else 0 * d.Bw
+        return 2 * X @ Y, 2 * self.R @ K @ Y, of_noise
+
     def riccati(self) -> Any:
         Q = self.Q + 1e-6 * np.diag(np.maximum(self.Q.diagonal(), self.Q.max() * 1e-6))
         return Q, self.R

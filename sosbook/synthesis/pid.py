@@ -450,14 +450,15 @@ def _one_objective(objective, maximize, asked):
         if len(objective) > 1:
             raise ValueError("minimize: with a law one bound at a time")
         return objective, asked
-    if not is_word(maximize, ("sigma",)):
-        raise ValueError(f'maximize must be None or "sigma", got {maximize!r}')
+    key = SIGMA.key
+    if not is_word(maximize, (key,)):
+        raise ValueError(f'maximize must be None or "{key}", got {maximize!r}')
     if objective:
         raise ValueError("minimize and maximize are given: leave one out")
     if any(r.parameter is SIGMA for r in asked):
-        raise ValueError('give sigma or maximize="sigma", not both')
+        raise ValueError(f'give {key} or maximize="{key}", not both')
     fastest = LMIRegion.half_plane(1.0)
-    return {"sigma": 1.0}, collected(requirements=[*asked, fastest])
+    return {key: 1.0}, collected(requirements=[*asked, fastest])
 
 
 def _have_multipliers(request):

@@ -59,26 +59,26 @@ class Loops:
         return A, B, W, C, D, np.array(through)
 
     def K(self, kappa):
-        """The gain of some numbers."""
+        """The gain of the free numbers ``kappa``."""
         return np.tensordot(kappa, self.directions, 1)
 
     def slope(self, S):
-        """The derivative in kappa, from that in K."""
+        """The derivative in kappa, from ``S``, that in K."""
         return np.einsum("kij,ij->k", self.directions, S)
 
     def closed(self, K):
-        """The stack A + B K C_y."""
+        """The stack A + B ``K`` C_y."""
         A, B, *_ = self.matrices
         return A + B @ (K @ self.measured)
 
     def whole(self, K):
-        """Stacks of the four matrices of the loop from w to z."""
+        """Stacks of the four matrices of the loop from w to z, under ``K``."""
         A, B, W, C, D, through = self.matrices
         KC, KD = K @ self.measured, K @ self.noisy
         return A + B @ KC, W + B @ KD, C + D @ KC, through + D @ KD
 
     def descriptor(self, i, K, m):
-        """The loop i as a `Descriptor`, m inputs u left open, and its state gain."""
+        """The loop ``i`` under ``K``, ``m`` inputs left open, and its state gain."""
         A, B, W, C, D, _ = (x[i] for x in self.matrices)
         pushed = B[:, m:] @ K[m:]
         noise = (B @ K) @ self.noisy

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from ...requirements.lmi_region import LMIRegion
+from ...requirements.vocabulary import SIGMA
 from . import slopes
 
 __all__ = ["DECAY", "LEAST_DECAY", "Objective", "Task"]
 
-DECAY = "sigma"  # the goal of the fastest decay
+DECAY = SIGMA.key  # the goal of the fastest decay
 LEAST_DECAY = 0.01  # of the rate, of each loop: a norm alone ends at an axis
 PENALTY = 20.0  # of a violation, in units of the logarithm of a norm
 WALL = 30.0  # of a gain's excess over its limit, as a fraction

@@ -2,9 +2,6 @@
 
 import numpy as np
 
-from ...analysis.lyapunov import lyapunov
-from ...requirements.cost import QuadraticCost, noise_input
-
 __all__ = ["norm", "poles", "reached"]
 
 GRID = 24  # frequencies between the slowest and the fastest pole
@@ -52,7 +49,7 @@ def poles(loops, K, regions):
 
 
 def norm(loops, K):
-    """The largest H-infinity norm of stable loops, and its slope in K.
+    """The largest H-infinity norm of stable ``loops``, and its slope in ``K``.
 
     A search in frequency, no bound: what is proven of the gain is proven elsewhere.
     """
@@ -76,10 +73,8 @@ def norm(loops, K):
     for i in tops:
         k = int(np.argmax(found[i]))
         mid = omega[i, k]
-        below, above = (
-            omega[i][omega[i] < 0.999 * mid],
-            omega[i][omega[i] > 1.001 * mid],
-        )
+        here = omega[i]
+        below, above = here[here < 0.999 * mid], here[here > 1.001 * mid]
         low, high = below.max(initial=0.0), above.min(initial=2 * here.max())
         top = found[i, k]
         for _ in range(NARROWER if high else 0):
@@ -112,38 +107,38 @@ def norm(loops, K):
 
 
 def reached(loops, K, r, m, units):
-    """The bound that the worst loop reaches of a requirement, and its slope in K."""
-    if isinstance(r, QuadraticCost):
-        return _cost(loops, K, r, m)
+    """The bound that the worst loop reaches of a requirement, and its slope in K.
 
-    def at(K):
+    Parameters
+    ----------
+    loops, K
+        As in `poles`.
+    r : Requirement
+        With a bound.
+    m : int
+        Number of inputs u.
+    units : (k,) array
+        Of the free numbers.
+    """
+
+    def worst(K):
         some = [loops.descriptor(i, K, m) for i in range(len(loops))]
-        return max(r.reached([d], gain) for d, gain in some)
+        values = [r.reached([d], gain) for d, gain in some]
+        i = int(np.argmax(values))
+        return values[i], i, some[i]
 
-    value, S = at(K), np.zeros_like(K)
+    value, i, (d, gain) = worst(K)
+    known = r.slopes(d, gain)
+    if known is not None:
+        _, B, *_ = loops.matrices
+        of_A, of_K, of_W = known
+        S = B[i].T @ (of_A @ loops.measured.T + of_W @ loops.noisy.T)
+        S[:m] += of_K @ loops.measured.T
+        return value, S
+    S = np.zeros_like(K)
     steps = np.abs(loops.directions) * (STEP * units)[:, None, None]
     for i, j in np.argwhere(loops.directions.any(axis=0)):
         moved = K.copy()
         moved[i, j] += (h := steps[:, i, j].max())
-        S[i, j] = (at(moved) - value) / h
-    return value, S
-
-
-def _cost(loops, K, r, m):
-    """The largest quadratic cost, by two Lyapunov equations, and its slope."""
-    best, A = (-np.inf, None), loops.closed(K)
-    for i in range(len(loops)):
-        d, gain = loops.descriptor(i, K, m)
-        X = lyapunov(A[i].T, -(r.Q + gain.T @ r.R @ gain))
-        noise = noise_input(d, r)
-        value = float(np.trace(noise.T @ X @ noise))
-        if value > best[0]:
-            best = value, (i, X, noise, gain)
-    value, (i, X, noise, gain) = best
-    Y = lyapunov(A[i], -noise @ noise.T)
-    _, B, *_ = loops.matrices
-    S = 2 * B[i].T @ X @ Y @ loops.measured.T
-    S[:m] += 2 * r.R @ gain @ Y @ loops.measured.T
-    if r.noise == "F":
-        S += 2 * B[i].T @ X @ noise @ loops.noisy.T
+        S[i, j] = (worst(moved)[0] - value) / h
     return value, S
