@@ -182,7 +182,7 @@ def mixtures(plant, seed=1):
 
 def true_decay(plant, design):
     """The least decay over the polytope, by eigenvalues of the controller's loop."""
-    c = design.controller()
+    c = design.exact_controller()
     A, B, C, D = (x.astype(float) for x in (c.A, c.B, c.C, c.D))
     rows = design.request.law_parts.rows.astype(float)
     worst = np.inf

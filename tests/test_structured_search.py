@@ -26,7 +26,7 @@ def arm(**units):
 
 def loop_poles(plant, design):
     """The poles of a plant and the controller of a design, by numpy."""
-    c = design.controller()
+    c = design.exact_controller()
     A, B, C, D = (x.astype(float) for x in (c.A, c.B, c.C, c.D))
     rows = design.request.law_parts.rows.astype(float)
     n, back = plant.n, np.linalg.inv(plant.M)
@@ -85,7 +85,7 @@ def test_slopes_are_differences(seed):
                 f = Objective(task, loops, np.ones(len(kappa)), norms)
                 _check(f, kappa, rng)
         for value in (
-            lambda K: slopes.norm(loops, K),
+            lambda K: slopes.norm(loops, K, d.request.owner("gamma"), 2),
             lambda K: slopes.reached(loops, K, cost, 2, np.ones(len(kappa))),
         ):
 
@@ -156,7 +156,7 @@ def test_a_norm_falls_to_that_of_a_global_search():
     law = sos.PIDLaw([[1]], [[1]], limits={"K_P": 3, "K_D": 2})
     design = sos.design_pid(plant, law=law, minimize="gamma", backoff=0.001)
     assert np.allclose(design.K, [[-3, -2]], rtol=1e-3)  # both limits are reached
-    assert design.gamma == pytest.approx(design.hinf(), rel=3e-3)
+    assert design.gamma == pytest.approx(design.hinf(), rel=6e-3)  # three digits
     assert design.certify().proven and "K_P up to 3" in str(design.searched)
 
 

@@ -41,6 +41,8 @@ class Parts(ReadOnly):
         How many rows v of x_c' the gain has.
     sensors, states, signals : tuple of str
         Names of y_m, x_c and y.
+    integrals : int
+        How many of the first x_c are integrals.
     """
 
     rows: np.ndarray
@@ -54,6 +56,7 @@ class Parts(ReadOnly):
     sensors: tuple
     states: tuple
     signals: tuple
+    integrals: int = 0
 
     @cached_property
     def measured(self):
@@ -87,6 +90,7 @@ class Parts(ReadOnly):
             C=np.hstack([d.C, zero(len(d.C), c)]),
             Du=None if d.Du is None else np.hstack([d.Du, zero(len(d.Du), k)]),
             Ca=None if d.Ca is None else np.hstack([d.Ca, zero(len(d.Ca), c)]),
+            a=self.integrals,
         )
 
     def looped(self, d, K):
@@ -102,14 +106,18 @@ class Parts(ReadOnly):
             The gain, in rationals.
         """
         whole, m = self.joined(d), d.Bu.shape[1]
-        pushed = whole.Bu[:, m:] @ K[m:]
-        noise = (pushed + whole.Bu[:, :m] @ K[:m]) @ self.noisy
+        pushed, through = whole.Bu[:, m:] @ K[m:], K[:m] @ self.noisy
+        noise = pushed @ self.noisy + whole.Bu[:, :m] @ through
+        Dw = d.Dw
+        if d.Du is not None and (through != 0).any():
+            Dw = d.Du @ through if Dw is None else Dw + d.Du @ through
         return replace(
             whole,
             A=whole.A + pushed @ self.measured,
             Bu=whole.Bu[:, :m],
             Bw=whole.Bw + noise,
             Du=d.Du,
+            Dw=Dw,
         )
 
     def state_gain(self, K):

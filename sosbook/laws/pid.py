@@ -152,6 +152,7 @@ class PIDLaw(Law):
             words,
             (*names, *lagged),
             (*words, *rates, *names),
+            a,
         )
 
     def structure(self, plant: Any) -> Structure:

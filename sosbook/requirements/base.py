@@ -253,8 +253,8 @@ class Requirement(OfKind, ABC, ReadOnly):
     def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
         """Derivatives of `reached`, for a search of gains; None: it takes differences.
 
-        Of one stable loop ``d`` with E = I, under u = ``K`` x: in the loop's matrix,
-        in K where it is weighed itself, and in B_w.
+        Of one stable loop ``d`` under u = ``K`` x: in E^-1 (A + B_u K), in K where it
+        is weighed itself, and in E^-1 B_w.
         """
         return None
 

@@ -227,7 +227,7 @@ class QuadraticCost(Requirement):
         A, noise = loop_matrix(d, K), noise_input(d, self)
         X = lyapunov(A.T, -(self.Q + K.T @ self.R @ K))
         Y = lyapunov(A, -noise @ noise.T)
-        of_noise = 2 * X @ d.Bw if self.noise == "F" else 0 * d.Bw
+        of_noise = 2 * X @ noise if self.noise == "F" else 0 * d.Bw
         return 2 * X @ Y, 2 * self.R @ K @ Y, of_noise
 
     def riccati(self) -> Any:

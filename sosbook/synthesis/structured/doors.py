@@ -74,7 +74,7 @@ def refused_by_sum(request, loops):
     return None
 
 
-def excluded(plant, law_parts, gamma):
+def excluded(plant, law_parts, r, gamma):
     """The refusal of every controller for a plant and a gamma, or None.
 
     Parameters
@@ -83,26 +83,30 @@ def excluded(plant, law_parts, gamma):
         Without a controller, in rationals.
     law_parts : Parts
         Its sensors.
+    r : Requirement
+        It bounds an H-infinity norm.
     gamma : float
-        The bound of the H-infinity norm from w to z.
+        That bound.
     """
-    problem = _problem(plant, law_parts, exact(gamma))
+    some = slice(None) if r.inputs is None else list(r.inputs)
+    seen = r.seen(plant).explicit()
+    problem = _problem(seen, law_parts.rows, law_parts.noise[:, some], exact(gamma))
     proof = problem.find().infeasibility
     return proof if proof is not None and proof.proven else None
 
 
-def _problem(d, parts, gamma):
+def _problem(d, rows, noise, gamma):
     """Theorem G's blocks in units in which the plant is near one."""
     back, N = inverse(d.E), len(d.E)
-    m, q = d.Bu.shape[1], len(parts.rows)
+    m, q = d.Bu.shape[1], len(rows)
 
     def zero(x, shape):
         return exact(np.zeros(shape)) if x is None else x
 
     matrices = [
-        back @ d.A, back @ d.Bw, back @ d.Bu, d.C, parts.rows,
-        zero(getattr(d, "Dw", None), (len(d.C), d.Bw.shape[1])),
-        zero(d.Du, (len(d.C), m)), parts.noise,
+        back @ d.A, back @ d.Bw, back @ d.Bu, d.C, rows,
+        zero(d.Dw, (len(d.C), d.Bw.shape[1])),
+        zero(d.Du, (len(d.C), m)), noise,
     ]  # fmt: skip
     A, Bw, B, Cz, C, Dzw, Dzu, Dyw = (x.astype(float) for x in matrices)
     rate = float(np.abs(np.linalg.eigvals(A)).max()) or 1.0
@@ -169,7 +173,7 @@ def refused_by_a_door(request):
             proof, who = _all_of_the_state(request, i, r), "that sees all of the state"
             if proof is None and r.bounds_response() is not None:
                 who = "of any order, with these sensors"
-                proof = excluded(vertices[i], request.law_parts, r.bound)
+                proof = excluded(vertices[i], request.law_parts, r, r.bound)
             if proof is not None:
                 where = f" at the vertex {i + 1}" if len(request.distinct) > 1 else ""
                 text = f"No controller {who}, keeps{where}: {r.statement}."

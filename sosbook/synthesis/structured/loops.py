@@ -1,12 +1,12 @@
 """The loops of a law as its gain moves, in floats, and units of that gain."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from ...exact.rational import exact
 from ...laws.base import plain
-from ...plants.descriptor import Descriptor
 
 __all__ = ["Loops", "loops_of"]
 
@@ -14,7 +14,7 @@ TINY = 1e-9  # of the largest entry of G: below it a sensor doesn't see an input
 
 
 class Loops:
-    """x' = (A + B K C_y) x + (W + B K D_y) w, z = (C + D K C_y) x + (D_w + ...) w.
+    """x' = (A + B K C_y) x + (W + B K D_y) w, and what requirements see of it.
 
     Parameters
     ----------
@@ -34,6 +34,7 @@ class Loops:
             form,
         )
         self.directions = form.directions
+        self._channels = {}
 
     def __len__(self):
         return len(self.plants)
@@ -44,19 +45,33 @@ class Loops:
 
     @cached_property
     def matrices(self):
-        """A, B, W, C, D, D_w, each a stack: E is divided out."""
+        """A, B and W, each a stack: E is divided out."""
         solved = [
             np.linalg.solve(d.E, np.hstack([d.A, d.Bu, d.Bw])) for d in self.plants
         ]
         N, m = self.plants[0].Bu.shape
-        A, B, W = np.split(np.array(solved), [N, N + m], axis=2)
-        C = np.array([d.C for d in self.plants])
-        D = np.array([_or_zero(d.Du, (len(d.C), m)) for d in self.plants])
-        through = [
-            _or_zero(getattr(d, "Dw", None), (len(d.C), d.Bw.shape[1]))
-            for d in self.plants
-        ]
-        return A, B, W, C, D, np.array(through)
+        return np.split(np.array(solved), [N, N + m], axis=2)
+
+    def channel(self, r, m):
+        """The stacks of W, C, D, D_w, and D_y, as a requirement ``r`` sees them.
+
+        Of ``m`` inputs u: the output knows no v.
+        """
+        if r.key not in self._channels:
+            own = []
+            for d in self.plants:
+                Du = None if d.Du is None else d.Du[:, :m]
+                one = r.seen(replace(d, Bu=d.Bu[:, :m], Du=Du)).explicit()
+                size, rest = len(one.C), d.Bu.shape[1] - m
+                D = np.zeros((size, m)) if one.Du is None else one.Du
+                D = np.hstack([D, np.zeros((size, rest))])
+                W = np.linalg.solve(one.E, one.Bw)
+                through = np.zeros((size, W.shape[1])) if one.Dw is None else one.Dw
+                own.append((W, one.C, D, through))
+            some = slice(None) if r.inputs is None else list(r.inputs)
+            stacks = [np.array(x) for x in zip(*own)]
+            self._channels[r.key] = (*stacks, self.noisy[:, some])
+        return self._channels[r.key]
 
     def K(self, kappa):
         """The gain of the free numbers ``kappa``."""
@@ -71,26 +86,23 @@ class Loops:
         A, B, *_ = self.matrices
         return A + B @ (K @ self.measured)
 
-    def whole(self, K):
-        """Stacks of the four matrices of the loop from w to z, under ``K``."""
-        A, B, W, C, D, through = self.matrices
-        KC, KD = K @ self.measured, K @ self.noisy
-        return A + B @ KC, W + B @ KD, C + D @ KC, through + D @ KD
-
     def descriptor(self, i, K, m):
         """The loop ``i`` under ``K``, ``m`` inputs left open, and its state gain."""
-        A, B, W, C, D, _ = (x[i] for x in self.matrices)
-        pushed = B[:, m:] @ K[m:]
-        noise = (B @ K) @ self.noisy
-        d = Descriptor(
-            np.eye(len(A)),
-            A + pushed @ self.measured,
-            B[:, :m],
-            W + noise,
-            C,
-            D[:, :m] if D.any() else None,
+        d = self.plants[i]
+        pushed, through = d.Bu[:, m:] @ K[m:], K[:m] @ self.noisy
+        Du, Dw = d.Du, d.Dw
+        if Du is not None:
+            Du = Du[:, :m]
+            Dw = Du @ through if Dw is None else Dw + Du @ through
+        loop = replace(
+            d,
+            A=d.A + pushed @ self.measured,
+            Bu=d.Bu[:, :m],
+            Bw=d.Bw + pushed @ self.noisy + d.Bu[:, :m] @ through,
+            Du=Du,
+            Dw=Dw,
         )
-        return d, K[:m] @ self.measured
+        return loop, K[:m] @ self.measured
 
     def sizes(self, s):
         """Units of u and y: in them the plant's answer at a real s is about one.
@@ -141,7 +153,3 @@ def loops_of(request, plants=None):
 
 def _float(x):
     return exact(x).astype(float)
-
-
-def _or_zero(x, shape):
-    return np.zeros(shape) if x is None else x

@@ -141,7 +141,7 @@ class Objective:
 
     def _reached(self, r, K):
         if r.bounds_response() is not None:
-            return slopes.norm(self.loops, K)
+            return slopes.norm(self.loops, K, r, self.task.m)
         return slopes.reached(self.loops, K, r, self.task.m, self.unit)
 
 

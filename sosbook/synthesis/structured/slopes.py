@@ -48,12 +48,16 @@ def poles(loops, K, regions):
     return value, (turn * S).real, s.real.max()
 
 
-def norm(loops, K):
+def norm(loops, K, r, m):
     """The largest H-infinity norm of stable ``loops``, and its slope in ``K``.
 
-    A search in frequency, no bound: what is proven of the gain is proven elsewhere.
+    Of the channel of ``r``, with ``m`` inputs u. A search in frequency, no bound: what
+    is proven of the gain is proven elsewhere.
     """
-    A, W, C, through = loops.whole(K)
+    W, C, D, through, noisy = loops.channel(r, m)
+    _, B, _ = loops.matrices
+    KC, KD = K @ loops.measured, K @ noisy
+    A, W, C, through = loops.closed(K), W + B @ KD, C + D @ KC, through + D @ KD
     s = np.linalg.eigvals(A)
     sizes = np.abs(s)
     grid = np.geomspace(max(sizes.min(), 1e-9 * sizes.max()), sizes.max(), GRID)
@@ -90,11 +94,10 @@ def norm(loops, K):
             best = top, i, mid
     value, i, omega = best
     ends = np.linalg.norm(through, 2, axis=(1, 2))
-    _, B, _, _, D, _ = loops.matrices
     if ends.max() > value:
         i = int(np.argmax(ends))
         U, _, V = np.linalg.svd(through[i])
-        left, right = U[:, 0] @ D[i], loops.noisy @ V[0]
+        left, right = U[:, 0] @ D[i], noisy @ V[0]
         return ends[i], np.outer(left, right)
     both = np.linalg.solve(
         1j * omega * np.eye(A.shape[1]) - A[i], np.hstack([W[i], B[i]]) + 0j
@@ -102,7 +105,7 @@ def norm(loops, K):
     w, u = both[:, : W.shape[2]], both[:, W.shape[2] :]
     U, _, V = np.linalg.svd(C[i] @ w + through[i])
     left = U[:, 0].conj() @ (C[i] @ u + D[i])
-    right = (loops.measured @ w + loops.noisy) @ V[0].conj()
+    right = (loops.measured @ w + noisy) @ V[0].conj()
     return value, np.outer(left, right).real
 
 
