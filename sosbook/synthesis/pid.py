@@ -356,7 +356,7 @@ def _design(
     U, law = _law_of(U, law)
     if law is not None:
         given_too = dict(mu=mu, slack=slack, start=start, prefer=prefer)
-        coupling = _of_a_law(coupling, gain, **given_too)
+        coupling = _of_a_law(coupling, **given_too)
     elif maximize is not None:
         raise ValueError("maximize is given without law: give region=PoleRegion(sigma)")
     if prefer not in (None, "centre", "least"):
@@ -430,13 +430,12 @@ def _law_of(U, law):
     return None, law
 
 
-def _of_a_law(coupling, gain, **absent):
+def _of_a_law(coupling, **absent):
     """The coupling of a loop with a law, or a ValueError for what it hasn't."""
     for name, value in absent.items():
         if value is not None:
             raise ValueError(f"{name} is given, but a law's loop is proven without it")
-    default = "pairs" if gain is None else "auto"
-    if not is_word(coupling, (default, "multipliers")):
+    if not is_word(coupling, ("auto", "multipliers")):
         raise ValueError(
             f"coupling={coupling!r}: a law's loop is proven by multipliers; leave it "
             "out"
