@@ -21,6 +21,7 @@ _NAMES = {
     "plants.signals": ("Sine", "Step", "Steps"),
     "plants.uncertain": ("Uncertain",),
     "requirements.cost": ("QuadraticCost",),
+    "requirements.h2": ("H2",),
     "requirements.hinf": ("HInfinity",),
     "requirements.input_bound": ("Saturation",),
     "requirements.pole_region": ("LMIRegion", "PoleRegion", "Region"),
@@ -68,6 +69,7 @@ _ROOMS = (
 )
 
 __all__ = [
+    "H2",
     "DelayDesign",
     "DescriptorSystem",
     "Design",

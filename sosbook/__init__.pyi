@@ -14,6 +14,7 @@ from .plants.second_order import MassWarning, Polytope, SecondOrderSystem
 from .plants.signals import Sine, Step, Steps
 from .plants.uncertain import Uncertain
 from .requirements.cost import QuadraticCost
+from .requirements.h2 import H2
 from .requirements.hinf import HInfinity
 from .requirements.input_bound import Saturation
 from .requirements.pole_region import LMIRegion, PoleRegion, Region
@@ -37,6 +38,7 @@ from .synthesis.result import Result
 
 __version__: str
 __all__ = [
+    "H2",
     "DelayDesign",
     "DescriptorSystem",
     "Design",

@@ -14,9 +14,10 @@ import pytest
 import sosbook
 from sosbook import proofs
 from sosbook.exact.checker import verdict as checker
+from sosbook.plants.outputs import Output
 from sosbook.proofs.command import main
 from sosbook.proofs.subject import subject
-from sosbook.requirements.in_files import KEYS, OBJECTS
+from sosbook.requirements.in_files import KEYS, OBJECTS, SEVERAL
 from sosbook.runtime.digests import digest, short_digest
 from tests.oracles import without_text
 from tests.processes import process
@@ -425,6 +426,9 @@ def test_schemas_name_what_the_files_hold(tmp_path):
     assert json.loads(EXAMPLE.read_text("utf-8")).keys() <= set(schema["properties"])
     for key, make in OBJECTS.items():
         there = schema["properties"][key]["properties"].keys()
+        assert there == signature(make).parameters.keys(), key
+    for key, make in (SEVERAL | {"output": Output}).items():
+        there = schema["$defs"][key]["properties"].keys()
         assert there == signature(make).parameters.keys(), key
     proof = json.loads((FOLDER / "proof.schema.json").read_text("utf-8"))
     kinds = {cls.kind for cls in proofs.kinds()}

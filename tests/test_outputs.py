@@ -9,6 +9,7 @@ import pytest
 import sosbook as sos
 from sosbook.exact.checker import verdict
 from sosbook.plants import descriptors
+from sosbook.proofs.command import main
 from sosbook.requirements.base import Requirement
 
 
@@ -355,3 +356,144 @@ def test_plants_may_have_outputs_of_their_own():
         checked(refused.infeasibility)
     with pytest.raises(ValueError, match="D_w is given without C"):
         sos.DescriptorSystem(1, -1, 1, 1, D_w=1)
+
+
+def true_h2(one, U, K, rows, inputs):
+    """By python-control, of the loop written out."""
+    A, W, parts = standard(one, U, K)
+    C = np.vstack([sum(R @ parts[k][0] for k, R in part.items()) for part in rows])
+    return control.system_norm(control.ss(A, W[:, inputs], C, 0), 2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_H2_norm_of_one_plant_loses_nothing(seed):
+    rng = np.random.default_rng(20 + seed)
+    one, U = plant(rng), np.eye(2)[: seed % 2]
+    rows = [
+        {"position": rng.normal(size=(2, 2)).round(2), "input": np.ones((2, 1))},
+        {"velocity": np.array([[1.0, -1.0]])},
+    ]
+    inputs = [[1], [0, 1], [0]][seed]
+    K = sos.design_pid(one, U, region=sos.PoleRegion(sigma=0.1, rho=20)).K.round(3)
+    norm = true_h2(one, U, K, rows, inputs)
+    for coupling in ("pairs", "multipliers"):
+        for factor, status in ((1.01, "feasible"), (0.99, "infeasible")):
+            asked = sos.H2(factor * norm, outputs=stacked(rows), inputs=inputs)
+            found = sos.analyse_pid(one, K, U, requirements=[asked], coupling=coupling)
+            assert asked.truth(descriptors(one, U), K) == pytest.approx(norm)
+            if coupling == "multipliers" and factor < 1:
+                assert found.status != "feasible"
+                continue
+            assert found.status == status
+            proof = found.certify() if factor > 1 else found.infeasibility
+            assert proof.proven
+            if coupling == "pairs":
+                checked(proof)
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_the_least_H2_norm_is_that_of_the_Riccati_equation(coupling):
+    """Of one plant; of several it is kept between them, beside an H-infinity norm."""
+    rng = np.random.default_rng(8)
+    one = plant(rng)
+    y = sos.Output(position=[[1, 0]]) & sos.Output(input=0.2)
+    (d,) = descriptors(one)
+    A, B, W = d.state_space()
+    Q = np.diag([1.0, 0, 0, 0])
+    X, _, _ = control.care(A, B, Q, 0.04 * np.eye(1))
+    best = float(np.sqrt(np.trace(W.T @ X @ W)))
+    ask = dict(requirements=[sos.H2(None, outputs=y)], minimize="h2", coupling=coupling)
+    found = sos.design_pid(one, backoff=0.001, **ask)
+    bound = found.request.requirements[0].bound
+    assert best < bound < (1.01 if coupling == "pairs" else 1.1) * best
+    checked(found.certify())
+    heavy = sos.SecondOrderSystem(1.2 * one.M, one.D, one.S, one.B, one.F)
+    stiff = sos.SecondOrderSystem(one.M.T, one.D, 1.1 * one.S, one.B, one.F)
+    loads = sos.Polytope([one, heavy, stiff])
+    asked = [sos.H2(1.6 * best, outputs=y), sos.HInfinity(20.0)]
+    several = sos.design_pid(loads, requirements=asked, coupling=coupling)
+    assert several.status == "feasible"
+    assert len(checked(several.certify())) == 3
+    rows = [{"position": np.array([[1.0, 0]])}, {"input": 0.2 * np.eye(1)}]
+    nothing = np.zeros((0, 2))
+    for v in [*loads.vertices, *loads.sample(30, seed=2)]:
+        assert true_h2(v, nothing, several.K, rows, [0, 1]) < 1.6 * best
+    refused = sos.design_pid(
+        loads, requirements=[sos.H2(0.9 * best, outputs=y), sos.HInfinity(20.0)]
+    )
+    assert refused.status == "infeasible"
+    checked(refused.infeasibility)
+
+
+def test_an_infinite_H2_norm_is_named():
+    for output in (dict(acceleration=1), dict(disturbance=1)):
+        with pytest.raises(ValueError, match="w enters the output at once"):
+            sos.design_pid(
+                ONE, requirements=[sos.H2(1.0, outputs=sos.Output(**output))]
+            )
+    with pytest.raises(ValueError, match="h2 needs a plant with F"):
+        bare = sos.SecondOrderSystem(1, 1, 1, 1)
+        sos.design_pid(bare, requirements=[sos.H2(1.0, outputs=sos.Output(position=1))])
+
+
+def test_a_file_asks_for_outputs(tmp_path, capsys):
+    """Channels by name in JSON, as the command reads them, and its error in words."""
+    asked = {
+        "plant": {"M": [[2]], "D": [[0.1]], "S": [[1]], "B": [[1]], "F": [[1]]},
+        "hinf": [
+            {"gamma": 0.8, "outputs": [{"acceleration": 1, "name": "comfort"},
+                                       {"input": 0.1}], "name": "ride"},
+            {"gamma": 9, "outputs": {"position": [[1]]}, "inputs": [0]},
+        ],
+        "h2": {"outputs": {"position": 1, "input": [[0.5]]}},
+        "minimize": "h2",
+    }  # fmt: skip
+    file, proof = tmp_path / "plant.json", tmp_path / "proof.json"
+    file.write_text(json.dumps(asked), "utf-8")
+    assert main(["design", str(file), "--proof", str(proof)]) == 0
+    claims = checked(sos.proofs.load(proof))
+    assert claims[1:3] == (
+        "its H-infinity norm from w[0] to [[1]] z is below 9",
+        "ride: its H-infinity norm to comfort = 1 z''; 0.1 u is below 0.8",
+    ) or claims[1:3][::-1] == (
+        "its H-infinity norm from w[0] to [[1]] z is below 9",
+        "ride: its H-infinity norm to comfort = 1 z''; 0.1 u is below 0.8",
+    )
+    assert claims[3].startswith("its H2 norm to 1 z + [[0.5]] u is below 0.")
+    asked["h2"]["outputs"]["positon"] = 1
+    file.write_text(json.dumps(asked), "utf-8")
+    assert main(["design", str(file), "--proof", str(proof), "--force"]) == 2
+    assert "h2: 'positon' isn't known of an output" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("noise", ["states", "F"])
+def test_a_cost_with_cross_terms_is_that_of_the_Riccati_equation(noise):
+    rng = np.random.default_rng(31)
+    one, square = plant(rng), rng.normal(size=(5, 6)).round(2)
+    whole = square @ square.T
+    Q, N, R = whole[:4, :4], whole[:4, 4:], whole[4:, 4:]
+    cost = sos.QuadraticCost(Q, R, N=N, noise=noise)
+    assert (
+        np.abs(np.block([[cost.Q, cost.N], [cost.N.T, cost.R]]) - whole).max() < 1e-12
+    )
+    (d,) = descriptors(one)
+    A, B, W = d.state_space()
+    X, _, K = control.care(A, B, Q, R, S=N)
+    best = np.trace(X) if noise == "states" else np.trace(W.T @ X @ W)
+    assert cost.truth([d], -K) == pytest.approx(best)
+    found = sos.design_pid(one, cost=cost, minimize="cost", backoff=1e-3)
+    assert best < found.request.cost.bound < 1.01 * best
+    checked(found.certify())
+    softer = sos.SecondOrderSystem(1.1 * one.M, one.D, 0.9 * one.S, one.B, one.F)
+    loads = sos.Polytope([one, softer])
+    K = found.K.round(3)
+    least = sos.analyse_pid(loads, K, cost=cost, minimize="cost")
+    worst = max(cost.truth(descriptors(v), K) for v in loads.sample(30, seed=0))
+    assert worst < least.request.cost.bound < 1.1 * worst and least.certify().proven
+    for wrong, message in (
+        (dict(Q=0.1 * np.eye(4), R=R, N=N), "negative eigenvalue"),
+        (dict(Q=Q, R=R, N=N.T), "N "),
+        (dict(C=Q, R=R, N=N), "N goes with Q"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            sos.QuadraticCost(**wrong)

@@ -6,12 +6,14 @@
 
 from .base import Requirement
 from .cost import QuadraticCost
+from .h2 import H2
 from .hinf import HInfinity
 from .input_bound import Saturation
 from .pole_region import LMIRegion, PoleRegion, Region
 from .vocabulary import Parameter
 
 __all__ = [
+    "H2",
     "HInfinity",
     "LMIRegion",
     "Parameter",

@@ -25,6 +25,7 @@ class Channel(Requirement):
 
     plain: Parameter
     norm = ""  # in words
+    needs_equations = False  # whether it can't weigh x' with P's of the plants' own
     inputs: Any
 
     def __post_init__(self):
@@ -83,11 +84,16 @@ class Channel(Requirement):
                     f"{request.plant.p}, counted from 0"
                 )
         seen = [self.seen(d) for d in request.vertices]  # raises for other widths
-        if request.gain is None and not self.fits_one_P(request):
+        free = request.gain is not None and not self.needs_equations
+        if not (free or self.fits_one_P(request)):
             raise ValueError(
-                f"{self.name} weighs an acceleration, and its mass is uncertain: with "
-                "one P for all plants it would be divided by that mass. Take "
-                'coupling="slack"'
+                f"{self.name} weighs an acceleration, and its mass is uncertain: it "
+                "would be divided by that mass. "
+                + (
+                    "Weigh another signal, or the equation's force"
+                    if self.needs_equations
+                    else 'Take coupling="slack", without one P for all plants'
+                )
             )
         if not len(seen[0].C):
             raise ValueError(f"{self.name} bounds an output without rows")
@@ -97,7 +103,10 @@ class Channel(Requirement):
 
     def fits_one_P(self, request: Any) -> bool:
         between = any(i != j for i, j in request.pairs)
-        return not between or _given_by_equations(map(self.seen, request.certain))
+        if self.needs_equations and request.coupling in ("slack", "multipliers"):
+            between = len(request.distinct) > 1
+        seen = (Channel.seen(self, d) for d in request.certain)
+        return not between or _given_by_equations(seen)
 
     def data(self) -> dict:
         data = super().data()

@@ -57,6 +57,8 @@ class QuadraticCost(Requirement):
     C : (q, N) array_like, optional
         Weighs the output y = C x instead: Q = C' C, exactly. ``cost.Q`` is that
         matrix in floats then.
+    N : (N, m) array_like, optional
+        Weighs 2 x' N u, too. [Q N; N' R] is semidefinite, and mended as Q is.
 
     Raises
     ------
@@ -77,6 +79,7 @@ class QuadraticCost(Requirement):
     noise: str = "states"
     bound: float | None = None
     C: np.ndarray | None = None
+    N: np.ndarray | None = None
 
     kind = name = promise = "cost"
     parameter = COST
@@ -97,6 +100,7 @@ class QuadraticCost(Requirement):
             noise: Literal["F", "states"] = "states",
             bound: float | None = None,
             C: ArrayLike | None = None,
+            N: ArrayLike | None = None,
         ) -> None: ...
 
     def __post_init__(self):
@@ -116,26 +120,49 @@ class QuadraticCost(Requirement):
         if len(R) and not definite(exact(R))[0]:
             raise ValueError("R must be positive definite")
         put(self, "R", R)
+        if self.N is not None:
+            self._mix()
         if not is_word(self.noise, ("F", "states")):
             raise ValueError(f'noise must be "F" or "states", got {self.noise!r}')
         if self.bound is not None:
             put(self, "bound", positive("bound", self.bound))
 
+    def _mix(self):
+        """Check N, and mend [Q N; N' R] until it is semidefinite as it is written."""
+        if self.C is not None:
+            raise ValueError("N goes with Q: give Q in the place of C")
+        k = len(self.Q)
+        N = matrix("N", self.N, (k, len(self.R)))
+        whole = np.block([[self.Q, N], [N.T, self.R]])
+        whole = semidefinite_weight("[Q N; N' R]", whole)
+        for name, part in (("Q", whole[:k, :k]), ("R", whole[k:, k:]), ("N", N)):
+            object.__setattr__(self, name, part.copy())
+
+    @cached_property
+    def mixed(self) -> Any:
+        """N R^-1 in rationals; None without N.
+
+        The cost is that of v = u + (N R^-1)' x, weighed by R, and of the rest of Q.
+        """
+        return None if self.N is None else exact(self.N) @ inverse(exact(self.R))
+
     @cached_property
     def factors(self) -> tuple:
-        """Rationals L, W with Q = L W^-1 L', W diagonal, and R^-1."""
+        """Rationals L, W with Q - N R^-1 N' = L W^-1 L', W diagonal, and R^-1."""
         R = inverse(exact(self.R))
         if self.C is not None:
             return exact(self.C.T), exact(np.eye(len(self.C))), R
-        return *square_factors(exact(self.Q)), R
+        Q = exact(self.Q)
+        Q = Q if self.mixed is None else Q - self.mixed @ exact(self.N).T
+        return *square_factors(Q), R
 
     def with_bound(self, bound: float) -> "Requirement":
         Q = self.Q if self.C is None else None
         return replace(self, Q=Q, bound=bound)
 
     def data(self) -> dict:
-        left_out = "C" if self.C is None else "Q"
-        return {k: v for k, v in super().data().items() if k != left_out}
+        left_out = ["C" if self.C is None else "Q", *["N"] * (self.N is None)]
+        return {k: v for k, v in super().data().items() if k not in left_out}
 
     def check(self, request: Any) -> None:
         weight = "Q" if self.C is None else "C"
@@ -162,7 +189,8 @@ class QuadraticCost(Requirement):
             yield "cost", (), lqr_cost(loop.near(loop.P), self._one(loop), J)
 
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
-        yield "lqr", lqr_decay(c, *self._weights(loop))
+        *weights, mixed = self._weights(loop)
+        yield "lqr", lqr_decay(c, *weights, mixed)
         if self.noise == "F":
             yield "cost", lqr_cost(c.EPE, c.Bw, loop.own["J"])
 
@@ -172,7 +200,8 @@ class QuadraticCost(Requirement):
             inner = he(loop.near(c.V)) - loop.near(c.P)
             noise = self._one(loop)
         yield "cost", lqr_cost(inner, noise, loop.own["J"])
-        yield "lqr", slack_lqr_decay(c, *self._weights(loop), loop.epsilon)
+        *weights, mixed = self._weights(loop)
+        yield "lqr", slack_lqr_decay(c, *weights, loop.epsilon, mixed)
 
     def known(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
@@ -202,6 +231,8 @@ class QuadraticCost(Requirement):
         if self.C is not None:
             Q = exact(self.C).T @ exact(self.C)
         weight = Q + K.T @ R @ K
+        if self.N is not None:
+            weight = weight + exact(self.N) @ K + (exact(self.N) @ K).T
         return c.rows(c.rows(weight).T) if not c.exact else weight
 
     def _one(self, loop):
@@ -209,10 +240,14 @@ class QuadraticCost(Requirement):
         return eye(loop.request.order) if loop.back is None else loop.back
 
     def _weights(self, loop):
-        L, W, V = self.factors
+        (L, W, V), mixed = self.factors, self.mixed
         if not loop.exact:
             L, W, V = (w.astype(float) for w in (L, W, V))
-        return (L if loop.T is None else loop.T.T @ L), W, V / loop.scale**2
+            mixed = None if mixed is None else mixed.astype(float)
+        turn = loop.T is not None
+        if mixed is not None:
+            mixed = (loop.T.T @ mixed if turn else mixed) / loop.scale
+        return (loop.T.T @ L if turn else L), W, V / loop.scale**2, mixed
 
     def claim(self) -> str:
         bound = decimal(self.bound)
@@ -261,6 +296,9 @@ def noise_cost(d, K, cost):
     A = loop_matrix(d, K)
     if np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
-    X = lyapunov(A.T, -(cost.Q + K.T @ cost.R @ K))
+    weight = cost.Q + K.T @ cost.R @ K
+    if cost.N is not None:
+        weight = weight + cost.N @ K + (cost.N @ K).T
+    X = lyapunov(A.T, -weight)
     noise = noise_input(d, cost)
     return float(np.trace(noise.T @ X @ noise))

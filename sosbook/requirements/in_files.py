@@ -2,7 +2,10 @@
 
 from inspect import signature
 
+from ..plants.outputs import Output
 from .cost import QuadraticCost
+from .h2 import H2
+from .hinf import HInfinity
 from .input_bound import Saturation
 from .pole_region import PoleRegion
 
@@ -13,8 +16,9 @@ OBJECTS = {  # what makes a key's object
     "saturation": Saturation,
     "cost": QuadraticCost,
 }
+SEVERAL = {"hinf": HInfinity, "h2": H2}  # lists of objects, told apart by name
 VALUES = ("gamma", "mu", "minimize", "coupling", "slack", "U", "K_A")
-KEYS = (*OBJECTS, *VALUES)
+KEYS = (*OBJECTS, *SEVERAL, *VALUES)
 
 
 def asked_in_file(data: dict) -> dict:
@@ -24,7 +28,9 @@ def asked_in_file(data: dict) -> dict:
     ----------
     data : dict
         Keys among `KEYS`; "region", "saturation" and "cost" hold the
-        parameters of `PoleRegion`, `Saturation` and `QuadraticCost`.
+        parameters of `PoleRegion`, `Saturation` and `QuadraticCost`, "hinf" and "h2"
+        those of `HInfinity` and `H2`, or lists of them. Their "outputs" are objects
+        with the parameters of `Output`, or lists of them, which are stacked.
 
     Raises
     ------
@@ -41,21 +47,35 @@ def asked_in_file(data: dict) -> dict:
         if key in VALUES:
             keywords[key] = value
             continue
+        if key in SEVERAL:
+            given = value if isinstance(value, list) else [value]
+            named = keywords.setdefault("requirements", [])
+            named += [_made(key, SEVERAL[key], one) for one in given]
+            continue
         if key not in OBJECTS:
             raise ValueError(f"{key!r:.80} isn't known: the keys are {', '.join(KEYS)}")
-        if not isinstance(value, dict):
-            raise ValueError(f'{key} must be an object, such as {{"name": value}}')
-        known = signature(OBJECTS[key]).parameters
-        for name in value:
-            if name not in known:
-                raise ValueError(
-                    f"{key}: {name!r:.80} isn't known: its keys are {', '.join(known)}"
-                )
-        try:
-            keywords[key] = OBJECTS[key](**value)
-        except TypeError as error:  # one is missing
-            text = str(error).split("__init__() ")[-1]
-            raise ValueError(f"{key}: {text}") from None
-        except ValueError as error:
-            raise ValueError(f"{key}: {error}") from None
+        keywords[key] = _made(key, OBJECTS[key], value)
     return keywords
+
+
+def _made(key, kind, value):
+    """The object of a key, from what the file says of it."""
+    if not isinstance(value, dict):
+        raise ValueError(f'{key} must be an object, such as {{"name": value}}')
+    known = signature(kind).parameters
+    for name in value:
+        if name not in known:
+            raise ValueError(
+                f"{key}: {name!r:.80} isn't known: its keys are {', '.join(known)}"
+            )
+    try:
+        if value.get("outputs") is not None and "outputs" in known:
+            rows = value["outputs"]
+            rows = Output.read(rows if isinstance(rows, list) else [rows])
+            value = value | {"outputs": rows}
+        return kind(**value)
+    except TypeError as error:  # one is missing
+        text = str(error).split("__init__() ")[-1]
+        raise ValueError(f"{key}: {text}") from None
+    except ValueError as error:
+        raise ValueError(f"{key}: {error}") from None

@@ -4,7 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["COST", "GAMMA", "PARAMETERS", "RHO", "SIGMA", "THETA", "U_MAX", "Parameter"]
+__all__ = [
+    "COST",
+    "GAMMA",
+    "H2_NORM",
+    "PARAMETERS",
+    "RHO",
+    "SIGMA",
+    "THETA",
+    "U_MAX",
+    "Parameter",
+]
 
 
 @dataclass(frozen=True)
@@ -100,6 +110,7 @@ COST = Parameter(
     needs="cost=QuadraticCost(Q, R, bound=...)",
     open="cost=QuadraticCost(Q, R) without a bound",
 )
+H2_NORM = Parameter("h2", "H2 bound h2", "H₂ bound h₂", "h₂", power=2)
 U_MAX = Parameter(
     "u_max",
     "input bound u_max",

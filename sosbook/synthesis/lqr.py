@@ -170,7 +170,12 @@ def _explained(solution, cost):
     """The Solution, with a reason where certainly no gain attains the least cost."""
     request = solution.request
     alone = len(request.requirements) == len(request.distinct) == 1
-    if solution.status != "feasible" or not alone or cost.noise != "states":
+    if (
+        solution.status != "feasible"
+        or not alone
+        or cost.noise != "states"
+        or cost.N is not None
+    ):
         return solution
     try:
         mode = _unseen(request, cost.Q)

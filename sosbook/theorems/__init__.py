@@ -13,6 +13,7 @@ from .delay import (
     delay_functional,
     delay_stabilization,
 )
+from .h2 import h2_noise, h2_output, slack_h2_noise
 from .hinf import bounded_real
 from .interval import interval_decay, interval_functional, interval_kernel
 from .legendre import legendre_decay, legendre_functional
@@ -50,6 +51,8 @@ __all__ = [
     "free_lqr_decay",
     "free_pole_region",
     "free_stability",
+    "h2_noise",
+    "h2_output",
     "initial_state",
     "interval_decay",
     "interval_functional",
@@ -63,6 +66,7 @@ __all__ = [
     "pole_region",
     "regular_mass",
     "slack_bounded_real",
+    "slack_h2_noise",
     "slack_initial_state",
     "slack_lqr_decay",
     "slack_pole_region",

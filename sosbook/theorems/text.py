@@ -23,6 +23,7 @@ SHAPES = {  # of those that aren't N x N, by the letters of `SIZES`; "" is a num
 SQUARES = "gamma2", "u_max2"  # of numbers that the text names
 EXCEPTIONS = {  # 2 is 2N, f is kN, o and i are what the order makes of N
     "free_pole_region": {"F": "ff", "G": "ff"},
+    "h2_output": {"EPC": "Nn", "J": "nn"},
     "observer_decay": {"A": "22", "C": "nN", "Y": "nN", "Q_F": "2k", "R_F": "nn"},
     "regular_mass": {"beta": ""},
     "whole_control_bound": {

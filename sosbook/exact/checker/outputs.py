@@ -34,9 +34,10 @@ class Channel:
     differ. With a common P the equation of the plant gives x'.
     """
 
-    def __init__(self, design, r, k):
+    def __init__(self, design, r, k, rates=True):
         self.d, self.k, t = design, k, design.t
         self.names = names_of(t, design.d["plant"])
+        self.rows = None
         if "outputs" in r:
             self._rows(t, r["outputs"])
         self.S = ""
@@ -48,8 +49,10 @@ class Channel:
             columns = ", ".join(f"pick({i + 1}, {p}, 1)'" for i in some)
             t.write(f"some.{k} = [{columns}]")
             self.S = f" some.{k}"
-        if self.names["H"] and not design.slack:
+        if self.names["H"] and not (rates and design.slack):
             self._solved(t)
+        if not rates:
+            self._nothing_through(t)
 
     def _rows(self, t, parts):
         """The rows on each signal become data, and the matrices are made of them."""
@@ -59,7 +62,7 @@ class Channel:
         wide = dict(position=n, velocity=n, acceleration=n, integral=a, state=d.N,
                     rate=d.N, input=d.m, disturbance=d.p)  # fmt: skip
         need(isinstance(parts, list) and parts, "an output without rows")
-        rows, used = {x: [] for x in "CHDZ"}, {"C"}
+        rows, used, count = {x: [] for x in "CHDZ"}, {"C"}, 0
         for place, part in enumerate(parts, 1):
             given = [x for x in SIGNALS if x in part]
             known = {*part} <= {*given, "name"} and (second or {*part} <= FIRST_ORDER)
@@ -69,6 +72,7 @@ class Channel:
             }
             need(len(high) == 1 and min(high), "an output with rows of two counts")
             (q,), text = high, {}
+            count += q
             for x in given:
                 text[x] = f"y.{k}.{place}.{x}"
                 if isinstance(part[x], str):
@@ -95,6 +99,7 @@ class Channel:
                 total = " + ".join(filter(None, some))
                 used |= {x} if total else set()
                 rows[x].append(total or f"O({q}, {width})")
+        self.rows = count
         for x, several in rows.items():
             self.names[x] = f"{x}y.{k}" if x in used else ""
             one = several[0] if len(several) == 1 else "[" + "; ".join(several) + "]"
@@ -108,13 +113,32 @@ class Channel:
             before = self.names[x] and self.names[x] + " + "
             self.names[x] = f"{x}o.{self.k}.i"
             lines.append(f"{x}o.{self.k}.i = {before}{self.names['H']} inv(E.i) {of}.i")
-        if any(
-            i != j for i, j in self.d.pairs
-        ):  # else a mean of E has another H inv(E)
+        many = any(i != j for i, j in self.d.pairs)
+        if many or (
+            self.d.slack and len(self.d.few) > 1
+        ):  # a mean of E has its inverse
             same = f"{self.names['H']} inv(E.i) == {first(self.names['H'])} inv(E.1)"
             lines.append(f"solved.{self.k}.i: {same}")
         t.write(*lines, loop="i in vertices")
         self.names["H"] = ""
+
+    def _nothing_through(self, t):
+        """No w passes to y at once, or its H2 norm is infinite."""
+        Z = self.names["Z"]
+        at = ".i" if Z[-2:] == ".i" else ""
+        if Z:
+            line = f"none.{self.k}{at}: {Z}{self.S} == 0 ({Z}{self.S})"
+            t.write(line, loop="i in vertices" if at else None)
+
+    @property
+    def height(self):
+        """The number of rows of y."""
+        plant, N, a = self.d.d["plant"], self.d.N, len(self.d.d["U"])
+        if self.rows is not None:
+            return self.rows
+        if plant["kind"] != "descriptor":
+            return (N - a) // 2
+        return len(self.d.vertices[0].get("C", plant.get("C")))
 
     def y(self, u):
         """E P C' + E Y' D' of a pair of vertices, or its like with a slack matrix."""

@@ -394,6 +394,7 @@ EVE = {left}E.i {V}' E0'{right}
 EP = {left}E0 {V}
 EY = {left}E0 {Y}'
 W = {left}Bw.i"""
+SLACK_CROSS = "EPE - EVE + epsilon Theta', "
 REGION = "-(kron({a}, EPE) + he(kron({b}, Theta))) > 0"
 REGION_SLACK = """-[kron({a}, EPE) + he(kron({b}, Theta)), \
 kron({b}, EPE - EVE) + epsilon kron(I({k}), Theta'); ., \
@@ -404,16 +405,21 @@ HINF = "-[he(Theta), {y}, {w}; ., -{s}gamma{k}^2/mu{k}, {z}; ., {h}, -{s}mu{k}] 
 HINF_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', {y}, {w}; \
 ., -epsilon he(EVE), {a}, epsilon {w}; \
 ., ., -{s}gamma{k}^2/mu{k}, {z}; ., ., ., -{s}mu{k}] > 0"""
-LQR = "-[he(Theta), EP {u}L, EY{r}; ., -{s}Wq, 0; ., 0, -{s}inv(R){r2}] > 0"
-LQR_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', EP {u}L, EY{r}; \
+LQR = "-[he(Theta), EP {u}L, {y}; ., -{s}Wq, 0; ., 0, -{s}inv(R){r2}] > 0"
+LQR_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', EP {u}L, {y}; \
 ., -epsilon he(EVE), 0, 0; ., ., -{s}Wq, 0; ., ., ., -{s}inv(R){r2}] > 0"""
 
 STABILITY = {"kind": "stability", "name": "stability", "form": "half-plane",
              "sigma": "0", "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
-NAMES = {"gamma": "gamma", "cost": "cost", "input": "saturation"}  # regions have any
-SEVERAL = ("gamma",)  # of which a request may have more than one, by name
-SIZED = ("gamma", "cost", "input")  # whose blocks aren't homogeneous in P
-NUMBERS = {"gamma": "gamma mu", "input": "u_max", "cost": "bound"}
+NAMES = {
+    "gamma": "gamma",
+    "h2": "h2",
+    "cost": "cost",
+    "input": "saturation",
+}  # regions have any
+SEVERAL = ("gamma", "h2")  # of which a request may have more than one, by name
+SIZED = ("gamma", "h2", "cost", "input")  # whose blocks aren't homogeneous in P
+NUMBERS = {"gamma": "gamma mu", "h2": "h2", "input": "u_max", "cost": "bound"}
 
 
 class Design:
@@ -703,6 +709,25 @@ def gamma(d, r):
         yield "pair", "hinf", f"{label}.i.j: " + HINF.format(**form)
 
 
+def noise(d, r):
+    """The H2 norm: P lies above the Gramian of what w reaches, J above that of y."""
+    more = [x for x in ("outputs", "inputs") if x in r]
+    keys(r, " ".join(["kind name h2", *more]))
+    need(d.p, "the plant has no disturbance")
+    t, (s, u, over), k = d.t, d.size(r), tag(r, d.asked)
+    c = Channel(d, r, d.ids[id(r)], rates=False)
+    y, w, one = c.y(u), f"{s}W{c.S}{over}", s.strip() or "1"
+    t.point(f"J_h2{k}", f"J {r['name']}", f"symmetric {c.height}")
+    J = f"J_h2{k}" if d.refuted or not s else f"{s}J_h2{k}"  # there it stands for s J
+    i, cross = (".i", SLACK_CROSS) if d.slack else (".i.j", "")
+    last = " ., -epsilon he(EVE), epsilon " + w + ";" if d.slack else ""
+    yield "once", "trace", f"h2{k}.trace: {s}h2{k}^2 - tr({J}) > 0"
+    dots = "., ., " if d.slack else "., "
+    line = f"-[he(Theta), {cross}{w};{last} {dots}-{one}] > 0"
+    yield "pair", "noise", f"h2{k}.noise{i}: {line}"
+    yield "pair", "output", f"h2{k}.output{i}: [{J}, ({y})'; ., EPE] > 0"
+
+
 def peak(d, r):
     """Lemma 2.2: x0 lies in the ellipsoid x' P^-1 x < 1, and |K x| <= u_max there."""
     keys(r, "kind name u_max x0 acceleration")
@@ -732,7 +757,7 @@ def peak(d, r):
 def cost(d, r):
     """Theorem 2.4: tr J bounds the cost of x'Qx + u'Ru."""
     t, (s, u, over) = d.t, d.size(r)
-    states = r["noise"] == "states"
+    states, mixed = r["noise"] == "states", "N" in r
     need(states or (r["noise"] == "F" and d.p), 'noise must be "states", or "F" with F')
     t.put("R", r, "R")
     if "C" in r:  # Q = C'C
@@ -740,10 +765,17 @@ def cost(d, r):
         t.put("Cq", r, "C")
         t.write("L = Cq'", "Wq = I(rows(Cq))")
     else:
-        keys(r, "kind name Q R noise bound")
+        keys(r, "kind name Q R noise bound" + " N" * mixed)
         t.put("Q", r, "Q")
-        t.data["L"], t.data["Wq"] = factors(mat(r["Q"], d.N, d.N))
-        t.write("Wq: Wq > 0", "Q: L inv(Wq) L' == Q")
+        Q, whole = mat(r["Q"], d.N, d.N), "Q"
+        if mixed:  # 2 x'N u: a square of u + R^-1 N'x, and the rest
+            t.put("Nq", r, "N")
+            N, R = mat(r["N"], d.N, d.m), mat(r["R"], d.m, d.m)
+            need(kernel.definite(R), "R must be positive definite")
+            Q = Q + (N @ kernel.inverse(R) @ N.T).times(Fraction(-1))
+            whole = "Q - Nq inv(R) Nq'"
+        t.data["L"], t.data["Wq"] = factors(Q)
+        t.write("Wq: Wq > 0", f"Q: L inv(Wq) L' == {whole}")
     t.write("R: R > 0")
     t.point("J", "J", f"symmetric {d.N if states else d.p}")
     J = "J" if d.refuted or not s else f"{s}J"  # there it stands for s J
@@ -758,7 +790,10 @@ def cost(d, r):
     else:
         inner, i = ("he(EVE) - EPE", ".i") if d.slack else ("EPE", ".i.j")
         yield "pair", "cost", f"cost{i}: [{J}, {s}W'{over}; ., {inner}] > 0"
-    more = dict(r="/scale", r2=f"/({u}scale)^2") if framed else dict(r="", r2="")
+    more = {"y": "EY/scale" if framed else "EY"}
+    more["r2"] = f"/({u}scale)^2" if framed else ""
+    if mixed:
+        more["y"] += " + EP Nq inv(R)" + "/scale" * framed
     form, i = (LQR_SLACK, ".i") if d.slack else (LQR, ".i.j")
     yield "pair", "lqr", f"lqr{i}: " + form.format(s=s, u=u, **more)
 
@@ -830,7 +865,7 @@ def repeats(r, other):
 
 def implies_stability(r):
     if r["kind"] != "region":
-        return r["kind"] in ("gamma", "cost")
+        return r["kind"] in ("gamma", "h2", "cost")
     alpha, beta, _ = region(r)
     return len(beta) == 1 and beta[0][0] > 0 <= alpha[0][0]
 
@@ -842,14 +877,15 @@ def claim(r):
     if r["kind"] not in BLOCKS:
         need(isinstance(r["claim"], str), "an author's claim must be words")
         return f"{r['name']}, by its author's theorem: {json.dumps(r['claim'])}"
-    if r["kind"] == "gamma":
-        whose = "its" if r["name"] == "gamma" else f"{r['name']}: its"
-        return f"{whose} H-infinity norm{ends(r)} is below {r['gamma']}"
+    if r["kind"] in SEVERAL:
+        whose = "its" if r["name"] == r["kind"] else f"{r['name']}: its"
+        norm = {"gamma": "H-infinity", "h2": "H2"}[r["kind"]]
+        return f"{whose} {norm} norm{ends(r)} is below {r[r['kind']]}"
     if r["kind"] == "input":
         signal = "K x + K_A z''" if r["acceleration"] else "K x(t)"
         return f"|{signal}| <= {r['u_max']} from x0 (with r = 0, w = 0)"
     return f"its quadratic cost is below {r['bound']} times the largest noise intensity"
 
 
-BLOCKS = {"region": poles, "gamma": gamma, "input": peak, "cost": cost,
+BLOCKS = {"region": poles, "gamma": gamma, "h2": noise, "input": peak, "cost": cost,
           "stability": poles}  # fmt: skip

@@ -1,0 +1,144 @@
+"""A bound of the H2 norm from w to an output."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..analysis.linear import loop_matrix
+from ..analysis.lyapunov import lyapunov
+from ..language import Unknown
+from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..plants.outputs import Output
+from ..theorems import (
+    free_gramian,
+    free_lqr_decay,
+    h2_noise,
+    h2_output,
+    slack_h2_noise,
+    trace_bound,
+)
+from .channel import Channel
+from .known import KnownVertex
+from .loop import Loop
+from .vocabulary import H2_NORM
+
+__all__ = ["H2"]
+
+
+@dataclass(frozen=True, eq=False)
+class H2(Channel):
+    """The H2 norm from w to y stays below h2: the root mean square under white noise.
+
+    Parameters
+    ----------
+    h2 : float or None
+        The bound; None where it is to be minimised.
+    outputs : Output, optional
+        As in `HInfinity`. No part of w may pass to y at once, or the norm is infinite.
+    inputs : sequence of int, optional
+        As in `HInfinity`.
+    name : str
+        Tells several of them apart; one that isn't "h2" is also what ``minimize``
+        takes.
+
+    Notes
+    -----
+    `QuadraticCost` bounds the square of the same norm with weights of x and u. Its
+    inequality is about the Gramian of what y sees; that of H2 about the one of what w
+    reaches, which loses nothing more with a slack matrix. With a known gain and
+    multipliers both have that of what y sees.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> cart = sos.SecondOrderSystem(2, 0.1, 1, B=1, F=1)
+    >>> y = sos.Output(position=1) & sos.Output(input=0.5)
+    >>> design = sos.design_pid(cart, requirements=[H2(0.9, outputs=y)])
+    >>> print(design.certify())
+    proven:
+    - the plant, under u = K x, is stable
+    - its H2 norm to 1 z; 0.5 u is below 0.9
+    """
+
+    h2: float | None = None
+    outputs: Output | None = None
+    inputs: Sequence[int] | None = None
+    name: str = "h2"
+
+    kind = "h2"
+    plain = H2_NORM
+    norm = "H2 norm"
+    implies_stability = needs_disturbance = affine_in_quotient = True
+    rank = 25
+    titles = {
+        "noise": "what noise reaches",
+        "output": "what is seen of it",
+        "trace": "H₂ bound h₂",
+    }
+
+    def seen(self, d: Descriptor) -> Descriptor:
+        return replace(super().seen(d).explicit(), Dw=None)
+
+    def check(self, request: Any) -> None:
+        super().check(request)
+        for d in request.certain:
+            through = Channel.seen(self, d).explicit().Dw
+            if through is not None and (through != 0).any():
+                raise ValueError(
+                    f"{self.name}: w enters the output at once, as by an acceleration, "
+                    "so that its H2 norm is infinite: filter w, or weigh another signal"
+                )
+
+    needs_equations = True
+
+    @property
+    def _J(self):
+        return "J " + self.name
+
+    def unknowns(self, request: Any) -> tuple:
+        q = len(self.seen(request.vertices[0]).C)
+        return (Unknown(self._J, q, symmetric=True),)
+
+    def once(self, loop: Loop) -> Iterable:
+        yield "trace", (), trace_bound(loop.own[self._J], loop.level(self))
+
+    def pair(self, loop: Loop, c: Coupled) -> Iterable:
+        yield "noise", h2_noise(c)
+        yield "output", h2_output(c.EPC, c.EPE, loop.own[self._J])
+
+    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+        yield "noise", slack_h2_noise(c, loop.epsilon)
+        yield "output", h2_output(c.EVC, c.EPE, loop.own[self._J])
+
+    def known(self, c: KnownVertex) -> Iterable:
+        yield "mu", c.mu
+        yield "decay", free_lqr_decay(c, c.C.T @ c.C)
+        yield "noise", free_gramian(c, c.own["J"], c.own["H"])
+        yield "trace", trace_bound(c.own["J"], c.level(self) * c.mu)
+
+    def known_unknowns(self, c: KnownVertex) -> dict:
+        rate = np.linalg.norm(np.linalg.solve(c.E, c.A), 2)
+        reach = np.linalg.norm(np.linalg.solve(c.E, c.B), 2)
+        N, p = c.B.shape
+        return {
+            Unknown("mu", 1, symmetric=True): rate / np.linalg.norm(c.C, 2) ** 2,
+            Unknown("J", p, symmetric=True): reach**2 or 1.0,
+            Unknown("H", N, N): 1.0,
+        }
+
+    def truth(
+        self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
+    ) -> float:
+        return max(h2_norm(self.seen(d), K) for d in loops)
+
+
+def h2_norm(d, K):
+    """The H2 norm of a `Descriptor` d under u = K x; infinite for an unstable loop."""
+    A, (_, _, B) = loop_matrix(d, K), d.state_space()
+    if np.linalg.eigvals(A).real.max() >= 0:
+        return np.inf
+    X = lyapunov(A, -B @ B.T)
+    C = d.output(K)
+    return float(np.sqrt(np.trace(C @ X @ C.T)))
