@@ -9,6 +9,7 @@ import scipy.linalg
 
 from sosbook import SecondOrderSystem, design_pid
 from sosbook.plants import condense, load_plant
+from sosbook.plants.massless import massless
 
 
 def beam(elements, E=9.81e7, length=0.3):
@@ -60,6 +61,29 @@ def test_poles_and_static_response_stay(skew):
     assert (plant.S == plant.S.T).all() == (skew == 0)
     long = condense(**beam(100)).S  # its corners are 1e-57 of the largest
     assert (long == long.T).all()
+
+
+@pytest.mark.parametrize("skew", [0, 0.4])
+def test_directions_without_mass_are_condensed(skew):
+    """The same rows and columns in other coordinates, which mix them."""
+    given = beam(4)
+    given["S"] = given["S"] + skew * np.triu(given["S"], 1)
+    plain = condense(**given)
+    low = np.eye(8) + np.tril(np.random.default_rng(2).integers(1, 3, (8, 8)), -1)
+    T = low @ low.T  # of determinant one
+    turned = {x: T.T @ given[x] @ T for x in "MDS"} | {"B": T.T @ given["B"]}
+    turned = {name: x.round(12) for name, x in turned.items()}
+    assert not massless(turned["M"], turned["D"]).size
+    with pytest.raises(ValueError, match="for the 4 directions without mass exactly"):
+        SecondOrderSystem(**turned)
+    plant = condense(**turned)
+    assert plant.n == 4 and (plant.S == plant.S.T).all() == (skew == 0)
+    assert np.sort(abs(plant.poles())) == pytest.approx(
+        np.sort(abs(plain.poles())), rel=1e-6
+    )
+    assert condense(**turned, coordinates=list("abcdefgh")).coordinates is None
+    gains = [p.B.T @ np.linalg.solve(p.S, p.B) for p in (plant, plain)]
+    assert gains[0] == pytest.approx(gains[1], rel=1e-9)  # of the same force there
 
 
 def test_a_chain_of_springs_by_fractions():

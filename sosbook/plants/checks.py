@@ -17,8 +17,6 @@ __all__ = [
     "inverse_by_rows",
     "is_word",
     "logarithmic_scales",
-    "massless",
-    "massless_cure",
     "matrices_of",
     "matrix",
     "numbers",
@@ -28,7 +26,6 @@ __all__ = [
 
 SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open
-MOST_NAMED = 12  # rows in an error, which is one line
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 
 _written = ContextVar("written", default=False)  # whether `as_written` is in force
@@ -327,35 +324,6 @@ def _lacks_rank(M, tolerance):
         if axis == 0 and (not some.size or some.max() < SAME * some.min()):
             break
     return np.count_nonzero(np.linalg.svd(M, compute_uv=False) > tolerance) < len(M)
-
-
-def massless(M, D):
-    """The rows in which square M and D are zero, as in the columns of these numbers.
-
-    Examples
-    --------
-    >>> massless(np.diag([1.0, 0.0, 0.0]), np.diag([0.0, 0.0, 2.0]))
-    array([1])
-    """
-    sums = [np.asarray((abs(M) + abs(D)).sum(axis=k)).ravel() for k in (0, 1)]
-    return np.flatnonzero((sums[0] == 0) & (sums[1] == 0))
-
-
-def massless_cure(M, D):
-    """What to do about the rows that are `massless`, for errors; empty without any.
-
-    M and D are those of the plant.
-
-    Examples
-    --------
-    >>> massless_cure(np.diag([1.0, 0.0]), np.eye(2))
-    ''
-    """
-    rows = massless(M, D)
-    if not len(rows):
-        return ""
-    some = ", ".join(map(str, rows[:MOST_NAMED])) + ", ..." * (len(rows) > MOST_NAMED)
-    return f"; sosbook.plants.condense solves for z[{some}] exactly"
 
 
 def checked_names(coordinates, n):

@@ -1,4 +1,4 @@
-"""Displacements without mass and damping, solved for and put into the other rows."""
+"""What has neither mass nor damping, solved for and put into the other rows."""
 
 from typing import TYPE_CHECKING
 
@@ -6,7 +6,8 @@ import numpy as np
 from flint import arb, arb_mat, ctx, fmpq_mat
 
 from ..exact.rational import exact
-from .checks import checked_names, massless, matrix
+from .checks import checked_names, matrix
+from .massless import massless_directions
 from .second_order import SecondOrderSystem
 
 if TYPE_CHECKING:
@@ -38,12 +39,14 @@ def condense(
     ----------
     M, D, S, B, F, coordinates : array_like, and a sequence of str
         As `SecondOrderSystem` takes them. Rows z are condensed where M and D are zero
-        in the row and in the column.
+        in the row and in the column, and so is every mixture of rows for which they
+        are, exactly, as decimals.
 
     Returns
     -------
     SecondOrderSystem
-        That of the other rows. Its entries are the exact ones, rounded once: enclosed
+        That of the other rows, or of what they have beside such a mixture: they are
+        nameless then. Its entries are the exact ones, rounded once: enclosed
         by balls to 120 bits, and zero below :math:`2^{-100}` of the largest of S, or
         in a column of B or F. A proof is about the rounded ones. Without such rows it
         is the plant that was given.
@@ -58,7 +61,9 @@ def condense(
     -----
     With :math:`S_{zz} q_z = B_z u + F_z w - S_{zk} q_k` the rows k have
     :math:`S_{kk} - S_{kz} S_{zz}^{-1} S_{zk}` for S and
-    :math:`B_k - S_{kz} S_{zz}^{-1} B_z` for B.
+    :math:`B_k - S_{kz} S_{zz}^{-1} B_z` for B. With mixtures N, where
+    :math:`M N = D N = 0`, and L of the rows, they are :math:`S_{zz} = L^T S N`,
+    :math:`S_{kz} = (S N)_k` and :math:`S_{zk} = (L^T S)_k`.
 
     Examples
     --------
@@ -74,42 +79,56 @@ def condense(
     F = np.zeros((n, 0)) if F is None else F
     for name, value in dict(D=D, S=S, B=B, F=F).items():
         given[name] = matrix(name, value, (n, n if name in "DS" else None))
-    z = massless(given["M"], given["D"])
-    k = np.setdiff1d(np.arange(n), z)
-    if not len(z):
+    N, L = massless_directions(given["M"], given["D"])
+    if not N.shape[1] or N.shape != L.shape:
         return SecondOrderSystem(**given, coordinates=coordinates)
-    if not len(k):
+    if N.shape[1] == n:
         raise ValueError("M and D are zero: no displacement has a mass or damping")
-    whole = exact(np.hstack([given[x] for x in "SBF"]))
-    columns = np.setdiff1d(np.arange(whole.shape[1]), z)
-    reduced = _schur(whole[:, z], whole[:, columns], z, k)
-    ends = len(k), len(k) + given["B"].shape[1]
-    parts = dict(zip("SBF", np.split(reduced, ends, axis=1)))
-    inertia = {name: given[name][np.ix_(k, k)] for name in "MD"}
-    if names := checked_names(coordinates, n):
-        names = [names[i] for i in k]
-    return SecondOrderSystem(**inertia, **parts, coordinates=names)
+    # z = N zeta + what is kept; zeta stands in rows of its own, which go
+    rows, (columns, gone) = _kept(L)[0], _kept(N)
+    S, *pushes = (exact(given[x]) for x in "SBF")
+    right = np.hstack([S[:, columns], *pushes])
+    parts = _schur(S @ N, right, L, rows, len(columns))
+    if parts is None:
+        named = ", ".join(map(str, gone))
+        raise ValueError(
+            f"S is singular in the rows and columns {named}, which have neither mass "
+            f"nor damping, or nearer to it than {BITS[-1]} bits tell: what holds them?"
+        )
+    ends = len(columns), len(columns) + given["B"].shape[1]
+    parts = dict(zip("SBF", np.split(parts, ends, axis=1)))
+    inertia = {name: given[name][np.ix_(rows, columns)] for name in "MD"}
+    names = checked_names(coordinates, n)
+    alone = not N[columns].any()
+    kept = [names[i] for i in columns] if names and alone else None
+    return SecondOrderSystem(**inertia, **parts, coordinates=kept)
 
 
-def _schur(left, right, z, k):
-    """right_k - left_k left_z^-1 right_z, to the float."""
+def _kept(basis):
+    """The rows in which a basis isn't the identity, and the others, in its order."""
+    own = [int(np.flatnonzero(column)[-1]) for column in (basis != 0).T]
+    return np.setdiff1d(np.arange(len(basis)), own), own
+
+
+def _schur(left, right, L, k, square):
+    """right_k - left_k (L' left)^-1 L' right, to the float; None if that is singular.
+
+    The first columns, as many as ``square``, are S, which stays symmetric.
+    """
     sizes = abs(right).max(axis=0).astype(float)
-    sizes[: len(k)] = sizes[: len(k)].max()  # S stays symmetric
+    sizes[:square] = sizes[:square].max()
+    inner, driven = L.T @ left, L.T @ right
     for bits in BITS:
         with ctx.workprec(bits):
             try:
-                moved = _balls(left[z]).solve(_balls(right[z]))
+                moved = _balls(inner).solve(_balls(driven))
             except ZeroDivisionError:
                 continue
             table = (_balls(right[k]) - _balls(left[k]) * moved).table()
             rounded = [[*map(_float, row, sizes)] for row in table]
             if not any(x is None for row in rounded for x in row):
                 return np.array(rounded)
-    rows = ", ".join(map(str, z))
-    raise ValueError(
-        f"S is singular in the rows and columns {rows}, which have neither mass nor "
-        f"damping, or nearer to it than {BITS[-1]} bits tell: what holds them?"
-    )
+    return None
 
 
 def _balls(x):

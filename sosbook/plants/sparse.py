@@ -4,7 +4,8 @@ import numpy as np
 from scipy.sparse import csc_array, issparse
 from scipy.sparse.linalg import splu
 
-from .checks import check_rank, massless_cure, matrix
+from .checks import check_rank, matrix
+from .massless import massless_cure
 
 __all__ = [
     "check_mass",
@@ -50,11 +51,13 @@ def _sparse(name, value, shape=None):
 
 def check_mass(M, D, B):
     """Raise where [M B] lacks full row rank: that of sparse M by its factor."""
-    cure = massless_cure(M, D)
-    if not issparse(M):
-        check_rank(np.hstack([M, B]), NO_RANK + cure, 1e-14)
-    elif sparse_factor(M) is None:
-        raise ValueError(NO_RANK + cure)
+    try:
+        if not issparse(M):
+            check_rank(np.hstack([M, B]), NO_RANK, 1e-14)
+        elif sparse_factor(M) is None:
+            raise ValueError(NO_RANK)
+    except ValueError as fault:
+        raise ValueError(f"{fault}{massless_cure(M, D)}") from None
 
 
 def check_small(v):
