@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.linalg import block_diag, eigh
 
 import sosbook as sos
+from sosbook.analysis.energy import energy_forms, least_eigenvalue
 from sosbook.exact.checker import verdict
 from sosbook.plants import sparse
 from sosbook.plants.reduction import Reduction
@@ -326,6 +327,54 @@ def test_bearings_of_negative_stiffness_need_what_was_left_out():
     assert design.certify().proven
     assert design.certify(on=whole).proven == design.check_on(whole).kept
     assert design.check_on(whole).kept == (truth < -20)
+
+
+@pytest.mark.parametrize("n, unit", [(5000, 1.0), (1500, 0.3), (1500, 9.81)])
+def test_the_energy_of_a_sparse_whole_proves_passive_loops(n, unit):
+    """Poles of K = 0 are at -5e-4 or further left; damping at a row helps."""
+    whole = bar(n, unit)
+    quiet = sos.analyse_pid(
+        whole.reduce(modes=3), np.zeros((1, 6)), region=sos.PoleRegion(4e-4)
+    )
+    proof = quiet.certify(on=whole)
+    assert proof.proven and proof.verify() and not proof.K.any()
+    assert proof.claims[1] == "its poles lie in the half-plane Re s < -0.0004"
+    with pytest.raises(ValueError, match="too large for a proof file"):
+        proof.save("proof.json")
+    row = n // 2 + 3
+    part = whole.reduce(rows=[row])
+    damped = sos.analyse_pid(part, [[-0.3, -2.0]]).certify(on=whole)
+    assert damped.proven and np.count_nonzero(damped.K) == 2
+    pushed = sos.analyse_pid(whole.reduce(modes=3), [[9.0, 0, 0, 1.0, 0, 0]])
+    assert not pushed.certify(on=whole).proven
+
+
+def test_the_energy_proves_no_more_than_is_true():
+    """Against eigenvalues, near the edge and beyond, gyroscopic terms among them."""
+    rng = np.random.default_rng(5)
+    turn = rng.normal(size=(30, 30))
+    D = np.diag(rng.uniform(1, 3, 30)) + 0.3 * (turn - turn.T)
+    S = turn @ turn.T + np.eye(30)
+    plant = sos.SecondOrderSystem(0.3 * np.eye(30), D, S, np.eye(30)[:, :1])
+    K = np.zeros((1, 60))
+    truth = -eigenvalues(plant, K).real.max()
+    proven = []
+    for sigma in truth * np.array([0.05, 0.2, 0.5, 0.9, 1.001, 1.5]):
+        for epsilon in np.geomspace(1e-3, 10, 30):
+            forms = energy_forms(plant, K, sigma, epsilon)
+            if all(least_eigenvalue(*form) > 0 for form in forms.values()):
+                proven.append(sigma)
+                break
+    assert proven and max(proven) < truth
+
+
+def test_a_matrix_that_is_hardly_definite_is_decided_by_its_sign():
+    for least in (1e-7, 1e-12, 0.0, -1e-12, -1e-7):
+        Q = np.linalg.qr(np.random.default_rng(0).normal(size=(40, 40)))[0]
+        x = sp.csc_array((Q * np.r_[np.linspace(1, 2, 39), least]) @ Q.T)
+        x = (x + x.T) / 2
+        assert (least_eigenvalue(x, 0 * x) > 0) == (least == 1e-7)
+        assert not least_eigenvalue(x, 1e-6 * abs(x)) > 0
 
 
 # ---- What is refused

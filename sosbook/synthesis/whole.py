@@ -1,13 +1,15 @@
 """The whole plant under the gain of a reduced model: what is found, what is proven."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import issparse
 
+from ..analysis.energy import energy_forms, least_eigenvalue
 from ..analysis.pencil import RIGHTMOST, SAME, Pencil
 from ..exact.definite import round_digits
-from ..exact.proof import DIGITS, Unproven
+from ..exact.proof import DIGITS, Examined, Proof, Unproven
 from ..exact.rational import digit_count
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import SecondOrderSystem
@@ -16,9 +18,11 @@ from .certificates import prove
 from .points import point
 from .request import Request
 
-__all__ = ["Found", "found_on", "lifted", "proven_on"]
+__all__ = ["EnergyProof", "Found", "found_on", "lifted", "proven_on"]
 
 SHIFTS = 0.3, 1.0, 3.0  # of the part's frequencies: where a sparse whole is looked at
+HALVES = 2.0 ** -np.arange(16)  # of the largest rate: weights of z' M z' in the energy
+ABOVE = np.array([1.1, 1.3, 1.7, 3.0])  # times the decay: weights that are tried first
 AS_ASKED = 1e-9  # of a pole's size, so that rounding at an edge breaks nothing
 
 
@@ -191,6 +195,10 @@ def proven_on(design, whole, digits):
     if seen.broken:
         return Unproven(f"the whole doesn't keep it. By a search, {seen}; {cure}")
     asked = [r for r in design.request.requirements if r.pole_matrices() is not None]
+    if isinstance(whole, SecondOrderSystem) and issparse(whole.M):
+        return _by_energy(whole, K, U, asked, digits) or Unproven(
+            f"the energy of so large a plant proves no more than passive loops. {seen}"
+        )
     proof = None
     for few in DIGITS if digits is None else (digit_count(digits),):
         request = Request(whole, U, requirements=asked, gain=round_digits(K, few))
@@ -199,7 +207,78 @@ def proven_on(design, whole, digits):
             proof = prove(request, solution.K, solution.P, own=solution.own)
             if proof.proven:
                 return proof
+    if isinstance(whole, SecondOrderSystem):
+        proof = _by_energy(whole, K, U, asked, digits) or proof
     return proof or Unproven(
         "the modes of the whole give no point that floats can tell from the edge: its "
         f"slowest pole is too slow for its fastest. {seen}"
     )
+
+
+def _by_energy(whole, K, U, asked, digits):
+    """The `EnergyProof` of all that is asked, or None: half-planes alone can be."""
+    sigma, said = 0.0, ["the plant, under u = K x, is stable"]
+    for r in asked:
+        alpha, beta = r.pole_matrices()
+        if alpha.shape != (1, 1) or not beta.item() > 0:
+            return None
+        bound = float(alpha.item() / (2 * beta.item()))
+        sigma = max(sigma, np.nextafter(bound, np.inf) if bound else 0.0)
+        said.append(r.statement)
+    if U is not None:
+        return None
+    K = round_digits(K, DIGITS[0] if digits is None else digit_count(digits))
+    rate = (whole.D.diagonal() / whole.M.diagonal()).max()
+    for epsilon in (*(sigma * ABOVE), *(rate * HALVES)):
+        if epsilon > sigma:
+            proof = EnergyProof({}, tuple(said), whole, K, sigma, float(epsilon))
+            if proof.proven:
+                return proof
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyProof(Proof):
+    """That the energy of a large sparse plant decays under a gain; see `Proof`.
+
+    It is no file: the plant is too large for one. `verify` computes it again.
+
+    Parameters
+    ----------
+    matrices, statement
+        As in `Proof`; the matrices are those of `energy_forms`, made when needed.
+    plant : SecondOrderSystem
+        The whole.
+    K : (m, 2n) array
+        The gain that it is about.
+    sigma : float
+        The decay in rad/s that is proven.
+    epsilon : float
+        Of the energy: see `energy_forms`.
+    """
+
+    plant: SecondOrderSystem | None = None
+    K: np.ndarray | None = None
+    sigma: float = 0.0
+    epsilon: float = 0.0
+
+    @cached_property
+    def examined(self) -> Examined:
+        """The verdict: of sparse factors, with their rounding errors bounded."""
+        return self._examine()
+
+    def _examine(self):
+        forms = energy_forms(self.plant, self.K, self.sigma, self.epsilon)
+        if forms is None:
+            return Examined.nothing("M isn't symmetric")
+        least = {name: least_eigenvalue(*form) for name, form in forms.items()}
+        failed = tuple(name for name, value in least.items() if not value > 0)
+        return Examined(() if failed else self.statement, least, failed)
+
+    def verify(self) -> bool:
+        """Whether it is proven, with everything computed again."""
+        return self._examine().proven
+
+    def save(self, path: object) -> None:
+        """A ValueError: there is no file of such a proof for ``path``."""
+        raise ValueError(f"{path}: the plant is too large for a proof file")
