@@ -5,10 +5,12 @@ import types
 
 import numpy as np
 
+from ..exact.rational import exact
+from .checks import matrix
 from .descriptor import OF_ARGUMENTS
 from .parametric import ParameterError, Parametric, Symbolic, building, parameters
 
-__all__ = ["built", "check_by_numbers", "rows_in_canonical_form"]
+__all__ = ["along", "built", "check_by_numbers", "rows_in_canonical_form", "told"]
 
 
 CHECKED_TO = 1e-9  # relative: plants by floats differ by their rounding errors
@@ -282,3 +284,63 @@ def _with_numbers(builder, box, point):
         return builder(**{k: int(x.p) / int(x.q) for k, x in zip(box.names, point)})
     finally:
         building.reset(token)
+
+
+def told(factor):
+    """What was done to a row."""
+    if factor.num.is_one():
+        return f"divided by {factor.words(factor.den)}"
+    return f"multiplied by {factor}"
+
+
+def along(base, changes, rows):
+    """A builder and ranges, of a base to which multiples of p u w' are added.
+
+    Parameters
+    ----------
+    base : SecondOrderSystem or DescriptorSystem
+        One plant.
+    changes : dict
+        By name (low, high, [(u, w), ...]): see `Uncertain.of`.
+    rows : dict
+        By the kind of a plant the names of the matrices that its equations have.
+    """
+    if type(base) not in rows or len(base.vertices) > 1:
+        raise ValueError(
+            "base must be one SecondOrderSystem or DescriptorSystem, got "
+            f"{type(base).__name__}"
+        )
+    names, (vertex,) = rows[type(base)], base.vertices
+    parts = [_matrix_of(vertex, name) for name in names]
+    high, wide = len(parts[0]), sum(x.shape[1] for x in parts)
+    ranges, steps = {}, {}
+    for name, given in changes.items():
+        try:
+            low, top, pairs = given
+            pairs = [(matrix("u", [u]), matrix("w", [w])) for u, w in pairs]
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                f"{name} must be (low, high, [(u, w), ...]) with numbers, columns and "
+                f"rows: {error}"
+            ) from None
+        if not pairs or any((u.size, w.size) != (high, wide) for u, w in pairs):
+            raise ValueError(
+                f"{name} needs pairs of a u with {high} entries and a w with {wide}, "
+                f"a column and a row of [{' '.join(names)}]"
+            )
+        ranges[name] = low, top
+        steps[name] = sum(exact(u.T) @ exact(w) for u, w in pairs)
+    whole, cuts = exact(np.hstack(parts)), np.cumsum([x.shape[1] for x in parts])[:-1]
+    outputs = {} if hasattr(vertex, "M") else base.outputs
+
+    def builder(**values):
+        total = whole.view(np.ndarray)
+        for name, p in values.items():
+            step = steps[name].view(np.ndarray)
+            total = total + step * (exact(p) if isinstance(p, float) else p)
+        if all(isinstance(p, float) for p in values.values()):
+            total = total.astype(float)
+        matrices = dict(zip(names, np.split(total, cuts, axis=1)))
+        return type(base)(**matrices, **outputs)
+
+    return builder, ranges

@@ -184,7 +184,7 @@ def _found(plant):
     else:
         for name, x in fixed.items():
             found[name] = _polynomials([exact(x)], powers)
-    return NearBox(Uncertain.of(kind, box, found, **rest), corners)
+    return NearBox(Uncertain.made(kind, box, found, **rest), corners)
 
 
 def _polynomials(summands, powers):

@@ -10,9 +10,9 @@ from flint import fmpq
 
 from ..exact.rational import Rational, rational_matrix
 from ..runtime.reading import MOST_DIGITS
-from .bernstein import rational, spelled
+from .bernstein import Box, rational, spelled
 
-__all__ = ["Polynomials", "in_words", "read_words"]
+__all__ = ["Polynomials", "in_words", "read_entries", "read_ranges", "read_words"]
 
 DIGITS = rf"[0-9]{{1,{MOST_DIGITS}}}"
 NUMBER = rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?)"
@@ -151,3 +151,29 @@ def read_words(text, names):
         terms[place] = terms.get(place, fmpq(0)) + c
         rest = rest[term.end() :]
     return {place: c for place, c in terms.items() if c}
+
+
+def read_entries(rows, names):
+    """The coefficients of each entry of ``rows`` in a file, in parameters by ``names``."""
+    return [[_read(x, names) for x in row] for row in rows]
+
+
+def read_ranges(given):
+    """The `Box` of ranges ``given`` in a file, and how often some are cut, by name."""
+    box = Box.of(**{name: _ends(*ends) for name, *ends in (x[:3] for x in given)})
+    if len(box.names) < len(given):
+        raise ValueError("two parameters have one name")
+    return box, {name: cells for name, _, _, cells in (x for x in given if len(x) > 3)}
+
+
+def _read(entry, names):
+    """The coefficients of an entry in a file, a number or a polynomial in words."""
+    if isinstance(entry, str):
+        return read_words(entry, names)
+    value = rational("an entry", entry)
+    return {(0,) * len(names): value} if value else {}
+
+
+def _ends(*ends):
+    """The ends of a range in a file: numbers, or texts that spell them."""
+    return [sum(read_words(x, ()).values()) if isinstance(x, str) else x for x in ends]

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from ..exact.rational import exact
-from .bernstein import Box, rational, spelled
-from .builder import built, check_by_numbers, rows_in_canonical_form
+from .bernstein import Box, spelled
+from .builder import along, built, check_by_numbers, rows_in_canonical_form, told
 from .checks import as_written
 from .checks import count as whole
 from .descriptor_system import DescriptorSystem
 from .parametric import ParameterError, made_of
-from .polynomials import Polynomials, read_words
+from .polynomials import Polynomials, read_entries, read_ranges
 from .regular import check_regular
 from .second_order import Polytope, SecondOrderSystem
 
@@ -107,7 +107,7 @@ class Uncertain:
             for name, matrix in matrices.items()
         }
         self._fill(kind, box, parts, rest)
-        self.rows = {i + 1: _told(factor) for i, factor in factors.items()}
+        self.rows = {i + 1: told(factor) for i, factor in factors.items()}
         if kind is DescriptorSystem:  # of a mass K_A may decide
             self.check_regular()
         return factors
@@ -129,7 +129,7 @@ class Uncertain:
 
     def within(self, box: Box) -> "Uncertain":
         """The same plants with the ranges of ``box``, a `Box`, not cut into pieces."""
-        other = Uncertain.of(self.kind, box, self._parts, **self._rest)
+        other = Uncertain.made(self.kind, box, self._parts, **self._rest)
         other.rows = self.rows
         return other
 
@@ -171,7 +171,29 @@ class Uncertain:
         return {"parameters": [[*x, *n] for x, n in zip(ends, cells)], **words}
 
     @classmethod
-    def of(cls, kind: type, box: Box, parts: dict, **rest: Any) -> "Uncertain":
+    def of(cls, base: Any, /, **changes: Any) -> "Uncertain":
+        """The plants that a base and multiples of some changes make.
+
+        Parameters
+        ----------
+        base : SecondOrderSystem or DescriptorSystem
+            Where all parameters are zero.
+        **changes : (low, high, [(u, w), ...])
+            By the name of the parameter p: its range, and pairs of a column u and a
+            row w, all p u w' of which are added to [M D S B F], or to [E A B B_w].
+
+        Examples
+        --------
+        >>> from sosbook import SecondOrderSystem
+        >>> cart = SecondOrderSystem(1, 0.1, 2, 1)
+        >>> Uncertain.of(cart, load=(0, 3, [([1], [1, 0, 0, 0])])).at(load=0.5).M
+        array([[1.5]])
+        """
+        builder, ranges = along(base, changes, ROWS)
+        return cls(builder, **ranges)
+
+    @classmethod
+    def made(cls, kind: type, box: Box, parts: dict, **rest: Any) -> "Uncertain":
         """The family of some matrices of polynomials, whatever its rows are.
 
         Parameters
@@ -211,15 +233,11 @@ class Uncertain:
         >>> plants.at(m=2).D
         array([[1.2]])
         """
-        given = data["parameters"]
-        box = Box.of(**{name: _ends(*ends) for name, *ends in (x[:3] for x in given)})
-        cut = {name: cells for name, _, _, cells in (x for x in given if len(x) > 3)}
-        if len(box.names) < len(given):
-            raise ValueError("two parameters have one name")
+        box, cut = read_ranges(data["parameters"])
         entries: dict = {}
         for name, matrix in data.items():
             if name != "parameters":
-                entries[name] = [[_read(x, box.names) for x in row] for row in matrix]
+                entries[name] = read_entries(matrix, box.names)
                 if len(set(map(len, matrix))) > 1:
                     raise ValueError(f"the rows of {name} differ in length")
         if rows:
@@ -232,7 +250,7 @@ class Uncertain:
             shape = len(several), len(several[0]) if several else order
             flat = [x for row in several for x in row]
             parts[name] = Polynomials.of(shape, flat, len(box.names))
-        return cls.of(kind, box, parts).cut(**cut)
+        return cls.made(kind, box, parts).cut(**cut)
 
     def _at(self, point):
         """The matrices at a point of rationals, by name, in rationals."""
@@ -379,23 +397,3 @@ class Uncertain:
         """Raise where E, or the mass, is singular for some of the values only."""
         name = ROWS[self.kind][0]
         check_regular(name, self._parts[name], self.box, tuple(self.degree.values()))
-
-
-def _read(entry, names):
-    """The coefficients of an entry in a file, a number or a polynomial in words."""
-    if isinstance(entry, str):
-        return read_words(entry, names)
-    value = rational("an entry", entry)
-    return {(0,) * len(names): value} if value else {}
-
-
-def _ends(*ends):
-    """The ends of a range in a file: numbers, or texts that spell them."""
-    return [sum(read_words(x, ()).values()) if isinstance(x, str) else x for x in ends]
-
-
-def _told(factor):
-    """What was done to a row."""
-    if factor.num.is_one():
-        return f"divided by {factor.words(factor.den)}"
-    return f"multiplied by {factor}"
