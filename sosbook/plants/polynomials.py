@@ -154,7 +154,7 @@ def read_words(text, names):
 
 
 def read_entries(rows, names):
-    """The coefficients of each entry of ``rows`` in a file, in parameters by ``names``."""
+    """The coefficients of a matrix of a file, ``rows``, for ``names`` of parameters."""
     return [[_read(x, names) for x in row] for row in rows]
 
 
