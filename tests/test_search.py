@@ -33,6 +33,29 @@ def test_the_chapter_about_a_word_is_among_the_first(site, visit, words, page):
     assert tab.errors == []
 
 
+@pytest.mark.parametrize(
+    "words, place",
+    [
+        ("phase margin", "book/19_input_delay.html"),
+        ("Bode", "book/05_hinf.html"),
+        ("derivative filter", "book/api/laws.html"),
+        ("overshoot", "book/13_flexible_arm.html"),
+        ("anti-windup", "book/glossary.html#term-windup"),
+        ("dead time", "book/19_input_delay.html"),
+        ("pole placement", "book/04_lmi_regions.html"),
+        ("settling time", "book/glossary.html#term-decay-rate"),
+        ("Riccati", "book/23_lqr.html"),
+        ("sampeld", "book/28_discretisation.html"),
+        ("T 2.18", "book/thesis_references.html#t-2-18"),
+        ("eq. (2.18)", "book/thesis_references.html#t-2-18"),
+        ("Theorem 2.4", "book/thesis_references.html#t-theorem-2-4"),
+    ],
+)
+def test_an_engineers_word_leads_to_its_place(site, visit, words, place):
+    _, found = ask(visit, site, words)
+    assert found[0][0] == place
+
+
 def test_a_function_is_first_under_its_own_name(site, visit):
     for words in ("design_pid", "sos.design_pid"):
         _, found = ask(visit, site, words)

@@ -19,6 +19,29 @@ APART = (
     nodes.section,
     nodes.title,
 )
+#: What engineers say, and the word that the book has for it.
+SYNONYMS = (
+    ("actuator limit", "saturation"),
+    ("anti windup", "windup"),
+    ("antiwindup", "windup"),
+    ("bode", "singular values frequency"),
+    ("dead time", "delay"),
+    ("derivative filter", "filter law"),
+    ("encoder noise", "encoder counts"),
+    ("gain margin", "margins"),
+    ("kalman", "observer"),
+    ("only position measured", "sensors law"),
+    ("output feedback", "sensors law"),
+    ("parameter range", "ranges"),
+    ("phase margin", "margins"),
+    ("pole placement", "region poles"),
+    ("reference", "set point"),
+    ("sample time", "sampled"),
+    ("set point weighting", "set point free"),
+    ("settling time", "decay rate"),
+    ("setpoint", "set point"),
+    ("uncertainty", "polytope"),
+)
 GREEK = dict(
     zip(
         (
@@ -109,6 +132,12 @@ def collect(app, doctree):
             first = body.next_node(nodes.paragraph) if body is not None else None
             text = first.astext() if first is not None else ""
             rows.append([head["ids"][0], head["ids"][0], 2, text, ""])
+    for row in doctree.findall(nodes.row):
+        places = [i for node in row.findall(nodes.Element) for i in node.get("ids", ())]
+        place = next((i for i in places if i.startswith("t-")), None)
+        if place and len(row) > 1:
+            title, *rest = (cell.astext() for cell in row)
+            rows.append([place, f"T {title}", 4, " ".join(" ".join(rest).split()), ""])
     for term in doctree.findall(nodes.term):
         if term["ids"] and term["ids"][0].startswith("term-"):
             text = term.parent.children[-1].astext()
@@ -145,7 +174,8 @@ def finish(app, exception):
         uri = app.builder.get_target_uri(docname)
         pages.append([uri, numbers(env, docname) + title])
         rows += [[len(pages) - 1, *row] for row in env.sos_search[docname]]
-    data = json.dumps({"pages": pages, "rows": rows}, ensure_ascii=False)
+    found = {"pages": pages, "rows": rows, "synonyms": SYNONYMS}
+    data = json.dumps(found, ensure_ascii=False)
     text = "window.SOS_SEARCH = " + data.replace("</", "<\\/") + ";\n"
     out = Path(app.outdir)
     (out / "_static" / FILE).write_text(text, "utf-8")

@@ -1,10 +1,10 @@
 // The search page: ranks the sections of search-index.js and shows excerpts.
 "use strict";
 (() => {
-  const {pages, rows} = window["SOS_SEARCH"];
-  const MOST = 40, PER_PAGE = 4, WIDE = 220;
+  const {pages, rows, synonyms} = window["SOS_SEARCH"];
+  const MOST = 40, PER_PAGE = 3, WIDE = 220;
   const fold = (text) => text.normalize("NFKD").replace(/[\u0300-\u036f]/g, "").toLowerCase();
-  const kinds = ["", "statement", "in the package", "glossary"];
+  const kinds = ["", "statement", "in the package", "glossary", "of the thesis"];
   const entries = rows.map(([page, id, title, kind, text, code]) => ({
     page,
     id,
@@ -14,9 +14,15 @@
     code,
     folded: [
       fold(kind === 2 ? title.split(".").pop() : title),
-      fold(`${pages[page][1]} ${pages[page][0].replace(/[_/.]/g, " ")}`), fold(text), fold(code)
+      fold(`${pages[page][1]} ${pages[page][0].replace(/[_\/.]/g, " ")}`), fold(text), fold(code)
     ],
   }));
+  // A long section has more of every word: what counts is how dense a word is.
+  const mean = entries.reduce((sum, {text}) => sum + text.length, 0) / entries.length;
+  for (const entry of entries) entry.long = 0.4 + (0.6 * entry.text.length) / mean;
+  // Pages that record, and the manual, come behind those that teach.
+  const BEHIND = /api\/|glossary|where_this|reproduction|errata|performance|references|bibliography/;
+  const fair = pages.map(([address]) => BEHIND.test(address) ? 0.5 : 1);
 
   const wanted = (query) => [...new Set(
     fold(query).replace(/\b(?:sosbook|sos)\.(?=\w)/g, "").match(/[\p{L}\p{N}_]+/gu) || [])];
@@ -27,50 +33,122 @@
     return new RegExp(`(?<![\\p{L}\\p{N}])${plain}`, "gu");
   };
   const count = (text, test) => (text.match(test) || []).length;
-  const WEIGHTS = [9, 3, 1, 0.3];
+  // A title says what a section is about; code is found last.
+  const WEIGHTS = [5, 1.5, 1, 0.1], CODE = 3;
+
+  let vocabulary;
+  // The word of the book that is nearest to one that isn't in it, or the word itself.
+  const mended = (term) => {
+    const test = pattern(term);
+    if (entries.some(({folded}) => folded.some((text) => count(text, test)))) return term;
+    vocabulary ||=
+      [...new Set(entries.flatMap(({folded}) => folded.slice(0, 3).join(" ").match(/\p{L}{4,}/gu) || []))];
+    const near = vocabulary.filter((word) => Math.abs(word.length - term.length) < 3)
+                   .map((word) => [distance(term, word), word])
+                   .sort(([a], [b]) => a - b)[0];
+    return near && near[0] <= (term.length > 5 ? 2 : 1) ? near[1] : term;
+  };
+  // How many letters are to be changed, left out, put in or swapped.
+  const distance = (a, b) => {
+    let before = [], above = Array.from({length: b.length + 1}, (_, k) => k);
+    for (let i = 1; i <= a.length; i += 1) {
+      const row = [i];
+      for (let k = 1; k <= b.length; k += 1) {
+        const other = Number(a[i - 1] !== b[k - 1]);
+        row[k] = Math.min(above[k] + 1, row[k - 1] + 1, above[k - 1] + other);
+        if (i > 1 && k > 1 && a[i - 1] === b[k - 2] && a[i - 2] === b[k - 1])
+          row[k] = Math.min(row[k], before[k - 2] + 1);
+      }
+      [before, above] = [above, row];
+    }
+    return above[b.length];
+  };
+
+  // A number of the thesis: "T 2.18", "Theorem 2.4", "eq. (2.18)", "(A.3)".
+  const THESIS =
+    /^(?:t|eq|equation|theorem|lemma|corollary|table|fig|figure|section|chapter|procedure)?[ .]*\(?([a-d]?\.?\d[\d.]*)\)?$/;
+  const ofThesis = (asked) => {
+    const number = asked.replace(/^t +/, "").match(THESIS)?.[1];
+    const kind = asked.match(/theorem|lemma|corollary|table|fig|section|chapter|procedure/)?.[0] || "";
+    if (!number) return [];
+    const test = new RegExp(`(?<![\\w.])${number.replace(/\./g, "\\.")}(?![\\w])`);
+    return entries.filter(({kind: k, folded: [title]}) => k === 4 && test.test(title))
+      .sort((a, b) => b.title.toLowerCase().includes(kind) - a.title.toLowerCase().includes(kind));
+  };
+
+  // How well each entry answers some words, all of which should be there.
+  const scored = (asked) => {
+    const terms = wanted(asked), tests = terms.map(pattern);
+    const hits = entries.map((entry) => tests.map((test) => entry.folded.map((text) => count(text, test))));
+    const rarity = tests.map((_, k) => {
+      const having = hits.filter((hit) => hit[k].some((n, field) => n && field !== CODE)).length;
+      return Math.log(1 + entries.length / (1 + having));
+    });
+    const phrase = new RegExp(tests.map((test) => test.source).join("[\\p{L}\\p{N}]*[^\\p{L}\\p{N}]+"), "u");
+    // The first line of a page stands for all of it.
+    const whole = pages.map(() => tests.map(() => 0)), size = pages.map(() => 0), phrased = new Set();
+    entries.forEach(({page, kind, text}, i) => {
+      if (kind) return;
+      size[page] += text.length;
+      if (tests.length > 1 && phrase.test(entries[i].folded[2])) phrased.add(page);
+      hits[i].forEach(([title, , said], k) => { whole[page][k] += 3 * title + said; });
+    });
+    const usual = size.reduce((sum, n) => sum + n, 0) / size.length;
+    const name = asked.trim().replace(/^(sosbook|sos)\./, "").replace(/\(\)$/, "");
+    return entries.map((entry, i) => {
+      const [title, , text] = entry.folded;
+      let sum = 0, said = 0, coded = 0;
+      hits[i].forEach((counts, k) => {
+        const prose = counts.some((n, field) => n && field !== CODE);
+        said += Number(prose);
+        coded += Number(!prose && counts[CODE] > 0);
+        counts.forEach((n, field) => { sum += rarity[k] * WEIGHTS[field] * (n / (n + entry.long)); });
+        const all = entry.id ? 0 : whole[entry.page][k], long = 4 * (0.4 + (0.6 * size[entry.page]) / usual);
+        sum += rarity[k] * 3 * (all / (all + long));
+        said += Number(!prose && all > 0);
+      });
+      if (!said && !coded) return 0;
+      const found = (said + 0.3 * coded) / tests.length;
+      if (found < 1) sum *= 0.1 * found * found;
+      if (tests.length > 1 && phrase.test(title)) sum *= 4;
+      else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page)))) sum *= 2;
+      sum *= fair[entry.page];
+      if (entry.kind === 2) {
+        const named = fold(entry.title).endsWith("." + name);
+        sum *= named && name.includes("_") ? 20 : named && entry.title.split(".").length === 2 ? 2 : 0.3;
+      } else if (entry.kind === 4) sum *= 0.3;
+      else if (title === name) sum *= entry.kind === 3 ? 4 : 2;
+      return sum;
+    });
+  };
 
   const rank = (query) => {
     const terms = wanted(query);
     if (!terms.length) return [];
-    const tests = terms.map(pattern);
-    const hits = entries.map((entry) => tests.map((test) => entry.folded.map((text) => count(text, test))));
-    // What the whole page says counts for its first line.
-    const whole = pages.map(() => tests.map(() => 0));
-    hits.forEach(
-      (hit, i) => hit.forEach(
-        ([title, , text, code], k) => { whole[entries[i].page][k] += 2 * title + text + 0.3 * code; }));
-    const rarity = tests.map((_, k) => {
-      const having = hits.filter((hit) => hit[k].some(Boolean)).length;
-      return Math.log(1 + entries.length / (1 + having));
-    });
-    const score = (entry, hit) => {
-      let sum = 0, found = 0;
-      hit.forEach((counts, k) => {
-        const part = counts.reduce((total, n, field) => total + WEIGHTS[field] * (n / (n + 1.2)), 0);
-        if (part) found += 1;
-        sum += rarity[k] * part;
-      });
-      if (!found) return 0;
-      if (!entry.id) whole[entry.page].forEach((n, k) => { sum += rarity[k] * 22 * (n / (n + 12)); });
-      const [title, page] = entry.folded, asked = fold(query).trim();
-      const name = asked.replace(/^(sosbook|sos)\./, "").replace(/\(\)$/, "");
-      if (entry.kind === 2) sum *= fold(entry.title).endsWith("." + name) ? 4 : 0.4;
-      if (title === asked) sum *= 2;
-      if (!entry.id && (title.includes(asked) || page.includes(asked))) sum *= 4;
-      return sum * (found / tests.length) ** 3;
-    };
-    const ranked = entries.map((entry, k) => ({entry, score: score(entry, hits[k])}))
-                     .filter((one) => one.score > 0)
-                     .sort((a, b) => b.score - a.score);
+    const mend = terms.map(mended), typed = fold(query).trim();
+    const asked = mend.some((term, k) => term !== terms[k]) ? mend.join(" ") : typed;
+    const ways = [
+      asked, ...synonyms.flatMap(([said, meant]) => {
+        const place = ` ${asked.replace(/-/g, " ")} `;
+        return place.includes(` ${said} `) ? [place.replace(said, meant).trim()] : [];
+      })
+    ];
+    const scores = ways.map((way, k) => scored(way).map((score) => (k ? 1.2 : 1) * score));
+    const tests = ways.flatMap(wanted).map(pattern);
+    const first = new Set(ofThesis(typed));
+    const ranked = entries.map((entry, k) => ({entry, score: Math.max(...scores.map((one) => one[k]))}))
+                     .filter((one) => one.score > 0 && !first.has(one.entry))
+                     .sort((a, b) => b.score - a.score)
+                     .map(({entry}) => entry);
     const shown = new Map();
-    return ranked
-      .filter(({entry}) => {
+    return [...first, ...ranked]
+      .filter((entry) => {
         const n = (shown.get(entry.page) || 0) + 1;
         shown.set(entry.page, n);
         return n <= PER_PAGE;
       })
       .slice(0, MOST)
-      .map(({entry}) => ({entry, tests}));
+      .map((entry) => ({entry, tests}));
   };
 
   // The stretch of the text with most of the terms, those marked.
