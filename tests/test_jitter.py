@@ -313,3 +313,28 @@ def test_the_pendulums_observer_keeps_its_proof_under_delays_that_vary():
     T = np.full(4000, robot.T)
     sizes = motion(plant, found.loops[0.0][0].controller, T, late, [0.1, 0, 0, 0])
     assert sizes[-1] < 1e-2 * sizes.max()
+
+
+def test_a_disk_that_has_all_eigenvalues():
+    """x' = a x + u, u = k x: the eigenvalue of each plant in closed form."""
+    law, T = [[-2.0]], 0.3
+    poles = np.array([-1.0, 0.5])
+    ends = np.exp(poles * T) - 2 * np.expm1(poles * T) / poles
+    plants = sos.DescriptorSystem([[1]], [[[a]] for a in poles], [[1]])
+    centre = round(float(ends.mean()), 6)
+    half = abs(ends - centre).max()
+    good = certify_sampled(plants, law, T, rate=1.01 * half, centre=centre)
+    assert good.proven and good.centre == centre and good.rate == 1.01 * half
+    assert good.claims[0].endswith(f"are in |z - {centre!r}| < {good.rate!r}")
+    bad = certify_sampled(plants, law, T, rate=0.99 * half, centre=centre)
+    assert not bad.proven and f"away from {centre:.6g}" in bad.failed[0]
+    assert type(good)(good.text).verify()
+    moved = good.text.replace(f'"centre": "{centre!r}"', '"centre": "0.01"')
+    assert moved != good.text and not type(good)(moved).proven
+    cart = certify_sampled(CART, [[-1, -1.2]], 0.1, 0.03, rate=0.47, centre=0.5)
+    eigenvalues = np.linalg.eigvals(sampled_loop(CART, [[-1, -1.2]], 0.1, 0.03)[0])
+    assert cart.proven == (abs(eigenvalues - 0.5).max() < 0.47)
+    for change in (dict(rate=0.6), dict(T=(0.1, 0.2), rate=0.4)):
+        with pytest.raises(ValueError, match="must lie in the unit disk"):
+            asked = dict(T=0.1, centre=0.5) | change
+            certify_sampled(CART, [[-1, -1.2]], **asked)

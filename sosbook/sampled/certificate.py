@@ -45,6 +45,11 @@ class SampledCertificate(ProofFile):
         return read_number(self.data["rate"])
 
     @property
+    def centre(self):
+        """Of the disk of radius ``rate`` that has all eigenvalues."""
+        return read_number(self.data.get("centre", "0"))
+
+    @property
     def T(self):
         """The time between samples, in s, or the two ends of its range."""
         return _read_range(self.data["T"])
@@ -89,16 +94,19 @@ class SampledCertificate(ProofFile):
         T, delay = (_read_range(data[x]) for x in ("T", "delay"))
         rate, K = read_number(data["rate"]), _read_controller(data)
         tree, failed = data["cells"], data["undecided"]
-        again = cls.contents(plant, U, T, delay, K, rate, tree, failed)
-        if not 0 < rate <= 1:
-            raise ValueError("rate must be in (0, 1]")
+        centre = read_number(data.get("centre", "0"))
+        again = cls.contents(plant, U, T, delay, K, rate, tree, failed, centre)
+        if not (rate > 0 and abs(centre) + rate <= 1):
+            raise ValueError("rate must be in (0, 1], and its disk in the unit disk")
         if tree is None:
             return again, Examined.nothing(str(failed))
         clocks, vertices = TimeBox.of(T, delay), input_vertices(plant, U)
+        if centre and clocks.varies:
+            raise ValueError("a disk is of one clock")
         blocks = {}
         with ctx.workprec(BALL_BITS):
             timing = clocks.of_controller(K)
-            family = SampledFamily.of(plant, vertices, timing, K)
+            family = SampledFamily.of(plant, vertices, timing, K, centre)
             leaves = _leaves(tree, family.shape)
             for k, (weights, L, last, P, times) in enumerate(leaves, 1):
                 name = "plant" if len(vertices) == 1 else f"cell {k}"
@@ -109,23 +117,28 @@ class SampledCertificate(ProofFile):
         return again, _examined(blocks, again["claims"])
 
     @classmethod
-    def contents(cls, plant, U, T, delay, K, rate, tree, failed):
+    def contents(cls, plant, U, T, delay, K, rate, tree, failed, centre=0.0):
         """The data of the file for a plant with a gain or controller K.
 
-        T, delay, U and rate are those of `certify_sampled`; ``tree`` is how
+        T, delay, U, rate and centre are those of `certify_sampled`; ``tree`` is how
         the weights are halved, and ``failed`` what wasn't proven.
         """
         where = every_plant(plant)
         if plant.family is None and hasattr(plant, "sample"):
             where = "every plant of the polytope"  # also of one vertex
+        said = claim(f"the sampled loop of {where}", rate, words(T, delay))
+        if centre:
+            disk = f"|z - {centre!r}| < {rate!r}"
+            said = f"all eigenvalues of the sampled loop of {where} are in {disk}"
         return {
-            "claims": [claim(f"the sampled loop of {where}", rate, words(T, delay))],
+            "claims": [said],
             "plant": plant_data(plant),
             "U": [] if U is None else decimals(U),
             "T": _range(T),
             "delay": _range(delay),
             "K": _controller_data(K),
             "rate": decimal(rate),
+            **({"centre": decimal(centre)} if centre else {}),
             "cells": tree,
             "undecided": failed,
             "note": RATIONALS,

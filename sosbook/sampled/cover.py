@@ -104,7 +104,7 @@ class _Search:
         for j, (row, timing) in enumerate(zip(loops, self.timings)):
             for i, w in enumerate(weights):
                 where = "the plant" if one else self.near(w[None])
-                if trouble := too_slow(row[i], self.rate):
+                if trouble := too_slow(row[i], self.rate, self.family.centre):
                     clock = f", {_said(timing)}" * self.clocks.varies
                     return f"{where}{clock}: {trouble}"
                 for other, before in zip(loops[:j], self.timings):
@@ -207,11 +207,16 @@ def _least(P, G, F, rate):
     )[0]
 
 
-def too_slow(F, rate):
-    """What to say where floats don't see the radius of F below the rate; else empty."""
+def too_slow(F, rate, centre=0.0):
+    """What to say where floats don't see the radius of F below the rate; else empty.
+
+    F is a loop less its ``centre``.
+    """
     radius = abs(np.linalg.eigvals(F)).max()
     if radius < rate * (1 - 1e-9):
         return ""
+    if centre:
+        return f"it has an eigenvalue {radius:.6g} away from {centre:.6g}"
     return f"its spectral radius is {radius:.6g}"
 
 

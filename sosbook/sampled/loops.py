@@ -22,27 +22,30 @@ NARROWINGS = 3  # of the balls around E^-1 A; more of them gain nothing
 class SampledFamily:
     """The sampled loops of all plants of a ``shape``, in balls.
 
-    ``full`` and ``own`` are the maps of `SampleTiming.feedback`; ``known`` holds
-    what was found of equal families.
+    ``full`` and ``own`` are the maps of `SampleTiming.feedback`; the ``centre`` times
+    the identity is taken away from each loop; ``known`` holds what was found of equal
+    families.
     """
 
     shape: PlantShape
     full: np.ndarray  # from [x; older; own] to [x; older; u(k)]
     own: np.ndarray  # and to own(k + 1): see `SampleTiming.feedback`
+    centre: float = 0.0
     known: dict = field(default_factory=dict)  # loops, bends and pivots
 
     @classmethod
-    def of(cls, plant, vertices, timing, K):
+    def of(cls, plant, vertices, timing, K, centre=0.0):
         """The loops of a gain or controller K with the ``vertices`` of a plant.
 
-        The ``timing``, a `SampleTiming`, is what K is made for.
+        The ``timing``, a `SampleTiming`, is what K is made for; the ``centre`` is that
+        of the class.
         """
         maps = timing.feedback(K, vertices[0], exact)
         shape = PlantShape.of(plant, vertices)
         numbers = [x for pair in shape.corners for x in pair]
-        whole = timing.whole_samples, shape.axes, ctx.prec
+        whole = timing.whole_samples, shape.axes, ctx.prec, centre
         known = _known(whole, tuple(map(key_of, (*maps, *numbers))))
-        return cls(shape, *map(balls, maps), known)
+        return cls(shape, *map(balls, maps), centre, known)
 
     def remember(self, key, make):
         """What ``make()`` returned the first time that it was asked for by a key."""
@@ -62,10 +65,11 @@ class SampledFamily:
         E, both = self.shape.mixed(weights)
         step = self._flow([solve(balls(E), balls(both))], timing)
         older = timing.shift_register(self.shape.N, self.shape.m)
-        return np.vstack(
-            [np.vstack([step @ self._picked(timing), balls(older)]) @ self.full]
-            + [self.own]
-        )
+        moved = np.vstack([step @ self._picked(timing), balls(older)]) @ self.full
+        loop = np.vstack([moved, self.own])
+        if self.centre:
+            loop = loop - arb(exact(self.centre)) * np.eye(len(loop), dtype=int)
+        return loop
 
     def _picked(self, timing):
         return balls(timing.selector(self.shape.N, self.shape.m))

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..exact.definite import exact, round_digits
 from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
-from ..plants.checks import matrix, positive
+from ..plants.checks import finite, matrix, positive
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
 from .balls import balls, entries, middle
@@ -89,6 +89,7 @@ def certify_sampled(
     rate: float = 1.0,
     digits: int | None = None,
     cells: int = 64,
+    centre: float = 0.0,
     time_limit: float | None = None,
     progress: bool = False,
 ) -> SampledCertificate | Stopped:
@@ -117,6 +118,10 @@ def certify_sampled(
     cells : int
         How many cells of plants and of clocks may resist one set of Lyapunov
         matrices and are halved, at most.
+    centre : float
+        With another one than 0: prove that all eigenvalues of each plant's loop lie in
+        the disk with this centre and the radius ``rate``, which lies in the unit disk;
+        of one clock that doesn't vary.
     time_limit : float, optional
         Seconds after which nothing is proven, and the answer says so.
     progress : bool
@@ -157,9 +162,14 @@ def certify_sampled(
       sampling intervals in [0.1, 0.3] s and delays in [0.0, 0.1] s, none longer than
       its interval
     """
-    rate = _rate(rate)
+    rate, centre = _rate(rate), finite("centre", centre)
     plant = checked_plant(plant)
     clocks, floats = TimeBox.of(T, delay), input_vertices(plant, U)
+    if centre and (clocks.varies or abs(centre) + rate > 1):
+        raise ValueError(
+            f"centre = {centre}: a disk of radius rate = {rate} must lie in the unit "
+            "disk, and the clock must not vary"
+        )
     if not isinstance(cells, int) or cells < 1:
         raise ValueError(f"cells must be 1 or more, got {cells!r}")
     for timing, d in product(clocks.corners, floats):
@@ -171,10 +181,12 @@ def certify_sampled(
     def attempt(digits, _):
         gain = K if whole else round_digits(timing.gain(K, floats[0]), digits)
         with ctx.workprec(BALL_BITS):
-            family = SampledFamily.of(plant, floats, timing, gain)
+            family = SampledFamily.of(plant, floats, timing, gain, centre)
             tree, failed = cover(family, clocks, rate, cells)
         return SampledCertificate.of(
-            SampledCertificate.contents(plant, U, T, delay, gain, rate, tree, failed)
+            SampledCertificate.contents(
+                plant, U, T, delay, gain, rate, tree, failed, centre
+            )
         )
 
     tries = (17,) if whole else DIGITS
