@@ -96,7 +96,7 @@
     const usual = size.reduce((sum, n) => sum + n, 0) / size.length;
     const name = asked.trim().replace(/^(sosbook|sos)\./, "").replace(/\(\)$/, "");
     return entries.map((entry, i) => {
-      const [title, , text] = entry.folded;
+      const [title, page, text] = entry.folded;
       let sum = 0, said = 0, coded = 0;
       hits[i].forEach((counts, k) => {
         const prose = counts.some((n, field) => n && field !== CODE);
@@ -112,6 +112,7 @@
       if (found < 1) sum *= 0.1 * found * found;
       if (tests.length > 1 && phrase.test(title)) sum *= 4;
       else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page)))) sum *= 2;
+      if (!entry.id && page.includes(name)) sum *= 3;
       sum *= fair[entry.page];
       if (entry.kind === 2) {
         const named = fold(entry.title).endsWith("." + name);
