@@ -1,6 +1,7 @@
 """The quadratic cost of a loop that is driven by white noise (Theorem 2.4)."""
 
 from collections.abc import Iterable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -189,8 +190,8 @@ class QuadraticCost(Requirement):
             yield "cost", (), lqr_cost(loop.near(loop.P), self._one(loop), J)
 
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
-        *weights, mixed = self._weights(loop)
-        yield "lqr", lqr_decay(c, *weights, mixed)
+        c, weights = self._mixed_into(c, c.EP, loop), self._weights(loop)
+        yield "lqr", lqr_decay(c, *weights)
         if self.noise == "F":
             yield "cost", lqr_cost(c.EPE, c.Bw, loop.own["J"])
 
@@ -200,8 +201,8 @@ class QuadraticCost(Requirement):
             inner = he(loop.near(c.V)) - loop.near(c.P)
             noise = self._one(loop)
         yield "cost", lqr_cost(inner, noise, loop.own["J"])
-        *weights, mixed = self._weights(loop)
-        yield "lqr", slack_lqr_decay(c, *weights, loop.epsilon, mixed)
+        c, weights = self._mixed_into(c, c.EV, loop), self._weights(loop)
+        yield "lqr", slack_lqr_decay(c, *weights, loop.epsilon)
 
     def known(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
@@ -240,14 +241,20 @@ class QuadraticCost(Requirement):
         return eye(loop.request.order) if loop.back is None else loop.back
 
     def _weights(self, loop):
-        (L, W, V), mixed = self.factors, self.mixed
+        L, W, V = self.factors
         if not loop.exact:
             L, W, V = (w.astype(float) for w in (L, W, V))
-            mixed = None if mixed is None else mixed.astype(float)
-        turn = loop.T is not None
-        if mixed is not None:
-            mixed = (loop.T.T @ mixed if turn else mixed) / loop.scale
-        return (loop.T.T @ L if turn else L), W, V / loop.scale**2, mixed
+        return (L if loop.T is None else loop.T.T @ L), W, V / loop.scale**2
+
+    def _mixed_into(self, c, EP, loop):
+        """A vertex or pair c whose input is v = u + (N R^-1)' x; see `mixed`."""
+        if self.mixed is None:
+            return c
+        turn = self.mixed if loop.exact else self.mixed.astype(float)
+        turn = (turn if loop.T is None else loop.T.T @ turn) / loop.scale
+        c, EY = copy(c), c.EY + EP @ turn
+        vars(c)["EY"] = EY
+        return c
 
     def claim(self) -> str:
         bound = decimal(self.bound)

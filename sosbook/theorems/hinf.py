@@ -29,10 +29,8 @@ def bounded_real(c, gamma2, mu=1):
     where another block fixes the size of P.
     """
     outputs, disturbances = c.EPC.shape[1], c.Bw.shape[1]
-    return -block(
-        [
-            [he(c.Theta), c.EPC, c.Bw],
-            [c.EPC.T, -gamma2 / mu * eye(outputs), c.Dw],
-            [c.Bw.T, turned(c.Dw), -mu * eye(disturbances)],
-        ]
-    )
+    return -block([
+        [he(c.Theta), c.EPC,                       c.Bw],
+        [c.EPC.T,     -gamma2 / mu * eye(outputs), c.Dw],
+        [c.Bw.T,      turned(c.Dw),                -mu * eye(disturbances)],
+    ])

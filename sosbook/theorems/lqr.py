@@ -23,7 +23,7 @@ def lqr_cost(EPE, noise, J):
     return block([[J, noise.T], [noise, EPE]])
 
 
-def lqr_decay(c, L, W, R_inv, mixed=None):
+def lqr_decay(c, L, W, R_inv):
     """The matrix of (2.36), times -1.
 
     Parameters
@@ -34,8 +34,6 @@ def lqr_decay(c, L, W, R_inv, mixed=None):
         The weight of the state is Q = L W^-1 L', so L = Q_F where W = I.
     R_inv : (m, m) array
         The inverse of R, the weight of the input.
-    mixed : (N, m) array, optional
-        N R^-1, where 2 x' N u is weighed, too; then Q - N R^-1 N' = L W^-1 L'.
 
     Returns
     -------
@@ -49,31 +47,27 @@ def lqr_decay(c, L, W, R_inv, mixed=None):
     Source: thesis Theorem 2.4, with N = 2n + a for its n; the bound is
     tr J times lambda_max(W), not the square root of tr J.
     """
-    EPL, EY = c.EP @ L, c.EY
-    if mixed is not None:
-        EY = EY + c.EP @ mixed
+    EPL = c.EP @ L
     return -block([
-        [he(c.Theta), EPL, EY],
+        [he(c.Theta), EPL, c.EY],
         [EPL.T, -W, 0],
-        [EY.T, 0, -R_inv],
+        [c.EY.T, 0, -R_inv],
     ])
 
 
-def slack_lqr_decay(c, L, W, R_inv, epsilon, mixed=None):
+def slack_lqr_decay(c, L, W, R_inv, epsilon):
     """`lqr_decay` with a slack matrix: affine in (E, A, B_u).
 
-    The arguments c, L, W, R_inv and mixed are those of `lqr_decay`, but c is a
+    The arguments c, L, W and R_inv are those of `lqr_decay`, but c is a
     `SlackVertex`; ``epsilon`` is the scalar of the slack matrix.
     """
-    EPL, EY = c.EV @ L, c.EY
-    if mixed is not None:
-        EY = EY + c.EV @ mixed
+    EPL = c.EV @ L
     cross = c.EPE - c.EVE + epsilon * c.Theta.T
     return -block([
-        [he(c.Theta), cross, EPL, EY],
+        [he(c.Theta), cross, EPL, c.EY],
         [cross.T, -epsilon * he(c.EVE), 0, 0],
         [EPL.T, 0, -W, 0],
-        [EY.T, 0, 0, -R_inv],
+        [c.EY.T, 0, 0, -R_inv],
     ])
 
 
