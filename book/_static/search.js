@@ -112,7 +112,7 @@
       if (found < 1) sum *= 0.1 * found * found;
       if (tests.length > 1 && phrase.test(title)) sum *= 4;
       else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page)))) sum *= 2;
-      if (!entry.id && page.includes(name)) sum *= 3;
+      if (!entry.id && fair[entry.page] === 1 && page.includes(name)) sum *= 3;
       sum *= fair[entry.page];
       if (entry.kind === 2) {
         const named = fold(entry.title).endsWith("." + name);
