@@ -1,5 +1,6 @@
 """What runs: a controller with its memory, limits and set points, and its programs."""
 
+from .bounds import Bounded
 from .code import code_fault, read_gains
 from .compiled import CompiledCode
 from .controller import FAULTS, Controller
@@ -9,15 +10,18 @@ from .program import Code
 from .replay import Replay
 from .signals import Signal
 from .simulation import Backlash, Run
+from .windup import Reach
 
 __all__ = [
     "FAULTS",
     "Backlash",
+    "Bounded",
     "Code",
     "CompiledCode",
     "Controller",
     "Faults",
     "Limits",
+    "Reach",
     "Replay",
     "Run",
     "Signal",

@@ -9,24 +9,21 @@ import numpy as np
 from ..exact.rational import round_digits
 from ..plants.checks import finite, matrix, positive
 from ..plants.gain import Gain
-from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from ..sampled.discretize import SampleTiming
-from ..sampled.proof import certify_sampled
-from ..sampled.system import SampledSystem
-from .facts import facts_of
+from .answers import Answers
+from .bounds import settled
 from .limits import FAULTS, Faults, Limits, per_signal
-from .loop import Loop
 from .memory import DIGITS, ROUNDING, Estimate, assembled
-from .program import Code
 from .signals import signals_of
-from .simulation import Run, simulate_controller
 
 __all__ = ["FAULTS", "Controller"]
 
+COARSE = 0.5  # of the limit, that steps of the sensors may ask by themselves
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Controller(ReadOnly):
+class Controller(Answers, ReadOnly):
     """A sampled controller that is made of a proven gain, and all that it needs.
 
     x(k+1) = A x + B y + B_r r + W (v - u), u = C x + D y + D_r r, where y is measured,
@@ -226,152 +223,6 @@ class Controller(ReadOnly):
             )
         return found + 0.0
 
-    # What it does
-
-    @property
-    def sampled(self) -> SampledSystem:
-        """From y to u, as `certify_sampled` takes a controller of x = y."""
-        return SampledSystem(self.A, self.B, self.C, self.D, self.T)
-
-    def to_ss(self) -> Any:
-        """python-control's StateSpace from [y; r] to u, with names."""
-        inputs = [s.name for s in (*self.measured, *self.set_points)]
-        return library("control").ss(
-            self.A,
-            np.hstack([self.B, self.B_r]),
-            self.C,
-            np.hstack([self.D, self.D_r]),
-            self.T,
-            inputs=inputs,
-            outputs=[s.name for s in self.outputs],
-        )
-
-    def loop(self, d: Any) -> Loop:
-        """The sampled loop with a plant, a `Descriptor` without integrators."""
-        return Loop.of(self.parts, self.rows, self.timing, d)
-
-    @cached_property
-    def loops(self) -> list:
-        """The sampled loops with the plant's vertices."""
-        return [self.loop(d) for d in self.vertices]
-
-    @property
-    def radius(self) -> float:
-        """The largest spectral radius of the vertices' loops, in floats."""
-        return max(loop.radius for loop in self.loops)
-
-    def sensitivity_peak(self) -> float:
-        """The largest sensitivity at the plant's input, over the vertices, in floats.
-
-        Sampled: with the hold, the delay and the estimate.
-        """
-        return max(loop.sensitivity_peak for loop in self.loops)
-
-    def certify(self, **asked: Any) -> Any:
-        """Prove the sampled loop, with its memory and its delay, for every plant.
-
-        Parameters
-        ----------
-        **asked
-            ``rate``, ``cells``, ``time_limit`` and more of `certify_sampled`.
-
-        Returns
-        -------
-        SampledCertificate
-            Of the linear loop: limits, quantisation and jitter are no part of it.
-        """
-        rows = self.rows
-        whole = SampledSystem(self.A, self.B @ rows, self.C, self.D @ rows, self.T)
-        return certify_sampled(self.plant, whole, self.T, self.delay, **asked)
-
-    def static(self, r: Any = None, w: Any = None) -> tuple:
-        """Where every vertex comes to rest, and what it asks there.
-
-        Parameters
-        ----------
-        r : (p,) array_like, optional
-            Set points.
-        w : (p_w,) array_like, optional
-            Constant disturbances, of the plant's F.
-
-        Returns
-        -------
-        (vertices, N) and (vertices, m) arrays
-            The plant's state and the outputs. A load on what isn't measured leaves an
-            error there, which no integral of another signal takes away.
-        """
-        x, u = [], []
-        for d, loop in zip(self.vertices, self.loops):
-            p = self.R.shape[1]
-            r_now = self._vector("r", r, p)
-            w_now = self._vector("w", w, d.Bw.shape[1])
-            forced = replace(d, Bu=d.Bw)
-            load = SampleTiming.of(self.T, 0.0).held(forced)[1][: len(d.E)]
-            push = loop.set_point @ r_now
-            push[: len(d.E)] += load @ w_now
-            rest = np.linalg.solve(np.eye(len(loop.F)) - loop.F, push)
-            x.append(rest[: len(d.E)])
-            u.append(loop.H @ rest + loop.direct_r @ r_now)
-        return np.array(x), np.array(u)
-
-    @staticmethod
-    def _vector(name, value, size):
-        if value is None:
-            return np.zeros(size)
-        found = np.atleast_1d(np.asarray(value, float))
-        if found.shape != (size,):
-            raise ValueError(f"{name} needs {size} numbers, got {value!r}")
-        return found
-
-    def simulate(
-        self, seconds: float, r: Any = None, w: Any = None, **more: Any
-    ) -> Run:
-        """Run its program against every vertex, or against other plants.
-
-        Parameters
-        ----------
-        seconds : float
-            How long.
-        r, w : array_like or callable, optional
-            Set points and disturbances, constant or functions of the time.
-        **more
-            ``x0``, the state at the start; ``plants``, others than the vertices, as
-            `Descriptor`; ``friction``, Coulomb's on each coordinate; ``backlash``, a
-            `Backlash`; ``program``, in the place of `Replay`; ``lose``, from a tick's
-            number to whether its sample is lost.
-
-        Returns
-        -------
-        Run
-            It proves nothing. Encoders have their steps.
-        """
-        return simulate_controller(self, seconds, r, w, **more)
-
-    def to_c(
-        self, name: str = "axis", precision: str = "double", time_limit: float = 60.0
-    ) -> Code:
-        """Its program in C99, with what is proven, bounded and simulated of it.
-
-        Parameters
-        ----------
-        name : str
-            Of the files, and in front of every identifier.
-        precision : {"double", "single"}
-            Of all arithmetic; single for boards without wide floats.
-        time_limit : float
-            Seconds for the proof of the sampled loop.
-
-        Returns
-        -------
-        Code
-            `Code.write` makes the files; `Code.texts` has them.
-        """
-        Code(self, name, precision)  # a bad name is said before anything is proven
-        facts, proofs = facts_of(self, precision, time_limit)
-        return Code(self, name, precision, facts, proofs)
-
-    # Others like it
-
     def set_point(self, r: Any = None, ramp: Any = None) -> "Controller":
         """Choose what a set point asks of all coordinates.
 
@@ -435,7 +286,8 @@ class Controller(ReadOnly):
         Raises
         ------
         ValueError
-            If the limit is below what the load needs at rest.
+            If the limit is below what the load needs at rest, or below twice what
+            the sensors' steps alone can ask.
         """
         new = Limits(
             per_signal("u_max", u_max, self.outputs),
@@ -451,6 +303,7 @@ class Controller(ReadOnly):
                         f"u_max = {new.u_max[k]:g} is below the static need: {signal} "
                         f"must be {need[k]:.6g} to hold the load {load!r}"
                     )
+        self._not_too_coarse(new.u_max)
         if anti_windup and self.K_I.size:
             if tracking_time is None:
                 slowest = -self.T / np.log(min(self.radius, 1 - 1e-12))
@@ -462,6 +315,23 @@ class Controller(ReadOnly):
                 )
             new = replace(new, tracking_time=tracking_time)
         return replace(self, limits=new)
+
+    def _not_too_coarse(self, u_max):
+        """Raise where the steps of the sensors may ask half of the limit."""
+        asked = np.zeros(len(u_max))
+        for loop in self.loops:
+            if loop.radius < 1 and self.steps.any() and np.isfinite(u_max).any():
+                h = abs(loop.impulses(loop.noise, loop.direct, settled(loop)))
+                asked = np.maximum(asked, h.sum(axis=0) @ self.steps / 2)
+        for k, signal in enumerate(self.outputs):
+            if asked[k] > COARSE * u_max[k]:
+                one = abs(self.D[k]) @ self.steps
+                raise ValueError(
+                    f"counts are too coarse for this law: their steps can move "
+                    f"{signal} by {asked[k]:.3g}, one alone by {one:.3g} a count, and u_max is "
+                    f"{u_max[k]:.3g}. Take more counts, a larger T, an observer with "
+                    "less noise (peak) or a softer gain"
+                )
 
     def watch(self, **faults: Any) -> "Controller":
         """With other `Faults`, such as ``lost=0.01``, in seconds."""

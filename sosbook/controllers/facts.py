@@ -62,13 +62,26 @@ def bounded(c):
         f"spectral radius {c.radius:.5f}, largest sensitivity at the input "
         f"{c.sensitivity_peak():.3f}, at the corners, in floats"
     ]
-    if c.steps.any():
-        rms = np.max([loop.noise_rms(c.steps) for loop in c.loops], axis=0)
-        for k, signal in enumerate(c.outputs):
-            lines.append(
-                f"steps of the sensors move {signal} by {rms[k]:.3g} rms, at the "
-                "corners, if they are independent from tick to tick"
-            )
+    for k, signal in enumerate(c.outputs):
+        if c.steps.any():
+            lines.append(f"steps of the sensors move {signal}: {c.noise(output=k)}")
+        for j, r in enumerate(c.set_points):
+            speed = c.limits.ramp[j] if np.isfinite(c.limits.ramp[j]) else None
+            try:
+                if speed is None:
+                    bound = c.step(1.0, j, k)
+                    lines.append(f"a step of 1 of {r} asks {signal}: {bound}")
+                else:
+                    bound = c.ramp(speed, j, k)
+                    lines.append(
+                        f"{r} moves by at most {speed:g} a second, from rest, which "
+                        f"asks {signal}: {bound}"
+                    )
+            except ValueError:
+                lines.append(f"springs push back: no bound of what {r} asks {signal}")
+    if np.isfinite(c.limits.u_max).all():
+        for j, _ in enumerate(c.set_points):
+            lines.append(str(c.reach(j)))
     return lines
 
 
@@ -79,8 +92,8 @@ def simulated(c):
     seconds = SECONDS * slowest + (0.0 if np.isinf(ramp) else 1 / ramp)
     seconds = min(seconds, MOST_SIMULATED * c.T)
     lines = [
-        "limits, slew, ramp, anti-windup, the sensors' steps, lost samples: no proof "
-        "above has them"
+        "slew, faults, lost samples, limits beyond what is bounded above: no proof has "
+        "them"
     ]
     for j, signal in enumerate(c.set_points):
         r = np.eye(len(c.set_points))[j]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..plants.checks import finite, positive
 
-__all__ = ["FAULTS", "Faults", "Limits", "per_signal"]
+__all__ = ["FAULTS", "Faults", "Limits", "per_signal", "quantum"]
 
 #: Why the output is off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "clock", "stall", "command", "silent")
@@ -25,6 +25,19 @@ def per_signal(name, value, signals):
     return np.array(
         [positive(f"{name}[{x!r}]", value[x]) if x in value else np.inf for x in known]
     )
+
+
+def quantum(counts, signals):
+    """How fine each of some signals is measured, from counts a turn; zero: unknown.
+
+    Examples
+    --------
+    >>> from sosbook.controllers.signals import Signal
+    >>> quantum({"a": 4}, [Signal("a"), Signal("b")]).round(3)
+    array([1.571, 0.   ])
+    """
+    given = per_signal("counts", counts, signals)
+    return np.where(np.isfinite(given), 2 * np.pi / given, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

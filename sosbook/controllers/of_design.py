@@ -9,7 +9,7 @@ from ..plants.simplex import random_weights
 from ..sampled.discretize import SampleTiming, input_vertices
 from .choice import chosen_observer
 from .controller import Controller, checked_delay, quiet_set_point
-from .limits import Limits, per_signal
+from .limits import Limits, quantum
 from .loop import Loop
 from .memory import DIGITS, assembled, direct, filtered, observed
 from .signals import signals_of
@@ -60,7 +60,7 @@ def controller_of(
         )
     rows = np.array([[float(x == name) for name in names] for x in wanted])
     seen = signals_of(wanted, units)
-    steps = _steps(counts, seen)
+    steps = quantum(counts, seen)
     certificate = design.certify(time_limit=time_limit)
     K = certificate.K if certificate.proven else round_digits(design.K, DIGITS)
     gain = Gain(np.asarray(K, float), design.gain.signals)
@@ -240,12 +240,6 @@ def _units(units, coordinates, outputs):
                 f"{', '.join((*coordinates, *outputs))}; rates follow from these"
             )
     return known
-
-
-def _steps(counts, seen):
-    """How fine each signal is measured, from counts a turn."""
-    given = per_signal("counts", counts, seen)
-    return np.where(np.isfinite(given), 2 * np.pi / given, 0.0)
 
 
 def _free(*sizes):

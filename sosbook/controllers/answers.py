@@ -1,0 +1,330 @@
+"""What is asked of a controller: its loop, proofs, bounds, motions and program."""
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..plants.checks import positive
+from ..runtime.libraries import library
+from ..sampled.discretize import SampleTiming
+from ..sampled.proof import certify_sampled
+from ..sampled.system import SampledSystem
+from .bounds import Bounded, begins, bounded_output, rest, settled
+from .facts import facts_of
+from .limits import quantum
+from .loop import Loop
+from .program import Code
+from .simulation import Run, simulate_controller
+from .windup import Reach, proven_reach
+
+__all__ = ["Answers"]
+
+
+class Answers:
+    """The questions that a `Controller` answers."""
+
+    A: Any
+    B: Any
+    B_r: Any
+    C: Any
+    D: Any
+    D_r: Any
+    R: Any
+    T: float
+    delay: float
+    limits: Any
+    measured: tuple
+    outputs: tuple
+    parts: Any
+    plant: Any
+    rows: Any
+    set_points: Any
+    steps: Any
+    timing: Any
+    vertices: tuple
+
+    @property
+    def sampled(self) -> SampledSystem:
+        """From y to u, as `certify_sampled` takes a controller of x = y."""
+        return SampledSystem(self.A, self.B, self.C, self.D, self.T)
+
+    def to_ss(self) -> Any:
+        """python-control's StateSpace from [y; r] to u, with names."""
+        inputs = [s.name for s in (*self.measured, *self.set_points)]
+        return library("control").ss(
+            self.A,
+            np.hstack([self.B, self.B_r]),
+            self.C,
+            np.hstack([self.D, self.D_r]),
+            self.T,
+            inputs=inputs,
+            outputs=[s.name for s in self.outputs],
+        )
+
+    def loop(self, d: Any) -> Loop:
+        """The sampled loop with a plant, a `Descriptor` without integrators."""
+        return Loop.of(self.parts, self.rows, self.timing, d)
+
+    @cached_property
+    def loops(self) -> list:
+        """The sampled loops with the plant's vertices."""
+        return [self.loop(d) for d in self.vertices]
+
+    @property
+    def radius(self) -> float:
+        """The largest spectral radius of the vertices' loops, in floats."""
+        return max(loop.radius for loop in self.loops)
+
+    def sensitivity_peak(self) -> float:
+        """The largest sensitivity at the plant's input, over the vertices, in floats.
+
+        Sampled: with the hold, the delay and the estimate.
+        """
+        return max(loop.sensitivity_peak for loop in self.loops)
+
+    def certify(self, **asked: Any) -> Any:
+        """Prove the sampled loop, with its memory and its delay, for every plant.
+
+        Parameters
+        ----------
+        **asked
+            ``rate``, ``cells``, ``time_limit`` and more of `certify_sampled`; T and
+            ``delay`` as ranges (low, high) prove it for a clock that jitters.
+
+        Returns
+        -------
+        SampledCertificate
+            Of the linear loop: limits and quantisation are no part of it.
+        """
+        rows = self.rows
+        whole = SampledSystem(self.A, self.B @ rows, self.C, self.D @ rows, self.T)
+        T, delay = asked.pop("T", self.T), asked.pop("delay", self.delay)
+        return certify_sampled(self.plant, whole, T, delay, **asked)
+
+    def static(self, r: Any = None, w: Any = None) -> tuple:
+        """Where every vertex comes to rest, and what it asks there.
+
+        Parameters
+        ----------
+        r : (p,) array_like, optional
+            Set points.
+        w : (p_w,) array_like, optional
+            Constant disturbances, of the plant's F.
+
+        Returns
+        -------
+        (vertices, N) and (vertices, m) arrays
+            The plant's state and the outputs. A load on what isn't measured leaves an
+            error there, which no integral of another signal takes away.
+        """
+        x, u = [], []
+        for d, loop in zip(self.vertices, self.loops):
+            p = self.R.shape[1]
+            r_now = self._vector("r", r, p)
+            w_now = self._vector("w", w, d.Bw.shape[1])
+            push = loop.set_point @ r_now
+            if w_now.size:
+                forced = replace(d, Bu=d.Bw)
+                load = SampleTiming.of(self.T, 0.0).held(forced)[1][: len(d.E)]
+                push[: len(d.E)] += load @ w_now
+            rest = np.linalg.solve(np.eye(len(loop.F)) - loop.F, push)
+            x.append(rest[: len(d.E)])
+            u.append(loop.H @ rest + loop.direct_r @ r_now)
+        return np.array(x), np.array(u)
+
+    @staticmethod
+    def _vector(name, value, size):
+        if value is None:
+            return np.zeros(size)
+        found = np.atleast_1d(np.asarray(value, float))
+        if found.shape != (size,):
+            raise ValueError(f"{name} needs {size} numbers, got {value!r}")
+        return found
+
+    def noise(self, counts: Any = None, output: int = 0) -> Bounded:
+        """How far the steps of the sensors move an output, at the worst.
+
+        Parameters
+        ----------
+        counts : float or dict, optional
+            Of encoders a turn, by name; those that the controller was made for without.
+        output : int
+            Which output.
+
+        Returns
+        -------
+        Bounded
+            A reading is off by half a step at most, as it pleases, at every tick.
+        """
+        steps = self.steps if counts is None else quantum(counts, self.measured)
+        off = steps / 2
+
+        def one(k):
+            i = output
+            return bounded_output(self, self.B[:, [k]], self.D[:, [k]], i)
+
+        return self._added(off, one, output, lambda loop: (loop.noise, loop.direct))
+
+    def _added(self, sizes, one, output, ends):
+        """The `Bounded` of several inputs of some sizes, each at its worst."""
+        known = [k for k, size in enumerate(sizes) if size > 0]
+        parts = [one(k) for k in known]
+        proven = None
+        if None not in parts:
+            proven = float(sum(sizes[k] * x for k, x in zip(known, parts)))
+        seen = []
+        for loop in self.loops:
+            G, direct = ends(loop)
+            h = abs(loop.impulses(G, direct, settled(loop)))[:, output].sum(axis=0)
+            seen.append(float(h @ sizes))
+        return Bounded(proven, max(seen), self.outputs[output].unit)
+
+    def ramp(self, speed: float = 1.0, set_point: int = 0, output: int = 0) -> Bounded:
+        """What an output is asked at most while a set point moves.
+
+        Parameters
+        ----------
+        speed : float
+            The set point moves no faster than this per second, as it pleases.
+        set_point, output : int
+            Which ones.
+
+        Raises
+        ------
+        ValueError
+            Where springs push back at rest: then where it goes counts, too.
+        """
+        x, step = self._at_rest(set_point), speed * self.T
+        own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
+        start = begins(x)
+        found = bounded_output(self, own, at_once, output, start)
+        seen = []
+        for loop in self.loops:
+            h = loop.impulses(-x.astype(float), 0 * at_once, settled(loop))
+            seen.append(float(abs(h[:, output]).sum()))
+        proven = None if found is None else found * step
+        return Bounded(proven, max(seen) * step, self.outputs[output].unit)
+
+    def step(self, size: float = 1.0, set_point: int = 0, output: int = 0) -> Bounded:
+        """What an output is asked at most after a step of a set point, at rest.
+
+        Parameters
+        ----------
+        size : float
+            Of the step.
+        set_point, output : int
+            Which ones.
+
+        Raises
+        ------
+        ValueError
+            As for `ramp`.
+        """
+        x = self._at_rest(set_point)
+        own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
+        found = bounded_output(self, own, at_once, output, begins(x), peak=True)
+        runs = [
+            abs(loop.impulses(-x.astype(float), 0 * at_once, settled(loop)))
+            for loop in self.loops
+        ]
+        seen = max(float(h[:, output].max()) for h in runs) * size
+        proven = None if found is None else found * size
+        return Bounded(proven, seen, self.outputs[output].unit)
+
+    def _at_rest(self, set_point):
+        x = rest(self, set_point)
+        if x is None:
+            raise ValueError(
+                "set_point: the plant pushes back where it rests, so what a motion "
+                "asks depends on where it ends; see static(r=...)"
+            )
+        return x
+
+    def largest_step(self, u_max: float) -> float:
+        """The largest step of the first set point that asks no more: proven.
+
+        Parameters
+        ----------
+        u_max : float
+            Of the first output, which then acts as if it had no limit.
+        """
+        return self._largest(self.step(), u_max)
+
+    def ramp_for(self, u_max: float) -> float:
+        """How fast the first set point may move, as it pleases: proven, per second.
+
+        Parameters
+        ----------
+        u_max : float
+            As for `largest_step`.
+        """
+        return self._largest(self.ramp(), u_max)
+
+    @staticmethod
+    def _largest(bound, u_max):
+        if bound.proven is None:
+            raise ValueError(f"u_max: {bound}: no bound was proven in time")
+        return positive("u_max", u_max) / bound.proven
+
+    def reach(self, set_point: int = 0, seconds: float = 30.0) -> Reach:
+        """Which steps settle although the output is limited: see `Reach`.
+
+        Parameters
+        ----------
+        set_point : int
+            Which one.
+        seconds : float
+            After which the best that was proven is the answer.
+        """
+        if not np.isfinite(self.limits.u_max).all():
+            raise ValueError("u_max is missing: limit every output first")
+        return proven_reach(self, set_point, seconds)
+
+    def simulate(
+        self, seconds: float, r: Any = None, w: Any = None, **more: Any
+    ) -> Run:
+        """Run its program against every vertex, or against other plants.
+
+        Parameters
+        ----------
+        seconds : float
+            How long.
+        r, w : array_like or callable, optional
+            Set points and disturbances, constant or functions of the time.
+        **more
+            ``x0``, the state at the start; ``plants``, others than the vertices, as
+            `Descriptor`; ``friction``, Coulomb's on each coordinate; ``backlash``, a
+            `Backlash`; ``program``, in the place of `Replay`; ``lose``, from a tick's
+            number to whether its sample is lost.
+
+        Returns
+        -------
+        Run
+            It proves nothing. Encoders have their steps.
+        """
+        return simulate_controller(self, seconds, r, w, **more)
+
+    def to_c(
+        self, name: str = "axis", precision: str = "double", time_limit: float = 60.0
+    ) -> Code:
+        """Its program in C99, with what is proven, bounded and simulated of it.
+
+        Parameters
+        ----------
+        name : str
+            Of the files, and in front of every identifier.
+        precision : {"double", "single"}
+            Of all arithmetic; single for boards without wide floats.
+        time_limit : float
+            Seconds for the proof of the sampled loop.
+
+        Returns
+        -------
+        Code
+            `Code.write` makes the files; `Code.texts` has them.
+        """
+        Code(self, name, precision)  # a bad name is said before anything is proven
+        facts, proofs = facts_of(self, precision, time_limit)
+        return Code(self, name, precision, facts, proofs)

@@ -1,0 +1,318 @@
+r"""Rigorous bounds of the output for every plant: of noise, ramps and steps.
+
+**Lemma.** If :math:`r^2 F^\top P F \le P - h^\top h` for some r > 1 then
+:math:`\sum_k |h F^k g| \le \sqrt{g^\top P g / (1 - r^{-2})}` and each term is at most
+:math:`\sqrt{g^\top P g}`.
+
+*Proof.* x'Px - r^2 (Fx)'P(Fx) >= (h x)^2; weigh by r^(2k) along x_k = F^k g and add:
+sum r^(2k) (h x_k)^2 <= g'Pg. By Cauchy and Schwarz with the weights r^-k. []
+
+For one exponential it is sharp. The first terms of the sum are enclosed by themselves.
+"""
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb, fmpq_mat
+from scipy.linalg import matrix_balance
+
+from ..exact.rational import exact, round_digits
+from ..language import Unknown
+from ..lmi.problem import LMIProblem
+from ..runtime.time_limit import OutOfTime, check_time, time_limit
+from ..sampled.balls import balls, middle
+from ..sampled.cells import least_pivot
+from ..sampled.lyapunov import discrete_lyapunov
+from ..solver.loop import Unbounded
+from .cells import Joined, work
+
+__all__ = [
+    "Bounded",
+    "begins",
+    "bounded_output",
+    "longest_cut",
+    "outputs_of",
+    "rest",
+    "settled",
+]
+
+SPREADS = tuple(np.linspace(0.1, 0.9, 9))  # of log r, from 1 to what the loop allows
+HEADS = (0, 10, 25)  # terms that are enclosed by themselves
+USED = 0.8  # of log r of the matrix P: the rest is room for other plants
+ROOM = 1.1  # of P beyond its equation's: room for other plants, too
+GAP = 1e-3  # to the least bound of P
+ATTAINED = 1e-3  # of the weight, in every direction: so that there is a least P
+MARGINS = (1e-3, 0.02, 0.1)  # of the room that r leaves in P: for the other plants
+WHOLE = 0.05  # of what P says of the start, in every direction: room, too
+GOOD = 1.5  # of what is true of a cell's corners: then it isn't halved
+MOST_TERMS = 30_000  # that floats add
+MOST_CELLS = 32
+REST_DIGITS = 9  # of a position at rest, which is then checked exactly
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """A bound of an output: proven for every plant, and what floats see at corners.
+
+    Parameters
+    ----------
+    proven : float or None
+        No plant exceeds it; None where time or cells ended before.
+    seen : float
+        The largest at the vertices, in floats.
+    unit : str
+        Of both.
+    """
+
+    proven: float | None
+    seen: float
+    unit: str = ""
+
+    def __str__(self):
+        unit = f" {self.unit}" if self.unit else ""
+        if self.proven is None:
+            return f"not bounded; {self.seen:.4g}{unit} at the corners"
+        return f"at most {self.proven:.4g}{unit} ({self.seen:.4g} at the corners)"
+
+
+@work
+def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
+    """A proven bound of an output after impulses of several inputs, or None.
+
+    It is the sum of |u_k| over all ticks and inputs.
+
+    Parameters
+    ----------
+    c : Controller
+        The controller.
+    own, direct : (l, j) and (m, j) arrays
+        How inputs act on its memory and on u; the j sums are added.
+    k : int
+        Which output.
+    start : callable, optional
+        From balls that hold F to balls that hold the states (N, j) from which the
+        motions begin; without it they are what the inputs leave.
+    peak : bool
+        The largest |u_k| instead of their sum, with one input.
+    seconds : float
+        After which there is no bound.
+    """
+    joined = Joined(c, own, direct)
+    alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
+    h = outputs_of(c)[k]
+    queue, worst, count = [joined.family.shape.whole()], 0.0, 0
+    try:
+        with time_limit(seconds):
+            while queue:
+                check_time()
+                weights = queue.pop()
+                found, true = _cell(joined, alone, weights, h, k, direct, start, peak)
+                count += 1
+                last = count + len(queue) >= MOST_CELLS or len(weights) == 1
+                if found <= GOOD * true or (last and np.isfinite(found)):
+                    worst = max(worst, found)
+                elif last:
+                    return None
+                else:
+                    queue += joined.family.shape.halves(
+                        weights, longest_cut(joined, weights)
+                    )
+    except OutOfTime:
+        return None
+    return float(np.nextafter(worst, np.inf))
+
+
+def rest(c, j):
+    """The state of the loop at rest at one unit of set point j, of every plant.
+
+    In rationals (N, 1), proven: there no plant of the family is pushed and the
+    controller stays and asks nothing. None where there is no such state, as where
+    springs push back.
+    """
+    exactly = [d.map(exact) for d in c.vertices]
+    goal = np.zeros(c.R.shape[1])
+    goal[j] = 1
+    x = exact(round_digits(c.static(r=goal)[0][0], REST_DIGITS))[:, None]
+    x[len(x) // 2 :] = exact(np.zeros((len(x) - len(x) // 2, 1)))
+    if any((d.A @ x != 0).any() for d in exactly):
+        return None
+    y = exact(c.rows) @ x
+    A, B, C, D = (exact(m) for m in (c.A, c.B, c.C, c.D))
+    moved = B @ y + exact(c.B_r[:, j : j + 1])
+    left = np.vstack([exact(np.eye(len(A))) - A, C])
+    right = np.vstack([moved, -(D @ y) - exact(c.D_r[:, j : j + 1])])
+    xi = _solved(left, right)
+    if xi is None:
+        return None
+    older = exact(np.zeros((len(c.loops[0].F) - len(x) - len(xi), 1)))
+    return np.vstack([x, older, xi])
+
+
+def _solved(left, right):
+    """A rational solution of left x = right with more rows than columns, or None."""
+    both = fmpq_mat(np.hstack([left, right]).tolist())
+    reduced, rank = both.rref()
+    n = left.shape[1]
+    rows = np.array(reduced.tolist(), object)[:rank]
+    if rank != n or any(rows[k, k] != 1 for k in range(n)):
+        return None
+    return rows[:, n:]
+
+
+def begins(x):
+    """The ``start`` of `bounded_output` for a step to the state of rest x."""
+    return lambda F: -balls(x)
+
+
+def settled(loop):
+    """After how many ticks nothing is left of an impulse but a millionth."""
+    return min(MOST_TERMS, int(np.log(1e-6) / np.log(min(loop.radius, 0.999999))) + 2)
+
+
+def outputs_of(c):
+    """The rows that pick the outputs from the state of the loop."""
+    return c.loops[0].H
+
+
+def longest_cut(joined, weights):
+    """Where a cell is halved: along its longest edge."""
+    F = [middle(joined.family.loop(w, joined.controller.timing)) for w in weights]
+    shape = joined.family.shape
+    if shape.axes:
+        stack = np.array(F)
+        ends = [shape.along(stack, axis) for axis in range(shape.axes)]
+        return int(np.argmax([abs(high - low).max() for low, high in ends]))
+    far = np.array([[np.linalg.norm(a - b) for a in F] for b in F])
+    if not far.any():
+        w = weights.astype(float)
+        far = np.linalg.norm(w[:, None] - w[None], axis=2)
+    return tuple(int(x) for x in np.unravel_index(far.argmax(), far.shape))
+
+
+def _cell(joined, alone, weights, h, k, direct, start, peak):
+    """(bound, what is true of the corners in floats) of one cell."""
+    j, timing = joined.inputs, joined.controller.timing
+    wholes = [middle(joined.family.loop(w, timing)) for w in weights]
+    loops = [F[:-j, :-j] for F in wholes]
+    slow = int(np.argmax([abs(np.linalg.eigvals(F)).max() for F in loops]))
+    if not abs(np.linalg.eigvals(loops[slow])).max() < 1:
+        return np.inf, np.inf
+    starts = [F[:-j, -j:] for F in wholes]
+    if start is not None:
+        starts = [middle(start(balls_of_floats(F))) for F in wholes]
+    at_once = None if start else direct[k]
+    true = max(_true(F, G, h, at_once, peak) for F, G in zip(loops, starts))
+    P, r, head = _best(loops[slow], starts[slow], h, at_once)
+    used, head = (1.0, 0) if peak else (r**USED, head)
+    G = np.linalg.matrix_power(loops[slow], head) @ starts[slow]
+    for margin in MARGINS:
+        X = _common(P, loops, h, margin * (1 - r**-2), used, G, peak)
+        if X is None:
+            continue
+        L, seen = _root(X), np.outer(h, h)
+        R = L.T @ L if peak else (L.T @ L - seen) / used**2
+        if alone.cell(weights, L).least(R) > 0:
+            return _enclosed(joined, weights, L, h, direct[k], start, used, head), true
+    return np.inf, true
+
+
+def _enclosed(joined, weights, L, h, direct, start, used, head):
+    """The lemma's bound of a cell for a proven L, from balls around its loops.
+
+    Without ``used`` (1) it is that of the largest |u_k|.
+    """
+    j, peak = joined.inputs, used == 1
+    cell = joined.cell(weights, np.eye(len(L) + j))
+    H, Lx = balls(h[None]), balls(L)
+    if peak and not least_pivot(Lx.T @ Lx - H.T @ H) > 0:
+        return np.inf
+    try:
+        wide = cell.hull()
+        x = wide[:-j, -j:] if start is None else start(wide)
+    except ZeroDivisionError:
+        return np.inf
+    loop, total = wide[:-j, :-j], arb(0)
+    if start is None:
+        total += sum((abs(arb(float(e))) for e in direct), arb(0))
+    for _ in range(head):
+        total += sum((abs(e) for e in (H @ x).flat), arb(0))
+        x = loop @ x
+    room = arb(1) if peak else 1 - arb(float(used)) ** -2
+    for column in (Lx @ x).T:
+        size = sum((e.abs_upper() ** 2 for e in column), arb(0)).sqrt()
+        total += size / room.sqrt()
+    bound = float(total.abs_upper())
+    return bound if np.isfinite(bound) else np.inf
+
+
+def _true(F, G, h, direct, peak):
+    """The sum of |u_k|, or the largest, of one plant in floats."""
+    x, total = G, 0.0 if direct is None else float(abs(direct).sum())
+    radius = abs(np.linalg.eigvals(F)).max()
+    for _ in range(min(MOST_TERMS, int(np.log(1e-6) / np.log(radius)) + 1)):
+        now = float(abs(h @ x).sum())
+        total = max(total, now) if peak else total + now
+        x = F @ x
+    return total
+
+
+def _common(P, loops, h, margin, used, G, peak):
+    """A P of the lemma for some loops at once, with room; None where none is found."""
+    L = np.linalg.cholesky(P).T
+    back = np.linalg.inv(L)
+    inside, row = [L @ F @ back for F in loops], h @ back
+
+    def write(values, number):
+        X, seen = values["X"], number(np.outer(row, row))
+        falls = {
+            f"loop {k}": (X if peak else X - seen) * number(used**-2)
+            - number(F.T) @ X @ number(F)
+            - number(margin * np.eye(len(P)))
+            for k, F in enumerate(inside)
+        }
+        return {"X": X - seen if peak else X} | falls
+
+    problem = LMIProblem(write, [Unknown("X", len(P), symmetric=True)])
+    W = L @ G @ G.T @ L.T
+    W = W / np.trace(W) + ATTAINED * np.eye(len(P))
+    found = problem.find(refuse=False).values
+    if found is not None:
+        with suppress(Unbounded):
+            found = problem.minimize({"X": W}, GAP, found).values
+    return None if found is None else L.T @ found["X"] @ L
+
+
+def _root(P):
+    """L with L'L near P, rounded to 12 digits."""
+    return round_digits(np.linalg.cholesky(P).T, 12)
+
+
+def _best(F, G, h, direct):
+    """P, r and the number of first terms for which the sum is least, in floats."""
+    radius = abs(np.linalg.eigvals(F)).max()
+    units = matrix_balance(F, permute=False, separate=True)[1][0] ** -2.0
+    best, least = None, np.inf
+    for share in SPREADS:
+        r = radius**-share
+        P = discrete_lyapunov(r * F, np.outer(h, h))
+        rest = discrete_lyapunov(r * F, np.diag(units))
+        x, total = G, 0.0 if direct is None else abs(direct).sum()
+        for head in range(max(HEADS) + 1):
+            if head in HEADS:
+                sizes, others = (np.trace(x.T @ X @ x) for X in (P, rest))
+                whole = ROOM * P + (WHOLE * sizes / others) * rest
+                tails = np.sqrt(np.einsum("ij,ik,kj->j", x, whole, x).clip(0))
+                bound = total + tails.sum() / np.sqrt(1 - r ** (-2 * USED))
+                if best is None or bound < least:
+                    best, least = (whole, r, head), bound
+            total += abs(h @ x).sum()
+            x = F @ x
+    return best
+
+
+def balls_of_floats(F):
+    """Balls of the floats F themselves."""
+    array = np.empty(F.shape, object)
+    array.flat = [arb(x) for x in F.ravel().tolist()]
+    return array

@@ -1,0 +1,134 @@
+"""Quadratic inequalities of a controller's loop, proven for every plant in balls.
+
+The loop is that of a sampled controller to which inputs are joined: F holds [x; i] to
+[x; 0], with columns for what i does. What is proven of a cell of plants is
+F' P F < R for given P and R, with the corners' loops and a bound of what the others
+differ from their mixtures, as in `sosbook.sampled.cells`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from flint import arb, ctx
+
+from ..exact.definite import exact
+from ..sampled.balls import balls, middle, solve
+from ..sampled.cells import SHARES, PlantCell, least_pivot
+from ..sampled.loops import BALL_BITS, SampledFamily
+from ..sampled.system import SampledSystem
+from ..sampled.timing import TimeBox
+
+__all__ = ["BALL_BITS", "Joined", "JoinedCell"]
+
+
+@dataclass(frozen=True, eq=False)
+class Joined:
+    """The loops of a `Controller` with inputs that act on its memory and on u.
+
+    Parameters
+    ----------
+    controller : Controller
+        The controller.
+    own, direct : (l, k) and (m, k) arrays
+        How k inputs act on its memory, and on u.
+    less : float
+        The share of u that is taken away.
+    """
+
+    controller: object
+    own: np.ndarray
+    direct: np.ndarray
+    less: float = 0.0
+
+    @cached_property
+    def family(self):
+        """The loops in balls; with inputs as states that are zero at the next tick."""
+        c, k = self.controller, self.own.shape[1]
+        A, B = c.A - self.less * c.W @ c.C, c.B - self.less * c.W @ c.D
+        C, D = (1 - self.less) * c.C, (1 - self.less) * c.D
+        zeros = np.zeros((k, len(A) + k))
+        wide = SampledSystem(
+            np.vstack([np.hstack([A, self.own]), zeros]),
+            np.vstack([B @ c.rows, np.zeros((k, c.rows.shape[1]))]),
+            np.hstack([C, self.direct]),
+            D @ c.rows,
+            c.T,
+        )
+        return SampledFamily.of(c.plant, c.vertices, c.timing, wide)
+
+    @property
+    def inputs(self):
+        """How many inputs are joined."""
+        return self.own.shape[1]
+
+    def cell(self, weights, L):
+        """The `JoinedCell` of some corners in the coordinates L [x; i]."""
+        c = self.controller
+        return JoinedCell(
+            self, PlantCell(self.family, weights, L, TimeBox.of(c.T, c.delay))
+        )
+
+    def middle(self, weights):
+        """The loop of the mean of some corners, in floats."""
+        mean = weights.sum(axis=0) / len(weights)
+        return middle(self.family.loop(mean, self.controller.timing))
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedCell:
+    """A cell of plants of some `Joined` loops; ``cell`` is that of the sampled room."""
+
+    joined: Joined
+    cell: PlantCell
+
+    @cached_property
+    def _made(self):
+        """L, the corners' L F L^-1, and a bound of D'D (None where it is zero)."""
+        box = self.cell.clocks
+        (loops,), (bent,) = self.cell.loops(box), self.cell.bent(box)
+        return self.cell.turn @ balls(self.cell.L), loops, bent
+
+    def least(self, R):
+        """A positive number if F'PF < R in the whole cell, P = L'L of the cell."""
+        try:
+            L, loops, bent = self._made
+        except ZeroDivisionError:
+            return -np.inf
+        right = solve(L.T, solve(L.T, balls(exact((R + R.T) / 2)).T).T)
+        grams = [F.T @ F for F in loops]
+        if bent is None:
+            return min(least_pivot(right - gram) for gram in grams)
+        t = np.array(SHARES)[:, None, None]
+        less = middle(right) - (1 + 1 / t) * middle(bent)
+        left = [np.linalg.eigvalsh(less - (1 + t) * middle(g))[:, 0] for g in grams]
+        best = arb(exact(SHARES[int(np.min(left, axis=0).argmax())]))
+        return min(
+            least_pivot(right - (1 + best) * gram - (1 + 1 / best) * bent)
+            for gram in grams
+        )
+
+    def hull(self):
+        """Balls that hold F of every plant of the cell."""
+        joined, c = self.joined, self.joined.controller
+        family, weights = joined.family, self.cell.weights
+        corners = [family.loop(w, c.timing) for w in weights]
+        found = corners[0]
+        for F in corners[1:]:
+            found = np.vectorize(lambda a, b: a.union(b), otypes=[object])(found, F)
+        if len(weights) > 1:
+            one = balls(np.eye(len(found)))
+            for count, H in family.bends(weights, self.cell.last, one, c.timing):
+                wide = [arb(0, count * e.abs_upper() / 8) for e in H.flat]
+                found = found + np.array(wide, object).reshape(H.shape)
+        return found
+
+
+def work(function):
+    """The function, with the precision of balls around it."""
+
+    def inside(*arguments, **named):
+        with ctx.workprec(BALL_BITS):
+            return function(*arguments, **named)
+
+    return inside

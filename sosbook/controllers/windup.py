@@ -1,0 +1,188 @@
+r"""Limits with anti-windup: a proof of the loop within a region, by a sector.
+
+**Lemma.** Let u be a loop's outputs in units of their limits, and
+:math:`|u_k| \le 1 / (1 - \kappa)` on :math:`x^\top P x \le c`. There a limit takes away
+:math:`\tfrac \kappa 2 u + \delta` with :math:`|\delta_k| \le \tfrac \kappa 2 |u_k|`. If
+
+.. math::
+
+    \begin{bmatrix} P - H^\top H & 0 \\ 0 & (2/\kappa)^2 I \end{bmatrix} >
+    \begin{bmatrix} F_1^\top \\ G^\top \end{bmatrix} P \begin{bmatrix} F_1 & G
+    \end{bmatrix}
+
+for the loop :math:`x_{k+1} = F_1 x_k + G \delta_k`, in which the share
+:math:`\kappa / 2` of u is taken away, then every motion from the region stays in it and
+ends at rest.
+
+*Proof.* x'Px falls by more than |Hx|^2 - (2/kappa)^2 |delta|^2, which isn't negative.
+[] P > H'H, so c = 1 / (1 - kappa)^2 will do.
+
+Source: the circle criterion in a region, as in S. Tarbouriech et al., Stability and
+Stabilization of Linear Systems with Saturating Actuators (2011), chapter 3.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from flint import arb
+from scipy.linalg import matrix_balance
+
+from ..exact.rational import round_digits
+from ..language import Unknown, block
+from ..lmi.problem import LMIProblem
+from ..runtime.time_limit import OutOfTime, check_time, time_limit
+from ..sampled.balls import balls, middle
+from ..sampled.lyapunov import discrete_lyapunov
+from ..solver.loop import Unbounded
+from .bounds import longest_cut, outputs_of, rest
+from .cells import Joined, work
+
+__all__ = ["Reach", "proven_reach"]
+
+SECTORS = (0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)  # kappa
+ROOMS = (1e-4, 1e-3, 1e-2)  # of P's size: for the other plants of a cell
+MOST_CELLS = 32
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Which steps a controller survives although its output is limited.
+
+    Parameters
+    ----------
+    step : float or None
+        A set point that jumps by so much, at rest, is reached: proven for every plant
+        of the family, with the limit and its anti-windup; None where nothing was
+        proven.
+    sector : float or None
+        kappa: which share of the output the limit may take away.
+    cells : int
+        How many parts of the family the proof has.
+    unit : str
+        Of the step.
+    """
+
+    step: float | None
+    sector: float | None
+    cells: int
+    unit: str = ""
+
+    def __str__(self):
+        if self.step is None:
+            return "no step is proven to settle with the limit"
+        return (
+            f"steps up to {self.step:.4g} {self.unit} from rest settle with the limit, "
+            f"for every plant: proven, the limit may take away {100 * self.sector:g} % "
+            "of the output. Slew, sensors' steps and friction are no part of it"
+        )
+
+
+@work
+def proven_reach(c, j, seconds=30.0):
+    """The `Reach` of a controller's set point j, within so many seconds."""
+    at_rest = rest(c, j)
+    unit = c.set_points[j].unit
+    best = Reach(None, None, 0, unit)
+    if at_rest is None:
+        return best
+    try:
+        with time_limit(seconds):
+            for kappa in SECTORS:
+                step, cells = _covered(c, kappa, at_rest, best.step or 0.0)
+                if step is not None and step > (best.step or 0.0):
+                    best = Reach(step, kappa, cells, unit)
+    except OutOfTime:
+        pass
+    return best
+
+
+def _covered(c, kappa, at_rest, wanted):
+    """The step that is proven with a sector, in how many cells; None without proof."""
+    u_max = c.limits.u_max
+    joined = Joined(c, -c.W * u_max, -np.diag(u_max), kappa / 2)
+    H = outputs_of(c) / u_max[:, None]
+    queue, least, count = [joined.family.shape.whole()], np.inf, 0
+    while queue:
+        check_time()
+        weights = queue.pop()
+        found = _cell(joined, weights, H, kappa, at_rest)
+        count += 1
+        if found is not None:
+            least = min(least, found)
+            if least <= wanted:
+                return None, count
+            continue
+        if len(weights) == 1 or count + len(queue) + 2 > MOST_CELLS:
+            return None, count
+        queue += joined.family.shape.halves(weights, longest_cut(joined, weights))
+    return float(np.nextafter(least, 0)), count
+
+
+def _cell(joined, weights, H, kappa, at_rest):
+    """The proven step of one cell, or None."""
+    m, timing = joined.inputs, joined.controller.timing
+    wholes = [middle(joined.family.loop(w, timing)) for w in weights]
+    both = [F[:-m] for F in wholes]
+    if max(abs(np.linalg.eigvals(F[:, :-m])).max() for F in both) >= 1:
+        return None
+    g = at_rest.astype(float)
+    for room in ROOMS:
+        P = _common(both, H, kappa, g, room)
+        if P is None:
+            continue
+        N = len(P)
+        L = np.zeros((N + m,) * 2)
+        L[:N, :N] = round_digits(np.linalg.cholesky(P).T, 12)
+        L[N:, N:] = np.eye(m) * round_digits([2 / kappa], 6)[0]
+        R = np.zeros((N + m,) * 2)
+        R[:N, :N] = L[:N, :N].T @ L[:N, :N] - H.T @ H
+        R[N:, N:] = np.eye(m) * (2 / kappa) ** 2 * (1 - 1e-9)
+        R[:N, :N] -= 1e-12 * np.diag(np.diag(R[:N, :N]))  # for the roundings of R
+        if joined.cell(weights, L).least(R) > 0:
+            size = balls(L[:N, :N]) @ balls(at_rest)
+            length = sum((e.abs_upper() ** 2 for e in size.flat), arb(0)).sqrt()
+            step = 1 / ((1 - arb(float(kappa))) * length)
+            return float(step.abs_lower())
+    return None
+
+
+def _common(both, H, kappa, g, room):
+    """A P of the lemma for some loops, with room for others; None without."""
+    m, N = both[0].shape[1] - len(both[0]), len(both[0])
+    scale = _coordinates(both[0][:, :N], H)
+    back = np.linalg.inv(scale)
+    inside = [np.hstack([scale @ F[:, :N] @ back, scale @ F[:, N:]]) for F in both]
+    seen = H @ back
+
+    def write(values, number):
+        X = values["X"]
+        found = {"X": X}
+        for k, F in enumerate(inside):
+            A, G = number(F[:, :N]), number(F[:, N:])
+            corner = X - number(seen.T @ seen + room * np.eye(N)) - A.T @ X @ A
+            last = number(np.eye(m) * (2 / kappa) ** 2 * (1 - room)) - G.T @ X @ G
+            found[f"loop {k}"] = block(
+                [[corner, -(A.T @ X @ G)], [-(G.T @ X @ A), last]]
+            )
+        return found
+
+    problem = LMIProblem(write, [Unknown("X", N, symmetric=True)])
+    x = scale @ g
+    W = x @ x.T / np.trace(x.T @ x) + 1e-3 * np.eye(N)
+    found = problem.find(refuse=False).values
+    if found is None:
+        return None
+    try:
+        found = problem.minimize({"X": W}, 1e-3, found).values
+    except Unbounded:
+        pass
+    return scale.T @ found["X"] @ scale
+
+
+def _coordinates(F, H):
+    """Coordinates in which what the outputs see of the motions is near one."""
+    units = matrix_balance(F, permute=False, separate=True)[1][0] ** -2.0
+    P = discrete_lyapunov(F, H.T @ H)
+    rest = discrete_lyapunov(F, np.diag(units))
+    P = P + 1e-3 * np.trace(P / units) / np.trace(rest / units) * rest
+    return np.linalg.cholesky(P).T

@@ -1,0 +1,162 @@
+"""Bounds of outputs, and proofs with limits: no plant between vertices breaks them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.controllers import Controller, Replay
+from sosbook.plants.descriptor import descriptors
+from tests.axis import T, axis, design, drive
+
+LOADS = np.linspace(0.003, 0.006, 7)
+
+
+def loops(c, loads=LOADS):
+    return [c.loop(descriptors(drive(J2))[0]) for J2 in loads]
+
+
+def worst(h):
+    """The largest sum of |h| over the ticks."""
+    return float(abs(h).sum(axis=0).max())
+
+
+@pytest.fixture(scope="module")
+def bounded():
+    c = axis()
+    return c, c.noise(), c.ramp(1.0), c.step(1.0)
+
+
+def test_noise_of_an_encoder_at_the_worst(bounded):
+    c, noise, *_ = bounded
+    step = 2 * np.pi / 4096
+    true = [worst(x.impulses(x.noise, x.direct, 5000)) * step / 2 for x in loops(c)]
+    assert max(true) <= noise.proven < 1.6 * max(true)
+    assert noise.seen == pytest.approx(max(true[0], true[-1]), rel=1e-3)
+    coarse = c.noise(1024)
+    assert coarse.proven == pytest.approx(4 * noise.proven)
+    # a reading that is off as badly as it can be, tick by tick
+    loop = loops(c)[3]
+    h = loop.impulses(loop.noise, loop.direct, 600)[:, 0, 0]
+    x, push = np.zeros(len(loop.F)), np.sign(h[::-1]) * step / 2
+    for e in push:
+        u = loop.H @ x + loop.direct[0] * e
+        x = loop.F @ x + loop.noise[:, 0] * e
+    assert 0.9 * true[3] < abs(u[0]) <= noise.proven
+
+
+def test_ramps_and_steps_of_every_load(bounded):
+    c, _, ramp, step = bounded
+    sums, peaks = [], []
+    for loop in loops(c):
+        x, u = np.zeros(len(loop.F)), []
+        for _ in range(5000):
+            u.append((loop.H @ x + loop.direct_r[:, 0])[0])
+            x = loop.F @ x + loop.set_point[:, 0]
+        sums.append(abs(np.array(u)).sum() * T)
+        peaks.append(abs(np.array(u)).max())
+    assert max(sums) <= ramp.proven < 1.8 * max(sums)
+    assert max(peaks) <= step.proven < 2.2 * max(peaks)
+    assert ramp.seen <= max(sums) * (1 + 1e-6) and step.seen <= max(peaks) * (1 + 1e-6)
+    assert c.largest_step(2.0) == pytest.approx(2.0 / step.proven)
+    assert c.ramp_for(2.0) == pytest.approx(2.0 / ramp.proven)
+
+
+def test_a_set_point_that_moves_as_it_pleases_asks_no_more(bounded):
+    c, _, ramp, _ = bounded
+    rng = np.random.default_rng(2)
+    for loop in loops(c, LOADS[::3]):
+        x, r, most = np.zeros(len(loop.F)), 0.0, 0.0
+        for tick in range(4000):
+            if tick % 150 == 0:
+                speed = rng.choice([-1.0, 0.0, 1.0])
+            r += speed * T
+            most = max(most, abs(loop.H @ x + loop.direct_r[:, 0] * r)[0])
+            x = loop.F @ x + loop.set_point[:, 0] * r
+        assert 0.1 * ramp.proven < most <= ramp.proven
+
+
+@pytest.mark.slow
+def test_what_is_said_to_settle_settles():
+    """With the limit at work, on plants between, beyond and within the proof."""
+    c = axis().limit(2.0, tracking_time=0.05).watch(stall=20)
+    naive = c.set_point(r=[[1], [1]])
+    for one in (c, naive):
+        reach = one.reach()
+        assert reach.step > 0.3 and reach.sector > 0
+        inside = [descriptors(drive(J2))[0] for J2 in (0.0041, 0.006)]
+        run = one.simulate(2.0, r=[reach.step], plants=inside)
+        assert run.x[:, -1, 1] == pytest.approx([reach.step] * 2, rel=0.03)
+    assert abs(run.u).max() > 1.0  # the naive one asks much
+
+
+def test_the_sign_of_the_anti_windup_is_right():
+    c = axis().set_point(r=[[1], [1]]).watch(stall=20)
+    ways = {}
+    for name, time in (("right", 0.05), ("none", None), ("wrong", -0.05)):
+        limits = replace(c.limit(2.0).limits, tracking_time=time)
+        one = replace(c, limits=limits)
+        run = one.simulate(2.0, r=[8.0])
+        ways[name] = run.x[:, :, 1].max()
+    assert ways["right"] < 1.3 * 8 < ways["none"] < ways["wrong"]
+
+
+def test_no_reach_without_limits_and_no_ramp_against_springs():
+    with pytest.raises(ValueError, match="limit every output first"):
+        axis().reach()
+    spring = sos.SecondOrderSystem([[0.3]], [[1]], [[9.81]], [[1]])
+    found = sos.design_pid(spring, [[1]], region=sos.PoleRegion(1, rho=60))
+    c = found.controller(T=0.002)
+    with pytest.raises(ValueError, match="the plant pushes back"):
+        c.ramp()
+    assert c.limit(5.0).reach().step is None
+
+
+def test_an_encoder_that_is_too_coarse_is_named():
+    rough = design().controller(["motor"], T=T, delay=T, counts=24)
+    with pytest.raises(ValueError, match="counts are too coarse.*a count, and u_max"):
+        rough.limit(2.0)
+
+
+@pytest.mark.slow
+def test_bounds_of_four_vertices_and_two_inputs():
+    """Masses and springs in a box, units by .3 and 9.81: sums of all plants tried."""
+
+    def two(m, k):
+        return sos.SecondOrderSystem(
+            [[0.3 * m, 0], [0, 0.3]],
+            [[1, 0], [0.2, 1]],
+            [[9.81 * k, -1], [-1, 9.81]],
+            [[1, 0], [0, 2]],
+        )
+
+    plants = sos.Uncertain(two, m=(1, 1.3), k=(1, 1.2))
+    found = sos.design_pid(plants, region=sos.PoleRegion(1, rho=60))
+    c = found.controller(["z1", "z2"], T=0.005, delay=0.002)
+    c = Controller(**{n: getattr(c, n) for n in c.__dataclass_fields__})
+    c = replace(c, steps=np.array([1e-3, 2e-3]))
+    for k in range(2):
+        noise = c.noise(output=k)
+        true = []
+        for m, s in np.random.default_rng(0).uniform((1, 1), (1.3, 1.2), (12, 2)):
+            loop = c.loop(descriptors(two(m, s))[0])
+            h = abs(loop.impulses(loop.noise, loop.direct, 3000))[:, k].sum(axis=0)
+            true.append(h @ c.steps / 2)
+        assert noise.proven is not None
+        assert max(true) <= noise.proven < 2 * max(true)
+
+
+def test_jitter_is_proven_too():
+    proof = axis().certify(T=(0.9e-3, 1.1e-3), delay=(0, 0.2e-3), time_limit=60)
+    assert proof.proven or proof.failed  # an answer either way, of these clocks
+    steady = axis().certify(time_limit=60)
+    assert steady.proven and "0.0009" not in steady.claims[0]
+
+
+def test_the_program_stays_below_its_bounds():
+    c = axis().set_point(ramp=6.0).limit(2.0)
+    most = c.ramp(6.0).proven + c.noise().proven
+    run = c.simulate(1.2, r=lambda t: [6.0 if t < 0.5 else -6.0])
+    assert abs(run.u).max() <= most and not run.fault.any()
+    assert isinstance(Replay(c), Replay)
