@@ -33,7 +33,8 @@ SHORTHAND = {
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
     "pendulum/robot.py": {"lqr"},  # the name of a law in a description
     "pendulum/optimal.py": {"lqr"},
-    "controllers/controller.py": {"u_max"},  # an argument, in what is said of it
+    "controllers/answers.py": {"u_max"},  # an argument, in what is said of it
+    "controllers/controller.py": {"u_max"},
 }
 
 

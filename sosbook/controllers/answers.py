@@ -64,7 +64,7 @@ class Answers:
         )
 
     def loop(self, d: Any) -> Loop:
-        """The sampled loop with a plant, a `Descriptor` without integrators."""
+        """The sampled loop with a plant d, a `Descriptor` without integrators."""
         return Loop.of(self.parts, self.rows, self.timing, d)
 
     @cached_property

@@ -124,7 +124,7 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
 
 
 def rest(c, j):
-    """The state of the loop at rest at one unit of set point j, of every plant.
+    """The state of the loop of c at rest at one unit of set point j, of every plant.
 
     In rationals (N, 1), proven: there no plant of the family is pushed and the
     controller stays and asks nothing. None where there is no such state, as where
@@ -166,17 +166,20 @@ def begins(x):
 
 
 def settled(loop):
-    """After how many ticks nothing is left of an impulse but a millionth."""
+    """After how many ticks a ``loop`` has a millionth left of an impulse."""
     return min(MOST_TERMS, int(np.log(1e-6) / np.log(min(loop.radius, 0.999999))) + 2)
 
 
 def outputs_of(c):
-    """The rows that pick the outputs from the state of the loop."""
+    """The rows that pick the outputs of a controller c from the state of its loop."""
     return c.loops[0].H
 
 
 def longest_cut(joined, weights):
-    """Where a cell is halved: along its longest edge."""
+    """Where a cell of `Joined` loops is halved: along its longest edge.
+
+    ``joined`` are the loops, ``weights`` the cell's corners.
+    """
     F = [middle(joined.family.loop(w, joined.controller.timing)) for w in weights]
     shape = joined.family.shape
     if shape.axes:

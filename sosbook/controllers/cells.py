@@ -7,7 +7,7 @@ differ from their mixtures, as in `sosbook.sampled.cells`.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, wraps
 
 import numpy as np
 from flint import arb, ctx
@@ -63,21 +63,21 @@ class Joined:
         return self.own.shape[1]
 
     def cell(self, weights, L):
-        """The `JoinedCell` of some corners in the coordinates L [x; i]."""
+        """The `JoinedCell` of corners with these ``weights``, in L [x; i]."""
         c = self.controller
         return JoinedCell(
             self, PlantCell(self.family, weights, L, TimeBox.of(c.T, c.delay))
         )
 
     def middle(self, weights):
-        """The loop of the mean of some corners, in floats."""
+        """The loop of the mean of corners with these ``weights``, in floats."""
         mean = weights.sum(axis=0) / len(weights)
         return middle(self.family.loop(mean, self.controller.timing))
 
 
 @dataclass(frozen=True, eq=False)
 class JoinedCell:
-    """A cell of plants of some `Joined` loops; ``cell`` is that of the sampled room."""
+    """A cell of plants of some ``joined`` loops; ``cell`` is that of `sampled`."""
 
     joined: Joined
     cell: PlantCell
@@ -127,6 +127,7 @@ class JoinedCell:
 def work(function):
     """The function, with the precision of balls around it."""
 
+    @wraps(function)
     def inside(*arguments, **named):
         with ctx.workprec(BALL_BITS):
             return function(*arguments, **named)

@@ -80,7 +80,7 @@ class CompiledCode:
             self._start(state, row)
 
     def step(self, y, r=(), elapsed=None):
-        """As `Replay.step`: what is measured, the set points, seconds since then."""
+        """As `Replay.step`: y is measured, r the set points, ``elapsed`` the time."""
         if self.states is None:
             raise ValueError("the program isn't started: call start(y)")
         m = self._sizes[3]

@@ -58,7 +58,7 @@ def compiler():
 
 
 def build(folder, name, flags=FLAGS):
-    """Path of the shared library of <name>.c in a folder.
+    """Path of the shared library of <name>.c in a folder, made with these ``flags``.
 
     RuntimeError if there is no compiler, or it refuses.
     """

@@ -163,13 +163,40 @@ class Controller(Answers, ReadOnly):
         size = abs(self.K_x[:, : len(self.R)]) @ abs(self.R)
         return np.where(abs(K_r) <= ROUNDING * size, 0.0, K_r) + 0.0
 
-    A = property(lambda self: self.parts["A"], doc="How the memory moves, (l, l).")
-    B = property(lambda self: self.parts["B"], doc="How y acts on it, (l, q).")
-    B_r = property(lambda self: self.parts["B_r"], doc="How r acts on it, (l, p).")
-    C = property(lambda self: self.parts["C"], doc="How it acts on u, (m, l).")
-    D = property(lambda self: self.parts["D"], doc="How y acts on u, (m, q).")
-    D_r = property(lambda self: self.parts["D_r"], doc="How r acts on u, (m, p).")
-    W = property(lambda self: self.parts["W"], doc="How v - u acts on it, (l, m).")
+    @property
+    def A(self) -> np.ndarray:
+        """How the memory moves, (l, l)."""
+        return self.parts["A"]
+
+    @property
+    def B(self) -> np.ndarray:
+        """How y acts on it, (l, q)."""
+        return self.parts["B"]
+
+    @property
+    def B_r(self) -> np.ndarray:
+        """How r acts on it, (l, p)."""
+        return self.parts["B_r"]
+
+    @property
+    def C(self) -> np.ndarray:
+        """How it acts on u, (m, l)."""
+        return self.parts["C"]
+
+    @property
+    def D(self) -> np.ndarray:
+        """How y acts on u, (m, q)."""
+        return self.parts["D"]
+
+    @property
+    def D_r(self) -> np.ndarray:
+        """How r acts on u, (m, p)."""
+        return self.parts["D_r"]
+
+    @property
+    def W(self) -> np.ndarray:
+        """How v - u acts on it, (l, m)."""
+        return self.parts["W"]
 
     @property
     def order(self) -> int:
@@ -327,14 +354,14 @@ class Controller(Answers, ReadOnly):
             if asked[k] > COARSE * u_max[k]:
                 one = abs(self.D[k]) @ self.steps
                 raise ValueError(
-                    f"counts are too coarse for this law: their steps can move "
-                    f"{signal} by {asked[k]:.3g}, one alone by {one:.3g} a count, and u_max is "
-                    f"{u_max[k]:.3g}. Take more counts, a larger T, an observer with "
+                    "counts are too coarse for this law: their steps can move "
+                    f"{signal} by {asked[k]:.3g}, one alone by {one:.3g} a count, and "
+                    f"u_max is {u_max[k]:.3g}. Take more counts, a larger T, an observer with "
                     "less noise (peak) or a softer gain"
                 )
 
     def watch(self, **faults: Any) -> "Controller":
-        """With other `Faults`, such as ``lost=0.01``, in seconds."""
+        """With other ``faults``, such as ``lost=0.01``, in seconds: see `Faults`."""
         return replace(self, faults=replace(self.faults, **faults))
 
 

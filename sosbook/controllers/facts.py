@@ -26,7 +26,8 @@ def facts_of(c, precision, time_limit):
 
     Returns
     -------
-    ((title, lines), ...) and ((end of the name, text), ...)
+    tuple
+        ((title, lines), ...) and ((end of the name, text), ...).
     """
     sampled = c.certify(time_limit=time_limit)
     named = (("", "gain in continuous time", c.certificate), ("_sampled", "", sampled))

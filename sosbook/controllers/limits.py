@@ -14,7 +14,10 @@ MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
 
 
 def per_signal(name, value, signals):
-    """A number for each of some signals, from one number or a dict by their names."""
+    """A number for each of some signals, from a ``value`` or a dict by their names.
+
+    ``name`` is that of the argument.
+    """
     if value is None:
         return np.full(len(signals), np.inf)
     if not isinstance(value, dict):

@@ -30,6 +30,7 @@ class Loop:
     Parameters
     ----------
     F : (N, N) array
+        How the state moves.
     noise, set_point, pushed, limited : arrays of N rows
         What acts on the state: of the sensors, of the set point, a disturbance at the
         plant's input, and what the limits take away.
@@ -109,7 +110,10 @@ class Loop:
         return np.sqrt(np.maximum(np.diag(total), 0))
 
     def impulses(self, G, direct, count):
-        """(count, m, k) array: u after an impulse in each of k inputs at tick 0."""
+        """(count, m, k) array: u after an impulse in each of k inputs at tick 0.
+
+        They act on the state by G (N, k) and on u at once by ``direct`` (m, k).
+        """
         found, x = np.empty((count, len(self.H), G.shape[1])), G
         found[0] = direct
         for k in range(1, count):

@@ -10,7 +10,7 @@ BROKEN = 1e9  # of what the law answers: a number in it is broken
 
 
 def program_numbers(c):
-    """Arrays and numbers of a `Controller` by their names in its program.
+    """Arrays and numbers of a `Controller` c by their names in its program.
 
     Names that stand for counts of ticks have ints; everything else is floats, exactly
     those that the program is compiled with.

@@ -37,7 +37,15 @@ def controller_of(
     peak=2.0,
     time_limit=None,
 ):
-    """The `Controller` of a design: see `Gains.controller`."""
+    """The `Controller` of a design.
+
+    Parameters
+    ----------
+    design : Design
+        Or another result with a gain.
+    measured, T, delay, units, counts, memory, filter_time, peak, time_limit
+        As in `Gains.controller`, which calls this.
+    """
     T, delay = checked_delay(T, delay)
     request = design.request
     plant, U = request.plant, request.U

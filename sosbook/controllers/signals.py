@@ -34,7 +34,7 @@ class Signal:
 
 
 def unit_of(name, units):
-    """The unit of a signal, from those of the coordinates and the inputs.
+    """The unit of a signal, from the ``units`` of the coordinates and the inputs.
 
     Examples
     --------

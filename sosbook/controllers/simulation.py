@@ -72,7 +72,15 @@ def simulate_controller(
     program=None,
     lose=None,
 ):
-    """Run a controller's program: see `Controller.simulate`."""
+    """Run a controller's program.
+
+    Parameters
+    ----------
+    controller : Controller
+        Whose program it is.
+    seconds, r, w, x0, plants, friction, backlash, program, lose
+        As in `Controller.simulate`, which calls this.
+    """
     c = controller
     plants = c.vertices if plants is None else plants
     runs, (N, m) = len(plants), plants[0].Bu.shape

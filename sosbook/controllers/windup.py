@@ -79,7 +79,7 @@ class Reach:
 
 @work
 def proven_reach(c, j, seconds=30.0):
-    """The `Reach` of a controller's set point j, within so many seconds."""
+    """The `Reach` of a controller c for its set point j, within so many seconds."""
     at_rest = rest(c, j)
     unit = c.set_points[j].unit
     best = Reach(None, None, 0, unit)
