@@ -356,8 +356,8 @@ class Controller(Answers, ReadOnly):
                 raise ValueError(
                     "counts are too coarse for this law: their steps can move "
                     f"{signal} by {asked[k]:.3g}, one alone by {one:.3g} a count, and "
-                    f"u_max is {u_max[k]:.3g}. Take more counts, a larger T, an observer "
-                    "with less noise (peak) or a softer gain"
+                    f"u_max is {u_max[k]:.3g}. Take more counts, a larger T, a quieter "
+                    "observer (peak) or a softer gain"
                 )
 
     def watch(self, **faults: Any) -> "Controller":
