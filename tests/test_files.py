@@ -58,11 +58,12 @@ MATRIX_READERS = {
     "read_mtx": "mtx",
     "read_entries": "mtx",
     "read_mat": "mat",
+    "read_op4": "op4",
 }
 #: From a function that takes a file, to the endings of files and how it reads them.
 READERS = {
     "plants.files.load_plant": [
-        *((ending, load_plant) for ending in ("json", "npz", "mat")),
+        *((ending, load_plant) for ending in ("json", "npz", "mat", "op4")),
         *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx", "npz")),
     ],
     "proofs.command.read_plant_file": [("json", read_plant_file)],
@@ -118,6 +119,7 @@ WRITERS = {
     "exact.proof.ProofFile.save",
     "exact.proof.Unproven.save",  # always an error
     "synthesis.known_gain.KnownGainProof.save",  # an error, too
+    "synthesis.whole.EnergyProof.save",  # and this one
     "proofs.command.check_place",
     "pendulum.comparison.write_comparison",
     "controllers.compiler.build",

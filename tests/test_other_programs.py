@@ -17,6 +17,7 @@ import sosbook
 from sosbook import SecondOrderSystem
 from sosbook.plants import DescriptorSystem, load_plant
 from sosbook.runtime import matrix_files
+from tests.op4_files import binary_op4
 
 ONE = np.eye(4)
 MANUAL = Path(__file__).parents[1] / "book" / "api" / "plants.md"
@@ -367,11 +368,14 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     }.items():
         scipy.io.savemat(tmp_path / f"{name}.mat", x)
     npz(tmp_path, given)
+    aset = dict(MAA=given["M"], BAA=given["C"], KAA=given["K"], PA=B)
+    (tmp_path / "plant.op4").write_bytes(binary_op4(aset))
     save_npz(tmp_path / "sparse", given)
     mtx(tmp_path / "market", given)
     elements(tmp_path / "abaqus")
     elements(tmp_path / "penalties", K=given["K"] + np.diag([0, 1e36, 0, 1e36]))
     names = {"load_plant": load_plant, "np": np, "sos": sosbook, "sympy": sympy}
+    names |= {"M": given["M"], "D": given["C"], "S": given["K"], "B": B}
     names["system"] = control.ss(A, np.vstack([0 * B, B]), np.eye(8)[:1], 0)
     orders, page = [], MANUAL.read_text("utf-8").split("From your program")[1]
     lines = re.findall(r"\| `((?:load_plant|sos\.).*)` \|$", page, re.M)
@@ -383,4 +387,4 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
             if ".h5" not in line:  # `test_hdf5_is_read`
                 plant = eval(line, names)
                 orders.append(getattr(plant, "order", plant.n))
-    assert orders == [4, 4, 4, 4, 4, 4, 2, 2, 4, 8, 2]
+    assert orders == [4, 4, 4, 4, 4, 4, 2, 2, 4, 4, 8, 4, 2]

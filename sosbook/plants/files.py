@@ -13,6 +13,7 @@ from ..runtime.matrix_files import (
     read_mtx,
     read_npy,
     read_npz,
+    read_op4,
     read_sparse,
 )
 from ..runtime.reading import named, number, path_of, read_json, read_text
@@ -48,11 +49,11 @@ def load_plant(
         one of these in a line; ``#`` begins a comment), or ``M.mtx`` and so on
         (Matrix Market, or Abaqus's lines "node, dof, node, dof, value"), ``M.npy``,
         or ``M.npz`` (scipy.sparse.save_npz). Or one file that holds them all under
-        these names: ``.npz``, ``.mat``, ``.h5`` (that and MATLAB 7.3 by h5py) or
-        ``.json``. Where S or D isn't there, ``K`` of the size of M is the stiffness
-        and ``C`` the damping. Without M, but with ``A``, they are a state space
-        E x' = A x + B u + B_w w, y = C x + D u, where only A is needed. JSON has
-        M, D, S, B and F alone; it
+        these names: ``.npz``, ``.mat``, ``.h5`` (that and MATLAB 7.3 by h5py),
+        ``.op4`` (Nastran's OUTPUT4, ASCII or binary) or ``.json``. Where S or D isn't
+        there, ``K`` of the size of M is the stiffness and ``C`` the damping. Without
+        M, but with ``A``, they are a state space E x' = A x + B u + B_w w,
+        y = C x + D u, where only A is needed. JSON has M, D, S, B and F alone; it
         may have a list of such plants under ``"vertices"``, or ranges under
         ``"parameters"``, and be the file of ``python -m sosbook design``.
     names : dict, optional
@@ -96,7 +97,8 @@ def load_plant(
     """
     place = path_of(path)
     kind = place.suffix.lower()
-    readers = {".npz": read_npz, ".mat": read_mat, ".h5": read_mat, ".json": read_json}
+    arrays = {".npz": read_npz, ".mat": read_mat, ".h5": read_mat, ".op4": read_op4}
+    readers = arrays | {".json": read_json}
     if place.is_dir():
         there = _folder(place)
         chosen = _chosen(place, there, names or {})

@@ -1,4 +1,4 @@
-"""Matrices in files of other programs: NumPy, SciPy, MATLAB, Matrix Market, Abaqus.
+"""Matrices in files of other programs: NumPy, MATLAB, Matrix Market, Abaqus, Nastran.
 
 They are read within limits, as `reading` does; nothing in a file is ever executed.
 """
@@ -11,6 +11,7 @@ from math import prod
 import numpy as np
 
 from .libraries import library
+from .op4 import matrices_of_op4
 from .reading import MOST_BYTES, number, read_bytes, read_text
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "read_mtx",
     "read_npy",
     "read_npz",
+    "read_op4",
     "read_sparse",
 ]
 
@@ -187,6 +189,13 @@ def _hdf5(content):
                 parts = [item[x][()] if x in item else [] for x in ("data", "ir", "jc")]
                 arrays[name] = csc_array(tuple(parts), shape=shape)
     return arrays
+
+
+def read_op4(path):
+    """The matrices in a file of Nastran's OUTPUT4 at ``path``, a dict."""
+    content = read_bytes(path)
+    with _decoded(path, "a file of Nastran (OUTPUT4)"):
+        return matrices_of_op4(content, check_size)
 
 
 def check_size(*shape):
