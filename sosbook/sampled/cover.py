@@ -62,7 +62,8 @@ class _Search:
         """Where a cell is, by the weights of the plant's vertices."""
         mean = np.zeros(weights.shape[1])
         mean[self.family.shape.order] = weights.astype(float).mean(axis=0)
-        return "weights " + np.array2string(mean, precision=3, separator=", ")
+        weights = np.array2string(mean, np.inf, precision=3, separator=", ")
+        return f"weights {weights}"
 
     def around(self, weights):
         """The same, for a cell about a place."""

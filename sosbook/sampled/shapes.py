@@ -47,8 +47,9 @@ class PlantShape:
         several = [d.map(exact) for d in vertices]
         pairs = [(d.E, np.hstack([d.A, d.Bu])) for d in several]
         order, axes = list(range(len(pairs))), 0
-        if plant.family is not None and plant.family.multi_affine:
-            axes = (len(pairs) - 1).bit_length()
+        family = plant.family
+        if family and family.multi_affine and len(pairs) == 2 ** len(family.degree):
+            axes = len(family.degree)
         elif found := _box([np.hstack(pair) for pair in pairs]):
             order, axes = found, (len(pairs) - 1).bit_length()
         axes = axes if axes > 1 else 0
