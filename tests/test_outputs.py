@@ -497,3 +497,21 @@ def test_a_cost_with_cross_terms_is_that_of_the_Riccati_equation(noise):
     ):
         with pytest.raises(ValueError, match=message):
             sos.QuadraticCost(**wrong)
+
+
+def test_the_noise_of_a_sensor_is_in_the_force_that_a_law_gives():
+    """u = K_P y + K_D (y - xi) / tau, tau xi' = y - xi, y = z + 0.3 w[1]."""
+    one = sos.SecondOrderSystem([[2]], [[0.4]], [[3]], [[1]], [[1, 0]])
+    law = sos.PIDLaw(position=[[1]], filter=0.2, noise=[[0, 0.3]])
+    gain = np.array([[-2 - 1 / 0.2, 0, 1 / 0.2]])
+    A = np.array([[0, 1, 0], [-1.5, -0.2, 0], [5, 0, -5]]) + np.outer([0, 0.5, 0], gain)
+    W = np.array([[0, 0], [0.5, 0.15 * gain[0, 0]], [0, 1.5]])
+    felt = np.vstack([0.1 * A[1], gain])
+    through = np.vstack([0.1 * W[1], [0, 0.3 * gain[0, 0]]])
+    norm = on_a_grid(A, W, felt, through)
+    y = sos.Output(acceleration=0.1) & sos.Output(input=1)
+    for factor, status in ((1.01, "feasible"), (0.99, "infeasible")):
+        asked = [sos.HInfinity(factor * norm, outputs=y)]
+        found = sos.analyse_pid(one, [[-2.0, -1.0]], law=law, requirements=asked)
+        assert found.status == status, found.reason
+        assert (found.certify() if factor > 1 else found.infeasibility).proven

@@ -118,6 +118,7 @@ class Parts(ReadOnly):
             Bw=whole.Bw + noise,
             Du=d.Du,
             Dw=Dw,
+            Uw=through if (through != 0).any() else None,
         )
 
     def state_gain(self, K):

@@ -59,6 +59,8 @@ class Descriptor(ReadOnly):
         How w enters it.
     Ca : (q, N) array, optional
         How x' enters it: the accelerations among it.
+    Uw : (m, p) array, optional
+        How w enters u = K x + Uw w, by the noise of a sensor; zero without it.
     n, a : int
         The first states are n displacements z, n velocities z' and a integrals x3;
         zero where they aren't.
@@ -72,6 +74,7 @@ class Descriptor(ReadOnly):
     Du: np.ndarray | None = None
     Dw: np.ndarray | None = None
     Ca: np.ndarray | None = None
+    Uw: np.ndarray | None = None
     n: int = 0
     a: int = 0
 
@@ -87,6 +90,7 @@ class Descriptor(ReadOnly):
         return Descriptor(
             E if d is self else function(d.E),
             *(x if x is None else function(x) for x in parts),
+            Uw=None if self.Uw is None else function(d.Uw),
             n=self.n,
             a=self.a,
         )
@@ -467,7 +471,8 @@ def combined(vertices, function):
             return first
         return function(some)
 
-    return Descriptor(*map(one, MATRICES), n=vertices[0].n, a=vertices[0].a)
+    first = vertices[0]  # of one law: w enters u alike
+    return Descriptor(*map(one, MATRICES), Uw=first.Uw, n=first.n, a=first.a)
 
 
 def _same(x, y):

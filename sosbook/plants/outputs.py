@@ -235,7 +235,7 @@ class Output(ReadOnly):
             }
         found = self.rows(places, N, d.Bu.shape[1], d.Bw.shape[1])
         found = {k: None if x is None else number(x) for k, x in found.items()}
-        return replace(d, **found)
+        return _with_noise(replace(d, **found))
 
     def data(self) -> list:
         """What a proof file says of it: rows in decimals by argument, part by part."""
@@ -257,6 +257,14 @@ class Output(ReadOnly):
         for other in others:
             first = first & other
         return first
+
+
+def _with_noise(d):
+    """A `Descriptor` d whose output sees of w what is in u, too."""
+    if d.Uw is None or d.Du is None:
+        return d
+    through = d.Du @ d.Uw
+    return replace(d, Dw=through if d.Dw is None else d.Dw + through)
 
 
 def _of_data(part):

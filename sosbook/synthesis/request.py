@@ -131,12 +131,6 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
         object.__setattr__(self, "gain", gain)
         for r in self.requirements:
             r.check(self)
-            if self._noisy_law and getattr(r.outputs, "input", None) is not None:
-                raise ValueError(
-                    f"{r.name}: its output weighs u, and the law's noise enters u "
-                    "directly, which no output of its own knows: give the noise a "
-                    "filter, or weigh u by D_u of a DescriptorSystem"
-                )
         self._check_unknowns()
 
     def _descriptors(self, gain):
@@ -170,10 +164,6 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
     def law_parts(self):
         """What the law joins to the plant."""
         return self.law.parts(self.plant)
-
-    @property
-    def _noisy_law(self):
-        return self.law is not None and (self.law_parts.noisy != 0).any()
 
     @cached_property
     def exact_gain(self):
