@@ -160,3 +160,18 @@ def test_the_program_stays_below_its_bounds():
     run = c.simulate(1.2, r=lambda t: [6.0 if t < 0.5 else -6.0])
     assert abs(run.u).max() <= most and not run.fault.any()
     assert isinstance(Replay(c), Replay)
+
+
+@pytest.mark.slow
+def test_single_precision_stays_within_its_bound():
+    """Two closed loops without steps of sensors, in both precisions."""
+    c = replace(axis().set_point(ramp=6.0), steps=np.zeros(1))
+    single = c.rounding("single", range=60.0, speed=6.0)
+    ways = [Replay(c, 2, kind) for kind in (float, np.float32)]
+    runs = [c.simulate(2.0, r=[12.0], program=way) for way in ways]
+    off = abs(runs[0].u - runs[1].u).max()
+    assert 0 < off < single.proven < 0.1
+    double = c.rounding("double", range=60.0, speed=6.0)
+    assert double.proven == pytest.approx(single.proven * 2.0**-29, rel=1e-2)
+    with pytest.raises(ValueError, match="precision must be"):
+        c.rounding("half", range=1.0, speed=1.0)

@@ -8,6 +8,7 @@ from .limits import Faults, Limits
 from .of_design import controller_of
 from .program import Code
 from .replay import Replay
+from .report import write_report
 from .signals import Signal
 from .simulation import Backlash, Run
 from .windup import Reach
@@ -28,4 +29,5 @@ __all__ = [
     "code_fault",
     "controller_of",
     "read_gains",
+    "write_report",
 ]

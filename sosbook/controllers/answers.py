@@ -16,6 +16,7 @@ from .facts import facts_of
 from .limits import quantum
 from .loop import Loop
 from .program import Code
+from .rounding import rounding_bound
 from .simulation import Run, simulate_controller
 from .windup import Reach, proven_reach
 
@@ -267,6 +268,33 @@ class Answers:
         if bound.proven is None:
             raise ValueError(f"u_max: {bound}: no bound was proven in time")
         return positive("u_max", u_max) / bound.proven
+
+    def rounding(
+        self, precision: str = "single", *, range: float, speed: float, output: int = 0
+    ) -> Bounded:
+        """What the rounding of the program does to an output, at the worst.
+
+        Parameters
+        ----------
+        precision : {"double", "single"}
+            Of the program.
+        range, speed : float
+            How far from zero the set point goes, from rest, and how fast.
+        output : int
+            Which one.
+
+        Returns
+        -------
+        Bounded
+            To first order in the rounding of one operation, as long as no limit is
+            reached; for every plant and every time.
+
+        Raises
+        ------
+        ValueError
+            As for `ramp`.
+        """
+        return rounding_bound(self, precision, range, speed, output)
 
     def reach(self, set_point: int = 0, seconds: float = 30.0) -> Reach:
         """Which steps settle although the output is limited: see `Reach`.

@@ -88,8 +88,8 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
         The controller.
     own, direct : (l, j) and (m, j) arrays
         How inputs act on its memory and on u; the j sums are added.
-    k : int
-        Which output.
+    k : int or (N,) array
+        Which output, or what else of the loop's state, by a row.
     start : callable, optional
         From balls that hold F to balls that hold the states (N, j) from which the
         motions begin; without it they are what the inputs leave.
@@ -100,14 +100,15 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
     """
     joined = Joined(c, own, direct)
     alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
-    h = outputs_of(c)[k]
+    output = isinstance(k, int)
+    h, at_once = (outputs_of(c)[k], direct[k]) if output else (k, 0 * direct[0])
     queue, worst, count = [joined.family.shape.whole()], 0.0, 0
     try:
         with time_limit(seconds):
             while queue:
                 check_time()
                 weights = queue.pop()
-                found, true = _cell(joined, alone, weights, h, k, direct, start, peak)
+                found, true = _cell(joined, alone, weights, h, at_once, start, peak)
                 count += 1
                 last = count + len(queue) >= MOST_CELLS or len(weights) == 1
                 if found <= GOOD * true or (last and np.isfinite(found)):
@@ -193,7 +194,7 @@ def longest_cut(joined, weights):
     return tuple(int(x) for x in np.unravel_index(far.argmax(), far.shape))
 
 
-def _cell(joined, alone, weights, h, k, direct, start, peak):
+def _cell(joined, alone, weights, h, at_once, start, peak):
     """(bound, what is true of the corners in floats) of one cell."""
     j, timing = joined.inputs, joined.controller.timing
     wholes = [middle(joined.family.loop(w, timing)) for w in weights]
@@ -204,7 +205,7 @@ def _cell(joined, alone, weights, h, k, direct, start, peak):
     starts = [F[:-j, -j:] for F in wholes]
     if start is not None:
         starts = [middle(start(balls_of_floats(F))) for F in wholes]
-    at_once = None if start else direct[k]
+    direct, at_once = at_once, None if start else at_once
     true = max(_true(F, G, h, at_once, peak) for F, G in zip(loops, starts))
     P, r, head = _best(loops[slow], starts[slow], h, at_once)
     used, head = (1.0, 0) if peak else (r**USED, head)
@@ -216,7 +217,7 @@ def _cell(joined, alone, weights, h, k, direct, start, peak):
         L, seen = _root(X), np.outer(h, h)
         R = L.T @ L if peak else (L.T @ L - seen) / used**2
         if alone.cell(weights, L).least(R) > 0:
-            return _enclosed(joined, weights, L, h, direct[k], start, used, head), true
+            return _enclosed(joined, weights, L, h, direct, start, used, head), true
     return np.inf, true
 
 

@@ -36,7 +36,7 @@ class Gains(Result[Proven]):
         ``design.gain.but(design.certify().K)`` is the proven one.
         """
         if self._law is not None:
-            return Gain(self.K, self.request.law_parts.signals)
+            return Gain(self._gain(), self.request.law_parts.signals)
         return Gain(self._gain(), signals(self.request.plant, self.request.U))
 
     def controller(
@@ -115,6 +115,39 @@ class Gains(Result[Proven]):
         """The gain from the state to u; with a law its K is another one."""
         K = super()._gain()
         return K if self._law is None else self.request.state_gain
+
+    def report(
+        self,
+        folder: Any,
+        measured: Sequence[str] | None = None,
+        *,
+        name: str = "axis",
+        replace: bool = False,
+        controller: Any = None,
+        **asked: Any,
+    ) -> Any:
+        """One page of all that is known of the controller, its proofs and its program.
+
+        Parameters
+        ----------
+        folder : str or Path
+            Where it goes; index.html needs no other file to be read.
+        measured, **asked
+            As for `controller`.
+        name : str
+            Of the program.
+        replace : bool
+            Files that are there with another text are replaced.
+        controller : Controller, optional
+            With limits and more; in the place of ``measured`` and ``asked``.
+
+        Returns
+        -------
+        Path
+            Of index.html.
+        """
+        made = controller or self.controller(measured, **asked)
+        return later("controllers", "write_report")(self, made, folder, name, replace)
 
     @property
     def K_P(self) -> np.ndarray:

@@ -1,0 +1,91 @@
+"""What the rounding of a program's arithmetic does to its outputs, at the worst.
+
+A sum of n products is off by at most (n + 2) e times the sum of their sizes, to first
+order in e, the rounding of one operation: n roundings of sums, one of a product and one
+of a number that the program has for a decimal (Higham, 2002). These errors are inputs
+of the loop, and what they do to an output is a sum as in `sosbook.controllers.bounds`,
+proven for every plant. So they don't pile up: the loop forgets them.
+"""
+
+import numpy as np
+
+from ..plants.checks import positive
+from .bounds import Bounded, begins, bounded_output, rest, settled
+
+__all__ = ["EPSILON", "rounding_bound"]
+
+EPSILON = {"double": 2.0**-53, "single": 2.0**-24}
+
+
+def rounding_bound(c, precision, range, speed, output):
+    """The `Bounded` of what rounding does to an output.
+
+    Parameters
+    ----------
+    c : Controller
+        With one set point and no springs that push back at rest.
+    precision : {"double", "single"}
+        Of the program.
+    range : float
+        How far from zero the set point goes.
+    speed : float
+        How fast it moves, per second; from rest at zero.
+    output : int
+        Which output.
+    """
+    if precision not in EPSILON:
+        raise ValueError(f"precision must be 'double' or 'single', got {precision!r}")
+    positive("range", range), positive("speed", speed)
+    x = rest(c, 0)
+    if x is None or len(c.set_points) != 1:
+        raise ValueError(
+            "set_point: a bound of the rounding needs one set point, at which the "
+            "plant rests by itself"
+        )
+    own = _sizes(c, x, range, speed)
+    if own is None:
+        return Bounded(None, np.nan, c.outputs[output].unit)
+    sizes, seen = own
+    columns = _errors(c, EPSILON[precision], sizes, seen, range)
+    found = bounded_output(c, *columns, output)
+    there = []
+    for loop in c.loops:
+        G = loop.pushed @ columns[1]
+        G[len(G) - len(c.A) :] = columns[0]
+        h = loop.impulses(G, columns[1], settled(loop))[:, output]
+        there.append(float(abs(h).sum()))
+    return Bounded(found, max(there), c.outputs[output].unit)
+
+
+def _sizes(c, x, range, speed):
+    """The largest sizes of the memory and of y in such motions, or None."""
+    N, l = len(x), len(c.A)
+    plant = c.rows.shape[1]
+    rows = [np.eye(N)[N - l + i] for i in np.arange(l)]
+    rows += [np.concatenate([row, np.zeros(N - plant)]) for row in c.rows]
+    found = []
+    for row in rows:
+        moved = bounded_output(c, c.B_r, c.D_r, row, begins(x))
+        if moved is None:
+            return None
+        at_rest = abs(row @ x.astype(float)[:, 0]) * range
+        found.append(at_rest + moved * speed * c.T)
+    return np.array(found[:l]), np.array(found[l:])
+
+
+def _errors(c, e, memory, seen, range):
+    """How the roundings act on the memory and on u: own and direct, a column each."""
+    r = np.full(len(c.set_points), range)
+
+    def row_errors(*pairs):
+        count = sum(M.shape[1] for M, _ in pairs) + 2
+        return count * e * sum(abs(M) @ v for M, v in pairs)
+
+    own = row_errors((c.A, memory), (c.B, seen), (c.B_r, r))
+    direct = row_errors((c.C, memory), (c.D, seen), (c.D_r, r))
+    n, m = len(own), len(direct)
+    read, ramped = e * seen, 3 * e * r
+    return (
+        np.hstack([np.diag(own), np.zeros((n, m)), c.B * read, c.B_r * ramped]),
+        np.hstack([np.zeros((m, n)), np.diag(direct), c.D * read, c.D_r * ramped]),
+    )
