@@ -122,7 +122,12 @@ WRITERS = {
     "synthesis.whole.EnergyProof.save",  # and this one
     "proofs.command.check_place",
     "pendulum.comparison.write_comparison",
+    "controllers.compiled.CompiledCode.__init__",
     "controllers.compiler.build",
+    "controllers.program.Code.write",
+    "controllers.report.write_report",
+    "synthesis.gains.Gains.report",
+    "synthesis.structured.doors.SumOfPoles.save",  # always an error, as Unproven.save
     "pendulum.compiled.Compiled.__init__",
     "pendulum.log.Log.write",
     "pendulum.proven.Deployment.write",

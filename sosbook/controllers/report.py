@@ -87,7 +87,7 @@ def _page(design, c, code):
         f"<p>Sensitivity at the input, at most: {design.sensitivity_peak():.3f}; "
         f"sampled, with memory and delay: {c.sensitivity_peak():.3f}; at the corners, "
         "in floats.</p>",
-        pole_map(np.atleast_2d(design.poles()), design.request.region),
+        pole_map(np.atleast_2d(design.poles()), design._region()),
         "<h2>What is proven, bounded and simulated of the program</h2>",
     ]
     for title, lines in code.facts:
