@@ -224,3 +224,18 @@ def test_equations_do_what_they_promise():
     block = stable @ P + P @ stable.T + B @ B.T + P @ P / (1.01 * norm) ** 2
     assert np.linalg.eigvalsh(P)[0] > 0 and np.linalg.eigvalsh(block)[-1] < 0
     assert equations.bounded_real(stable, B, np.eye(6), 0.99 * norm) is None
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.3])
+def test_the_point_of_the_mean_is_tried_at_several_vertices(unit):
+    """Masses that differ by a part of the damping: pairs are needed, and kept."""
+    one = structure(unit=unit)
+    other = sos.SecondOrderSystem(1.002 * one.M, one.D, one.S, one.B, one.F)
+    plants = sos.Polytope([one, other])
+    before = max(p.poles().real.max() for p in plants.vertices)
+    for sigma, still in ((-0.5 * before, True), (-1.5 * before, False)):
+        design = sos.design_pid(plants, region=sos.PoleRegion(sigma))
+        assert design.status == "feasible" and design.central is False
+        assert "found by an equation" in design.reason and design.K.any() != still
+        assert design.certify().proven
+        assert design.poles(samples=5).real.max() < -sigma

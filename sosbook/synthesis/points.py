@@ -12,6 +12,7 @@ from scipy.linalg import LinAlgError
 
 from ..analysis.riccati import riccati
 from ..lmi.solution import CLEAR_MARGIN
+from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.time_limit import check_time
 from ..solver.loop import margin
@@ -23,11 +24,13 @@ from .solution import Solution
 __all__ = ["FROM_STATES", "at", "odd_mass", "point"]
 
 FROM_STATES = 40  # a smaller plant has its centre in less than a second
+MOST_PAIRS = 21  # of six vertices; of more Cuts look at few
 ROUNDING = 1e-12  # of the largest entry of M
 WEIGHTS = 10.0 ** np.arange(
     4, -9, -1
 )  # of the input in the Riccati equation of a bounded response
 INSIDE = 1.01, 1.1, 1.5  # decays asked of the modes that move, relative to sigma
+ONE, SEVERAL = 1e-3, 0.2  # of a mode's place, to the edge: nearer ones move, too
 DISKS = 6  # centres that are tried, where a decay alone won't do
 
 NOT_CENTRAL = "K is no analytic centre but found by an equation: {how}."
@@ -39,9 +42,10 @@ def point(request):
     Parameters
     ----------
     request : Request
-        Of any plant; of several vertices or with a slack matrix nothing is tried.
+        Of any plant. Of several vertices that of the mean is tried at all pairs; of
+        many, or with a slack matrix, nothing is.
     """
-    if len(request.distinct) > 1 or request.coupling == "slack":
+    if len(request.pairs) > MOST_PAIRS or request.coupling == "slack":
         return None
     T = balanced(request.plant.vertices[0], request.vertices[0])
     if T is None:
@@ -104,9 +108,11 @@ class _Loop:
     """The plant in a frame, and what may do for it."""
 
     def __init__(self, request, frame):
-        (self.d,) = (request.vertices_at(frame)[i] for i in request.distinct)
+        there = request.vertices_at(frame)
+        self.d = mean_descriptor([there[i] for i in request.distinct])
         self.A, self.B, self.Bw = self.d.state_space()
         self.request, self.frame = request, frame
+        self.reserve = ONE if len(request.distinct) == 1 else SEVERAL
         self.forms = [
             tuple(np.array(x, float) for x in r.pole_matrices())
             for r in request.demands
@@ -143,13 +149,15 @@ class _Loop:
 
     def _deflated(self, design, words):
         try:
-            K, count = deflated(self.A, self.B, lambda s: not self._keeps(s), design)
+            K, count = deflated(
+                self.A, self.B, lambda s: not self._keeps(s, self.reserve), design
+            )
         except (LinAlgError, ValueError):  # a mode that the inputs hardly reach
             return
         if np.isfinite(K).all():
             yield words.format(count, len(self.A)), K
 
-    def _keeps(self, s, reserve=1e-3):
+    def _keeps(self, s, reserve):
         """Whether a pole lies in all regions, and not at an edge."""
         return all(
             np.linalg.eigvalsh(a + s * b + np.conj(s) * b.T)[-1]
