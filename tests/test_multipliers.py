@@ -13,6 +13,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook import theorems
+from sosbook.exact.checker import verdict
 from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown
 from sosbook.plants.descriptor import Descriptor, descriptors
@@ -199,15 +200,18 @@ def test_auto_takes_multipliers_where_they_are_to_be_had():
         sos.design_pid(plants, coupling="multipliers")
 
 
-def test_a_proof_that_is_no_file_says_so(tmp_path):
+def test_a_proof_is_a_file_about_the_gain_as_it_is_printed(tmp_path):
     plants = sos.Polytope([sos.SecondOrderSystem(m, 0.1, 1, 1) for m in (1, 2)])
-    free = dict(coupling="multipliers")
-    proof = sos.analyse_pid(plants, [[-1 / 3, -1]], **free).certify()
-    assert proof.proven and (proof.K == [[-1 / 3, -1]]).all()
-    with pytest.raises(ValueError, match="pairs"):
+    known = sos.analyse_pid(plants, [[-1 / 3, -1]], coupling="multipliers")
+    for proof, K in (
+        (known.certify(), [[-1 / 3, -1]]),
+        (known.certify(3), [[-0.333, -1]]),
+    ):
+        assert proof.proven and proof.K.tolist() == K
         proof.save(tmp_path / "proof.json")
-    rounded = sos.analyse_pid(plants, [[-1 / 3, -1]], **free).certify(3)
-    assert rounded.proven and rounded.K.tolist() == [[-0.333, -1]]
+        again = sos.proofs.load(tmp_path / "proof.json")
+        assert again.verify() and again.K.tolist() == K
+        assert verdict.check(again.text) == list(proof.claims)
 
 
 def test_the_time_ends():

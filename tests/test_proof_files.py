@@ -28,6 +28,7 @@ from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.certificates import Certificate
 from tests.oracles import check_version_1 as old_checker
 from tests.oracles import without_text
+from tests.test_multipliers import loops
 
 ONE = [[1.0]]
 
@@ -143,8 +144,97 @@ def late(**asked):
     return sos.design_delay_pid(DELAYED, U=[[1, 0]], **asked).certify()
 
 
+def moving(m, v):
+    """A parameter squared: Bernstein's middle coefficient is no plant."""
+    return sos.SecondOrderSystem([[m]], [[0.2 + 0.1 * v]], [[1 + v**2]], ONE, ONE)
+
+
+def parallelogram():
+    """Loops that are a box of two parameters, whose vertices stand in no order."""
+    parts = [[*x, x[1] + x[2] - x[0]] for x in loops(29, vertices=3, spread=2.2)[:2]]
+    return sos.DescriptorSystem(*([x[k].round(3) for k in (3, 1, 0, 2)] for x in parts))
+
+
+def known(plant, K, U=None, cells=1, **asked):
+    """The proof of a known gain by so many cells or more."""
+    design = sos.analyse_pid(plant, K, U, coupling="multipliers", **asked)
+    assert max(part.cells for part in design.parts) >= cells
+    return design.certify()
+
+
+def measured(law, gains, **asked):
+    """The proof of a law for two carts, of which the first's position is measured."""
+    carts = [driven([m, 1.0]) for m in (1, 1.2)]
+    return sos.analyse_pid(sos.Polytope(carts), gains, law=law, **asked).certify()
+
+
+TRIANGLE = loops(6, vertices=3, spread=1.6)
+GENTLE = [[-1, -0.5]]
 # What the stand-alone checker decides, and what it must pass on.
 PROOFS = {
+    "known gain": lambda: known(
+        sos.Uncertain(moving, m=(0.5, 2), v=(-1, 3)),
+        GENTLE,
+        cells=3,
+        region=sos.LMIRegion.disk(8, -1) & sos.LMIRegion.sector(1.53),
+        gamma=2.0,
+        saturation=sos.Saturation(4, [1, 0]),
+        cost=sos.QuadraticCost(C=[[1, 0]], R=ONE, noise="F", bound=30.0),
+    ),
+    "known gain, in a box": lambda: known(
+        parallelogram(),
+        np.zeros((0, 4)),
+        cells=2,
+        region=sos.LMIRegion.half_plane(0.222),
+    ),
+    "known gain, in a simplex": lambda: known(
+        sos.DescriptorSystem(*TRIANGLE[:2]),
+        np.zeros((0, 4)),
+        cells=2,
+        region=sos.LMIRegion.half_plane(0.851),
+    ),
+    "known law": lambda: measured(
+        sos.PIDLaw([[1, 0]], integrate=True, filter=0.3, noise=[[0, 0.1]]),
+        dict(K_P=[[0.1], [0]], K_D=[[-0.6], [0.1]], K_I=[[-0.1], [0]]),
+        gamma=12.0,
+        region=sos.PoleRegion(0.02, 1.55, 20),
+        saturation=sos.Saturation(9, [0.1, 0, 0, 0, 0, 0]),
+        cost=sos.QuadraticCost(np.eye(6), np.eye(2), "states", bound=1e4),
+    ),
+    "known gain, outputs": lambda: known(
+        sos.Uncertain(moving, m=(0.5, 2), v=(1, 2)),
+        GENTLE,
+        requirements=[
+            sos.HInfinity(
+                6.0,
+                outputs=sos.Output(acceleration=1, name="felt")
+                & sos.Output(input=0.1, disturbance=0.2),
+                name="ride",
+            ),
+            sos.HInfinity(3.0, inputs=[0]),
+            sos.H2(3.0, outputs=sos.Output(position=1, input=0.1)),
+        ],
+    ),
+    "known gain, outputs that differ": lambda: known(
+        sos.DescriptorSystem(
+            [np.eye(2), np.diag([1, 1.5])],
+            A2,
+            [[0], [1]],
+            [[0], [1]],
+            C=[[[1, 0]], [[1, 0.2]]],
+            D_u=[[[0.1]], [[0.2]]],
+            D_w=[[[0.3]], [[0]]],
+        ),
+        [[-0.1, -0.2]],
+        gamma=5.0,
+        cost=sos.QuadraticCost(np.eye(2), ONE, "F", bound=50.0, N=[[0.1], [0]]),
+    ),
+    "known dynamic law": lambda: measured(
+        sos.DynamicLaw(1, [[1, 0]], strictly_proper=True, noise=[[0, 0.1]]),
+        [[0, -0.5], [0, 0], [0.2, -1]],
+        region=sos.PoleRegion(0.02),
+        cost=sos.QuadraticCost(np.eye(5), np.eye(2), "F", bound=1e4),
+    ),
     "example 1": robot,
     "regions": lambda: every_region("pairs"),
     "regions, slack": lambda: every_region("slack"),
@@ -323,6 +413,9 @@ BEYOND = {
 }
 
 
+NEWER = {"known gain"}  # than the checker of files of version 1
+
+
 @cache
 def proof_of(name):
     """The proof of that name, made once for all files of tests."""
@@ -338,7 +431,9 @@ def test_the_checker_agrees(name):
     assert json.loads(proof.text)["version"] == 2
     assert checker.check(proof.text) == list(proof.claims)
     old = without_text(proof)
-    assert old_checker.check(old) == checker.check(old) == list(proof.claims)
+    assert checker.check(old) == list(proof.claims)
+    if proof.kind not in NEWER:
+        assert old_checker.check(old) == list(proof.claims)
     assert type(proof)(old).proven
 
 
@@ -365,7 +460,6 @@ SPEAKERS = {
     "Bound": "a number: the bound that its part proves",
     "Examined": "the verdict on a file",
     "Proof": "matrices of the caller's own",
-    "KnownGainProof": "one with a common P, if there is one: its `save` says so",
     "RegionOfAttraction": "its proof",
     "Edge": "its design.certify() and its refusal's infeasibility",
     "FeasibilityMap": "those of the designs of its cells",

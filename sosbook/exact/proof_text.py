@@ -32,7 +32,7 @@ def written(kind, data):
     asked = {key: value for key, value in data.items() if key not in MADE}
     try:
         return spread(verdict.written({"kind": kind, **asked})[0])
-    except (Beyond, Refused, ValueError):  # no text says it
+    except (Beyond, Refused):  # no text says it
         return version_1(kind, data)
 
 

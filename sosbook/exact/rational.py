@@ -21,11 +21,13 @@ __all__ = [
     "exact_margin",
     "expanded",
     "fraction",
+    "fractions",
     "inverse",
     "log2",
     "null_basis",
     "rational_matrix",
     "read_array",
+    "read_fractions",
     "read_number",
     "read_regular",
     "round_digits",
@@ -288,6 +290,20 @@ def read_regular(rows, N):
     except ZeroDivisionError:
         raise ValueError("a matrix that must be regular is singular") from None
     return x
+
+
+def fractions(x):
+    """The rows of an array of rationals x, as texts that `fraction` reads."""
+    return [[str(e) for e in row] for row in np.asarray(x).tolist()]
+
+
+def read_fractions(rows, columns=0):
+    """The rationals of ``rows`` of texts; without a row they have so many columns."""
+    if len({len(row) for row in rows}) > 1:
+        raise ValueError("the rows of a matrix differ in length")
+    if not rows or not rows[0]:
+        return exact(np.zeros((len(rows), 0 if rows else columns)))
+    return rational_matrix([[fraction(e) for e in row] for row in rows])
 
 
 def fraction(text):

@@ -2,13 +2,12 @@
 
 import json
 
-import numpy as np
-
 from ..exact.definite import exact
 from ..exact.proof import Examined, ProofFile
 from ..exact.rational import (
     decimals,
     fraction,
+    fractions,
     rational_matrix,
     read_array,
     round_digits,
@@ -150,10 +149,10 @@ def _written(expressions, unknowns):
         "expressions": [
             [
                 name,
-                _fractions(g.constant),
+                fractions(g.constant),
                 [
                     [t.unknown.name, t.transposed]
-                    + [_fractions(x) for x in (t.left, t.right)]
+                    + [fractions(x) for x in (t.left, t.right)]
                     for t in g.terms
                 ],
             ]
@@ -191,10 +190,6 @@ def _expressions(data, unknowns):
             total += Affine(0 * total.constant, [Term(left, u, transposed, right)])
         expressions[name] = total
     return expressions
-
-
-def _fractions(x):
-    return [[str(e) for e in row] for row in np.asarray(x).tolist()]
 
 
 def _rationals(rows):

@@ -18,6 +18,7 @@ from ..lmi.certificates import LMIProof, LMIRefusal
 from ..sampled.certificate import SampledCertificate, SchurCertificate
 from ..synthesis.certificates import Certificate, DesignRefusal
 from ..synthesis.fixed_mode import FixedModeRefusal
+from ..synthesis.known_certificate import KnownGainProof
 from ..synthesis.observer_certificate import ObserverCertificate, ObserverRefusal
 from ..synthesis.regularity import MassRefusal, RegularityCertificate
 from ..synthesis.singular_mass import SingularMassRefusal
@@ -31,6 +32,7 @@ __all__ = [
     "DelayRefusal",
     "DesignRefusal",
     "FixedModeRefusal",
+    "KnownGainProof",
     "LMIProof",
     "LMIRefusal",
     "MassRefusal",

@@ -9,7 +9,7 @@ from functools import partial, reduce
 from typing import Self
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb, ctx, fmpq
 
 from ..exact.rational import decimal, decimals, exact
 from ..plants.checks import finite, positive
@@ -56,8 +56,11 @@ class RegionForms:
                 "half-angle of the sector, in radians; PoleRegion takes "
                 "degrees as theta_deg=..."
             )
+        angle = min(
+            exact(theta), fmpq(*theta.as_integer_ratio())
+        )  # files hold decimals
         with ctx.workprec(BALL_BITS):  # correctly rounded: the same on every machine
-            sin, cos = (float(x.mid()) for x in arb(theta).sin_cos())
+            sin, cos = (float(x.mid()) for x in arb(angle).sin_cos())
         sin *= 1 - 4 * np.finfo(float).eps
         cos *= 1 + 4 * np.finfo(float).eps
         beta = np.array([[sin, cos], [-cos, sin]])

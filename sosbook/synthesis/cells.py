@@ -39,8 +39,8 @@ class Cell(ReadOnly):
         """The loops whose hull holds the cell, in rationals."""
         return self.family.loops_of(self.place)
 
-    def halves(self, T, rate, noisy):
-        """Two cells that cover it: what moves the loop most, in coordinates T, is cut.
+    def way(self, T, rate, noisy):
+        """What moves the loop most, in coordinates T: an edge, or an axis.
 
         Parameters
         ----------
@@ -53,7 +53,10 @@ class Cell(ReadOnly):
         """
         ways = self.family.ways(self.place)
         moved = [_moved(T, rate, noisy, *ends) for _, ends in ways]
-        way = ways[int(np.argmax(moved))][0]
+        return ways[int(np.argmax(moved))][0]
+
+    def cut(self, way):
+        """Two cells that cover it, cut in the middle of a ``way``, edge or axis."""
         return [Cell(self.family, part) for part in self.family.cut(self.place, way)]
 
     @property
@@ -173,6 +176,20 @@ class Box:
         zero, one = [fmpq(0)] * self.dimension, [fmpq(1)] * self.dimension
         self.whole = Cell(self, (zero, one))
 
+    @property
+    def straight(self):
+        """Whether each corner is the sum of the changes along its parameters."""
+        data = {
+            corner: np.concatenate([x.ravel() for x in loop.matrices])
+            for corner, loop in self.corners.items()
+        }
+        first = data[min(data)]
+        edges = [data[corner] - first for corner in sorted(data) if sum(corner) == 1]
+        return all(
+            (data[c] == first + sum(e * t for e, t in zip(edges, c[::-1]))).all()
+            for c in data
+        )
+
     def points(self):
         """The corners and what lies halfway; of many parameters the corners."""
         steps = (0, 0.5, 1) if self.dimension < 5 else (0, 1)
@@ -255,8 +272,9 @@ class Ranges(Box):
     """
 
     def __init__(self, request):
-        self.request, self.plants = request, request.plant.family
-        self.K, self.box = request.exact_gain, self.plants.box
+        self.request, plants = request, request.plant.family
+        self.K, self.box = request.exact_gain, plants.box
+        self.plants = plants.within(self.box)  # which cells cut, not pieces
         self.dimension = len(self.box.names)
         self.whole = Cell(self, self.plants)
 
@@ -289,14 +307,14 @@ class Ranges(Box):
         """The parameters, with the loops at their ends and the others halfway."""
         box = plants.box
         ways, middle = [], dict(zip(box.names, box.middle))
-        for name, *ends in zip(box.names, box.low, box.high):
+        for k, (name, *ends) in enumerate(zip(box.names, box.low, box.high)):
             two = (self.at(list((middle | {name: end}).values())) for end in ends)
-            ways.append((name, tuple(two)))
+            ways.append((k, tuple(two)))
         return ways
 
-    def cut(self, plants, name):
+    def cut(self, plants, k):
         """Two families, cut in the middle of a parameter's range."""
-        return plants.halves(name)
+        return plants.halves(self.box.names[k])
 
     def cornered(self, values):
         """A polytope of the family with the plant of some values as a vertex: which."""
@@ -325,12 +343,17 @@ def family(request):
     """
     if request.plant.family is not None:
         return Ranges(request)
-    K = request.exact_gain
-    loops = [KnownLoop(d, K) for d in request.vertices_in(exact, request.distinct)]
+    loops = known_loops(request)
     order = _corners(loops)
     if order is None:
         return Mixtures(loops)
     return Box(dict(zip(order, loops)), order)
+
+
+def known_loops(request):
+    """The loops of the vertices that differ."""
+    K = request.exact_gain
+    return [KnownLoop(d, K) for d in request.vertices_in(exact, request.distinct)]
 
 
 def _corners(loops):

@@ -15,7 +15,7 @@ from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
 from .effort import Effort, effort_of
 from .fixed_mode import FixedModeRefusal
-from .known_gain import known_proof
+from .known_certificate import known_proof
 from .neighbour import neighbour
 from .slack import feasible
 from .solution import Solution

@@ -1,12 +1,11 @@
 """A known gain: each requirement kept, with a proof, or broken, by a plant."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..exact.definite import round_digits
-from ..exact.proof import Proof
 from ..exact.refusal import Refusal
 from ..plants.checks import SIZE_LIMITS
 from ..runtime.read_only import ReadOnly
@@ -17,16 +16,7 @@ from .feasibility import answer
 from .known_lmis import KnownLMIs, coordinates
 from .solution import Solution
 
-__all__ = [
-    "Kept",
-    "KnownGainProof",
-    "Worst",
-    "decided",
-    "kept_or_broken",
-    "known_proof",
-    "least",
-    "worst",
-]
+__all__ = ["Kept", "Worst", "decided", "kept_or_broken", "least", "worst"]
 
 RANDOM = 60  # points at which the search for the worst plant looks, too
 ROUNDS = 60  # of the search along the coordinates
@@ -70,10 +60,13 @@ class Kept(ReadOnly):
         breaks it, see ``infeasibility``.
     worst : Worst
         The worst plant that a search in floats has found.
-    cells : int
-        How many parts of the family have P, F and G of their own.
-    blocks : dict
-        From a name to a rational block, positive definite.
+    cuts : tuple
+        Of the cells that cover the family, each before its halves: the way in which
+        it is cut, or None where the unknowns of it are known.
+    values : tuple of dict
+        The unknowns of each cell that isn't cut, in that order: P of each of its
+        corners, F, G, and the requirement's own, by name. In rationals the blocks at
+        these decimals are positive definite.
     margin : float or None
         The smallest eigenvalue of the blocks in floats.
     infeasibility : Refusal or None
@@ -85,33 +78,16 @@ class Kept(ReadOnly):
     requirement: Any
     status: str
     worst: Worst
-    cells: int = 0
-    blocks: dict = field(default_factory=dict)
+    cuts: tuple = ()
+    values: tuple = ()
     margin: float | None = None
     infeasibility: Refusal | None = None
     reason: str = ""
 
-
-@dataclass(frozen=True, eq=False)
-class KnownGainProof(Proof):
-    """A proof by free multipliers, in rational arithmetic; see `Proof`.
-
-    Parameters
-    ----------
-    matrices, statement
-        As in `Proof`; a claim stands with the names of the blocks that prove it.
-    K : array
-        The gain that it is about.
-    """
-
-    K: np.ndarray | None = None
-
-    def save(self, path: object) -> None:
-        """A ValueError: there is no file of a proof by multipliers for ``path`` yet."""
-        raise ValueError(
-            f"{path}: a proof by free multipliers isn't a file yet: take "
-            'coupling="pairs" or "slack" for one'
-        )
+    @property
+    def cells(self) -> int:
+        """How many parts of the family have P, F and G of their own."""
+        return len(self.values)
 
 
 def worst(request, r, plants):
@@ -192,42 +168,40 @@ def decided(request, r, plants, bad=None):
             "proof of that was found."
         )
         return Kept(r, "undecided", bad, reason=text)
-    open_cells, blocks, done, least, first = [plants.whole], {}, 0, np.inf, True
+    open_cells, cuts, values, least = [plants.whole], [], [], np.inf
     while open_cells:
         check_time()
         cell = open_cells.pop()
         found = _proven(request, r, cell.loops)
         if found is not None:
-            done += 1
+            cuts.append(None)
+            values.append(found[0])
             least = min(least, found[1])
-            named = (
-                (f"{r.name} cell {done} {name}", g) for name, g in found[0].items()
-            )
-            blocks |= dict(named)
             continue
         if (
-            first
+            not cuts
             and _proven(request, r, [plants.at(plants.exactly(bad.point))]) is None
         ):
-            return _undecided(r, bad, done, "the worst plant alone")
-        first = False
-        if len(cell.loops) == 1 or done + len(open_cells) >= MOST_CELLS:
-            return _undecided(r, bad, done, cell.words)
+            return _undecided(r, bad, values, "the worst plant alone")
+        if len(cell.loops) == 1 or len(values) + len(open_cells) >= MOST_CELLS:
+            return _undecided(r, bad, values, cell.words)
         T, _, rate = coordinates(cell.loops)
-        open_cells += cell.halves(T, rate, r.needs_disturbance)
-    return Kept(r, "feasible", bad, done, blocks, float(least))
+        way = cell.way(T, rate, r.needs_disturbance)
+        cuts.append(way)
+        open_cells += reversed(cell.cut(way))
+    return Kept(r, "feasible", bad, tuple(cuts), tuple(values), float(least))
 
 
-def _undecided(r, bad, done, where):
+def _undecided(r, bad, values, where):
     text = (
         f"Neither a proof nor a plant that breaks it was found for {where}; the worst "
         f"plant that was found has the true value {bad.truth:.6g}."
     )
-    return Kept(r, "undecided", bad, done, reason=text)
+    return Kept(r, "undecided", bad, values=tuple(values), reason=text)
 
 
 def _proven(request, r, loops):
-    """(blocks, margin) of the hull of loops that keep it; None if none are found."""
+    """(values, margin) of the hull of loops that keep it; None if none are found."""
     for loop in loops:  # needn't be plants, but no LMI holds if one breaks it
         d = loop.plant_in_floats
         if not r.kept(r.truth([d], request.state_gain, request.K_A)) > 0:
@@ -236,8 +210,8 @@ def _proven(request, r, loops):
     first = lmis.find(refuse=False)
     if first.values is None or not (size := lmis.margin(first.values)) > CLEAR:
         return None
-    blocks = lmis.exactly(first.values)
-    return blocks and (blocks, size)
+    values = lmis.rounded(first.values)
+    return values and (values, size)
 
 
 def kept_or_broken(request, objective=(), backoff=0.01, common=None):
@@ -330,23 +304,3 @@ def _rounded(bound, harder, digits):
     size = 10.0 ** (int(np.floor(np.log10(bound))) + 1 - digits)
     whole = np.floor(bound / size) if harder > 0 else np.ceil(bound / size)
     return float(round_digits(whole * size, digits))
-
-
-def known_proof(request, parts, digits=None):
-    """The `KnownGainProof` of a request, from its ``parts``: the `Kept` of each demand.
-
-    With ``digits`` that of the rounded gain, for which all is done again.
-    """
-    if digits is not None:
-        K = round_digits(request.gain, digits)
-        if (K != request.gain).any():
-            request = replace(request, gain=K)
-            parts = kept_or_broken(request).parts
-    blocks, names = {}, {}
-    for part in parts:
-        blocks |= part.blocks
-        names[part.requirement.key] = tuple(part.blocks)
-    part = request.plant.reduction
-    whose = "" if part is None else part.words
-    claims = tuple((whose + words, names[r.key]) for words, r in request.statements())
-    return KnownGainProof(blocks, claims, request.gain)

@@ -13,7 +13,7 @@ from ..lmi.trusted import TrustedProblem
 from ..requirements.known import KnownVertex
 from ..solver.loop import margin
 
-__all__ = ["KnownLMIs", "coordinates"]
+__all__ = ["KnownLMIs", "coordinates", "rational_blocks"]
 
 
 class KnownLMIs(TrustedProblem):
@@ -53,13 +53,8 @@ class KnownLMIs(TrustedProblem):
         return {name: self._scaled(name, g) for name, g in blocks.items()}
 
     def _written(self, values, number, vertex):
-        blocks = {}
-        for i in self._each:
-            c = vertex(values, number, i)
-            blocks[self.lyapunov[i].name] = c.P
-            for name, g in self.requirement.known(c):
-                blocks[f"{name} {i + 1}".strip()] = g
-        return blocks
+        vertices = (vertex(values, number, i) for i in self._each)
+        return _blocks(self.requirement, vertices)
 
     def _vertex(self, values, number, i):
         """A vertex in these coordinates."""
@@ -98,22 +93,19 @@ class KnownLMIs(TrustedProblem):
         blocks = self.blocks(values).values()
         return min(margin(g) for g in blocks)
 
-    def exactly(self, values):
-        """Blocks in rationals, all positive definite, by name; None if they aren't.
+    def rounded(self, values):
+        """Values at which all blocks in rationals are definite; None if they aren't.
 
         In the plant's own coordinates, of ``values`` that are rounded.
         """
         natural = {name: self._natural(name, x) for name, x in values.items()}
         for places in PLACES:
-            rounded = {n: exact(round_digits(x, places)) for n, x in natural.items()}
-            blocks = self._written(rounded, exact, self._own_vertex)
+            rounded = {n: round_digits(x, places) for n, x in natural.items()}
+            certain = {n: exact(x) for n, x in rounded.items()}
+            blocks = rational_blocks(self.requirement, self.loops, certain)
             if all(definite(g)[0] for g in blocks.values()):
-                return blocks
+                return rounded
         return None
-
-    def _own_vertex(self, values, number, i):
-        P, F, G, own = _taken(values, self.lyapunov[i].name)
-        return KnownVertex(self.loops[i], P, F, G, own, number)
 
     def _natural(self, name, x):
         """An unknown in the plant's own coordinates."""
@@ -126,6 +118,33 @@ class KnownLMIs(TrustedProblem):
             return x
         one = np.eye(len(x) // N)  # a multiplier
         return np.kron(one, back.T) @ x @ np.kron(one, self.left)
+
+
+def rational_blocks(requirement, loops, values):
+    """The blocks of a requirement at some loops, in the plant's own coordinates.
+
+    Parameters
+    ----------
+    requirement : Requirement
+        It writes the blocks.
+    loops : list of KnownLoop
+        The corners.
+    values : dict
+        The unknowns by name, in rationals.
+    """
+    taken = (_taken(values, f"P {i}") for i, _ in enumerate(loops, 1))
+    return _blocks(
+        requirement, (KnownVertex(x, *v, exact) for x, v in zip(loops, taken))
+    )
+
+
+def _blocks(requirement, vertices):
+    blocks = {}
+    for i, c in enumerate(vertices, 1):
+        blocks[f"P {i}"] = c.P
+        for name, g in requirement.known(c):
+            blocks[f"{name} {i}".strip()] = g
+    return blocks
 
 
 def _taken(values, name):

@@ -26,10 +26,10 @@ def request_data(request):
 
 
 @as_written()
-def read_request(data, gain=None):
+def read_request(data, gain=None, law=None):
     """The `Request` of the ``data`` that `request_data` writes.
 
-    ``gain`` is the K that is analysed, if there is one.
+    ``gain`` is the K that is analysed, if there is one, and ``law`` its `Law`.
     """
     plant = read_plant(data["plant"])
     if "box" in data:
@@ -39,7 +39,7 @@ def read_request(data, gain=None):
         gain = (
             np.zeros((0, plant.order))
             if plant.m == 0
-            else (read_array(gain, plant.m, None))
+            else read_array(gain, None if law else plant.m, None)
         )
     return Request(
         plant,
@@ -48,6 +48,7 @@ def read_request(data, gain=None):
         coupling=data["coupling"],
         slack=None if data["epsilon"] is None else read_number(data["epsilon"]),
         gain=gain,
+        law=law,
         requirements=[Requirement.read(r) for r in data["requirements"]],
     )
 

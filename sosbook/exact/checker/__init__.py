@@ -12,7 +12,7 @@ __all__ = ["CHECKER", "in_one_file"]
 CHECKER = Path(__file__).parent
 MODULES = (
     *("kernel", "families", "payment", "outputs", "statements"),
-    *("others", "special", "verdict"),
+    *("known", "others", "special", "verdict"),
 )
 ONE_FILE = """\
 \"\"\"Check a proof file of sosbook: python check_proof.py proof.json, see --help.

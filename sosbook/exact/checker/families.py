@@ -7,6 +7,7 @@ from math import comb, prod
 
 from .kernel import MOST_DIGITS, need
 
+MATRICES = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
 MOST_FAMILY = 256  # vertices of a plant with parameters
 NAME, DIGITS = r"[A-Za-z_][A-Za-z0-9_]*", rf"[0-9]{{1,{MOST_DIGITS}}}"
 FACTOR = (rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?"
@@ -50,31 +51,13 @@ def whole_vertices(plant):
     slope d (c_d - c_(d-1)) / (b - a) is one, too, the mean of c_(d-1) and the other's
     c_1: it is in the hull of the rest and left out.
     """
-    names = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
-    need(plant["kind"] in names, "a plant of this kind isn't known")
-    names = names[plant["kind"]]
+    need(plant["kind"] in MATRICES, "a plant of this kind isn't known")
     if "parameters" not in plant:
         need(plant["vertices"], "the plant has no vertex")
         alike = plant["kind"] == "descriptor" and "C" not in plant["vertices"][0]
         keys(plant, "kind vertices" + " C D_u" * alike)
         return plant["vertices"]
-    may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
-    keys(may | plant, "kind parameters " + names)
-    ends, cells = {}, []
-    for name, a, b, *more in plant["parameters"]:
-        need(name not in ends, "a parameter comes twice")
-        a, b = ends[name] = single(a), single(b)
-        need(re.fullmatch(NAME, name) and a < b, f"{name!r:.40} has no range")
-        cells += more or [1]
-        need(len(more) < 2 and type(cells[-1]) is int, "pieces are a whole number")
-        need(not more or more[0] > 1, "one piece is no cut")
-    parts = {x: plant[x] for x in names.split() if plant.get(x) is not None}
-    read = {x: [[polynomial(e, ends) for e in row] for row in rows]
-            for x, rows in parts.items()}  # fmt: skip
-    powers = {p for rows in read.values() for row in rows for e in row for p in e}
-    degrees = [max((p[k] for p in powers), default=0) for k in range(len(ends))]
-    many = prod(2 + (d - 1) * n for d, n in zip(degrees, cells) if d)
-    need(many <= MOST_FAMILY, "the family has too many vertices")
+    ends, cells, degrees, read = ranges(plant)
 
     @cache
     def coefficient(k, place, e):
@@ -93,13 +76,36 @@ def whole_vertices(plant):
 
     places = [()]
     for d, n in zip(degrees, cells):
-        need(d, "the plant doesn't depend on a parameter")
         inner = ((c, i) for c in range(n * (d > 1)) for i in range(1, d))
         own = [(0, 0), *inner, (n - 1, d)]
         places = [(*place, x) for place in places for x in own]
     vertices = [{x: [[str(e) for e in row] for row in rows]
                  for x, rows in at(place).items()} for place in places]  # fmt: skip
     return vertices
+
+
+def ranges(plant):
+    """Of the parameters the ends, pieces and degrees; the matrices of polynomials."""
+    names = MATRICES[plant["kind"]]
+    may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
+    keys(may | plant, "kind parameters " + names)
+    ends, cells = {}, []
+    for name, a, b, *more in plant["parameters"]:
+        need(name not in ends, "a parameter comes twice")
+        a, b = ends[name] = single(a), single(b)
+        need(re.fullmatch(NAME, name) and a < b, f"{name!r:.40} has no range")
+        cells += more or [1]
+        need(len(more) < 2 and type(cells[-1]) is int, "pieces are a whole number")
+        need(not more or more[0] > 1, "one piece is no cut")
+    parts = {x: plant[x] for x in names.split() if plant.get(x) is not None}
+    read = {x: [[polynomial(e, ends) for e in row] for row in rows]
+            for x, rows in parts.items()}  # fmt: skip
+    powers = {p for rows in read.values() for row in rows for e in row for p in e}
+    degrees = [max((p[k] for p in powers), default=0) for k in range(len(ends))]
+    many = prod(2 + (d - 1) * n for d, n in zip(degrees, cells) if d)
+    need(many <= MOST_FAMILY, "the family has too many vertices")
+    need(all(degrees), "the plant doesn't depend on a parameter")
+    return ends, cells, degrees, read
 
 
 def polynomial(text, ends):

@@ -441,14 +441,12 @@ class Design:
                 raise Beyond(f"the theorem of a {r['kind']!r} isn't known here")
             if r["kind"] not in BLOCKS and self.refuted:
                 raise Beyond("a refusal by an author's theorem isn't a text")
-        names = [(r["kind"], sane(r["name"])) for r in self.asked]
-        named = [NAMES.get(kind, name) == name for kind, name in names
-                 if kind not in SEVERAL]  # fmt: skip
-        need(all(named), "a requirement has another name than its kind")
-        need(len(set(names)) == len(names), "a requirement comes twice")
-        self.statements = list(self._statements())
-        demanded = {(r["kind"], r["name"]): r for _, r in self.statements}
-        self.demands = list(demanded.values())
+        where = every_plant(d["plant"], self.many)
+        if not self.whole:
+            where = f"each of the {self.many} vertices (not the plants between)"
+        under = ", under u = K x," if self.m else ""
+        self.claims, demands = stated(f"{where}{under} is stable", self.asked)
+        self.demands = list(demands.values())
         self._sizes()
         self._write()
         if self.far is not None and not self.refuted:
@@ -457,7 +455,6 @@ class Design:
                        for r in self.asked)  # fmt: skip
             need(free, "what is asked doesn't pay for a box")
             self._pay()
-        self.claims = [words for words, _ in self.statements]
 
     def _far(self):
         """How far the plants are from those of the box that is near them."""
@@ -519,17 +516,6 @@ class Design:
             pairs = [p for p in pairs if p in set(named)]
         self.pairs = pairs
 
-    def _statements(self):
-        """Each claim beside the requirement whose blocks prove it."""
-        where = every_plant(self.d["plant"], self.many)
-        if not self.whole:
-            where = f"each of the {self.many} vertices (not the plants between)"
-        under = ", under u = K x," if self.m else ""
-        stable = next(filter(implies_stability, self.asked), STABILITY)
-        owners = [next(o for o in self.asked if repeats(r, o)) for r in self.asked]
-        yield f"{where}{under} is stable", stable
-        yield from zip(map(claim, self.asked), owners)
-
     def _sizes(self):
         """Which requirements have an unknown size, and under which condition."""
         sized = [r for kind in SIZED for r in self.asked if r["kind"] == kind]
@@ -575,7 +561,11 @@ class Design:
         self._gain(coordinates)
         once, each = [], []
         for k, r in enumerate(self.asked, 1):
-            self._numbers(k, r)
+            self.ids[id(r)] = k
+            if r["kind"] in BLOCKS:
+                numbers_of(t, self.asked, k, r)
+            else:
+                self._of_author(k, r["theorem"])
         for r in self.demands:
             for where, block, line in BLOCKS.get(r["kind"], own)(self, r):
                 label = line.partition(":")[0]
@@ -634,29 +624,6 @@ class Design:
         self.frame = {"left": "left ", "right": " left'", "X": X, "Y": "Yx", "V": V}
         t.write("Vx = T V T'" if self.slack else "X = T P T'")
 
-    def _numbers(self, k, r):
-        """The numbers of a requirement become data."""
-        t, kind = self.t, r["kind"]
-        if kind == "region":
-            for name in ("alpha", "beta"):
-                t.put(f"{name}.{k}", r, name)
-            for name in FORMS[r["form"]].split():
-                t.put_number(f"{name}.{k}", r, name)
-            self.ids[id(r)] = k
-            return
-        if kind not in BLOCKS:
-            self.ids[id(r)] = k
-            self._of_author(k, r["theorem"])
-            return
-        self.ids[id(r)] = k
-        for name in NUMBERS[kind].split():
-            if r[name] is not None:
-                full = name + tag(r, self.asked)
-                t.put_number(full, r, name)
-                t.write(f"sign.{full}: {full} > 0")
-        if kind == "gamma" and r["mu"] is None:
-            t.write(f"mu{tag(r, self.asked)} = 1")
-
     def _of_author(self, k, theorem):
         """The numbers and unknowns of somebody's theorem, under names of their own."""
         keys(theorem, "numbers unknowns blocks")
@@ -685,12 +652,18 @@ def poles(d, r):
         label, a, b = f"region.{name}", f"alpha.{name}", f"beta.{name}"
     if not d.slack:
         yield "pair", block, f"{label}.i.j: " + REGION.format(a=a, b=b)
-    elif r["beta"] == [["0", "1"], ["0", "0"]]:  # |s - q| < rho
-        q, rho = (f"at({a}, 1, {j})" for j in (2, 1))
-        q = f"(0 - {q})"
+    elif is_disk(r):  # |s - q| < rho
+        q, rho = (f"(0 - at({a}, 1, {j}))" for j in (2, 1))
+        d.t.write(f"sign.{label}: {rho} > 0")
         yield "pair", block, f"{label}.i: " + DISK_SLACK.format(q=q, rho=rho)
     else:
         yield "pair", block, f"{label}.i: " + REGION_SLACK.format(a=a, b=b, k=k)
+
+
+def is_disk(r):
+    """Whether its matrices are those of a disk, if they are those of any region."""
+    (a, *_), *_ = alpha = r["alpha"]
+    return r["beta"] == [["0", "1"], ["0", "0"]] and a == alpha[1][1]
 
 
 def gamma(d, r):
@@ -730,12 +703,8 @@ def noise(d, r):
 
 def peak(d, r):
     """Lemma 2.2: x0 lies in the ellipsoid x' P^-1 x < 1, and |K x| <= u_max there."""
-    keys(r, "kind name u_max x0 acceleration")
     t, (s, u, over) = d.t, d.size(r)
-    need(isinstance(r["acceleration"], bool), "acceleration must be true or false")
-    t.data["x0"] = [[e] for e in r["x0"]]
-    mat(t.data["x0"], d.N, 1)
-    t.places[id(r), "x0"] = "|x0"
+    start(t, r, d.N)
     back, to = ("back ", " back'") if "back" in t.data else ("", "")
     X, i, one = d.frame["X"], ".i" if d.slack else "", s.strip() or "1"
     where = "pair" if d.slack else "once"
@@ -754,29 +723,30 @@ def peak(d, r):
     yield where, "u_max", f"u_max.i: [P{i}, ({force})'; ., {lower}] > 0"
 
 
+def start(t, r, N):
+    """The x0 of a bound of the input becomes data."""
+    keys(r, "kind name u_max x0 acceleration")
+    need(isinstance(r["acceleration"], bool), "acceleration must be true or false")
+    t.data["x0"] = [[e] for e in r["x0"]]
+    mat(t.data["x0"], N, 1)
+    t.places[id(r), "x0"] = "|x0"
+
+
 def cost(d, r):
     """Theorem 2.4: tr J bounds the cost of x'Qx + u'Ru."""
     t, (s, u, over) = d.t, d.size(r)
-    states, mixed = r["noise"] == "states", "N" in r
-    need(states or (r["noise"] == "F" and d.p), 'noise must be "states", or "F" with F')
-    t.put("R", r, "R")
+    states = weights(t, r, d)
     if "C" in r:  # Q = C'C
-        keys(r, "kind name C R noise bound")
-        t.put("Cq", r, "C")
         t.write("L = Cq'", "Wq = I(rows(Cq))")
     else:
-        keys(r, "kind name Q R noise bound" + " N" * mixed)
-        t.put("Q", r, "Q")
         Q, whole = mat(r["Q"], d.N, d.N), "Q"
-        if mixed:  # 2 x'N u: a square of u + R^-1 N'x, and the rest
-            t.put("Nq", r, "N")
+        if "N" in r:  # 2 x'N u: a square of u + R^-1 N'x, and the rest
             N, R = mat(r["N"], d.N, d.m), mat(r["R"], d.m, d.m)
             need(kernel.definite(R), "R must be positive definite")
             Q = Q + (N @ kernel.inverse(R) @ N.T).times(Fraction(-1))
             whole = "Q - Nq inv(R) Nq'"
         t.data["L"], t.data["Wq"] = factors(Q)
         t.write("Wq: Wq > 0", f"Q: L inv(Wq) L' == {whole}")
-    t.write("R: R > 0")
     t.point("J", "J", f"symmetric {d.N if states else d.p}")
     J = "J" if d.refuted or not s else f"{s}J"  # there it stands for s J
     X, i, framed = d.frame["X"], ".i" if d.slack else "", "back" in t.data
@@ -792,10 +762,23 @@ def cost(d, r):
         yield "pair", "cost", f"cost{i}: [{J}, {s}W'{over}; ., {inner}] > 0"
     more = {"y": "EY/scale" if framed else "EY"}
     more["r2"] = f"/({u}scale)^2" if framed else ""
-    if mixed:
+    if "N" in r:
         more["y"] += " + EP Nq inv(R)" + "/scale" * framed
     form, i = (LQR_SLACK, ".i") if d.slack else (LQR, ".i.j")
     yield "pair", "lqr", f"lqr{i}: " + form.format(s=s, u=u, **more)
+
+
+def weights(t, r, d):
+    """The weights of a cost become data; whether the noise is on the states."""
+    good = r["noise"] == "states" or (r["noise"] == "F" and d.p)
+    need(good, 'noise must be "states", or "F" with F')
+    mine = {"C": "Cq"} if "C" in r else {"Q": "Q", **({"N": "Nq"} if "N" in r else {})}
+    keys(r, " ".join(["kind name R noise bound", *mine]))
+    t.put("R", r, "R")
+    for key, name in mine.items():
+        t.put(name, r, key)
+    t.write("R: R > 0")
+    return r["noise"] == "states"
 
 
 def own(d, r):
@@ -812,6 +795,36 @@ def own(d, r):
         )
         at = "" if where == "once" else ".i" if d.slack else ".i.j"
         yield where, block, f"{label}{at}: {text} > 0"
+
+
+def stated(stable, asked, signal="K x"):
+    """What is claimed, `stable` first, and by name the requirements that prove it."""
+    names = [(r["kind"], sane(r["name"])) for r in asked]
+    named = [NAMES.get(kind, name) == name for kind, name in names
+             if kind not in SEVERAL]  # fmt: skip
+    need(all(named), "a requirement has another name than its kind")
+    need(len(set(names)) == len(names), "a requirement comes twice")
+    owners = [next(filter(implies_stability, asked), STABILITY)]
+    owners += [next(o for o in asked if repeats(r, o)) for r in asked]
+    words = [stable, *(claim(r, signal) for r in asked)]
+    return words, {key_of(r): r for r in owners}
+
+
+def numbers_of(t, asked, k, r):
+    """The numbers of the k-th requirement become data; words need their signs."""
+    if r["kind"] == "region":
+        for name in ("alpha", "beta"):
+            t.put(f"{name}.{k}", r, name)
+        for name in FORMS[r["form"]].split():
+            t.put_number(f"{name}.{k}", r, name)
+        return
+    for name in NUMBERS[r["kind"]].split():
+        if r[name] is not None:
+            full = name + tag(r, asked)
+            t.put_number(full, r, name)
+            t.write(f"sign.{full}: {full} > 0")
+    if r["kind"] == "gamma" and r["mu"] is None:
+        t.write(f"mu{tag(r, asked)} = 1")
 
 
 def key_of(r):
@@ -870,7 +883,7 @@ def implies_stability(r):
     return len(beta) == 1 and beta[0][0] > 0 <= alpha[0][0]
 
 
-def claim(r):
+def claim(r, signal):
     """What the blocks of a requirement prove."""
     if r["kind"] == "region":
         return region(r)[2]
@@ -882,7 +895,7 @@ def claim(r):
         norm = {"gamma": "H-infinity", "h2": "H2"}[r["kind"]]
         return f"{whose} {norm} norm{ends(r)} is below {r[r['kind']]}"
     if r["kind"] == "input":
-        signal = "K x + K_A z''" if r["acceleration"] else "K x(t)"
+        signal += " + K_A z''" if r["acceleration"] else "(t)"
         return f"|{signal}| <= {r['u_max']} from x0 (with r = 0, w = 0)"
     return f"its quadratic cost is below {r['bound']} times the largest noise intensity"
 

@@ -24,6 +24,7 @@ from threading import Lock, Timer
 from . import kernel
 from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES, MOST_DIGITS, Beyond, Refused, need
+from .known import Known
 from .others import Delay, Mass, Observer, Own, Schur
 from .special import FixedMode, SingularMass, SmallInput, UnreachedResponse
 from .statements import Design
@@ -36,6 +37,7 @@ FORMAT = "sosbook proof"
 LOOP, HEAD = "plant U K_A K ", ("format", "version", "kind", "checksum", "claims")
 KINDS = {  # what writes its text, and what it asks
     "design": (Design, LOOP + "coupling epsilon E0 requirements"),
+    "known gain": (Known, LOOP + "law requirements corners cells"),
     "delay": (Delay, LOOP + "tau mu delta alpha method order misprints analysis "
               "coordinates exponentials"),
     "regularization": (Mass, "plant K beta"),
@@ -105,6 +107,7 @@ def law(asked):
     problem = writer(asked)
     claims = Proven(problem.claims)
     claims.author = asked.get("statement", []) if kind == "lmi" else None
+    need(not (refused and kind == "known gain"), "no multipliers exclude that")
     if refused and kind in ("design", "delay", "regularization"):
         free = asked["K"] is None
         how = "no gain and no matrices prove" if free else "no matrices prove"
@@ -186,7 +189,7 @@ def check(text):
     kernel.check(text.file())
     if "unknowns" in asked:
         names = sorted(json.dumps(k) for k in text.labels)
-        good = names == sorted(map(json.dumps, listed))
+        good = names == sorted(map(json.dumps, listed)) if names else listed is None
         need(good, "the blocks aren't those listed")
     other = "the file claims something else: " + "; ".join(claims)
     need(file.get("claims") == claims, other)
@@ -226,7 +229,9 @@ def digest(value):
 
 def parts(asked):
     """What a proof is about, by name."""
-    about = [(k, asked[k]) for k in ("plant", "U", "K_A", "K", "L") if asked.get(k)]
+    about = [
+        (k, asked[k]) for k in ("plant", "U", "K_A", "K", "law", "L") if asked.get(k)
+    ]
     starts = [r["x0"] for r in asked.get("requirements", []) if "x0" in r]
     return about + [("x0", x) for x in starts]
 

@@ -1,0 +1,214 @@
+"""Exact proofs of what is asked of a known gain, by free multipliers, as files."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from ..exact.definite import exact, round_digits
+from ..exact.gain_proof import GainProof
+from ..exact.proof import Examined
+from ..exact.rational import decimals, fractions, read_array, read_fractions
+from ..laws.base import Law, Parts
+from ..laws.structure import placed
+from .cells import Box, Mixtures, Ranges, family, known_loops
+from .known_gain import kept_or_broken
+from .known_lmis import rational_blocks
+from .request_as_data import loop_data, read_request
+
+__all__ = ["KnownGainProof", "known_proof"]
+
+LAW = "rows", "noise", "E", "A", "B", "of_sensors", "of_states"
+
+
+class KnownGainProof(GainProof):
+    """An exact proof that a known gain does what was asked, by free multipliers.
+
+    Its ``text`` is a file with the plant, the requirements, the gain, and for each
+    requirement the cells that cover the plants, with P at their corners, F and G. See
+    `ProofFile` for `verify`, `save` and `load`.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> carts = sos.Polytope([sos.SecondOrderSystem(m, 1, 1, 1) for m in (1, 2)])
+    >>> proof = sos.analyse_pid(carts, [[-1, -1]], coupling="multipliers").certify()
+    >>> proof.proven, proof.kind
+    (True, 'known gain')
+    """
+
+    kind = "known gain"
+
+    @classmethod
+    def examine(cls, data):
+        law = data["law"] and _Joined(data["law"], len(data["K"]))
+        asked = data | dict(coupling="multipliers", epsilon=None, E0=None)
+        request = read_request(asked, gain=data["K"], law=law)
+        plants = _family(request, data["corners"])
+        asked = {r.key: r for r in request.demands}
+        blocks, names, left = {}, {}, dict(data["unknowns"])
+        for q, (kind, name, cuts) in enumerate(data["cells"], 1):
+            r = asked.pop((kind, name))
+            several = {}
+            for c, cell in enumerate(_leaves(plants.whole, cuts), 1):
+                loops = [loop.seen_by(r) for loop in cell.loops]
+                values = _values(left, f"{q}.{c}", len(loops))
+                for block, g in rational_blocks(r, loops, values).items():
+                    several[f"{r.name} cell {c} {block}"] = g
+            names[r.key] = tuple(several)
+            blocks |= several
+        if asked or left:
+            raise ValueError("cells or unknowns are missing, or too many")
+        claims = [(words, names[r.key]) for words, r in _statements(request)]
+        again = cls.contents(request, data["corners"], data["cells"])
+        again["unknowns"] = data["unknowns"]
+        return again, Examined.of(blocks, claims)
+
+    @classmethod
+    def contents(cls, request, box, cells):
+        """The data of the file of a request, without the unknowns.
+
+        ``box`` are the vertices, from 1, as corners of a box, or None; ``cells`` kind,
+        name and cuts of each requirement.
+        """
+        law = request.law
+        if law is not None:
+            parts = request.law_parts
+            law = {name: fractions(getattr(parts, name)) for name in LAW}
+            _check_noise(request)
+        return {
+            "claims": [words for words, _ in _statements(request)],
+            **loop_data(request),
+            "requirements": [r.untied().data() for r in request.requirements],
+            "K": decimals(request.gain),
+            "law": law,
+            "corners": box,
+            "cells": cells,
+        }
+
+
+class _Joined(Law):
+    """The law of a file, whose K has so many rows: what it joins, and no words."""
+
+    def __init__(self, data, rows):
+        wide = dict.fromkeys(LAW, 0) | {"B": len(data["rows"])}
+        parts = {name: read_fractions(data[name], wide[name]) for name in LAW}
+        object.__setattr__(self, "known", parts)
+        object.__setattr__(self, "rows", rows)
+
+    def parts(self, plant):
+        shapes = {name: x.shape for name, x in self.known.items()}
+        (s, N), (c, _), (q, _) = (shapes[x] for x in ("rows", "E", "of_sensors"))
+        wanted = dict(rows=(s, N), noise=(s, plant.p), E=(c, c), A=(c, c), B=(c, s))
+        wanted |= dict(of_sensors=(q, s), of_states=(q, c))
+        if shapes != wanted:
+            raise ValueError("the parts of the law don't fit")
+        names = {
+            k: ("",) * n for k, n in zip(("sensors", "states", "signals"), (s, c, q))
+        }
+        return Parts(**self.known, free=self.rows - plant.m, **names)
+
+    def structure(self, plant):
+        q = len(self.known["of_sensors"])
+        return placed((self.rows, q), {"K": ((0, self.rows), (0, q))}, None, {})
+
+    def words(self, plant):
+        return ""
+
+
+def _check_noise(request):
+    """Raise where the noise of a sensor is in a bounded signal at once."""
+    K = exact(request.gain)[: request.plant.m]
+    if (K @ request.law_parts.noisy).any():
+        for r in request.requirements:
+            sees = any(d.Du is not None for d in request.vertices)
+            seen = r.has_channel and (sees or r.outputs is not None)
+            if seen or getattr(r, "noise", "") == "F":
+                raise ValueError(f"{r.words}: u has the noise of a sensor in it")
+
+
+def _statements(request):
+    """What is claimed, beside the requirements; of a law without its words."""
+    part = request.plant.reduction
+    for words, r in request.statements():
+        words = words if part is None else part.words + words
+        if request.law is not None:
+            said = f" ({request.law.words(request.plant)})"
+            words = words.replace(said, "").replace("|K x(t)|", "|u(t)|")
+        yield words, r
+
+
+def _family(request, box):
+    """The loops as a file says that they lie: a box is made of vertices, from 1."""
+    if request.plant.family is not None and box is None:
+        return Ranges(request)
+    loops = known_loops(request)
+    if box is None:
+        return Mixtures(loops)
+    corners = list(product((0, 1), repeat=len(box).bit_length() - 1))
+    numbers = {i + 1: loop for i, loop in zip(request.distinct, loops)}
+    if sorted(box) != sorted(numbers) or len(box) != len(corners):
+        raise ValueError("the box isn't made of the vertices")
+    loops = {corner: numbers[i] for corner, i in zip(corners, box)}
+    found = Box(loops, corners)
+    if not found.straight:
+        raise ValueError("the vertices aren't a box")
+    return found
+
+
+def _leaves(whole, cuts):
+    """The cells that aren't cut, in the order of a file."""
+    waiting, leaves = [whole], []
+    for way in cuts:
+        cell = waiting.pop()
+        if way is None:
+            leaves.append(cell)
+        else:
+            way = tuple(way) if isinstance(way, list) else way
+            waiting += reversed(cell.cut(way))
+    if waiting:
+        raise ValueError("a cell is missing")
+    return leaves
+
+
+def _values(left, place, corners):
+    """The unknowns of a cell, which are taken out of what is left of a file's."""
+    names = {f"P {i}": f"P.{place}.{i}" for i in range(1, corners + 1)}
+    names |= {x: f"{x}.{place}" for x in ("F", "G", "mu", "J", "H")}
+    found = {x: left.pop(name) for x, name in names.items() if name in left}
+    values = {x: exact(read_array(rows, None, None)) for x, rows in found.items()}
+    for x in values:
+        if x[0] in "PJ" and not (values[x] == values[x].T).all():
+            raise ValueError(f"{x} isn't symmetric")
+    return values
+
+
+def known_proof(request, parts, digits=None):
+    """The `KnownGainProof` of a request, from its ``parts``: the `Kept` of each demand.
+
+    With ``digits`` that of the rounded gain, for which all is done again.
+    """
+    if digits is not None:
+        K = round_digits(request.gain, digits)
+        if (K != request.gain).any():
+            request = replace(request, gain=K)
+            parts = kept_or_broken(request).parts
+    plants = family(request)
+    box, cells, unknowns = None, [], {}
+    if type(plants) is Box:
+        box = [
+            request.distinct[plants.order.index(c)] + 1 for c in sorted(plants.order)
+        ]
+    for q, part in enumerate(parts, 1):
+        cells.append([*part.requirement.key, [_way(x) for x in part.cuts]])
+        for c, values in enumerate(part.values, 1):
+            for name, x in values.items():
+                head, _, corner = name.partition(" ")
+                name = f"{head}.{q}.{c}" + (f".{corner}" if corner else "")
+                unknowns[name] = decimals(np.atleast_2d(x))
+    data = KnownGainProof.contents(request, box, cells)
+    return KnownGainProof.of(data | {"unknowns": unknowns})
+
+
+def _way(way):
+    return [int(i) for i in way] if isinstance(way, tuple) else way
