@@ -105,7 +105,7 @@ def test_each_matrix_counts(name, sign):
         assert accepted(whole) == (False, False)
 
 
-EASIER = {
+EASIER = dict(gamma="0.01", u_max="0.01", h2="0.01", bound="0.01", sigma="40")
     "gamma": "0.01",
     "u_max": "0.01",
     "h2": "0.01",

@@ -28,7 +28,7 @@ SHORTHAND = {
     "synthesis/design.py": {"gamma", "region"},
     "synthesis/pid.py": {"gamma", "saturation", "cost", "sigma"},
     "exact/checker/statements.py": NAMES,  # stands alone: it asks no object
-    "exact/checker/known.py": {"gamma", "cost"},
+    "exact/checker/known.py": {"gamma", "cost", "h2"},
     "exact/checker/special.py": NAMES,
     "exact/checker/others.py": NAMES,
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
