@@ -106,12 +106,6 @@ def test_each_matrix_counts(name, sign):
 
 
 EASIER = dict(gamma="0.01", u_max="0.01", h2="0.01", bound="0.01", sigma="40")
-    "gamma": "0.01",
-    "u_max": "0.01",
-    "h2": "0.01",
-    "bound": "0.01",
-    "sigma": "40",
-}
 
 
 @pytest.mark.parametrize("name", KNOWN)
