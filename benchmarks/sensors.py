@@ -180,23 +180,68 @@ def mixtures(plant, seed=1):
         yield from np.random.default_rng(seed).dirichlet(np.full(count, 0.5), SAMPLES)
 
 
-def true_decay(plant, design):
-    """The least decay over the polytope, by eigenvalues of the controller's loop."""
+def loops(plant, design):
+    """E^-1 (A + B K), E^-1 B_w and K of the controller's loop at each mixture."""
     c = design.exact_controller()
     A, B, C, D = (x.astype(float) for x in (c.A, c.B, c.C, c.D))
     rows = design.request.law_parts.rows.astype(float)
-    worst = np.inf
-    for w in mixtures(plant):
-        M, Dm, S, Bm = (
-            sum(x * getattr(v, name) for x, v in zip(w, plant.vertices))
-            for name in "MDSB"
+    for weights in mixtures(plant):
+        M, Dm, S, Bm, F = (
+            sum(x * getattr(v, name) for x, v in zip(weights, plant.vertices))
+            for name in "MDSBF"
         )
         n, back = len(M), np.linalg.inv(M)
         plain = np.block([[np.zeros((n, n)), np.eye(n)], [-back @ S, -back @ Dm]])
-        push = np.vstack([np.zeros_like(Bm), back @ Bm])
+        push, w = (np.vstack([0 * x, back @ x]) for x in (Bm, F))
         loop = np.block([[plain + push @ D @ rows, push @ C], [B @ rows, A]])
-        worst = min(worst, -np.linalg.eigvals(loop).real.max())
-    return float(worst)
+        noise = np.vstack([w, np.zeros((len(A), w.shape[1]))])
+        yield loop, noise, np.hstack([D @ rows, C])
+
+
+def true_decay(plant, design):
+    """The least decay over the polytope, by eigenvalues of the controller's loop."""
+    found = (np.linalg.eigvals(A).real.max() for A, _, _ in loops(plant, design))
+    return float(-max(found))
+
+
+def true_norm(plant, design, weight):
+    """The largest gain from w to z and weight u over the polytope, on a grid."""
+    best, n = 0.0, plant.n
+    for A, B, K in loops(plant, design):
+        C = np.vstack([np.eye(n, len(A)), weight * K])
+        s = np.linalg.eigvals(A)
+        grid = np.geomspace(np.abs(s).min() / 10, np.abs(s).max() * 2, 60)
+        omega = np.concatenate([[0.0], grid, np.abs(s), np.abs(s.imag)])
+        pencil = 1j * omega[:, None, None] * np.eye(len(A)) - A
+        answers = C @ np.linalg.solve(pencil, B + 0j)
+        best = max(best, np.linalg.norm(answers, 2, axis=(1, 2)).max())
+    return float(best)
+
+
+def norms(plant, law, decay):
+    """The record of the least norm with three tenths of a decay, and its truth."""
+    mass = np.mean([np.abs(np.diag(v.M)).mean() for v in plant.vertices])
+    force = max(np.abs(v.B).max() for v in plant.vertices)
+    weight = float(f"{0.1 * force / (mass * decay**2):.3g}")  # a tenth of the input
+    felt = sos.Output(position=np.eye(plant.n)) & sos.Output(input=weight)
+    begun = process_time()
+    design = sos.design_pid(
+        plant, law=law, minimize="gamma", backoff=0.001,
+        region=sos.PoleRegion(sigma=float(f"{0.3 * decay:.3g}")),
+        requirements=[sos.HInfinity(outputs=felt)],
+    )  # fmt: skip
+    seconds = round(process_time() - begun, 2)
+    if design.status != "feasible":
+        return dict(norm=design.status, norm_s=seconds)
+    true = true_norm(plant, design, weight)
+    return dict(
+        gamma=design.gamma,
+        true_norm=true,
+        norm_proven=bool(design.certify().proven),
+        norm_share=round(design.gamma / true, 5),
+        norm_cells=max(part.cells for part in design.parts),
+        norm_s=seconds,
+    )
 
 
 def measured(numbers=(), log=print):
@@ -227,6 +272,8 @@ def measured(numbers=(), log=print):
                 proven=bool(proof.proven),
                 share=round(asked / true, 5),
             )
+            if isinstance(law, sos.PIDLaw):
+                record |= norms(plant, law, asked)
         log(json.dumps({k: x for k, x in record.items() if k != "gains"}))
         records.append(record)
     return records

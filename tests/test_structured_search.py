@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import schur
 
 import sosbook as sos
 from sosbook.exact.rational import exact
@@ -268,3 +269,71 @@ def test_bad_input_is_named(words):
     with pytest.raises(ValueError) as told:
         sos.design_pid(arm(), **BAD[words])
     assert words in str(told.value)
+
+
+def noisy_spring():
+    """x' = A x + B1 w + B u, y = x1 + 0.5 w2, z = [x1; 0.2 u]."""
+    B1 = [[0, 0], [1, 0]]
+    plant = sos.DescriptorSystem(
+        np.eye(2), [[0, 1], [-1, -0.1]], [[0], [1]], B1, [[1, 0], [0, 0]],
+        [[0], [0.2]],
+    )  # fmt: skip
+    return plant, sos.PIDLaw([[1, 0]], noise=[[0, 0.5]])
+
+
+def best_of_any_order(d, C, of_u, of_y):
+    """The least norm of all controllers, by the two Riccati equations (DGKF 1989)."""
+
+    def stable(A, R, Q):
+        """X with A'X + X A + X R X + Q = 0 and A + R X stable, or None."""
+        n = len(A)
+        T, Z, count = schur(np.block([[A, R], [-Q, -A.T]]), sort="lhp")
+        if count < n:
+            return None
+        X = np.linalg.solve(Z[:n, :n].T, Z[n:, :n].T)
+        return X if np.linalg.eigvalsh((X + X.T) / 2).min() > -1e-9 else None
+
+    best = np.inf
+    for g in np.geomspace(10, 0.01, 7000):  # from above: below the best anything goes
+        B1, B2, C1 = d.Bw, d.Bu, d.C
+        X = stable(d.A, B1 @ B1.T / g**2 - B2 @ B2.T / of_u**2, C1.T @ C1)
+        Y = stable(d.A.T, C1.T @ C1 / g**2 - C.T @ C / of_y**2, B1 @ B1.T)
+        if X is None or Y is None or np.abs(np.linalg.eigvals(X @ Y)).max() > g**2:
+            return best
+        best = g
+
+
+def test_no_controller_of_any_order_does_what_multipliers_exclude():
+    plant, law = noisy_spring()
+    design = sos.design_pid(plant, law=law, minimize="gamma")
+    bound = design.bounds()["gamma"]
+    (d,) = plant.vertices
+    best = best_of_any_order(d, np.array([[1.0, 0]]), 0.2, 0.5)
+    assert 0.95 * best < bound.excluded < best < bound.proven
+    assert bound.refusal.verify()
+    assert "no controller keeps" in repr(design.bounds())
+    below = sos.design_pid(plant, law=law, gamma=bound.excluded, starts=2)
+    assert below.status == "infeasible" and "of any order" in below.reason
+    dynamic = sos.DynamicLaw(2, [[1, 0]], noise=[[0, 0.5]])
+    full = sos.design_pid(plant, law=dynamic, minimize="gamma")
+    assert best < full.gamma < 1.1 * best
+
+
+def test_noise_enters_where_the_sensor_is():
+    """The norm of a loop with noise on its sensor, by python-control."""
+    plant, law = noisy_spring()
+    K = [[-0.7]]
+    d = sos.analyse_pid(plant, K, law=law, minimize="gamma")
+    A = np.array([[0, 1], [-1.7, -0.1]])
+    B = np.array([[0, 0], [1, -0.35]])
+    C = np.array([[1, 0], [-0.14, 0]])
+    D = np.array([[0, 0], [0, -0.07]])
+    omega = np.linspace(0, 5, 50001)
+    pencil = 1j * omega[:, None, None] * np.eye(2) - A
+    true = np.linalg.norm(C @ np.linalg.solve(pencil, B + 0j) + D, 2, axis=(1, 2))
+    assert d.bounds()["gamma"].true == pytest.approx(true.max(), rel=1e-5)
+    with pytest.raises(ValueError, match="its output weighs u"):
+        felt = sos.Output(input=1.0)
+        sos.analyse_pid(
+            plant, K, law=law, requirements=[sos.HInfinity(1.0, outputs=felt)]
+        )

@@ -8,6 +8,7 @@ from typing import Any
 from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
 from .cells import family
 from .known_gain import Kept, least, worst
+from .structured.doors import best_excluded
 
 __all__ = ["Bound", "Bounds", "bounds_of"]
 
@@ -32,6 +33,11 @@ class Bound:
         The worst that a search has found, over the vertices and between.
     part : Kept
         The proof.
+    excluded : float or None
+        With a law: no controller of any order, with these sensors, keeps this bound
+        or a smaller one. None where no exact multipliers were found for any.
+    refusal : LMIRefusal or None
+        The proof of that.
     """
 
     requirement: Any
@@ -39,6 +45,8 @@ class Bound:
     proven: float | None
     true: float
     part: Kept
+    excluded: float | None = None
+    refusal: Any = None
 
 
 class Bounds(tuple):
@@ -59,17 +67,22 @@ class Bounds(tuple):
         return super().__getitem__(key)
 
     def rows(self):
-        """Words, asked, proven and true, in text."""
+        """Words, asked, proven and true, and what is excluded, in text."""
         for b in self:
             shown = b.requirement.parameter.shown
-            numbers = (b.asked, b.proven, b.true)
+            numbers = (b.asked, b.proven, b.true, b.excluded)[: len(self._heads)]
             yield (
                 b.requirement.words,
                 *("-" if x is None else f"{shown(x):.4g}" for x in numbers),
             )
 
+    @property
+    def _heads(self):
+        some = any(b.excluded is not None for b in self)
+        return ("asked", "proven", "true", *("no controller keeps",) * some)
+
     def __repr__(self):
-        table = [("", "asked", "proven", "true"), *self.rows()]
+        table = [("", *self._heads), *self.rows()]
         wide = [max(map(len, column)) for column in zip(*table)]
         return "\n".join(
             "  ".join(
@@ -82,7 +95,7 @@ class Bounds(tuple):
         )
 
     def _repr_html_(self):
-        head = "".join(f"<th>{x}</th>" for x in ("", "asked", "proven", "true"))
+        head = "".join(f"<th>{x}</th>" for x in ("", *self._heads))
         rows = "".join(
             "<tr>" + "".join(f"<td>{escape(x)}</td>" for x in row) + "</tr>"
             for row in self.rows()
@@ -106,13 +119,15 @@ def bounds_of(request, K, seconds):
     seconds, begun = checked_seconds(seconds, needed=True), monotonic()
     for r in asked:
         bad = worst(known, r, plants)
-        part = Kept(r, "undecided", bad)
+        part, beyond = Kept(r, "undecided", bad), (None, None)
         try:
             with time_limit(max(seconds - (monotonic() - begun), LEAST_TIME)):
                 part = least(known, r, plants, BACKOFF, DIGITS, bad)
+                if known.law is not None and r.bounds_response() is not None:
+                    beyond = best_excluded(known, r, float(bad.truth))
         except OutOfTime as over:
             if over.end < begun + seconds:  # somebody else's limit
                 raise
         proven = part.requirement.bound if part.status == "feasible" else None
-        found.append(Bound(r, r.bound, proven, float(bad.truth), part))
+        found.append(Bound(r, r.bound, proven, float(bad.truth), part, *beyond))
     return Bounds(found)

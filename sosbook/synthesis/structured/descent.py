@@ -50,7 +50,10 @@ def descend(f, x, steps, enough=-np.inf):
             break
         found = _line(f, x, value, slope, d)
         if found is None:
-            break
+            if first:
+                break
+            H, first = np.eye(len(x)), True  # what it knew of the curves is of no use
+            continue
         s, (new, new_value, new_slope) = found[0] - x, found
         y = new_slope - slope
         if s @ y > 1e-14 * np.linalg.norm(s) * np.linalg.norm(y):

@@ -4,7 +4,7 @@ import numpy as np
 
 from ...analysis.lyapunov import lyapunov
 from ...exact.proof import Proof
-from ...exact.rational import exact, inverse
+from ...exact.rational import exact, inverse, round_digits
 from ...laws.base import plain
 from ...lmi import LMIProblem, Unknown
 from ...plants.descriptor_system import DescriptorSystem
@@ -15,10 +15,18 @@ from ..feasibility import answer
 from ..request import Request
 from ..solution import Solution
 
-__all__ = ["SumOfPoles", "excluded", "refused_by_a_door", "refused_by_sum"]
+__all__ = [
+    "SumOfPoles",
+    "best_excluded",
+    "excluded",
+    "refused_by_a_door",
+    "refused_by_sum",
+]
 
 SECONDS = 20.0  # for each plant's multipliers
-TRIED = 0.995, 0.98, 0.95, 0.9, 0.8, 0.65, 0.5  # of what was reached, in this order
+HIGHEST = 0.998  # of what was reached: below it a bound is sought
+LOWER = 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial
+HALVINGS = 5  # of the way between two of them, as a ratio
 
 
 class SumOfPoles(Proof):
@@ -93,6 +101,51 @@ def excluded(plant, law_parts, r, gamma):
     problem = _problem(seen, law_parts.rows, law_parts.noise[:, some], exact(gamma))
     proof = problem.find().infeasibility
     return proof if proof is not None and proof.proven else None
+
+
+def best_excluded(request, r, reached):
+    """The largest gamma that no controller keeps, that was found, with its proof.
+
+    Parameters
+    ----------
+    request : Request
+        With a law.
+    r : Requirement
+        It bounds an H-infinity norm.
+    reached : float
+        What a gain reaches: the answer lies below.
+
+    Returns
+    -------
+    tuple
+        Gamma and the `LMIRefusal`, or None and None: exact multipliers aren't found
+        everywhere, least where free masses or noiseless sensors leave them irrational.
+    """
+    vertices, best = plain(request.plant, request.K_A), (None, None)
+    for i in request.distinct:
+
+        def proof(share, i=i):
+            gamma = float(round_digits(share * reached, 4))
+            found = excluded(vertices[i], request.law_parts, r, gamma)
+            return found and (gamma, found)
+
+        high, found = HIGHEST, None
+        for low in LOWER if best[0] is None else (1.01 * best[0] / reached,):
+            found = proof(low) if low < high else None
+            if found is not None:
+                break
+            high = low
+        if found is None:
+            continue
+        best = found
+        for _ in range(HALVINGS):
+            middle = float(np.sqrt(low * high))
+            found = proof(middle)
+            if found is None:
+                high = middle
+            else:
+                low, best = middle, found
+    return best
 
 
 def _problem(d, rows, noise, gamma):

@@ -16,10 +16,12 @@ ROOM = 0.02  # of the rate, or of a bound: with so much room a search ends
 SPREAD = 3.0  # times the fastest pole: so far the rates of the starts reach
 STEPS = 120  # of a descent
 NORM_STEPS = 60  # of the first descent of a norm
-NORM_STARTS = 4  # points with the poles in place from which a norm falls
-BEST = 2  # of these go on
+NORM_SHARE = 4  # of so many starts one descends in a norm, its poles in place
+BEST = 3  # of these go on
 SLOWER = 1e-3  # of the rate: a mode on the axis that nothing moves is no obstacle
 RIDGE = 1e-9  # of what is near one, where a matrix is singular
+TURNS = 4  # of sampled gradients and descent, for norms, at the best
+WORTH = 1e-4  # of a norm, as a fraction: what such a turn has to win for another one
 ROUNDS = 30, 8  # of sampled gradients, for poles and for norms
 
 
@@ -70,7 +72,7 @@ def search(task, loops, starts, seed, near=()):
         if np.isfinite(value):
             found.append((value, unit, x))
         inside = sum(v < 0 for v, *_ in found)
-        if bounded and inside >= NORM_STARTS:
+        if bounded and inside >= -(-starts // NORM_SHARE):
             break
         if not bounded and value <= enough:
             break
@@ -84,14 +86,21 @@ def search(task, loops, starts, seed, near=()):
     value, unit, x = found[0]
     f = Objective(task, loops, unit, bounded)
     value = f(x)[0]
-    if value > enough and np.isfinite(value):
+    for _ in range(TURNS if bounded else 1):
+        if value <= enough or not np.isfinite(value):
+            break
+        before = value
         x, value = refine(f, x, value, rng, ROUNDS[bounded])
+        if bounded:
+            x, value = descend(f, x, STEPS, enough)
+        if before - value < WORTH:
+            break
     return Found(x * unit, value, count)
 
 
 def _norms(task, loops, found, enough):
     """Points from which norms have fallen, the best first."""
-    inside = [entry for entry in found if entry[0] < 0][:NORM_STARTS]
+    inside = [entry for entry in found if entry[0] < 0]
     ended = []
     for _, unit, x in inside:
         f = Objective(task, loops, unit, True)
