@@ -72,8 +72,8 @@ def prove_sampled(parts, controller, robot, cells):
 def prove_varying(parts, controller, robot, cells):
     """Proofs of sampled loops whose clock varies, one for each of ``parts``.
 
-    As `prove_sampled`, for every sequence of delays up to the robot's and of
-    intervals between ticks that are late by at most its jitter.
+    As `prove_sampled`, of a ``controller`` in so many ``cells``, for every sequence of
+    delays up to the robot's and of ticks that are late by at most its jitter.
     """
     T, late = robot.T, robot.jitter
     return tuple(
