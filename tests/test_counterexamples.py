@@ -8,7 +8,8 @@ import pytest
 import sosbook as sos
 from sosbook import counterexamples, theorems
 from sosbook.exact.definite import exact, pivots
-from sosbook.plants.descriptor import Coupled, Descriptor
+from sosbook.plants.coupled import Coupled
+from sosbook.plants.descriptor import Descriptor
 from sosbook.synthesis.request import Request
 from tests.test_certificate import positive_definite
 

@@ -6,7 +6,8 @@ import pytest
 
 import sosbook as sos
 from sosbook import counterexamples
-from sosbook.plants.descriptor import Coupled, coupled_pairs, descriptors
+from sosbook.plants.coupled import Coupled
+from sosbook.plants.descriptor import coupled_pairs, descriptors
 from tests.cases import random_plant
 
 

@@ -13,7 +13,8 @@ import sosbook as sos
 from sosbook import couplings
 from sosbook.exact.checker import statements
 from sosbook.lmi.text import floats
-from sosbook.plants.descriptor import Coupled, Descriptor, descriptors, mean_descriptor
+from sosbook.plants.coupled import Coupled
+from sosbook.plants.descriptor import Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
 from sosbook.requirements.base import Requirement
 from sosbook.requirements.hinf import HInfinity

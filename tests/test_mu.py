@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.plants.descriptor import Coupled, descriptors
+from sosbook.plants.coupled import Coupled
+from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.hinf import HInfinity
 from sosbook.synthesis.request import Request
 from sosbook.theorems import bounded_real

@@ -7,7 +7,8 @@ import pytest
 from sosbook import LMIRegion, theorems
 from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown
-from sosbook.plants.descriptor import Coupled, Descriptor, SlackVertex, descriptors
+from sosbook.plants.coupled import Coupled, SlackVertex
+from sosbook.plants.descriptor import Descriptor, descriptors
 from tests.cases import random_plant
 
 GAMMA2, U_MAX2 = 1.7, 30.0

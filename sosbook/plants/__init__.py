@@ -1,14 +1,8 @@
 """Plants: second-order systems, their polytopes and descriptor forms."""
 
 from .condensing import condense
-from .descriptor import (
-    Coupled,
-    Descriptor,
-    SlackVertex,
-    coupled_pairs,
-    descriptors,
-    mean_descriptor,
-)
+from .coupled import Coupled, SlackVertex
+from .descriptor import Descriptor, coupled_pairs, descriptors, mean_descriptor
 from .descriptor_system import DescriptorSystem
 from .files import load_plant
 from .gain import Gain

@@ -12,7 +12,6 @@ from itertools import combinations
 import numpy as np
 
 from ..exact.rational import exact, inverse
-from ..language import he
 from ..runtime.read_only import ReadOnly
 from .checks import as_in_a_file, check_rank, is_word, matrix, rank_deficient
 from .hull import quotient_in_hull
@@ -22,13 +21,12 @@ __all__ = [
     "COUPLINGS",
     "MATRICES",
     "OF_ARGUMENTS",
-    "Coupled",
     "Descriptor",
-    "SlackVertex",
     "combined",
     "coupled_pairs",
     "descriptors",
     "mean_descriptor",
+    "same_output",
     "twins",
 ]
 
@@ -244,156 +242,6 @@ def _first_order(number, M, D, S, B, F, U, K_A):
     return Descriptor(E, A, Bu, Bw, C=number(np.eye(n, N)), n=n, a=a)
 
 
-@dataclass(frozen=True, eq=False)
-class Coupled:
-    r"""What the theorems ask of a pair of vertices.
-
-    With weights :math:`\alpha` each theorem's matrix is a quadratic form
-    :math:`L(\alpha) = \sum_{ij} \alpha_i \alpha_j L_{ij}`. This class
-    holds the parts of the symmetric :math:`\tfrac12 (L_{ij} + L_{ji})`.
-    One vertex is the pair ``i = j``.
-
-    Parameters
-    ----------
-    i, j : Descriptor
-        The two vertices.
-    P : (N, N) matrix-like
-        The common Lyapunov matrix.
-    Y : (m, N) matrix-like
-        ``K P``.
-    """
-
-    i: Descriptor
-    j: Descriptor
-    P: object
-    Y: object
-
-    @cached_property
-    def Theta(self):
-        """½[(A_i P + B_i Y) E_jᵀ + (A_j P + B_j Y) E_iᵀ]."""
-        i, j = self.i, self.j
-        half = (i.A @ self.P + i.Bu @ self.Y) @ j.E.T
-        if i is j:
-            return half
-        return (half + (j.A @ self.P + j.Bu @ self.Y) @ i.E.T) / 2
-
-    @cached_property
-    def EPE(self):
-        """½(E_i P E_jᵀ + E_j P E_iᵀ)."""
-        if self.i is self.j:
-            return self.i.E @ self.P @ self.i.E.T
-        return he(self.i.E @ self.P @ self.j.E.T) / 2
-
-    @cached_property
-    def EP(self):
-        """½(E_i + E_j) P."""
-        return (self.i.E + self.j.E) @ self.P / 2
-
-    @cached_property
-    def EY(self):
-        """½(E_i + E_j) Yᵀ."""
-        return (self.i.E + self.j.E) @ self.Y.T / 2
-
-    @cached_property
-    def EPC(self):
-        """½[E_i (P C_jᵀ + Yᵀ Du_jᵀ) + E_j (P C_iᵀ + Yᵀ Du_iᵀ)]."""
-        i, j = self.i, self.j
-        if _same(i.C, j.C) and _same(i.Du, j.Du):
-            if i.Du is None:
-                return self.EP @ i.C.T
-            return self.EP @ i.C.T + self.EY @ i.Du.T
-        return (i.E @ self._PC(j) + j.E @ self._PC(i)) / 2
-
-    def _PC(self, d):
-        PC = self.P @ d.C.T
-        return PC if d.Du is None else PC + self.Y.T @ d.Du.T
-
-    @cached_property
-    def Bw(self):
-        """½(B_w,i + B_w,j)."""
-        return (self.i.Bw + self.j.Bw) / 2
-
-    @cached_property
-    def Dw(self):
-        """½(D_w,i + D_w,j), or 0."""
-        return 0 if self.i.Dw is None else (self.i.Dw + self.j.Dw) / 2
-
-
-@dataclass(frozen=True, eq=False)
-class SlackVertex:
-    """What the theorems with a slack matrix ask of a vertex.
-
-    Parameters
-    ----------
-    i : Descriptor
-        The vertex.
-    E0 : (N, N) array
-        Any nonsingular matrix. With one near the E_i, P_i and V come out
-        alike.
-    P : (N, N) matrix-like
-        The vertex has this P of its own, and the Lyapunov function x' V^-1 P
-        V'^-1 x.
-    V : (N, N) matrix-like
-        The slack matrix, common to all vertices and requirements; it isn't
-        symmetric.
-    Y : (m, N) matrix-like
-        ``K V'``.
-    """
-
-    i: Descriptor
-    E0: np.ndarray
-    P: object
-    V: object
-    Y: object
-
-    @cached_property
-    def Theta(self):
-        """(A_i Vᵀ + B_i Y) E0ᵀ."""
-        return (self.i.A @ self.V.T + self.i.Bu @ self.Y) @ self.E0.T
-
-    @cached_property
-    def EPE(self):
-        """E0 P_i E0ᵀ."""
-        return self.E0 @ self.P @ self.E0.T
-
-    @cached_property
-    def EVE(self):
-        """E_i Vᵀ E0ᵀ."""
-        return self.i.E @ self.V.T @ self.E0.T
-
-    @cached_property
-    def EV(self):
-        """E0 V."""
-        return self.E0 @ self.V
-
-    @cached_property
-    def EY(self):
-        """E0 Yᵀ."""
-        return self.E0 @ self.Y.T
-
-    @cached_property
-    def EVC(self):
-        """E0 (V Cᵀ + Yᵀ Duᵀ)."""
-        if self.i.Du is None:
-            return self.EV @ self.i.C.T
-        return self.EV @ self.i.C.T + self.EY @ self.i.Du.T
-
-    @cached_property
-    def EVA(self):
-        """E0 V C_a,iᵀ, or 0."""
-        return 0 if self.i.Ca is None else self.EV @ self.i.Ca.T
-
-    @cached_property
-    def Bw(self):
-        """B_w,i."""
-        return self.i.Bw
-
-    @cached_property
-    def Dw(self):
-        """D_w,i, or 0."""
-        return 0 if self.i.Dw is None else self.i.Dw
-
-
 def coupled_pairs(vertices, coupling, quotient=True):
     """Indices (i, j), i <= j, of the vertex pairs that need a block.
 
@@ -466,7 +314,7 @@ def combined(vertices, function):
     def one(name):
         first, *others = some = [getattr(d, name) for d in vertices]
         if first is None or (
-            name in MATRICES[4:] and all(_same(first, x) for x in others)
+            name in MATRICES[4:] and all(same_output(first, x) for x in others)
         ):
             return first
         return function(some)
@@ -475,7 +323,7 @@ def combined(vertices, function):
     return Descriptor(*map(one, MATRICES), Uw=first.Uw, n=first.n, a=first.a)
 
 
-def _same(x, y):
+def same_output(x, y):
     """Whether two output matrices are the same; None is one, too."""
     plain = isinstance(x, np.ndarray) and isinstance(y, np.ndarray)
     return x is y or (plain and np.array_equal(x, y))

@@ -15,7 +15,8 @@ import numpy as np
 
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.checks import positive
-from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..plants.coupled import Coupled, SlackVertex
+from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
 from ..runtime.kinds import OfKind
 from ..runtime.read_only import ReadOnly

@@ -15,7 +15,8 @@ from ..exact.definite import definite, exact, inverse
 from ..exact.rational import decimal
 from ..language import Unknown, eye, he
 from ..plants.checks import is_word, matrix, numbers, positive
-from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..plants.coupled import Coupled, SlackVertex
+from ..plants.descriptor import Descriptor
 from ..theorems import (
     free_gramian,
     free_lqr_decay,

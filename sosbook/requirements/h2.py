@@ -9,7 +9,8 @@ import numpy as np
 from ..analysis.linear import loop_matrix
 from ..analysis.lyapunov import lyapunov
 from ..language import Unknown
-from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..plants.coupled import Coupled, SlackVertex
+from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
 from ..theorems import (
     free_gramian,

@@ -11,7 +11,8 @@ from ..analysis.linear import peak_input
 from ..exact.rational import decimal, exact
 from ..language import Unknown, block, eye
 from ..plants.checks import matrix, numbers
-from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..plants.coupled import Coupled, SlackVertex
+from ..plants.descriptor import Descriptor
 from ..theorems import (
     control_bound,
     free_stability,

@@ -12,7 +12,8 @@ from scipy.optimize import minimize_scalar
 from ..analysis.linear import poles
 from ..exact.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
-from ..plants.descriptor import Coupled, Descriptor, SlackVertex
+from ..plants.coupled import Coupled, SlackVertex
+from ..plants.descriptor import Descriptor
 from ..runtime.names import sane_name
 from ..theorems import free_pole_region, pole_region, slack_pole_region
 from .base import Requirement

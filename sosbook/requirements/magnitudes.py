@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from ..lmi.text import floats
-from ..plants.descriptor import Coupled
+from ..plants.coupled import Coupled
 from ..solver.primal_dual import positive
 from .loop import Loop
 

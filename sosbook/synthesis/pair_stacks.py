@@ -4,7 +4,8 @@ import numpy as np
 
 from ..language import Affine
 from ..language.matrices import Matrices, array_of
-from ..plants.descriptor import MATRICES, Coupled, Descriptor
+from ..plants.coupled import Coupled
+from ..plants.descriptor import MATRICES, Descriptor
 from ..solver.structure import some_matrix
 
 __all__ = ["alone", "blocks_of_pairs", "read", "stacked", "together"]

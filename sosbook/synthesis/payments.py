@@ -7,7 +7,7 @@ import numpy as np
 from ..exact.definite import exact
 from ..language.matrices import Reaches
 from ..lmi.text import floats
-from ..plants.descriptor import Coupled
+from ..plants.coupled import Coupled
 
 __all__ = ["NOT_PAID", "paid", "pays"]
 

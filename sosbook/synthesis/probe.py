@@ -7,7 +7,8 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..plants.controllability import matrix_of
-from ..plants.descriptor import Coupled, Descriptor
+from ..plants.coupled import Coupled
+from ..plants.descriptor import Descriptor
 from ..requirements.loop import Loop
 from ..runtime.time_limit import check_time
 

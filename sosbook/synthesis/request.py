@@ -11,14 +11,8 @@ from ..language import Affine
 from ..language.matrices import Readings
 from ..lmi.text import floats
 from ..plants.checks import matrix, positive
-from ..plants.descriptor import (
-    Coupled,
-    Descriptor,
-    SlackVertex,
-    descriptors,
-    mean_descriptor,
-    twins,
-)
+from ..plants.coupled import Coupled, SlackVertex
+from ..plants.descriptor import Descriptor, descriptors, mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import checked_plant
 from ..plants.near_box import NearBox
