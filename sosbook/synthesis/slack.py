@@ -127,16 +127,13 @@ def _trials(request):
 def _rates(request):
     """The rates whose times are tried: what is asked, and the plant's own if far away.
 
-    A structure that is hardly damped swings fast and settles slowly. A pole s of a
-    single state allows the scalar up to -4 Re s / |s|^2, so its third time is that.
+    A structure that is hardly damped swings fast and settles slowly.
     """
     asked = request.typical_rate
     A, _, _ = request.mean.state_space()
     check_time_of_eigenvalues(len(A))
     own = np.abs(np.linalg.eigvals(A)).max()
-    if not own or asked / FAR < own < asked * FAR:
-        return [asked]
-    return [asked, own, own**2 / asked] if own > asked else [asked, own]
+    return [asked, own] if not asked / FAR < own < asked * FAR and own else [asked]
 
 
 def _lower(request, bounds):
