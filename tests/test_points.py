@@ -191,12 +191,19 @@ def test_of_several_plants_the_effort_speaks_of_the_vertices():
 
 def test_stored_structures_are_answered_and_proven():
     stored = json.loads(structures.RESULTS.read_text("utf-8"))["records"]
-    assert {r["modes"] for r in stored} == set(structures.SIZES)
+    sizes = {(kind, n) for kind, (_, own, _) in structures.KINDS.items() for n in own}
+    assert {(r["kind"], r["modes"]) for r in stored} == sizes
     assert all(r["status"] == "feasible" and r["proven"] for r in stored)
-    by = {(r["modes"], r["asked"]): r for r in stored}
-    assert not any(by[n, "stable"]["largest_gain"] for n in structures.SIZES)
-    again = structures.measured([24], log=lambda record: None)["records"][0]
-    assert again["proven"] and again["moved"] == 0
+    assert not any(r["largest_gain"] for r in stored if r["asked"] == "stable")
+    (part,) = (r for r in stored if r["kind"] == "whole")
+    assert part["whole"].startswith("found: ") and "broken" in part["whole"]
+
+
+@pytest.mark.parametrize("kind, size", [("structure", 24), ("building", 20)])
+def test_structures_are_measured_as_they_are_stored(kind, size):
+    log, sizes = (lambda record: None), [size]
+    again = structures.measured([kind], log, sizes)["records"]
+    assert all(r["proven"] for r in again) and again[0]["moved"] == 0
 
 
 def test_equations_do_what_they_promise():
