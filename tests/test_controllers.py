@@ -275,3 +275,38 @@ def test_units_follow_the_coordinates():
     ]
     assert c.to_ss().input_labels == ["motor", "set point of motor"]
     assert c.units == UNITS
+
+
+def test_a_cycle_of_friction_is_where_energy_balances():
+    """Positive damping c against friction F: 4 F / pi a = c, an unstable cycle."""
+    plant = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]], coordinates=["q"])
+    K = [[-100.0, 0.5]]
+    c = sos.analyse_pid(plant, K, region=sos.PoleRegion(0)).controller(T=1e-4)
+    (cycle,) = c.cycles(friction=[0.2])
+    held = 0.5 + 100 * 1e-4 / 2  # half a tick of age is a damping of its own
+    assert cycle.frequency == pytest.approx(10 / 2 / np.pi, rel=1e-2)
+    assert cycle.amplitude == pytest.approx(4 * 0.2 / np.pi / held, rel=1e-2)
+    assert "a cycle at 1.59 Hz" in str(cycle)
+    around = [
+        c.simulate(1.5, x0=[0, share * cycle.amplitude], friction=[0.2]).x[0, :, 0]
+        for share in (0.8, 1.2)
+    ]
+    first, last = np.array(
+        [[abs(x[:5000]).max(), abs(x[-5000:]).max()] for x in around]
+    ).T
+    assert last[0] < 0.97 * first[0] and last[1] > 1.03 * first[1]
+
+
+def test_no_cycle_is_predicted_of_the_drive():
+    assert axis().cycles([0.03, 0.02], Backlash(0, 1, 0.02)) == []
+    with pytest.raises(ValueError, match="backlash must be a Backlash"):
+        axis().cycles(backlash=0.02)
+
+
+def test_a_law_of_its_own_is_named():
+    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
+    law = sos.PIDLaw(position=[[1]], filter=0.1)
+    gains = {"K_P": [[-2]], "K_D": [[-1]]}
+    found = sos.analyse_pid(plant, gains, law=law, region=sos.PoleRegion(0.1))
+    with pytest.raises(ValueError, match="a law of its own"):
+        found.controller(T=0.01)

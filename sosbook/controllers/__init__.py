@@ -4,6 +4,7 @@ from .bounds import Bounded
 from .code import code_fault, read_gains
 from .compiled import CompiledCode
 from .controller import FAULTS, Controller
+from .describing import Cycle
 from .limits import Faults, Limits
 from .of_design import controller_of
 from .program import Code
@@ -20,6 +21,7 @@ __all__ = [
     "Code",
     "CompiledCode",
     "Controller",
+    "Cycle",
     "Faults",
     "Limits",
     "Reach",

@@ -12,6 +12,7 @@ from ..sampled.discretize import SampleTiming
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
 from .bounds import Bounded, begins, bounded_output, rest, settled
+from .describing import predicted_cycles
 from .facts import facts_of
 from .limits import quantum
 from .loop import Loop
@@ -295,6 +296,24 @@ class Answers:
             As for `ramp`.
         """
         return rounding_bound(self, precision, range, speed, output)
+
+    def cycles(self, friction: Any = None, backlash: Any = None) -> list:
+        """The limit cycles that friction and a gap make, predicted: none is a proof.
+
+        Parameters
+        ----------
+        friction : (n,) array_like, optional
+            Coulomb's friction on each coordinate.
+        backlash : Backlash, optional
+            A gap between two coordinates.
+
+        Returns
+        -------
+        list of Cycle
+            Of first harmonics, at all corners; empty where none balance. `simulate`
+            takes both, too.
+        """
+        return predicted_cycles(self, friction, backlash)
 
     def reach(self, set_point: int = 0, seconds: float = 30.0) -> Reach:
         """Which steps settle although the output is limited: see `Reach`.

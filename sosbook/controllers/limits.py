@@ -95,7 +95,7 @@ class Faults:
     lost: float = 0.005
     late: float = 0.01
     slack: float = 0.1
-    stall: float = 5.0
+    stall: float = 3.0
     silence: float = 0.0
     fastest: object = None
 
@@ -114,6 +114,6 @@ class Faults:
             if count > MOST_TICKS:
                 raise ValueError(
                     f"{name} = {getattr(self, name):g} s is {count} ticks, more than "
-                    f"C's int must hold: at most {MOST_TICKS * T:g} s"
+                    f"C's int must hold: watch({name}=...), at most {MOST_TICKS * T:g}"
                 )
         return found

@@ -49,6 +49,12 @@ def controller_of(
     T, delay = checked_delay(T, delay)
     request = design.request
     plant, U = request.plant, request.U
+    if getattr(design, "_law", None) is not None:
+        raise ValueError(
+            "the design has a law of its own, in continuous time: its "
+            "exact_controller() has the matrices; controller() is for a gain of the "
+            "whole state, of which it estimates what isn't measured"
+        )
     if request.K_A is not None and np.any(request.K_A):
         raise ValueError(
             "the design has an acceleration gain K_A, which no sampled controller "
