@@ -20,7 +20,7 @@ from sosbook.runtime import matrix_files
 from tests.op4_files import binary_op4
 
 ONE = np.eye(4)
-MANUAL = Path(__file__).parents[1] / "book" / "api" / "plants.md"
+MANUAL = Path(__file__).parents[1] / "book" / "api" / "from_your_program.md"
 
 
 def frame(n=4, seed=3):
@@ -375,9 +375,8 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     elements(tmp_path / "abaqus")
     elements(tmp_path / "penalties", K=given["K"] + np.diag([0, 1e36, 0, 1e36]))
     names = {"load_plant": load_plant, "np": np, "sos": sosbook, "sympy": sympy}
-    names |= {"M": given["M"], "D": given["C"], "S": given["K"], "B": B}
     names["system"] = control.ss(A, np.vstack([0 * B, B]), np.eye(8)[:1], 0)
-    orders, page = [], MANUAL.read_text("utf-8").split("From your program")[1]
+    orders, page = [], MANUAL.read_text("utf-8")
     lines = re.findall(r"\| `((?:load_plant|sos\.).*)` \|$", page, re.M)
     assert len(lines) == page.count("\n| ") - 2
     monkeypatch.chdir(tmp_path)
@@ -387,4 +386,15 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
             if ".h5" not in line:  # `test_hdf5_is_read`
                 plant = eval(line, names)
                 orders.append(getattr(plant, "order", plant.n))
-    assert orders == [4, 4, 4, 4, 4, 4, 2, 2, 4, 4, 8, 4, 2]
+    assert orders == [4, 4, 4, 4, 4, 4, 2, 2, 4, 4, 8, 2]
+
+
+def test_the_equations_with_symbols_of_the_manual_become_a_family():
+    code = re.search(r"^```python\n(.*?)^```", MANUAL.read_text("utf-8"), re.M | re.S)
+    names = {}
+    exec(code[1], names)
+    plants = names["plants"]
+    assert plants.degree == {"m": 1, "k": 1} and len(plants.vertices) == 4
+    one = plants.at(m=1.5, k=3.25)
+    assert (one.M == np.diag([1.5, 1])).all()
+    assert (one.S == [[5.25, -2], [-2, 2]]).all()
