@@ -8,7 +8,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.exact.checker import verdict
-from sosbook.plants import descriptors
+from sosbook.plants import descriptors, filtered
 from sosbook.proofs.command import main
 from sosbook.requirements.base import Requirement
 
@@ -515,3 +515,57 @@ def test_the_noise_of_a_sensor_is_in_the_force_that_a_law_gives():
         found = sos.analyse_pid(one, [[-2.0, -1.0]], law=law, requirements=asked)
         assert found.status == status, found.reason
         assert (found.certify() if factor > 1 else found.infeasibility).proven
+
+
+@pytest.mark.parametrize(
+    "num, den", [([1], [0.5, 1]), ([2, 0.1, 3], [1, 0.4, 2]), ([0.3, 1], [0.2, 0.1, 1])]
+)
+def test_a_filter_weighs_frequencies(num, den):
+    """W times the response, frequency by frequency, in python-control's hands."""
+    rng = np.random.default_rng(2)
+    one, U = plant(rng), np.eye(2)[:1]
+    rows = [
+        {"acceleration": rng.normal(size=(2, 2)).round(2), "input": np.ones((2, 1))}
+    ]
+    K = sos.design_pid(one, U, region=sos.PoleRegion(sigma=0.1, rho=20)).K.round(3)
+    heavy = sos.SecondOrderSystem(1.3 * one.M, one.D, one.S, one.B, one.F)
+    whole = filtered(sos.Polytope([one, heavy]), stacked(rows), num, den, U)
+    given = np.hstack([K, np.zeros((1, 2 * (len(den) - 1)))])
+    A, W, parts = standard(one, U, K)
+    C = sum(R @ parts[k][0] for k, R in rows[0].items())
+    D = sum(R @ parts[k][1] for k, R in rows[0].items())
+    grid = 1j * np.geomspace(1e-2, 1e2, 1500)
+    plain = control.ss(A, W, C, D)(grid, squeeze=False)
+    weight = np.polyval(num, grid) / np.polyval(den, grid)
+    sizes = np.linalg.norm((plain * weight).transpose(2, 0, 1), 2, axis=(1, 2))
+    asked = sos.HInfinity(1.0)
+    assert asked.truth(whole.vertices[:1], given) == pytest.approx(
+        sizes.max(), rel=1e-3
+    )
+    between = [whole.at([1 - t, t]).vertices[0] for t in np.linspace(0, 1, 41)]
+    worst = asked.truth(between, given)
+    kept = sos.analyse_pid(whole, given, gamma=1.02 * worst)
+    assert kept.status == "feasible" and kept.certify().proven
+    broken = sos.analyse_pid(whole, given, gamma=0.98 * worst)
+    assert broken.status != "feasible"  # a plant in floats needn't have a proof
+    assert broken.infeasibility is None or broken.infeasibility.proven
+    one_alone = filtered(one, sos.Output(position=1), num, den)
+    design = sos.design_pid(one_alone, gamma=5.0, region=sos.PoleRegion(rho=30))
+    checked(design.certify())
+
+
+def test_a_filter_that_is_none_is_named():
+    y = sos.Output(position=1)
+    for num, den, message in (
+        ([1, 0], [1], "isn't proper"),
+        ([1], [1, -1], "isn't stable"),
+        ([1], [0, 1], "must not be zero"),
+        ([], [1, 1], "numerator must be a list of numbers"),
+        (1, [1, 1], "numerator must be a list of numbers"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            filtered(ONE, y, num, den)
+    family = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 1, 1, 1), m=(1, 2))
+    for plants in (family, family.polytope()):
+        with pytest.raises(ValueError, match=r"plant (must be|has parameters)"):
+            filtered(plants, y, [1], [1, 1])

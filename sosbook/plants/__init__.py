@@ -5,6 +5,7 @@ from .coupled import Coupled, SlackVertex
 from .descriptor import Descriptor, coupled_pairs, descriptors, mean_descriptor
 from .descriptor_system import DescriptorSystem
 from .files import load_plant
+from .filtered import filtered
 from .gain import Gain
 from .outputs import Output
 from .reduction import Reduction
@@ -23,6 +24,7 @@ __all__ = [
     "condense",
     "coupled_pairs",
     "descriptors",
+    "filtered",
     "load_plant",
     "mean_descriptor",
 ]

@@ -1,0 +1,118 @@
+"""Outputs behind filters: weights that differ from frequency to frequency."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .checks import numbers
+from .descriptor import Descriptor, descriptors
+from .descriptor_system import DescriptorSystem
+from .outputs import Output
+from .second_order import Polytope, SecondOrderSystem
+
+__all__ = ["filtered"]
+
+
+def filtered(
+    plant: SecondOrderSystem | Polytope | DescriptorSystem,
+    output: Output,
+    numerator: Sequence[float],
+    denominator: Sequence[float],
+    U: ArrayLike | None = None,
+) -> DescriptorSystem:
+    r"""The plant with an output behind a filter, whose states join the plant's.
+
+    A norm counts all frequencies alike. Behind a filter W(s) with a large
+    \|W(j omega)\| where they matter it counts them by that weight.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, Polytope or DescriptorSystem
+        The plant.
+    output : Output
+        The y before the filter; each of its rows has a filter of its own.
+    numerator, denominator : sequence of float
+        The coefficients of W, the highest power of s first; W is proper and stable.
+    U : (a, n) array_like, optional
+        Which errors are integrated, as in `design_pid`.
+
+    Returns
+    -------
+    DescriptorSystem
+        Its states are [z; z'; x3] and those of the filters, its output is W y. A gain
+        that is designed for it has columns for the filters' states, so that the
+        controller runs the filters, too; a given gain has zeros there.
+
+    Raises
+    ------
+    ValueError
+        If W isn't proper or not stable, or the rows don't fit the plant.
+
+    Examples
+    --------
+    >>> cart = SecondOrderSystem(1, 1, 1, B=1, F=1)
+    >>> low = filtered(cart, Output(position=1), [1], [0.5, 1])
+    >>> low.order, low.n
+    (3, 1)
+    """
+    num = _coefficients("numerator", numerator)
+    den = _coefficients("denominator", denominator)
+    if not den[0] or not num[0]:
+        raise ValueError("the first coefficients of a filter must not be zero")
+    if len(num) > len(den):
+        raise ValueError("the filter isn't proper: its numerator has a higher power")
+    if len(den) > 1 and np.roots(den).real.max() >= 0:
+        raise ValueError("the filter isn't stable: its poles must lie in Re s < 0")
+    if not isinstance(plant, (SecondOrderSystem, Polytope, DescriptorSystem)):
+        raise ValueError(
+            f"plant must be a SecondOrderSystem, Polytope or DescriptorSystem, got "
+            f"{type(plant).__name__}"
+        )
+    if plant.family is not None:
+        raise ValueError(
+            "plant has parameters: filtered takes the plants at the corners of their "
+            "ranges, a Polytope of SecondOrderSystem objects"
+        )
+    vertices: Sequence[Descriptor]
+    if isinstance(plant, DescriptorSystem):
+        if U is not None:
+            raise ValueError("a DescriptorSystem takes no U: put it into its matrices")
+        vertices = plant.vertices
+    else:
+        vertices = descriptors(plant, U)
+    return DescriptorSystem.of([_joined(output.seen(d), num, den) for d in vertices])
+
+
+def _coefficients(name, value):
+    found = numbers(name, value)
+    if found.ndim != 1 or not len(found) or not np.isfinite(found).all():
+        raise ValueError(f"{name} must be a list of numbers, the highest power first")
+    return found
+
+
+def _joined(d, num, den):
+    """A `Descriptor` d with the states of the filters of its output's rows."""
+    q, N, k = len(d.C), len(d.E), len(den) - 1
+    one, zero = np.eye(q), np.zeros
+    num = np.concatenate([zero(k + 1 - len(num)), num])
+    direct = num[0] / den[0]
+    # den[0] xi_k' = y - den[k] xi_1 - ... - den[1] xi_k, and xi_j' = xi_(j + 1)
+    chain, last = np.eye(k), np.eye(k, k, 1)
+    if k:
+        chain[-1, -1], last[-1] = den[0], -den[:0:-1]
+    into = np.kron(one, np.eye(k)[:, -1:]) if k else zero((0, q))
+    seen = np.kron(one, (num - direct * den)[:0:-1][None])
+    Du = zero((q, d.Bu.shape[1])) if d.Du is None else d.Du
+    Dw = zero((q, d.Bw.shape[1])) if d.Dw is None else d.Dw
+    Ca = zero((q, N)) if d.Ca is None else d.Ca
+    return Descriptor(
+        np.block([[d.E, zero((N, q * k))], [-into @ Ca, np.kron(one, chain)]]),
+        np.block([[d.A, zero((N, q * k))], [into @ d.C, np.kron(one, last)]]),
+        np.vstack([d.Bu, into @ Du]),
+        np.vstack([d.Bw, into @ Dw]),
+        np.hstack([direct * d.C, seen]),
+        direct * Du,
+        direct * Dw,
+        np.hstack([direct * Ca, zero((q, q * k))]),
+    )
