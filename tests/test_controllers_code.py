@@ -11,6 +11,7 @@ import pytest
 import sosbook as sos
 from sosbook.controllers import Code, CompiledCode, Replay, code_fault, read_gains
 from sosbook.controllers.compiler import FLAGS
+from sosbook.controllers.facts import facts_of
 from tests.axis import T, axis, rubbed
 
 KINDS = {"double": float, "single": np.float32}
@@ -267,3 +268,20 @@ def test_a_number_that_single_precision_lacks_is_named():
 def test_ticks_are_seconds():
     slow = limited()
     assert "MOST_LOST 5 " in Code(slow, "axis").gains and slow.T == T
+
+
+def test_what_is_not_proven_is_said():
+    (_, proven), *_ = facts_of(axis(), "double", 1e-9)[0]
+    assert any("sampled loop: NOT PROVEN, stopped after" in line for line in proven)
+
+
+@pytest.mark.slow
+def test_cmake_builds_it_and_its_bench_passes(gcc, tmp_path):
+    cmake = shutil.which("cmake")
+    if cmake is None:
+        pytest.skip("NO cmake: apt-get install cmake brings it")
+    Code(limited(), "axis").write(tmp_path)
+    build = str(tmp_path / "build")
+    ran(cmake, "-S", str(tmp_path), "-B", build)
+    ran(cmake, "--build", build)
+    assert "100% tests passed" in ran("ctest", "--test-dir", build)

@@ -92,7 +92,7 @@ def _page(design, c, code):
     ]
     for title, lines in code.facts:
         items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-        parts.append(f"<h3>{escape(title)}</h3><ul>{items}</ul>")
+        parts.append(f"<h3>{escape(title.capitalize())}</h3><ul>{items}</ul>")
     for j, signal in enumerate(c.set_points):
         r = np.eye(len(c.set_points))[j]
         run = c.simulate(seconds, r=r)
