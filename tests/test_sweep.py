@@ -157,6 +157,34 @@ def test_the_same_call_runs_on_a_dask_cluster(cluster, serial):
     assert os.getpid() not in {process for _, process in places}
 
 
+def make_load_case():
+    def at_speed(speed):
+        """A design for two modes of a rotor, looked at and proven on the whole."""
+        import numpy as np
+
+        import sosbook as sos
+
+        turn = np.kron([[0, speed], [-speed, 0]], np.diag([0.01, 0.03]))
+        stiff = np.diag([1.0, 400, 1.1, 440])
+        plant = sos.SecondOrderSystem(
+            np.eye(4), 0.02 * stiff + turn, stiff, np.eye(4)[:, [0, 2]]
+        )
+        region = sos.PoleRegion(0.1)
+        design = sos.design_pid(plant.reduce(modes=2), region=region, prefer="least")
+        return design.check_on(plant).kept, design.certify(on=plant).proven
+
+    return at_speed
+
+
+@pytest.mark.slow
+def test_speeds_run_on_a_dask_cluster(cluster):
+    at_speed, speeds = make_load_case(), [0.0, 3.0, 30.0]
+    alone = [at_speed(speed) for speed in speeds]
+    assert all(kept and proven for kept, proven in alone)
+    with joblib.parallel_config(backend="dask"):
+        assert sweep(at_speed, speeds) == alone
+
+
 def test_dask_brings_exceptions_back(cluster):
     def fail(k):
         raise KeyError(f"no {k}")
