@@ -140,7 +140,10 @@ def number(text):
     good = isinstance(text, str) and NUMBER.fullmatch(text)
     need(good and not re.search("/0+$", text), f"{text!r:.40} isn't a number")
     need(max(map(len, text.split("/"))) <= MOST_DIGITS + 1, "a number is too long")
-    return Fraction(text)
+    try:
+        return Fraction(text)
+    except ValueError:  # Python's own limit, which a program may lift
+        raise Beyond("a number has more digits than Python reads here") from None
 
 
 def read(x):
