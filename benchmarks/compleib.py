@@ -183,7 +183,7 @@ PROBLEMS = {
     "ROC8": lambda: masses(3, 3),
     "ROC9": lambda: masses(2, 2),
 }
-STARTS = {"CSE1": 8}  # of a search; the others have 64
+STARTS = {"CSE1": 8, "ROC8": 32}  # of a search; the others have 64
 LIMITS = {"HE1": 100.0}  # of the gain: without one it grows as the norm falls
 
 

@@ -25,7 +25,7 @@ __all__ = [
 
 SECONDS = 20.0  # for each plant's multipliers
 HIGHEST = 0.998  # of what was reached: below it a bound is sought
-LOWER = 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial
+LOWER = 0.99, 0.95, 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial
 HALVINGS = 5  # of the way between two of them, as a ratio
 
 

@@ -12,8 +12,9 @@ from . import slopes
 __all__ = ["DECAY", "LEAST_DECAY", "Objective", "Task"]
 
 DECAY = SIGMA.key  # the goal of the fastest decay
-LEAST_DECAY = 0.01  # of the rate, of each loop: a norm alone ends at an axis
+LEAST_DECAY = 1e-3  # of the rate, of each loop: a norm alone ends at an axis
 PENALTY = 20.0  # of a violation, in units of the logarithm of a norm
+MARGIN = 1e-3  # by which constraints are kept, so that their proof has room
 WALL = 30.0  # of a gain's excess over its limit, as a fraction
 
 
@@ -110,9 +111,9 @@ class Objective:
         value, S, right = slopes.poles(self.loops, K, self.regions)
         if task.goal == DECAY:
             fast, T, _ = slopes.poles(self.loops, K, self.axis)
-            if not task.regions or value <= 0:
+            if not task.regions or value <= -MARGIN:
                 return fast, T
-            return fast + PENALTY * value, T + PENALTY * S
+            return fast + PENALTY * (value + MARGIN), T + PENALTY * S
         if not self.norms:
             return value, S
         if right >= 0:
@@ -126,8 +127,8 @@ class Objective:
         if goal is None:
             return value, S
         level, T = self._level(goal, K)
-        if value > 0:
-            level, T = level + PENALTY * value, T + PENALTY * S
+        if value > -MARGIN:
+            level, T = level + PENALTY * (value + MARGIN), T + PENALTY * S
         return level, T
 
     def _level(self, r, K):

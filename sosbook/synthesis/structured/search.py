@@ -136,7 +136,7 @@ def _starts(task, loops, count, rng, near):
             )
     while k < count:
         unit = loops.units(rates[k % len(rates)])
-        x = rng.normal(size=len(unit)) * 10 ** rng.uniform(-1.5, 0.5)
+        x = rng.normal(size=len(unit)) * 10 ** rng.uniform(-2.5, 0.5)
         limit = task.limits / unit
         k += 1
         yield unit, np.clip(x, -limit, limit)
