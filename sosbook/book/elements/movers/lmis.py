@@ -146,7 +146,7 @@ def ranges(plants, gains, box, sigma, start=0):
         "ranges",
         "How much may the crane not know?",
         "Drag a corner of the box until a plant in it breaks the claim. Then ask for "
-        "less decay, or take the other gain.",
+        "less decay.",
         [
             choice("gain", "Gain", gains, start),
             slider("sigma", "Claimed decay σ", " s⁻¹", (0, 0.4), 0.005, sigma),
