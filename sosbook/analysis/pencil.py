@@ -117,7 +117,7 @@ class Pencil(ReadOnly):
         return s if settled and self.residual(s, q) < SHARP else None
 
     def near(self, shift):
-        """Poles and vectors near a complex point, of a sparse pencil."""
+        """Poles and vectors near a complex ``shift``, of a sparse pencil."""
         n, a = self.B.shape[0], len(self.U)
         K_D, K_I = self.K[:, n : 2 * n], self.K[:, 2 * n :]
         solve = self.solver(shift)

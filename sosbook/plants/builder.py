@@ -287,7 +287,7 @@ def _with_numbers(builder, box, point):
 
 
 def told(factor):
-    """What was done to a row."""
+    """What was done to a row that was divided by ``factor``, in words."""
     if factor.num.is_one():
         return f"divided by {factor.words(factor.den)}"
     return f"multiplied by {factor}"

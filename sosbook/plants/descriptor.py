@@ -324,6 +324,6 @@ def combined(vertices, function):
 
 
 def same_output(x, y):
-    """Whether two output matrices are the same; None is one, too."""
+    """Whether the output matrices ``x`` and ``y`` are the same; None is one, too."""
     plain = isinstance(x, np.ndarray) and isinstance(y, np.ndarray)
     return x is y or (plain and np.array_equal(x, y))

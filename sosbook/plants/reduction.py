@@ -198,7 +198,7 @@ def modal(M, S, modes):
 
 
 def static(M, S, rows, modes):
-    """Basis and back of some rows, and of modes with these rows held.
+    """Basis and back of some ``rows`` of ``M`` and ``S``, and of modes with them held.
 
     The other rows follow at rest (Guyan); with ``modes`` they may also move in those
     that they have while the rows don't (Craig and Bampton).

@@ -28,7 +28,7 @@ NO_RANK = (
 
 
 def reader(*given):
-    """What reads M, D and S: `matrix`, or what keeps large sparse ones sparse."""
+    """What reads the ``given`` M, D and S: `matrix`, or what keeps them sparse."""
     large = any(issparse(x) and max(x.shape) > MOST_DENSE for x in given)
     return _sparse if large else matrix
 
@@ -50,7 +50,7 @@ def _sparse(name, value, shape=None):
 
 
 def check_mass(M, D, B):
-    """Raise where [M B] lacks full row rank: that of sparse M by its factor."""
+    """Raise where [``M`` ``B``] lacks full row rank, with a cure that looks at ``D``."""
     try:
         if not issparse(M):
             check_rank(np.hstack([M, B]), NO_RANK, 1e-14)
@@ -61,7 +61,7 @@ def check_mass(M, D, B):
 
 
 def check_small(v):
-    """Raise where a second-order plant is large and its matrices are sparse."""
+    """Raise where a second-order plant ``v`` is large and its matrices are sparse."""
     if issparse(v.M):
         raise ValueError(
             f"the plant has {v.n} displacements in sparse matrices, too many for an "
@@ -71,7 +71,7 @@ def check_small(v):
 
 
 def sparse_factor(x):
-    """SuperLU's factors of a sparse matrix without exchanges of rows; None without.
+    """SuperLU's factors of a sparse ``x`` without exchanges of rows; None without.
 
     Where the matrix is symmetric, their diagonal has the signs of its eigenvalues.
     """
@@ -104,7 +104,7 @@ def mass_fault(M):
 
 
 def same_matrix(a, b):
-    """Whether two matrices are equal, dense or sparse."""
+    """Whether the matrices ``a`` and ``b`` are equal, dense or sparse."""
     if issparse(a) and issparse(b):
         return a.shape == b.shape and (a != b).nnz == 0
     return not issparse(a) and not issparse(b) and np.array_equal(a, b)

@@ -40,7 +40,7 @@ class QuadraticCost(Requirement):
 
     Parameters
     ----------
-    Q : (N, N) array_like
+    Q : (s, s) array_like
         Weight of the state [z; z'; x3], symmetric and positive semidefinite. What
         roundings have spoilt is mended, to one part in 1e12: Q is symmetrised, and
         its diagonal is raised until Q is semidefinite as it is written in decimals.
@@ -56,10 +56,10 @@ class QuadraticCost(Requirement):
     bound : float, optional
         A requirement: the cost stays below it. None where it is to be
         minimised.
-    C : (q, N) array_like, optional
+    C : (q, s) array_like, optional
         Weighs the output y = C x instead: Q = C' C, exactly. ``cost.Q`` is that
         matrix in floats then.
-    N : (N, m) array_like, optional
+    N : (s, m) array_like, optional
         Weighs 2 x' N u, too. [Q N; N' R] is semidefinite, and mended as Q is.
 
     Raises

@@ -18,7 +18,7 @@ HALF = 1 << 16  # a string's head is its row and this times its words and one
 
 
 def matrices_of_op4(content, check_size):
-    """The matrices in the bytes of a file of OUTPUT4, a dict of sparse ones.
+    """The matrices in the bytes ``content`` of an OUTPUT4 file, a dict of sparse ones.
 
     ``check_size`` is called with the rows and columns of each before it is made.
 

@@ -132,7 +132,7 @@ class Gains(Result[Proven]):
         ----------
         folder : str or Path
             Where it goes; index.html needs no other file to be read.
-        measured, **asked
+        measured : sequence of str, optional
             As for `controller`.
         name : str
             Of the program.
@@ -140,6 +140,8 @@ class Gains(Result[Proven]):
             Files that are there with another text are replaced.
         controller : Controller, optional
             With limits and more; in the place of ``measured`` and ``asked``.
+        **asked
+            As for `controller`.
 
         Returns
         -------

@@ -60,7 +60,7 @@ def _cuts(family):
 
 
 def value(solution, objective):
-    """What is minimised."""
+    """What ``objective`` minimises, at a ``solution``."""
     if solution.status != "feasible":
         return float("inf")
     owners = {name: solution.request.owner(name) for name in objective}

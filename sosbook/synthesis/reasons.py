@@ -63,7 +63,7 @@ def why_refused(first):
 
 
 def listed(modes):
-    """Modes in words, the slowest first; of two conjugates one."""
+    """The ``modes`` in words, the slowest first; of two conjugates one."""
     noise = 1e-9 * np.abs(modes).max()
     upper = sorted((s for s in modes if s.imag > -noise), key=abs)
     texts = [

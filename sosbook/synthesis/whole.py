@@ -98,7 +98,7 @@ def lifted(design, whole):
 
 
 def found_on(design, whole):
-    """The `Found` poles of a whole plant, or of each of a polytope's vertices."""
+    """The `Found` poles of a ``whole`` plant or polytope under a ``design``'s gain."""
     worst = [_found(design, one) for one in _plants(whole)]
     return max(worst, key=lambda found: (len(found.broken), found.pole.real))
 

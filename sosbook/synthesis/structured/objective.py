@@ -47,7 +47,10 @@ class Task:
 
     @classmethod
     def of(cls, request, loops, goal=None, rate=None):
-        """The task of a request's demands, the goal's bound left open."""
+        """The task of a ``request`` for its ``loops``; the ``goal``'s bound is open.
+
+        ``rate``, in 1/s, is that of a motion which matters.
+        """
         regions = [r for r in request.requirements if r.pole_matrices() is not None]
         bounded = [
             r for r in request.requirements if r not in regions and r is not goal
