@@ -50,7 +50,7 @@ def _sparse(name, value, shape=None):
 
 
 def check_mass(M, D, B):
-    """Raise where [``M`` ``B``] lacks full row rank, with a cure that looks at ``D``."""
+    """Raise where [``M`` ``B``] lacks full row rank; the cure looks at ``D``."""
     try:
         if not issparse(M):
             check_rank(np.hstack([M, B]), NO_RANK, 1e-14)

@@ -208,7 +208,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         return self
 
     def fits_one_P(self, request: Any) -> bool:
-        """Whether blocks of ``request`` with a common P speak of plants between, too."""
+        """Whether blocks of ``request`` with one P speak of plants between, too."""
         return True
 
     # hooks, each with a default
