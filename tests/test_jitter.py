@@ -275,6 +275,25 @@ def test_the_furthest_interval_is_almost_the_largest_constant_one():
     assert 0.98 * np.log(2) < lagging.T[1] < np.log(2)
 
 
+def test_the_furthest_interval_of_a_controller_has_its_own_clock():
+    """No shorter range is asked for, and beyond the range nothing is."""
+    law = memory(0.1)
+    edge = brentq(lambda T: abs(np.linalg.eigvals(cart_and(law, T))).max() - 1, 1, 2)
+    found = furthest_sampled(CART, law, T=(0.05, 2.0), tolerance=0.01)
+    assert found.proven and 1 < found.T[1] < edge
+    slow = furthest_sampled(CART, law, T=(0.05, 2.0), tolerance=0.02, rate=0.7)
+    assert not slow.proven and slow.T == (0.05, 0.1)
+    with pytest.raises(ValueError, match="tolerance"):
+        furthest_sampled(CART, law, T=(0.05, 1.0), tolerance=2.0)
+
+
+def cart_and(law, T):
+    """The loop of CART, held for T seconds, with a controller."""
+    both = expm(np.array([[0, 1, 0], [0.5, -0.1, 1], [0, 0, 0]]) * T)[:2]
+    A, B = both[:, :2], both[:, 2:]
+    return np.block([[A + B @ law.D, B @ law.C], [law.B, law.A]])
+
+
 def worst_word(late):
     """The radius per sample of the worst sequence of six delays, none or ``late``.
 

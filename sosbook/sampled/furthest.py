@@ -9,6 +9,7 @@ from ..plants.kinds import Plant
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .certificate import SampledCertificate
+from .discretize import is_controller
 from .proof import certify_sampled
 
 __all__ = ["furthest_sampled"]
@@ -35,7 +36,7 @@ def furthest_sampled(
         delay, where ``delay`` is (low, high); or the smallest rate up to the one
         that is asked for, 1 without one.
     tolerance : float
-        The bisection ends within this share of the range.
+        The bisection ends within this share of the range, which is below 1.
     time_limit : float, optional
         Seconds after which the best proof until then is the answer.
     **asked
@@ -66,7 +67,12 @@ def furthest_sampled(
     if not isinstance(ends, (tuple, list)) or len(ends) != 2 or ends[0] == ends[1]:
         raise ValueError(f"{find} must be (low, high) to find the furthest one")
     near, far = map(float, ends)
-    width = positive("tolerance", tolerance) * abs(far - near)
+    if not positive("tolerance", tolerance) < 1:
+        raise ValueError(f"tolerance must be a share below 1, got {tolerance!r}")
+    width = tolerance * abs(far - near)
+    nearest = near if find == "rate" else near + width
+    if find == "T" and is_controller(K) and K.dt not in (None, True):
+        nearest = max(nearest, float(K.dt))  # no clock without the controller's own
     tried = []
 
     def holds(end):
@@ -80,7 +86,6 @@ def furthest_sampled(
     seconds = checked_seconds(time_limit)
     try:
         with limited(seconds):
-            nearest = near if find == "rate" else near + width
             if (find == "rate" or not holds(far)) and holds(nearest):
                 narrowed(holds, nearest, far, width)
     except OutOfTime:
