@@ -87,7 +87,7 @@ def agree(kernel, asked, undecided):
     mine = solved(kernel, asked, exact=5)
     verdicts, apart, of_cones = [], [], []
     for request, r in zip(asked, mine, strict=True):
-        theirs = sos.design_pid(**request)
+        theirs = sos.design_pid(**{"coupling": "pairs"} | request)
         if r["status"] == "undecided" and theirs.status == "infeasible":
             # modes out of place refuse it, and multipliers don't: an edge of the LMIs
             if theirs.infeasibility.kind != "infeasible design":

@@ -208,8 +208,11 @@ const float = x => Number(x) / 2 ** Number(BITS);
 
 // The pair (sin, cos) of a sector, rounded inwards as the package rounds it, and its
 // half-angle in degrees, rounded up to a hundredth, as text: that of their decimals.
+// The angle is the smaller one of the float and of its decimal, which a file holds.
 export function sector(theta) {
-  const [s, c] = sineCosine(floatExactly(theta));
+  const binary = floatExactly(theta), [digits, places] = parsed(theta);
+  const read = digits * UNIT / 10n ** BigInt(places);
+  const [s, c] = sineCosine(read < binary ? read : binary);
   const sin = float(s) * (1 - 4 * Number.EPSILON), cos = float(c) * (1 + 4 * Number.EPSILON);
   const [S, p] = parsed(sin), [C, q] = parsed(cos), left = S * 10n ** BigInt(q);
   const right = C * 10n ** BigInt(p);
