@@ -281,6 +281,7 @@ def test_what_is_no_box_is_left_alone():
     others = [
         sos.Polytope(box.vertices[:3] + box.vertices[:1]),
         sos.Polytope([sos.SecondOrderSystem(m, 1, 1, 1) for m in (1, 2)]),  # exactly
+        sos.Polytope([sos.SecondOrderSystem(m, 1, 1, 1) for m in (0.3, 0.1 + 0.2)]),
         sos.Polytope(typed),
         sos.Polytope(
             sos.SecondOrderSystem(x @ x.T + I2, I2, I2, I2)

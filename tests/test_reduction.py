@@ -247,6 +247,26 @@ def test_what_is_found_is_the_rightmost_pole(plant):
     assert str(found).startswith("found: ") and "proven" not in str(found)
 
 
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("left_out", ["free", "coupled", "undamped", "pushed"])
+def test_what_lies_on_the_axis_isnt_kept(left_out, unit):
+    """A row that no gain moves: free, tied to one alike, without damping, or less."""
+    S, D = np.diag([4.0, 0, 0]), np.diag([0.0, 1, 1])
+    S[1:, 1:] = {"free": [[0, 0], [0, 9]], "coupled": [[1.0, -1], [-1, 1]]}.get(
+        left_out, np.diag([2.0, 9])
+    )
+    D[1, 1] = {"pushed": -1e-11, "coupled": 0.3}.get(left_out, 0.0)
+    if left_out == "coupled":
+        D[1:, 1:] = 0.3 * S[1:, 1:]
+    whole = sos.SecondOrderSystem(
+        unit * np.eye(3), unit * D, unit * S, unit * np.eye(3)[:, :1]
+    )
+    alike = sos.SecondOrderSystem(*3 * [unit * np.eye(3)], whole.B).reduce(rows=[0])
+    for region in (None, sos.PoleRegion(1e-3), sos.PoleRegion(theta=1.5)):
+        found = sos.analyse_pid(alike, [[0, -1]], region=region).check_on(whole)
+        assert not found.kept and found.pole.real > -1e-6, (region, str(found))
+
+
 @pytest.mark.parametrize("n, unit", [(5000, 1.0), (1500, 0.3), (1500, 9.81)])
 def test_a_sparse_whole_is_never_dense(n, unit):
     tracemalloc.start()

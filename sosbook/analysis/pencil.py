@@ -1,9 +1,10 @@
 """Poles of a large plant under a gain: found in floats, refined, never proven."""
 
 from dataclasses import dataclass
+from warnings import catch_warnings
 
 import numpy as np
-from scipy.linalg import LinAlgError, lu_factor, lu_solve
+from scipy.linalg import LinAlgError, LinAlgWarning, lu_factor, lu_solve
 from scipy.sparse import csc_array, issparse
 from scipy.sparse.linalg import (
     ArpackError,
@@ -21,7 +22,7 @@ __all__ = ["Pencil"]
 STEPS = 5  # of Newton's method; each squares the error, which begins near 1e-9
 SETTLED = 1e-14  # of the pole's size: a smaller step is rounding
 SHARP = 1e-10  # residual, of the sizes of its terms; a larger one is no pole's
-LAST_STEP = 1e-6  # of the pole's size at most: two poles that coincide settle slowly
+LAST_STEP = 1e-6  # of the pole's size: two poles that coincide settle slowly
 AT_ONCE = 6  # poles near each point where a sparse pencil is looked at
 RESTARTS = 40  # of Arnoldi's method; far from all poles it doesn't settle at all
 RIGHTMOST = 8  # of all poles of a dense pencil are refined
@@ -64,7 +65,8 @@ class Pencil(ReadOnly):
         whole = s * s * self.M + s * self.D + self.S
         W = K_P + s * K_D + (K_I / s if self.U.size else 0.0)
         if not issparse(whole):
-            factors = lu_factor(whole - self.B @ W)
+            with catch_warnings(action="error", category=LinAlgWarning):
+                factors = lu_factor(whole - self.B @ W)
             return lambda x: lu_solve(factors, x)
         factor = splu(csc_array(whole, dtype=complex))
         moved = factor.solve(self.B.astype(complex))
@@ -90,20 +92,21 @@ class Pencil(ReadOnly):
         force = self.B @ (W @ q)
         left = sum(c * (x @ q) for c, x in parts) - force
         size = sum(abs(c) * np.linalg.norm(abs(x) @ abs(q)) for c, x in parts)
-        return np.linalg.norm(left) / (size + np.linalg.norm(force))
+        return np.linalg.norm(left) / (size + np.linalg.norm(force) or 1.0)
 
     def refined(self, s, q):
-        """The pole near s, by Newton's method from a vector q; None where it ends.
+        """The pole near s by Newton's method from a vector q, and its doubt; or None.
 
         Inverse iteration with the derivative: its error is that of a residual, and
-        not 1e-16 of the largest pole.
+        not 1e-16 of the largest pole. Two poles that coincide at zero don't settle
+        for their size: the last step is their doubt.
         """
         step = s
         for _ in range(STEPS):
             check_time()
             try:
                 y = self.solver(s)(self.slope(s, q))
-            except (LinAlgError, RuntimeError, ZeroDivisionError):
+            except (LinAlgError, LinAlgWarning, RuntimeError, ZeroDivisionError):
                 step = 0.0  # singular to the last bit
                 break
             if not np.isfinite(y).all():
@@ -113,8 +116,9 @@ class Pencil(ReadOnly):
             s, q = s - step, y / np.linalg.norm(y)
             if abs(step) < SETTLED * abs(s):
                 break
-        settled = abs(step) <= LAST_STEP * abs(s)
-        return s if settled and self.residual(s, q) < SHARP else None
+        if not self.residual(s, q) < SHARP:
+            return None
+        return s, abs(step) if abs(step) > LAST_STEP * abs(s) else 0.0
 
     def near(self, shift):
         """Poles and vectors near a complex ``shift``, of a sparse pencil."""

@@ -224,7 +224,8 @@ def near_box(vertices, order):
 
     Notes
     -----
-    Where the sums are the vertices themselves, there is nothing to read: None.
+    Where the sums are the vertices themselves, or none is far from the first, there
+    is nothing to read: None.
 
     A verdict by floats is no proof: what it says is proven by `reach` and the blocks.
 
@@ -253,7 +254,7 @@ def near_box(vertices, order):
         found[int(k)] = change
         sums = np.concatenate([sums, sums + change.astype(float)])
     all_there = all(_among(s, steps, sizes).any() for s in sums)
-    if all_there and all(_among(s, sums, sizes).any() for s in steps):
+    if found and all_there and all(_among(s, sums, sizes).any() for s in steps):
         there = [exact(vertices[0])]
         for change in found.values():
             there += [s + change for s in there]

@@ -23,7 +23,7 @@ __all__ = ["EnergyProof", "Found", "found_on", "lifted", "proven_on"]
 SHIFTS = 0.3, 1.0, 3.0  # of the part's frequencies: where a sparse whole is looked at
 HALVES = 2.0 ** -np.arange(16)  # of the largest rate: weights of z' M z' in the energy
 ABOVE = np.array([1.1, 1.3, 1.7, 3.0])  # times the decay: weights that are tried first
-AS_ASKED = 1e-9  # of a pole's size, so that rounding at an edge breaks nothing
+AT_EDGE = 1e-12  # of a pole's size: nearer to an edge floats can't tell the side
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,8 @@ class Found(ReadOnly):
     of : int
         How many poles the whole has.
     broken : tuple of str
-        What is asked of the poles and a refined one breaks, in words.
+        What is asked of the poles and a refined one breaks, in words; where it lies at
+        the edge to all digits that floats tell, too.
     """
 
     poles: np.ndarray
@@ -122,15 +123,18 @@ def _found(design, whole):
         few = {*np.argsort([-s.real for s, _ in poles])[:RIGHTMOST].tolist()}
         few |= {int(np.argmax(values)) for values in out.values()}
         poles = [poles[k] for k in sorted(few)]
-    refined = []
+    refined: dict = {}
     for s, q in poles:
-        s = pencil.refined(complex(s.real, abs(s.imag)), q if s.imag >= 0 else q.conj())
-        if s is not None and not any(abs(s - x) < SAME * abs(s) for x in refined):
-            refined.append(s)
+        q = q if s.imag >= 0 else q.conj()
+        one = pencil.refined(complex(s.real, abs(s.imag)), q)
+        if one and not any(abs(one[0] - x) < SAME * abs(x) for x in refined):
+            refined.setdefault(*one)
     if not refined:
         raise ArithmeticError("no pole of the whole could be refined")
+    doubts = np.array(list(refined.values()))
+    refined = np.array(list(refined))
+    broken = [w for w, form in forms if _outside(form, refined, doubts).max() >= 0]
     refined = np.array(sorted(refined, key=lambda s: -s.real))
-    broken = [words for words, form in forms if _outside(form, refined).max() > 0]
     a = 0 if U is None else len(U)
     first = isinstance(whole, DescriptorSystem)
     return Found(refined, whole.order if first else 2 * whole.n + a, tuple(broken))
@@ -165,13 +169,16 @@ def _forms(request):
     ]
 
 
-def _outside(form, poles):
-    """How far outside of a region each pole lies; positive outside."""
+def _outside(form, poles, doubts=0.0):
+    """How far outside of a region each pole may lie; it is inside if that's negative.
+
+    No region has its edge: a pole that floats can't tell from that is outside.
+    """
     alpha, beta = form
     s = np.asarray(poles)[:, None, None]
     values = np.linalg.eigvalsh(alpha + s * beta + s.conj() * beta.T)[:, -1]
-    sizes = np.abs(alpha).max() + np.abs(np.asarray(poles)) * np.abs(beta).max()
-    return values - AS_ASKED * sizes
+    doubts = doubts + AT_EDGE * np.abs(poles)
+    return values + AT_EDGE * np.abs(alpha).max() + 2 * doubts * np.linalg.norm(beta)
 
 
 def proven_on(design, whole, digits):
