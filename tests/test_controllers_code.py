@@ -3,7 +3,6 @@
 import itertools
 import re
 import shutil
-import subprocess
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from sosbook.controllers import Code, CompiledCode, Replay, code_fault, read_gai
 from sosbook.controllers.compiler import FLAGS
 from sosbook.controllers.facts import facts_of
 from tests.axis import T, axis, rubbed
+from tests.processes import process
 
 KINDS = {"double": float, "single": np.float32}
 STRICT = (
@@ -31,7 +31,7 @@ def compilers():
 
 
 def ran(*command, **more):
-    done = subprocess.run(command, capture_output=True, text=True, check=False, **more)
+    done = process(*command, **more)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -120,7 +120,8 @@ def test_the_sketch_is_c_plus_plus(gcc, tmp_path):
     (tmp_path / "Arduino.h").write_text(
         "#include <math.h>\nextern unsigned long micros(void);\n"
         "extern void delay(unsigned long);\n"
-        "struct Port { void begin(long); }; extern Port Serial;\n"
+        "struct Port { void begin(long); }; extern Port Serial;\n",
+        "utf-8",
     )
     sketch = tmp_path / "axis_sketch" / "axis_sketch.ino"
     flags = ("-std=gnu++17", "-Wall", "-Wextra", "-Werror", "-fsyntax-only")
@@ -165,11 +166,11 @@ def test_a_program_is_named_after_its_owner(tmp_path):
     assert not re.search("axis", text, re.I)
     assert "project(arm_2 C)" in code.texts["CMakeLists.txt"]
     code.write(tmp_path)
-    (tmp_path / "arm_2.c").write_text("mine")
+    (tmp_path / "arm_2.c").write_text("mine", "utf-8")
     with pytest.raises(FileExistsError):
         code.write(tmp_path)
     code.write(tmp_path, replace=True)
-    assert (tmp_path / "arm_2.c").read_text() == code.texts["arm_2.c"]
+    assert (tmp_path / "arm_2.c").read_text("utf-8") == code.texts["arm_2.c"]
 
 
 @pytest.mark.slow
@@ -236,13 +237,11 @@ int main(void)
 @pytest.mark.parametrize("precision, lost", [("double", 0.0), ("single", 0.004)])
 def test_a_million_strange_ticks_under_sanitizers(gcc, tmp_path, precision, lost):
     Code(limited().watch(lost=lost), "axis", precision).write(tmp_path)
-    (tmp_path / "fuzz.c").write_text(FUZZ)
+    (tmp_path / "fuzz.c").write_text(FUZZ, "utf-8")
     build = ("-std=c99", "-O1", "-g", "-ffp-contract=off", "-o", "fuzz")
     build += ("axis.c", "fuzz.c")
     trap = ("-fno-sanitize-recover=all", SANITIZED)
-    tried = subprocess.run(
-        [*gcc, *trap, *build], cwd=tmp_path, capture_output=True, check=False
-    )
+    tried = process(*gcc, *trap, *build, cwd=tmp_path)
     if tried.returncode:
         ran(*gcc, *build, cwd=tmp_path)  # this compiler has no sanitizer
     starts = int(ran(str(tmp_path / "fuzz")))

@@ -39,7 +39,7 @@ def test_binary_files(tmp_path, way, order, word, single):
 @pytest.mark.parametrize("form", ["1P,3E23.16", "1P,2E26.16"])
 @pytest.mark.parametrize("counts", [1, 2])
 def test_files_in_ascii(tmp_path, way, form, counts):
-    (tmp_path / "x.op4").write_text(ascii_op4(matrices(), way, form, counts))
+    (tmp_path / "x.op4").write_text(ascii_op4(matrices(), way, form, counts), "utf-8")
     check(tmp_path / "x.op4")
 
 

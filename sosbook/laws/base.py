@@ -231,10 +231,10 @@ class Law(ABC, ReadOnly):
         (Rational([[-2]], dtype=object), Rational([[-4]], dtype=object))
         """
         parts = self.parts(plant)
-        exactly = parts.controller(exact(np.asarray(K)))
+        A, B, C, D = parts.controller(exact(np.asarray(K)))
         m = plant.m
         inputs = ("u",) if m == 1 else tuple(f"u{k + 1}" for k in range(m))
-        return LawGain(*exactly, parts.sensors, inputs, parts.states)
+        return LawGain(A, B, C, D, parts.sensors, inputs, parts.states)
 
 
 def plain(plant, K_A=None):

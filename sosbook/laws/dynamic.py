@@ -110,7 +110,9 @@ class DynamicLaw(Law):
         return Parts(
             rows,
             noise_rows(self.noise, s, q, plant.p),
-            *map(exact, (np.eye(c), np.zeros((c, c)), np.zeros((c, s)))),
+            exact(np.eye(c)),
+            exact(np.zeros((c, c))),
+            exact(np.zeros((c, s))),
             exact(np.eye(s + c, s)),
             exact(np.eye(s + c, c, -s)),
             c,

@@ -135,7 +135,7 @@ class PIDLaw(Law):
         of_states[s + f :, :a] = exact(one(a))
         names = [f"integral of {_mix(row, words)}" for row in mixed]
         lagged = []
-        if f:
+        if self.filter is not None:
             E[a:, a:] = self.filter * one(f)
             A[a:, a:], B[a:, :q] = -one(f), one(f)
             fast = exact(one(f)) / exact(self.filter)
@@ -145,7 +145,9 @@ class PIDLaw(Law):
         return Parts(
             rows,
             noise_rows(self.noise, s, q, plant.p),
-            *map(exact, (E, A, B)),
+            exact(E),
+            exact(A),
+            exact(B),
             of_sensors,
             of_states,
             0,

@@ -169,9 +169,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             return sum(w * x for w, x in zip(given, some))
 
         d = combined(self.vertices, mean)
-        return DescriptorSystem(
-            *(getattr(d, name) for name in MATRICES), reduction=self.reduction
-        )
+        known = {name: getattr(d, name) for name in MATRICES}
+        return DescriptorSystem(**known, reduction=self.reduction)
 
     def reduce(self, states: int) -> "DescriptorSystem":
         """The system in fewer states, which knows that it is a part of this one.

@@ -98,6 +98,9 @@ class Reduction(ReadOnly):
 class Reducible:
     """Second-order plants, and polytopes of them, that can be reduced."""
 
+    vertices: Any
+    mean: Any
+
     def reduce(
         self, modes: int | None = None, *, rows: Iterable[int] | None = None
     ) -> Any:
@@ -155,7 +158,8 @@ class Reducible:
             coordinates=kept, reduction=Reduction(len(back), mean.n, basis, back, self)
         )
         parts = [type(v)(**_projected(v, basis), **more) for v in vertices]
-        return parts[0] if vertices[0] is self else type(self)(parts)
+        polytope: Any = type(self)
+        return parts[0] if vertices[0] is self else polytope(parts)
 
 
 def _projected(plant, basis):
