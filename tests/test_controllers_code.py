@@ -3,12 +3,20 @@
 import itertools
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.controllers import Code, CompiledCode, Replay, code_fault, read_gains
+from sosbook.controllers import (
+    FAULTS,
+    Code,
+    CompiledCode,
+    Replay,
+    code_fault,
+    read_gains,
+)
 from sosbook.controllers.compiler import FLAGS
 from sosbook.controllers.facts import facts_of
 from tests.axis import T, axis, rubbed
@@ -143,9 +151,75 @@ def test_the_numbers_are_those_that_were_proven():
     assert "isn't the proof's" in code_fault(proof.data, text.replace(digit, other))
     slower = text.replace("AXIS_TICK 0x1.", "AXIS_TICK 0x1.1")
     assert "TICK" in code_fault(proof.data, slower)
-    assert "defines no A" in code_fault(proof.data, text.replace("AXIS_A ", "X"))
+    assert "defines no A" in code_fault(proof.data, text.replace("AXIS_A ", "AXIS_X "))
     other = axis().set_point().certify(time_limit=60)
     assert code_fault(other.data, text) == ""  # a set point is no part of the loop
+
+
+def redefined(text, label, value):
+    """A header's text with another value of a macro."""
+    return re.sub(rf"(?<=AXIS_{label} )\S+", value, text, count=1)
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda t, d: t.replace(f"{{{d}}}", f"{{-({d})}}"), "is no number"),
+        (lambda t, d: t.replace(f"{{{d}}}", f"{{- {d}}}"), "is no number"),
+        (lambda t, d: t.replace(f"{{{d}}}", f"{{{d} + X}}"), "is no number"),
+        (lambda t, d: t.replace(f"{{{d}}}", f"{{{d}f}}"), "B and D aren't"),
+        (lambda t, d: t.replace("#endif", "#undef AXIS_D\n#endif"), "more than def"),
+        (lambda t, d: t.replace("#endif", "# define AXIS_D {{1}}\n#endif"), "more"),
+        (lambda t, d: t.replace("#endif", "#define AXIS_D {{1}}\n#endif"), "more"),
+        (lambda t, d: t.replace("#endif", "#include <x.h>\n#endif"), "more than def"),
+        (lambda t, d: t + "#undef AXIS_D\n", "more than definitions"),
+        (lambda t, d: t.replace("#define AXIS_D", "// \\\n#define AXIS_D"), "more"),
+        (lambda t, d: t.replace("#define AXIS_D ", "??=define AXIS_D "), "more than"),
+        (lambda t, d: t.replace("#endif", '#define X "/*"\n#endif'), "more than"),
+        (lambda t, d: redefined(t, "DELAY_TICKS", "3"), "delay"),
+        (lambda t, d: redefined(t, "DELAY_REST_US", "900UL"), "delay"),
+        (lambda t, d: redefined(t, "TICK_US", "9000UL"), "TICK_US"),
+        (lambda t, d: redefined(t, "MEASURED", "0"), "of its sizes"),
+        (lambda t, d: redefined(t, "STATES", "2"), "of its sizes"),
+        (lambda t, d: "", "defines no A"),
+        (lambda t, d: None, "text must be"),
+    ],
+)
+def test_no_change_of_a_header_is_taken_for_what_was_proven(change, words):
+    """Whatever a compiler would read in another way."""
+    c = limited()
+    proof, text = c.certify(time_limit=60), Code(c, "axis").gains
+    (number,) = re.search(r"AXIS_D \{ \\\n    \{([^}]*)\}", text).groups()
+    assert code_fault(proof.data, text) == ""
+    assert words in code_fault(proof.data, change(text, number))
+
+
+def test_a_program_is_held_to_the_clocks_of_its_proof():
+    """Its tick and its delay are among those that were proven."""
+    c = replace(limited(), delay=0.0)
+    text = Code(c, "axis").gains
+    between = dict(T=(0.0009, 0.0011), delay=(0.0, 0.0002))
+    assert code_fault(c.certify(**between).data, text) == ""
+    late = redefined(text, "DELAY_REST_US", "400UL")
+    assert "delay" in code_fault(c.certify(**between).data, late)
+
+
+def test_a_set_point_that_nobody_gives_fills_no_counter(gcc):
+    """Where nobody watches for it, for any number of ticks: an int may end at 32767."""
+    c = limited()
+    theirs, ours = CompiledCode(c), Replay(c, runs=2)
+    for program in (theirs, ours):
+        program.start([0.0])
+    theirs.states[0].silent = 2**31 - 1
+    for _ in range(3):
+        u = theirs.step([0.0], [np.nan])
+        assert (ours.step([0.0], [np.nan]) == u).all()
+    assert theirs.states[0].silent == 0 and (ours._now.silent == 0).all()
+    watched = c.watch(silence=0.003)
+    for program in (CompiledCode(watched), Replay(watched)):
+        program.start([0.0])
+        faults = [(program.step([0.0], [np.nan]), program.fault)[1] for _ in range(5)]
+        assert [FAULTS[int(f[0])] for f in faults] == ["running"] * 3 + ["silent"] * 2
 
 
 def test_a_header_says_what_is_proven_bounded_and_simulated():

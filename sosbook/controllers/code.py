@@ -4,18 +4,24 @@ import re
 
 import numpy as np
 
+from ..exact.definite import exact
 from ..exact.rational import read_number
 
 __all__ = ["code_fault", "read_gains"]
 
-DEFINED = re.compile(
-    r"#define [A-Z][A-Z0-9_]*?_(A|B|C|D|TICK|SINGLE) (.*?)(?<!\\)\n", re.S
+MATRICES = ("A", "B", "C", "D")
+NUMBERS = (
+    *("TICK", "SINGLE", "STATES", "MEASURED", "OUTPUTS"),
+    *("TICK_US", "DELAY_TICKS", "DELAY_REST_US"),
 )
-NUMBER = re.compile(r"-?0x[0-9a-f.]+p[+-]?\d+|-?\d+(?:\.\d*)?")
+NUMBER = re.compile(r"(-?(?:0x[0-9a-f]+(?:\.[0-9a-f]+)?p[+-]?\d+|\d+))(f|UL)?")
+LINE = re.compile(r"#(?:ifndef \w+|endif|define (?P<name>\w+)(?: (?P<value>.*))?)")
+MICROSECOND = 1e-6  # of which the program's clock has whole ones
+ROUNDED = 0.500001 * MICROSECOND
 
 
 def read_gains(text):
-    """A, B, C, D, TICK and SINGLE of the text of a <name>_gains.h.
+    """The numbers of a controller's loop in the text of a <name>_gains.h.
 
     Parameters
     ----------
@@ -25,39 +31,86 @@ def read_gains(text):
     Returns
     -------
     dict
-        Arrays, and numbers.
+        A, B, C and D are arrays; TICK, SINGLE, STATES, MEASURED, OUTPUTS, TICK_US,
+        DELAY_TICKS and DELAY_REST_US are numbers.
 
     Raises
     ------
     ValueError
-        If one is missing or can't be read.
+        If one is missing or can't be read, or the text has more than comments and
+        definitions, each once.
     """
-    plain = re.sub(r"/\*.*?\*/", "", text, flags=re.S).replace("\r", "")
-    found = {}
-    for label, value in DEFINED.findall(plain):
-        if label in found:
-            raise ValueError(f"{label} is defined twice")
-        rows = re.findall(r"\{([^{}]*)\}", value)
-        numbers = [[_value(x) for x in NUMBER.findall(row)] for row in rows or [value]]
-        found[label] = np.array(numbers) if rows else numbers[0][0]
-    if lost := {"A", "B", "C", "D", "TICK", "SINGLE"} - found.keys():
-        raise ValueError(f"the text defines no {', '.join(sorted(lost))}")
+    if not isinstance(text, str):
+        raise ValueError(f"text must be that of a file, got {type(text).__name__}")
+    lines = [line.strip() for line in _without_comments(text).split("\n")]
+    lines = [LINE.fullmatch(line) or _refuse(line) for line in lines if line]
+    given, guard = {}, lines[0].string.removeprefix("#ifndef ") if lines else ""
+    for line in lines[1:-1]:
+        if line["name"] is None or line["name"] in given:
+            _refuse(line.string)
+        given[line["name"]] = (line["value"] or "").strip()
+    prefix = guard.removesuffix("GAINS_H")
+    named = {name: given.get(prefix + name) for name in (*MATRICES, *NUMBERS)}
+    if lost := sorted(name for name, value in named.items() if value is None):
+        raise ValueError(f"the text defines no {', '.join(lost)}")
+    found = {name: _matrix(named[name]) for name in MATRICES}
+    found |= {name: _number(named[name]) for name in NUMBERS}
+    l, q, m = (int(found[name]) for name in ("STATES", "MEASURED", "OUTPUTS"))
+    room = max(l, 1)  # C has no array of nothing
+    for name, shape in zip(MATRICES, ((room, room), (room, q), (m, room), (m, q))):
+        if found[name].shape != shape:
+            raise ValueError(f"{name} has not the {shape} numbers of its sizes")
     return found
 
 
-def _value(text):
-    return float.fromhex(text) if "x" in text else float(text)
+def _refuse(line):
+    raise ValueError(f"the text has more than definitions, each once: {line[:80]!r}")
+
+
+def _without_comments(text):
+    """A text of C as its compiler sees it, joined lines being one; no strings."""
+    if "??" in text:
+        _refuse(text[text.index("??") :])
+
+    def told(match):
+        return " " if match[0].startswith("/*") else _refuse(match[0])
+
+    text = text.replace("\r\n", "\n").replace("\\\n", "")
+    return re.sub(r"/\*.*?\*/|[\"'\\\r].*|//.*", told, text, flags=re.S)
+
+
+def _number(text):
+    """The value of a literal of C."""
+    match = NUMBER.fullmatch(text.strip())
+    if match is None:
+        raise ValueError(f"{text.strip()[:80]!r} is no number")
+    value = float.fromhex(match[1]) if "x" in match[1] else float(match[1])
+    return float(np.float32(value)) if match[2] == "f" else value
+
+
+def _matrix(text):
+    """The array of a matrix of C."""
+    rows = re.findall(r"\{([^{}]*)\}", text[1:])
+    rest = re.sub(r"\{[^{}]*\}|[\s,]", "", text[1:])
+    if text[:1] != "{" or rest != "}" or not rows:
+        raise ValueError(f"{text[:80]!r} is no matrix")
+    rows = [[_number(x) for x in row.split(",")] for row in rows]
+    if len(set(map(len, rows))) > 1:
+        raise ValueError("the rows of a matrix differ in length")
+    return np.array(rows)
 
 
 def code_fault(data, text):
-    """What keeps a program from being that of a proof; empty if nothing does.
+    """What keeps a program's loop from being that of a proof; empty if nothing does.
 
     Parameters
     ----------
     data : dict
         Of a proof file of the kind "sampled", of a controller.
     text : str
-        Of the program's <name>_gains.h.
+        Of the program's <name>_gains.h. Its set points, limits and faults are no part
+        of a proof; nor is which sensor a column of B and D belongs to, which its IN_...
+        say.
     """
     law = data.get("K")
     if not isinstance(law, dict):
@@ -67,9 +120,17 @@ def code_fault(data, text):
     except ValueError as error:
         return str(error)
     kind = np.float32 if mine["SINGLE"] else float
-    if mine["TICK"] != float(kind(read_number(data["T"]))):
+    T, (early, late) = _ends(data["T"]), _ends(data["delay"])
+    tick = law["dt"] if isinstance(law["dt"], str) else None
+    tick = T[0] if tick is None else exact(read_number(tick))
+    if not T[0] <= tick <= T[1] or mine["TICK"] != float(kind(float(tick))):
         return "its TICK isn't the proof's T"
-    law = {name: _read(law[name], kind) for name in "ABCD"}
+    if mine["TICK_US"] != round(float(tick) / MICROSECOND):
+        return "its TICK_US isn't the proof's T"
+    after = mine["DELAY_TICKS"] * float(tick) + mine["DELAY_REST_US"] * MICROSECOND
+    if not float(early) - ROUNDED <= after <= float(late) + ROUNDED:
+        return "its delay isn't the proof's"
+    law = {name: _read(law[name], kind) for name in MATRICES}
     for name in "AC":
         if not _same(law[name], mine[name]):
             return f"its {name} isn't the proof's"
@@ -79,6 +140,12 @@ def code_fault(data, text):
     if columns[0] != columns[1]:
         return "its B and D aren't the proof's"
     return ""
+
+
+def _ends(x):
+    """Both ends of a range, or of one decimal, exactly."""
+    low, high = x if isinstance(x, list) else (x, x)
+    return exact(read_number(low)), exact(read_number(high))
 
 
 def _read(rows, kind):

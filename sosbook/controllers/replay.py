@@ -166,9 +166,8 @@ class Replay:
                 goal = now.r[j] + self._cut(value - now.r[j], n.RAMP[j])
             follows.append(where(good, goal, now.r[j]))
             told = told & good
-        silent = where(told, 0, now.silent + 1)
-        if n.MOST_SILENT and r:
-            fault = blame(silent > n.MOST_SILENT, SILENT)
+        silent = where(told | (n.MOST_SILENT == 0), 0, now.silent + 1)
+        fault = blame(silent > n.MOST_SILENT, SILENT)
 
         # the law and its limits
         asked, given, full = [], [], False

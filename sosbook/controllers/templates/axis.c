@@ -158,8 +158,8 @@ int axis_step(axis_state *s, const axis_real y[], const axis_real r[],
         follows[j] = good ? goal : s->r[j];
         told = told && good;
     }
-    const int silent = told ? 0 : s->silent + 1;
-    if (AXIS_MOST_SILENT > 0 && silent > AXIS_MOST_SILENT && !fault)
+    const int silent = told || !AXIS_MOST_SILENT ? 0 : s->silent + 1;
+    if (silent > AXIS_MOST_SILENT && !fault)
         fault = AXIS_SILENT;
 
     /* The law and its limits. */

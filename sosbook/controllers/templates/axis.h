@@ -48,7 +48,7 @@ typedef struct {
     axis_real u[AXIS_OUTPUTS];               /* the last outputs */
     int lost[AXIS_MEASURED]; /* ticks in a row without a sample to believe */
     int late;                /* ticks in a row that came early or late */
-    int silent;              /* ticks in a row without a set point */
+    int silent;              /* watched ticks in a row without a set point */
     int full;                /* ticks in a row with an output at its limit */
     int overruns;            /* all ticks that came early or late */
     int fault;               /* 0 while running */
