@@ -118,7 +118,6 @@ TAKES = {
 WRITERS = {
     "exact.proof.ProofFile.save",
     "exact.proof.Unproven.save",  # always an error
-    "synthesis.whole.EnergyProof.save",  # and this one
     "proofs.command.check_place",
     "pendulum.comparison.write_comparison",
     "controllers.compiled.CompiledCode.__init__",

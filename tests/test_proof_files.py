@@ -26,6 +26,7 @@ from sosbook.lmi.problem import LMIProblem
 from sosbook.sampled import prove_schur
 from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.certificates import Certificate
+from sosbook.synthesis.whole import EnergyProof
 from tests.oracles import check_version_1 as old_checker
 from tests.oracles import without_text
 from tests.test_multipliers import loops
@@ -400,6 +401,11 @@ EXCLUDED = {
 }
 BEYOND = {
     "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
+    "energy": lambda: EnergyProof.of(
+        EnergyProof.contents(
+            spring(), np.zeros((1, 2)), [sos.LMIRegion.half_plane(0.04)], 0.05
+        )
+    ),
     "schur, balls": lambda: prove_schur([arb_mat([[arb("0.5", 1e-9)]])]),
     "a slow mode behind a delay": lambda: (
         sos.design_delay_pid(

@@ -1,6 +1,8 @@
 """Plants as plain data, and back again: what proof files say of them."""
 
-from ..exact.rational import decimals, read_array
+from scipy.sparse import csc_array, issparse
+
+from ..exact.rational import decimal, decimals, read_array, read_number
 from .checks import as_written
 from .descriptor import OF_ARGUMENTS
 from .descriptor_system import DescriptorSystem
@@ -16,7 +18,8 @@ def plant_data(plant):
 
     Of a family they are polynomials in words, beside the ranges of its parameters:
     the vertices are the coefficients of Bernstein's form, and follow from them.
-    Of a reduced plant they have how many coordinates are kept, of how many.
+    Of a reduced plant they have how many coordinates are kept, of how many. Sparse
+    ones have their entries.
     """
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
@@ -49,9 +52,26 @@ def _whole_data(plant):
     return {
         "kind": "second order",
         "vertices": [
-            {k: decimals(getattr(v, k)) for k in "MDSBF"} for v in plant.vertices
+            {k: _written(getattr(v, k)) for k in "MDSBF"} for v in plant.vertices
         ],
     }
+
+
+def _written(x):
+    """A matrix; of a sparse one row, column and number of its entries, by columns."""
+    if not issparse(x):
+        return decimals(x)
+    x = x.tocoo()
+    places = zip(x.row.tolist(), x.col.tolist(), map(decimal, x.data.tolist()))
+    return {"sparse": list(map(list, places))}
+
+
+def _read(x, n):
+    """The matrix of n rows that `_written` writes."""
+    if not isinstance(x, dict):
+        return read_array(x, n, None)
+    rows, columns, values = zip(*x["sparse"])
+    return csc_array(([*map(read_number, values)], (rows, columns)), shape=(n, n))
 
 
 @as_written()
@@ -81,9 +101,7 @@ def read_plant(data):
     if data["kind"] != "second order":
         raise ValueError(f"a plant of the kind {data['kind']!r} isn't known")
     plants = [
-        SecondOrderSystem(
-            *(read_array(v[k], len(v["M"]), None) for k in "MDSBF"), reduction=part
-        )
+        SecondOrderSystem(*(_read(v[k], len(v["B"])) for k in "MDSBF"), reduction=part)
         for v in vertices
     ]
     return plants[0] if len(plants) == 1 else Polytope(plants)

@@ -3,9 +3,9 @@
 A file is a text with data, which a kernel checks that knows no control; the folder
 ``CHECKER`` holds it, and what writes the texts beside the words that they prove. It
 needs Python and nothing else: ``python checker proof.json``. The checker decides
-every kind of file but three, and says so:
-sampled loops (exponentials of matrices in balls), matrices that are balls, and
-refusals by the slow modes of a delayed plant (eigenvalues in balls). These
+every kind of file but four, and says so: sampled loops (exponentials of matrices in
+balls), matrices that are balls, refusals by the slow modes of a delayed plant
+(eigenvalues in balls), and energies of large plants (sparse factors in floats). These
 ``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 
@@ -24,6 +24,7 @@ from ..synthesis.regularity import MassRefusal, RegularityCertificate
 from ..synthesis.singular_mass import SingularMassRefusal
 from ..synthesis.small_input_certificate import SmallInputRefusal
 from ..synthesis.unreached import UnreachedResponseRefusal
+from ..synthesis.whole import EnergyProof
 
 __all__ = [
     "CHECKER",
@@ -31,6 +32,7 @@ __all__ = [
     "DelayCertificate",
     "DelayRefusal",
     "DesignRefusal",
+    "EnergyProof",
     "FixedModeRefusal",
     "KnownGainProof",
     "LMIProof",

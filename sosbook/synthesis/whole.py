@@ -1,7 +1,6 @@
 """The whole plant under the gain of a reduced model: what is found, what is proven."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.sparse import issparse
@@ -9,10 +8,20 @@ from scipy.sparse import issparse
 from ..analysis.energy import energy_forms, least_eigenvalue
 from ..analysis.pencil import RIGHTMOST, SAME, Pencil
 from ..exact.definite import round_digits
-from ..exact.proof import DIGITS, Examined, Proof, Unproven
-from ..exact.rational import digit_count
+from ..exact.gain_proof import GainProof
+from ..exact.proof import DIGITS, Examined, Unproven
+from ..exact.rational import (
+    decimal,
+    decimals,
+    digit_count,
+    exact,
+    read_array,
+    read_number,
+)
+from ..plants.as_data import plant_data, read_plant
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import SecondOrderSystem
+from ..requirements.base import Requirement
 from ..runtime.read_only import ReadOnly
 from .certificates import prove
 from .points import point
@@ -224,68 +233,83 @@ def proven_on(design, whole, digits):
 
 def _by_energy(whole, K, U, asked, digits):
     """The `EnergyProof` of all that is asked, or None: half-planes alone can be."""
-    sigma, said = 0.0, ["the plant, under u = K x, is stable"]
-    for r in asked:
-        alpha, beta = r.pole_matrices()
-        if alpha.shape != (1, 1) or not beta.item() > 0:
-            return None
-        bound = float(alpha.item() / (2 * beta.item()))
-        sigma = max(sigma, np.nextafter(bound, np.inf) if bound else 0.0)
-        said.append(r.statement)
-    if U is not None:
+    sigma = _decay(asked)
+    if sigma is None or U is not None:
         return None
     K = round_digits(K, DIGITS[0] if digits is None else digit_count(digits))
-    rate = (whole.D.diagonal() / whole.M.diagonal()).max()
+    masses = whole.M.diagonal()
+    if not masses.min() > 0:
+        return None
+    rate = (whole.D.diagonal() / masses).max()
     for epsilon in (*(sigma * ABOVE), *(rate * HALVES)):
         if epsilon > sigma:
-            proof = EnergyProof({}, tuple(said), whole, K, sigma, float(epsilon))
-            if proof.proven:
-                return proof
+            seen = _energy(whole, K, sigma, float(epsilon))
+            if seen is not None and min(seen.values()) > 0:
+                return EnergyProof.of(
+                    EnergyProof.contents(whole, K, asked, float(epsilon))
+                )
     return None
 
 
-@dataclass(frozen=True, eq=False)
-class EnergyProof(Proof):
-    """That the energy of a large sparse plant decays under a gain; see `Proof`.
+def _decay(requirements):
+    """The decay in rad/s that half-planes ask for, rounded up; None of other regions.
 
-    It is no file: the plant is too large for one. `verify` computes it again.
+    What is no half-plane isn't proven by an energy.
+    """
+    sigma = 0.0
+    for r in requirements:
+        alpha, beta = r.pole_matrices() or (np.zeros((0, 0)),) * 2
+        if alpha.shape != (1, 1) or not beta.item() > 0:
+            return None
+        bound = exact(alpha).item() / (2 * exact(beta).item())
+        while exact(sigma) < bound:
+            sigma = max(float(np.nextafter(sigma, np.inf)), float(bound))
+    return sigma
 
-    Parameters
-    ----------
-    matrices, statement
-        As in `Proof`; the matrices are those of `energy_forms`, made when needed.
-    plant : SecondOrderSystem
-        The whole.
-    K : (m, 2n) array
-        The gain that it is about.
-    sigma : float
-        The decay in rad/s that is proven.
-    epsilon : float
-        Of the energy: see `energy_forms`.
+
+def _energy(whole, K, sigma, epsilon):
+    """What is proven of the forms' least eigenvalues; None where M isn't symmetric."""
+    forms = energy_forms(whole, K, sigma, epsilon)
+    return forms and {name: least_eigenvalue(*form) for name, form in forms.items()}
+
+
+class EnergyProof(GainProof):
+    """That the energy of a large plant decays under a gain: see `energy_forms`.
+
+    Its ``text`` is a file with the plant, whose sparse matrices have their entries,
+    the half-planes that are asked, the gain and epsilon, the weight of z' M z' in the
+    energy. It is decided by sparse factors in floats, with their rounding bounded.
     """
 
-    plant: SecondOrderSystem | None = None
-    K: np.ndarray | None = None
-    sigma: float = 0.0
-    epsilon: float = 0.0
+    kind = "energy"
 
-    @cached_property
-    def examined(self) -> Examined:
-        """The verdict: of sparse factors, with their rounding errors bounded."""
-        return self._examine()
-
-    def _examine(self):
-        forms = energy_forms(self.plant, self.K, self.sigma, self.epsilon)
-        if forms is None:
-            return Examined.nothing("M isn't symmetric")
-        least = {name: least_eigenvalue(*form) for name, form in forms.items()}
+    @classmethod
+    def examine(cls, data):
+        plant = read_plant(data["plant"])
+        if not isinstance(plant, SecondOrderSystem):
+            raise ValueError("an energy is that of one plant of second order")
+        K = read_array(data["K"], plant.m, 2 * plant.n)
+        asked = [Requirement.read(r) for r in data["requirements"]]
+        epsilon, sigma = read_number(data["epsilon"]), _decay(asked)
+        again = cls.contents(plant, K, asked, epsilon)
+        if sigma is None:
+            return again, Examined.nothing("an energy proves half-planes alone")
+        least = _energy(plant, K, sigma, epsilon)
+        if least is None:
+            return again, Examined.nothing("M isn't symmetric")
         failed = tuple(name for name, value in least.items() if not value > 0)
-        return Examined(() if failed else self.statement, least, failed)
+        return again, Examined(() if failed else tuple(again["claims"]), least, failed)
 
-    def verify(self) -> bool:
-        """Whether it is proven, with everything computed again."""
-        return self._examine().proven
-
-    def save(self, path: object) -> None:
-        """A ValueError: there is no file of such a proof for ``path``."""
-        raise ValueError(f"{path}: the plant is too large for a proof file")
+    @classmethod
+    def contents(cls, plant, K, asked, epsilon):
+        """The data of the file of a plant, a gain, what is asked, and epsilon."""
+        stable = "the plant, under u = K x, is stable"
+        return {
+            "claims": list(dict.fromkeys([stable, *(r.statement for r in asked)])),
+            "plant": plant_data(plant),
+            "U": [],
+            "K_A": None,
+            "requirements": [r.data() for r in asked],
+            "K": decimals(K),
+            "epsilon": decimal(epsilon),
+        }
