@@ -23,14 +23,14 @@ KNOWN = [
 CUT = KNOWN[:3]
 
 
-def accepted(whole):
+def accepted(whole, kind=proofs.KnownGainProof):
     """Whether each reader takes a file, after its digests are mended."""
     text = json.dumps(mended(whole))
     try:
         one = bool(verdict.check(text))
     except (kernel.Refused, kernel.Beyond, *kernel.MALFORMED):
         one = False
-    return one, proofs.KnownGainProof(text).proven
+    return one, kind(text).proven
 
 
 def written_anew(whole):
@@ -103,6 +103,17 @@ def test_each_matrix_counts(name, sign):
         rows = np.array(whole["point"][key], float)
         whole["point"][key] = [[repr(float(x)) for x in row] for row in sign * rows]
         assert accepted(whole) == (False, False)
+
+
+@pytest.mark.parametrize("name", ["stability", "H-infinity", *KNOWN])
+def test_a_list_is_one_though_it_is_empty(name):
+    whole, kind = file_of(name), type(proof_of(name))
+    for key, value in verdict.asked_of(whole).items():
+        if isinstance(value, list):
+            changed = json.loads(json.dumps(whole))
+            changed["asks"][key] = {}
+            assert accepted(changed, kind) == (False, False)
+            assert accepted(written_anew(changed), kind) == (False, False)
 
 
 EASIER = dict(gamma="0.01", u_max="0.01", h2="0.01", bound="0.01", sigma="40")

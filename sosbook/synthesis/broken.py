@@ -13,7 +13,7 @@ from .fixed_mode import refuse_by_mode
 from .request import Request
 from .unreached import refuse_by_response
 
-__all__ = ["broken"]
+__all__ = ["alone", "broken"]
 
 
 def broken(request, r, plants, point):
@@ -42,7 +42,7 @@ def broken(request, r, plants, point):
         part, k = plants.cornered(point)
         one = replace(one, plant=part)
     elif k is None:
-        plant, k = _alone(d), 0
+        plant, k = alone(d), 0
         if plant is None:
             return None
         one = Request(plant, gain=request.gain, requirements=asked)
@@ -54,17 +54,17 @@ def _broken_loop(r, loop):
     d, (E, A, B, C, D, rates) = loop.plant, loop.matrices
     D = None if d.Dw is None else D
     rates = None if d.Ca is None else rates
-    plant = _alone(Descriptor(E, A, d.Bu[:, :0], B, C, None, D, rates))
+    plant = alone(Descriptor(E, A, d.Bu[:, :0], B, C, None, D, rates))
     if plant is None:
         return None
-    alone = r.pole_matrices() is not None or r.bounds_response() is not None
+    itself = r.pole_matrices() is not None or r.bounds_response() is not None
     one = Request(
-        plant, gain=np.zeros((0, len(E))), requirements=[r.of_plant()] if alone else []
+        plant, gain=np.zeros((0, len(E))), requirements=[r.of_plant()] if itself else []
     )
     return refuse_by_mode(one, [(0, 0)]) or refuse_by_response(one, [0])
 
 
-def _alone(d):
+def alone(d):
     """A plant in rationals as a system whose floats are these; None without one."""
     d = _in_whole_numbers(d)
     floats = d.map(lambda x: x.astype(float))

@@ -799,6 +799,7 @@ def own(d, r):
 
 def stated(stable, asked, signal="K x"):
     """What is claimed, `stable` first, and by name the requirements that prove it."""
+    need(isinstance(asked, list), "requirements must be a list")
     names = [(r["kind"], sane(r["name"])) for r in asked]
     named = [NAMES.get(kind, name) == name for kind, name in names
              if kind not in SEVERAL]  # fmt: skip

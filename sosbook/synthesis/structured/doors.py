@@ -5,15 +5,15 @@ import numpy as np
 from ...analysis.lyapunov import lyapunov
 from ...exact.proof import Proof
 from ...exact.rational import exact, inverse, round_digits
-from ...laws.base import plain
 from ...lmi import LMIProblem, Unknown
-from ...plants.descriptor_system import DescriptorSystem
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
 from ...theorems import any_order
+from ..broken import alone
 from ..feasibility import answer
 from ..request import Request
 from ..solution import Solution
+from .loops import corners_of
 
 __all__ = [
     "SumOfPoles",
@@ -61,7 +61,7 @@ def refused_by_sum(request, loops):
         return None
     r = max(asked, key=lambda r: r.bound)
     parts = request.law_parts
-    for i, d in enumerate(plain(request.plant, request.K_A)):
+    for where, d in corners_of(request).items():
         whole = parts.joined(d)
         back = inverse(whole.E)
         pushed, measured = back @ whole.Bu, parts.measured
@@ -72,7 +72,7 @@ def refused_by_sum(request, loops):
         if room <= 0:
             continue
         claim = (
-            f"at the vertex {i + 1} no gain of the law moves the sum of the poles; one "
+            f"no gain of the law moves the sum of the poles of {where}; one "
             f"of them has a real part of at least {float(mean):.6g}, so none keeps: "
             f"{r.statement}"
         )
@@ -97,7 +97,10 @@ def excluded(plant, law_parts, r, gamma):
         That bound.
     """
     some = slice(None) if r.inputs is None else list(r.inputs)
-    seen = r.seen(plant).explicit()
+    seen = _seen(r, plant)
+    if seen is None:
+        return None
+    seen = seen.explicit()
     problem = _problem(seen, law_parts.rows, law_parts.noise[:, some], exact(gamma))
     proof = problem.find().infeasibility
     return proof if proof is not None and proof.proven else None
@@ -121,12 +124,12 @@ def best_excluded(request, r, reached):
         Gamma and the `LMIRefusal`, or None and None: exact multipliers aren't found
         everywhere, least where free masses or noiseless sensors leave them irrational.
     """
-    vertices, best = plain(request.plant, request.K_A), (None, None)
-    for i in request.distinct:
+    best = None, None
+    for d in corners_of(request).values():
 
-        def proof(share, i=i):
+        def proof(share, d=d):
             gamma = float(round_digits(share * reached, 4))
-            found = excluded(vertices[i], request.law_parts, r, gamma)
+            found = excluded(d, request.law_parts, r, gamma)
             return found and (gamma, found)
 
         high, found = HIGHEST, None
@@ -207,7 +210,7 @@ def _coordinates(A, B, C):
     try:
         L = np.linalg.cholesky(reach)
         U, s, _ = np.linalg.svd(L.T @ seen @ L)
-        T = L @ U * s**-0.25
+        T = L @ U * s**-0.25 if s.all() else L  # an output without x, as u alone
     except np.linalg.LinAlgError:
         return np.eye(N)
     scale = 2.0 ** np.floor(np.log2(np.abs(T).max(axis=0)))
@@ -215,40 +218,49 @@ def _coordinates(A, B, C):
 
 
 def refused_by_a_door(request):
-    """The Solution of a request that excludes every controller at a vertex; or None.
+    """The Solution of a request that excludes every controller at a corner; or None.
 
     One requirement at a time: by all of the state, and for a norm by every controller
     that sees what the law sees.
     """
-    vertices = plain(request.plant, request.K_A)
-    for i in request.distinct:
+    corners = corners_of(request)
+    for where, d in corners.items():
         for r in request.requirements:
-            proof, who = _all_of_the_state(request, i, r), "that sees all of the state"
+            proof, who = _all_of_the_state(request, d, r), "that sees all of the state"
             if proof is None and r.bounds_response() is not None:
-                who = "of any order, with these sensors"
-                proof = excluded(vertices[i], request.law_parts, r, r.bound)
+                who = "of any order, with these sensors,"
+                proof = excluded(d, request.law_parts, r, r.bound)
             if proof is not None:
-                where = f" at the vertex {i + 1}" if len(request.distinct) > 1 else ""
-                text = f"No controller {who}, keeps{where}: {r.statement}."
+                at = f" of {where}" if len(corners) > 1 else ""
+                text = f"No controller{at} {who} keeps: {r.statement}."
                 return Solution(
-                    request, "infeasible", None,
-                    reason=text.replace("state, keeps", "state keeps"),
-                    infeasibility=proof,
-                )  # fmt: skip
+                    request, "infeasible", None, reason=text, infeasibility=proof
+                )
     return None
 
 
-def _all_of_the_state(request, i, r):
-    """The refusal of a requirement of the vertex i by a state feedback, or None."""
+def _all_of_the_state(request, d, r):
+    """The refusal of a requirement of a plant d by a state feedback, or None."""
     noisy = (request.law_parts.noise != 0).any()
     if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
         return None
-    d = request.plant.vertices[i]
-    plant = DescriptorSystem.of([d]) if not hasattr(d, "M") else d
+    seen = _seen(r, d)
+    plant = seen and alone(seen)
+    if plant is None:
+        return None
     try:
-        one = Request(plant, K_A=request.K_A, requirements=[r])
+        one = Request(plant, requirements=[r.of_plant()])
         with time_limit(SECONDS):
             solution = answer(one)
     except (OutOfTime, np.linalg.LinAlgError, ArithmeticError):
         return None
-    return solution.infeasibility if solution.status == "infeasible" else None
+    refused = solution.status == "infeasible" and solution.infeasibility.proven
+    return solution.infeasibility if refused else None
+
+
+def _seen(r, d):
+    """A plant d with the output of r; None where that has the law's states in it."""
+    try:
+        return r.seen(d)
+    except ValueError:
+        return None

@@ -2,13 +2,15 @@
 
 from dataclasses import replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
 from ...exact.rational import exact
 from ...laws.base import plain
+from ..cells import Ranges
 
-__all__ = ["Loops", "loops_of"]
+__all__ = ["Loops", "corners_of", "loops_of"]
 
 TINY = 1e-9  # of the largest entry of G: below it a sensor doesn't see an input
 
@@ -138,16 +140,30 @@ class Loops:
         return float(sizes.min()), float(sizes.max())
 
 
-def loops_of(request, plants=None):
-    """The `Loops` of a request with a law, of its vertices or of other ``plants``.
+def corners_of(request):
+    """Plants of a request with a law: their `Descriptor` in rationals, by its name.
 
-    These are `Descriptor` objects without a controller, in rationals.
+    They are the vertices that differ. Those of a family with powers of parameters
+    needn't be plants of it: then they are the corners of the ranges.
     """
+    family = request.plant.family
+    if family is None or family.multi_affine:
+        vertices, several = plain(request.plant, request.K_A), request.distinct
+        return {
+            f"the vertex {i + 1}" if len(several) > 1 else "the plant": vertices[i]
+            for i in several
+        }
+    ranges = Ranges(request)
+    return {
+        ranges.point_words(p): plain(family.exactly_at(p), request.K_A)[0]
+        for p in product(*zip(family.box.low, family.box.high))
+    }
+
+
+def loops_of(request):
+    """The `Loops` of a request with a law, of its corners."""
     parts, form = request.law_parts, request.law.structure(request.plant)
-    if plants is None:
-        vertices = plain(request.plant, request.K_A)
-        plants = [vertices[i] for i in request.distinct]
-    joined = [parts.joined(d).map(_float) for d in plants]
+    joined = [parts.joined(d).map(_float) for d in corners_of(request).values()]
     return Loops(joined, _float(parts.measured), _float(parts.noisy), form)
 
 
