@@ -7,6 +7,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.controllers import Controller, Replay
+from sosbook.controllers.facts import bounded as bounded_lines
 from sosbook.plants.descriptor import descriptors
 from tests.axis import T, axis, design, drive
 
@@ -108,9 +109,63 @@ def test_no_reach_without_limits_and_no_ramp_against_springs():
     spring = sos.SecondOrderSystem([[0.3]], [[1]], [[9.81]], [[1]])
     found = sos.design_pid(spring, [[1]], region=sos.PoleRegion(1, rho=60))
     c = found.controller(T=0.002)
-    with pytest.raises(ValueError, match="the plant pushes back"):
+    with pytest.raises(ValueError, match="isn't exactly zero"):
         c.ramp()
     assert c.limit(5.0).reach().step is None
+
+
+def cart(**clock):
+    """One without springs, held by its place and its rate alone."""
+    plant = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]], coordinates=["place"])
+    found = sos.design_pid(plant, region=sos.PoleRegion(1, rho=9))
+    return found.controller(["place"], counts=500, **clock)
+
+
+def test_nothing_is_said_of_springs_that_there_arent():
+    """An observer whose rounded numbers rest at almost the set point."""
+    c = cart(T=0.01, delay=0.01)
+    assert abs(c.static(r=[1])[1]).max() < 1e-9
+    with pytest.raises(ValueError, match="isn't exactly zero.*rounded"):
+        c.step()
+    assert any(line.startswith("no bound of what") for line in bounded_lines(c))
+
+
+def test_a_loop_that_is_unstable_has_no_bound():
+    """Neither infinity nor what isn't a number is called one."""
+    c = cart(T=0.4, memory="filter", filter_time=0)
+    assert c.radius > 1
+    for found in (c.noise(), c.step(), c.ramp()):
+        assert found.proven is None and found.seen == np.inf
+        assert str(found).startswith("not bounded; inf")
+    with pytest.raises(ValueError, match="no bound was proven"):
+        c.largest_step(1.0)
+
+
+def test_a_header_says_which_loop_a_bound_is_of():
+    """Beyond the limit it is of the loop without it, and a reach says what it lacks."""
+    c = cart(T=0.01, memory="filter", filter_time=0.02)
+    asked = c.step().proven
+    low, high = (bounded_lines(c.limit(x * asked)) for x in (0.99, 1.01))
+    assert any(line.endswith(", without its limit") for line in low)
+    assert not any("without its limit" in line for line in high)
+    assert any("Slew, ramps, faults" in line for line in low)
+
+
+@pytest.mark.parametrize(
+    "ask, words",
+    [
+        (lambda c: c.step(-1.0), "size must be positive"),
+        (lambda c: c.step(float("nan")), "size must be a finite"),
+        (lambda c: c.ramp(-1.0), "speed must be positive"),
+        (lambda c: c.step(set_point=2), "set_point must be one of 0: set point of"),
+        (lambda c: c.ramp(output=1), "output must be one of 0: u; got 1"),
+        (lambda c: c.noise(output=-1), "output must be one of 0: u; got -1"),
+        (lambda c: c.limit(20.0).reach("a"), "set_point must be one of"),
+    ],
+)
+def test_what_no_bound_is_of_is_named(ask, words):
+    with pytest.raises(ValueError, match=words):
+        ask(cart(T=0.01, memory="filter", filter_time=0.02))
 
 
 def test_an_encoder_that_is_too_coarse_is_named():

@@ -329,6 +329,12 @@ def test_schur_proof_refuses_what_is_marginal_or_unstable(F):
     assert "matrix 1: its spectral radius is" in str(found)
 
 
+def test_a_proof_of_no_matrix_proves_nothing():
+    found = prove_schur([[[0.5]]])
+    nothing = {"matrices": [], "cells": [], "claims": []}
+    assert not type(found).of(found.data | nothing).proven
+
+
 def test_schur_proof_holds_for_every_matrix_in_the_balls():
     def cross(radius):
         with ctx.workprec(128):

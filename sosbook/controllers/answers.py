@@ -11,7 +11,7 @@ from ..runtime.libraries import library
 from ..sampled.discretize import SampleTiming
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
-from .bounds import Bounded, begins, bounded_output, rest, settled
+from .bounds import Bounded, begins, bounded_output, rest, sizes_of
 from .describing import predicted_cycles
 from .facts import facts_of
 from .limits import quantum
@@ -162,6 +162,7 @@ class Answers:
         """
         steps = self.steps if counts is None else quantum(counts, self.measured)
         off = steps / 2
+        _index("output", output, self.outputs)
 
         def one(k):
             i = output
@@ -178,9 +179,8 @@ class Answers:
             proven = float(sum(sizes[k] * x for k, x in zip(known, parts)))
         seen = []
         for loop in self.loops:
-            G, direct = ends(loop)
-            h = abs(loop.impulses(G, direct, settled(loop)))[:, output].sum(axis=0)
-            seen.append(float(h @ sizes))
+            h = sizes_of(loop, *ends(loop), output).sum(axis=0)
+            seen.append(float(h[known] @ sizes[known]))
         return Bounded(proven, max(seen), self.outputs[output].unit)
 
     def ramp(self, speed: float = 1.0, set_point: int = 0, output: int = 0) -> Bounded:
@@ -196,18 +196,18 @@ class Answers:
         Raises
         ------
         ValueError
-            Where springs push back at rest: then where it goes counts, too.
+            Where the output at rest isn't exactly zero, as where springs push back:
+            then where it goes counts, too.
         """
-        x, step = self._at_rest(set_point), speed * self.T
+        x, step = self._at_rest(set_point), positive("speed", speed) * self.T
+        _index("output", output, self.outputs)
         own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
         start = begins(x)
         found = bounded_output(self, own, at_once, output, start)
-        seen = []
-        for loop in self.loops:
-            h = loop.impulses(-x.astype(float), 0 * at_once, settled(loop))
-            seen.append(float(abs(h[:, output]).sum()))
+        moved = -x.astype(float), 0 * at_once
+        seen = max(sizes_of(loop, *moved, output).sum() for loop in self.loops) * step
         proven = None if found is None else found * step
-        return Bounded(proven, max(seen) * step, self.outputs[output].unit)
+        return Bounded(proven, float(seen), self.outputs[output].unit)
 
     def step(self, size: float = 1.0, set_point: int = 0, output: int = 0) -> Bounded:
         """What an output is asked at most after a step of a set point, at rest.
@@ -224,23 +224,24 @@ class Answers:
         ValueError
             As for `ramp`.
         """
-        x = self._at_rest(set_point)
+        x, size = self._at_rest(set_point), positive("size", size)
+        _index("output", output, self.outputs)
         own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
         found = bounded_output(self, own, at_once, output, begins(x), peak=True)
-        runs = [
-            abs(loop.impulses(-x.astype(float), 0 * at_once, settled(loop)))
-            for loop in self.loops
-        ]
-        seen = max(float(h[:, output].max()) for h in runs) * size
+        moved = -x.astype(float), 0 * at_once
+        seen = max(sizes_of(loop, *moved, output).max() for loop in self.loops) * size
         proven = None if found is None else found * size
-        return Bounded(proven, seen, self.outputs[output].unit)
+        return Bounded(proven, float(seen), self.outputs[output].unit)
 
     def _at_rest(self, set_point):
+        _index("set_point", set_point, self.set_points)
         x = rest(self, set_point)
         if x is None:
             raise ValueError(
-                "set_point: the plant pushes back where it rests, so what a motion "
-                "asks depends on where it ends; see static(r=...)"
+                "set_point: where it rests the output isn't exactly zero for every "
+                "plant (springs push back, or a memory without integrals has rounded "
+                "numbers), so what a motion asks depends on where it ends; see "
+                "static(r=...)"
             )
         return x
 
@@ -327,6 +328,7 @@ class Answers:
         """
         if not np.isfinite(self.limits.u_max).all():
             raise ValueError("u_max is missing: limit every output first")
+        _index("set_point", set_point, self.set_points)
         return proven_reach(self, set_point, seconds)
 
     def simulate(
@@ -375,3 +377,10 @@ class Answers:
         Code(self, name, precision)  # a bad name is said before anything is proven
         facts, proofs = facts_of(self, precision, time_limit)
         return Code(self, name, precision, facts, proofs)
+
+
+def _index(name, k, signals):
+    """A ValueError unless k is the index of one of some signals."""
+    if k not in range(len(signals)):
+        known = ", ".join(f"{i}: {s.name}" for i, s in enumerate(signals))
+        raise ValueError(f"{name} must be one of {known or 'none'}; got {k!r}")

@@ -35,6 +35,7 @@ __all__ = [
     "outputs_of",
     "rest",
     "settled",
+    "sizes_of",
 ]
 
 SPREADS = tuple(np.linspace(0.1, 0.9, 9))  # of log r, from 1 to what the loop allows
@@ -110,6 +111,8 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
                 weights = queue.pop()
                 found, true = _cell(joined, alone, weights, h, at_once, start, peak)
                 count += 1
+                if not np.isfinite(true):  # a corner's loop is unstable
+                    return None
                 last = count + len(queue) >= MOST_CELLS or len(weights) == 1
                 if found <= GOOD * true or (last and np.isfinite(found)):
                     worst = max(worst, found)
@@ -129,7 +132,7 @@ def rest(c, j):
 
     In rationals (N, 1), proven: there no plant of the family is pushed and the
     controller stays and asks nothing. None where there is no such state, as where
-    springs push back.
+    springs push back, or where rounded numbers leave a rest that isn't exactly so.
     """
     exactly = [d.map(exact) for d in c.vertices]
     goal = np.zeros(c.R.shape[1])
@@ -169,6 +172,16 @@ def begins(x):
 def settled(loop):
     """After how many ticks a ``loop`` has a millionth left of an impulse."""
     return min(MOST_TERMS, int(np.log(1e-6) / np.log(min(loop.radius, 0.999999))) + 2)
+
+
+def sizes_of(loop, G, direct, output):
+    """(ticks, k) sizes of an ``output`` after impulses; infinite if unstable.
+
+    G and ``direct`` say how they act on a ``loop``: see `Loop.impulses`.
+    """
+    if loop.radius >= 1:
+        return np.full((1, G.shape[1]), np.inf)
+    return abs(loop.impulses(G, direct, settled(loop)))[:, output]
 
 
 def outputs_of(c):

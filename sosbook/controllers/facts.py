@@ -71,15 +71,21 @@ def bounded(c):
             try:
                 if speed is None:
                     bound = c.step(1.0, j, k)
-                    lines.append(f"a step of 1 of {r} asks {signal}: {bound}")
+                    moved = f"a step of 1 of {r} asks {signal}"
                 else:
                     bound = c.ramp(speed, j, k)
-                    lines.append(
+                    moved = (
                         f"{r} moves by at most {speed:g} a second, from rest, which "
-                        f"asks {signal}: {bound}"
+                        f"asks {signal}"
                     )
             except ValueError:
-                lines.append(f"springs push back: no bound of what {r} asks {signal}")
+                lines.append(
+                    f"no bound of what {r} asks {signal}: at rest it isn't exactly "
+                    "zero for every plant"
+                )
+                continue
+            within = (bound.proven or 0.0) <= c.limits.u_max[k]
+            lines.append(f"{moved}: {bound}{'' if within else ', without its limit'}")
     if np.isfinite(c.limits.u_max).all():
         for j, _ in enumerate(c.set_points):
             lines.append(str(c.reach(j)))

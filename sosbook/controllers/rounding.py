@@ -10,7 +10,7 @@ proven for every plant. So they don't pile up: the loop forgets them.
 import numpy as np
 
 from ..plants.checks import positive
-from .bounds import Bounded, begins, bounded_output, rest, settled
+from .bounds import Bounded, begins, bounded_output, rest, sizes_of
 
 __all__ = ["EPSILON", "rounding_bound"]
 
@@ -52,8 +52,7 @@ def rounding_bound(c, precision, range, speed, output):
     for loop in c.loops:
         G = loop.pushed @ columns[1]
         G[len(G) - len(c.A) :] = columns[0]
-        h = loop.impulses(G, columns[1], settled(loop))[:, output]
-        there.append(float(abs(h).sum()))
+        there.append(float(sizes_of(loop, G, columns[1], output).sum()))
     return Bounded(found, max(there), c.outputs[output].unit)
 
 

@@ -73,7 +73,8 @@ class Reach:
         return (
             f"steps up to {self.step:.4g} {self.unit} from rest settle with the limit, "
             f"for every plant: proven, the limit may take away {100 * self.sector:g} % "
-            "of the output. Slew, sensors' steps and friction are no part of it"
+            "of the output. Slew, ramps, faults, sensors' steps and friction are "
+            "no part of it"
         )
 
 

@@ -176,6 +176,8 @@ class SchurCertificate(ProofFile):
             raise ValueError("rate must be in (0, 1]")
         with ctx.workprec(BALL_BITS):
             matrices = [_read_balls(rows) for rows in data["matrices"]]
+            if not matrices:
+                raise ValueError("there is no matrix")
             cells = data["cells"]
             if cells is not None:
                 cells = [read_array(L, len(F), len(F)) for L, F in zip(cells, matrices)]
