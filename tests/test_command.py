@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import sosbook
+import sosbook as sos
 from sosbook import proofs
 from sosbook.exact.checker import verdict as checker
 from sosbook.plants.outputs import Output
@@ -229,6 +230,62 @@ def test_a_proof_is_held_against_plant_and_gain(small, tmp_path, capsys, program
             assert verify(proof, option, str(other)) == 2
             said = capsys.readouterr()
             assert str(other) in said.out + said.err
+
+
+def test_a_proof_is_held_against_a_program(tmp_path, capsys):
+    """Each way to be another program has its words; the right one has none."""
+    mine = controller(0.3)
+    mine.to_c("cart").write(tmp_path)
+    proof, gains = (tmp_path / x for x in ("proof_cart_sampled.json", "cart_gains.h"))
+    good = gains.read_text("utf-8")
+
+    def verify(text=good, proof=proof, code=gains):
+        gains.write_text(text, "utf-8")
+        return main(["verify", str(proof), "--code", str(code)])
+
+    assert verify() == verify(code=tmp_path / "cart.c") == 0  # beside it
+    assert capsys.readouterr().out.startswith("proven")
+    other = controller(0.31)
+    other.certify(time_limit=60).save(tmp_path / "other.json")
+    softer = other.to_c("cart").gains
+    digit = re.search(r"(?s)CART_D .*?(0x1\.[0-9a-f]+)", good)[1]
+    changed = digit[:-1] + ("1" if digit[-1] != "1" else "2")
+    wrong = {
+        "another plant": (good, tmp_path / "other.json"),
+        "another plant, sha256": (softer, proof),
+        "its [AC] isn't the proof's": (
+            controller(0.3, rho=25).to_c("cart").gains,
+            proof,
+        ),
+        "its .* the proof's": (good.replace(digit, changed), proof),
+        "its TICK isn't": (good.replace("CART_TICK 0x1.", "CART_TICK 0x1.1"), proof),
+        "names other proof files": (
+            re.sub(r"[0-9a-f]{63}\)", "f" * 63 + ")", good),
+            proof,
+        ),
+        "no gain and no sampled": (good, tmp_path / "none.json"),
+    }
+    heavy = sos.SecondOrderSystem(*([[x]] for x in (0.3, -1, 1, 1)))
+    least = sos.Saturation(0.5, [1, 0])
+    refused = sos.design_pid(heavy, saturation=least).infeasibility
+    refused.save(tmp_path / "none.json")
+    for words, (text, file) in wrong.items():
+        assert verify(text, file) == 1, words
+        said = capsys.readouterr().out
+        assert said.startswith("refused: ") and re.search(words, said), said
+        assert "proven" not in said and str(gains) in said
+    for broken in ("", "int main(void) { return 0; }", "[[1]]", good[:2500]):
+        assert verify(broken) == 2
+        assert str(gains) in capsys.readouterr().err
+    assert verify(code=tmp_path / "no.h") == 2
+    assert "no.h" in capsys.readouterr().err
+
+
+def controller(mass, rho=30):
+    """Of a cart whose place is measured alone."""
+    cart = sos.SecondOrderSystem(*([[x]] for x in (mass, 0.1, 1 / 9.81, 2.2046)))
+    design = sos.design_pid(cart, [[1]], region=sos.PoleRegion(1, rho=rho))
+    return design.controller(["z1"], T=0.01, delay=0.004)
 
 
 # ------------------------------------------------- nothing is lost, nothing is stale

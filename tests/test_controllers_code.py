@@ -17,8 +17,11 @@ from sosbook.controllers import (
     code_fault,
     read_gains,
 )
+from sosbook.controllers.code import read_program
 from sosbook.controllers.compiler import FLAGS
 from sosbook.controllers.facts import facts_of
+from sosbook.pendulum import Firmware, SampledLaw
+from sosbook.pendulum.export import Program
 from tests.axis import T, axis, rubbed
 from tests.processes import process
 
@@ -154,6 +157,50 @@ def test_the_numbers_are_those_that_were_proven():
     assert "defines no A" in code_fault(proof.data, text.replace("AXIS_A ", "AXIS_X "))
     other = axis().set_point().certify(time_limit=60)
     assert code_fault(other.data, text) == ""  # a set point is no part of the loop
+    assert "an estimate" in code_fault(c.certificate.data, text)
+    assert "no gain" in code_fault({"K": None}, text)
+
+
+@pytest.mark.parametrize("precision", KINDS)
+def test_a_gain_is_read_back_where_a_program_applies_it_at_once(precision):
+    """Of a pendulum, whose program leaves out zeros, and of a law without memory."""
+    region = sos.PoleRegion(0.5, rho=300)
+    for U in (None, [[0, 0.3]]):
+        proof = sos.design_pid(pendulum(), U, region=region).certify()
+        law = applied(proof.K, 0.013, U)
+        text = Program(Firmware(law), precision=precision).source
+        assert code_fault(proof.data, text) == ""
+        assert read_program(text)["SINGLE"] == (precision == "single")
+        assert (read_program(text)["D"] == law.D.astype(KINDS[precision])).all()
+        softer = Program(Firmware(applied(proof.K * 0.999, 0.013, U)))
+        assert "its C and D aren't" in code_fault(proof.data, softer.source)
+        if U:
+            other = Program(Firmware(applied(proof.K, 0.013, [[0, 0.31]])))
+            assert "don't sum" in code_fault(proof.data, other.source)
+    pd = some_controllers()[0]
+    text = Code(pd, "axis", precision).gains
+    assert code_fault(pd.certificate.data, text) == ""
+    swapped = pd.certificate.data | {"K": pd.certificate.data["K"][::-1]}
+    assert "its C and D aren't" in code_fault(swapped, text)
+
+
+def pendulum():
+    """Two coordinates, one of them unstable, in units with 0.3 and 9.81."""
+    return sos.SecondOrderSystem(
+        [[0.3, 0.05], [0.05, 0.1]],
+        [[0.02, -0.02], [-0.02, 0.02]],
+        [[-9.81 * 0.3, 0], [0, 0]],
+        [[-1], [1]],
+    )
+
+
+def applied(K, T, U):
+    """What a robot's computer does with a gain; U has one row, or is None."""
+    if U is None:
+        none = np.zeros((0, 4))
+        return SampledLaw(none[:, :0], none, none[:, :1].T, K, T)
+    B = np.hstack([T * np.array(U), [[0, 0]]])
+    return SampledLaw([[1]], B, K[:, 4:], K[:, :4], T)
 
 
 def redefined(text, label, value):

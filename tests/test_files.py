@@ -24,7 +24,7 @@ from sosbook.pendulum.robot import Robot
 from sosbook.pendulum.ticks import FORMATS, TickLog
 from sosbook.plants import load_plant
 from sosbook.proofs.command import read_plant_file
-from sosbook.proofs.subject import compare_gain, compare_plant
+from sosbook.proofs.subject import compare_code, compare_gain, compare_plant
 from sosbook.runtime import matrix_files, reading
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file, write_texts
@@ -71,6 +71,7 @@ READERS = {
         *((ending, lambda x: compare_plant({}, x)) for ending in ("json", "npz", "mat"))
     ],
     "proofs.subject.compare_gain": [("json", lambda x: compare_gain({}, x))],
+    "proofs.subject.compare_code": [("h", lambda x: compare_code(None, x))],
     "exact.proof.load": [("json", proofs.load)],
     "exact.proof.ProofFile.load": [("json", proofs.Certificate.load)],
     "pendulum.log.Log.read": [("csv", Log.read)],

@@ -6,8 +6,9 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..exact.rational import read_number
+from ..runtime.digests import digest
 
-__all__ = ["code_fault", "read_gains"]
+__all__ = ["code_fault", "read_gains", "read_program"]
 
 MATRICES = ("A", "B", "C", "D")
 NUMBERS = (
@@ -16,6 +17,10 @@ NUMBERS = (
 )
 NUMBER = re.compile(r"(-?(?:0x[0-9a-f]+(?:\.[0-9a-f]+)?p[+-]?\d+|\d+))(f|UL)?")
 LINE = re.compile(r"#(?:ifndef \w+|endif|define (?P<name>\w+)(?: (?P<value>.*))?)")
+CONSTANT = re.compile(
+    r"^static const (double|float) (A|B|C|D|HALF_TICK)(?:\[\d+\])* = ([^;]*);", re.M
+)  # of a pendulum's program
+PLANT = re.compile(r"plant:[\s*]+sha256[\s*]+([0-9a-f]+)")
 MICROSECOND = 1e-6  # of which the program's clock has whole ones
 ROUNDED = 0.500001 * MICROSECOND
 
@@ -63,6 +68,31 @@ def read_gains(text):
     return found
 
 
+def read_program(text):
+    """What `read_gains` returns; A to D, TICK and SINGLE of a pendulum's <name>.c.
+
+    Such a ``text`` leaves out matrices of zeros.
+    """
+    plain = text.replace("\\\n", "") if isinstance(text, str) else ""
+    plain = re.sub(r"/\*.*?\*/", "", plain, flags=re.S)
+    constants = CONSTANT.findall(plain)
+    found = {label: value for _, label, value in constants}
+    others = set(re.findall(r"define\s+(\w+)", plain)) - {"COMPENSATES"}
+    if "HALF_TICK" not in found or others:
+        return read_gains(text)
+    clock = 2 * _number(found.pop("HALF_TICK"))
+    if len(constants) > 1 + len(found) or not found.keys() & {"B", "D"}:
+        raise ValueError("the text has no law, or one twice")
+    for label, value in found.items():
+        value = re.sub(r",(?=\s*})", "", value)
+        found[label] = _matrix(value if label in "AB" else f"{{{value}}}")
+    inputs, C = found["D" if "D" in found else "B"].shape[1], found.get("C", [()])
+    states = max(*(len(found.get(x, ())) for x in "AB"), len(C[0]))
+    shapes = (states, states), (states, inputs), (1, states), (1, inputs)
+    zeros = {label: np.zeros(shape) for label, shape in zip(MATRICES, shapes)}
+    return zeros | found | {"TICK": clock, "SINGLE": int(constants[0][0] == "float")}
+
+
 def _refuse(line):
     raise ValueError(f"the text has more than definitions, each once: {line[:80]!r}")
 
@@ -106,20 +136,46 @@ def code_fault(data, text):
     Parameters
     ----------
     data : dict
-        Of a proof file of the kind "sampled", of a controller.
+        Of a proof file about a sampled controller; or about a gain, which a program
+        must then apply at once, with sums of T U times what is measured.
     text : str
-        Of the program's <name>_gains.h. Its set points, limits and faults are no part
-        of a proof; nor is which sensor a column of B and D belongs to, which its IN_...
-        say.
+        Of the program's <name>_gains.h, or of a pendulum's <name>.c, whose numbers
+        alone are read. The digest of the plant counts, where it has one. Its set
+        points, limits and faults are no part of a proof; nor is which sensor a column
+        of B and D belongs to, which its IN_... say.
     """
     law = data.get("K")
-    if not isinstance(law, dict):
-        return "the proof is about no sampled controller"
+    if law is None or data.get("law") or "L" in data:
+        return "the proof is about no gain and no sampled controller"
     try:
-        mine = read_gains(text)
+        mine = read_program(text)
     except ValueError as error:
         return str(error)
+    plant = PLANT.search(text)
+    if plant and not digest(data.get("plant")).startswith(plant[1]):
+        return f"it is about another plant, sha256 {plant[1]}"
     kind = np.float32 if mine["SINGLE"] else float
+    if not isinstance(law, dict):
+        return _gain_fault(data, mine, kind)
+    if fault := _clock_fault(data, mine, kind):
+        return fault
+    law = {name: _read(law[name], kind) for name in MATRICES}
+    for name in "AC":
+        if not _same(law[name], mine[name]):
+            return f"its {name} isn't the proof's"
+    # the proof has a column of B and D for each state, and those that aren't measured
+    # are zero; in which order a program measures is no part of a proof
+    columns = [_columns(law), _columns(mine)]
+    if columns[0] != columns[1]:
+        return "its B and D aren't the proof's"
+    return ""
+
+
+def _clock_fault(data, mine, kind):
+    """What keeps a program's tick and delay from being those of a proof."""
+    if "TICK_US" not in mine:
+        return "a pendulum's program is held to the proof of its gain"
+    law = data["K"]
     T, (early, late) = _ends(data["T"]), _ends(data["delay"])
     tick = law["dt"] if isinstance(law["dt"], str) else None
     tick = T[0] if tick is None else exact(read_number(tick))
@@ -130,15 +186,29 @@ def code_fault(data, text):
     after = mine["DELAY_TICKS"] * float(tick) + mine["DELAY_REST_US"] * MICROSECOND
     if not float(early) - ROUNDED <= after <= float(late) + ROUNDED:
         return "its delay isn't the proof's"
-    law = {name: _read(law[name], kind) for name in MATRICES}
-    for name in "AC":
-        if not _same(law[name], mine[name]):
-            return f"its {name} isn't the proof's"
-    # the proof has a column of B and D for each state, and those that aren't measured
-    # are zero; in which order a program measures is no part of a proof
-    columns = [_columns(law), _columns(mine)]
-    if columns[0] != columns[1]:
-        return "its B and D aren't the proof's"
+    return ""
+
+
+def _gain_fault(data, mine, kind):
+    """What keeps u = C x + D y from being the gain's, with x the sums of T U y."""
+    if "T" in data:
+        return "the proof is about a sampled gain: take that of the controller"
+    K, U = _read(data["K"], kind), _read(data.get("U"), float)
+    sums = len(U)
+    C = mine["C"] if mine["C"].any() else np.zeros((len(mine["D"]), 0))
+    if not _same(K, np.hstack([mine["D"], C])):
+        return (
+            "its C and D aren't the proof's K (a law with an estimate in it is held to "
+            "the proof of its sampled loop)"
+        )
+    if not sums:
+        return ""
+    n, tiny = U.shape[1], 2 * np.finfo(kind).eps  # T U is rounded, and T once more
+    B = np.zeros(mine["B"].shape)
+    B[:, :n] = mine["TICK"] * U
+    good = data.get("K_A") is None and _same(np.eye(sums), mine["A"])
+    if not good or not np.allclose(mine["B"], B, rtol=tiny, atol=0):
+        return "its A and B don't sum the proof's U"
     return ""
 
 

@@ -1,8 +1,8 @@
 """The command line: verify a proof file, or design a controller with proof.
 
-Exit codes: 0 proven, 1 not proven, or about another plant or gain, 2 bad input, 4 not
-decided within the time or memory that there is, 5 proven, where an author says what the
-blocks of his own theorem mean.
+Exit codes: 0 proven, 1 not proven, or about another plant, gain or program, 2 bad
+input, 4 not decided within the time or memory that there is, 5 proven, where an author
+says what the blocks of his own theorem mean.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from ..runtime.saying import one_line, say
 from ..runtime.time_limit import checked_seconds
 from ..runtime.writing import may_replace
 from ..synthesis.pid import design_pid
-from .subject import compare_gain, compare_plant, subject
+from .subject import compare_code, compare_gain, compare_plant, subject
 
 __all__ = ["main"]
 
@@ -52,6 +52,7 @@ def main(arguments: list | None = None) -> int:
     verifying.add_argument("proof", help="a file that a certificate's save wrote")
     verifying.add_argument("--plant", help="refuse a proof about another plant")
     verifying.add_argument("--gain", help='refuse another gain: JSON, {"K": [[..]]}')
+    verifying.add_argument("--code", help="refuse another program in C: its .h or .c")
     verifying.add_argument(
         "--time-limit",
         type=float,
@@ -101,6 +102,8 @@ def verify(asked):
         trouble = compare_plant(data, asked.plant)
     if proven and not trouble and asked.gain is not None:
         trouble = compare_gain(data, asked.gain)
+    if proven and not trouble and asked.code is not None:
+        trouble = compare_code(proof, asked.code)
     if trouble:
         say(f"refused: {trouble}. It is about {subject(data) or 'no plant'}")
         return NOT_PROVEN

@@ -1,18 +1,24 @@
-"""Which plant, gain and start a proof file is about, and whether they are the wanted.
+"""What a proof file is about, and whether that is the wanted plant, gain or program.
 
 A checksum can be mended, and a proof of an easier plant is a proof. So a verdict names
-what it is about, and `compare` holds it against the reader's own files.
+what it is about, and it is held against the reader's own files.
 """
 
+import re
+
+from ..controllers.code import code_fault, read_program
 from ..exact.checker.verdict import subject
 from ..exact.rational import decimals
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import load_plant
 from ..plants.kinds import checked_plant
-from ..runtime.reading import named, path_of, read_json
+from ..runtime.digests import digest
+from ..runtime.reading import named, path_of, read_json, read_text
 
-__all__ = ["compare_gain", "compare_plant", "subject"]
+__all__ = ["compare_code", "compare_gain", "compare_plant", "subject"]
+
+FILES = re.compile(r"\(file[\s*]+sha256[\s*]+([0-9a-f]{64})\)")
 
 
 def compare_plant(data, path):
@@ -68,3 +74,28 @@ def compare_gain(data, path):
     if data.get("K") == wanted:
         return ""
     return f"it is about another K than {path}"
+
+
+def compare_code(proof, path):
+    """What keeps a proof from being about the program of a file; or "".
+
+    Parameters
+    ----------
+    proof : ProofFile
+        What was read.
+    path : str or Path
+        A <name>_gains.h that `Controller.to_c` writes, or the <name>.h or <name>.c
+        beside it, or the <name>.c of a pendulum's `Program`.
+    """
+    text, path = read_text(path), path_of(path)
+    beside = path.with_name(f"{path.stem}_gains.h")
+    if beside.is_file():
+        text, path = read_text(beside), beside
+    with named(path):
+        read_program(text)
+    if fault := code_fault(proof.data, text):
+        return f"{fault}: {path}"
+    files = FILES.findall(text)
+    if files and digest(proof.text.encode()) not in files:
+        return f"the numbers are the proof's, but {path} names other proof files"
+    return ""
