@@ -301,12 +301,3 @@ def test_no_cycle_is_predicted_of_the_drive():
     assert axis().cycles([0.03, 0.02], Backlash(0, 1, 0.02)) == []
     with pytest.raises(ValueError, match="backlash must be a Backlash"):
         axis().cycles(backlash=0.02)
-
-
-def test_a_law_of_its_own_is_named():
-    plant = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
-    law = sos.PIDLaw(position=[[1]], filter=0.1)
-    gains = {"K_P": [[-2]], "K_D": [[-1]]}
-    found = sos.analyse_pid(plant, gains, law=law, region=sos.PoleRegion(0.1))
-    with pytest.raises(ValueError, match="a law of its own"):
-        found.controller(T=0.01)

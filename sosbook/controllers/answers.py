@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..exact.rational import exact
 from ..plants.checks import positive
 from ..runtime.libraries import library
 from ..sampled.discretize import SampleTiming
@@ -53,8 +54,11 @@ class Answers:
         return SampledSystem(self.A, self.B, self.C, self.D, self.T)
 
     def to_ss(self) -> Any:
-        """python-control's StateSpace from [y; r] to u, with names."""
-        inputs = [s.name for s in (*self.measured, *self.set_points)]
+        """python-control's StateSpace from [y; r] to u, with names.
+
+        A point in a name is "_" there: "z1 - 0_5 z2".
+        """
+        inputs = [s.name.replace(".", "_") for s in (*self.measured, *self.set_points)]
         return library("control").ss(
             self.A,
             np.hstack([self.B, self.B_r]),
@@ -100,8 +104,9 @@ class Answers:
         SampledCertificate
             Of the linear loop: limits and quantisation are no part of it.
         """
-        rows = self.rows
-        whole = SampledSystem(self.A, self.B @ rows, self.C, self.D @ rows, self.T)
+        rows = exact(self.rows)
+        B, D = (np.asarray(exact(M) @ rows, float) for M in (self.B, self.D))
+        whole = SampledSystem(self.A, B, self.C, D, self.T)
         T, delay = asked.pop("T", self.T), asked.pop("delay", self.delay)
         return certify_sampled(self.plant, whole, T, delay, **asked)
 

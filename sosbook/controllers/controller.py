@@ -14,7 +14,7 @@ from ..sampled.discretize import SampleTiming
 from .answers import Answers
 from .bounds import settled
 from .limits import FAULTS, Faults, Limits, per_signal
-from .memory import DIGITS, ROUNDING, Estimate, assembled
+from .memory import DIGITS, ROUNDING, Estimate, assembled, shifted
 from .signals import signals_of
 
 __all__ = ["FAULTS", "Controller"]
@@ -39,7 +39,9 @@ class Controller(Answers, ReadOnly):
     gain : Gain
         The proven gain, in the decimals that were proven.
     U : (a, n) array or None
-        What is integrated.
+        What is integrated of the coordinates, or of a law's readings.
+    sums : (a, q) array
+        What is integrated, of what is measured.
     T, delay : float
         Time between samples, and from a sample to the actuator, in s.
     measured, outputs : tuple of Signal
@@ -51,7 +53,7 @@ class Controller(Answers, ReadOnly):
     estimate : Estimate
         How the state is estimated.
     R : (n, p) array
-        The set points of the coordinates for one unit of each set point.
+        Set points of the coordinates, or of a law's readings, for one unit of each.
     limits : Limits
         Of outputs and set points.
     faults : Faults
@@ -81,6 +83,7 @@ class Controller(Answers, ReadOnly):
     vertices: tuple
     gain: Gain
     U: Any
+    sums: np.ndarray
     T: float
     delay: float
     measured: tuple
@@ -112,21 +115,13 @@ class Controller(Answers, ReadOnly):
 
     @property
     def K_x(self) -> np.ndarray:
-        """The gain of the plant's state, (m, N)."""
-        return self.gain.K[:, : self.rows.shape[1]]
+        """The gain of what is estimated: the plant's state, or a law's signals."""
+        return self.gain.K[:, : len(self.estimate.take)]
 
     @property
     def K_I(self) -> np.ndarray:
         """The gain of the integrals, (m, a)."""
-        return self.gain.K[:, self.rows.shape[1] :]
-
-    @cached_property
-    def sums(self) -> np.ndarray:
-        """(a, q): what is integrated, of what is measured."""
-        if self.U is None:
-            return np.zeros((0, len(self.rows)))
-        n = self.U.shape[1]
-        return self.U @ self.rows[:, :n].T
+        return self.gain.K[:, len(self.estimate.take) :]
 
     @cached_property
     def parts(self) -> dict:
@@ -136,8 +131,7 @@ class Controller(Answers, ReadOnly):
     @property
     def states(self) -> tuple:
         """What each entry of its memory is, in words."""
-        sums = self.gain.signals[self.rows.shape[1] :]
-        return (*self._made[1], *sums)
+        return (*self._made[1], *self.gain.signals[len(self.estimate.take) :])
 
     @cached_property
     def _made(self):
@@ -151,6 +145,8 @@ class Controller(Answers, ReadOnly):
             self.T,
             self._silent(-K_P @ self.R),
         )
+        if self.estimate.errors:
+            parts = shifted(parts, self.estimate.start, self.R)
         a = self.K_I.shape[1]
         W = parts["W"].copy()
         if a and self.limits.tracking_time:
@@ -209,7 +205,7 @@ class Controller(Answers, ReadOnly):
         if not self.R.shape[1]:
             return ()
         if self.U is not None and len(self.U):
-            sums = self.gain.signals[self.rows.shape[1] :]
+            sums = self.gain.signals[len(self.estimate.take) :]
             names = [name.removeprefix("integral of ") for name in sums]
         else:
             n = len(self.R)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from ..plants.gain import signals
 from .simulation import Backlash
 
 __all__ = ["Cycle", "predicted_cycles"]
@@ -61,7 +62,7 @@ def predicted_cycles(c, friction=None, backlash=None):
     """
     if backlash is not None and not isinstance(backlash, Backlash):
         raise ValueError(f"backlash must be a Backlash, got {backlash!r}")
-    names = c.gain.signals
+    names = signals(c.plant)
     n = c.rows.shape[1] // 2
     asked = []
     if friction is not None:

@@ -1,5 +1,7 @@
 """What the header of a program says: what is proven, bounded, and simulated only."""
 
+import re
+
 import numpy as np
 
 from ..plants.as_data import plant_data
@@ -9,6 +11,7 @@ __all__ = ["facts_of"]
 
 SECONDS = 6.0  # times the slowest time constant, that a step is simulated
 MOST_SIMULATED = 20_000  # ticks
+MIXED = re.compile(r"^\d| [+-] ")  # a name such as "2 z1" or "z1 - z2"
 LOSE_EVERY = 97  # a tick: about one sample in a hundred
 
 
@@ -47,7 +50,9 @@ def facts_of(c, precision, time_limit):
         f"{c.delay:g} s late, {c.estimate.words}; constant plants"
     )
     gains = ", ".join(
-        f"{k:.6g} {name}" for row in c.gain.K for k, name in zip(row, c.gain.signals)
+        f"{k:.6g} {f'({name})' if MIXED.search(name) else name}"
+        for row in c.gain.K
+        for k, name in zip(row, c.gain.signals)
     )
     proven.append(f"u = {gains}")
     return (

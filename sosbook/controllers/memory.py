@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from ..exact.rational import round_digits
+from ..exact.rational import exact, round_digits
 from ..sampled.discretize import SampleTiming
 
-__all__ = ["Estimate", "assembled", "direct", "filtered", "observed"]
+__all__ = ["Estimate", "assembled", "direct", "filtered", "observed", "shifted"]
 
 DIGITS = 12  # significant decimal digits of what is computed for a controller
 ROUNDING = 1e-9  # of the largest entry: what is smaller is zero but for rounding
@@ -39,6 +39,9 @@ class Estimate:
         What kind of estimate it is.
     predicts : (q, l) array or None
         What will be measured, of s; None: it is what was measured last.
+    errors : bool
+        Whether set points are those of the first readings, by `shifted`, rather than
+        of the coordinates.
     """
 
     stay: np.ndarray
@@ -51,6 +54,7 @@ class Estimate:
     states: tuple = ()
     words: str = "everything is measured"
     predicts: np.ndarray | None = None
+    errors: bool = False
 
     @property
     def knows_the_output(self):
@@ -227,3 +231,24 @@ def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
     found = {name: round_digits(x, DIGITS) for name, x in found.items()}
     registers = tuple(f"output {k % m + 1} of {k // m + 1} ticks ago" for k in range(d))
     return found, estimate.states + registers
+
+
+def shifted(parts, start, R):
+    """The ``parts`` of a controller that takes readings R r for zeros, exactly.
+
+    Parameters
+    ----------
+    parts : dict
+        Of `assembled`.
+    start : (l, q) array
+        The memory at rest, of what is measured there.
+    R : (n, p) array
+        The first n readings for one unit of each set point.
+    """
+    l, n = len(start), len(R)
+    A, B, C, D, rest, r = map(exact, (*(parts[x] for x in "ABCD"), start, R))
+    moved = rest - A[:l, :l] @ rest - B[:l]
+    asked = D + C[:, :l] @ rest
+    B_r = parts["B_r"].copy()
+    B_r[:l] = moved[:, :n] @ r
+    return parts | {"B_r": B_r, "D_r": -np.asarray(asked[:, :n] @ r, float) + 0.0}

@@ -12,6 +12,7 @@ from .controller import Controller, checked_delay, quiet_set_point
 from .limits import Limits, quantum
 from .loop import Loop
 from .memory import DIGITS, assembled, direct, filtered, observed
+from .of_law import law_memory, law_sensors
 from .signals import signals_of
 
 __all__ = ["MEMORIES", "controller_of"]
@@ -49,12 +50,6 @@ def controller_of(
     T, delay = checked_delay(T, delay)
     request = design.request
     plant, U = request.plant, request.U
-    if getattr(design, "_law", None) is not None:
-        raise ValueError(
-            "the design has a law of its own, in continuous time: its "
-            "exact_controller() has the matrices; controller() is for a gain of the "
-            "whole state, of which it estimates what isn't measured"
-        )
     if request.K_A is not None and np.any(request.K_A):
         raise ValueError(
             "the design has an acceleration gain K_A, which no sampled controller "
@@ -66,36 +61,36 @@ def controller_of(
     vertices = input_vertices(plant, None)
     N, m = vertices[0].Bu.shape
     outputs = ["u"] if m == 1 else [f"u{k + 1}" for k in range(m)]
-    units = _units(units, names[: N // 2] if second_order else names, outputs)
-    wanted = tuple(names) if measured is None else _names("measured", measured)
-    if strange := [x for x in wanted if x not in names]:
-        raise ValueError(
-            f"measured names {strange[0]!r}, which is none of {', '.join(names)}"
-        )
-    rows = np.array([[float(x == name) for name in names] for x in wanted])
+    law = getattr(design, "_law", None)
+    known = names[: N // 2] if second_order else names
+    if law is None:
+        wanted, rows = _measured(measured, names)
+    else:
+        wanted, rows = law_sensors(law, plant, measured, memory, filter_time)
+        known = (*known, *(x for x in wanted if x not in names))
+    units = _units(units, known, outputs)
     seen = signals_of(wanted, units)
     steps = quantum(counts, seen)
     certificate = design.certify(time_limit=time_limit)
     K = certificate.K if certificate.proven else round_digits(design.K, DIGITS)
-    gain = Gain(np.asarray(K, float), design.gain.signals)
     timing = SampleTiming.of(T, delay)
     check_rate(vertices, timing)
-    R = np.zeros((0, 0))
-    if second_order:
-        n = plant.n
-        sums = np.zeros((0, n)) if U is None else np.asarray(U, float)
-        R = quiet_set_point(sums, gain.K[:, :n])
-        for k in range(n):
-            if sums[:, k].any() and not rows[:, k].any():
-                raise ValueError(
-                    f"{names[k]} is integrated but isn't measured: integrate what is "
-                    f"measured ({', '.join(wanted)}), or measure {names[k]}"
-                )
+    if law is not None:
+        estimate, gain, sums = law_memory(law, plant, K, T)
+        n = sum(not row[N // 2 :].any() for row in rows) if second_order else len(rows)
+        U = sums[:, :n]  # positions come first
+        R = quiet_set_point(U, gain.K[:, :n])
+    else:
+        gain, sums = Gain(np.asarray(K, float), design.gain.signals), _sums(U, rows)
+        R = np.zeros((0, 0))
+        if second_order:
+            R = quiet_set_point(_integrated(U, rows, names, wanted), gain.K[:, :n])
     about = dict(
         plant=plant,
         vertices=vertices,
         gain=gain,
         U=U,
+        sums=sums,
         T=T,
         delay=delay,
         measured=seen,
@@ -108,6 +103,8 @@ def controller_of(
         certificate=certificate,
     )
     plants = (*vertices, *between(vertices))
+    if law is not None:
+        return Controller(**about, estimate=estimate)
     kind = _kind(memory, filter_time, rows, N // 2 if second_order else 0)
     if kind == "direct":
         return Controller(**about, estimate=direct(rows, m))
@@ -221,11 +218,38 @@ def _observable(vertices, rows, names, T):
                 )
 
 
+def _measured(measured, names):
+    """Names of what is measured, and its rows on a plant's state with these names."""
+    wanted = tuple(names) if measured is None else _names("measured", measured)
+    if strange := [x for x in wanted if x not in names]:
+        raise ValueError(
+            f"measured names {strange[0]!r}, which is none of {', '.join(names)}"
+        )
+    return wanted, np.array([[float(x == name) for name in names] for x in wanted])
+
+
+def _integrated(U, rows, names, wanted):
+    """What is integrated of the coordinates; raises where one isn't measured."""
+    n = rows.shape[1] // 2
+    U = np.zeros((0, n)) if U is None else np.asarray(U, float)
+    for k in range(n):
+        if U[:, k].any() and not rows[:, k].any():
+            raise ValueError(
+                f"{names[k]} is integrated but isn't measured: integrate what is "
+                f"measured ({', '.join(wanted)}), or measure {names[k]}"
+            )
+    return U
+
+
+def _sums(U, rows):
+    """What is integrated, of what is measured."""
+    if U is None:
+        return np.zeros((0, len(rows)))
+    return np.asarray(U, float) @ rows[:, : np.shape(U)[1]].T
+
+
 def _gains(K, N, U, rows, T, R):
-    sums = np.zeros((0, len(rows)))
-    if U is not None:
-        sums = np.asarray(U, float) @ rows[:, : np.shape(U)[1]].T
-    return K[:, :N], K[:, N:], sums, T, -K[:, : len(R)] @ R
+    return K[:, :N], K[:, N:], _sums(U, rows), T, -K[:, : len(R)] @ R
 
 
 def _mixed(vertices, weights):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ..display.pole_map import pole_map
+from ..plants.gain import signals
 from ..runtime.writing import write_texts
 
 __all__ = ["report_texts", "write_report"]
@@ -142,7 +143,7 @@ def _table(head, rows):
 
 
 def _charts(c, run, title):
-    names = c.gain.signals[: run.x.shape[2] // 2]
+    names = signals(c.plant)[: run.x.shape[2] // 2]
     yield f"<h3>{escape(title)}, at all corners (simulated)</h3>"
     for k, name in enumerate(names):
         yield _chart(run.t, run.x[:, :, k], f"{name} {c.units.get(name, '')}")

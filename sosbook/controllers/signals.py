@@ -75,7 +75,7 @@ def identifiers(names):
         word = name
         for mark, spelled in SPELLED:
             word = word.replace(mark, spelled)
-        word = re.sub(r"[ +()-]+", "_", word).strip("_").upper()
+        word = re.sub(r"[ +().-]+", "_", word).strip("_").upper()
         if not re.fullmatch(r"[A-Z0-9][A-Z0-9_]{0,30}", word):
             raise ValueError(
                 f"the signal {name!r} can't be a name of C: give the plant coordinates "

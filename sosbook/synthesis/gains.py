@@ -36,7 +36,8 @@ class Gains(Result[Proven]):
         ``design.gain.but(design.certify().K)`` is the proven one.
         """
         if self._law is not None:
-            return Gain(self._gain(), self.request.law_parts.signals)
+            self._gain()
+            return Gain(self.K, self.request.law_parts.signals)
         return Gain(self._gain(), signals(self.request.plant, self.request.U))
 
     def controller(
@@ -53,6 +54,10 @@ class Gains(Result[Proven]):
         time_limit: float | None = None,
     ) -> Any:
         """The gain as a sampled controller: what a computer does with it.
+
+        A design with a ``law`` has its sensors and its memory from there, see
+        `sosbook.controllers.of_law`: ``measured``, ``memory``, ``filter_time`` and
+        ``peak`` are for designs without.
 
         Parameters
         ----------
@@ -86,7 +91,8 @@ class Gains(Result[Proven]):
         ------
         ValueError
             Where a name is none of the plant's, what is integrated or unstable isn't
-            measured, or no controller, or none with this gain, can do it at T.
+            measured, or no controller, or none with this gain, can do it at T; or a
+            law's filter is faster than T.
         """
         return later("controllers", "controller_of")(
             self,
