@@ -13,6 +13,7 @@ from sosbook.controllers import (
     FAULTS,
     Code,
     CompiledCode,
+    Faults,
     Replay,
     code_fault,
     read_gains,
@@ -249,6 +250,17 @@ def test_a_program_is_held_to_the_clocks_of_its_proof():
     assert code_fault(c.certify(**between).data, text) == ""
     late = redefined(text, "DELAY_REST_US", "400UL")
     assert "delay" in code_fault(c.certify(**between).data, late)
+
+
+@pytest.mark.parametrize("T, fits", [(1e-9, 0), (1.3e-6, 0), (1 / 3000, 1), (3e3, 0)])
+def test_a_clock_that_no_board_has_is_named(T, fits):
+    """Zero microseconds, and such as no 32 bits can tell from those before."""
+    law = replace(limited(), T=T, delay=0.0, faults=Faults(stall=0, lost=0, late=0))
+    if fits:
+        assert f"AXIS_TICK_US {round(1e6 * T)}UL" in Code(law, "axis").gains
+    else:
+        with pytest.raises(ValueError, match="can't be the clock of a board"):
+            Code(law, "axis")
 
 
 def test_a_set_point_that_nobody_gives_fills_no_counter(gcc):

@@ -34,6 +34,8 @@ MATRICES = ("A", "B", "BR", "W", "C", "D", "DR", "GUESS", "START")
 VECTORS = ("LIMIT", "SLEW", "RAMP", "RANGE", "JUMP", "REACH", "TRUSTED")
 BENCH_SECONDS = 20.0  # times the slowest time constant, at most MOST_BENCH_TICKS
 MOST_BENCH_TICKS = 200_000
+MOST_TICK_US = 2**31 - 1  # half of what 32 bits count: clocks wrap around
+ROUNDED = 0.01  # of T, that its whole microseconds may differ
 REST_SHARE = 0.02  # of the set point: what moves less is at rest
 
 
@@ -57,7 +59,8 @@ class Code:
     Raises
     ------
     ValueError
-        If C can't have the name, or a number doesn't fit the precision.
+        If C can't have the name, a number doesn't fit the precision, or T isn't nearly
+        a number of microseconds.
 
     Examples
     --------
@@ -93,6 +96,13 @@ class Code:
                 f"precision must be 'double' or 'single', got {self.precision!r}"
             )
         identifiers([s.name for s in self.controller.measured])  # raises
+        T = self.controller.T
+        ticks = round(1e6 * T)
+        if not (ticks <= MOST_TICK_US and abs(1e-6 * ticks - T) <= ROUNDED * T):
+            raise ValueError(
+                f"T = {T:g} s can't be the clock of a board, which counts whole "
+                f"microseconds up to {MOST_TICK_US}: take a T that is nearly so many"
+            )
 
     @cached_property
     def texts(self) -> dict:
