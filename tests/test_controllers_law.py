@@ -179,6 +179,36 @@ def test_limits_hold_the_integral_back():
     assert abs(held.u).max() <= 0.3 and 0 < over[1] < 0.6 * over[0]
 
 
+def test_a_memory_that_integrates_by_itself_is_held_back():
+    """PID as one of the second order, against the laws' own integral."""
+    law = sos.DynamicLaw(2, [[1]], strictly_proper=False)
+    gains = {"A_c": [[0, 0], [0, -20]], "B_c": [[1], [20]], "C_c": [[-2, 20]]}
+    design = cart(law, gains | {"D_c": [[-23.1]]})
+    assert design.status == "feasible"
+    c = design.controller(T=0.01)
+    assert c.certify().proven and not c.W.any()
+    runs = []
+    for anti_windup in (False, True):
+        one = c.limit(
+            0.9, anti_windup=anti_windup, tracking_time=0.3 * anti_windup or None
+        )
+        runs.append(one.watch(stall=90).simulate(40, r=2.0))
+        free = abs(np.linalg.eigvals(one.A - one.W @ one.C)).max()
+        assert free <= (np.exp(-0.01 / 0.3) + 1e-6 if anti_windup else 1 + 1e-9)
+    loose, held = (run.x[0, :, 0] for run in runs)
+    assert loose.max() > 2.05 and held.max() - 2 < 0.6 * (loose.max() - 2)
+    assert abs(held[-1] - 2) < 0.01
+    assert (
+        not cart(
+            sos.DynamicLaw(1, [[1]], strictly_proper=False),
+            {"A_c": [[-30]], "B_c": [[30]], "C_c": [[30]], "D_c": [[-31.3]]},
+        )
+        .controller(T=0.01)
+        .limit(0.5)
+        .W.any()
+    )  # it forgets by itself
+
+
 @pytest.mark.parametrize("precision", KINDS)
 def test_c_is_python_bit_for_bit(gcc, precision):
     limited = axis().set_point(ramp=6).limit(2.0, slew=200).watch(lost=0.05)

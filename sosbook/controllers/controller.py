@@ -14,7 +14,7 @@ from ..sampled.discretize import SampleTiming
 from .answers import Answers
 from .bounds import settled
 from .limits import FAULTS, Faults, Limits, per_signal
-from .memory import DIGITS, ROUNDING, Estimate, assembled, shifted
+from .memory import DIGITS, ROUNDING, Estimate, assembled, forgetting, shifted
 from .signals import signals_of
 
 __all__ = ["FAULTS", "Controller"]
@@ -152,6 +152,9 @@ class Controller(Answers, ReadOnly):
         if a and self.limits.tracking_time:
             back = np.linalg.pinv(self.K_I) * (self.T / self.limits.tracking_time)
             W[len(W) - a :] = round_digits(back, DIGITS)
+        elif self.estimate.winds_up and self.limits.tracking_time:
+            share = np.exp(-self.T / self.limits.tracking_time)
+            W = forgetting(parts["A"], parts["C"], share)
         return parts | {"W": W}, words
 
     def _silent(self, K_r):
@@ -294,6 +297,8 @@ class Controller(Answers, ReadOnly):
     ) -> "Controller":
         """Bound the outputs, and tell the integral what is withheld.
 
+        So is a `DynamicLaw`'s memory told that doesn't forget by itself.
+
         Parameters
         ----------
         u_max, slew : float or dict, optional
@@ -327,7 +332,7 @@ class Controller(Answers, ReadOnly):
                         f"must be {need[k]:.6g} to hold the load {load!r}"
                     )
         self._not_too_coarse(new.u_max)
-        if anti_windup and self.K_I.size:
+        if anti_windup and (self.K_I.size or self.estimate.winds_up):
             if tracking_time is None:
                 slowest = -self.T / np.log(min(self.radius, 1 - 1e-12))
                 tracking_time = float(f"{np.sqrt(self.T * slowest):.3g}")

@@ -12,7 +12,15 @@ from scipy.linalg import solve_discrete_are
 from ..exact.rational import exact, round_digits
 from ..sampled.discretize import SampleTiming
 
-__all__ = ["Estimate", "assembled", "direct", "filtered", "observed", "shifted"]
+__all__ = [
+    "Estimate",
+    "assembled",
+    "direct",
+    "filtered",
+    "forgetting",
+    "observed",
+    "shifted",
+]
 
 DIGITS = 12  # significant decimal digits of what is computed for a controller
 ROUNDING = 1e-9  # of the largest entry: what is smaller is zero but for rounding
@@ -60,6 +68,12 @@ class Estimate:
     def knows_the_output(self):
         """Whether it moves by outputs, and needs those of ticks before."""
         return bool(self.older.any() or self.now.any())
+
+    @property
+    def winds_up(self):
+        """Whether it is a law's that doesn't forget by itself."""
+        sizes = abs(np.linalg.eigvals(self.A)) if self.errors else []
+        return max(sizes, default=0) > 1 - ROUNDING
 
 
 def direct(rows, m):
@@ -252,3 +266,18 @@ def shifted(parts, start, R):
     B_r = parts["B_r"].copy()
     B_r[:l] = moved[:, :n] @ r
     return parts | {"B_r": B_r, "D_r": -np.asarray(asked[:, :n] @ r, float) + 0.0}
+
+
+def forgetting(A, C, share):
+    """The least W for which all eigenvalues of A - W C are within a ``share`` of one.
+
+    So a memory x+ = A x + W (v - u), u = C x, forgets while its output is held.
+
+    Notes
+    -----
+    The gain of a Kalman filter without noise of the process mirrors what isn't within.
+    """
+    fast, rest = A / share, REST * np.eye(len(A))
+    P = solve_discrete_are(fast.T, C.T, rest, np.eye(len(C)))
+    gain = np.linalg.solve(C @ P @ C.T + np.eye(len(C)), C @ P @ fast.T).T
+    return round_digits(share * gain, DIGITS)
