@@ -116,6 +116,12 @@ def test_a_list_is_one_though_it_is_empty(name):
             assert accepted(written_anew(changed), kind) == (False, False)
 
 
+def test_a_row_is_a_list():
+    whole = file_of("known gain")
+    whole["asks"]["plant"]["B"] = ["1"]
+    assert accepted(whole) == accepted(written_anew(whole)) == (False, False)
+
+
 EASIER = dict(gamma="0.01", u_max="0.01", h2="0.01", bound="0.01", sigma="40")
 
 
@@ -169,10 +175,11 @@ def test_noise_of_a_sensor_is_in_no_bounded_signal_at_once():
     """White noise that u follows without a lag costs infinitely much."""
     carts = sos.SecondOrderSystem(1, 0.5, 1, 1, 1)
     law = sos.PIDLaw([[1]], filter=0.3, noise=[[0.1]])
-    cost = sos.QuadraticCost(np.eye(3), [[1]], "F", bound=1e3)
-    found = sos.analyse_pid(carts, [[-0.5, -0.3]], law=law, cost=cost)
-    with pytest.raises(ValueError, match="noise of a sensor"):
-        found.certify()
+    asked = dict(law=law, cost=sos.QuadraticCost(np.eye(3), [[1]], "F", bound=1e3))
+    with pytest.raises(ValueError, match="cost: the noise of a sensor is in u"):
+        sos.analyse_pid(carts, [[-0.5, -0.3]], **asked)
+    with pytest.raises(ValueError, match="cost: the noise of a sensor is in u"):
+        sos.design_pid(carts, **asked)
 
 
 def test_words_of_a_law_say_what_the_file_holds():
@@ -184,3 +191,25 @@ def test_words_of_a_law_say_what_the_file_holds():
     whole = file_of("known law")
     whole["data"]["law.rows"][0][0] = "-1"
     assert accepted(whole) == (False, False)
+
+
+def test_noise_of_a_sensor_is_in_the_output_of_a_plant_whose_output_sees_u():
+    """Its norm by frequencies; another noise is another proof."""
+    B1, C, D = [[0, 0], [1, 0]], [[1, 0], [0, 0]], [[0], [0.2]]
+    plant = sos.DescriptorSystem(np.eye(2), [[0, 1], [-1, -0.1]], [[0], [1]], B1, C, D)
+    law = sos.PIDLaw([[1, 0]], noise=[[0, 0.5]])
+    found = sos.analyse_pid(plant, [[-0.7]], law=law, minimize="gamma")
+    A, W = np.array([[0, 1], [-1.7, -0.1]]), np.array([[0, 0], [1, -0.35]])
+    pencil = 1j * np.linspace(0, 3, 30001)[:, None, None] * np.eye(2) - A
+    y = np.array([[1, 0], [-0.14, 0]]) @ np.linalg.solve(pencil, W + 0j)
+    true = np.linalg.norm(y + [[0, 0], [0, -0.07]], 2, axis=(1, 2)).max()
+    assert true < found.gamma < 1.02 * true
+    whole = json.loads(found.certify().text)
+    assert accepted(whole) == (True, True)
+    whole["data"]["law.noise"] = [["0", "5"]]
+    assert accepted(whole) == (False, False)
+    felt = sos.HInfinity(9.0, outputs=sos.Output(position=1, input=1))
+    cart = sos.SecondOrderSystem(1, 0.5, 1, 1, [[1, 0]])
+    seen = sos.PIDLaw([[1]], noise=[[0, 0.1]])
+    asked = sos.analyse_pid(cart, [[-0.5]], law=seen, requirements=[felt])
+    assert asked.certify().proven

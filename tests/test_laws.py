@@ -171,6 +171,8 @@ BAD = {
     "velocity: row 1 is zero": lambda: sos.DynamicLaw(2, velocity=[[0, 0]]),
     "filter must be": lambda: sos.PIDLaw([[1, 0]], filter=0),
     "filter and velocity are given": lambda: sos.PIDLaw([[1]], [[1]], filter=1),
+    "integrate must": lambda: sos.PIDLaw([[1, 0]], integrate=None),
+    "strictly_proper must": lambda: sos.DynamicLaw(1, [[1]], strictly_proper="no"),
     "order is 0": lambda: sos.DynamicLaw(0, [[1, 0]]),
     "order must": lambda: sos.DynamicLaw(-1, [[1, 0]]),
     "limits must be a dict": lambda: sos.PIDLaw([[1, 0]], limits={"K": 3}),

@@ -82,6 +82,10 @@ class DynamicLaw(Law):
                 "order is 0: a DynamicLaw has states; take PIDLaw(position=...) for "
                 "a controller without"
             )
+        if not isinstance(strictly_proper, bool):
+            raise ValueError(
+                f"strictly_proper must be True or False, got {strictly_proper!r}"
+            )
         if position is None and velocity is None:
             raise ValueError(
                 "position is missing: say what is measured, one row for each sensor"

@@ -106,6 +106,8 @@ class PIDLaw(Law):
             for name in ("integrate", "filter", "noise"):
                 if kept[name] is not None and kept[name] is not False:
                     raise ValueError(f"{name} is given without position")
+        if integrate is None:
+            raise ValueError("integrate must be True, False or rows, got None")
         if not isinstance(integrate, bool):
             rows = len(kept["position"])
             kept["integrate"] = checked_sensors("integrate", integrate, rows)

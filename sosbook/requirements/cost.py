@@ -173,6 +173,11 @@ class QuadraticCost(Requirement):
         matrix("R", self.R, (request.plant.m, request.plant.m))
         if self.noise == "F" and request.plant.p == 0:
             raise ValueError('noise="F", but the plant has no F: take "states"')
+        if self.noise == "F" and any(d.Uw is not None for d in request.vertices):
+            raise ValueError(
+                "cost: the noise of a sensor is in u at once, so that the cost of "
+                'white noise is infinite: take a DynamicLaw, or noise="states"'
+            )
         if self.bound is None:
             raise ValueError(
                 "cost: bound is None: give a number, or let "

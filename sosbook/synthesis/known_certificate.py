@@ -75,7 +75,6 @@ class KnownGainProof(GainProof):
         if law is not None:
             parts = request.law_parts
             law = {name: fractions(getattr(parts, name)) for name in LAW}
-            _check_noise(request)
         return {
             "claims": [words for words, _ in _statements(request)],
             **loop_data(request),
@@ -114,17 +113,6 @@ class _Joined(Law):
 
     def words(self, plant):
         return ""
-
-
-def _check_noise(request):
-    """Raise where the noise of a sensor is in a bounded signal at once."""
-    K = exact(request.gain)[: request.plant.m]
-    if (K @ request.law_parts.noisy).any():
-        for r in request.requirements:
-            sees = any(d.Du is not None for d in request.vertices)
-            seen = r.has_channel and (sees or r.outputs is not None)
-            if seen or getattr(r, "noise", "") == "F":
-                raise ValueError(f"{r.words}: u has the noise of a sensor in it")
 
 
 def _statements(request):

@@ -98,6 +98,8 @@ def ranges(plant):
         need(len(more) < 2 and type(cells[-1]) is int, "pieces are a whole number")
         need(not more or more[0] > 1, "one piece is no cut")
     parts = {x: plant[x] for x in names.split() if plant.get(x) is not None}
+    lists = all(isinstance(row, list) for rows in parts.values() for row in rows)
+    need(lists, "a matrix is a list of rows")
     read = {x: [[polynomial(e, ends) for e in row] for row in rows]
             for x, rows in parts.items()}  # fmt: skip
     powers = {p for rows in read.values() for row in rows for e in row for p in e}

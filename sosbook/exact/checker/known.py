@@ -103,7 +103,8 @@ class Known:
                 f"entry = [O({c - f}, {f}); I({f})]")  # fmt: skip
         t.write(*LAW.format(N=N, c=c, f=f, m=m).split("\n"), loop="i in vertices")
         self.N += c
-        self.quiet = f"[I({m}), O({m}, {f})] K noise == O({m}, {self.p})"
+        t.write(f"uw = [I({m}), O({m}, {f})] K noise")  # what of w is in u at once
+        self.quiet = f"uw == O({m}, {self.p})"
 
     def _root(self, whole, numbers):
         """The cell of all plants: its corners by their places."""
@@ -236,13 +237,19 @@ class Known:
         t, k = self.t, self.ids[id(r)]
         channel = Channel(self, r, k, rates)
         C, H, D, Z = (channel.names[x] for x in "CHDZ")
-        if self.quiet and D:
+        if self.quiet and D and not rates:
             t.write(f"quiet.{k}: {self.quiet}")
+        elif self.quiet and D:
+            Z = f"{Z and Z + ' + '}{D} uw"
         c = self.N - self.plain
         if c:
             C, H = (x and f"[{x}, O(rows({x}), {c})]" for x in (C, H))
         Z = Z if rates else ""
-        lines = {"Cy": C + f" + {D} Ku" * bool(D), "Hy": H, "Zy": Z and Z + channel.S}
+        lines = {
+            "Cy": C + f" + {D} Ku" * bool(D),
+            "Hy": H,
+            "Zy": Z and f"({Z}){channel.S}",
+        }
         lines = {f"{x}.{k}": text for x, text in lines.items() if text}
         t.write(*(f"{x}.i = {text}" for x, text in lines.items()), loop="i in vertices")
         t.write(*map(MEAN.format, lines), loop="k, a, b in means")

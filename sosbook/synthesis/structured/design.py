@@ -73,6 +73,8 @@ def by_law(request, objective, backoff, starts, seed):
         How many descents there are, and the seed of their random numbers.
     """
     loops = loops_of(request)
+    some = np.ones(len(loops.directions))
+    replace(request, gain=loops.K(some))  # raises where noise in u is infinite
     if not objective:
         refused = refused_by_sum(request, loops)
         if refused is not None:

@@ -231,8 +231,8 @@ def refused_by_a_door(request):
                 who = "of any order, with these sensors,"
                 proof = excluded(d, request.law_parts, r, r.bound)
             if proof is not None:
-                at = f" of {where}" if len(corners) > 1 else ""
-                text = f"No controller{at} {who} keeps: {r.statement}."
+                at = f" at {where}" if len(corners) > 1 else ""
+                text = f"No controller {who} keeps{at}: {r.statement}."
                 return Solution(
                     request, "infeasible", None, reason=text, infeasibility=proof
                 )
