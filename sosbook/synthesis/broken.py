@@ -65,7 +65,7 @@ def _broken_loop(r, loop):
 
 
 def alone(d):
-    """A plant in rationals as a system whose floats are these; None without one."""
+    """A plant ``d`` in rationals as a system of these floats; None without one."""
     d = _in_whole_numbers(d)
     floats = d.map(lambda x: x.astype(float))
     for name in MATRICES:  # what is written is what is meant
