@@ -17,6 +17,7 @@ from flint import arb, arb_mat
 
 import sosbook as sos
 from sosbook import proofs
+from sosbook.exact import proof_text
 from sosbook.exact.checker import in_one_file, others, statements
 from sosbook.exact.checker import verdict as checker
 from sosbook.exact.proof import Proof, ProofFile
@@ -451,6 +452,26 @@ def test_a_file_is_read_as_what_it_was(name, tmp_path):
     assert again == proof and type(again) is type(proof)
     assert again.verify() and again.claims == proof.claims
     assert type(proof).load(tmp_path / "proof.json") == proof
+
+
+def test_a_text_that_is_refused_is_told(monkeypatch):
+    """The file is one of version 1 then, and as good; the words are made once else."""
+    proof = robot()
+    data, kept = (
+        proof.data | {"claims": list(proof.claims)},
+        proof_text.said(proof.text),
+    )
+    assert kept == list(proof.claims) == list(proof_text.written("design", data)[1])
+    data["blocks"] = json.loads(without_text(proof))["blocks"]
+
+    def refuse(asked):
+        raise checker.Refused("for a test")
+
+    monkeypatch.setattr(checker, "written", refuse)
+    assert proof.proven and not proof.verify()
+    with pytest.warns(UserWarning, match="no text: design: for a test"):
+        plain = Certificate.of(data)
+    assert json.loads(plain.text)["version"] == 1 and plain.proven
 
 
 def test_every_kind_of_proof_is_tried():

@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from time import monotonic
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -290,7 +291,10 @@ class ProofFile(_Verdict, OfKind, ABC):
     @classmethod
     def of(cls, data):
         """Write the file of some data: a dict of lists, decimals and words."""
-        return cls(written(cls.kind, _of_part(data)))
+        text, words = written(cls.kind, _of_part(data))
+        proof = cls(text)
+        _WORDS[proof] = words
+        return proof
 
     @classmethod
     @abstractmethod
@@ -307,7 +311,7 @@ class ProofFile(_Verdict, OfKind, ABC):
     @property
     def examined(self):
         """The verdict on the text."""
-        return _remembered(type(self), self.text)
+        return _remembered(type(self), self.text, _WORDS.get(self))
 
     @property
     def data(self):
@@ -393,12 +397,13 @@ def load(path):
     raise ValueError(f"{path}: kind must be one of {known}, got {kind!r:.80}")
 
 
-def _examined(cls, text):
+def _examined(cls, text, words=None):
+    """The verdict on a text, beside which these words were just written; or again."""
     try:
         kind, data = parse(text)
         if kind != cls.kind:
             return Examined.nothing(f"kind is {kind!r}, not {cls.kind!r}")
-        words = said(text)
+        words = said(text) if words is None else list(words)
         again, examined = cls.examine(data)
         again = _of_part(again)
     except (*verdict.MALFORMED, ArithmeticError) as e:
@@ -422,3 +427,4 @@ def _of_part(data):
 
 
 _remembered = lru_cache(maxsize=64)(_examined)
+_WORDS = WeakKeyDictionary()  # of files that were written here, beside their texts

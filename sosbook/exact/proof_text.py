@@ -6,6 +6,7 @@ matrices in balls, is written as version 1: data alone, with a checksum.
 
 import json
 import re
+import warnings
 
 from ..runtime.digests import digest
 from ..runtime.reading import parse_json
@@ -20,7 +21,7 @@ MADE = ("claims", "blocks")  # of version 2 these are made from what is asked
 
 
 def written(kind, data):
-    """The text of a proof of some kind.
+    """The text of a proof of some kind, and the words beside it; None of version 1.
 
     Parameters
     ----------
@@ -29,11 +30,19 @@ def written(kind, data):
     data : dict
         Lists, words, numbers as text, True, False and None.
     """
-    asked = {key: value for key, value in data.items() if key not in MADE}
+    asked = {"kind": kind} | {k: v for k, v in data.items() if k not in MADE}
     try:
-        return spread(verdict.written({"kind": kind, **asked})[0])
-    except (Beyond, Refused):  # no text says it
-        return version_1(kind, data)
+        whole, words = verdict.written(asked)
+        if not same(verdict.asked_of(whole), asked):
+            raise Refused("its data don't say again what is asked")
+    except Beyond:  # no text says it
+        return version_1(kind, data), None
+    except Refused as fault:  # a text should say it, so this package is at fault
+        if not data.get("undecided"):  # a proof that failed has no text either
+            words = f"written as version 1, which has no text: {kind}: {fault}"
+            warnings.warn(words, stacklevel=3)
+        return version_1(kind, data), None
+    return spread(whole), tuple(words)
 
 
 def version_1(kind, data):

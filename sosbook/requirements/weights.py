@@ -103,13 +103,15 @@ def square_factors(Q):
     ValueError
         If it isn't: nothing of Q is left out.
     """
-    remainder, columns, sizes = Q, [], []
+    remainder, columns, sizes = Q.copy(), [], []
     for k in range(len(Q)):
         check_time()
         pivot = remainder[k, k]
         if pivot > 0:
             column = remainder[:, k : k + 1] / pivot
-            remainder = remainder - pivot * (column @ column.T)
+            rows = np.flatnonzero(column[:, 0] != 0)  # few, where Q is sparse
+            there, part = np.ix_(rows, rows), column[rows]
+            remainder[there] = remainder[there] - pivot * (part @ part.T)
             columns.append(column)
             sizes.append(1 / pivot)
     if (remainder != 0).any():

@@ -33,13 +33,18 @@ def sane(name):
     return name
 
 
-def number(text):
-    """A decimal in its shortest form, in a string."""
+def decimal_text(text):
+    """The text of a number: a decimal in its shortest form, in a string."""
     good = isinstance(text, str) and re.fullmatch(r"[-+.e0-9]{1,30}", text, re.ASCII)
     shortest = repr(float(text) + 0.0) if good else ""
     shortest = shortest[:-2] if shortest.endswith(".0") else shortest
     need(good and text == shortest, f"{text!r:.40} isn't a decimal number in a string")
-    return Fraction(text)
+    return text
+
+
+def number(text):
+    """What a decimal says."""
+    return Fraction(decimal_text(text))
 
 
 def ratio(text):
@@ -56,12 +61,17 @@ def positive(text):
 
 def mat(rows, r, c=None, entry=number):
     """A `Mat` with r rows, and c columns if they are told."""
+    return kernel.gather(*entries(rows, r, c, entry))
+
+
+def entries(rows, r, c, entry):
+    """Each entry of a matrix as it is read, and how many columns there are."""
     good = isinstance(rows, list) and len(rows) == r
     good = good and all(isinstance(u, list) for u in rows)
     c = len(rows[0]) if good and rows and c is None else c or 0
     good = good and all(len(u) == c for u in rows)
     need(good, f"a matrix has a wrong shape: {r} x {c} is needed")
-    return kernel.gather([[entry(e) for e in u] for u in rows], c)
+    return [[entry(e) for e in u] for u in rows], c
 
 
 def words_of(rows):
@@ -77,12 +87,12 @@ class Text:
         self.labels = {}  # from a block's key to its label
         self.each = ()  # names of outputs that each vertex has for itself
 
-    def put(self, name, holder, key, width=0, entry=number, into=None):
+    def put(self, name, holder, key, width=0, entry=decimal_text, into=None):
         """A matrix of what is asked becomes data; without rows it has a width."""
         x, into = holder[key], self.data if into is None else into
         need(isinstance(x, list), f"{key!r:.40} must be a matrix")
         r, c = len(x), len(x[0]) if x else width
-        mat(x, r, c, entry)
+        entries(x, r, c, entry)
         self._keep(name, holder, key, into, x if r and c else {"zeros": [r, c]})
 
     def put_number(self, name, holder, key):
@@ -160,7 +170,7 @@ def plant(t, d):
     family = "parameters" in d["plant"] or "box" in d
     if "box" in d:
         vertices = payment.corners(d["box"], kind, len(vertices))
-    entry, t.vertices = ratio if family else number, vertices
+    entry, t.vertices = ratio if family else decimal_text, vertices
     t.sets["vertices"] = [[str(i + 1)] for i in range(len(vertices))]
     if kind == "second order":
         need(isinstance(d["U"], list), "U must be a matrix")
