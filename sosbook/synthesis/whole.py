@@ -302,7 +302,7 @@ class EnergyProof(GainProof):
 
     @classmethod
     def contents(cls, plant, K, asked, epsilon):
-        """The data of the file of a plant, a gain, what is asked, and epsilon."""
+        """The data of the file of a ``plant``, a gain ``K``, what is asked, epsilon."""
         stable = "the plant, under u = K x, is stable"
         return {
             "claims": list(dict.fromkeys([stable, *(r.statement for r in asked)])),
