@@ -126,7 +126,6 @@ WRITERS = {
     "controllers.program.Code.write",
     "controllers.report.write_report",
     "synthesis.gains.Gains.report",
-    "synthesis.structured.doors.SumOfPoles.save",  # always an error, as Unproven.save
     "pendulum.compiled.Compiled.__init__",
     "pendulum.log.Log.write",
     "pendulum.proven.Deployment.write",

@@ -402,6 +402,11 @@ EXCLUDED = {
 }
 BEYOND = {
     "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
+    "sum of poles": lambda: (
+        sos.design_pid(
+            TWO, law=sos.PIDLaw(position=[[1]]), region=sos.PoleRegion(5)
+        ).infeasibility
+    ),
     "energy": lambda: EnergyProof.of(
         EnergyProof.contents(
             spring(), np.zeros((1, 2)), [sos.LMIRegion.half_plane(0.04)], 0.05
@@ -485,6 +490,7 @@ def test_every_kind_of_proof_is_tried():
 # What says "proven" and is no file: the files that it speaks of.
 SPEAKERS = {
     "Bound": "a number: the bound that its part proves",
+    "Bounded": "a number in balls, which the report of a controller repeats",
     "Examined": "the verdict on a file",
     "Proof": "matrices of the caller's own",
     "RegionOfAttraction": "its proof",

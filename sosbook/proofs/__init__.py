@@ -3,9 +3,10 @@
 A file is a text with data, which a kernel checks that knows no control; the folder
 ``CHECKER`` holds it, and what writes the texts beside the words that they prove. It
 needs Python and nothing else: ``python checker proof.json``. The checker decides
-every kind of file but four, and says so: sampled loops (exponentials of matrices in
+every kind of file but five, and says so: sampled loops (exponentials of matrices in
 balls), matrices that are balls, refusals by the slow modes of a delayed plant
-(eigenvalues in balls), and energies of large plants (sparse factors in floats). These
+(eigenvalues in balls), energies of large plants (sparse factors in floats), and sums of
+poles that a law doesn't move (traces). These
 ``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 
@@ -23,6 +24,7 @@ from ..synthesis.observer_certificate import ObserverCertificate, ObserverRefusa
 from ..synthesis.regularity import MassRefusal, RegularityCertificate
 from ..synthesis.singular_mass import SingularMassRefusal
 from ..synthesis.small_input_certificate import SmallInputRefusal
+from ..synthesis.structured.doors import SumOfPoles
 from ..synthesis.unreached import UnreachedResponseRefusal
 from ..synthesis.whole import EnergyProof
 
@@ -48,6 +50,7 @@ __all__ = [
     "SchurCertificate",
     "SingularMassRefusal",
     "SmallInputRefusal",
+    "SumOfPoles",
     "UnreachedResponseRefusal",
     "kinds",
     "load",

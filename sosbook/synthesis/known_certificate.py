@@ -16,7 +16,7 @@ from .known_gain import kept_or_broken
 from .known_lmis import rational_blocks
 from .request_as_data import loop_data, read_request
 
-__all__ = ["KnownGainProof", "known_proof"]
+__all__ = ["Joined", "KnownGainProof", "known_proof", "parts_data"]
 
 LAW = "rows", "noise", "E", "A", "B", "of_sensors", "of_states"
 
@@ -41,7 +41,7 @@ class KnownGainProof(GainProof):
 
     @classmethod
     def examine(cls, data):
-        law = data["law"] and _Joined(data["law"], len(data["K"]))
+        law = data["law"] and Joined(data["law"], len(data["K"]))
         asked = data | dict(coupling="multipliers", epsilon=None, E0=None)
         request = read_request(asked, gain=data["K"], law=law)
         plants = _family(request, data["corners"])
@@ -73,8 +73,7 @@ class KnownGainProof(GainProof):
         """
         law = request.law
         if law is not None:
-            parts = request.law_parts
-            law = {name: fractions(getattr(parts, name)) for name in LAW}
+            law = parts_data(request.law_parts)
         return {
             "claims": [words for words, _ in _statements(request)],
             **loop_data(request),
@@ -86,8 +85,16 @@ class KnownGainProof(GainProof):
         }
 
 
-class _Joined(Law):
-    """The law of a file, whose K has so many rows: what it joins, and no words."""
+def parts_data(parts):
+    """What a file says of the ``parts`` that a law joins."""
+    return {name: fractions(getattr(parts, name)) for name in LAW}
+
+
+class Joined(Law):
+    """The law of the ``data`` of a file, whose K has so many ``rows``.
+
+    It knows what it joins, and has no words.
+    """
 
     def __init__(self, data, rows):
         wide = dict.fromkeys(LAW, 0) | {"B": len(data["rows"])}

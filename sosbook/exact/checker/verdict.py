@@ -56,6 +56,7 @@ AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 BEYOND = {
     "sampled": "it encloses exponentials of matrices in balls",
+    "sum of poles": "no text says the trace of a law's loop",
     "energy": "it bounds the rounding of sparse factors in floats",
     "infeasible delay modes": "it encloses irrational eigenvalues in balls",
 }

@@ -1,17 +1,29 @@
 """The doors of "infeasible" for a law: what excludes every gain, exactly."""
 
+from math import floor, log10
+
 import numpy as np
 
 from ...analysis.lyapunov import lyapunov
-from ...exact.proof import Proof
-from ...exact.rational import exact, inverse, round_digits
+from ...exact.proof import Examined
+from ...exact.rational import (
+    decimals,
+    exact,
+    fractions,
+    inverse,
+    read_fractions,
+    round_digits,
+)
+from ...exact.refusal import Refusal
 from ...lmi import LMIProblem, Unknown
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
 from ...theorems import any_order
 from ..broken import alone
 from ..feasibility import answer
+from ..known_certificate import Joined, parts_data
 from ..request import Request
+from ..request_as_data import loop_data, read_request
 from ..solution import Solution
 from .loops import corners_of
 
@@ -19,6 +31,7 @@ __all__ = [
     "SumOfPoles",
     "best_excluded",
     "excluded",
+    "mean_pole",
     "refused_by_a_door",
     "refused_by_sum",
 ]
@@ -29,21 +42,89 @@ LOWER = 0.99, 0.95, 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial
 HALVINGS = 5  # of the way between two of them, as a ratio
 
 
-class SumOfPoles(Proof):
+class SumOfPoles(Refusal):
     """The poles' mean lies too far right, and no gain of the law moves it.
 
     The sum of the poles is the trace of E^-1 (A + B K C_y), and every K_k of the law
-    has a product of trace zero there.
+    has a product of trace zero there. ``text`` is that of a file with the plant, what
+    the law joins to it, the K_k and the half-plane.
+    """
+
+    kind = "sum of poles"
+
+    @classmethod
+    def examine(cls, data):
+        directions = [read_fractions(K) for K in data["gains"]]
+        if not directions or data["U"]:
+            raise ValueError("the gains of a law are needed, and no U")
+        law, wide = Joined(data["law"], len(directions[0])), directions[0].shape
+        asked = dict(coupling="multipliers", epsilon=None, E0=None)
+        asked = data | asked | dict(requirements=[data["requirement"]])
+        request = read_request(asked, gain=decimals(np.zeros(wide)), law=law)
+        (r,), places = request.requirements, list(corners_of(request).items())
+        k, parts = data["vertex"], request.law_parts
+        if type(k) is not int or not 0 <= k < len(places) or r.parameter is not SIGMA:
+            raise ValueError("a vertex, from 0, and a half-plane are needed")
+        mean = mean_pole(places[k][1], parts, directions)
+        if mean is None:
+            raise ValueError("a gain moves the sum of the poles")
+        gains = [fractions(K) for K in directions]
+        known = dict(loop_data(request), law=parts_data(parts), gains=gains)
+        again = cls.contents(known, r, k, places[k][0], mean)
+        beyond = mean + exact(r.bound)
+        failed = () if beyond > 0 else ("mean",)
+        claims = () if failed else tuple(again["claims"])
+        return again, Examined(claims, {"mean": float(beyond)}, failed)
+
+    @classmethod
+    def contents(cls, known, r, k, where, mean):
+        """The data of the file.
+
+        Parameters
+        ----------
+        known : dict
+            Plant, U, K_A, law and gains.
+        r : Requirement
+            The half-plane.
+        k, where : int and str
+            The number and the words of the plant that has the poles.
+        mean : Rational
+            Of its poles.
+        """
+        claim = (
+            f"no gain of the law moves the sum of the poles of {where}; one "
+            f"of them has a real part of at least {_downwards(mean)}, so none keeps: "
+            f"{r.statement}"
+        )
+        return {"claims": [claim], **known, "requirement": r.data(), "vertex": k}
+
+
+def _downwards(x):
+    """A rational in six digits, not above it."""
+    words = f"{float(x):.6g}"
+    if exact(float(words)) <= x:
+        return words
+    return f"{float(x) - 10.0 ** (floor(log10(abs(float(x)))) - 5):.6g}"
+
+
+def mean_pole(d, parts, directions):
+    """The mean of the poles of a plant d with a law; None if a gain moves it.
 
     Parameters
     ----------
-    matrices, statement
-        As in `Proof`: one number, the mean plus the decay.
+    d : Descriptor
+        Without the law, in rationals.
+    parts : Parts
+        What the law joins.
+    directions : list of arrays
+        Of its gains.
     """
-
-    def save(self, path):
-        """A ValueError: there is no file of this proof for ``path`` yet."""
-        raise ValueError(f"{path}: a sum of poles isn't a file yet")
+    whole = parts.joined(d)
+    back = inverse(whole.E)
+    pushed, measured = back @ whole.Bu, parts.measured
+    if any((pushed @ exact(K) @ measured).trace() != 0 for K in directions):
+        return None
+    return (back @ whole.A).trace() / len(whole.E)
 
 
 def refused_by_sum(request, loops):
@@ -61,23 +142,14 @@ def refused_by_sum(request, loops):
         return None
     r = max(asked, key=lambda r: r.bound)
     parts = request.law_parts
-    for where, d in corners_of(request).items():
-        whole = parts.joined(d)
-        back = inverse(whole.E)
-        pushed, measured = back @ whole.Bu, parts.measured
-        if any((pushed @ exact(K) @ measured).trace() != 0 for K in loops.directions):
+    for k, (where, d) in enumerate(corners_of(request).items()):
+        mean = mean_pole(d, parts, loops.directions)
+        if mean is None or mean + exact(r.bound) <= 0:
             continue
-        mean = (back @ whole.A).trace() / len(whole.E)
-        room = mean + exact(r.bound)
-        if room <= 0:
-            continue
-        claim = (
-            f"no gain of the law moves the sum of the poles of {where}; one "
-            f"of them has a real part of at least {float(mean):.6g}, so none keeps: "
-            f"{r.statement}"
-        )
-        proof = SumOfPoles({"mean": exact(np.array([[room]]))}, (claim,))
-        text = f"{claim[0].upper()}{claim[1:]}."
+        gains = [fractions(exact(K)) for K in loops.directions]
+        known = dict(loop_data(request), law=parts_data(parts), gains=gains)
+        proof = SumOfPoles.of(SumOfPoles.contents(known, r, k, where, mean))
+        text = f"{proof.claims[0][0].upper()}{proof.claims[0][1:]}."
         return Solution(request, "infeasible", None, reason=text, infeasibility=proof)
     return None
 
