@@ -169,7 +169,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             return sum(w * x for w, x in zip(given, some))
 
         d = combined(self.vertices, mean)
-        known = {name: getattr(d, name) for name in MATRICES}
+        arguments = {name: word for word, name in OF_ARGUMENTS.items()}
+        known = {arguments.get(name, name): getattr(d, name) for name in MATRICES}
         return DescriptorSystem(**known, reduction=self.reduction)
 
     def reduce(self, states: int) -> "DescriptorSystem":

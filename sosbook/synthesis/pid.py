@@ -131,7 +131,7 @@ def design_pid(
     law : Law or FullState, optional
         What the controller measures and remembers: `PIDLaw`, `DynamicLaw`; without it
         all of z and z' is measured, as with `FullState`. A gain of a law is searched,
-        for its inequalities aren't convex, and then proven by multipliers, as that of
+        for its inequalities aren't convex, and then proven by multipliers, as by
         `analyse_pid`. "infeasible" is still a proof; what the search doesn't find is
         "undecided", with what was reached. ``minimize`` takes one bound then, and its
         value is the best that was found.

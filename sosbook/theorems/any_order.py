@@ -5,8 +5,8 @@ from ..language import block, eye, he
 __all__ = ["any_order"]
 
 
-def any_order(plant, values, gamma):
-    r"""The two blocks of a plant for which some controller keeps gamma.
+def any_order(plant, values, bound):
+    r"""The two blocks of a plant for which some controller keeps a bound.
 
     Parameters
     ----------
@@ -15,14 +15,14 @@ def any_order(plant, values, gamma):
         z = C_z x + D_zw w + D_zu u, y = C x + D_yw w.
     values : dict
         X, Y (N, N) symmetric, and Ah (N, N), Bh (N, q), Ch (m, N), Dh (m, q).
-    gamma : scalar
-        The bound of the H-infinity norm from w to z.
+    bound : scalar
+        Of the H-infinity norm from w to z.
 
     Returns
     -------
     tuple of two matrix-like
         If a linear controller of any order, with whatever structure, keeps the norm
-        below gamma, then both are positive definite for some values. So multipliers
+        below the bound, then both are positive definite for some values. So multipliers
         that exclude every value exclude every controller.
 
     Notes
@@ -45,7 +45,7 @@ def any_order(plant, values, gamma):
     loop = -block([
         [he(left), cross,     w,               CX.T],
         [cross.T,  he(right), YB,              CD.T],
-        [w.T,      YB.T,      -gamma * eye(p), D.T],
-        [CX,       CD,        D,               -gamma * eye(q)],
+        [w.T,      YB.T,      -bound * eye(p), D.T],
+        [CX,       CD,        D,               -bound * eye(q)],
     ])
     return block([[X, eye(N)], [eye(N), Y]]), loop

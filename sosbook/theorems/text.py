@@ -28,7 +28,7 @@ EXCEPTIONS = {  # 2 is 2N, f is kN, o and i are what the order makes of N
     "regular_mass": {"beta": ""},
     "any_order": {
         "Bw": "Np", "Cz": "nN", "C": "kN", "Dzw": "np", "Dzu": "nm", "Dyw": "kp",
-        "Bh": "Nk", "Ch": "mN", "Dh": "mk", "gamma": "",
+        "Bh": "Nk", "Ch": "mN", "Dh": "mk",
     },
     "whole_control_bound": {
         "X": "NN", "K_A": "mn", "mass": "nn", "row": "nN", "push": "nm",
