@@ -22,6 +22,7 @@ from sosbook.book.elements.movers import regulator
 from sosbook.book.elements.movers.mover import slider
 from sosbook.book.largest_margin import delay_margin
 from sosbook.book.reproduction.observer import controller
+from sosbook.controllers import Code, CompiledCode
 from sosbook.delay import DelayedLoop
 from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.export import Program
@@ -33,6 +34,7 @@ from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering
 from sosbook.plants.descriptor import coupled_pairs, descriptors
+from tests.axis import axis
 from tests.test_docstrings import function_of, public
 
 CART = sos.SecondOrderSystem(M=1, D=0.1, S=2, B=1, F=1)
@@ -59,14 +61,18 @@ def of_each_plant(function, *given):
     """One call of a design function a plant, with what ``minimize`` needs."""
 
     def ask(plant):
-        return lambda **o: function(plant, *given, **completed(o))
+        return lambda **o: function(plant, *given, **completed(o, plant))
 
     return [ask(plant) for plant in PLANTS.values()]
 
 
-def completed(options):
-    """Options with the companion of the least bound, where the plant has an input."""
-    return options | WITH.get(options.get("minimize"), {})
+def completed(options, plant=CART):
+    """Options with the companion of a bound, where the plant has an input."""
+    more = WITH.get(options.get("minimize"), {})
+    if options.get("maximize"):
+        first = [[1, 0]] if plant is FIRST_ORDER else [[1]]
+        more = dict(law=sos.PIDLaw(position=first, filter=0.05), starts=1)
+    return options | more
 
 
 def looped(**options):
@@ -133,6 +139,12 @@ def late(function, plants, *given):
     return [ask(plant) for plant in plants]
 
 
+def TICKED():
+    """A controller of the cart that reads it at 100 Hz."""
+    return sos.analyse_pid(CART, [[-4, -4, -1]], [[1]]).controller(T=0.01)
+
+
+HEAVIER = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0.1, 2, 1, 1), m=(1, 1.5))
 BODY, WHEELS = shipped("body"), shipped("wheels")
 ROBOT = sos.mip.Robot.shipped("thesis")
 GEARMOTORS = sos.mip.Robot.shipped("gearmotors")
@@ -202,6 +214,50 @@ CALLS = {
         )
     ],
     "shipped": [shipped],
+    "Gains.controller": [
+        lambda memory: sos.analyse_pid(CART, K).controller(
+            ["z1"],
+            T=0.01,
+            memory=memory,
+            filter_time=0.05 * (memory == "filter") or None,
+        )
+    ],
+    "Answers.rounding": [
+        lambda precision: (
+            axis().set_point(ramp=6).rounding(precision, range=60, speed=6)
+        )
+    ],
+    "Answers.to_c": [lambda precision: TICKED().to_c("axis", precision)],
+    "Code": [lambda precision: Code(TICKED(), "axis", precision)],
+    "CompiledCode": [lambda precision: CompiledCode(TICKED(), precision=precision)],
+    "rounding_bound": [
+        lambda precision: (
+            axis().set_point(ramp=6).rounding(precision, range=60, speed=6)
+        )
+    ],
+    "furthest_sampled": [
+        lambda find: sos.furthest_sampled(
+            CART,
+            K,
+            T=(0.01, 0.1) if find == "T" else 0.1,
+            delay=(0.0, 0.05) if find == "delay" else 0.0,
+            find=find,
+            tolerance=0.5,
+        )
+    ],
+    "farthest": [
+        lambda **o: sos.maps.farthest(
+            HEAVIER, "m", digits=1, region=sos.PoleRegion(0.1, rho=20), **completed(o)
+        ),
+        lambda coupling: sos.maps.farthest(
+            HEAVIER,
+            "m",
+            [[-3, -2]],
+            digits=1,
+            region=sos.PoleRegion(0.1, rho=20),
+            coupling=coupling,
+        ),
+    ],
     "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
     "designs": [lambda **o: sos.maps.designs(CART, [completed(o)], progress=False)],
     "feasibility_map": [mapped],
@@ -211,6 +267,21 @@ CALLS = {
     "design_explorer": [
         lambda **o: sos.atlas.design_explorer(PAIR, sigma=(0.2, 0.4), rho=9.0, **o)
     ],
+}
+
+#: What several requests in one don't take, with the words of their refusal.
+REFUSED = {
+    **dict.fromkeys(
+        (
+            *((name, "coupling", "auto") for name in ("edge", "feasibility_map")),
+            ("design_atlas", "coupling", "auto"),
+        ),
+        ("coupling must be",),
+    ),
+    **dict.fromkeys(
+        ((name, "maximize", "sigma") for name in ("designs", "compare", "farthest")),
+        ("a law's loop", "position has 1"),
+    ),
 }
 
 #: What documents a set and isn't called with one, or not by a reader.
@@ -223,6 +294,8 @@ NO_CALLS = {
     "Parameter": "a word of the vocabulary",
     "Largest": "made by largest",
     "Request": "made by the design functions",
+    "designed": "called by design_pid",
+    "or_with_slack": "called by design_pid",
     "Ask": "made by the functions of maps",
     "theorems": "blocks: whoever writes them gives every value in its own tests",
 }
@@ -336,7 +409,7 @@ def test_every_option_has_a_call():
     assert documented().keys() == CALLS.keys()
     for name in ("design_pid", "analyse_pid", "analyse_loop", "ObserverDesign.analyse"):
         known = documented()[name]
-        given = () if name == "design_pid" else ("auto", "multipliers")
+        given = ("auto",) if name == "design_pid" else ("auto", "multipliers")
         assert set(known["coupling"][0]) == {*given, "pairs", "vertices", "slack"}
         assert {"minimize", "mu"} <= known.keys()
 
@@ -345,8 +418,10 @@ def test_every_option_has_a_call():
 def test_a_documented_value_is_taken(name, option, value, plt_closed):
     takers = [call for call in CALLS[name] if takes(call, option)]
     assert takers
-    good = [answered(call, (option, str(value)), **{option: value}) for call in takers]
-    assert any(good), "documented, and refused everywhere"
+    refused = REFUSED.get((name, option, value), ())
+    words = (option, str(value), *refused)
+    good = [answered(call, words, **{option: value}) for call in takers]
+    assert any(good) != bool(refused), "documented, and refused everywhere"
 
 
 def takes(call, option):
@@ -389,11 +464,12 @@ def test_options_of_a_request_go_together(name):
 def test_all_requests_have_the_same_words():
     """What is asked of a design can be asked of a gain and of a loop."""
     of = {name: set(inspect.signature(f).parameters) for name, f in DOORS.items()}
-    design = of["design_pid"] - {"start", "prefer"}  # of many gains
+    search = {"maximize", "starts", "seed"}  # of a law's gain
+    design = of["design_pid"] - {"start", "prefer"} - search  # of many gains
     assert of["analyse_pid"] == design | {"K"}
-    plant = {"plant", "U", "K_A", "saturation"}  # what a closed loop doesn't have
+    plant = {"plant", "U", "K_A", "saturation", "law"}  # what a closed loop lacks
     assert of["analyse_loop"] == (design - plant) | {"E", "A", "B_w", "C"}
-    cost = {"cost", "minimize", "backoff"}  # it is the least, backed off by 1e-4
+    cost = {"cost", "minimize", "backoff", "law"}  # least, backed off by 1e-4
     assert of["design_lqr"] == (design - cost) | {"Q", "R", "noise"}
     assert of["observer"] == {"self", "asked"}  # those of analyse_pid
 
