@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.controllers import Controller, Replay
+from sosbook.controllers import Bounded, Controller, Reach, Replay
 from sosbook.controllers.facts import bounded as bounded_lines
 from sosbook.plants.descriptor import descriptors
 from tests.axis import T, axis, design, drive
@@ -230,3 +230,8 @@ def test_single_precision_stays_within_its_bound():
     assert double.proven == pytest.approx(single.proven * 2.0**-29, rel=1e-2)
     with pytest.raises(ValueError, match="precision must be"):
         c.rounding("half", range=1.0, speed=1.0)
+
+
+def test_a_bound_in_words_is_no_smaller_than_what_is_proven():
+    assert str(Bounded(0.0231449, 0.02, "N m")).startswith("at most 0.02315 N m")
+    assert "up to 2.134 rad" in str(Reach(2.1349, 0.9, 1, "rad"))

@@ -12,6 +12,7 @@ For one exponential it is sharp. The first terms of the sum are enclosed by them
 
 from contextlib import suppress
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, Context
 
 import numpy as np
 from flint import arb, fmpq_mat
@@ -31,6 +32,7 @@ __all__ = [
     "Bounded",
     "begins",
     "bounded_output",
+    "four_digits",
     "longest_cut",
     "outputs_of",
     "rest",
@@ -74,7 +76,13 @@ class Bounded:
         unit = f" {self.unit}" if self.unit else ""
         if self.proven is None:
             return f"not bounded; {self.seen:.4g}{unit} at the corners"
-        return f"at most {self.proven:.4g}{unit} ({self.seen:.4g} at the corners)"
+        most = four_digits(self.proven, ROUND_CEILING)
+        return f"at most {most}{unit} ({self.seen:.4g} at the corners)"
+
+
+def four_digits(x, rounding):
+    """A number ``x`` in words, which decimal's ``rounding`` keeps on the safe side."""
+    return f"{float(Context(prec=4, rounding=rounding).create_decimal(float(x))):.4g}"
 
 
 @work

@@ -22,6 +22,7 @@ Stabilization of Linear Systems with Saturating Actuators (2011), chapter 3.
 """
 
 from dataclasses import dataclass
+from decimal import ROUND_FLOOR
 
 import numpy as np
 from flint import arb
@@ -34,7 +35,7 @@ from ..runtime.time_limit import OutOfTime, check_time, time_limit
 from ..sampled.balls import balls, middle
 from ..sampled.lyapunov import discrete_lyapunov
 from ..solver.loop import Unbounded
-from .bounds import longest_cut, outputs_of, rest
+from .bounds import four_digits, longest_cut, outputs_of, rest
 from .cells import Joined, work
 
 __all__ = ["Reach", "proven_reach"]
@@ -71,7 +72,8 @@ class Reach:
         if self.step is None:
             return "no step is proven to settle with the limit"
         return (
-            f"steps up to {self.step:.4g} {self.unit} from rest settle with the limit, "
+            f"steps up to {four_digits(self.step, ROUND_FLOOR)} {self.unit} from rest "
+            "settle with the limit, "
             f"for every plant: proven, the limit may take away {100 * self.sector:g} % "
             "of the output. Slew, ramps, faults, sensors' steps and friction are "
             "no part of it"
