@@ -215,7 +215,7 @@ def test_an_output_may_differ_between_vertices():
             assert hinf_norm(plant, np.zeros((0, 2))) == pytest.approx(truth, rel=1e-6)
     with pytest.raises(ValueError, match="A has 2 vertices, needs 3 or one"):
         sos.DescriptorSystem(*asked, C=[*several, several[0]])
-    with pytest.raises(ValueError, match=r"D_w has shape .*|D_w must be .*"):
+    with pytest.raises(ValueError, match="D_w has 2 columns, needs 1"):
         sos.DescriptorSystem(*asked, C=several, D_w=[[1, 2]])
     same = sos.DescriptorSystem(np.eye(2), [A(k) for k in springs], C=[np.eye(2)] * 2)
     assert same == sos.DescriptorSystem(np.eye(2), [A(k) for k in springs], C=np.eye(2))

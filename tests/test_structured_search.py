@@ -258,6 +258,8 @@ def test_random_families_are_sound(seed):
             corners.append(sos.SecondOrderSystem(M, D, S, rng.normal(size=(n, 1))))
         plant = sos.Polytope(corners)
         rows = rng.normal(size=(1, n)).round(2)
+        while not rows.any():  # a sensor that sees nothing is refused
+            rows = rng.normal(size=(1, n)).round(2)
         law = [
             sos.PIDLaw(rows, filter=0.1), sos.PIDLaw(rows, rows, integrate=True),
             sos.DynamicLaw(1, rows),
