@@ -60,6 +60,7 @@ def test_the_table_is_shown_on_the_card_once_it_is_known(design):
     assert "<th>true" not in fresh._repr_html_()
     table = fresh.bounds()
     assert "<th>true" in fresh._repr_html_()
+    assert "<th></th>" not in fresh._repr_html_()
     lines = repr(table).splitlines()
     assert lines[0].split() == ["asked", "proven", "true"]
     assert lines[1].startswith("decay rate sigma  ") and len(lines) == 2

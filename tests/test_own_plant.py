@@ -166,6 +166,7 @@ TABLE = [
     (MASS | {"M": "<img onerror=alert(1)>"}, '"<img" is no number'),
     (DRIVE | {"D": "1 2; 3"}, "row 2 has 1 numbers, the first has 2"),
 ]
+CURE = "; sosbook.plants.condense solves for"
 FILL = """([texts, wanted]) => {
   const e = document.querySelector("sos-plant");
   for (const box of e.view.querySelectorAll("[data-wanted]"))
@@ -214,7 +215,8 @@ def test_the_form_has_the_checks_of_the_package_and_its_words(tab):
             assert own in fault, texts
             continue
         refusal, warned = package(texts)
-        assert (refusal in fault) if refusal else not fault, (texts, fault, refusal)
+        told = refusal.split(CURE)[0]  # the page has no `condense` to send readers to
+        assert (told in fault) if refusal else not fault, (texts, fault, refusal)
         if refusal:
             continue
         note = tab.page.locator(".sos-note").inner_text()

@@ -95,7 +95,7 @@ class Bounds(tuple):
         )
 
     def _repr_html_(self):
-        head = "".join(f"<th>{x}</th>" for x in ("", *self._heads))
+        head = "".join(f"<th>{x}</th>" for x in ("requirement", *self._heads))
         rows = "".join(
             "<tr>" + "".join(f"<td>{escape(x)}</td>" for x in row) + "</tr>"
             for row in self.rows()

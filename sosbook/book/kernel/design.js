@@ -41,7 +41,8 @@ export function design(request, start = null, hasty = false) {
         status: "infeasible",
         refusal,
         steps,
-        reason: `Exact multipliers of the LMIs exclude every solution${conditionOf(asked)}.`
+        reason: `Exact multipliers of the LMIs exclude every solution${conditionOf(asked)}.` +
+          (pairs.length > 1 ? " There is no common P in this form of the rows." : "")
       };
     if (found.verdict === "undecided")
       return {
