@@ -142,7 +142,7 @@ def code_fault(data, text):
         Of the program's <name>_gains.h, or of a pendulum's <name>.c, whose numbers
         alone are read. The digest of the plant counts, where it has one. Its set
         points, limits and faults are no part of a proof; nor is which sensor a column
-        of B and D belongs to, which its IN_... say.
+        of B and D belongs to, which the names of its columns say.
     """
     law = data.get("K")
     if law is None or data.get("law") or "L" in data:
