@@ -7,7 +7,7 @@
               two fulfil.
 "infeasible"  A reason that needs no LMI excludes every gain, see
               `Case.reason`; or a bound lies below an optimum that
-              Clarabel finds.
+              Clarabel finds, and the coupling asked for is its own.
 "marginal"    Either, within a fraction of 1e-3 to 1e-6 of the edge.
 
 Plants have 1 to 8 degrees of freedom and 1 to 4 vertices. All are made in
@@ -737,7 +737,10 @@ def _edge(rng, largest, marginal):
     if witness is None or edge.doubt > far / 3:
         return None
     reason = f"{which} {far:.1g} from Clarabel's edge"
-    return known.plant, edge.at(factor), inside, reason, *witness
+    asked = edge.at(factor)
+    if not inside:  # the edge is that of one P for all pairs: a slack may pass it
+        asked["coupling"] = "pairs"
+    return known.plant, asked, inside, reason, *witness
 
 
 class _Edge:
