@@ -226,7 +226,8 @@ class Law(ABC, ReadOnly):
         >>> import sosbook as sos
         >>> plant = sos.SecondOrderSystem(1, 1, 1, 1)
         >>> law = sos.PIDLaw(position=[[1]], filter=0.5)
-        >>> c = law.controller(plant, law.gain(plant, {"K_P": [[-2]], "K_D": [[-1]]}))
+        >>> K = law.gain(plant, {"K_P": [[-2]], "K_D": [[-1]]})
+        >>> c = law.controller(plant, K)
         >>> c.A, c.D
         (Rational([[-2]], dtype=object), Rational([[-4]], dtype=object))
         """

@@ -53,7 +53,8 @@ class DynamicLaw(Law):
     Examples
     --------
     >>> import sosbook as sos
-    >>> plant = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.eye(2), [[1], [0]])
+    >>> one = np.eye(2)
+    >>> plant = sos.SecondOrderSystem(one, one, one, [[1], [0]])
     >>> DynamicLaw(order=3, position=[[0, 1]]).words(plant)
     'u depends on z2 alone: a controller of order 3'
     """

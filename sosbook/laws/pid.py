@@ -59,7 +59,8 @@ class PIDLaw(Law):
     --------
     >>> import sosbook as sos
     >>> law = PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
-    >>> plant = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.eye(2), [[1], [0]])
+    >>> one = np.eye(2)
+    >>> plant = sos.SecondOrderSystem(one, one, one, [[1], [0]])
     >>> law.words(plant)
     'u depends on z1 alone: PID with a filter of 0.02 s'
     """

@@ -79,7 +79,8 @@ class Reduction(ReadOnly):
         Examples
         --------
         >>> from sosbook import SecondOrderSystem
-        >>> whole = SecondOrderSystem(np.eye(2), np.eye(2), np.diag([1, 9]), np.eye(2))
+        >>> one = np.eye(2)
+        >>> whole = SecondOrderSystem(one, one, np.diag([1, 9]), one)
         >>> whole.reduce(modes=1).reduction.lift(np.array([[2, 3], [0, 0]]))
         array([[2., 0., 3., 0.],
                [0., 0., 0., 0.]])

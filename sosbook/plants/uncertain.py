@@ -64,12 +64,13 @@ class Uncertain:
     >>> import sosbook as sos
     >>> def drive(J2, k):
     ...     return sos.SecondOrderSystem(
-    ...         M=[[0.0025, 0], [0, J2]], D=[[0.004, -0.004], [-0.004, 0.004]],
+    ...         M=[[0.0025, 0], [0, J2]],
+    ...         D=[[0.004, -0.004], [-0.004, 0.004]],
     ...         S=[[k, -k], [-k, k]], B=[[1], [0]])
     >>> plants = Uncertain(drive, J2=(0.003, 0.006), k=(1.7, 2.1))
     >>> plants  # doctest: +NORMALIZE_WHITESPACE
-    <Uncertain SecondOrderSystem: J2 in [0.003, 0.006] and k in [1.7, 2.1]; 4 vertices,
-    the corners>
+    <Uncertain SecondOrderSystem: J2 in [0.003, 0.006] and k in [1.7, 2.1];
+    4 vertices, the corners>
     >>> plants.at(J2=0.004, k=2).M
     array([[0.0025, 0.    ],
            [0.    , 0.004 ]])
@@ -186,7 +187,8 @@ class Uncertain:
         --------
         >>> from sosbook import SecondOrderSystem
         >>> cart = SecondOrderSystem(1, 0.1, 2, 1)
-        >>> Uncertain.of(cart, load=(0, 3, [([1], [1, 0, 0, 0])])).at(load=0.5).M
+        >>> load = 0, 3, [([1], [1, 0, 0, 0])]
+        >>> Uncertain.of(cart, load=load).at(load=0.5).M
         array([[1.5]])
         """
         builder, ranges = along(base, changes, ROWS)
@@ -362,7 +364,8 @@ class Uncertain:
         Examples
         --------
         >>> from sosbook import SecondOrderSystem
-        >>> square = Uncertain(lambda v: SecondOrderSystem(1, v, v**2, 1), v=(0, 1))
+        >>> square = Uncertain(
+        ...     lambda v: SecondOrderSystem(1, v, v**2, 1), v=(0, 1))
         >>> [v.S.item() for v in square.vertices], len(square.cut(v=4).vertices)
         ([0.0, 0.0, 1.0], 6)
         """

@@ -133,11 +133,12 @@ class Ranges extends Mover {
     const found = `The worst plant that was found (${where}) has its slowest poles at ${
       complex(pole[0], Math.abs(pole[1]))}.`;
     const state = broken ? "infeasible" : open.length ? "undecided" : "feasible";
+    const claim = `σ = ${number(sigma, " s⁻¹")}`;
     this.tell(state,
-      verdict(broken    ? "Broken: a plant of the box is slower than σ."
-          : open.length ? "Undecided within this page's number of cells."
-                        : `Kept by every plant of the box: proven, in floats, with ${done.length} ${
-                            done.length === 1 ? "cell" : "cells"}.`) +
+      verdict(broken ? `Broken: a plant of the box is slower than ${claim}.`
+          : open.length ? `Undecided for ${claim} within this page's number of cells.`
+                        : `Kept by every plant of the box: ${claim} is proven, in floats, with ${
+                            done.length} ${done.length === 1 ? "cell" : "cells"}.`) +
         `<p>${found}</p><p>Proven cells ${number(done.length)}, open ${
           number(open.length)}. True decay of the box, as far as was looked: ${number(-right, " s⁻¹")}.</p>`);
     this.map(box, worst, broken, done, open, sigma);
