@@ -87,6 +87,10 @@ class _Search:
             last = int(np.argsort(far.sum(axis=0), kind="stable")[0])
             cell = PlantCell(self.family, weights, L, self.clocks, last)
             found, timing = self._times(cell, [None])
+            if found is None and len(weights) > 1 and not self.clocks.varies:
+                L = lyapunov(loops[0], self.rate, centred=False)  # a plant bends less
+                other = PlantCell(self.family, weights, L, self.clocks, last)
+                found, _ = self._times(other, [None])
             if found is None and len(weights) > 1 and timing is None:
                 found, timing = self._with_multipliers(cell, inside)
             if found is not None:
@@ -221,12 +225,15 @@ def too_slow(F, rate, centre=0.0):
     return f"its spectral radius is {radius:.6g}"
 
 
-def lyapunov(loops, rate):
-    """A regular L so that |L x| might decay at a rate in all of some loops."""
+def lyapunov(loops, rate, centred=True):
+    """A regular L so that |L x| might decay at a rate in all of some loops.
+
+    Of several loops, ``centred`` or not: of the analytic centre, or any point inside.
+    """
     mean = sum(loops) / len(loops)
     L = _refined(_balanced(mean), [mean], rate)
     if max(np.linalg.norm(_within(F, L), 2) for F in loops) >= rate:
-        L = _refined(L, loops, rate)
+        L = _refined(L, loops, rate, centred)
     return round_digits(L, LYAPUNOV_DIGITS)
 
 
@@ -239,20 +246,20 @@ def _balanced(F):
     return np.diag(1 / matrix_balance(F, permute=False, separate=True)[1][0])
 
 
-def _refined(L, loops, rate):
+def _refined(L, loops, rate, centred=True):
     """A better L: of one Lyapunov equation, or the LMIs of some."""
     loops = [_within(F, L) for F in loops]
     worst = max(abs(np.linalg.eigvals(F)).max() for F in loops)
     pace = max(np.sqrt(min(worst, rate) * rate), 0.1 * rate)
     if len(loops) > 1:
-        return _common(loops, pace) @ L
+        return _common(loops, pace, centred) @ L
     if worst >= rate:
         return L
     F = loops[0] / pace
     return _root(discrete_lyapunov(F, np.eye(len(F)))) @ L
 
 
-def _common(loops, pace):
+def _common(loops, pace, centred=True):
     """The coordinates in which no loop is longer than a pace; the identity if none."""
 
     def decay(values, cast):
@@ -262,7 +269,10 @@ def _common(loops, pace):
 
     N = len(loops[0])
     problem = LMIProblem(decay, [Unknown("P", N, symmetric=True)])
-    solution = problem.solve(refuse=False, within_bounds=True).values
+    if centred:
+        solution = problem.solve(refuse=False, within_bounds=True).values
+    else:
+        solution = problem.find(refuse=False).values
     return np.eye(N) if solution is None else _root(solution["P"])
 
 
