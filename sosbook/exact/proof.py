@@ -427,4 +427,5 @@ def _of_part(data):
 
 
 _remembered = lru_cache(maxsize=64)(_examined)
-_WORDS = WeakKeyDictionary()  # of files that were written here, beside their texts
+# Of files that were written here, beside their texts.
+_WORDS: WeakKeyDictionary = WeakKeyDictionary()

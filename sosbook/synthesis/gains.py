@@ -36,8 +36,7 @@ class Gains(Result[Proven]):
         ``design.gain.but(design.certify().K)`` is the proven one.
         """
         if self._law is not None:
-            self._gain()
-            return Gain(self.K, self.request.law_parts.signals)
+            return Gain(super()._gain(), self.request.law_parts.signals)
         return Gain(self._gain(), signals(self.request.plant, self.request.U))
 
     def controller(
