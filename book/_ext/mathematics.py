@@ -31,9 +31,8 @@ log = logging.getLogger(__name__)
 @cache
 def setter():
     """The process that sets formulas; it ends with this one."""
-    deno = shutil.which("deno", path=Path(sys.executable).parent) or shutil.which(
-        "deno"
-    )
+    beside = shutil.which("deno", path=Path(sys.executable).parent)
+    deno = beside or shutil.which("deno")
     if deno is None:
         raise ExtensionError("Formulas are set by Deno: pip install deno")
     quiet = {"DENO_NO_UPDATE_CHECK": "1", "NO_COLOR": "1"}
@@ -98,8 +97,8 @@ def display(translator, node):
 
 def used(sheet, letters):
     """The rules of a sheet, without letters that no page has."""
-    kept = lambda rule: all(c in letters for c in LETTER.findall(rule[1]))  # noqa: E731
-    return "".join(rule[0] for rule in RULE.finditer(sheet) if kept(rule))
+    rules = RULE.finditer(sheet)
+    return "".join(r[0] for r in rules if letters.issuperset(LETTER.findall(r[1])))
 
 
 def finish(app, exception):

@@ -17,7 +17,7 @@ class Open(SphinxTransform):
     default_priority = 410
 
     def apply(self, **_):
-        cells = [cell for cell in self.document.findall(_tagged)]
+        cells = list(self.document.findall(_tagged))
         if not cells:
             return
         (cell,) = cells
