@@ -205,6 +205,26 @@ def test_every_kind_of_proof_says_that_it_is_of_a_part(tmp_path):
     assert len(kinds) == 4
 
 
+def test_a_loop_that_breaks_it_is_of_a_part_in_states():
+    """With a filter, of a channel, of a filtered plant: two rows are four states."""
+    one = np.eye(3)
+    S, B = np.diag([1, 4, 9]), [[1], [0.5], [1]]
+    part = sos.SecondOrderSystem(one, 0.1 * one, S, B, one[:, :1]).reduce(modes=2)
+    law, gains = sos.PIDLaw([[1, 0]], filter=0.1), {"K_P": [[-1]], "K_D": [[-1]]}
+    seen = sos.HInfinity(1e-3, outputs=sos.Output(position=[[1, 0]]))
+    rest, region = np.zeros((1, 4)), sos.PoleRegion(3)
+    shaped = sos.plants.filtered(part, sos.Output(position=[[1, 0]]), [1], [1, 1])
+    for design, states in (
+        (sos.analyse_pid(part, gains, law=law, region=region), "5 of 7"),
+        (sos.analyse_pid(part, gains, law=law, gamma=1e-3), "5 of 7"),
+        (sos.analyse_pid(part, rest, requirements=[seen]), "4 of 6"),
+        (sos.analyse_pid(shaped, np.zeros((1, 5)), region=region), "5 of 7"),
+    ):
+        (claim,) = design.infeasibility.claims
+        assert claim.startswith(f"of the reduced model ({states}): ")
+        assert design.infeasibility.verify() and states in design._repr_html_()
+
+
 def test_the_command_and_the_checker_say_it(tmp_path, capsys):
     design = sos.design_pid(beam(4).reduce(modes=2))
     proof = design.certify()

@@ -10,6 +10,7 @@ import sosbook as sos
 from sosbook.exact.proof_text import version_1
 from sosbook.exact.rational import exact
 from sosbook.laws.base import plain
+from sosbook.plants.reduction import Reduction
 from sosbook.synthesis.structured import slopes
 from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
 from sosbook.synthesis.structured.loops import loops_of
@@ -405,6 +406,27 @@ def test_no_controller_of_any_order_does_what_multipliers_exclude():
     dynamic = sos.DynamicLaw(2, [[1, 0]], noise=[[0, 0.5]])
     full = sos.design_pid(plant, law=dynamic, minimize="gamma")
     assert best < full.gamma < 1.1 * best
+
+
+def test_what_excludes_every_controller_of_a_part_says_so():
+    plant, law = noisy_spring()
+    (d,) = plant.vertices
+    part = sos.DescriptorSystem.of([d], Reduction(2, 5))
+    assert part.reduction.of == 5 and part.at([1.0]) == part
+    design = sos.design_pid(part, law=law, gamma=0.1, starts=1)
+    words = "Of the reduced model (2 of 5): no controller of any order, with these"
+    assert design.status == "infeasible" and design.reason.startswith(words)
+    (claim,) = design.infeasibility.claims
+    assert claim.count("of the reduced model (2 of 5)") == 2  # in both blocks' names
+    weak = sos.SecondOrderSystem(
+        np.eye(3), 0.1 * np.eye(3), np.diag([1, 4, 9]), [[1], [0], [0]]
+    ).reduce(modes=2)
+    asked = dict(law=sos.DynamicLaw(2, [[1, 0]]), region=sos.PoleRegion(0.5))
+    design = sos.design_pid(weak, **asked, starts=1)
+    words = "Of the reduced model (2 of 3): no controller that sees all of the state"
+    assert design.status == "infeasible" and design.reason.startswith(words)
+    (claim,) = design.infeasibility.claims  # in states
+    assert claim.startswith("of the reduced model (4 of 6): no gain moves the mode")
 
 
 def test_noise_enters_where_the_sensor_is():

@@ -83,17 +83,21 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
     family = None
 
     @classmethod
-    def of(cls, vertices: "Sequence[Descriptor]") -> "DescriptorSystem":
+    def of(
+        cls, vertices: "Sequence[Descriptor]", reduction: Reduction | None = None
+    ) -> "DescriptorSystem":
         """The polytope of some vertices.
 
         Parameters
         ----------
         vertices : sequence of Descriptor
             They have the same sizes.
+        reduction : Reduction, optional
+            As of the class.
         """
         several: Any = [[getattr(d, x) for d in vertices] for x in MATRICES]
         given: Any = [None if x[0] is None else x for x in several]
-        made = cls(*given)
+        made = cls(*given, reduction=reduction)
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 

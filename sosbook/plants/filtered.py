@@ -9,6 +9,7 @@ from .checks import numbers
 from .descriptor import Descriptor, descriptors
 from .descriptor_system import DescriptorSystem
 from .outputs import Output
+from .reduction import Reduction
 from .second_order import Polytope, SecondOrderSystem
 
 __all__ = ["filtered"]
@@ -81,7 +82,9 @@ def filtered(
         vertices = plant.vertices
     else:
         vertices = descriptors(plant, U)
-    return DescriptorSystem.of([_joined(output.seen(d), num, den) for d in vertices])
+    joined = [_joined(output.seen(d), num, den) for d in vertices]
+    part = Reduction.in_states(plant, len(joined[0].E))
+    return DescriptorSystem.of(joined, part)
 
 
 def _coefficients(name, value):

@@ -62,6 +62,30 @@ class Reduction(ReadOnly):
         """What begins each claim of a proof about the part."""
         return f"of the reduced model ({self}): "
 
+    @classmethod
+    def in_states(cls, plant: Any, count: int) -> "Reduction | None":
+        """That of a loop or a first-order form of a reduced plant; None of a whole one.
+
+        Parameters
+        ----------
+        plant : SecondOrderSystem, Polytope or DescriptorSystem
+            The plant.
+        count : int
+            States of the loop: the plant's, and some that aren't reduced.
+
+        Examples
+        --------
+        >>> from sosbook import SecondOrderSystem
+        >>> whole = SecondOrderSystem(np.eye(3), np.eye(3), np.eye(3), np.eye(3))
+        >>> str(Reduction.in_states(whole.reduce(modes=1), 2))
+        '2 of 6'
+        """
+        part = plant.reduction
+        if part is None:
+            return None
+        per_row = 2 if hasattr(plant.vertices[0], "M") else 1
+        return cls(count, count + per_row * (part.of - part.kept))
+
     def lift(self, K: np.ndarray) -> np.ndarray:
         """The gain on the whole plant's state that a gain of the part stands for.
 

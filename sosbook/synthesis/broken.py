@@ -9,6 +9,7 @@ from flint import fmpq
 from ..exact.definite import exact
 from ..plants.descriptor import MATRICES, Descriptor
 from ..plants.descriptor_system import DescriptorSystem
+from ..plants.reduction import Reduction
 from .fixed_mode import refuse_by_mode
 from .request import Request
 from .unreached import refuse_by_response
@@ -32,7 +33,7 @@ def broken(request, r, plants, point):
     """
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
     if request.law is not None or r.has_channel:
-        return _broken_loop(r, plants.at(point).seen_by(r))
+        return _broken_loop(request, r, plants.at(point).seen_by(r))
     one, k = replace(request, requirements=asked, coupling="vertices"), None
     for i in one.distinct:
         (v,) = one.vertices_in(exact, [i])
@@ -42,19 +43,20 @@ def broken(request, r, plants, point):
         part, k = plants.cornered(point)
         one = replace(one, plant=part)
     elif k is None:
-        plant, k = alone(d), 0
+        plant, k = alone(d, request.plant), 0
         if plant is None:
             return None
         one = Request(plant, gain=request.gain, requirements=asked)
     return refuse_by_mode(one, [(k, k)]) or refuse_by_response(one, [k])
 
 
-def _broken_loop(r, loop):
+def _broken_loop(request, r, loop):
     """The proof about a loop by itself, whose law and output are in its matrices."""
     d, (E, A, B, C, D, rates) = loop.plant, loop.matrices
     D = None if d.Dw is None else D
     rates = None if d.Ca is None else rates
-    plant = alone(Descriptor(E, A, d.Bu[:, :0], B, C, None, D, rates))
+    d = Descriptor(E, A, d.Bu[:, :0], B, C, None, D, rates)
+    plant = alone(d, request.plant)
     if plant is None:
         return None
     itself = r.pole_matrices() is not None or r.bounds_response() is not None
@@ -64,8 +66,11 @@ def _broken_loop(r, loop):
     return refuse_by_mode(one, [(0, 0)]) or refuse_by_response(one, [0])
 
 
-def alone(d):
-    """A plant ``d`` in rationals as a system of these floats; None without one."""
+def alone(d, of):
+    """A plant or loop ``d`` in rationals as a system of these floats; None without one.
+
+    It is a part of what the plant ``of`` is a part of.
+    """
     d = _in_whole_numbers(d)
     floats = d.map(lambda x: x.astype(float))
     for name in MATRICES:  # what is written is what is meant
@@ -73,7 +78,10 @@ def alone(d):
         if mine is not None and (exact(written) != mine).any():
             return None
     try:
-        return DescriptorSystem(*(getattr(floats, name) for name in MATRICES))
+        return DescriptorSystem(
+            *(getattr(floats, name) for name in MATRICES),
+            reduction=Reduction.in_states(of, len(d.E)),
+        )
     except ValueError:  # its E is singular
         return None
 

@@ -330,7 +330,8 @@ def without_lmis(request):
         return refused_by(request, mode)
     response = refuse_by_response(request)
     if response is not None:
-        text = f"{response.claims[0].capitalize()}: no input reaches that response."
+        claim = response.claims[0]
+        text = f"{claim[0].upper()}{claim[1:]}: no input reaches that response."
         return Solution(
             request, "infeasible", request.gain, reason=text, infeasibility=response
         )

@@ -317,5 +317,5 @@ def refused_at_a_vertex(request):
 def _vertex(plant, k):
     """A vertex as a plant."""
     if isinstance(plant, DescriptorSystem):
-        return DescriptorSystem.of([plant.vertices[k]])
+        return DescriptorSystem.of([plant.vertices[k]], plant.reduction)
     return plant.vertices[k]

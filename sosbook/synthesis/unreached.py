@@ -17,6 +17,7 @@ from ..exact.rational import (
 from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
+from ..plants.reduction import Reduction
 from ..runtime.time_limit import check_time
 from .request import Request
 from .request_as_data import loop_data, loop_request
@@ -143,7 +144,9 @@ def _seen_by(request, r):
     """A request whose plant has the output of a requirement; None without one."""
     if request.law is not None or any(d.rounded for d in request.vertices):
         return None
-    system = DescriptorSystem.of([r.seen(d) for d in request.vertices])
+    seen = [r.seen(d) for d in request.vertices]
+    part = Reduction.in_states(request.plant, len(seen[0].E))
+    system = DescriptorSystem.of(seen, part)
     return Request(system, gain=request.gain)
 
 

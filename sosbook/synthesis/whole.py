@@ -115,7 +115,7 @@ def found_on(design, whole):
 
 def _plants(whole):
     if isinstance(whole, DescriptorSystem):
-        parts = [DescriptorSystem.of([d]) for d in whole.vertices]
+        parts = [DescriptorSystem.of([d], whole.reduction) for d in whole.vertices]
         return [whole] if len(parts) == 1 else parts
     if not hasattr(whole, "vertices"):
         raise ValueError(f"on must be a plant, got {type(whole).__name__}")

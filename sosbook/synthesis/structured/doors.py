@@ -154,26 +154,26 @@ def refused_by_sum(request, loops):
     return None
 
 
-def excluded(plant, law_parts, r, gamma):
+def excluded(request, d, r, gamma):
     """The refusal of every controller for a plant and a gamma, or None.
 
     Parameters
     ----------
-    plant : Descriptor
-        Without a controller, in rationals.
-    law_parts : Parts
-        Its sensors.
+    request : Request
+        With a law, whose sensors count.
+    d : Descriptor
+        One of its plants, without a controller, in rationals.
     r : Requirement
         It bounds an H-infinity norm.
     gamma : float
         That bound.
     """
     some = slice(None) if r.inputs is None else list(r.inputs)
-    seen = _seen(r, plant)
+    seen, sensors, part = _seen(r, d), request.law_parts, request.plant.reduction
     if seen is None:
         return None
-    seen = seen.explicit()
-    problem = _problem(seen, law_parts.rows, law_parts.noise[:, some], exact(gamma))
+    noise, of = sensors.noise[:, some], "" if part is None else f" {part.words[:-2]}"
+    problem = _problem(seen.explicit(), sensors.rows, noise, exact(gamma), of)
     proof = problem.find().infeasibility
     return proof if proof is not None and proof.proven else None
 
@@ -201,7 +201,7 @@ def best_excluded(request, r, reached):
 
         def proof(share, d=d):
             gamma = float(round_digits(share * reached, 4))
-            found = excluded(d, request.law_parts, r, gamma)
+            found = excluded(request, d, r, gamma)
             return found and (gamma, found)
 
         high, found = HIGHEST, None
@@ -223,8 +223,11 @@ def best_excluded(request, r, reached):
     return best
 
 
-def _problem(d, rows, noise, gamma):
-    """Theorem G's blocks in units in which the plant is near one."""
+def _problem(d, rows, noise, gamma, of):
+    """The blocks of `any_order` in units in which the plant is near one.
+
+    They are named, and ``of`` which plant.
+    """
     back, N = inverse(d.E), len(d.E)
     m, q = d.Bu.shape[1], len(rows)
 
@@ -266,7 +269,7 @@ def _problem(d, rows, noise, gamma):
         exactly = number(np.array([1.0])).dtype == object
         data = scaled if exactly else [x.astype(float) for x in scaled]
         P, loop = any_order(data, values, level if exactly else float(level))
-        return {"P": P, "loop": loop}
+        return {f"P{of}": P, f"loop{of}": loop}
 
     return LMIProblem(write, unknowns, time_limit=SECONDS)
 
@@ -295,16 +298,18 @@ def refused_by_a_door(request):
     One requirement at a time: by all of the state, and for a norm by every controller
     that sees what the law sees.
     """
-    corners = corners_of(request)
+    corners, part = corners_of(request), request.plant.reduction
     for where, d in corners.items():
         for r in request.requirements:
             proof, who = _all_of_the_state(request, d, r), "that sees all of the state"
             if proof is None and r.bounds_response() is not None:
                 who = "of any order, with these sensors,"
-                proof = excluded(d, request.law_parts, r, r.bound)
+                proof = excluded(request, d, r, r.bound)
             if proof is not None:
                 at = f" at {where}" if len(corners) > 1 else ""
                 text = f"No controller {who} keeps{at}: {r.statement}."
+                if part is not None:
+                    text = f"O{part.words[1:]}n{text[1:]}"
                 return Solution(
                     request, "infeasible", None, reason=text, infeasibility=proof
                 )
@@ -317,7 +322,7 @@ def _all_of_the_state(request, d, r):
     if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
         return None
     seen = _seen(r, d)
-    plant = seen and alone(seen)
+    plant = seen and alone(seen, request.plant)
     if plant is None:
         return None
     try:
