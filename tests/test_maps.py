@@ -541,6 +541,29 @@ def test_what_cannot_be_decided_is_said(robot, monkeypatch):
     assert (found.proven == (found.status != "undecided")).all()
 
 
+def test_designs_with_a_law_are_those_of_design_pid_and_maps_refuse_one():
+    cart = sos.SecondOrderSystem(1, 0.1, 2, 1)
+    law, region = sos.PIDLaw([[1]], filter=0.05), sos.PoleRegion(sigma=0.2)
+    asked = [
+        dict(region=region),
+        dict(region=region, law=law, starts=1),
+        dict(region=region, law=sos.FullState([[1]])),
+        dict(region=region, U=[[1]]),
+        dict(region=region, law=law, starts=1),
+    ]
+    found = maps.designs(cart, asked, progress=False)
+    assert [d.status for d in found] == ["feasible"] * 5
+    assert [d.K.shape for d in found] == [(1, 2), (1, 2), (1, 3), (1, 3), (1, 2)]
+    alone = sos.design_pid(cart, law=law, region=region, starts=1)
+    for place in (1, 4):
+        assert (found[place].K == alone.K).all()
+        assert found[place].request.coupling == "multipliers"
+    with pytest.raises(ValueError, match="law: a gain of a law is searched"):
+        maps.edge("sigma", cart, region=region, law=law)
+    with pytest.raises(ValueError, match="got 'auto': leave it out here"):
+        maps.edge("sigma", cart, region=region, coupling="auto")
+
+
 def test_slack_and_polytopes_have_grids_too():
     arm = sos.thesis.example_4()
     found = maps.feasibility_map(

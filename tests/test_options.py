@@ -279,7 +279,7 @@ REFUSED = {
         ("coupling must be",),
     ),
     **dict.fromkeys(
-        ((name, "maximize", "sigma") for name in ("designs", "compare", "farthest")),
+        ((name, "maximize", "sigma") for name in ("compare", "farthest")),
         ("a law's loop", "position has 1"),
     ),
 }

@@ -266,9 +266,10 @@ def coupled_pairs(vertices, coupling, quotient=True):
     suffice.
     """
     if not is_word(coupling, (*COUPLINGS, FOR_A_KNOWN_GAIN)):
+        cure = ": leave it out here" if is_word(coupling, ("auto",)) else ""
         raise ValueError(
-            'coupling must be "pairs", "vertices" or "slack", or for a given gain '
-            f'"multipliers" or "auto", got {coupling!r}'
+            'coupling must be "pairs", "vertices" or "slack", for a given gain also '
+            f'"multipliers", for a single request also "auto", got {coupling!r}{cure}'
         )
     few = sorted(set(twins(vertices)))
     pairs = [(i, i) for i in few]

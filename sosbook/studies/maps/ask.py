@@ -30,6 +30,11 @@ class Ask:
     """
 
     def __init__(self, plant, U, asked, options):
+        if options.get("law") is not None:
+            raise ValueError(
+                "law: a gain of a law is searched and has no edge; give U, or ask for "
+                "single designs by sosbook.maps.designs"
+            )
         self.plant, self.U, self.options = plant, U, dict(options)
         asked = asked | {
             name: self.options.pop(name)

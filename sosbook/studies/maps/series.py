@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...laws import Law
 from ...synthesis.pid import design_pid
 from .parallel import sweep
 
@@ -21,7 +22,8 @@ def designs(plant, specifications, n_jobs=None, progress=True):
     plant : SecondOrderSystem or Polytope
         The plant, or the polytope of plants.
     specifications : sequence of dict
-        Keywords of `design_pid`. Its coupling is "pairs" without a word.
+        Keywords of `design_pid`. Without a word its coupling is "pairs"; with a
+        ``law`` it has none, and each gain is searched anew.
     n_jobs, progress
         As in `sweep`; a worker takes 25 specifications at a time.
 
@@ -53,13 +55,16 @@ def designs(plant, specifications, n_jobs=None, progress=True):
             )
 
     def solve(run):
-        designs_of_run, last = [], {}  # by the shape of U
+        designs_of_run, last = [], {}  # by the shape of U, and whether there is a law
         for asked in run:
-            key = str(asked.get("coupling")), np.shape(asked.get("U"))
+            law = asked.get("law")
+            shape = np.shape(getattr(law, "U", asked.get("U")))
+            key = str(asked.get("coupling")), shape, isinstance(law, Law)
+            usual = {"coupling": "pairs", "start": last.get(key)}
+            if isinstance(law, Law):  # its loop has neither
+                usual = {}
             try:
-                design = design_pid(
-                    plant, **{"coupling": "pairs", "start": last.get(key)} | asked
-                )
+                design = design_pid(plant, **usual | asked)
             except Exception as error:
                 error.add_note(f"for the specification {asked!r}")
                 raise
