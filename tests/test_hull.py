@@ -11,7 +11,8 @@ from scipy.optimize import nnls
 
 import sosbook as sos
 from sosbook import couplings
-from sosbook.exact.checker import statements
+from sosbook.exact.checker.plants import suffice
+from sosbook.exact.checker.text import mat
 from sosbook.lmi.text import floats
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import Descriptor, descriptors, mean_descriptor
@@ -84,9 +85,7 @@ def polytopes(draw):
 def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed):
     found = quotient_in_hull([system(w) for w in vertices])
     E = [rational(w[:, :N]) for w in vertices]
-    assert (
-        statements.suffice(E, [tuple(map(int, w.T.ravel())) for w in vertices]) == found
-    )
+    assert suffice(E, [tuple(map(int, w.T.ravel())) for w in vertices]) == found
     if found:
         weights = np.random.default_rng(seed).dirichlet(np.ones(len(vertices)), 5)
         for some in weights:
@@ -94,7 +93,7 @@ def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed)
 
 
 def rational(rows):
-    return statements.mat([[str(int(e)) for e in row] for row in rows], len(rows))
+    return mat([[str(int(e)) for e in row] for row in rows], len(rows))
 
 
 def box(changes, base=None):

@@ -28,7 +28,7 @@ def accepted(whole, kind=proofs.KnownGainProof):
     text = json.dumps(mended(whole))
     try:
         one = bool(verdict.check(text))
-    except (kernel.Refused, kernel.Beyond, *kernel.MALFORMED):
+    except (kernel.Refused, verdict.Beyond, *kernel.MALFORMED):
         one = False
     return one, kind(text).proven
 

@@ -27,10 +27,12 @@ SHORTHAND = {
     "synthesis/closed_loop.py": {"gamma", "saturation", "cost"},
     "synthesis/design.py": {"gamma", "region"},
     "synthesis/pid.py": {"gamma", "saturation", "cost", "sigma"},
-    "exact/checker/statements.py": NAMES,  # stands alone: it asks no object
+    "exact/checker/requirements.py": NAMES,  # stands alone: it asks no object
+    "exact/checker/designs.py": NAMES,
+    "exact/checker/regions.py": NAMES,
     "exact/checker/known.py": {"gamma", "cost", "h2"},
+    "exact/checker/others.py": {"cost"},
     "exact/checker/special.py": NAMES,
-    "exact/checker/others.py": NAMES,
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
     "pendulum/robot.py": {"lqr"},  # the name of a law in a description
     "pendulum/optimal.py": {"lqr"},

@@ -11,6 +11,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.exact.checker import kernel, verdict
+from sosbook.exact.checker.arithmetic import gather
 from sosbook.exact.proof import Examined
 from sosbook.synthesis.fixed_mode import FixedModeRefusal
 from tests.oracles import mended
@@ -71,7 +72,7 @@ def test_each_line_says_what_the_theorem_says(name, monkeypatch):
     for block, matrix in blocks_of(proof, monkeypatch).items():
         mine, theirs = said[label_of(text, said, block)], as_fractions(matrix)
         if kernel.scalar(mine):
-            mine = kernel.gather([[mine]], 1)
+            mine = gather([[mine]], 1)
         assert (mine.r, mine.c) == (len(theirs), len(theirs))
         size = mine.at(0, 0) / theirs[0][0]
         assert size > 0
@@ -159,7 +160,7 @@ def test_words_rest_on_the_lines_that_are_written_for_them(attack, bounded):
         text = json.dumps(changed)
         try:
             said = verdict.check(text)
-        except (kernel.Refused, kernel.Beyond, *kernel.MALFORMED):
+        except (kernel.Refused, verdict.Beyond, *kernel.MALFORMED):
             said = None
         proven = type(bounded)(text).verify()
         assert (said is not None) == proven

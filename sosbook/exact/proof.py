@@ -18,6 +18,7 @@ from ..runtime.saying import one_line
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from ..runtime.writing import write_file
 from .checker import kernel, verdict
+from .checker.arithmetic import Beyond, Refused
 from .definite import definite
 from .proof_text import MADE, is_proof, parse, said, same, written
 from .rational import digit_count
@@ -125,7 +126,7 @@ class Examined:
         try:
             file, claims = verdict.written({"kind": kind, **data})
             labels = kernel.check(file)
-        except (kernel.Refused, kernel.Beyond) as fault:
+        except (Refused, Beyond) as fault:
             return cls.nothing(str(fault))
         return cls(tuple(claims), dict.fromkeys(labels, np.nan), ())
 

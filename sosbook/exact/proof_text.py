@@ -11,7 +11,7 @@ import warnings
 from ..runtime.digests import digest
 from ..runtime.reading import parse_json
 from .checker import verdict
-from .checker.kernel import Beyond, Refused
+from .checker.arithmetic import Beyond, Refused
 
 __all__ = ["FORMAT", "is_proof", "laid_out", "parse", "said", "same", "written"]
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import cache
 from math import comb, prod
 
-from .kernel import MOST_DIGITS, need
+from .arithmetic import MOST_DIGITS, need
 
 MATRICES = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
 MOST_FAMILY = 256  # vertices of a plant with parameters

@@ -3,22 +3,12 @@
 import re
 from itertools import product
 
+from .arithmetic import Beyond, need
 from .families import every_plant, keys, ranges
-from .kernel import Beyond, need
 from .outputs import Channel
-from .statements import (
-    BLOCKS,
-    Text,
-    distinct,
-    is_disk,
-    numbers_of,
-    plant,
-    ratio,
-    start,
-    stated,
-    tag,
-    weights,
-)
+from .plants import distinct, plant
+from .requirements import BLOCKS, is_disk, numbers_of, start, stated, tag, weights
+from .text import Text, ratio
 
 PARTS = "EL", "AL", "BL"  # of the loop E x' = A x + B w
 MEAN = "{0}.k = ({0}.a + {0}.b)/2"

@@ -1,6 +1,6 @@
 """Which y of a plant the bound of a norm is about, and from which w."""
 
-from .kernel import need
+from .arithmetic import need
 
 SIGNALS = dict(position="z", velocity="z'", acceleration="z''", integral="x3",
                state="x", rate="x'", input="u", disturbance="w")  # fmt: skip

@@ -12,9 +12,21 @@ any s > 0: with that diagonal subtracted the block must be positive.
 from fractions import Fraction
 from functools import reduce
 
-from . import kernel
+from .arithmetic import (
+    Mat,
+    eye,
+    gather,
+    inverse,
+    kron,
+    mul,
+    need,
+    scalar,
+    total,
+    turned,
+    zeros,
+)
 from .families import given_vertices
-from .kernel import Mat, eye, gather, inverse, need, scalar, total, turned, zeros
+from .language import sizes as sizes_of
 
 
 def corners(box, kind, many):
@@ -82,7 +94,7 @@ class Moves:
 
     Parameters
     ----------
-    reader : kernel.Reader
+    reader : language.Reader
         Has the values.
     known : dict
         For names that move, bounds of their entries' steps.
@@ -114,11 +126,11 @@ class Moves:
             return total(first, second) if first and second else first or second
         need(op == "mul" or (first if op == "kron" else second) is None, f"{op} moves")
         if op == "kron":
-            return kernel.kron(sizes[0], second)
+            return kron(sizes[0], second)
         if op == "div":
-            return kernel.mul(1 / sizes[1], first)
+            return mul(1 / sizes[1], first)
         ways = ((first, sizes[1]), (sizes[0], second), (first, second))
-        several = [kernel.mul(a, b) for a, b in ways if a and b]
+        several = [mul(a, b) for a, b in ways if a and b]
         return reduce(total, several)
 
     def block(self, table):
@@ -136,7 +148,7 @@ class Moves:
             if turn:
                 values[i][j] = self.reader.op_T(values[i][j])
         nought = {at: x == ("number", "0") for at, x in trees.items()}
-        high, wide = kernel.sizes(values, nought)
+        high, wide = sizes_of(values, nought)
         need(high == wide, "a block that isn't square moves")
         whole = []
         for i, h in enumerate(high):

@@ -7,22 +7,13 @@ determinant, matrices that are known within bounds.
 from fractions import Fraction
 from math import lcm
 
-from .kernel import Beyond, Mat, definite, eye, need, zeros
+from .arithmetic import Beyond, Mat, definite, eye, need, zeros
+from .designs import Design
 from .outputs import explicit
-from .statements import (
-    STABILITY,
-    Design,
-    Text,
-    determinant,
-    in_matrices,
-    mat,
-    number,
-    plant,
-    positive,
-    ratio,
-    region,
-    sane,
-)
+from .plants import determinant, plant
+from .regions import in_matrices, region
+from .requirements import STABILITY
+from .text import Text, mat, number, positive, ratio, sane
 
 CLOSE = Fraction(1, 10**6)  # of |s|, of which six digits are said
 

@@ -22,12 +22,14 @@ import sys
 from threading import Lock, Timer
 
 from . import kernel
+from .arithmetic import MOST_DIGITS, Beyond, Refused, need
+from .delays import Delay
+from .designs import Design
 from .families import keys, part_of
-from .kernel import MALFORMED, MOST_BYTES, MOST_DIGITS, Beyond, Refused, need
+from .kernel import MALFORMED, MOST_BYTES
 from .known import Known
-from .others import Delay, Mass, Observer, Own, Schur
+from .others import Mass, Observer, Own, Schur
 from .special import FixedMode, SingularMass, SmallInput, UnreachedResponse
-from .statements import Design
 
 SECONDS = 600.0  # unless told otherwise
 AUTHOR = 5  # the exit code of what is proven of an author's blocks

@@ -1,0 +1,192 @@
+"""Exact matrices: integers over one denominator, and whether they are positive.
+
+It knows no control, and standard Python is all that it needs.
+"""
+
+import re
+from fractions import Fraction
+from math import gcd, lcm
+
+MOST_DIGITS, LARGEST = 100_000, 2000
+
+
+class Refused(Exception):
+    """The file proves nothing; the text says why."""
+
+
+class Beyond(Exception):
+    """The file may be right, but it is too large to tell."""
+
+
+def need(condition, words):
+    if not condition:
+        raise Refused(words)
+
+
+class Mat:
+    """r x c rationals: rows ``a`` of integers over ``d``."""
+
+    __slots__ = "a", "c", "d", "r"
+
+    def __init__(self, r, c, a, d=1):
+        self.r, self.c, self.a, self.d = r, c, a, d
+
+    def __add__(self, o):
+        need((self.r, self.c) == (o.r, o.c), "a sum of two shapes")
+        d = lcm(self.d, o.d)
+        p, q = d // self.d, d // o.d
+        rows = zip(self.a, o.a)
+        a = [[p * x + q * y for x, y in zip(u, v)] for u, v in rows]
+        return Mat(self.r, self.c, a, d)
+
+    def times(self, f):
+        n, d = f.numerator, f.denominator
+        return Mat(self.r, self.c, [[n * x for x in u] for u in self.a], self.d * d)
+
+    def __matmul__(self, o):
+        need(self.c == o.r, "a product of shapes that don't fit")
+        rows = []
+        for u in self.a:
+            total = [0] * o.c
+            for x, v in zip(u, o.a):
+                for j, y in enumerate(v if x else ()):
+                    if y:
+                        total[j] += x * y
+            rows.append(total)
+        return Mat(self.r, o.c, rows, self.d * o.d)
+
+    @property
+    def T(self):
+        rows = (
+            [list(v) for v in zip(*self.a)] if self.r else [[] for _ in range(self.c)]
+        )
+        return Mat(self.c, self.r, rows, self.d)
+
+    def __eq__(self, o):
+        rows = zip(self.a, o.a)
+        same = (x * o.d == y * self.d for u, v in rows for x, y in zip(u, v))
+        return (self.r, self.c) == (o.r, o.c) and all(same)
+
+    def cut(self, i, r, j, c):
+        return Mat(r, c, [u[j : j + c] for u in self.a[i : i + r]], self.d)
+
+    def dot(self, o):
+        rows = zip(self.a, o.a)
+        return Fraction(sum(x * y for u, v in rows for x, y in zip(u, v)), self.d * o.d)
+
+    def at(self, i, j):
+        return Fraction(self.a[i][j], self.d)
+
+
+def eye(n):
+    return Mat(n, n, [[int(i == j) for j in range(n)] for i in range(n)])
+
+
+def zeros(r, c):
+    return Mat(r, c, [[0] * c for _ in range(r)])
+
+
+def kron(p, q):
+    need(p.r * q.r * p.c * q.c <= LARGEST**2, "a Kronecker product is too large")
+    rows = [[x * y for x in u for y in v] for u in p.a for v in q.a]
+    return Mat(p.r * q.r, p.c * q.c, rows, p.d * q.d)
+
+
+def trace(x):
+    need(x.r == x.c, "the trace of a matrix that isn't square")
+    return Fraction(sum(x.a[i][i] for i in range(x.r)), x.d)
+
+
+def inverse(x):
+    """By Gauss and Jordan."""
+    need(x.r == x.c, "the inverse of a matrix that isn't square")
+    n = x.r
+    rows = [[Fraction(e, x.d) for e in u] + [Fraction(i == j) for j in range(n)]
+            for i, u in enumerate(x.a)]  # fmt: skip
+    for k in range(n):
+        top = next((i for i in range(k, n) if rows[i][k]), None)
+        need(top is not None, "a matrix that must be regular is singular")
+        rows[k], rows[top] = rows[top], rows[k]
+        rows[k] = [e / rows[k][k] if e else e for e in rows[k]]
+        for i in range(n):
+            f = rows[i][k]
+            if i != k and f:
+                rows[i] = [e - f * g if g else e for e, g in zip(rows[i], rows[k])]
+    return gather([u[n:] for u in rows], n)
+
+
+def gather(rows, c):
+    d = lcm(*(e.denominator for u in rows for e in u))
+    a = [[e.numerator * (d // e.denominator) for e in u] for u in rows]
+    return Mat(len(rows), c, a, d)
+
+
+NUMBER = re.compile(r"-?(\d+(\.\d+)?(e[-+]?\d{1,3})?|\d+/\d+)", re.ASCII)
+
+
+def number(text):
+    """A decimal, or a fraction, in a string."""
+    good = isinstance(text, str) and NUMBER.fullmatch(text)
+    need(good and not re.search("/0+$", text), f"{text!r:.40} isn't a number")
+    need(max(map(len, text.split("/"))) <= MOST_DIGITS + 1, "a number is too long")
+    try:
+        return Fraction(text)
+    except ValueError:  # Python's own limit, which a program may lift
+        raise Beyond("a number has more digits than Python reads here") from None
+
+
+def read(x):
+    """A number, or a matrix; {"zeros": [r, c]} stands for one without entries."""
+    if isinstance(x, dict):
+        good = set(x) == {"zeros"} and len(x["zeros"]) == 2
+        good = good and all(type(k) is int and 0 <= k < LARGEST for k in x["zeros"])
+        need(good, "an odd matrix")
+        return zeros(*x["zeros"])
+    if not isinstance(x, list):
+        return number(x)
+    good = x and all(isinstance(u, list) and len(u) == len(x[0]) > 0 for u in x)
+    need(good, "the rows of a matrix differ in length")
+    return gather([[number(e) for e in u] for u in x], len(x[0]))
+
+
+def scalar(x):
+    return isinstance(x, Fraction)
+
+
+def mul(x, y):
+    if scalar(x):
+        return x * y if scalar(y) else y.times(x)
+    return x.times(y) if scalar(y) else x @ y
+
+
+def turned(x):
+    return x if scalar(x) else x.T
+
+
+def total(x, y):
+    """The sum; a number stands for that multiple of the identity."""
+    if scalar(x) != scalar(y):
+        f, x = (x, y) if scalar(x) else (y, x)
+        need(x.r == x.c, "a number and a matrix that isn't square")
+        y = eye(x.r).times(f)
+    return x + y
+
+
+def definite(x, semi=False):
+    """By elimination in integers (Bareiss): the pivots are leading minors."""
+    if scalar(x):
+        return x >= 0 if semi else x > 0
+    if x.r != x.c or x != x.T:
+        return False
+    common = gcd(*(e for u in x.a for e in u)) or 1
+    rows, last = [[e // common for e in u[i:]] for i, u in enumerate(x.a)], 1
+    while rows:  # of the upper triangle
+        head, rows = rows[0], rows[1:]
+        p = head[0]
+        if p < 0 or (p == 0 and (not semi or any(head))):
+            return False
+        if p:
+            rows = [[(p * b - f * a) // last for a, b in zip(head[i:], r)]
+                    for i, (r, f) in enumerate(zip(rows, head[1:]), 1)]  # fmt: skip
+            last = p
+    return True

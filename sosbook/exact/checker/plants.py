@@ -1,0 +1,145 @@
+"""The text of a plant."""
+
+from fractions import Fraction
+
+from . import payment
+from .arithmetic import need
+from .families import given_vertices, keys
+from .text import decimal_text, ratio
+
+SECOND = """E.i = [I(n), 0{z}; 0, {M}{z}{last}]
+A.i = [0, I(n){U0}; -S.i, -D.i{z}{U}]
+Bu.i = [O(n, cols(B.i)); B.i{push}]
+Bw.i = [O(n, cols(F.i)); F.i{gust}]"""
+OUTPUTS = {"C": "C", "D_u": "D", "D_w": "Z", "C_a": "H"}
+OTHER = "E.i = Ed.i", "A.i = Ad.i", "Bu.i = Bd.i", "Bw.i = Wd.i"
+
+
+def plant(t, d):
+    """The lines of E x' = A x + B u + W w, y = C x + D u; (vertices, N, m, p)."""
+    kind, vertices = d["plant"]["kind"], given_vertices(d["plant"])
+    family = "parameters" in d["plant"] or "box" in d
+    if "box" in d:
+        vertices = payment.corners(d["box"], kind, len(vertices))
+    entry, t.vertices = ratio if family else decimal_text, vertices
+    t.sets["vertices"] = [[str(i + 1)] for i in range(len(vertices))]
+    if kind == "second order":
+        need(isinstance(d["U"], list), "U must be a matrix")
+        names = dict(zip("MDSBF", "MDSBF"))
+        n, U = len(vertices[0]["M"]), len(d["U"])
+        N = 2 * n + U
+    else:
+        need(d["U"] == [] and d["K_A"] is None, "this plant has no U, no K_A")
+        names, N = dict(E="Ed", A="Ad", B="Bd", B_w="Wd"), len(vertices[0]["E"])
+    sizes, beside = set(), kind == "descriptor" and "C" in vertices[0]
+    for i, v in enumerate(vertices, 1):
+        none = dict.fromkeys(OUTPUTS) if beside else {}
+        keys(none | v, " ".join([*names, *none]))
+        for key, name in names.items():
+            t.put(f"{name}.{i}", v, key, entry=entry)
+        square, (B, W) = list(names)[:-2], (v[x] for x in list(names)[-2:])
+        shapes = [(len(v[x]), len(v[x][0])) for x in square]
+        sizes.add((*shapes, len(B), len(B[0]), len(W), len(W[0])))
+    need(len(sizes) == 1, "the vertices differ in size")
+    (*shapes, rows, m, high, p) = sizes.pop()
+    need({*shapes} == {(rows, rows)} and high == rows, "a matrix has a wrong shape")
+    if kind == "descriptor":
+        outputs_of(t, d["plant"], vertices, dict(C=N, D_u=m, D_w=p, C_a=N), entry)
+        t.write(*OTHER, loop="i in vertices")
+        return vertices, N, m, p
+    if U:
+        t.put("U", d, "U")
+    M = "M.i"
+    if d["K_A"] is not None:
+        t.put("K_A", d, "K_A")
+        M = "M.i - B.i K_A"
+    more = dict(z=", 0", last="; 0, 0, I(rows(U))", U0=", O(n, rows(U))",
+                U="; U, O(rows(U), n), 0", push="; O(rows(U), cols(B.i))",
+                gust="; O(rows(U), cols(F.i))")  # fmt: skip
+    more = {k: v if U else "" for k, v in more.items()}
+    t.write("n = rows(M.1)", f"C = [I(n), O(n, {'n + rows(U)' if U else 'n'})]")
+    t.write(*SECOND.format(M=M, **more).split("\n"), loop="i in vertices")
+    return vertices, N, m, p
+
+
+def outputs_of(t, plant, vertices, widths, entry):
+    """C, D, Z and H of a plant without z: one for all where they are C and D."""
+    several = [(v.get("C"), v.get("D_u")) for v in vertices]
+    alike = all(x == several[0] for x in several)
+    alike = alike and not any(v.get(k) for v in vertices for k in ("D_w", "C_a"))
+    t.each = () if "C" in plant and alike else tuple(OUTPUTS.values())
+    if "C" in plant and alike:
+        v = vertices[0] if "parameters" in plant else plant
+        for key in ("C", "D_u"):
+            if key == "C" or v.get(key) is not None:
+                t.put(OUTPUTS[key], v, key, widths[key], entry)
+        return
+    for key, name in OUTPUTS.items():
+        there = [v.get(key) is not None for v in vertices]
+        need(all(there) or not any(there), "an output that one vertex hasn't")
+        for i, v in enumerate(vertices, 1):
+            if there[0]:
+                t.put(f"{name}.{i}", v, key, widths[key], entry)
+                rows, wide = len(v["C"]), widths[key]
+                good = len(v[key]) == rows and all(len(u) == wide for u in v[key])
+                need(good, "an output of another shape")
+    need("C.1" in t.data, "there is no output")
+
+
+def distinct(vertices, names=None):
+    """Indices of the vertices without those that repeat an earlier one."""
+    data = [v if names is None else [v[x] for x in names] for v in vertices]
+    return [i for i, v in enumerate(data) if v not in data[:i]]
+
+
+def suffice(E, points):
+    """Whether E^-1 [A B W] between the vertices is a mean of the vertices' ones.
+
+    Up to a congruence the blocks of a design are affine in it, so that no pair of
+    two vertices is needed then. With E + t u v' for E the inverse moves on a
+    segment, and so does the quotient where A, B and W move along u, too; det E is
+    affine in t. So it is enough that det E has one sign at all vertices and that
+    their columns differ by multiples of one u; or that they are a box, all sums of
+    some vertices with one E and any of some changes, each along a u of its own.
+    ``points`` are the entries of [E A B W] by columns.
+    """
+    N = E[0].r
+    points = dict(zip(points, E))
+    first, *others = sorted(points)
+
+    def change(point):
+        return tuple(a - b for a, b in zip(point, first))
+
+    def along_one(*changes):
+        columns = [c[k : k + N] for c in changes for k in range(0, len(c), N)]
+        u = next(filter(any, columns))
+        k = next(k for k in range(N) if u[k])
+        return all(c[r] * u[k] == u[r] * c[k] for c in columns for r in range(N))
+
+    box = {p for p in points if p[: N * N] == first[: N * N]}
+    if len(box) == len(points):
+        return True
+    if not along_one(*map(change, others)):
+        for point in others:
+            if point not in box:
+                if not along_one(change(point)):
+                    return False
+                box |= {tuple(map(sum, zip(p, change(point)))) for p in box}
+                if not box <= set(points):
+                    return False
+    dets = [determinant(E) for E in points.values()]
+    return all(d > 0 for d in dets) or all(d < 0 for d in dets)
+
+
+def determinant(x):
+    rows, product = [list(u) for u in x.a], Fraction(1, x.d**x.r)
+    for k in range(len(rows)):
+        top = next((r for r in range(k, len(rows)) if rows[r][k]), None)
+        if top is None:
+            return Fraction(0)
+        rows[k], rows[top] = rows[top], rows[k]
+        product *= rows[k][k] * (1 if top == k else -1)
+        for r in range(k + 1, len(rows)):
+            f = Fraction(rows[r][k]) / rows[k][k]
+            rows[r] = [a - f * b for a, b in zip(rows[r], rows[k])]
+    return product

@@ -1,0 +1,141 @@
+"""Reading what a file asks, and a text in the making.
+
+What is asked is a dict of words and decimals. A text is written from it alone, so that
+a file may hold the text that is written here and no other.
+"""
+
+import re
+from fractions import Fraction
+
+from .arithmetic import gather, need, read
+from .arithmetic import number as value_of
+from .language import Reader, parse
+
+
+def sane(name):
+    """A name: one line, and no sentence."""
+    sign = r"(?=[\w(])([\w (),#-]|[.](?! ))+(?<! )"
+    good = isinstance(name, str) and re.fullmatch(sign, name)
+    need(good, f"{name!r:.40} is no name: one line of letters, digits, spaces, hyphens")
+    return name
+
+
+def decimal_text(text):
+    """The text of a number: a decimal in its shortest form, in a string."""
+    good = isinstance(text, str) and re.fullmatch(r"[-+.e0-9]{1,30}", text, re.ASCII)
+    shortest = repr(float(text) + 0.0) if good else ""
+    shortest = shortest[:-2] if shortest.endswith(".0") else shortest
+    need(good and text == shortest, f"{text!r:.40} isn't a decimal number in a string")
+    return text
+
+
+def number(text):
+    """What a decimal says."""
+    return Fraction(decimal_text(text))
+
+
+def ratio(text):
+    """A fraction in lowest terms, in a string."""
+    good = isinstance(text, str) and re.fullmatch(r"-?\d+(/\d+)?", text, re.ASCII)
+    need(good and str(value_of(text)) == text, f"{text!r:.40} isn't a fraction")
+    return Fraction(text)
+
+
+def positive(text):
+    need(number(text) > 0, f"{text} must be positive")
+    return number(text)
+
+
+def mat(rows, r, c=None, entry=number):
+    """A `Mat` with r rows, and c columns if they are told."""
+    return gather(*entries(rows, r, c, entry))
+
+
+def entries(rows, r, c, entry):
+    """Each entry of a matrix as it is read, and how many columns there are."""
+    good = isinstance(rows, list) and len(rows) == r
+    good = good and all(isinstance(u, list) for u in rows)
+    c = len(rows[0]) if good and rows and c is None else c or 0
+    good = good and all(len(u) == c for u in rows)
+    need(good, f"a matrix has a wrong shape: {r} x {c} is needed")
+    return [[entry(e) for e in u] for u in rows], c
+
+
+def words_of(rows):
+    return "[" + ", ".join("[" + ", ".join(row) + "]" for row in rows) + "]"
+
+
+class Text:
+    """A file in the making: lines, data, sets, unknowns, and where data come from."""
+
+    def __init__(self, asked):
+        self.asked, self.lines, self.places = asked, [], {}
+        self.data, self.sets, self.unknowns, self.found = {}, {}, {}, {}
+        self.labels = {}  # from a block's key to its label
+        self.each = ()  # names of outputs that each vertex has for itself
+
+    def put(self, name, holder, key, width=0, entry=decimal_text, into=None):
+        """A matrix of what is asked becomes data; without rows it has a width."""
+        x, into = holder[key], self.data if into is None else into
+        need(isinstance(x, list), f"{key!r:.40} must be a matrix")
+        r, c = len(x), len(x[0]) if x else width
+        entries(x, r, c, entry)
+        self._keep(name, holder, key, into, x if r and c else {"zeros": [r, c]})
+
+    def put_number(self, name, holder, key):
+        """A number of what is asked becomes data."""
+        number(holder[key])
+        self._keep(name, holder, key, self.data, holder[key])
+
+    def _keep(self, name, holder, key, into, value):
+        need(name not in into, f"{name} comes twice")
+        into[name] = value
+        self.places[id(holder), key] = "=" + name
+
+    def point(self, name, key, shape):
+        """An unknown, whose values are under ``key``."""
+        self.unknowns[name] = shape
+        values = self.asked.get("unknowns")
+        if values is None:
+            return
+        need(key in values, f"the unknown {key} is missing")
+        self.put(name, values, key, into=self.found)
+        if shape == "number":
+            ((self.found[name],),) = values[key]
+            self.places[id(values), key] = "#" + name
+
+    def write(self, *lines, loop=None):
+        if loop and lines:
+            self.lines.append(f"for {loop}:")
+        self.lines += ["  " * bool(loop) + x for x in lines]
+
+    def values(self):
+        """What the lines so far define, by name."""
+        data = {k: read(v) for k, v in self.data.items()}
+        reader = Reader(data, sets=self.sets)
+        for _ in reader.statements(parse("\n".join(self.lines))):
+            pass
+        return {k: x.v for k, x in reader.env.items()}
+
+    def file(self):
+        """What the kernel reads."""
+        whole = dict(text=self.lines, data=self.data)
+        whole |= dict(sets=self.sets, unknowns=self.unknowns)
+        if "multipliers" not in self.asked:
+            given = self.asked.get("unknowns", {})
+            good = isinstance(given, dict) and len(given) == len(self.found)
+            need(good, "other unknowns")
+            return whole | {"point": self.found}
+        Z = {}
+        for key, z in self.asked["multipliers"]:
+            label = self.label(key)
+            need(label not in Z, "two multipliers have one key")
+            good = isinstance(z, list) and all(isinstance(u, list) for u in z)
+            need(good and [ratio(e) for u in z for e in u], "a multiplier is no matrix")
+            Z[label] = z
+        return whole | {"multipliers": Z}
+
+    def label(self, key):
+        key = key if isinstance(key, str) else tuple(key)
+        need(key in self.labels, f"a multiplier of {key}, which is no block")
+        return self.labels[key]
