@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..plants.checks import count
 from ..runtime.writing import write_texts
 from .compiler import FLAGS, build
 from .program import Code
@@ -33,6 +34,8 @@ class CompiledCode:
 
     Raises
     ------
+    ValueError
+        If an argument is bad; it has its name.
     RuntimeError
         If there is no compiler, or it refuses.
     """
@@ -40,7 +43,8 @@ class CompiledCode:
     def __init__(
         self, controller, runs=1, precision="double", flags=FLAGS, folder=None
     ):
-        self.code, self.runs = Code(controller, "law", precision), runs
+        self.code = Code(controller, "law", precision)
+        self.runs = count("runs", runs, least=1)
         self.kind = np.dtype(FLOAT_TYPES[precision])
         if folder is None:
             self._temporary = tempfile.TemporaryDirectory(

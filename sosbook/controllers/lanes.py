@@ -8,6 +8,8 @@ from functools import partial
 
 import numpy as np
 
+from ..plants.checks import count
+
 __all__ = ["Lanes"]
 
 
@@ -30,7 +32,7 @@ class Lanes:
     """
 
     def __init__(self, runs, kind):
-        self.runs, self.kind = runs, np.dtype(kind)
+        self.runs, self.kind = count("runs", runs, least=1), np.dtype(kind)
         self.real = float if self.kind.type is np.float64 else self.kind.type
         self.where = _choice if runs == 1 else np.where
 

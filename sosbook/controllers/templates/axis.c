@@ -5,8 +5,8 @@
 #include <float.h>
 #include "axis.h"
 
-#ifdef __FAST_MATH__
-#error "-ffast-math breaks the checks for what is not a number"
+#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
+#error "-ffast-math, or -ffinite-math-only, breaks the checks for what is not a number"
 #endif
 #if FLT_EVAL_METHOD != 0
 #error "sums must round to their type at once: for x86 use -mfpmath=sse"

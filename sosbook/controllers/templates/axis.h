@@ -5,8 +5,8 @@
  * Use:   axis_start() with the first readings, then axis_step() every
  *        AXIS_TICK seconds. Write its outputs to the actuators AXIS_DELAY
  *        seconds after the readings were taken, not earlier and not later.
- *        Compile as C99 with -ffp-contract=off and never with -ffast-math;
- *        nothing else is needed, no library either.
+ *        Compile as C99 with -ffp-contract=off, never with -ffast-math or
+ *        -ffinite-math-only; nothing else is needed, no library either.
  *
  * A second machine needs a second axis_state and nothing else. There is no
  * heap, no recursion, no global variable that changes, and every tick takes
