@@ -1,14 +1,22 @@
 """Bounds of outputs, and proofs with limits: no plant between vertices breaks them."""
 
 from dataclasses import replace
+from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
+from flint import arb, ctx
 
 import sosbook as sos
 from sosbook.controllers import Bounded, Controller, Reach, Replay
+from sosbook.controllers.bounds import bounded_output, rounded
+from sosbook.controllers.cells import BALL_BITS, Joined, JoinedCell
 from sosbook.controllers.facts import bounded as bounded_lines
+from sosbook.controllers.facts import facts_of
+from sosbook.exact.rational import exact
 from sosbook.plants.descriptor import descriptors
+from sosbook.sampled.balls import balls
 from tests.axis import T, axis, design, drive
 
 LOADS = np.linspace(0.003, 0.006, 7)
@@ -114,10 +122,10 @@ def test_no_reach_without_limits_and_no_ramp_against_springs():
     assert c.limit(5.0).reach().step is None
 
 
-def cart(**clock):
-    """One without springs, held by its place and its rate alone."""
+def cart(U=None, **clock):
+    """One without springs, held by its place and its rate, and the integrals of U."""
     plant = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]], coordinates=["place"])
-    found = sos.design_pid(plant, region=sos.PoleRegion(1, rho=9))
+    found = sos.design_pid(plant, U, region=sos.PoleRegion(1, rho=9))
     return found.controller(["place"], counts=500, **clock)
 
 
@@ -139,6 +147,111 @@ def test_a_loop_that_is_unstable_has_no_bound():
         assert str(found).startswith("not bounded; inf")
     with pytest.raises(ValueError, match="no bound was proven"):
         c.largest_step(1.0)
+
+
+@pytest.mark.parametrize("stretch", [0, 1e-13, -1e-13])
+def test_an_inequality_is_of_the_given_P_and_R(monkeypatch, stretch):
+    """To 1e-20 of F'F, with axes that are orthonormal to rounding, or not at all."""
+    c, eigh = cart(T=0.01, memory="filter", filter_time=0.02), np.linalg.eigh
+
+    def stretched(x):
+        sizes, axes = eigh(x)
+        return sizes, axes * (1 + stretch)
+
+    monkeypatch.setattr("sosbook.sampled.cells.np.linalg.eigh", stretched)
+    with ctx.workprec(BALL_BITS):
+        joined = Joined(c, c.B[:, :0], c.D[:, :0])
+        whole = joined.family.shape.whole()
+        F = joined.family.loop(whole[0], c.timing)
+        L = np.diag([0.3, 9.81 * (1 + 2 * stretch), 1, 2][: len(F)])
+        cell = joined.cell(whole, L)
+        gram = F.T @ balls(exact(L) @ exact(L)) @ F
+        e = balls(1e-20 * np.eye(len(F)))
+        assert cell.least(gram + e) > 0
+        assert not cell.least(gram - e) > 0
+        turn = cell.cell.turn
+        off = abs(turn @ turn.T - balls(np.eye(len(F))))
+        assert all(x < 1e-30 and x.contains(0) for x in off.flat)
+
+
+def split(c):
+    """The same of 0.1 z and z: floats of D R are rounded."""
+    rows = np.array([[0.1, 0.0], [1.0, 0.0]])
+    same = replace(c, rows=rows, steps=c.steps.repeat(2), measured=c.measured * 2)
+    rest = {n: (exact(c.parts[n]) * 9 / 10).astype(float) for n in "BD"}
+    same.__dict__["parts"] = c.parts | {
+        n: np.hstack([c.parts[n], more]) for n, more in rest.items()
+    }
+    return same
+
+
+def test_the_inequalities_have_no_rounded_numbers(monkeypatch):
+    """R of what is proven of limits and of steps, again in fractions."""
+    c = cart([[1]], T=0.01, memory="filter", filter_time=0.02)
+    c = split(c.limit(73.3, tracking_time=0.3))
+    asked, least = [], JoinedCell.least
+
+    def noted(cell, R):
+        asked.append((cell, R))
+        return least(cell, R)
+
+    monkeypatch.setattr(JoinedCell, "least", noted)
+    A, B, C, D, W, rows = map(exact, (c.A, c.B, c.C, c.D, c.W, c.rows))
+    H, u_max = np.hstack([D @ rows, C]), exact(73.3)
+    assert c.step().proven > 0
+    for cell, R in asked:
+        assert around(R, exact(cell.cell.L.T) @ exact(cell.cell.L))
+    asked.clear()
+    assert c.reach().sector and asked
+    for cell, R in asked:
+        N, less, family = len(R) - 1, cell.joined.less, cell.joined.family
+        L = exact(cell.cell.L[:N, :N])
+        assert around(R[:N, :N], L.T @ L - H.T @ H / u_max**2)
+        assert around(R[N:, N:], exact(np.eye(1)) / less**2)
+        own = np.hstack([B @ rows - less * W @ D @ rows, A - less * W @ C])
+        assert around(family.own[: len(A), :-1], own)
+        u = np.hstack([(1 - less) * D @ rows, (1 - less) * C, [[-u_max]]])
+        assert around(family.full[-1:], u)
+
+
+def around(x, exactly):
+    """Whether balls hold rationals, and little else."""
+    with ctx.workprec(400):
+        pairs = zip(x.flat, balls(exactly).flat, strict=True)
+        return all(e.contains(true) and e.rad() < 1e-25 for e, true in pairs)
+
+
+def test_a_proof_of_rounded_numbers_says_so():
+    whole = cart(T=0.01, memory="filter", filter_time=0.02)
+    odd = replace(whole, rows=1.00000001234567 * whole.rows)
+    for c, said in ((whole, False), (odd, True)):
+        (_, proven), *_ = facts_of(c, "double", 60.0)[0]
+        assert any("rounded to 17 digits" in line for line in proven) == said
+
+
+def test_products_of_bounds_are_rounded_to_the_safe_side():
+    c = cart(T=0.01, memory="filter", filter_time=0.02)
+    one = Fraction(c.ramp(100.0).proven)  # 100 T is 1
+    sizes = np.random.default_rng(0).uniform(1, 9, 20).round(3).tolist()
+    for x, p in product(sizes, sizes):
+        largest = c._largest(Bounded(p, p), x)
+        assert Fraction(largest) * Fraction(p) <= Fraction(str(x))
+        assert largest == pytest.approx(x / p, rel=1e-15)
+        most = c._times(exact(x), p, p, 0).proven
+        assert Fraction(most) >= Fraction(str(x)) * Fraction(p)
+    for x in sizes[:3]:
+        assert Fraction(c.ramp(100 * x).proven) >= one * Fraction(str(100 * x)) / 100
+    assert rounded(arb(0), np.inf) == 0 and rounded(arb(0.5), 0) == 0.5
+    with ctx.workprec(BALL_BITS):
+        for third in (arb(1) / 3, arb(2) / 3):
+            assert arb(rounded(third, 0)) < third < arb(rounded(third, np.inf))
+    c = replace(c, steps=np.zeros(1))
+    assert c.noise().proven == 0
+    turn = Fraction("6.283185307179586476925286766559005768")
+    c = cart(T=0.01, memory="filter", filter_time=0.02)
+    unit = Fraction(bounded_output(c, c.B, c.D, 0))
+    for counts in (500, 1000, 4096, 7919):
+        assert Fraction(c.noise(counts).proven) >= turn / counts / 2 * unit
 
 
 def test_a_header_says_which_loop_a_bound_is_of():

@@ -1,5 +1,6 @@
 """Sampled-data control: against closed forms, simulation and control."""
 
+import copy
 import warnings
 
 import control
@@ -401,6 +402,26 @@ def test_a_wide_family_needs_several_cells_and_keeps_its_rate():
     assert ratios(found, family, [[-4, -3]], 0.2, 0.05) < 0.97
     few = certify_sampled(family, [[-4, -3]], 0.2, 0.05, rate=0.97, cells=1)
     assert not few.proven and "undecided" in few.failed[0]
+
+
+def test_a_lyapunov_matrix_of_a_file_is_symmetric():
+    """A factorization reads one of its triangles alone."""
+    family = sos.Polytope(
+        [sos.SecondOrderSystem([[M]], [[0]], [[0]], [[1]]) for M in (1, 4)]
+    )
+    found = certify_sampled(family, [[-1, -1.5]], 0.3, 0.1)
+    assert found.proven
+    data = copy.deepcopy(found.data)
+    P = data["cells"]["P"][0]
+    P[0][1] = repr(float(P[0][1]) * (1 + 1e-13))
+    bad = type(found).of(data)
+    assert not bad.proven and "P isn't symmetric" in bad.failed[0]
+
+
+@pytest.mark.parametrize("cells", [True, 0, 1.5, "4"])
+def test_cells_are_a_number(cells):
+    with pytest.raises(ValueError, match="cells must be 1, 2"):
+        certify_sampled(CART, [[-1, -1.5]], 0.2, cells=cells)
 
 
 @pytest.mark.parametrize(

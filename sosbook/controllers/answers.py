@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from flint import arb
 
 from ..exact.rational import exact
 from ..plants.checks import positive
@@ -12,7 +13,7 @@ from ..runtime.libraries import library
 from ..sampled.discretize import SampleTiming
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
-from .bounds import Bounded, begins, bounded_output, rest, sizes_of
+from .bounds import Bounded, begins, bounded_output, rest, rounded, sizes_of
 from .describing import predicted_cycles
 from .facts import facts_of
 from .limits import quantum
@@ -102,7 +103,8 @@ class Answers:
         Returns
         -------
         SampledCertificate
-            Of the linear loop: limits and quantisation are no part of it.
+            Of the linear loop: limits and quantisation are no part of it. B R and D R
+            are rounded to doubles, as its file shows them.
         """
         rows = exact(self.rows)
         B, D = (np.asarray(exact(M) @ rows, float) for M in (self.B, self.D))
@@ -166,7 +168,7 @@ class Answers:
             A reading is off by half a step at most, as it pleases, at every tick.
         """
         steps = self.steps if counts is None else quantum(counts, self.measured)
-        off = steps / 2
+        off = steps * (0.5 + 2.0**-52)  # what 2 pi / counts lacks by rounding, too
         _index("output", output, self.outputs)
 
         def one(k):
@@ -181,7 +183,8 @@ class Answers:
         parts = [one(k) for k in known]
         proven = None
         if None not in parts:
-            proven = float(sum(sizes[k] * x for k, x in zip(known, parts)))
+            total = sum((arb(sizes[k]) * arb(x) for k, x in zip(known, parts)), arb(0))
+            proven = rounded(total, np.inf)
         seen = []
         for loop in self.loops:
             h = sizes_of(loop, *ends(loop), output).sum(axis=0)
@@ -204,15 +207,20 @@ class Answers:
             Where the output at rest isn't exactly zero, as where springs push back:
             then where it goes counts, too.
         """
-        x, step = self._at_rest(set_point), positive("speed", speed) * self.T
+        x, speed = self._at_rest(set_point), positive("speed", speed)
+        step = exact(speed) * exact(self.T)
         _index("output", output, self.outputs)
         own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
         start = begins(x)
         found = bounded_output(self, own, at_once, output, start)
         moved = -x.astype(float), 0 * at_once
-        seen = max(sizes_of(loop, *moved, output).sum() for loop in self.loops) * step
-        proven = None if found is None else found * step
-        return Bounded(proven, float(seen), self.outputs[output].unit)
+        seen = max(sizes_of(loop, *moved, output).sum() for loop in self.loops)
+        return self._times(step, found, seen, output)
+
+    def _times(self, size, found, seen, output):
+        """The `Bounded` of a motion of some size, a rational, from that of one."""
+        proven = None if found is None else rounded(arb(size) * arb(found), np.inf)
+        return Bounded(proven, float(size) * float(seen), self.outputs[output].unit)
 
     def step(self, size: float = 1.0, set_point: int = 0, output: int = 0) -> Bounded:
         """What an output is asked at most after a step of a set point, at rest.
@@ -234,9 +242,8 @@ class Answers:
         own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
         found = bounded_output(self, own, at_once, output, begins(x), peak=True)
         moved = -x.astype(float), 0 * at_once
-        seen = max(sizes_of(loop, *moved, output).max() for loop in self.loops) * size
-        proven = None if found is None else found * size
-        return Bounded(proven, float(seen), self.outputs[output].unit)
+        seen = max(sizes_of(loop, *moved, output).max() for loop in self.loops)
+        return self._times(exact(size), found, seen, output)
 
     def _at_rest(self, set_point):
         _index("set_point", set_point, self.set_points)
@@ -274,7 +281,7 @@ class Answers:
     def _largest(bound, u_max):
         if bound.proven is None:
             raise ValueError(f"u_max: {bound}: no bound was proven in time")
-        return positive("u_max", u_max) / bound.proven
+        return rounded(exact(positive("u_max", u_max)) / arb(bound.proven), 0)
 
     def rounding(
         self, precision: str = "single", *, range: float, speed: float, output: int = 0

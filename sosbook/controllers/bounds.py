@@ -36,6 +36,7 @@ __all__ = [
     "longest_cut",
     "outputs_of",
     "rest",
+    "rounded",
     "settled",
     "sizes_of",
 ]
@@ -96,7 +97,8 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
     c : Controller
         The controller.
     own, direct : (l, j) and (m, j) arrays
-        How inputs act on its memory and on u; the j sums are added.
+        How inputs act on its memory and on u; the j sums are added. Floats are read
+        as decimals.
     k : int or (N,) array
         Which output, or what else of the loop's state, by a row.
     start : callable, optional
@@ -110,7 +112,7 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
     joined = Joined(c, own, direct)
     alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
     output = isinstance(k, int)
-    h, at_once = (outputs_of(c)[k], direct[k]) if output else (k, 0 * direct[0])
+    h, at_once = (outputs_of(c)[k], direct[k]) if output else (exact(k), 0 * direct[0])
     queue, worst, count = [joined.family.shape.whole()], 0.0, 0
     try:
         with time_limit(seconds):
@@ -132,7 +134,14 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
                     )
     except OutOfTime:
         return None
-    return float(np.nextafter(worst, np.inf))
+    return worst
+
+
+def rounded(x, way):
+    """A float that is no nearer than a ball x on the ``way`` to zero or infinity."""
+    end = x.upper() if way > x else x.lower()
+    found = float(end)
+    return found if arb(found) == end else float(np.nextafter(found, way))
 
 
 def rest(c, j):
@@ -193,8 +202,13 @@ def sizes_of(loop, G, direct, output):
 
 
 def outputs_of(c):
-    """The rows that pick the outputs of a controller c from the state of its loop."""
-    return c.loops[0].H
+    """The rows that pick the outputs of a controller c from the state of its loop.
+
+    In rationals.
+    """
+    seen, C = exact(c.D) @ exact(c.rows), exact(c.C)
+    older = c.timing.n_past_inputs * len(C)
+    return np.hstack([seen, exact(np.zeros((len(C), older))), C])
 
 
 def longest_cut(joined, weights):
@@ -226,17 +240,18 @@ def _cell(joined, alone, weights, h, at_once, start, peak):
     starts = [F[:-j, -j:] for F in wholes]
     if start is not None:
         starts = [middle(start(balls_of_floats(F))) for F in wholes]
-    direct, at_once = at_once, None if start else at_once
-    true = max(_true(F, G, h, at_once, peak) for F, G in zip(loops, starts))
-    P, r, head = _best(loops[slow], starts[slow], h, at_once)
+    direct, at_once, row = at_once, None if start else at_once, h.astype(float)
+    true = max(_true(F, G, row, at_once, peak) for F, G in zip(loops, starts))
+    P, r, head = _best(loops[slow], starts[slow], row, at_once)
     used, head = (1.0, 0) if peak else (r**USED, head)
     G = np.linalg.matrix_power(loops[slow], head) @ starts[slow]
     for margin in MARGINS:
-        X = _common(P, loops, h, margin * (1 - r**-2), used, G, peak)
+        X = _common(P, loops, row, margin * (1 - r**-2), used, G, peak)
         if X is None:
             continue
-        L, seen = _root(X), np.outer(h, h)
-        R = L.T @ L if peak else (L.T @ L - seen) / used**2
+        L = _root(X)
+        Lx, H = balls(L), balls(h[None])
+        R = Lx.T @ Lx if peak else (Lx.T @ Lx - H.T @ H) / arb(float(used)) ** 2
         if alone.cell(weights, L).least(R) > 0:
             return _enclosed(joined, weights, L, h, direct, start, used, head), true
     return np.inf, true
@@ -259,7 +274,7 @@ def _enclosed(joined, weights, L, h, direct, start, used, head):
         return np.inf
     loop, total = wide[:-j, :-j], arb(0)
     if start is None:
-        total += sum((abs(arb(float(e))) for e in direct), arb(0))
+        total += sum((abs(e) for e in balls(direct)), arb(0))
     for _ in range(head):
         total += sum((abs(e) for e in (H @ x).flat), arb(0))
         x = loop @ x
@@ -267,7 +282,7 @@ def _enclosed(joined, weights, L, h, direct, start, used, head):
     for column in (Lx @ x).T:
         size = sum((e.abs_upper() ** 2 for e in column), arb(0)).sqrt()
         total += size / room.sqrt()
-    bound = float(total.abs_upper())
+    bound = rounded(total, np.inf)
     return bound if np.isfinite(bound) else np.inf
 
 

@@ -22,6 +22,13 @@ from ..sampled.timing import TimeBox
 __all__ = ["BALL_BITS", "Joined", "JoinedCell"]
 
 
+class _Exactly(SampledSystem):
+    """One in rationals, none of which is rounded."""
+
+    def __post_init__(self):
+        """Leave the matrices as they are."""
+
+
 @dataclass(frozen=True, eq=False)
 class Joined:
     """The loops of a `Controller` with inputs that act on its memory and on u.
@@ -31,30 +38,28 @@ class Joined:
     controller : Controller
         The controller.
     own, direct : (l, k) and (m, k) arrays
-        How k inputs act on its memory, and on u.
-    less : float
+        How k inputs act on its memory, and on u; floats are read as decimals.
+    less : int or fmpq
         The share of u that is taken away.
     """
 
     controller: object
     own: np.ndarray
     direct: np.ndarray
-    less: float = 0.0
+    less: object = 0
 
     @cached_property
     def family(self):
         """The loops in balls; with inputs as states that are zero at the next tick."""
         c, k = self.controller, self.own.shape[1]
-        A, B = c.A - self.less * c.W @ c.C, c.B - self.less * c.W @ c.D
-        C, D = (1 - self.less) * c.C, (1 - self.less) * c.D
-        zeros = np.zeros((k, len(A) + k))
-        wide = SampledSystem(
-            np.vstack([np.hstack([A, self.own]), zeros]),
-            np.vstack([B @ c.rows, np.zeros((k, c.rows.shape[1]))]),
-            np.hstack([C, self.direct]),
-            D @ c.rows,
-            c.T,
-        )
+        W, C = exact(c.W), exact(c.C)
+        B, D = (exact(M) @ exact(c.rows) for M in (c.B, c.D))
+        A, B = exact(c.A) - self.less * W @ C, B - self.less * W @ D
+        zeros = np.zeros((k, len(A) + k + B.shape[1]))
+        rows = np.vstack([np.hstack([A, exact(self.own), B]), exact(zeros)])
+        A, B = np.split(rows, [len(A) + k], axis=1)
+        C = np.hstack([(1 - self.less) * C, exact(self.direct)])
+        wide = _Exactly(A, B, C, (1 - self.less) * D, c.T)
         return SampledFamily.of(c.plant, c.vertices, c.timing, wide)
 
     @property
@@ -90,12 +95,15 @@ class JoinedCell:
         return self.cell.turn @ balls(self.cell.L), loops, bent
 
     def least(self, R):
-        """A positive number if F'PF < R in the whole cell, P = L'L of the cell."""
+        """A positive number if F'PF < R in the whole cell, P = L'L of the cell.
+
+        R is symmetric, in balls: no rounding of it is left out.
+        """
         try:
             L, loops, bent = self._made
         except ZeroDivisionError:
             return -np.inf
-        right = solve(L.T, solve(L.T, balls(exact((R + R.T) / 2)).T).T)
+        right = solve(L.T, solve(L.T, R).T)
         grams = [F.T @ F for F in loops]
         if bent is None:
             return min(least_pivot(right - gram) for gram in grams)

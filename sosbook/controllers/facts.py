@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 
+from ..exact.rational import exact
 from ..plants.as_data import plant_data
 from ..runtime.digests import digest
 
@@ -45,6 +46,11 @@ def facts_of(c, precision, time_limit):
             what = what or "sampled loop"
             failed = ", ".join(map(str, getattr(proof, "failed", ()))) or "no proof"
             proven.append(f"{what}: NOT PROVEN, {failed}")
+    if sampled.proven and not _whole(c, sampled.K):
+        proven.append(
+            "the sampled loop is proven with the controller's matrices times rows of "
+            "what is measured, rounded to 17 digits; the bounds below are not rounded"
+        )
     proven.append(
         f"all of this is about the linear loop, sampled every {c.T:g} s, acting "
         f"{c.delay:g} s late, {c.estimate.words}; constant plants"
@@ -62,8 +68,14 @@ def facts_of(c, precision, time_limit):
     ), tuple(proofs)
 
 
+def _whole(c, K):
+    """Whether a proof is of a controller K that is c to the last digit."""
+    pairs = (c.B, K.B), (c.D, K.D)
+    return all((exact(M) @ exact(c.rows) == exact(N)).all() for M, N in pairs)
+
+
 def bounded(c):
-    """What is computed of all corners of the plant, in floats."""
+    """What outputs are asked, proven of every plant; and what floats see at corners."""
     lines = [
         f"spectral radius {c.radius:.5f}, largest sensitivity at the input "
         f"{c.sensitivity_peak():.3f}, at the corners, in floats"

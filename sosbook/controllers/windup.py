@@ -28,14 +28,14 @@ import numpy as np
 from flint import arb
 from scipy.linalg import matrix_balance
 
-from ..exact.rational import round_digits
+from ..exact.rational import exact, round_digits
 from ..language import Unknown, block
 from ..lmi.problem import LMIProblem
 from ..runtime.time_limit import OutOfTime, check_time, time_limit
 from ..sampled.balls import balls, middle
 from ..sampled.lyapunov import discrete_lyapunov
 from ..solver.loop import Unbounded
-from .bounds import four_digits, longest_cut, outputs_of, rest
+from .bounds import four_digits, longest_cut, outputs_of, rest, rounded
 from .cells import Joined, work
 
 __all__ = ["Reach", "proven_reach"]
@@ -102,8 +102,9 @@ def proven_reach(c, j, seconds=30.0):
 def _covered(c, kappa, at_rest, wanted):
     """The step that is proven with a sector, in how many cells; None without proof."""
     u_max = c.limits.u_max
-    joined = Joined(c, -c.W * u_max, -np.diag(u_max), kappa / 2)
-    H = outputs_of(c) / u_max[:, None]
+    limits = exact(np.diag(u_max))
+    joined = Joined(c, -exact(c.W) @ limits, -limits, exact(kappa) / 2)
+    H = outputs_of(c) / exact(u_max)[:, None]
     queue, least, count = [joined.family.shape.whole()], np.inf, 0
     while queue:
         check_time()
@@ -118,7 +119,7 @@ def _covered(c, kappa, at_rest, wanted):
         if len(weights) == 1 or count + len(queue) + 2 > MOST_CELLS:
             return None, count
         queue += joined.family.shape.halves(weights, longest_cut(joined, weights))
-    return float(np.nextafter(least, 0)), count
+    return least, count
 
 
 def _cell(joined, weights, H, kappa, at_rest):
@@ -130,22 +131,22 @@ def _cell(joined, weights, H, kappa, at_rest):
         return None
     g = at_rest.astype(float)
     for room in ROOMS:
-        P = _common(both, H, kappa, g, room)
+        P = _common(both, H.astype(float), kappa, g, room)
         if P is None:
             continue
         N = len(P)
         L = np.zeros((N + m,) * 2)
         L[:N, :N] = round_digits(np.linalg.cholesky(P).T, 12)
         L[N:, N:] = np.eye(m) * round_digits([2 / kappa], 6)[0]
-        R = np.zeros((N + m,) * 2)
-        R[:N, :N] = L[:N, :N].T @ L[:N, :N] - H.T @ H
-        R[N:, N:] = np.eye(m) * (2 / kappa) ** 2 * (1 - 1e-9)
-        R[:N, :N] -= 1e-12 * np.diag(np.diag(R[:N, :N]))  # for the roundings of R
+        Lx, seen = balls(L[:N, :N]), balls(H)
+        R = balls(np.zeros((N + m,) * 2))
+        R[:N, :N] = Lx.T @ Lx - seen.T @ seen
+        R[N:, N:] = balls(exact(np.eye(m)) * (2 / exact(kappa)) ** 2)
         if joined.cell(weights, L).least(R) > 0:
-            size = balls(L[:N, :N]) @ balls(at_rest)
+            size = Lx @ balls(at_rest)
             length = sum((e.abs_upper() ** 2 for e in size.flat), arb(0)).sqrt()
-            step = 1 / ((1 - arb(float(kappa))) * length)
-            return float(step.abs_lower())
+            step = 1 / ((1 - arb(exact(kappa))) * length)
+            return rounded(step, 0)
     return None
 
 

@@ -18,6 +18,7 @@ __all__ = [
     "exponential",
     "hull",
     "middle",
+    "orthonormal",
     "series",
     "solve",
 ]
@@ -71,6 +72,19 @@ def exponential(x):
 def middle(x):
     """The midpoints of the balls x, as floats."""
     return np.array([[float(e.mid()) for e in row] for row in x])
+
+
+def orthonormal(x):
+    """Balls that hold a matrix whose rows are orthonormal, exactly.
+
+    Gram and Schmidt make it of the rows of x, which are so but for roundings.
+    """
+    rows = []
+    for row in x:
+        for other in rows:
+            row = row - (row @ other) * other
+        rows.append(row / (row @ row).sqrt())
+    return np.array(rows, object)
 
 
 def series(terms):

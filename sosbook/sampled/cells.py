@@ -34,7 +34,7 @@ from flint import arb
 from scipy.linalg import solve_triangular
 
 from ..exact.definite import exact
-from .balls import balls, middle, solve
+from .balls import balls, balls_of, middle, orthonormal, solve
 from .loops import SampledFamily, key_of, within
 from .timing import TimeBox
 
@@ -126,12 +126,16 @@ class PlantCell:
     def _frame(self):
         """L behind a rotation, in balls, and the rotation.
 
-        To the axes along which the loops are closest to one.
+        To the axes along which the loops are closest to one. The balls hold an exact
+        rotation, so that what is proven behind it is true before it.
         """
-        L = balls(self.L)
-        corners = self.clocks.corners
+        return self.family.remember((self._key, "frame"), self._made_frame)
+
+    def _made_frame(self):
+        L, corners = balls(self.L), self.clocks.corners
         loops = [middle(F) for timing in corners for F in self._within(timing, L)]
-        turn = balls(np.linalg.eigh(sum(F.T @ F for F in loops))[1].T[::-1])
+        axes = np.linalg.eigh(sum(F.T @ F for F in loops))[1]
+        turn = orthonormal(balls_of(axes.T[::-1]))
         return turn @ L, turn
 
     @property

@@ -247,6 +247,8 @@ def _leaves(tree, shape):
             L, P = read_array(node["L"], None, None), None
             if "P" in node:
                 P = read_array(node["P"], many, len(L), len(L))
+                if (P != P.transpose(0, 2, 1)).any():
+                    raise ValueError("a Lyapunov matrix P isn't symmetric")
             yield weights, L, node["last"], P, node.get("times", {})
             continue
         cut = node["halve"]

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..exact.definite import exact, round_digits
 from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
-from ..plants.checks import finite, matrix, positive
+from ..plants.checks import count, finite, matrix, positive
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
 from .balls import balls, entries, middle
@@ -170,8 +170,7 @@ def certify_sampled(
             f"centre = {centre}: a disk of radius rate = {rate} must lie in the unit "
             "disk, and the clock must not vary"
         )
-    if not isinstance(cells, int) or cells < 1:
-        raise ValueError(f"cells must be 1 or more, got {cells!r}")
+    cells = count("cells", cells, least=1)
     for timing, d in product(clocks.corners, floats):
         timing.held(d)  # raises where a motion overflows
     timing = clocks.of_controller(K)
