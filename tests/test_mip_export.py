@@ -169,6 +169,7 @@ def test_a_compiler_that_rounds_otherwise_is_refused(precision, gcc, tmp_path):
     for more, flags, words in (
         (f"#undef {macro}\n#define {macro} 11\n", [], "other digits"),
         ("", ["-ffast-math"], "-ffast-math"),
+        ("", ["-ffinite-math-only"], "-ffast-math breaks"),
     ):
         include = '#include "balance.h"\n'
         source.write_text(text.replace(include, include + more), "utf-8")

@@ -5,7 +5,7 @@
 #include <float.h>
 #include "balance.h"
 
-#ifdef __FAST_MATH__
+#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
 #error "-ffast-math breaks the checks for what is not a number"
 #endif
 #if FLT_EVAL_METHOD != 0
