@@ -12,6 +12,7 @@ from scipy.linalg import block_diag, eigh
 
 import sosbook as sos
 from sosbook.analysis.energy import energy_forms, least_eigenvalue
+from sosbook.analysis.pencil import Pencil
 from sosbook.exact.checker import verdict
 from sosbook.exact.proof_text import version_1
 from sosbook.plants import sparse
@@ -269,6 +270,26 @@ def test_what_is_found_is_the_rightmost_pole(plant):
     assert found.pole.real == pytest.approx(truth.real.max(), rel=1e-6)
     assert found.of == len(truth) and found.kept == (truth.real.max() < -1.4 * slowest)
     assert str(found).startswith("found: ") and "proven" not in str(found)
+
+
+@pytest.mark.parametrize("sparse_from", [1000, 5])
+def test_poles_that_are_not_refined_are_counted(sparse_from, monkeypatch):
+    """Newton's method is told to fail at the two slowest of eight pairs."""
+    monkeypatch.setattr(sparse, "MOST_DENSE", sparse_from)
+    whole = bar(8)
+    design = sos.analyse_pid(whole.reduce(modes=2), np.zeros((1, 4)))
+    all_ = design.check_on(whole)
+    assert all_.unsettled == 0 and "not refined" not in str(all_)
+    fast = np.sort(abs(all_.poles))[2]
+    refined = Pencil.refined
+    monkeypatch.setattr(
+        Pencil,
+        "refined",
+        lambda self, s, q: refined(self, s, q) if abs(s) > 0.99 * fast else None,
+    )
+    found = design.check_on(whole)
+    assert found.unsettled == 2 and str(found).endswith("seen, but not refined: 2")
+    assert len(found.poles) == len(all_.poles) - 2
 
 
 @pytest.mark.parametrize("unit", UNITS)

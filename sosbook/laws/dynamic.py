@@ -22,6 +22,7 @@ from .structure import Structure, placed
 __all__ = ["DynamicLaw"]
 
 NAMES = "A_c", "B_c", "C_c", "D_c"
+MOST_STATES = 100  # whose A_c has 10,000 numbers, more than any search moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class DynamicLaw(Law):
     Parameters
     ----------
     order : int
-        Number of states x_c, at least one.
+        Number of states x_c, from 1 to 100.
     position, velocity : (q, n) array_like, optional
         What is measured, as in `PIDLaw`; y has the positions first.
     strictly_proper : bool
@@ -48,7 +49,7 @@ class DynamicLaw(Law):
     Raises
     ------
     ValueError
-        If the order isn't a positive whole number, or nothing is measured.
+        If the order isn't a whole number from 1 to 100, or nothing is measured.
 
     Examples
     --------
@@ -82,6 +83,11 @@ class DynamicLaw(Law):
             raise ValueError(
                 "order is 0: a DynamicLaw has states; take PIDLaw(position=...) for "
                 "a controller without"
+            )
+        if order > MOST_STATES:
+            raise ValueError(
+                f"order must be {MOST_STATES} or less, got {order}: reduce the plant "
+                "or the controller first"
             )
         if not isinstance(strictly_proper, bool):
             raise ValueError(

@@ -48,11 +48,15 @@ class Found(ReadOnly):
     broken : tuple of str
         What is asked of the poles and a refined one breaks, in words; where it lies at
         the edge to all digits that floats tell, too.
+    unsettled : int
+        How many more were seen that Newton's method didn't refine: they aren't among
+        the poles, and nothing is said of them.
     """
 
     poles: np.ndarray
     of: int
     broken: tuple
+    unsettled: int = 0
 
     @property
     def pole(self) -> complex:
@@ -72,6 +76,8 @@ class Found(ReadOnly):
             f"rad/s; the whole has {self.of}, and one that wasn't found may lie "
             "further right"
         )
+        if self.unsettled:
+            words += f"; seen, but not refined: {self.unsettled}"
         return words + "".join(f"; broken: {claim}" for claim in self.broken)
 
 
@@ -133,11 +139,17 @@ def _found(design, whole):
         few |= {int(np.argmax(values)) for values in out.values()}
         poles = [poles[k] for k in sorted(few)]
     refined: dict = {}
+    unsettled: list = []
     for s, q in poles:
-        q = q if s.imag >= 0 else q.conj()
-        one = pencil.refined(complex(s.real, abs(s.imag)), q)
-        if one and not any(abs(one[0] - x) < SAME * abs(x) for x in refined):
+        s, q = (s, q) if s.imag >= 0 else (s.conj(), q.conj())
+        one = pencil.refined(s, q)
+        if one is None:
+            unsettled.append(s)
+        elif not _among(refined, one[0]):
             refined.setdefault(*one)
+    lost: list = []
+    for s in unsettled:
+        lost += [] if _among([*refined, *lost], s) else [s]
     if not refined:
         raise ArithmeticError("no pole of the whole could be refined")
     doubts = np.array(list(refined.values()))
@@ -146,7 +158,12 @@ def _found(design, whole):
     refined = np.array(sorted(refined, key=lambda s: -s.real))
     a = 0 if U is None else len(U)
     first = isinstance(whole, DescriptorSystem)
-    return Found(refined, whole.order if first else 2 * whole.n + a, tuple(broken))
+    order = whole.order if first else 2 * whole.n + a
+    return Found(refined, order, tuple(broken), len(lost))
+
+
+def _among(poles, s):
+    return any(abs(s - x) <= SAME * abs(x) for x in poles)
 
 
 def _pencil(whole, K, U):
