@@ -1,6 +1,7 @@
 """Gains of a law: searched, proven, refused by a door, or said to be undecided."""
 
 import copy
+import itertools
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from sosbook.exact.proof_text import version_1
 from sosbook.exact.rational import exact
 from sosbook.laws.base import plain
 from sosbook.plants.reduction import Reduction
+from sosbook.runtime import time_limit as clock
+from sosbook.synthesis import feasibility
 from sosbook.synthesis.structured import slopes
 from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
 from sosbook.synthesis.structured.loops import loops_of
@@ -91,9 +94,12 @@ def test_slopes_are_differences(seed):
                 task = Task.of(d.request, loops, goal, rate=1.0)
                 f = Objective(task, loops, np.ones(len(kappa)), norms)
                 _check(f, kappa, rng)
+        N = 0.1 * rng.normal(size=(2 * n + 2, 2))
+        mixed = sos.QuadraticCost(np.eye(2 * n + 2), np.eye(2), N=N, bound=1.0)
         for value in (
             lambda K: slopes.norm(loops, K, d.request.owner("gamma"), 2),
             lambda K: slopes.reached(loops, K, cost, 2, np.ones(len(kappa))),
+            lambda K: slopes.reached(loops, K, mixed, 2, np.ones(len(kappa))),
         ):
 
             def f(x, value=value):
@@ -183,6 +189,58 @@ def test_a_plant_between_the_vertices_joins_the_search():
     plants = [*body.vertices, *body.sample(100, seed=5)]
     true = -max(loop_poles(p, design).real.max() for p in plants)
     assert design.request.region.sigma < true and design.certify().proven
+
+
+def asked_in(seconds, monkeypatch, **asked):
+    """The design by a clock that moves a second at each look, and how many."""
+    ticks = itertools.count()
+    for module in (clock, feasibility):
+        monkeypatch.setattr(module, "monotonic", lambda: float(next(ticks)))
+    design = sos.design_pid(**asked, time_limit=seconds)
+    monkeypatch.undo()
+    return design, next(ticks)
+
+
+def test_a_search_that_is_stopped_has_its_best_gain_proven(monkeypatch):
+    """Half of the time is for the search; what it has by then is proven."""
+    asked = dict(plant=arm(), law=LAW, maximize="sigma")
+    whole, seconds = asked_in(1e8, monkeypatch, **asked)
+    assert whole.status == "feasible" and not whole.reason
+    some = 0
+    for share in (0.001, 0.3, 0.7, 0.9):
+        design, _ = asked_in(share * seconds, monkeypatch, **asked)
+        if design.status == "undecided":
+            assert design.K is None and "raise time_limit" in design.reason
+            continue
+        some += 1
+        assert design.reason.startswith("The time was over before the search was")
+        assert design.searched.starts < whole.searched.starts
+        assert design.certify().proven
+        true = max(loop_poles(p, design).real.max() for p in arm().vertices)
+        assert true < -design.request.region.sigma
+    assert some
+
+
+@pytest.mark.parametrize("share", [0.01, 0.2, 0.4, 0.6, 0.8, 0.95])
+def test_a_search_of_a_cost_that_is_stopped_answers(share, monkeypatch):
+    plant = sos.SecondOrderSystem(1, 0.1, 1, 1, 1)
+    law = sos.PIDLaw([[1]], filter=0.1)
+    cost = sos.QuadraticCost(np.eye(3), [[1]], noise="F")
+    asked = dict(plant=plant, law=law, cost=cost, minimize="cost", starts=2)
+    whole, seconds = asked_in(1e8, monkeypatch, **asked)
+    design, used = asked_in(share * seconds, monkeypatch, **asked)
+    assert whole.status == "feasible" and used < seconds + 9
+    assert design.status == "undecided" or design.certify().proven
+
+
+def test_how_many_starts_found_nothing_is_said():
+    """A cart that its sensor doesn't see: z2 grows, whatever the gain of z1."""
+    S, one = np.diag([1, -1]), np.eye(2)
+    plant = sos.SecondOrderSystem(one, one, S, one, one)
+    law = sos.PIDLaw([[1, 0]], structure=[[1], [0]])
+    design = sos.design_pid(plant, law=law, minimize="gamma", starts=3)
+    assert design.status == "undecided"
+    assert design.reason.startswith("No stable loop of finite norms was found by 3 ")
 
 
 # the doors

@@ -273,10 +273,11 @@ class QuadraticCost(Requirement):
 
     def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
         A, noise = loop_matrix(d, K), noise_input(d, self)
-        X = lyapunov(A.T, -(self.Q + K.T @ self.R @ K))
+        X = lyapunov(A.T, -_weight(self, K))
         Y = lyapunov(A, -noise @ noise.T)
         of_noise = 2 * X @ noise if self.noise == "F" else 0 * d.Bw
-        return 2 * X @ Y, 2 * self.R @ K @ Y, of_noise
+        pushed = self.R @ K if self.N is None else self.R @ K + self.N.T
+        return 2 * X @ Y, 2 * pushed @ Y, of_noise
 
     def riccati(self) -> Any:
         Q = self.Q + 1e-6 * np.diag(np.maximum(self.Q.diagonal(), self.Q.max() * 1e-6))
@@ -309,9 +310,12 @@ def noise_cost(d, K, cost):
     A = loop_matrix(d, K)
     if np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
-    weight = cost.Q + K.T @ cost.R @ K
-    if cost.N is not None:
-        weight = weight + cost.N @ K + (cost.N @ K).T
-    X = lyapunov(A.T, -weight)
+    X = lyapunov(A.T, -_weight(cost, K))
     noise = noise_input(d, cost)
     return float(np.trace(noise.T @ X @ noise))
+
+
+def _weight(cost, K):
+    """The weight of x under u = K x, in floats."""
+    weight = cost.Q + K.T @ cost.R @ K
+    return weight if cost.N is None else weight + cost.N @ K + (cost.N @ K).T

@@ -10,14 +10,17 @@ import numpy as np
 from .progress import bar
 
 __all__ = [
+    "LEAST_TIME",
     "OutOfTime",
     "check_time",
     "check_time_of_eigenvalues",
     "checked_seconds",
+    "time_left",
     "time_limit",
 ]
 
 LONGEST = 1e9  # seconds, about thirty years
+LEAST_TIME = 1e-3  # seconds, where hardly any are left: a limit is positive
 SECONDS_OF_EIGENVALUES = 1e-8  # by the cube of the rows; about, on one core
 
 _end = ContextVar("end", default=None)
@@ -119,6 +122,19 @@ def check_time(ahead=0.0):
     end = _end.get()
     if end is not None and monotonic() + ahead > end:
         raise OutOfTime("the time limit is over", end)
+
+
+def time_left():
+    """Seconds until the limit in force is over; infinite without one.
+
+    Examples
+    --------
+    >>> with time_limit(60):
+    ...     59 < time_left() < 60
+    True
+    """
+    end = _end.get()
+    return inf if end is None else end - monotonic()
 
 
 def check_time_of_eigenvalues(rows, times=1.0):

@@ -5,7 +5,7 @@ from html import escape
 from time import monotonic
 from typing import Any
 
-from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
+from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
 from .cells import family
 from .known_gain import Kept, least, worst
 from .structured.doors import best_excluded
@@ -14,7 +14,6 @@ __all__ = ["Bound", "Bounds", "bounds_of"]
 
 BACKOFF = 0.001  # what is proven is so much easier than the truth, as a fraction
 DIGITS = 4  # of what is proven
-LEAST_TIME = 1e-3  # seconds; a limit is positive
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,13 @@ from ...exact.rational import exact
 from ...requirements.known import KnownLoop
 from ...requirements.vocabulary import SIGMA
 from ...runtime.read_only import ReadOnly
+from ...runtime.time_limit import (
+    LEAST_TIME,
+    OutOfTime,
+    check_time,
+    time_left,
+    time_limit,
+)
 from ..cells import Box, Ranges, family
 from ..known_gain import kept_or_broken
 from ..solution import Solution
@@ -23,6 +30,8 @@ AGAIN = 3  # searches, each with the worst plants between the vertices
 FEW = 3  # starts of all but the first
 DIGITS = 6, 10  # of the free numbers, in the order of trial
 WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
+SEARCH = 0.5  # of the time that is left, for a search; the rest is for the proof
+STOPPED = "The time was over before the search was: a longer one may find a better K."
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,31 +93,43 @@ def by_law(request, objective, backoff, starts, seed):
         owner = request.owner(next(iter(objective)))
         goal = DECAY if owner.parameter is SIGMA else owner
     task = Task.of(request, loops, goal)
-    best, near, count, between = None, (), 0, 0
-    for again in range(AGAIN):
-        found = search(task, loops, FEW if again else starts, seed, near)
-        if found is None:
-            break
-        count, near = count + found.starts, (found.kappa,)
-        record = _record(task, loops, count, seed, between)
-        if goal is None and found.value >= 0:
-            break
-        for digits in DIGITS:
-            known = replace(request, gain=loops.K(round_digits(found.kappa, digits)))
-            solution = kept_or_broken(known, objective, backoff)
-            if solution.status == "feasible":
+    best, near, count, between, stopped = None, (), 0, 0, False
+    try:
+        for again in range(AGAIN):
+            check_time()
+            with time_limit(_seconds_of_search()):
+                found = search(task, loops, FEW if again else starts, seed, near)
+            count, near = count + found.starts, (found.kappa,)
+            record = _record(task, loops, count, seed, between)
+            stopped = stopped or found.stopped
+            if not found.value < (0 if goal is None else np.inf):
                 break
-        solution = replace(solution, searched=record)
-        if _better(solution, best, objective):
-            best = solution
-        points = _worse(solution, task, loops, found, goal)
-        if not points:
-            break
-        loops = loops.with_more([_between(request, known, loops, p) for p in points])
-        between += len(points)
+            for digits in DIGITS:
+                kappa = round_digits(found.kappa, digits)
+                known = replace(request, gain=loops.K(kappa))
+                solution = kept_or_broken(known, objective, backoff)
+                if solution.status == "feasible":
+                    break
+            solution = replace(solution, searched=record)
+            if _better(solution, best, objective):
+                best = solution
+            points = _worse(solution, task, loops, found, goal)
+            if not points:
+                break
+            more = [_between(request, known, loops, p) for p in points]
+            loops, between = loops.with_more(more), between + len(points)
+    except OutOfTime:
+        if best is None or best.status != "feasible":
+            raise
+        stopped = True
     if best is not None and best.status == "feasible":
-        return best
-    return _undecided(request, task, loops, found, best, count, seed, between)
+        return replace(best, reason=STOPPED) if stopped and objective else best
+    return _undecided(request, task, loops, found, best, record)
+
+
+def _seconds_of_search():
+    left = time_left()
+    return None if np.isinf(left) else max(SEARCH * left, LEAST_TIME)
 
 
 def _better(solution, best, objective):
@@ -175,19 +196,19 @@ def _record(task, loops, count, seed, between):
     return Searched(count, seed, limits, least, between)
 
 
-def _undecided(request, task, loops, found, best, count, seed, between):
+def _undecided(request, task, loops, found, best, record):
     """Undecided, with what was reached; or "infeasible", by a door."""
     refused = refused_by_a_door(request)
     if refused is not None:
         return refused
-    record = _record(task, loops, count, seed, between)
-    if found is None:
-        text = f"No stable loop was found by {record}."
+    by = f"{record}, stopped by the time" if found.stopped else f"{record}"
+    if not np.isfinite(found.value):
+        text = f"No stable loop of finite norms was found by {by}."
     else:
-        text = f"Nothing that keeps all was found by {record}."
+        text = f"Nothing that keeps all was found by {by}."
         text = f"{text} {_reached(request, task, loops, found)}".strip()
     if best is not None:
-        text = f"The best gain that was found isn't proven: {best.reason} ({record}.)"
+        text = f"The best gain that was found isn't proven: {best.reason} ({by}.)"
     return Solution(request, "undecided", None, reason=text, searched=record)
 
 

@@ -84,10 +84,16 @@ class Objective:
         Units of the free numbers.
     norms : bool
         Whether more than poles count; unstable loops have no value then.
+
+    Attributes
+    ----------
+    least, at : float and (k,) array
+        The least value so far, and where that was.
     """
 
     def __init__(self, task, loops, unit, norms):
         self.task, self.loops, self.unit, self.norms = task, loops, unit, norms
+        self.least, self.at = np.inf, None
         parts = [(r.alpha, r.beta, _size(r) * task.rate) for r in task.regions]
         least = LMIRegion.half_plane(LEAST_DECAY * task.rate)
         stable = (least.alpha, least.beta, _size(least) * task.rate)
@@ -107,6 +113,8 @@ class Objective:
             value += WALL * over[over > 0].sum()
             wall = np.sign(x) * self.unit / self.task.limits
             slope = slope + WALL * np.where(over > 0, wall, 0.0)
+        if value < self.least:
+            self.least, self.at = value, x
         return value, slope
 
     def _of(self, K):

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...analysis.lyapunov import lyapunov
 from ...analysis.riccati import riccati
-from ...runtime.time_limit import check_time
+from ...runtime.time_limit import OutOfTime, check_time
 from .descent import descend, refine
 from .objective import DECAY, Objective
 
@@ -31,22 +31,25 @@ class Found:
 
     Parameters
     ----------
-    kappa : (k,) array
-        The free numbers.
+    kappa : (k,) array or None
+        The free numbers; None where no loop has a value.
     value : float
         The objective's; below zero all is kept, where nothing is to be as good as
-        can be.
+        can be. Infinite where no loop is stable, or a norm isn't finite.
     starts : int
         How many were taken.
+    stopped : bool
+        Whether the time was over before the search was: it is the best so far.
     """
 
-    kappa: np.ndarray
+    kappa: np.ndarray | None
     value: float
     starts: int
+    stopped: bool = False
 
 
 def search(task, loops, starts, seed, near=()):
-    """The best `Found` of several starts, or None where no loop has a value.
+    """The best `Found` of several starts.
 
     Parameters
     ----------
@@ -57,61 +60,80 @@ def search(task, loops, starts, seed, near=()):
     starts : int
         How many, besides those ``near``.
     seed : int
-        Of numpy's generator: what is found depends on nothing else.
+        Of numpy's generator: what is found depends on nothing else but the time.
     near : sequence of (k,) arrays
         Free numbers to start from.
     """
     rng = np.random.default_rng(seed)
     bounded = bool(task.bounded) or task.goal not in (None, DECAY)
-    found, count = [], 0
+    found, tried, count = [], [], 0
     enough = -ROOM if task.goal is None else -np.inf
-    for unit, x in _starts(task, loops, starts, rng, near):
-        f = Objective(task, loops, unit, False)
-        count += 1
-        x, value = descend(f, x, STEPS, -ROOM / 5 if bounded else enough)
-        if np.isfinite(value):
-            found.append((value, unit, x))
-        inside = sum(v < 0 for v, *_ in found)
-        if bounded and inside >= -(-starts // NORM_SHARE):
-            break
-        if not bounded and value <= enough:
-            break
-    if not found:
-        return None
-    found.sort(key=lambda entry: entry[0])
-    if bounded:
-        found = _norms(task, loops, found, enough) or found[:1]
-        if found[0][0] == np.inf:
-            return None
-    value, unit, x = found[0]
-    f = Objective(task, loops, unit, bounded)
-    value = f(x)[0]
-    for _ in range(TURNS if bounded else 1):
-        if value <= enough or not np.isfinite(value):
-            break
-        before = value
-        x, value = refine(f, x, value, rng, ROUNDS[bounded])
+
+    def function(unit, norms):
+        tried.append(Objective(task, loops, unit, norms))
+        return tried[-1]
+
+    try:
+        for unit, x in _starts(task, loops, starts, rng, near):
+            count += 1
+            f = function(unit, False)
+            x, value = descend(f, x, STEPS, -ROOM / 5 if bounded else enough)
+            if np.isfinite(value):
+                found.append((value, unit, x))
+            inside = sum(v < 0 for v, *_ in found)
+            if bounded and inside >= -(-starts // NORM_SHARE):
+                break
+            if not bounded and value <= enough:
+                break
+        if not found:
+            return Found(None, np.inf, count)
+        found.sort(key=lambda entry: entry[0])
         if bounded:
-            x, value = descend(f, x, STEPS, enough)
-        if before - value < WORTH:
-            break
+            found = _norms(function, found, enough) or found[:1]
+        _, unit, x = found[0]
+        f = function(unit, bounded)
+        value = f(x)[0]
+        for _ in range(TURNS if bounded else 1):
+            if value <= enough or not np.isfinite(value):
+                break
+            before = value
+            x, value = refine(f, x, value, rng, ROUNDS[bounded])
+            if bounded:
+                x, value = descend(f, x, STEPS, enough)
+            if before - value < WORTH:
+                break
+    except OutOfTime:
+        return _so_far(function, tried, bounded, count)
     return Found(x * unit, value, count)
 
 
-def _norms(task, loops, found, enough):
+def _so_far(function, tried, bounded, count):
+    """The `Found` of a search that is stopped, of the functions that it has tried."""
+    some = [f for f in tried if f.at is not None]
+    if not some:
+        return Found(None, np.inf, count, True)
+    best = min(some, key=lambda f: (f.norms != bounded, f.least))
+    value = best.least
+    if best.norms != bounded:
+        try:
+            value = function(best.unit, bounded)(best.at)[0]
+        except OutOfTime:  # a norm takes too long
+            value = np.inf
+    return Found(best.at * best.unit, value, count, True)
+
+
+def _norms(function, found, enough):
     """Points from which norms have fallen, the best first."""
     inside = [entry for entry in found if entry[0] < 0]
     ended = []
     for _, unit, x in inside:
-        f = Objective(task, loops, unit, True)
-        x, value = descend(f, x, NORM_STEPS, enough)
+        x, value = descend(function(unit, True), x, NORM_STEPS, enough)
         ended.append((value, unit, x))
         if value <= enough:
             return ended[-1:]
     ended.sort(key=lambda entry: entry[0])
-    for k, (value, unit, x) in enumerate(ended[:BEST]):
-        f = Objective(task, loops, unit, True)
-        x, value = descend(f, x, STEPS, enough)
+    for k, (_, unit, x) in enumerate(ended[:BEST]):
+        x, value = descend(function(unit, True), x, STEPS, enough)
         ended[k] = value, unit, x
     return sorted(ended, key=lambda entry: entry[0])
 
