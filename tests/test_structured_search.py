@@ -408,13 +408,21 @@ BAD = {
     "prefer is given": dict(law=LAW, prefer="least"),
     "slack is given": dict(law=LAW, slack=1.0),
     "coupling='slack'": dict(law=LAW, coupling="slack"),
+    "x0 has 4 entries, needs those of the plant and of the law = 6": dict(
+        law=LAW, saturation=sos.Saturation(9.0, [1, 0, 0, 0])
+    ),
+    "searched for poles, and for bounds that": dict(
+        plant=joint(1, 8),
+        law=LAW,
+        saturation=sos.Saturation(9.0, [1, 0, 0, 0, 0, 0], acceleration=True),
+    ),
 }
 
 
 @pytest.mark.parametrize("words", BAD)
 def test_bad_input_is_named(words):
     with pytest.raises(ValueError) as told:
-        sos.design_pid(arm(), **BAD[words])
+        sos.design_pid(**dict(plant=arm()) | BAD[words])
     assert words in str(told.value)
 
 

@@ -144,7 +144,8 @@ class Requirement(OfKind, ABC, ReadOnly):
         P > 0 they prove what is asked by themselves: nothing else has this P.
         """
         raise ValueError(
-            f'{self.words} has no LMI with free multipliers: take coupling="pairs"'
+            f"{self.words} has no LMI with free multipliers, by which a law's loop is "
+            'proven: without a law, take coupling="pairs"'
         )
 
     def known_unknowns(self, c: KnownVertex) -> dict:

@@ -88,9 +88,12 @@ class Saturation(Requirement):
                 "at every vertex; bound K x only"
             )
         if len(self.x0) != request.order:
+            states = "2n + a", "[z(0); z'(0); x3(0)]"
+            if request.law is not None:
+                states = "those of the plant and of the law", "the law's are the last"
             raise ValueError(
                 f"x0 has {len(self.x0)} entries, needs "
-                f"2n + a = {request.order}: [z(0); z'(0); x3(0)]"
+                f"{states[0]} = {request.order}: {states[1]}"
             )
 
     def once(self, loop: Loop) -> Iterable:

@@ -81,6 +81,12 @@ def by_law(request, objective, backoff, starts, seed):
     starts, seed : int
         How many descents there are, and the seed of their random numbers.
     """
+    for r in request.requirements:
+        if not (r.takes_multipliers and (r.parameter or r.pole_matrices())):
+            raise ValueError(
+                f"{r.words}: a law's gain is searched for poles, and for bounds that "
+                "have LMIs with free multipliers: leave it out"
+            )
     loops = loops_of(request)
     some = np.ones(len(loops.directions))
     replace(request, gain=loops.K(some))  # raises where noise in u is infinite
