@@ -2,13 +2,12 @@
 
 x' = A x + B1 w + B u, z = C1 x + D12 u, y = C x + D21 w: the least H-infinity norm from
 w to z by u = K y, or by a controller of a given order. The gain is searched, its norm
-is proven a thousandth above what was reached, and where exact multipliers are found
-they exclude every controller, of any order, below a number. CPU seconds, into
-compleib.json; with names only these are run, and nothing is stored.
+is proven a thousandth or two above what was reached, and where exact multipliers are
+found they exclude every linear controller, of any order, below a number. CPU seconds,
+into compleib.json; with names only these are run, and nothing is stored.
 
 Source of the matrices: F. Leibfritz, COMPleib: constraint matrix-optimization problem
-library, University of Trier, 2004, version 1.1 (COMPleib.m). For most plants the
-library names no norm that can be cited; ``published`` says what was found.
+library, University of Trier, 2004, version 1.1 (COMPleib.m).
 """
 
 import os
@@ -33,7 +32,6 @@ from .run import machine
 __all__ = ["PROBLEMS", "RESULTS", "measured"]
 
 RESULTS = Path(__file__).with_name("compleib.json")
-NOT_FOUND = "no figure with a source was found"
 
 
 def problem(A, B, C, B1=None, C1=None, D12=None, D21=None, order=0):
@@ -210,7 +208,6 @@ def measured(names=(), log=print):
                 reached=gamma.true,
                 proven=gamma.proven,
                 decay=float(-design.poles().real.max()),
-                published=NOT_FOUND,
             )
             record["excluded_for_all"] = gamma.excluded
             record["bounds_s"] = round(process_time() - begun, 2)

@@ -1,5 +1,8 @@
 """Laws: what they join to a plant is the loop that their controller makes."""
 
+import re
+from pathlib import Path
+
 import control
 import numpy as np
 import pytest
@@ -163,6 +166,20 @@ def test_rows_of_a_descriptor_system():
     same(d.poles()[0], np.linalg.eigvals(loop))
     with pytest.raises(ValueError, match="velocity: a DescriptorSystem"):
         sos.analyse_pid(plant, K, law=sos.PIDLaw(velocity=np.eye(3)))
+
+
+def test_the_page_of_laws_does_what_it_says():
+    page = Path(__file__).parents[1] / "book" / "api" / "laws.md"
+    text, asked = page.read_text("utf8"), []
+    first, second = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    names = {"arm": ARM, "print": lambda *words: asked.append(words)}
+    exec(first, names)
+    d = names["d"]
+    assert d.status == "feasible" and d.certify().proven and d.gamma > d.hinf()
+    assert "starts with the seed 0, K_P up to" in str(*asked.pop())
+    exec(second, names)
+    assert "every plant of the polytope" in str(*asked.pop())
+    assert {"K_P", "K_D", "K_I"} == names["d"].gains.keys()
 
 
 BAD = {

@@ -480,7 +480,7 @@ def test_what_excludes_every_controller_of_a_part_says_so():
     part = sos.DescriptorSystem.of([d], Reduction(2, 5))
     assert part.reduction.of == 5 and part.at([1.0]) == part
     design = sos.design_pid(part, law=law, gamma=0.1, starts=1)
-    words = "Of the reduced model (2 of 5): no controller of any order, with these"
+    words = "Of the reduced model (2 of 5): no linear controller of any order"
     assert design.status == "infeasible" and design.reason.startswith(words)
     (claim,) = design.infeasibility.claims
     assert claim.count("of the reduced model (2 of 5)") == 2  # in both blocks' names
@@ -489,7 +489,7 @@ def test_what_excludes_every_controller_of_a_part_says_so():
     ).reduce(modes=2)
     asked = dict(law=sos.DynamicLaw(2, [[1, 0]]), region=sos.PoleRegion(0.5))
     design = sos.design_pid(weak, **asked, starts=1)
-    words = "Of the reduced model (2 of 3): no controller that sees all of the state"
+    words = "Of the reduced model (2 of 3): no linear controller that sees all of"
     assert design.status == "infeasible" and design.reason.startswith(words)
     (claim,) = design.infeasibility.claims  # in states
     assert claim.startswith("of the reduced model (4 of 6): no gain moves the mode")

@@ -33,8 +33,8 @@ class Bound:
     part : Kept
         The proof.
     excluded : float or None
-        With a law: no controller of any order, with these sensors, keeps this bound
-        or a smaller one. None where no exact multipliers were found for any.
+        With a law: no linear controller of any order, with these sensors, keeps this
+        bound or a smaller one. None where no exact multipliers were found for any.
     refusal : LMIRefusal or None
         The proof of that.
     """

@@ -1,4 +1,4 @@
-"""What no controller does better, of any order, that sees y alone."""
+"""What no linear controller does better, of any order, that sees y alone."""
 
 from ..language import block, eye, he
 

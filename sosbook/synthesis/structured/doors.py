@@ -179,7 +179,7 @@ def excluded(request, d, r, gamma):
 
 
 def best_excluded(request, r, reached):
-    """The largest gamma that no controller keeps, that was found, with its proof.
+    """The largest gamma found that no linear controller keeps, with its proof.
 
     Parameters
     ----------
@@ -307,7 +307,7 @@ def refused_by_a_door(request):
                 proof = excluded(request, d, r, r.bound)
             if proof is not None:
                 at = f" at {where}" if len(corners) > 1 else ""
-                text = f"No controller {who} keeps{at}: {r.statement}."
+                text = f"No linear controller {who} keeps{at}: {r.statement}."
                 if part is not None:
                     text = f"O{part.words[1:]}n{text[1:]}"
                 return Solution(
@@ -317,7 +317,12 @@ def refused_by_a_door(request):
 
 
 def _all_of_the_state(request, d, r):
-    """The refusal of a requirement of a plant d by a state feedback, or None."""
+    """The refusal of a requirement of a plant d by a state feedback, or None.
+
+    Where x is measured without noise a static K does what any linear controller does:
+    poles that can be moved go anywhere, and for the norm see P. P. Khargonekar, I. R.
+    Petersen and M. A. Rotea, IEEE Trans. Automat. Control 33, 1988.
+    """
     noisy = (request.law_parts.noise != 0).any()
     if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
         return None
