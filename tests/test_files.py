@@ -72,8 +72,8 @@ READERS = {
     ],
     "proofs.subject.compare_gain": [("json", lambda x: compare_gain({}, x))],
     "proofs.subject.compare_code": [("h", lambda x: compare_code(None, x))],
-    "exact.proof.load": [("json", proofs.load)],
-    "exact.proof.ProofFile.load": [("json", proofs.Certificate.load)],
+    "exact.proof_file.load": [("json", proofs.load)],
+    "exact.proof_file.ProofFile.load": [("json", proofs.Certificate.load)],
     "pendulum.log.Log.read": [("csv", Log.read)],
     "pendulum.ticks.TickLog.read": [("csv", TickLog.read)],
     "pendulum.robot.Robot.read": [("toml", Robot.read)],
@@ -117,7 +117,7 @@ TAKES = {
 }
 #: What takes a path and reads no file of others.
 WRITERS = {
-    "exact.proof.ProofFile.save",
+    "exact.proof_file.ProofFile.save",
     "exact.proof.Unproven.save",  # always an error
     "proofs.command.check_place",
     "pendulum.comparison.write_comparison",

@@ -21,7 +21,8 @@ from sosbook.exact import proof_text
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
-from sosbook.exact.proof import Proof, ProofFile
+from sosbook.exact.proof import Proof
+from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.rational import decimal, exact, expanded, fraction, read_number
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem

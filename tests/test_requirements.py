@@ -11,7 +11,7 @@ from sosbook.couplings import verify_on_samples
 import sosbook as sos
 from sosbook.book.elements.records import BLOCKS
 from sosbook.plants import descriptors
-from sosbook.requirements.base import BlockName, BlockTable
+from sosbook.requirements.blocks import BlockName, BlockTable
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
 from sosbook.synthesis.request import Request

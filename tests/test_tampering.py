@@ -10,7 +10,7 @@ import json
 
 import pytest
 
-from sosbook.exact.proof import load
+from sosbook.exact.proof_file import load
 from tests.hunt.readers import before
 from tests.hunt.tampering import (
     CLASSES,

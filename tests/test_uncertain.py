@@ -19,7 +19,7 @@ from flint import fmpq
 import sosbook as sos
 from sosbook import couplings
 from sosbook.exact.checker import CHECKER, verdict
-from sosbook.exact.proof import ProofFile
+from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.rational import exact, rational_matrix
 from sosbook.plants.bernstein import Box
 from sosbook.plants.parametric import ParameterError, parameters

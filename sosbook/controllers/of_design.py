@@ -112,7 +112,7 @@ def controller_of(
         tracking = 0.0 if filter_time == 0 else positive("filter_time", filter_time)
         estimate = filtered(rows, N // 2, m, T, tracking, names)
         return Controller(**about, estimate=estimate)
-    _observable(vertices, rows, names, T)
+    _observable(vertices, rows, names)
     gains = _gains(gain.K, N, U, rows, T, R)
     known = [(w, _mixed(vertices, w)) for w in np.eye(len(vertices))]
     if len(vertices) > 1:
@@ -204,7 +204,7 @@ def _kind(memory, filter_time, rows, n):
     return "direct" if full and memory is None else "observer"
 
 
-def _observable(vertices, rows, names, T):
+def _observable(vertices, rows, names):
     """Raise where a mode of a vertex that isn't stable isn't measured."""
     for d in vertices:
         A = np.linalg.solve(d.E, d.A)

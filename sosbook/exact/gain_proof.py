@@ -1,6 +1,6 @@
 """Proof files about a gain, which is written with few digits."""
 
-from .proof import ProofFile
+from .proof_file import ProofFile
 from .rational import decimal, read_array
 
 __all__ = ["GainProof", "given_gain", "significant"]

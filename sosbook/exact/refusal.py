@@ -7,7 +7,8 @@ import numpy as np
 
 from ..runtime.time_limit import check_time
 from .definite import adjoint, exact, positive, round_digits
-from .proof import Examined, ProofFile
+from .proof import Examined
+from .proof_file import ProofFile
 from .rational import _matrix, fraction, rational_matrix
 from .repair import repair_multipliers
 

@@ -3,7 +3,8 @@
 import json
 
 from ..exact.definite import exact
-from ..exact.proof import Examined, ProofFile
+from ..exact.proof import Examined
+from ..exact.proof_file import ProofFile
 from ..exact.rational import (
     decimals,
     fraction,

@@ -149,11 +149,6 @@ class Output(ReadOnly):
         """What it is, in one line."""
         return "; ".join(map(_words, self.parts))
 
-    @property
-    def has_rates(self) -> bool:
-        """Whether it weighs z'' or x'."""
-        return any({"acceleration", "rate"} & p._given.keys() for p in self.parts)
-
     def rows(self, places: dict, order: int, m: int, p: int) -> dict:
         """C, C_a, D_u and D_w of the output in a plant with these coordinates.
 

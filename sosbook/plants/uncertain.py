@@ -319,12 +319,8 @@ class Uncertain:
                 f"costs most, a factor of {costs[name]}: fix what matters least, "
                 "or cut into fewer pieces"
             )
-        parts = {
-            name: part.vertices(
-                self.box, tuple(self.degree.values()), tuple(self.pieces.values())
-            )
-            for name, part in self._parts.items()
-        }
+        form = self.box, tuple(self.degree.values()), tuple(self.pieces.values())
+        parts = {name: part.vertices(*form) for name, part in self._parts.items()}
         return tuple(
             self._plant({name: stack[k] for name, stack in parts.items()}, kept=True)
             for k in range(count)

@@ -13,7 +13,7 @@ poles that a law doesn't move (traces). These
 from ..delay.certificates import DelayCertificate, DelayRefusal
 from ..delay.modes_certificate import ModesRefusal
 from ..exact.checker import CHECKER
-from ..exact.proof import ProofFile, kinds, load
+from ..exact.proof_file import ProofFile, kinds, load
 from ..exact.refusal import Refusal
 from ..lmi.certificates import LMIProof, LMIRefusal
 from ..sampled.certificate import SampledCertificate, SchurCertificate

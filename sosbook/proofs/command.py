@@ -13,7 +13,7 @@ from pathlib import Path
 from threading import Lock, Timer
 
 from ..exact.checker.verdict import AUTHOR, by_author
-from ..exact.proof import ProofFile, load
+from ..exact.proof_file import ProofFile, load
 from ..exact.proof_text import is_proof, laid_out, parse
 from ..plants.as_data import plant_data
 from ..plants.files import plant_of

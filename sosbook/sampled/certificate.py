@@ -4,7 +4,8 @@ import numpy as np
 from flint import arb, ctx
 
 from ..exact.definite import exact
-from ..exact.proof import Examined, ProofFile
+from ..exact.proof import Examined
+from ..exact.proof_file import ProofFile
 from ..exact.rational import decimal, decimals, fraction, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written

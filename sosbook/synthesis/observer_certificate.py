@@ -4,7 +4,8 @@ import numpy as np
 
 from ..exact.definite import exact, in_floats, inverse
 from ..exact.gain_proof import significant
-from ..exact.proof import Examined, ProofFile
+from ..exact.proof import Examined
+from ..exact.proof_file import ProofFile
 from ..exact.rational import decimal, decimals, null_basis, read_array, read_number
 from ..exact.refusal import MultiplierRefusal
 from ..exact.repair import repair_multipliers

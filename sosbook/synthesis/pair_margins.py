@@ -4,7 +4,7 @@ import numpy as np
 
 from ..language.matrices import margins
 from ..lmi.text import floats
-from ..requirements.base import BlockName
+from ..requirements.blocks import BlockName
 from ..runtime.time_limit import check_time
 from ..solver.loop import margin
 from .pair_stacks import alone, read, stacked, together

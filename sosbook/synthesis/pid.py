@@ -1,35 +1,24 @@
 """Procedure 2.1: from a plant and requirements to a PID controller."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..laws import FullState, Law
-from ..plants.checks import count, is_word, positive
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
-from ..requirements.pole_region import LMIRegion, Region
-from ..requirements.shorthand import asked_once, collected, moved
-from ..requirements.vocabulary import SIGMA
+from ..requirements.pole_region import Region
 from ..runtime.threads import one_thread
 from .design import Design
-from .feasibility import guarded
-from .idle import without_input
-from .known_gain import kept_or_broken
-from .objectives import objective_of
-from .pieces import in_pieces
+from .procedure import design_asked
 from .regularization import Regularization
-from .request import Request
-from .slack import designed, or_with_slack
-from .structured.design import by_law
 
-__all__ = ["analyse_loop", "analyse_pid", "design_pid", "given"]
+__all__ = ["analyse_loop", "analyse_pid", "design_pid"]
 
 TIME_LIMIT = 300.0  # seconds
 KnownCoupling = Literal["auto", "multipliers", "pairs", "vertices", "slack"]
@@ -200,7 +189,7 @@ def design_pid(
     >>> d.status, list(d.gains), d.certify().proven
     ('feasible', ['K_P', 'K_D', 'K_I'], True)
     """
-    return _design(**locals())
+    return design_asked(**locals())
 
 
 @one_thread
@@ -284,7 +273,7 @@ def analyse_pid(
     asked = locals()
     if asked.pop("K") is None:
         raise ValueError("K is missing: give the gain to be analysed")
-    return _design(gain=K, **asked)
+    return design_asked(gain=K, **asked)
 
 
 @one_thread
@@ -345,146 +334,4 @@ def analyse_loop(
     """
     asked = {k: x for k, x in locals().items() if k not in ("E", "A", "B_w", "C")}
     loop = DescriptorSystem(E, A, None, B_w, C)
-    return _design(plant=loop, gain=np.zeros((0, loop.order)), **asked)
-
-
-def _design(
-    plant, coupling, mu, slack, minimize, backoff, time_limit,
-    U=None, K_A=None, gain=None, start=None, prefer=None, law=None, maximize=None,
-    starts=16, seed=0, **asked,
-):  # fmt: skip
-    U, law = _law_of(U, law)
-    if law is not None:
-        given_too = dict(mu=mu, slack=slack, start=start, prefer=prefer)
-        coupling = _of_a_law(coupling, **given_too)
-    elif maximize is not None:
-        raise ValueError("maximize is given without law: give region=PoleRegion(sigma)")
-    if prefer not in (None, "centre", "least"):
-        raise ValueError(f'prefer must be "centre" or "least", got {prefer!r}')
-    asked = asked_once(**given(mu=mu, **asked))
-    objective = objective_of(minimize, asked)
-    if law is not None:
-        objective, asked = _one_objective(objective, maximize, asked)
-    if objective:  # numbers stand in
-        asked = moved(asked, dict.fromkeys(objective, 1.0))
-    auto = is_word(coupling, ("auto",))
-    request = Request(
-        plant,
-        U,
-        K_A=K_A,
-        coupling="pairs" if auto else coupling,
-        slack=slack,
-        gain=gain,
-        law=law,
-        requirements=asked,
-        **given(mu=mu),
-    )
-    known = auto and gain is not None and _have_multipliers(request)
-    if start is not None:
-        start = _checked_start(start, request, auto)
-    backoff = positive("backoff", backoff)
-    starts, seed = count("starts", starts, 1), count("seed", seed)
-
-    def solved():
-        free = request.coupling == "multipliers"
-        if law is not None and gain is None:
-            return by_law(request, objective, backoff, starts, seed)
-        if law is not None:
-            return kept_or_broken(request, objective, backoff)
-        common = replace(request, coupling="pairs") if free else request
-        idle = without_input(common, objective) if objective else None
-        if idle is not None:
-            return idle
-        if known or free:
-            one_P = all(r.fits_one_P(common) for r in common.demands)
-            first = common if known and one_P and not objective else None
-            free = replace(request, coupling="multipliers")
-            return kept_or_broken(free, objective, backoff, first)
-        return in_pieces(request, objective, one)
-
-    def one(request):
-        how = objective, backoff, start, prefer
-        found, pairs = designed(request, *how), request.coupling == "pairs"
-        if auto and pairs and gain is None:
-            return or_with_slack(found, request, *how)
-        return found
-
-    solution = guarded(request, time_limit, solved)
-    if law is not None and gain is None and solution.status != "feasible":
-        solution = replace(solution, K=None)
-    return Design(**vars(solution))
-
-
-def _law_of(U, law):
-    """U and the law, which is None where it is that of the thesis."""
-    if law is None:
-        return U, None
-    if U is not None:
-        raise ValueError("law and U are given: say in the law what is integrated")
-    if isinstance(law, FullState):
-        return law.U, None
-    if not isinstance(law, Law):
-        raise ValueError(
-            f"law must be a FullState, PIDLaw or DynamicLaw, got {type(law).__name__}"
-        )
-    return None, law
-
-
-def _of_a_law(coupling, **absent):
-    """The coupling of a loop with a law, or a ValueError for what it hasn't."""
-    for name, value in absent.items():
-        if value is not None:
-            raise ValueError(f"{name} is given, but a law's loop is proven without it")
-    if not is_word(coupling, ("auto", "multipliers")):
-        raise ValueError(
-            f"coupling={coupling!r}: a law's loop is proven by multipliers; leave it "
-            "out"
-        )
-    return "multipliers"
-
-
-def _one_objective(objective, maximize, asked):
-    """What is as good as can be, and what is asked with a number standing in for it."""
-    if maximize is None:
-        if len(objective) > 1:
-            raise ValueError("minimize: with a law one bound at a time")
-        return objective, asked
-    key = SIGMA.key
-    if not is_word(maximize, (key,)):
-        raise ValueError(f'maximize must be None or "{key}", got {maximize!r}')
-    if objective:
-        raise ValueError("minimize and maximize are given: leave one out")
-    if any(r.parameter is SIGMA for r in asked):
-        raise ValueError(f'give {key} or maximize="{key}", not both')
-    fastest = LMIRegion.half_plane(1.0)
-    return {key: 1.0}, collected(requirements=[*asked, fastest])
-
-
-def _have_multipliers(request):
-    """Whether a known gain is asked of several vertices, in a way that has such LMIs.
-
-    A number for mu is about a common P.
-    """
-    takes = all(r.takes_multipliers for r in request.demands)
-    return len(request.distinct) > 1 and takes and not request.ties
-
-
-def given(**asked):
-    """Those of the keywords that aren't None, ``asked`` by name."""
-    return {name: value for name, value in asked.items() if value is not None}
-
-
-def _checked_start(start, request, auto):
-    """The start; None where "auto" has taken another coupling for it."""
-    if not isinstance(start, Design):
-        raise ValueError(f"start must be a Design, got {type(start).__name__}")
-    own = start.request.coupling == "slack", request.coupling == "slack"
-    if own == (True, False) and auto:
-        return None
-    sizes = [(r.order, r.plant.m, len(r.vertices)) for r in (start.request, request)]
-    if sizes[0] != sizes[1] or own[0] != own[1]:
-        raise ValueError(
-            "start has other sizes, vertices or coupling than this "
-            "request: leave it out"
-        )
-    return start
+    return design_asked(plant=loop, gain=np.zeros((0, loop.order)), **asked)

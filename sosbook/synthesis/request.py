@@ -16,7 +16,7 @@ from ..plants.descriptor import Descriptor, descriptors, mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import checked_plant
 from ..plants.near_box import NearBox
-from ..requirements.base import BlockTable
+from ..requirements.blocks import BlockTable
 from ..requirements.loop import Loop, OnDemand
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name

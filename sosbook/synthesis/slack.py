@@ -179,14 +179,14 @@ def designed(request, objective, backoff, start, prefer):
     return solution
 
 
-def or_with_slack(first, request, objective, backoff, start, prefer):
+def or_with_slack(first, request, objective, backoff, prefer):
     """The first Solution, or one with a P for each vertex where it is none.
 
     Parameters
     ----------
     first : Solution
         With one P for all plants.
-    request, objective, backoff, start, prefer
+    request, objective, backoff, prefer
         As for `designed`.
     """
     own = all(r.takes_slack for r in request.demands)

@@ -1,6 +1,6 @@
 """The three readers of a request or a proof: the package, its checker, the page."""
 
-from sosbook.exact.proof import load
+from sosbook.exact.proof_file import load
 from tests.oracles import check_version_1
 from tests.page_requests import page_request
 from tests.test_proof_files import checker

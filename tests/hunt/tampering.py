@@ -14,7 +14,7 @@ from mpmath import mp
 
 import sosbook as sos
 from sosbook.exact.checker.families import given_vertices
-from sosbook.exact.proof import kinds
+from sosbook.exact.proof_file import kinds
 from sosbook.exact.rational import decimal
 from sosbook.plants.checks import as_written
 from sosbook.requirements.base import Requirement

@@ -1,0 +1,161 @@
+"""From the keywords of the design functions to a request, and to who solves it."""
+
+from dataclasses import replace
+
+from ..laws import FullState, Law
+from ..plants.checks import count, is_word, positive
+from ..requirements.pole_region import LMIRegion
+from ..requirements.shorthand import asked_once, collected, moved
+from ..requirements.vocabulary import SIGMA
+from .design import Design
+from .feasibility import guarded
+from .idle import without_input
+from .known_gain import kept_or_broken
+from .objectives import objective_of
+from .pieces import in_pieces
+from .request import Request
+from .slack import designed, or_with_slack
+from .structured.design import by_law
+
+__all__ = ["design_asked", "given"]
+
+
+def design_asked(
+    plant, coupling, mu, slack, minimize, backoff, time_limit,
+    U=None, K_A=None, gain=None, start=None, prefer=None, law=None, maximize=None,
+    starts=16, seed=0, **asked,
+):  # fmt: skip
+    U, law = _law_of(U, law)
+    if law is not None:
+        given_too = dict(mu=mu, slack=slack, start=start, prefer=prefer)
+        coupling = _of_a_law(coupling, **given_too)
+    elif maximize is not None:
+        raise ValueError("maximize is given without law: give region=PoleRegion(sigma)")
+    if prefer not in (None, "centre", "least"):
+        raise ValueError(f'prefer must be "centre" or "least", got {prefer!r}')
+    asked = asked_once(**given(mu=mu, **asked))
+    objective = objective_of(minimize, asked)
+    if law is not None:
+        objective, asked = _one_objective(objective, maximize, asked)
+    if objective:  # numbers stand in
+        asked = moved(asked, dict.fromkeys(objective, 1.0))
+    auto = is_word(coupling, ("auto",))
+    request = Request(
+        plant,
+        U,
+        K_A=K_A,
+        coupling="pairs" if auto else coupling,
+        slack=slack,
+        gain=gain,
+        law=law,
+        requirements=asked,
+        **given(mu=mu),
+    )
+    known = auto and gain is not None and _have_multipliers(request)
+    if start is not None:
+        start = _checked_start(start, request, auto)
+    backoff = positive("backoff", backoff)
+    starts, seed = count("starts", starts, 1), count("seed", seed)
+
+    def solved():
+        free = request.coupling == "multipliers"
+        if law is not None and gain is None:
+            return by_law(request, objective, backoff, starts, seed)
+        if law is not None:
+            return kept_or_broken(request, objective, backoff)
+        common = replace(request, coupling="pairs") if free else request
+        idle = without_input(common, objective) if objective else None
+        if idle is not None:
+            return idle
+        if known or free:
+            one_P = all(r.fits_one_P(common) for r in common.demands)
+            first = common if known and one_P and not objective else None
+            free = replace(request, coupling="multipliers")
+            return kept_or_broken(free, objective, backoff, first)
+        return in_pieces(request, objective, one)
+
+    def one(request):
+        found = designed(request, objective, backoff, start, prefer)
+        if auto and request.coupling == "pairs" and gain is None:
+            return or_with_slack(found, request, objective, backoff, prefer)
+        return found
+
+    solution = guarded(request, time_limit, solved)
+    if law is not None and gain is None and solution.status != "feasible":
+        solution = replace(solution, K=None)
+    return Design(**vars(solution))
+
+
+def _law_of(U, law):
+    """U and the law, which is None where it is that of the thesis."""
+    if law is None:
+        return U, None
+    if U is not None:
+        raise ValueError("law and U are given: say in the law what is integrated")
+    if isinstance(law, FullState):
+        return law.U, None
+    if not isinstance(law, Law):
+        raise ValueError(
+            f"law must be a FullState, PIDLaw or DynamicLaw, got {type(law).__name__}"
+        )
+    return None, law
+
+
+def _of_a_law(coupling, **absent):
+    """The coupling of a loop with a law, or a ValueError for what it hasn't."""
+    for name, value in absent.items():
+        if value is not None:
+            raise ValueError(f"{name} is given, but a law's loop is proven without it")
+    if not is_word(coupling, ("auto", "multipliers")):
+        raise ValueError(
+            f"coupling={coupling!r}: a law's loop is proven by multipliers; leave it "
+            "out"
+        )
+    return "multipliers"
+
+
+def _one_objective(objective, maximize, asked):
+    """What is as good as can be, and what is asked with a number standing in for it."""
+    if maximize is None:
+        if len(objective) > 1:
+            raise ValueError("minimize: with a law one bound at a time")
+        return objective, asked
+    key = SIGMA.key
+    if not is_word(maximize, (key,)):
+        raise ValueError(f'maximize must be None or "{key}", got {maximize!r}')
+    if objective:
+        raise ValueError("minimize and maximize are given: leave one out")
+    if any(r.parameter is SIGMA for r in asked):
+        raise ValueError(f'give {key} or maximize="{key}", not both')
+    fastest = LMIRegion.half_plane(1.0)
+    return {key: 1.0}, collected(requirements=[*asked, fastest])
+
+
+def _have_multipliers(request):
+    """Whether a known gain is asked of several vertices, in a way that has such LMIs.
+
+    A number for mu is about a common P.
+    """
+    takes = all(r.takes_multipliers for r in request.demands)
+    return len(request.distinct) > 1 and takes and not request.ties
+
+
+def given(**asked):
+    """Those of the keywords that aren't None, ``asked`` by name."""
+    return {name: value for name, value in asked.items() if value is not None}
+
+
+def _checked_start(start, request, auto):
+    """The start; None where "auto" has taken another coupling for it."""
+    if not isinstance(start, Design):
+        raise ValueError(f"start must be a Design, got {type(start).__name__}")
+    own = start.request.coupling == "slack", request.coupling == "slack"
+    if own == (True, False) and auto:
+        return None
+    sizes = [(r.order, r.plant.m, len(r.vertices)) for r in (start.request, request)]
+    if sizes[0] != sizes[1] or own[0] != own[1]:
+        raise ValueError(
+            "start has other sizes, vertices or coupling than this "
+            "request: leave it out"
+        )
+    return start
