@@ -6,6 +6,7 @@
              book is built once in a scratch folder.
 ``browser``  a headless Chromium (playwright), one for each process.
 ``kernel``   a page of it with the solver of the rendered book.
+``tab``      the page ``sheet`` of a module; it leaves no error behind.
 ``visit``    opens a page with the network cut and everything recorded::
 
     def test_slider(site, visit):
@@ -253,6 +254,32 @@ UNDERLINED = """;
 axe.configure({
   rules: [{id: "link-in-text-block", any: ["link-in-text-block-style"]}]});
 """
+
+
+@pytest.fixture
+def tab(visit, sheet):
+    from tests.elements import assert_quiet
+
+    tab = visit(sheet)
+    yield tab
+    assert_quiet(tab)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    """The printed Example 1."""
+    import sosbook as sos
+
+    return sos.thesis.example_1()
+
+
+@pytest.fixture
+def ax():
+    import matplotlib.pyplot as plt
+
+    figure, ax = plt.subplots()
+    yield ax
+    plt.close(figure)
 
 
 @pytest.fixture(scope="session")

@@ -14,23 +14,9 @@ from sosbook.book.elements.records import record
 from sosbook.plants.response import simulate
 from sosbook.requirements.vocabulary import Parameter
 from tests import energy_to_peak
-from tests.elements import (
-    assert_buttons,
-    assert_quiet,
-    first,
-    green,
-    held,
-    say,
-    two_of,
-    write_page,
-)
+from tests.elements import assert_buttons, first, green, held, say, two_of, write_page
 
 ANGLES = np.radians([30, 45, 60])
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return sos.thesis.example_1()
 
 
 @pytest.fixture(scope="module")
@@ -154,13 +140,6 @@ def numbers(text):
         float(x)
         for x in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text.replace("−", "-"))
     ]
-
-
-@pytest.fixture
-def tab(visit, sheet):
-    tab = visit(sheet)
-    yield tab
-    assert_quiet(tab)
 
 
 LABELS = [

@@ -1,6 +1,5 @@
 """Figures over a polytope: what is drawn is what was given."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from sosbook.plots import envelope, pole_cloud, track_poles
@@ -8,13 +7,6 @@ from sosbook.plots import envelope, pole_cloud, track_poles
 import sosbook as sos
 from sosbook.analysis.linear import poles
 from sosbook.plants.descriptor import descriptors
-
-
-@pytest.fixture
-def ax():
-    figure, ax = plt.subplots()
-    yield ax
-    plt.close(figure)
 
 
 @pytest.fixture(scope="module")

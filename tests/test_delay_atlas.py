@@ -20,15 +20,7 @@ from sosbook.delay import (
     delayed_loop,
     simulate_delay,
 )
-from tests.elements import (
-    assert_buttons,
-    assert_quiet,
-    first,
-    held,
-    say,
-    two_of,
-    write_page,
-)
+from tests.elements import assert_buttons, first, held, say, two_of, write_page
 from tests.test_atlas import numbers
 
 EXAMPLE = sos.thesis.delay_example_2()
@@ -145,13 +137,6 @@ KIND = "How the delay varies"
 
 
 first, say, held = (partial(f, tag="sos-delay") for f in (first, say, held))
-
-
-@pytest.fixture
-def tab(visit, sheet):
-    tab = visit(sheet)
-    yield tab
-    assert_quiet(tab)
 
 
 def test_the_page_says_what_was_solved(tab, atlas):

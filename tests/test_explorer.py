@@ -23,11 +23,6 @@ LABELS = {
 
 
 @pytest.fixture(scope="module")
-def robot():
-    return sos.thesis.example_1()
-
-
-@pytest.fixture(scope="module")
 def explorer(robot):
     return design_explorer(
         robot.plant,

@@ -17,11 +17,6 @@ NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
 
 
 @pytest.fixture(scope="module")
-def robot():
-    return sos.thesis.example_1()
-
-
-@pytest.fixture(scope="module")
 def edges(robot):
     """Of Example 1, to two digits."""
     return {

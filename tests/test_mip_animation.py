@@ -17,7 +17,7 @@ from sosbook import thesis
 from sosbook.book.elements.robot import STEPS_PER_TICK, animation
 from sosbook.plants import Gain
 from tests import elements
-from tests.elements import assert_quiet, first, say, two_of
+from tests.elements import first, say, two_of
 from tests.gains import named
 
 MIP = Mip.printed()
@@ -168,13 +168,6 @@ def ran(tab, **setting):
     run = held(tab, "return a.run(given);", setting)
     rows = [run[k] for k in ("theta", "phi", "dtheta", "dphi", "V")]
     return np.array(rows), run["verdict"]
-
-
-@pytest.fixture
-def tab(visit, sheet):
-    tab = visit(sheet)
-    yield tab
-    assert_quiet(tab)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,6 @@ from functools import reduce
 from operator import add, attrgetter
 from unittest.mock import MagicMock
 
-import control
 import numpy as np
 import pytest
 from sosbook.mip import FAULTS, Firmware, SampledLaw
@@ -23,6 +22,7 @@ import sosbook
 from sosbook import thesis
 from tests.compiler import run
 from tests.gains import named
+from tests.test_mip_compiled import observer
 
 T = 0.01
 PRINTED = thesis.mip()
@@ -46,11 +46,6 @@ HOSTILE = (
     "/*/",
     "x" * 300,
 )
-
-
-def observer():
-    A, B, C, D = map(np.atleast_2d, PRINTED.discrete)
-    return SampledLaw.of_controller(control.ss(A, B, -C, -D, T), T)
 
 
 LAWS = {

@@ -13,11 +13,6 @@ from tests.energy_to_peak import EnergyToPeak
 
 
 @pytest.fixture(scope="module")
-def robot():
-    return sos.thesis.example_1()
-
-
-@pytest.fixture(scope="module")
 def asked(robot):
     """The robot's requirements but for gamma."""
     return dict(U=robot.U, region=robot.region, saturation=robot.saturation)

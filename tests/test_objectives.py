@@ -12,11 +12,6 @@ from sosbook.synthesis import cutting
 from sosbook.synthesis.request import Request
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return sos.thesis.example_1()
-
-
 def without(example, *names):
     return {k: v for k, v in example.requirements.items() if k not in names}
 

@@ -1,6 +1,5 @@
 """Figures of a delayed loop: what is drawn is what was computed."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.special import lambertw
@@ -13,13 +12,6 @@ from sosbook.delay import (
     SineDelay,
     SwitchingDelay,
 )
-
-
-@pytest.fixture
-def ax():
-    figure, ax = plt.subplots()
-    yield ax
-    plt.close(figure)
 
 
 def names(ax):

@@ -32,6 +32,7 @@ from sosbook.synthesis.certificates import Certificate
 from sosbook.synthesis.whole import EnergyProof
 from tests.oracles import check_version_1 as old_checker
 from tests.oracles import without_text
+from tests.test_infeasible import mass
 from tests.test_multipliers import loops
 
 ONE = [[1.0]]
@@ -47,11 +48,6 @@ DELAYED = sos.SecondOrderSystem(
     M=np.eye(2), D=[[1, -1], [-1, 1]], S=[[3, -2], [-2, 3]], B=[[1], [0]]
 )
 LOOP = sos.delay.DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
-
-
-def mass(**changes):
-    parts = dict(M=ONE, D=[[0.0]], S=[[0.0]], B=ONE, F=ONE) | changes
-    return sos.SecondOrderSystem(**parts)
 
 
 def twins(damping, coupling=0.0, stiffness=1.0):
@@ -502,6 +498,7 @@ SPEAKERS = {
     "Deployment": "those that are written beside the program",
     "Stopped": "never proven: the time was over",
     "Unproven": "never proven: there is no design",
+    "Verdict": "what proofs and files say alike",
 }
 
 

@@ -50,11 +50,6 @@ def asked_at(data, shown):
     }
 
 
-@pytest.fixture(scope="module")
-def robot():
-    return sos.thesis.example_1()
-
-
 @pytest.fixture
 def wished(robot):
     """A request of the page: Example 1 with everything."""

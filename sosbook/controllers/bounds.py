@@ -22,7 +22,7 @@ from ..exact.rational import exact, round_digits
 from ..language import Unknown
 from ..lmi.problem import LMIProblem
 from ..runtime.time_limit import OutOfTime, check_time, time_limit
-from ..sampled.balls import balls, middle
+from ..sampled.balls import balls, balls_of, middle
 from ..sampled.cells import least_pivot
 from ..sampled.lyapunov import discrete_lyapunov
 from ..solver.loop import Unbounded
@@ -239,7 +239,7 @@ def _cell(joined, alone, weights, h, at_once, start, peak):
         return np.inf, np.inf
     starts = [F[:-j, -j:] for F in wholes]
     if start is not None:
-        starts = [middle(start(balls_of_floats(F))) for F in wholes]
+        starts = [middle(start(balls_of(F))) for F in wholes]
     direct, at_once, row = at_once, None if start else at_once, h.astype(float)
     true = max(_true(F, G, row, at_once, peak) for F, G in zip(loops, starts))
     P, r, head = _best(loops[slow], starts[slow], row, at_once)
@@ -349,10 +349,3 @@ def _best(F, G, h, direct):
             total += abs(h @ x).sum()
             x = F @ x
     return best
-
-
-def balls_of_floats(F):
-    """Balls of the floats F themselves."""
-    array = np.empty(F.shape, object)
-    array.flat = [arb(x) for x in F.ravel().tolist()]
-    return array

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..plants.checks import count
 
-__all__ = ["Lanes"]
+__all__ = ["Lanes", "within"]
 
 
 class Lanes:
@@ -71,3 +71,8 @@ class Lanes:
 def _choice(condition, yes, no):
     """As np.where, of one robot."""
     return yes if condition else no
+
+
+def within(value, bound):
+    """-bound <= value <= bound; false for what isn't a number."""
+    return (value >= -bound) & (value <= bound)

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from .lanes import Lanes
+from .lanes import Lanes, within
 from .limits import FAULTS
 from .numbers import program_numbers
 
@@ -206,11 +206,6 @@ class Replay:
             full=keep(full, now.full),
             overruns=keep(overruns, now.overruns),
         )
-
-
-def within(value, bound):
-    """-bound <= value <= bound; false for what isn't a number."""
-    return (value >= -bound) & (value <= bound)
 
 
 def _lists(value, real):

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ..controllers.lanes import Lanes
+from ..controllers.lanes import Lanes, within
 from ..plants.checks import finite, positive
 from .law import SampledLaw
 from .model import V_MAX
@@ -314,8 +314,3 @@ def share(name, value):
     if not 0 <= finite(name, value) <= 1:
         raise ValueError(f"{name} must lie in [0, 1], got {value!r}")
     return value
-
-
-def within(value, bound):
-    """-bound <= value <= bound; false for what isn't a number."""
-    return (value >= -bound) & (value <= bound)

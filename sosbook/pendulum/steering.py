@@ -10,10 +10,10 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from ..controllers.lanes import Lanes
+from ..controllers.lanes import Lanes, within
 from ..plants.checks import matrix, positive
 from ..sampled.system import SampledSystem
-from .firmware import TRUSTED_VOLTS, Firmware, within
+from .firmware import TRUSTED_VOLTS, Firmware
 from .law import TRACKING_TIME
 
 __all__ = ["Steered", "Steering"]
