@@ -203,6 +203,9 @@ BAD = {
     "leaves no gain free": lambda: sos.analyse_pid(
         ARM, [[0]], law=sos.PIDLaw([[1, 0]], structure=[[0]])
     ),
+    "an entry of K_P is '--a'": lambda: sos.analyse_pid(
+        ARM, [[0]], law=sos.PIDLaw([[1, 0]], structure=[["--a"]])
+    ),
     '"diagonal" needs as many': lambda: sos.analyse_pid(
         ARM, [[0, 0]], law=sos.PIDLaw(np.eye(2), structure="diagonal")
     ),
@@ -223,6 +226,18 @@ def test_bad_input_is_named(words):
     with pytest.raises(ValueError) as told:
         BAD[words]()
     assert words in str(told.value)
+
+
+def test_sensors_that_differ_in_the_last_digits_are_two():
+    rows = [[1, 0.12345678], [1, 0.12345679]]
+    d = sos.analyse_pid(joint(1, 8), [[-1.0, 0]], law=sos.PIDLaw(rows))
+    assert (d.request.law_parts.rows == exact(np.pad(rows, ((0, 0), (0, 2))))).all()
+
+
+def test_a_bound_that_is_none_is_named():
+    d = sos.analyse_pid(ARM, GAINS, law=PID, region=sos.PoleRegion(sigma=0.1))
+    with pytest.raises(KeyError, match="no bound is called 'gamma'.*sigma"):
+        d.bounds()["gamma"]
 
 
 def test_one_letter_is_one_number():

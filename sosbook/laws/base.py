@@ -275,9 +275,10 @@ def sensor_rows(plant, position, velocity):
         lower = [[np.zeros_like(blocks[1]), blocks[1]]]
         whole = np.block(upper + lower)
     words = tuple(row_words(row, names) for row in whole)
-    if len(set(words)) < len(words):
-        twice = next(w for w in words if words.count(w) > 1)
-        raise ValueError(f"two sensors measure {twice}: leave one out")
+    rows = whole.tolist()
+    for row, twice in zip(rows, words):
+        if rows.count(row) > 1:
+            raise ValueError(f"two sensors measure {twice}: leave one out")
     return exact(whole), words, len(blocks[0])
 
 

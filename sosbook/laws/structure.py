@@ -140,9 +140,9 @@ def _shares(name, structure, rows, columns):
     found = {}
     for i, row in enumerate(entries):
         for j, entry in enumerate(row):
-            if isinstance(entry, str) and entry.lstrip("-"):
+            if isinstance(entry, str) and entry.removeprefix("-")[:1] not in ("", "-"):
                 share = -1.0 if entry.startswith("-") else 1.0
-                key = entry.lstrip("-")
+                key = entry.removeprefix("-")
             elif not isinstance(entry, str) and entry == 1:
                 share, key = 1.0, (i, j)
             elif not isinstance(entry, str) and entry == 0:

@@ -27,7 +27,7 @@ class Bound:
     asked : float
         Its bound.
     proven : float or None
-        The best bound that is proven, to three digits, with a P of its own.
+        The best bound that is proven, to four digits, with a P of its own.
     true : float
         The worst that a search has found, over the vertices and between.
     part : Kept
@@ -61,9 +61,12 @@ class Bounds(tuple):
 
     def __getitem__(self, key):
         """That of a requirement's name, or of a place."""
-        if isinstance(key, str):
-            return next(b for b in self if key in (b.requirement.name, _key(b)))
-        return super().__getitem__(key)
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        for b in self:
+            if key in (b.requirement.name, _key(b)):
+                return b
+        raise KeyError(f"no bound is called {key!r:.80}, only {[*map(_key, self)]}")
 
     def rows(self):
         """Words, asked, proven and true, and what is excluded, in text."""

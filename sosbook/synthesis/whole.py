@@ -243,8 +243,8 @@ def proven_on(design, whole, digits):
     if isinstance(whole, SecondOrderSystem):
         proof = _by_energy(whole, K, U, asked, digits) or proof
     return proof or Unproven(
-        "the modes of the whole give no point that floats can tell from the edge: its "
-        f"slowest pole is too slow for its fastest. {seen}"
+        "no point of the LMIs was found from the modes of the whole that floats can "
+        f"tell from their edge. {seen}"
     )
 
 

@@ -46,17 +46,14 @@ class Task:
     m: int
 
     @classmethod
-    def of(cls, request, loops, goal=None, rate=None):
-        """The task of a ``request`` for its ``loops``; the ``goal``'s bound is open.
-
-        ``rate``, in 1/s, is that of a motion which matters.
-        """
+    def of(cls, request, loops, goal):
+        """The task of a ``request`` for its ``loops``; the ``goal``'s bound is open."""
         regions = [r for r in request.requirements if r.pole_matrices() is not None]
         bounded = [
             r for r in request.requirements if r not in regions and r is not goal
         ]
         slow, fast = loops.rates
-        rate = rate or _asked_rate(request) or float(np.sqrt(slow * fast))
+        rate = _asked_rate(request) or float(np.sqrt(slow * fast))
         largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
         limits = np.minimum(loops.form.bounds, np.where(
             np.isfinite(loops.form.bounds), np.inf, largest))  # fmt: skip
