@@ -225,7 +225,7 @@ def test_a_proof_of_rounded_numbers_says_so():
     whole = cart(T=0.01, memory="filter", filter_time=0.02)
     odd = replace(whole, rows=1.00000001234567 * whole.rows)
     for c, said in ((whole, False), (odd, True)):
-        (_, proven), *_ = facts_of(c, "double", 60.0)[0]
+        (_, proven), *_ = facts_of(c, 60.0)[0]
         assert any("rounded to 17 digits" in line for line in proven) == said
 
 

@@ -411,7 +411,7 @@ def test_ticks_are_seconds():
 
 
 def test_what_is_not_proven_is_said():
-    (_, proven), *_ = facts_of(axis(), "double", 1e-9)[0]
+    (_, proven), *_ = facts_of(axis(), 1e-9)[0]
     assert any("sampled loop: NOT PROVEN, stopped after" in line for line in proven)
 
 

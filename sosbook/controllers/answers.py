@@ -387,7 +387,7 @@ class Answers:
             `Code.write` makes the files; `Code.texts` has them.
         """
         Code(self, name, precision)  # a bad name is said before anything is proven
-        facts, proofs = facts_of(self, precision, time_limit)
+        facts, proofs = facts_of(self, time_limit)
         return Code(self, name, precision, facts, proofs)
 
 

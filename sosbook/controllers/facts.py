@@ -16,15 +16,13 @@ MIXED = re.compile(r"^\d| [+-] ")  # a name such as "2 z1" or "z1 - z2"
 LOSE_EVERY = 97  # a tick: about one sample in a hundred
 
 
-def facts_of(c, precision, time_limit):
+def facts_of(c, time_limit):
     """The three columns of a `Controller`'s header, and its proof files.
 
     Parameters
     ----------
     c : Controller
         Of whose program they are.
-    precision : str
-        Of the program.
     time_limit : float
         Seconds for the proof of the sampled loop.
 
