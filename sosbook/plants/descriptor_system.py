@@ -97,7 +97,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         """
         several: Any = [[getattr(d, x) for d in vertices] for x in MATRICES]
         given: Any = [None if x[0] is None else x for x in several]
-        made = cls(*given, reduction=reduction)
+        made = cls(*given, reduction)
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 
