@@ -97,7 +97,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         """
         several: Any = [[getattr(d, x) for d in vertices] for x in MATRICES]
         given: Any = [None if x[0] is None else x for x in several]
-        made = cls(*given, reduction)
+        made = cls(*given)
+        object.__setattr__(made, "reduction", reduction)
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 
