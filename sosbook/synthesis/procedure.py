@@ -25,6 +25,19 @@ def design_asked(
     U=None, K_A=None, gain=None, start=None, prefer=None, law=None, maximize=None,
     starts=16, seed=0, **asked,
 ):  # fmt: skip
+    """The Design of what the keywords of `design_pid` and its like ask.
+
+    Parameters
+    ----------
+    plant, coupling, mu, slack, minimize, backoff, time_limit, U, K_A
+        As in `design_pid`.
+    gain : (m, N) array_like, optional
+        One that is known; without it one is sought.
+    start, prefer, law, maximize, starts, seed
+        As in `design_pid`.
+    **asked
+        Its requirements by keyword.
+    """
     U, law = _law_of(U, law)
     if law is not None:
         given_too = dict(mu=mu, slack=slack, start=start, prefer=prefer)
