@@ -295,6 +295,7 @@ NO_CALLS = {
     "Largest": "made by largest",
     "Request": "made by the design functions",
     "designed": "called by design_pid",
+    "design_asked": "called by design_pid and its like",
     "or_with_slack": "called by design_pid",
     "Ask": "made by the functions of maps",
     "theorems": "blocks: whoever writes them gives every value in its own tests",

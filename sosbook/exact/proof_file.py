@@ -1,5 +1,6 @@
 """Proofs that are files: what they prove is computed from their texts alone."""
 
+import warnings
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -33,9 +34,12 @@ class ProofFile(Verdict, OfKind, ABC):
     @classmethod
     def of(cls, data):
         """Write the file of some data: a dict of lists, decimals and words."""
-        text, words = written(cls.kind, _of_part(data))
+        text, words, fault = written(cls.kind, _of_part(data))
         proof = cls(text)
         _WORDS[proof] = words
+        if fault is not None and proof.proven and proof.claims:  # a text should say it
+            fault = f"written as version 1, which has no text: {cls.kind}: {fault}"
+            warnings.warn(fault, stacklevel=2)
         return proof
 
     @classmethod

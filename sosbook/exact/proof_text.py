@@ -6,7 +6,6 @@ matrices in balls, is written as version 1: data alone, with a checksum.
 
 import json
 import re
-import warnings
 
 from ..runtime.digests import digest
 from ..runtime.reading import parse_json
@@ -21,7 +20,9 @@ MADE = ("claims", "blocks")  # of version 2 these are made from what is asked
 
 
 def written(kind, data):
-    """The text of a proof of some kind, and the words beside it; None of version 1.
+    """The text of a proof of some kind, the words beside it, and what refuses a text.
+
+    Of version 1 there are no words. Of a theorem without a text nothing refuses.
 
     Parameters
     ----------
@@ -36,13 +37,10 @@ def written(kind, data):
         if not same(verdict.asked_of(whole), asked):
             raise Refused("its data don't say again what is asked")
     except Beyond:  # no text says it
-        return version_1(kind, data), None
-    except Refused as fault:  # a text should say it, so this package is at fault
-        if not data.get("undecided"):  # a proof that failed has no text either
-            words = f"written as version 1, which has no text: {kind}: {fault}"
-            warnings.warn(words, stacklevel=3)
-        return version_1(kind, data), None
-    return spread(whole), tuple(words)
+        return version_1(kind, data), None, None
+    except Refused as fault:
+        return version_1(kind, data), None, fault
+    return spread(whole), tuple(words), None
 
 
 def version_1(kind, data):

@@ -47,7 +47,8 @@ class Delay:
         t, method = self.t, d["method"]
         if method not in LATE:
             raise Beyond(f"the theorem of method {method!r} isn't known here")
-        need(d["misprints"] == [], "the theorem as printed proves nothing")
+        if d["misprints"] != []:
+            raise Beyond("the theorem as printed isn't a text: it proves nothing")
         first, order = method in ("legendre", "interval"), d["order"]
         good = type(order) is int and 0 <= order < 99
         good = good and (method == "legendre" or order < 2)
