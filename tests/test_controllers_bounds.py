@@ -55,6 +55,15 @@ def test_noise_of_an_encoder_at_the_worst(bounded):
     assert 0.9 * true[3] < abs(u[0]) <= noise.proven
 
 
+@pytest.mark.parametrize("T", [0.002, 0.004])
+def test_slow_clocks_whose_loads_differ_more_from_tick_to_tick_are_bounded(T):
+    c = design().controller(["motor"], T=T, delay=T, counts=4096)
+    for bound in (c.noise(), c.ramp(1.0)):
+        assert bound.seen < bound.proven < 1.6 * bound.seen
+    true = [worst(x.impulses(x.noise, x.direct, 3000)) * np.pi / 4096 for x in loops(c)]
+    assert max(true) <= c.noise().proven
+
+
 def test_ramps_and_steps_of_every_load(bounded):
     c, _, ramp, step = bounded
     sums, peaks = [], []

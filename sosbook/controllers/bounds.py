@@ -275,14 +275,14 @@ def _enclosed(joined, weights, L, h, direct, start, used, head):
     loop, total = wide[:-j, :-j], arb(0)
     if start is None:
         total += sum((abs(e) for e in balls(direct)), arb(0))
-    for _ in range(head):
+    room, bounds = arb(1) if peak else 1 - arb(float(used)) ** -2, []
+    for _ in range(head + 1):  # a wide ball grows: fewer terms by themselves may do
+        columns = (Lx @ x).T
+        sizes = [sum((e.abs_upper() ** 2 for e in c), arb(0)).sqrt() for c in columns]
+        bounds.append(rounded(total + sum(sizes, arb(0)) / room.sqrt(), np.inf))
         total += sum((abs(e) for e in (H @ x).flat), arb(0))
         x = loop @ x
-    room = arb(1) if peak else 1 - arb(float(used)) ** -2
-    for column in (Lx @ x).T:
-        size = sum((e.abs_upper() ** 2 for e in column), arb(0)).sqrt()
-        total += size / room.sqrt()
-    bound = rounded(total, np.inf)
+    bound = float(np.nanmin([*bounds, np.inf]))
     return bound if np.isfinite(bound) else np.inf
 
 
