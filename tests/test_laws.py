@@ -148,10 +148,17 @@ def test_an_observer_with_a_state_feedback_is_a_dynamic_law():
 
 
 def test_full_state_is_the_design_without_a_law():
-    asked = dict(region=sos.PoleRegion(sigma=0.2), gamma=3.0)
-    without = sos.design_pid(ARM, [[1, 0]], **asked)
-    with_law = sos.design_pid(ARM, law=sos.FullState([[1, 0]]), **asked)
-    assert (without.K == with_law.K).all()
+    """To the last bit, and with z as the output by name as well."""
+    plain, law = dict(U=[[1, 0]]), dict(law=sos.FullState([[1, 0]]))
+    z = sos.HInfinity(3.0, outputs=sos.Output(position=np.eye(2)))
+    for coupling in ("pairs", "slack"):
+        asked = dict(region=sos.PoleRegion(sigma=0.2), coupling=coupling)
+        first = sos.design_pid(ARM, gamma=3.0, **plain, **asked)
+        assert first.status == "feasible"
+        for given in (dict(gamma=3.0), dict(requirements=[z])):
+            for how in (plain, law):
+                again = sos.design_pid(ARM, **given, **how, **asked)
+                assert (first.K == again.K).all()
 
 
 def test_rows_of_a_descriptor_system():

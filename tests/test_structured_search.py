@@ -473,7 +473,7 @@ def test_no_controller_of_any_order_does_what_multipliers_exclude():
     best = best_of_any_order(d, np.array([[1.0, 0]]), 0.2, 0.5)
     assert 0.95 * best < bound.excluded < best < bound.proven
     assert bound.refusal.verify()
-    assert "no controller keeps" in repr(design.bounds())
+    assert "no linear controller keeps" in repr(design.bounds())
     below = sos.design_pid(plant, law=law, gamma=bound.excluded, starts=2)
     assert below.status == "infeasible" and "of any order" in below.reason
     dynamic = sos.DynamicLaw(2, [[1, 0]], noise=[[0, 0.5]])
@@ -490,7 +490,7 @@ def test_what_excludes_every_controller_of_a_part_says_so():
     words = "Of the reduced model (2 of 5): no linear controller of any order"
     assert design.status == "infeasible" and design.reason.startswith(words)
     (claim,) = design.infeasibility.claims
-    assert claim.count("of the reduced model (2 of 5)") == 2  # in both blocks' names
+    assert claim.count("of the reduced model (2 of 5)") == 3  # in each block's name
     weak = sos.SecondOrderSystem(
         np.eye(3), 0.1 * np.eye(3), np.diag([1, 4, 9]), [[1], [0], [0]]
     ).reduce(modes=2)

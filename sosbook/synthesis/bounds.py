@@ -8,7 +8,7 @@ from typing import Any
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
 from .cells import family
 from .known_gain import Kept, least, worst
-from .structured.doors import best_excluded
+from .structured.any_order import best_excluded
 
 __all__ = ["Bound", "Bounds", "bounds_of"]
 
@@ -81,7 +81,7 @@ class Bounds(tuple):
     @property
     def _heads(self):
         some = any(b.excluded is not None for b in self)
-        return ("asked", "proven", "true", *("no controller keeps",) * some)
+        return ("asked", "proven", "true", *("no linear controller keeps",) * some)
 
     def __repr__(self):
         table = [("", *self._heads), *self.rows()]

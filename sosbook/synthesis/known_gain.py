@@ -9,7 +9,7 @@ from ..exact.definite import round_digits
 from ..exact.refusal import Refusal
 from ..plants.checks import SIZE_LIMITS
 from ..runtime.read_only import ReadOnly
-from ..runtime.time_limit import check_time
+from ..runtime.time_limit import OutOfTime, check_time
 from .broken import broken
 from .cells import family
 from .feasibility import answer
@@ -289,13 +289,16 @@ def least(request, r, plants, backoff, digits=3, bad=None):
         low = easier
     else:
         return decided(request, r, plants, bad)
-    for _ in range(HALVINGS if easier > low else 0):
-        middle = float(np.sqrt(low * easier))
-        closer = at(middle)
-        if closer.status == "feasible":
-            part, easier = closer, middle
-        else:
-            low = middle
+    try:
+        for _ in range(HALVINGS if easier > low else 0):
+            middle = float(np.sqrt(low * easier))
+            closer = at(middle)
+            if closer.status == "feasible":
+                part, easier = closer, middle
+            else:
+                low = middle
+    except OutOfTime:  # what is proven stays: a nearer bound takes longer
+        return part
     return part
 
 

@@ -4,7 +4,7 @@ Each function returns the matrix that must be positive definite, laid
 out as in the thesis (which prints the negative of most of them).
 """
 
-from .any_order import any_order
+from .any_order import unseen
 from .delay import (
     MISPRINTS,
     Functional,
@@ -40,7 +40,6 @@ __all__ = [
     "MISPRINTS",
     "Functional",
     "Times",
-    "any_order",
     "bounded_real",
     "control_bound",
     "delay_decay",
@@ -73,5 +72,6 @@ __all__ = [
     "slack_stability",
     "stability",
     "trace_bound",
+    "unseen",
     "whole_control_bound",
 ]

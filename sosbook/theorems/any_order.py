@@ -2,50 +2,47 @@
 
 from ..language import block, eye, he
 
-__all__ = ["any_order"]
+__all__ = ["unseen"]
 
 
-def any_order(plant, values, bound):
-    r"""The two blocks of a plant for which some controller keeps a bound.
+def unseen(P, here, rate, push, out, bound):
+    r"""The block of motions that sensors don't see, or that inputs don't move.
 
     Parameters
     ----------
-    plant : tuple of matrix-like
-        A, B_w, B, C_z, C, D_zw, D_zu and D_yw of x' = A x + B_w w + B u,
-        z = C_z x + D_zw w + D_zu u, y = C x + D_yw w.
-    values : dict
-        X, Y (N, N) symmetric, and Ah (N, N), Bh (N, q), Ch (m, N), Dh (m, q).
+    P : (r, r) matrix-like
+        Symmetric.
+    here, rate : (r, k) matrix-like
+        x and x' of k motions that span all, in r coordinates.
+    push : (p, k) matrix-like
+        Their disturbance w.
+    out : (q, k) matrix-like
+        Their output z.
     bound : scalar
         Of the H-infinity norm from w to z.
 
     Returns
     -------
-    tuple of two matrix-like
-        If a linear controller of any order, with whatever structure, keeps the norm
-        below the bound, then both are positive definite for some values. So multipliers
-        that exclude every value exclude every controller.
+    matrix-like
+        Positive definite for a P where a linear controller keeps the norm below the
+        bound, of any order, that has these sensors. So multipliers that exclude every
+        P exclude every controller.
 
     Notes
     -----
-    Source: C. Scherer, P. Gahinet and M. Chilali, Multiobjective output-feedback
-    control via LMI optimization, IEEE Trans. Automat. Control 42, 1997. An idle stable
-    state makes the order N or more without changing the norm. X and Y are the plant's
-    corners of the inverse of a Lyapunov matrix of the loop and of itself; the blocks
-    are the bounded real lemma's after a congruence.
+    Of x' = A x + B_w w + B u, z = C_z x + D_zw w + D_zu u, y = C x + D_yw w take the x
+    of a subspace and the w for which y = 0 and x' is in the subspace. A controller at
+    rest answers y = 0 with u = 0, so there the bounded real lemma of the whole loop,
+    with a Lyapunov matrix L, is about Y alone, the plant's corner of L. The norm is
+    that of the transposed loop, whose lemma has L^-1; so the same is true with A', B',
+    C', ... in the place of A, C, B, ... and X, the plant's corner of L^-1. X and Y
+    belong together: [X I; I Y] >= 0, as for every L, and > 0 with a little more of Y.
+    In coordinates x = V v of the one subspace and U of the other it is
+    [X U'V; V'U Y] > 0.
+
+    Where the subspaces are as large as can be the three blocks say all: P. Gahinet and
+    P. Apkarian, A linear matrix inequality approach to H-infinity control, Int. J.
+    Robust Nonlinear Control 4, 1994, where sensors have noise and inputs a weight.
     """
-    A, Bw, B, Cz, C, Dzw, Dzu, Dyw = plant
-    X, Y, Ah, Bh, Ch, Dh = (values[name] for name in ("X", "Y", "Ah", "Bh", "Ch", "Dh"))
-    N, p, q = A.shape[0], Bw.shape[1], Cz.shape[0]
-    left = A @ X + B @ Ch
-    corner = A + B @ Dh @ C
-    right = Y @ A + Bh @ C
-    cross = corner + Ah.T
-    w, YB = Bw + B @ Dh @ Dyw, Y @ Bw + Bh @ Dyw
-    CX, CD, D = Cz @ X + Dzu @ Ch, Cz + Dzu @ Dh @ C, Dzw + Dzu @ Dh @ Dyw
-    loop = -block([
-        [he(left), cross,     w,               CX.T],
-        [cross.T,  he(right), YB,              CD.T],
-        [w.T,      YB.T,      -bound * eye(p), D.T],
-        [CX,       CD,        D,               -bound * eye(q)],
-    ])
-    return block([[X, eye(N)], [eye(N), Y]]), loop
+    top = bound * (push.T @ push) - he(here.T @ P @ rate)
+    return block([[top, out.T], [out, bound * eye(out.shape[0])]])

@@ -26,10 +26,7 @@ EXCEPTIONS = {  # 2 is 2N, f is kN, o and i are what the order makes of N
     "h2_output": {"EPC": "Nn", "J": "nn"},
     "observer_decay": {"A": "22", "C": "nN", "Y": "nN", "Q_F": "2k", "R_F": "nn"},
     "regular_mass": {"beta": ""},
-    "any_order": {
-        "Bw": "Np", "Cz": "nN", "C": "kN", "Dzw": "np", "Dzu": "nm", "Dyw": "kp",
-        "Bh": "Nk", "Ch": "mN", "Dh": "mk",
-    },
+    "unseen": {"here": "Nk", "rate": "Nk", "push": "pk", "out": "nk"},
     "whole_control_bound": {
         "X": "NN", "K_A": "mn", "mass": "nn", "row": "nN", "push": "nm",
     },
@@ -92,11 +89,6 @@ def called_with(make, function, sizes=(), **given):
     special = {
         "c": vertex,
         "loop": loop,
-        "plant": lambda: tuple(
-            map(one, ("A", "Bw", "B", "Cz", "C", "Dzw", "Dzu", "Dyw"))
-        ),
-        "values": lambda: {"X": one("S"), "Y": one("R")}
-        | {name: one(name) for name in ("Ah", "Bh", "Ch", "Dh")},
         "d": lambda: SimpleNamespace(E=one("E"), A=one("A"), Bu=one("B")),
         "v": lambda: Functional(*map(one, ("P", "Q", "S", "R1", "R2", "R3", "Z"))),
         "t": times,

@@ -1,0 +1,239 @@
+"""What no linear controller of any order keeps that has a law's sensors."""
+
+import numpy as np
+
+from ...analysis.lyapunov import lyapunov
+from ...exact.rational import echelon, exact, inverse, null_basis, round_digits
+from ...language import block
+from ...lmi import LMIProblem, Unknown
+from ...runtime.time_limit import OutOfTime
+from ...theorems import unseen
+from .loops import corners_of
+
+__all__ = ["best_excluded", "excluded", "seen", "unseen_motions"]
+
+SECONDS = 20.0  # for each plant's multipliers
+HIGHEST = 0.998  # of what was reached: below it a bound is sought
+LOWER = 0.99, 0.95, 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial
+HALVINGS = 6  # of the way between two of them, as a ratio
+BITS = 20  # of a rounded matrix of coordinates
+
+
+def excluded(request, d, r, gamma):
+    """The refusal of every controller for a plant and a gamma, or None.
+
+    Parameters
+    ----------
+    request : Request
+        With a law, whose sensors count.
+    d : Descriptor
+        One of its plants, without a controller, in rationals.
+    r : Requirement
+        It bounds an H-infinity norm.
+    gamma : float
+        That bound.
+    """
+    some = slice(None) if r.inputs is None else list(r.inputs)
+    plant, sensors, part = seen(r, d), request.law_parts, request.plant.reduction
+    if plant is None:
+        return None
+    of = "" if part is None else f" {part.words[:-2]}"
+    data = plant.explicit(), sensors.rows, sensors.noise[:, some]
+    for problem in _problems(*data, exact(gamma), of):
+        solution = problem.find()
+        if solution.status == "feasible":  # so are the others
+            return None
+        proof = solution.infeasibility
+        if proof is not None and proof.proven:
+            return proof
+    return None
+
+
+def best_excluded(request, r, reached):
+    """The largest gamma found that no linear controller keeps, with its proof.
+
+    Parameters
+    ----------
+    request : Request
+        With a law.
+    r : Requirement
+        It bounds an H-infinity norm.
+    reached : float
+        What a gain reaches: the answer lies below.
+
+    Returns
+    -------
+    tuple
+        Gamma and the `LMIRefusal`, or None and None: multipliers in rationals aren't
+        found everywhere. Where the time is over, the best so far.
+    """
+    best = None, None
+    try:
+        for d in corners_of(request).values():
+
+            def proof(share, d=d):
+                gamma = float(round_digits(share * reached, 4))
+                found = excluded(request, d, r, gamma)
+                return found and (gamma, found)
+
+            high, found = HIGHEST, None
+            for low in LOWER if best[0] is None else (1.01 * best[0] / reached,):
+                found = proof(low) if low < high else None
+                if found is not None:
+                    break
+                high = low
+            if found is None:
+                continue
+            best = found
+            for _ in range(HALVINGS):
+                middle = float(np.sqrt(low * high))
+                found = proof(middle)
+                if found is None:
+                    high = middle
+                else:
+                    low, best = middle, found
+    except OutOfTime:
+        if best[0] is None:
+            raise
+    return best
+
+
+def seen(r, d):
+    """A plant d with the output of r; None where that has the law's states in it."""
+    try:
+        return r.seen(d)
+    except ValueError:
+        return None
+
+
+def unseen_motions(A, B, C, D):
+    """V, and here, rate, push: motions of x' = A x + B w with C x + D w = 0.
+
+    x = V ``here`` stays in the range of V, the largest subspace for which there is a w,
+    and x' = V ``rate``; ``push`` is w. Everything is in rationals, in coordinates that
+    are near orthonormal.
+
+    Source: H. L. Trentelman, A. A. Stoorvogel and M. Hautus, Control theory for linear
+    systems, 2001, chapter 7: the weakly unobservable subspace.
+    """
+    V = exact(np.eye(len(A)))
+    while True:
+        out = null_basis(V.T).T  # zero where x is in V
+        held = np.vstack([np.hstack([C @ V, D]), np.hstack([out @ A @ V, out @ B])])
+        motions = _tidy(null_basis(held))
+        here, push = motions[: V.shape[1]], motions[V.shape[1] :]
+        rows = echelon(here.T)[0] if here.size else []
+        if len(rows) == V.shape[1]:
+            break
+        V = _tidy(V @ exact(np.array(rows, object).T)) if rows else V[:, :0]
+    rate = here
+    if V.shape[1]:
+        rate = inverse(V.T @ V) @ (V.T @ (A @ V @ here + B @ push))
+    return V, here, rate, push
+
+
+def _tidy(V):
+    """Rational columns with the same range, near orthonormal."""
+    if 0 in V.shape:
+        return V
+    R = np.linalg.inv(np.linalg.qr(V.astype(float))[1])
+    return V @ exact(_rounded(R))
+
+
+def _rounded(T):
+    """A matrix of floats to some bits of each column's largest entry."""
+    scale = 2.0 ** np.floor(np.log2(np.abs(T).max(axis=0)))
+    return np.round(T / scale * 2**BITS) / 2**BITS * scale
+
+
+def _problems(d, C, Dyw, gamma, of):
+    """Both inequalities with their coupling; each by itself, with P > 0 and without.
+
+    In units in which the plant is near one. The blocks are named, and ``of`` which
+    plant. What follows from fewer of them has multipliers that are zero in the others:
+    asked by itself, also of obstacles on the imaginary axis, it has them in rationals.
+    """
+    back, m = inverse(d.E), d.Bu.shape[1]
+    A, Bw, B, Cz = back @ d.A, back @ d.Bw, back @ d.Bu, d.C
+    Dzw, Dzu = (
+        exact(np.zeros((len(Cz), n))) if x is None else x
+        for x, n in ((d.Dw, Bw.shape[1]), (d.Du, m))
+    )
+    a, b, c = (x.astype(float) for x in (A, Bw, Cz))
+    rate = float(np.abs(np.linalg.eigvals(a)).max()) or 1.0
+    T = _coordinates(a / rate, b, c)
+    of_w = rate / (np.linalg.norm(np.linalg.solve(T, b), 2) or rate)
+    of_z = 1 / (np.linalg.norm(c @ T, 2) or 1.0)
+    slow, of_w, of_z = (
+        exact(2.0 ** np.round(np.log2(x))) for x in (1 / rate, of_w, of_z)
+    )
+    T = exact(T)
+    left = inverse(T)
+    A, Bw = slow * (left @ A @ T), slow * of_w * (left @ Bw)
+    B = slow * (left @ B)
+    Cz, C = of_z * (Cz @ T), C @ T
+    Dzw, Dzu, Dyw = of_z * of_w * Dzw, of_z * Dzu, of_w * Dyw
+    level = of_z * of_w * gamma
+    sides, spaces = {}, {}
+    for name, (a, b, c, d, out, through) in {
+        "X": (A.T, Cz.T, B.T, Dzu.T, Bw.T, Dzw.T),
+        "Y": (A, Bw, C, Dyw, Cz, Dzw),
+    }.items():
+        V, here, rate, push = unseen_motions(a, b, c, d)
+        if push.shape[1]:
+            spaces[name] = V
+            sides[name] = here, rate, push, out @ V @ here + through @ push
+    sizes = {name: V.shape[1] for name, V in spaces.items() if V.shape[1]}
+    if not sizes:
+        return
+
+    def problem(names, signed):
+        known = [name for name in names if name in sizes]
+
+        def write(values, number):
+            exactly = number(np.array([1.0])).dtype == object
+
+            def data(x):
+                return x if exactly else x.astype(float)
+
+            one, none = level if exactly else float(level), np.zeros((0, 0))
+            blocks = {
+                f"{_WORDS[x]}{of}": unseen(
+                    values.get(x, none), *map(data, sides[x]), one
+                )
+                for x in names
+            }
+            if signed and len(known) == 2:
+                link = data(spaces["X"].T @ spaces["Y"])
+                P = block([[values["X"], link], [link.T, values["Y"]]])
+                blocks[f"P{of}"] = P
+            elif signed:
+                blocks[f"P{of}"] = values[known[0]]
+            return blocks
+
+        unknowns = [Unknown(x, sizes[x], symmetric=True) for x in known]
+        return LMIProblem(write, unknowns, time_limit=SECONDS)
+
+    yield problem(sides, True)
+    for signed in (True, False):
+        for name in sizes if len(sides) == 2 else ():
+            yield problem([name], signed)
+
+
+_WORDS = {"X": "motions not moved", "Y": "motions not seen"}
+
+
+def _coordinates(A, B, C):
+    """Rounded coordinates in which what w moves and what z sees are of one size."""
+    N = len(A)
+    slower = A - (max(np.linalg.eigvals(A).real.max(), 0) + 0.1) * np.eye(N)
+    reach = lyapunov(slower, -B @ B.T)
+    seen = lyapunov(slower.T, -C.T @ C)
+    reach += 1e-6 * np.trace(reach) / N * np.eye(N)
+    seen += 1e-6 * np.trace(seen) / N * np.eye(N)
+    try:
+        L = np.linalg.cholesky(reach)
+        U, s, _ = np.linalg.svd(L.T @ seen @ L)
+        return _rounded(L @ U * s**-0.25 if s.all() else L)  # an output without x
+    except np.linalg.LinAlgError:
+        return np.eye(N)
