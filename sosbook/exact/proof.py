@@ -119,6 +119,14 @@ class Examined:
         return cls(tuple(claims), dict.fromkeys(labels, np.nan), ())
 
     @classmethod
+    def by_kernel(cls, text):
+        """What the kernel says of the ``text`` of a proof file."""
+        try:
+            return cls(tuple(verdict.check(text)), {}, ())
+        except (Refused, Beyond, *verdict.MALFORMED) as fault:
+            return cls.nothing(f"not a well-formed proof: {fault}")
+
+    @classmethod
     def nothing(cls, why):
         """Nothing is proven, and ``why``."""
         return cls((), {}, (why,))

@@ -288,10 +288,6 @@ class Requirement(OfKind, ABC, ReadOnly):
         """
         return None
 
-    def broken(self) -> str:
-        """What a pole outside breaks, in words that say no more than is asked."""
-        return self.statement
-
     def bounds_input_from(self) -> np.ndarray | None:
         """x0, where it asks |K x| <= bound from x0 by Lemma 2.2; else None."""
         return None

@@ -22,7 +22,7 @@ from .loop import Loop
 from .region_forms import RegionForms, degrees
 from .vocabulary import SIGMA
 
-__all__ = ["LMIRegion", "Region"]
+__all__ = ["LMIRegion", "Region", "by_matrices"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,14 +223,6 @@ class LMIRegion(RegionForms, Region, Requirement):
     def pole_matrices(self) -> tuple:
         return exact(self.alpha), exact(self.beta)
 
-    def broken(self) -> str:
-        """The form in words where it is exact; else the very matrices."""
-        plain = self._form == "disk"
-        if self._form == "half-plane":
-            plain = exact(self.alpha)[0, 0] == 2 * exact(self._sizes["sigma"])
-        bare = LMIRegion(self.alpha, self.beta, "bare")
-        return (self if plain or not self.of_package else bare).statement
-
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
         yield "", pole_region(c, loop.number(self.alpha), loop.number(self.beta))
 
@@ -368,3 +360,14 @@ def _numerical_radius(beta):
         options={"xatol": 1e-10},
     )
     return max(height(best), -near.fun)
+
+
+def by_matrices(requirement):
+    """A requirement as one that the kernel knows: an author's region by its matrices.
+
+    None if an author's says nothing of poles.
+    """
+    form = requirement.pole_matrices()
+    if requirement.of_package or form is None:
+        return requirement if requirement.of_package else None
+    return LMIRegion(*(x.astype(float) for x in form), requirement.name)

@@ -5,21 +5,20 @@ from itertools import combinations, islice
 import numpy as np
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from ..exact.algebraic import reflections, roots_of
+from ..exact.algebraic import roots_of
 from ..exact.definite import exact
-from ..exact.proof import Examined
-from ..exact.rational import decimal, decimals, fraction, rational_matrix, read_number
+from ..exact.rational import decimal, decimals, fraction, rational_matrix
 from ..exact.refusal import Refusal
 from ..plants.controllability import FixedPart, fixed_part, matrix_of
 from ..requirements.base import Requirement
+from ..requirements.lmi_region import by_matrices
 from ..requirements.stability import Stability
 from ..runtime.time_limit import check_time
-from .request_as_data import loop_data, loop_request
+from .request_as_data import loop_data
 
 __all__ = ["FixedModeRefusal", "plant_at", "refuse_by_mode"]
 
 MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
-CLOSE = fmpq(1, 10**6)  # a point to the mode, of its size: six digits are said
 BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides
 
 
@@ -62,28 +61,6 @@ class FixedModeRefusal(Refusal):
         return r.words or r.name
 
     @classmethod
-    def examine(cls, data):
-        request = loop_request(data)
-        r, place = _requirement(data), data["place"]
-        h, V = fmpq_poly(_fractions(data["polynomial"])), _rows(data)
-        c = tuple(_fractions(data["point"]))
-        v = [complex(*map(read_number, e)) for e in data["witness"]]
-        again = cls.contents(request, r, place, h, V, c, v)
-        E, A, B = plant_at(request, place)
-        k = h.degree()
-        if len(c) != 2 or k < 1 or h[k] != 1 or V.shape != (k, len(E)):
-            raise ValueError("polynomial and rows don't fit")
-        if matrix_of(E).det() == 0:
-            return again, Examined.nothing("E is singular")
-        if matrix_of(V).rank() < k:
-            return again, Examined.nothing("the rows aren't independent")
-        if (V @ A != _companion(h) @ V @ E).any() or (V @ B != 0).any():
-            return again, Examined.nothing("the rows aren't those of a fixed mode")
-        if not _breaks(r, h, c, v):
-            return again, Examined.nothing("the mode keeps what is asked")
-        return again, Examined(tuple(again["claims"]), {}, ())
-
-    @classmethod
     def of_mode(cls, request, place, part, root, requirement):
         """The file for a root of a `FixedPart` that breaks a requirement.
 
@@ -101,15 +78,14 @@ class FixedModeRefusal(Refusal):
             What the mode breaks.
         """
         h, V = _cyclic(part, root)
+        requirement = by_matrices(requirement)
         for bits in BITS:
             c = _point(root, bits)
             for v in (_witness(requirement, complex(*map(float, c))), []):
-                if _breaks(requirement, h, c, v):
-                    break
-            else:
-                continue
-            break
-        return cls.of(cls.contents(request, requirement, place, h, V, c, v))
+                proof = cls.of(cls.contents(request, requirement, place, h, V, c, v))
+                if proof.proven:
+                    return proof
+        return proof
 
     @classmethod
     def contents(cls, request, requirement, place, h, V, c, v):
@@ -128,24 +104,12 @@ class FixedModeRefusal(Refusal):
         v : list of complex
             The vector, or nothing at the boundary.
         """
-        i, j = place
         stable = requirement.key == Stability().key
-        where = f"the vertex {i + 1}"
-        if i != j:
-            where = f"the plant halfway between the vertices {i + 1} and {j + 1}"
-        elif len(request.vertices) == 1:
-            where = "the plant"
-        s = f"{float(c[0]):.6g}" + (f"{float(c[1]):+.6g}j" if c[1] else "")
-        mode = f"no gain moves the mode near s = {s} of {where}"
-        if request.gain is not None:
-            given = "under the given gain " if request.plant.m else ""
-            mode = f"{where} has {given}a mode near s = {s}"
         return {
-            "claims": [f"{mode}, which breaks: {requirement.broken()}"],
             **loop_data(request),
             "K": None if request.gain is None else decimals(request.gain),
             "requirement": None if stable else requirement.data(),
-            "place": [i, j],
+            "place": list(place),
             "polynomial": [str(h[k]) for k in range(h.degree() + 1)],
             "rows": [[str(e) for e in row] for row in V.tolist()],
             "point": [str(x) for x in c],
@@ -163,9 +127,6 @@ def plant_at(request, place):
 
     With the given gain of a request there are no columns in B.
     """
-    count = len(request.vertices)
-    if not all(type(k) is int and 0 <= k < count for k in place):
-        raise ValueError("place must name two vertices, from 0")
     first, *other = request.vertices_in(exact, dict.fromkeys(place))
     E, A, B = first.E, first.A, first.Bu
     for j in other:
@@ -277,52 +238,3 @@ def _witness(requirement, s):
     alpha, beta = (x.astype(float) for x in requirement.pole_matrices())
     v = np.linalg.eigh(alpha + beta * s + beta.T * np.conj(s))[1][:, -1]
     return [complex(round(e.real, 6), round(e.imag, 6)) for e in v]
-
-
-def _breaks(requirement, h, c, v):
-    """Whether a root of h near c certainly breaks a requirement."""
-    form = requirement.pole_matrices()
-    if form is None:
-        return False
-    alpha, beta = form
-    value, slope = (_square(_at(g, c)) for g in (h.degree() * h, h.derivative()))
-    if value > CLOSE**2 * _square(c) * slope:
-        return False
-    if not v:
-        return _mirrored(alpha, beta, h) and _kept_out(alpha, beta, c)
-    re, im = (exact(np.array([getattr(e, x) for e in v])) for x in ("real", "imag"))
-    if len(v) != len(alpha):
-        raise ValueError("the witness has a wrong length")
-    b = re @ beta @ re + im @ beta @ im, re @ beta @ im - im @ beta @ re
-    level = re @ alpha @ re + im @ alpha @ im + 2 * (c[0] * b[0] - c[1] * b[1])
-    some = any(e != 0 for e in v)
-    return bool(some and level >= 0 and level**2 * slope >= 4 * value * _square(b))
-
-
-def _at(h, c):
-    """h(c), as a pair."""
-    x, y = fmpq(0), fmpq(0)
-    for k in range(h.degree(), -1, -1):
-        x, y = x * c[0] - y * c[1] + h[k], x * c[1] + y * c[0]
-    return x, y
-
-
-def _square(z):
-    return z[0] * z[0] + z[1] * z[1]
-
-
-def _mirrored(alpha, beta, h):
-    """Whether h is its own mirror image at the boundary of a half-plane or disk."""
-    mirror, _ = reflections(alpha, beta)
-    image = fmpq_poly() if mirror is None else mirror(h)
-    n = h.degree()
-    return image.degree() == n and image / image[n] == h
-
-
-def _kept_out(alpha, beta, c):
-    """Whether a point c isn't inside of a half-plane or disk, but for `CLOSE`."""
-    size, depth = 2 * beta[0, 0], -alpha[0, 0] - 2 * beta[0, 0] * c[0]
-    if len(alpha) > 1:
-        size = alpha[0, 0]
-        depth = size**2 - _square((c[0] + alpha[0, 1], c[1]))
-    return depth <= 0 or depth**2 <= (CLOSE * size) ** 2 * _square(c)

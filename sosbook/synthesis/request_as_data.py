@@ -9,7 +9,7 @@ from ..plants.near_box import NearBox
 from ..requirements.base import Requirement
 from .request import Request
 
-__all__ = ["loop_data", "loop_request", "read_request", "request_data"]
+__all__ = ["loop_data", "read_request", "request_data"]
 
 
 def request_data(request):
@@ -61,9 +61,3 @@ def loop_data(request):
         "U": [] if request.U is None else decimals(request.U),
         "K_A": None if K_A is None else decimals(K_A),
     }
-
-
-def loop_request(data):
-    """A request with the plant in the ``data`` of a file, and nothing asked."""
-    asked = {"coupling": "vertices", "epsilon": None, "E0": None, "requirements": []}
-    return read_request(data | asked, gain=data.get("K"))

@@ -5,11 +5,10 @@ from itertools import combinations, islice
 import numpy as np
 
 from ..exact.definite import exact
-from ..exact.proof import Examined
 from ..exact.refusal import Refusal
 from ..plants.controllability import is_singular, matrix_of
-from .fixed_mode import MOST_MIDPOINTS, plant_at
-from .request_as_data import loop_data, loop_request
+from .fixed_mode import MOST_MIDPOINTS
+from .request_as_data import loop_data
 
 __all__ = ["SingularMassRefusal", "refuse_by_mass"]
 
@@ -29,30 +28,9 @@ class SingularMassRefusal(Refusal):
         return tuple(self.data["between"])
 
     @classmethod
-    def examine(cls, data):
-        request, (i, j) = loop_request(data), data["between"]
-        again = cls.contents(request, i, j)
-        E, F = (matrix_of(plant_at(request, (k, k))[0]) for k in (i, j))
-        if E.det() * F.det() > 0 and (E + F).det() != 0:
-            return again, Examined.nothing("no mass is singular there")
-        return again, Examined(tuple(again["claims"]), {}, ())
-
-    @classmethod
     def of_pair(cls, request, i, j):
         """The file for the vertices i and j of a request, from 0."""
-        return cls.of(cls.contents(request, i, j))
-
-    @classmethod
-    def contents(cls, request, i, j):
-        """The data of the file for the vertices i and j of a request."""
-        return {
-            "claims": [
-                "no gain makes every plant of the polytope stable: a plant between "
-                f"the vertices {i + 1} and {j + 1} has a singular matrix E"
-            ],
-            **loop_data(request),
-            "between": [i, j],
-        }
+        return cls.of({**loop_data(request), "between": [i, j]})
 
 
 def refuse_by_mass(request):

@@ -20,6 +20,7 @@ from scipy.linalg import schur
 from ..exact.definite import exact, inverse, round_digits
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
+from ..requirements.lmi_region import by_matrices
 from ..runtime.time_limit import check_time
 from .request import Request
 from .scaling import Frame
@@ -57,6 +58,9 @@ def refuse_by_input(request, search):
     bound = input_bound(request)
     if bound is None or request.gain is not None or request.coupling == "slack":
         return None
+    known = [r for r in map(by_matrices, request.requirements) if r is not None]
+    if known != list(request.requirements):
+        request = replace(request, requirements=known)
     for k in request.distinct[:MOST_VERTICES]:
         check_time()
         vertex = _tried(_Vertex, request, bound, k)
@@ -134,7 +138,7 @@ class _Vertex:
         rows *= size.mean() / (np.abs(N).max() or 1.0)
         columns = self.frame.T @ np.linalg.inv(rows)
         bases = [[x.real, x.imag] for x in (rows @ self.left, columns)]
-        part = _enclosed(self.request, self.bound, self.k, bases, count)
+        part = _enclosed(self.request, self.k, bases, count)
         if part is None:
             return None
         bounds = [x.astype(float) for x in (part.spread, part.blur)]
@@ -145,12 +149,11 @@ class _Vertex:
         return proof if proof.proven else None
 
 
-def _enclosed(request, bound, k, bases, count):
-    """A `ModesPart` in rationals with bounds that hold, or None."""
+def _enclosed(request, k, bases, count):
+    """A `ModesPart` in rationals with bounds that hold in floats, or None."""
     d = request.vertices_in(exact)[k]
     T, R = (real_form(*map(exact, x)) for x in bases)
-    start = exact(bound.bounds_input_from())[:, None]
-    part = ModesPart(d.E, d.A, d.Bu, start, T, R, count)
+    part = ModesPart(d.E, d.A, d.Bu, T, R, count)
     near, N = part.in_floats(), request.order
     least = LEAST_BOUND * np.abs(near.K).max()
     spread, blur = np.zeros((count, N - count)), np.zeros((count, count))
@@ -161,8 +164,7 @@ def _enclosed(request, bound, k, bases, count):
             return None
         new_spread = new_spread / gaps
         if (new_spread <= spread).all() and (new_blur <= blur).all():
-            part = part.within(exact(spread), exact(blur))
-            return part if part.holds() else None
+            return part.within(exact(spread), exact(blur))
         spread = _rounded_up(np.maximum(spread, new_spread + LEAST_BOUND), room)
         blur = _rounded_up(np.maximum(blur, new_blur + least), room)
         if not max(spread.max(), blur.max() / np.abs(near.K).max()) < 1:

@@ -4,12 +4,10 @@ from copy import copy
 
 import numpy as np
 
-from ..exact.definite import exact, positive
-from ..exact.proof import Examined
+from ..exact.definite import exact
 from ..exact.rational import decimals, read_array
-from ..exact.refusal import Refusal, semidefinite
+from ..exact.refusal import Refusal
 from ..requirements.stability import Stability
-from .certificates import claims, excluding
 from .request_as_data import read_request, request_data
 
 __all__ = ["ModesPart", "SmallInputRefusal", "input_bound", "pole_demands", "real_form"]
@@ -57,14 +55,12 @@ class ModesPart:
     """An enclosure of a part of a plant that A leaves invariant.
 
     There are X and L with W A = L W E and W = [I X] T, and with every
-    |X| <= spread and every |L - L0| <= blur, if `holds`.
+    |X| <= spread and every |L - L0| <= blur, if the kernel says so.
 
     Parameters
     ----------
     E, A, B : arrays
         The plant at one vertex, in rationals.
-    start : (N, 1) array
-        The initial state.
     T, R : (2N, 2N) arrays
         In `real_form`: rows near those of the part and of a complement, and a
         matrix near the inverse of T E.
@@ -86,29 +82,30 @@ class ModesPart:
         X K22 - L X J22 = L J12 - K12.
 
     Divided by the differences of the diagonals of K22 and K11, both are maps of
-    (L, X). `holds` says that they map the bounds into themselves, so that a
-    fixed point exists (Brouwer), and that J is regular.
+    (L, X). Where they map the bounds into themselves a fixed point exists (Brouwer).
+    The sum of <G, z> over the regions of `sums` is completed by a part U of Q, the
+    multipliers [U N; N* price] of "u_max" and, with D = Q - U and h = V x0,
+    [h* D h, -h* D; -D h, D] of "x0": it doesn't depend on p and y, and can't be
+    negative, but is u_max^2 tr(price) - h* D h. The kernel decides it all.
     """
 
-    def __init__(self, E, A, B, start, T, R, k):
-        self.k, top, everything = k, slice(0, k), slice(None)
-        E, A, B, start = map(_twice, (E, A, B, start))
+    def __init__(self, E, A, B, T, R, k):
+        self.k, top = k, slice(0, k)
+        E, A, B = map(_twice, (E, A, B))
         self.K, self.J = T @ A @ R, T @ E @ R
         self.off = self.J - _twice(exact(np.eye(len(self.J) // 2)))
         self.L = _cut(self.K, top, top)
         self.first = self.L @ _cut(self.J, top, slice(k, None))
         self.first = self.first - _cut(self.K, top, slice(k, None))
-        self.push, self.begin = T @ B, T @ E @ start
-        self.b, self.start = (_cut(x, top, everything) for x in (self.push, self.begin))
+        self.push = T @ B
+        self.b = _cut(self.push, top, slice(None))
 
     def within(self, spread, blur):
         """The part with these bounds ``spread`` and ``blur``."""
         part = copy(self)
-        rest, everything = slice(self.k, None), slice(None)
         part.spread, part.blur = spread, blur
-        part.b_blur, part.start_blur = (
-            spread @ _bound(_cut(x, rest, everything)) for x in (self.push, self.begin)
-        )
+        rest = _cut(self.push, slice(self.k, None), slice(None))
+        part.b_blur = spread @ _bound(rest)
         return part
 
     def in_floats(self):
@@ -153,15 +150,6 @@ class ModesPart:
         )
         return new_spread, gaps, new_blur
 
-    def holds(self):
-        """Whether the enclosure is proven."""
-        spread, gaps, blur = self.image()
-        return bool(
-            (_bound(self.off).sum(axis=1) < 1).all()
-            and (spread <= gaps * self.spread).all()
-            and (blur <= self.blur).all()
-        )
-
     def sums(self, demands, multipliers):
         """What multipliers z of the poles' blocks leave of p and of y.
 
@@ -192,55 +180,6 @@ class ModesPart:
         Q, N = S + move + move.T, F @ self.b
         return Q, N, Q_blur + Q_blur.T, size @ self.b_blur
 
-    def excludes(self, Q, N, Q_blur, N_blur, U, price, u_max):
-        """Whether no p and y meet the LMIs; exact.
-
-        Parameters
-        ----------
-        Q, N, Q_blur, N_blur
-            Of `sums`.
-        U : (2k, 2k) array
-            The part of Q that the block "u_max" takes, in `real_form`.
-        price : (2m, 2m) array
-            Its multiplier of u_max^2 I.
-        u_max : fmpq
-            The bound.
-
-        Notes
-        -----
-        With D = Q - U the multipliers [U N; N* price] of "u_max" and
-        [h* D h, -h* D; -D h, D] of "x0", h = V x0, complete a sum that doesn't
-        depend on p and y: u_max^2 tr(price) - h* D h. It can't be negative.
-        """
-        m = price.shape[0] // 2
-        both = np.block([[0 * Q_blur, N_blur], [N_blur.T, np.zeros((m, m), int)]])
-        whole = [
-            np.block([[u, n], [t, p]])
-            for u, n, t, p in zip(_parts(U), _parts(N), _parts(N.T), _parts(price))
-        ]
-        both = _diagonal(both.sum(axis=1))
-        whole = real_form(*whole) - _twice(both)
-        D = Q - U - _twice(_diagonal(Q_blur.sum(axis=1)))
-        if not (_positive(whole) and _positive(D)):
-            return False
-        h = self.start[:, :1]
-        force = D @ h
-        re, im = force[: self.k, 0], force[self.k :, 0]
-        least = (h * force).sum() - 2 * ((abs(re) + abs(im)) @ self.start_blur[:, 0])
-        return bool(u_max**2 * price[:m, :m].trace() < least)
-
-
-def _diagonal(x):
-    square = exact(np.zeros((len(x), len(x))))
-    for i, e in enumerate(x):
-        square[i, i] = e
-    return square
-
-
-def _positive(x):
-    """Whether a matrix of rationals is symmetric and positive semidefinite."""
-    return bool((x == x.T).all()) and (positive(x) or semidefinite(x))
-
 
 class SmallInputRefusal(Refusal):
     """An input bound that is too small for the modes outside of the region.
@@ -260,46 +199,11 @@ class SmallInputRefusal(Refusal):
     @property
     def modes(self):
         """The modes, in rad/s, to the accuracy of floats."""
-        part = _part(read_request(self.data), self.data)
-        re, im = _parts(part.L.astype(float))
-        return np.linalg.eigvals(re + 1j * im)
-
-    @classmethod
-    def examine(cls, data):
-        request = read_request(data)
-        bound = input_bound(request)
-        part = _part(request, data)
-        m, asked = request.plant.m, pole_demands(request)
-        keys = [tuple(key) for key, _ in data["multipliers"]]
-        demands = [asked[key].pole_matrices() for key in keys]
-        Z = [
-            _complex(pair, len(alpha) * part.k, len(alpha) * part.k)
-            for (_, pair), (alpha, _) in zip(data["multipliers"], demands)
-        ]
-        U = _complex(data["share"], part.k, part.k)
-        price = _complex(data["price"], m, m)
-        again = cls.contents(
-            request,
-            data["vertex"],
-            [_floats(data[x]) for x in ("rows", "columns")],
-            part.spread.astype(float),
-            part.blur.astype(float),
-            list(zip(keys, [_floats(pair) for _, pair in data["multipliers"]])),
-            _floats(data["share"]),
-            _floats(data["price"]),
-        )
-        if request.coupling == "slack":
-            return again, Examined.nothing("this proof is for a common P")
-        if len(set(keys)) < len(keys):
-            return again, Examined.nothing("two multipliers have one key")
-        if not part.holds():
-            return again, Examined.nothing("the part isn't enclosed")
-        if not all(map(_positive, Z)):
-            return again, Examined.nothing("a multiplier isn't positive")
-        u_max = exact(bound.bound)
-        if not part.excludes(*part.sums(demands, Z), U, price, u_max):
-            return again, Examined.nothing("the multipliers exclude nothing")
-        return again, Examined(tuple(again["claims"]), {}, ())
+        data = self.data
+        A = read_request(data).vertices[data["vertex"]].A
+        T, R = (_complex(data[x]) for x in ("rows", "columns"))
+        k = len(data["spread"])
+        return np.linalg.eigvals((T @ A @ R)[:k, :k])
 
     @classmethod
     def contents(cls, request, vertex, bases, spread, blur, multipliers, share, price):
@@ -318,14 +222,13 @@ class SmallInputRefusal(Refusal):
         multipliers : list of (key, pair)
             Of the poles' blocks, by the requirement's key.
         share, price : pairs
-            U and the price of `ModesPart.excludes`.
+            U and the price of `ModesPart`.
         """
 
         def pair(parts):
             return [decimals(x) for x in parts]
 
         return {
-            "claims": [excluding(True, claims(request))],
             **request_data(request),
             "K": None,
             "vertex": vertex,
@@ -339,27 +242,6 @@ class SmallInputRefusal(Refusal):
         }
 
 
-def _part(request, data):
-    vertex, bound = data["vertex"], input_bound(request)
-    if bound is None:
-        raise ValueError("one bound of K x is needed")
-    if type(vertex) is not int or not 0 <= vertex < len(request.vertices):
-        raise ValueError("vertex must be the number of one, from 0")
-    d, N = request.vertices_in(exact)[vertex], request.order
-    k = len(data["spread"])
-    spread = exact(read_array(data["spread"], k, N - k))
-    blur = exact(read_array(data["blur"], k, k))
-    if not (spread >= 0).all() or not (blur >= 0).all() or not 0 < k < N:
-        raise ValueError("bounds must not be negative")
-    T, R = (_complex(data[x], N, N) for x in ("rows", "columns"))
-    start = exact(bound.bounds_input_from())[:, None]
-    return ModesPart(d.E, d.A, d.Bu, start, T, R, k).within(spread, blur)
-
-
-def _floats(pair):
-    return [read_array(x, None, None) for x in pair]
-
-
-def _complex(pair, rows, columns):
-    re, im = (exact(read_array(x, rows, columns)) for x in pair)
-    return real_form(re, im)
+def _complex(pair):
+    re, im = (read_array(x, None, None) for x in pair)
+    return re + 1j * im

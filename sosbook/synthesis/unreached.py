@@ -5,22 +5,14 @@ from scipy.linalg import qr
 from scipy.optimize import minimize_scalar
 
 from ..exact.definite import exact, round_digits
-from ..exact.proof import Examined
-from ..exact.rational import (
-    decimal,
-    decimals,
-    echelon,
-    fraction,
-    rational_matrix,
-    read_number,
-)
+from ..exact.rational import decimal, decimals, echelon
 from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.reduction import Reduction
 from ..runtime.time_limit import check_time
 from .request import Request
-from .request_as_data import loop_data, loop_request
+from .request_as_data import loop_data
 
 __all__ = ["UnreachedResponseRefusal", "refuse_by_response"]
 
@@ -48,30 +40,6 @@ class UnreachedResponseRefusal(Refusal):
     kind = "unreached response"
 
     @classmethod
-    def examine(cls, data):
-        request = loop_request(data)
-        gamma, k = read_number(data["bound"]), data["vertex"]
-        s, v, y = ([[fraction(e) for e in row] for row in data[n]] for n in "svy")
-        again = cls.contents(request, gamma, k, s, v, y)
-        E, A, B, Bw, C, Du, Dw = _matrices(request, k)
-        (sigma,), (omega,) = s
-        v, y = (rational_matrix(x) for x in (v, y))
-        if v.shape != (2, len(E)) or y.shape != (2, len(C)):
-            raise ValueError("v and y must have a real and an imaginary row each")
-        turned = np.array([-v[1], v[0]])  # j v
-        if (sigma * (v @ E) + omega * (turned @ E) - v @ A - y @ C != 0).any():
-            return again, Examined.nothing("v (s E - A) isn't y C")
-        if B.size and (v @ B + y @ Du != 0).any():
-            return again, Examined.nothing("an input reaches this response")
-        reached, asked = (
-            ((v @ Bw + y @ Dw) ** 2).sum(),
-            (y**2).sum() * exact(gamma) ** 2,
-        )
-        if sigma < 0 or reached <= 0 or reached < asked:
-            return again, Examined.nothing("the response is below gamma")
-        return again, Examined(tuple(again["claims"]), {}, ())
-
-    @classmethod
     def contents(cls, request, gamma, k, s, v, y):
         """The data of the file.
 
@@ -86,13 +54,8 @@ class UnreachedResponseRefusal(Refusal):
         s, v, y : lists
             Two rows of rationals each, the real and the imaginary parts.
         """
-        where = f"the vertex {k + 1}" if len(request.vertices) > 1 else "the plant"
-        who = "no gain makes" if request.gain is None else "the given gain doesn't make"
         K = request.gain
         return {
-            "claims": [
-                f"{who} {where} stable with an H-infinity norm below {decimal(gamma)}"
-            ],
             **loop_data(request),
             "K": None if K is None else decimals(K),
             "bound": decimal(gamma),
@@ -106,8 +69,6 @@ class UnreachedResponseRefusal(Refusal):
 
 def _matrices(request, k):
     """E, A, B, B_w, C, D_u, D_w of a vertex in rationals; those of the given loop."""
-    if type(k) is not int or not 0 <= k < len(request.vertices):
-        raise ValueError("vertex must be one of the plant's, from 0")
     (d,) = request.vertices_in(exact, [k])
     d = d.explicit()
     Du, Dw = (

@@ -12,7 +12,9 @@ __all__ = ["asked", "mended", "without_text"]
 
 def without_text(proof):
     """The text of a proof as a file of version 1: what is asked, as data alone."""
-    return version_1(proof.kind, type(proof).examine(proof.data)[0])
+    rebuilt = type(proof).examine(proof.data)
+    alone = {"claims": list(proof.claims), **proof.data}
+    return version_1(proof.kind, alone if rebuilt is None else rebuilt[0])
 
 
 def mended(whole):

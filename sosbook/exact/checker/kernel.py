@@ -131,7 +131,6 @@ MALFORMED = (LookupError, TypeError, AttributeError, ValueError, RecursionError,
 
 
 def main(arguments):
-    getattr(sys, "set_int_max_str_digits", int)(0)  # fractions may be long
     try:
         with open(arguments[0], "rb") as file:
             text = file.read(MOST_BYTES + 1)

@@ -107,7 +107,9 @@ class FixedMode:
         need(k > 0 and h[-1] == 1, "the polynomial must be monic")
         t.put("V", d, "rows", entry=ratio)
         t.data["L"] = [["1" if b == a + 1 else "0" for b in range(k)]
-                       for a in range(k - 1)] + [[str(-a) for a in h[:-1]]]  # fmt: skip
+                       for a in range(k - 1)]  # fmt: skip
+        minus = (x[1:] if x[0] == "-" else f"-{x}" for x in d["polynomial"][:-1])
+        t.data["L"].append([x.replace("-0", "0") for x in minus])
         t.write(f"E.regular: inv(E) E == I({N})", "independent: V V' > 0",
                 f"mode: V {A} == L V E")  # fmt: skip
         if d["K"] is None:

@@ -7,7 +7,7 @@ a file may hold the text that is written here and no other.
 import re
 from fractions import Fraction
 
-from .arithmetic import gather, need, read
+from .arithmetic import gather, integer, need, read
 from .arithmetic import number as value_of
 from .language import Reader, parse
 
@@ -36,9 +36,12 @@ def number(text):
 
 def ratio(text):
     """A fraction in lowest terms, in a string."""
-    good = isinstance(text, str) and re.fullmatch(r"-?\d+(/\d+)?", text, re.ASCII)
-    need(good and str(value_of(text)) == text, f"{text!r:.40} isn't a fraction")
-    return Fraction(text)
+    whole = r"0|-?[1-9]\d*(/[1-9]\d*)?"
+    good = isinstance(text, str) and re.fullmatch(whole, text, re.ASCII)
+    value, (_, under, bottom) = value_of(text if good else "0"), text.partition("/")
+    good = good and (value.denominator == integer(bottom) > 1 if under else True)
+    need(good, f"{text!r:.40} isn't a fraction")
+    return value
 
 
 def positive(text):

@@ -101,7 +101,7 @@ def law(asked):
         names += " coordinates" * bool(refused and kind == "design")
     else:
         raise Beyond(f"a proof of the kind {whole!r:.80} isn't known here")
-    names += " box" * ("box" in asked and kind == "design")
+    names += " box" * ("box" in asked and kind in ("design", "small input"))
     less = LESS.get(kind, "").split() if refused else []
     names = [x for x in dict.fromkeys(names.split()) if x not in less]
     keys(asked, " ".join(["kind", *names]))
@@ -330,7 +330,6 @@ def say(*lines):
 
 
 def main(arguments):
-    getattr(sys, "set_int_max_str_digits", int)(0)  # fractions may be long
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
     parser.add_argument("proof")
