@@ -17,6 +17,7 @@ from sosbook.mip.compiled import FLAGS
 from sosbook.mip.export import Program
 from sosbook.mip.rig import COUNTS_PER_TURN
 from sosbook.mip.steering import Steering
+from sosbook.mip.ticks import TickLog
 
 import sosbook
 from sosbook import thesis
@@ -307,6 +308,11 @@ typedef struct {
     double gyro[3];
     double dmp_TaitBryan[3];
 } rc_mpu_data_t;
+typedef unsigned long pthread_t;
+#define SCHED_OTHER 0
+int rc_pthread_create(pthread_t *thread, void *(*func)(void *), void *arg,
+                      int policy, int priority);
+int rc_pthread_timed_join(pthread_t thread, void **retval, float timeout_sec);
 rc_mpu_config_t rc_mpu_default_config(void);
 int rc_mpu_initialize_dmp(rc_mpu_data_t *data, rc_mpu_config_t conf);
 int rc_mpu_set_dmp_callback(void (*func)(void));
@@ -353,7 +359,8 @@ static inline int poll(struct pollfd *f, unsigned long n, int t)
 # Time passes in rc_usleep alone. Each line of input is a tick: a word
 # (t tick, p tick after PAUSE, s a silent IMU), pitch, gyro, encoders at
 # channels 3 and 2, battery. Each tick's duties go out. The word d is no
-# tick: the radio's channels 3 and 2.
+# tick: the radio's channels 3 and 2. A tick l is late, by 7 ms. The card is so slow
+# that what writes it does nothing before the end.
 STUB = """\
 #include <stdio.h>
 #include "robotcontrol.h"
@@ -366,6 +373,12 @@ static rc_state_t state;
 static uint64_t now = 5000000000;
 static double sticks[10];
 static int fresh;
+static void *(*writer)(void *), *written;
+int rc_pthread_create(pthread_t *thread, void *(*func)(void *), void *arg,
+                      int policy, int priority)
+{ *thread = 1; writer = func; written = arg; return policy + priority; }
+int rc_pthread_timed_join(pthread_t thread, void **retval, float s)
+{ writer(written); return (thread != 1) + (retval != NULL) + (s < 1); }
 int rc_dsm_init(void) { return 0; }
 int rc_dsm_cleanup(void) { return 0; }
 int rc_dsm_is_new_data(void) { return fresh; }
@@ -427,7 +440,7 @@ void rc_usleep(unsigned int us)
     }
     if (word == 's')
         return;
-    now += 10000000;
+    now += word == 'l' ? 17000000 : 10000000;
     if (word == 'p' && pressed)
         pressed();
     imu->dmp_TaitBryan[TB_PITCH_X] = pitch;
@@ -587,6 +600,26 @@ def test_a_fault_stops_the_motors_until_pause_and_rest(gcc, tmp_path):
     assert all(a == b == 0 for a, b, s in ticks if s)
     assert "motors off: fall" in output
     assert "motors off: sensor" in output
+
+
+def test_late_ticks_are_counted_and_too_many_of_them_stop_it(gcc, tmp_path):
+    """Every third one may be late; all of them may not."""
+    robot = Robot(gcc, tmp_path, Firmware(LAWS["PID"], blend=0.02, late=8))
+    rows = moves(90)
+    rows[:60] = [("l" if k % 3 == 0 else "t", *row[1:]) for k, row in enumerate(rows[:60])]
+    rows[60:] = [("l", *row[1:]) for row in rows[60:]]
+    ticks, output = robot.live([*REST, *rows], str(tmp_path / "log.csv"))
+    log = TickLog.read(tmp_path / "log.csv")
+    assert log.late[60] == 20 and log.late[-1] == 29
+    assert log.fault[-1] == FAULTS.index("late") and set(log.fault[1:-1]) == {0}
+    assert [standby for *_, standby in ticks[101:]] == [0] * 68 + [1] * 22
+    assert "motors off: late" in output
+    long = ("t", *rows[0][1:])  # a single tick that comes after so many others should
+    slow = STUB.replace("17000000", "110000000")
+    (tmp_path / "slow").mkdir()
+    robot = Robot(gcc, tmp_path / "slow", Firmware(LAWS["PID"], late=8), stub=slow)
+    ticks, output = robot.live([*REST, *moves(3), ("l", *long[1:]), *moves(3)])
+    assert [standby for *_, standby in ticks[101:]] == [0] * 3 + [1] * 4
 
 
 def test_pause_stops_a_running_robot(gcc, tmp_path):

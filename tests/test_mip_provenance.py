@@ -47,10 +47,11 @@ STRANGE = dict(
     delay=0.00913,
     blend=0.00537,
     tip=0.8371,
-    missing=17,
-    frozen=23,
-    stall=61,
-    deaf=29,
+    missing=0.17,
+    frozen=0.23,
+    stall=0.61,
+    deaf=0.29,
+    late=0.19,
     compensation=0.1373,
 )
 BOARDS = {
@@ -89,6 +90,7 @@ def known(found):
     derived = [T / 2, 1 / T, 1e6 * T, TURN, PYCTRL_COUNTS_PER_TURN, TRUSTED_VOLTS]
     derived += [2 * pi / robot.counts, radians(setting) / 2**15]
     derived += [PUSHING_SHARE * found.firmware.limit, PUSHING_SHARE * bench.limit]
+    derived += [*robot.ticks.values(), T / 20, 1e6 * T / 20]
     derived += [bench.limit, found.firmware.fastest * T, found.spread]
     derived += [SOFTNESS * robot.compensation, 1 / SOFTNESS]
     derived += [drive.speed, drive.acceleration, FLT_DIGITS, DBL_DIGITS]

@@ -15,6 +15,7 @@ from sosbook.mip.modelled import Model
 from sosbook.mip.rig import COUNTS_PER_TURN, DATA
 
 from sosbook.pendulum.robot import STEERING
+from sosbook.pendulum.waits import timed
 
 THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
 
@@ -78,7 +79,7 @@ STEERED = {
 
 
 OPTIONAL = {"g", "jitter", "blend", "compensation", "edges", "law", "tip", "missing"}
-OPTIONAL |= {"frozen", "stall", "deaf", "board", *STEERED}
+OPTIONAL |= {"frozen", "stall", "deaf", "late", "board", *STEERED}
 
 
 @pytest.mark.parametrize("robot", [THESIS, GEARS])
@@ -105,7 +106,7 @@ def test_a_description_survives_its_file(robot, tmp_path):
         ({"blend": 2.0}, "blend .* at most 1"),
         ({"tip": 2.0}, "tip .* at most"),
         ({"rotors": 1}, "rotors must be true or false, got 1"),
-        ({"stall": 1.5}, "stall must be a number of ticks"),
+        ({"stall": 50}, "stall .longest time at the limit. .* at most 10 s, got 50"),
         ({"board": "uno"}, "board must be one of"),
         ({"edges": 3}, r"edges .* must be one of .1, 2, 4., got 3"),
         ({"edges": 2}, "this board count all four edges .* counts = 4244.4"),
@@ -214,17 +215,18 @@ CHANGES = {
     "limit": (6.5, {LAW, RC, PYCTRL}),
     "rotors": (True, {LAW, PYCTRL}),
     "friction": (True, {LAW, PYCTRL}),
-    "T": (0.005, {LAW, PINS, PYCTRL}),
+    "T": (0.005, {LAW, RC, PINS, PYCTRL}),
     "delay": (0.008, set()),
-    "jitter": (0.001, set()),
+    "jitter": (0.001, {RC, PYCTRL}),
     "blend": (0.006, {LAW, PYCTRL}),
     "tip": (0.8, {LAW, PYCTRL}),
     "compensation": (0.25, {LAW, PYCTRL}),
     "law": ("lqr", {LAW, PYCTRL}),
-    "missing": (4, {LAW, PYCTRL}),
-    "frozen": (13, {LAW, PYCTRL}),
-    "stall": (49, {LAW, PYCTRL}),
-    "deaf": (24, {LAW, PYCTRL}),
+    "missing": (0.04, {LAW, PYCTRL}),
+    "frozen": (0.14, {LAW, PYCTRL}),
+    "stall": (0.7, {LAW, PYCTRL}),
+    "deaf": (0.14, {LAW, PYCTRL}),
+    "late": (0.2, {RC, PYCTRL}),
     "mount": (0.5, {RC, PYCTRL}),
     "nominal": (7.3, {PINS, PYCTRL}),
     "battery": ((5.5, 8.9), {PINS}),
@@ -347,7 +349,7 @@ def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
         if name in ours and code(ours[name]) != code(theirs[name])
     }
     assert {LAW, RC, PINS, PYCTRL} & changed == (CHANGES[key][1] & set(ours))
-    assert Model.read(ours["model_balance.json"]).robot == robot
+    assert Model.read(ours["model_balance.json"]).robot == timed(robot, found.mip)
     said = f"{key} = " + robot.words.split(f"{key} = ")[1].split(",")[0]
     for name, path in ours.items():  # and every file of words says it
         if exact_data(name):
@@ -398,6 +400,7 @@ def test_a_second_robot_end_to_end(second):
         ), letter
     out = {path.name: path.read_text("utf-8") for path in (folder / "out").iterdir()}
     model = Model.read(folder / "out")
+    robot = timed(robot, found.mip)
     assert (model.mip, model.robot, model.spread) == (found.mip, robot, found.spread)
     assert "#define COUNTS 1496.0" in out["rc_balance.c"]
     assert "BOARD_MOUNT_ANGLE 0.1 " in out["rc_balance.c"]

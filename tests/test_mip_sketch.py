@@ -2,11 +2,12 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, Robot, SampledLaw
+from sosbook.mip import FAULTS, Firmware, Robot, SampledLaw
 from sosbook.mip.drive import Drive
 from sosbook.mip.export import Program
 from sosbook.mip.ticks import TickLog
@@ -153,3 +154,20 @@ def test_every_number_is_the_descriptions():
     assert "SUPPLY = 7.4f" in board and "GYRO_RANGE = 0x10" in board  # 1000 deg/s
     step = float(re.search(r"GYRO_STEP = ([\d.e-]+)f", board)[1])
     assert step == pytest.approx(np.deg2rad(1000) / 2**15)
+
+
+#: The same board; from 300 ticks on the sketch's loop comes later and later.
+SLOW = BOARD.replace("now += 97;", "now += k > 30000 ? 100 * (k - 30000) : 97;", 1)
+
+
+@pytest.mark.slow
+def test_a_late_tick_is_counted_and_no_short_one_follows(gcc, cpp, tmp_path):
+    firmware = replace(FIRMWARE, late=6)
+    texts = Program(firmware, robot=ROBOT, drive=DRIVE).sketch
+    _, said = live(sketch_program(gcc, cpp, tmp_path, texts, SLOW), "v 1\n")
+    (tmp_path / "log.csv").write_text(said, "utf-8")
+    log = TickLog.read(tmp_path / "log.csv")
+    steps = np.diff(log.t[1:])
+    assert steps.min() >= MACHINE.T - 1e-6 and steps.max() > 1.2 * MACHINE.T
+    assert "# motors off: late" in said and log.fault[-1] == FAULTS.index("late")
+    assert log.late[-1] == (steps > MACHINE.T + 0.0005).sum() > 0

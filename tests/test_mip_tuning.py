@@ -8,8 +8,13 @@ from sosbook.mip import Mip, Robot, SampledLaw, polytope, tuning, vertices
 from sosbook.mip.deployment import recommend
 from sosbook.mip.tuning import WEIGHTS, design, peak_of, prove, recoverable_tilt
 
+from sosbook.pendulum.facts import facts
+from sosbook.pendulum.waits import fall_time, timed
 from tests.gains import named
+from tests.six_robots import SIX, stand
+from tests.test_mip_compare import pendulum
 from tests.test_mip_robot import GEARS, THESIS, truth
+from tests.test_mip_six_robots import described
 
 Q = np.eye(5)
 
@@ -124,4 +129,49 @@ def test_a_thin_margin_is_not_written(tmp_path):
 def test_other_weights_are_said():
     found = recommend(Mip.printed(), Q=[2, 1, 1, 1, 0.5])
     assert "Q = diag(2, 1, 1, 1, 0.5), R = 20" in (found.facts["specification"])
-    assert Robot.shipped("thesis").words == found.facts["robot"]
+    assert Robot.shipped("thesis").words in found.facts["robot"]
+
+
+def test_the_waits_are_by_the_robots_own_fall():
+    """A robot four times as tall falls half as fast, and is given twice the time."""
+    short = Mip.printed()
+    tall = replace(short, a=short.a, b=16 * short.b, c=256 * short.c, d=16 * short.d)
+    rate = float(max(np.linalg.eigvals(_companion(tall)).real))
+    for mip in (short, tall):
+        robot = timed(THESIS, mip)
+        assert robot.ticks["stall"] == np.ceil(robot.stall / robot.T - 1e-9)
+        assert robot.stall == pytest.approx(4 * fall_time(mip), abs=6e-4)
+    assert fall_time(tall) == pytest.approx(1 / rate)
+    slow = timed(THESIS.but(T=0.05), short)
+    assert slow.ticks["missing"] == 5 and slow.ticks["frozen"] == 12
+    given = timed(THESIS.but(stall=0.7, deaf=0.0), short)
+    assert given.stall == 0.7 and given.ticks["deaf"] == 0
+
+
+def _companion(mip):
+    """The matrix of [z, z'] of a pendulum without voltage, from its letters."""
+    M = np.array([[mip.c, mip.b - mip.J], [mip.b - mip.J, mip.a]])
+    D, S = mip.f * np.array([[1, -1], [-1, 1]]), np.diag([-mip.d, 0])
+    rates = -np.linalg.solve(M, np.hstack([S, D]))
+    return np.vstack([np.eye(2, 4, 2), rates])
+
+
+@pytest.mark.slow
+def test_the_reach_is_what_is_held_with_the_faults_on():
+    """Seen by another simulator: it stands up a little below and not far above."""
+    machine = next(m for m in SIX if m.name == "8 kg")
+    found = recommend(pendulum(machine), R=5.0, robot=described(machine))
+    vars(found)["sampled"] = {}
+    bound = recoverable_tilt(found.mip, machine.V_n)
+    assert found.reach < bound < found.robot.tip
+    words = found.facts["reach"]
+    assert f"no law can from more than {np.degrees(bound):.0f} degrees" in words
+    assert f"stands up from {np.degrees(found.reach):.0f} degrees" in words
+    for share, upright in ((0.95, True), (bound / found.reach * 1.1, False)):
+        program = found.firmware.controller()
+        tilts, fault = stand(
+            machine, program, machine.V_n, 6.0, share * found.reach, dropouts=0.0
+        )
+        assert (fault == 0 and abs(tilts[-100:]).max() < 0.06) == upright
+    short = replace(found, robot=found.robot.but(tip=0.2))
+    assert "the motors go off beyond tip = 11 degrees" in facts(short)["reach"]

@@ -269,6 +269,8 @@ def _clock(log, robot):
             f"{1000 * robot.T:g} ms: the program is for another clock"
         )
     allowed = robot.jitter + 0.01 * robot.T
+    if log.late is not None and log.late[-1]:
+        found.append(f"the program counted {log.late[-1]:.0f} late ticks")
     share = (late > allowed).mean()
     if share > LATE_TICKS:
         found.append(

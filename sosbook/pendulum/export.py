@@ -25,6 +25,7 @@ C_TYPES = {"double": "double", "single": "float"}
 SINGLE = {r"\bdouble\b": "float", "DBL_MANT_DIG != 53": "FLT_MANT_DIG != 24"}
 SINGLE |= {"DBL_MAX": "FLT_MAX"}
 TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
+CLOCK_SHARE = 0.05  # of T, by which any clock's ticks may be late: its own steps
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
 
 
@@ -188,6 +189,7 @@ class Program:
         """
         robot = wired(self.robot)
         values = {
+            **self._clock(),
             "STEERS": int(self.steering is not None),
             "BOARD_MOUNT_ANGLE": robot.mount,
             "COUNTS": robot.counts,
@@ -208,7 +210,7 @@ class Program:
         signs = pyctrl_signs(robot)
         values = spelling.constants(firmware) | spelling.ticks(firmware)
         values |= {x: m.tolist() for x, m in spelling.matrices(firmware.law).items()}
-        values |= self._motion() | {
+        values |= self._motion() | self._clock() | {
             "STEERS": steering is not None,
             "MOUNT": f"{robot.mount!r} / TURN",
             "BATTERY": robot.nominal,
@@ -244,6 +246,8 @@ class Program:
         values = {
             "STEERS": int(self.steering is not None),
             "TICK": f"{round(1e6 * T)}UL",
+            "JITTER": f"{round(1e6 * self._jitter)}UL",
+            "LATE": f"{self.firmware.late}UL",
             "HERTZ": single(1 / T),
             "TURN": f"6.2831853f / {single(robot.counts)}",
             "REST_TICKS": round(1 / T),
@@ -288,6 +292,16 @@ class Program:
             spelled = f"{literal(value, self.precision)};  /* {value:.9g}"
             text = replaced(rf"( {label} = )\S+;  /\* \S+", text, spelled)
         return text
+
+    @property
+    def _jitter(self):
+        """By how much a tick may come late, in s."""
+        told = self.robot.jitter if self.robot else 0.0
+        return max(told, CLOCK_SHARE * self.firmware.law.T)
+
+    def _clock(self):
+        """What a program is told of ticks that come late."""
+        return {"JITTER": round(self._jitter, 9), "LATE": self.firmware.late}
 
     def _motion(self, number=repr):
         """What a program is told of the robot's motion; ``number`` spells one."""

@@ -18,7 +18,6 @@ def facts(deployment):
     """What is known of a ``deployment``, from a word to a sentence."""
     mip, robot = deployment.mip, deployment.robot
     letters = ", ".join(f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
-    tilt = np.degrees(recoverable_tilt(mip, robot.limit))
     return {
         **deployment.data,
         "robot": robot.words,
@@ -36,11 +35,26 @@ def facts(deployment):
         "sampled loop": f"spectral radius {deployment.radius:.4f}, peak "
         f"sensitivity {deployment.sensitivity:.3f}, worst of "
         f"{len(deployment.robots)} robots and {len(deployment.loops)} delays",
-        "reach": "from a tilt at rest of at most "
-        f"{tilt:.0f} degrees, by the "
-        f"linear plant and {robot.limit:g} V",
+        "reach": _reach(deployment),
         "written by": f"sosbook {version('sosbook')}",
     }
+
+
+def _reach(deployment):
+    """From which tilts: what bounds every law, and what this program is seen to do."""
+    robot = deployment.robot
+    bound, tip = recoverable_tilt(deployment.mip, robot.limit), robot.tip
+    most = (
+        f"no law can from more than {np.degrees(bound):.0f} degrees at rest, by the "
+        f"linear plant and {robot.limit:g} V"
+        if bound < tip
+        else f"the motors go off beyond tip = {np.degrees(tip):.0f} degrees"
+    )
+    return (
+        f"{most}. Simulated, not proven: with all faults on, and the largest delay, "
+        f"each of {len(deployment.robots)} robots stands up from "
+        f"{np.degrees(deployment.reach):.0f} degrees at rest"
+    )
 
 
 def _gain(deployment):

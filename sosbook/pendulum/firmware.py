@@ -17,7 +17,7 @@ from .model import V_MAX
 __all__ = ["COUNTERS", "FAULTS", "SOFTNESS", "Controller", "Firmware"]
 
 #: Why the motors are off, by number; 0 is no fault.
-FAULTS = ("running", "sensor", "fall", "stall", "command")
+FAULTS = ("running", "sensor", "fall", "stall", "command", "late")
 #: Counters of ticks in a row, as the state has them: the gyro's bad readings,
 #: the encoders', equal ones of the gyro, equal ones of the encoders under
 #: voltage, and ticks at the limit.
@@ -25,17 +25,14 @@ COUNTERS = ("bad", "lost", "same", "still", "full")
 #: What else a controller knows, besides the state of its law.
 KNOWN = ("theta", "gyro", "wheels", "phi", "last", "increment", "volts", "fault")
 STATE = frozenset((*KNOWN, *COUNTERS, "bias", "zero", "x"))  # x is the law's
-SENSOR, FALL, STALL, COMMAND = range(1, len(FAULTS))
+SENSOR, FALL, STALL, COMMAND = range(1, 5)  # who calls the law knows the last one
 PUSHING_SHARE = 0.25  # of the limit of the voltage: more than friction takes
 SOFTNESS = 2.0  # a command of so many times the compensation gets all of it
 TRUSTED_VOLTS = 1e6  # V; a larger command means that a number is broken
 
 
 #: What a `Robot` says of its firmware.
-DESCRIBED = (
-    *("limit", "tip", "blend", "missing", "frozen", "stall", "gyro_range"),
-    *("deaf", "compensation"),
-)
+DESCRIBED = "limit", "tip", "blend", "gyro_range", "compensation"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +72,9 @@ class Firmware:
         Of the gears' Coulomb friction, in V, added in the command's sense: c
         from 2 c on, and half of a smaller command. The gain from the law to
         the voltage then lies between 1 and 1.5. Zero adds nothing.
+    late : int
+        So many more ticks may come late, or not at all, than come in time; then the
+        programs, which know the time, switch the motors off. With zero they don't.
     note : tuple of str
         Where the law comes from; the C program's header carries it.
 
@@ -115,6 +115,7 @@ class Firmware:
     gyro_range: float = 100.0
     deaf: int = 0
     compensation: float = 0.0
+    late: int = 0
     note: tuple = ()
 
     def __post_init__(self):
@@ -128,7 +129,7 @@ class Firmware:
                 "compensation must be 0 or more and below the limit, in V, "
                 f"got {self.compensation!r}"
             )
-        for name in ("missing", "frozen", "stall", "deaf"):
+        for name in ("missing", "frozen", "stall", "deaf", "late"):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < 0:
                 raise ValueError(
@@ -138,7 +139,8 @@ class Firmware:
     @classmethod
     def of(cls, law, robot, **changes):
         """That of a ``law`` and a described ``robot``, with some ``changes``."""
-        return cls(law, **({x: getattr(robot, x) for x in DESCRIBED} | changes))
+        described = {x: getattr(robot, x) for x in DESCRIBED}
+        return cls(law, **(described | robot.ticks | changes))
 
     def controller(self, runs=1, kind=float):
         """A `Controller` for ``runs`` robots; ``kind`` is float or np.float32."""

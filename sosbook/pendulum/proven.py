@@ -13,7 +13,10 @@ from .facts import facts
 from .firmware import SOFTNESS, Firmware
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
+from .recovery import largest_tilt
 from .robot import Robot
+from .waits import fall_time, timed
+from .sensors import Sensors
 from .spread import polytope, triangles, vertices
 from .steering_design import SteeringDesign
 from .tuning import (
@@ -33,6 +36,8 @@ BENCH_VOLTS = 2.0  # V, at most, while the wheels hang free: enough to see them 
 MOST_CELLS = 600  # of the uncertain parameters, for one proof of the sampled loop
 LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
 LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
+RESCUE = 20.0  # fall times, and this many s at least, in which a robot must settle
+RESCUE_SECONDS = 3.0
 LARGEST_PEAK = 2.0  # of the sensitivity: 1/2 is then the distance from -1
 
 
@@ -50,7 +55,8 @@ class Deployment:
     spread : float or FitSpread
         Relative spread of e/c and of e/a; or that of all five ratios, from a fit.
     robot : Robot, optional
-        The description; the thesis's robot without it.
+        The description; the thesis's robot without it. How long it bears a fault is
+        filled in, where it doesn't say.
     Q : (5,) or (5, 5) array_like, optional
         Weight of [theta, phi, theta', phi', x3], or its diagonal; the identity
         without it.
@@ -87,7 +93,7 @@ class Deployment:
     def __post_init__(self):
         Q = np.eye(5) if self.Q is None else np.asarray(self.Q, float)
         object.__setattr__(self, "Q", np.diag(Q) if Q.ndim == 1 else Q)
-        robot = self.robot or Robot.shipped("thesis")
+        robot = timed(self.robot or Robot.shipped("thesis"), self.mip)
         object.__setattr__(self, "robot", robot)
         if self.R is not None:
             positive("R", self.R)
@@ -174,6 +180,26 @@ class Deployment:
     def sensitivity(self):
         """The largest peak of the sensitivity of all `loops`."""
         return max(x.sensitivity for row in self.loops.values() for x in row)
+
+    @cached_property
+    def reach(self):
+        """The tilt in rad up to which the program is seen to raise every robot.
+
+        It is simulated, with all faults on, the delay at its largest and the encoders'
+        counts; not proven.
+        """
+        robot = self.robot
+        tilts = largest_tilt(
+            self.robots,
+            Firmware.of(self.law, robot),
+            max(RESCUE_SECONDS, RESCUE * fall_time(self.mip)),
+            robot.tip,
+            rounds=2,
+            delay=robot.delay,
+            sensors=Sensors(counts=robot.counts),
+            substeps=4,
+        )
+        return float(tilts.min())
 
     @cached_property
     def sampled(self):

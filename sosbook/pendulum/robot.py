@@ -2,7 +2,7 @@
 
 from dataclasses import MISSING, dataclass, field, fields, replace
 from difflib import get_close_matches
-from math import isfinite, pi
+from math import ceil, isfinite, pi
 from sys import float_info
 
 from ..runtime.reading import read_toml
@@ -14,6 +14,8 @@ __all__ = ["BOARDS", "LAWS", "Robot"]
 BOARDS = ("beaglebone", "other")
 EDGES = (1, 2, 4)  # of an encoder's period, which a counter may count
 LAWS = ("gain", "lqr", "observer")
+#: How long a fault is borne, in s: what `waits` says where a robot doesn't.
+WAITS = "missing", "frozen", "stall", "deaf", "late"
 TILT_MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
 #: Keys that only the programs for a known board take.
 BOARD_KEYS = (
@@ -72,8 +74,9 @@ class Robot:
         As in `Firmware`: the friction that a fit with ``friction`` gives.
     tip : float
         Tilt beyond which the motors go off, in rad.
-    missing, frozen, stall, deaf : int
-        As in `Firmware`, in ticks.
+    missing, frozen, stall, deaf, late : float, optional
+        As in `Firmware`, but in s; without them a `Deployment` takes them from the
+        time in which the robot falls.
     law : {"gain", "lqr", "observer"}
         The gain of Theorem 2.4, proven for clocks that vary, too; or a law
         of `optimal_law`.
@@ -133,10 +136,11 @@ class Robot:
     blend: float = key("share of the accelerometers' tilt", "", None, None, 1.0)
     compensation: float = key("of Coulomb friction", "V", 0.0, None)
     tip: float = key("tilt at which the motors go off", "rad", 0.85, high=pi / 2)
-    missing: int = key("bad readings in a row that are bridged", "ticks", 5)
-    frozen: int = key("equal readings of a gyro that lives", "ticks", 12)
-    stall: int = key("longest time at the limit", "ticks", 50)
-    deaf: int = key("equal encoders under voltage", "ticks", 25)
+    missing: float = key("bad readings in a row, bridged", "s", None, None, 1.0)
+    frozen: float = key("equal readings of a gyro that lives", "s", None, None, 2.0)
+    stall: float = key("longest time at the limit", "s", None, None, 10.0)
+    deaf: float = key("equal encoders under voltage", "s", None, None, 5.0)
+    late: float = key("ticks late, more than in time", "s", None, None, 5.0)
     law: str = key("gain, lqr or observer", "", "gain")
     board: str = key("beaglebone or other", "", "other")
     mount: float = key("tilt of the board in the body", "rad", None, low=-pi)
@@ -175,10 +179,6 @@ class Robot:
                 object.__setattr__(self, x.name, _number(self, x.name))
             elif x.type is bool and not isinstance(value, bool):
                 raise ValueError(f"{x.name} must be true or false, got {value!r}")
-            elif x.type is int and (type(value) is not int or value < 0):
-                raise ValueError(
-                    f"{x.name} must be a number of ticks, 0 or more, got {value!r}"
-                )
             elif x.type is tuple and value is not None:
                 object.__setattr__(self, x.name, _pair(x.name, value))
         if self.board != "other" and not (
@@ -269,6 +269,12 @@ class Robot:
             share = self.blend / self.T  # the same memory in seconds
             changes["blend"] = round(share * changes["T"], 12)
         return replace(self, **changes)
+
+    @property
+    def ticks(self):
+        """The waits that are given, in ticks: a dict."""
+        times = {x: getattr(self, x) for x in WAITS}
+        return {x: ceil(s / self.T - 1e-9) for x, s in times.items() if s is not None}
 
     @property
     def identification(self):

@@ -22,6 +22,7 @@ FORMATS = {
     "battery": "{:.5g}",
     "fault": "{:.0f}",
 }
+LATE = "late"  # ticks that came late so far: what the newer programs log
 #: What a program that steers logs besides: the wheels' angles in rad, the motors'
 #: volts, and the set point of the heading in rad.
 STEER_COLUMNS = "left", "right", "V_left", "V_right", "heading"
@@ -56,6 +57,8 @@ class TickLog:
         What the motors were to get, in V.
     heading : (N,) array, optional
         The heading's set point, in rad, positive to the left.
+    late : (N,) array, optional
+        How many ticks came later than the clock may, so far.
 
     Raises
     ------
@@ -78,6 +81,7 @@ class TickLog:
     V_left: np.ndarray | None = None
     V_right: np.ndarray | None = None
     heading: np.ndarray | None = None
+    late: np.ndarray | None = None
 
     def __post_init__(self):
         lost = [name for name in STEER_COLUMNS if getattr(self, name) is None]
@@ -107,7 +111,8 @@ class TickLog:
         ----------
         path : str or Path
             A file with the columns t, gyro, wheels, tilt, target, rate, V,
-            theta, battery and fault in any order, and perhaps `STEER_COLUMNS`; a
+            theta, battery and fault in any order, and perhaps `LATE` and
+            `STEER_COLUMNS`; a
             program that was started several times has several runs.
 
         Returns
@@ -132,7 +137,7 @@ class TickLog:
         table = numbers_of(path, rows, names)
         columns = {
             name: table[:, names.index(name)]
-            for name in (*FORMATS, *STEER_COLUMNS)
+            for name in (*FORMATS, LATE, *STEER_COLUMNS)
             if name in names
         }
         starts = np.flatnonzero(columns["fault"] == START)
@@ -146,9 +151,9 @@ class TickLog:
 
     def write(self, path):
         """Write the CSV file at ``path`` that `read` reads."""
-        formats = FORMATS | (
-            dict.fromkeys(STEER_COLUMNS, "{:.9g}") if self.steers else {}
-        )
+        more = {LATE: "{:.0f}"} | dict.fromkeys(STEER_COLUMNS, "{:.9g}")
+        has = {x: form for x, form in more.items() if getattr(self, x) is not None}
+        formats = FORMATS | has
         form = ",".join(formats.values())
         rows = zip(*(getattr(self, name).tolist() for name in formats))
         lines = [",".join(formats), *(form.format(*row) for row in rows)]

@@ -24,12 +24,14 @@ enum {
                             wheels at rest under voltage: for too long */
     BALANCE_FALL = 2,  /* the body tilts too far */
     BALANCE_STALL = 3,  /* the voltage is at its limit for too long */
-    BALANCE_COMMAND = 4  /* the law's answer is no number to trust */
+    BALANCE_COMMAND = 4, /* the law's answer is no number to trust */
+    BALANCE_LATE = 5     /* ticks came late for too long: who calls says so */
 };
 
 #define BALANCE_ORDER 1 /* of the law */
 
-/* All that the controller remembers. Don't write into it. */
+/* All that the controller remembers. Write nothing into it but BALANCE_LATE
+   into fault, before balance_step(). */
 typedef struct {
     double bias;       /* rad/s, what the gyro says at rest */
     double last;       /* rad/s, the gyro's last reading */

@@ -27,6 +27,8 @@
 #endif
 
 static const unsigned long TICK = 10000UL; /* us */
+static const unsigned long JITTER = 500UL; /* us, by which a tick may come late */
+static const unsigned long LATE = 0UL; /* more late ticks than others; 0: any */
 static const float HERTZ = 100.0f;
 static const float TURN = 6.2831853f / 2122.2f; /* rad a count */
 static const float SPEED = 0.0f; /* rad/s, at most */
@@ -39,10 +41,11 @@ static const float PER_RADIAN = 2.5f; /* rad right less left, per rad */
 static const unsigned long SILENCE = 1000000UL; /* us without a command */
 static const int REST_TICKS = 100;
 static const float REST_TILT = 0.2f, REST_GYRO = 0.1f, REST_TURN = 0.05f;
-static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command"};
+static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command",
+    "late"};
 
 static const char COLUMNS[] =
-    "t,gyro,wheels,tilt,target,rate,V,theta,battery,fault"
+    "t,gyro,wheels,tilt,target,rate,V,theta,battery,fault,late"
 #if STEERS
     ",left,right,V_left,V_right,heading"
 #endif
@@ -56,6 +59,7 @@ static int calm;
 static float gyro_sum, tilt_sum, wheels_at_rest;
 static float wanted, target, rate;
 static unsigned long begun, next, heard; /* us */
+static unsigned long late, overdue; /* ticks: all of them, and less the others */
 #if STEERS
 static balance_single_steering steering;
 static float wheel[2], motor[2]; /* left and right: rad, V */
@@ -128,6 +132,8 @@ static void note(unsigned long now, float gyro, float wheels, float tilt,
     print(io_supply());
     Serial.print(',');
     Serial.print(fault);
+    Serial.print(',');
+    Serial.print(late);
 #if STEERS
     print(wheel[0]);
     print(wheel[1]);
@@ -181,6 +187,20 @@ static bool at_rest(float gyro, float wheels, float tilt)
     return calm++ == REST_TICKS;
 }
 
+/* By so much does the tick come late, in us: phi' is wrong then, and the law. */
+static void mind(unsigned long by)
+{
+    const unsigned long lost = by / TICK;
+    if (by > JITTER) {
+        late++;
+        overdue += 1 + lost;
+    } else if (overdue > 0) {
+        overdue--;
+    }
+    if (LATE > 0 && overdue > LATE)
+        robot.fault = BALANCE_SINGLE_LATE;
+}
+
 static void tick(unsigned long now)
 {
     const bool read = io_read();
@@ -196,6 +216,7 @@ static void tick(unsigned long now)
     if (mode == BALANCING) {
         if (now - heard > SILENCE)
             want(0, 0);
+        mind(now - next);
         ramp();
         const float volts = balance_single_step(&robot, gyro, wheels, tilt,
             target, rate);
@@ -222,6 +243,7 @@ static void tick(unsigned long now)
         const float bias = gyro_sum / (float)REST_TICKS;
         balance_single_start(&robot, mean, wheels, bias);
         wanted = target = rate = 0;
+        late = overdue = 0;
 #if STEERS
         heading = turn_rate = wanted_turn = motor[0] = motor[1] = 0;
         balance_single_steer_start(&steering, wheel[0], wheel[1]);
@@ -286,8 +308,6 @@ void loop(void)
     const unsigned long now = micros();
     if ((long)(now - next) < 0)
         return;
-    next += TICK;
-    if ((long)(now - next) > 0)
-        next = now; /* never catch up by ticks in a row */
     tick(now);
+    next = now + TICK; /* a late tick is never followed by a short one */
 }

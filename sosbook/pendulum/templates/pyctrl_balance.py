@@ -43,7 +43,9 @@ MISSING = 5  # ticks in a row
 FROZEN = 0  # ticks in a row
 DEAF = 0  # ticks in a row
 STALL = 50  # ticks in a row
-FAULTS = ("running", "sensor", "fall", "stall", "command")
+FAULTS = ("running", "sensor", "fall", "stall", "command", "late")
+JITTER = 0.0005  # s, by which a tick may come late
+LATE = 0  # more late ticks than others; 0: any
 
 # u = C x + D y, then x+ = A x + B y + W (V - u)
 A = [[1.0]]
@@ -72,7 +74,7 @@ MOTOR_POLARITY = (1, 1)  # left and right, times pyctrl's own
 ENCODER_POLARITY = (1, 1)  # likewise
 SPEED = 0.0  # rad/s, at most, of a set point that moves
 ACCELERATION = 0.0  # rad/s^2, by which it moves
-SILENCE = 20  # rounds of the main loop without a command: a second
+SILENCE = 1.0  # s without a command
 LOGGED = "t", "gyro", "wheels", "tilt", "target", "rate", "V", "theta"
 STEER_LOGGED = "left", "right", "V_left", "V_right", "heading"
 REST_TICKS = round(HERTZ)  # at rest near upright so long, within
@@ -215,7 +217,8 @@ class Balance(Filter, BufferBlock):
         super().__init__(**kwargs)
         self.law, self.clock = Law(), clock
         self.wanted, self.rows, self.logging = 0.0, [], False
-        self.silence, self.waiting = 0, ""
+        self.heard, self.last, self.waiting = 0.0, 0.0, ""
+        self.late = self.overdue = 0
         self.steering, self.wanted_turn = Steering(), 0.0
         self.reset()
 
@@ -229,9 +232,10 @@ class Balance(Filter, BufferBlock):
         left, right = ENCODER_POLARITY
         wheels = WHEEL * (left * encoder1 + right * encoder2) / 2
         turned = WHEEL * left * encoder1, WHEEL * right * encoder2
-        volts, self.motors = 0.0, (0.0, 0.0)
+        volts, self.motors, now = 0.0, (0.0, 0.0), self.clock()
         if self.balancing:
-            self.ramp()
+            self.mind(now)
+            self.ramp(now)
             volts = self.law.step(gyro, wheels, tilt, self.target, self.rate)
             if STEERS:
                 self.motors = self.steering.step(
@@ -240,15 +244,17 @@ class Balance(Filter, BufferBlock):
                     PER_RADIAN * self.heading,
                     PER_RADIAN * self.turn_rate,
                 )
-            self.note(gyro, wheels, tilt, volts, self.law.fault, turned)
+            self.note(now, gyro, wheels, tilt, volts, self.law.fault, turned)
         elif self.at_rest(gyro, wheels, tilt):
             tilts, _, gyros = zip(*self.rest)
             self.law.start(sum(tilts) / len(tilts), wheels, sum(gyros) / len(gyros))
             self.target = self.rate = 0.0
             self.heading = self.turn_rate = 0.0
             self.steering.start(*turned)
-            self.note(self.law.bias, wheels, self.law.theta, 0.0, -1, turned)
+            self.late = self.overdue = 0
+            self.note(now, self.law.bias, wheels, self.law.theta, 0.0, -1, turned)
             self.balancing = True
+        self.last = now
         mean, half = 100 * volts / BATTERY, 0.0
         if STEERS:
             mean, half = (
@@ -278,8 +284,21 @@ class Balance(Filter, BufferBlock):
             self.rest.append((tilt, wheels, gyro))
         return len(self.rest) == REST_TICKS
 
-    def ramp(self):
-        """Move the set points towards the speed that is wanted."""
+    def mind(self, now):
+        """A tick that comes late makes phi' wrong, and with it the law."""
+        by = now - self.last - 1 / HERTZ
+        if by > JITTER:
+            self.late += 1
+            self.overdue += 1 + int(min(by * HERTZ, HERTZ))
+        elif self.overdue:
+            self.overdue -= 1
+        if self.overdue > LATE > 0:
+            self.law.fault = FAULTS.index("late")
+
+    def ramp(self, now):
+        """Move the set points towards what is wanted; to rest without a command."""
+        if now - self.heard > SILENCE:
+            self.wanted = self.wanted_turn = 0.0
         more = self.wanted - self.rate
         self.rate += cut(more, ACCELERATION / HERTZ)
         self.target += self.rate / HERTZ
@@ -288,11 +307,11 @@ class Balance(Filter, BufferBlock):
             self.turn_rate += cut(more, TURN_ACCELERATION / HERTZ)
             self.heading += self.turn_rate / HERTZ
 
-    def note(self, gyro, wheels, tilt, volts, fault, turned):
+    def note(self, now, gyro, wheels, tilt, volts, fault, turned):
         """Remember a tick."""
         if self.logging:
-            row = [self.clock(), gyro, wheels, tilt, self.target, self.rate, volts]
-            row += [self.law.theta, BATTERY, fault]
+            row = [now, gyro, wheels, tilt, self.target, self.rate, volts]
+            row += [self.law.theta, BATTERY, fault, self.late]
             if STEERS:
                 row += [*turned, *self.motors, self.heading]
             self.rows.append(row)
@@ -300,26 +319,22 @@ class Balance(Filter, BufferBlock):
     def save(self, path):
         """Write the ticks."""
         with open(path, "w", encoding="utf-8") as file:
-            print(
-                *LOGGED, "battery", "fault", *STEER_LOGGED * STEERS, sep=",", file=file
-            )
+            names = *LOGGED, "battery", "fault", "late", *STEER_LOGGED * STEERS
+            print(*names, sep=",", file=file)
             for row in self.rows:
                 print(*row, sep=",", file=file)
 
     def obey(self, path):
-        """Take the numbers in a file, and stop where there are none for long."""
-        self.silence += 1
+        """Take the numbers in a file."""
         try:
             with open(path, encoding="utf-8") as file:
                 speed, turn = [*map(float, file.read().split()), 0.0, 0.0][:2]
             if within(speed, 1e6) and within(turn, 1e6):
-                self.silence = 0
+                self.heard = self.clock()
                 self.wanted = cut(speed, SPEED)
                 self.wanted_turn = cut(turn, TURN_RATE)
         except (OSError, ValueError):
             pass  # no file, or one that is being written
-        if self.silence > SILENCE:
-            self.wanted = self.wanted_turn = 0.0
 
 
 def main():

@@ -57,7 +57,9 @@ typedef double real; /* what the law computes with */
 #define TURN_RATE 0.0 /* rad/s of the heading, at most */
 #define TURN_ACCELERATION 0.0 /* rad/s^2 */
 #define PER_RADIAN 2.5 /* rad right less left, per rad */
-#define SILENCE 20 /* rounds of the main loop without a command: a second */
+#define SILENCE 1000 /* ms without a command */
+#define JITTER 0.0005 /* s, by which a tick may come late */
+#define LATE 0 /* more late ticks than others; 0: any */
 
 /* Sticks of a DSM radio: forward is positive, and so is left. */
 #define DSM_SPEED 3 /* channel */
@@ -72,7 +74,8 @@ typedef double real; /* what the law computes with */
 #define REST_GYRO 0.1  /* rad/s */
 #define REST_TURN 0.05 /* rad, of the wheels */
 
-static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command"};
+static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command",
+    "late"};
 
 /* The callback alone writes these. */
 static balance_state robot;
@@ -88,21 +91,24 @@ static real motor[2]; /* V, left and right */
 #endif
 static const char *why_waiting = ""; /* for a robot that doesn't start */
 static volatile int reason; /* the last fault */
+static uint64_t last; /* ns, when the last tick was */
+static int late, overdue; /* ticks: all of them, and less the others */
 
-/* The main loop alone writes these: mrad/s, for an int is atomic. */
+/* The main loop alone writes these, in mrad/s and ms, for an int is atomic. */
 static volatile int wanted;
+static volatile unsigned heard; /* when the last command came */
 #if STEERS
 static volatile int wanted_turn;
 #endif
 
-/* The ticks, from the callback to the main loop and its file. */
+/* The ticks, from the callback to a thread that waits for the card. */
 #define LOG_ROWS 1024
 static struct {
     double t, gyro, wheels, tilt, target, rate, volts, theta, battery;
 #if STEERS
     double left, right, V_left, V_right, heading;
 #endif
-    int fault;
+    int fault, late;
 } row[LOG_ROWS];
 static volatile unsigned logged, saved;
 static int logging;
@@ -197,16 +203,37 @@ static void note(double gyro, double wheels, double tilt, double volts,
     row[n].heading = heading;
 #endif
     row[n].fault = fault;
+    row[n].late = late;
     logged++;
 }
 
-/* Move the set points towards what is wanted. */
+static unsigned milliseconds(void)
+{
+    return (unsigned)(rc_nanos_since_boot() / 1000000);
+}
+
+/* A tick that comes late makes phi' wrong, and with it the law. */
+static void mind(uint64_t now)
+{
+    const double by = (double)(now - last) * 1e-9 - 1.0 / RATE_HZ;
+    if (by > JITTER) {
+        late++;
+        overdue += 1 + (int)cut(by * RATE_HZ, RATE_HZ);
+    } else if (overdue > 0) {
+        overdue--;
+    }
+    if (LATE > 0 && overdue > LATE)
+        robot.fault = BALANCE_LATE;
+}
+
+/* Move the set points towards what is wanted, or to rest where nobody says more. */
 static void ramp(void)
 {
-    rate += cut(wanted / 1000.0 - rate, ACCELERATION / RATE_HZ);
+    const int obeys = milliseconds() - heard <= SILENCE;
+    rate += cut(obeys * wanted / 1000.0 - rate, ACCELERATION / RATE_HZ);
     target += rate / RATE_HZ;
 #if STEERS
-    turn_rate += cut(wanted_turn / 1000.0 - turn_rate,
+    turn_rate += cut(obeys * wanted_turn / 1000.0 - turn_rate,
         TURN_ACCELERATION / RATE_HZ);
     heading += turn_rate / RATE_HZ;
 #endif
@@ -225,12 +252,14 @@ static void tick(void)
     const double wheels = (read_wheel(0) + read_wheel(1)) / 2;
 #endif
 
+    const uint64_t now = rc_nanos_since_boot();
     ticks++;
     if (rc_get_state() != RUNNING) {
         if (balancing)
             motors_off();
         calm = 0;
     } else if (balancing) {
+        mind(now);
         ramp();
         const double volts = (double)balance_step(&robot, (real)gyro,
             (real)wheels, (real)tilt, (real)target, (real)rate);
@@ -255,6 +284,7 @@ static void tick(void)
         balance_start(&robot, (real)(tilt_sum / REST_TICKS),
             (real)wheels, (real)(gyro_sum / REST_TICKS));
         target = rate = 0;
+        late = overdue = 0;
 #if STEERS
         heading = turn_rate = 0;
         motor[0] = motor[1] = 0;
@@ -266,6 +296,7 @@ static void tick(void)
         balancing = 1;
         reason = 0;
     }
+    last = now;
 }
 
 /* Pause and wait for rest in turns; a long press ends the program. */
@@ -284,7 +315,6 @@ static void pause_pressed(void)
 }
 
 /* Take a command, cut to what the robot may do. */
-static int silence;
 static void want(double speed, double turn)
 {
     if (!(speed >= -1e6 && speed <= 1e6 && turn >= -1e6 && turn <= 1e6))
@@ -293,7 +323,7 @@ static void want(double speed, double turn)
 #if STEERS
     wanted_turn = (int)(1000 * cut(turn, TURN_RATE));
 #endif
-    silence = 0;
+    heard = milliseconds();
 }
 
 /* The numbers in a file. */
@@ -343,18 +373,14 @@ static void obey_radio(void)
             TURN_RATE * stick(DSM_TURN, DSM_TURN_POLARITY));
 }
 
-/* The source says what to do, and nothing for long means: stop. */
 static void obey(const char *source)
 {
-    silence++;
     if (strcmp(source, "-") == 0)
         obey_lines();
     else if (strcmp(source, "dsm") == 0)
         obey_radio();
     else
         obey_file(source);
-    if (silence > SILENCE)
-        want(0, 0);
 }
 
 /* Write the ticks that the callback has left. */
@@ -363,9 +389,9 @@ static void save(FILE *file)
     for (; saved != logged; saved++) {
         const unsigned n = saved % LOG_ROWS;
         fprintf(file, "%.6f,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
-                "%.4g,%d", row[n].t, row[n].gyro, row[n].wheels,
+                "%.4g,%d,%d", row[n].t, row[n].gyro, row[n].wheels,
                 row[n].tilt, row[n].target, row[n].rate, row[n].volts,
-                row[n].theta, row[n].battery, row[n].fault);
+                row[n].theta, row[n].battery, row[n].fault, row[n].late);
 #if STEERS
         fprintf(file, ",%.17g,%.17g,%.17g,%.17g,%.17g", row[n].left,
                 row[n].right, row[n].V_left, row[n].V_right, row[n].heading);
@@ -375,15 +401,24 @@ static void save(FILE *file)
     fflush(file);
 }
 
-/* Look after everything slow until the program ends. */
-static void watch(int checking, FILE *file, const char *source)
+/* A thread of its own: nothing but the log waits for a card that is slow. */
+static void *keep(void *file)
+{
+    while (rc_get_state() != EXITING) {
+        rc_usleep(50000);
+        save(file);
+    }
+    save(file);
+    return NULL;
+}
+
+/* Look after commands, the IMU, the battery and the lights until the end. */
+static void watch(int checking, const char *source)
 {
     int told = 0, waited = 0;
     while (rc_get_state() != EXITING) {
         rc_usleep(50000);
         measure_battery();
-        if (file)
-            save(file);
         if (source)
             obey(source);
         waited = rc_get_state() == RUNNING && !balancing ? waited + 1 : 0;
@@ -411,12 +446,13 @@ int main(int argc, char *argv[])
     const int checking = argc > 1 && strcmp(argv[1], "check") == 0;
     const int radio = argc > 2 && strcmp(argv[2], "dsm") == 0;
     FILE *file = NULL;
+    pthread_t keeper;
 
     if (argc > 1 && !checking) {
         file = fopen(argv[1], "w");
         if (file == NULL)
             return fail("log");
-        fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault", file);
+        fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault,late", file);
 #if STEERS
         fputs(",left,right,V_left,V_right,heading", file);
 #endif
@@ -429,14 +465,14 @@ int main(int argc, char *argv[])
         return fail("DSM radio");
     if (begin_ticks(tick, checking ? PAUSED : RUNNING))
         return -1;
-    watch(checking, file, argc > 2 ? argv[2] : NULL);
+    if (file && rc_pthread_create(&keeper, keep, file, SCHED_OTHER, 0))
+        return fail("log");
+    watch(checking, argc > 2 ? argv[2] : NULL);
 
     rc_mpu_power_off();
     motors_off();
-    if (file) {
-        save(file);
+    if (file && rc_pthread_timed_join(keeper, NULL, 3.0f) == 0)
         fclose(file);
-    }
     if (radio)
         rc_dsm_cleanup();
     rc_led_set(RC_LED_GREEN, 0);
