@@ -219,11 +219,11 @@ def test_pyctrls_program_logs_what_it_did(tmp_path):
     block = space["Balance"](clock=lambda: next(now))
     block.logging = True
     (tmp_path / "speed.txt").write_text("2", "utf-8")
-    block.obey(tmp_path / "speed.txt")
-    block.obey(tmp_path / "none.txt")
     random = np.random.default_rng(1)
     for _ in range(100):
         block.write(-0.065, 0.001, 0.2, 0.3)
+    block.obey(tmp_path / "speed.txt")
+    block.obey(tmp_path / "none.txt")
     for row in random.normal(0, 0.003, (60, 4)) + [-0.065, 0.001, 0.2, 0.3]:
         block.write(*row)
     block.save(tmp_path / "log.csv")

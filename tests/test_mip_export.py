@@ -606,7 +606,9 @@ def test_late_ticks_are_counted_and_too_many_of_them_stop_it(gcc, tmp_path):
     """Every third one may be late; all of them may not."""
     robot = Robot(gcc, tmp_path, Firmware(LAWS["PID"], blend=0.02, late=8))
     rows = moves(90)
-    rows[:60] = [("l" if k % 3 == 0 else "t", *row[1:]) for k, row in enumerate(rows[:60])]
+    rows[:60] = [
+        ("l" if k % 3 == 0 else "t", *row[1:]) for k, row in enumerate(rows[:60])
+    ]
     rows[60:] = [("l", *row[1:]) for row in rows[60:]]
     ticks, output = robot.live([*REST, *rows], str(tmp_path / "log.csv"))
     log = TickLog.read(tmp_path / "log.csv")

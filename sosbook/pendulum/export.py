@@ -210,18 +210,22 @@ class Program:
         signs = pyctrl_signs(robot)
         values = spelling.constants(firmware) | spelling.ticks(firmware)
         values |= {x: m.tolist() for x, m in spelling.matrices(firmware.law).items()}
-        values |= self._motion() | self._clock() | {
-            "STEERS": steering is not None,
-            "MOUNT": f"{robot.mount!r} / TURN",
-            "BATTERY": robot.nominal,
-            "COUNTS": robot.counts,
-            "THEIRS": PYCTRL_COUNTS_PER_TURN,
-            "MOTOR_POLARITY": signs["motor"],
-            "ENCODER_POLARITY": signs["encoder"],
-            "K": steering.K[0].tolist() if steering else [0.0] * 3,
-            "SHARE": steering.volts if steering else 0.0,
-            "UNWIND": steering.unwinding if steering else 0.0,
-        }
+        values |= (
+            self._motion()
+            | self._clock()
+            | {
+                "STEERS": steering is not None,
+                "MOUNT": f"{robot.mount!r} / TURN",
+                "BATTERY": robot.nominal,
+                "COUNTS": robot.counts,
+                "THEIRS": PYCTRL_COUNTS_PER_TURN,
+                "MOTOR_POLARITY": signs["motor"],
+                "ENCODER_POLARITY": signs["encoder"],
+                "K": steering.K[0].tolist() if steering else [0.0] * 3,
+                "SHARE": steering.volts if steering else 0.0,
+                "UNWIND": steering.unwinding if steering else 0.0,
+            }
+        )
         note = replace(self, precision="double")._provenance
         return fill("pyctrl_balance.py", note, values, self.name)
 

@@ -15,7 +15,6 @@ from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
 from .recovery import largest_tilt
 from .robot import Robot
-from .waits import fall_time, timed
 from .sensors import Sensors
 from .spread import polytope, triangles, vertices
 from .steering_design import SteeringDesign
@@ -28,6 +27,7 @@ from .tuning import (
     prove_varying,
     recoverable_tilt,
 )
+from .waits import fall_time, timed
 from .written import texts
 
 __all__ = ["Deployment"]
