@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import scipy.io
 import scipy.linalg
+import scipy.sparse as sp
+import scipy.sparse.linalg
 
 from sosbook import SecondOrderSystem, design_pid
 from sosbook.plants import condense, load_plant
@@ -155,3 +157,40 @@ def test_where_there_is_damping_or_nothing_to_condense():
 def test_bad_input_is_named(changed, words):
     with pytest.raises(ValueError, match=words):
         condense(**beam(2) | changed)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.3 / 9.81])
+def test_a_large_sparse_plant_is_condensed_where_it_has_no_mass(unit, tmp_path):
+    """Only the rows beside the massless ones are touched; the rest stays sparse."""
+    n, gone = 1500, [0, 7, 8, 700, 1499]
+    T = sp.diags([-np.ones(n - 1), 2.5 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
+    S = unit * (T + 0.3 * sp.eye(n, k=1))
+    mass = np.ones(n)
+    mass[gone] = 0
+    B = np.zeros((n, 2))
+    B[[8, 40], [0, 1]] = unit
+    given = dict(M=sp.diags(mass), D=0.1 * sp.diags(mass), S=S, B=B)
+    plant = condense(**given, coordinates=[f"z{k}" for k in range(n)])
+    left = np.setdiff1d(np.arange(n), gone)
+    assert sp.issparse(plant.S) and plant.S.nnz < 4 * n
+    assert plant.coordinates == tuple(f"z{k}" for k in left)
+    whole = scipy.sparse.linalg.spsolve(S.tocsc(), B)
+    assert plant.S @ whole[left] == pytest.approx(plant.B, abs=1e-12 * unit)
+    for name, x in given.items():
+        sp.save_npz(tmp_path / f"{name}.npz", sp.csc_array(x))
+    assert load_plant(tmp_path, condensed=True) == condense(**given)
+    loose = S.tolil()
+    loose[7, :], loose[:, 7] = 0, 0
+    with pytest.raises(ValueError, match="S is singular in the rows and columns 0, 7"):
+        condense(**given | dict(S=loose))
+    with pytest.raises(ValueError, match="no displacement has a mass"):
+        condense(**given | dict(M=0 * S, D=0 * S))
+    assert condense(**given | dict(M=sp.eye(n))).n == n
+
+
+def test_massless_rows_that_would_fill_a_large_plant_are_refused():
+    n = 2500
+    T = sp.diags([-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
+    mass = sp.diags(np.arange(n) % 2 * 1.0)
+    with pytest.raises(ValueError, match="1250 displacements .* touch 2500 rows"):
+        condense(mass, mass, T, np.eye(n)[:, :1])

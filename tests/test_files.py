@@ -52,6 +52,7 @@ def numbers_in(path):
 
 
 MATRIX_READERS = {
+    "read_csv": "csv",
     "read_npy": "npy",
     "read_npz": "npz",
     "read_sparse": "npz",

@@ -2,8 +2,10 @@
 
 import re
 import sys
+import tracemalloc
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import control
 import numpy as np
@@ -12,11 +14,12 @@ import scipy.io
 import scipy.linalg
 import scipy.sparse
 import sympy
+from numpy.testing import assert_allclose
 
 import sosbook
 from sosbook import SecondOrderSystem
 from sosbook.plants import DescriptorSystem, load_plant
-from sosbook.runtime import matrix_files
+from sosbook.runtime import matrix_files, reading
 from tests.op4_files import binary_op4
 
 ONE = np.eye(4)
@@ -301,11 +304,61 @@ def test_a_broken_file_of_abaqus_has_its_line(text, words, tmp_path):
         load_plant(tmp_path)
 
 
-def test_too_many_nodes_make_no_matrix(tmp_path, monkeypatch):
-    monkeypatch.setattr(matrix_files, "MOST_ENTRIES", 15)
-    elements(tmp_path)
-    with pytest.raises(ValueError, match="4 x 4, too large"):
-        load_plant(tmp_path)
+def bar(n):
+    """A sparse bar with dampers and a force in the middle."""
+    T = scipy.sparse.diags(
+        [-np.ones(n - 1), 2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1]
+    )
+    one = scipy.sparse.identity(n)
+    return {
+        "M": 0.3 * one,
+        "C": 1e-3 * T + one,
+        "K": 9.81 * T,
+        "B": one.tocsc()[:, [7]],
+    }
+
+
+def abaqus_of_sparse(path, given):
+    for name in "MCK":
+        x = given[name].tocoo()
+        entries = zip(x.row.tolist(), x.col.tolist(), x.data.tolist())
+        lines = [f"{i + 1},1, {j + 1},1, {v!r}" for i, j, v in entries]
+        (path / f"{name}.mtx").write_text("\n".join(lines) + "\n", "utf-8")
+    np.save(path / "B.npy", given["B"].toarray())
+    return path
+
+
+@pytest.mark.parametrize("write", [mat, save_npz, mtx, abaqus_of_sparse])
+def test_large_sparse_matrices_stay_sparse(write, tmp_path, monkeypatch):
+    """A full matrix of these would take 200 MB, and was refused as too large."""
+    n, given = 5000, bar(5000)
+    path = write(tmp_path, given)
+    monkeypatch.setattr(reading, "MOST_BYTES", 5_000_000)  # else room for so much
+    tracemalloc.start()
+    plant = load_plant(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 40e6
+    for name, own in zip("MDS", "MCK"):
+        kept = getattr(plant, name)
+        assert scipy.sparse.issparse(kept) and (kept != given[own]).nnz == 0
+    assert (plant.B == given["B"].toarray()).all()
+    held = load_plant(path, without=[0, n - 1])
+    assert held.n == n - 2 and (held.S != given["K"].tocsc()[1:-1][:, 1:-1]).nnz == 0
+
+
+def test_what_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
+    file = tmp_path / "plant.mat"
+    scipy.io.savemat(file, sparse(bar(1200)), do_compression=True)
+    assert load_plant(tmp_path / "plant.mat").n == 1200
+    monkeypatch.setattr(matrix_files, "MOST_BYTES", 80_000)
+    with pytest.raises(ValueError, match="unpacks to more than 80000 bytes"):
+        load_plant(tmp_path / "plant.mat")
+    for kind in ("B", "F"):  # never sparse in a plant
+        monkeypatch.undo()
+        mat(tmp_path, bar(1200) | {kind: scipy.sparse.csc_array((1200, 19_000))})
+        with pytest.raises(ValueError, match="1200 x 19000, too large"):
+            load_plant(tmp_path / "plant.mat")
 
 
 # ------------------------------------------------------------------------- HDF5
@@ -389,12 +442,55 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     assert orders == [4, 4, 4, 4, 4, 4, 2, 2, 4, 4, 8, 2]
 
 
+def blocks_of_the_manual():
+    return re.findall(r"^```python\n(.*?)^```", MANUAL.read_text("utf-8"), re.M | re.S)
+
+
 def test_the_equations_with_symbols_of_the_manual_become_a_family():
-    code = re.search(r"^```python\n(.*?)^```", MANUAL.read_text("utf-8"), re.M | re.S)
-    names = {}
-    exec(code[1], names)
+    names, blocks = {}, blocks_of_the_manual()
+    exec(blocks[0], names)
     plants = names["plants"]
     assert plants.degree == {"m": 1, "k": 1} and len(plants.vertices) == 4
     one = plants.at(m=1.5, k=3.25)
     assert (one.M == np.diag([1.5, 1])).all()
     assert (one.S == [[5.25, -2], [-2, 2]]).all()
+    exec(blocks[1], names)
+    (cart,) = names["cart"].vertices
+    assert (cart.A == [[0, 1], [-4, 0]]).all() and (cart.Bu == [[0], [0.5]]).all()
+
+
+class Data:
+    """What views live in: they hold nothing once it is gone, as in Pinocchio."""
+
+    def __init__(self, matrices):
+        self.views = [x.copy() for x in matrices]
+
+    def __del__(self):
+        for x in self.views:
+            x[:] = np.nan
+
+
+def test_the_lines_for_simulators_run_on_stand_ins():
+    given = [frame()[x] + (x == "C") * np.eye(4, k=1) for x in "KCM"]
+
+    def derivatives(model, data, q, v, a):
+        assert len(q) == 5 and not np.any(v) and not np.any(a)
+        return tuple(data.views)
+
+    def inverse(model, data, eps, centered, DfDq, DfDv, DfDa, *rest):
+        assert (eps, centered, rest) == (1e-6, 1, (None,) * 4)
+        DfDq[:], DfDv[:], DfDa[:] = (x.T for x in given)
+        DfDa[0, 1] += 1e-9  # a finite difference
+
+    model = SimpleNamespace(nv=4, createData=lambda: Data(given))
+    names = {"np": np, "sos": sosbook, "q": np.zeros(5), "selection": np.eye(4)}
+    names |= {"model": model, "data": None}
+    names["pinocchio"] = SimpleNamespace(computeRNEADerivatives=derivatives)
+    names["mujoco"] = SimpleNamespace(mjd_inverseFD=inverse)
+    blocks = blocks_of_the_manual()
+    assert len(blocks) == 4
+    for code in blocks[2:]:
+        exec(code, names)
+        plant = names["plant"]
+        for x, own in zip("SDM", given):
+            assert_allclose(getattr(plant, x), own, atol=1e-8)

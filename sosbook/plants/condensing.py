@@ -4,11 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from flint import arb, arb_mat, ctx, fmpq_mat
+from scipy.sparse import csc_array, issparse
 
 from ..exact.rational import exact
 from .checks import checked_names, matrix
-from .massless import massless_directions
+from .massless import massless, massless_directions
 from .second_order import SecondOrderSystem
+from .sparse import MOST_DENSE, reader
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -19,6 +21,8 @@ __all__ = ["condense"]
 
 BITS = 256, 1024, 4096  # of balls; a long chain loses a bit or two a link
 SHARP = 120  # bits that an entry needs, lest neighbours of one value round apart
+NO_MASS = "M and D are zero: no displacement has a mass or damping"
+MOST_TOUCHED = 2 * MOST_DENSE  # rows of a large plant; they fill its S
 NOTHING = 2.0**-100  # of the largest: an entry below that is zero
 
 
@@ -40,7 +44,7 @@ def condense(
     M, D, S, B, F, coordinates : array_like, and a sequence of str
         As `SecondOrderSystem` takes them. Rows z are condensed where M and D are zero
         in the row and in the column, and so is every mixture of rows for which they
-        are, exactly, as decimals.
+        are, exactly, as decimals. In a large sparse plant no mixture is looked for.
 
     Returns
     -------
@@ -74,27 +78,27 @@ def condense(
     >>> plant.S, plant.B
     (array([[1.]]), array([[1. , 0.5]]))
     """
-    given = {"M": matrix("M", M)}
-    n = len(given["M"])
+    read = reader(M, D, S)
+    given = {"M": read("M", M)}
+    n = given["M"].shape[0]
     F = np.zeros((n, 0)) if F is None else F
     for name, value in dict(D=D, S=S, B=B, F=F).items():
-        given[name] = matrix(name, value, (n, n if name in "DS" else None))
+        made = read if name in "DS" else matrix
+        given[name] = made(name, value, (n, n if name in "DS" else None))
+    if issparse(given["M"]):
+        return _in_part(given, coordinates)
     N, L = massless_directions(given["M"], given["D"])
     if not N.shape[1] or N.shape != L.shape:
         return SecondOrderSystem(**given, coordinates=coordinates)
     if N.shape[1] == n:
-        raise ValueError("M and D are zero: no displacement has a mass or damping")
+        raise ValueError(NO_MASS)
     # z = N zeta + what is kept; zeta stands in rows of its own, which go
     rows, (columns, gone) = _kept(L)[0], _kept(N)
     S, *pushes = (exact(given[x]) for x in "SBF")
     right = np.hstack([S[:, columns], *pushes])
     parts = _schur(S @ N, right, L, rows, len(columns))
     if parts is None:
-        named = ", ".join(map(str, gone))
-        raise ValueError(
-            f"S is singular in the rows and columns {named}, which have neither mass "
-            f"nor damping, or nearer to it than {BITS[-1]} bits tell: what holds them?"
-        )
+        raise _singular(gone)
     ends = len(columns), len(columns) + given["B"].shape[1]
     parts = dict(zip("SBF", np.split(parts, ends, axis=1)))
     inertia = {name: given[name][np.ix_(rows, columns)] for name in "MD"}
@@ -102,6 +106,51 @@ def condense(
     alone = not N[columns].any()
     kept = [names[i] for i in columns] if names and alone else None
     return SecondOrderSystem(**inertia, **parts, coordinates=kept)
+
+
+def _singular(gone):
+    """The error where nothing holds what is without mass, in these rows."""
+    named = ", ".join(map(str, gone))
+    return ValueError(
+        f"S is singular in the rows and columns {named}, which have neither mass "
+        f"nor damping, or nearer to it than {BITS[-1]} bits tell: what holds them?"
+    )
+
+
+def _in_part(given, names):
+    """A large plant without its massless rows: what they don't touch stays as it is."""
+    M, D, S, B, F = (given[name] for name in "MDSBF")
+    n = M.shape[0]
+    gone, names = massless(M, D), checked_names(names, n)
+    if not len(gone):
+        return SecondOrderSystem(**given, coordinates=names)
+    if len(gone) == n:
+        raise ValueError(NO_MASS)
+    near = abs(S[gone]).sum(axis=0) + abs(S[:, gone]).sum(axis=1)
+    near = np.setdiff1d(np.flatnonzero(near), gone)
+    count = len(near) + len(gone)
+    if count > MOST_TOUCHED:
+        raise ValueError(
+            f"the {len(gone)} displacements without mass and damping touch {count} "
+            f"rows of S, which would be full there: at most {MOST_TOUCHED} are solved "
+            "for exactly. Condense them in the program that they come from"
+        )
+    touched = np.concatenate([near, gone])
+    pushes = [exact(x[touched]) for x in (B, F)]
+    local = exact(S[touched][:, touched].toarray())
+    k = len(near)
+    units = exact(np.eye(count))[:, k:]
+    right = np.hstack([local[:, :k], *pushes])
+    parts = _schur(local[:, k:], right, units, np.arange(k), k)
+    if parts is None:
+        raise _singular(gone)
+    new, B_near, F_near = np.split(parts, (k, k + B.shape[1]), axis=1)
+    S, B, F = S.tolil(), B.copy(), F.copy()
+    S[np.ix_(near, near)], B[near], F[near] = new, B_near, F_near
+    left = np.setdiff1d(np.arange(n), gone)
+    M, D, S = (csc_array(x)[left][:, left] for x in (M, D, S))
+    kept = [names[i] for i in left] if names else None
+    return SecondOrderSystem(M, D, S, B[left], F[left], coordinates=kept)
 
 
 def _kept(basis):

@@ -5,9 +5,11 @@ from collections.abc import Mapping, Sequence
 from os import PathLike
 
 import numpy as np
+from scipy.sparse import coo_array, csc_array, issparse
 
 from ..runtime.matrix_files import (
     check_size,
+    read_csv,
     read_entries,
     read_mat,
     read_mtx,
@@ -16,11 +18,12 @@ from ..runtime.matrix_files import (
     read_op4,
     read_sparse,
 )
-from ..runtime.reading import named, number, path_of, read_json, read_text
+from ..runtime.reading import named, path_of, read_json
 from .checks import matrix
 from .condensing import condense
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
+from .sparse import MOST_DENSE
 from .uncertain import Uncertain
 
 __all__ = ["load_plant", "plant_of"]
@@ -171,8 +174,8 @@ def _listed(there):
 def _of_structure(matrices, chosen, without, condensed):
     """The plant of M, D, S, B and perhaps F, some of which may be Abaqus's."""
     dofs = _assemble(matrices)
-    matrices = {name: matrix(name, x) for name, x in matrices.items()}
-    n = len(matrices["M"])
+    matrices = {name: _read(name, x, name in "MDS") for name, x in matrices.items()}
+    n = matrices["M"].shape[0]
     for name, alias in ALIASES.items():
         if chosen[name] == alias and matrices[name].shape != (n, n):
             size = " x ".join(map(str, matrices[name].shape))
@@ -186,7 +189,7 @@ def _of_structure(matrices, chosen, without, condensed):
             raise ValueError(f"without must be rows from 0 to {n - 1}, got {without}")
         keep = np.setdiff1d(np.arange(n), cut)
         for name, x in matrices.items():
-            if len(x) == n:  # a wrong size is an error of its own
+            if x.shape[0] == n:  # a wrong size is an error of its own
                 matrices[name] = x[keep][:, keep] if name in "MDS" else x[keep]
         dofs = dofs and [dofs[k] for k in keep]
     for name in "MDS":
@@ -205,26 +208,37 @@ def _of_structure(matrices, chosen, without, condensed):
         raise ValueError(f"{error}{cure}") from None
 
 
+def _read(name, x, large=False):
+    """A matrix of a file; one that may be ``large`` stays sparse then."""
+    if issparse(x):
+        if large and max(x.shape) > MOST_DENSE:
+            return csc_array(x)
+        check_size(*x.shape)
+    return matrix(name, x)
+
+
 def _assemble(matrices):
     """Make Abaqus's entries matrices, of all nodes' dofs; their names, or None."""
     tables = {name: x for name, x in matrices.items() if isinstance(x, dict)}
     dofs = sorted({dof for x in tables.values() for pair in x for dof in pair})
-    check_size(len(dofs), len(dofs))
     order = {dof: k for k, dof in enumerate(dofs)}
     for name, entries in tables.items():
-        matrices[name] = np.zeros((len(dofs), len(dofs)))
-        for (row, column), value in entries.items():
-            matrices[name][order[row], order[column]] = value
+        rows = [order[row] for row, _ in entries]
+        columns = [order[column] for _, column in entries]
+        places = np.array([rows, columns], int)
+        values = np.array([*entries.values()], float)
+        matrices[name] = coo_array((values, places), shape=(len(dofs),) * 2)
     return [f"{node}.{dof}" for node, dof in dofs] or None
 
 
 def _of_state_space(path, matrices, asked):
     """The plant of A and others; of second order where it can be."""
-    A, D_u = matrix("A", matrices["A"]), matrices.get("D")
-    E, B, B_w, C = (matrices.get(name) for name in ("E", "B", "B_w", "C"))
-    if D_u is not None and not matrix("D", D_u).any():
+    read = {name: _read(name, x) for name, x in matrices.items()}
+    A, D_u = read["A"], read.get("D")
+    E, B, B_w, C = (read.get(name) for name in ("E", "B", "B_w", "C"))
+    if D_u is not None and not D_u.any():
         D_u = None
-    E = np.eye(len(A)) if E is None else matrix("E", E)
+    E = np.eye(len(A)) if E is None else E
     system = DescriptorSystem(E, A, B, B_w, C, D_u)
     shapes = {np.shape(x) for x in (A, B, C)}
     if (
@@ -372,28 +386,4 @@ def _matrix(path, files):
     if file.suffix == ".mtx":
         entries = read_entries(file)
         return read_mtx(file) if entries is None else entries
-    return {".csv": _csv, ".npy": read_npy, ".npz": read_sparse}[file.suffix](file)
-
-
-def _csv(file):
-    """A matrix of text, with the line of what is no number."""
-    rows = []
-    for place, line in enumerate(read_text(file, bom=True).splitlines(), 1):
-        line = line.partition("#")[0].strip()
-        if not line:
-            continue
-        between = next((x for x in ";," if x in line), None)
-        try:
-            rows.append([number(word.strip()) for word in line.split(between)])
-        except ValueError as error:
-            raise ValueError(
-                f"{file}, line {place}: {error}, and no headings"
-            ) from None
-        if len(rows[-1]) != len(rows[0]):
-            raise ValueError(
-                f"{file}, line {place}: {len(rows[-1])} numbers, "
-                f"the first line has {len(rows[0])}"
-            )
-    if not rows:
-        raise ValueError(f"{file}: there are no numbers")
-    return np.array(rows)
+    return {".csv": read_csv, ".npy": read_npy, ".npz": read_sparse}[file.suffix](file)

@@ -8,6 +8,7 @@ from .checks import check_rank, matrix
 from .massless import massless_cure
 
 __all__ = [
+    "MOST_DENSE",
     "check_mass",
     "check_small",
     "mass_fault",

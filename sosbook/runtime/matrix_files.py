@@ -3,7 +3,9 @@
 They are read within limits, as `reading` does; nothing in a file is ever executed.
 """
 
+import struct
 import zipfile
+import zlib
 from contextlib import contextmanager
 from io import BytesIO
 from math import prod
@@ -16,6 +18,7 @@ from .reading import MOST_BYTES, number, read_bytes, read_text
 
 __all__ = [
     "check_size",
+    "read_csv",
     "read_entries",
     "read_mat",
     "read_mtx",
@@ -25,7 +28,8 @@ __all__ = [
     "read_sparse",
 ]
 
-MOST_ENTRIES = 20_000_000  # of a matrix in a file, its zeros among them
+MOST_ENTRIES = 20_000_000  # of a matrix in a file; of a full one its zeros, too
+PACKED = 15  # the kind of what is compressed in a file of MATLAB
 HDF5 = b"\x89HDF\r\n\x1a\n"  # begins such a file, and after 512 bytes MATLAB's own
 
 
@@ -37,6 +41,33 @@ def _decoded(path, kind):
     except Exception as error:  # a broken file brings a library to all kinds of ends
         words = str(error) or type(error).__name__
         raise ValueError(f"{path} can't be read as {kind}: {words}") from None
+
+
+def read_csv(path):
+    """The matrix in the text file at ``path``; errors name the line.
+
+    `load_plant` tells what may be between the numbers.
+    """
+    rows = []
+    for place, line in enumerate(read_text(path, bom=True).splitlines(), 1):
+        line = line.partition("#")[0].strip()
+        if not line:
+            continue
+        between = next((x for x in ";," if x in line), None)
+        try:
+            rows.append([number(word.strip()) for word in line.split(between)])
+        except ValueError as error:
+            raise ValueError(
+                f"{path}, line {place}: {error}, and no headings"
+            ) from None
+        if len(rows[-1]) != len(rows[0]):
+            raise ValueError(
+                f"{path}, line {place}: {len(rows[-1])} numbers, "
+                f"the first line has {len(rows[0])}"
+            )
+    if not rows:
+        raise ValueError(f"{path}: there are no numbers")
+    return np.array(rows)
 
 
 def read_npy(path):
@@ -95,7 +126,7 @@ def read_sparse(path):
     with _decoded(path, "a sparse matrix of scipy.sparse.save_npz"):
         if not {"format", "shape"} <= arrays.keys():
             raise ValueError(f"it holds {', '.join(arrays) or 'nothing'}")
-        check_size(*arrays["shape"].tolist())
+        check_size(*arrays["shape"].tolist(), full=False)
         return load_npz(BytesIO(read_bytes(path)))
 
 
@@ -105,8 +136,8 @@ def read_mtx(path):
 
     content = read_bytes(path)
     with _decoded(path, "a matrix of Matrix Market"):
-        rows, columns, _, _, field, _ = mminfo(BytesIO(content))
-        check_size(rows, columns)
+        rows, columns, _, form, field, _ = mminfo(BytesIO(content))
+        check_size(rows, columns, full=form == "array")
         if field == "pattern":
             raise ValueError("it has a pattern and no numbers")
         return mmread(BytesIO(content))
@@ -161,10 +192,25 @@ def read_mat(path):
         with _decoded(path, "a file of MATLAB 7.3 or HDF5 (or save with '-v7')"):
             return _hdf5(content)
     with _decoded(path, "a file of MATLAB (save with the option '-v7')"):
-        for _, shape, _ in whosmat(BytesIO(content)):
-            check_size(*shape)
+        for _, shape, kind in whosmat(BytesIO(content)):
+            check_size(*shape, full=kind != "sparse")
+        _check_unpacked(content)
         found = loadmat(BytesIO(content))
         return {k: x for k, x in found.items() if not k.startswith("__")}
+
+
+def _check_unpacked(content):
+    """Raise where a file of MATLAB unpacks to more than `MOST_BYTES`."""
+    order, place, size = "<" if content[126:128] == b"IM" else ">", 128, 0
+    while place + 8 <= len(content):
+        kind, count = struct.unpack_from(order + "2I", content, place)
+        place += 8
+        if kind == PACKED:
+            packed, left = content[place : place + count], MOST_BYTES - size + 1
+            size += len(zlib.decompressobj().decompress(packed, left))
+        if size > MOST_BYTES:
+            raise ValueError(f"it unpacks to more than {MOST_BYTES} bytes")
+        place += count
 
 
 def _hdf5(content):
@@ -185,7 +231,8 @@ def _hdf5(content):
                 arrays[name] = item[()].T if matlab else item[()]
             elif "MATLAB_sparse" in item.attrs:
                 shape = int(item.attrs["MATLAB_sparse"]), len(item["jc"]) - 1
-                check_size(*shape)
+                check_size(*shape, full=False)
+                check_size(len(item["data"]) if "data" in item else 0)
                 parts = [item[x][()] if x in item else [] for x in ("data", "ir", "jc")]
                 arrays[name] = csc_array(tuple(parts), shape=shape)
     return arrays
@@ -198,8 +245,11 @@ def read_op4(path):
         return matrices_of_op4(content, check_size)
 
 
-def check_size(*shape):
-    """A ValueError for a matrix of a ``shape`` with more than `MOST_ENTRIES`."""
-    if prod(shape) > MOST_ENTRIES:
+def check_size(*shape, full=True):
+    """A ValueError for a matrix of a ``shape`` with more than `MOST_ENTRIES`.
+
+    One that isn't ``full`` has what the file has, and a number for each row or column.
+    """
+    if (prod if full else sum)(shape) > MOST_ENTRIES:
         size = " x ".join(map(str, shape))
         raise ValueError(f"it promises a matrix of {size}, too large to read")

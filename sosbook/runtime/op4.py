@@ -37,7 +37,7 @@ def matrices_of_op4(content, check_size):
     for name, rows, columns, entries in parts:
         if name in found:
             raise ValueError(f"{name!r:.20} is there twice")
-        check_size(rows, columns)
+        check_size(rows, columns, full=False)
         found[name] = _matrix(name, rows, columns, entries)
     if not found:
         raise ValueError("there is no matrix")
