@@ -10,6 +10,7 @@ from sosbook.maps.search import replaced
 
 import sosbook as sos
 from sosbook import maps
+from sosbook.book.counterexamples import actuated
 from sosbook.synthesis.certificates import prove, refuse_design
 from tests.elements import assert_buttons, green, write_page
 
@@ -536,7 +537,7 @@ def test_what_cannot_be_decided_is_said(robot, monkeypatch):
     assert (found.proven == (found.status != "undecided")).all()
 
 
-def test_designs_with_a_law_are_those_of_design_pid_and_maps_refuse_one():
+def test_designs_with_a_law_are_those_of_design_pid():
     cart = sos.SecondOrderSystem(1, 0.1, 2, 1)
     law, region = sos.PIDLaw([[1]], filter=0.05), sos.PoleRegion(sigma=0.2)
     asked = [
@@ -553,10 +554,48 @@ def test_designs_with_a_law_are_those_of_design_pid_and_maps_refuse_one():
     for place in (1, 4):
         assert (found[place].K == alone.K).all()
         assert found[place].request.coupling == "multipliers"
-    with pytest.raises(ValueError, match="law: a gain of a law is searched"):
-        maps.edge("sigma", cart, region=region, law=law)
-    with pytest.raises(ValueError, match="got 'auto': leave it out here"):
-        maps.edge("sigma", cart, region=region, coupling="auto")
+
+
+def test_a_gain_that_is_searched_has_an_edge():
+    """From an encoder s^2 + .1 s + 2 gets to the left of any line, with any torque.
+
+    A disk of fixed size, though, holds no faster decay than its radius.
+    """
+    cart = sos.SecondOrderSystem(1, 0.1, 2, 1)
+    asked = dict(law=sos.PIDLaw([[1]], filter=0.05), starts=1)
+    region = sos.PoleRegion(sigma=0.3)
+    edge = maps.edge("sigma", cart, region=region, digits=1, time_limit=20, **asked)
+    assert edge.feasible >= 0.3 and edge.design.certify().proven
+    assert edge.design.request.law is not None
+    assert edge.design.poles().real.max() < -edge.feasible
+    found = maps.feasibility_map(
+        cart, across=("sigma", [0.2, 0.4]), up=("rho", [0.5, 60]), **asked
+    )
+    assert found.status[1].tolist() == ["feasible"] * 2
+    assert "feasible" not in found.status[0]  # the filter's own pole is at -20
+    assert found.proven[1].all()
+
+
+def test_with_either_coupling_a_map_has_the_better_one():
+    plants, disks = actuated(), [0.4, 1.0, 10.0]
+    asked = dict(across=("rho", disks), up=("sigma", [0.01, 0.02]))
+    one, own, either = (
+        maps.feasibility_map(plants, coupling=c, **asked)
+        for c in ("pairs", "slack", "auto")
+    )
+    good = (one.status == "feasible") | (own.status == "feasible")
+    assert ((either.status == "feasible") == good).all()
+    assert good.any() and (one.status[:, -1] == "infeasible").all()
+    assert (either.status == "infeasible").tolist() == (
+        own.status == "infeasible"
+    ).tolist()
+    assert (either.proven == (either.status != "undecided")).all()
+    edge = maps.edge("rho", plants, coupling="auto", digits=1, time_limit=60)
+    assert edge.design.V is not None and edge.design.certify().proven
+    if edge.excluded is not None:
+        assert edge.infeasible < edge.feasible
+        with pytest.raises(ValueError, match="shares are those of LMIs of the whole"):
+            _ = edge.shares
 
 
 def test_slack_and_polytopes_have_grids_too():

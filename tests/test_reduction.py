@@ -550,3 +550,56 @@ def test_large_sparse_plants_are_checked_like_others():
         sos.SecondOrderSystem(
             whole.M - 2 * sp.diags([1.0, *np.zeros(n - 1)]), whole.D, whole.S, whole.B
         )
+
+
+def test_what_is_no_matter_of_the_poles_is_never_dropped_in_silence():
+    plant = beam()
+    tip = np.eye(plant.n)[:, -2:-1]
+    whole = sos.SecondOrderSystem(plant.M, plant.D, plant.S, plant.B, tip)
+    part = whole.reduce(modes=3)
+    asked = dict(region=sos.PoleRegion(0.3), gamma=0.05)
+    design = sos.design_pid(part, **asked)
+    with pytest.warns(UserWarning, match="poles alone are proven: H.* by analyse_pid"):
+        proof = design.certify(on=whole)
+    assert proof.proven and not any("norm" in claim for claim in proof.claims)
+    K = part.reduction.lift(design.certify().K)
+    cure = sos.analyse_pid(whole, K, gamma=1.02 * largest_gain(whole, K))
+    assert cure.certify().proven
+
+
+def largest_gain(plant, K):
+    """The peak of |z(jw)| from w, over frequencies at and between the poles."""
+    n = plant.n
+    poles = eigenvalues(plant, K)
+    places = np.concatenate([np.abs(poles.imag), np.geomspace(1e-2, 1e5, 400)])
+
+    def response(w):
+        closed = plant.S + 1j * w * plant.D - w**2 * plant.M
+        closed = closed - plant.B @ (K[:, :n] + 1j * w * K[:, n:])
+        return np.linalg.norm(np.linalg.solve(closed, plant.F), 2)
+
+    return max(map(response, places))
+
+
+@pytest.mark.parametrize("heavier, proven", [(1.05, True), (40.0, False)])
+def test_of_another_plant_of_the_same_size_all_is_proven(heavier, proven):
+    def cart(m):
+        return sos.SecondOrderSystem(
+            [[m, 0], [0, 0.3]],
+            np.diag([0.1, 0.2]),
+            [[9.81, -3], [-3, 5]],
+            [[1], [0]],
+            [[0], [1]],
+        )
+
+    design = sos.design_pid(
+        cart(1),
+        region=sos.PoleRegion(0.3),
+        gamma=0.9,
+        saturation=sos.Saturation(400.0, [0.1, 0, 0, 0]),
+    )
+    proof = design.certify(on=cart(heavier))
+    assert proof.proven == proven
+    if proven:
+        text = " ".join(proof.claims)
+        assert "norm" in text and "400" in text and "Re s < -0.3" in text

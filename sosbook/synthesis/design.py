@@ -162,8 +162,10 @@ class Design(ClosedLoop[Certificate], Solution):
             As in `Result.certify`.
         on : SecondOrderSystem or DescriptorSystem, optional
             The whole plant, where the design is for a reduced one. What was asked of
-            the poles, and nothing else, is proven of the whole under the lifted gain;
-            the proof's K is that one, rounded.
+            the poles is proven of the whole under the lifted gain; the proof's K is
+            that one, rounded. What else was asked is about the part's coordinates:
+            a warning says how to ask it of the whole. Of a design for another plant of
+            the same size all is proven.
 
         Examples
         --------

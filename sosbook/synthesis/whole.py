@@ -1,5 +1,6 @@
 """The whole plant under the gain of a reduced model: what is found, what is proven."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ from ..plants.second_order import SecondOrderSystem
 from ..requirements.base import Requirement
 from ..runtime.read_only import ReadOnly
 from .certificates import prove
+from .feasibility import answer
 from .points import point
 from .request import Request
 
@@ -208,12 +210,14 @@ def _outside(form, poles, doubts=0.0):
 
 
 def proven_on(design, whole, digits):
-    """An exact proof that the lifted gain keeps what is asked of the whole's poles.
+    """An exact proof that the lifted gain keeps what is asked of the whole.
 
     Parameters
     ----------
     design : Design
-        What is asked of its poles is asked of the whole's; nothing else is.
+        What is asked of a part's poles is asked of the whole's; nothing else is, for
+        it is about the part's coordinates, and a warning says so. Of a design for no
+        part all is asked.
     whole : SecondOrderSystem or DescriptorSystem
         One plant.
     digits : int or None
@@ -227,7 +231,7 @@ def proven_on(design, whole, digits):
     )
     if seen.broken:
         return Unproven(f"the whole doesn't keep it. By a search, {seen}; {cure}")
-    asked = [r for r in design.request.requirements if r.pole_matrices() is not None]
+    asked = _asked_of_whole(design.request)
     if isinstance(whole, SecondOrderSystem) and issparse(whole.M):
         return _by_energy(whole, K, U, asked, digits) or Unproven(
             f"the energy of so large a plant proves no more than passive loops. {seen}"
@@ -236,7 +240,9 @@ def proven_on(design, whole, digits):
     for few in DIGITS if digits is None else (digit_count(digits),):
         request = Request(whole, U, requirements=asked, gain=round_digits(K, few))
         solution = point(request)
-        if solution is not None:
+        if solution is None and design.request.plant.reduction is None:
+            solution = answer(request, refuse=False)
+        if solution is not None and solution.status == "feasible":
             proof = prove(request, solution.K, solution.P, own=solution.own)
             if proof.proven:
                 return proof
@@ -246,6 +252,21 @@ def proven_on(design, whole, digits):
         "no point of the LMIs was found from the modes of the whole that floats can "
         f"tell from their edge. {seen}"
     )
+
+
+def _asked_of_whole(request):
+    """What is asked of the whole: of the poles alone, where the design is of a part."""
+    if request.plant.reduction is None:
+        return list(request.requirements)
+    asked = [r for r in request.requirements if r.pole_matrices() is not None]
+    if left := [r.words for r in request.requirements if r not in asked]:
+        warnings.warn(
+            f"of the whole the poles alone are proven: {', '.join(left)} is asked in "
+            "the part's coordinates. Ask it in the whole's by analyse_pid(whole, "
+            "part.reduction.lift(K), ...)",
+            stacklevel=2,
+        )
+    return asked
 
 
 def _by_energy(whole, K, U, asked, digits):

@@ -3,6 +3,7 @@
 from functools import cached_property, partial
 
 from ...lmi.solution import LMISolution
+from ...plants.checks import is_word
 from ...requirements.shorthand import KEYWORDS, bounds, collected, contradictory, moved
 from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
@@ -30,12 +31,10 @@ class Ask:
     """
 
     def __init__(self, plant, U, asked, options):
-        if options.get("law") is not None:
-            raise ValueError(
-                "law: a gain of a law is searched and has no edge; give U, or ask for "
-                "single designs by sosbook.maps.designs"
-            )
         self.plant, self.U, self.options = plant, U, dict(options)
+        self.law = options.get("law")
+        if self.law is None:
+            self.options.setdefault("coupling", "pairs")
         asked = asked | {
             name: self.options.pop(name)
             for name in options
@@ -63,7 +62,16 @@ class Ask:
     def request(self):
         """The `Request` of it all."""
         fixed = {k: v for k, v in self.options.items() if k in ("K_A", "coupling")}
+        if self.law is not None:
+            fixed |= dict(law=self.law, coupling="multipliers")
+        elif self.either:
+            fixed["coupling"] = "pairs"
         return Request(self.plant, self.U, requirements=self.requirements, **fixed)
+
+    @property
+    def either(self):
+        """Whether a P for each vertex will do, where one for all isn't found."""
+        return is_word(self.options.get("coupling"), ("auto",))
 
     def empty(self, values):
         """Whether two requirements exclude each other at sight, at these ``values``."""
@@ -71,9 +79,14 @@ class Ask:
 
     @cached_property
     def has_trials(self):
-        """Whether a trial saves something; not with a slack matrix."""
+        """Whether a trial saves something; not where it would be the whole work."""
         plain = not self.options.keys() - {"K_A", "coupling", "mu"}
-        return plain and self.options.get("coupling") != "slack"
+        one_P = is_word(self.options.get("coupling"), ("pairs", "vertices"))
+        return plain and one_P
+
+    def sharpens(self, near):
+        """Whether the coordinates of a design ``near`` are better than others."""
+        return near is not None and near.P is not None and near.V is None
 
     def trial(self, near=None, /, **values):
         """What phase one finds for these ``values`` in one frame: an `LMISolution`.
@@ -110,18 +123,28 @@ class Ask:
         """A Design for these ``values``, or None where they exclude each other.
 
         With a design ``near``, in coordinates in which its P is I: close
-        to the edge they are the better ones.
+        to the edge they are the better ones. With ``coupling="auto"`` a refusal is one
+        of both couplings, for it holds at a vertex alone.
         """
         if self.empty(values):
             return None
-        if near is not None and self.options.get("coupling") != "slack":
-            return again(near.request.with_bounds(self.known | values), near)
-        return design_pid(
-            self.plant,
-            self.U,
-            **{"coupling": "pairs"} | self.options,
-            requirements=moved(self.requirements, values),
-        )
+        if self.sharpens(near):
+            found = again(near.request.with_bounds(self.known | values), near)
+            if not self.either or found.status == "feasible":
+                return found
+
+        def solved(**coupling):
+            asked = moved(self.requirements, values)
+            options = self.options | coupling
+            return design_pid(self.plant, self.U, **options, requirements=asked)
+
+        if not self.either:
+            return solved()
+        first, request = solved(coupling="pairs"), self.at(**values).request()
+        own = all(r.takes_slack for r in request.demands) and not request.ties
+        if first.status == "feasible" or len(request.distinct) == 1 or not own:
+            return first
+        return solved(coupling="slack")
 
 
 def again(request, near):

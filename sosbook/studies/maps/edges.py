@@ -116,6 +116,11 @@ class Edge:
         if None in (self.design, self.excluded):
             raise ValueError(f"the edge has one side only: {self.reason}")
         request = self.excluded.request
+        if (request.coupling == "slack" and request.slack is None) or request.law:
+            raise ValueError(
+                "shares are those of LMIs of the whole polytope: the refusal is one of "
+                "single plants"
+            )
         frame = Frame.of(request)  # whatever frames the refusal went through
         x, Z = _least_violation(request, frame)
         bounds = requirements(request)
@@ -234,7 +239,9 @@ def edge(
         Seconds after which the search stops; the sides are those that
         are proven by then, and the reason says so.
     **options
-        cost, requirements, K_A, coupling, mu and slack, for `design_pid`.
+        cost, requirements, K_A, coupling, mu and slack, for `design_pid`; without a
+        word the coupling is "pairs", and with "auto" a refusal is one of slack
+        matrices, too. Or a law, and starts and seed of its searches.
 
     Returns
     -------

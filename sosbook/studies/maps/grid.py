@@ -133,7 +133,9 @@ def feasibility_map(
     time_limit : float
         Seconds after which the cells that are left are "undecided".
     **options
-        cost, requirements, K_A, coupling, mu and slack, for `design_pid`.
+        cost, requirements, K_A, coupling, mu and slack, for `design_pid`; without a
+        word the coupling is "pairs", and with "auto" a refusal is one of slack
+        matrices, too. Or a law, and starts and seed of its searches.
 
     Returns
     -------
@@ -276,7 +278,7 @@ class _Cells:
     def reused(self, cell):
         """The last design, if it is one of a cell's, too; else None."""
         last, bounds = self.last, self.bounds(cell)
-        if last is None or self.ask.empty(bounds):
+        if last is None or last.P is None or self.ask.empty(bounds):
             return None
         request = replaced(last.request, bounds)
         blocks = request.blocks(last.P, last.Y, V=last.V, own=last.own)
@@ -347,7 +349,9 @@ def _certified(design):
     """Whether a design has a proof, if need be in its own, sharper coordinates."""
     if certified(design):
         return True
-    better = design.V is None and again(design.request, design)
+    if design.V is not None or design.P is None:
+        return False
+    better = again(design.request, design)
     return bool(better) and better.status == "feasible" and certified(better)
 
 
@@ -356,6 +360,8 @@ def _provably_refused(refusal, designs):
     if provably_refused(refusal):
         return True
     near = next(iter(designs), None)
-    if near is None or near.V is not None:
+    if near is None or near.V is not None or near.P is None:
+        return False
+    if refusal.request.coupling == "slack":  # it is one of a vertex
         return False
     return provably_refused(again(refusal.request, near))

@@ -178,10 +178,11 @@ class Search:
         design = self.at(place)
         if not _feasible(design):
             return False
-        again = self.ask.solve(design, **{self.name: self.value(place)})
-        if _feasible(again) and certified(again):
-            self.seen[place] = again
-            return True
+        if self.ask.sharpens(design):
+            again = self.ask.solve(design, **{self.name: self.value(place)})
+            if _feasible(again) and certified(again):
+                self.seen[place] = again
+                return True
         return certified(design)
 
     def first_refusal(self, top, bad, near):
@@ -216,7 +217,7 @@ class Search:
             return True
         if design.status == "feasible" or provably_refused(design):
             return design.status != "feasible"
-        if near is not None:
+        if self.ask.sharpens(near):
             again = self.ask.solve(near, **{self.name: self.value(place)})
             if again.status != "feasible" and provably_refused(again):
                 self.seen[place] = again
