@@ -271,13 +271,7 @@ CALLS = {
 
 #: What several requests in one don't take, with the words of their refusal.
 REFUSED = {
-    **dict.fromkeys(
-        (
-            *((name, "coupling", "auto") for name in ("edge", "feasibility_map")),
-            ("design_atlas", "coupling", "auto"),
-        ),
-        ("coupling must be",),
-    ),
+    ("design_atlas", "coupling", "auto"): ("coupling must be",),
     **dict.fromkeys(
         ((name, "maximize", "sigma") for name in ("compare", "farthest")),
         ("a law's loop", "position has 1"),
