@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from sosbook.mip import Firmware, Mip, Robot, SampledLaw, Sensors, recommend, simulate
 from sosbook.mip.margins import SampledLoop
+from sosbook.mip.rig import gear_motors
 
 from sosbook.pendulum.describing import coulomb, limit_cycle, soft_sign
-from sosbook.pendulum.simulator import _Play
+from sosbook.pendulum.fleet import Fleet
+from sosbook.pendulum.play import Geared
 from sosbook.pendulum.spread import vertices
 from tests.gains import named
 
@@ -33,11 +35,24 @@ def test_describing_functions_are_first_harmonics(amplitude):
     )
 
 
-def test_a_play_lags_by_half_of_it_either_way():
-    play, seen = _Play(0.1), []
-    for turned in (0.0, 0.3, 0.25, 0.1, -0.5):
-        seen.append(play.seen(np.array([[0.2], [0.2 + turned], [0], [0]]))[1, 0] - 0.2)
-    assert seen == pytest.approx([0.0, 0.2, 0.2, 0.2, -0.4])
+@pytest.mark.parametrize("mip", [MIP, gear_motors()], ids=["no J", "rotors"])
+def test_in_the_gap_the_motors_turn_themselves_and_at_its_ends_the_wheels(mip):
+    """Angular momentum of motors that spin up in a gap, and of one without a gap."""
+    fleet, x = Geared([mip], 0.2, 0.0, 1), np.zeros((4, 1))
+    x = fleet.advance(x, 0.3, (0, 0), 0.003, 4)
+    turned = fleet.rotors[0, 0]
+    assert 0 < turned < 0.1 and abs(x[1, 0]) < 0.2 * turned
+    twists = []
+    for _ in range(40):
+        x = fleet.advance(x, 1.0, (0, 0), 0.005, 4)
+        twists.append(abs(fleet.rotors[0, 0] - x[1, 0]))
+    assert 0.1 < max(twists) < 0.13  # the teeth push, and give way a little
+    if mip.J:  # teeth without a gap: the pendulum that has none
+        stiff, same = Geared([mip], 1e-9, 0.0, 1), np.array([[0.05], [0], [0], [0]])
+        ends = stiff.advance(same, 0.5, (0, 0), 0.1, 9)
+        assert ends == pytest.approx(
+            Fleet([mip]).advance(same, 0.5, (0, 0), 0.1, 99), rel=0.03, abs=2e-3
+        )
 
 
 def test_a_command_gets_half_of_itself_or_all_of_the_friction():

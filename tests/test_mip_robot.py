@@ -78,7 +78,17 @@ STEERED = {
 }
 
 
-OPTIONAL = {"g", "jitter", "blend", "compensation", "edges", "law", "tip", "missing"}
+OPTIONAL = {
+    "g",
+    "jitter",
+    "blend",
+    "compensation",
+    "backlash_deg",
+    "edges",
+    "law",
+    "tip",
+    "missing",
+}
 OPTIONAL |= {"frozen", "stall", "deaf", "late", "board", *STEERED}
 
 
@@ -221,6 +231,7 @@ CHANGES = {
     "blend": (0.006, {LAW, PYCTRL}),
     "tip": (0.8, {LAW, PYCTRL}),
     "compensation": (0.25, {LAW, PYCTRL}),
+    "backlash_deg": (1.5, set()),
     "law": ("lqr", {LAW, PYCTRL}),
     "missing": (0.04, {LAW, PYCTRL}),
     "frozen": (0.14, {LAW, PYCTRL}),

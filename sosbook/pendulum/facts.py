@@ -5,6 +5,7 @@ from importlib.metadata import version
 import numpy as np
 
 from .firmware import SOFTNESS
+from .rest import QUIET_SHARE
 from .spread import spread_words
 from .tuning import recoverable_tilt
 from .turning import inertia_bounds
@@ -35,8 +36,27 @@ def facts(deployment):
         "sampled loop": f"spectral radius {deployment.radius:.4f}, peak "
         f"sensitivity {deployment.sensitivity:.3f}, worst of "
         f"{len(deployment.robots)} robots and {len(deployment.loops)} delays",
+        **_rest(deployment),
         "reach": _reach(deployment),
         "written by": f"sosbook {version('sosbook')}",
+    }
+
+
+def _rest(deployment):
+    """How loud it is at rest, with a warning where that is much."""
+    robot, volts = deployment.robot, deployment.rest
+    words = (
+        f"{volts:.2g} V rms, {100 * volts / robot.limit:.2g} % of the limit, in a "
+        f"simulated minute of the robot in the middle with {robot.counts:g} counts a "
+        f"turn, {robot.backlash_deg:g} degrees of play and {robot.compensation:g} V of "
+        "friction"
+    )
+    if volts <= QUIET_SHARE * robot.limit:
+        return {"at rest": words}
+    return {
+        "at rest": words,
+        "warning, at rest": "the motors chatter: take a larger R, encoders with more "
+        'counts, gears with less play, or law = "observer"',
     }
 
 

@@ -67,6 +67,10 @@ class Fleet:
             values = [getattr(robot, name) for robot in robots]
             setattr(self, name, np.array(values))
 
+    def seen(self, x):
+        """The states x as encoders at the motors follow them, without play."""
+        return x
+
     def acceleration(self, x, V, torques=(0.0, 0.0)):
         """z'' at the states x, under the voltage V and torques on theta and phi."""
         return np.array(self._rate(self, np, V, torques)(x[0], x[2], x[3]))

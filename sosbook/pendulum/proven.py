@@ -14,6 +14,7 @@ from .firmware import SOFTNESS, Firmware
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
 from .recovery import largest_tilt
+from .rest import volts_at_rest
 from .robot import Robot
 from .sensors import Sensors
 from .spread import polytope, triangles, vertices
@@ -36,6 +37,7 @@ BENCH_VOLTS = 2.0  # V, at most, while the wheels hang free: enough to see them 
 MOST_CELLS = 600  # of the uncertain parameters, for one proof of the sampled loop
 LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
 LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
+REST_SECONDS = 60.0  # of a simulation at rest, before anything is written
 RESCUE = 20.0  # fall times, and this many s at least, in which a robot must settle
 RESCUE_SECONDS = 3.0
 LARGEST_PEAK = 2.0  # of the sensitivity: 1/2 is then the distance from -1
@@ -200,6 +202,11 @@ class Deployment:
             substeps=4,
         )
         return float(tilts.min())
+
+    @cached_property
+    def rest(self):
+        """The volts (rms) of the program at rest in a simulated minute; not proven."""
+        return volts_at_rest(self.mip, self.law, self.robot, REST_SECONDS)
 
     @cached_property
     def sampled(self):

@@ -72,6 +72,9 @@ class Robot:
         As in `Firmware`; T / (2 s) without it.
     compensation : float
         As in `Firmware`: the friction that a fit with ``friction`` gives.
+    backlash_deg : float
+        The gears' play, by which a wheel can be turned while its motor rests, in
+        degrees from one end to the other; R is chosen with it.
     tip : float
         Tilt beyond which the motors go off, in rad.
     missing, frozen, stall, deaf, late : float, optional
@@ -135,6 +138,7 @@ class Robot:
     jitter: float = key("by which a tick may come late", "s", 0.0, None)
     blend: float = key("share of the accelerometers' tilt", "", None, None, 1.0)
     compensation: float = key("of Coulomb friction", "V", 0.0, None)
+    backlash_deg: float = key("play of the gears", "degrees", 0.0, None, 20.0)
     tip: float = key("tilt at which the motors go off", "rad", 0.85, high=pi / 2)
     missing: float = key("bad readings in a row, bridged", "s", None, None, 1.0)
     frozen: float = key("equal readings of a gyro that lives", "s", None, None, 2.0)

@@ -12,6 +12,7 @@ from ..plants.checks import finite, positive
 from .firmware import Firmware
 from .fleet import Fleet, Push
 from .model import V_MAX, Mip
+from .play import Geared
 from .sensors import Readings, Sensors
 
 __all__ = ["Push", "Run", "Sensors", "simulate"]
@@ -131,8 +132,8 @@ def simulate(
     friction : float
         Coulomb friction in the gears, in V.
     backlash : float
-        Play between the wheels and the encoders, which sit at the motors, in
-        rad from one end to the other. The motors' rotors have no part in it.
+        Play between the wheels and the motors, whose rotors and encoders turn on in
+        it: in rad of a wheel, from one end to the other.
     battery : float or callable, optional
         Its voltage under load, in V, or a function of t that gives it. The
         motors get no more, whatever is asked for.
@@ -170,7 +171,9 @@ def simulate(
         if finite(name, value) < 0:
             raise ValueError(f"{name} must be 0 or more, got {value!r}")
     supply = _Supply(battery, nominal)
-    fleet.friction, play = friction, _Play(backlash / 2)
+    fleet.friction = friction
+    if backlash:
+        fleet = Geared(fleet.robots, backlash, friction, runs)
     if isinstance(controller, Firmware):
         controller = controller.controller(runs)
     T, limit = _pace(controller, runs)
@@ -183,7 +186,7 @@ def simulate(
     readings = Readings(sensors, runs, count, seed)
     controller.start(
         readings.first_tilt(tilt),
-        readings.wheels(play.seen(x)),
+        readings.wheels(fleet.seen(x)),
         readings.bias() if bias is None else bias,
     )
 
@@ -193,7 +196,7 @@ def simulate(
     edges = [] if push is None else [push.at, push.at + push.length]
     for k in range(count):
         now, then = k * T, (k + 1) * T
-        seen = [readings.gyro(x, k), readings.wheels(play.seen(x)), np.nan]
+        seen = [readings.gyro(x, k), readings.wheels(fleet.seen(x)), np.nan]
         if sensors.accelerometer is not None:
             ddz = fleet.acceleration(x, hold.V, _torques(push, now))
             seen[2] = readings.tilt(x, ddz, k)
@@ -216,22 +219,6 @@ def simulate(
             x = fleet.advance(x, hold.V, torques, stop - now, steps)
             now = stop
     return Run(np.arange(count) * T, path, V, estimate, fault, limit)
-
-
-class _Play:
-    """Encoders behind gears with play, half of it either way."""
-
-    def __init__(self, half):
-        self.half, self.angle = half, None
-
-    def seen(self, x):
-        """The states x with the phi that the encoders follow, read in order."""
-        if not self.half:
-            return x
-        turned = x[1] - x[0]
-        last = turned if self.angle is None else self.angle
-        self.angle = np.clip(last, turned - self.half, turned + self.half)
-        return np.vstack([x[:1], x[:1] + self.angle, x[2:]])
 
 
 class _Supply:

@@ -16,6 +16,7 @@ from ..synthesis.lqr import design_lqr
 from .law import PID_SIGNALS, SampledLaw
 from .margins import SampledLoop
 from .optimal import optimal_law
+from .rest import QUIET_SHARE, volts_at_rest
 from .spread import polytope, vertices
 
 __all__ = [
@@ -30,6 +31,8 @@ __all__ = [
 
 U = [[0, 1]]  # integrate phi
 DELAY_SHARES = (0.0, 0.5, 1.0)  # of the largest delay, at which a loop is looked at
+QUIET_SECONDS = 20.0  # of a simulation at rest, which tells whether a weight is loud
+LOUDER_WEIGHTS = 9  # that are tried beyond the smallest: a thousand times as large
 WEIGHTS = tuple(m * 10.0**k for k in range(-4, 6) for m in (1, 2, 5))
 DECAY_SHARES = (
     1,
@@ -123,7 +126,9 @@ def design(mip, robot, spread, Q, R, peak):
         The weight of the state and of the integral.
     R : float or None
         Without it the smallest of 1, 2, 5, 10, ... with which all
-        `loops` have a sensitivity of at most ``peak``.
+        `loops` have a sensitivity of at most ``peak``, and whose volts at rest,
+        simulated with counts and play, are at most a tenth of the limit; without such
+        a one, the smallest that keeps the peak.
     peak : float
         The largest sensitivity that is taken.
 
@@ -141,14 +146,14 @@ def design(mip, robot, spread, Q, R, peak):
 
     if R is not None:
         return made(R)
-    tried = {}
+    tried, laws = {}, {}
 
     def good(k):
         tried[k] = found = made(WEIGHTS[k])
-        law = getattr(found, "law", None) or SampledLaw.of_gain(
+        laws[k] = getattr(found, "law", None) or SampledLaw.of_gain(
             found.gain.but(found.certify().K), robot.T
         )
-        return peak_of((mip, *vertices(mip, spread)), law, robot) <= peak
+        return peak_of((mip, *vertices(mip, spread)), laws[k], robot) <= peak
 
     for k, weight in enumerate(WEIGHTS):
         if _guessed(mip, robot, Q, weight) <= peak and good(k):
@@ -158,6 +163,12 @@ def design(mip, robot, spread, Q, R, peak):
     # the guess is of the plant in the middle, and a gain's of Riccati's equation
     while k > 0 and k - 1 not in tried and good(k - 1):
         k -= 1
+    loud = QUIET_SHARE * robot.limit
+    for j in range(k, min(k + LOUDER_WEIGHTS, len(WEIGHTS))):
+        if j > k and not good(j):
+            break
+        if volts_at_rest(mip, laws[j], robot, QUIET_SECONDS) <= loud:
+            return tried[j]
     return tried[k]
 
 

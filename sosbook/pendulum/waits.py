@@ -15,6 +15,16 @@ LEAST = {"missing": 5, "frozen": 12}
 def fall_time(mip):
     """The time in which a ``mip`` without voltage falls e times as far, in s.
 
+    Parameters
+    ----------
+    mip : Mip
+        The pendulum.
+
+    Returns
+    -------
+    float
+        That of its unstable pole.
+
     Examples
     --------
     >>> from sosbook.pendulum import Mip
@@ -25,7 +35,20 @@ def fall_time(mip):
 
 
 def timed(robot, mip):
-    """The ``robot`` with every wait: those that it doesn't give are by its fall."""
+    """The ``robot`` with every wait: those that it doesn't give are by its fall.
+
+    Parameters
+    ----------
+    robot : Robot
+        The description.
+    mip : Mip
+        The pendulum that falls.
+
+    Returns
+    -------
+    Robot
+        It bears each fault for a time that is given.
+    """
     fall, waits = fall_time(mip), {}
     for name, falls in FALLS.items():
         if getattr(robot, name) is None:

@@ -1,0 +1,71 @@
+"""A robot at rest is quiet: R is chosen with counts, play and friction."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sosbook.mip import Firmware, recommend
+
+from sosbook.pendulum.optimal import optimal_law
+from sosbook.pendulum.rest import volts_at_rest
+from tests.geared import KINDS, rest
+from tests.test_mip_compare import pendulum
+from tests.test_mip_six_robots import described
+
+
+def asked(geared, law="observer"):
+    """The description of a machine with play, and its pendulum."""
+    robot = described(geared.machine)
+    return pendulum(geared.machine), robot.but(
+        law=law, friction=False, backlash_deg=geared.play
+    )
+
+
+def loud(geared, law, robot):
+    """The share of the limit that another simulator sees at rest."""
+    program = Firmware.of(law, robot).controller()
+    tilts, volts, fault = rest(geared, program, robot.limit, 20.0)
+    assert fault == 0 and abs(tilts - tilts.mean()).max() < np.radians(3)
+    return float(np.sqrt(np.mean(volts**2))) / robot.limit
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KINDS)
+def test_robots_of_all_kinds_are_quiet(name):
+    """By equations, teeth, a driver and sensors that aren't the package's."""
+    mip, robot = asked(KINDS[name])
+    found = recommend(mip, R=None, robot=robot)
+    assert found.sensitivity <= 2 and found.rest <= 0.1 * robot.limit
+    assert loud(KINDS[name], found.law, found.robot) < 0.1
+    vars(found)["sampled"] = {}
+    assert "warning, at rest" not in found.facts
+    assert f"{robot.backlash_deg:g} degrees of play" in found.facts["at rest"]
+
+
+@pytest.mark.slow
+def test_play_asks_for_a_larger_weight_than_the_peak_does():
+    """The smallest weight that keeps the peak hammers the gears, as both see."""
+    mip, robot = asked(KINDS["gear motors"])
+    sharp = recommend(mip, R=None, robot=robot.but(backlash_deg=0.0))
+    mild = recommend(mip, R=None, robot=robot)
+    assert mild.design.R > sharp.design.R
+    assert loud(KINDS["gear motors"], sharp.law, sharp.robot) > 0.2
+    hammered = replace(mild, R=sharp.design.R)
+    vars(hammered)["sampled"] = {}
+    assert "chatter" in hammered.facts["warning, at rest"]
+
+
+@pytest.mark.slow
+def test_a_gain_is_loud_where_an_observer_is_quiet():
+    mip, robot = asked(KINDS["heavy"], law="gain")
+    gain = recommend(mip, R=0.5, robot=robot)
+    assert loud(KINDS["heavy"], gain.law, gain.robot) > 0.3
+    vars(gain).update(sampled={}, delayed=None)
+    assert gain.rest > 0.1 * robot.limit
+
+
+def test_what_falls_is_as_loud_as_can_be():
+    mip, robot = asked(KINDS["tall"])
+    law = optimal_law(mip, robot, "observer", np.eye(5), 1.0).law
+    far = replace(mip, d=30 * mip.d)
+    assert volts_at_rest(far, law, robot, 3.0) == robot.limit
