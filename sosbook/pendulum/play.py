@@ -46,14 +46,17 @@ class Geared(Fleet):
         return np.stack([x[0], self.rotors[0], x[2], self.rotors[1]])
 
     def acceleration(self, x, V, torques=(0.0, 0.0)):
-        """z'' at the states x, as `Fleet.acceleration` has it."""
+        """z'' at the states x, under the voltage V and torques on theta and phi."""
         self.seen(x)
         volts = np.broadcast_to(V, x.shape[1])
         states = zip(self.robots, self._whole(x), volts.tolist())
         return np.array([self._rates(m, v, torques)(s)[3:5] for m, s, v in states]).T
 
     def advance(self, x, V, torques, time, steps):
-        """The states x after a ``time``, as `Fleet.advance` has it."""
+        """The states x after a ``time`` under a constant V and torques.
+
+        It takes at least so many ``steps``.
+        """
         self.seen(x)
         steps = max(steps, math.ceil(time / LONGEST_STEP))
         volts = np.broadcast_to(V, x.shape[1]).tolist()
