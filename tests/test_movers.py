@@ -4,6 +4,7 @@ One page holds the first of each kind that the book shows.
 """
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
+from tests.axis import design as axis_design
 from tests.elements import write_page
 from tests.gains import named
 from tests.test_page_elements import FIRST
@@ -495,6 +497,91 @@ def test_a_corner_of_the_box_is_dragged(desk):
     place = desk.page.evaluate("() => document.querySelector('sos-ranges').place")
     assert place["m1"] > 2 and place["m0"] == 0.75
     assert desk.said("sos-ranges") != before
+
+
+# ---------------------------------------------------------- drive (chapter 40)
+@pytest.fixture(scope="module")
+def programs():
+    """The chapter's controllers, made anew, by clock."""
+    units = {"motor": "rad", "load": "rad", "u": "N m"}
+    return [
+        axis_design().controller(["motor"], T=t, delay=t, counts=4096, units=units)
+        for t in (0.001, 0.004, 0.008)
+    ]
+
+
+@pytest.mark.parametrize(
+    "law, limit, clock, r, w",
+    [(0, 1, 0, 20, 0), (0, 2, 1, 6, 0.3), (1, 0, 2, 3, 0.5), (2, 2, 1, 60, 0)],
+)
+def test_the_drive_moves_as_the_packages_program_does(
+    desk, programs, law, limit, clock, r, w
+):
+    place = dict(law=law, limit=limit, clock=clock, r=r, w=w, counts=0, J=0.006)
+    (page,) = desk.compute("sos-drive", [place])
+    c, ramp = programs[clock], desk.data("sos-drive")["clocks"][clock]["ramp"]
+    c = replace(c, steps=np.zeros(1)).watch(stall=20)
+    c = c if law else c.set_point(r=[[1], [1]])
+    c = c.set_point(ramp=ramp) if law == 2 else c
+    c = c.limit(2.0, anti_windup=limit == 2) if limit else c
+    load = (lambda t: [w if t >= 2.5 else 0]) if w else None
+    run = c.simulate(4, r=[r], w=load)
+    at = np.rint(np.array(page["t"]) / c.T).astype(int)
+    shown, size = np.array([page["q"], page["z"]]), abs(run.x[1, :, :2]).max()
+    assert np.allclose(shown.T, run.x[1, at, :2], rtol=0, atol=1e-7 * size)
+    assert np.allclose(page["u"], run.u[1, at, 0], atol=1e-6)
+    assert page["high"] == pytest.approx(abs(run.x[1, :, 1]).max(), rel=1e-7)
+
+
+def test_the_drives_encoder_has_the_packages_steps(desk, programs):
+    """Rounding may move a single reading by a step; the motion is the same to a few."""
+    (page,) = desk.compute("sos-drive", [dict(law=1, limit=2, r=0.5, J=0.003)])
+    run = programs[0].limit(2.0).simulate(4, r=[0.5])
+    at = np.rint(np.array(page["t"]) / 0.001).astype(int)
+    few = 20 * 2 * np.pi / 4096
+    assert np.allclose(page["z"], run.x[0, at, 1], atol=few)
+    assert np.allclose(page["u"][:9], run.u[0, at[:9], 0], atol=1e-9)
+    assert abs(np.array(page["u"]) - run.u[0, at, 0]).max() < 0.05
+
+
+def test_the_drive_says_proven_where_a_bound_of_the_package_is_kept(desk, programs):
+    c, naive = programs[0], programs[0].set_point(r=[[1], [1]])
+    sums = {law: x.step().proven for law, x in ((0, naive), (1, c))}
+    places = [
+        dict(law=law, limit=limit, r=r, counts=3)
+        for law in (0, 1) for limit in (0, 1, 2) for r in (0.9, 1.05, 8, 10, 20)
+    ]  # fmt: skip
+    found = desk.page.evaluate(
+        """places => { const e = document.querySelector("sos-drive"); e.reset();
+        return places.map(p => e.proven({...e.place, ...p})); }""",
+        places,
+    )
+    for place, said in zip(places, found, strict=True):
+        most = sums[place["law"]] * place["r"] + c.noise().proven
+        assert said["total"] == pytest.approx(most)
+        assert said["holds"] is (not place["limit"] or most <= 2)
+    (loaded,) = desk.page.evaluate(
+        """() => [document.querySelector("sos-drive")].map(
+             e => e.proven({...e.place, limit: 2, law: 1, r: 1, w: 0.1}))"""
+    )
+    assert loaded["holds"] is False
+
+
+def test_the_drive_runs_away_comes_back_and_ramps(desk):
+    def said(**place):
+        desk.page.evaluate(
+            """p => { const e = document.querySelector("sos-drive"); e.reset();
+            for (const [key, at] of Object.entries(p)) {
+              e.inputs[key].value = at;
+              e.inputs[key].dispatchEvent(new Event("input", {bubbles: true})); } }""",
+            place,
+        )
+        return desk.said("sos-drive")
+
+    assert "It runs away." in said() and "no proof reaches this step" in said()
+    assert "It settles here: simulated only." in said(limit=2)
+    assert "It settles: proven." in said(limit=2, law=2)
+    assert "w/k = 0.263 rad" in said(limit=2, law=2, w=10)
 
 
 # ------------------------------------------------- delayed (chapters 19 and 22)

@@ -4,6 +4,7 @@ from .lmis import centre, ranges, segment, trust
 from .loops import circulation, delayed, integral, kalman, mass
 from .mover import Mover, choice, slider
 from .pendulum import chain, chirp, clock, digits, fall, regulator
+from .program import drive
 
 __all__ = [
     "Mover",
@@ -15,6 +16,7 @@ __all__ = [
     "clock",
     "delayed",
     "digits",
+    "drive",
     "fall",
     "integral",
     "kalman",

@@ -1,0 +1,166 @@
+// A two-mass drive under its program: a step of the set point, sampled, late, in counts
+// of the encoder, with or without a limit. Beside the motion stands what is proven of it.
+import {define, round} from "./kit.js";
+import {apply, combine, held, mul, solve} from "./linalg.js";
+import {Mover, number, verdict} from "./mover.js";
+import {picture} from "./plot.js";
+
+const SECONDS = 4, LOAD_FROM = 2.5;  // s
+const SHOWN = 250;                   // instants of a curve
+const NEAR = 0.05, AWAY = 1.6;       // of the step: where it ends, where it has run away
+const LOST = 1e6;                    // rad: further nothing is drawn
+
+class Drive extends Mover {
+  get horizon() { return SECONDS; }
+  get still() { return 0.25; }
+  get pace() { return 0.5; }
+
+  figures() {
+    return [
+      ["scene", "Motor, shaft and load; the short mark is where the load shall be. Half as fast."],
+      ["angle", "The load's angle; dotted the set point, dashed what the encoder's side does."],
+      ["torque", "Torque that the program gives; dotted the motor's limit."]
+    ];
+  }
+
+  // The plant's step over one tick: of the state, the motor's torque and the load's.
+  plant(J, T) {
+    const {loads: [low, high], E: [E0, E1], A, B} = this.data, t = (J - low) / (high - low);
+    const E = combine(1 - t, E0, t, E1);
+    return held(solve(E, A), solve(E, B), T);
+  }
+
+  compute({clock, law, limit, counts, r, J, w}) {
+    const c = this.data.clocks[clock], {T, A, B, C, D} = c, u_max = this.data.u_max;
+    const [Phi, Gamma] = this.plant(J, T), quiet = law ? 0 : 1, ramp = law === 2 ? c.ramp * T : Infinity;
+    const {B_r, D_r} = c.asked[quiet], W = c.withheld[limit === 2 ? 1 : 0];
+    const step = counts ? 2 * Math.PI / this.data.counts[counts] : 0;
+    const ticks = Math.round(SECONDS / T), every = Math.max(1, Math.round(ticks / SHOWN));
+    let x = [0, 0, 0, 0], m = A.map(() => 0), late = 0, goal = 0;
+    const result = {t: [], z: [], q: [], u: [], rest: [], full: 0, peak: 0, high: 0, T};
+    for (let k = 0; k < ticks; k++) {
+      const y = step ? step * Math.floor(x[0] / step + 0.5) : x[0];
+      goal += Math.max(-ramp, Math.min(ramp, r - goal));
+      const u = apply(C, m)[0] + D[0][0] * y + D_r[0][0] * goal;
+      const v = limit ? Math.max(-u_max, Math.min(u_max, u)) : u;
+      const full = v !== u;
+      const moved = apply(A, m);
+      m = moved.map((value, i) => value + B[i][0] * y + B_r[i][0] * goal + W[i][0] * (v - u));
+      if (k % every === 0) {
+        result.t.push(k * T);
+        result.z.push(x[1]);
+        result.q.push(x[0]);
+        result.u.push(v);
+      }
+      if (k > 0.9 * ticks) result.rest.push(v);
+      result.full += full ? T : 0;
+      result.peak = Math.max(result.peak, Math.abs(v));
+      result.high = Math.max(result.high, Math.abs(x[1]));
+      if (result.high > LOST) break;
+      const push = k * T >= LOAD_FROM ? w : 0, free = apply(Phi, x);
+      x = free.map((value, i) => value + Gamma[i][0] * late + Gamma[i][1] * push);
+      late = v;
+    }
+    result.end = x[1];
+    return result;
+  }
+
+  // What was proven when the book was built, for this place; null where nothing was.
+  proven({clock, law, limit, counts, r, w}) {
+    const c = this.data.clocks[clock], u_max = this.data.u_max;
+    const coarse = counts ? 2 * Math.PI / this.data.counts[counts] : 0;
+    const noise = coarse ? c.noise === null ? null : c.noise * coarse : 0;
+    const unit = c.asks[law ? 0 : 1], asked = law === 2 ? c.ramp_asks : unit === null ? null : unit * r;
+    const total = noise === null || asked === null ? null : noise + asked;
+    return {noise, asked, total, holds: total !== null && w === 0 && (!limit || total <= u_max)};
+  }
+
+  show(result, ghost, place) {
+    const {law, limit, counts, r, w, clock} = place, {noise, total, holds} = this.proven(place);
+    const {high, peak, full, rest, end} = result, twist = w / this.data.stiffness;
+    const left = Math.abs(end - r - (w ? twist : 0)), lost = high > AWAY * r && left > NEAR * r;
+    const mean = rest.reduce((sum, v) => sum + v, 0) / (rest.length || 1);
+    const rms = Math.sqrt(rest.reduce((sum, v) => sum + (v - mean) ** 2, 0) / (rest.length || 1));
+    const bound = (x, unit) => `≤ ${number(Math.ceil(x * 1e4) / 1e4, unit)}`;
+    const certain = [
+      "The sampled loop is stable for every load from 0.003 to 0.006 kg m², a tick late.",
+      counts ? noise === null ? "No bound of what the encoder's steps ask was found at this clock."
+                              : `The encoder's steps ask ${bound(noise, " N m")}.`
+             : "",
+      total === null ? "No bound of the whole torque was found."
+        : w          ? "With a load torque no bound of the whole was asked for."
+        : limit      ? total <= this.data.u_max
+          ? `All asks ${bound(total, " N m")}: the limit is never reached, for any of these loads.`
+          : `All may ask ${number(total, " N m")}, more than the motor has: no proof reaches this step.`
+                : `All asks ${bound(total, " N m")}, whatever the load.`
+    ];
+    const seen = [
+      `This load turns to ${number(high, " rad")} at most and asks ${number(peak, " N m")}.`,
+      full ? `The limit holds for ${number(1000 * full, " ms")}.` : "",
+      lost ? "It has not come back." : `It ends ${number(end - r, " rad")} from the set point.`,
+      w ? `A load torque twists the shaft by w/k = ${number(twist, " rad")}, behind the encoder.` : "",
+      lost ? "" : `In the last tenth the torque shakes by ${number(rms, " N m rms")}.`
+    ];
+    const list = lines => `<ul>${lines.filter(x => x).map(x => `<li>${x}</li>`).join("")}</ul>`;
+    this.tell(lost ? "infeasible"
+        : holds    ? "feasible"
+                   : "undecided",
+      verdict(lost ? "It runs away."
+          : holds  ? "It settles: proven."
+                   : "It settles here: simulated only.") +
+        `<p><strong>Proven, in fractions and balls, by the package</strong></p>${list(certain)}` +
+        `<p><strong>Simulated in this page, one load</strong></p>${list(seen)}`);
+    const curve = (values, more) => ({points: result.t.map((t, k) => [t, values[k]]), ...more});
+    this.curves("angle", {
+      y: [-0.6 * r, 2.2 * r],
+      labels: "angle (rad)",
+      label: "The load's angle over time",
+      rules: [r],
+      ghosts: ghost ? [{points: ghost.t.map((t, k) => [t, ghost.z[k]])}] : [],
+      lines: [curve(result.q, {colour: "--sos-second", dash: "5 3"}), curve(result.z)]
+    });
+    const most = limit ? 1.2 * this.data.u_max : Math.max(1.2 * this.data.u_max, 1.05 * peak);
+    this.curves("torque", {
+      y: [-most, most],
+      labels: "torque (N m)",
+      label: "The torque over time",
+      rules: [-this.data.u_max, this.data.u_max],
+      lines: [curve(result.u, {colour: "--sos-third"})]
+    });
+    this.goal = r;
+    this.size = 26 + 14 * (place.J - this.data.loads[0]) / (this.data.loads[1] - this.data.loads[0]);
+  }
+
+  pose(result, time) {
+    super.pose(result, time);
+    const {t, z, q, u} = result, at = t.findLastIndex(x => x <= time + 1e-9), k = Math.max(0, at);
+    const disc = (x, size, angle, kind = "sos-part") => {
+      const rim = turn => [round(x + 0.35 * size * Math.sin(turn)), round(70 - size * Math.cos(turn))];
+      const spokes = [0, 1, 2].map(i => `M${x} 70L${rim(angle + 2 * Math.PI * i / 3).join(" ")}`);
+      const [u0, v0] = rim(angle);
+      return `<ellipse class="${kind}" cx="${x}" cy="70" rx="${round(0.35 * size)}" ry="${round(size)}"/>` +
+        `<path class="sos-thin" d="${spokes.join("")}"/>` +
+        `<circle cx="${u0}" cy="${v0}" r="4" style="fill:var(--sos-first)"/>`;
+    };
+    const shaft = Array.from({length: 13}, (_, i) => {
+      const x = 124 + 8 * i, turn = q[k] + (z[k] - q[k]) * i / 12, c = round(9 * Math.cos(turn));
+      return `M${x} ${70 - c}L${round(x + 4 * Math.sin(turn))} ${70 + c}`;
+    });
+    const aim = [0.35 * (this.size + 8) * Math.sin(this.goal), -(this.size + 8) * Math.cos(this.goal)];
+    const force = round(60 * Math.max(-1.3, Math.min(1.3, u[k] / this.data.u_max)));
+    this.find("scene").innerHTML = picture(150, "A motor turns a load through a shaft that twists",
+      `<rect class="sos-part" x="30" y="46" width="56" height="48" rx="5"/>` +
+        `<path class="sos-thin" d="M86 70H100"/>` + disc(108, 30, q[k]) +
+        `<path class="sos-thin" d="M118 61H226M118 79H226"/>` +
+        `<path class="sos-thin" style="stroke:var(--sos-second)" d="${shaft.join("")}"/>` +
+        disc(240, this.size, z[k]) +
+        `<path d="M${round(240 + aim[0])} ${
+          round(70 + aim[1])}l0 -8" style="stroke:var(--sos-bad);stroke-width:3"/>` +
+        `<path class="sos-thin" d="M58 112V122M${58 - 60} 117H${58 + 60}"/>` +
+        `<rect x="${force < 0 ? 58 + force : 58}" y="113" width="${Math.abs(force)}" height="8" ` +
+        `style="fill:var(--sos-third)"/><text x="4" y="140">torque</text>` +
+        `<text x="206" y="140">${round(z[k])} rad</text>`);
+  }
+}
+
+define("sos-drive", Drive);
