@@ -28,7 +28,7 @@ from .run import machine
 __all__ = ["KINDS", "RESULTS", "building", "measured", "player", "structure", "whole"]
 
 RESULTS = Path(__file__).with_name("structures.json")
-MOST_FOR_COST = 60  # modes; the exact proof of a cost takes long beyond
+MOST_FOR_COST = 135  # modes; the exact proof of a cost takes minutes beyond
 
 
 def structure(modes, seed=3, damping=0.005):
