@@ -71,6 +71,34 @@ def test_no_unit_and_no_last_bit_changes_a_verdict(seed):
     assert len(verdicts) == 1 and verdicts.pop()[1:] == (True, 4)
 
 
+@pytest.mark.parametrize("share, status", [(0.8, "feasible"), (1.02, "infeasible")])
+def test_free_multipliers_need_no_box(share, status):
+    """Their blocks are affine in E and A: no quotient moves out of a hull."""
+    plants = levers(1)
+    K = sos.design_pid(plants, region=REGION, coupling="pairs").certify().K
+    sigma = share * min(decay(p, K) for p in (*plants.vertices, *plants.sample(200, 1)))
+    verdicts = set()
+    for how, pace in requests():
+        turn = np.diag([1, how.get("length", 1.0)])
+        gain = how.get("unit", 1.0) * np.hstack(
+            [K[:, :2] @ turn, pace * K[:, 2:] @ turn]
+        )
+        region = sos.PoleRegion(sigma=sigma / pace)
+        found = sos.analyse_pid(
+            levers(1, **how), gain, coupling="multipliers", region=region
+        )
+        proof = found.infeasibility or found.certify()
+        verdicts.add((found.status, proof.proven))
+    assert verdicts == {(status, True)}
+
+
+def decay(plant, K):
+    rows = np.hstack([plant.B @ K[:, :2] - plant.S, plant.B @ K[:, 2:] - plant.D])
+    lower = np.linalg.solve(plant.M, rows)
+    loop = np.vstack([np.eye(4)[2:], lower])
+    return -np.linalg.eigvals(loop).real.max()
+
+
 @pytest.mark.campaign
 def test_four_hundred_requests_keep_their_verdicts():
     units = (*UNITS, 1e9, 1e-9)
