@@ -6,6 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
+from sosbook.exact.checker import verdict
 from sosbook.plants.descriptor import descriptors
 from sosbook.proofs import SmallInputRefusal
 from sosbook.synthesis.feasibility import search
@@ -13,6 +14,9 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.small_input import refuse_by_input
 from tests.least_input import least_input
 from tests.random_plants import ODD, ODD_POWERS, as_units
+from tests.test_near_box import levers
+
+HERE = [1, 0.3, 0.2, 0.1]  # a state of two masses
 
 
 def one_mass(M, D, S, B):
@@ -148,6 +152,15 @@ def test_the_file_says_which_modes():
     assert "1.414 rad/s" in design.reason
     again = proof.data
     assert again["vertex"] == 0 and len(again["spread"]) == 1
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("seed", range(3))
+def test_vertices_near_a_box_are_refused_in_a_text(seed):
+    asked = Request(levers(seed, unit=0.3), saturation=sos.Saturation(1e-3, HERE))
+    proof = refuse_by_input(asked, search)
+    assert asked.near is not None and proof.proven
+    assert verdict.check(proof.text) == list(proof.claims)
 
 
 def moved(seed, share):

@@ -8,10 +8,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from flint import fmpq
 
 import sosbook as sos
 from sosbook.exact.checker import kernel, verdict
-from sosbook.exact.checker.arithmetic import gather
+from sosbook.exact.checker.arithmetic import gather, number
+from sosbook.exact.checker.text import ratio
 from sosbook.exact.proof import Examined
 from sosbook.synthesis.fixed_mode import FixedModeRefusal
 from tests.oracles import mended
@@ -323,3 +325,19 @@ def test_an_author_s_words_rest_on_a_block(bounded):
     theorem["blocks"] = []
     with pytest.raises(kernel.Refused, match="no block"):
         verdict.law(asked)
+
+
+LONG = "9" * 9001
+
+
+@pytest.mark.parametrize("x", ["0", "-3", "7/22", LONG, f"-{LONG}/{LONG[:-1]}8"])
+def test_numbers_of_any_length_are_read(x):
+    """Python alone reads 4300 digits."""
+    assert str(fmpq(ratio(x).numerator, ratio(x).denominator)) == x
+    assert number(x) == ratio(x)
+
+
+@pytest.mark.parametrize("x", ["-0", "07", "4/2", "3/1", "3/0", "1/02", LONG * 12])
+def test_a_fraction_has_one_spelling(x):
+    with pytest.raises(kernel.Refused):
+        ratio(x)

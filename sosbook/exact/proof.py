@@ -8,7 +8,7 @@ import numpy as np
 
 from ..runtime.saying import one_line
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
-from .checker import kernel, verdict
+from .checker import verdict
 from .checker.arithmetic import Beyond, Refused
 from .definite import definite
 from .rational import digit_count
@@ -106,21 +106,11 @@ class Examined:
         return cls(said, blocks, tuple(failed))
 
     @classmethod
-    def by_text(cls, kind, data):
-        """What the kernel says of the text of some ``data`` of a ``kind``.
-
-        That is enough where a theorem is somebody's whose code isn't here.
-        """
-        try:
-            file, claims = verdict.written({"kind": kind, **data})
-            labels = kernel.check(file)
-        except (Refused, Beyond) as fault:
-            return cls.nothing(str(fault))
-        return cls(tuple(claims), dict.fromkeys(labels, np.nan), ())
-
-    @classmethod
     def by_kernel(cls, text):
-        """What the kernel says of the ``text`` of a proof file."""
+        """What the kernel says of the ``text`` of a proof file.
+
+        That is enough where a theorem is somebody's whose code isn't here, too.
+        """
         try:
             return cls(tuple(verdict.check(text)), {}, ())
         except (Refused, Beyond, *verdict.MALFORMED) as fault:

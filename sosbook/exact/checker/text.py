@@ -8,7 +8,6 @@ import re
 from fractions import Fraction
 
 from .arithmetic import gather, integer, need, read
-from .arithmetic import number as value_of
 from .language import Reader, parse
 
 
@@ -38,8 +37,10 @@ def ratio(text):
     """A fraction in lowest terms, in a string."""
     whole = r"0|-?[1-9]\d*(/[1-9]\d*)?"
     good = isinstance(text, str) and re.fullmatch(whole, text, re.ASCII)
-    value, (_, under, bottom) = value_of(text if good else "0"), text.partition("/")
-    good = good and (value.denominator == integer(bottom) > 1 if under else True)
+    top, under, bottom = text.partition("/") if good else ("0", "", "")
+    bottom = integer(bottom or "1")
+    value = Fraction(integer(top), bottom)
+    good = good and value.denominator == bottom and (bottom > 1 or not under)
     need(good, f"{text!r:.40} isn't a fraction")
     return value
 
