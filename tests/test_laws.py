@@ -6,6 +6,7 @@ from pathlib import Path
 import control
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import sosbook as sos
 from sosbook.exact.rational import exact
@@ -69,6 +70,27 @@ def test_a_law_makes_the_loop_that_python_control_makes(seed):
         for plant, poles in zip(plants, d.poles()):
             same(by_hand(plant, rows, law.controller(plant, K)), poles)
         assert (law.gain(plants[0], form.named(K)) == K).all()
+
+
+@pytest.mark.parametrize("tau", [0.3, 9.81e-3])
+@pytest.mark.parametrize("integrate", [False, True])
+def test_a_set_point_is_what_the_law_sees_as_its_error(tau, integrate):
+    """Against the equations, integrated by scipy: the filter sees z - r."""
+    plant = sos.SecondOrderSystem([[0.3]], [[0.981]], [[0]], [[2]])
+    law = sos.PIDLaw(position=[[1]], filter=tau, integrate=integrate)
+    gains = {"K_P": -1.3, "K_D": -0.2} | ({"K_I": -0.3} if integrate else {})
+    loop = sos.analyse_pid(plant, {k: [[x]] for k, x in gains.items()}, law=law)
+    t = np.linspace(0, 9, 91)
+
+    def rate(_, x):
+        z, dz, total, slow = x
+        error = z - 0.7
+        u = gains["K_P"] * error + gains["K_D"] * (error - slow) / tau
+        u += gains.get("K_I", 0) * total
+        return [dz, (2 * u - 0.981 * dz) / 0.3, error, (error - slow) / tau]
+
+    true = solve_ivp(rate, (0, 9), np.zeros(4), "LSODA", t, rtol=1e-10, atol=1e-12)
+    assert np.allclose(loop.simulate(t, r=[0.7]).z[0], true.y[0], atol=1e-7)
 
 
 def test_a_loop_is_proven_and_a_plant_that_breaks_it_named():

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import expm
 
+from ..exact.rational import inverse
 from .checks import numbers
 from .signals import signal_parts, steps
 
@@ -153,10 +154,12 @@ def _flow(generator, span):
 
 
 def _constant(d, B, K, r):
-    """How a constant set point enters x'."""
+    """How a constant set point enters x': by the errors that a gain and memory see."""
     n = len(d.C)
     constant = -B @ (K[:, :n] @ r)
-    constant[2 * n :] -= d.A[2 * n :, :n] @ r
+    memory = d.E[2 * n :, 2 * n :]
+    back = inverse(memory) if memory.dtype == object else np.linalg.inv(memory)
+    constant[2 * n :] -= back @ d.A[2 * n :, :n] @ r
     return constant
 
 
