@@ -157,7 +157,8 @@ def test_librobotcontrols_recorder_records_what_identifies(rc_identify, tmp_path
         assert "end 1 1 0 0" in said and "wrote 1200 rows" in said
     body, wheels = good(tmp_path, WIRED)
     assert body.T == pytest.approx(0.0103)
-    assert abs(wheels.V).max() == pytest.approx(1.85, rel=0.01)
+    assert abs(body.V).max() == pytest.approx(1.85, rel=0.01)
+    assert abs(wheels.V).max() == pytest.approx(5.92, rel=0.01)
 
 
 def test_a_silent_imu_ends_the_recorder_and_keeps_its_rows(rc_identify, tmp_path):

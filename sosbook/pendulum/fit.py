@@ -26,6 +26,11 @@ class Fit:
         coloured.
     residuals : (N,) array
         Measured minus modelled.
+    alone : float, optional
+        Of a body's fit that has f/e of the wheels': e/f by its own log alone.
+    misfit : float
+        Of a fit with a play: the residuals over the signal, rms. Its gears are a
+        spring's and nobody's, so each value may be off by as much.
 
     Examples
     --------
@@ -39,6 +44,8 @@ class Fit:
     values: np.ndarray
     covariance: np.ndarray
     residuals: np.ndarray
+    alone: float | None = None
+    misfit: float = 0.0
 
     def __getitem__(self, name):
         return float(self.values[self.names.index(name)])
@@ -62,7 +69,7 @@ class Fit:
         return float(self[name] - half), float(self[name] + half)
 
 
-def output_error(model, y, start, slopes=None):
+def output_error(model, y, start, slopes=None, step=None, rounds=100):
     """Fit a simulation to what was measured, by least squares.
 
     Parameters
@@ -76,6 +83,11 @@ def output_error(model, y, start, slopes=None):
     slopes : callable, optional
         ``slopes(*values)`` is the (N, p) array of the output's derivatives.
         Without it they are formed by differences.
+    step : float, optional
+        The parameters' relative change for differences: larger than what rounding
+        needs where the model has corners.
+    rounds : int
+        How often the model may be evaluated at most, beside the differences.
 
     Returns
     -------
@@ -98,7 +110,8 @@ def output_error(model, y, start, slopes=None):
             ftol=1e-12,
             xtol=1e-10,
             gtol=1e-12,
-            max_nfev=100,
+            diff_step=step,
+            max_nfev=rounds,
         )
     except (ValueError, OverflowError) as error:
         raise ValueError(

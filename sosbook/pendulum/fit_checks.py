@@ -13,6 +13,10 @@ CONTRADICTION_LIMITS = (0.97, 1.03), (0.8, 1.25)  # beyond: a warning; a refusal
 RESIDUAL_LIMITS = 0.05, 0.25  # residual over signal, rms: a warning; a refusal
 STRUCTURED_RESIDUAL = 3.0  # times its own jitter, a residual is more than noise
 LATENESS_TRIED = 3  # samples of delay that are tried, either way
+UNMODELLED = (
+    "friction, a late sensor, spikes, or play in the gears, which a larger amplitude "
+    "makes small"
+)
 MOST_APART = 1.25  # so far apart may both wheels' e/a be
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
 LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
@@ -55,13 +59,22 @@ def _together(identified, robot):
     """Whether both logs are of one robot, and of one that can be."""
     kappa, both = identified.contradiction, "both logs"
     (low, high), (least, most) = CONTRADICTION_LIMITS
-    if not low <= kappa <= high:
+    if identified.body.alone is not None:
+        if not low <= kappa <= high:
+            yield warning(
+                both,
+                f"f/e is the wheels' log's, which explains the body's as well as its "
+                f"own that is {kappa:.3g} times as much: friction or play hides it in "
+                "the body's motion. A larger amplitude says more",
+            )
+    elif not low <= kappa <= high:
         yield (warning if least <= kappa <= most else refusal)(
             both,
             f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
             "should be one on one robot: wrong counts per turn, a gyro in "
             "another unit, late or askew, V as a duty in one log, swapped "
-            "columns, or friction that is ignored",
+            "columns, friction that is ignored, or play in the gears, beside which "
+            "the motion is small: take friction = true and a larger amplitude",
         )
     for name, value in identified.ratios.items():
         least, most = PLAUSIBLE_RATIOS[name]
@@ -123,14 +136,15 @@ def check_fit(experiment, fits, log, counts):
         return [
             *_residuals(subject, fit, log.gyro, 0.0),
             *_start(subject, fit, log),
-            *_late(subject, "gyro", lateness(fit, log)),
+            *_late(subject, "gyro", lateness(fit, log), fit),
         ]
     findings, one = [], 2 * np.pi / counts / log.T
     for k, fit in enumerate(fits, 1):
         y = np.diff(*log.need(f"encoder{k}")) * one
         which = f"{subject}, encoder{k}" if len(fits) > 1 else subject
         findings += _residuals(which, fit, y, one)
-        findings += _late(subject, f"encoder{k}", wheel_lateness(fit, y, log))
+        late = wheel_lateness(fit, y, log)
+        findings += _late(subject, f"encoder{k}", late, fit)
     return [*findings, *_alike(subject, fits)]
 
 
@@ -145,12 +159,12 @@ def _residuals(subject, fit, y, quantum):
     if relative > RESIDUAL_LIMITS[1]:
         yield refusal(subject, text + ": the model isn't this log's")
     elif relative > RESIDUAL_LIMITS[0] and fit.rms > 1.5 * quantum:
-        yield warning(subject, text + ": friction, a late sensor or spikes?")
+        yield warning(subject, f"{text}: {UNMODELLED}?")
     elif fit.rms > STRUCTURED_RESIDUAL * floor and relative > 0.005:
         yield warning(
             subject,
             f"{text}, {fit.rms / floor:.1f} times its own noise: something isn't "
-            "modelled (friction, backlash, a late sensor)",
+            f"modelled ({UNMODELLED})",
         )
 
 
@@ -181,10 +195,10 @@ def _alike(subject, fits):
         )
 
 
-def _late(subject, column, late):
-    """What to say of a column that is so many samples late."""
+def _late(subject, column, late, fit):
+    """What to say of a column that is so many samples late; play may do it."""
     if late:
-        yield (refusal if abs(late) >= 1 else warning)(
+        yield (warning if "play" in fit.names else refusal)(
             subject,
             f"{column} seems to be {abs(late):g} sample(s) "
             f"{'late' if late > 0 else 'early'} against V: read the sensors "
@@ -264,7 +278,9 @@ def widened(identified):
 
     To what noise explains, each of the four ratios gets a quarter of
     the disagreement of e/f, which is what the pendulum in the middle
-    moves it by, and e/a and f/a half the difference of the two wheels.
+    moves it by, and e/a and f/a half the difference of the two wheels. It counts
+    up to the largest that is allowed; more says that a log doesn't know e/f. What a
+    fit with a play leaves, its misfit, is taken for two standard deviations.
 
     Parameters
     ----------
@@ -276,11 +292,14 @@ def widened(identified):
     (5,) array
         In the order of ``identified.ratios``.
     """
-    apart = abs(np.log(identified.contradiction)) / 4
+    most = CONTRADICTION_LIMITS[1][1]
+    apart = abs(np.log(np.clip(identified.contradiction, 1 / most, most))) / 4
     variance = np.diag(identified.covariance).copy()
     for k, (name, value) in enumerate(identified.ratios.items()):
         if name != "d_c":
             variance[k] += (apart * value) ** 2
+        fit = identified.body if name.endswith("c") else identified.wheels[0]
+        variance[k] += (fit.misfit * value / 2) ** 2
         if name in ("e_a", "f_a"):
             variance[k] += np.ptp([fit[name] for fit in identified.wheels]) ** 2 / 4
     return np.sqrt(variance)

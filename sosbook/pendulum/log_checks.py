@@ -143,7 +143,7 @@ def _encoder(subject, log, column, y, robot):
     turn = 2 * np.pi / (robot.counts if robot else 2000.0)
     rate = np.diff(y) * turn / np.diff(log.t)
     yield from _fast(subject, column, rate, "are the counts per turn right?")
-    yield from _glitches(subject, log, column, _spikes(y)[0])
+    yield from _glitches(subject, log, column, _spikes(y, 1.0)[0])
 
 
 def _fast(subject, column, rate, question):
@@ -156,10 +156,13 @@ def _fast(subject, column, rate, question):
         )
 
 
-def _spikes(y):
-    """The samples that stand alone, and those before the larger jumps beside them."""
+def _spikes(y, least=1e-12):
+    """The samples that stand alone, and those before the larger jumps beside them.
+
+    A step of ``least`` is usual.
+    """
     step = np.diff(y)
-    usual = np.quantile(abs(np.diff(step)), 0.9) + 1e-12
+    usual = max(np.quantile(abs(np.diff(step)), 0.9), least)
     alone = (abs(np.diff(step)) > SPIKE_STEPS * usual) & (step[1:] * step[:-1] < 0)
     places = np.flatnonzero(alone)
     later = abs(step[places]) <= abs(step[places + 1])

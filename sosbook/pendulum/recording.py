@@ -15,7 +15,9 @@ from .template import fill
 
 __all__ = ["board_files", "recorders", "sweeps", "write_recorders"]
 
-AMPLITUDE_SHARE = 0.25  # of the limit: the thesis's 1.85 V of 7.4 V
+#: Of the limit, the sines' amplitudes: the thesis's 1.85 V of 7.4 V, with which no
+#: body swings over; free wheels may get most, beside which friction and play are small.
+AMPLITUDE_SHARES = {"body": 0.25, "wheels": 0.8}
 SWEEP_SECONDS = 30.0  # either way, as in the thesis
 INERTIA_GUESS = 1.4  # of the body about the axle, over M_b l^2
 BODY_SWEEP = 0.5, 10.0  # times the frequency at which the body swings
@@ -61,7 +63,7 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
     robot : Robot
         Its clock, limit, board and channels.
     amplitude : float, optional
-        The sines' amplitude, in V; a quarter of the limit without it.
+        Both sines' amplitude, in V; without it `AMPLITUDE_SHARES` of the limit.
     seconds : float
         How long a sweep takes, either way, in s.
 
@@ -84,40 +86,40 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
     >>> "rc_identify.c" in recorders(Robot.shipped("thesis"))
     True
     """
-    amplitude = AMPLITUDE_SHARE * robot.limit if amplitude is None else amplitude
-    if positive("amplitude", amplitude) > robot.limit:
+    if amplitude is not None and positive("amplitude", amplitude) > robot.limit:
         raise ValueError(
             f"amplitude must be at most limit = {robot.limit:g} V, got {amplitude!r}"
         )
+    volts = {
+        name: float(share * robot.limit if amplitude is None else amplitude)
+        for name, share in AMPLITUDE_SHARES.items()
+    }
     note = [
         written_by(),
         f"robot: {robot.words}",
-        f"sweep: {amplitude:g} V for {seconds:g} s either way",
+        f"sweeps: {volts['body']:g} V for the body, {volts['wheels']:g} V for the "
+        f"wheels, for {seconds:g} s either way",
     ]
     ends = {
-        name.upper(): [float(f"{x:.6g}") for x in pair]
+        name.upper(): [float(f"{x:.6g}") for x in (*pair, volts[name])]
         for name, pair in sweeps(robot).items()
     }
-    values = {
-        "HERTZ": 1 / robot.T,
-        "AMPLITUDE": float(amplitude),
-        "SECONDS": float(positive("seconds", seconds)),
-    }
+    values = {"HERTZ": 1 / robot.T, "SECONDS": float(positive("seconds", seconds))}
     rows = {"ROWS": round(2 * seconds / robot.T)}
     sketch = {x: single(value) for x, value in values.items()} | rows
-    sketch |= {x: f"{{{', '.join(map(single, pair))}}}" for x, pair in ends.items()}
+    sketch |= {x: f"{{{', '.join(map(single, sweep))}}}" for x, sweep in ends.items()}
     sketch["TICK"] = f"{round(1e6 * robot.T)}UL"
     files = {"identify/identify.ino": fill("identify.ino", note, sketch)}
     files |= board_files("identify", robot, note)
     if robot.board != "beaglebone":
         return files
-    board = {x: values[x] for x in ("AMPLITUDE", "SECONDS")} | rows
-    board |= {x: "{{{}, {}}}".format(*pair) for x, pair in ends.items()}
+    board = {"SECONDS": values["SECONDS"]} | rows
+    board |= {x: "{{{}, {}, {}}}".format(*sweep) for x, sweep in ends.items()}
     files |= rc_robot(robot, robot.T)
     files["rc_identify.c"] = fill("rc_identify.c", note, board)
     if wired_as_pyctrl(robot):
         signs = pyctrl_signs(robot)
-        script = {x: "{}, {}".format(*pair) for x, pair in ends.items()}
+        script = {x: "{}, {}, {}".format(*sweep) for x, sweep in ends.items()}
         script |= {
             "BATTERY": robot.nominal,
             "COUNTS_PER_TURN": PYCTRL_COUNTS_PER_TURN,

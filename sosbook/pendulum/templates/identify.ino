@@ -14,11 +14,11 @@
 
 static const unsigned long TICK = 10000UL; /* us */
 static const float HERTZ = 100.0f;
-static const float AMPLITUDE = 1.85f; /* V, of the sine */
 static const float SECONDS = 30.0f; /* s, of the sweep, either way */
 static const long ROWS = 6000;
-static const float BODY[2] = {1.1f, 21.0f}; /* Hz, the sweep's ends */
-static const float WHEELS[2] = {0.3f, 30.0f}; /* Hz */
+/* The sweep's ends in Hz, and the sine's amplitude in V. */
+static const float BODY[3] = {1.1f, 21.0f, 1.85f};
+static const float WHEELS[3] = {0.3f, 30.0f, 5.92f};
 
 static const float *sweep = 0; /* not while the motors are off */
 static long row;
@@ -52,7 +52,7 @@ static void begin(const float *ends, const char *names)
 static float chirp(float t)
 {
     const float s = t < SECONDS ? t : 2 * SECONDS - t;
-    const float volts = AMPLITUDE * sinf(6.2831853f * turns);
+    const float volts = sweep[2] * sinf(6.2831853f * turns);
     turns += (sweep[0] + (sweep[1] - sweep[0]) * s / SECONDS) / HERTZ;
     turns -= floorf(turns);
     return volts;

@@ -21,11 +21,10 @@ from pyctrl.block import BufferBlock, Filter
 
 TURN = 6.283185307179586  # rad
 HERTZ = 100.0
-AMPLITUDE = 1.85  # V, of the sine
 SECONDS = 30.0  # s, of the sweep, either way
 ROWS = 6000
-BODY = 1.1, 21.0  # Hz, the sweep's ends
-WHEELS = 0.3, 30.0  # Hz
+BODY = 1.1, 21.0, 1.85  # the sweep's ends in Hz, and the sine's amplitude in V
+WHEELS = 0.3, 30.0, 5.92
 BATTERY = 7.4  # V; pyctrl doesn't measure it
 COUNTS_PER_TURN = 2133.42  # of a wheel, as pyctrl has it
 MOTOR_POLARITY = (1, 1)  # left and right, times pyctrl's own
@@ -59,9 +58,9 @@ class Record(Filter, BufferBlock):
 
     def chirp(self, t):
         """The sine's next value; its frequency goes up and comes back."""
-        low, high = BODY if self.experiment == "body" else WHEELS
+        low, high, top = BODY if self.experiment == "body" else WHEELS
         s = t if t < SECONDS else 2 * SECONDS - t
-        volts = round(AMPLITUDE * math.sin(TURN * self.turns), 5)
+        volts = round(top * math.sin(TURN * self.turns), 5)
         self.turns = (self.turns + (low + (high - low) * s / SECONDS) / HERTZ) % 1.0
         return volts
 

@@ -18,12 +18,12 @@
 #include <string.h>
 #include "rc_robot.h"
 
-#define AMPLITUDE 1.85 /* V, of the sine */
 #define SECONDS 30.0 /* s, of the sweep, either way */
 #define ROWS 6000
 
-static const double BODY[2] = {1.1, 21.0}; /* Hz, the sweep's ends */
-static const double WHEELS[2] = {0.3, 30.0}; /* Hz */
+/* The sweep's ends in Hz, and the sine's amplitude in V. */
+static const double BODY[3] = {1.1, 21.0, 1.85};
+static const double WHEELS[3] = {0.3, 30.0, 5.92};
 
 static struct {
     double t, V, gyro;
@@ -39,7 +39,7 @@ static volatile int rows;
 static double chirp(double t)
 {
     const double s = t < SECONDS ? t : 2 * SECONDS - t;
-    const double volts = AMPLITUDE * sin(TURN * turns);
+    const double volts = sweep[2] * sin(TURN * turns);
     turns += (sweep[0] + (sweep[1] - sweep[0]) * s / SECONDS) / RATE_HZ;
     turns -= floor(turns);
     return volts;
