@@ -148,6 +148,9 @@ SPOILT = {
         "must be positive",
     ),
     "V zero": (lambda b, w: (rewritten(b, V=np.zeros_like), w), "V reaches 0"),
-    "a dead encoder": (lambda b, w: (b, both(w, np.zeros_like)), "the fit|model"),
+    "a dead encoder": (
+        lambda b, w: (b, both(w, np.zeros_like)),
+        "says the same all the time",
+    ),
     "not at rest": (lambda b, w: (cut(b, 33), w), "rest"),
 }

@@ -6,6 +6,8 @@ all.
 
 from pathlib import Path
 
+import numpy as np
+
 from ..runtime.digests import digest
 from ..runtime.reading import read_bytes
 from .fit_spread import FitSpread
@@ -16,6 +18,8 @@ from .rig import DATA
 from .robot import Robot
 
 __all__ = ["Deployment", "deploy", "described", "inspect", "recommend"]
+
+SPREAD = 0.04  # of e/c and e/a, at least: that of (4.25)
 
 
 def recommend(mip, R=20.0, **asked):
@@ -61,7 +65,9 @@ def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
         header says so.
     confidence : float, optional
         With it all five ratios are uncertain: the spread is the `FitSpread` of the
-        logs, around the ellipsoid of this probability. Not beside ``spread``.
+        logs, around the ellipsoid of this probability. Not beside ``spread``. Without
+        both the spread of e/c and e/a is that of (4.25), or the logs' own 95 %
+        interval where that is wider.
     **asked
         As for `recommend`; a described robot's R is searched.
 
@@ -87,6 +93,7 @@ def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
         if "spread" in asked:
             raise ValueError("give spread or confidence: each says which robots")
         asked["spread"] = FitSpread.of(identified, sd, confidence)
+    asked.setdefault("spread", least_spread(identified.ratios, sd))
     data = {
         f"log of the {name}": f"{Path(path).name}, sha256 {digest(read_bytes(path))}"
         for name, path in (("body", body), ("wheels", wheels))
@@ -95,6 +102,8 @@ def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
         f"{name.replace('_', '/')} = {value:.5g} +- {1.96 * s:.2g}"
         for (name, value), s in zip(identified.ratios.items(), sd)
     )
+    data["what the numbers mean"] = in_words(identified.mip, seen.robot.limit)
+    data["of these intervals"] = covered(identified.ratios, sd, asked["spread"])
     data["the two logs"] = (
         f"e/f by the wheels over e/f by the body: {identified.contradiction:.4f}; "
         "the intervals hold this disagreement and that of the wheels"
@@ -104,6 +113,58 @@ def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
         data[f"warning {k}"] = forced + str(finding)
     return recommend(
         identified.mip, identified=identified, data=data, robot=seen.robot, **asked
+    )
+
+
+def least_spread(ratios, sd):
+    """That of (4.25), or what holds the 95 % intervals of e/c and e/a.
+
+    The ``sd`` are the standard deviations of the ``ratios``, in their order.
+    """
+    known = dict(zip(ratios, sd))
+    widest = max(1.96 * known[x] / ratios[x] for x in ("e_c", "e_a"))
+    if widest <= SPREAD:
+        return SPREAD
+    if widest >= 1:
+        raise ValueError(
+            f"the logs know e/c or e/a to {100 * widest:.0f} % only, which no program "
+            "can stand: sweep longer, or with a larger V"
+        )
+    return float(np.ceil(1000 * widest) / 1000)
+
+
+def covered(ratios, sd, spread):
+    """Which of the ratios' 95 % intervals the proven set holds, in words.
+
+    The ``sd`` are the standard deviations of the ``ratios``, of which the ``spread``
+    is a number or a `FitSpread`.
+    """
+    if isinstance(spread, FitSpread):
+        return "the proofs' robots are those of the ellipsoid below, of all five"
+    words = []
+    for (name, value), s in zip(ratios.items(), sd):
+        half = 1.96 * s / value
+        if half > (spread if name in ("e_c", "e_a") else 0):
+            words.append(f"{name.replace('_', '/')} ({100 * half:.2g} %)")
+    return (
+        f"NOT in the proofs' robots: {', '.join(words)}, beyond the spread below; "
+        "confidence = 0.99 (--confidence 0.99) takes all five"
+    )
+
+
+def in_words(mip, limit):
+    """What a data sheet, a pair of scales and a stopwatch know of a pendulum.
+
+    Both motors of the ``mip`` get the ``limit``, in V.
+    """
+    inertia = mip.c - mip.J
+    return (
+        f"each motor stalls at {mip.e * limit / 2:.3g} N m and runs freely at "
+        f"{30 / np.pi * limit * mip.e / mip.f:.0f} rpm with {limit:g} V: what does "
+        f"the sheet say? The body's inertia about the axle is {inertia:.3g} kg m^2, a "
+        f"wheel's {mip.I_w - mip.J / 2:.3g}. Unpowered and upside down, without the "
+        f"gears' drag, ten swings take {20 * np.pi * np.sqrt(mip.c / mip.d):.1f} s by "
+        "a stopwatch"
     )
 
 

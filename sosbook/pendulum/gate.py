@@ -47,7 +47,8 @@ class Inspection:
         try:
             identified = identify(body, wheels, **robot.identification)
         except ValueError as error:
-            findings.append(Finding("refused", "the fit", str(error)))
+            if not refused(findings):  # a log that is wrong says why itself
+                findings.append(Finding("refused", "the fit", str(error)))
         else:
             findings += check_fits(identified, body, wheels, robot)
         return cls(robot, body, wheels, identified, tuple(findings))

@@ -12,6 +12,7 @@ __all__ = ["check_log"]
 SPIKE_STEPS = 12.0  # times the usual step away from both neighbours
 CLIPPED_SAMPLES = 4  # samples in a row at the very largest value
 WRAP_SHARE = 2 / 3  # of the gyro's whole span: a jump beyond it goes over the end
+FROZEN_SHARE = 0.1  # of a log, in which a gyro that lives doesn't say the same
 SAMPLES_AT_REST = 10  # at the beginning of a log
 FASTEST_RATE = 60.0  # rad/s, 573 rpm at the wheel or 3400 deg/s of a body
 PLAUSIBLE_VOLTS = 0.2, 60.0  # of a plausible chirp
@@ -78,6 +79,15 @@ def _gyro(subject, log, y, robot):
             "gyro has whole numbers: is it raw, or an encoder's column? It must be in "
             "rad/s",
         )
+    still = np.flatnonzero(np.diff(y))
+    longest = np.diff(np.concatenate([[0], still + 1, [len(y)]])).max()
+    if longest > max(FROZEN_SHARE * len(y), CLIPPED_SAMPLES):
+        yield refusal(
+            subject,
+            f"gyro says the same for {longest} samples: it is frozen, or the body is "
+            "blocked. Look at its wires and record it anew",
+        )
+        return
     yield from _fast(subject, "gyro", y, "is it in deg/s? It must be in rad/s")
     top = abs(y).max()
     for end in (y.max(), y.min()):
@@ -140,6 +150,13 @@ def _encoder(subject, log, column, y, robot):
             f"{column} has fractions: it must be in counts, not in rad or degrees, "
             "and no gyro's column",
         )
+    if np.ptp(y) == 0:
+        yield refusal(
+            subject,
+            f"{column} says the same all the time: is the motor or the encoder dead, "
+            "or V too small to turn the wheel?",
+        )
+        return
     turn = 2 * np.pi / (robot.counts if robot else 2000.0)
     rate = np.diff(y) * turn / np.diff(log.t)
     yield from _fast(subject, column, rate, "are the counts per turn right?")
