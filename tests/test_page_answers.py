@@ -189,7 +189,7 @@ def test_what_an_address_asks_in_vain_is_said(visit, tmp_path, tag):
     sheet = write_page(tmp_path / "sheet.html", FIRST[tag])
     tab, ask = visit(sheet), f"document.querySelector('{tag}')"
     start = tab.page.evaluate(f"Object.entries({ask}.address)")
-    free = {*"MDSBFU", "lines", "words"}  # texts: tests/test_own_plant, _own_theorem
+    free = {*"MDSBFU", "lines", "words"}  # texts: tests/test_bench, _own_theorem
     keys = [key for key, _ in start if key not in free]
     for turn in range(2):
         asked = [(key, WORDS[(k + turn) % 7]) for k, key in enumerate([*keys, "wings"])]

@@ -4,10 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..plants.checks import finite
+from ..plants.checks import finite, positive
 from .lmi_region import LMIRegion, Region
 
 __all__ = ["LMIRegion", "PoleRegion", "Region"]
+
+SETTLED = 4.0  # time constants: exp(-4) is 2 %
 
 
 class PoleRegion(Region):
@@ -24,6 +26,11 @@ class PoleRegion(Region):
         |s| < rho, in rad/s.
     theta_deg : float, optional
         theta in degrees, instead of radians.
+    settling_time : float, optional
+        Seconds in which exp(-sigma t) is down to 2 %, instead of sigma = 4 / time.
+    overshoot : float, optional
+        Of one mode alone that is let go, 0.05 for 5 %, instead of theta: its logarithm
+        is -pi / tan(theta). Several modes together may overshoot more.
 
     Raises
     ------
@@ -40,6 +47,8 @@ class PoleRegion(Region):
     >>> region = PoleRegion(sigma=0.7, theta=np.pi / 4, rho=5)
     >>> region.distances([-1 + 0.5j])["half-plane"]
     array([0.3])
+    >>> PoleRegion(settling_time=5).sigma
+    0.8
     """
 
     def __init__(
@@ -49,7 +58,23 @@ class PoleRegion(Region):
         rho: float | None = None,
         *,
         theta_deg: float | None = None,
+        settling_time: float | None = None,
+        overshoot: float | None = None,
     ) -> None:
+        if settling_time is not None:
+            if sigma is not None:
+                raise ValueError("give sigma or settling_time, not both")
+            sigma = SETTLED / positive("settling_time", settling_time)
+        if overshoot is not None:
+            if theta is not None or theta_deg is not None:
+                raise ValueError("give theta, theta_deg or overshoot, not several")
+            share = positive("overshoot", overshoot)
+            if share >= 1:
+                raise ValueError(
+                    f"overshoot = {overshoot} must be below 1: it is a share, 0.05 "
+                    "for 5 %"
+                )
+            theta = float(np.arctan2(np.pi, -np.log(share)))
         if theta_deg is not None:
             if theta is not None:
                 raise ValueError("give theta (in radians) or theta_deg, not both")

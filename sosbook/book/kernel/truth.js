@@ -4,25 +4,27 @@ import {descriptors} from "./descriptor.js";
 import {combined, identity, inner, matrix, norm, place, solve, times, transposed, zeros} from "./matrices.js";
 import {eigenvalues, exponential, lyapunov} from "./spectrum.js";
 
+// The gain of C inv(sI - A) B + through I at s = jw, by real matrices of twice the size.
+export function gainAt(A, B, C, w, through = 0) {
+  const n = A.rows, left = zeros(2 * n, 2 * n), right = zeros(2 * n, B.cols);
+  place(place(left, 0, 0, A, -1), n, n, A, -1);
+  for (let i = 0; i < n; i++) {
+    left.at[i * 2 * n + n + i] = -w;
+    left.at[(n + i) * 2 * n + i] = w;
+  }
+  const X = solve(left, place(right, 0, 0, B));
+  if (!X) return Infinity;
+  const half = from => times(C, {rows: n, cols: B.cols, at: X.at.slice(from * B.cols, (from + n) * B.cols)});
+  const re = half(0), im = half(n), both = zeros(2 * re.rows, 2 * re.cols);
+  if (through) place(re, 0, 0, identity(re.rows, through));
+  place(place(both, 0, 0, re), re.rows, re.cols, re);
+  return norm(place(place(both, 0, re.cols, im, -1), re.rows, 0, im));
+}
+
 // The norm of C inv(sI - A) B. A level is too low where the Hamiltonian matrix has
 // imaginary eigenvalues; between them it is raised (Bruinsma and Steinbuch 1990).
 function hinfNorm(A, B, C) {
-  const n = A.rows;
-  const at = w => {  // the gain at s = jw, by real matrices of twice the size
-    const left = zeros(2 * n, 2 * n), right = zeros(2 * n, B.cols);
-    place(place(left, 0, 0, A, -1), n, n, A, -1);
-    for (let i = 0; i < n; i++) {
-      left.at[i * 2 * n + n + i] = -w;
-      left.at[(n + i) * 2 * n + i] = w;
-    }
-    const X = solve(left, place(right, 0, 0, B));
-    if (!X) return Infinity;
-    const half = from =>
-      times(C, {rows: n, cols: B.cols, at: X.at.slice(from * B.cols, (from + n) * B.cols)});
-    const re = half(0), im = half(n), both = zeros(2 * re.rows, 2 * re.cols);
-    place(place(both, 0, 0, re), re.rows, re.cols, re);
-    return norm(place(place(both, 0, re.cols, im, -1), re.rows, 0, im));
-  };
+  const n = A.rows, at = w => gainAt(A, B, C, w);
   let level =
     Math.max(at(0), ...eigenvalues(A).filter(([, im]) => im >= 0).map(([re, im]) => at(Math.hypot(re, im))));
   const push = times(B, transposed(B)), out = times(transposed(C), C);

@@ -76,7 +76,7 @@ def live(element):
     Parameters
     ----------
     element : elements.Explorer
-        As `atlas.design_explorer` and `atlas.own_plant` return it.
+        As `atlas.design_explorer` and `atlas.bench` return it.
 
     Returns
     -------

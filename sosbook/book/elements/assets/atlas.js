@@ -259,6 +259,9 @@ export class Atlas extends PageElement {
     return new Plot({x: [middle - half, middle + half], y: [-tall, tall], labels: S_PLANE});
   }
 
+  // Where the coordinates shall go.
+  get targets() { return this.data.r; }
+
   // What a subclass draws over the poles and over the response.
   overPoles(_plot) {}
   overResponse(_plot) {}
@@ -298,7 +301,7 @@ export class Atlas extends PageElement {
       plot.absent("no design", 40);
       return plot.svg(`Step response: none, ${status}.`);
     }
-    for (const target of new Set(r)) plot.rule("sos-target", [0, horizon], [target, target]);
+    for (const target of new Set(this.targets)) plot.rule("sos-target", [0, horizon], [target, target]);
     for (const rows of all) {
       r.forEach((_, i) => plot.line(
                   rows.map((row, k) => [k * horizon / steps, row[i]]), COLOURS[i % 4], DASHES[i % 4]));

@@ -23,26 +23,46 @@ function general(x, digits = 3) {
   return `${Number(mantissa)}e${e < 0 ? "-" : "+"}${String(Math.abs(e)).padStart(2, "0")}`;
 }
 
-// "1 2; 3 4", lines of numbers, or [[1, 2], [3, 4]] as Python writes it.
-export function parsed(name, text) {
-  const [glued] = /[[\]]/.test(text) ? [] : /[^\s,;]+,[^\s;]+/.exec(text) || [];
-  if (glued)
-    refuse(`${name}: "${
-      glued}" may be one number or several. Write decimals with a point, and a blank between numbers.`);
-  const rows = text.replace(/\]\s*,?\s*\[/g, ";")
+// "1 2; 3 4", lines of words, or [[1, 2], [3, 4]] as Python writes it: rows of words, with a point
+// for a decimal comma. "1,5" is one number where a row has blanks as well, or M, D, S would not be
+// square otherwise.
+export function words(name, text) {
+  const lists = /[[\]]/.test(text),
+        rows = text.replace(/\]\s*,?\s*\[/g, ";")
                  .replace(/[[\]]/g, " ")
+                 .replace(/[ \t]+([-+*])[ \t]+/g, "$1")
                  .split(/[;\n]/)
                  .map(row => row.trim().replace(/\s*,$/, ""))
-                 .filter(row => row)
-                 .map(row => row.split(/\s*,\s*|\s+/));
-  const word = rows.flat().find(x => Number.isNaN(number(x)));
-  if (word !== undefined) refuse(`${name}: "${word}" is no number.`);
-  rows.forEach((row, k) => {
-    if (row.length === rows[0].length) return;
+                 .filter(row => row);
+  const glued = lists ? [] : rows.flatMap(row => row.split(/\s+/)).filter(x => /^[^,]+,[^,]/.test(x));
+  const commas = glued.length && decimals(name, rows, glued);
+  if (commas === undefined)
+    refuse(`${name}: "${
+      glued[0]}" may be one number or several. Write decimals with a point, and a blank between numbers.`);
+  const list = rows.map(row => (commas ? row.replace(/(\d),(\d)/g, "$1.$2") : row).split(/\s*,\s*|\s+/));
+  list.forEach((row, k) => {
+    if (row.length === list[0].length) return;
     refuse(`${name} must be a real matrix: its rows have different lengths; row ${k + 1} has ${
-      row.length} numbers, the first has ${rows[0].length}.`);
+      row.length} numbers, the first has ${list[0].length}.`);
   });
-  return rows.map(row => row.map(number));
+  return list;
+}
+
+// Whether commas between digits are decimal: undefined where nobody can tell.
+function decimals(name, rows, glued) {
+  const one = /^[-+−]?\d+,\d+(e[-+]?\d+)?$/i, several = row => /\S\s+\S/.test(row);
+  if (!glued.every(x => one.test(x)) || /\d\.\d/.test(rows.join()))
+    return rows.some(several) ? undefined : false;
+  if (rows.some(several)) return true;
+  if (!"MDS".includes(name)) return undefined;
+  return rows.length !== 2;
+}
+
+// The same as rows of numbers.
+export function parsed(name, text) {
+  const list = words(name, text), word = list.flat().find(x => Number.isNaN(number(x)));
+  if (word !== undefined) refuse(`${name}: "${word}" is no number.`);
+  return list.map(row => row.map(number));
 }
 
 function sized(name, X) {

@@ -29,16 +29,19 @@ export class Explorer extends Atlas {
   // ---------------------------------------------------------------- controls
   sliders() {
     return this.data.sliders
-      .map((s, k) => slider({
+      .map((s, k) => this.control(k, slider({
         id: `${this.name}-${k}`,
         key: s.key,
         label: s.label,
         max: STEPS,
         step: "any",
         value: placeOf(s, s.value)
-      }))
+      })))
       .join("");
   }
+
+  // A slider and what a subclass puts beside it.
+  control(_k, slider) { return slider; }
 
   get solver() { return solverOf(this); }
 

@@ -1,20 +1,26 @@
 // The Python of a design, as readers copy it.
-export const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]` : String(x);
+export const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]`
+  : typeof x === "string" ? JSON.stringify(x)
+                          : String(x);
 
 // A plant, then a call of the package; arguments are [name, text], and those without a text are
 // left out.
-export function program({vertices}, call, words, notes = []) {
-  const plants = vertices.map(v => "sos.SecondOrderSystem(\n" +
-      Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") + ")");
+export function program({vertices, family}, call, words, notes = [], more = "") {
+  const plants = family
+    ? [`sos.Uncertain.read(sos.SecondOrderSystem, {\n${
+        Object.entries(family).map(([name, X]) => `    "${name}": ${list(X)},\n`).join("")}}, rows=True)`]
+    : vertices.map(v => "sos.SecondOrderSystem(\n" +
+          Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") +
+          ")");
   const plant = plants.length === 1 ? plants[0] : `sos.Polytope([\n${plants.join(",\n")}])`;
   const given = words.filter(([, text]) => text).map(([name, text]) => `    ${name}=${text},\n`).join("");
   return `import sosbook as sos\n${notes.map(note => note + "\n").join("")}\nplant = ${plant}\ndesign = sos.${
            call}(\n    plant,\n${given})\n` +
-    "print(design.status)\nprint(design.K)\n";
+    `print(design.status)\nprint(design.K)\n${more}`;
 }
 
 // The design of what is asked: `program_data`, and bounds by name in the units shown.
-export function design({request, x0, mu, cost, own = []}, bounds) {
+export function design({request, x0, mu, cost, own = [], clock = null}, bounds) {
   const {U, K_A, coupling} = request;
   const rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
   const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]]
@@ -33,5 +39,13 @@ export function design({request, x0, mu, cost, own = []}, bounds) {
       ["requirements", rest.length && `[${rest.join(", ")}]`],
       ["coupling", coupling !== "pairs" && `"${coupling}"`]
     ],
-    [...new Set(own.map(({note}) => note).filter(note => note))]);
+    [...new Set(own.map(({note}) => note).filter(note => note))], clock ? sampled(clock, bounds) : "");
+}
+
+// The same gain with a clock, and an observer for what isn't measured.
+function sampled({measured, T, delay}, {u_max}) {
+  const names = measured ? `${list(measured)}, ` : "";
+  return `controller = design.controller(${names}T=${T}${delay ? `, delay=${delay}` : ""})\n` +
+    (u_max === undefined ? "" : `controller = controller.limit(u_max=${u_max})\n`) +
+    `print(controller.certify(time_limit=60))\nprint(design.report("report", controller=controller))\n`;
 }

@@ -1,0 +1,345 @@
+// A plant of the reader's own, from an engineer's words to a proven gain: matrices to type, with
+// ranges or several plants; the explorer's sliders with a field for each number; what is true at
+// all corners; and outputs to take home.
+import {Fault, parsed, refusals} from "./checks.js";
+import {plants} from "./corners.js";
+import {Explorer} from "./explorer.js";
+import {BOXES, compact, dataOf, FIELDS, requestOf, STRANGE} from "./form.js";
+import {judged, quiet, table} from "./judge.js";
+import {announce, capital, clamp, clean, define, escape, number, QUIET, select} from "./kit.js";
+import * as outputs from "./outputs.js";
+import * as python from "./program.js";
+import {beyond, fields, rest, shownIn, valueOf, widen} from "./wishes.js";
+
+const CHANGED =
+  "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
+const NUMBER = {
+  words: undefined
+};  // the field of a slider's own number
+const PAUSE = 300;  // ms without a move, before the address and the way back know it
+const PAST = 200;   // settings that "Undo" goes back
+
+class Bench extends Explorer {
+  get buttons() {
+    const [, ...others] = super.buttons;
+    return [
+      ["undo", "Undo"], ["reset", "Reset the sliders"], ...others, ["c", "As C"], ["json", "As JSON"],
+      ["report", "Report"]
+    ];
+  }
+
+  markup() {
+    const field = ([name, words, shape, box]) =>
+      `<div class="sos-field"${box ? ` data-box="${box}" hidden` : ""}>` +
+      `<label for="${this.name}-${name}">${words} <span class="sos-soft">${shape}</span></label>` +
+      `<textarea id="${this.name}-${name}" data-field="${name}" rows="4" spellcheck="false" ${
+        QUIET}></textarea></div>`;
+    const box = ([key, words]) =>
+      `<label class="sos-check"><input type="checkbox" data-wanted="${key}" ${QUIET}> ${words}</label>`;
+    const names = this.data.examples.map(({name}) => name);
+    return `<div class="sos-form">${
+             select({id: `${this.name}-example`, key: "example", label: "Start from", names})}` +
+      `<p class="sos-soft">A row of numbers a line, or 1 0; 0 1. An empty line between two matrices: two plants, and one gain for both.</p><div class="sos-fields">${
+        FIELDS.map(field).join("")}</div>` +
+      `<div class="sos-row"><button type="button" class="sos-button sos-design" ${
+        QUIET}>Design for these matrices</button>${BOXES.map(box).join("")}</div>` +
+      `<p class="sos-fault" role="alert"></p><p class="sos-note" role="status"></p></div><div class="sos-inner"></div>`;
+  }
+
+  inner() { return super.markup().replace(`<div class="sos-buttons">`, `<div class="sos-judged"></div>$&`); }
+
+  // A slider has fields for its number, and for the same in an engineer's words.
+  control(k, slider) { return `<div>${slider}${fields(this.name, k, this.data.sliders[k])}</div>`; }
+
+  wire() {
+    Object.assign(refusals, this.data.refusals);
+    const linked = this.linked(),
+          on = (name, kind, act) =>
+            this.view.querySelectorAll(name).forEach(part => part.addEventListener(kind, act));
+    this.past = [];
+    on("select", "change", () => {
+      this.fill(this.data.examples[this.example.value]);
+      this.rebuild();
+    });
+    on(".sos-design", "click", () => this.rebuild());
+    on("[data-wanted]", "change", () => this.rebuild());
+    for (const kind of ["input", "change"])
+      this.view.addEventListener(kind, ({target}) => {
+        if (target.matches(".sos-typed input")) this.number(target, kind === "change");
+      });
+    this.view.addEventListener("keydown", event => {
+      if (event.key !== "z" || event.shiftKey || !(event.ctrlKey || event.metaKey)) return;
+      if (event.target.matches("textarea, [type=text]")) return;
+      event.preventDefault();
+      this.press("undo");
+    });
+    this.wrong = {};
+    this.fill(this.data.examples[0]);
+    this.rebuild("M" in linked ? {} : linked);
+    if ("M" in linked) this.open(linked);
+    this.kept = this.digest;
+  }
+
+  get example() { return this.view.querySelector("select"); }
+  area(name) { return this.view.querySelector(`[data-field=${name}]`); }
+
+  // The wishes that are ticked, and the fields that count.
+  get wanted() {
+    return Object.fromEntries(
+      [...this.view.querySelectorAll("[data-wanted]")].map(box => [box.dataset.wanted, box.checked]));
+  }
+  get matrices() {
+    return Object.fromEntries(FIELDS.filter(([, , , box]) => !box || this.wanted[box])
+        .map(([name]) => [name, compact(this.area(name).value)]));
+  }
+  get typed() { return JSON.stringify([this.wanted, this.matrices]); }
+  get address() {
+    const bounds = Object.entries(this.wanted).filter(([, on]) => on).map(([key]) => key).join(" ");
+    return {
+      ...this.named,
+      ...this.wrong,
+      example: this.example.value,
+      ...this.matrices,
+      ...(bounds && {bounds})
+    };
+  }
+
+  // The plant of an address.
+  open(linked) {
+    const bounds = (linked.bounds ?? "").split(" "), example = number(linked.example);
+    this.example.value = example in this.data.examples ? example : 0;
+    this.fill({});
+    for (const [name] of FIELDS) this.area(name).value = (linked[name] ?? "").replaceAll(";", "\n");
+    this.view.querySelectorAll("[data-wanted]")
+      .forEach(box => { box.checked = bounds.includes(box.dataset.wanted); });
+    this.rebuild(linked);
+  }
+
+  /** @param {any} example */
+  fill({texts = {}, x0}) {
+    for (const [name] of FIELDS) this.area(name).value = this.area(name).dataset.given = texts[name] ?? "";
+    this.initial = x0;
+  }
+
+  // What a wish needs and nobody has typed: weights of one, and the example's x(0), or a step
+  // of the set point from where the plant rests.
+  complete() {
+    let found = {};
+    try {
+      const {vertices: [v]} = plants(this.matrices), U = parsed("U", this.matrices.U),
+                       N = 2 * v.M.length + U.length;
+      const ones = count => Array(count).fill(1), r = parsed("r", this.matrices.r).flat();
+      const z = rest(v, U, r.length ? r : ones(U.length)).map(x => x ? -x : 0);
+      const x0 = this.initial?.length === N ? this.initial : [...z, ...Array(N - z.length).fill(0)];
+      found = {x0, Q: ones(N), R: ones(v.B[0].length), T: [0.001]};
+    } catch { /* the form says it */
+    }
+    const asked = FIELDS.filter(([name, , , box]) => name in found && this.wanted[box]);
+    for (const [name] of asked) {
+      const list = found[name];
+      const area = this.area(name);
+      if (area.value === area.dataset.given && list.every(isFinite))
+        area.value = area.dataset.given = list.join(" ");
+    }
+  }
+
+  rebuild(linked = {}) {
+    const {wanted} = this, fault = this.find("fault");
+    this.view.querySelectorAll("[data-box]").forEach(field => { field.hidden = !wanted[field.dataset.box]; });
+    this.complete();
+    fault.textContent = "";
+    this.asks = linked;
+    try {
+      const found = requestOf(this.matrices, wanted);
+      Object.assign(this.data, dataOf(found, wanted));
+      this.warning =
+        [found.warning, found.rounded && "A corner has more digits than a number keeps, and is rounded."]
+          .filter(words => words)
+          .join(" ");
+    } catch (error) {
+      if (!(error instanceof Fault)) console.error(error);
+      fault.textContent = error instanceof Fault ? error.message : STRANGE;
+      this.settle();
+      return;
+    }
+    this.solver.cancel(this.name);
+    clearTimeout(this.idle);
+    this.built = this.typed;
+    this.find("inner").innerHTML = this.inner();
+    this.wrong = {};
+    super.wire();
+    this.refill();
+    this.reserve();
+  }
+
+  // Until fields and answer belong together nothing below the fields can be used.
+  settle() {
+    super.settle();
+    const inner = this.find("inner"), old = this.built !== this.typed;
+    inner.classList.toggle("sos-locked", old);
+    inner.inert = old;
+    const note = this.find("note"), words = old ? CHANGED : this.warning ?? "";
+    if (note.textContent !== words) note.textContent = words;  // screen readers say it once
+    clearTimeout(this.pause);
+    this.pause = setTimeout(() => this.keep(), PAUSE);
+  }
+
+  // The setting goes into the page's address, for a reload, and into the past, for "Undo".
+  keep() {
+    const now = this.digest;
+    if (now === this.kept || Object.keys(this.wrong).length) return;
+    if (this.kept !== undefined) this.past = [...this.past, this.kept].slice(-PAST);
+    if (this.kept !== undefined && !this.closest(".sos-live"))
+      history.replaceState(null, "", `#${this.name}:${now}`);
+    this.kept = now;
+  }
+
+  undo() {
+    this.keep();
+    const before = this.past.pop();
+    if (before === undefined) {
+      this.reply("<p>There is nothing to undo.</p>");
+      return;
+    }
+    this.kept = before;
+    this.open(Object.fromEntries(new URLSearchParams(before)));
+    if (!this.closest(".sos-live")) history.replaceState(null, "", `#${this.name}:${before}`);
+  }
+
+  // ------------------------------------------------------------- numbers
+  read() {
+    const linked = this.asks;
+    this.data.sliders.forEach((slider, k) => {
+      const text = linked[slider.key] ?? "", value = valueOf(NUMBER, slider, text);
+      if (!isFinite(number(text)) || !isFinite(value)) return;
+      widen(slider, value);
+      this.put(k, value);
+    });
+  }
+
+  // A reader types a number: what is none is marked, and taken back where the field is left.
+  number(field, left) {
+    const k = Number(field.dataset.number ?? field.dataset.words), slider = this.data.sliders[k];
+    const value = valueOf(field.dataset, slider, field.value), good = isFinite(value);
+    field.setAttribute("aria-invalid", String(!good && !left));
+    if (good) {
+      delete this.wrong[slider.key];
+      if (value !== this.values[k] && field.value !== shownIn(field.dataset, slider, this.values[k])) {
+        this.remember();
+        widen(slider, value);
+        this.set(k, value);
+      }
+    } else if (left) delete this.wrong[slider.key];
+    else this.wrong[slider.key] = field.value;
+    if (left) this.refill();
+    this.settle();
+  }
+
+  refill(but = null) {
+    for (const field of this.view.querySelectorAll(".sos-typed input")) {
+      const k = Number(field.dataset.number ?? field.dataset.words);
+      if (field !== but) field.value = shownIn(field.dataset, this.data.sliders[k], this.values[k]);
+    }
+  }
+
+  put(k, value) {
+    const slider = this.data.sliders[k];
+    widen(slider, clamp(value, slider.min, slider.max));
+    super.put(k, value);
+    delete this.wrong[this.data.sliders[k].key];
+    this.refill(document.activeElement);
+  }
+
+  // ------------------------------------------------------------- the truth
+  get beyond() { return beyond(this.data.request); }
+
+  solve() {
+    if (!this.beyond) return super.solve();
+    this.inputs.forEach((input, k) => announce(input, this.texts[k]));
+    const {texts, digest, asked} = this;
+    this.answer =
+      {status: "undecided", reason: this.beyond, asked, values: [...this.values], texts, digest, ms: 0};
+    this.update();
+  }
+
+  look() {
+    if (!this.beyond) return super.look();
+  }
+
+  step(design) {
+    if (design.K) this.data.r = quiet(this.data.request.U, design.K, this.data.goal);
+    return super.step(design);
+  }
+  get targets() { return this.truth?.ends ?? this.data.r; }
+
+  update() {
+    const {answer, data: {request, goal, clock}} = this, box = this.find("judged");
+    this.truth = answer.status === "feasible" ? judged(request, answer.K, goal) : null;
+    super.update();
+    const family = request.family?.parameters.map(
+      ([name, low, high]) => `${name} from ${clean(low, 6)} to ${clean(high, 6)}`);
+    const whole =
+      family && this.truth ? `<p>The gain is one for all plants with ${escape(family.join(", "))}.</p>` : "";
+    const next = clock && this.truth
+      ? `<p>This is said of u = K x in continuous time, with everything measured. As Python goes on: ${
+          clock.measured ? `an observer from ${escape(clock.measured.join(", "))}, `
+                         : ""}the loop sampled every ${clean(clock.T)} s${
+          clock.delay ? ` with a dead time of ${clean(clock.delay)} s` : ""}, its proof and its program.</p>`
+      : "";
+    box.innerHTML = this.truth ? whole +
+        table(this.truth, answer.asked, request.vertices.length, request.vertices[0].F,
+          goal.map(x => clean(x)).join(", ")) +
+        next
+                               : "";
+    box.dataset.digest = answer.digest;
+    this.settle();
+  }
+
+  // ------------------------------------------------------------- outputs
+  get program() { return python.design(this.data, this.named); }
+
+  press(what) {
+    super.press(what);
+    if (what === "undo") this.undo();
+    if (what === "json") this.print(outputs.file(this.data, this.named, this.data.clock));
+    if (what !== "c" && what !== "report") return;
+    const {answer, digest} = this;
+    if (answer?.digest !== digest) this.reply("<p>The design is still being computed: press again.</p>");
+    else if (answer.status !== "feasible") this.reply("<p>There is no design here.</p>");
+    else if (what === "c") this.print(this.code);
+    else this.report();
+  }
+
+  get code() {
+    const {answer: {K, asked}, data: {request: {U}, goal, clock}} = this;
+    const points = goal.map((_, k) => quiet(U, K, goal.map((_, j) => j === k ? 1 : 0)));
+    return outputs.program({K, U, points, limit: asked.u_max, T: clock?.T});
+  }
+
+  // A page of all that is known, and its proof.
+  async report() {
+    const {digest, texts} = this;
+    this.reply("<p>Computing with whole numbers …</p>");
+    const {proof} = await this.solver.ask(this.name, "prove", this.request()) ?? {};
+    if (this.find("more").dataset.digest !== digest || this.digest !== digest) return;
+    const html = name => this.find(name).innerHTML;
+    const claims = proof?.proven ? `<ul>${proof.claims.map(x => `<li>${escape(x)}</li>`).join("")}</ul>`
+                                 : "<p>Not proven.</p>";
+    const parts = [
+      ["Asked", `<p>${escape(texts.join(", "))}</p>`], ["Found", html("readout")],
+      ["Proven in exact arithmetic", claims], ["True at the corners", html("judged")],
+      ["Poles and step", html("map") + html("step")]
+    ];
+    const own = [
+      ["As Python", this.program], ["As JSON", outputs.file(this.data, this.named, this.data.clock)],
+      ["As C", this.code], ...(proof?.proven ? [["Proof, for python -m sosbook verify", proof.text]] : [])
+    ];
+    const page = outputs.report(capital(this.data.title), parts, own);
+    const address = URL.createObjectURL(new Blob([page], {type: "text/html"}));
+    this.reply(`<p><a href="${address}" download="report.html">Download the report</a>: request, gains, ${
+                 proof?.proven ? "proof, " : ""}truth, pictures and programs on one page.</p>`,
+      digest);
+  }
+}
+
+define("sos-bench", Bench);

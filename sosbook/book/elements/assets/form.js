@@ -1,0 +1,110 @@
+// The form of a reader's plant: its fields, and the request that stands in them.
+import {descriptors} from "../../kernel/descriptor.js";
+import {rowsOf} from "../../kernel/matrices.js";
+
+import * as checks from "./checks.js";
+import {parsed, refuse} from "./checks.js";
+import {plants} from "./corners.js";
+import {quiet} from "./judge.js";
+import {number} from "./kit.js";
+import {sliders, typed, typicalRate} from "./wishes.js";
+
+export const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
+// name, words, shape, and the box that asks for it
+export const FIELDS = [
+  ["M", "Mass M", "n rows of n"], ["D", "Damping D", "n rows of n"], ["S", "Stiffness S", "n rows of n"],
+  ["B", "Inputs B", "n rows, a column for each input"], ["F", "Disturbances F", "n rows; may be empty"],
+  ["U", "Integrated errors U", "a rows of n; may be empty"],
+  [
+    "ranges", "Parameters in ranges",
+    "J2 = 0.003 .. 0.006, a line for each; their names may stand in matrices"
+  ],
+  ["r", "Step of the set point U z", "a numbers; ones without"],
+  ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z", "u_max"],
+  ["Q", "Weight Q of the state", "2n + a numbers, a diagonal, or rows", "cost"],
+  ["R", "Weight R of the input", "a number for each input, or rows", "cost"],
+  ["T", "Sampling time T in s", "one number", "clock"],
+  ["delay", "Dead time in s", "from a sample to the input; may be empty", "clock"],
+  ["measured", "What is measured", "z1 z1' …; all without", "clock"]
+];
+export const BOXES = [
+  ["gamma", "bound what w does (γ)"], ["cost", "bound the cost (Q, R)"],
+  ["u_max", "bound the input from x(0)"], ["clock", "a computer with a clock"]
+];
+
+// One line, as an address has it; an empty row stays between two plants.
+export const compact = text =>
+  text.split(/[;\n]/).map(row => row.trim()).join(";").replace(/^;+|;+$/g, "").replace(/;{3,}/g, ";;");
+
+function clockOf({T, delay, measured}) {
+  const one = (name, text) => {
+    const x = typed(text);
+    if (!(x >= 0) || (name === "T" && x === 0))
+      refuse(`${name} must be a positive number of seconds, got "${text}"`);
+    return x;
+  };
+  const names = measured.split(/[\s,;]+/).filter(name => name);
+  return {...(names.length && {measured: names}), T: one("T", T), ...(delay && {delay: one("delay", delay)})};
+}
+
+// {request, x0, cost, r, clock, warning, rounded} of what is typed and asked; a Fault says what
+// doesn't fit.
+export function requestOf(texts, wanted) {
+  const {vertices, box, typed: words, rounded} = plants(texts), U = parsed("U", texts.U);
+  const warnings = vertices.map(v => checks.plant({...v, U})), {M, B, F} = vertices[0];
+  const N = 2 * M.length + U.length, r = parsed("r", texts.r).flat();
+  if (r.length && r.length !== (U.length || M.length))
+    refuse(`r has ${r.length} numbers, needs ${U.length || M.length}`);
+  if (wanted.gamma && !F.length) refuse(checks.said("disturbance"));
+  const entry = text => Number.isNaN(number(text)) ? text : number(text);
+  const named = plant =>
+    Object.fromEntries(Object.entries(plant).filter(([name, X]) => name !== "F" || X.length));
+  const family = box.length && {
+    parameters: box.map(({name, low, high}) => [name, low, high]),
+    ...Object.fromEntries(
+      Object.entries(named(words)).map(([name, X]) => [name, X.map(row => row.map(entry))]))
+  };
+  return {
+    request: {vertices: vertices.map(named), U, K_A: null, coupling: "pairs", ...(family && {family})},
+    warning: warnings.find(words => words) ?? "",
+    rounded,
+    r: r.length ? r : (U.length ? U : M).map(() => 1),
+    clock: wanted.clock ? clockOf(texts) : null,
+    x0: wanted.u_max ? checks.start(parsed("x0", texts.x0), N) : null,
+    cost: wanted.cost ? {
+      Q: checks.weight("Q", parsed("Q", texts.Q), N),
+      R: checks.weight("R", parsed("R", texts.R), B[0].length),
+      noise: F.length ? "F" : "states"
+    }
+                      : null
+  };
+}
+
+// What the explorer needs to know of a plant.
+export function dataOf(found, wanted) {
+  const {request, x0, cost, r, clock} = found, loops = descriptors(request).map(typicalRate);
+  const [{omega, B}] = loops, a = request.U.length, {M} = request.vertices[0], n = M.length;
+  if (!loops.every(({A, B}) => [...A.at, ...B.at].every(isFinite)) || omega > 1e98 || omega < 1e-98)
+    refuse(STRANGE);  // the package's bounds end at 1e100
+  const far = 10 * omega, s = [...Array(2 * n).fill(0), ...(a ? r : []).map(x => -x)];
+  const steps = request.U.length ? "the set point of U z" : "the set point";
+  return {
+    request,
+    x0,
+    cost,
+    clock,
+    mu: null,
+    goal: r,
+    sliders: sliders(found, omega, wanted),
+    fixed: {},
+    shownFixed: {},
+    also: [],
+    shape: [n, B.cols, a],
+    r: quiet(request.U, [Array(2 * n + a).fill(0)], r),
+    horizon: Number((40 / omega).toPrecision(2)),
+    window: [-1.06 * far, 0.2 * far, far],
+    vertices: loops.map(({A, B}) => ({A: rowsOf(A), B: rowsOf(B), s})),
+    caption:
+      `Step of ${steps}, ${r.join(", ")}, from rest${request.vertices.length > 1 ? ", at all corners" : ""}.`
+  };
+}

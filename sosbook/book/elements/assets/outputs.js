@@ -1,0 +1,100 @@
+// What a reader takes home of a design: the control law in C, the request as a file of
+// `python -m sosbook design`, and a page for others.
+import {escape} from "./kit.js";
+import {transpose} from "./linalg.js";
+
+const number = x => String(Number(x.toPrecision(9)));
+const table = rows => rows.map(row => `    {${row.map(number).join(", ")}}`).join(",\n");
+
+// The control law as a C function of its own. `points` are the set points of single goals.
+export function program({K, U, points, limit, T}) {
+  const n = points[0].length, a = U.length, bounded = limit !== undefined;
+  const only = (holds, text) => holds ? text : "";
+  const clamp = `
+        limited[i] = u[i] > LIMIT || u[i] < -LIMIT;
+        if (limited[i])
+            u[i] = u[i] > 0 ? LIMIT : -LIMIT;`;
+  const wait = `        for (int k = 0; k < INPUTS; k++)
+            if (limited[k] && K[k][2 * STATES + i] * change * u[k] > 0)
+                change = 0;
+`;
+  return `/* u = K [e; z'; x3] with e = z - R r, and x3 the integral of U z - r.
+   Call it every dt seconds${
+    only(T, `, dt = ${T}`)}. The proof is of this law in continuous time, with everything
+   measured and no limit: the integral is a sum of rectangles, so a small dt is needed.${only(bounded, `
+   An integral that would push an input further beyond its limit waits.`)} */
+#define STATES ${n}
+#define INPUTS ${K.length}
+#define INTEGRATORS ${a}
+#define GOALS ${points.length}
+${only(bounded, `#define LIMIT ${bounded && number(limit)}\n`)}
+static const double K[INPUTS][2 * STATES + INTEGRATORS] = {
+${table(K)}
+};
+static const double R[STATES][GOALS] = {
+${table(transpose(points))}
+};
+${
+    only(
+      a, `static const double U[INTEGRATORS][STATES] = {\n${table(U)}\n};\nstatic double x3[INTEGRATORS];\n`)}
+void control(const double z[STATES], const double velocity[STATES],
+             const double r[GOALS], double dt, double u[INPUTS])
+{
+    double e[STATES];${only(bounded, "\n    int limited[INPUTS];")}
+    for (int j = 0; j < STATES; j++) {
+        e[j] = z[j];
+        for (int k = 0; k < GOALS; k++)
+            e[j] -= R[j][k] * r[k];
+    }
+    for (int i = 0; i < INPUTS; i++) {
+        u[i] = 0;
+        for (int j = 0; j < STATES; j++)
+            u[i] += K[i][j] * e[j] + K[i][STATES + j] * velocity[j];${only(a, `
+        for (int j = 0; j < INTEGRATORS; j++)
+            u[i] += K[i][2 * STATES + j] * x3[j];`)}${only(bounded, clamp)}
+    }
+${
+    a ? `    for (int i = 0; i < INTEGRATORS; i++) {
+        double change = 0;
+        for (int j = 0; j < STATES; j++)
+            change += U[i][j] * e[j];
+${only(bounded, wait)}        x3[i] += dt * change;
+    }`
+      : `    (void)dt;${only(bounded, "\n    (void)limited;")}`}
+}
+`;
+}
+
+// The request as the command line reads it: bounds by name in the units shown.
+export function file({request: {vertices, family, U}, x0, cost}, bounds, controller) {
+  const {sigma, theta, rho, gamma, u_max} = bounds, given = x => x !== undefined;
+  const parameters = family && Object.fromEntries(family.parameters.map(([name, ...ends]) => [name, ends]));
+  const data = {
+    plant: family             ? {...family, parameters}
+      : vertices.length === 1 ? vertices[0]
+                              : {vertices},
+    ...(U.length && {U}),
+    region: {...(given(sigma) && {sigma}), ...(given(theta) && {theta_deg: theta}), ...(given(rho) && {rho})},
+    ...(given(gamma) && {gamma}),
+    ...(given(u_max) && {saturation: {u_max, x0}}),
+    ...(given(bounds.cost) && {cost: {...cost, bound: bounds.cost}}),
+    ...(controller && {controller})
+  };
+  const flat = x => JSON.stringify(x).replaceAll(",", ", ").replaceAll(":", ": ");
+  return `{\n${Object.entries(data).map(([key, value]) => ` "${key}": ${flat(value)}`).join(",\n")}\n}\n`;
+}
+
+const STYLE = `body{font:16px/1.5 system-ui,sans-serif;max-width:52rem;margin:2rem auto;padding:0 1rem;
+--sos-first:#0072b2;--sos-second:#d55e00;--sos-third:#6a51a3;--sos-region:#009e73;--sos-soft:#555;--sos-ink:#111;
+--sos-paper:#fff;--sos-line:#ccc;--sos-good:#00674b;--sos-bad:#b00020}svg{max-width:24rem}
+pre{background:#f4f4f4;padding:.6rem;overflow:auto}table{border-collapse:collapse}td,th{border:1px solid #999;
+padding:.2rem .5rem;text-align:left}.sos-matrix{display:inline-grid;gap:0 .8em;border:solid #555;border-width:0 1px;
+padding:0 .4em}.sos-gain{margin-right:1.4em}.sos-region{fill:#009e73;fill-opacity:.2}.sos-grid{stroke:#ccc}
+.sos-axis,.sos-target{stroke:#555}.sos-pole{stroke:#0072b2;stroke-width:2;fill:none}.sos-line{fill:none;
+stroke-width:1.7}.sos-ghost,.sos-handle,.sos-hit{display:none}text{font:12px sans-serif}`;
+
+// A page that needs no other file. Parts: [heading, HTML], and texts [heading, text].
+export const report = (title, parts, texts) => `<!doctype html><html lang="en"><meta charset="utf-8"><title>${
+  escape(title)}</title><style>${STYLE}</style><h1>${escape(title)}</h1>${
+  parts.map(([name, html]) => `<h2>${escape(name)}</h2>${html}`).join("")}${
+  texts.map(([name, text]) => `<h2>${escape(name)}</h2><pre>${escape(text)}</pre>`).join("")}</html>\n`;

@@ -1,0 +1,120 @@
+// What an engineer asks for, and the numbers of the theorems: the sliders of a plant.
+import {stateSpace} from "../../kernel/descriptor.js";
+import {design} from "../../kernel/design.js";
+import {eigenvalues} from "../../kernel/spectrum.js";
+import {truth} from "../../kernel/truth.js";
+
+import {clean, number, printed, QUIET} from "./kit.js";
+import {add, block, mul, scale, solve, transpose} from "./linalg.js";
+
+const LARGEST = 6, CORNERS = 8;  // degrees of freedom and plants that a browser solves while one waits
+const SETTLED = 4;               // e^-4 is 2 %: as `PoleRegion` has it
+const FURTHEST = 1e3;            // times the end of a slider that a number may be typed
+
+// By the name of a bound: words before and behind its number, from the words' number to the one
+// that is shown, and back.
+const WORDS = {
+  sigma: ["settles to 2 % in", "s", time => SETTLED / time, sigma => SETTLED / sigma],
+  theta: [
+    "a mode overshoots", "%", share => Math.atan2(Math.PI, -Math.log(share / 100)) * 180 / Math.PI,
+    theta => 100 * Math.exp(-Math.PI / Math.tan(theta * Math.PI / 180))
+  ],
+  rho: ["fastest time constant", "s", time => 1 / time, rho => 1 / rho]
+};
+
+// A number that a reader types, perhaps with a decimal comma.
+export const typed = text => number(text.trim().replace(/^([^.,]*),([^.,]*)$/, "$1.$2"));
+
+// The fields beside a slider: its number, and the same in words.
+export function fields(name, k, {key, symbol, unit}) {
+  const field = (kind, before, behind) =>
+    `<label>${printed(before)} <input type="text" inputmode="decimal" size="7" id="${name}-${kind}-${
+      k}" data-${kind}="${k}" ${QUIET}>${printed(behind)}</label>`;
+  const [before, behind] = WORDS[key] ?? [];
+  return `<div class="sos-typed">${field("number", `${symbol} =`, unit)}${
+    before ? field("words", before, ` ${behind}`) : ""}</div>`;
+}
+
+// What stands in a field of a slider whose value is so much, and the value that a text means.
+export const shownIn = ({words}, {key}, value) =>
+  clean(words === undefined ? value : WORDS[key][3](value), 4);
+export function valueOf({words}, {key, ends, min, max}, text) {
+  const [low, high] = ends ?? [min, max];
+  const given = typed(text), value = words === undefined ? given : WORDS[key][2](given);
+  const most = key === "theta" ? 90 : FURTHEST * high;
+  return value >= (key === "theta" ? 1 : low / FURTHEST) && value <= most ? Number(value.toPrecision(6))
+                                                                          : NaN;
+}
+// A slider reaches what is typed, and no further than it did where that is within its own ends.
+export function widen(slider, value) {
+  slider.ends ??= [slider.min, slider.max];
+  slider.min = Math.min(slider.ends[0], value);
+  slider.max = Math.max(slider.ends[1], value);
+}
+
+// Where the plant rests when U z is r: the smallest such z and u in the sense of least squares.
+export function rest({M, S, B}, U, r) {
+  if (!U.length) return M.map(() => 1);
+  const X = block([[S, scale(-1, B)], [U, U.map(() => B[0].map(() => 0))]]), t = transpose(X);
+  const y = [...M.map(() => [0]), ...r.map(x => [x])], square = mul(t, X),
+        size = Math.max(...square.map((row, i) => row[i]));
+  const small = square.map((row, i) => row.map((_, j) => i === j ? 1e-12 * size : 0));
+  return solve(add(square, small), mul(t, y)).slice(0, M.length).map(([z]) => Number(z.toPrecision(6)));
+}
+
+// Two digits are enough for the end of a slider.
+const plain = x => Number(x.toPrecision(2));
+const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) => ({
+  key,
+  label,
+  symbol,
+  unit,
+  looser,
+  min: plain(min),
+  max: plain(max),
+  value: plain(value),
+  degrees: false,
+  log: true,
+  ...more
+});
+
+// Plants that are too large or too many for a browser aren't solved here: what to do is said.
+export function beyond({vertices}) {
+  const take = "As Python and As JSON write what the package takes.";
+  if (vertices[0].M?.length > LARGEST)
+    return `This page computes with up to ${LARGEST} degrees of freedom. ${take}`;
+  return vertices.length > CORNERS ? `This page computes with up to ${CORNERS} corners. ${take}` : "";
+}
+
+// The sliders of a plant whose poles have such a size. Bounds start at three times what a
+// design without bounds does.
+export function sliders({request, x0, cost}, omega, wanted) {
+  /** @type {any} */
+  const now = {};
+  const bound = (size, usual) => {
+    const typical = size > 0 ? size : usual;
+    return [typical / 20, typical * 50, typical * 3];
+  };
+  const list = [
+    slider("sigma", "Decay rate σ", "σ", " 1/s", -1, 0.02 * omega, 2 * omega, 0.2 * omega),
+    slider("theta", "Half-angle θ", "θ", "°", 1, 10, 90, 60, {degrees: true, log: false}),
+    slider("rho", "Disk radius ρ", "ρ", " 1/s", 1, omega, 40 * omega, 8 * omega)
+  ];
+  if ((wanted.gamma || cost || x0) && !beyond(request)) {
+    const [sigma, theta, rho] = list.map(({value, degrees}) => degrees ? value * Math.PI / 180 : value);
+    /** @type {any} */
+    const known = design({...request, asked: {sigma, theta, rho}}, null, true);
+    if (known.K) Object.assign(now, truth({...request, asked: {...cost, ...(x0 && {x0})}}, known));
+  }
+  if (wanted.gamma) list.push(slider("gamma", "H∞ bound γ", "γ", "", 1, ...bound(now.norm, 1)));
+  if (cost) list.push(slider("cost", "Bound of the cost", "J", "", 1, ...bound(now.cost, 100)));
+  if (x0) list.push(slider("u_max", "Input bound u_max", "u_max", "", 1, ...bound(now.peak, 10)));
+  return list;
+}
+
+// The geometric mean of the plant's poles that aren't at rest.
+export function typicalRate(d) {
+  const [A, B] = stateSpace(d), rates = eigenvalues(A).map(s => Math.hypot(...s)).filter(x => x > 1e-6);
+  const omega = rates.length ? Math.exp(rates.reduce((sum, x) => sum + Math.log(x), 0) / rates.length) : 1;
+  return {omega, A, B};
+}
