@@ -83,3 +83,13 @@ def test_motions_that_sensors_do_not_see_are_the_largest_subspace():
     free = np.linalg.eigvals(rate.astype(float) @ np.linalg.inv(here.astype(float)))
     two = np.block([[np.zeros((2, 2)), np.eye(2)], [-S[:2, :2], -0.1 * np.eye(2)]])
     assert np.allclose(np.poly(free), np.poly(two))
+
+
+def test_what_is_sought_has_no_bound_that_is_refused():
+    """A free cart that a law of order one can't hold: the least norm isn't below 1."""
+    one = np.eye(2)
+    cart = sos.DescriptorSystem(one, [[0, 1], [0, 0]], one[:, 1:], one, one)
+    law = sos.DynamicLaw(1, [[0, 1]])  # its place isn't seen
+    for asked in (dict(minimize="gamma"), dict(maximize="sigma")):
+        design = sos.design_pid(cart, law=law, **asked, starts=2)
+        assert design.status == "undecided", design.reason

@@ -204,7 +204,7 @@ def _record(task, loops, count, seed, between):
 
 def _undecided(request, task, loops, found, best, record):
     """Undecided, with what was reached; or "infeasible", by a door."""
-    refused = refused_by_a_door(request)
+    refused = refused_by_a_door(request, SIGMA if task.goal == DECAY else task.goal)
     if refused is not None:
         return refused
     by = f"{record}, stopped by the time" if found.stopped else f"{record}"

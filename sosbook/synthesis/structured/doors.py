@@ -135,15 +135,17 @@ def refused_by_sum(request, loops):
     return None
 
 
-def refused_by_a_door(request):
+def refused_by_a_door(request, sought=None):
     """The Solution of a request that excludes every controller at a corner; or None.
 
     One requirement at a time: by all of the state, and for a norm by every controller
-    that sees what the law sees.
+    that sees what the law sees. What is sought has no bound that could be refused.
     """
     corners, part = corners_of(request), request.plant.reduction
     for where, d in corners.items():
         for r in request.requirements:
+            if sought is not None and (r is sought or r.parameter is sought is SIGMA):
+                continue
             proof, who = _all_of_the_state(request, d, r), "that sees all of the state"
             if proof is None and r.bounds_response() is not None:
                 who = "of any order, with these sensors,"

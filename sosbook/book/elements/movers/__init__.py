@@ -1,6 +1,6 @@
 """Elements that compute in the page: closed forms and small eigenvalue problems."""
 
-from .lmis import centre, ranges, segment, trust
+from .lmis import centre, landscape, ranges, segment, trust
 from .loops import circulation, delayed, integral, kalman, mass
 from .mover import Mover, choice, slider
 from .pendulum import chain, chirp, clock, digits, fall, regulator
@@ -20,6 +20,7 @@ __all__ = [
     "fall",
     "integral",
     "kalman",
+    "landscape",
     "mass",
     "ranges",
     "regulator",

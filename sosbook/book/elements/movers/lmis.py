@@ -9,7 +9,7 @@ from ..page import significant
 from .loops import circulating
 from .mover import Mover, choice, slider
 
-__all__ = ["centre", "ranges", "segment", "trust"]
+__all__ = ["centre", "landscape", "ranges", "segment", "trust"]
 
 SHRINK = (
     "Move your point until both bars are above zero. Then ask for a faster decay σ: "
@@ -160,6 +160,52 @@ def ranges(plants, gains, box, sigma, start=0):
             [{"E": d.E.tolist(), "A": significant(d.A + d.Bu @ K, 12)} for d in corners]
             for K in gains.values()
         ],
+    )
+
+
+def landscape(loop, B, C, gains, others):
+    """The largest real part of x' = (A + B K C) x over K = [x y], with descents.
+
+    Parameters
+    ----------
+    loop : callable
+        From numbers, by name, to the matrix A, which is affine in each of them.
+    B, C : (N, 1) and (2, N) array_like
+        Of one input and two measured numbers.
+    gains : list of two tuples
+        For each gain its label, its ends, its step and where it is at first.
+    others : dict
+        The same for each number of the loop: they move the landscape.
+
+    Examples
+    --------
+    >>> landscape(lambda k: [[0, 1], [-k, 0]], [[0], [1]], np.eye(2),
+    ...           [("K_P", (-4, 4), 0.1, 1), ("K_D", (-4, 4), 0.1, 1)],
+    ...           {"k": ("spring", (0, 2), 0.1, 1)})
+    Landscape: x, y, k, many
+    """
+    none = dict.fromkeys(others, 0)
+    A, B, C = (np.asarray(x, float) for x in (loop(**none), B, C))
+    parts = {key: np.asarray(loop(**none | {key: 1}), float) - A for key in others}
+    numbers = dict(zip("xy", gains)) | others
+    many = choice("many", "Descents", ("one, from the handle", "and 16 seeded starts"))
+    return Mover(
+        "landscape",
+        "Where does the descent end?",
+        "Drag the handle to either side of the map and look where the line ends. Then "
+        "look at 16 starts at once, and at what the other numbers do to the islands.",
+        [
+            *(
+                slider(key, label, "", ends, step, start)
+                for key, (label, ends, step, start) in numbers.items()
+            ),
+            many,
+        ],
+        labels=[gains[0][0], gains[1][0]],
+        ends=[list(gains[0][1]), list(gains[1][1])],
+        A=A.tolist(),
+        ways=[(B @ row[None]).tolist() for row in C],
+        others=[{"key": key, "part": part.tolist()} for key, part in parts.items()],
     )
 
 
