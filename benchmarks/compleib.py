@@ -6,6 +6,9 @@ is proven a thousandth or two above what was reached, and where exact multiplier
 found they exclude every linear controller, of any order, below a number. CPU seconds,
 into compleib.json; with names only these are run, and nothing is stored.
 
+Others have published what their searches reached; tables of it that we could read and
+compare weren't found, so none stands beside ours.
+
 Source of the matrices: F. Leibfritz, COMPleib: constraint matrix-optimization problem
 library, University of Trier, 2004, version 1.1 (COMPleib.m).
 """
