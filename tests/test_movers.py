@@ -513,7 +513,7 @@ def carts_loop(data, place):
 @pytest.mark.parametrize("k_P", [1, 2])
 @pytest.mark.parametrize("x, y", [(9, 0), (-4, -4), (20, -36), (-6, 3)])
 def test_descents_end_in_minima_of_the_largest_real_part(desk, x, y, k_P):
-    """Where no step of a thousandth of the map goes down by a thousandth."""
+    """Where no step of a hundredth of the map goes down by a thousandth."""
     place = dict(x=x, y=y, k_P=k_P, k_I=1, k=0.5, many=1)
     (here,) = desk.compute("sos-landscape", [place])
     loop = carts_loop(desk.data("sos-landscape"), place)
@@ -573,6 +573,8 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
     moved = place()
     assert moved["x"] < after["x"] and moved["y"] > after["y"]
+
+
 # ---------------------------------------------------------- drive (chapter 40)
 @pytest.fixture(scope="module")
 def programs():
