@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from scipy.signal import cont2discrete, dlsim
 
 import sosbook as sos
-from sosbook.controllers import code_fault
+from sosbook.controllers import CompiledCode, code_fault
 from sosbook.controllers.compiler import FLAGS
 from tests.axis import UNITS, T, drive
 from tests.test_controllers_code import KINDS, same
@@ -259,3 +259,26 @@ def test_what_the_law_has_decided_is_named():
 def test_a_gain_has_the_names_of_the_laws_signals():
     names = ("motor", "rate of motor", "integral of motor")
     assert arm().gain.signals == names
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda c: c.set_point(),
+        lambda c: c.set_point(ramp=1),
+        lambda c: c.simulate(0.1, r=[1]),
+        lambda c: c.static(r=[1]),
+        lambda c: c.step(),
+        lambda c: c.ramp(),
+    ],
+)
+def test_rates_alone_have_no_set_point(ask):
+    plant = sos.SecondOrderSystem(0.3, 0.5, 9.81, 1, F=1, coordinates=["place"])
+    law = sos.PIDLaw(velocity=[[1]])
+    c = sos.analyse_pid(plant, {"K_D": [[-2.9]]}, law=law).controller(T=0.01)
+    with pytest.raises(ValueError, match="no set point: .* measure a position"):
+        ask(c)
+    x0 = [0.2, 0.0]
+    runs = [c.simulate(0.1, x0=x0, program=p) for p in (None, CompiledCode(c))]
+    assert runs[0].u.shape == (1, 10, 1) and abs(runs[0].u).max() > 0
+    assert (runs[0].u == runs[1].u).all()

@@ -20,6 +20,7 @@ from .limits import quantum
 from .loop import Loop
 from .program import Code
 from .rounding import rounding_bound
+from .signals import NOTHING_TO_SET, known_index
 from .simulation import Run, simulate_controller
 from .windup import Reach, proven_reach
 
@@ -147,6 +148,8 @@ class Answers:
     def _vector(name, value, size):
         if value is None:
             return np.zeros(size)
+        if name == "r" and not size:
+            raise ValueError(NOTHING_TO_SET)
         found = np.atleast_1d(np.asarray(value, float))
         if found.shape != (size,):
             raise ValueError(f"{name} needs {size} numbers, got {value!r}")
@@ -169,7 +172,7 @@ class Answers:
         """
         steps = self.steps if counts is None else quantum(counts, self.measured)
         off = steps * (0.5 + 2.0**-52)  # what 2 pi / counts lacks by rounding, too
-        _index("output", output, self.outputs)
+        known_index("output", output, self.outputs)
 
         def one(k):
             i = output
@@ -209,7 +212,7 @@ class Answers:
         """
         x, speed = self._at_rest(set_point), positive("speed", speed)
         step = exact(speed) * exact(self.T)
-        _index("output", output, self.outputs)
+        known_index("output", output, self.outputs)
         own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
         start = begins(x)
         found = bounded_output(self, own, at_once, output, start)
@@ -238,7 +241,7 @@ class Answers:
             As for `ramp`.
         """
         x, size = self._at_rest(set_point), positive("size", size)
-        _index("output", output, self.outputs)
+        known_index("output", output, self.outputs)
         own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
         found = bounded_output(self, own, at_once, output, begins(x), peak=True)
         moved = -x.astype(float), 0 * at_once
@@ -246,7 +249,7 @@ class Answers:
         return self._times(exact(size), found, seen, output)
 
     def _at_rest(self, set_point):
-        _index("set_point", set_point, self.set_points)
+        known_index("set_point", set_point, self.set_points)
         x = rest(self, set_point)
         if x is None:
             raise ValueError(
@@ -340,7 +343,7 @@ class Answers:
         """
         if not np.isfinite(self.limits.u_max).all():
             raise ValueError("u_max is missing: limit every output first")
-        _index("set_point", set_point, self.set_points)
+        known_index("set_point", set_point, self.set_points)
         return proven_reach(self, set_point, seconds)
 
     def simulate(
@@ -365,6 +368,8 @@ class Answers:
         Run
             It proves nothing. Encoders have their steps.
         """
+        if r is not None and not self.set_points:
+            raise ValueError(NOTHING_TO_SET)
         return simulate_controller(self, seconds, r, w, **more)
 
     def to_c(
@@ -389,10 +394,3 @@ class Answers:
         Code(self, name, precision)  # a bad name is said before anything is proven
         facts, proofs = facts_of(self, time_limit)
         return Code(self, name, precision, facts, proofs)
-
-
-def _index(name, k, signals):
-    """A ValueError unless k is the index of one of some signals."""
-    if k not in range(len(signals)):
-        known = ", ".join(f"{i}: {s.name}" for i, s in enumerate(signals))
-        raise ValueError(f"{name} must be one of {known or 'none'}; got {k!r}")

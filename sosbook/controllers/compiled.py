@@ -98,7 +98,7 @@ class CompiledCode:
         return found
 
     def _rows(self, values, count):
-        values = np.asarray(values, float).reshape(count, -1)
+        values = np.asarray(values, float).reshape(count, -1 if count else self.runs)
         values = np.broadcast_to(values, (count, self.runs)).T
         array = self._real * max(count, 1)
         return [array(*row.tolist()) for row in values]

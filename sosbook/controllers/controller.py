@@ -15,7 +15,7 @@ from .answers import Answers
 from .bounds import settled
 from .limits import FAULTS, Faults, Limits, per_signal
 from .memory import DIGITS, ROUNDING, Estimate, assembled, forgetting, shifted
-from .signals import signals_of
+from .signals import NOTHING_TO_SET, signals_of
 
 __all__ = ["FAULTS", "Controller"]
 
@@ -267,9 +267,11 @@ class Controller(Answers, ReadOnly):
         Raises
         ------
         ValueError
-            If U r isn't I.
+            If U r isn't I, or the controller has no position to set.
         """
         n = len(self.R)
+        if not n:
+            raise ValueError(NOTHING_TO_SET)
         U = np.zeros((0, n)) if self.U is None else self.U
         if r is None:
             r = quiet_set_point(U, self.K_x[:, :n])

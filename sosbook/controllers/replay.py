@@ -110,7 +110,8 @@ class Replay:
 
     def _read(self, values, count):
         values = np.asarray(values, float)
-        values = np.broadcast_to(values.reshape(count, -1), (count, self._lanes.runs))
+        values = values.reshape(count, -1 if count else self._lanes.runs)
+        values = np.broadcast_to(values, (count, self._lanes.runs))
         one = self._lanes.runs == 1
         with np.errstate(over="ignore"):
             return [self._lanes.read(x[0].item() if one else x) for x in values]

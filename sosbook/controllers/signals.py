@@ -3,7 +3,19 @@
 import re
 from dataclasses import dataclass
 
-__all__ = ["Signal", "identifiers", "signals_of", "unit_of"]
+__all__ = [
+    "NOTHING_TO_SET",
+    "Signal",
+    "identifiers",
+    "known_index",
+    "signals_of",
+    "unit_of",
+]
+
+NOTHING_TO_SET = (
+    "this controller has no set point: set points are of positions, and what it feeds "
+    "back has none; measure a position"
+)
 
 #: How a name's marks are spelled in C.
 SPELLED = (("integral of ", "sum_"), ("set point of ", "ref_"), ("'", "_rate"))
@@ -85,3 +97,15 @@ def identifiers(names):
             raise ValueError(f"two signals would be {word} in C: rename {name!r}")
         words.append(word)
     return words
+
+
+def known_index(name, k, signals):
+    """A ValueError unless k is the index of one of some ``signals``.
+
+    ``name`` is that of the argument.
+    """
+    if name == "set_point" and not signals:
+        raise ValueError(NOTHING_TO_SET)
+    if k not in range(len(signals)):
+        known = ", ".join(f"{i}: {s.name}" for i, s in enumerate(signals))
+        raise ValueError(f"{name} must be one of {known}; got {k!r}")

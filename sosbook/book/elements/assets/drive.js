@@ -81,7 +81,7 @@ class Drive extends Mover {
     const left = Math.abs(end - r - (w ? twist : 0)), lost = high > AWAY * r && left > NEAR * r;
     const mean = rest.reduce((sum, v) => sum + v, 0) / (rest.length || 1);
     const rms = Math.sqrt(rest.reduce((sum, v) => sum + (v - mean) ** 2, 0) / (rest.length || 1));
-    const bound = (x, unit) => `≤ ${number(Math.ceil(x * 1e4) / 1e4, unit)}`;
+    const bound = (x, unit) => `at most ${number(Math.ceil(x * 1e4) / 1e4, unit)}`;
     const certain = [
       "The sampled loop is stable for every load from 0.003 to 0.006 kg m², a tick late.",
       counts ? noise === null ? "No bound of what the encoder's steps ask was found at this clock."
