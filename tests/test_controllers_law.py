@@ -1,6 +1,8 @@
 """A law's own controller at the ticks: its memory, its loop, its program."""
 
 import functools
+import json
+import re
 
 import control
 import numpy as np
@@ -282,3 +284,22 @@ def test_rates_alone_have_no_set_point(ask):
     runs = [c.simulate(0.1, x0=x0, program=p) for p in (None, CompiledCode(c))]
     assert runs[0].u.shape == (1, 10, 1) and abs(runs[0].u).max() > 0
     assert (runs[0].u == runs[1].u).all()
+
+
+def test_a_program_whose_sensor_mixes_coordinates_is_held_to_its_proof():
+    M, D, S = np.diag([0.3, 2]), 0.3 * np.eye(2), [[9.81, -1], [-1, 2]]
+    plant = sos.SecondOrderSystem(M, D, S, [[1], [0]], F=[[0], [1]])
+    law = sos.PIDLaw(position=[[1, -0.5]], filter=0.05)
+    gains = {"K_P": [[-0.3]], "K_D": [[-0.7]]}
+    c = sos.analyse_pid(plant, gains, law=law).controller(T=0.01)
+    code = c.to_c("axis")
+    proof = json.loads(code.texts["proof_axis_sampled.json"])
+    text = code.texts["axis_gains.h"]
+    assert "give rows" in code_fault(proof, text)
+    assert code_fault(proof, text, c.rows) == ""
+    assert "aren't the proof's" in code_fault(proof, text, 2 * c.rows)
+    at = text.index("0x", text.index("#define AXIS_D "))
+    forged = text[:at] + re.sub(r"0x\S+p[+-]\d+", "0x1.8p+3", text[at:], count=1)
+    assert "aren't the proof's" in code_fault(proof, forged, c.rows)
+    single = c.to_c("axis", "single").texts["axis_gains.h"]
+    assert "double precision alone" in code_fault(proof, single, c.rows)

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..exact.rational import read_number
+from ..plants.checks import matrix
 from ..runtime.digests import digest
 
 __all__ = ["code_fault", "read_gains", "read_program"]
@@ -130,7 +131,7 @@ def _matrix(text):
     return np.array(rows)
 
 
-def code_fault(data, text):
+def code_fault(data, text, rows=None):
     """What keeps a program's loop from being that of a proof; empty if nothing does.
 
     Parameters
@@ -143,6 +144,10 @@ def code_fault(data, text):
         alone are read. The digest of the plant counts, where it has one. Its set
         points, limits and faults are no part of a proof; nor is which sensor a column
         of B and D belongs to, which the names of its columns say.
+    rows : (q, N) array_like, optional
+        What each column of B and D measures of the plant's state, the ``rows`` of a
+        `Controller`: needed where a sensor mixes coordinates, for then the proof has
+        the products B R and D R, rounded to doubles. In double precision alone.
     """
     law = data.get("K")
     if law is None or data.get("law") or "L" in data:
@@ -165,9 +170,16 @@ def code_fault(data, text):
             return f"its {name} isn't the proof's"
     # the proof has a column of B and D for each state, and those that aren't measured
     # are zero; in which order a program measures is no part of a proof
+    if rows is not None:
+        if mine["SINGLE"]:
+            return "with rows a program is compared in double precision alone"
+        mixed = matrix("rows", rows, (mine["D"].shape[1], law["D"].shape[1]))
+        products = {k: exact(mine[k]) @ exact(mixed) for k in "BD"}
+        mine |= {k: np.asarray(product, float) for k, product in products.items()}
     columns = [_columns(law), _columns(mine)]
     if columns[0] != columns[1]:
-        return "its B and D aren't the proof's"
+        more = "" if rows is not None else ", or its sensors mix coordinates: give rows"
+        return f"its B and D aren't the proof's{more}"
     return ""
 
 
