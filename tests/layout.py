@@ -70,14 +70,28 @@ SILENT_BOXES = """
   .map((box) => box.outerHTML.slice(0, 120))
 """
 
-#: Texts of figures below nine pixels. Matplotlib draws a text as a group of
-#: outlines, scaled from a font of 100 units.
+#: Figures of which a part is out of sight until the reader scrolls.
+CUT_FIGURES = """
+() => [...document.querySelectorAll(".sos-figure .sos-sheet")]
+  .filter((sheet) => sheet.checkVisibility() && sheet.scrollWidth > sheet.clientWidth + 1)
+  .map((sheet) => [sheet.scrollWidth, sheet.closest("figure").id])
+"""
+
+#: Texts of figures below eight pixels. Matplotlib draws a text as a group of
+#: outlines, scaled from a font of 100 units. In a figure that is shown in parts
+#: they are drawn again, in the scale of the smallest part.
 SMALL_LETTERS = """
 () => [...document.querySelectorAll(".sos-figure svg g[transform*='scale(']")]
   .filter((text) => text.querySelector(":scope > use") && text.checkVisibility())
-  .map((text) => [text.getScreenCTM(), text.closest("figure").id])
-  .map(([place, id]) => [100 * Math.hypot(place.a, place.b), id])
-  .filter(([size]) => size < 8.95)
+  .map((text) => {
+    const parts = [...text.closest(".sos-sheet").querySelectorAll(".sos-parts svg")]
+      .filter((part) => part.checkVisibility());
+    const place = text.getScreenCTM(), own = text.closest("svg").getScreenCTM();
+    const shown = Math.min(...parts.map((part) => part.getScreenCTM().a)) / own.a;
+    const size = 100 * Math.hypot(place.a, place.b) * (parts.length ? shown : 1);
+    return [size, text.closest("figure").id];
+  })
+  .filter(([size]) => size < 7.95)
 """
 
 #: What stands out of the box in which an element says what it found.

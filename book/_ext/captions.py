@@ -18,11 +18,16 @@ from thesis_references import linked
 
 #: The text of a figure is at least so high on the page, in pixels; on a narrow
 #: screen the figure scrolls inside its box instead of shrinking further.
-TEXT_HEIGHT = 9
+TEXT_HEIGHT = 8
+#: Letters that are so much smaller than the largest are subscripts.
+SUBSCRIPT = 0.75
+#: Pixels a point of a part: 9 points are the size of a phone's small print.
+PART = 1.5
 
 _CAPTION = re.compile(r"<(figcaption|caption)>(.*?)</\1>", re.DOTALL)
 _DRAWING = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
 _WIDTH = re.compile(r'viewBox="0 0 ([\d.]+) ')
+_PARTS = re.compile(r'data-parts="([^"]*)"')
 _LETTERS = re.compile(r"\bscale\(([\d.]+) -\1\)")
 _MARKUP = re.compile(r"<[^>]+>")
 
@@ -120,16 +125,39 @@ def dressed(html, start, place, words):
         html = html.replace("</figure>", "<figcaption></figcaption></figure>")
     html = _CAPTION.sub(rf"<\1>{label}</\1>", html, count=1)
     html = html.replace(start, f'{start} id="{place}"', 1)
-    return _DRAWING.sub(_sheet, html)
+    return _DRAWING.sub(lambda match: _sheet(match[0], place), html)
 
 
-def _sheet(match):
-    """A drawing in a box that scrolls where its text would become too small."""
-    drawing = match[0]
+def _sheet(drawing, place):
+    """A drawing in a box that scrolls where its text would become too small.
+
+    What can be cut is shown in parts on a phone, drawn from the same marks.
+    """
+    cut = _PARTS.search(drawing)
+    if cut:
+        name, start = f"{place}-marks", drawing.index(">") + 1
+        inside = drawing[start:].removesuffix("</svg>")
+        drawing = f'{drawing[:start]}<g id="{name}">{inside}</g></svg>'
+        boxes = (list(map(float, box.split())) for box in cut[1].split(";"))
+        parts = "".join(_part(box, name) for box in boxes)
+        return (
+            f'<div class="sos-sheet of-parts">{drawing}'
+            f'<div class="sos-parts" aria-hidden="true">{parts}</div></div>'
+        )
     letters = [100 * float(size) for size in _LETTERS.findall(drawing)]
+    text = [size for size in letters if size > SUBSCRIPT * max(letters)]
     width = float(_WIDTH.search(drawing)[1])
-    least = width * TEXT_HEIGHT / min(letters) if letters else 0
+    least = width * TEXT_HEIGHT / min(text) if text else 0
     return f'<div class="sos-sheet" style="--sos-least:{least:.0f}px">{drawing}</div>'
+
+
+def _part(box, name):
+    x, y, width, height = (round(v + m, 1) for v, m in zip(box, (-2, -2, 4, 4)))
+    return (
+        f'<svg viewBox="{x} {y} {width} {height}" style="width:{PART * width:.0f}px" '
+        'stroke-linejoin="round" stroke-linecap="butt">'
+        f'<use href="#{name}"/></svg>'
+    )
 
 
 def restart(app, env):

@@ -63,11 +63,49 @@
     });
   }
 
+  // Sections for readers of the thesis are open for those who asked for them, on
+  // paper, and where a link leads into one.
+  function unfold(all) {
+    for (const section of document.querySelectorAll(".sos-thesis")) {
+      section.open = all;
+      section.querySelector(".sos-thesis-all input").checked = all;
+    }
+  }
+
+  function keepUnfolded() {
+    const KEY = "sosbook-thesis";
+    const store = (work) => {
+      try {
+        return work(localStorage);
+      } catch { return null; }
+    };
+    const asked = () => store(kept => kept.getItem(KEY)) === "open";
+    if (asked()) unfold(true);
+    document.addEventListener("change", ({target}) => {
+      if (!target.matches(".sos-thesis-all input")) return;
+      store(kept => target.checked ? kept.setItem(KEY, "open") : kept.removeItem(KEY));
+      const before = target.getBoundingClientRect().top;
+      unfold(target.checked);
+      target.closest("details").open = true;
+      scrollBy(0, target.getBoundingClientRect().top - before);
+    });
+    const follow = () => {
+      const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
+      const section = place?.closest(".sos-thesis") || place?.querySelector(":scope > .sos-thesis");
+      if (section) section.open = true;
+    };
+    addEventListener("hashchange", follow);
+    follow();
+    addEventListener(
+      "beforeprint", () => document.querySelectorAll(".sos-thesis").forEach(x => { x.open = true; }));
+  }
+
   addEventListener("load", () => {
     // The theme's sidebar holds the book's name, which belongs to a landmark.
     const sidebar = document.querySelector(".bd-sidebar-primary");
     sidebar?.setAttribute("role", "complementary");
     sidebar?.setAttribute("aria-label", "Contents of the book");
+    keepUnfolded();
     watch();
   });
 })();

@@ -9,9 +9,15 @@ from ...runtime.libraries import library
 from .style import STYLE
 
 plt = library("matplotlib.pyplot")
+Bbox = library("matplotlib.transforms").Bbox
 
 
 __all__ = ["Figure", "show"]
+
+# In inches. On 358 px, the text of a phone of 390, letters of 8.5 points are 8.3 px.
+WIDTH = 5.1
+# CSS px a point at most: 9 points are 14.4 px, a little less than the page's letters.
+LARGEST = 1.6
 
 
 class Figure:
@@ -70,6 +76,7 @@ def show(figure, alt=None, caption=""):
             "alt is missing: say in a sentence what the figure "
             "shows, show(figure, alt='...')"
         )
+    parts = _parts(figure)
     buffer = io.StringIO()
     with plt.rc_context({key: STYLE[key] for key in ("svg.fonttype", "svg.hashsalt")}):
         figure.savefig(
@@ -79,11 +86,47 @@ def show(figure, alt=None, caption=""):
         )
     plt.close(figure)
     return Figure(
-        _inline(buffer.getvalue(), alt.strip(), caption), alt.strip(), caption
+        _inline(buffer.getvalue(), alt.strip(), caption, parts), alt.strip(), caption
     )
 
 
-def _inline(text, alt, caption):
+def _parts(figure):
+    """Where a phone may cut a figure: boxes (x, y, width, height) in points.
+
+    A figure that can't be cut is made so narrow that its letters stay readable.
+    """
+    figure.set_dpi(72)  # as an SVG has it: a layout depends on it by a point
+    figure.draw_without_rendering()
+    boxes = _columns(figure)
+    if len(boxes) < 2:
+        width, height = figure.get_size_inches()
+        if width > WIDTH:
+            figure.set_size_inches(WIDTH, height * WIDTH / width)
+        return []
+    over = [x for x in (*figure.legends, figure._suptitle) if x is not None]
+    boxes[:0] = [x.get_window_extent() for x in over]
+    top = figure.bbox.height
+    return [[x.x0, top - x.y1, x.width, x.height] for x in boxes]
+
+
+def _columns(figure):
+    """The boxes of the columns of a figure's axes that stand each for itself."""
+    axes = [ax for ax in figure.axes if ax.get_visible()]
+    if any(ax.get_subplotspec() is None for ax in axes):
+        return []
+    axes.sort(key=lambda ax: ax.get_subplotspec().colspan.start)
+    boxes = []
+    for ax in axes:
+        box = ax.get_tightbbox()
+        shares = not any(t.get_visible() and t.get_text() for t in ax.get_yticklabels())
+        if boxes and (shares or box.x0 < boxes[-1].x1):
+            boxes[-1] = Bbox.union([boxes[-1], box])
+        else:
+            boxes.append(box)
+    return boxes
+
+
+def _inline(text, alt, caption, parts=()):
     """Matplotlib's SVG file made small, responsive and safe to put in a page."""
     width, height = map(
         float, re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text).groups()
@@ -114,13 +157,15 @@ def _inline(text, alt, caption):
     )
     body = _rename(body, _stem(alt + caption))
     body = re.sub(r"\n\s*", "\n", body).replace(">\n<", "><").strip()
+    cut = ";".join(" ".join(map(_number, box)) for box in parts)
+    cut = f'data-parts="{cut}" ' if cut else ""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" '
         f'xmlns:xlink="http://www.w3.org/1999/xlink" '
         'stroke-linejoin="round" stroke-linecap="butt" '
         f'role="img" aria-label="{page_text(alt)}" '
-        f'viewBox="0 0 {_number(width)} {_number(height)}" '
-        f'style="display:block;width:100%;max-width:{width * 4 / 3:.0f}px;'
+        f'viewBox="0 0 {_number(width)} {_number(height)}" {cut}'
+        f'style="display:block;width:100%;max-width:{width * LARGEST:.0f}px;'
         f'height:auto;background:#fff;border-radius:6px">{body}'
     )
 
