@@ -73,13 +73,14 @@ SILENT_BOXES = """
 #: Figures of which a part is out of sight until the reader scrolls.
 CUT_FIGURES = """
 () => [...document.querySelectorAll(".sos-figure .sos-sheet")]
-  .filter((sheet) => sheet.checkVisibility() && sheet.scrollWidth > sheet.clientWidth + 1)
+  .filter((sheet) => sheet.checkVisibility())
+  .filter((sheet) => sheet.scrollWidth > sheet.clientWidth + 1)
   .map((sheet) => [sheet.scrollWidth, sheet.closest("figure").id])
 """
 
-#: Texts of figures below eight pixels. Matplotlib draws a text as a group of
-#: outlines, scaled from a font of 100 units. In a figure that is shown in parts
-#: they are drawn again, in the scale of the smallest part.
+#: Texts of figures below the size of captions.TEXT_HEIGHT. Matplotlib draws a text
+#: as a group of outlines, scaled from a font of 100 units. In a figure that is shown
+#: in parts they are drawn again, in the scale of the smallest part.
 SMALL_LETTERS = """
 () => [...document.querySelectorAll(".sos-figure svg g[transform*='scale(']")]
   .filter((text) => text.querySelector(":scope > use") && text.checkVisibility())
@@ -91,7 +92,7 @@ SMALL_LETTERS = """
     const size = 100 * Math.hypot(place.a, place.b) * (parts.length ? shown : 1);
     return [size, text.closest("figure").id];
   })
-  .filter(([size]) => size < 7.95)
+  .filter(([size]) => size < 7.15)
 """
 
 #: What stands out of the box in which an element says what it found.

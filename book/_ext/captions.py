@@ -18,7 +18,7 @@ from thesis_references import linked
 
 #: The text of a figure is at least so high on the page, in pixels; on a narrow
 #: screen the figure scrolls inside its box instead of shrinking further.
-TEXT_HEIGHT = 8
+TEXT_HEIGHT = 7.2
 #: Letters that are so much smaller than the largest are subscripts.
 SUBSCRIPT = 0.75
 #: Pixels a point of a part: 9 points are the size of a phone's small print.
