@@ -2,6 +2,7 @@
 
 import io
 import re
+import warnings
 from itertools import count
 
 from ...display.escape import page_text
@@ -103,14 +104,23 @@ def _parts(figure):
     figure.draw_without_rendering()
     boxes = _columns(figure)
     if len(boxes) < 2:
-        width, height = figure.get_size_inches()
-        if width > WIDTH:
-            figure.set_size_inches(WIDTH, height * WIDTH / width)
+        _narrow(figure, *figure.get_size_inches())
         return []
     over = [x for x in (*figure.legends, figure._suptitle) if x is not None]
     boxes[:0] = [x.get_window_extent() for x in over]
     top = figure.bbox.height
     return [[x.x0, top - x.y1, x.width, x.height] for x in boxes]
+
+
+def _narrow(figure, width, height):
+    """Make a figure as narrow as a phone asks, if its axes have room there."""
+    if width > WIDTH:
+        figure.set_size_inches(WIDTH, height * WIDTH / width)
+        with warnings.catch_warnings(record=True) as collapsed:
+            warnings.simplefilter("always")
+            figure.draw_without_rendering()
+        if collapsed:
+            figure.set_size_inches(width, height)
 
 
 def _columns(figure):
