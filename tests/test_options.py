@@ -26,6 +26,7 @@ from sosbook.controllers import Code, CompiledCode
 from sosbook.delay import DelayedLoop
 from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.export import Program
+from sosbook.pendulum.gap import motion_with_play
 from sosbook.pendulum.identify import fit_body, fit_wheel, speed
 from sosbook.pendulum.log_checks import check_log
 from sosbook.pendulum.margins import SampledLoop, lowest_rate, sensing
@@ -191,6 +192,9 @@ CALLS = {
     ],
     "Compiled": [lambda precision: Compiled(FIRMWARE, precision)],
     "fit_body": [lambda **o: fit_body(BODY, **o)],
+    "motion_with_play": [
+        lambda **o: motion_with_play(200, 30, 0, [1.0] * 9, 0.01, 0.1, 0.02, 0.5, **o)
+    ],
     "fit_wheel": [lambda **o: fit_wheel(WHEELS, **o)],
     "speed": [lambda wheel: speed(WHEELS, wheel)],
     "check_log": [lambda name: check_log(name, BODY if name == "body" else WHEELS)],

@@ -68,6 +68,8 @@ def motion_with_play(e, f, d, V, T, friction, play, share, sees="driven"):
     V = np.asarray(V, float)
     spans = np.broadcast_to(np.asarray(T, float), V.shape)
     steps = ceil(positive("T", float(spans.max())) / LONGEST_STEP)
+    if sees not in ("driven", "motors"):
+        raise ValueError(f"sees must be 'driven' or 'motors', got {sees!r}")
     rest, gap = 1 - share, abs(finite("play", play)) / 2
     rate, least = 2 * pi * CONTACT_HERTZ, share * rest
     spring, damper = rate * rate * least, 2 * CONTACT_DAMPING * rate * least
