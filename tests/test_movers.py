@@ -14,6 +14,7 @@ from scipy.optimize import least_squares, linear_sum_assignment
 
 import sosbook as sos
 from sosbook.book import counterexamples, thesis
+from sosbook.book.elements.movers.sensors import ticked_law
 from sosbook.book.notebooks import BOOK
 from sosbook.delay import (
     ConstantDelay,
@@ -191,7 +192,7 @@ def test_every_position_has_a_picture_and_a_sentence(desk, tag):
         const ends = control.names ? control.names.map((_, k) => k) : [0, input.max];
         for (const end of ends) {
           element.reset();
-          input.value = end;
+          element.put(control.key, end);
           input.dispatchEvent(new Event("input"));
           look([control.key, end]);
         }
@@ -658,6 +659,85 @@ def test_the_drive_runs_away_comes_back_and_ramps(desk):
     assert "It settles here: simulated only." in said(limit=2)
     assert "It settles: proven." in said(limit=2, law=2)
     assert "w/k = 0.263 rad" in said(limit=2, law=2, w=10)
+
+
+# --------------------------------------------------------- sensors (chapter 36)
+DRIVES = sos.Uncertain(
+    lambda J: sos.SecondOrderSystem(
+        [[0.01, 0], [0, J]], [[0.03, -0.01], [-0.01, 0.01]],
+        [[10, -10], [-10, 10]], [[1], [0]], [[0], [1]],
+    ),
+    J=(0.01, 0.03),
+)  # fmt: skip
+KEYS = "p1", "p2", "v1", "v2", "integral", "filter"
+SHARES = {"K_P": 0.7, "K_D": 1.4, "K_I": 1.9}
+
+
+def place_of(name):
+    """Where the ticks and the filter stand."""
+    return dict(zip(KEYS, map(int, name)))
+
+
+def test_sensors_have_the_poles_and_the_motion_of_the_law(desk):
+    data = desk.data("sos-sensors")
+    names = [n for n, x in data["found"].items() if x["status"] == "feasible"]
+    assert len(names) == 36
+    for name in names[::5]:
+        place = place_of(name)
+        (here,) = desk.compute("sos-sensors", [place | SHARES])
+        law = ticked_law(place, data["filters"], data["limits"])
+        found = data["found"][name]["gains"]
+        gains = {k: [SHARES[k] * np.array(x)] for k, x in found.items()}
+        loop = sos.analyse_pid(DRIVES, gains, law=law)
+        for found, true in zip(here["poles"], loop.poles(), strict=True):
+            assert distance(found, true) < 1e-7 * abs(true).max()
+        t = np.linspace(0, 3, 601)
+        angles = place["p1"] + place["p2"]
+        slow = 0 if place["v1"] or place["v2"] else angles
+        start = [1, 1, 0, 0, *[0] * (place["integral"] if angles else 0), *[1] * slow]
+        for shown, run in zip(here["angles"], loop.simulate(t, x0=start), strict=True):
+            early = np.abs(run.z).max(axis=0) < 1e3
+            assert np.allclose(np.array(shown).T[:, early], run.z[:, early], atol=1e-5)
+
+
+def test_sensors_tell_what_the_package_proves(desk):
+    data = desk.data("sos-sensors")
+    for name in ("100001", "001100"):
+        law = ticked_law(place_of(name), data["filters"], data["limits"])
+        design = sos.design_pid(DRIVES, law=law, maximize="sigma", starts=4)
+        here = data["found"][name]
+        assert here["status"] == design.status
+        if design.status == "feasible":
+            assert here["sigma"] == design.request.region.parts[0].bound
+            assert design.certify().proven
+    for name, x in data["found"].items():
+        (here,) = desk.compute("sos-sensors", [place_of(name)])
+        if x["status"] == "feasible":
+            assert max(here["right"]) < -x["sigma"]
+            assert here["limit"] is None or x["sigma"] < here["limit"]
+
+
+def test_a_sensor_is_ticked_by_mouse_key_and_finger(desk):
+    tag, box = "sos-sensors", desk.page.locator("sos-sensors input[type=checkbox]")
+    desk.compute(tag, [])
+
+    def here():
+        return desk.page.evaluate("tag => document.querySelector(tag).place", tag)
+
+    seen = [desk.said(tag)]
+    desk.page.locator(f"{tag} [data-tick=v1]").click()
+    assert here()["v1"] == 1 and box.nth(2).is_checked()
+    seen.append(desk.said(tag))
+    box.nth(1).focus()
+    desk.page.keyboard.press("Space")
+    assert here()["p2"] == 1
+    seen.append(desk.said(tag))
+    desk.page.locator(f"{tag} [data-cell='0100']").tap()
+    assert [here()[k] for k in KEYS[:4]] == [0, 1, 0, 0]
+    seen.append(desk.said(tag))
+    assert len(set(seen)) == 4
+    desk.page.locator(f"{tag} .sos-reset").click()
+    assert desk.said(tag) == seen[0]
 
 
 # ------------------------------------------------- delayed (chapters 19 and 22)

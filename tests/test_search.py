@@ -38,7 +38,10 @@ def test_the_chapter_about_a_word_is_among_the_first(site, visit, words, page):
     [
         ("phase margin", "book/19_input_delay.html"),
         ("Bode", "book/05_hinf.html"),
-        ("derivative filter", "book/api/laws.html book/api/controllers.html"),
+        ("derivative filter", "book/36_sensors.html book/api/laws.html"),
+        ("output feedback", "book/36_sensors.html"),
+        ("which sensors", "book/36_sensors.html"),
+        ("decentralised", "book/36_sensors.html"),
         ("overshoot", "book/13_flexible_arm.html"),
         ("anti-windup", "book/glossary.html#term-windup"),
         ("dead time", "book/19_input_delay.html"),

@@ -27,6 +27,7 @@ SYNONYMS = (
     ("backlash", "describing function"),
     ("bode", "singular values frequency"),
     ("dead time", "delay"),
+    ("decentralized", "decentralised"),
     ("derivative filter", "filter law"),
     ("encoder noise", "encoder counts"),
     ("gain margin", "margins"),
@@ -43,6 +44,7 @@ SYNONYMS = (
     ("settling time", "decay rate"),
     ("setpoint", "set point"),
     ("uncertainty", "polytope"),
+    ("which sensors", "sensors law"),
 )
 GREEK = dict(
     zip(

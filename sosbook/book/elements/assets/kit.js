@@ -73,6 +73,9 @@ export const select = ({id, key, label, names}) =>
     escape(key)}" ${QUIET}>` +
   `${options(names)}</select></div>`;
 
+export const tick = ({id, key, label}) => `<label class="sos-tick" for="${id}"><input id="${
+  id}" type="checkbox" data-key="${escape(key)}" ${QUIET}> ${escape(label)}</label>`;
+
 export const options = names =>
   names.map((name, k) => `<option value="${k}">${escape(name)}</option>`).join("");
 export const controls = (label, inner) =>

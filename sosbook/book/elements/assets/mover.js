@@ -1,6 +1,6 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {announce, band, buttons, clamp, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, uniform} from "./kit.js";
+import {announce, band, buttons, clamp, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
 import {apply, held} from "./linalg.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 
@@ -48,8 +48,9 @@ export class Mover extends PageElement {
       ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
     return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>`
                            : "") +
+      this.ticks(named) +
       controls("Setting",
-        this.data.controls
+        this.data.controls.filter(control => !control.tick)
           .map(control => control.names ? select(named(control, {names: control.names}))
                                         : slider(named(control, {max: steps(control)})))
           .join("")) +
@@ -58,6 +59,13 @@ export class Mover extends PageElement {
                   : "") +
       buttons(this.buttons, this.option) +
       panels(this.figures().map(([name, caption, kind]) => panel(name, caption, kind)).join("")) + READOUT;
+  }
+
+  ticks(named) {
+    const all = this.data.controls.filter(control => control.tick);
+    return all.length ? `<div class="sos-ticks" role="group" aria-label="${escape(all[0].tick)}">` +
+        `<span>${escape(all[0].tick)}</span>${all.map(control => tick(named(control, {}))).join("")}</div>`
+                      : "";
   }
 
   get buttons() {
@@ -97,11 +105,23 @@ export class Mover extends PageElement {
     for (const control of this.data.controls) {
       const {key, names, start} = control, wanted = decimal(to[key]);
       const x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
-      this.inputs[key].value = names ? x : position(control, x);
+      this.put(key, names ? x : position(control, x));
     }
     this.reply("");
     this.ghost = undefined;
     this.update();
+  }
+
+  // Where a control stands: of a tick 1 or 0.
+  stands(key) {
+    const input = this.inputs[key];
+    return Number(input.type === "checkbox" ? input.checked : input.value);
+  }
+
+  put(key, place) {
+    const input = this.inputs[key];
+    if (input.type === "checkbox") input.checked = Number(place) === 1;
+    else input.value = place;
   }
 
   words({unit}, x) { return `${clean(x, 4)}${unit}`; }
@@ -110,7 +130,7 @@ export class Mover extends PageElement {
 
   get place() {
     return Object.fromEntries(this.data.controls.map(control => {
-      const at = Number(this.inputs[control.key].value);
+      const at = this.stands(control.key);
       return [control.key, control.names ? at : value(control, at)];
     }));
   }

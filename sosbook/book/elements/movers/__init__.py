@@ -2,9 +2,10 @@
 
 from .lmis import centre, landscape, ranges, segment, trust
 from .loops import circulation, delayed, integral, kalman, mass
-from .mover import Mover, choice, slider
+from .mover import Mover, choice, slider, tick
 from .pendulum import chain, chirp, clock, digits, fall, regulator
 from .program import drive
+from .sensors import sensors
 
 __all__ = [
     "Mover",
@@ -25,6 +26,8 @@ __all__ = [
     "ranges",
     "regulator",
     "segment",
+    "sensors",
     "slider",
+    "tick",
     "trust",
 ]

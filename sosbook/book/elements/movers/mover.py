@@ -2,7 +2,7 @@
 
 from ..page import PageElement
 
-__all__ = ["Mover", "choice", "slider"]
+__all__ = ["Mover", "choice", "slider", "tick"]
 
 
 class Mover(PageElement):
@@ -17,7 +17,7 @@ class Mover(PageElement):
     hint : str
         What to try, in a sentence or two.
     controls : list of dict
-        Made by `slider` and `choice`, in their order.
+        Made by `slider`, `choice` and `tick`, in their order.
     **given
         What the page computes with, as JSON has it.
     """
@@ -87,3 +87,18 @@ def choice(key, label, names, start=0):
         The index of the first choice.
     """
     return {"key": key, "label": label, "names": list(names), "start": start}
+
+
+def tick(key, label, start, of="Measured"):
+    """A box to tick; the script gets 1 or 0.
+
+    Parameters
+    ----------
+    key, label : str
+        As for `slider`.
+    start : int
+        1 where it is ticked at first, else 0.
+    of : str
+        What stands before all boxes.
+    """
+    return choice(key, label, ["no", "yes"], start) | {"tick": of}
