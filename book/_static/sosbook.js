@@ -65,8 +65,11 @@
 
   // Sections for readers of the thesis are open for those who asked for them, on
   // paper, and where a link leads into one.
+  /** @type {() => any[]} */
+  const sections = () => [...document.querySelectorAll(".sos-thesis")];
+
   function unfold(all) {
-    for (const section of document.querySelectorAll(".sos-thesis")) {
+    for (const section of sections()) {
       section.open = all;
       section.querySelector(".sos-thesis-all input").checked = all;
     }
@@ -74,30 +77,31 @@
 
   function keepUnfolded() {
     const KEY = "sosbook-thesis";
-    const store = (work) => {
+    /** @type {(work: (kept: Storage) => any) => any} */
+    const store = work => {
       try {
         return work(localStorage);
       } catch { return null; }
     };
-    const asked = () => store(kept => kept.getItem(KEY)) === "open";
-    if (asked()) unfold(true);
-    document.addEventListener("change", ({target}) => {
-      if (!target.matches(".sos-thesis-all input")) return;
-      store(kept => target.checked ? kept.setItem(KEY, "open") : kept.removeItem(KEY));
-      const before = target.getBoundingClientRect().top;
-      unfold(target.checked);
-      target.closest("details").open = true;
-      scrollBy(0, target.getBoundingClientRect().top - before);
+    if (store(kept => kept.getItem(KEY)) === "open") unfold(true);
+    document.addEventListener("change", event => {
+      const /** @type {any} */ box = event.target;
+      if (!box.matches(".sos-thesis-all input")) return;
+      store(kept => box.checked ? kept.setItem(KEY, "open") : kept.removeItem(KEY));
+      const before = box.getBoundingClientRect().top;
+      unfold(box.checked);
+      box.closest("details").open = true;
+      scrollBy(0, box.getBoundingClientRect().top - before);
     });
     const follow = () => {
       const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-      const section = place?.closest(".sos-thesis") || place?.querySelector(":scope > .sos-thesis");
+      const /** @type {any} */ section =
+        place?.closest(".sos-thesis") || place?.querySelector(":scope > .sos-thesis");
       if (section) section.open = true;
     };
     addEventListener("hashchange", follow);
     follow();
-    addEventListener(
-      "beforeprint", () => document.querySelectorAll(".sos-thesis").forEach(x => { x.open = true; }));
+    addEventListener("beforeprint", () => sections().forEach(section => { section.open = true; }));
   }
 
   addEventListener("load", () => {

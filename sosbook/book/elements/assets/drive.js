@@ -1,7 +1,7 @@
 // A two-mass drive under its program: a step of the set point, sampled, late, in counts
 // of the encoder, with or without a limit. Beside the motion stands what is proven of it.
 import {define, round} from "./kit.js";
-import {apply, combine, held, mul, solve} from "./linalg.js";
+import {apply, combine, held, solve} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
 import {picture} from "./plot.js";
 
@@ -76,7 +76,7 @@ class Drive extends Mover {
   }
 
   show(result, ghost, place) {
-    const {law, limit, counts, r, w, clock} = place, {noise, total, holds} = this.proven(place);
+    const {limit, counts, r, w} = place, {noise, total, holds} = this.proven(place);
     const {high, peak, full, rest, end} = result, twist = w / this.data.stiffness;
     const left = Math.abs(end - r - (w ? twist : 0)), lost = high > AWAY * r && left > NEAR * r;
     const mean = rest.reduce((sum, v) => sum + v, 0) / (rest.length || 1);

@@ -13,6 +13,7 @@ const WALL = 30;                            // of a gain's way beyond the map, w
 const [DECREASE, CURVATURE] = [1e-4, 0.9];  // of the weak Wolfe conditions
 const SAME = 0.01;                          // 1/s and parts of the map: two ends are one minimum
 
+/** @type {(u: any, v: any) => number} */
 const dot = ([a, b], [c, d]) => a * c + b * d;
 
 class Landscape extends Mover {
@@ -155,6 +156,7 @@ class Landscape extends Mover {
 
   map({path, runs, minima, end}, here) {
     const plot = new Plot({x: this.ends[0], y: this.ends[1], labels: this.data.labels}), at = this.heights();
+    /** @type {(part: any) => string} */
     const place = ([u, v]) => `${plot.X(this.gain([u, v])[0])} ${plot.Y(this.gain([u, v])[1])}`;
     let filled = "";
     const lines = [0, ...LINES].map(() => "");
@@ -162,6 +164,7 @@ class Landscape extends Mover {
       for (let i = 0; i < GRID; i++) {
         const corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
         const sides = corners.map((c, k) => [c, corners[(k + 1) % 4]]);
+        /** @type {(side: any, level: number) => any} */
         const cross = ([a, b], level) => {
           const [p, q] = [at[a[1]][a[0]] - level, at[b[1]][b[0]] - level];
           const t = p / (p - q);

@@ -9,6 +9,7 @@ const SECONDS = 3, STEPS = 600;
 const GAINS = ["K_P", "K_D", "K_I"], PAIRS = [[0, 0], [1, 0], [0, 1], [1, 1]];
 const LOADS = ["lightest", "heaviest"];
 const DISCS = [[74, 44, 30], [266, 44, 36]];  // x, y and radius of motor and load
+/** @type {any[][]} */
 const SENSORS = [["p1", "φ₁", 44], ["v1", "φ₁′", 104], ["p2", "φ₂", 236], ["v2", "φ₂′", 296]];
 
 /** @type {(place: any, kind: string) => number[]} */
@@ -182,6 +183,7 @@ class Sensors extends Mover {
 
   scene(place) {
     const [[x, y, r], [u, v, s]] = DISCS;
+    /** @type {(place: any, words: string) => string} */
     const disc = ([cx, cy, size], words) => `<circle class="sos-part" cx="${cx}" cy="${cy}" r="${size}"/>` +
       `<text x="${cx}" y="${cy + size + 14}" text-anchor="middle">${words}</text>`;
     const hands =
