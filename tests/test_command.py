@@ -14,9 +14,11 @@ import pytest
 import sosbook
 import sosbook as sos
 from sosbook import proofs
+from sosbook.controllers import Controller
 from sosbook.exact.checker import verdict as checker
 from sosbook.plants.outputs import Output
 from sosbook.proofs.command import main
+from sosbook.proofs.folder import CONTROLLER
 from sosbook.proofs.subject import subject
 from sosbook.requirements.in_files import KEYS, OBJECTS, SEVERAL
 from sosbook.runtime.digests import digest, short_digest
@@ -342,6 +344,217 @@ def test_a_design_without_proof_removes_the_old_one(
     assert not proof.exists() and "is removed" in capsys.readouterr().err
 
 
+# ------------------------------------------------------------------ a folder
+
+COMPUTER = {"measured": ["z1"], "T": 0.02, "delay": 0.005, "counts": 40000}
+TOML = """
+U = [[1]]
+[plant]
+M = [[0.3]]
+D = [[0.1]]
+S = [[0.1019367991845056]]
+B = [[2.2046]]
+[saturation]
+u_max = 50
+x0 = [0.5, 0, 0]
+[controller]
+measured = ["z1"]
+T = 0.02
+delay = 0.005
+counts = 40_000
+u_max = 60.0
+"""
+
+
+@pytest.fixture
+def designed(small, tmp_path, capsys):
+    """Design into the folder "out" for the small plant and some changes."""
+
+    def design(*options, name="plant.json", text=None, **changes):
+        data = json.loads((small / "plant.json").read_text("utf-8")) | changes
+        (tmp_path / name).write_text(text or json.dumps(data), "utf-8")
+        code = main(
+            ["design", str(tmp_path / name), "--out", str(tmp_path / "out"), *options]
+        )
+        return code, *capsys.readouterr()
+
+    return design
+
+
+def names_in(folder):
+    there = {p.relative_to(folder).as_posix() for p in folder.rglob("*")}
+    return {name for name in there if (folder / name).is_file()}
+
+
+def test_a_folder_has_gains_proof_and_page(small, designed, tmp_path):
+    code, out, _ = designed()
+    folder, answer = tmp_path / "out", json.loads(out)
+    assert code == 0 and (folder / "gains.json").read_text("utf-8") == out
+    mine = {"gains.json", "proof.json", "index.html"}
+    assert names_in(folder) == {*answer["files"]} == mine
+    gain, proof = folder / "gains.json", folder / "proof.json"
+    verify = ["verify", str(proof), "--plant", str(tmp_path / "plant.json"), "--gain"]
+    assert main([*verify, str(gain)]) == 0
+    page = (folder / "index.html").read_text("utf-8")
+    assert "feasible" in page and "every plant" not in page
+    for claim in answer["claims"]:
+        assert claim.replace("<", "&lt;") in page
+    plain_run = json.loads((small / "gain.json").read_text("utf-8"))
+    del plain_run["proof"]
+    assert plain_run.items() <= answer.items()
+
+
+def test_a_controller_is_the_package_s_and_toml_is_json(designed, tmp_path, capsys):
+    """Its program to the letter, and the proofs that belong to it."""
+    folder = tmp_path / "out"
+    code, out, _ = designed(controller=COMPUTER | {"u_max": {"u": 60}})
+    assert code == 0 and json.loads(out)["controller_proven"] is True
+    assert names_in(folder) == {*json.loads(out)["files"]}
+    cart = sos.SecondOrderSystem(*([[x]] for x in (0.3, 0.1, 1 / 9.81, 2.2046)))
+    design = sos.design_pid(cart, [[1]], saturation=sos.Saturation(50, [0.5, 0, 0]))
+    theirs = tmp_path / "theirs"
+    design.report(theirs, controller=design.controller(**COMPUTER).limit(60))
+    mine = names_in(folder) - {"gains.json", "proof.json"}
+    assert names_in(theirs) == mine and "axis/axis_sketch/axis_sketch.ino" in mine
+    for name in mine:
+        assert (folder / name).read_bytes() == (theirs / name).read_bytes(), name
+    program = folder / "axis"
+    sampled, c = program / "proof_axis_sampled.json", program / "axis.c"
+    assert main(["verify", str(sampled), "--code", str(c)]) == 0
+    capsys.readouterr()
+    code, again, _ = designed(name="plant.toml", text=TOML)
+    assert (code, again) == (0, out)
+    toml, gain = tmp_path / "plant.toml", folder / "gains.json"
+    verify = ["verify", str(folder / "proof.json"), "--plant", str(toml)]
+    assert main([*verify, "--gain", str(gain)]) == 0
+    toml.write_text(TOML.replace("0.3", "0.31"), "utf-8")
+    assert main(verify) == 1
+    toml.write_text(TOML.replace("U = [[1]]", "U = [[2]]"), "utf-8")
+    assert main(verify) == 1
+
+
+def test_toml_leaves_out_what_json_calls_null(designed):
+    text = TOML.replace("u_max = 50", "").replace("U =", 'minimize = "u_max"\nU =')
+    text += "[region]\nsigma = 1\nrho = 9\n"
+    code, out, _ = designed(name="plant.toml", text=text)
+    given = {"minimize": "u_max", "saturation": {"u_max": None, "x0": [0.5, 0, 0]}}
+    given["region"] = {"sigma": 1, "rho": 9}
+    assert code == 0
+    assert (code, out) == designed(controller=COMPUTER | {"u_max": 60}, **given)[:2]
+
+
+def test_what_is_in_a_folder_is_not_lost(designed, tmp_path):
+    folder, heavier = tmp_path / "out", {k: [[x]] for k, x in zip("MDSB", (2, 1, 1, 1))}
+    folder.mkdir()
+    own = folder / "thesis.txt"
+    own.write_text("years", "utf-8")
+    for options in ((), ("--force",)):  # a folder of something else, never
+        code, out, err = designed(*options)
+        assert (code, out) == (2, "") and "holds something else: give --out" in err
+        assert names_in(folder) == {"thesis.txt"}
+    own.unlink()
+    assert designed(controller=COMPUTER)[0] == 0
+    before = (folder / "gains.json").read_bytes()
+    code, out, err = designed(plant=heavier)
+    assert (code, out) == (2, "") and "about another plant: give --out" in err
+    sketch = folder / "axis" / "axis_sketch" / "axis_sketch.ino"
+    written = sketch.read_bytes()
+    sketch.write_bytes(written + b"/* my pins */")
+    code, out, err = designed()
+    assert (
+        (code, out) == (2, "") and f"{sketch} was changed" in err and "--force" in err
+    )
+    sketch.write_bytes(written)
+    gains = folder / "gains.json"
+    gains.write_bytes(before.replace(b'"digits": ', b'"digits": 1'))
+    assert f"{gains} was changed" in designed()[2]
+    gains.write_bytes(before)
+    own.write_text("years", "utf-8")  # beside an answer it is left alone
+    code, out, err = designed()  # the same plant: no program stays beside new gains
+    assert code == 0 and err.count("is removed") == 13
+    mine = {"gains.json", "proof.json", "index.html"}
+    assert names_in(folder) == mine | {"thesis.txt"}
+    (folder / "axis" / "axis.c").write_text("mine", "utf-8")
+    for options in ((), ("--force",)):
+        code, out, err = designed(*options, controller=COMPUTER)
+        assert (code, out) == (2, "") and "axis.c is there already" in err
+        assert names_in(folder) == mine | {"thesis.txt", "axis/axis.c"}
+    code, out, _ = designed("--force", plant=heavier)
+    assert code == 0 and gains.read_bytes() != before
+    assert names_in(folder) == mine | {"thesis.txt", "axis/axis.c"}
+
+
+def test_a_record_names_no_file_elsewhere(designed, tmp_path):
+    assert designed()[0] == 0
+    gains, other = tmp_path / "out" / "gains.json", tmp_path / "other.txt"
+    other.write_text("mine", "utf-8")
+    data = json.loads(gains.read_text("utf-8"))
+    data["files"] |= {"../other.txt": "0", str(other): "0"}
+    gains.write_text(json.dumps(data), "utf-8")
+    assert designed("--force")[0] == 0 and other.read_text("utf-8") == "mine"
+
+
+def test_a_folder_of_a_request_without_gain_has_no_program(designed, tmp_path):
+    one, folder = [[1]], tmp_path / "out"
+    unstable = {"M": one, "D": [[-1]], "S": one, "B": one}
+    refused = dict(plant=unstable, saturation={"u_max": 0.5, "x0": [1, 0]}, U=None)
+    assert designed(controller=COMPUTER)[0] == 0
+    code, out, err = designed("--force", **refused, controller=COMPUTER)
+    answer = json.loads(out)
+    assert code == 1 and answer["proven"] and not answer["controller_proven"]
+    assert "no program is written" in err and "axis.c is removed" in err
+    assert names_in(folder) == {"gains.json", "proof.json", "index.html"}
+    page = (folder / "index.html").read_text("utf-8")
+    assert "infeasible" in page and "no gain" in page
+    assert main(["verify", str(folder / "proof.json")]) == 0
+
+
+NO_CLOCK = {
+    "a number": (3, "controller must be an object"),
+    "another key": (
+        COMPUTER | {"dealy": 0},
+        "controller: 'dealy' isn't known: its keys",
+    ),
+    "no T": ({"measured": ["z1"]}, "controller: T is missing: give the seconds"),
+    "no time": (COMPUTER | {"T": 0}, "controller: T must be"),
+    "a word": (COMPUTER | {"T": "fast"}, "controller: T must be"),
+    "the past": (COMPUTER | {"delay": -1}, "controller: delay must be 0 or more"),
+    "no sensor": (COMPUTER | {"measured": ["z2"]}, "controller: measured names 'z2'"),
+    "no list": (COMPUTER | {"measured": 1}, "controller: measured must be"),
+    "no count": (COMPUTER | {"counts": {"z3": 9}}, "controller: counts names 'z3'"),
+    "no input": (COMPUTER | {"u_max": {"v": 9}}, "controller: u_max names 'v'"),
+    "no limit": (COMPUTER | {"u_max": -3}, "controller: u_max must be"),
+    "an unseen error": (
+        COMPUTER | {"measured": ["z1'"]},
+        "isn't measured: .* measure z1",
+    ),
+    "one count": (
+        COMPUTER | {"counts": 4, "u_max": 0.01},
+        "controller: counts are too",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", NO_CLOCK)
+def test_a_bad_controller_is_named(designed, tmp_path, what):
+    asked, words = NO_CLOCK[what]
+    code, out, err = designed(controller=asked)
+    assert (code, out) == (2, "") and not (tmp_path / "out").exists()
+    assert err.startswith(f"error: {tmp_path / 'plant.json'}: controller")
+    assert re.search(words, err), err
+
+
+def test_a_controller_needs_a_folder(small, tmp_path, capsys):
+    data = json.loads((small / "plant.json").read_text("utf-8"))
+    file = tmp_path / "plant.json"
+    file.write_text(json.dumps(data | {"controller": COMPUTER}), "utf-8")
+    assert main(["design", str(file), "--proof", str(tmp_path / "p.json")]) == 2
+    assert "give --out FOLDER for its program" in capsys.readouterr().err
+    assert not (tmp_path / "p.json").exists()
+    with pytest.raises(SystemExit):
+        main(["design", str(file), "--proof", "p.json", "--out", str(tmp_path / "out")])
+
+
 # ------------------------------------------------------------------ limits
 
 
@@ -474,7 +687,10 @@ def test_no_text_of_a_file_commands_the_terminal(small, tmp_path, program):
 def test_schemas_name_what_the_files_hold(tmp_path):
     """The keys of the schemas, the example and a proof are the same ones."""
     schema = json.loads((FOLDER / "plant.schema.json").read_text("utf-8"))
-    assert set(schema["properties"]) == {"$schema", "plant", *KEYS}
+    assert set(schema["properties"]) == {"$schema", "plant", "controller", *KEYS}
+    there = schema["properties"]["controller"]["properties"].keys()
+    made = signature(sos.Design.controller), signature(Controller.limit)
+    assert there == {*CONTROLLER} <= {x for call in made for x in call.parameters}
     assert json.loads(EXAMPLE.read_text("utf-8")).keys() <= set(schema["properties"])
     for key, make in OBJECTS.items():
         there = schema["properties"][key]["properties"].keys()

@@ -64,12 +64,17 @@ MATRIX_READERS = {
 #: From a function that takes a file, to the endings of files and how it reads them.
 READERS = {
     "plants.files.load_plant": [
-        *((ending, load_plant) for ending in ("json", "npz", "mat", "op4")),
+        *((ending, load_plant) for ending in ("json", "toml", "npz", "mat", "op4")),
         *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx", "npz")),
     ],
-    "proofs.command.read_plant_file": [("json", read_plant_file)],
+    "proofs.command.read_plant_file": [
+        (ending, read_plant_file) for ending in ("json", "toml")
+    ],
     "proofs.subject.compare_plant": [
-        *((ending, lambda x: compare_plant({}, x)) for ending in ("json", "npz", "mat"))
+        *(
+            (ending, lambda x: compare_plant({}, x))
+            for ending in ("json", "toml", "npz", "mat")
+        )
     ],
     "proofs.subject.compare_gain": [("json", lambda x: compare_gain({}, x))],
     "proofs.subject.compare_code": [("h", lambda x: compare_code(None, x))],
@@ -97,6 +102,9 @@ READERS = {
     ],
     "runtime.reading.read_json": [("json", reading.read_json)],
     "runtime.reading.read_toml": [("toml", reading.read_toml)],
+    "runtime.reading.read_data": [
+        (ending, reading.read_data) for ending in ("json", "toml")
+    ],
     "runtime.reading.read_rows": [("csv", reading.read_rows)],
     "runtime.reading.numbers_of": [("csv", numbers_in)],
     "runtime.reading.read_text": [("txt", reading.read_text)],
@@ -114,6 +122,7 @@ TAKES = {
     "runtime.reading.read_rows",
     "runtime.reading.read_json",
     "runtime.reading.read_toml",
+    "runtime.reading.read_data",
     *(f"runtime.matrix_files.{name}" for name in MATRIX_READERS),
 }
 #: What takes a path and reads no file of others.
@@ -121,6 +130,8 @@ WRITERS = {
     "exact.proof_file.ProofFile.save",
     "exact.proof.Unproven.save",  # always an error
     "proofs.command.check_place",
+    "proofs.folder.check_folder",  # reads its own record, tried in test_command
+    "proofs.folder.write_folder",
     "pendulum.comparison.write_comparison",
     "controllers.compiled.CompiledCode.__init__",
     "controllers.compiler.build",

@@ -39,6 +39,7 @@ SHORTHAND = {
     "theorems/text.py": {"gamma"},  # the size of a theorem's argument
     "controllers/answers.py": {"u_max"},  # an argument, in what is said of it
     "controllers/controller.py": {"u_max"},
+    "proofs/folder.py": {"u_max"},  # the limit of a controller
 }
 
 

@@ -135,7 +135,7 @@ def test_json_has_one_set_of_names(tmp_path):
     words = r"plant\.json: .* K is there: call it S; C is there: call it D"
     with pytest.raises(ValueError, match=words):
         load_plant(tmp_path / "plant.json")
-    with pytest.raises(ValueError, match="JSON takes no names"):
+    with pytest.raises(ValueError, match=".json takes no names"):
         load_plant(tmp_path / "plant.json", {"S": "K"})
 
 

@@ -18,7 +18,7 @@ from ..runtime.matrix_files import (
     read_op4,
     read_sparse,
 )
-from ..runtime.reading import named, path_of, read_json
+from ..runtime.reading import named, path_of, read_data
 from .checks import matrix
 from .condensing import condense
 from .descriptor_system import DescriptorSystem
@@ -53,12 +53,12 @@ def load_plant(
         (Matrix Market, or Abaqus's lines "node, dof, node, dof, value"), ``M.npy``,
         or ``M.npz`` (scipy.sparse.save_npz). Or one file that holds them all under
         these names: ``.npz``, ``.mat``, ``.h5`` (that and MATLAB 7.3 by h5py),
-        ``.op4`` (Nastran's OUTPUT4, ASCII or binary) or ``.json``. Where S or D isn't
-        there, ``K`` of the size of M is the stiffness and ``C`` the damping. Without
-        M, but with ``A``, they are a state space E x' = A x + B u + B_w w,
-        y = C x + D u, where only A is needed. JSON has M, D, S, B and F alone; it
-        may have a list of such plants under ``"vertices"``, or ranges under
-        ``"parameters"``, and be the file of ``python -m sosbook design``.
+        ``.op4`` (Nastran's OUTPUT4, ASCII or binary), ``.json`` or ``.toml``. Where S
+        or D isn't there, ``K`` of the size of M is the stiffness and ``C`` the damping.
+        Without M, but with ``A``, they are a state space E x' = A x + B u + B_w w,
+        y = C x + D u, where only A is needed. JSON and TOML have M, D, S, B and F
+        alone, or a list of such plants under ``"vertices"``, or ranges under
+        ``"parameters"``; they may be the file of ``python -m sosbook design``.
     names : dict, optional
         From a matrix to what it is called there: ``{"S": "Kaa"}``.
     without : sequence of int, optional
@@ -101,7 +101,7 @@ def load_plant(
     place = path_of(path)
     kind = place.suffix.lower()
     arrays = {".npz": read_npz, ".mat": read_mat, ".h5": read_mat, ".op4": read_op4}
-    readers = arrays | {".json": read_json}
+    readers = arrays | {".json": read_data, ".toml": read_data}
     if place.is_dir():
         there = _folder(place)
         chosen = _chosen(place, there, names or {})
@@ -114,10 +114,10 @@ def load_plant(
             f"{path}: give a file of the kind {known}, or a folder with a file "
             "for each matrix (M.csv, M.mtx, M.npy, M.npz, ...)"
         )
-    elif kind == ".json":
+    elif kind in (".json", ".toml"):
         if names or len(without) or condensed:
-            raise ValueError(f"{path}: JSON takes no names, without or condensed")
-        data = read_json(place)
+            raise ValueError(f"{path}: {kind} takes no names, without or condensed")
+        data = read_data(place)
         with named(path):
             whole = isinstance(data, dict) and "plant" in data
             return plant_of(data["plant"] if whole else data)

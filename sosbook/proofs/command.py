@@ -19,11 +19,21 @@ from ..plants.as_data import plant_data
 from ..plants.files import plant_of
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import KEYS, asked_in_file
-from ..runtime.reading import named, read_bytes, read_json
+from ..runtime.digests import digest
+from ..runtime.reading import named, read_bytes, read_data
 from ..runtime.saying import one_line, say
 from ..runtime.time_limit import checked_seconds
 from ..runtime.writing import may_replace
 from ..synthesis.pid import design_pid
+from .folder import (
+    PROGRAM_PROOF,
+    PROOF,
+    check_folder,
+    controller_in,
+    controller_made,
+    pages,
+    write_folder,
+)
 from .subject import compare_code, compare_gain, compare_plant, subject
 
 __all__ = ["main"]
@@ -62,15 +72,26 @@ def main(arguments: list | None = None) -> int:
     )
     verifying.set_defaults(run=verify)
     designing = commands.add_parser("design", help="design a PID controller")
-    designing.add_argument("plant", help="see plant.schema.json beside this module")
     designing.add_argument(
+        "plant", help="JSON or TOML: see plant.schema.json beside this module"
+    )
+    goes = designing.add_mutually_exclusive_group()
+    goes.add_argument(
         "--proof",
-        default="proof.json",
+        default=PROOF,
         help="where to write it; an older proof about the same plant is replaced, and "
         "removed where there is none for this request; nothing else is",
     )
+    goes.add_argument(
+        "--out",
+        metavar="FOLDER",
+        help="write gains, proof and a page here, and the program of a controller; an "
+        "older answer about the same plant is replaced, nothing else is",
+    )
     designing.add_argument(
-        "--force", action="store_true", help="replace a proof about another plant, too"
+        "--force",
+        action="store_true",
+        help="replace what is about another plant or was changed, too",
     )
     designing.set_defaults(run=design)
     asked = parser.parse_args(arguments)
@@ -150,22 +171,33 @@ def at_most(seconds):
 
 
 def design(asked):
-    """Design for a plant file; print gains and margins, write the proof."""
-    earlier = Path(asked.proof)
+    """Design for a plant file; print gains and margins, write the proof or a folder."""
+    folder, earlier, made = asked.out, Path(asked.proof), None
     try:
-        plant, requirements = read_plant_file(asked.plant)
-        check_place(earlier, plant, asked.force)
+        plant, requirements, computer = read_plant_file(asked.plant)
+        if folder is not None:
+            there = check_folder(folder, plant, asked.force)
+        elif computer is None:
+            check_place(earlier, plant, asked.force)
+        else:
+            raise ValueError(
+                f"{asked.plant}: a controller is asked for: give --out FOLDER for its "
+                "program"
+            )
         try:
             result = design_pid(plant, **requirements)
+            if computer is not None and result.status == "feasible":
+                made = controller_made(result, computer)
         except (ValueError, TypeError) as error:
             raise ValueError(f"{asked.plant}: {error}") from None
     except ValueError as error:
-        if earlier.is_file() and is_proof(read_bytes(earlier)):
-            error.add_note(f"{earlier} is still the answer to an earlier request")
+        old = earlier if folder is None else Path(folder) / PROOF
+        if old.is_file() and is_proof(read_bytes(old)):
+            error.add_note(f"{old} is still the answer to an earlier request")
         raise
     answer, proof = {"status": result.status}, result.infeasibility
     if result.status == "feasible":
-        proof = result.certify()
+        proof = made.certificate if made else result.certify()
         n = plant.n
         answer |= {
             "K": proof.K.tolist(),
@@ -181,6 +213,18 @@ def design(asked):
         answer["advice"] = result.advice
     proven = isinstance(proof, ProofFile) and proof.proven
     answer |= {"proven": proven, "claims": list(proof.claims) if proven else []}
+    if folder is not None:
+        done = proven and result.status == "feasible"
+        texts = {PROOF: proof.text} if proven else {}
+        texts |= pages(result, made if done else None, answer["claims"])
+        if computer is not None:
+            done = answer["controller_proven"] = done and PROGRAM_PROOF in texts
+            if made is None or not proven:
+                say("no program is written: no gain is proven", sys.stderr)
+        answer["plant"] = digest(plant_data(plant))
+        write_folder(folder, answer, texts, there)
+        say(laid_out(answer))
+        return PROVEN if done else NOT_PROVEN
     if proven:
         proof.save(asked.proof)
         answer["proof"] = str(asked.proof)
@@ -213,25 +257,29 @@ def _plant_in(content):
 
 
 def read_plant_file(path):
-    """The plant and the keywords of `design_pid` of a file.
+    """The plant of a file, its keywords of `design_pid`, and its controller's or None.
 
     Parameters
     ----------
     path : str or Path
-        JSON, as ``plant.schema.json`` says.
+        JSON or TOML, as ``plant.schema.json`` says.
     """
-    data = read_json(path)
+    data = read_data(path)
     if not isinstance(data, dict) or not isinstance(data.get("plant"), dict):
         raise ValueError(
             f'{path}: "plant" is missing: give {{"M": .., "D": .., "S": .., "B": ..}} '
             'or {"vertices": [..]}'
         )
     data.pop("$schema", None)
-    unknown = data.keys() - {"plant", *KEYS}
+    unknown = data.keys() - {"plant", "controller", *KEYS}
     if unknown:
         raise ValueError(
             f"{path}: {sorted(unknown)[0]!r} isn't known: the keys are "
-            f"plant, {', '.join(KEYS)}"
+            f"plant, controller, {', '.join(KEYS)}"
         )
     with named(path):
-        return checked_plant(plant_of(data.pop("plant"))), asked_in_file(data)
+        plant = checked_plant(plant_of(data.pop("plant")))
+        computer = data.pop("controller", None)
+        if computer is not None:
+            computer = controller_in(computer)
+        return plant, asked_in_file(data), computer

@@ -14,7 +14,7 @@ from ..plants.checks import matrix
 from ..plants.files import load_plant
 from ..plants.kinds import checked_plant
 from ..runtime.digests import digest
-from ..runtime.reading import named, path_of, read_json, read_text
+from ..runtime.reading import named, path_of, read_data, read_json, read_text
 
 __all__ = ["compare_code", "compare_gain", "compare_plant", "subject"]
 
@@ -33,7 +33,8 @@ def compare_plant(data, path):
         its U and K_A must be the proof's, too.
     """
     wanted = {"plant": plant_data(checked_plant(load_plant(path)))}
-    if path_of(path).suffix.lower() == ".json" and "plant" in (file := read_json(path)):
+    plain = path_of(path).suffix.lower() in (".json", ".toml")
+    if plain and "plant" in (file := read_data(path)):
         with named(path):
             for name, none in (("U", []), ("K_A", None)):
                 given = file.get(name)

@@ -1,4 +1,4 @@
-"""What a JSON file asks of a plant, as the keywords of `design_pid`."""
+"""What a plant file asks, as the keywords of `design_pid`."""
 
 from inspect import signature
 
@@ -22,7 +22,7 @@ KEYS = (*OBJECTS, *SEVERAL, *VALUES)
 
 
 def asked_in_file(data: dict) -> dict:
-    """Keywords of `design_pid` from the contents of a JSON file.
+    """Keywords of `design_pid` from the contents of a plant file.
 
     Parameters
     ----------
@@ -54,6 +54,8 @@ def asked_in_file(data: dict) -> dict:
             continue
         if key not in OBJECTS:
             raise ValueError(f"{key!r:.80} isn't known: the keys are {', '.join(KEYS)}")
+        if key == "saturation" and isinstance(value, dict):
+            value = {"u_max": None} | value  # null in JSON, which TOML hasn't
         keywords[key] = _made(key, OBJECTS[key], value)
     return keywords
 

@@ -26,6 +26,7 @@ __all__ = [
     "parse_json",
     "path_of",
     "read_bytes",
+    "read_data",
     "read_json",
     "read_rows",
     "read_text",
@@ -210,6 +211,12 @@ def number(word):
     if value == 0 and re.search("[1-9]", re.split("[eE]", word)[0]):
         raise ValueError(f"{word:.60} is too small: write 0, or choose other units")
     return value
+
+
+def read_data(path):
+    """What the file at ``path`` holds: TOML by its ending, else JSON."""
+    toml = path_of(path).suffix.lower() == ".toml"
+    return (read_toml if toml else read_json)(path)
 
 
 def read_toml(path):

@@ -1,0 +1,168 @@
+"""The folder of an answer: gains, proof, page and, for a computer, the program.
+
+``gains.json`` is the record: what was answered, about which plant, and the digest of
+each file. So an answer takes the place of an earlier one about the same plant, whole,
+and of nothing that somebody changed or wrote himself.
+"""
+
+import sys
+from html import escape
+from pathlib import Path
+
+from ..controllers.controller import checked_delay
+from ..controllers.report import report_texts
+from ..exact.proof_text import laid_out
+from ..plants.as_data import plant_data
+from ..runtime.digests import digest
+from ..runtime.reading import named, read_bytes, read_json
+from ..runtime.saying import say
+from ..runtime.writing import write_texts
+
+__all__ = [
+    "CONTROLLER",
+    "GAINS",
+    "PROGRAM_PROOF",
+    "PROOF",
+    "check_folder",
+    "controller_in",
+    "controller_made",
+    "pages",
+    "write_folder",
+]
+
+GAINS, PROOF, PAGE = "gains.json", "proof.json", "index.html"
+NAME = "axis"  # of the program and its folder, as `Design.report` has it
+PROGRAM_PROOF = f"{NAME}/proof_{NAME}_sampled.json"
+CONTROLLER = ("measured", "T", "delay", "counts", "u_max")
+OTHER = "give --out another name"
+
+
+def controller_in(data):
+    """What a plant file asks of a computer: the checked value of its key "controller".
+
+    Parameters
+    ----------
+    data : dict
+        Keys among `CONTROLLER`, as `Gains.controller` and `Controller.limit` take
+        them.
+
+    Raises
+    ------
+    ValueError
+        If a key isn't known, T is missing, T or delay is no time, or measured no list.
+    """
+    if not isinstance(data, dict):
+        raise ValueError('controller must be an object, such as {"T": 0.001}')
+    for name in data:
+        if name not in CONTROLLER:
+            raise ValueError(
+                f"controller: {name!r:.80} isn't known: its keys are "
+                f"{', '.join(CONTROLLER)}"
+            )
+    if "T" not in data:
+        raise ValueError("controller: T is missing: give the seconds between samples")
+    names = data.get("measured", [])
+    if not isinstance(names, list) or not all(isinstance(x, str) for x in names):
+        raise ValueError('controller: measured must be a list, such as ["z1"]')
+    with named("controller"):
+        checked_delay(data["T"], data.get("delay", 0.0))
+    return data
+
+
+def controller_made(design, asked):
+    """The `Controller` of a ``design``, with what is ``asked`` of it in a plant file."""
+    asked = dict(asked)
+    u_max = asked.pop("u_max", None)
+    with named("controller"):
+        made = design.controller(**asked)
+        return made if u_max is None else made.limit(u_max)
+
+
+def check_folder(folder, plant, force=False):
+    """The files of an earlier answer that a new one about a ``plant`` may replace.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Where the new one goes.
+    plant : plant
+        That of the new one.
+    force : bool
+        Whether that one may be about another plant, or changed.
+
+    Returns
+    -------
+    set of str
+        Their names in the folder.
+
+    Raises
+    ------
+    FileExistsError
+        If the folder holds anything else.
+    """
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise FileExistsError(f"{folder} is a file: {OTHER}")
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return set()
+    try:
+        answer = read_json(folder / GAINS)
+        about, files = answer["plant"], dict(answer.pop("files"))
+        files[GAINS]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        raise FileExistsError(f"{folder} holds something else: {OTHER}") from None
+    root = folder.resolve()
+    there = {
+        name: folder / name
+        for name in files
+        if (folder / name).resolve().is_relative_to(root) and (folder / name).is_file()
+    }
+    if force:
+        return {*there}
+    if about != digest(plant_data(plant)):
+        raise FileExistsError(
+            f"{folder} holds an answer about another plant: {OTHER}, or --force"
+        )
+    for name, path in there.items():
+        now = digest(answer) if name == GAINS else digest(read_bytes(path))
+        if now != files[name]:
+            raise FileExistsError(
+                f"{path} was changed since it was written: {OTHER}, or --force"
+            )
+    return {*there}
+
+
+def write_folder(folder, answer, texts, earlier):
+    """Write into a ``folder`` an ``answer`` and the ``texts`` of its files by name.
+
+    The answer then has their digests. ``earlier`` are the files that `check_folder` found: those that nothing replaces
+    are removed, so that no stale program stays beside new gains.
+    """
+    folder = Path(folder)
+    files = {name: digest(text.encode()) for name, text in texts.items()}
+    answer["files"] = files | {GAINS: digest(answer)}
+    texts = texts | {GAINS: laid_out(answer) + "\n"}
+    for name in texts:
+        if name not in earlier and (folder / name).exists():
+            raise FileExistsError(f"{folder / name} is there already: {OTHER}")
+    write_texts(folder, texts, replace=True)
+    for name in sorted(earlier - texts.keys()):
+        (folder / name).unlink()
+        say(f"{folder / name} is removed: it answered an earlier request", sys.stderr)
+
+
+def pages(design, controller, claims):
+    """The texts of a ``design`` for people, by their files' names.
+
+    With a ``controller`` it is its report and program, else a card with ``claims``.
+    """
+    if controller is not None:
+        return report_texts(design, controller, NAME)
+    items = "".join(f"<li>{escape(claim)}</li>" for claim in claims)
+    proven = (
+        f"<h2>Proven</h2><ul>{items}</ul>" if items else "<p>Nothing is proven.</p>"
+    )
+    return {
+        PAGE: '<!doctype html><html lang="en"><meta charset="utf-8"><title>'
+        f"{escape(design.status)}</title>{design._repr_html_()}{proven}</html>\n"
+    }
