@@ -656,7 +656,7 @@ def test_a_report_and_a_file_for_the_command_line(tab, visit, tmp_path):
     assert again.errors == []
 
 
-def test_a_clock_goes_on_in_python(tab):
+def test_a_clock_goes_on_in_python(tab, tmp_path, monkeypatch, capsys):
     type_in(tab, **DRIVE)
     tab.page.locator("[data-wanted=clock]").check()
     type_in(tab, T="0.001", measured="z1 z2")
@@ -664,4 +664,16 @@ def test_a_clock_goes_on_in_python(tab):
     assert "an observer from z1, z2" in tab.page.locator(".sos-judged").inner_text()
     code = program(tab, "As Python")
     assert 'design.controller(["z1", "z2"], T=0.001)' in code
-    compile(code, "page", "exec")
+    names = {}
+    monkeypatch.chdir(tmp_path)  # where the report goes
+    exec(code, names)
+    said = capsys.readouterr().out
+    assert "the sampled loop" in said and "is stable" in said
+    mine = names["controller"]
+    assert mine.radius < 1 and [s.name for s in mine.measured] == ["z1", "z2"]
+    assert names["design"].certify().proven
+    (tmp_path / "plant.json").write_text(program(tab, "As JSON"), "utf8")
+    assert main(["design", "plant.json", "--out", "out"]) == 0
+    gains = "axis/axis_gains.h"  # the same program, from both
+    theirs = (tmp_path / "report" / gains).read_text("utf8")
+    assert (tmp_path / "out" / gains).read_text("utf8") == theirs

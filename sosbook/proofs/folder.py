@@ -70,7 +70,7 @@ def controller_in(data):
 
 
 def controller_made(design, asked):
-    """The `Controller` of a ``design``, with what is ``asked`` of it in a plant file."""
+    """The `Controller` of a ``design``, with what a plant file ``asked`` of it."""
     asked = dict(asked)
     u_max = asked.pop("u_max", None)
     with named("controller"):
@@ -135,8 +135,9 @@ def check_folder(folder, plant, force=False):
 def write_folder(folder, answer, texts, earlier):
     """Write into a ``folder`` an ``answer`` and the ``texts`` of its files by name.
 
-    The answer then has their digests. ``earlier`` are the files that `check_folder` found: those that nothing replaces
-    are removed, so that no stale program stays beside new gains.
+    The answer then has their digests. ``earlier`` are the files that
+    `check_folder` found: those that nothing replaces are removed, so that no stale
+    program stays beside new gains.
     """
     folder = Path(folder)
     files = {name: digest(text.encode()) for name, text in texts.items()}
