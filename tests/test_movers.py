@@ -576,6 +576,63 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     assert moved["x"] < after["x"] and moved["y"] > after["y"]
 
 
+# ----------------------------------------------------------- ride (chapter 38)
+@pytest.mark.parametrize(
+    "place",
+    [
+        dict(made=0, stroke=3, m=0.31, bump=0.1),
+        dict(made=1, stroke=2.5, m=0.25, bump=0.05),
+        dict(made=2, stroke=4, m=0.4, bump=0.33),
+    ],
+)
+def test_the_ride_is_that_of_the_packages_loop(desk, place):
+    """Of the road held for a step, by scipy; the mass of the page is between two."""
+    (page,) = desk.compute("sos-ride", [place])
+    k = [2, 2.5, 3, 3.5, 4].index(place["stroke"])
+    stored = desk.data("sos-ride")["designs"]
+    K = np.array(stored[place["made"] - 1][k]["K"] if place["made"] else [0] * 4)
+    (d,) = descriptors(
+        sos.SecondOrderSystem(
+            np.diag([place["m"], 0.04]), [[1, -1], [-1, 1]],
+            [[20, -20], [-20, 200]], [[1], [-1]], [[0], [180]],
+        )
+    )  # fmt: skip
+    A, B, W = d.state_space()
+    A, h = A + B @ K[None], 1.5 / 600
+    t = (np.arange(600) + 0.5) * h
+    road = 0.05 * np.sin(np.pi * t / place["bump"]) ** 2 * (t < place["bump"])
+    held = expm(h * np.block([[A, W], [np.zeros((1, 5))]]))
+    x = [np.zeros(4)]
+    for w in road:
+        x.append(held[:4, :4] @ x[-1] + held[:4, 4] * w)
+    x = np.array(x)
+    assert np.allclose(page["z"], x[:, :2], rtol=0, atol=1e-9)
+    assert np.allclose(page["s"], x[:, 0] - x[:, 1], rtol=0, atol=1e-9)
+    assert np.allclose(page["u"], x @ K, rtol=0, atol=1e-7)
+    assert np.allclose(page["a"], x @ A[2], rtol=0, atol=1e-6)
+
+
+def test_the_ride_says_what_is_proven_and_where_nothing_is(desk):
+    """Proven bounds hold for cars that nobody designed for, by their responses."""
+    said = desk.page.evaluate(
+        """all => { const e = document.querySelector("sos-ride");
+          return all.map(p => { e.reset(p); return e.textContent; }); }""",
+        [dict(made=1, stroke=s) for s in (2, 3)],
+    )
+    assert "These bounds: infeasible" in said[0]
+    (bound,) = re.findall(r"comfort below ([\d.]+)", said[1])
+    K = np.array(desk.data("sos-ride")["designs"][0][2]["K"])
+    grid, largest = 1j * np.linspace(1, 200, 2000), 0
+    for m in (0.25, 0.3, 0.4):
+        for s in grid:
+            loop = np.diag([m, 0.04]) * s**2 + s * np.array([[1, -1], [-1, 1]])
+            loop = loop + [[20, -20], [-20, 200]]
+            loop -= np.outer([1, -1], K[:2] + s * K[2:])
+            size = abs(s**2 * np.linalg.solve(loop, [0, 180])[0])
+            largest = max(largest, size)
+    assert 720 < largest < float(bound) < 1.005 * largest
+
+
 # ---------------------------------------------------------- drive (chapter 40)
 @pytest.fixture(scope="module")
 def programs():

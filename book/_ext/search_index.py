@@ -32,9 +32,12 @@ SYNONYMS = (
     ("encoder noise", "encoder counts"),
     ("gain margin", "margins"),
     ("kalman", "observer"),
+    ("multi objective", "outputs bounds"),
+    ("multiobjective", "outputs bounds"),
     ("only position measured", "sensors law"),
     ("output feedback", "sensors law"),
     ("parameter range", "ranges"),
+    ("performance output", "outputs"),
     ("phase margin", "margins"),
     ("plc", "controller program"),
     ("pole placement", "region poles"),
@@ -44,6 +47,7 @@ SYNONYMS = (
     ("settling time", "decay rate"),
     ("setpoint", "set point"),
     ("uncertainty", "polytope"),
+    ("weighting function", "filtered"),
     ("which sensors", "sensors law"),
 )
 GREEK = dict(

@@ -1,0 +1,84 @@
+"""A quarter of a car over a bump, under gains that are designed and proven here."""
+
+import numpy as np
+
+from .mover import Mover, choice, slider
+
+__all__ = ["ride"]
+
+
+def ride(cars, designs, hint):
+    """A car on a bump; a slider goes through designs, bound by bound.
+
+    The page simulates; what it calls proven comes from the designs' `bounds`.
+
+    Parameters
+    ----------
+    cars : Uncertain
+        Plants with the heights of body and wheel, one input and the road as w. Their
+        one parameter is the body's mass in tonnes, in which they are straight.
+    designs : dict
+        For each name, what was made small, a dict: the `Design` for each bound of the
+        stroke. The bounds are the same for all names, evenly spaced.
+    hint : str
+        What to try.
+
+    Raises
+    ------
+    ValueError
+        If the plants or the bounds aren't of this kind.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> def car(m):
+    ...     return sos.SecondOrderSystem(
+    ...         [[m, 0], [0, 1]], [[1, -1], [-1, 1]], [[1, -1], [-1, 9]], [[1], [-1]],
+    ...         [[0], [9]])
+    >>> cars = sos.Uncertain(car, m=(2, 3))
+    >>> asked = sos.HInfinity(9, outputs=sos.Output(position=[[1, -1]]), name="stroke")
+    >>> found = sos.design_pid(cars, requirements=[asked])
+    >>> ride(cars, {"stroke alone": {9: found}}, "Move the mass.")
+    Ride: made, stroke, m, bump
+    """
+    if len(cars.box.names) != 1 or not cars.multi_affine:
+        raise ValueError("cars must have one parameter, and be straight in it")
+    ((name, low, high),) = zip(cars.box.names, cars.box.low, cars.box.high)
+    low, high = float(low), float(high)
+    corners = [cars.at(**{name: x}) for x in (low, high)]
+    strokes = list(next(iter(designs.values())))
+    if any(list(found) != strokes for found in designs.values()):
+        raise ValueError("designs must have the same bounds for each name")
+    steps = np.diff(strokes)
+    if len(steps) and not np.allclose(steps, steps[0]):
+        raise ValueError(f"designs: the bounds {strokes} aren't evenly spaced")
+    ends = (strokes[0], strokes[-1])
+    return Mover(
+        "ride",
+        "A car over a bump",
+        hint,
+        [
+            choice("made", "The force makes small", ["(no force)", *designs], 1),
+            slider("stroke", "Stroke at most", " × the road", ends, *_step(strokes)),
+            slider("m", "Mass of the body", " t", (low, high), 0.01, low),
+            slider("bump", "Bump lasts", " s", (0.05, 0.5), 0.01, 0.1),
+        ],
+        plants=[{x: getattr(c, x).tolist() for x in "MDSBF"} for c in corners],
+        masses=[low, high],
+        strokes=strokes,
+        designs=[[_found(d) for d in found.values()] for found in designs.values()],
+    )
+
+
+def _step(strokes):
+    """The slider's step, and where it starts: in the middle."""
+    step = strokes[1] - strokes[0] if len(strokes) > 1 else 1
+    return step, strokes[len(strokes) // 2]
+
+
+def _found(design):
+    """The gain of a design and what is proven of it; its status where there is none."""
+    if design.status != "feasible" or not design.certify().proven:
+        return {"status": design.status, "K": None}
+    bounds = [{"name": b.requirement.name, "proven": b.proven} for b in design.bounds()]
+    return {"status": "feasible", "K": design.K[0].tolist(), "bounds": bounds}
