@@ -41,7 +41,7 @@ def test_the_chapter_about_a_word_is_among_the_first(site, visit, words, page):
         ("derivative filter", "book/36_sensors.html book/api/laws.html"),
         ("output feedback", "book/36_sensors.html"),
         ("which sensors", "book/36_sensors.html"),
-        ("decentralised", "book/36_sensors.html"),
+        ("decentralised", "book/36_sensors.html#decentralised-control"),
         ("overshoot", "book/13_flexible_arm.html"),
         ("anti-windup", "book/glossary.html#term-windup"),
         ("dead time", "book/19_input_delay.html"),
