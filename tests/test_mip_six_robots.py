@@ -109,8 +109,7 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
     _, fault = stand(machine, Heard(), machine.V_n, seconds=8.0)
     assert fault == 0
     last = abs(np.ravel(volts))[len(volts) // 2 :]
-    assert (last.max() > 0.8 * machine.V_n) == warned
-    assert (last.max() < 0.5 * machine.V_n) == (not warned)
+    assert (last.max() > 0.5 * machine.V_n) == warned
     seeing = found.robot.but(law="observer")
     again = recommend(pendulum(machine), R=None, robot=seeing)
     vars(again)["sampled"] = {}
