@@ -78,7 +78,7 @@ CUT_FIGURES = """
   .map((sheet) => [sheet.scrollWidth, sheet.closest("figure").id])
 """
 
-#: Texts of figures that are too small: a wide legend has 6.8 px on a phone. Matplotlib draws a text
+#: Texts of figures that are too small: the widest legend has 6.44 px on a phone. Matplotlib draws a text
 #: as a group of outlines, scaled from a font of 100 units. In a figure that is shown
 #: in parts they are drawn again, in the scale of the smallest part.
 SMALL_LETTERS = """
@@ -92,7 +92,7 @@ SMALL_LETTERS = """
     const size = 100 * Math.hypot(place.a, place.b) * (parts.length ? shown : 1);
     return [size, text.closest("figure").id];
   })
-  .filter(([size]) => size < 6.75)
+  .filter(([size]) => size < 6.4)
 """
 
 #: What stands out of the box in which an element says what it found.
