@@ -78,9 +78,9 @@ CUT_FIGURES = """
   .map((sheet) => [sheet.scrollWidth, sheet.closest("figure").id])
 """
 
-#: Texts of figures that are too small: the widest legend has 6.44 px on a phone. Matplotlib draws a text
-#: as a group of outlines, scaled from a font of 100 units. In a figure that is shown
-#: in parts they are drawn again, in the scale of the smallest part.
+#: Texts of figures that are too small: the widest legend has 6.44 px on a phone.
+#: Matplotlib draws a text as a group of outlines, scaled from a font of 100 units.
+#: In a figure that is shown in parts they are drawn again, in the smallest's scale.
 SMALL_LETTERS = """
 () => [...document.querySelectorAll(".sos-figure svg g[transform*='scale(']")]
   .filter((text) => text.querySelector(":scope > use") && text.checkVisibility())
