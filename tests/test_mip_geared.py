@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip import Mip, Robot
+from sosbook.mip import Mip
 from sosbook.mip.deployment import deploy, in_words, least_spread
 from sosbook.mip.gate import Inspection, check_log, refused, widened
 from sosbook.mip.log import Log
@@ -13,28 +13,14 @@ from sosbook.mip.log import Log
 from sosbook.pendulum.log_fits import fit_wheel
 from sosbook.pendulum.recording import AMPLITUDE_SHARES, sweeps
 from tests.geared_robots import ALL, experiment, sine
+from tests.test_mip_six_robots import by_its_sheet
 
 SECONDS = 10.0  # either way: a third of what the recorders take
 
 
-def described(machine, **changes):
-    """As its owner describes it: the sheet's numbers, and a pair of scales."""
-    return Robot(
-        name=machine.name,
-        M_b=machine.M_b,
-        l=machine.l,
-        r=machine.r,
-        M_w=machine.M_w,
-        counts=machine.counts,
-        gyro_range=34.9,
-        limit=machine.V_n,
-        rotors=True,
-        friction=True,
-        T=machine.T,
-        delay=machine.delay,
-        jitter=machine.jitter,
-        law="observer",
-    ).but(**changes)
+def described(machine):
+    jitter = machine.jitter
+    return by_its_sheet(machine, friction=True, jitter=jitter, law="observer")
 
 
 def recorded(machine, shares=AMPLITUDE_SHARES, seconds=SECONDS, seed=0):

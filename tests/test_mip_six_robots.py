@@ -11,24 +11,19 @@ from tests.compiler import find, refuse
 from tests.six_robots import OTHERS, SIX, logs, stand, write
 from tests.test_mip_compare import pendulum
 
+#: What a machine of the tests and a robot's description call alike.
+ALIKE = "name", "M_b", "l", "r", "M_w", "counts", "T", "delay"
+
+
+def by_its_sheet(machine, **more):
+    """As its owner describes it: the sheet's numbers, and a pair of scales."""
+    facts = {key: getattr(machine, key) for key in ALIKE}
+    own = dict(gyro_range=34.9, limit=machine.V_n, rotors=True, jitter=0.0005)
+    return Robot(**facts | own | more)
+
 
 def described(machine):
-    return Robot(
-        name=machine.name,
-        M_b=machine.M_b,
-        l=machine.l,
-        r=machine.r,
-        M_w=machine.M_w,
-        counts=machine.counts,
-        gyro_range=34.9,
-        limit=machine.V_n,
-        rotors=True,
-        friction=machine.friction > 0,
-        T=machine.T,
-        delay=machine.delay,
-        jitter=0.0005,
-        law=machine.law,
-    )
+    return by_its_sheet(machine, friction=machine.friction > 0, law=machine.law)
 
 
 #: Each robot takes a minute: the gate takes one, the others run once a week.
