@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_continuous_are
 
 import sosbook as sos
 from sosbook.exact.rational import exact
@@ -53,6 +54,68 @@ def test_without_noise_no_more_is_excluded_than_little_noise_allows(seed):
     gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 1.5 * little)
     near = 0.2 if seed in (2, 8) else 0.98
     assert near * little < gamma < little and proof.verify()
+
+
+def central(d, C_y, noise, gamma):
+    """The controller of the two Riccati equations (DGKF 1989), as (A, B, C)."""
+    ones, no = np.eye(len(d.A)), np.zeros((1, len(d.A)))
+
+    def solved(A, B, small, C):
+        """A'X + XA + X(B1 B1' / gamma^2 - B2 B2' / small^2)X + C'C = 0."""
+        R = np.diag(np.repeat([-(gamma**2), small**2], [B[0].shape[1], B[1].shape[1]]))
+        return solve_continuous_are(A, np.hstack(B), C.T @ C, R)
+
+    X = solved(d.A, (d.Bw, d.Bu), 0.3, np.vstack([d.C, no]))
+    Y = solved(d.A.T, (d.C.T, C_y.T), noise, np.vstack([d.Bw.T, no]))
+    F, L = -d.Bu.T @ X / 0.3**2, -Y @ C_y.T / noise**2
+    Z = np.linalg.inv(ones - Y @ X / gamma**2)
+    A = d.A + d.Bw @ d.Bw.T @ X / gamma**2 + d.Bu @ F + Z @ L @ C_y
+    return A, -Z @ L, F
+
+
+def strange(kind, seed):
+    """A plant of some kind, seen by one sensor without noise."""
+    rng = np.random.default_rng(seed)
+    A, (B, b) = rng.normal(size=(3, 3)).round(4), rng.normal(size=(2, 3, 1)).round(4)
+    c, C_y = rng.normal(size=(2, 1, 3)).round(2)
+    if kind == "undamped":
+        A = A - A.T
+    if kind == "a mode alone":
+        A[0] = [-0.3, 0, 0]
+    B, Bw, C = (
+        b if kind == "matched" else B,
+        np.hstack([b, 0 * b]),
+        np.vstack([c, 0 * c]),
+    )
+    return sos.DescriptorSystem(np.eye(3), A, B, Bw, C, [[0], [0.3]]), C_y
+
+
+@pytest.mark.parametrize("kind", ["any", "undamped", "a mode alone", "matched"])
+def test_no_controller_that_is_built_does_what_is_excluded(kind):
+    """Its norm without noise is read from its response; Riccati only builds it.
+
+    Rational multipliers aren't found for each of the plants.
+    """
+    found, s = 0, 1j * np.append(np.geomspace(1e-3, 1e3, 6000), 0)[:, None, None]
+    for seed in range(8):
+        known, C_y = strange(kind, seed)
+        (d,) = known.vertices
+        best, norms = best_of_any_order(d, C_y, 0.3, 1e-2), []
+        if np.isinf(best):  # more than ten: the search by Riccati ends there
+            continue
+        for gamma in best * np.array([1.01, 1.1, 1.5]):
+            F, L, K = central(d, C_y, 1e-2, gamma)
+            whole = np.block([[d.A, d.Bu @ K], [L @ C_y, F]])
+            if np.linalg.eigvals(whole).real.max() < 0:
+                out = np.block([[d.C[:1], 0 * K], [0 * K, 0.3 * K]])
+                force = np.vstack([d.Bw[:, :1], 0 * L])
+                answers = out @ np.linalg.solve(s * np.eye(6) - whole, force[None])
+                norms.append(np.linalg.norm(answers, axis=1).max())
+        gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 2 * best)
+        if proof is not None:
+            assert proof.verify() and gamma < min(norms), seed
+            found += 1
+    assert found >= 2
 
 
 def test_free_masses_have_a_bound():
