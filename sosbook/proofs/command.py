@@ -9,6 +9,7 @@ import argparse
 import os
 import sys
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from threading import Lock, Timer
 
@@ -198,19 +199,17 @@ def design(asked):
     answer, proof = {"status": result.status}, result.infeasibility
     if result.status == "feasible":
         proof = made.certificate if made else result.certify()
-        n = plant.n
+        parts = replace(result, K=proof.K).gains
         answer |= {
             "K": proof.K.tolist(),
-            "K_P": proof.K[:, :n].tolist(),
-            "K_D": proof.K[:, n : 2 * n].tolist(),
-            "K_I": proof.K[:, 2 * n :].tolist(),
+            **{name: part.tolist() for name, part in parts.items()},
             "digits": proof.digits,
             "margins": {name: float(f"{x:.3g}") for name, x in result.margins.items()},
             "central": result.central,
             "reason": result.reason,
         }
     else:
-        answer["advice"] = result.advice
+        answer |= {"reason": result.reason, "advice": result.advice}
     proven = isinstance(proof, ProofFile) and proof.proven
     answer |= {"proven": proven, "claims": list(proof.claims) if proven else []}
     if folder is not None:
@@ -282,4 +281,8 @@ def read_plant_file(path):
         computer = data.pop("controller", None)
         if computer is not None:
             computer = controller_in(computer)
-        return plant, asked_in_file(data), computer
+        asked = asked_in_file(data)
+        if "law" in asked:
+            with named("law"):
+                asked["law"].parts(plant), asked["law"].structure(plant)
+        return plant, asked, computer

@@ -13,8 +13,10 @@ from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import load_plant
 from ..plants.kinds import checked_plant
+from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
 from ..runtime.reading import named, path_of, read_data, read_json, read_text
+from ..synthesis.known_certificate import parts_data
 
 __all__ = ["compare_code", "compare_gain", "compare_plant", "subject"]
 
@@ -30,15 +32,18 @@ def compare_plant(data, path):
         Those of a proof file.
     path : str or Path
         As `load_plant` takes it. Where it is a file of ``python -m sosbook design``,
-        its U and K_A must be the proof's, too.
+        its U, K_A and law must be the proof's, too.
     """
-    wanted = {"plant": plant_data(checked_plant(load_plant(path)))}
+    plant = checked_plant(load_plant(path))
+    wanted = {"plant": plant_data(plant)}
     plain = path_of(path).suffix.lower() in (".json", ".toml")
     if plain and "plant" in (file := read_data(path)):
         with named(path):
             for name, none in (("U", []), ("K_A", None)):
                 given = file.get(name)
                 wanted[name] = none if given is None else decimals(matrix(name, given))
+            law = asked_in_file({"law": file["law"]})["law"] if "law" in file else None
+            wanted["law"] = law and parts_data(law.parts(plant))
     for name, value in wanted.items():
         if name == "plant" or name in data:
             if data.get(name) != value:

@@ -2,6 +2,7 @@
 
 from inspect import signature
 
+from ..laws import DynamicLaw, PIDLaw
 from ..plants.outputs import Output
 from .cost import QuadraticCost
 from .h2 import H2
@@ -18,7 +19,8 @@ OBJECTS = {  # what makes a key's object
 }
 SEVERAL = {"hinf": HInfinity, "h2": H2}  # lists of objects, told apart by name
 VALUES = ("gamma", "mu", "minimize", "coupling", "slack", "U", "K_A")
-KEYS = (*OBJECTS, *SEVERAL, *VALUES)
+OF_LAW = ("maximize", "starts", "seed")  # what a search for its gains takes
+KEYS = (*OBJECTS, *SEVERAL, "law", *VALUES, *OF_LAW)
 
 
 def asked_in_file(data: dict) -> dict:
@@ -30,7 +32,8 @@ def asked_in_file(data: dict) -> dict:
         Keys among `KEYS`; "region", "saturation" and "cost" hold the
         parameters of `PoleRegion`, `Saturation` and `QuadraticCost`, "hinf" and "h2"
         those of `HInfinity` and `H2`, or lists of them. Their "outputs" are objects
-        with the parameters of `Output`, or lists of them, which are stacked.
+        with the parameters of `Output`, or lists of them, which are stacked. "law"
+        holds those of `PIDLaw` or, if "order" is among them, of `DynamicLaw`.
 
     Raises
     ------
@@ -44,8 +47,14 @@ def asked_in_file(data: dict) -> dict:
     """
     keywords = {}
     for key, value in data.items():
-        if key in VALUES:
+        if key in OF_LAW and data.get("law") is None:
+            raise ValueError(f"{key} needs a law: say what is measured under law")
+        if key in VALUES or key in OF_LAW:
             keywords[key] = value
+            continue
+        if key == "law":
+            dynamic = isinstance(value, dict) and "order" in value
+            keywords[key] = _made(key, DynamicLaw if dynamic else PIDLaw, value)
             continue
         if key in SEVERAL:
             given = value if isinstance(value, list) else [value]

@@ -322,7 +322,7 @@ class Design(ClosedLoop[Certificate], Solution):
                 what = "gain" if self.request.plant.m else "loop"
                 return f"{self.reason} Change the {what}, or ask for less."
             return f"{self.reason} Change B, or ask for less there."
-        if self.searched is not None:
+        if self.searched is not None or (self.K is None and self._law is not None):
             return f"{self.reason} Measure more, or ask for less."
         if self.request.coupling == "multipliers":
             return f"{self.reason} Change the gain, or ask for less."
