@@ -115,7 +115,10 @@ def lab(tmp_path_factory):
         yield f"http://127.0.0.1:{port}{path}".format
     finally:
         server.terminate()
-        server.wait(timeout=20)
+        try:
+            server.wait(timeout=20)  # for its kernels to end
+        except subprocess.TimeoutExpired:
+            server.kill()
 
 
 def _widgets_home():

@@ -1,5 +1,6 @@
 """The programs that record the two logs, on a simulated robot of their own."""
 
+import contextlib
 import re
 import shutil
 import subprocess
@@ -146,7 +147,8 @@ def live(program, experiment, path, machine=MACHINE, ticks=2000, word="t"):
             left, right = map(float, line.split())
             assert left == -right  # the right motor's polarity
             bench.turn(8.0 * left, 0.0103)
-        process.stdin.close()
+        with contextlib.suppress(BrokenPipeError):  # what it didn't wait for
+            process.stdin.close()
         return line + process.stdout.read()
 
 

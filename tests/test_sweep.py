@@ -145,6 +145,9 @@ def cluster():
             distributed.Client(workers) as client,
         ):
             yield client
+            # A nanny that is starting a worker anew can't close: it fails to join
+            # a process that isn't there yet.
+            client.wait_for_workers(2, timeout=120)
 
 
 @pytest.mark.slow
