@@ -221,6 +221,10 @@ BAD = [
     (lambda: axis().limit({"torque": 2}), "u_max names 'torque'"),
     (lambda: axis().limit(2, tracking_time=1e-4), "is below T"),
     (lambda: design().controller(["speed"], T=T), "measured names 'speed'"),
+    (
+        lambda: design().controller(sos.Output(position=[[1, 0]]), T=T),
+        "measured must name signals, each once",
+    ),
     (lambda: design().controller(["load"], T=T), "motor is integrated but isn't meas"),
     (lambda: design().controller(["motor"], T=T, units={"x": "m"}), "units names 'x'"),
     (lambda: design().controller(["motor"], T=0.2), "this gain is unstable even if"),

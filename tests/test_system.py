@@ -251,6 +251,7 @@ def test_bad_saturations_are_refused(u_max, x0, words):
     "K, words",
     [
         (None, "K is missing"),
+        ({"K_P": [[-1, 0]]}, "K is a dict of gains by name, which a law has"),
         (np.zeros((2, 2)), "K has 2 columns, needs 4"),
         (np.zeros(4), "K must be a matrix"),
         (np.full((2, 4), np.nan), "K has NaN"),

@@ -52,7 +52,6 @@ WHOLE = 0.05  # of what P says of the start, in every direction: room, too
 GOOD = 1.5  # of what is true of a cell's corners: then it isn't halved
 MOST_TERMS = 30_000  # that floats add
 MOST_CELLS = 32
-REST_DIGITS = 9  # of a position at rest, which is then checked exactly
 
 
 @dataclass(frozen=True)
@@ -151,21 +150,22 @@ def rest(c, j):
     controller stays and asks nothing. None where there is no such state, as where
     springs push back, or where rounded numbers leave a rest that isn't exactly so.
     """
-    exactly = [d.map(exact) for d in c.vertices]
-    goal = np.zeros(c.R.shape[1])
-    goal[j] = 1
-    x = exact(round_digits(c.static(r=goal)[0][0], REST_DIGITS))[:, None]
-    x[len(x) // 2 :] = exact(np.zeros((len(x) - len(x) // 2, 1)))
-    if any((d.A @ x != 0).any() for d in exactly):
-        return None
-    y = exact(c.rows) @ x
+    n = len(c.vertices[0].A) // 2
+    seen = exact(c.rows)[:, :n]
     A, B, C, D = (exact(m) for m in (c.A, c.B, c.C, c.D))
-    moved = B @ y + exact(c.B_r[:, j : j + 1])
-    left = np.vstack([exact(np.eye(len(A))) - A, C])
-    right = np.vstack([moved, -(D @ y) - exact(c.D_r[:, j : j + 1])])
-    xi = _solved(left, right)
-    if xi is None:
+    still = np.vstack([d.map(exact).A[:, :n] for d in c.vertices])
+    left = np.block(
+        [
+            [still, exact(np.zeros((len(still), len(A))))],
+            [-(B @ seen), exact(np.eye(len(A))) - A],
+            [D @ seen, C],
+        ]
+    )
+    pushed = exact(np.vstack([c.B_r, -c.D_r])[:, [j]])
+    found = _solved(left, np.vstack([exact(np.zeros((len(still), 1))), pushed]))
+    if found is None:
         return None
+    x, xi = np.vstack([found[:n], exact(np.zeros((n, 1)))]), found[n:]
     older = exact(np.zeros((len(c.loops[0].F) - len(x) - len(xi), 1)))
     return np.vstack([x, older, xi])
 

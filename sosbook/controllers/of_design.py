@@ -263,8 +263,13 @@ def _mixed(vertices, weights):
 
 
 def _names(name, value):
-    words = (value,) if isinstance(value, str) else tuple(value)
-    if not words or len(set(words)) < len(words):
+    words = (value,) if isinstance(value, str) else value
+    try:
+        words = tuple(words)
+    except TypeError:
+        words = ()
+    strange = not all(isinstance(word, str) for word in words)
+    if not words or strange or len(set(words)) < len(words):
         raise ValueError(f"{name} must name signals, each once, got {value!r}")
     return words
 

@@ -1,5 +1,6 @@
 """A plant and what is asked of its loop, as LMI blocks."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -116,6 +117,11 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
         if law is not None:
             gain = self.gain
         elif gain is not None:
+            if isinstance(gain, Mapping):
+                raise ValueError(
+                    "K is a dict of gains by name, which a law has: give law=, too, "
+                    "or K as one matrix, [K_P K_D K_I]"
+                )
             gain = matrix("K", gain, (plant.m, self.order))
         elif coupling == "multipliers":
             raise ValueError(
