@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from sosbook.maps import ask as asking
 from sosbook.maps.search import replaced
 
 import sosbook as sos
@@ -406,28 +405,7 @@ def test_reset_a_link_python_and_bands(visit, sheet, atlas, force):
     assert tab.errors == []
 
 
-# ------------------------------------------------------------------- grids
-
-
-@pytest.fixture(scope="module")
-def grid(robot):
-    return maps.feasibility_map(
-        robot.plant,
-        **robot.requirements,
-        across=("sigma", [1.5, 0.3, 0.7, 1.1]),  # in any order
-        up=("theta", np.radians([70, 22, 34, 46, 28])),
-    )
-
-
-def cells(grid):
-    return np.ndindex(grid.status.shape)
-
-
-def cell_request(grid, robot, row, column):
-    known = maps.requirements(maps.request(robot))
-    return replaced(
-        maps.request(robot), known | {grid.up: grid.y[row], grid.across: grid.x[column]}
-    )
+# -------------------------------------------------- beside designs alone
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -445,14 +423,17 @@ def test_maps_of_random_polytopes_say_what_designs_say(seed):
     plant = sos.Polytope(plants) if seed else plants[0]
     x0 = [0.1, 0.1, 0, 0]
     sigma, force = [0.3, 1.0, 2.5], [0.1, 0.5, 4.0, 30.0]
-    found = maps.feasibility_map(
+    found = maps.frontier(
+        "sigma",
+        "u_max",
         plant,
         region=sos.PoleRegion(sigma=0.3, theta=1.0, rho=12),
         gamma=2.0,
         saturation=sos.Saturation(1.0, x0),
-        across=("sigma", sigma),
-        up=("u_max", force),
+        values=sigma,
+        progress=False,
     )
+    assert all(e.proven for e in found.edges)
     alone = [
         [
             sos.design_pid(
@@ -465,76 +446,7 @@ def test_maps_of_random_polytopes_say_what_designs_say(seed):
         ]
         for u in force
     ]
-    assert found.status.tolist() == alone
-    assert found.proven.all()
-
-
-def test_every_cell_is_backed_by_a_theorem(grid, robot):
-    assert grid.proven.all() and grid.solves < grid.status.size
-    for row, column in cells(grid):
-        asked = cell_request(grid, robot, row, column)
-        if grid.feasible[row, column]:
-            assert any(prove(asked, d.K, d.P).proven for d in grid.designs.values())
-        else:  # one that asks for no more is infeasible already
-            assert any(
-                d.infeasibility.proven
-                and d.request.region.sigma <= grid.x[column]
-                and d.request.region.theta >= grid.y[row]
-                for d in grid.refusals.values()
-            )
-
-
-def test_a_design_that_is_found_serves_its_neighbours(robot):
-    loose = maps.feasibility_map(
-        robot.plant,
-        **robot.requirements,
-        across=("rho", [9, 10, 11, 12]),
-        up=("u_max", [300, 310]),
-    )
-    assert loose.feasible.all() and loose.proven.all() and loose.solves == 1
-    (design,) = loose.designs.values()
-    assert maps.requirements(design.request)["u_max"] == 300
-    assert min(design.margins.values()) > 0
-
-
-def test_an_empty_region_needs_no_multipliers(robot):
-    found = maps.feasibility_map(
-        robot.plant,
-        robot.U,
-        sos.PoleRegion(sigma=1, rho=5),
-        across=("sigma", [1, 3]),
-        up=("rho", [2, 6]),
-    )
-    assert found.status.tolist() == [
-        ["feasible", "infeasible"],
-        ["feasible", "feasible"],
-    ]
-    assert found.refusals == {(0, 1): None}
-    assert found.proven.all()
-
-
-def test_what_cannot_be_decided_is_said(robot, monkeypatch):
-    """A cell of which the solver says nothing stays open, others don't."""
-    true = asking.Ask.finished
-
-    def blind(self, first, **known):
-        design = true(self, first, **known)
-        if known["sigma"] == 1.1 and design.status == "infeasible":
-            vars(design)["status"] = "undecided"
-        return design
-
-    monkeypatch.setattr(asking.Ask, "finished", blind)
-    found = maps.feasibility_map(
-        robot.plant,
-        **robot.requirements,
-        across=("sigma", [0.3, 1.1, 1.5]),
-        up=("theta", np.radians([22, 60])),
-    )
-    assert found.status.tolist() == [
-        ["feasible", "undecided", "infeasible"],
-        ["feasible"] * 3,
-    ]
-    assert (found.proven == (found.status != "undecided")).all()
+    assert [[found.status(s, u) for s in sigma] for u in force] == alone
 
 
 def test_designs_with_a_law_are_those_of_design_pid():
@@ -568,72 +480,20 @@ def test_a_gain_that_is_searched_has_an_edge():
     assert edge.feasible >= 0.3 and edge.design.certify().proven
     assert edge.design.request.law is not None
     assert edge.design.poles().real.max() < -edge.feasible
-    found = maps.feasibility_map(
-        cart, across=("sigma", [0.2, 0.4]), up=("rho", [0.5, 60]), **asked
-    )
-    assert found.status[1].tolist() == ["feasible"] * 2
-    assert "feasible" not in found.status[0]  # the filter's own pole is at -20
-    assert found.proven[1].all()
 
 
-def test_with_either_coupling_a_map_has_the_better_one():
-    plants, disks = actuated(), [0.4, 1.0, 10.0]
-    asked = dict(across=("rho", disks), up=("sigma", [0.01, 0.02]))
-    one, own, either = (
-        maps.feasibility_map(plants, coupling=c, **asked)
-        for c in ("pairs", "slack", "auto")
+def test_with_either_coupling_an_edge_has_the_better_one():
+    plants = actuated()
+    one, edge = (
+        maps.edge("rho", plants, coupling=coupling, digits=1, time_limit=60)
+        for coupling in ("pairs", "auto")
     )
-    good = (one.status == "feasible") | (own.status == "feasible")
-    assert ((either.status == "feasible") == good).all()
-    assert good.any() and (one.status[:, -1] == "infeasible").all()
-    assert (either.status == "infeasible").tolist() == (
-        own.status == "infeasible"
-    ).tolist()
-    assert (either.proven == (either.status != "undecided")).all()
-    edge = maps.edge("rho", plants, coupling="auto", digits=1, time_limit=60)
+    assert one.feasible is None and one.excluded is not None
     assert edge.design.V is not None and edge.design.certify().proven
     if edge.excluded is not None:
         assert edge.infeasible < edge.feasible
         with pytest.raises(ValueError, match="shares are those of LMIs of the whole"):
             _ = edge.shares
-
-
-def test_slack_and_polytopes_have_grids_too():
-    arm = sos.thesis.example_4()
-    found = maps.feasibility_map(
-        arm.plant,
-        **arm.requirements,
-        coupling="slack",
-        slack=0.05,
-        across=("sigma", [2, 11]),
-        up=("rho", [12, 40]),
-    )
-    assert "slack" in {d.request.coupling for d in found.designs.values()}
-    for row, column in cells(found):
-        region = sos.PoleRegion(found.x[column], arm.region.theta, found.y[row])
-        alone = sos.design_pid(
-            arm.plant, arm.U, region=region, coupling="slack", slack=0.05
-        )
-        assert alone.status == found.status[row, column]
-
-
-@pytest.mark.parametrize(
-    "change, fault",
-    [
-        (dict(up=("sigma", [1, 2])), 'across and up are both "sigma"'),
-        (dict(up=("speed", [1, 2])), "name = 'speed' must be one of"),
-        (dict(up=("theta", [1])), "up: values of theta must be two or more"),
-        (dict(up=("theta", [1, np.nan])), "up: values of theta"),
-        (dict(up=("theta", [20, 70])), "up: theta is a half-angle in radians"),
-        (dict(across="sigma"), "across must be a name and its values"),
-        (dict(across=("sigma", 3)), "across must be a name and its values"),
-        (dict(minimize="gamma", gamma=None), "minimize has no meaning"),
-    ],
-)
-def test_bad_grids_are_named(robot, change, fault):
-    asked = dict(across=("sigma", [1, 2]), up=("theta", [0.5, 1]))
-    with pytest.raises(ValueError, match=fault):
-        maps.feasibility_map(robot.plant, **robot.requirements | asked | change)
 
 
 # ------------------------------------------------------------ many designs

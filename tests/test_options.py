@@ -120,11 +120,6 @@ def across(x, y):
     )
 
 
-def mapped(**options):
-    across, up = ("sigma", [0.2, 0.4]), ("rho", [5.0, 9.0])
-    return sos.maps.feasibility_map(CART, across=across, up=up, **options)
-
-
 def law(T=0.01):
     return sos.mip.SampledLaw.of_gain(sos.thesis.mip().gains["PD"][1], T)
 
@@ -264,7 +259,6 @@ CALLS = {
     ],
     "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
     "designs": [lambda **o: sos.maps.designs(CART, [completed(o)], progress=False)],
-    "feasibility_map": [mapped],
     "design_atlas": [
         lambda **o: sos.atlas.design_atlas(PAIR, sigma=[0.2, 0.4], rho=9.0, **o)
     ],

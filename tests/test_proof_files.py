@@ -493,7 +493,6 @@ SPEAKERS = {
     "Proof": "matrices of the caller's own",
     "RegionOfAttraction": "its proof",
     "Edge": "its design.certify() and its refusal's infeasibility",
-    "FeasibilityMap": "those of the designs of its cells",
     "Largest": "its design.certify(), and its infeasibility beyond",
     "Deployment": "those that are written beside the program",
     "Stopped": "never proven: the time was over",

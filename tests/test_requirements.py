@@ -222,17 +222,20 @@ def test_maps_hold_it_or_move_it(name):
     up = ("gamma", [0.3, 0.9])
     if r.parameter and name not in ("sigma", "gamma"):
         up = r.parameter.key, [0.9 * r.bound, 1.1 * r.bound]
-    found = sos.maps.feasibility_map(PLANTS, across=across, up=up, **asked(name))
-    for i, y in enumerate(up[1]):
-        for j, x in enumerate(across[1]):
+    found = sos.maps.frontier(
+        across[0], up[0], PLANTS, values=across[1], progress=False, **asked(name)
+    )
+    for y in up[1]:
+        for x in across[1]:
             wanted = Request(PLANTS, **asked(name)).with_bounds(
                 {across[0]: x, up[0]: y}
             )
             d = sos.design_pid(PLANTS, requirements=wanted.requirements)
-            assert found.status[i, j] == d.status
-    for d in found.designs.values():
-        assert any(x.key == r.key for x in d.request.requirements)
-        assert d.certify().proven
+            assert found.status(x, y) == d.status
+    for e in found.edges:
+        if e.design is not None:
+            assert any(x.key == r.key for x in e.design.request.requirements)
+            assert e.design.certify().proven
 
 
 @pytest.mark.parametrize("name", REQUIREMENTS)

@@ -279,9 +279,6 @@ LIMITED = {
     "edge": lambda s: sos.maps.edge(
         "rho", CART, region=sos.PoleRegion(rho=9), digits=1, time_limit=s
     ),
-    "map": lambda s: sos.maps.feasibility_map(
-        CART, across=("sigma", [1, 2]), up=("rho", [3, 4]), time_limit=s
-    ),
     "own": lambda s: LMIProblem(
         lambda v, number: {"P": v["P"]}, [Unknown("P", 1, symmetric=True)], s
     ),

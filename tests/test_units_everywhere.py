@@ -353,36 +353,6 @@ def edges(seed, powers):
         assert near.max() <= far.min()
 
 
-def feasibility_maps(seed, powers):
-    plant = falling_plant(seed)
-    there = as_units(plant, powers, 0)
-    x0 = np.eye(2 * plant.n)[0]
-    best = sos.design_pid(
-        plant,
-        region=sos.PoleRegion(0.3, 1.3, 30.0),
-        minimize="u_max",
-        saturation=sos.Saturation(None, x0),
-    )
-    u_max, gamma = best.request.saturation.u_max, best.hinf()
-    asked = dict(
-        region=best.request.region, gamma=gamma, saturation=sos.Saturation(u_max, x0)
-    )
-    other = there.requirements(asked)
-
-    def drawn(plant, asked):
-        limit = asked["saturation"].u_max
-        return sos.maps.feasibility_map(
-            plant,
-            **asked,
-            across=("u_max", [0.5 * limit, 1.5 * limit, 4 * limit]),
-            up=("gamma", [0.1 * asked["gamma"], 2 * asked["gamma"]]),
-        )
-
-    here, away = drawn(plant, asked), drawn(there.plant(plant), other)
-    assert np.array_equal(here.feasible, away.feasible)
-    assert here.feasible.any() and not here.feasible.all()
-
-
 def lower_bounds(seed, powers):
     plant = falling_plant(seed, 2)
     N = 2 * plant.n
@@ -494,7 +464,6 @@ PROPERTIES = (
     integrators,
     regions_of_attraction,
     edges,
-    feasibility_maps,
     lower_bounds,
     requirements_of_others,
     requirements_of_others_with_slack,
