@@ -6,24 +6,11 @@ __all__ = ["narrowed"]
 def narrowed(holds, good, bad, middle):
     """The two sides of an edge, as close as ``middle`` goes.
 
-    Parameters
-    ----------
-    holds : callable
-        Whether a value holds.
-    good, bad : object
-        One that holds and one that doesn't; neither is tried again.
-    middle : callable or float
-        From (good, bad) to a value between them; one of the two, or
-        None, ends the search. A number asks for halves, until the two
-        are no further apart.
+    ``holds``: whether a value holds; ``good``, ``bad``: one that holds and one that
+    doesn't; neither is tried again; ``middle``: from (good, bad) to a value between
+    them; one of the two, or None, ends the search. A number asks for halves, until the
+    two are no further apart. Returns the last value that held and the last that didn't.
 
-    Returns
-    -------
-    good, bad
-        The last value that held and the last that didn't.
-
-    Examples
-    --------
     >>> narrowed(lambda n: n * n < 50, 0, 100, lambda a, b: (a + b) // 2)
     (7, 8)
     >>> good, bad = narrowed(lambda x: x < 2, 1.0, 5.0, 1e-3)

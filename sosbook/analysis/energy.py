@@ -16,28 +16,16 @@ INFLATED = 1.0 + 1e-6  # for sums of bounds, which are rounded, too
 def least_eigenvalue(x, error):
     """A proven lower bound of the least eigenvalue of a scaled sparse matrix.
 
-    Parameters
-    ----------
-    x : (n, n) sparse array
-        A symmetric matrix in floats.
-    error : (n, n) sparse array
-        How far at most each entry of the matrix that is meant is from it.
+    ``x``, (n, n) sparse array: a symmetric matrix in floats; ``error``, (n, n) sparse
+    array: how far at most each entry of the matrix that is meant is from it. Returns
+    float: for the matrix with its diagonal scaled to about one: positive where x is
+    positive definite; -inf where that isn't shown.
 
-    Returns
-    -------
-    float
-        For the matrix with its diagonal scaled to about one: positive where x is
-        positive definite; -inf where that isn't shown.
-
-    Notes
-    -----
     With float factors L and d > 0 of x - c I the matrix L d L' is positive
     semidefinite whatever they are, so the least eigenvalue is at least c less the
     norm of the residual, of which the largest row sum is a bound. Its own rounding
     is bounded by that of sums of products. Source: S. M. Rump, BIT 46, 2006.
 
-    Examples
-    --------
     >>> one, none = (csc_array(c * np.eye(3)) for c in (2.0, 0.0))
     >>> bool(least_eigenvalue(one, none) > 0), least_eigenvalue(-one, none)
     (True, -inf)
@@ -67,23 +55,11 @@ def least_eigenvalue(x, error):
 def energy_forms(plant, K, sigma, epsilon):
     """What must be positive definite so that an energy decays as exp(-2 sigma t).
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem
-        Dense or sparse.
-    K : (m, 2n) array
-        The gain.
-    sigma, epsilon : float
-        The decay, and the weight of z' M z' in the energy; in rad/s.
+    ``plant``: dense or sparse; ``K``, (m, 2n): the gain; ``sigma``, ``epsilon``: the
+    decay, and the weight of z' M z' in the energy; in rad/s. Returns dict or None: from
+    a name to a symmetric sparse matrix and a bound of its entries' errors; None where M
+    isn't symmetric.
 
-    Returns
-    -------
-    dict or None
-        From a name to a symmetric sparse matrix and a bound of its entries' errors;
-        None where M isn't symmetric.
-
-    Notes
-    -----
     With the symmetric and skew parts of S - B K_P = S_s + H and D - B K_D = D_s + G,
     V = z'(S_s + e D_s) z + 2 e z' M z' + z'' M z' has the derivative -2 W with the
     block W = [e S_s, (e G - H)/2; ., D_s - e M].

@@ -31,23 +31,11 @@ def loop_matrix(d, K):
 def balancing(A):
     """Units of the states, powers of two, in which A has rows like its columns.
 
-    Parameters
-    ----------
-    A : (N, N) array
-        In x' = A x.
+    ``A``, (N, N): in x' = A x. Returns (N,): the units: ``A / units[:, None] * units``
+    is balanced. It hardly depends on the units in which A was given.
 
-    Returns
-    -------
-    (N,) array
-        The units: ``A / units[:, None] * units`` is balanced. It hardly
-        depends on the units in which A was given.
-
-    Notes
-    -----
     Source: B. N. Parlett and C. Reinsch, Numer. Math. 13, 1969.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> balancing(np.array([[0, 1.0], [-(2.0**-40), -(2.0**-20)]]))
     array([1.048576e+06, 1.000000e+00])
@@ -172,24 +160,12 @@ def hinf_norm(d, K):
 def peak_gain(A, B, C, D=0.0):
     """The largest singular value of C (jw - A)^-1 B + D over all w.
 
-    Parameters
-    ----------
-    A, B, C : (N, N), (N, p) and (q, N) arrays
-        The system x' = A x + B w, z = C x + D w.
-    D : (q, p) array or 0
-        What passes directly from w to z.
+    ``A``, ``B``, ``C``, (N, N), (N, p) and (q, N): the system x' = A x + B w, z = C x +
+    D w; ``D``, (q, p) or 0: what passes directly from w to z. Returns the H-infinity
+    norm; infinite where A isn't stable.
 
-    Returns
-    -------
-    float
-        The H-infinity norm; infinite where A isn't stable.
-
-    Notes
-    -----
     Source: Bruinsma and Steinbuch (1990), as in `hinf_norm`.
 
-    Examples
-    --------
     >>> one = np.eye(1)
     >>> round(peak_gain(-one, one, one), 6), round(peak_gain(-one, one, -one, one), 6)
     (1.0, 1.0)

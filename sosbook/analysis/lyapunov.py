@@ -12,23 +12,12 @@ __all__ = ["lyapunov"]
 def lyapunov(A, Q):
     """The X of A X + X A' = Q.
 
-    Parameters
-    ----------
-    A, Q : (N, N) array
-        Of real numbers.
+    ``A``, ``Q``, (N, N): of real numbers. Returns (N, N): where two eigenvalues of A
+    sum to zero, to rounding, A is moved a little, without the warning of
+    `scipy.linalg.solve_continuous_lyapunov`.
 
-    Returns
-    -------
-    (N, N) array
-        Where two eigenvalues of A sum to zero, to rounding, A is moved a little,
-        without the warning of `scipy.linalg.solve_continuous_lyapunov`.
-
-    Notes
-    -----
     Source: R. H. Bartels and G. W. Stewart, Comm. ACM 15, 1972, 820-826.
 
-    Examples
-    --------
     >>> lyapunov(np.array([[-0.5]]), np.array([[-3.0]]))
     array([[3.]])
     """

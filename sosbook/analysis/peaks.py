@@ -26,20 +26,11 @@ LARGEST_CONDITION = 1e8  # of eigenvectors whose sums bound a signal
 def largest_size(motion, runs=MOST_RUNS):
     """The largest |u(t)| for t >= 0.
 
-    Parameters
-    ----------
-    motion : object
-        With ``poles``, ``alive(top)`` for each of them, ``run(step)``, which
-        returns u and u' at the samples of a run and goes on, ``near(k, t)``, which
-        returns u, u' and u'' at a time t after the k-th sample of the last run,
-        and ``bound()`` of |u| from now on.
-    runs : int
-        After so many the largest value so far is taken.
-
-    Returns
-    -------
-    float
-        The largest size.
+    ``motion``: with ``poles``, ``alive(top)`` for each of them, ``run(step)``, which
+    returns u and u' at the samples of a run and goes on, ``near(k, t)``, which returns
+    u, u' and u'' at a time t after the k-th sample of the last run, and ``bound()`` of
+    |u| from now on; ``runs``: after so many the largest value so far is taken. Returns
+    the largest size.
     """
     top = 0.0
     for _ in range(runs):
@@ -90,14 +81,8 @@ class FreeMotion:
     Time is measured by the fastest mode and states are balanced, so that units
     don't matter.
 
-    Parameters
-    ----------
-    A : (N, N) array
-        With eigenvalues left of the axis.
-    C : (m, N) array
-        What is looked at.
-    x : (N,) array
-        The initial state.
+    ``A``, (N, N): with eigenvalues left of the axis; ``C``, (m, N): what is looked at;
+    ``x``, (N,): the initial state.
     """
 
     def __init__(self, A, C, x):
@@ -145,12 +130,8 @@ class FreeMotion:
 def amplitude(parts, poles):
     """The sum of the largest sizes of real waves, those of conjugate poles together.
 
-    Parameters
-    ----------
-    parts : (m, N) array
-        The signal is the sum of ``parts[:, k] exp(poles[k] t)``.
-    poles : (N,) array
-        All of a real system's.
+    ``parts``, (m, N): the signal is the sum of ``parts[:, k] exp(poles[k] t)``;
+    ``poles``, (N,): all of a real system's.
     """
     upper, real = poles.imag > 0, poles.imag == 0
     waves = np.stack([parts.real, parts.imag], axis=2).transpose(1, 0, 2)

@@ -33,16 +33,8 @@ SAME = 1e-7  # of a pole's size, from another one that was found
 class Pencil(ReadOnly):
     """s^2 M + s D + S - B (K_P + s K_D + K_I U / s), whose zeros are the poles.
 
-    Parameters
-    ----------
-    M, D, S : (n, n) array or sparse
-        Of the plant.
-    B : (n, m) array
-        The inputs.
-    K : (m, N) array
-        ``[K_P K_D K_I]``.
-    U : (a, n) array
-        What is integrated.
+    ``M``, ``D``, ``S``, (n, n) or sparse: of the plant; ``B``, (n, m): the inputs;
+    ``K``, (m, N): ``[K_P K_D K_I]``; ``U``, (a, n): what is integrated.
     """
 
     M: object

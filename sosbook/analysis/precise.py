@@ -24,22 +24,10 @@ MOST_RUNS = 100  # in search of a peak
 def sensitive(d, K):
     """Whether rounding errors may show in the loop's poles.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
-    K : (m, N) array
-        The gain of u = K x.
+    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x. Returns
+    bool: True where an eigenvalue's error, estimated to first order from its condition
+    number, exceeds 1e-5 of it or hides the sign of its real part.
 
-    Returns
-    -------
-    bool
-        True where an eigenvalue's error, estimated to first order from
-        its condition number, exceeds 1e-5 of it or hides the sign of its
-        real part.
-
-    Notes
-    -----
     Source: Golub and Van Loan, Matrix Computations, section 7.2.2: to
     first order an eigenvalue moves by |y| |x| / |y x| times the norm of a
     change of the matrix. That norm is taken after balancing, and of the
@@ -76,12 +64,7 @@ def in_rationals(d, K):
 class ExactLoop:
     """The loop E x' = (A + B K) x + B_w w in rational arithmetic.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
-    K : (m, N) array
-        The gain of u = K x.
+    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x.
     """
 
     def __init__(self, d, K):

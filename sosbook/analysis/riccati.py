@@ -15,32 +15,15 @@ RESIDUAL = 1e-10  # relative; what leaves more is solved by scipy
 def riccati(A, B, Q, R):
     """The stabilising X of A' X + X A - X B R^-1 B' X + Q = 0.
 
-    Parameters
-    ----------
-    A, B : (N, N) and (N, m) array
-        The system x' = A x + B u.
-    Q, R : (N, N) and (m, m) array
-        Symmetric weights, R positive definite.
+    ``A``, ``B``, (N, N) and (N, m): the system x' = A x + B u; ``Q``, ``R``, (N, N) and
+    (m, m): symmetric weights, R positive definite. Returns (N, N): the symmetric
+    solution. Raises numpy.linalg.LinAlgError if there is none, to rounding.
 
-    Returns
-    -------
-    (N, N) array
-        The symmetric solution.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If there is none, to rounding.
-
-    Notes
-    -----
     X maps the first half of the Hamiltonian's stable Schur vectors to the
     second (Laub 1979). `scipy.linalg.solve_continuous_are`, which balances a
     pencil, takes four times as long at N = 6; it has the word where the
     result doesn't solve the equation.
 
-    Examples
-    --------
     >>> riccati(np.zeros((1, 1)), np.eye(1), np.eye(1), np.eye(1))
     array([[1.]])
     """

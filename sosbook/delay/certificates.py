@@ -125,10 +125,7 @@ def prove_delay(request, K, unknowns, digits=None):
 
     ``unknowns`` are matrices by name, and K has so many ``digits``.
 
-    Returns
-    -------
-    DelayCertificate
-        What was proven, and what failed.
+    Returns what was proven, and what failed.
     """
     names = list(request.in_unknowns()[0])
 

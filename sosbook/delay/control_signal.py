@@ -26,18 +26,8 @@ def _hermite(s):
 class ControlSignal:
     """The control signal u so far; a step's cubic is a row of ``table``.
 
-    Parameters
-    ----------
-    nodes : (k + 1,) array
-        Ends of the steps.
-    K : (m, N) array
-        The gain.
-    level : (m,) array
-        K [r; 0; 0].
-    past : callable
-        The state before t = 0.
-    tolerance : float
-        In seconds.
+    ``nodes``, (k + 1,): ends of the steps; ``K``, (m, N): the gain; ``level``, (m,): K
+    [r; 0; 0]; ``past``: the state before t = 0; ``tolerance``: in seconds.
     """
 
     def __init__(self, nodes, K, level, past, tolerance):

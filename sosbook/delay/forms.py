@@ -27,10 +27,7 @@ def _symmetric(name, size):
 class Krasovskii:
     """Theorems A.3 and 2.3, corrected: analysis and design.
 
-    Parameters
-    ----------
-    shifted : bool
-        Whether a rate is shifted into the loop.
+    ``shifted``: whether a rate is shifted into the loop.
     """
 
     first_order = False  # the loop is E x' = A x + ..., with any E

@@ -140,14 +140,6 @@ class _Search:
 
     Where alpha is searched it goes on with one that holds; the others have to be
     refused only where that one ends.
-
-    Parameters
-    ----------
-    name : str
-    given : DelayRequest
-    digits : int
-    seconds : float or None
-        The time limit.
     """
 
     def __init__(self, name, given, digits, seconds):

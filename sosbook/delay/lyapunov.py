@@ -141,10 +141,7 @@ def _square(form, x):
 class _Cells:
     """Between neighbouring times x is a parabola.
 
-    Parameters
-    ----------
-    t : (k,) array
-    x, dx : (k, N) arrays
+    ``t``, (k,) array; ``x``, ``dx``, (k, N) arrays.
     """
 
     def __init__(self, t, x, dx):
@@ -160,14 +157,8 @@ class _Cells:
     def integrals(self, g):
         """The integral from t[0] of g, and the integral of that.
 
-        Parameters
-        ----------
-        g : (k - 1, 3, ...) array
-            At the Gauss points of the cells.
-
-        Returns
-        -------
-        two functions of the time
+        ``g``, (k - 1, 3, ...): at the Gauss points of the cells. Returns two functions
+        of the time.
         """
         h = self.h.reshape(-1, *(1,) * (g.ndim - 2))
         once = _sums(h * np.tensordot(GAUSS_WEIGHTS, g, (0, 1)))

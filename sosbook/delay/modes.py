@@ -26,16 +26,9 @@ BALL_BITS = 256  # of the balls' midpoints; a double has 53
 class Modes:
     """Some modes of a plant.
 
-    Parameters
-    ----------
-    eigenvalues : tuple of float or complex
-        Those on or above the real axis, as floats.
-    pivots : tuple of int
-        For each of them the entry of its left vector that is one.
-    Lam : (k, k) object array of arb
-        Balls that hold Lambda.
-    B : (k, m) object array of arb
-        Balls that hold W' B.
+    ``eigenvalues``: those on or above the real axis, as floats; ``pivots``: for each of
+    them the entry of its left vector that is one; ``Lam``, (k, k) of arb: balls that
+    hold Lambda; ``B``, (k, m) of arb: balls that hold W' B.
     """
 
     eigenvalues: tuple
@@ -58,15 +51,9 @@ class Modes:
     def refused(self, request, multipliers):
         """Whether multipliers for the midpoints refuse the modes too.
 
-        Parameters
-        ----------
-        request : DelayRequest
-            For `plant`.
-        multipliers : list of `Rational` arrays
-            Z_k > 0 of its blocks, with sum <G_ka, Z_k> = 0.
+        ``request``: for `plant`; ``multipliers``: Z_k > 0 of its blocks, with sum
+        <G_ka, Z_k> = 0.
 
-        Notes
-        -----
         With the modes themselves that sum isn't quite zero. Adding
         sum_a c_a Z_k G_ka Z_k, with the midpoints' G_ka, makes it zero;
         c solves linear equations between balls. Z_k stays positive
@@ -113,18 +100,9 @@ class Modes:
 def slow_modes(vertex, rate):
     """The modes of a plant that are slower than a rate.
 
-    Parameters
-    ----------
-    vertex : Descriptor
-        The plant.
-    rate : float
-        In 1/s.
-
-    Yields
-    ------
-    Modes
-        The integrators with each slow mode, the slowest first, and then
-        with all of them. Nothing where eigenvalues can't be isolated.
+    ``vertex``: the plant; ``rate``: in 1/s. Yields the integrators with each slow mode,
+    the slowest first, and then with all of them. Nothing where eigenvalues can't be
+    isolated.
     """
     A, B, roots = _enclosed(vertex)
     with ctx.workprec(BALL_BITS):
@@ -144,19 +122,9 @@ def slow_modes(vertex, rate):
 def modes_near(vertex, eigenvalues, pivots):
     """The `Modes` of a plant that are nearest to some numbers.
 
-    Parameters
-    ----------
-    vertex : Descriptor
-        The plant.
-    eigenvalues : sequence of complex
-        Roughly where they lie.
-    pivots : sequence of int
-        As in `Modes`.
-
-    Raises
-    ------
-    ValueError
-        If two are nearest to the same one, or one can't be enclosed.
+    ``vertex``: the plant; ``eigenvalues``: roughly where they lie; ``pivots``: as in
+    `Modes`. Raises ValueError if two are nearest to the same one, or one can't be
+    enclosed.
     """
     A, B, roots = _enclosed(vertex)
     mids = np.array([complex(s.mid()) for s in roots])

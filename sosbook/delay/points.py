@@ -64,21 +64,10 @@ def solvable(request):
 def first_gain(request, problem, blocks, x, centred):
     """A point inside the LMIs of a request and its gain, if there is one.
 
-    Parameters
-    ----------
-    request : DelayRequest
-        What is asked of the plant.
-    problem, blocks : TrustedProblem and Blocks
-        Of `problem_of`.
-    x : array
-        The unknowns at a point inside, as floats see it.
-    centred : bool
-        Begin with the centre; without it any point will do.
-
-    Returns
-    -------
-    dict or None
-        Fields of a `DelayDesign`.
+    ``request``: what is asked of the plant; ``problem``, ``blocks``: of `problem_of`;
+    ``x``: the unknowns at a point inside, as floats see it; ``centred``: begin with the
+    centre; without it any point will do. Returns dict or None: fields of a
+    `DelayDesign`.
     """
     fields = (
         _at(request, problem, *candidate)

@@ -31,12 +31,8 @@ _REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
 def refusal_of(request, Z):
     """A proof that there is no solution, or None.
 
-    Parameters
-    ----------
-    request : DelayRequest
-        What is asked.
-    Z : list of arrays
-        Multipliers from floats, for the request's own blocks.
+    ``request``: what is asked; ``Z``: multipliers from floats, for the request's own
+    blocks.
     """
     ways = [lambda: _directly(request, Z)]
     if request.misprints:

@@ -323,22 +323,9 @@ def _read(q, number):
 def exp_bound(x, up=False, digits=12):
     """A rational just below (or above) e^x.
 
-    Parameters
-    ----------
-    x : fmpq
-        The exponent.
-    up : bool
-        Whether to round up, or down.
-    digits : int
-        Significant decimal digits.
+    ``x``, fmpq: the exponent; ``up``: whether to round up, or down; ``digits``:
+    significant decimal digits. Returns fmpq: certified by ball arithmetic; 1 for x = 0.
 
-    Returns
-    -------
-    fmpq
-        Certified by ball arithmetic; 1 for x = 0.
-
-    Examples
-    --------
     >>> exp_bound(fmpq(1), digits=4), exp_bound(fmpq(1), True, digits=4)
     (1359/500, 2719/1000)
     """

@@ -79,15 +79,8 @@ def _solved(request, refuse, centred):
 def centred_design(design):
     """The centre of a request's LMIs, from a `DelayDesign` of any point inside.
 
-    Parameters
-    ----------
-    design : DelayDesign
-        A feasible one, of `solve_delay` with ``centred=False``.
-
-    Returns
-    -------
-    DelayDesign
-        The same as `solve_delay` finds; the given one where it finds none.
+    ``design``: a feasible one, of `solve_delay` with ``centred=False``. Returns the
+    same as `solve_delay` finds; the given one where it finds none.
     """
     problem, blocks = problem_of(design.request)
     x = np.concatenate([u.pack(design.values[u.name]) for u in problem.unknowns])
@@ -114,17 +107,9 @@ def _reason(deep):
 def first_design(request, refuse=True, time_limit=None, centred=True, progress=False):
     """`solve_delay`, with the first alpha of a search if none is given.
 
-    Parameters
-    ----------
-    request : DelayRequest
-        What is asked of the plant.
-    refuse, time_limit, centred, progress
-        As in `solve_delay`. A search of alpha can't exclude a solution.
-
-    Returns
-    -------
-    DelayDesign
-        The first that is feasible, or one that says why there is none.
+    ``request``: what is asked of the plant; ``refuse``, ``time_limit``, ``centred``,
+    ``progress``: as in `solve_delay`. A search of alpha can't exclude a solution.
+    Returns DelayDesign: the first that is feasible, or one that says why there is none.
     """
     if request.alpha is not None or not request.needs_alpha:
         return solve_delay(request, refuse, time_limit, centred, progress)

@@ -9,15 +9,9 @@ __all__ = ["json_text", "page_text"]
 def page_text(words, quote=True):
     """Words as text of a page or as the value of an attribute.
 
-    Parameters
-    ----------
-    words : object
-        Its ``str`` is shown.
-    quote : bool
-        Escape quotation marks too, as attributes need it.
+    ``words``: its ``str`` is shown; ``quote``: escape quotation marks too, as
+    attributes need it.
 
-    Examples
-    --------
     >>> page_text("</script><b title='1'>")
     '&lt;/script&gt;&lt;b title=&#x27;1&#x27;&gt;'
     """

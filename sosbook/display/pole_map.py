@@ -15,23 +15,10 @@ LEFT, TOP, BOTTOM, RIGHT = 46.0, 8.0, 34.0, 10.0  # room around the axes, in pix
 def pole_map(rows, region=None, label="poles, rad/s"):
     """An inline SVG of poles, drawn without any other library.
 
-    Parameters
-    ----------
-    rows : sequence of (k,) array_like
-        The poles, in rad/s, of each vertex.
-    region : Region, optional
-        The region to shade.
-    label : str
-        What stands below the axes.
+    ``rows``: the poles, in rad/s, of each vertex; ``region``: the region to shade;
+    ``label``: what stands below the axes. Returns the text of an SVG element. Its
+    colours are the classes ``sos-region``, ``sos-axis``, ``sos-pole``.
 
-    Returns
-    -------
-    str
-        The text of an SVG element. Its colours are the classes ``sos-region``,
-        ``sos-axis``, ``sos-pole``.
-
-    Examples
-    --------
     >>> pole_map([[-1 + 1j, -1 - 1j]])[:55]
     '<svg role="img" aria-label="2 poles, the rightmost at R'
     """

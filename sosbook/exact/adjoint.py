@@ -11,32 +11,14 @@ __all__ = ["Slopes", "adjoint"]
 def adjoint(expressions, unknowns, Z):
     """sum_k <G_ka, Z_k> for each variable a of the ``unknowns``.
 
-    Parameters
-    ----------
-    expressions : list of Affine
-        The blocks G_k, with arrays of rationals, integers or balls.
-    unknowns : list of Unknown
-        What the blocks are affine in.
-    Z : list of arrays
-        A symmetric matrix for each block.
+    ``expressions``: the blocks G_k, with arrays of rationals, integers or balls;
+    ``unknowns``: what the blocks are affine in; ``Z``: a symmetric matrix for each
+    block. Returns array: rationals; balls if there is a ball among the entries. Raises
+    TypeError if an array has floats.
 
-    Returns
-    -------
-    array
-        Rationals; balls if there is a ball among the entries.
-
-    Raises
-    ------
-    TypeError
-        If an array has floats.
-
-    Notes
-    -----
     A term L X R contributes L' Z R' to the derivative by X. The sums are sums of
     integers, with one denominator as long as those of the terms divide it.
 
-    Examples
-    --------
     >>> from sosbook.exact.definite import exact
     >>> from sosbook.language.expression import Unknown, he
     >>> A, P = exact(np.array([[0, 1], [-2, -0.3]])), Unknown("P", 2, symmetric=True)
@@ -122,12 +104,7 @@ def _sum_of_rationals(shape, products):
 class Slopes:
     """<G_a, Z> for multipliers Z with one entry and its mirror, entry by entry.
 
-    Parameters
-    ----------
-    g : Affine
-        A symmetric block.
-    unknowns : list of Unknown
-        What it is affine in.
+    ``g``: a symmetric block; ``unknowns``: what it is affine in.
     """
 
     def __init__(self, g, unknowns):
@@ -143,15 +120,8 @@ class Slopes:
     def at(self, i, j):
         """<G_a, Z> for each variable a if Z has ones at i, j and j, i only.
 
-        Parameters
-        ----------
-        i, j : int
-            Row and column.
-
-        Returns
-        -------
-        array
-            Rationals; integers where nothing is added.
+        ``i``, ``j``: row and column. Returns array: rationals; integers where nothing
+        is added.
         """
         check_time()
         derivatives = np.zeros(self.variables, object)

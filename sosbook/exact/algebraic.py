@@ -32,12 +32,8 @@ class _Factor:
 class Root:
     """A root of a polynomial with rational coefficients.
 
-    Parameters
-    ----------
-    of : _Factor
-        One of its roots.
-    index : int
-        Which of the balls with ``BALL_BITS[0]`` bits holds it.
+    ``of``: one of its roots; ``index``: which of the balls with ``BALL_BITS[0]`` bits
+    holds it.
     """
 
     of: _Factor
@@ -66,19 +62,10 @@ class Root:
     def inside(self, alpha, beta):
         """Whether alpha + beta s + beta' conj(s) is negative definite.
 
-        Parameters
-        ----------
-        alpha, beta : (k, k) arrays of fmpq
-            The matrices of the region.
+        ``alpha``, ``beta``, (k, k) of fmpq: the matrices of the region. Returns bool or
+        None: True and False are proven; None where the root is on the boundary or too
+        close to it to tell.
 
-        Returns
-        -------
-        bool or None
-            True and False are proven; None where the root is on the
-            boundary or too close to it to tell.
-
-        Examples
-        --------
         >>> root, = roots_of(fmpq_poly([3, 1]))
         >>> root.inside([[fmpq(2)]], [[fmpq(1)]])  # Re s < -1
         True
@@ -122,18 +109,9 @@ class Root:
 def roots_of(polynomial):
     """The distinct roots of a polynomial.
 
-    Parameters
-    ----------
-    polynomial : fmpq_poly
-        Its coefficients are rational.
+    ``polynomial``, fmpq_poly: its coefficients are rational. Returns list of Root: each
+    root once.
 
-    Returns
-    -------
-    list of Root
-        Each root once.
-
-    Examples
-    --------
     >>> [complex(r) for r in roots_of(fmpq_poly([0, 2, 1]))]
     [0j, (-2+0j)]
     """
@@ -179,16 +157,9 @@ def _definite(alpha, beta, s, conjugate, zero):
 def reflections(alpha, beta):
     """What mirrors polynomials, and points, at the boundary of a region.
 
-    Parameters
-    ----------
-    alpha, beta : (k, k) arrays of fmpq
-        The matrices of the region.
-
-    Returns
-    -------
-    mirror, reflect : callables
-        From a polynomial to one with the reflected roots, and from a ball to its
-        image; both None but for half-planes (one row) and disks.
+    ``alpha``, ``beta``, (k, k) of fmpq: the matrices of the region. Returns mirror,
+    reflect: from a polynomial to one with the reflected roots, and from a ball to its
+    image; both None but for half-planes (one row) and disks.
     """
     if len(alpha) == 1 and beta[0][0] != 0:
         line = -alpha[0][0] / (2 * beta[0][0])

@@ -29,24 +29,10 @@ AT_ONCE_UP_TO_ROWS = 12  # elimination takes no time that could run out
 def pivots(x):
     """Pivots of the exact LDL factorisation of a rational matrix.
 
-    Parameters
-    ----------
-    x : (q, q) array of fmpq
-        A symmetric matrix.
+    ``x``, (q, q) of fmpq: a symmetric matrix. Returns list of fmpq: all q pivots if the
+    matrix is positive definite; otherwise the list ends with the first pivot that isn't
+    positive. Raises ValueError if the matrix isn't exactly symmetric.
 
-    Returns
-    -------
-    list of fmpq
-        All q pivots if the matrix is positive definite; otherwise the
-        list ends with the first pivot that isn't positive.
-
-    Raises
-    ------
-    ValueError
-        If the matrix isn't exactly symmetric.
-
-    Examples
-    --------
     >>> pivots(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
     [2, 3/2]
     >>> pivots(exact(np.array([[1.0, 2.0], [2.0, 1.0]])))
@@ -103,29 +89,13 @@ SHORT_BITS = 128  # after the point, of a matrix whose sign alone is asked
 def definite(x):
     """Whether a rational matrix is positive definite: an exact verdict.
 
-    Parameters
-    ----------
-    x : (q, q) array of fmpq
-        A symmetric matrix.
+    ``x``, (q, q) of fmpq: a symmetric matrix. Returns proven: True if it is, False if
+    it isn't. Both are proven; measure, fmpq: a measure of how clearly. Up to 24 rows it
+    is the smallest of `pivots`. In a larger positive definite matrix it is a lower
+    bound of the smallest pivot, at most 1e-6 of it too small. In a larger matrix that
+    isn't positive definite it is a value v' x v <= 0 of some v whose last nonzero entry
+    is 1. Raises ValueError if the matrix isn't exactly symmetric.
 
-    Returns
-    -------
-    proven : bool
-        True if it is, False if it isn't. Both are proven.
-    measure : fmpq
-        A measure of how clearly. Up to 24 rows it is the smallest of
-        `pivots`. In a larger positive definite matrix it is a lower
-        bound of the smallest pivot, at most 1e-6 of it too small. In a
-        larger matrix that isn't positive definite it is a value
-        v' x v <= 0 of some v whose last nonzero entry is 1.
-
-    Raises
-    ------
-    ValueError
-        If the matrix isn't exactly symmetric.
-
-    Notes
-    -----
     Floats only suggest a lower triangular W with powers of two on its
     diagonal; T = W x W' is computed exactly. By Sylvester's law x is
     positive definite exactly if T is. A diagonal entry of T that isn't
@@ -135,8 +105,6 @@ def definite(x):
     keeps the surplus of the others. Without a decision T itself is
     treated in the same way. It is better conditioned than x.
 
-    Examples
-    --------
     >>> definite(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
     (True, 3/2)
     """
@@ -208,10 +176,7 @@ def _eliminator(T):
     Up to the first pivot that is lost in rounding errors; the rows from
     there on are only freed of the columns before it.
 
-    Returns
-    -------
-    W : (q, q) array
-    k : list of int
+    Returns W, (q, q) array; k, list of int.
     """
     q = len(T)
     L, failed = dpotrf(T, lower=1)
@@ -237,31 +202,15 @@ def positive(x):
     The verdict of `definite` without its measure, and much sooner where the
     entries have thousands of digits.
 
-    Parameters
-    ----------
-    x : (q, q) array of fmpq
-        A symmetric matrix.
+    ``x``, (q, q) of fmpq: a symmetric matrix. Returns bool: True if it is, False if it
+    isn't. Both are proven. Raises ValueError if the matrix isn't exactly symmetric.
 
-    Returns
-    -------
-    bool
-        True if it is, False if it isn't. Both are proven.
-
-    Raises
-    ------
-    ValueError
-        If the matrix isn't exactly symmetric.
-
-    Notes
-    -----
     Scaled to a diagonal of about one, x is rounded down to
     `SHORT_BITS` bits after the point. The rest is symmetric with entries
     of [0, 1) in the last place, so no eigenvalue of it is below -q. Where
     the rounded matrix less q in the last place isn't positive definite,
     `definite` decides.
 
-    Examples
-    --------
     >>> x = exact(np.array([[2.0, 1.0], [1.0, 2.0]]))
     >>> positive(x / 3), positive(x - exact(2 * np.eye(2)))
     (True, False)

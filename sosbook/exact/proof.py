@@ -31,14 +31,9 @@ PLACES = (12, 17)  # of the matrices that only the proof needs
 def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
     """The first proof that succeeds, or the last one that doesn't.
 
-    Parameters
-    ----------
-    attempt : callable
-        From the gain's digits, and those of the other matrices, to a proof.
-    digits : int, optional
-        Tries this number of digits of the gain only.
-    tries, places : sequences of int
-        What else is tried.
+    ``attempt``: from the gain's digits, and those of the other matrices, to a proof;
+    ``digits``: tries this number of digits of the gain only; ``tries``, ``places``:
+    what else is tried.
     """
     if digits is not None:
         tries = (digit_count(digits),)
@@ -55,18 +50,11 @@ def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
 class Examined:
     """What was found out about some blocks.
 
-    Parameters
-    ----------
-    claims : tuple of str
-        What is proven, in words; empty without a proof.
-    blocks : dict
-        From a block's name to its smallest pivot, as a float (in large
-        blocks to six digits: see `sosbook.exact.definite.definite`).
-    failed : tuple of str
-        Names of the blocks that aren't positive definite, or what else
-        is wrong.
-    value : float or None
-        Of multipliers, see `sosbook.exact.refusal.MultiplierRefusal`.
+    ``claims``: what is proven, in words; empty without a proof; ``blocks``: from a
+    block's name to its smallest pivot, as a float (in large blocks to six digits: see
+    `sosbook.exact.definite.definite`); ``failed``: names of the blocks that aren't
+    positive definite, or what else is wrong; ``value``: of multipliers, see
+    `sosbook.exact.refusal.MultiplierRefusal`.
     """
 
     claims: tuple
@@ -163,12 +151,8 @@ class Verdict:
 class Proof(Verdict):
     """What exact arithmetic says of some blocks; see `Examined`.
 
-    Parameters
-    ----------
-    matrices : dict
-        From a block's name to a symmetric matrix of rationals.
-    statement : tuple of str
-        What positive definite blocks prove, in words.
+    ``matrices``: from a block's name to a symmetric matrix of rationals; ``statement``:
+    what positive definite blocks prove, in words.
     """
 
     matrices: dict
@@ -188,13 +172,8 @@ class Proof(Verdict):
 class Unproven(Verdict):
     """The answer of a result that has nothing to prove; it excludes nothing either.
 
-    Parameters
-    ----------
-    why : str
-        Why there is nothing, in words.
+    ``why``: why there is nothing, in words.
 
-    Examples
-    --------
     >>> print(Unproven("the design is undecided"))
     not proven: the design is undecided
     """
@@ -223,10 +202,7 @@ class Unproven(Verdict):
 class Stopped(Unproven):
     """What `proven_within` returns where the time was over before a proof was done.
 
-    Parameters
-    ----------
-    seconds : float
-        The limit of the time.
+    ``seconds``: the limit of the time.
     """
 
     def __init__(self, seconds):
@@ -236,17 +212,9 @@ class Stopped(Unproven):
 def proven_within(seconds, work, progress=False):
     """The proof that ``work()`` returns, or `Stopped` after some ``seconds``.
 
-    Parameters
-    ----------
-    seconds : float or None
-        None sets no limit.
-    work : callable
-        Without arguments; examines the proof that it returns.
-    progress : bool
-        Show a bar of the seconds that have passed.
+    ``seconds``: None sets no limit; ``work``: without arguments; examines the proof
+    that it returns; ``progress``: show a bar of the seconds that have passed.
 
-    Examples
-    --------
     >>> print(proven_within(1e-9, lambda: first_proven(None)))
     not proven: stopped after 1e-09 s; raise time_limit
     """

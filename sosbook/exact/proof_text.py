@@ -24,12 +24,8 @@ def written(kind, data):
 
     Of version 1 there are no words. Of a theorem without a text nothing refuses.
 
-    Parameters
-    ----------
-    kind : str
-        The kind of the proof.
-    data : dict
-        Lists, words, numbers as text, True, False and None.
+    ``kind``: the kind of the proof; ``data``: lists, words, numbers as text, True,
+    False and None.
     """
     asked = {"kind": kind} | {k: v for k, v in data.items() if k not in MADE}
     try:

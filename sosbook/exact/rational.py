@@ -99,18 +99,9 @@ def _array(matrix):
 def exact(x):
     """Decimal reading of floats: 0.1 becomes 1/10.
 
-    Parameters
-    ----------
-    x : float or array of floats
-        Floats, integers or rationals.
+    ``x``: floats, integers or rationals. Returns fmpq, or `Rational` array of them: the
+    same numbers as rationals.
 
-    Returns
-    -------
-    fmpq, or `Rational` array of them
-        The same numbers as rationals.
-
-    Examples
-    --------
     >>> exact(0.1)
     1/10
     >>> exact(np.array([fmpq(1, 3), 2**60 + 1]))
@@ -151,13 +142,8 @@ def digit_count(digits):
 def round_digits(x, digits):
     """Round the numbers x to so many significant digits.
 
-    Raises
-    ------
-    ValueError
-        If ``digits`` isn't an integer above 0.
+    Raises ValueError if ``digits`` isn't an integer above 0.
 
-    Examples
-    --------
     >>> round_digits(np.array([123.456, 0.00123456]), 4)
     array([1.235e+02, 1.235e-03])
     """
@@ -326,13 +312,8 @@ def exact_margin(g):
     It is that of the inverse, whose largest eigenvalue floats know, however small
     its own is. The diagonal is scaled by powers of four.
 
-    Parameters
-    ----------
-    g : (q, q) array of fmpq and int
-        Positive definite.
+    ``g``, (q, q) of fmpq and int: positive definite.
 
-    Examples
-    --------
     >>> thin = exact(np.array([[1.0, 0.99999999999999], [0.99999999999999, 1.0]]))
     >>> round(exact_margin(thin) * 1e14, 6)
     1.0

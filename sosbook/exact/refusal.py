@@ -170,23 +170,12 @@ def excluded_radius(expressions, unknowns, Z, digits=17):
     homogeneous, a point may be scaled: then the first block, G > 0, is
     read as G > I.
 
-    Parameters
-    ----------
-    expressions : dict
-        From a block's name to its `Affine` expression in rationals.
-    unknowns : list of Unknown
-        What the blocks are affine in.
-    Z : list of arrays
-        Float multipliers, one for each block.
-    digits : int
-        To so many significant digits Z is rounded first.
-
-    Returns
-    -------
-    float
-        Every x with all blocks positive definite has a larger norm, the
-        root of the sum of squares of the unknowns' free entries. Rounded
-        down from an exact figure; 0 where the multipliers say nothing.
+    ``expressions``: from a block's name to its `Affine` expression in rationals;
+    ``unknowns``: what the blocks are affine in; ``Z``: float multipliers, one for each
+    block; ``digits``: to so many significant digits Z is rounded first. Returns float:
+    every x with all blocks positive definite has a larger norm, the root of the sum of
+    squares of the unknowns' free entries. Rounded down from an exact figure; 0 where
+    the multipliers say nothing.
     """
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
     if not all(map(positive, Z)):

@@ -32,24 +32,11 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     Only as many entries are changed as there are equations, in each part: those
     that the smallest eigenvalues of the Z_k leave the most room to change.
 
-    Parameters
-    ----------
-    expressions : list of Affine
-        The blocks G_k, with exact arrays.
-    unknowns : list of Unknown
-        What the blocks are affine in.
-    Z : list of float arrays
-        Float multipliers, one for each block.
-    digits : int
-        Significant digits to which they are rounded first.
-    free : array of int, optional
-        Variables on whose slopes those of all others depend linearly.
-
-    Returns
-    -------
-    (multipliers, value) or None
-        Exact positive definite Z_k, and sum <G_k0, Z_k> <= 0; None if
-        the repaired Z_k prove nothing.
+    ``expressions``: the blocks G_k, with exact arrays; ``unknowns``: what the blocks
+    are affine in; ``Z``: float multipliers, one for each block; ``digits``: significant
+    digits to which they are rounded first; ``free``: variables on whose slopes those of
+    all others depend linearly. Returns (multipliers, value) or None: exact positive
+    definite Z_k, and sum <G_k0, Z_k> <= 0; None if the repaired Z_k prove nothing.
     """
     Z = refined(Blocks.of([in_floats(g) for g in expressions], unknowns), Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]

@@ -10,13 +10,8 @@ class Matrices:
 
     A plain matrix goes with all of them.
 
-    Parameters
-    ----------
-    array : (k, r, c) array
-        The k matrices.
+    ``array``, (k, r, c): the k matrices.
 
-    Examples
-    --------
     >>> some = Matrices(np.array([[[1.0, 2.0]], [[3.0, 4.0]]]))
     >>> some.shape, (some @ np.ones((2, 1))).array.ravel()
     ((1, 2), array([3., 7.]))
@@ -171,21 +166,10 @@ def array_of(x):
 def margins(array, below=np.inf):
     """The smallest eigenvalues of k symmetric matrices, their diagonals scaled to one.
 
-    Parameters
-    ----------
-    array : (k, q, q) array
-        The matrices.
-    below : float
-        What is larger than this is reported as infinite, which is faster.
+    ``array``, (k, q, q): the matrices; ``below``: what is larger than this is reported
+    as infinite, which is faster. Returns (k,): what `sosbook.solver.loop.margin` says
+    of each: where a diagonal has an entry that isn't positive, the least one.
 
-    Returns
-    -------
-    (k,) array
-        What `sosbook.solver.loop.margin` says of each: where a diagonal has
-        an entry that isn't positive, the least one.
-
-    Examples
-    --------
     >>> both = np.array([np.eye(2), [[4.0, 2.0], [2.0, 4.0]]])
     >>> margins(both), margins(both, below=0.6)
     (array([1. , 0.5]), array([inf, 0.5]))

@@ -23,12 +23,7 @@ __all__ = ["Size", "Traced"]
 class Size(int):
     """A number of rows or columns that knows what it is the size of.
 
-    Parameters
-    ----------
-    value : int
-        The number.
-    tree : tuple
-        Its tree, such as that of ``rows(A)``.
+    ``value``: the number; ``tree``: its tree, such as that of ``rows(A)``.
     """
 
     def __new__(cls, value, tree):
@@ -51,17 +46,10 @@ class Traced:
 
     It knows ``@ + - * / .T`` and powers of numbers; `sosbook.language`'s words take it.
 
-    Parameters
-    ----------
-    tree : tuple
-        A word, and the trees that it is said of.
-    shape : tuple
-        Two `Size` or int; () for a number.
-    value : Fraction, optional
-        That of a number on which a theorem may decide, such as ``if mu == 0``.
+    ``tree``: a word, and the trees that it is said of; ``shape``: two `Size` or int; ()
+    for a number; ``value``: that of a number on which a theorem may decide, such as
+    ``if mu == 0``.
 
-    Examples
-    --------
     >>> A, P = Traced.matrix("A", 2), Traced.matrix("P", 2, symmetric=True)
     >>> (A @ P + P @ A.T).text
     'he(A P)'
@@ -279,14 +267,9 @@ class Traced:
     def block(cls, entries, size, heights, widths):
         """A block matrix.
 
-        Parameters
-        ----------
-        entries : list
-            ((rows, columns), matrix) of each that isn't zero, rows as a slice.
-        size : tuple of int
-            Its shape.
-        heights, widths : list of int
-            Those of its rows and columns of blocks.
+        ``entries``: ((rows, columns), matrix) of each that isn't zero, rows as a slice;
+        ``size``: its shape; ``heights``, ``widths``: those of its rows and columns of
+        blocks.
         """
         tops = [sum(heights[:i]) for i in range(len(heights))]
         lefts = [sum(widths[:j]) for j in range(len(widths))]

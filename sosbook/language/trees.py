@@ -162,12 +162,8 @@ def shown(x, level=0):
 def scaled_constants(x, s, unknowns):
     """The tree of s G(X / s), where that of G(X) is x: its constants times s.
 
-    Parameters
-    ----------
-    x, s : tuple
-        Trees, that of G and of the number s.
-    unknowns : set of str
-        The names in G that are unknown.
+    ``x``, ``s``: trees, that of G and of the number s; ``unknowns``: the names in G
+    that are unknown.
     """
     if x[0] == "neg":
         return negative(scaled_constants(x[1], s, unknowns))

@@ -11,15 +11,9 @@ __all__ = ["kron", "named", "pick", "tr", "turned"]
 def kron(factors, x):
     """The Kronecker product of a small matrix of numbers and a matrix.
 
-    Parameters
-    ----------
-    factors : (k, l) array, list of lists of scalars, or a scalar
-        The numbers.
-    x : matrix-like
-        Of any kind that the theorems can be read in.
+    ``factors``, (k, l) list of lists of scalars, or a scalar: the numbers; ``x``: of
+    any kind that the theorems can be read in.
 
-    Examples
-    --------
     >>> kron([[0, 1], [2, 0]], np.array([[5]]))
     array([[ 0,  5],
            [10,  0]])
@@ -45,13 +39,8 @@ def turned(x):
 def tr(x):
     """The trace of a matrix, as a 1 x 1 matrix.
 
-    Parameters
-    ----------
-    x : (k, k) matrix-like
-        Of any kind that the theorems can be read in.
+    ``x``, (k, k): of any kind that the theorems can be read in.
 
-    Examples
-    --------
     >>> tr(np.array([[1, 5], [5, 2]]))
     array([[3]])
     """
@@ -64,13 +53,9 @@ def tr(x):
 def pick(k, parts, size):
     """The matrix that picks the k-th of some parts of a long vector, counted from 0.
 
-    Parameters
-    ----------
-    k, parts, size : int
-        Which part, how many there are, and how many entries each has.
+    ``k``, ``parts``, ``size``: which part, how many there are, and how many entries
+    each has.
 
-    Examples
-    --------
     >>> pick(1, 2, 2)
     array([[0, 0, 1, 0],
            [0, 0, 0, 1]])

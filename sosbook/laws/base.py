@@ -251,12 +251,8 @@ def plain(plant, K_A=None):
 def sensor_rows(plant, position, velocity):
     """The sensors' rows on the plant's state, their names, and how many are positions.
 
-    Parameters
-    ----------
-    plant : Polytope, SecondOrderSystem or DescriptorSystem
-        The plant.
-    position, velocity : (q, n) array_like, or None
-        Of a DescriptorSystem positions are rows on x, and there are no velocities.
+    ``position``, ``velocity``, (q, n) or None: of a DescriptorSystem positions are rows
+    on x, and there are no velocities.
     """
     first = isinstance(plant, DescriptorSystem)
     if first and velocity is not None:

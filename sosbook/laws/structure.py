@@ -14,14 +14,8 @@ __all__ = ["Block", "Structure", "placed"]
 class Block(ReadOnly):
     """A named part of K, such as K_P.
 
-    Parameters
-    ----------
-    name : str
-        Its name.
-    rows, columns : slice
-        Where it is.
-    shares : (k, rows, columns) array
-        One slice for each free number: its share in each entry.
+    ``name``: its name; ``rows``, ``columns``: where it is; ``shares``, (k, rows,
+    columns): one slice for each free number: its share in each entry.
     """
 
     name: str
@@ -112,15 +106,9 @@ class Structure(ReadOnly):
 def _shares(name, structure, rows, columns):
     """The shares of a block: one matrix for each free number.
 
-    Parameters
-    ----------
-    name : str
-        The block's.
-    structure : None, "diagonal", or (rows, columns) nested list
-        None leaves all entries free. Entries: 0 for none, 1 for a number of its own,
-        a word for a number that others share, with "-" before it for minus that.
-    rows, columns : int
-        The block's shape.
+    ``name``: the block's; ``structure``: None leaves all entries free. Entries: 0 for
+    none, 1 for a number of its own, a word for a number that others share, with "-"
+    before it for minus that; ``rows``, ``columns``: the block's shape.
     """
     if structure is None:
         structure = np.ones((rows, columns), int).tolist()
@@ -171,16 +159,9 @@ def _nested(structure):
 def placed(shape, places, form, limits):
     """The `Structure` of blocks at their places.
 
-    Parameters
-    ----------
-    shape : pair of int
-        Of K.
-    places : dict
-        The rows and columns of each block, from where to where, by its name.
-    form : None, str, list or dict
-        Which entries are free: for all blocks, or by name.
-    limits : dict
-        The largest size of an entry, by name.
+    ``shape``: of K; ``places``: the rows and columns of each block, from where to
+    where, by its name; ``form``: which entries are free: for all blocks, or by name;
+    ``limits``: the largest size of an entry, by name.
     """
     by_name = form if isinstance(form, dict) else dict.fromkeys(places, form)
     for what, given in (("structure", by_name), ("limits", limits)):

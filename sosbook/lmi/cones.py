@@ -14,25 +14,12 @@ __all__ = ["cvxpy_constraints"]
 def cvxpy_constraints(request, margin=0.0):
     """A request's LMIs as cvxpy constraints, to be copied elsewhere.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    margin : float
-        Demands G >= margin * I. Never write ``G >> margin``, for cvxpy
-        subtracts a scalar from every entry.
+    ``request``: what is asked of the plant; ``margin``: demands G >= margin * I. Never
+    write ``G >> margin``, for cvxpy subtracts a scalar from every entry. Returns
+    constraints: the cvxpy constraints; P, Y: the unknowns. With ``coupling="slack"`` P
+    is a list, one for each vertex. The other unknowns are variables of the constraints,
+    also the sizes of P that single requirements demand.
 
-    Returns
-    -------
-    constraints : list
-        The cvxpy constraints.
-    P, Y : cvxpy.Variable
-        The unknowns. With ``coupling="slack"`` P is a list, one for each vertex. The
-        other unknowns are variables of the constraints, also the sizes of P
-        that single requirements demand.
-
-    Examples
-    --------
     >>> from sosbook.synthesis.request import Request
     >>> from sosbook import SecondOrderSystem
     >>> import cvxpy

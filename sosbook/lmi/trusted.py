@@ -15,10 +15,7 @@ class TrustedProblem(LMIProblem):
     What isn't affine is refused when products of unknowns are written, and goes
     unnoticed when blocks are read at once.
 
-    Parameters
-    ----------
-    write, unknowns, time_limit, settings
-        As for `LMIProblem`.
+    ``write``, ``unknowns``, ``time_limit``, ``settings``: as for `LMIProblem`.
     """
 
     def reads_at_once(self):

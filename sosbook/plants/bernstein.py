@@ -19,15 +19,8 @@ SHOWN = 10  # decimals of a rational in words; one with more is a fraction
 class Box:
     """Ranges of named parameters.
 
-    Parameters
-    ----------
-    names : tuple of str
-        The parameters.
-    low, high : tuples of fmpq
-        Their ranges.
+    ``names``: the parameters; ``low``, ``high``, tuples of fmpq: their ranges.
 
-    Examples
-    --------
     >>> box = Box.of(m=(1, 2), k=(0.5, 1.5))
     >>> box
     m in [1, 2] and k in [0.5, 1.5]
@@ -111,30 +104,17 @@ class Box:
     def bernstein(self, monomials, degrees, pieces=None):
         r"""Bernstein coefficients of monomials on the box.
 
-        Parameters
-        ----------
-        monomials : sequence of tuples of int
-            Exponents of each parameter.
-        degrees : sequence of int
-            That of each parameter in the form, not below any exponent.
-        pieces : sequence of int, optional
-            Into how many equal pieces each range is cut; one without it.
+        ``monomials``: exponents of each parameter; ``degrees``: that of each parameter
+        in the form, not below any exponent; ``pieces``: into how many equal pieces each
+        range is cut; one without it. Returns a row for each coefficient; the last
+        parameter's index runs first. A polynomial's values on the box lie in the hull
+        of its coefficients.
 
-        Returns
-        -------
-        (coefficients, len(monomials)) Rational
-            A row for each coefficient; the last parameter's index runs first.
-            A polynomial's values on the box lie in the hull of its coefficients.
-
-        Notes
-        -----
         :math:`t^e` has the blossom that is the mean of all products of e of d
         arguments, and its coefficient i is that with i arguments at the upper end
         and the others at the lower one. Where two pieces meet, the coefficient is
         the mean of those beside it, as the slope is one; so it is left out.
 
-        Examples
-        --------
         >>> box = Box.of(v=(1, 3))
         >>> box.bernstein([(0,), (1,), (2,)], [2])
         Rational([[1, 1, 1],

@@ -23,28 +23,11 @@ MAKERS = frozenset(
 def built(builder, box):
     """The plant that a builder makes of parameters.
 
-    Parameters
-    ----------
-    builder : callable
-        Takes the parameters by name and returns a plant.
-    box : Box
-        Their ranges.
-
-    Returns
-    -------
-    kind : type
-        The plant's class.
-    matrices : dict
-        By name, object arrays of `Parametric`.
-    rest : dict
-        What else its constructor was given.
-
-    Raises
-    ------
-    ParameterError
-        Where the code isn't rational in a parameter. The text quotes the line.
-    ValueError
-        If the builder has other arguments, or returns no plant.
+    ``builder``: takes the parameters by name and returns a plant; ``box``: their
+    ranges. Returns kind: the plant's class; matrices: by name, object arrays of
+    `Parametric`; rest: what else its constructor was given. Raises ParameterError where
+    the code isn't rational in a parameter. The text quotes the line; ValueError if the
+    builder has other arguments, or returns no plant.
     """
     made = _called(builder, box)
     if not isinstance(made, Symbolic):
@@ -198,17 +181,9 @@ def rows_in_canonical_form(matrices, names):
 
     To multiply an equation changes no motion, but it changes the hull of the vertices.
 
-    Parameters
-    ----------
-    matrices : dict
-        By name, object arrays of `Parametric`; changed in place.
-    names : sequence of str
-        Those whose rows are the plant's equations.
-
-    Returns
-    -------
-    dict
-        By row, the `Parametric` by which it was multiplied, where it isn't one.
+    ``matrices``: by name, object arrays of `Parametric`; changed in place; ``names``:
+    those whose rows are the plant's equations. Returns dict: by row, the `Parametric`
+    by which it was multiplied, where it isn't one.
     """
     there = [matrices[name] for name in names if name in matrices]
     changed = {}
@@ -245,14 +220,8 @@ def _common(entries):
 def check_by_numbers(builder, box, expected):
     """Raise where floats give another plant than the parameters did.
 
-    Parameters
-    ----------
-    builder : callable
-        As in `built`.
-    box : Box
-        The ranges.
-    expected : callable
-        From a point to matrices by name, as the builder's own rows have them.
+    ``builder``: as in `built`; ``box``: the ranges; ``expected``: from a point to
+    matrices by name, as the builder's own rows have them.
     """
     for point in (box.low, box.high, box.inner):
         plant = _with_numbers(builder, box, point)
@@ -296,14 +265,9 @@ def told(factor):
 def along(base, changes, rows):
     """A builder and ranges, of a base to which multiples of p u w' are added.
 
-    Parameters
-    ----------
-    base : SecondOrderSystem or DescriptorSystem
-        One plant.
-    changes : dict
-        By name (low, high, [(u, w), ...]): see `Uncertain.of`.
-    rows : dict
-        By the kind of a plant the names of the matrices that its equations have.
+    ``base``: one plant; ``changes``: by name (low, high, [(u, w), ...]): see
+    `Uncertain.of`; ``rows``: by the kind of a plant the names of the matrices that its
+    equations have.
     """
     if type(base) not in rows or len(base.vertices) > 1:
         raise ValueError(

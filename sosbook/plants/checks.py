@@ -223,23 +223,13 @@ def _holds(array, kinds):
 def logarithmic_scales(M):
     """Factors of the rows and of the columns that bring the entries of M near one.
 
-    Parameters
-    ----------
-    M : (..., k, l) array
-        Any matrix, or an array of such; its zeros don't count.
+    ``M``, (..., k, l): any matrix, or an array of such; its zeros don't count. Returns
+    rows, columns, (..., k) and (..., l): the least squares of the logarithms of
+    ``rows[i] |M[i, j]| columns[j]``. The scaled matrix is the same whatever the units
+    of rows and columns are.
 
-    Returns
-    -------
-    rows, columns : (..., k) and (..., l) arrays
-        The least squares of the logarithms of ``rows[i] |M[i, j]| columns[j]``.
-        The scaled matrix is the same whatever the units of rows and columns are.
-
-    Notes
-    -----
     Source: A. R. Curtis and J. K. Reid, J. Inst. Maths Applics 10, 1972, 118-124.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> rows, columns = logarithmic_scales(np.array([[1e-9, 1.0], [1.0, 1e9]]))
     >>> (rows[:, None] * np.array([[1e-9, 1.0], [1.0, 1e9]]) * columns).round(6)
@@ -265,13 +255,8 @@ def inverse_by_rows(M):
     Where rows differ by the digits that floats have, elimination loses them all;
     powers of two bring the rows near one without a rounding error.
 
-    Parameters
-    ----------
-    M : (k, k) array
-        Any regular matrix.
+    ``M``, (k, k): any regular matrix.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> M = np.array([[1e-9, 2e-9], [3e9, 1e9]])
     >>> bool(np.allclose(inverse_by_rows(M) @ M, np.eye(2)))

@@ -28,12 +28,8 @@ MOST_PRIMES = 400  # are tried before the rows count as too long to write
 class FixedPart:
     """The part of a plant that no input moves: d/dt (V E x) = L V E x.
 
-    Parameters
-    ----------
-    rows : fmpq_mat
-        V, (k, N), with V A = L V E and V B = 0.
-    dynamics : fmpq_mat
-        L, (k, k); its eigenvalues are the fixed modes.
+    ``rows``, fmpq_mat: V, (k, N), with V A = L V E and V B = 0; ``dynamics``, fmpq_mat:
+    L, (k, k); its eigenvalues are the fixed modes.
     """
 
     rows: fmpq_mat
@@ -53,21 +49,10 @@ class FixedPart:
 def fixed_part(E, A, B):
     """What the inputs of E x' = A x + B u don't move.
 
-    Parameters
-    ----------
-    E, A : (N, N) arrays of fmpq
-        The matrices.
-    B : (N, m) array of fmpq
-        With m = 0 everything is fixed.
+    ``E``, ``A``, (N, N) of fmpq: the matrices; ``B``, (N, m) of fmpq: with m = 0
+    everything is fixed. Returns the part, without rows if the plant is controllable.
+    None where E is singular, or the rows have too many digits to be found.
 
-    Returns
-    -------
-    FixedPart or None
-        The part, without rows if the plant is controllable. None where E is
-        singular, or the rows have too many digits to be found.
-
-    Examples
-    --------
     >>> from sosbook.exact.definite import exact
     >>> one, A = exact(np.eye(2)), exact(np.array([[0.1, 1], [0, -3]]))
     >>> part = fixed_part(one, A, exact(np.array([[1.0], [0]])))
@@ -171,12 +156,8 @@ def _primes():
 def _modulo(E, A, B, p):
     """The rows V modulo p: their pivots and their other entries.
 
-    Returns
-    -------
-    pivots : tuple of int
-    rows : list of lists of int, or [] if p shows that there are none
-        The reduced echelon form. None instead of both if E is singular
-        modulo p.
+    Returns pivots, tuple of int; rows: the reduced echelon form. None instead of both
+    if E is singular modulo p.
     """
     N = E.nrows()
     check_time(SECONDS_FOR_AN_ENTRY * N**3)

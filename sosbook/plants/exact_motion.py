@@ -14,17 +14,8 @@ SMALL = 1e-17  # radius of the balls, by the largest entry
 def exact_forms(d, K):
     """The matrices of a loop x' = A x + B u + B_w w without a rounding error.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form; its floats are read as decimals.
-    K : (m, N) array
-        The gain of u = K x.
-
-    Returns
-    -------
-    A, B, B_w : Rational
-        A with the gain inside.
+    ``d``: the plant in descriptor form; its floats are read as decimals; ``K``, (m, N):
+    the gain of u = K x. Returns A, B, B_w: a with the gain inside.
     """
     d, K = d.map(exact), exact(K)
     back = inverse(d.E)
@@ -34,12 +25,7 @@ def exact_forms(d, K):
 def exact_flow(generator, span):
     """e^(generator span) of rationals, in floats.
 
-    Parameters
-    ----------
-    generator : Rational
-        A square matrix.
-    span : float
-        In seconds.
+    ``generator``: a square matrix; ``span``: in seconds.
     """
     rows = (generator * exact(float(span))).tolist()
     for bits in BITS:

@@ -287,24 +287,12 @@ def _second_order(d):
 def plant_of(data, where="plant"):
     """The plant of plain data: its matrices by name, or vertices.
 
-    Parameters
-    ----------
-    data : dict
-        M, D, S, B and perhaps F; or a list of such under ``"vertices"``; or with
-        ranges under ``"parameters"``, ``{"m": [1, 2]}``, and entries that may be
-        polynomials in words, ``"0.5*m + 1"``.
-    where : str
-        What errors call it.
-
-    Returns
-    -------
-    SecondOrderSystem, Polytope or Uncertain
-        A polytope where there are vertices, a family where there are parameters.
-
-    Raises
-    ------
-    ValueError
-        If a key is missing or too many, or the matrices are no plant.
+    ``data``: M, D, S, B and perhaps F; or a list of such under ``"vertices"``; or with
+    ranges under ``"parameters"``, ``{"m": [1, 2]}``, and entries that may be
+    polynomials in words, ``"0.5*m + 1"``; ``where``: what errors call it. Returns
+    SecondOrderSystem, Polytope or Uncertain: a polytope where there are vertices, a
+    family where there are parameters. Raises ValueError if a key is missing or too
+    many, or the matrices are no plant.
     """
     if isinstance(data, dict) and "parameters" in data:
         return _family(where, data)

@@ -71,23 +71,11 @@ class Gain(ReadOnly):
 def signals(plant, U=None, older=0):
     """What the columns of a gain of this plant multiply: [z; z'; x3] by name.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-        Its ``coordinates`` name z; without names they are z1, z2, ..., and
-        the state of a DescriptorSystem is x1, x2, ...
-    U : (a, n) array_like, optional
-        What is integrated: x3 is the integral of U z.
-    older : int
-        How many older inputs a sampled gain multiplies, too.
+    ``plant``: its ``coordinates`` name z; without names they are z1, z2, ..., and the
+    state of a DescriptorSystem is x1, x2, ...; ``U``, (a, n): what is integrated: x3 is
+    the integral of U z; ``older``: how many older inputs a sampled gain multiplies,
+    too. Returns one for each column, in its order.
 
-    Returns
-    -------
-    tuple of str
-        One for each column, in its order.
-
-    Examples
-    --------
     >>> from sosbook import SecondOrderSystem
     >>> cart = SecondOrderSystem(1, 0, 0, 1, coordinates=("place",))
     >>> signals(cart, [[1]], older=1)

@@ -23,25 +23,13 @@ def quotient_in_hull(vertices):
 
     and where det E has one sign at all vertices.
 
-    Parameters
-    ----------
-    vertices : sequence of Descriptor
-        In floats, or in rationals. Floats are read as decimals.
+    ``vertices``: in floats, or in rationals. Floats are read as decimals. Returns bool:
+    True is proven. A polytope that has the property for another reason may get False.
 
-    Returns
-    -------
-    bool
-        True is proven. A polytope that has the property for another reason
-        may get False.
-
-    Notes
-    -----
     Source: the chapter on vertices of the book. With E + t u v' for E the
     inverse moves on a segment (Sherman and Morrison), and so does the quotient
     where A, B_u and B_w move along u, too. det E is affine in each t.
 
-    Examples
-    --------
     >>> from sosbook import Polytope, SecondOrderSystem
     >>> from sosbook.plants import descriptors
     >>> def plant(m, d):

@@ -15,15 +15,8 @@ def checked_plant(plant, kinds=Plant):
 
     The one place where a family with parameters becomes the polytope around it.
 
-    Parameters
-    ----------
-    plant : object
-        What was given for a plant.
-    kinds : type or union of types
-        What is taken.
+    ``plant``: what was given for a plant; ``kinds``: what is taken.
 
-    Examples
-    --------
     >>> checked_plant([SecondOrderSystem(1, 1, 1, 1)], SecondOrderSystem)
     Traceback (most recent call last):
     ValueError: plant must be a SecondOrderSystem, got list: wrap it in Polytope([...])

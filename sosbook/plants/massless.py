@@ -28,18 +28,9 @@ def massless(M, D):
 def massless_directions(M, D):
     """All z with M z = 0 and D z = 0, and all y with y' M = 0 and y' D = 0: exact.
 
-    Parameters
-    ----------
-    M, D : (n, n) array
-        Read as decimals.
+    ``M``, ``D``, (n, n): read as decimals. Returns N, L, (n, k) of fmpq: columns span
+    them; each is one in a row of its own, where the others are zero.
 
-    Returns
-    -------
-    N, L : (n, k) arrays of fmpq
-        Columns span them; each is one in a row of its own, where the others are zero.
-
-    Examples
-    --------
     >>> N, L = massless_directions(np.full((2, 2), 0.3), np.zeros((2, 2)))
     >>> N.tolist() == L.tolist() == [[-1], [1]]
     True

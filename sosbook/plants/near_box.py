@@ -28,13 +28,9 @@ class NearBox(ReadOnly):
     float, or the unit of force, takes that from the vertices themselves. How far these
     are from the corners the blocks' margins pay for: see `reach`.
 
-    Parameters
-    ----------
-    family : Uncertain
-        The box, with parameters like near_vertex_2, which is 0 at the first vertex and
-        1 near the second.
-    corners : tuple of int
-        For each vertex of the plant the corner that it is near to.
+    ``family``: the box, with parameters like near_vertex_2, which is 0 at the first
+    vertex and 1 near the second; ``corners``: for each vertex of the plant the corner
+    that it is near to.
     """
 
     family: Uncertain
@@ -44,10 +40,7 @@ class NearBox(ReadOnly):
     def of(cls, plant):
         """That of a plant, or None; of a plant in a file only the one that it names.
 
-        Parameters
-        ----------
-        plant : SecondOrderSystem, Polytope or DescriptorSystem
-            With vertices that were given as floats.
+        ``plant``: with vertices that were given as floats.
         """
         known = vars(plant)  # a search asks again for each of its values
         if "_near_box" not in known:
@@ -76,17 +69,9 @@ class NearBox(ReadOnly):
     def ground(self, given, describe):
         """The corners near some vertices, in rationals, and their `reach`.
 
-        Parameters
-        ----------
-        given : sequence of Descriptor
-            The plant's vertices.
-        describe : callable
-            From a plant to the `Descriptor` of each vertex, as they were made.
-
-        Returns
-        -------
-        tuple or None
-            None where LMIs at the corners say nothing of the plants between.
+        ``given``: the plant's vertices; ``describe``: from a plant to the `Descriptor`
+        of each vertex, as they were made. Returns None where LMIs at the corners say
+        nothing of the plants between.
         """
         kept = vars(self).get("_ground")  # a search asks for the same at each value
         if kept is None or any(a is not b for a, b in zip(kept[0], given)):
@@ -108,18 +93,10 @@ def _ground(given, corners):
 def reach(given, corners):
     r"""How far the quotients of a polytope lie from the hull of those of a box.
 
-    Parameters
-    ----------
-    given, corners : sequences of Descriptor
-        The polytope's vertices, and the corner that each is near to, in rationals.
+    ``given``, ``corners``: the polytope's vertices, and the corner that each is near
+    to, in rationals. Returns (N, N + m + p) or None: for each entry of E^-1 [A B_u B_w]
+    a bound. None where there is none.
 
-    Returns
-    -------
-    (N, N + m + p) array or None
-        For each entry of E^-1 [A B_u B_w] a bound. None where there is none.
-
-    Notes
-    -----
     Let Gamma bound the entries of all W_i - C_i for the vertices W = [E R] and their
     corners C, Q those of the corners' E^-1 and Xi those of their quotients E^-1 R. A
     plant of the polytope is W(a) = C(t) + G with C(t) in the box and abs(G) <= Gamma.
@@ -203,34 +180,19 @@ def near_box(vertices, order):
     it is a sum of those before. Each has multiples of one column only, or leaves E as
     it is. All their sums must be vertices, and all vertices such sums.
 
-    Parameters
-    ----------
-    vertices : (k, rows, columns) array
-        Of each vertex [E ...], in floats.
-    order : int
-        How many of the columns belong to E.
+    ``vertices``, (k, rows, columns): of each vertex [E ...], in floats; ``order``: how
+    many of the columns belong to E. Returns base, (rows, columns) Rational: the first
+    vertex, its floats read as decimals; changes: matrices by the place of the vertex
+    that the first one and the change are near to. All sums of the first and of some
+    changes are near the vertices, within ``ROUNDING`` of the largest value that each
+    entry has, in any units; corners: for each vertex the sum that it is near to: 1
+    stands for the first change, 2 for the second, 3 for both, ...
 
-    Returns
-    -------
-    base : (rows, columns) Rational
-        The first vertex, its floats read as decimals.
-    changes : dict
-        Matrices by the place of the vertex that the first one and the change are
-        near to. All sums of the first and of some changes are near the vertices,
-        within ``ROUNDING`` of the largest value that each entry has, in any units.
-    corners : tuple of int
-        For each vertex the sum that it is near to: 1 stands for the first change, 2
-        for the second, 3 for both, ...
-
-    Notes
-    -----
     Where the sums are the vertices themselves, or none is far from the first, there
     is nothing to read: None.
 
     A verdict by floats is no proof: what it says is proven by `reach` and the blocks.
 
-    Examples
-    --------
     >>> corners = [np.eye(2) + m * np.outer([1, 0.7], [1, 0.7]) for m in (0, 1 / 3)]
     >>> base, changes, places = near_box(np.array(corners), 2)
     >>> change = changes[1]

@@ -42,21 +42,13 @@ class ParameterError(TypeError, ValueError):
 class Parametric:
     """A quotient of polynomials in parameters, with rational coefficients.
 
-    Parameters
-    ----------
-    num, den : fmpq_mpoly
-        Numerator and denominator, which has no zero in the box.
-    box : Box
-        The ranges of the parameters: comparisons are answered where the answer is
-        the same in all of it.
+    ``num``, ``den``, fmpq_mpoly: numerator and denominator, which has no zero in the
+    box; ``box``: the ranges of the parameters: comparisons are answered where the
+    answer is the same in all of it.
 
-    Notes
-    -----
     It lives in object arrays, and has no ``__array_ufunc__`` and no priority: so
     numpy takes it for a number.
 
-    Examples
-    --------
     >>> from sosbook.plants.bernstein import Box
     >>> m, k = parameters(Box.of(m=(1, 2), k=(3, 4))).values()
     >>> k / (2 * m) - 0.1 * m, k > m
@@ -306,12 +298,7 @@ def _of_sympy(expression, known):
 class Symbolic:
     """A plant whose matrices depend on parameters, as its constructor leaves it.
 
-    Parameters
-    ----------
-    kind : type
-        The plant's class.
-    given : dict
-        What its constructor was given, by name.
+    ``kind``: the plant's class; ``given``: what its constructor was given, by name.
     """
 
     def __init__(self, kind, given):

@@ -24,16 +24,9 @@ TERM = re.compile(rf"([-+]?)({FACTOR}(?:\*{FACTOR})*)")
 class Polynomials:
     """A matrix of polynomials.
 
-    Parameters
-    ----------
-    shape : tuple of two int
-        That of the matrix.
-    monomials : tuple of tuples of int
-        Exponents of the parameters; at least those of a constant.
-    places : list of int
-        Where it isn't zero, row by row.
-    coefficients : (monomials, places) Rational
-        Of each monomial at each place.
+    ``shape``: that of the matrix; ``monomials``: exponents of the parameters; at least
+    those of a constant; ``places``: where it isn't zero, row by row; ``coefficients``,
+    (monomials, places) Rational: of each monomial at each place.
     """
 
     shape: tuple
@@ -81,15 +74,8 @@ class Polynomials:
 def in_words(terms, names):
     """A polynomial as text: "2*m^2 - 0.5*m*k + 1".
 
-    Parameters
-    ----------
-    terms : dict
-        Coefficients by exponents.
-    names : sequence of str
-        The parameters.
+    ``terms``: coefficients by exponents; ``names``: the parameters.
 
-    Examples
-    --------
     >>> in_words({(2, 0): fmpq(2), (1, 1): fmpq(-1, 2), (0, 0): fmpq(1)}, "mk")
     '2*m^2 - 0.5*m*k + 1'
     """
@@ -109,21 +95,10 @@ def in_words(terms, names):
 def read_words(text, names):
     """The coefficients by exponents of a polynomial that `in_words` might write.
 
-    Parameters
-    ----------
-    text : str
-        Numbers and names of parameters, between ``+``, ``-``, ``*``, and whole powers
-        behind ``^``. Brackets aren't known.
-    names : sequence of str
-        The parameters.
+    ``text``: numbers and names of parameters, between ``+``, ``-``, ``*``, and whole
+    powers behind ``^``. Brackets aren't known; ``names``: the parameters. Raises
+    ValueError if it is something else; the text says where it ends to be a polynomial.
 
-    Raises
-    ------
-    ValueError
-        If it is something else; the text says where it ends to be a polynomial.
-
-    Examples
-    --------
     >>> read_words("2*m^2 - 1/2*k*m + 1e-1", ("m", "k"))
     {(2, 0): 2, (1, 1): -1/2, (0, 0): 1/10}
     """

@@ -200,12 +200,8 @@ def _projected(plant, basis):
 def modal(M, S, modes):
     """Basis and back of the slowest real modes, with back = basis' M.
 
-    Parameters
-    ----------
-    M, S : (n, n) array or sparse
-        M is symmetric and positive definite; of S the symmetric part counts.
-    modes : int
-        How many.
+    ``M``, ``S``, (n, n) or sparse: M is symmetric and positive definite; of S the
+    symmetric part counts; ``modes``: how many.
     """
     modes = _few("modes", modes, M.shape[0])
     M, S = ((x + x.T) / 2 for x in (M, S))
@@ -263,15 +259,8 @@ def static(M, S, rows, modes):
 def balanced(d, states):
     """Basis and back of the states that are reached and seen the most.
 
-    Parameters
-    ----------
-    d : Descriptor
-        A stable one with outputs.
-    states : int
-        How many.
+    ``d``: a stable one with outputs; ``states``: how many.
 
-    Notes
-    -----
     Source: B. C. Moore, IEEE Trans. Automatic Control 26, 1981: the square roots of
     both Gramians, and the singular vectors of their product.
     """

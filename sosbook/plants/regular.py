@@ -18,16 +18,8 @@ def check_regular(name, part, box, degrees):
     time; no LMI with a singular E has a solution. What isn't decided in so many boxes,
     or is singular everywhere, passes.
 
-    Parameters
-    ----------
-    name : str
-        What errors call the matrix.
-    part : Polynomials
-        The matrix.
-    box : Box
-        The ranges.
-    degrees : tuple of int
-        Of each parameter in Bernstein's form.
+    ``name``: what errors call the matrix; ``part``: the matrix; ``box``: the ranges;
+    ``degrees``: of each parameter in Bernstein's form.
     """
     boxes, signs, last = [box], set(), box.inner
     for _ in range(MOST_CELLS):

@@ -137,12 +137,8 @@ class Steps:
 def steps(r, n):
     """A set point as `Steps`: a constant is one step, None is zero.
 
-    Parameters
-    ----------
-    r : (n,) array_like, Step or Steps, or None
-        The set point.
-    n : int
-        How many displacements the plant has.
+    ``r``, (n,) Step or Steps, or None: the set point; ``n``: how many displacements the
+    plant has.
     """
     if isinstance(r, Step):
         height = numbers("height", r.height)
@@ -165,16 +161,9 @@ def steps(r, n):
 def signal_parts(name, signal, size, column):
     """Times on and off, amplitude and offset of a checked signal.
 
-    Parameters
-    ----------
-    name : str
-        The argument's name, for messages.
-    signal : Sine or Step, or None
-        What acts on the plant; None is zero.
-    size : int
-        How many channels it drives.
-    column : str
-        The plant's matrix through which it acts.
+    ``name``: the argument's name, for messages; ``signal``: what acts on the plant;
+    None is zero; ``size``: how many channels it drives; ``column``: the plant's matrix
+    through which it acts.
     """
     if signal is None:
         return np.inf, np.inf, None, None

@@ -35,20 +35,10 @@ def random_weights(vertices, count, seed):
 def halves(weights, far):
     """Cut a simplex in the middle of its longest edge.
 
-    Parameters
-    ----------
-    weights : (N, k) array
-        Its corners, one a row: weights of a polytope's vertices.
-    far : (N, N) array
-        Distances between the corners, in whatever measure.
+    ``weights``, (N, k): its corners, one a row: weights of a polytope's vertices;
+    ``far``, (N, N): distances between the corners, in whatever measure. Returns the
+    corners of both halves.
 
-    Returns
-    -------
-    list of two (N, k) arrays
-        The corners of both halves.
-
-    Examples
-    --------
     >>> first, second = halves(np.eye(2), np.array([[0, 1], [1, 0]]))
     >>> first
     array([[0.5, 0.5],

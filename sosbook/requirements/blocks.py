@@ -6,14 +6,9 @@ __all__ = ["BlockName", "BlockTable"]
 class BlockName(str):
     """The label of a block, which also knows whose block it is.
 
-    Attributes
-    ----------
-    requirement : tuple or None
-        The key of its requirement; None for P itself.
-    block : str
-        The requirement's own name of the block.
-    vertices : tuple of int
-        Numbers of the vertex or of the pair; empty for what is demanded once.
+    Has ``requirement``: the key of its requirement; None for P itself; ``block``: the
+    requirement's own name of the block; ``vertices``: numbers of the vertex or of the
+    pair; empty for what is demanded once.
     """
 
     def __new__(cls, label, requirement, block, vertices):
@@ -32,10 +27,7 @@ class BlockTable:
     Their keys are (requirement, block, vertices), so that no name that a
     user chose can take the place of another block.
 
-    Parameters
-    ----------
-    many : bool
-        Whether labels show the vertices' numbers.
+    ``many``: whether labels show the vertices' numbers.
     """
 
     def __init__(self, many):

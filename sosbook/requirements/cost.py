@@ -294,17 +294,9 @@ def noise_input(d, cost):
 def noise_cost(d, K, cost):
     """The true cost of one vertex; infinite for an unstable loop.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
-    K : (m, N) array
-        The gain of u = K x.
-    cost : QuadraticCost
-        The weights, and how the noise enters.
+    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x; ``cost``:
+    the weights, and how the noise enters.
 
-    Notes
-    -----
     Source: thesis (2.30), (2.31), with W = I.
     """
     A = loop_matrix(d, K)

@@ -56,24 +56,12 @@ class TracedLoop:
 def theorem_data(requirement, request, place, sized=False):
     """The blocks of a requirement as text, and what a file says of it.
 
-    Parameters
-    ----------
-    requirement : Requirement
-        Of an author's own.
-    request : Request
-        What is asked.
-    place : int
-        The requirement's number among all, counted from one.
-    sized : bool
-        Whether the blocks are those of P / s, times the unknown s.
-
-    Returns
-    -------
-    dict or None
-        "numbers" by name, in decimals; "unknowns" by name, with what the file calls
-        them and their shapes; "blocks": (where, name, text) each, where a text may
-        speak of the names that the text of a design defines. None if it can't be
-        traced.
+    ``requirement``: of an author's own; ``request``: what is asked; ``place``: the
+    requirement's number among all, counted from one; ``sized``: whether the blocks are
+    those of P / s, times the unknown s. Returns dict or None: "numbers" by name, in
+    decimals; "unknowns" by name, with what the file calls them and their shapes;
+    "blocks": (where, name, text) each, where a text may speak of the names that the
+    text of a design defines. None if it can't be traced.
     """
     own = f"own.{place}."
     loop, size = TracedLoop(requirement, request, own), Traced.number(own + "size")

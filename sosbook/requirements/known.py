@@ -18,12 +18,7 @@ __all__ = ["KnownLoop", "KnownVertex"]
 class KnownLoop(ReadOnly):
     """The loop of one plant under u = K x, in rationals.
 
-    Parameters
-    ----------
-    plant : Descriptor
-        The plant, in rationals.
-    K : (m, N) array
-        The gain, in rationals.
+    ``plant``: the plant, in rationals; ``K``, (m, N): the gain, in rationals.
     """
 
     plant: Descriptor
@@ -71,21 +66,12 @@ class KnownLoop(ReadOnly):
 class KnownVertex:
     """What the theorems for a known gain ask of a vertex.
 
-    Parameters
-    ----------
-    loop : KnownLoop
-        The loop at the vertex.
-    P : (N, N) matrix-like
-        The vertex has the Lyapunov function x' P x of its own.
-    F, G : (kN, kN) matrix-like
-        The multipliers, common to all vertices.
-    own : dict
-        The requirement's further unknowns by name, "mu" among them.
-    number : callable
-        Brings data into the arithmetic of the blocks.
-    left, T : (N, N) arrays, optional
-        Coordinates x = T xi, in which the rows of the loop are multiplied from
-        the left; the plant's own without them.
+    ``loop``: the loop at the vertex; ``P``, (N, N): the vertex has the Lyapunov
+    function x' P x of its own; ``F``, ``G``, (kN, kN): the multipliers, common to all
+    vertices; ``own``: the requirement's further unknowns by name, "mu" among them;
+    ``number``: brings data into the arithmetic of the blocks; ``left``, ``T``, (N, N):
+    coordinates x = T xi, in which the rows of the loop are multiplied from the left;
+    the plant's own without them.
     """
 
     loop: KnownLoop

@@ -15,19 +15,12 @@ class Loop:
     ``number`` brings data into the arithmetic of the blocks; ``levels`` are
     those that are sought, by the key of their requirement.
 
-    Attributes
-    ----------
-    P, Y, V : matrix-like
-        The unknowns of every request, in these coordinates; P holds one
-        for each vertex where there is a slack matrix V.
-    own : dict
-        The requirements' own unknowns by name.
-    plain, vertices : tuple of Descriptor
-        The vertices in the plant's own coordinates and in these.
-    epsilon : scalar or None
-        The scalar of the slack LMIs; None without a slack matrix.
-    request, frame
-        The `Request` and the `Frame` (None for the plant's own coordinates).
+    Has ``P``, ``Y``, ``V``: the unknowns of every request, in these coordinates; P
+    holds one for each vertex where there is a slack matrix V; ``own``: the
+    requirements' own unknowns by name; ``plain``, ``vertices``: the vertices in the
+    plant's own coordinates and in these; ``epsilon``: the scalar of the slack LMIs;
+    None without a slack matrix; ``request``, ``frame``: the `Request` and the `Frame`
+    (None for the plant's own coordinates).
     """
 
     def __init__(self, request, number, frame, P, Y, V, levels, own):
@@ -82,12 +75,8 @@ class Loop:
     def measured(self, unit=1.0, size=None):
         """The loop for a requirement whose P is measured apart.
 
-        Parameters
-        ----------
-        unit : float
-            In coordinates x = T unit xi its P is near the identity.
-        size : scalar, optional
-            Its P, V and Y are those of the loop, divided by it.
+        ``unit``: in coordinates x = T unit xi its P is near the identity; ``size``: its
+        P, V and Y are those of the loop, divided by it.
         """
         loop = copy(self)
         if unit != 1.0:
@@ -138,12 +127,7 @@ class Loop:
 class OnDemand(Sequence):
     """Items that are made when they are asked for, and kept.
 
-    Parameters
-    ----------
-    make : callable
-        From an index to its item.
-    count : int
-        How many there are.
+    ``make``: from an index to its item; ``count``: how many there are.
     """
 
     def __init__(self, make, count):

@@ -29,14 +29,8 @@ class Magnitudes:
 
     They are the sizes of P, of the requirement's own unknowns and of its level.
 
-    Parameters
-    ----------
-    requirement : Requirement
-        It writes the blocks.
-    request : Request
-        With its plant; the coupling doesn't matter.
-    frame : Frame
-        The coordinates.
+    ``requirement``: it writes the blocks; ``request``: with its plant; the coupling
+    doesn't matter; ``frame``: the coordinates.
     """
 
     def __init__(self, requirement, request, frame):

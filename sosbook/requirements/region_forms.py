@@ -190,13 +190,8 @@ def degrees(sin, cos):
 
     It is rounded up to a hundredth: the words never promise more than is proven.
 
-    Parameters
-    ----------
-    sin, cos : float
-        Those of an angle between 0 and 90 degrees, rounded inwards.
+    ``sin``, ``cos``: those of an angle between 0 and 90 degrees, rounded inwards.
 
-    Examples
-    --------
     >>> degrees(0.6, 0.8)
     '36.87'
     """

@@ -39,27 +39,12 @@ def collected(
 ):
     """Keywords and requirement objects as one tuple, in the order of their ranks.
 
-    Parameters
-    ----------
-    region : Region, optional
-        Where the poles shall lie. This and the other keywords take the place
-        of what ``requirements`` holds of their kind; None leaves that out.
-    gamma : float, optional
-        The bound of the H-infinity norm.
-    saturation : Saturation, optional
-        The bound of the input.
-    cost : QuadraticCost, optional
-        The bound of a cost.
-    mu : float or "free", optional
-        See `HInfinity`; "free" is None in words.
-    requirements : sequence of Requirement or Region
-        Any others.
-
-    Raises
-    ------
-    ValueError
-        If an argument isn't what its name says, or two requirements of
-        one kind have one name.
+    ``region``: where the poles shall lie. This and the other keywords take the place of
+    what ``requirements`` holds of their kind; None leaves that out; ``gamma``: the
+    bound of the H-infinity norm; ``saturation``: the bound of the input; ``cost``: the
+    bound of a cost; ``mu``: see `HInfinity`; "free" is None in words; ``requirements``:
+    any others. Raises ValueError if an argument isn't what its name says, or two
+    requirements of one kind have one name.
     """
     chosen = []
     try:
@@ -118,16 +103,9 @@ def collected(
 def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
     """`collected`, of a user who must not ask anything in two places.
 
-    Parameters
-    ----------
-    requirements, mu, **keywords
-        As in `collected`.
-
-    Raises
-    ------
-    ValueError
-        Also if a keyword asks for what is among the ``requirements``, too: one of
-        the two would be dropped.
+    ``requirements``, ``mu``, ``**keywords``: as in `collected`. Raises ValueError: also
+    if a keyword asks for what is among the ``requirements``, too: one of the two would
+    be dropped.
     """
     among = {_place(r) for r in collected(requirements=requirements)}
     for name, value in keywords.items():
@@ -203,12 +181,7 @@ def bounds(requirements):
 def moved(requirements, values):
     """The requirements with other bounds; what is missing joins them.
 
-    Parameters
-    ----------
-    requirements : tuple of Requirement
-        What is asked.
-    values : dict
-        The bound for each parameter's name.
+    ``requirements``: what is asked; ``values``: the bound for each parameter's name.
     """
     chosen = list(requirements)
     for name, value in values.items():
@@ -268,15 +241,8 @@ class Shorthand:
     def mu_of(self, own):
         """The scalar of Theorem 2.1 that belongs to a solution.
 
-        Parameters
-        ----------
-        own : dict or None
-            What the requirements' unknowns came out as.
-
-        Returns
-        -------
-        float
-            1 where nothing else fixes the size of P.
+        ``own``: what the requirements' unknowns came out as. Returns float: 1 where
+        nothing else fixes the size of P.
         """
         hinf = self._one(HInfinity)
         if hinf is None:

@@ -17,13 +17,8 @@ STEPS = 2.0 ** np.arange(-52, -39)  # relative, by which a diagonal is raised
 def symmetric_weight(name, Q):
     """A weight that is exactly symmetric, in floats that are read as decimals.
 
-    Parameters
-    ----------
-    name : str
-        What an error calls it.
-    Q : (N, N) array_like
-        Symmetric, but for rounding: entries opposite each other are replaced by
-        their mean.
+    ``name``: what an error calls it; ``Q``, (N, N): symmetric, but for rounding:
+    entries opposite each other are replaced by their mean.
     """
     Q = matrix(name, Q)
     if Q.shape[0] != Q.shape[1]:
@@ -37,22 +32,11 @@ def symmetric_weight(name, Q):
 def semidefinite_weight(name, Q):
     """A weight that is exactly symmetric and positive semidefinite.
 
-    Parameters
-    ----------
-    name : str
-        What an error calls it.
-    Q : (N, N) array_like
-        As in `symmetric_weight`, and semidefinite but for rounding.
+    ``name``: what an error calls it; ``Q``, (N, N): as in `symmetric_weight`, and
+    semidefinite but for rounding. Returns (N, N): Q where rationals prove that it is
+    semidefinite. Else its diagonal is larger, by as few roundings of each entry as it
+    takes: then x' Q x isn't smaller for any x. This is free of the states' units.
 
-    Returns
-    -------
-    (N, N) array
-        Q where rationals prove that it is semidefinite. Else its diagonal is larger,
-        by as few roundings of each entry as it takes: then x' Q x isn't smaller for
-        any x. This is free of the states' units.
-
-    Examples
-    --------
     >>> C = np.array([[0.3, 0.7]])
     >>> bool(semidefinite(exact(C.T @ C)))
     False
@@ -93,15 +77,8 @@ def _raised(name, Q, rows):
 def square_factors(Q):
     """Rationals L, W with Q = L W^-1 L', W diagonal and regular.
 
-    Parameters
-    ----------
-    Q : (N, N) array of fmpq
-        Positive semidefinite.
-
-    Raises
-    ------
-    ValueError
-        If it isn't: nothing of Q is left out.
+    ``Q``, (N, N) of fmpq: positive semidefinite. Raises ValueError if it isn't: nothing
+    of Q is left out.
     """
     remainder, columns, sizes = Q.copy(), [], []
     for k in range(len(Q)):

@@ -9,13 +9,8 @@ __all__ = ["digest", "short_digest"]
 def digest(content):
     """The SHA-256 of a content, in hexadecimal.
 
-    Parameters
-    ----------
-    content : bytes, or what JSON can write
-        The latter as JSON with sorted keys and no spaces.
+    ``content``: the latter as JSON with sorted keys and no spaces.
 
-    Examples
-    --------
     >>> digest({"b": 1, "a": [2]}) == digest(b'{"a":[2],"b":1}')
     True
     """

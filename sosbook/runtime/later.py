@@ -11,15 +11,8 @@ def later(room, name):
     A method of a result may hand the result on to a later room; the earlier room
     knows nothing else of it. The tests of the rooms list who does so.
 
-    Parameters
-    ----------
-    room : str
-        Such as "controllers".
-    name : str
-        Of something public there.
+    ``room``: such as "controllers"; ``name``: of something public there.
 
-    Examples
-    --------
     >>> later("sampled", "c2d").__name__
     'c2d'
     """

@@ -23,24 +23,10 @@ EXTRAS = {
 def library(name):
     """Import an optional library, or say how to install it.
 
-    Parameters
-    ----------
-    name : str
-        The module's name, such as "matplotlib.pyplot".
+    ``name``: the module's name, such as "matplotlib.pyplot". Returns the imported
+    module. Raises ModuleNotFoundError if the library isn't installed. Its text has the
+    command that installs it.
 
-    Returns
-    -------
-    module
-        The imported module.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        If the library isn't installed. Its text has the command that
-        installs it.
-
-    Examples
-    --------
     >>> library("scipy.linalg").__name__
     'scipy.linalg'
     """

@@ -146,17 +146,10 @@ def read_mtx(path):
 def read_entries(path):
     """The entries in a matrix file of Abaqus or CalculiX at ``path``.
 
-    Returns
-    -------
-    dict
-        From ((node, dof), (node, dof)) to the value, of both triangles: a file that
-        never has an entry and its mirror image holds one triangle of a symmetric
-        matrix. None if the file is one of Matrix Market.
-
-    Raises
-    ------
-    ValueError
-        With the line that isn't "node, dof, node, dof, value".
+    Returns dict: from ((node, dof), (node, dof)) to the value, of both triangles: a
+    file that never has an entry and its mirror image holds one triangle of a symmetric
+    matrix. None if the file is one of Matrix Market. Raises ValueError: with the line
+    that isn't "node, dof, node, dof, value".
     """
     entries = {}
     for place, line in enumerate(read_text(path).splitlines(), 1):

@@ -22,10 +22,7 @@ def matrices_of_op4(content, check_size):
 
     ``check_size`` is called with the rows and columns of each before it is made.
 
-    Raises
-    ------
-    ValueError
-        If the file ends early, isn't such a file, or a matrix is complex.
+    Raises ValueError if the file ends early, isn't such a file, or a matrix is complex.
     """
     for order in "<>":
         if len(content) > 4 and struct.unpack(order + "i", content[:4])[0] in HEAD:

@@ -24,19 +24,10 @@ class _Silent:
 def bar(total, unit="it", progress=True):
     """A context in which ``update()`` moves a progress bar.
 
-    Parameters
-    ----------
-    total : int
-        How many steps there are.
-    unit : str
-        What is counted.
-    progress : bool
-        Show the bar, unless tqdm isn't installed or the environment
-        variable TQDM_DISABLE is set (which tqdm doesn't read in
-        notebooks).
+    ``total``: how many steps there are; ``unit``: what is counted; ``progress``: show
+    the bar, unless tqdm isn't installed or the environment variable TQDM_DISABLE is set
+    (which tqdm doesn't read in notebooks).
 
-    Examples
-    --------
     >>> with bar(2, progress=False) as done:
     ...     done.update()
     """

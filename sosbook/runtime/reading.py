@@ -71,12 +71,8 @@ def path_of(path):
 def read_bytes(path):
     """All bytes of the file at ``path``, a str or Path.
 
-    Raises
-    ------
-    OSError
-        If it can't be read; it names the file.
-    ValueError
-        If it has more than `MOST_BYTES` bytes, or ``path`` is no path.
+    Raises OSError if it can't be read; it names the file; ValueError if it has more
+    than `MOST_BYTES` bytes, or ``path`` is no path.
     """
     with path_of(path).open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -114,14 +110,9 @@ def read_json(path):
 def parse_json(text):
     """What a ``text`` in JSON holds.
 
-    Raises
-    ------
-    ValueError
-        If it is no JSON; also for a key that comes twice, for NaN and Infinity, for
-        numbers that no float is near, and beyond the limits of this module.
+    Raises ValueError if it is no JSON; also for a key that comes twice, for NaN and
+    Infinity, for numbers that no float is near, and beyond the limits of this module.
 
-    Examples
-    --------
     >>> parse_json('{"M": [[1, 0.5]]}')
     {'M': [[1, 0.5]]}
     >>> parse_json('{"M": [[1]], "M": [[2]]}')
@@ -186,13 +177,9 @@ def _check_limits(content):
 def number(word):
     """The float nearest to the decimal that a ``word`` spells; also nan and inf.
 
-    Raises
-    ------
-    ValueError
-        If it is no number in ASCII, or so large or so small that no float is near.
+    Raises ValueError if it is no number in ASCII, or so large or so small that no float
+    is near.
 
-    Examples
-    --------
     >>> number("1.5e3")
     1500.0
     >>> number("1_0")
@@ -252,24 +239,9 @@ def read_rows(path):
 def numbers_of(path, rows, names):
     """The numbers below the first of some ``rows`` of a CSV file.
 
-    Parameters
-    ----------
-    path : str or Path
-        Its name, for errors.
-    rows : list of lists of str
-        As `read_rows` gives them.
-    names : list of str
-        What the columns are called.
-
-    Returns
-    -------
-    (N, k) array
-        k is the number of names.
-
-    Raises
-    ------
-    ValueError
-        With the line that is no row of k numbers.
+    ``path``: its name, for errors; ``rows``: as `read_rows` gives them; ``names``: what
+    the columns are called. Returns (N, k): k is the number of names. Raises ValueError:
+    with the line that is no row of k numbers.
     """
     table = []
     for line, row in enumerate(rows[1:], 2):

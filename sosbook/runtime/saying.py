@@ -34,12 +34,7 @@ def visible(text):
 def say(text, stream=None):
     """Print a text; a reader who went away, as ``head`` does, is no error.
 
-    Parameters
-    ----------
-    text : object
-        Its str is printed, `visible`.
-    stream : file, optional
-        Standard output without it.
+    ``text``: its str is printed, `visible`; ``stream``: standard output without it.
     """
     stream = sys.stdout if stream is None else stream
     try:

@@ -50,15 +50,9 @@ class OutOfTime(Exception):
 def time_limit(seconds, progress=False):
     """Let the solver raise `OutOfTime` after so many seconds.
 
-    Parameters
-    ----------
-    seconds : float or None
-        None sets no limit. An outer limit that ends sooner stays in force.
-    progress : bool
-        Show a bar of the seconds that have passed.
+    ``seconds``: None sets no limit. An outer limit that ends sooner stays in force;
+    ``progress``: show a bar of the seconds that have passed.
 
-    Examples
-    --------
     >>> with time_limit(60):
     ...     check_time()
     """

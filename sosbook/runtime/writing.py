@@ -12,30 +12,12 @@ __all__ = ["may_replace", "write_file", "write_texts"]
 def write_file(path, content, over=None):
     """Write a file so that at any time the old one or the new one is there.
 
-    Parameters
-    ----------
-    path : str or Path
-        Where it goes. A device, such as /dev/stdout, is written to.
-    content : str or bytes
-        A text is written in UTF-8.
-    over : callable, optional
-        From the bytes of a file that is there to whether it may be replaced. Any may
-        without it.
+    ``path``: where it goes. A device, such as /dev/stdout, is written to; ``content``:
+    a text is written in UTF-8; ``over``: from the bytes of a file that is there to
+    whether it may be replaced. Any may without it. Returns Path: ``path``. Raises
+    FileExistsError if a file is there that may not be replaced; OSError if there is no
+    room, for example. A file that was there is still there, whole.
 
-    Returns
-    -------
-    Path
-        ``path``.
-
-    Raises
-    ------
-    FileExistsError
-        If a file is there that may not be replaced.
-    OSError
-        If there is no room, for example. A file that was there is still there, whole.
-
-    Examples
-    --------
     >>> import tempfile
     >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -67,25 +49,11 @@ def may_replace(path, over, cure="give another name, or move it away"):
 def write_texts(folder, texts, replace=False):
     """Write files into a folder: all of them, or none.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Made if it doesn't exist.
-    texts : dict
-        From the files' names to their texts.
-    replace : bool
-        Replace files that are there with another text. Else they stop everything: a
-        ``robot_io.cpp``, for example, may hold its owner's pins.
-
-    Returns
-    -------
-    list of Path
-        Where the files stand.
-
-    Raises
-    ------
-    FileExistsError
-        If a file is there that may not be replaced.
+    ``folder``: made if it doesn't exist; ``texts``: from the files' names to their
+    texts; ``replace``: replace files that are there with another text. Else they stop
+    everything: a ``robot_io.cpp``, for example, may hold its owner's pins. Returns list
+    of Path: where the files stand. Raises FileExistsError if a file is there that may
+    not be replaced.
     """
     files = {path_of(folder) / name: text.encode() for name, text in texts.items()}
     for path, text in files.items():

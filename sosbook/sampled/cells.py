@@ -48,20 +48,11 @@ SHARES = tuple(10.0 ** (k / 4) for k in range(-24, 5))
 class PlantCell:
     """A cell of plants with one Lyapunov matrix for each corner.
 
-    Parameters
-    ----------
-    family : SampledFamily
-        The loops.
-    weights : (corners, vertices) array of rationals
-        The corners, one a row.
-    L : (N, N) array
-        The coordinates L x, in which P and G are given.
-    clocks : TimeBox
-        All clocks; `least` is of a part of them.
-    last : int
-        The corner from which the edges of `SampledFamily.bends` go.
-    P : (corners, N, N) array or None
-        The Lyapunov matrix of each corner; None for the identity.
+    ``family``: the loops; ``weights``, (corners, vertices) of rationals: the corners,
+    one a row; ``L``, (N, N): the coordinates L x, in which P and G are given;
+    ``clocks``: all clocks; `least` is of a part of them; ``last``: the corner from
+    which the edges of `SampledFamily.bends` go; ``P``, (corners, N, N) or None: the
+    Lyapunov matrix of each corner; None for the identity.
     """
 
     family: SampledFamily
@@ -74,14 +65,8 @@ class PlantCell:
     def least(self, box, rate, G=None):
         """A positive number if the theorem holds for the clocks of a `TimeBox`.
 
-        Parameters
-        ----------
-        box : TimeBox
-            The cell of clocks.
-        rate : float
-            The rate at which motions shall decay.
-        G : (N, N) array, optional
-            The multiplier; the mean of P without it.
+        ``box``: the cell of clocks; ``rate``: the rate at which motions shall decay;
+        ``G``, (N, N): the multiplier; the mean of P without it.
         """
         multiplier = None if G is None else key_of(G)
         key = self._key, self._key_of_P, multiplier, box, rate

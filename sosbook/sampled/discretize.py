@@ -115,16 +115,9 @@ def sampled_loop(plant, K, T, delay=0.0, U=None):
 class SampleTiming:
     """The time T between samples and a delay, in exact rationals.
 
-    Parameters
-    ----------
-    T : fmpq
-        Time between samples, in s.
-    whole_samples : int
-        How many whole samples the delay lasts.
-    remainder : fmpq
-        What is left of the delay, in s; less than T.
-    shared : bool
-        Whether the state holds the input before even where nothing is left.
+    ``T``, fmpq: time between samples, in s; ``whole_samples``: how many whole samples
+    the delay lasts; ``remainder``, fmpq: what is left of the delay, in s; less than T;
+    ``shared``: whether the state holds the input before even where nothing is left.
     """
 
     T: fmpq

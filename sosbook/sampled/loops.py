@@ -85,10 +85,8 @@ class SampledFamily:
         the other, which are weighed by an eighth at most. With E X = A the
         derivatives are E X_j = A_j - E_j X and E X_jk = - E_j X_k - E_k X_j.
 
-        Returns
-        -------
-        list of (int, array)
-            How often each counts, and balls that hold it at every point.
+        Returns list of (int, array): how often each counts, and balls that hold it at
+        every point.
         """
         corners, out, inner = self._framed(weights, L, timing)
         E, X, edges = self._solved(corners, last)

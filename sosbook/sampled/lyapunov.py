@@ -8,24 +8,12 @@ MOST_DOUBLINGS = 64  # more than a radius below one in floats needs
 def discrete_lyapunov(F, W):
     """The X of F' X F - X + W = 0: the sum of F'^k W F^k over k = 0, 1, ...
 
-    Parameters
-    ----------
-    F : (N, N) array
-        With a spectral radius below one.
-    W : (N, N) array
-        Symmetric, not negative.
+    ``F``, (N, N): with a spectral radius below one; ``W``, (N, N): symmetric, not
+    negative. Returns (N, N): nothing cancels in the sum, so that the units of the
+    states don't matter.
 
-    Returns
-    -------
-    (N, N) array
-        Nothing cancels in the sum, so that the units of the states don't matter.
-
-    Notes
-    -----
     Source: R. A. Smith, SIAM J. Appl. Math. 16, 1968, 198-201.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> discrete_lyapunov(np.array([[0.5]]), np.array([[3.0]]))
     array([[4.]])

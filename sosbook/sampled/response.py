@@ -15,16 +15,9 @@ __all__ = ["SampledResponse", "simulate_sampled"]
 class SampledResponse(Response):
     """Signals of a sampled loop; columns belong to the times t.
 
-    Parameters
-    ----------
-    t, z, dz, e
-        As in `Response`.
-    u : (m, k) array
-        What the computer asked for at its last tick.
-    x, w
-        As in `Response`.
-    applied : (m, k) array
-        What reaches the plant: the u of ``delay`` seconds ago.
+    ``t``, ``z``, ``dz``, ``e``: as in `Response`; ``u``, (m, k): what the computer
+    asked for at its last tick; ``x``, ``w``: as in `Response`; ``applied``, (m, k):
+    what reaches the plant: the u of ``delay`` seconds ago.
     """
 
     applied: np.ndarray | None = None
@@ -33,28 +26,12 @@ class SampledResponse(Response):
 def simulate_sampled(d, K, timing, t, r=None, w=None, x0=None):
     """Simulate one vertex exactly, between the samples too.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
-    K : (m, N + m q) array
-        In u(k) = K [x(k); u(k-1); ...; u(k-q)], with the q older inputs
-        that ``timing`` needs.
-    timing : SampleTiming
-        When the computer samples, and how late it acts.
-    t : (k,) array_like
-        Increasing times, in seconds, from 0, where the first sample is.
-    r : (n,) array_like, Step or Steps, optional
-        Set point.
-    w : Sine or Step, optional
-        Disturbance.
-    x0 : (N,) array_like, optional
-        Initial state; zero without it. The older inputs are zero.
-
-    Returns
-    -------
-    SampledResponse
-        The motion at the times t.
+    ``d``: the plant in descriptor form; ``K``, (m, N + m q): in u(k) = K [x(k); u(k-1);
+    ...; u(k-q)], with the q older inputs that ``timing`` needs; ``timing``: when the
+    computer samples, and how late it acts; ``t``, (k,): increasing times, in seconds,
+    from 0, where the first sample is; ``r``, (n,) Step or Steps: set point; ``w``:
+    disturbance; ``x0``, (N,): initial state; zero without it. The older inputs are
+    zero. Returns the motion at the times t.
     """
     n, (N, m), p = len(d.C), d.Bu.shape, d.Bw.shape[1]
     t, r, x = times(t), steps(r, n), vector("x0", x0, N)

@@ -16,18 +16,11 @@ __all__ = ["PlantShape"]
 class PlantShape:
     """Plants E x' = A x + B u between exact corners.
 
-    Parameters
-    ----------
-    corners : list of (array, array)
-        E and [A B] of each corner, in rationals.
-    axes : int
-        0: the plants are all mixtures of the corners. p: they are the plants of a
-        box with p parameters and 2^p corners, the last parameter first, and affine
-        in each parameter.
-    order : list of int
-        The vertex of the plant at each corner.
-    N, m : int
-        How many states and inputs there are.
+    ``corners``, list of (array, array): E and [A B] of each corner, in rationals;
+    ``axes``: 0: the plants are all mixtures of the corners. p: they are the plants of a
+    box with p parameters and 2^p corners, the last parameter first, and affine in each
+    parameter; ``order``: the vertex of the plant at each corner; ``N``, ``m``: how many
+    states and inputs there are.
     """
 
     corners: list

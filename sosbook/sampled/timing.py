@@ -14,16 +14,10 @@ __all__ = ["TimeBox"]
 class TimeBox:
     """All intervals and delays of a box; no delay is longer than its interval.
 
-    Parameters
-    ----------
-    T : (fmpq, fmpq)
-        The shortest and the longest time between two samples, in s.
-    late : (fmpq, fmpq)
-        Between which times a delay is, in s, less its whole samples.
-    whole_samples : int
-        How many whole samples a delay lasts.
-    shared : bool
-        As in `SampleTiming`.
+    ``T``, (fmpq, fmpq): the shortest and the longest time between two samples, in s;
+    ``late``, (fmpq, fmpq): between which times a delay is, in s, less its whole
+    samples; ``whole_samples``: how many whole samples a delay lasts; ``shared``: as in
+    `SampleTiming`.
     """
 
     T: tuple

@@ -13,13 +13,9 @@ __all__ = ["Alike", "alike", "sliced"]
 class Alike:
     """Those of many blocks whose products have the same unknowns and shapes.
 
-    Parameters
-    ----------
-    indices : (b,) array of int
-        Which blocks.
-    products : list of Product
-        Those of all b blocks at once. The factors are arrays (b, rows, columns);
-        an array (1, rows, columns) is the same in all of them.
+    ``indices``, (b,) of int: which blocks; ``products``: those of all b blocks at once.
+    The factors are arrays (b, rows, columns); an array (1, rows, columns) is the same
+    in all of them.
     """
 
     indices: np.ndarray
@@ -29,10 +25,7 @@ class Alike:
 def alike(blocks):
     """The `Alike` of some blocks, a list; each block is in one of them.
 
-    Parameters
-    ----------
-    blocks : list of StructuredBlock
-        The blocks.
+    ``blocks``: the blocks.
     """
     forms = {}
     for index, b in enumerate(blocks):

@@ -30,21 +30,11 @@ FEWEST_LEAVES = 2
 class Arrow:
     """Which variables belong to a leaf, and which to the border.
 
-    Parameters
-    ----------
-    stacked : Stacked
-        The blocks. Their scalar variables belong to the border.
-    leaf : (unknowns,) array of int
-        The leaf of each unknown matrix, 0, 1, ..., or -1 for the border.
-
-    Attributes
-    ----------
-    sizes : list of int
-        How many variables each leaf has.
-    inner, border : arrays of int
-        The variables of all leaves, one leaf after the other, and of the border.
-    places : dict
-        From an unknown's start to its leaf, and where it begins there.
+    ``stacked``: the blocks. Their scalar variables belong to the border; ``leaf``,
+    (unknowns,) of int: the leaf of each unknown matrix, 0, 1, ..., or -1 for the
+    border. Has ``sizes``: how many variables each leaf has; ``inner``, ``border``: the
+    variables of all leaves, one leaf after the other, and of the border; ``places``:
+    from an unknown's start to its leaf, and where it begins there.
     """
 
     def __init__(self, stacked, leaf):
@@ -84,15 +74,9 @@ class ArrowMatrix:
 
     Of the leaves and of the corner only the diagonal and what is above is read.
 
-    Parameters
-    ----------
-    arrow : Arrow
-        Which variables belong where.
-    parts : tuple of arrays, optional
-        The leaves' entries in a row, the border beside them and the corner; without
-        them it has room for these.
-    columns : list of (k,) arrays
-        Those of U.
+    ``arrow``: which variables belong where; ``parts``: the leaves' entries in a row,
+    the border beside them and the corner; without them it has room for these;
+    ``columns``, list of (k,) arrays: those of U.
     """
 
     def __init__(self, arrow, parts=None, columns=()):

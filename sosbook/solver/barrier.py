@@ -35,12 +35,8 @@ class Barrier:
 
     With a radius the barrier -log(radius^2 - x.x) of a ball is added.
 
-    Parameters
-    ----------
-    newton : Newton
-        The blocks G_k, affine in x.
-    radius : float, optional
-        The radius of the ball; without it there is none.
+    ``newton``: the blocks G_k, affine in x; ``radius``: the radius of the ball; without
+    it there is none.
     """
 
     def __init__(self, newton, radius=None):

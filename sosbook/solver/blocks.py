@@ -14,17 +14,9 @@ __all__ = ["AffineBlocks", "Blocks"]
 class Blocks:
     """Affine symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka.
 
-    Parameters
-    ----------
-    constants : list of (q, q) arrays
-        The blocks where all variables are zero.
-    slopes : list of (k, q, q) arrays
-        Derivatives of each block, one slice for each of the k variables.
-
-    Attributes
-    ----------
-    settings : Settings
-        How they are solved.
+    ``constants``, list of (q, q) arrays: the blocks where all variables are zero;
+    ``slopes``, list of (k, q, q) arrays: derivatives of each block, one slice for each
+    of the k variables. Has ``settings``: how they are solved.
     """
 
     settings = DEFAULTS
@@ -38,17 +30,9 @@ class Blocks:
     def of(expressions, unknowns):
         """Blocks that are `Affine` expressions, and keep their structure.
 
-        Parameters
-        ----------
-        expressions : iterable of Affine
-            The blocks; each is symmetric whatever the unknowns are.
-        unknowns : iterable of Unknown
-            Their free entries, one unknown after the other, are the variables.
-
-        Returns
-        -------
-        AffineBlocks
-            Its slopes are made when they are asked for.
+        ``expressions``: the blocks; each is symmetric whatever the unknowns are;
+        ``unknowns``: their free entries, one unknown after the other, are the
+        variables. Returns AffineBlocks: its slopes are made when they are asked for.
         """
         return AffineBlocks(expressions, unknowns)
 
@@ -119,10 +103,7 @@ class Blocks:
 class AffineBlocks(Blocks):
     """Blocks that are `Affine` expressions in unknowns; see `Blocks.of`.
 
-    Parameters
-    ----------
-    expressions, unknowns
-        As for `Blocks.of`.
+    ``expressions``, ``unknowns``: as for `Blocks.of`.
     """
 
     def __init__(self, expressions, unknowns):
@@ -134,14 +115,8 @@ class AffineBlocks(Blocks):
     def compiled(cls, expressions, blocks, unknowns):
         """Blocks whose structure is known.
 
-        Parameters
-        ----------
-        expressions : iterable of Affine
-            As for `Blocks.of`.
-        blocks : sequence of StructuredBlock
-            Their structures.
-        unknowns : iterable of Unknown
-            As for `Blocks.of`.
+        ``expressions``: as for `Blocks.of`; ``blocks``: their structures; ``unknowns``:
+        as for `Blocks.of`.
         """
         self = cls(expressions, unknowns)
         layouts, scalars, _ = structure([], self.unknowns)

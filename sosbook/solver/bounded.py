@@ -45,28 +45,10 @@ def any_minimum(blocks, unknowns, cost, x, gap):
     The minimum may be attained at infinity only in directions that cost
     nothing: then it is that of a bounded part.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k.
-    unknowns : list of Unknown
-        Those that may be bounded.
-    cost : (k,) array
-        The linear objective.
-    x : (k,) array
-        A strictly feasible point.
-    gap : float
-        As in `minimize`.
-
-    Returns
-    -------
-    (k,) array
-        Strictly feasible, nearly optimal.
-
-    Raises
-    ------
-    Unbounded
-        If no minimum is found, with the best point that doesn't go far for it.
+    ``blocks``: the blocks G_k; ``unknowns``: those that may be bounded; ``cost``, (k,):
+    the linear objective; ``x``, (k,): a strictly feasible point; ``gap``: as in
+    `minimize`. Returns (k,): strictly feasible, nearly optimal. Raises Unbounded if no
+    minimum is found, with the best point that doesn't go far for it.
     """
     try:
         return minimize(blocks, cost, x, gap)[0]

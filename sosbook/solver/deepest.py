@@ -37,17 +37,10 @@ STALLED = 0.5  # the gap by minus the depth: it is one or more, but for rounding
 class Deepest:
     """How deep a cone of LMIs is.
 
-    Parameters
-    ----------
-    x : (k,) array
-        The best point, in the normalisation of the module's head.
-    depth : float
-        The t of the module's head. Where it is positive, x satisfies all
-        blocks.
-    gap : float
-        No point is deeper than depth + gap, up to rounding errors.
-    Z : list of arrays
-        The dual point: multipliers of the blocks.
+    ``x``, (k,): the best point, in the normalisation of the module's head; ``depth``:
+    the t of the module's head. Where it is positive, x satisfies all blocks; ``gap``:
+    no point is deeper than depth + gap, up to rounding errors; ``Z``: the dual point:
+    multipliers of the blocks.
     """
 
     x: np.ndarray
@@ -59,25 +52,11 @@ class Deepest:
 def deepest(blocks, accuracy=1.0, watch=None):
     """The deepest point of homogeneous blocks.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        Made by `Blocks.of`, with constants zero.
-    accuracy : float
-        Stop when the depth is known to this relative accuracy.
-    watch : callable, optional
-        Called after each step with a dict (step, x, t, gap, ...); it may
-        raise an exception to stop the search.
-
-    Returns
-    -------
-    Deepest
-        The point, its depth and the multipliers.
-
-    Raises
-    ------
-    ValueError
-        If a block has a constant term.
+    ``blocks``: made by `Blocks.of`, with constants zero; ``accuracy``: stop when the
+    depth is known to this relative accuracy; ``watch``: called after each step with a
+    dict (step, x, t, gap, ...); it may raise an exception to stop the search. Returns
+    the point, its depth and the multipliers. Raises ValueError if a block has a
+    constant term.
     """
     if any(c.any() for c in blocks.constants):
         raise ValueError("blocks must be homogeneous: a constant isn't zero")

@@ -10,10 +10,7 @@ __all__ = ["Dense", "cholesky", "diagonal", "fill_empty"]
 class Dense:
     """A symmetric matrix, of which only the diagonal and what is above is read.
 
-    Parameters
-    ----------
-    entries : (k, k) array
-        It is written to.
+    ``entries``, (k, k): it is written to.
     """
 
     def __init__(self, entries):
@@ -50,10 +47,7 @@ class Dense:
     def fill_empty(self):
         """Put ones on the diagonal where nothing was written.
 
-        Raises
-        ------
-        LinAlgError
-            If a diagonal entry is negative or no number.
+        Raises LinAlgError if a diagonal entry is negative or no number.
         """
         fill_empty(self.entries)
 

@@ -18,12 +18,8 @@ __all__ = ["EvaluatedBlocks", "unit_readings"]
 class EvaluatedBlocks(Blocks):
     """Blocks that are read with `unit_readings`.
 
-    Parameters
-    ----------
-    values : iterable of Readings
-        The blocks; a plain matrix is a constant.
-    unknowns : sequence of Unknown
-        Their free entries, one unknown after the other, are the variables.
+    ``values``: the blocks; a plain matrix is a constant; ``unknowns``: their free
+    entries, one unknown after the other, are the variables.
     """
 
     def __init__(self, values, unknowns):

@@ -36,12 +36,8 @@ class Hessian:
     With V = [L1 R1' L2 R2' ..] all the small matrices of a block are
     submatrices of M = V' W V. Two of them make one Kronecker product.
 
-    Parameters
-    ----------
-    stacked : Stacked
-        The blocks.
-    matrix : Dense or ArrowMatrix, optional
-        What it is written to each time; without it a `Dense`.
+    ``stacked``: the blocks; ``matrix``: what it is written to each time; without it a
+    `Dense`.
     """
 
     def __init__(self, stacked, matrix=None):
@@ -174,14 +170,8 @@ def _pairs(layouts, plan):
 class _Term(NamedTuple):
     """A product A kron B of two submatrices of M = V' W V, for all blocks of a form.
 
-    Parameters
-    ----------
-    form : int
-        Which blocks: an index of the plan.
-    A, B : (slice, slice)
-        Rows and columns.
-    transposed : bool
-        Whether the transposes of both are meant.
+    ``form``: which blocks: an index of the plan; ``A``, ``B``, (slice, slice): rows and
+    columns; ``transposed``: whether the transposes of both are meant.
     """
 
     form: int

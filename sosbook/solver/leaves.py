@@ -13,21 +13,10 @@ def leaves(held, count):
     What shares blocks with many others belongs to the border. How many is too many,
     the caller has to find out.
 
-    Parameters
-    ----------
-    held : list of set of int
-        What each block holds: indices below ``count``.
-    count : int
-        How many things there are.
+    ``held``: what each block holds: indices below ``count``; ``count``: how many things
+    there are. Yields (count,) of int: the leaf of each, 0, 1, ..., or -1 for the
+    border. What no block holds is a leaf of its own.
 
-    Yields
-    ------
-    (count,) array of int
-        The leaf of each, 0, 1, ..., or -1 for the border. What no block holds is a
-        leaf of its own.
-
-    Examples
-    --------
     >>> [leaf.tolist() for leaf in leaves([{0, 1}, {1, 2}, {1, 3}], 5)]
     [[0, -1, 1, 2, 3], [0, 0, 0, 0, 1]]
     """

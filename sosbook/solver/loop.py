@@ -47,13 +47,8 @@ NO_LEAST = "no minimum was found: perhaps it isn't attained"
 class Unbounded(ValueError):
     """Raised where no analytic centre or no minimum is found: there may be none.
 
-    Parameters
-    ----------
-    message : str
-        What wasn't found.
-    x : array, optional
-        The best point that was: strictly feasible, not optimal. None where a
-        direction is known in which the set has no end.
+    ``message``: what wasn't found; ``x``: the best point that was: strictly feasible,
+    not optimal. None where a direction is known in which the set has no end.
     """
 
     def __init__(self, message, x=None):
@@ -65,19 +60,11 @@ class Unbounded(ValueError):
 class Phase:
     """Outcome of phase one.
 
-    Parameters
-    ----------
-    verdict : {"feasible", "infeasible", "undecided"}
-        What is known of the blocks.
-    x : array or None
-        A strictly feasible point.
-    Z : list of arrays or None
-        Multipliers of an infeasibility proof: Z_k > 0,
-        sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0.
-    last_iterate : array or None
-        The last iterate, where no feasible point was found.
-    excluded_radius : float
-        No feasible x has a smaller 2-norm than this.
+    ``verdict``, {"feasible", "infeasible", "undecided"}: what is known of the blocks;
+    ``x``: a strictly feasible point; ``Z``: multipliers of an infeasibility proof: Z_k
+    > 0, sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0; ``last_iterate``: the last
+    iterate, where no feasible point was found; ``excluded_radius``: no feasible x has a
+    smaller 2-norm than this.
     """
 
     verdict: str
@@ -99,23 +86,11 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     ball ``wide`` is tried. "infeasible" says that no solution is shorter than
     ``excluded_radius``, half the radius or more, and that none was found beyond.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k, affine in x.
-    radius, wide : float
-        Radii of the two balls.
-    start : array, optional
-        Where to start from, if that is better than 0.
-    watch : callable, optional
-        Called after each step, as by `maximize_t`.
-    multipliers : bool
-        False saves their search: what isn't found feasible is "undecided".
-
-    Returns
-    -------
-    Phase
-        The verdict, with a point or with multipliers.
+    ``blocks``: the blocks G_k, affine in x; ``radius``, ``wide``: radii of the two
+    balls; ``start``: where to start from, if that is better than 0; ``watch``: called
+    after each step, as by `maximize_t`; ``multipliers``: False saves their search: what
+    isn't found feasible is "undecided". Returns the verdict, with a point or with
+    multipliers.
     """
     if start is not None and positive(newton_of(blocks).at(start)):
         return Phase("feasible", x=start)
@@ -192,33 +167,14 @@ def _central_path(asked, blocks, newton, x, weight, radius, wide):
 def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
     """The analytic centre, which maximises sum log det G_k (section 8.5.3).
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k.
-    x : (k,) array
-        A strictly feasible point to start from.
-    watch : callable, optional
-        Called after each Newton step with a dict: step, x, decrement and
-        the iterations of conjugate gradients.
-    enough : float, optional
-        Stop at a smaller decrement than this.
-    directions : callable, optional
-        Without arguments: directions, (k,) arrays, in which the set may be
-        unbounded. They are looked at where a centre is slow to show itself.
-    elsewhere : callable, optional
-        From x to another strictly feasible point, or to None. It is asked for where
-        Newton's method is slow.
-
-    Returns
-    -------
-    (k,) array
-        The centre.
-
-    Raises
-    ------
-    Unbounded
-        If no centre is found: an unbounded set has none.
+    ``blocks``: the blocks G_k; ``x``, (k,): a strictly feasible point to start from;
+    ``watch``: called after each Newton step with a dict: step, x, decrement and the
+    iterations of conjugate gradients; ``enough``: stop at a smaller decrement than
+    this; ``directions``: without arguments: directions, (k,) arrays, in which the set
+    may be unbounded. They are looked at where a centre is slow to show itself;
+    ``elsewhere``: from x to another strictly feasible point, or to None. It is asked
+    for where Newton's method is slow. Returns (k,): the centre. Raises Unbounded if no
+    centre is found: an unbounded set has none.
     """
     barrier = barrier_of(blocks)
     newton, use = barrier.newton, blocks.settings
@@ -268,29 +224,11 @@ def minimize(blocks, cost, x, gap=1e-6):
     barrier method (section 11.3) does: at a centre the optimum is at least
     cost.x - nu / weight.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k.
-    cost : (k,) array
-        The linear objective.
-    x : (k,) array
-        A strictly feasible point to start from.
-    gap : float
-        Stop when the optimum is known to this relative accuracy.
-
-    Returns
-    -------
-    x : array
-        Strictly feasible, nearly optimal.
-    bound : float
-        A lower bound of the optimum.
-
-    Raises
-    ------
-    Unbounded
-        If no such point is found, with the last one; the infimum may be zero,
-        or not be attained.
+    ``blocks``: the blocks G_k; ``cost``, (k,): the linear objective; ``x``, (k,): a
+    strictly feasible point to start from; ``gap``: stop when the optimum is known to
+    this relative accuracy. Returns x: strictly feasible, nearly optimal; bound: a lower
+    bound of the optimum. Raises Unbounded if no such point is found, with the last one;
+    the infimum may be zero, or not be attained.
     """
     newton = newton_of(blocks)
     barrier = Barrier(newton)

@@ -21,14 +21,9 @@ UNMOVED = 1e-12  # of the largest entry of the diagonal; smaller ones are roundi
 class Modal:
     """Approximate inverse of the Hessian in P, in Y = K P and in scalars.
 
-    Parameters
-    ----------
-    stacked : Stacked
-        The blocks; `fits` says whether their unknowns are of this kind.
-    W : list of stacks
-        The metric: the Hessian is the sum of <G_ka, W_k G_kb W_k>.
-    x : (k,) array
-        The point at which the gain K = Y inv(P) is taken.
+    ``stacked``: the blocks; `fits` says whether their unknowns are of this kind; ``W``:
+    the metric: the Hessian is the sum of <G_ka, W_k G_kb W_k>; ``x``, (k,): the point
+    at which the gain K = Y inv(P) is taken.
     """
 
     def __init__(self, stacked, W, x):
@@ -127,13 +122,7 @@ class Modal:
 class _Block:
     """A block's factors for dP and dY = K dP + Z, and its metric w.
 
-    Parameters
-    ----------
-    w : (q, q) array
-    factors : list
-        As `_factors` returns them.
-    K : (m, N) array or None
-        The gain.
+    ``w``, (q, q) array; ``factors``: as `_factors` returns them.
     """
 
     def __init__(self, w, factors, K):
@@ -179,10 +168,8 @@ class _Conjugates:
     conjugate eigenvalues: column j of U is own_j q_j + other_j q_p, where p
     is the partner of j, and j itself where the eigenvalue is real.
 
-    Parameters
-    ----------
-    triangle : (N, N) array
-        The real Schur form, with a block of two rows for each such pair.
+    ``triangle``, (N, N): the real Schur form, with a block of two rows for each such
+    pair.
     """
 
     def __init__(self, triangle):

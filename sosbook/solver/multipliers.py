@@ -12,12 +12,7 @@ def excluded_radius(blocks, Z):
 
     A feasible x has 0 <= sum <G_k(x), Z_k> = value + residual.x.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k.
-    Z : list of arrays
-        The multipliers, one for each block.
+    ``blocks``: the blocks G_k; ``Z``: the multipliers, one for each block.
     """
     value, residual = blocks.value(Z), blocks.adjoint(Z)
     norm = np.linalg.norm(residual)
@@ -30,18 +25,9 @@ def refined(blocks, Z):
     Each Z_k = L L' becomes L (I + X_k) L' with X_k of the least 2-norm, which
     spares the small eigenvalues of Z_k.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks whose slopes are G_ka.
-    Z : list of arrays
-        The multipliers, one for each block.
-
-    Returns
-    -------
-    list of arrays
-        The refined ones; Z itself where they wouldn't be positive definite,
-        or where there are too many slopes to hold them all.
+    ``blocks``: the blocks whose slopes are G_ka; ``Z``: the multipliers, one for each
+    block. Returns the refined ones; Z itself where they wouldn't be positive definite,
+    or where there are too many slopes to hold them all.
     """
     if blocks.variables * sum(z.size for z in Z) > MOST_SLOPES:
         return Z

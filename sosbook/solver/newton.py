@@ -26,17 +26,9 @@ RIDGES = [10.0**k for k in range(-15, 1)]  # that are added, relative to the dia
 class Newton(Stacked):
     """Blocks with the means to solve Newton's equations.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k, affine in k variables.
-
-    Attributes
-    ----------
-    iterative : bool
-        Whether conjugate gradients are used; False from where they fail.
-    iterations : list of int
-        Iterations of conjugate gradients, one entry for each solution.
+    ``blocks``: the blocks G_k, affine in k variables. Has ``iterative``: whether
+    conjugate gradients are used; False from where they fail; ``iterations``: iterations
+    of conjugate gradients, one entry for each solution.
     """
 
     def __init__(self, blocks):
@@ -88,25 +80,11 @@ class Newton(Stacked):
     def solver(self, roots, x, radius=None):
         """A function that solves H d = g.
 
-        Parameters
-        ----------
-        roots : list of stacks
-            N with W = N' N in H = sum of <G_ka, W_k G_kb W_k>.
-        x : (k,) array
-            The point, which the preconditioner and the ball need.
-        radius : float, optional
-            With it the barrier of the ball, -log(radius^2 - x.x), is added.
-
-        Returns
-        -------
-        callable
-            ``solve(g, tolerance)``, valid until the next solver is made; a dense
-            matrix ignores the tolerance.
-
-        Raises
-        ------
-        OutOfTime
-            If a `time_limit` is over.
+        ``roots``: N with W = N' N in H = sum of <G_ka, W_k G_kb W_k>; ``x``, (k,): the
+        point, which the preconditioner and the ball need; ``radius``: with it the
+        barrier of the ball, -log(radius^2 - x.x), is added. Returns callable:
+        ``solve(g, tolerance)``, valid until the next solver is made; a dense matrix
+        ignores the tolerance. Raises OutOfTime if a `time_limit` is over.
         """
         check_time()
         if self.iterative:

@@ -91,23 +91,12 @@ class _Scaling:
 def maximize_t(newton, x, watch=None):
     """Raise t, the last variable, until all blocks hold with t = 0.
 
-    Parameters
-    ----------
-    newton : Newton
-        The blocks G_k(x) - t D_k with D_k > 0.
-    x : (k + 1,) array
-        A start at which all of them are positive definite.
-    watch : callable, optional
-        Called after each step with a dict: step, x, t, gap, residual,
-        the step lengths and the iterations of conjugate gradients.
-
-    Returns
-    -------
-    verdict : {"feasible", "infeasible", "undecided"}
-        "infeasible" is a guess: a dual point, which isn't exact, says that
-        t can't be raised to zero.
-    x : (k + 1,) array
-        The last point.
+    ``newton``: the blocks G_k(x) - t D_k with D_k > 0; ``x``, (k + 1,): a start at
+    which all of them are positive definite; ``watch``: called after each step with a
+    dict: step, x, t, gap, residual, the step lengths and the iterations of conjugate
+    gradients. Returns verdict, {"feasible", "infeasible", "undecided"}: "infeasible" is
+    a guess: a dual point, which isn't exact, says that t can't be raised to zero; x, (k
+    + 1,): the last point.
     """
     cost = np.zeros(len(x))
     cost[-1] = -1.0
@@ -132,24 +121,12 @@ def maximize_t(newton, x, watch=None):
 def minimize_linear(newton, x, cost, gap, weight):
     """Minimise cost.x over the blocks, from a point inside.
 
-    Parameters
-    ----------
-    newton : Newton
-        The blocks G_k(x) > 0.
-    x : (k,) array
-        A start at which all of them are positive definite.
-    cost : (k,) array
-        The linear objective.
-    gap : float
-        Stop when the optimum is known to this relative accuracy.
-    weight : float
-        Of the cost, as in `interior_steps`.
-
-    Returns
-    -------
-    (x, bound) or None
-        A nearly optimal point and a lower bound of the optimum; None where
-        that accuracy isn't reached, for there may be no minimum.
+    ``newton``: the blocks G_k(x) > 0; ``x``, (k,): a start at which all of them are
+    positive definite; ``cost``, (k,): the linear objective; ``gap``: stop when the
+    optimum is known to this relative accuracy; ``weight``: of the cost, as in
+    `interior_steps`. Returns (x, bound) or None: a nearly optimal point and a lower
+    bound of the optimum; None where that accuracy isn't reached, for there may be no
+    minimum.
     """
     near, count, most = None, 0, newton.settings.minimum_steps
     for state in interior_steps(newton, x, cost, weight, most):
@@ -176,12 +153,8 @@ def near_centre(newton, x):
     short, such as far from a centre of many vertices, steps of S and of Z take some
     twenty.
 
-    Parameters
-    ----------
-    newton : Newton
-        The blocks G_k(x) > 0.
-    x : (k,) array
-        A start at which all of them are positive definite.
+    ``newton``: the blocks G_k(x) > 0; ``x``, (k,): a start at which all of them are
+    positive definite.
     """
     zero, most = np.zeros(len(x)), newton.settings.centre_steps
     for state in interior_steps(newton, x, zero, 1.0, most, target=1.0):
@@ -200,29 +173,13 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
     The start is the dual point of the central path at this weight of the
     cost: Z = inv(S) / weight (Boyd and Vandenberghe 2004, section 11.6).
 
-    Parameters
-    ----------
-    newton : Newton
-        The blocks G_k(x) > 0.
-    x : (k,) array
-        A start at which all of them are positive definite.
-    cost : (k,) array
-        The linear objective.
-    weight : float
-        The weight of the cost at the start.
-    most : int
-        The largest number of steps.
-    target : float, optional
-        The steps go towards S Z = target I, else towards S Z = 0.
-    Z : list of stacks, optional
-        The dual point to start from, instead of that of the central path.
-
-    Yields
-    ------
-    dict
-        step, x, the dual point Z (stacked), gap = sum <G_k(x), Z_k>,
-        residual (of the dual equations), primal and dual (the lengths of
-        the step) and the iterations of conjugate gradients.
+    ``newton``: the blocks G_k(x) > 0; ``x``, (k,): a start at which all of them are
+    positive definite; ``cost``, (k,): the linear objective; ``weight``: the weight of
+    the cost at the start; ``most``: the largest number of steps; ``target``: the steps
+    go towards S Z = target I, else towards S Z = 0; ``Z``: the dual point to start
+    from, instead of that of the central path. Yields dict: step, x, the dual point Z
+    (stacked), gap = sum <G_k(x), Z_k>, residual (of the dual equations), primal and
+    dual (the lengths of the step) and the iterations of conjugate gradients.
     """
     S = newton.at(x)
     if Z is None:

@@ -65,17 +65,9 @@ class Stacked:
     def joined(self, slopes, row=None):
         """The blocks with one more scalar variable, the last.
 
-        Parameters
-        ----------
-        slopes : list of (q, q) arrays
-            Its slopes, one for each block.
-        row : (float, (k,) array), optional
-            One more block, the last: the number c + g.x for a row (c, g).
-
-        Returns
-        -------
-        Stacked
-            Of the same class; what it can share with this one, it shares.
+        ``slopes``, list of (q, q) arrays: its slopes, one for each block; ``row``: one
+        more block, the last: the number c + g.x for a row (c, g). Returns Stacked: of
+        the same class; what it can share with this one, it shares.
         """
         joined = copy(self)
         joined.variables += 1
@@ -104,10 +96,7 @@ class Stacked:
         which bounds the entry for all variables of norm one. Where products
         cancel and leave nothing but rounding, it is zero.
 
-        Returns
-        -------
-        list of (q,) arrays
-            One for each block.
+        Returns list of (q,) arrays: one for each block.
         """
         squares = self.values.diagonal_squares()
         large = [
@@ -166,15 +155,8 @@ class Stacked:
     def stacked_diagonals(self, diagonals):
         """Diagonals of all blocks by stack, padded with ones.
 
-        Parameters
-        ----------
-        diagonals : list of (q,) arrays
-            One for each block.
-
-        Returns
-        -------
-        list of (blocks, q) arrays
-            One for each stack.
+        ``diagonals``, list of (q,) arrays: one for each block. Returns list of (blocks,
+        q) arrays: one for each stack.
         """
         stacks = [np.ones(s.constant.shape[:2]) for s in self.stacks]
         for s, stack in zip(self.stacks, stacks):

@@ -19,14 +19,8 @@ __all__ = ["Product", "StructuredBlock", "UnknownLayout", "some_matrix", "struct
 class UnknownLayout:
     """Where an unknown matrix lies in the vector of all variables.
 
-    Parameters
-    ----------
-    start : int
-        Index of its first free entry among the variables.
-    rows, cols : int
-        Shape of the matrix.
-    symmetric : bool
-        Whether only the lower triangle is free.
+    ``start``: index of its first free entry among the variables; ``rows``, ``cols``:
+    shape of the matrix; ``symmetric``: whether only the lower triangle is free.
     """
 
     start: int
@@ -74,12 +68,8 @@ def _lower(n):
 class Product:
     """The term ``left @ X @ right`` plus its transpose.
 
-    Parameters
-    ----------
-    unknown : int
-        Index of X among the unknown matrices.
-    left, right : array
-        The factors of shapes (q, rows) and (cols, q).
+    ``unknown``: index of X among the unknown matrices; ``left``, ``right``: the factors
+    of shapes (q, rows) and (cols, q).
     """
 
     unknown: int
@@ -91,14 +81,9 @@ class Product:
 class StructuredBlock:
     """One block: a constant, products, and slopes of scalar variables.
 
-    Parameters
-    ----------
-    constant : (q, q) array
-        The block where all unknowns are zero.
-    products : list of Product
-        The terms in the unknown matrices.
-    slopes : (s, q, q) array
-        Derivatives by the ``s`` scalar variables.
+    ``constant``, (q, q): the block where all unknowns are zero; ``products``: the terms
+    in the unknown matrices; ``slopes``, (s, q, q): derivatives by the ``s`` scalar
+    variables.
     """
 
     constant: np.ndarray
@@ -124,15 +109,8 @@ class StructuredBlock:
     def diagonal_squares(self, layouts):
         """Sums of squares of the diagonal entries' derivatives.
 
-        Parameters
-        ----------
-        layouts : list of UnknownLayout
-            The layouts of the unknown matrices.
-
-        Returns
-        -------
-        (q,) array
-            By the unknown matrices, without the scalar variables.
+        ``layouts``: the layouts of the unknown matrices. Returns (q,): by the unknown
+        matrices, without the scalar variables.
         """
         squares = np.zeros(len(self.constant))
         pairs = {}
@@ -163,21 +141,10 @@ def _row_squares(pairs, symmetric):
 def structure(expressions, unknowns):
     """Write affine expressions as products of matrices.
 
-    Parameters
-    ----------
-    expressions : list of Affine
-        The blocks.
-    unknowns : list of Unknown
-        Those of shape (1, 1) become scalar variables.
-
-    Returns
-    -------
-    layouts : list of UnknownLayout
-        One for each unknown matrix.
-    scalars : (s,) array of int
-        Indices of the scalar variables among all variables.
-    blocks : list of StructuredBlock
-        One for each expression.
+    ``expressions``: the blocks; ``unknowns``: those of shape (1, 1) become scalar
+    variables. Returns layouts: one for each unknown matrix; scalars, (s,) of int:
+    indices of the scalar variables among all variables; blocks: one for each
+    expression.
     """
     layouts, scalars, matrices, start = [], [], [], 0
     for u in unknowns:

@@ -15,10 +15,7 @@ __all__ = ["Sums", "span"]
 class Sums:
     """Values of blocks at points and along directions, and their adjoint.
 
-    Parameters
-    ----------
-    owner : Stacked
-        The blocks.
+    ``owner``: the blocks.
     """
 
     def __init__(self, owner):
@@ -138,15 +135,8 @@ class Sums:
 class _Piece:
     """What one block of a stack adds at one place: rows of a product.
 
-    Parameters
-    ----------
-    block : int
-    place : (slice, slice)
-        The rows and columns.
-    right : int
-        Whose product: an index of the right factors.
-    rows : slice
-        Which rows.
+    ``place``, (slice, slice): the rows and columns; ``right``: whose product: an index
+    of the right factors; ``rows``: which rows.
     """
 
     block: int

@@ -20,23 +20,12 @@ DIGITS = 4  # of what is proven
 class Bound:
     """A requirement of a gain, in three numbers.
 
-    Parameters
-    ----------
-    requirement : Requirement
-        What was asked.
-    asked : float
-        Its bound.
-    proven : float or None
-        The best bound that is proven, to four digits, with a P of its own.
-    true : float
-        The worst that a search has found, over the vertices and between.
-    part : Kept
-        The proof.
-    excluded : float or None
-        With a law: no linear controller of any order, with these sensors, keeps this
-        bound or a smaller one. None where no exact multipliers were found for any.
-    refusal : LMIRefusal or None
-        The proof of that.
+    ``requirement``: what was asked; ``asked``: its bound; ``proven``: the best bound
+    that is proven, to four digits, with a P of its own; ``true``: the worst that a
+    search has found, over the vertices and between; ``part``: the proof; ``excluded``:
+    with a law: no linear controller of any order, with these sensors, keeps this bound
+    or a smaller one. None where no exact multipliers were found for any; ``refusal``:
+    the proof of that.
     """
 
     requirement: Any
@@ -51,10 +40,7 @@ class Bound:
 class Bounds(tuple):
     """The `Bound` of each requirement that has one; a table when it is shown.
 
-    Parameters
-    ----------
-    iterable : iterable of Bound
-        As for a tuple.
+    ``iterable``: as for a tuple.
     """
 
     __slots__ = ()

@@ -25,14 +25,9 @@ def bracketed(request, bounds, best):
 
     All bounds are moved by one factor.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant; numbers stand in for the bounds.
-    bounds : dict
-        From a parameter's name to its bound, at the best point that is known.
-    best : Solution
-        Of the request with these bounds.
+    ``request``: what is asked of the plant; numbers stand in for the bounds;
+    ``bounds``: from a parameter's name to its bound, at the best point that is known;
+    ``best``: of the request with these bounds.
     """
 
     def at(factor):

@@ -24,12 +24,8 @@ def broken(request, r, plants, point):
     its family. Elsewhere it is about that plant alone, with its equations in whole
     numbers, if floats can hold them.
 
-    Parameters
-    ----------
-    request, r, plants
-        As for `sosbook.synthesis.known_gain.decided`.
-    point : list
-        Where the plant is, in rationals.
+    ``request``, ``r``, ``plants``: as for `sosbook.synthesis.known_gain.decided`;
+    ``point``: where the plant is, in rationals.
     """
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
     if request.law is not None or r.has_channel:

@@ -23,12 +23,7 @@ MOST_PARAMETERS = 8  # of a box of vertices; it has 256 corners
 class Cell(ReadOnly):
     """A part of a family of loops: the hull of some of them holds it.
 
-    Parameters
-    ----------
-    family : Mixtures or Box
-        Where it lies.
-    place : object
-        Its corners in the family's own terms.
+    ``family``: where it lies; ``place``: its corners in the family's own terms.
     """
 
     family: Any
@@ -42,14 +37,8 @@ class Cell(ReadOnly):
     def way(self, T, rate, noisy):
         """What moves the loop most, in coordinates T: an edge, or an axis.
 
-        Parameters
-        ----------
-        T : (N, N) array
-            In x = T xi.
-        rate : float
-            Of the loop, in rad/s.
-        noisy : bool
-            Whether it counts how B_w moves, too.
+        ``T``, (N, N): in x = T xi; ``rate``: of the loop, in rad/s; ``noisy``: whether
+        it counts how B_w moves, too.
         """
         ways = self.family.ways(self.place)
         moved = [_moved(T, rate, noisy, *ends) for _, ends in ways]
@@ -81,10 +70,7 @@ def _moved(T, rate, noisy, *ends):
 class Mixtures:
     """All mixtures of some vertices; a cell is a simplex of weights.
 
-    Parameters
-    ----------
-    loops : list of KnownLoop
-        The vertices.
+    ``loops``: the vertices.
     """
 
     def __init__(self, loops):
@@ -162,12 +148,8 @@ class Mixtures:
 class Box:
     """Loops that are multi-affine in parameters from 0 to 1; a cell is a box of them.
 
-    Parameters
-    ----------
-    corners : dict
-        The `KnownLoop` of each corner, by its zeros and ones.
-    order : list of tuple
-        The corner of each vertex of the polytope.
+    ``corners``: the `KnownLoop` of each corner, by its zeros and ones; ``order``: the
+    corner of each vertex of the polytope.
     """
 
     def __init__(self, corners, order):
@@ -265,10 +247,7 @@ class Ranges(Box):
 
     A point of the search has shares of the ranges, one in rationals values.
 
-    Parameters
-    ----------
-    request : Request
-        Its plant is the polytope of an `Uncertain`.
+    ``request``: its plant is the polytope of an `Uncertain`.
     """
 
     def __init__(self, request):

@@ -67,21 +67,10 @@ def centred(lmis, values):
 def finish(lmis, values):
     """The analytic centre as a Solution, from a point inside.
 
-    Parameters
-    ----------
-    lmis : ScaledLMIs
-        The LMIs.
-    values : dict
-        The point: the unknowns by name.
+    ``lmis``: the LMIs; ``values``: the point: the unknowns by name. Returns Solution:
+    where the LMIs have no centre: that of a bounded part. Its ``central`` and its
+    ``reason`` tell.
 
-    Returns
-    -------
-    Solution
-        Where the LMIs have no centre: that of a bounded part. Its ``central`` and
-        its ``reason`` tell.
-
-    Notes
-    -----
     With more than a thousand pairs of vertices it is the centre of some
     of their blocks: see `Cuts.centre`.
     """

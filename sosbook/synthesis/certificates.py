@@ -162,14 +162,8 @@ def _shapes(request, known):
 def _block_keys(request, known=()):
     """The keys of a request's blocks.
 
-    Parameters
-    ----------
-    request : Request
-    known : collection of str
-        Names of the unknowns; the requirements' sizes are among them.
+    ``known``: names of the unknowns; the requirements' sizes are among them.
 
-    Notes
-    -----
     Pairs of vertices have the same blocks: those of one vertex and of one pair are
     written, for each of the others their names stand. A requirement that writes
     others has no proof.
@@ -210,27 +204,12 @@ def prove(request, K, P, digits=6, V=None, own=None):
     Everything is built again from the primary data: the plant's matrices,
     the requirements, K and P. Floats are read as decimals: 0.1 is 1/10.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    K : (m, N) array
-        Rounded to ``digits`` significant digits before the proof.
-    P : (N, N) array
-        Rounded too; must be symmetric. With ``coupling="slack"`` one
-        for each vertex.
-    digits : int or None
-        Significant digits of the gain. None tries 6, 8, 10, 12 and 17; for a
-        request with a given gain, that very gain.
-    V : (N, N) array, optional
-        The slack matrix; rounded too.
-    own : dict, optional
-        The requirements' own unknowns, by name; rounded too.
-
-    Returns
-    -------
-    Certificate
-        What was proven, and what failed.
+    ``request``: what is asked of the plant; ``K``, (m, N): rounded to ``digits``
+    significant digits before the proof; ``P``, (N, N): rounded too; must be symmetric.
+    With ``coupling="slack"`` one for each vertex; ``digits``: significant digits of the
+    gain. None tries 6, 8, 10, 12 and 17; for a request with a given gain, that very
+    gain; ``V``, (N, N): the slack matrix; rounded too; ``own``: the requirements' own
+    unknowns, by name; rounded too. Returns what was proven, and what failed.
     """
     shape = (request.order, request.order)
     K = matrix("K", K, (request.plant.m, request.order))
@@ -354,22 +333,10 @@ def read_frame(data, N):
 def refuse_design(request, frame, Z, pairs=None):
     """Exact multipliers from float ones, where the repair succeeds.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    frame : Frame
-        The coordinates of the multipliers.
-    Z : list of arrays
-        Multipliers of the blocks in that frame.
-    pairs : sequence, optional
-        The pairs of vertices that they belong to; all of the request's
-        without it.
-
-    Returns
-    -------
-    DesignRefusal or None
-        The exact multipliers.
+    ``request``: what is asked of the plant; ``frame``: the coordinates of the
+    multipliers; ``Z``: multipliers of the blocks in that frame; ``pairs``: the pairs of
+    vertices that they belong to; all of the request's without it. Returns the exact
+    multipliers.
     """
     expressions, unknowns = request.in_unknowns(frame, exact, pairs=pairs)
     data = DesignRefusal.contents(request, frame)

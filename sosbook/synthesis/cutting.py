@@ -40,10 +40,7 @@ class Cuts:
     such as P, is always there. All the pairs are looked at in floats, many in
     one numpy call.
 
-    Parameters
-    ----------
-    lmis : ScaledLMIs
-        With all the pairs.
+    ``lmis``: with all the pairs.
     """
 
     def __init__(self, lmis):
@@ -99,23 +96,10 @@ class Cuts:
     def join(self, margins, below, count=PAIRS_PER_CUT, ties=False, apart=False):
         """Choose the pairs that have the least ``margins``.
 
-        Parameters
-        ----------
-        margins : (pairs,) array
-            As `margins` gives them.
-        below : float
-            Only those of no larger margin.
-        count : int
-            How many.
-        ties : bool
-            And all others that have the margin of the last one.
-        apart : bool
-            Of pairs that are alike rather one: the others will hold with it.
-
-        Returns
-        -------
-        bool
-            Whether there was one more.
+        ``margins``, (pairs,): as `margins` gives them; ``below``: only those of no
+        larger margin; ``count``: how many; ``ties``: and all others that have the
+        margin of the last one; ``apart``: of pairs that are alike rather one: the
+        others will hold with it. Returns bool: whether there was one more.
         """
         pairs = self.lmis.request.pairs
         fresh = [
@@ -178,17 +162,9 @@ class Cuts:
         The centre of a few pairs' blocks; then those that it violates most
         join them, until it violates none.
 
-        Parameters
-        ----------
-        start : dict or None
-            The unknowns by name, where the search begins.
-        refuse : bool
-            As for `LMIProblem.find`.
-
-        Returns
-        -------
-        LMISolution
-            A refusal is that of the pairs that were chosen.
+        ``start``: the unknowns by name, where the search begins; ``refuse``: as for
+        `LMIProblem.find`. Returns LMISolution: a refusal is that of the pairs that were
+        chosen.
         """
         lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
         x = None if start is None else lmis.packed(start)
@@ -226,15 +202,8 @@ class Cuts:
         the edge at the centre of those before: so it doesn't depend on x, nor
         on the order of the vertices.
 
-        Parameters
-        ----------
-        x : array
-            All blocks are positive definite there.
-
-        Returns
-        -------
-        array
-            All blocks are positive definite there, too.
+        ``x``: all blocks are positive definite there. Returns array: all blocks are
+        positive definite there, too.
         """
         pairs, count = self.lmis.request.pairs, PAIRS_PER_CUT
         self.chosen = {(i, j): None for i, j in pairs if i == j}
@@ -252,18 +221,9 @@ class Cuts:
     def least(self, x, work):
         """Where ``work`` ends if it sees those blocks only that matter.
 
-        Parameters
-        ----------
-        x : array
-            All blocks are positive definite there.
-        work : callable
-            From some `Blocks` and x to another point inside them; it may
-            raise a ValueError, and gets more blocks then.
-
-        Returns
-        -------
-        array
-            What ``work`` returned last.
+        ``x``: all blocks are positive definite there; ``work``: from some `Blocks` and
+        x to another point inside them; it may raise a ValueError, and gets more blocks
+        then. Returns what ``work`` returned last.
         """
         self.chosen, count, at_x = {}, PAIRS_PER_CUT, self.margins(x)
         self.join(at_x, np.inf)

@@ -22,20 +22,12 @@ STRONG = 100.0  # times the plant's own stiffness; the reason of less isn't soug
 class Effort(ReadOnly):
     """What a gain asks; see `Design.effort`.
 
-    Parameters
-    ----------
-    needless : bool
-        Whether K = 0 keeps all that is asked, in floats and at the vertices.
-    moved, modes : int
-        How many poles of the mean vertex move, and how many there are.
-    stiffness : float or None
-        The largest entry of B K_P over the largest one of S; None where the plant
-        has no S.
-    costly : float or None
-        The frequency in rad/s of a mode that takes nearly all of a strong gain,
-        because the inputs hardly reach it; None where no mode does.
-    vertices : int
-        How many plants were looked at: those between them weren't.
+    ``needless``: whether K = 0 keeps all that is asked, in floats and at the vertices;
+    ``moved``, ``modes``: how many poles of the mean vertex move, and how many there
+    are; ``stiffness``: the largest entry of B K_P over the largest one of S; None where
+    the plant has no S; ``costly``: the frequency in rad/s of a mode that takes nearly
+    all of a strong gain, because the inputs hardly reach it; None where no mode does;
+    ``vertices``: how many plants were looked at: those between them weren't.
     """
 
     needless: bool

@@ -31,18 +31,9 @@ SCHUR = 4.0  # times as long as the eigenvalues
 def balanced(plant, descriptor):
     """Coordinates x = T xi in which every mode of an undamped plant has the size one.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem or Descriptor
-        One plant.
-    descriptor : Descriptor
-        Its states [z; z'; x3].
-
-    Returns
-    -------
-    (N, N) array or None
-        Of V / w and V, with V' M V = I and V' S V = w^2. A `Descriptor` is
-        balanced by powers of two. None where M isn't positive definite.
+    ``plant``: one plant; ``descriptor``: its states [z; z'; x3]. Returns (N, N) or
+    None: of V / w and V, with V' M V = I and V' S V = w^2. A `Descriptor` is balanced
+    by powers of two. None where M isn't positive definite.
     """
     N = len(descriptor.E)
     check_time_of_eigenvalues(N)
@@ -70,10 +61,8 @@ def of_modes(A):
     beta x L + beta' x L*] (I x V*), and the bracket is diagonal but for order: so
     P = V V* keeps all regions at once. Columns of V have length one.
 
-    Parameters
-    ----------
-    A : (N, N) array
-        With N independent eigenvectors; near a defective one P is nearly singular.
+    ``A``, (N, N): with N independent eigenvectors; near a defective one P is nearly
+    singular.
     """
     check_time_of_eigenvalues(len(A))
     V = np.linalg.eig(A)[1]
@@ -88,19 +77,9 @@ def deflated(A, B, out, design):
     K = K_b W' the loop is block triangular in [W, its complement], with A_b + W'B K_b
     and the modes that stay on its diagonal.
 
-    Parameters
-    ----------
-    A, B : (N, N) and (N, m) array
-        x' = A x + B u.
-    out : callable
-        From an eigenvalue to whether it must move; of pairs it says the same.
-    design : callable
-        From A_b and W'B to K_b.
-
-    Returns
-    -------
-    (m, N) array, int
-        K, and how many modes are moved.
+    ``A``, ``B``, (N, N) and (N, m): x' = A x + B u; ``out``: from an eigenvalue to
+    whether it must move; of pairs it says the same; ``design``: from A_b and W'B to
+    K_b. Returns (m, N) int: K, and how many modes are moved.
     """
     check_time_of_eigenvalues(len(A), SCHUR)
     T, Q, count = schur(A.T, sort=lambda re, im: out(complex(re, im)))
@@ -128,13 +107,8 @@ def least_effort(sigma):
 def in_disk(centre, radius):
     """A design for `deflated`: into the disk about -centre goes what is outside.
 
-    Parameters
-    ----------
-    centre, radius : float
-        In rad/s.
+    ``centre``, ``radius``: in rad/s.
 
-    Notes
-    -----
     The discrete Riccati equation without a weight of the state mirrors it at the
     circle. Source: K. Furuta and S. B. Kim, IEEE Trans. Automatic Control 32, 1987.
     """
@@ -155,12 +129,8 @@ def bounded_real(A, Bw, C, gamma):
     has a solution. R is what `of_modes` leaves of Lyapunov's equation, so that every
     mode has room at its own rate.
 
-    Parameters
-    ----------
-    A, Bw, C : (N, N), (N, p) and (q, N) array
-        The loop.
-    gamma : float
-        More than its norm.
+    ``A``, ``Bw``, ``C``, (N, N), (N, p) and (q, N): the loop; ``gamma``: more than its
+    norm.
     """
     P = of_modes(A)
     room = -(A @ P + P @ A.T)

@@ -56,18 +56,10 @@ def _loops(plant, K, L, C, reach):
 def observed(plant, K, L, C):
     """The plant with its observer, opened where u enters the plant.
 
-    Parameters
-    ----------
-    plant, K, L, C
-        As in `observer_loop`.
-
-    Returns
-    -------
-    system : DescriptorSystem
-        E x' = A x + B u + B_w w with x = [e; state] and the plant's outputs. The
-        observer is inside, and is told K x^ whatever u is.
-    gain : (m, 2N) array
-        [-K K]: u = K x^ closes the loop, which is that of `observer_loop`.
+    ``plant``, ``K``, ``L``, ``C``: as in `observer_loop`. Returns system: E x' = A x +
+    B u + B_w w with x = [e; state] and the plant's outputs. The observer is inside, and
+    is told K x^ whatever u is; gain, (m, 2N): [-K K]: u = K x^ closes the loop, which
+    is that of `observer_loop`.
     """
     E, A, vertices, K = _loops(plant, K, L, C, 0)
     first = vertices[0]

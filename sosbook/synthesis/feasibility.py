@@ -51,19 +51,9 @@ MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is 
 def guarded(request, seconds, work):
     """What ``work`` returns; undecided where time or numbers give out.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    seconds : float
-        Limit of the time.
-    work : callable
-        Without arguments; returns a Solution.
-
-    Returns
-    -------
-    Solution
-        The result of ``work``, or an undecided Solution.
+    ``request``: what is asked of the plant; ``seconds``: limit of the time; ``work``:
+    without arguments; returns a Solution. Returns the result of ``work``, or an
+    undecided Solution.
     """
     seconds, begun = checked_seconds(seconds, needed=True), monotonic()
     try:
@@ -95,20 +85,10 @@ def _odd_mass_named(solution):
 def search(request, free=(), whole=False):
     """Any point of a request's LMIs, in up to four frames.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    free : tuple of Requirement
-        Those whose bounds are free; numbers stand in for them.
-    whole : bool
-        As for `find`.
-
-    Returns
-    -------
-    LMISolution
-        Its problem is the `ScaledLMIs` in which a point was found, or
-        in which the refusal reaches furthest.
+    ``request``: what is asked of the plant; ``free``: those whose bounds are free;
+    numbers stand in for them; ``whole``: as for `find`. Returns LMISolution: its
+    problem is the `ScaledLMIs` in which a point was found, or in which the refusal
+    reaches furthest.
     """
     names = tuple(r.parameter.key for r in free)
     lmis, tried = ScaledLMIs(request, Frame.of(request, names), free), []
@@ -151,12 +131,8 @@ def closer(lmis, near):
 
     A solution of bad condition in the first frame may be plain there.
 
-    Parameters
-    ----------
-    lmis : ScaledLMIs
-        In which no point was found.
-    near : dict
-        Where the search ended, by the unknowns' names.
+    ``lmis``: in which no point was found; ``near``: where the search ended, by the
+    unknowns' names.
     """
     request, frame = lmis.request, lmis.frame
     P = sum(near[name] for name in request.lyapunov)
@@ -177,17 +153,10 @@ def closer(lmis, near):
 def answer(request, refuse=True, first=None, prefer=None):
     """The Solution of a request that leaves nothing open.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    refuse : bool
-        Without it the Solution is undecided where floats find no point: what excludes
-        every point isn't looked for.
-    first : LMISolution, optional
-        What `search` has found, if it is known.
-    prefer : str or None
-        Which gain, in `design_pid`'s words.
+    ``request``: what is asked of the plant; ``refuse``: without it the Solution is
+    undecided where floats find no point: what excludes every point isn't looked for;
+    ``first``: what `search` has found, if it is known; ``prefer``: which gain, in
+    `design_pid`'s words.
     """
     found = None
     if prefer == "least" or (first is None and request.order >= FROM_STATES):
@@ -277,10 +246,7 @@ def refused(first):
     "infeasible" where exact arithmetic excludes every point: by a mode
     that no gain moves, or by multipliers. Otherwise "undecided".
 
-    Parameters
-    ----------
-    first : LMISolution
-        Of `ScaledLMIs`, without a point.
+    ``first``: of `ScaledLMIs`, without a point.
     """
     request, frame, Z = first.problem.request, first.problem.frame, first.multipliers
     if first.problem.pairs is not None:  # some blocks have none

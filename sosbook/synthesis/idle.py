@@ -21,15 +21,9 @@ def without_input(request, objective):
 
     Where a gain is given it is looked at instead of K = 0.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant; numbers stand in for the bounds.
-    objective : dict
-        The names of the parameters that are minimised, with weights.
+    ``request``: what is asked of the plant; numbers stand in for the bounds;
+    ``objective``: the names of the parameters that are minimised, with weights.
 
-    Notes
-    -----
     A bound is positive, so what the request says is a millionth of the unit in
     which the bound would be sought. Any other positive number will do as well.
     """

@@ -252,22 +252,11 @@ def proven_everywhere(plant, U):
     row rank of every mixture: a vertex test that is sound. Where no X
     is found, the polytope is halved, and each half gets its own.
 
-    Parameters
-    ----------
-    plant : Polytope
-        The plant, or the polytope of plants.
-    U : (a, n) array_like
-        The rows of U z are integrated.
+    ``plant``: the plant, or the polytope of plants; ``U``, (a, n): the rows of U z are
+    integrated. Returns bool: True: proven in exact rational arithmetic. False:
+    disproven by a plant where the rank drops or a determinant changes sign, or not
+    proven with 64 pieces.
 
-    Returns
-    -------
-    bool
-        True: proven in exact rational arithmetic. False: disproven by a
-        plant where the rank drops or a determinant changes sign, or not
-        proven with 64 pieces.
-
-    Examples
-    --------
     Both vertices pass, the plant halfway between them doesn't:
 
     >>> from sosbook import Polytope, SecondOrderSystem

@@ -32,14 +32,8 @@ CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
 class Worst(ReadOnly):
     """The worst plant that was found in floats.
 
-    Parameters
-    ----------
-    point : array
-        Where it is, as its family takes it.
-    kept : float
-        Positive where it keeps the requirement: see `Requirement.kept`.
-    truth : float
-        The true value there.
+    ``point``: where it is, as its family takes it; ``kept``: positive where it keeps
+    the requirement: see `Requirement.kept`; ``truth``: the true value there.
     """
 
     point: np.ndarray
@@ -93,10 +87,7 @@ class Kept(ReadOnly):
 def worst(request, r, plants):
     """The `Worst` plant for a requirement: a local search in floats.
 
-    Parameters
-    ----------
-    request, r, plants
-        As for `decided`.
+    ``request``, ``r``, ``plants``: as for `decided`.
     """
     K, K_A = request.state_gain, request.K_A
 
@@ -136,19 +127,9 @@ def _room(r, bound, truth):
 def decided(request, r, plants, bad=None):
     """The `Kept` of a requirement: kept, broken or undecided.
 
-    Parameters
-    ----------
-    request : Request
-        With a given gain.
-    r : Requirement
-        One of its demands.
-    plants : Mixtures or Box
-        Its loops: see `sosbook.synthesis.cells.family`.
-    bad : Worst, optional
-        The worst plant, if it is known.
+    ``request``: with a given gain; ``r``: one of its demands; ``plants``: its loops:
+    see `sosbook.synthesis.cells.family`; ``bad``: the worst plant, if it is known.
 
-    Notes
-    -----
     A claim that holds strictly for the closed family is proven after finitely many
     halvings: at one plant the LMIs with multipliers lose nothing, and they hold
     around it with the same P, F and G. One that a plant breaks strictly is broken by
@@ -217,16 +198,10 @@ def _proven(request, r, loops):
 def kept_or_broken(request, objective=(), backoff=0.01, common=None):
     """The Solution of a request with a given gain, each demand by itself.
 
-    Parameters
-    ----------
-    request : Request
-        With ``coupling="multipliers"``.
-    objective : collection of str
-        The parameters whose least bounds are sought; numbers stand in for them.
-    backoff : float
-        A fraction by which a bound is above the worst true value that was found.
-    common : Request, optional
-        The same with a common P. Where one is found that is the answer.
+    ``request``: with ``coupling="multipliers"``; ``objective``: the parameters whose
+    least bounds are sought; numbers stand in for them; ``backoff``: a fraction by which
+    a bound is above the worst true value that was found; ``common``: the same with a
+    common P. Where one is found that is the answer.
     """
     plants, parts = family(request), []
     bad = [worst(request, r, plants) for r in request.demands]
@@ -259,16 +234,9 @@ def kept_or_broken(request, objective=(), backoff=0.01, common=None):
 def least(request, r, plants, backoff, digits=3, bad=None):
     """The `Kept` of a requirement with the best bound for which a proof is found.
 
-    Parameters
-    ----------
-    request, r, plants
-        As for `decided`; the bound of r is anything.
-    backoff : float
-        A fraction by which the bound is easier than the worst true value.
-    digits : int
-        Of the bound.
-    bad : Worst, optional
-        As for `decided`.
+    ``request``, ``r``, ``plants``: as for `decided`; the bound of r is anything;
+    ``backoff``: a fraction by which the bound is easier than the worst true value;
+    ``digits``: of the bound; ``bad``: as for `decided`.
     """
     bad, harder = bad or worst(request, r, plants), r.parameter.harder
 

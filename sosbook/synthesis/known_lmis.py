@@ -19,12 +19,7 @@ __all__ = ["KnownLMIs", "coordinates", "rational_blocks"]
 class KnownLMIs(TrustedProblem):
     """The blocks of a requirement at some loops, in coordinates in which P is near I.
 
-    Parameters
-    ----------
-    requirement : Requirement
-        It writes the blocks.
-    loops : list of KnownLoop
-        The vertices.
+    ``requirement``: it writes the blocks; ``loops``: the vertices.
     """
 
     def __init__(self, requirement, loops):
@@ -123,14 +118,8 @@ class KnownLMIs(TrustedProblem):
 def rational_blocks(requirement, loops, values):
     """The blocks of a requirement at some loops, in the plant's own coordinates.
 
-    Parameters
-    ----------
-    requirement : Requirement
-        It writes the blocks.
-    loops : list of KnownLoop
-        The corners.
-    values : dict
-        The unknowns by name, in rationals.
+    ``requirement``: it writes the blocks; ``loops``: the corners; ``values``: the
+    unknowns by name, in rationals.
     """
     taken = (_taken(values, f"P {i}") for i, _ in enumerate(loops, 1))
     return _blocks(

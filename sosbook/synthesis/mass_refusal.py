@@ -51,10 +51,8 @@ def refuse_regular(plant, beta, multipliers):
 def unreached(plant):
     """A direction of a plant with no input and, nearly, the least v'Mv / v'v.
 
-    Returns
-    -------
-    name, v, mass
-        Of the worst vertex, in rationals; None where inputs reach all.
+    Returns name, v, mass: of the worst vertex, in rationals; None where inputs reach
+    all.
     """
     worst = None, None, None
     for name, (M, B) in mass_pairs(plant).items():

@@ -15,18 +15,8 @@ BACKOFF = 0.01  # of the least bound, as everywhere
 def neighbour(request, relaxed):
     """What a design does for which one of the ``relaxed`` requirements is eased.
 
-    Parameters
-    ----------
-    request : Request
-        What has no design.
-    relaxed : list of Requirement
-        Without any of these it has one. The first with a bound that can be minimised
-        is taken.
-
-    Returns
-    -------
-    str
-        A sentence, or nothing.
+    ``request``: what has no design; ``relaxed``: without any of these it has one. The
+    first with a bound that can be minimised is taken. Returns a sentence, or nothing.
     """
     r = next((r for r in relaxed if _minimised(r)), None)
     if r is None or request.gain is not None:

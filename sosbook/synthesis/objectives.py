@@ -69,12 +69,8 @@ def _check_open(which, asked):
 def at_optimum(request, objective, backoff):
     """The Solution whose bounds are the least ones and a fraction more.
 
-    Parameters
-    ----------
-    request, objective
-        As in `optimum`.
-    backoff : float
-        What is added to the optimal bounds, as a fraction.
+    ``request``, ``objective``: as in `optimum`; ``backoff``: what is added to the
+    optimal bounds, as a fraction.
     """
 
     def eased(bounds):
@@ -111,33 +107,14 @@ def _near(best, request, bounds):
 def optimum(request, objective, gap):
     """The least weighted sum of levels.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant; numbers stand in for the bounds.
-    objective : dict
-        Weights by the names of parameters: the weighted sum of their
-        levels (see `Parameter`) is minimised.
-    gap : float
-        Relative accuracy of the weighted sum.
+    ``request``: what is asked of the plant; numbers stand in for the bounds;
+    ``objective``: weights by the names of parameters: the weighted sum of their levels
+    (see `Parameter`) is minimised; ``gap``: relative accuracy of the weighted sum.
+    Returns bounds: from a parameter's name to its bound; None if there is no point with
+    any bounds; point: where they are attained, or the lack of a point. Raises
+    Unattained if no minimum is found; it has the best point that was; Unfinished if
+    time ends before it is found.
 
-    Returns
-    -------
-    bounds : dict or None
-        From a parameter's name to its bound; None if there is no point
-        with any bounds.
-    point : LMISolution
-        Where they are attained, or the lack of a point.
-
-    Raises
-    ------
-    Unattained
-        If no minimum is found; it has the best point that was.
-    Unfinished
-        If time ends before it is found.
-
-    Notes
-    -----
     A level times an unknown size isn't affine. The requirement whose
     level is minimised therefore leads (`Request.leader`): its P is the
     unknown P, and one semidefinite program finds the optimum and the
@@ -251,10 +228,7 @@ def _at_sizes(lmis, sizes, objective, gap):
 class Unattained(ValueError):
     """Raised where no minimum is found, which doesn't say that there is none.
 
-    Parameters
-    ----------
-    point : LMISolution
-        Of `ScaledLMIs`: the best point that was found.
+    ``point``: of `ScaledLMIs`: the best point that was found.
     """
 
     def __init__(self, point):
@@ -270,10 +244,7 @@ class Unattained(ValueError):
 class Unfinished(OutOfTime):
     """Raised where time ends before a minimum is found; holds a point.
 
-    Parameters
-    ----------
-    first : LMISolution
-        Of `ScaledLMIs`: a point inside, whose bounds are larger.
+    ``first``: of `ScaledLMIs`: a point inside, whose bounds are larger.
     """
 
     def __init__(self, first):
@@ -297,10 +268,7 @@ def without_optimum(first):
     "infeasible" where what is asked beside the objective is, or where exact
     multipliers exclude every bound.
 
-    Parameters
-    ----------
-    first : LMISolution
-        Of `ScaledLMIs` with free levels, without a point.
+    ``first``: of `ScaledLMIs` with free levels, without a point.
     """
     request, minimized = first.problem.request, first.problem.free
     rest = request

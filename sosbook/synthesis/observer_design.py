@@ -30,12 +30,8 @@ __all__ = ["ObserverCertificate", "ObserverDesign", "ObserverResponse"]
 class ObserverResponse(Response):
     """Signals of a loop with an observer; columns belong to the times t.
 
-    Parameters
-    ----------
-    t, z, dz, e, u, x, w
-        As in `Response`; z is what the plant's C picks, and e = z.
-    estimate : (N, k) array
-        x^, the observer's state.
+    ``t``, ``z``, ``dz``, ``e``, ``u``, ``x``, ``w``: as in `Response`; z is what the
+    plant's C picks, and e = z; ``estimate``, (N, k): x^, the observer's state.
     """
 
     estimate: np.ndarray | None = None

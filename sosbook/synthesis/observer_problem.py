@@ -30,21 +30,10 @@ class ObserverProblem:
     The dual state is T xi with T = diag(T1, T2), rounded to six digits
     and read as exact.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-        As in `design_observer`, like K, Q_F, R_F and C.
-    vertices : tuple of Descriptor
-        The plant's.
-    K, Q_F, R_F, C : arrays
-        The state feedback, the weights and what is measured.
-    noises : list of (N, p) arrays
-        B_w of each vertex.
-
-    Raises
-    ------
-    ValueError
-        If there is no observer of the mean plant.
+    ``plant``: as in `design_observer`, like K, Q_F, R_F and C; ``vertices``: the
+    plant's; ``K``, ``Q_F``, ``R_F``, ``C``: the state feedback, the weights and what is
+    measured; ``noises``, list of (N, p) arrays: B_w of each vertex. Raises ValueError
+    if there is no observer of the mean plant.
     """
 
     def __init__(self, plant, vertices, K, Q_F, R_F, C, noises):
@@ -137,21 +126,10 @@ class ObserverProblem:
     def blocks(self, values, number=lambda x: x, L=None, bound=None):
         """All blocks, by name.
 
-        Parameters
-        ----------
-        values : dict
-            The unknowns by name: matrices, or expressions.
-        number : callable
-            Turns the arrays of the problem into the numbers of ``values``.
-        L : (N, q) array, optional
-            Y = L' P1 is put in.
-        bound : float, optional
-            Of tr J.
-
-        Returns
-        -------
-        dict
-            From a block's name to what must be positive definite.
+        ``values``: the unknowns by name: matrices, or expressions; ``number``: turns
+        the arrays of the problem into the numbers of ``values``; ``L``, (N, q): Y = L'
+        P1 is put in; ``bound``: of tr J. Returns dict: from a block's name to what must
+        be positive definite.
         """
         T1, T2 = map(number, self.T)
         T = block([[T1, 0], [0, T2]])

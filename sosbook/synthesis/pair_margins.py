@@ -18,23 +18,12 @@ BLOCK_ROWS = 4  # of a usual block, as a multiple of the states
 def pair_margins(request, P, Y, frame=None, levels=(), own=(), below=np.inf):
     """The margins of the blocks of all pairs of vertices.
 
-    Parameters
-    ----------
-    request : Request
-        Without a slack matrix.
-    P, Y, frame, levels, own
-        As for `Request.blocks`, in floats.
-    below : float
-        Larger margins are reported as infinite, which is faster.
+    ``request``: without a slack matrix; ``P``, ``Y``, ``frame``, ``levels``, ``own``:
+    as for `Request.blocks`, in floats; ``below``: larger margins are reported as
+    infinite, which is faster. Returns dict: from (requirement's key, block) to an array
+    of one margin for each of the request's pairs: see
+    `sosbook.language.matrices.margins`.
 
-    Returns
-    -------
-    dict
-        From (requirement's key, block) to an array of one margin for each of
-        the request's pairs: see `sosbook.language.matrices.margins`.
-
-    Notes
-    -----
     The theorems are read with `Matrices`. A requirement that can't be read
     so, or reads otherwise for a single pair, is read pair by pair.
     """
@@ -70,17 +59,9 @@ def _margins(r, loop, coupled, i, j, below):
 def named_margins(request, P, Y, own=()):
     """The margins of all blocks of a request, in the plant's own coordinates.
 
-    Parameters
-    ----------
-    request : Request
-        Without a slack matrix.
-    P, Y, own
-        As for `Request.blocks`, in floats.
-
-    Returns
-    -------
-    dict
-        From `BlockName` to the margin, in the order of `Request.blocks`.
+    ``request``: without a slack matrix; ``P``, ``Y``, ``own``: as for `Request.blocks`,
+    in floats. Returns dict: from `BlockName` to the margin, in the order of
+    `Request.blocks`.
     """
     first = request.pairs[0]
     found = pair_margins(request, P, Y, own=own)

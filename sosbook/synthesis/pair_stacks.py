@@ -34,14 +34,8 @@ def stacked(vertices):
 def together(loop, stack, i, j):
     """The `Coupled` of `Matrices` of many pairs of vertices.
 
-    Parameters
-    ----------
-    loop : Loop
-        In floats.
-    stack : dict
-        Its vertices, `stacked`.
-    i, j : (pairs,) arrays
-        Indices of the vertices. They are equal in all the pairs, or in none.
+    ``loop``: in floats; ``stack``: its vertices, `stacked`; ``i``, ``j``, (pairs,):
+    indices of the vertices. They are equal in all the pairs, or in none.
     """
     first = _at(stack, i)
     second = first if np.array_equal(i, j) else _at(stack, j)
@@ -62,19 +56,10 @@ def _at(stack, indices):
 def read(r, loop, coupled, i, j):
     """The blocks of a requirement for many pairs, by name.
 
-    Parameters
-    ----------
-    r : Requirement
-        What is asked.
-    loop, coupled, i, j
-        As `together` takes and gives them.
-
-    Returns
-    -------
-    dict or None
-        From a block's name to the blocks of all pairs: an array, or a list of
-        `Affine` in unknowns. None where a theorem can't be read so, or reads
-        otherwise for a single pair.
+    ``r``: what is asked; ``loop``, ``coupled``, ``i``, ``j``: as `together` takes and
+    gives them. Returns dict or None: from a block's name to the blocks of all pairs: an
+    array, or a list of `Affine` in unknowns. None where a theorem can't be read so, or
+    reads otherwise for a single pair.
     """
     try:
         blocks = {block: _each(g, len(i)) for block, g in r.pair(loop, coupled)}
@@ -92,14 +77,8 @@ def read(r, loop, coupled, i, j):
 def alone(r, loop, i, j):
     """The blocks of a requirement for one pair, by name.
 
-    Parameters
-    ----------
-    r : Requirement
-        What is asked.
-    loop : Loop
-        Its loop, with all vertices.
-    i, j : int
-        Indices of the pair's vertices.
+    ``r``: what is asked; ``loop``: its loop, with all vertices; ``i``, ``j``: indices
+    of the pair's vertices.
     """
     pair = Coupled(loop.vertices[i], loop.vertices[j], loop.P, loop.Y)
     return dict(r.pair(loop, pair))
@@ -128,19 +107,9 @@ def _agree(one, other):
 def blocks_of_pairs(requirements, loops, pairs):
     """The blocks of many pairs in unknowns, as far as they can be read at once.
 
-    Parameters
-    ----------
-    requirements : sequence of Requirement
-        What is asked.
-    loops : dict
-        The loop that each requirement sees, by its key, in floats.
-    pairs : sequence of (int, int)
-        The pairs of vertices.
-
-    Returns
-    -------
-    dict
-        From (requirement's key, pair) to a dict of blocks by name.
+    ``requirements``: what is asked; ``loops``: the loop that each requirement sees, by
+    its key, in floats; ``pairs``: the pairs of vertices. Returns dict: from
+    (requirement's key, pair) to a dict of blocks by name.
     """
     found, stacks = {}, {loop: stacked(loop.vertices) for loop in set(loops.values())}
     for single in (True, False):

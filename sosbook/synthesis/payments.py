@@ -27,23 +27,12 @@ def pays(r):
 def paid(request, blocks, P, Y, own=()):
     r"""The blocks of a request, less what the vertices' distance from corners costs.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    blocks : dict
-        By `BlockName`, in floats or in rationals, in the plant's own coordinates.
-    P, Y, own
-        As for `Request.blocks`, in floats.
+    ``request``: what is asked of the plant; ``blocks``: by `BlockName`, in floats or in
+    rationals, in the plant's own coordinates; ``P``, ``Y``, ``own``: as for
+    `Request.blocks`, in floats. Returns dict: if these are positive definite, all
+    plants of the polytope are what the requirements say. Without a `NearBox` they are
+    the blocks.
 
-    Returns
-    -------
-    dict
-        If these are positive definite, all plants of the polytope are what the
-        requirements say. Without a `NearBox` they are the blocks.
-
-    Notes
-    -----
     Each block is T G T' with G affine in the quotient X = E^-1 [A B_u B_w] and a
     regular T that depends on E alone. Every plant has X = sum b_i (X_i + D) with the
     corners' X_i, weights b_i and abs(D) <= the `reach`: so G > 0 there if, at each

@@ -16,15 +16,9 @@ def in_pieces(request, objective, solve):
     Powers of parameters have vertices that are no plants of the family, and come nearer
     where a range is cut: see `Uncertain.cut`.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    objective : dict
-        As in `optimum`; empty where nothing is minimised. Without one the first
-        Solution that is feasible is taken.
-    solve : callable
-        From such a request to its Solution.
+    ``request``: what is asked of the plant; ``objective``: as in `optimum`; empty where
+    nothing is minimised. Without one the first Solution that is feasible is taken;
+    ``solve``: from such a request to its Solution.
     """
     best, family = solve(request), request.plant.family
     while family is not None and not (best.status == "feasible" and not objective):

@@ -39,11 +39,8 @@ NOT_CENTRAL = "K is no analytic centre but found by an equation: {how}."
 def point(request):
     """The Solution by an equation; None where no candidate is one.
 
-    Parameters
-    ----------
-    request : Request
-        Of any plant. Of several vertices that of the mean is tried at all pairs; of
-        many, or with a slack matrix, nothing is.
+    ``request``: of any plant. Of several vertices that of the mean is tried at all
+    pairs; of many, or with a slack matrix, nothing is.
     """
     if len(request.pairs) > MOST_PAIRS or request.coupling == "slack":
         return None
@@ -82,12 +79,7 @@ def at(lmis, values):
 
     In the plant's units the size of fast modes hides what slow ones keep.
 
-    Parameters
-    ----------
-    lmis : ScaledLMIs
-        The blocks.
-    values : dict
-        The unknowns by name.
+    ``lmis``: the blocks; ``values``: the unknowns by name.
     """
     margins = {name: margin(g) for name, g in lmis.blocks(values).items()}
     if not min(margins.values()) > CLEAR_MARGIN:

@@ -21,15 +21,9 @@ UNREADABLE = (TypeError, AttributeError, ValueError, LookupError, ArithmeticErro
 def affine_in_quotient(r, request):
     """Whether the blocks of a requirement look as it says, at random points.
 
-    Parameters
-    ----------
-    r : Requirement
-        What is asked.
-    request : Request
-        Its plant gives the sizes, and what is the same at all vertices.
+    ``r``: what is asked; ``request``: its plant gives the sizes, and what is the same
+    at all vertices.
 
-    Notes
-    -----
     Let q = E^-1 [A B_u B_w]. At E = I the block of the mean of two q must be the
     mean of their blocks, entry by entry. With another E the blocks G(E, q) must be
     T G(I, q) T' with one regular T for all q, P, Y and own unknowns: then

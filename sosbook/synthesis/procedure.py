@@ -27,16 +27,10 @@ def design_asked(
 ):  # fmt: skip
     """The Design of what the keywords of `design_pid` and its like ask.
 
-    Parameters
-    ----------
-    plant, coupling, mu, slack, minimize, backoff, time_limit, U, K_A
-        As in `design_pid`.
-    gain : (m, N) array_like, optional
-        One that is known; without it one is sought.
-    start, prefer, law, maximize, starts, seed
-        As in `design_pid`.
-    **asked
-        Its requirements by keyword.
+    ``plant``, ``coupling``, ``mu``, ``slack``, ``minimize``, ``backoff``,
+    ``time_limit``, ``U``, ``K_A``: as in `design_pid`; ``gain``, (m, N): one that is
+    known; without it one is sought; ``start``, ``prefer``, ``law``, ``maximize``,
+    ``starts``, ``seed``: as in `design_pid`; ``**asked``: its requirements by keyword.
     """
     U, law = _law_of(U, law)
     if law is not None:

@@ -28,15 +28,7 @@ def _rounded_down(x):
 def why_refused(first):
     """Words for what phase one has seen where no proof was found.
 
-    Parameters
-    ----------
-    first : LMISolution
-        Of `ScaledLMIs`, without a point.
-
-    Returns
-    -------
-    str
-        The reason, in a sentence.
+    ``first``: of `ScaledLMIs`, without a point. Returns the reason, in a sentence.
     """
     request = first.problem.request
     unknowns = "P" if request.gain is not None else "P, Y"

@@ -119,24 +119,11 @@ def mass_pairs(plant):
 def prove_regular(plant, K_A, beta, digits=None):
     """Check (2.12) at all vertices in exact arithmetic.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem or Polytope
-        The plant, or the polytope of plants.
-    K_A : (m, n) array
-        Rounded to ``digits`` significant digits before the proof.
-    beta : float
-        The bound of Lemma 2.1.
-    digits : int, optional
-        Without it 6, 8, 10, 12 and 17 are tried.
+    ``plant``: the plant, or the polytope of plants; ``K_A``, (m, n): rounded to
+    ``digits`` significant digits before the proof; ``beta``: the bound of Lemma 2.1;
+    ``digits``: without it 6, 8, 10, 12 and 17 are tried. Returns RegularityCertificate:
+    its ``K`` is the rounded K_A.
 
-    Returns
-    -------
-    RegularityCertificate
-        Its ``K`` is the rounded K_A.
-
-    Examples
-    --------
     >>> from sosbook import SecondOrderSystem
     >>> plant = SecondOrderSystem([[0]], [[1]], [[1]], B=[[1]])
     >>> prove_regular(plant, [[-0.02]], beta=0.1).proven

@@ -37,22 +37,12 @@ __all__ = ["Request"]
 class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks.
 
-    Parameters
-    ----------
-    plant, U
-        As in `design_pid`.
-    *asked
-        What `design_pid` asks by the arguments that follow: shorthand for
-        requirements, see `collected`.
-    K_A, coupling, slack
-        As in `design_pid`.
-    gain : (m, N) array_like, optional
-        The K of `analyse_pid`.
-    law : Law, optional
-        What u depends on; K multiplies its signals then. With a law there is a gain,
-        which is zero without one.
-    **more
-        What is asked, by name; ``requirements`` is a sequence of objects.
+    ``plant``, ``U``: as in `design_pid`; ``*asked``: what `design_pid` asks by the
+    arguments that follow: shorthand for requirements, see `collected`; ``K_A``,
+    ``coupling``, ``slack``: as in `design_pid`; ``gain``, (m, N): the K of
+    `analyse_pid`; ``law``: what u depends on; K multiplies its signals then. With a law
+    there is a gain, which is zero without one; ``**more``: what is asked, by name;
+    ``requirements`` is a sequence of objects.
     """
 
     plant: Any
@@ -196,34 +186,16 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
     ):
         """All blocks that must be positive definite, by name.
 
-        Parameters
-        ----------
-        P, Y : matrix-like
-            In any arithmetic that the theorems can be read in. With
-            ``coupling="slack"`` P is a sequence, one for each vertex.
-        number : callable
-            Brings floats into that arithmetic.
-        frame : Frame, optional
-            Coordinates of P, V and Y; the plant's own without it.
-        V : matrix-like, optional
-            The slack matrix.
-        levels : dict, optional
-            Levels (see `Parameter`) by the parameter's name that take the
-            place of the requirements', scalars or 1 x 1 matrix-like.
-        own : dict, optional
-            The requirements' own unknowns by name, and the sizes (see
-            `Requirement.size_name`); a size that is missing is one.
-        pairs : iterable, optional
-            Some of the request's pairs of vertices; the blocks of others are
-            left out.
+        ``P``, ``Y``: in any arithmetic that the theorems can be read in. With
+        ``coupling="slack"`` P is a sequence, one for each vertex; ``number``: brings
+        floats into that arithmetic; ``frame``: coordinates of P, V and Y; the plant's
+        own without it; ``V``: the slack matrix; ``levels``: levels (see `Parameter`) by
+        the parameter's name that take the place of the requirements', scalars or 1 x 1
+        matrix-like; ``own``: the requirements' own unknowns by name, and the sizes (see
+        `Requirement.size_name`); a size that is missing is one; ``pairs``: some of the
+        request's pairs of vertices; the blocks of others are left out. Returns dict:
+        from `BlockName` to matrix.
 
-        Returns
-        -------
-        dict
-            From `BlockName` to matrix.
-
-        Notes
-        -----
         A requirement demands G(P / s, Y / s) > 0, with G affine. Where s
         is an unknown it demands s G(P / s, Y / s) > 0, which is jointly
         affine in s, P, Y and s times its own unknowns: the constant of G
@@ -273,19 +245,10 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
     def loops(self, P, Y, number, frame, V, levels, own):
         """The loop in these coordinates, by requirement, and the unknown sizes.
 
-        Parameters
-        ----------
-        P, Y, number, frame, V, levels, own
-            As in `blocks`.
-
-        Returns
-        -------
-        whole : Loop
-            The loop for the blocks that belong to no requirement.
-        loops : dict
-            The loop that each requirement sees, by its key.
-        sizes : dict
-            The sizes that ``own`` holds, by the requirement's key.
+        ``P``, ``Y``, ``number``, ``frame``, ``V``, ``levels``, ``own``: as in `blocks`.
+        Returns whole: the loop for the blocks that belong to no requirement; loops: the
+        loop that each requirement sees, by its key; sizes: the sizes that ``own``
+        holds, by the requirement's key.
         """
         own = dict(own)
         sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}

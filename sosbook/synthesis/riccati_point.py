@@ -26,21 +26,11 @@ UNLIKE_ONE = 1e-3  # an eigenvalue of X, in coordinates in which they are near o
 def riccati_point(request, bound_of, noise_input):
     """The gain of least cost with a bound of it, and a point inside; or None.
 
-    Parameters
-    ----------
-    request : Request
-        Of a `QuadraticCost`.
-    bound_of : callable
-        From the least cost to the bound that is asked, which is larger.
-    noise_input : callable
-        From a vertex and the requirement to where its noise enters x'.
-
-    Returns
-    -------
-    Solution or None
-        Of the request with this bound and this gain; None where more is asked
-        than the cost of one plant, or where the equation has no solution that is
-        positive definite by far.
+    ``request``: of a `QuadraticCost`; ``bound_of``: from the least cost to the bound
+    that is asked, which is larger; ``noise_input``: from a vertex and the requirement
+    to where its noise enters x'. Returns Solution or None: of the request with this
+    bound and this gain; None where more is asked than the cost of one plant, or where
+    the equation has no solution that is positive definite by far.
     """
     several = len(request.requirements) > 1 or len(request.distinct) > 1
     if several or request.coupling == "slack":
@@ -68,17 +58,9 @@ def riccati_point(request, bound_of, noise_input):
 def riccati_observer(problem, bound_of):
     """The observer of least cost with a bound of it, and a point inside; or None.
 
-    Parameters
-    ----------
-    problem : ObserverProblem
-        Theorem 2.5 in its coordinates.
-    bound_of : callable
-        As in `riccati_point`.
-
-    Returns
-    -------
-    L, bound, values or None
-        Of one plant: the gain, the bound, and the unknowns by name.
+    ``problem``: theorem 2.5 in its coordinates; ``bound_of``: as in `riccati_point`.
+    Returns L, bound, values or None: of one plant: the gain, the bound, and the
+    unknowns by name.
     """
     if len(set(twins(problem.vertices))) > 1:
         return None

@@ -31,22 +31,12 @@ FEW_PAIRS = 5  # of vertices, whose blocks are read at once
 class ScaledLMIs(TrustedProblem):
     """The blocks of a request in a frame.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    frame : Frame
-        The coordinates.
-    free : sequence of Requirement
-        Those of the request whose levels (see `Parameter`) are unknowns,
-        the last ones, in the units of ``units``.
-    sizes : dict, optional
-        Numbers for some of the unknown sizes, by their names.
-    pairs : sequence, optional
-        Some of the request's pairs of vertices: the blocks of others are left
-        out.
-    units : dict, optional
-        The units of the free levels by their parameters' names; estimated without.
+    ``request``: what is asked of the plant; ``frame``: the coordinates; ``free``: those
+    of the request whose levels (see `Parameter`) are unknowns, the last ones, in the
+    units of ``units``; ``sizes``: numbers for some of the unknown sizes, by their
+    names; ``pairs``: some of the request's pairs of vertices: the blocks of others are
+    left out; ``units``: the units of the free levels by their parameters' names;
+    estimated without.
     """
 
     def __init__(self, request, frame, free=(), sizes=None, pairs=None, units=None):
@@ -67,10 +57,7 @@ class ScaledLMIs(TrustedProblem):
 
         ``number`` brings other data into their arithmetic.
 
-        Returns
-        -------
-        dict
-            From `BlockName` to matrix.
+        Returns dict: from `BlockName` to matrix.
         """
         return self.written_for(self.pairs, values, number)
 
@@ -115,10 +102,7 @@ class ScaledLMIs(TrustedProblem):
     def refuse(self, Z):
         """The file of exact multipliers, see `refuse_design`.
 
-        Parameters
-        ----------
-        Z : list of arrays
-            Float multipliers, one for each block.
+        ``Z``: float multipliers, one for each block.
         """
         if self.free:  # a file speaks of numbers
             return super().refuse(Z)
@@ -130,10 +114,7 @@ class ScaledLMIs(TrustedProblem):
         A level is added to some rows of a block's diagonal: what is left of
         the block without these rows is all that large levels leave of it.
 
-        Returns
-        -------
-        LMIProblem
-            Its unknowns are the `matrices`.
+        Returns LMIProblem: its unknowns are the `matrices`.
         """
         kept, levels = {}, self.unknowns[len(self.matrices) :]
         for name, g in self.expressions.items():
@@ -207,12 +188,7 @@ class ScaledLMIs(TrustedProblem):
         An own unknown of a requirement is multiplied by its size here, and
         so is its level.
 
-        Parameters
-        ----------
-        values : dict
-            By name, without those sizes.
-        sizes : dict
-            Those numbers.
+        ``values``: by name, without those sizes; ``sizes``: those numbers.
         """
         values = values | {name: np.array([[s]]) for name, s in sizes.items()}
         for r in self.request.demands:
@@ -236,12 +212,8 @@ class ScaledLMIs(TrustedProblem):
     def solution(self, values, request=None):
         """The `Solution` of a point.
 
-        Parameters
-        ----------
-        values : dict
-            The unknowns by name.
-        request : Request, optional
-            The same one with other bounds, which the point keeps, too.
+        ``values``: the unknowns by name; ``request``: the same one with other bounds,
+        which the point keeps, too.
         """
         request = request or self.request
         natural = self.in_plant_units(values)
@@ -308,19 +280,10 @@ class ScaledLMIs(TrustedProblem):
     def led(self, values, request):
         """A point of free levels as one of a request without.
 
-        Parameters
-        ----------
-        values : dict
-            The unknowns by name.
-        request : Request
-            The same one, with bounds that the point keeps.
-
-        Returns
-        -------
-        ScaledLMIs
-            In a frame in which the unknown P is that of ``request.leader()``.
-        dict
-            Its unknowns by name: all divided by the leader's size.
+        ``values``: the unknowns by name; ``request``: the same one, with bounds that
+        the point keeps. Returns ScaledLMIs: in a frame in which the unknown P is that
+        of ``request.leader()``; dict: its unknowns by name: all divided by the leader's
+        size.
         """
         frame, leader = self.frame, request.leader()
         before = request.leader(self.units)

@@ -49,10 +49,7 @@ class Frame(ReadOnly):
     def inward(self, P):
         """T^-1 P T'^-1 without the rounding of ``back``.
 
-        Parameters
-        ----------
-        P : (N, N) array
-            A matrix of the states x, such as a Lyapunov matrix.
+        ``P``, (N, N): a matrix of the states x, such as a Lyapunov matrix.
         """
         return np.linalg.solve(self.T, np.linalg.solve(self.T, P).T).T
 
@@ -64,12 +61,7 @@ class Frame(ReadOnly):
     def of(cls, request, levels=()):
         """The frame of a request, from the Riccati equation of the mean vertex.
 
-        Parameters
-        ----------
-        request : Request
-            What is asked of the plant.
-        levels : sequence of str
-            As in `Request.leader`.
+        ``request``: what is asked of the plant; ``levels``: as in `Request.leader`.
         """
         mean = _typical(request)
         A, B, _ = mean.state_space()
@@ -130,16 +122,9 @@ class Frame(ReadOnly):
     def of_solution(cls, request, solution, unit=False, levels=()):
         """Coordinates in which the P of a solution is a multiple of I.
 
-        Parameters
-        ----------
-        request : Request
-            Of the same shape and requirements as the solution's.
-        solution : Solution
-            With a slack matrix the mean of its P is taken.
-        unit : bool
-            The unknown P is I itself, and every unknown size one.
-        levels
-            As in `Frame.of`.
+        ``request``: of the same shape and requirements as the solution's; ``solution``:
+        with a slack matrix the mean of its P is taken; ``unit``: the unknown P is I
+        itself, and every unknown size one; ``levels``: as in `Frame.of`.
         """
         P = solution.P if np.ndim(solution.P) == 2 else solution.P.mean(axis=0)
         T = np.linalg.cholesky(P)
@@ -178,20 +163,10 @@ class Frame(ReadOnly):
     def at(cls, request, T, scale, gain=None, levels=(), sizes=None):
         """A frame for a request with given coordinates T of x and scale of u.
 
-        Parameters
-        ----------
-        request
-            As in `Frame.of`.
-        T : (N, N) array
-            The states are x = T xi.
-        scale : float
-            The inputs are u = scale v.
-        gain : (m, N) array, optional
-            That of the Riccati equation, if it is known.
-        levels
-            As in `Frame.of`.
-        sizes : dict, optional
-            Estimated without it.
+        ``request``: as in `Frame.of`; ``T``, (N, N): the states are x = T xi;
+        ``scale``: the inputs are u = scale v; ``gain``, (m, N): that of the Riccati
+        equation, if it is known; ``levels``: as in `Frame.of`; ``sizes``: estimated
+        without it.
         """
         T = round_digits(T, 6)
         left = inverse_by_rows(request.mean.E @ T)

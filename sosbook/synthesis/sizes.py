@@ -82,11 +82,8 @@ class Sizes:
     def leader(self, levels=()):
         """The requirement whose P is the unknown P; None if none fixes its size.
 
-        Parameters
-        ----------
-        levels : sequence of str
-            Parameters whose level is unknown: a level times an unknown
-            size isn't affine, so the first one's owner leads.
+        ``levels``: parameters whose level is unknown: a level times an unknown size
+        isn't affine, so the first one's owner leads.
         """
         order = {name: place for place, name in enumerate(levels)}
         return min(

@@ -45,13 +45,9 @@ CLEARLY = 0.002  # a fraction by which another scalar has to be better
 def with_slack(request, objective=None):
     """The request with a slack scalar where it needs one; None if none is found.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    objective : dict, optional
-        As in `optimum`. Then a scalar is only tried to the end if some
-        point has bounds clearly below the best ones so far.
+    ``request``: what is asked of the plant; ``objective``: as in `optimum`. Then a
+    scalar is only tried to the end if some point has bounds clearly below the best ones
+    so far.
     """
     if request.coupling != "slack" or request.slack is not None:
         return request
@@ -103,10 +99,7 @@ class _Best:
 def point_with_slack(request):
     """A point of a request with the first slack scalar that leaves one.
 
-    Returns
-    -------
-    LMISolution or None
-        Of `search`, for the request with that scalar.
+    Returns LMISolution or None: of `search`, for the request with that scalar.
     """
     for trial in _trials(request):
         check_time()
@@ -154,14 +147,8 @@ def _lower(request, bounds):
 def designed(request, objective, backoff, start, prefer):
     """The Solution of a request with one of the couplings of a design.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    objective : dict
-        As in `optimum`; empty where nothing is minimised.
-    backoff, start, prefer
-        As in `design_pid`.
+    ``request``: what is asked of the plant; ``objective``: as in `optimum`; empty where
+    nothing is minimised; ``backoff``, ``start``, ``prefer``: as in `design_pid`.
     """
     settled, first = request, None
     if objective:
@@ -182,12 +169,8 @@ def designed(request, objective, backoff, start, prefer):
 def or_with_slack(first, request, objective, backoff, prefer):
     """The first Solution, or one with a P for each vertex where it is none.
 
-    Parameters
-    ----------
-    first : Solution
-        With one P for all plants.
-    request, objective, backoff, prefer
-        As for `designed`.
+    ``first``: with one P for all plants; ``request``, ``objective``, ``backoff``,
+    ``prefer``: as for `designed`.
     """
     own = all(r.takes_slack for r in request.demands)
     several = own and len(request.distinct) > 1 and not request.ties
@@ -242,12 +225,7 @@ def _point(request, minimized=()):
 def without_slack(request, objective=()):
     """The Solution of a request for which no slack scalar was found.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    objective : collection of str
-        The parameters that were to be minimised: numbers stand in for them.
+    ``objective``: the parameters that were to be minimised: numbers stand in for them.
     """
     minimized = tuple(request.owner(name) for name in objective)
     for r in minimized:

@@ -48,12 +48,8 @@ LEAST_BOUND = 1e-25  # relative; exact data leave no error at all
 def refuse_by_input(request, search):
     """The `SmallInputRefusal` of a request, or None without one.
 
-    Parameters
-    ----------
-    request : Request
-        What is asked of the plant.
-    search : callable
-        From a Request to an `LMISolution`.
+    ``request``: what is asked of the plant; ``search``: from a Request to an
+    `LMISolution`.
     """
     bound = input_bound(request)
     if bound is None or request.gain is not None or request.coupling == "slack":
@@ -179,23 +175,10 @@ def _rounded_up(x, room):
 def _multipliers(first, block, turn):
     """Those of the part, in the basis of its rows.
 
-    Parameters
-    ----------
-    first : LMISolution
-        Of the part in its real basis.
-    block : str
-        The name of the block of the input bound.
-    turn : (k, k) array
-        From one basis to the other.
-
-    Returns
-    -------
-    Z : dict
-        Of the poles' blocks, by the requirement's key.
-    U, Q : (k, k) arrays
-        Of P in that block, and in "x0" as well.
-    N : (k, m) array
-        Of Y' in that block.
+    ``first``: of the part in its real basis; ``block``: the name of the block of the
+    input bound; ``turn``, (k, k): from one basis to the other. Returns Z: of the poles'
+    blocks, by the requirement's key; U, Q, (k, k): of P in that block, and in "x0" as
+    well; N, (k, m): of Y' in that block.
     """
     frame, k = first.problem.frame, len(turn)
     Z, back = {}, np.linalg.inv(turn)

@@ -57,25 +57,12 @@ class ModesPart:
     There are X and L with W A = L W E and W = [I X] T, and with every
     |X| <= spread and every |L - L0| <= blur, if the kernel says so.
 
-    Parameters
-    ----------
-    E, A, B : arrays
-        The plant at one vertex, in rationals.
-    T, R : (2N, 2N) arrays
-        In `real_form`: rows near those of the part and of a complement, and a
-        matrix near the inverse of T E.
-    k : int
-        How many of the rows are the part's.
+    ``E``, ``A``, ``B``: the plant at one vertex, in rationals; ``T``, ``R``, (2N, 2N):
+    in `real_form`: rows near those of the part and of a complement, and a matrix near
+    the inverse of T E; ``k``: how many of the rows are the part's. Has ``spread``, (k,
+    N - k): bounds of X: see `within`; ``blur``, (k, k): bounds of L - L0, where L0 =
+    K11.
 
-    Attributes
-    ----------
-    spread : (k, N - k) array
-        Bounds of X: see `within`.
-    blur : (k, k) array
-        Bounds of L - L0, where L0 = K11.
-
-    Notes
-    -----
     With K = T A R and J = T E R the equation is [I X] K = L [I X] J, by blocks
 
         L = K11 + X K21 - L (J11 - I) - L X J21,
@@ -119,10 +106,8 @@ class ModesPart:
     def image(self):
         """What the maps make of the bounds: those of X, times the gaps, and of L.
 
-        Returns
-        -------
-        spread, gaps, blur : arrays
-            Every image of X lies within ``spread / gaps``, of L - L0 in ``blur``.
+        Returns spread, gaps, blur: every image of X lies within ``spread / gaps``, of L
+        - L0 in ``blur``.
         """
         k, K, J = self.k, self.K, self.J
         N, spread, blur = k + self.spread.shape[1], self.spread, self.blur
@@ -155,19 +140,10 @@ class ModesPart:
 
         For all p and y = Y V' the sum of <G, z> is -tr(Q p) - 2 Re tr(N y).
 
-        Parameters
-        ----------
-        demands : list of (alpha, beta)
-            The regions.
-        multipliers : list of arrays
-            In `real_form`, (2qk, 2qk) for a region of size q.
-
-        Returns
-        -------
-        Q, N : arrays
-            In `real_form`, (2k, 2k) and (2k, 2m), at L0 and b0.
-        Q_blur, N_blur : arrays
-            Bounds of their errors, (k, k) and (k, m).
+        ``demands``, list of (alpha, beta): the regions; ``multipliers``: in
+        `real_form`, (2qk, 2qk) for a region of size q. Returns Q, N: in `real_form`,
+        (2k, 2k) and (2k, 2m), at L0 and b0; Q_blur, N_blur: bounds of their errors, (k,
+        k) and (k, m).
         """
         k, S, F = self.k, 0 * self.L, 0 * self.L
         for (alpha, beta), z in zip(demands, multipliers):

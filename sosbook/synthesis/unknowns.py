@@ -24,10 +24,7 @@ class InUnknowns:
         With ``coupling="slack"`` P 1, P 2, ..., V, Y and so on. The own
         ones of a requirement are multiplied by its size.
 
-        Parameters
-        ----------
-        levels : sequence of str
-            As in `leader`.
+        ``levels``: as in `leader`.
         """
         N = self.order
         names = dict.fromkeys(self.lyapunov)
@@ -65,19 +62,9 @@ class InUnknowns:
     def in_unknowns(self, frame, number=floats, levels=(), sizes=(), pairs=None):
         """`blocks` in the `unknowns`.
 
-        Parameters
-        ----------
-        frame, number, levels
-            As in `blocks`.
-        sizes : dict, optional
-            Numbers for some of the unknown sizes, by their names.
-        pairs : iterable, optional
-            As in `blocks`.
-
-        Returns
-        -------
-        dict, list of Unknown
-            The blocks by name, and what they are affine in.
+        ``frame``, ``number``, ``levels``: as in `blocks`; ``sizes``: numbers for some
+        of the unknown sizes, by their names; ``pairs``: as in `blocks`. Returns the
+        blocks by name, and what they are affine in.
         """
         unknowns = self.unknowns(levels)
         unknowns = [u for u in unknowns if u.name not in sizes]

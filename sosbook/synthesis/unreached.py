@@ -176,17 +176,9 @@ def _loudest(sizes_at, points, enough):
 def _responses(loop, omegas):
     """The largest |v B_w + y D_w| / |y| at each s = j omega, and its [v y].
 
-    Parameters
-    ----------
-    loop : tuple of arrays
-        E, A, B, B_w, C, D_u and D_w in floats.
-    omegas : (k,) array_like
-        The frequencies.
-
-    Returns
-    -------
-    sizes, rows : (k,) and (k, N + n) arrays
-        The sizes are zero where there is no such [v y].
+    ``loop``: E, A, B, B_w, C, D_u and D_w in floats; ``omegas``, (k,): the frequencies.
+    Returns sizes, rows, (k,) and (k, N + n): the sizes are zero where there is no such
+    [v y].
     """
     E, _, _, Bw, *_, Dw = loop
     rows, left, _ = _without_input(loop, omegas)

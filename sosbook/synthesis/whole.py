@@ -41,18 +41,11 @@ AT_EDGE = 1e-12  # of a pole's size: nearer to an edge floats can't tell the sid
 class Found(ReadOnly):
     """What a search in floats has found of a whole plant; see `Design.check_on`.
 
-    Parameters
-    ----------
-    poles : (k,) array
-        Poles that were refined, those furthest right first; of two conjugates one.
-    of : int
-        How many poles the whole has.
-    broken : tuple of str
-        What is asked of the poles and a refined one breaks, in words; where it lies at
-        the edge to all digits that floats tell, too.
-    unsettled : int
-        How many more were seen that Newton's method didn't refine: they aren't among
-        the poles, and nothing is said of them.
+    ``poles``, (k,): poles that were refined, those furthest right first; of two
+    conjugates one; ``of``: how many poles the whole has; ``broken``: what is asked of
+    the poles and a refined one breaks, in words; where it lies at the edge to all
+    digits that floats tell, too; ``unsettled``: how many more were seen that Newton's
+    method didn't refine: they aren't among the poles, and nothing is said of them.
     """
 
     poles: np.ndarray
@@ -86,12 +79,8 @@ class Found(ReadOnly):
 def lifted(design, whole):
     """The gain of a design on a whole plant's state, and the U of its integrators.
 
-    Parameters
-    ----------
-    design : Design
-        Of a reduced plant; or of any plant of the whole's size.
-    whole : SecondOrderSystem or DescriptorSystem
-        One plant.
+    ``design``: of a reduced plant; or of any plant of the whole's size; ``whole``: one
+    plant.
     """
     request, K = design.request, design._gain()
     kind = DescriptorSystem if isinstance(request.plant, DescriptorSystem) else None
@@ -212,16 +201,10 @@ def _outside(form, poles, doubts=0.0):
 def proven_on(design, whole, digits):
     """An exact proof that the lifted gain keeps what is asked of the whole.
 
-    Parameters
-    ----------
-    design : Design
-        What is asked of a part's poles is asked of the whole's; nothing else is, for
-        it is about the part's coordinates, and a warning says so. Of a design for no
-        part all is asked.
-    whole : SecondOrderSystem or DescriptorSystem
-        One plant.
-    digits : int or None
-        Of the lifted gain, which is rounded; several are tried without.
+    ``design``: what is asked of a part's poles is asked of the whole's; nothing else
+    is, for it is about the part's coordinates, and a warning says so. Of a design for
+    no part all is asked; ``whole``: one plant; ``digits``: of the lifted gain, which is
+    rounded; several are tried without.
     """
     K, U = lifted(design, whole)
     seen = found_on(design, whole)

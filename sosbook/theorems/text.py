@@ -41,23 +41,12 @@ EXCEPTIONS = {  # 2 is 2N, f is kN, o and i are what the order makes of N
 def called_with(make, function, sizes=(), **given):
     """What a theorem says of matrices that are made for it.
 
-    Parameters
-    ----------
-    make : callable
-        From a name, a shape, which is () for a number, and whether it is symmetric, to
-        a matrix-like or a number.
-    function : callable
-        A function of `sosbook.theorems`.
-    sizes : dict, optional
-        Other numbers of rows and columns than those of the examples: "N", "m", ...
-    **given
-        Values that decide which case it is: ``order``, ``late``, ``mu`` of a delay,
-        alpha and beta of a region; None for a matrix that is left out.
-
-    Returns
-    -------
-    tuple of matrix-like
-        What must be positive definite.
+    ``make``: from a name, a shape, which is () for a number, and whether it is
+    symmetric, to a matrix-like or a number; ``function``: a function of
+    `sosbook.theorems`; ``sizes``: other numbers of rows and columns than those of the
+    examples: "N", "m", ...; ``**given``: values that decide which case it is:
+    ``order``, ``late``, ``mu`` of a delay, alpha and beta of a region; None for a
+    matrix that is left out. Returns what must be positive definite.
     """
     sizes = SIZES | dict(sizes)
     order, N = given.get("order", 0), sizes["N"]
@@ -117,18 +106,9 @@ def symbol(name, shape, symmetric):
 def text_of(function, sizes=(), **given):
     """A theorem in the language of proof files, which `sosbook.language.traced` lists.
 
-    Parameters
-    ----------
-    function, sizes, **given
-        As in `called_with`.
+    ``function``, ``sizes``, ``**given``: as in `called_with`. Returns the definitions
+    of its names, and the matrices that must be positive definite.
 
-    Returns
-    -------
-    str
-        The definitions of its names, and the matrices that must be positive definite.
-
-    Examples
-    --------
     >>> from sosbook.theorems import bounded_real
     >>> print(text_of(bounded_real))
     -[he(Theta), EP C', W; ., -gamma^2/mu, 0; ., 0, -mu] > 0

@@ -20,14 +20,9 @@ __all__ = ["Ask", "again", "point", "seen"]
 class Ask:
     """A request in which any bound can be moved.
 
-    Parameters
-    ----------
-    plant, U
-        As in `design_pid`.
-    asked : dict
-        Keywords of `design_pid` that ask something.
-    options : dict
-        Its other keywords; those that ask something are found here too.
+    ``plant``, ``U``: as in `design_pid`; ``asked``: keywords of `design_pid` that ask
+    something; ``options``: its other keywords; those that ask something are found here
+    too.
     """
 
     def __init__(self, plant, U, asked, options):

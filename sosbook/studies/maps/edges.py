@@ -156,13 +156,8 @@ def _blocks_at(request, frame, x):
 def _least_violation(request, frame, wide=1e3):
     """The unknowns and multipliers where phase one attains its optimum.
 
-    Parameters
-    ----------
-    request : Request
-    frame : Frame
-        In which P and Y aren't much larger than I.
-    wide : float
-        Bound of P, V and Y there.
+    ``frame``: in which P and Y aren't much larger than I; ``wide``: bound of P, V and Y
+    there.
     """
     blocks, unknowns = _listed(request.in_unknowns(frame))
     sizes = Blocks.of(blocks, unknowns).diagonal_scales

@@ -22,16 +22,9 @@ BITS = 20  # of a rounded matrix of coordinates
 def excluded(request, d, r, gamma):
     """The refusal of every controller for a plant and a gamma, or None.
 
-    Parameters
-    ----------
-    request : Request
-        With a law, whose sensors count.
-    d : Descriptor
-        One of its plants, without a controller, in rationals.
-    r : Requirement
-        It bounds an H-infinity norm.
-    gamma : float
-        That bound.
+    ``request``: with a law, whose sensors count; ``d``: one of its plants, without a
+    controller, in rationals; ``r``: it bounds an H-infinity norm; ``gamma``: that
+    bound.
     """
     some = slice(None) if r.inputs is None else list(r.inputs)
     plant, sensors, part = seen(r, d), request.law_parts, request.plant.reduction
@@ -52,20 +45,10 @@ def excluded(request, d, r, gamma):
 def best_excluded(request, r, reached):
     """The largest gamma found that no linear controller keeps, with its proof.
 
-    Parameters
-    ----------
-    request : Request
-        With a law.
-    r : Requirement
-        It bounds an H-infinity norm.
-    reached : float
-        What a gain reaches: the answer lies below.
-
-    Returns
-    -------
-    tuple
-        Gamma and the `LMIRefusal`, or None and None: multipliers in rationals aren't
-        found everywhere. Where the time is over, the best so far.
+    ``request``: with a law; ``r``: it bounds an H-infinity norm; ``reached``: what a
+    gain reaches: the answer lies below. Returns tuple: gamma and the `LMIRefusal`, or
+    None and None: multipliers in rationals aren't found everywhere. Where the time is
+    over, the best so far.
     """
     best = None, None
     try:

@@ -16,19 +16,9 @@ SHORT = 1e-10  # of the largest gradient: the hull of gradients holds zero
 def descend(f, x, steps, enough=-np.inf):
     """(x, f(x)) after BFGS with a weak Wolfe line search.
 
-    Parameters
-    ----------
-    f : callable
-        From x to a value, infinite where there is none, and its gradient.
-    x : (k,) array
-        Where it begins.
-    steps : int
-        At most so many.
-    enough : float
-        A value that ends it.
+    ``f``: from x to a value, infinite where there is none, and its gradient; ``x``,
+    (k,): where it begins; ``steps``: at most so many; ``enough``: a value that ends it.
 
-    Notes
-    -----
     Source: A. S. Lewis and M. L. Overton, Nonsmooth optimization via quasi-Newton
     methods, Math. Program. 141, 2013: the weak conditions let a step end behind a
     kink, and the curvature that it finds there turns the next one along it.
@@ -89,17 +79,9 @@ def _line(f, x, value, slope, d):
 def refine(f, x, value, rng, rounds):
     """(x, f(x)) after steps along the shortest vector in the hull of gradients nearby.
 
-    Parameters
-    ----------
-    f, x, value
-        As in `descend`; the value is that at x.
-    rng : numpy.random.Generator
-        Where "nearby" is.
-    rounds : int
-        At most so many steps.
+    ``f``, ``x``, ``value``: as in `descend`; the value is that at x; ``rng``: where
+    "nearby" is; ``rounds``: at most so many steps.
 
-    Notes
-    -----
     Source: J. V. Burke, A. S. Lewis and M. L. Overton, A robust gradient sampling
     algorithm, SIAM J. Optim. 15, 2005.
     """

@@ -38,16 +38,10 @@ STOPPED = "The time was over before the search was: a longer one may find a bett
 class Searched(ReadOnly):
     """How a gain was searched.
 
-    Parameters
-    ----------
-    starts, seed : int
-        How many descents were begun, and the seed of their random numbers.
-    limits : dict
-        The largest size of an entry, by the name of the gain.
-    least_decay : float or None
-        In 1/s, of every loop that the search took; None where poles alone are asked.
-    between : int
-        How many plants between the vertices joined.
+    ``starts``, ``seed``: how many descents were begun, and the seed of their random
+    numbers; ``limits``: the largest size of an entry, by the name of the gain;
+    ``least_decay``: in 1/s, of every loop that the search took; None where poles alone
+    are asked; ``between``: how many plants between the vertices joined.
     """
 
     starts: int
@@ -70,16 +64,10 @@ class Searched(ReadOnly):
 def by_law(request, objective, backoff, starts, seed):
     """The Solution of a design.
 
-    Parameters
-    ----------
-    request : Request
-        With a law, and any gain of it; numbers stand in for what is sought.
-    objective : collection of str
-        The parameter that shall be as good as can be, or none.
-    backoff : float
-        As in `design_pid`.
-    starts, seed : int
-        How many descents there are, and the seed of their random numbers.
+    ``request``: with a law, and any gain of it; numbers stand in for what is sought;
+    ``objective``: the parameter that shall be as good as can be, or none; ``backoff``:
+    as in `design_pid`; ``starts``, ``seed``: how many descents there are, and the seed
+    of their random numbers.
     """
     for r in request.requirements:
         if not (r.takes_multipliers and (r.parameter or r.pole_matrices())):

@@ -91,14 +91,8 @@ def _downwards(x):
 def mean_pole(d, parts, directions):
     """The mean of the poles of a plant d with a law; None if a gain moves it.
 
-    Parameters
-    ----------
-    d : Descriptor
-        Without the law, in rationals.
-    parts : Parts
-        What the law joins.
-    directions : list of arrays
-        Of its gains.
+    ``d``: without the law, in rationals; ``parts``: what the law joins; ``directions``:
+    of its gains.
     """
     whole = parts.joined(d)
     back = inverse(whole.E)
@@ -111,12 +105,7 @@ def mean_pole(d, parts, directions):
 def refused_by_sum(request, loops):
     """The Solution of a request whose decay the sum of the poles excludes; or None.
 
-    Parameters
-    ----------
-    request : Request
-        With a law.
-    loops : Loops
-        Its loops, whose structure is read.
+    ``request``: with a law; ``loops``: its loops, whose structure is read.
     """
     asked = [r for r in request.requirements if r.parameter is SIGMA]
     if not asked:

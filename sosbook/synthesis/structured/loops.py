@@ -18,14 +18,8 @@ TINY = 1e-9  # of the largest entry of G: below it a sensor doesn't see an input
 class Loops:
     """x' = (A + B K C_y) x + (W + B K D_y) w, and what requirements see of it.
 
-    Parameters
-    ----------
-    plants : list of Descriptor
-        Joined with the law's states, of floats.
-    measured, noisy : (q, N) and (q, p) arrays
-        C_y and D_y.
-    form : Structure
-        Which gains are free.
+    ``plants``: joined with the law's states, of floats; ``measured``, ``noisy``, (q, N)
+    and (q, p): C_y and D_y; ``form``: which gains are free.
     """
 
     def __init__(self, plants, measured, noisy, form):

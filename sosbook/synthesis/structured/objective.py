@@ -22,20 +22,10 @@ WALL = 30.0  # of a gain's excess over its limit, as a fraction
 class Task:
     """What is sought of some loops.
 
-    Parameters
-    ----------
-    regions : tuple of LMIRegion
-        Where the poles shall lie.
-    bounded : tuple of Requirement
-        Others, which have a bound.
-    goal : Requirement, "sigma" or None
-        What shall be as good as can be; None where all shall be kept.
-    rate : float
-        Of the loop, in rad/s.
-    limits : (k,) array
-        The largest size of each free number.
-    m : int
-        Number of inputs u.
+    ``regions``: where the poles shall lie; ``bounded``: others, which have a bound;
+    ``goal``: what shall be as good as can be; None where all shall be kept; ``rate``:
+    of the loop, in rad/s; ``limits``, (k,): the largest size of each free number;
+    ``m``: number of inputs u.
     """
 
     regions: tuple
@@ -71,21 +61,9 @@ def _asked_rate(request):
 class Objective:
     """A task's function of x, where kappa = unit x: value and slope.
 
-    Parameters
-    ----------
-    task : Task
-        What is sought.
-    loops : Loops
-        Of all plants that count.
-    unit : (k,) array
-        Units of the free numbers.
-    norms : bool
-        Whether more than poles count; unstable loops have no value then.
-
-    Attributes
-    ----------
-    least, at : float and (k,) array
-        The least value so far, and where that was.
+    ``task``: what is sought; ``loops``: of all plants that count; ``unit``, (k,): units
+    of the free numbers; ``norms``: whether more than poles count; unstable loops have
+    no value then. Has ``least``, ``at``: the least value so far, and where that was.
     """
 
     def __init__(self, task, loops, unit, norms):

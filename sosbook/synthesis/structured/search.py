@@ -29,17 +29,11 @@ ROUNDS = 30, 8  # of sampled gradients, for poles and for norms
 class Found:
     """What a search has found.
 
-    Parameters
-    ----------
-    kappa : (k,) array or None
-        The free numbers; None where no loop has a value.
-    value : float
-        The objective's; below zero all is kept, where nothing is to be as good as
-        can be. Infinite where no loop is stable, or a norm isn't finite.
-    starts : int
-        How many were taken.
-    stopped : bool
-        Whether the time was over before the search was: it is the best so far.
+    ``kappa``, (k,) or None: the free numbers; None where no loop has a value;
+    ``value``: the objective's; below zero all is kept, where nothing is to be as good
+    as can be. Infinite where no loop is stable, or a norm isn't finite; ``starts``: how
+    many were taken; ``stopped``: whether the time was over before the search was: it is
+    the best so far.
     """
 
     kappa: np.ndarray | None
@@ -51,18 +45,9 @@ class Found:
 def search(task, loops, starts, seed, near=()):
     """The best `Found` of several starts.
 
-    Parameters
-    ----------
-    task : Task
-        What is sought.
-    loops : Loops
-        Of all plants that count.
-    starts : int
-        How many, besides those ``near``.
-    seed : int
-        Of numpy's generator: what is found depends on nothing else but the time.
-    near : sequence of (k,) arrays
-        Free numbers to start from.
+    ``task``: what is sought; ``loops``: of all plants that count; ``starts``: how many,
+    besides those ``near``; ``seed``: of numpy's generator: what is found depends on
+    nothing else but the time; ``near``: free numbers to start from.
     """
     rng = np.random.default_rng(seed)
     bounded = bool(task.bounded) or task.goal not in (None, DECAY)

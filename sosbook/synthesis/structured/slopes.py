@@ -12,14 +12,8 @@ STEP = 1e-6  # of differences, of a free number's unit
 def poles(loops, K, regions):
     """The largest violation of some regions, its slope in K, and the largest Re s.
 
-    Parameters
-    ----------
-    loops : Loops
-        Of all plants.
-    K : array
-        The law's gain.
-    regions : list of (alpha, beta, unit)
-        Regions alpha + beta s + beta' conj(s) < 0 and the size of their violation.
+    ``loops``: of all plants; ``K``: the law's gain; ``regions``, list of (alpha, beta,
+    unit): regions alpha + beta s + beta' conj(s) < 0 and the size of their violation.
     """
     A = loops.closed(K)
     if not np.isfinite(A).all():
@@ -112,16 +106,8 @@ def norm(loops, K, r, m):
 def reached(loops, K, r, m, units):
     """The bound that the worst loop reaches of a requirement, and its slope in K.
 
-    Parameters
-    ----------
-    loops, K
-        As in `poles`.
-    r : Requirement
-        With a bound.
-    m : int
-        Number of inputs u.
-    units : (k,) array
-        Of the free numbers.
+    ``loops``, ``K``: as in `poles`; ``r``: with a bound; ``m``: number of inputs u;
+    ``units``, (k,): of the free numbers.
     """
 
     def worst(K):
