@@ -86,11 +86,11 @@ def test_what_is_refused_comes_with_a_proof_too(tmp_path, capsys):
 WRONG = {
     "no plant": (dict(plant=...), '"plant" is missing'),
     "another key": (dict(gama=2), "'gama' isn't known"),
-    "no mass": (dict(plant={"D": [[1]]}), "plant needs the keys M, D, S, B"),
+    "no mass": (dict(plant={"D": [[1]]}), "plant has M, D, S, B.* M is missing; S is"),
     "an empty polytope": (dict(plant={"vertices": []}), "vertices is empty"),
     "a bad vertex": (
         dict(plant={"vertices": [{k: [[1]] for k in "MDSB"}, {}]}),
-        r"plant.vertices\[1\] needs",
+        r"plant.vertices\[1\] has M, D, S, B",
     ),
     "a bad shape": (
         dict(plant={k: [[1, 0]] for k in "MDS"} | {"B": [[1]]}),

@@ -7,7 +7,7 @@ import pytest
 import scipy.io
 import scipy.sparse
 
-from sosbook import Polytope, SecondOrderSystem
+from sosbook import Polytope, SecondOrderSystem, Uncertain
 from sosbook.plants import load_plant
 
 MATRICES = {
@@ -18,6 +18,7 @@ MATRICES = {
     "F": np.eye(2),
 }
 PLANT = SecondOrderSystem(**MATRICES)
+ONE = {name: [[1]] for name in "MDSB"}
 
 
 def csv(folder, **matrices):
@@ -107,6 +108,14 @@ def test_a_fault_of_a_table_has_its_line(tmp_path, text, words):
         load_plant(tmp_path)
 
 
+def test_json_names_the_coordinates(tmp_path):
+    ranges = {"parameters": {"m": [1, 2]}, "M": [["m"]]}
+    for more, kind in (({}, SecondOrderSystem), (ranges, Uncertain)):
+        plant = load_plant(write(tmp_path, ONE | {"coordinates": ["motor"]} | more))
+        assert isinstance(plant, kind)
+        assert plant.vertices[0].coordinates == ("motor",)
+
+
 def test_two_files_for_one_matrix_are_refused(tmp_path):
     npy(tmp_path)
     csv(tmp_path, M=[[1]])
@@ -117,13 +126,15 @@ def test_two_files_for_one_matrix_are_refused(tmp_path):
 @pytest.mark.parametrize(
     "data, words",
     [
-        ([], "needs the keys"),
-        ({"M": [[1]]}, "needs the keys M, D, S, B and may have F"),
-        ({key: [[1]] for key in "MDSBf"}, "needs the keys M, D, S, B and may have F"),
+        ([], "M is missing; D is missing; S is missing; B is missing"),
+        ({"M": [[1]]}, "D is missing; S is missing; B is missing"),
+        ({key: [[1]] for key in "MDSBf"}, "f isn't known"),
+        (ONE | {"coordinates": [1]}, "coordinates must be 1 different names"),
+        (ONE | {"coordinates": 1}, "coordinates must be 1 different names"),
         ({"vertices": []}, "vertices is empty"),
         ({"vertices": {}}, "vertices must be a list"),
-        ({"vertices": [{"M": [[1]]}]}, r"vertices\[0\] needs the keys"),
-        ({"plant": None}, "needs the keys"),
+        ({"vertices": [{"M": [[1]]}]}, r"vertices\[0\] has M, D, S, B"),
+        ({"plant": None}, "M is missing"),
     ],
 )
 def test_json_that_is_no_plant_is_refused(tmp_path, data, words):

@@ -1,5 +1,6 @@
 """Checks of numbers and matrices that callers give."""
 
+from collections.abc import Iterable
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import lru_cache
@@ -315,9 +316,11 @@ def checked_names(coordinates, n):
     """The names of n ``coordinates``, checked; None without."""
     if coordinates is None:
         return None
-    names = (coordinates,) if isinstance(coordinates, str) else tuple(coordinates)
-    good = len(names) == len(set(names)) == n
-    if not good or not all(isinstance(name, str) and name for name in names):
+    one = isinstance(coordinates, str) or not isinstance(coordinates, Iterable)
+    names = (coordinates,) if one else tuple(coordinates)
+    good = all(isinstance(name, str) and name for name in names)
+    good = good and len(names) == len(set(names)) == n
+    if not good:
         raise ValueError(
             f"coordinates must be {n} different names, got {coordinates!r}"
         )

@@ -287,12 +287,12 @@ def _second_order(d):
 def plant_of(data, where="plant"):
     """The plant of plain data: its matrices by name, or vertices.
 
-    ``data``: M, D, S, B and perhaps F; or a list of such under ``"vertices"``; or with
-    ranges under ``"parameters"``, ``{"m": [1, 2]}``, and entries that may be
-    polynomials in words, ``"0.5*m + 1"``; ``where``: what errors call it. Returns
-    SecondOrderSystem, Polytope or Uncertain: a polytope where there are vertices, a
-    family where there are parameters. Raises ValueError if a key is missing or too
-    many, or the matrices are no plant.
+    ``data``: M, D, S, B, perhaps F and ``"coordinates"`` (names of z); or a list of
+    such under ``"vertices"``; or with ranges under ``"parameters"``, ``{"m": [1, 2]}``,
+    and entries that may be polynomials in words, ``"0.5*m + 1"``; ``where``: what
+    errors call it. Returns SecondOrderSystem, Polytope or Uncertain: a polytope where
+    there are vertices, a family where there are parameters. Raises ValueError if a key
+    is missing or too many, or the matrices are no plant.
     """
     if isinstance(data, dict) and "parameters" in data:
         return _family(where, data)
@@ -309,10 +309,9 @@ def plant_of(data, where="plant"):
 
 def _family(where, data):
     """Matrices whose entries are numbers or polynomials in words, and ranges."""
-    matrices = {name: rows for name, rows in data.items() if name != "parameters"}
-    ranges = data["parameters"]
-    if not {*"MDSB"} <= matrices.keys() <= {*NAMES}:
-        raise ValueError(f"{where} needs the keys M, D, S, B and may have F")
+    matrices = dict(data)
+    ranges = matrices.pop("parameters")
+    names = _named(where, matrices)
     if not isinstance(ranges, dict) or not all(
         isinstance(x, list) and len(x) == 2 for x in ranges.values()
     ):
@@ -320,7 +319,7 @@ def _family(where, data):
     several = [[name, *ends] for name, ends in ranges.items()]
     try:
         return Uncertain.read(
-            SecondOrderSystem, {"parameters": several, **matrices}, rows=True
+            SecondOrderSystem, {"parameters": several, **matrices}, True, **names
         )
     except (TypeError, AttributeError):
         raise ValueError(f"{where}: a matrix must be a list of rows") from None
@@ -329,24 +328,28 @@ def _family(where, data):
 
 
 def _vertex(where, data):
-    if not isinstance(data, dict) or not {*"MDSB"} <= data.keys() <= {*NAMES}:
-        raise ValueError(
-            f"{where} needs the keys M, D, S, B and may have F{_renamed(data)}"
-        )
+    matrices = dict(data) if isinstance(data, dict) else {}
+    names = _named(where, matrices)
     try:
-        return SecondOrderSystem(**data)
+        return SecondOrderSystem(**matrices, **names)
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
 
 
-def _renamed(data):
-    """What to call K and C."""
-    there = data if isinstance(data, dict) else ()
-    return "".join(
-        f"; {alias} is there: call it {name}"
-        for name, alias in ALIASES.items()
-        if alias in there and name not in there
-    )
+def _named(where, matrices):
+    """Take the names of z out of the ``matrices``; raises where a key is wrong."""
+    names = {k: matrices.pop(k) for k in ("coordinates",) if k in matrices}
+    lacking = [name for name in "MDSB" if name not in matrices]
+    strange = [name for name in matrices if name not in NAMES]
+    if lacking or strange:
+        known = {ALIASES[n]: f", call it {n}" for n in lacking if n in ALIASES}
+        faults = [f"{name} is missing" for name in lacking]
+        faults += [f"{name} isn't known{known.get(name, '')}" for name in strange]
+        raise ValueError(
+            f"{where} has M, D, S, B, and perhaps F and coordinates (names of z): "
+            f"{'; '.join(faults)}"
+        )
+    return names
 
 
 def _refuse_small_letters(where, names):

@@ -10,7 +10,7 @@ import numpy as np
 from ..exact.rational import exact
 from .bernstein import Box, spelled
 from .builder import along, built, check_by_numbers, rows_in_canonical_form, told
-from .checks import as_written
+from .checks import as_written, checked_names
 from .checks import count as whole
 from .descriptor_system import DescriptorSystem
 from .parametric import ParameterError, made_of
@@ -115,6 +115,7 @@ class Uncertain:
 
     def _fill(self, kind, box, parts, rest):
         order = next(iter(parts.values())).shape[0]
+        checked_names(rest.get("coordinates"), order)
         for name in ("F",) if kind is SecondOrderSystem else ("B", "B_w"):
             parts.setdefault(name, Polynomials.of((order, 0), (), len(box.names)))
         if kind is DescriptorSystem:
@@ -214,7 +215,9 @@ class Uncertain:
         return family
 
     @classmethod
-    def read(cls, kind: type, data: dict, rows: bool = False) -> "Uncertain":
+    def read(
+        cls, kind: type, data: dict, rows: bool = False, **rest: Any
+    ) -> "Uncertain":
         """The family of the ``data`` that `data` writes.
 
         Parameters
@@ -226,6 +229,8 @@ class Uncertain:
             words.
         rows : bool
             Whether rows are brought into canonical form.
+        **rest
+            What else a plant has, with ``rows``: the names of its coordinates.
 
         Examples
         --------
@@ -245,7 +250,7 @@ class Uncertain:
         if rows:
             family = object.__new__(cls)
             made = {name: made_of(x, box) for name, x in entries.items()}
-            family._in_canonical_form(kind, box, made, {})
+            family._in_canonical_form(kind, box, made, rest)
             return family
         order, parts = len(next(iter(entries.values()))), {}
         for name, several in entries.items():
