@@ -140,7 +140,14 @@ def TICKED():
     return sos.analyse_pid(CART, [[-4, -4, -1]], [[1]]).controller(T=0.01)
 
 
-HEAVIER = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0.1, 2, 1, 1), m=(1, 1.5))
+@cache
+def rounded(precision):
+    return axis().set_point(ramp=6).rounding(precision, range=60, speed=6)
+
+
+BETWEEN = sos.Uncertain(  # soon singular at both ends
+    lambda m: sos.SecondOrderSystem((m - 1) * (3 - m), 0.1, 2, 1, 1), m=(1.5, 2.5)
+)
 BODY, WHEELS = shipped("body"), shipped("wheels")
 ROBOT = sos.mip.Robot.shipped("thesis")
 GEARMOTORS = sos.mip.Robot.shipped("gearmotors")
@@ -221,19 +228,11 @@ CALLS = {
             filter_time=0.05 * (memory == "filter") or None,
         )
     ],
-    "Answers.rounding": [
-        lambda precision: (
-            axis().set_point(ramp=6).rounding(precision, range=60, speed=6)
-        )
-    ],
+    "Answers.rounding": [rounded],
     "Answers.to_c": [lambda precision: TICKED().to_c("axis", precision)],
     "Code": [lambda precision: Code(TICKED(), "axis", precision)],
     "CompiledCode": [lambda precision: CompiledCode(TICKED(), precision=precision)],
-    "rounding_bound": [
-        lambda precision: (
-            axis().set_point(ramp=6).rounding(precision, range=60, speed=6)
-        )
-    ],
+    "rounding_bound": [rounded],
     "furthest_sampled": [
         lambda find: sos.furthest_sampled(
             CART,
@@ -246,15 +245,10 @@ CALLS = {
     ],
     "farthest": [
         lambda **o: sos.maps.farthest(
-            HEAVIER, "m", digits=1, region=sos.PoleRegion(0.1, rho=20), **completed(o)
+            BETWEEN, "m", digits=1, region=sos.PoleRegion(0.1, rho=20), **completed(o)
         ),
         lambda coupling: sos.maps.farthest(
-            HEAVIER,
-            "m",
-            [[-3, -2]],
-            digits=1,
-            region=sos.PoleRegion(0.1, rho=20),
-            coupling=coupling,
+            BETWEEN, "m", [[-3, -2]], digits=1, coupling=coupling
         ),
     ],
     "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],

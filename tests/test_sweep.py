@@ -4,6 +4,7 @@ import os
 import random
 import time
 import warnings
+from contextlib import suppress
 from functools import partial
 
 import joblib
@@ -133,21 +134,20 @@ def cluster():
     distributed = pytest.importorskip("distributed")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        with (
-            distributed.LocalCluster(
-                n_workers=2,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                memory_limit=0,
-            ) as workers,
-            distributed.Client(workers) as client,
-        ):
+        workers = distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            memory_limit=0,
+        )
+        with distributed.Client(workers) as client:
             yield client
-            # A nanny that is starting a worker anew can't close: it fails to join
-            # a process that isn't there yet.
-            client.wait_for_workers(2, timeout=120)
+        # Its nannies start dead workers anew, and can't close while they do: they
+        # fail to join a process that isn't there yet.
+        with suppress(AssertionError, TimeoutError):
+            workers.close()
 
 
 @pytest.mark.slow
@@ -236,4 +236,4 @@ def test_dask_names_a_point_that_always_kills(cluster, monkeypatch):
         joblib.parallel_config(backend="dask"),
         pytest.raises(RuntimeError, match=r"point 1, 7, kills its worker"),
     ):
-        sweep(fatal, [5, 7, 8], retries=1)
+        sweep(fatal, [5, 7, 8], retries=0)  # two deaths for two workers: none is new
