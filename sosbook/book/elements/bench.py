@@ -86,8 +86,8 @@ def bench(title="A plant of your own"):
     robot = example_1()
     grasping = {name: _text(getattr(robot.plant, name)) for name in "MDSBF"}
     names = {"The grasping robot (Example 1)": grasping | {"U": _text(robot.U)}}
-    examples = [{"name": k, "texts": v} for k, v in (names | EXAMPLES).items()]
-    examples[0]["x0"] = robot.saturation.x0.tolist()
+    examples = [{"name": k, "texts": v} for k, v in (EXAMPLES | names).items()]
+    examples[-1]["x0"] = robot.saturation.x0.tolist()
     return Bench({"title": title, "examples": examples, "refusals": _refusals()})
 
 

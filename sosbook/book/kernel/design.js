@@ -42,7 +42,9 @@ export function design(request, start = null, hasty = false) {
         refusal,
         steps,
         reason: `Exact multipliers of the LMIs exclude every solution${conditionOf(asked)}.` +
-          (pairs.length > 1 ? " There is no common P in this form of the rows." : "")
+          (pairs.length > 1
+              ? " There is no common P in this form of the rows; the package goes on with one for each vertex."
+              : "")
       };
     if (found.verdict === "undecided")
       return {

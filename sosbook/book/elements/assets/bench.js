@@ -6,13 +6,16 @@ import {plants} from "./corners.js";
 import {Explorer} from "./explorer.js";
 import {BOXES, compact, dataOf, FIELDS, requestOf, STRANGE} from "./form.js";
 import {judged, quiet, table} from "./judge.js";
-import {announce, capital, clamp, clean, define, escape, number, QUIET, select} from "./kit.js";
+import {announce, capital, clamp, clean, define, escape, number, panel, panels, QUIET, select} from "./kit.js";
+import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
 import * as python from "./program.js";
 import {beyond, fields, rest, shownIn, valueOf, widen} from "./wishes.js";
 
 const CHANGED =
   "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
+const DRAWN =
+  "Springs and dampers as S and D join the coordinates, dashed where they push apart. u pushes, w disturbs; marks below: measured.";
 const NUMBER = {
   words: undefined
 };  // the field of a slider's own number
@@ -32,15 +35,16 @@ class Bench extends Explorer {
     const field = ([name, words, shape, box]) =>
       `<div class="sos-field"${box ? ` data-box="${box}" hidden` : ""}>` +
       `<label for="${this.name}-${name}">${words} <span class="sos-soft">${shape}</span></label>` +
-      `<textarea id="${this.name}-${name}" data-field="${name}" rows="4" spellcheck="false" ${
+      `<textarea id="${this.name}-${name}" data-field="${name}" rows="3" spellcheck="false" ${
         QUIET}></textarea></div>`;
     const box = ([key, words]) =>
       `<label class="sos-check"><input type="checkbox" data-wanted="${key}" ${QUIET}> ${words}</label>`;
     const names = this.data.examples.map(({name}) => name);
+    const start = select({id: `${this.name}-example`, key: "example", label: "Start from", names});
     return `<div class="sos-form">${
-             select({id: `${this.name}-example`, key: "example", label: "Start from", names})}` +
-      `<p class="sos-soft">A row of numbers a line, or 1 0; 0 1. An empty line between two matrices: two plants, and one gain for both.</p><div class="sos-fields">${
-        FIELDS.map(field).join("")}</div>` +
+             panels(panel("machine", DRAWN) + `<div>${start}` +
+               `<p class="sos-soft">Or type your own. A row of numbers a line, or 1 0; 0 1. An empty line between two matrices: two plants, and one gain for both.</p></div>`)}` +
+      `<div class="sos-fields">${FIELDS.map(field).join("")}</div>` +
       `<div class="sos-row"><button type="button" class="sos-button sos-design" ${
         QUIET}>Design for these matrices</button>${BOXES.map(box).join("")}</div>` +
       `<p class="sos-fault" role="alert"></p><p class="sos-note" role="status"></p></div><div class="sos-inner"></div>`;
@@ -276,6 +280,8 @@ class Bench extends Explorer {
     const {answer, data: {request, goal, clock}} = this, box = this.find("judged");
     this.truth = answer.status === "feasible" ? judged(request, answer.K, goal) : null;
     super.update();
+    this.find("machine").innerHTML =
+      machine(request.vertices[0], clock?.measured, this.truth && this.response[0]);
     const family = request.family?.parameters.map(
       ([name, low, high]) => `${name} from ${clean(low, 6)} to ${clean(high, 6)}`);
     const whole =

@@ -12,7 +12,7 @@ import {sliders, typed, typicalRate} from "./wishes.js";
 export const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
 // name, words, shape, and the box that asks for it
 export const FIELDS = [
-  ["M", "Mass M", "n rows of n"], ["D", "Damping D", "n rows of n"], ["S", "Stiffness S", "n rows of n"],
+  ["M", "Mass M", "n × n"], ["D", "Damping D", "n × n"], ["S", "Stiffness S", "n × n"],
   ["B", "Inputs B", "n rows, a column for each input"], ["F", "Disturbances F", "n rows; may be empty"],
   ["U", "Integrated errors U", "a rows of n; may be empty"],
   [

@@ -1,7 +1,7 @@
 import {clean, define, round} from "./kit.js";
 import {block, eigenvalues, eye, make, spectralRadius, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
-import {picture} from "./plot.js";
+import {picture, spring} from "./plot.js";
 
 const STEPS = 300;
 
@@ -93,12 +93,10 @@ class Mass extends Mover {
     const x = z[k].map((value, i) => 70 + 76 * i + this.grow * value);
     scene.querySelectorAll("g").forEach(
       (group, i) => group.setAttribute("transform", `translate(${round(x[i])} 60)`));
-    const spring = (a, b) => `M${round(a)} 60` +
-      Array.from({length: 7}, (_, i) => `L${round(a + (b - a) * (i + 1) / 8)} ${i % 2 ? 66 : 54}`).join("") +
-      `L${round(b)} 60`;
     this.find("springs").setAttribute("d", [
       [12, x[0] - 23], [x[0] + 23, x[1] - 20], [x[1] + 20, x[2] - 17], [x[2] + 17, x[3] - 8]
-    ].map(([a, b]) => spring(a, b)).join(""));
+    ].map(([a, b]) => spring([a, 60], [b,
+       60])).join(""));
   }
 }
 

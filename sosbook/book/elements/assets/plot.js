@@ -36,6 +36,15 @@ export const upright = ([t, b], label) =>
 export const picture = (height, label, body) =>
   `<svg role="img" viewBox="0 0 340 ${height}" aria-label="${escape(label)}">${body}</svg>`;
 
+// A spring from one point to another.
+export function spring([x0, y0], [x1, y1], wide = 6) {
+  const far = Math.hypot(x1 - x0, y1 - y0) || 1;
+  const at = (part, side) => `${round(x0 + part * (x1 - x0) + side * wide * (y0 - y1) / far)} ${
+    round(y0 + part * (y1 - y0) + side * wide * (x1 - x0) / far)}`;
+  const turns = Array.from({length: 7}, (_, i) => `L${at((i + 1) / 8, i % 2 ? 1 : -1)}`);
+  return `M${at(0, 0)}${turns.join("")}L${at(1, 0)}`;
+}
+
 // A bar that stands on a line, or hangs from it, as high as its value.
 export const bar = (x, width, line, value, colour) =>
   `<rect x="${x}" y="${round(line - Math.max(0, value))}" width="${width}" height="${

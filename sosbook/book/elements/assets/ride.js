@@ -1,7 +1,7 @@
 import {clean, define, round} from "./kit.js";
 import {add, block, eye, make, mul, scale, solve, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
-import {picture} from "./plot.js";
+import {picture, spring} from "./plot.js";
 
 const STEPS = 600, HEIGHT = 0.05;         // m, of the bump
 const GROW = 700, AHEAD = 300, AT = 170;  // pixels a metre up, a second ahead, and the car
@@ -93,13 +93,7 @@ class Ride extends Mover {
     const ground = 170, up = height => round(ground - GROW * height);
     this.find("body").setAttribute("transform", `translate(0 ${up(body) - 75})`);
     this.find("wheel").setAttribute("transform", `translate(0 ${up(wheel)})`);
-    const low = up(wheel) - 44, high = up(body) - 75;
-    this.find("springs").setAttribute("d",
-      `M${AT} ${low}` +
-        Array
-          .from({length: 7}, (_, i) => `L${AT + (i % 2 ? 9 : -9)} ${round(low + (high - low) * (i + 1) / 8)}`)
-          .join("") +
-        `L${AT} ${high}`);
+    this.find("springs").setAttribute("d", spring([AT, up(wheel) - 44], [AT, up(body) - 75], 9));
     this.find("road").setAttribute("d",
       Array
         .from({length: 86},
