@@ -46,18 +46,11 @@ MOST_ROUNDS = 8
 class LargestMargin:
     """The point of the largest margin of homogeneous LMIs.
 
-    Parameters
-    ----------
-    values : dict
-        From an unknown's name to its matrix, scaled such that t = 1.
-    length : float
-        The Euclidean length of x, the list of the unknowns' free entries,
-        for these values. The largest t under ``|x| <= R`` is ``R / length``.
-    margin : float
-        The smallest eigenvalue of all blocks, computed again; 1 up to
-        rounding errors.
-    K : (m, N) array, optional
-        The gain, where the unknowns have one.
+    ``values``: from an unknown's name to its matrix, scaled such that t = 1;
+    ``length``: the Euclidean length of x, the list of the unknowns' free entries, for
+    these values. The largest t under ``|x| <= R`` is ``R / length``; ``margin``: the
+    smallest eigenvalue of all blocks, computed again; 1 up to rounding errors; ``K``,
+    (m, N): the gain, where the unknowns have one.
     """
 
     values: dict
@@ -69,36 +62,18 @@ class LargestMargin:
 def largest_margin(expressions, unknowns):
     """The point of the largest margin under a bound on its length.
 
-    Parameters
-    ----------
-    expressions : iterable of Affine
-        Homogeneous blocks; each is symmetric whatever the unknowns are.
-    unknowns : sequence of Unknown
-        What they are affine in. Of a symmetric one the entries on and below
-        the diagonal count, once each.
+    ``expressions``: homogeneous blocks; each is symmetric whatever the unknowns are;
+    ``unknowns``: what they are affine in. Of a symmetric one the entries on and below
+    the diagonal count, once each. Returns the point, with t = 1. Raises ValueError if a
+    block has a constant term, or if no point is inside; RuntimeError if the rounds
+    don't agree.
 
-    Returns
-    -------
-    LargestMargin
-        The point, with t = 1.
-
-    Raises
-    ------
-    ValueError
-        If a block has a constant term, or if no point is inside.
-    RuntimeError
-        If the rounds don't agree.
-
-    Notes
-    -----
     Clarabel minimises the length of x in coordinates in which the point of
     the round before looks like the identity, block by block; the first
     point is the deepest one. Without that its answers have two digits. The
     rounds end with one that agrees with the last one, or with the shortest
     one: some have worse last digits than others.
 
-    Examples
-    --------
     Stability of x' = -a x: the shortest p with p >= 1 and 2 a p >= 1.
 
     >>> from sosbook.lmi import Unknown, he
@@ -129,22 +104,10 @@ def largest_margin(expressions, unknowns):
 def region_margin(example):
     """The largest margin of an example whose request is a region alone.
 
-    Parameters
-    ----------
-    example : Example
-        With a plant and requirements, as `sosbook.thesis.example_4`.
-
-    Returns
-    -------
-    LargestMargin
-        With the gain ``K = Y inv(P)``. All blocks are those of thesis (2.18)
-        to (2.20) at the vertices, and P > 0.
-
-    Raises
-    ------
-    ValueError
-        If gamma or an input bound is asked too: then the blocks have
-        constants, which bound t whatever the length.
+    ``example``: with a plant and requirements, as `sosbook.thesis.example_4`. Returns
+    LargestMargin: with the gain ``K = Y inv(P)``. All blocks are those of thesis (2.18)
+    to (2.20) at the vertices, and P > 0. Raises ValueError if gamma or an input bound
+    is asked too: then the blocks have constants, which bound t whatever the length.
     """
     request = Request(example.plant, **example.requirements)
     if request.sized:
@@ -162,30 +125,13 @@ def region_margin(example):
 def delay_margin(example, mu=None, second=1.0, misprints=()):
     """The largest margin of an example with a delayed input, by Theorem 2.3.
 
-    Parameters
-    ----------
-    example : DelayExample
-        As `sosbook.thesis.delay_example_2`.
-    mu : float, optional
-        The tolerance of the delay in seconds, if not the example's.
-    second : float
-        So many units of time make a second: 1000 measures all times in
-        milliseconds.
-    misprints : collection of {"sign"}
-        What to leave as it is printed, see `sosbook.theorems`.
-
-    Returns
-    -------
-    LargestMargin
-        With the gain ``K = X inv(F')`` in the units of the example. The
-        blocks are (2.22) to (2.25) of the thesis, corrected.
-
-    Raises
-    ------
-    ValueError
-        If there is no point inside, as for the wing with its printed mu.
-    RuntimeError
-        As `largest_margin`.
+    ``example``: as `sosbook.thesis.delay_example_2`; ``mu``: the tolerance of the delay
+    in seconds, if not the example's; ``second``: so many units of time make a second:
+    1000 measures all times in milliseconds; ``misprints``: what to leave as it is
+    printed, see `sosbook.theorems`. Returns LargestMargin: with the gain ``K = X
+    inv(F')`` in the units of the example. The blocks are (2.22) to (2.25) of the
+    thesis, corrected. Raises ValueError if there is no point inside, as for the wing
+    with its printed mu; RuntimeError: as `largest_margin`.
     """
     if not {"sign"}.issuperset(misprints):
         raise ValueError(f'misprints may hold "sign", got {misprints!r}')

@@ -23,17 +23,10 @@ RATES = (0.6, 0.3, 0.0)
 class Width:
     """How far a delay may move around its nominal value while a loop keeps a rate.
 
-    Parameters
-    ----------
-    rate : float
-        The rate of decay, in 1/s.
-    tau : float
-        The nominal delay, in s.
-    proven : float
-        The largest mu with a certificate, in s, of three digits.
-    false : float
-        From this mu on, in s, a constant delay of [tau - mu, tau + mu] makes
-        the loop slower than the rate.
+    ``rate``: the rate of decay, in 1/s; ``tau``: the nominal delay, in s; ``proven``:
+    the largest mu with a certificate, in s, of three digits; ``false``: from this mu
+    on, in s, a constant delay of [tau - mu, tau + mu] makes the loop slower than the
+    rate.
     """
 
     rate: float

@@ -103,10 +103,8 @@ def canonical(notebook):
 def execute(notebook, folder=BOOK):
     """Run all cells in a fresh kernel; return the notebook in canonical form.
 
-    Raises
-    ------
-    nbclient.exceptions.CellExecutionError
-        When a cell fails. Nothing is stored then.
+    Raises nbclient.exceptions.CellExecutionError when a cell fails. Nothing is stored
+    then.
     """
     for cell in notebook.cells:
         if cell.cell_type == "code":

@@ -91,22 +91,12 @@ def bounded_output(c, own, direct, k, start=None, peak=False, seconds=30.0):
 
     It is the sum of |u_k| over all ticks and inputs.
 
-    Parameters
-    ----------
-    c : Controller
-        The controller.
-    own, direct : (l, j) and (m, j) arrays
-        How inputs act on its memory and on u; the j sums are added. Floats are read
-        as decimals.
-    k : int or (N,) array
-        Which output, or what else of the loop's state, by a row.
-    start : callable, optional
-        From balls that hold F to balls that hold the states (N, j) from which the
-        motions begin; without it they are what the inputs leave.
-    peak : bool
-        The largest |u_k| instead of their sum, with one input.
-    seconds : float
-        After which there is no bound.
+    ``c``: the controller; ``own``, ``direct``, (l, j) and (m, j): how inputs act on its
+    memory and on u; the j sums are added. Floats are read as decimals; ``k``: which
+    output, or what else of the loop's state, by a row; ``start``: from balls that hold
+    F to balls that hold the states (N, j) from which the motions begin; without it they
+    are what the inputs leave; ``peak``: the largest |u_k| instead of their sum, with
+    one input; ``seconds``: after which there is no bound.
     """
     joined = Joined(c, own, direct)
     alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops

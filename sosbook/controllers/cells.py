@@ -33,14 +33,9 @@ class _Exactly(SampledSystem):
 class Joined:
     """The loops of a `Controller` with inputs that act on its memory and on u.
 
-    Parameters
-    ----------
-    controller : Controller
-        The controller.
-    own, direct : (l, k) and (m, k) arrays
-        How k inputs act on its memory, and on u; floats are read as decimals.
-    less : int or fmpq
-        The share of u that is taken away.
+    ``controller``: the controller; ``own``, ``direct``, (l, k) and (m, k): how k inputs
+    act on its memory, and on u; floats are read as decimals; ``less``, int or fmpq: the
+    share of u that is taken away.
     """
 
     controller: object

@@ -17,18 +17,9 @@ DOUBTS = tuple(10.0**k for k in np.arange(-2, 7, 0.5))
 class Chosen:
     """An observer, and the worst that its loops do.
 
-    Parameters
-    ----------
-    M : (N, q) array
-        Its gain.
-    weights : (vertices,) array
-        Of the plant that it knows.
-    peak : float
-        The largest sensitivity at the plant's input.
-    radius : float
-        The largest spectral radius.
-    noise : float
-        The largest rms of u under the sensors' steps.
+    ``M``, (N, q): its gain; ``weights``, (vertices,): of the plant that it knows;
+    ``peak``: the largest sensitivity at the plant's input; ``radius``: the largest
+    spectral radius; ``noise``: the largest rms of u under the sensors' steps.
     """
 
     M: np.ndarray

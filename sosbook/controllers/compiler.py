@@ -30,16 +30,9 @@ or set the environment variable CC to a compiler's command"""
 def compiler():
     """The command of a C compiler.
 
-    Returns
-    -------
-    list of str
-        $CC if it is set; else cc, gcc or clang on the PATH; else the
-        one in the Python package ziglang.
-
-    Raises
-    ------
-    RuntimeError
-        If there is none; it names the ways to get one.
+    Returns list of str: $CC if it is set; else cc, gcc or clang on the PATH; else the
+    one in the Python package ziglang. Raises RuntimeError if there is none; it names
+    the ways to get one.
     """
     command = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
     command = [word.strip('"') for word in command]

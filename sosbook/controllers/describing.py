@@ -51,14 +51,8 @@ class Cycle:
 def predicted_cycles(c, friction=None, backlash=None):
     """The `Cycle` of each balance of a controller c, at all corners of its plant.
 
-    Parameters
-    ----------
-    c : Controller
-        The controller.
-    friction : (n,) array_like, optional
-        Coulomb's friction on each coordinate, as a force.
-    backlash : Backlash, optional
-        A gap between two coordinates.
+    ``c``: the controller; ``friction``, (n,): Coulomb's friction on each coordinate, as
+    a force; ``backlash``: a gap between two coordinates.
     """
     if backlash is not None and not isinstance(backlash, Backlash):
         raise ValueError(f"backlash must be a Backlash, got {backlash!r}")

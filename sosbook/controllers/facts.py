@@ -19,17 +19,9 @@ LOSE_EVERY = 97  # a tick: about one sample in a hundred
 def facts_of(c, time_limit):
     """The three columns of a `Controller`'s header, and its proof files.
 
-    Parameters
-    ----------
-    c : Controller
-        Of whose program they are.
-    time_limit : float
-        Seconds for the proof of the sampled loop.
-
-    Returns
-    -------
-    tuple
-        ((title, lines), ...) and ((end of the name, text), ...).
+    ``c``: of whose program they are; ``time_limit``: seconds for the proof of the
+    sampled loop. Returns tuple: ((title, lines), ...) and ((end of the name, text),
+    ...).
     """
     sampled = c.certify(time_limit=time_limit)
     named = (("", "gain in continuous time", c.certificate), ("_sampled", "", sampled))

@@ -16,15 +16,9 @@ __all__ = ["Lanes", "within"]
 class Lanes:
     """The numbers that so many robots reckon with.
 
-    Parameters
-    ----------
-    runs : int
-        How many robots stand side by side.
-    kind : float or np.float32
-        The precision of all arithmetic.
+    ``runs``: how many robots stand side by side; ``kind``: the precision of all
+    arithmetic.
 
-    Examples
-    --------
     >>> lanes = Lanes(1, float)
     >>> volts = lanes.taken(lanes.array(3.0))
     >>> lanes.shown(lanes.where(volts > 2.0, 2.0, volts))

@@ -27,19 +27,11 @@ class Loop:
 
     The state x is that of the plant, its older inputs, and the controller's own.
 
-    Parameters
-    ----------
-    F : (N, N) array
-        How the state moves.
-    noise, set_point, pushed, limited : arrays of N rows
-        What acts on the state: of the sensors, of the set point, a disturbance at the
-        plant's input, and what the limits take away.
-    H : (m, N) array
-        Picks u.
-    direct, direct_r : (m, q) and (m, p) arrays
-        What of sensors and set point is seen in u at once.
-    T : float
-        Time between samples, in s.
+    ``F``, (N, N): how the state moves; ``noise``, ``set_point``, ``pushed``,
+    ``limited``: what acts on the state: of the sensors, of the set point, a disturbance
+    at the plant's input, and what the limits take away; ``H``, (m, N): picks u;
+    ``direct``, ``direct_r``, (m, q) and (m, p): what of sensors and set point is seen
+    in u at once; ``T``: time between samples, in s.
     """
 
     F: np.ndarray
@@ -56,16 +48,9 @@ class Loop:
     def of(cls, parts, rows, timing, d):
         """The loop of a controller's matrices with a plant d.
 
-        Parameters
-        ----------
-        parts : dict
-            A, B, B_r, C, D, D_r, W: see `sosbook.controllers.memory`.
-        rows : (q, N) array
-            What is measured of the plant's state.
-        timing : SampleTiming
-            When it samples and acts.
-        d : Descriptor
-            The plant.
+        ``parts``: A, B, B_r, C, D, D_r, W: see `sosbook.controllers.memory`; ``rows``,
+        (q, N): what is measured of the plant's state; ``timing``: when it samples and
+        acts; ``d``: the plant.
         """
         A, B = timing.held(d)
         seen = np.hstack([rows, np.zeros((len(rows), len(A) - rows.shape[1]))])

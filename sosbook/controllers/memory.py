@@ -93,17 +93,10 @@ def direct(rows, m):
 def filtered(rows, n, m, T, tracking, names):
     """Rates by a filter of first order, where all coordinates are measured.
 
-    Parameters
-    ----------
-    rows : (q, 2n) array
-        What is measured of [z; z']; all z are.
-    n, m : int
-        Coordinates and inputs.
-    T, tracking : float
-        The time between samples and the filter's time constant, in s; with zero it
-        is the difference of two samples.
-    names : sequence of str
-        Of the coordinates.
+    ``rows``, (q, 2n): what is measured of [z; z']; all z are; ``n``, ``m``: coordinates
+    and inputs; ``T``, ``tracking``: the time between samples and the filter's time
+    constant, in s; with zero it is the difference of two samples; ``names``: of the
+    coordinates.
     """
     share = round_digits([1 - np.exp(-T / tracking) if tracking else 1.0], DIGITS)[0]
     q = len(rows)
@@ -132,18 +125,9 @@ def filtered(rows, n, m, T, tracking, names):
 def observed(d, timing, rows, M, names):
     """A Kalman filter at the ticks: x^ = s + M (y - rows s), s predicted from x^.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant that it knows.
-    timing : SampleTiming
-        When it samples, and how late outputs act.
-    rows : (q, N) array
-        What is measured.
-    M : (N, q) array
-        How far the estimate follows what is measured.
-    names : sequence of str
-        Of the plant's state.
+    ``d``: the plant that it knows; ``timing``: when it samples, and how late outputs
+    act; ``rows``, (q, N): what is measured; ``M``, (N, q): how far the estimate follows
+    what is measured; ``names``: of the plant's state.
     """
     A, B = timing.held(d)
     N = len(d.E)
@@ -172,18 +156,9 @@ def observed(d, timing, rows, M, names):
 def kalman(d, T, rows, noise, push):
     """M of the stationary Kalman filter of a plant for a process noise.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant.
-    T : float
-        Time between samples, in s.
-    rows : (q, N) array
-        What is measured.
-    noise : (q,) array
-        Standard deviation of what is measured.
-    push : float
-        That of the inputs and disturbances that nobody knows, from tick to tick.
+    ``T``: time between samples, in s; ``rows``, (q, N): what is measured; ``noise``,
+    (q,): standard deviation of what is measured; ``push``: that of the inputs and
+    disturbances that nobody knows, from tick to tick.
     """
     forced = np.hstack([d.Bu, d.Bw]) if d.Bw.size else d.Bu
     N = len(d.E)
@@ -203,26 +178,12 @@ def kalman(d, T, rows, noise, push):
 def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
     """The matrices A, B, B_r, C, D, D_r, W of a controller, and what its states are.
 
-    Parameters
-    ----------
-    estimate : Estimate
-        Of the plant's state.
-    timing : SampleTiming
-        How late outputs act.
-    K_x, K_I : (m, N) and (m, a) arrays
-        Gains of the state and of the integrals.
-    sums : (a, q) array
-        What is integrated, of what is measured.
-    T : float
-        Time between samples, in s.
-    K_r : (m, p) array
-        How the set points act on u at once.
-
-    Returns
-    -------
-    dict
-        The matrices by name. W has what the limits take away in the registers and in
-        the estimate; the integrals know nothing of it yet.
+    ``estimate``: of the plant's state; ``timing``: how late outputs act; ``K_x``,
+    ``K_I``, (m, N) and (m, a): gains of the state and of the integrals; ``sums``, (a,
+    q): what is integrated, of what is measured; ``T``: time between samples, in s;
+    ``K_r``, (m, p): how the set points act on u at once. Returns the matrices by name.
+    W has what the limits take away in the registers and in the estimate; the integrals
+    know nothing of it yet.
     """
     m, a, p = len(K_x), K_I.shape[1], K_r.shape[1]
     l, q = estimate.A.shape[0], estimate.take.shape[1]
@@ -250,14 +211,8 @@ def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
 def shifted(parts, start, R):
     """The ``parts`` of a controller that takes readings R r for zeros, exactly.
 
-    Parameters
-    ----------
-    parts : dict
-        Of `assembled`.
-    start : (l, q) array
-        The memory at rest, of what is measured there.
-    R : (n, p) array
-        The first n readings for one unit of each set point.
+    ``parts``: of `assembled`; ``start``, (l, q): the memory at rest, of what is
+    measured there; ``R``, (n, p): the first n readings for one unit of each set point.
     """
     l, n = len(start), len(R)
     A, B, C, D, rest, r = map(exact, (*(parts[x] for x in "ABCD"), start, R))

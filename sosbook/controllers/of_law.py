@@ -35,14 +35,9 @@ INVERTIBLE = 1e-9  # of the largest singular value: what a memory forgets of rea
 def law_sensors(law, plant, measured, memory, filter_time):
     """Names of a law's sensors and their rows on the plant's state.
 
-    Parameters
-    ----------
-    law : Law
-        Of a design.
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-        The design's.
-    measured, memory, filter_time
-        As in `Gains.controller`: a ValueError where the law has decided otherwise.
+    ``law``: of a design; ``plant``: the design's; ``measured``, ``memory``,
+    ``filter_time``: as in `Gains.controller`: a ValueError where the law has decided
+    otherwise.
     """
     parts = law.parts(plant)
     sensors = parts.sensors
@@ -63,25 +58,10 @@ def law_sensors(law, plant, measured, memory, filter_time):
 def law_memory(law, plant, K, T):
     """What a law remembers at the ticks, what its gain multiplies, what is summed.
 
-    Parameters
-    ----------
-    law : Law
-        Of a design.
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-        The design's.
-    K : (m + free, q) array
-        Its gain, read as decimals.
-    T : float
-        Time between samples, in s.
-
-    Returns
-    -------
-    Estimate
-        Its memory but for the integrals.
-    Gain
-        Of its signals, and last of its integrals.
-    (a, s) array
-        What is integrated of the sensors.
+    ``law``: of a design; ``plant``: the design's; ``K``, (m + free, q): its gain, read
+    as decimals; ``T``: time between samples, in s. Returns Estimate: its memory but for
+    the integrals; Gain: of its signals, and last of its integrals; (a, s): what is
+    integrated of the sensors.
     """
     parts, K = law.parts(plant), exact(np.asarray(K))
     A, B, C, D = parts.controller(K)

@@ -72,13 +72,8 @@ def signals_of(names, units):
 def identifiers(names):
     """The end of a macro of C for each of some names.
 
-    Raises
-    ------
-    ValueError
-        If a name can't be spelled, or two are spelled alike.
+    Raises ValueError if a name can't be spelled, or two are spelled alike.
 
-    Examples
-    --------
     >>> identifiers(["q1", "q1'", "set point of q1"])
     ['Q1', 'Q1_RATE', 'REF_Q1']
     """

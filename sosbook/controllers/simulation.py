@@ -74,12 +74,9 @@ def simulate_controller(
 ):
     """Run a controller's program.
 
-    Parameters
-    ----------
-    controller : Controller
-        Whose program it is.
-    seconds, r, w, x0, plants, friction, backlash, program, lose
-        As in `Controller.simulate`, which calls this.
+    ``controller``: whose program it is; ``seconds``, ``r``, ``w``, ``x0``, ``plants``,
+    ``friction``, ``backlash``, ``program``, ``lose``: as in `Controller.simulate`,
+    which calls this.
     """
     c = controller
     plants = c.vertices if plants is None else plants

@@ -36,18 +36,10 @@ HEADING_WORDS = {
 class Comparison:
     """The log of a running program beside what the program was made for.
 
-    Parameters
-    ----------
-    model : Model
-        The pendulum, the robot's description and the law.
-    log : TickLog
-        What the program logged.
-    tracking : Tracking or None
-        The pendulum in the log; None where it doesn't move enough.
-    findings : tuple of Finding
-        What the log shows that the model and the proofs don't have.
-    turning : Heading or None
-        How the robot in the log turns; None where it doesn't, or not enough.
+    ``model``: the pendulum, the robot's description and the law; ``log``: what the
+    program logged; ``tracking``: the pendulum in the log; None where it doesn't move
+    enough; ``findings``: what the log shows that the model and the proofs don't have;
+    ``turning``: how the robot in the log turns; None where it doesn't, or not enough.
     """
 
     model: Model
@@ -189,22 +181,9 @@ class Comparison:
 def compare(log, model):
     """Hold the log of a running program against its model.
 
-    Parameters
-    ----------
-    log : TickLog or path_like
-        What a program logged, or its file.
-    model : Model or path_like
-        What it was made for, or the folder with its programs.
-
-    Returns
-    -------
-    Comparison
-        The robot in the log, and what differs.
-
-    Raises
-    ------
-    ValueError
-        If a file isn't what it should be.
+    ``log``: what a program logged, or its file; ``model``: what it was made for, or the
+    folder with its programs. Returns the robot in the log, and what differs. Raises
+    ValueError if a file isn't what it should be.
     """
     log = log if isinstance(log, TickLog) else TickLog.read(log)
     model = model if isinstance(model, Model) else Model.read(model)

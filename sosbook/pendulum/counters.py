@@ -16,21 +16,13 @@ GLITCH_SHARE = 0.02  # of all steps; where more are wild the wheel is too fast
 class Counter:
     """What a column of counts says of the counter that it comes from.
 
-    Parameters
-    ----------
-    bits : int
-        The fewest that hold its numbers, as counts from zero or with a sign.
-    wraps : (k,) array of int
-        Samples before which it goes over its end: a step of more than half of all
-        numbers.
-    wild : (j,) array of int
-        Samples before which a step, taken the other way round too, is like no
-        other, or so long that it may as well go the other way.
-    counts : (N,) array
-        The counts of a counter that goes on, where no step is wild; else as given.
+    ``bits``: the fewest that hold its numbers, as counts from zero or with a sign;
+    ``wraps``, (k,) of int: samples before which it goes over its end: a step of more
+    than half of all numbers; ``wild``, (j,) of int: samples before which a step, taken
+    the other way round too, is like no other, or so long that it may as well go the
+    other way; ``counts``, (N,): the counts of a counter that goes on, where no step is
+    wild; else as given.
 
-    Examples
-    --------
     >>> Counter.of([250, 253, 255, 2, 4, 255, 251]).counts
     array([-6., -3., -1.,  2.,  4., -1., -5.])
     """

@@ -50,16 +50,9 @@ def soft_sign(amplitude, compensation, width):
 class LimitCycle:
     """A cycle that the first harmonics allow.
 
-    Parameters
-    ----------
-    frequency : float
-        In Hz.
-    speed : float
-        The amplitude of phi' - theta', in rad/s.
-    tilt : float
-        The amplitude of theta, in rad.
-    command : float
-        The amplitude of the law's voltage, in V.
+    ``frequency``: in Hz; ``speed``: the amplitude of phi' - theta', in rad/s; ``tilt``:
+    the amplitude of theta, in rad; ``command``: the amplitude of the law's voltage, in
+    V.
     """
 
     frequency: float
@@ -77,22 +70,10 @@ def limit_cycle(loop, friction, compensation=0.0):
     loop, N the gain of friction, and n that of its compensation. Of some
     cycles the largest is taken.
 
-    Parameters
-    ----------
-    loop : SampledLoop
-        The loop without friction.
-    friction : float
-        The voltage that just overcomes it.
-    compensation : float
-        As in `Firmware`.
+    ``loop``: the loop without friction; ``friction``: the voltage that just overcomes
+    it; ``compensation``: as in `Firmware`. Returns None where no amplitude and
+    frequency balance.
 
-    Returns
-    -------
-    LimitCycle or None
-        None where no amplitude and frequency balance.
-
-    Examples
-    --------
     >>> from sosbook.pendulum import PD_SIGNALS, Gain, Mip, SampledLaw
     >>> from sosbook.pendulum.margins import SampledLoop
     >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)

@@ -18,24 +18,12 @@ class Drive:
     A set point of the wheels' speed is followed on a ramp: a jump would
     ask for a voltage that the motors don't have.
 
-    Parameters
-    ----------
-    speed : float
-        The largest speed phi' that is obeyed, in rad/s; zero stays in place.
-    acceleration : float
-        By which the set point of phi' moves, in rad/s^2.
-    turn : float
-        The fastest turn of the heading that is obeyed, in rad/s.
-    turn_acceleration : float
-        By which the set point of the turn rate moves, in rad/s^2.
+    ``speed``: the largest speed phi' that is obeyed, in rad/s; zero stays in place;
+    ``acceleration``: by which the set point of phi' moves, in rad/s^2; ``turn``: the
+    fastest turn of the heading that is obeyed, in rad/s; ``turn_acceleration``: by
+    which the set point of the turn rate moves, in rad/s^2. Raises ValueError if a
+    number is negative or isn't finite.
 
-    Raises
-    ------
-    ValueError
-        If a number is negative or isn't finite.
-
-    Examples
-    --------
     >>> from sosbook.pendulum import Mip
     >>> drive = Drive.of(Mip.printed(), 7.4)
     >>> round(drive.speed, 1), round(drive.acceleration, 1)
@@ -60,18 +48,9 @@ class Drive:
         steady acceleration of the wheels leans the body by
         (a + b - J) phi'' / d.
 
-        Parameters
-        ----------
-        mip : Mip
-            The pendulum.
-        limit : float
-            The largest voltage, in V.
-
-        Returns
-        -------
-        Drive
-            With a lean of 0.05 rad while the ramp lasts, and 40 % of the
-            speed at which the limit just turns the motors.
+        ``mip``: the pendulum; ``limit``: the largest voltage, in V. Returns Drive: with
+        a lean of 0.05 rad while the ramp lasts, and 40 % of the speed at which the
+        limit just turns the motors.
         """
         return cls(
             speed=SPEED_SHARE * limit * mip.e / mip.f,
@@ -81,18 +60,9 @@ class Drive:
     def turning(self, mip, robot):
         """The same, and how fast a robot may be told to turn.
 
-        Parameters
-        ----------
-        mip : Mip
-            The pendulum.
-        robot : Robot
-            Its track, wheels, and the share of the limit that steers.
-
-        Returns
-        -------
-        Drive
-            40 % of the turn rate that this share just holds, reached with
-            half of the torque that it has.
+        ``mip``: the pendulum; ``robot``: its track, wheels, and the share of the limit
+        that steers. Returns Drive: 40 % of the turn rate that this share just holds,
+        reached with half of the torque that it has.
         """
         per_radian = robot.track / robot.r
         volts = 2 * robot.steering * robot.limit  # on one side more than on the other
@@ -106,24 +76,11 @@ class Drive:
     def ramp(self, wanted, T, count, start=(0.0, 0.0)):
         """Set points of phi and phi' for a speed that is wanted.
 
-        Parameters
-        ----------
-        wanted : float
-            In rad/s; cut to ``speed``.
-        T : float
-            Time between samples, in s.
-        count : int
-            How many ticks.
-        start : (float, float)
-            Set points of phi and phi' before.
+        ``wanted``: in rad/s; cut to ``speed``; ``T``: time between samples, in s;
+        ``count``: how many ticks; ``start``, (float, float): set points of phi and phi'
+        before. Returns list of (float, float): a pair for each tick, as the programs
+        compute it.
 
-        Returns
-        -------
-        list of (float, float)
-            A pair for each tick, as the programs compute it.
-
-        Examples
-        --------
         >>> Drive(2.0, 10.0).ramp(9.0, 0.1, 3)
         [(0.1, 1.0), (0.30000000000000004, 2.0), (0.5, 2.0)]
         """

@@ -19,36 +19,15 @@ STICTION_SPEED = 0.5  # rad/s, below which Coulomb friction fades: smooth, not s
 def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
     """A sine that sweeps from one frequency to another and back.
 
-    Parameters
-    ----------
-    first, last : float
-        Frequencies in Hz. The frequency changes linearly.
-    seconds : float
-        How long the sweep takes, either way.
-    rate : float
-        Samples per second.
-    amplitude : float
-        The largest voltage, in V. A quarter of 7.4 V, as in the thesis, is
-        1.85 V.
+    ``first``, ``last``: frequencies in Hz. The frequency changes linearly; ``seconds``:
+    how long the sweep takes, either way; ``rate``: samples per second; ``amplitude``:
+    the largest voltage, in V. A quarter of 7.4 V, as in the thesis, is 1.85 V. Returns
+    t, V, (N,): time in s, voltage in V, rounded to the millivolt: the step of the pulse
+    width. Raises ValueError if a number isn't positive.
 
-    Returns
-    -------
-    t, V : (N,) arrays
-        Time in s, voltage in V, rounded to the millivolt: the step of
-        the pulse width.
-
-    Raises
-    ------
-    ValueError
-        If a number isn't positive.
-
-    Notes
-    -----
     Source: thesis sections 4.2.1 (1 Hz to 20 Hz) and 4.2.2 (0.3 Hz to
     30 Hz). That it is a sine, and linear, is our reading.
 
-    Examples
-    --------
     >>> t, V = chirp(1, 20)
     >>> len(t), float(V.max())
     (6000, 1.85)
@@ -71,39 +50,17 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
 def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     r"""Angle and speed of q'' = e V - f q' - d sin q, from rest.
 
-    Parameters
-    ----------
-    e, f, d : float
-        Divided by the inertia: rad/s^2/V, 1/s, 1/s^2. With d = 0 it is
-        the wheels' experiment; with -e/c, f/c, d/c it is the body's,
-        and q = theta - pi.
-    V : (N,) array_like
-        Voltage, held from one sample to the next.
-    T : float or (N,) array_like
-        Sampling time in s, or the time from each sample to the next.
-    friction : float
-        Coulomb friction: the voltage that just overcomes it.
-    steps : int
-        Runge-Kutta steps per sample.
-    stick : float
-        The speed in rad/s below which the friction fades.
+    ``e``, ``f``, ``d``: divided by the inertia: rad/s^2/V, 1/s, 1/s^2. With d = 0 it is
+    the wheels' experiment; with -e/c, f/c, d/c it is the body's, and q = theta - pi;
+    ``V``, (N,): voltage, held from one sample to the next; ``T``: sampling time in s,
+    or the time from each sample to the next; ``friction``: coulomb friction: the
+    voltage that just overcomes it; ``steps``: Runge-Kutta steps per sample; ``stick``:
+    the speed in rad/s below which the friction fades. Returns q, w, (N,): angle and
+    speed before V[k] acts. Raises ValueError if a number isn't finite, or T or
+    ``steps`` isn't positive.
 
-    Returns
-    -------
-    q, w : (N,) arrays
-        Angle and speed before V[k] acts.
-
-    Raises
-    ------
-    ValueError
-        If a number isn't finite, or T or ``steps`` isn't positive.
-
-    Notes
-    -----
     Source: thesis (4.16) without linearisation, and (4.21).
 
-    Examples
-    --------
     A body that hangs, under one volt for a long time: sin q = e / d.
 
     >>> q, w = motion(-30.52, 7.133, 110.6, [1.0] * 500, 0.01)
@@ -146,20 +103,10 @@ def slopes(q, w, e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     recurrence joins them: exact for Runge and Kutta's steps, at the cost of
     less than another motion.
 
-    Parameters
-    ----------
-    q, w : (N,) array_like
-        The motion: its angle and speed.
-    e, f, d, V, T, friction, steps, stick
-        What `motion` was given.
+    ``q``, ``w``, (N,): the motion: its angle and speed; ``e``, ``f``, ``d``, ``V``,
+    ``T``, ``friction``, ``steps``, ``stick``: what `motion` was given. Returns dq, dw,
+    (4, N): derivatives of q and w by e, f, d and friction.
 
-    Returns
-    -------
-    dq, dw : (4, N) arrays
-        Derivatives of q and w by e, f, d and friction.
-
-    Examples
-    --------
     >>> V, T = chirp(1, 20, seconds=1)[1], 0.01
     >>> q, w = motion(-30.0, 7.0, 110.0, V, T)
     >>> _, dw = slopes(q, w, -30.0, 7.0, 110.0, V, T)

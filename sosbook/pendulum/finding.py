@@ -9,14 +9,8 @@ __all__ = ["Finding", "refusal", "refused", "warning"]
 class Finding:
     """Something about the logs that a working robot doesn't do.
 
-    Parameters
-    ----------
-    severity : {"refused", "warning"}
-        Whether it forbids a program.
-    subject : str
-        The log or the fit.
-    text : str
-        What is wrong, and what it may come from.
+    ``severity``, {"refused", "warning"}: whether it forbids a program; ``subject``: the
+    log or the fit; ``text``: what is wrong, and what it may come from.
     """
 
     severity: str

@@ -15,25 +15,13 @@ CORRELATED_SAMPLES = 50  # so many samples later residuals count as unrelated
 class Fit:
     """Parameters that were fitted to a log, and how well they're known.
 
-    Parameters
-    ----------
-    names : tuple of str
-        The parameters' names.
-    values : (p,) array
-        Their values, in this order.
-    covariance : (p, p) array
-        Their covariance, from the Jacobian, for residuals that may be
-        coloured.
-    residuals : (N,) array
-        Measured minus modelled.
-    alone : float, optional
-        Of a body's fit that has f/e of the wheels': e/f by its own log alone.
-    misfit : float
-        Of a fit with a play: the residuals over the signal, rms. Its gears are a
-        spring's and nobody's, so each value may be off by as much.
+    ``names``: the parameters' names; ``values``, (p,): their values, in this order;
+    ``covariance``, (p, p): their covariance, from the Jacobian, for residuals that may
+    be coloured; ``residuals``, (N,): measured minus modelled; ``alone``: of a body's
+    fit that has f/e of the wheels': e/f by its own log alone; ``misfit``: of a fit with
+    a play: the residuals over the signal, rms. Its gears are a spring's and nobody's,
+    so each value may be off by as much.
 
-    Examples
-    --------
     >>> fit = output_error(lambda x: x * np.ones(4), [0.9, 1.1, 0.9, 1.1],
     ...                    {"level": 0.5})
     >>> round(fit["level"], 6)
@@ -72,32 +60,14 @@ class Fit:
 def output_error(model, y, start, slopes=None, step=None, rounds=100):
     """Fit a simulation to what was measured, by least squares.
 
-    Parameters
-    ----------
-    model : callable
-        ``model(*values)`` is the (N,) output without noise.
-    y : (N,) array_like
-        What was measured.
-    start : dict
-        Names and first guesses.
-    slopes : callable, optional
-        ``slopes(*values)`` is the (N, p) array of the output's derivatives.
-        Without it they are formed by differences.
-    step : float, optional
-        The parameters' relative change for differences: larger than what rounding
-        needs where the model has corners.
-    rounds : int
-        How often the model may be evaluated at most, beside the differences.
-
-    Returns
-    -------
-    Fit
-        The parameters, their covariance and the residuals.
-
-    Raises
-    ------
-    ValueError
-        If y doesn't determine every parameter.
+    ``model``: ``model(*values)`` is the (N,) output without noise; ``y``, (N,): what
+    was measured; ``start``: names and first guesses; ``slopes``: ``slopes(*values)`` is
+    the (N, p) array of the output's derivatives. Without it they are formed by
+    differences; ``step``: the parameters' relative change for differences: larger than
+    what rounding needs where the model has corners; ``rounds``: how often the model may
+    be evaluated at most, beside the differences. Returns the parameters, their
+    covariance and the residuals. Raises ValueError if y doesn't determine every
+    parameter.
     """
     y = np.asarray(y, dtype=float)
     guess = np.array(list(start.values()), dtype=float)

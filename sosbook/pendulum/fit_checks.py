@@ -33,19 +33,9 @@ PLAUSIBLE_RATIOS = {  # of robots from 0.1 to 100 kg, SI units
 def check_fits(identified, body, wheels, robot):
     """Look for signs that the fits, or what was logged, are wrong.
 
-    Parameters
-    ----------
-    identified : Identified
-        The fits.
-    body, wheels : Log
-        The logs they were made of.
-    robot : Robot
-        The robot's description.
-
-    Returns
-    -------
-    list of Finding
-        What speaks against the fits; empty if nothing does.
+    ``identified``: the fits; ``body``, ``wheels``: the logs they were made of;
+    ``robot``: the robot's description. Returns what speaks against the fits; empty if
+    nothing does.
     """
     return [
         *_together(identified, robot),
@@ -282,15 +272,7 @@ def widened(identified):
     up to the largest that is allowed; more says that a log doesn't know e/f. What a
     fit with a play leaves, its misfit, is taken for two standard deviations.
 
-    Parameters
-    ----------
-    identified : Identified
-        The fits.
-
-    Returns
-    -------
-    (5,) array
-        In the order of ``identified.ratios``.
+    ``identified``: the fits. Returns (5,): in the order of ``identified.ratios``.
     """
     most = CONTRADICTION_LIMITS[1][1]
     apart = abs(np.log(np.clip(identified.contradiction, 1 / most, most))) / 4

@@ -33,30 +33,18 @@ SYMBOLS = "c", "e", "f", "I_w"
 class FitSpread:
     """A spread from the fit, for every place that takes a number for one.
 
-    Parameters
-    ----------
-    covariance : (4, 4) array_like
-        Of c, e, f and I_w relative to their values.
-    confidence : float
-        The probability of the ellipsoid, between 0 and 1: with normal errors of
-        this covariance it holds the true c, e, f and I_w so often.
+    ``covariance``, (4, 4): of c, e, f and I_w relative to their values; ``confidence``:
+    the probability of the ellipsoid, between 0 and 1: with normal errors of this
+    covariance it holds the true c, e, f and I_w so often. Raises ValueError if the
+    covariance isn't positive definite, the confidence isn't between 0 and 1, or the
+    simplex reaches a pendulum that can't be.
 
-    Raises
-    ------
-    ValueError
-        If the covariance isn't positive definite, the confidence isn't between 0
-        and 1, or the simplex reaches a pendulum that can't be.
-
-    Notes
-    -----
     The ellipsoid is that of chi-square with four degrees of freedom, to first
     order in the errors. Its covariance is the fit's, widened by the misfit as
     `widened` does it. Masses, lengths and g are taken for exact. The simplex is
     regular where the ellipsoid is a ball, and touches it with its five faces; its
     corners are four radii away.
 
-    Examples
-    --------
     >>> spread = FitSpread(0.01**2 * np.eye(4))
     >>> round(spread.radius, 2), len(spread.corners)
     (3.64, 5)
@@ -86,14 +74,8 @@ class FitSpread:
     def of(cls, identified, sd, confidence=CONFIDENCE):
         """The spread of a fit.
 
-        Parameters
-        ----------
-        identified : Identified
-            The fit of both logs.
-        sd : (5,) array_like
-            Standard deviations of its ratios, as `widened` gives them.
-        confidence : float
-            As above.
+        ``identified``: the fit of both logs; ``sd``, (5,): standard deviations of its
+        ratios, as `widened` gives them; ``confidence``: as above.
         """
         value = np.array(list(identified.ratios.values()))
         covariance = np.array(identified.covariance)

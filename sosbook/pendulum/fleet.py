@@ -53,12 +53,8 @@ class Push:
 class Fleet:
     """Nonlinear pendulums side by side.
 
-    Parameters
-    ----------
-    robots : sequence of Mip
-        One pendulum for all runs, or one for each.
-    friction : float
-        Coulomb friction in the gears: the voltage that just overcomes it.
+    ``robots``: one pendulum for all runs, or one for each; ``friction``: coulomb
+    friction in the gears: the voltage that just overcomes it.
     """
 
     def __init__(self, robots, friction=0.0):

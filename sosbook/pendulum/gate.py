@@ -18,16 +18,9 @@ __all__ = ["Finding", "Inspection", "check_fits", "check_log", "refused", "widen
 class Inspection:
     """Two logs, what they say of a robot, and what speaks against it.
 
-    Parameters
-    ----------
-    robot : Robot
-        The robot's description.
-    body, wheels : Log
-        The two logs.
-    identified : Identified or None
-        None where the logs give no pendulum at all.
-    findings : tuple of Finding
-        What speaks against a fit or a log.
+    ``robot``: the robot's description; ``body``, ``wheels``: the two logs;
+    ``identified``: None where the logs give no pendulum at all; ``findings``: what
+    speaks against a fit or a log.
     """
 
     robot: object

@@ -31,16 +31,10 @@ NAMES = "inertia", "damping", "stronger", "braking", "friction"
 class Heading:
     """What a loop's own log says of how the robot turns.
 
-    Parameters
-    ----------
-    values : dict
-        inertia, a_d / e, and damping, f / e, in V per rad/s^2 and rad/s; stronger
-        and braking, the shares by which the right motor's e and f are above the
-        mean; friction in V.
-    sd : dict
-        Their standard deviations.
-    residuals : (N,) array
-        What the wheels' difference was beyond the simulation, in rad.
+    ``values``: inertia, a_d / e, and damping, f / e, in V per rad/s^2 and rad/s;
+    stronger and braking, the shares by which the right motor's e and f are above the
+    mean; friction in V; ``sd``: their standard deviations; ``residuals``, (N,): what
+    the wheels' difference was beyond the simulation, in rad.
     """
 
     values: dict
@@ -56,26 +50,10 @@ class Heading:
 def track_heading(log, T, counts, delay):
     """Fit how a robot turns to the log of its own loop.
 
-    Parameters
-    ----------
-    log : TickLog
-        The ticks of a program that steers.
-    T : float
-        Time between samples, in s.
-    counts : float
-        An encoder's counts per turn.
-    delay : float
-        From the samples to the volts, in s.
-
-    Returns
-    -------
-    Heading
-        The plant behind the heading, and how the motors differ.
-
-    Raises
-    ------
-    ValueError
-        If the robot hardly turned, or the log is too short.
+    ``log``: the ticks of a program that steers; ``T``: time between samples, in s;
+    ``counts``: an encoder's counts per turn; ``delay``: from the samples to the volts,
+    in s. Returns the plant behind the heading, and how the motors differ. Raises
+    ValueError if the robot hardly turned, or the log is too short.
     """
     use = log.running & np.isfinite(log.left) & np.isfinite(log.right)
     last = np.flatnonzero(use)[-1] + 1 if use.any() else 0

@@ -21,19 +21,10 @@ LEAST_SHARE = 0.02  # of the inertia on the motors' side: less is too stiff to s
 class Identified:
     """What two logs say about a pendulum.
 
-    Parameters
-    ----------
-    ratios : dict
-        e_c, f_c, d_c of the body, e_a, f_a of the wheels: their mean.
-    covariance : (5, 5) array
-        The covariance of the ratios, in their order. The two logs are
-        independent.
-    mip : Mip
-        The pendulum that fits the ratios best.
-    body : Fit
-        The fit to the log of the body's experiment.
-    wheels : tuple of Fit
-        One for each encoder.
+    ``ratios``: e_c, f_c, d_c of the body, e_a, f_a of the wheels: their mean;
+    ``covariance``, (5, 5): the covariance of the ratios, in their order. The two logs
+    are independent; ``mip``: the pendulum that fits the ratios best; ``body``: the fit
+    to the log of the body's experiment; ``wheels``: one for each encoder.
     """
 
     ratios: dict
@@ -95,38 +86,17 @@ def shares(ratios, robot):
 def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **robot):
     """Identify a pendulum from the logs of its two experiments.
 
-    Parameters
-    ----------
-    log_body : Log
-        A log with the gyro, of a robot that is held by its wheels, upside
-        down.
-    log_wheels : Log
-        A log with encoder1 or both encoders, of a robot that lies on its back.
-    counts : float
-        Counts per turn of a wheel.
-    friction : bool
-        Fit Coulomb friction too, and a play of the gears where the logs show one.
-    **robot
-        Masses and lengths M_b, l, r, M_w, g, and rotors: see
-        `Mip.from_ratios`.
+    ``log_body``: a log with the gyro, of a robot that is held by its wheels, upside
+    down; ``log_wheels``: a log with encoder1 or both encoders, of a robot that lies on
+    its back; ``counts``: counts per turn of a wheel; ``friction``: fit Coulomb friction
+    too, and a play of the gears where the logs show one; ``**robot``: masses and
+    lengths M_b, l, r, M_w, g, and rotors: see `Mip.from_ratios`. Returns the pendulum,
+    its ratios with their covariance, and the fits. Raises ValueError: on wrong
+    arguments, or logs that give no pendulum.
 
-    Returns
-    -------
-    Identified
-        The pendulum, its ratios with their covariance, and the fits.
-
-    Raises
-    ------
-    ValueError
-        On wrong arguments, or logs that give no pendulum.
-
-    Notes
-    -----
     Source: thesis section 4.2, with the pendulum's sine and the
     encoders' differencing in the models.
 
-    Examples
-    --------
     >>> from sosbook.pendulum.rig import shipped
     >>> fit = identify(shipped("body"), shipped("wheels"))
     >>> round(fit.mip.e, 4), round(fit.mip.f, 4)

@@ -26,26 +26,13 @@ MISSING_AFTER = 1.75  # periods between two samples; from here on one is missing
 class Log:
     """Samples of an experiment, one after the other in time.
 
-    Parameters
-    ----------
-    t : (N,) array_like
-        Time in s.
-    V : (N,) array_like
-        Mean motor voltage, held from this sample to the next one.
-    gyro : (N,) array_like, optional
-        The body's speed theta' in rad/s, read before V acts.
-    encoder1, encoder2 : (N,) array_like, optional
-        Counts of the wheels against the body, read before V acts. Those of a
-        counter of 8 to 32 bits that goes over its end are unwrapped.
+    ``t``, (N,): time in s; ``V``, (N,): mean motor voltage, held from this sample to
+    the next one; ``gyro``, (N,): the body's speed theta' in rad/s, read before V acts;
+    ``encoder1``, ``encoder2``, (N,): counts of the wheels against the body, read before
+    V acts. Those of a counter of 8 to 32 bits that goes over its end are unwrapped.
+    Raises ValueError if a column has another length or entries that aren't finite, or
+    if samples are missing.
 
-    Raises
-    ------
-    ValueError
-        If a column has another length or entries that aren't finite,
-        or if samples are missing.
-
-    Examples
-    --------
     >>> log = Log(t=[0, 0.01, 0.02], V=[0, 1, 1], gyro=[0, 0, -0.3])
     >>> log.T
     0.01
@@ -114,10 +101,7 @@ class Log:
     def evenly(self, *columns):
         """Columns at even times: V as it is held, others by lines.
 
-        Returns
-        -------
-        list of (N,) array
-            V, and the columns.
+        Returns list of (N,) array: V, and the columns.
         """
         t = self.t[0] + self.T * np.arange(len(self.t))
         held = np.searchsorted(self.t, t + 1e-9 * self.T, "right") - 1

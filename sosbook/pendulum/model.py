@@ -318,21 +318,11 @@ class Mip:
 def accelerated(mip, sin, cos, dtheta, dphi, V, torques=(0.0, 0.0)):
     """theta'' and phi'' of the nonlinear pendulum, of numbers or of arrays.
 
-    Parameters
-    ----------
-    mip : Mip or object
-        The pendulum; or an object with arrays a to f and J, of many.
-    sin, cos : float or array
-        Those of theta.
-    dtheta, dphi : float or array
-        The rates, in rad/s.
-    V : float or array
-        Volts.
-    torques : (float, float)
-        What acts besides on the equations of theta and phi, in N m.
+    ``mip``: the pendulum; or an object with arrays a to f and J, of many; ``sin``,
+    ``cos``: those of theta; ``dtheta``, ``dphi``: the rates, in rad/s; ``V``: volts;
+    ``torques``, (float, float): what acts besides on the equations of theta and phi, in
+    N m.
 
-    Examples
-    --------
     >>> [round(x, 2) for x in accelerated(Mip.printed(), 0.1, 0.995, 0, 0, 0)]
     [14.99, -10.94]
     """

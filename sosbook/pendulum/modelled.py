@@ -25,18 +25,9 @@ PLANT = "M", "D", "S", "B"
 class Model:
     """What a program was made for, read back from its folder.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum in the middle.
-    robot : Robot
-        The robot's description.
-    spread : float or FitSpread
-        The relative spread of e/c and of e/a that was proven, or that of a fit.
-    law : SampledLaw
-        The law.
-    K_steering : (1, 3) array_like, optional
-        The gain of the `Steering` of a robot that steers.
+    ``mip``: the pendulum in the middle; ``robot``: the robot's description; ``spread``:
+    the relative spread of e/c and of e/a that was proven, or that of a fit; ``law``:
+    the law; ``K_steering``, (1, 3): the gain of the `Steering` of a robot that steers.
     """
 
     mip: Mip
@@ -61,10 +52,8 @@ class Model:
     def read(cls, folder):
         """The model in a ``folder`` that `Deployment.write` wrote, or in its file.
 
-        Raises
-        ------
-        ValueError
-            If there is none, or more than one, or it isn't what `text` writes.
+        Raises ValueError if there is none, or more than one, or it isn't what `text`
+        writes.
         """
         path = path_of(folder)
         paths = sorted(path.glob("model_*.json")) if path.is_dir() else [path]

@@ -24,23 +24,12 @@ SEEN = (0, 1, 2)  # of theta, phi, theta', phi': a difference isn't needed
 class OptimalLaw:
     """A law of least quadratic cost for the pendulum in the middle.
 
-    Parameters
-    ----------
-    kind : {"lqr", "observer"}
-        Whether the four signals are taken as they are, or an observer
-        stands before the gain.
-    K : (1, 5 + d) array
-        The gain of [theta, phi, theta', phi', x3] and of the d older
-        voltages.
-    M : (4, 3) array or None
-        How far the observer's state follows what theta, phi and theta' say
-        beyond its prediction.
-    Q : (5, 5) array
-        The weight of the state.
-    R : float
-        The weight of the voltage.
-    law : SampledLaw
-        What runs on the robot.
+    ``kind``, {"lqr", "observer"}: whether the four signals are taken as they are, or an
+    observer stands before the gain; ``K``, (1, 5 + d): the gain of [theta, phi, theta',
+    phi', x3] and of the d older voltages; ``M``, (4, 3) or None: how far the observer's
+    state follows what theta, phi and theta' say beyond its prediction; ``Q``, (5, 5):
+    the weight of the state; ``R``: the weight of the voltage; ``law``: what runs on the
+    robot.
     """
 
     kind: str
@@ -64,37 +53,16 @@ class OptimalLaw:
 def optimal_law(mip, robot, kind, Q, R):
     """The `OptimalLaw` of a pendulum, for the robot's clock and largest delay.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum in the middle.
-    robot : Robot
-        Its T, delay, counts and limit are used.
-    kind : {"lqr", "observer"}
-        As in `OptimalLaw`.
-    Q : (5, 5) array_like
-        The weight of the state [theta, phi, theta', phi', x3].
-    R : float
-        The weight of the voltage.
+    ``mip``: the pendulum in the middle; ``robot``: its T, delay, counts and limit are
+    used; ``kind``, {"lqr", "observer"}: as in `OptimalLaw`; ``Q``, (5, 5): the weight
+    of the state [theta, phi, theta', phi', x3]; ``R``: the weight of the voltage.
+    Returns the gains and the law. Raises ValueError: on another kind, or where
+    Riccati's equations have no solution.
 
-    Returns
-    -------
-    OptimalLaw
-        The gains and the law.
-
-    Raises
-    ------
-    ValueError
-        On another kind, or where Riccati's equations have no solution.
-
-    Notes
-    -----
     The regulator is `design_sampled_lqr`'s. The observer is the stationary
     Kalman filter in discrete time for a voltage that is disturbed from tick
     to tick; it is told the voltage after the limit.
 
-    Examples
-    --------
     >>> from sosbook.pendulum import Mip, Robot
     >>> late = Robot.shipped("thesis")
     >>> found = optimal_law(Mip.printed(), late, "observer", np.eye(5), 20)

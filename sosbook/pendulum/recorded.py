@@ -20,16 +20,9 @@ EXPERIMENTS = ("body", "wheels")
 class Recording:
     """One log, its fits, and what speaks against it.
 
-    Parameters
-    ----------
-    experiment : {"body", "wheels"}
-        Which of the two experiments it is of.
-    log : Log
-        The log.
-    fits : tuple of Fit
-        One for the gyro or for each encoder; none where the log gives none.
-    findings : tuple of Finding
-        What speaks against it.
+    ``experiment``, {"body", "wheels"}: which of the two experiments it is of; ``log``:
+    the log; ``fits``: one for the gyro or for each encoder; none where the log gives
+    none; ``findings``: what speaks against it.
     """
 
     experiment: str
@@ -66,29 +59,12 @@ class Recording:
 def check_recording(path, robot=None, experiment=None):
     """Look at one log alone, before the other experiment is done.
 
-    Parameters
-    ----------
-    path : str or Path
-        A CSV file, as `Log.read` takes it.
-    robot : Robot or path_like, optional
-        The robot's description. Without it counts, the gyro's range and
-        the motors' limit can't be checked.
-    experiment : {"body", "wheels"}, optional
-        Without it a log with a gyro is the body's, one with encoders the
-        wheels'.
+    ``path``: A CSV file, as `Log.read` takes it; ``robot``: the robot's description.
+    Without it counts, the gyro's range and the motors' limit can't be checked;
+    ``experiment``, {"body", "wheels"}: without it a log with a gyro is the body's, one
+    with encoders the wheels'. Returns the log, its fits and what speaks against it.
+    Raises ValueError if the file is no log, or may be of either experiment.
 
-    Returns
-    -------
-    Recording
-        The log, its fits and what speaks against it.
-
-    Raises
-    ------
-    ValueError
-        If the file is no log, or may be of either experiment.
-
-    Examples
-    --------
     >>> from sosbook.pendulum.rig import DATA
     >>> print(check_recording(DATA / "body.csv").report)
     log of the body: 6000 samples, 60.0 s at 100 Hz, V up to 1.85 V

@@ -63,28 +63,12 @@ def largest_tilt(
 def recover(robots, K, angle, t, limit=V_MAX):
     """Let nonlinear pendulums go at an angle, under V = K x.
 
-    Parameters
-    ----------
-    robots : sequence of Mip
-        The pendulums.
-    K : (1, 4) or (1, 5) array_like
-        [K_P K_D] or [K_P K_D K_I], with x3' = phi.
-    angle : float
-        theta at the start, in rad; the rest is zero.
-    t : (k,) array_like
-        Equally spaced times from 0, in s; each is a Runge-Kutta step.
-    limit : float
-        The motors' largest voltage, in V.
+    ``robots``: the pendulums; ``K``, (1, 4) or (1, 5): [K_P K_D] or [K_P K_D K_I], with
+    x3' = phi; ``angle``: theta at the start, in rad; the rest is zero; ``t``, (k,):
+    equally spaced times from 0, in s; each is a Runge-Kutta step; ``limit``: the
+    motors' largest voltage, in V. Returns x: the states [theta; phi; theta'; phi'; x3];
+    V: the voltages, after the limit.
 
-    Returns
-    -------
-    x : (N, len(robots), k) array
-        The states [theta; phi; theta'; phi'; x3].
-    V : (len(robots), k) array
-        The voltages, after the limit.
-
-    Examples
-    --------
     >>> from sosbook import mip
     >>> from sosbook.book import thesis
     >>> t = np.linspace(0, 1, 401)

@@ -109,17 +109,9 @@ class Rig:
 
         The chirps have a quarter of its limit, as the thesis's have of 7.4 V.
 
-        Parameters
-        ----------
-        robot : Robot
-            Its description: the clock, counts, gyro and limit.
-        mip : Mip
-            The truth.
-        **changes
-            Other parameters of `Rig`.
+        ``robot``: its description: the clock, counts, gyro and limit; ``mip``: the
+        truth; ``**changes``: other parameters of `Rig`.
 
-        Examples
-        --------
         >>> from sosbook.pendulum import Robot
         >>> rig = Rig.of(Robot.shipped("gearmotors"), gear_motors())
         >>> rig.rate, rig.amplitude
@@ -153,10 +145,7 @@ class Rig:
     def body(self):
         """The log of section 4.2.1: held by the wheels, upside down.
 
-        Returns
-        -------
-        Log
-            A log with t, V and gyro.
+        Returns a log with t, V and gyro.
         """
         t, V = self._chirp(1, 20)
         x = self.ratios
@@ -173,10 +162,7 @@ class Rig:
     def wheels(self):
         """The log of section 4.2.2: on its back on the table.
 
-        Returns
-        -------
-        Log
-            A log with t, V, encoder1 and encoder2.
+        Returns a log with t, V, encoder1 and encoder2.
         """
         t, V = self._chirp(0.3, 30)
         x, random = self.ratios, np.random.default_rng(self.seed + 1)
@@ -205,13 +191,8 @@ def gear_motors():
     gears of 1:34 that stall at 0.5 N m and turn freely with 21 rad/s, disc
     wheels, and a body whose inertia about the axle is 1.4 M_b l^2.
 
-    Returns
-    -------
-    Mip
-        With the rotors' J.
+    Returns Mip: with the rotors' J.
 
-    Examples
-    --------
     >>> mip = gear_motors()
     >>> round(mip.e, 4), round(mip.f, 4), round(1e3 * mip.J, 3)
     (0.0833, 0.0476, 0.925)
@@ -235,17 +216,8 @@ def gear_motors():
 def shipped(name):
     """A log that the package ships.
 
-    Parameters
-    ----------
-    name : {"body", "wheels"}
+    ``name``, {"body", "wheels"}. Returns the log of that experiment.
 
-    Returns
-    -------
-    Log
-        The log of that experiment.
-
-    Examples
-    --------
     >>> shipped("wheels").encoder2[:3]
     array([0., 0., 0.])
     """

@@ -135,15 +135,9 @@ class Sensors:
 class Readings:
     """`Sensors` at work on runs side by side, tick by tick.
 
-    Parameters
-    ----------
-    sensors : Sensors
-        The sensors that each run has.
-    runs, count : int
-        How many runs and ticks there are.
-    seed : int
-        Run i draws from ``default_rng(seed + i)``, whatever runs
-        beside it and for how long.
+    ``sensors``: the sensors that each run has; ``runs``, ``count``: how many runs and
+    ticks there are; ``seed``: run i draws from ``default_rng(seed + i)``, whatever runs
+    beside it and for how long.
     """
 
     def __init__(self, sensors, runs, count, seed):

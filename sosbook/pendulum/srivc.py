@@ -15,22 +15,10 @@ __all__ = ["respond", "srivc"]
 def respond(numerator, denominator, V, T):
     """A transfer function's exact response to a held voltage, from rest.
 
-    Parameters
-    ----------
-    numerator, denominator : sequences
-        Coefficients, highest power of s first.
-    V : (..., N) array_like
-        The voltage, held from one sample to the next; or several.
-    T : float
-        Sampling time in s.
+    ``numerator``, ``denominator``: coefficients, highest power of s first; ``V``, (...,
+    N): the voltage, held from one sample to the next; or several; ``T``: sampling time
+    in s. Returns (..., N): the output at the times of the samples.
 
-    Returns
-    -------
-    (..., N) array
-        The output at the times of the samples.
-
-    Examples
-    --------
     >>> y = respond([1.0], [1.0, 1.0], np.ones(101), 0.01)
     >>> bool(np.isclose(y[-1], 1 - np.exp(-1)))
     True
@@ -65,40 +53,15 @@ def srivc(V, y, T, zeros, order, cutoff, rounds=20):
     Each round filters by the last A, and uses the last model's output
     as the instrument: noise on y leaves no bias.
 
-    Parameters
-    ----------
-    V, y : (N,) array_like
-        Voltage (held) and output.
-    T : float
-        Sampling time in s.
-    zeros : sequence of int
-        The powers of s in B.
-    order : int
-        The order of A.
-    cutoff : float
-        A frequency in rad/s; the first filter is (s + cutoff)^-order.
-    rounds : int
-        How often the filter is made anew.
+    ``V``, ``y``, (N,): voltage (held) and output; ``T``: sampling time in s; ``zeros``:
+    the powers of s in B; ``order``: the order of A; ``cutoff``: a frequency in rad/s;
+    the first filter is (s + cutoff)^-order; ``rounds``: how often the filter is made
+    anew. Returns B: a coefficient for each of ``zeros``; A, (order,): the coefficients
+    but the leading one, highest power first. Raises ValueError if V or y is zero.
 
-    Returns
-    -------
-    B : array
-        A coefficient for each of ``zeros``.
-    A : (order,) array
-        The coefficients but the leading one, highest power first.
-
-    Raises
-    ------
-    ValueError
-        If V or y is zero.
-
-    Notes
-    -----
     Source: Young and Jakeman (1980), in the form of Garnier and Wang
     (2008).
 
-    Examples
-    --------
     >>> V = np.sign(np.sin(np.arange(400) / 9))
     >>> y = respond([2.0], [1.0, 3.0], V, 0.01)
     >>> B, A = srivc(V, y, 0.01, zeros=[0], order=1, cutoff=5.0)

@@ -28,26 +28,12 @@ class Steering:
     W = K [delta - target, delta' - rate, sum] with the sum T (delta - target);
     W is cut to what balancing leaves of the limit, and to a share of it.
 
-    Parameters
-    ----------
-    firmware : Firmware
-        The one that balances: its clock, its limit and its wheels' fastest rate.
-    K : (1, 3) array_like
-        The gain, in V per rad, V s per rad and V per rad s.
-    share : float
-        The most that steering takes of the limit, above 0 and below 1.
-    track : float
-        The distance between the wheels, in m.
-    r : float
-        The wheels' radius, in m.
+    ``firmware``: the one that balances: its clock, its limit and its wheels' fastest
+    rate; ``K``, (1, 3): the gain, in V per rad, V s per rad and V per rad s; ``share``:
+    the most that steering takes of the limit, above 0 and below 1; ``track``: the
+    distance between the wheels, in m; ``r``: the wheels' radius, in m. Raises
+    ValueError if a number is out of its range.
 
-    Raises
-    ------
-    ValueError
-        If a number is out of its range.
-
-    Examples
-    --------
     >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
     >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
     >>> firmware = Firmware(SampledLaw.of_gain(gain, 0.01))
@@ -116,14 +102,8 @@ class Steering:
 class Steered:
     """A `Steering` at work on robots side by side, as the C program does it.
 
-    Parameters
-    ----------
-    steering : Steering
-        The law and its limits.
-    runs : int
-        How many robots stand side by side.
-    kind : float or np.float32
-        The precision of all arithmetic.
+    ``steering``: the law and its limits; ``runs``: how many robots stand side by side;
+    ``kind``: the precision of all arithmetic.
     """
 
     def __init__(self, steering, runs=1, kind=float):
@@ -156,22 +136,11 @@ class Steered:
     def step(self, volts, fault, left, right, target=0.0, rate=0.0):
         """One tick, after the firmware's.
 
-        Parameters
-        ----------
-        volts : (runs,) array_like
-            What the firmware answered, in V.
-        fault : (runs,) array_like of int
-            The firmware's fault; with any the motors get nothing.
-        left, right : float or (runs,) array
-            The wheels' angles against the body, in rad.
-        target, rate : float or (runs,) array
-            Set point of delta since the start and of its rate, in rad and
-            rad/s.
-
-        Returns
-        -------
-        (left, right) : tuple of (runs,) array
-            Volts for each motor.
+        ``volts``, (runs,): what the firmware answered, in V; ``fault``, (runs,) of int:
+        the firmware's fault; with any the motors get nothing; ``left``, ``right``: the
+        wheels' angles against the body, in rad; ``target``, ``rate``: set point of
+        delta since the start and of its rate, in rad and rad/s. Returns (left, right),
+        tuple of (runs,) array: volts for each motor.
         """
         lanes = self._lanes
         read = map(lanes.read, (volts, left, right, target, rate))

@@ -15,16 +15,9 @@ __all__ = ["fill"]
 def fill(template, note, values, name="balance"):
     """The program of a ``template`` for a robot.
 
-    Parameters
-    ----------
-    template : str
-        The name of a file in the folder templates.
-    note : list of str
-        Lines that say where the program comes from.
-    values : dict
-        From the names in it to the texts of their values.
-    name : str
-        What stands for "balance" in the names of files and of functions.
+    ``template``: the name of a file in the folder templates; ``note``: lines that say
+    where the program comes from; ``values``: from the names in it to the texts of their
+    values; ``name``: what stands for "balance" in the names of files and of functions.
     """
     text = read("sosbook.pendulum", template)
     for label, value in values.items():

@@ -107,23 +107,10 @@ class TickLog:
     def read(cls, path):
         """The longest run in a CSV file that a program wrote, at ``path``.
 
-        Parameters
-        ----------
-        path : str or Path
-            A file with the columns t, gyro, wheels, tilt, target, rate, V,
-            theta, battery and fault in any order, and perhaps `LATE` and
-            `STEER_COLUMNS`; a
-            program that was started several times has several runs.
-
-        Returns
-        -------
-        TickLog
-            The longest run from a start to the next.
-
-        Raises
-        ------
-        ValueError
-            That names the column or the row.
+        ``path``: a file with the columns t, gyro, wheels, tilt, target, rate, V, theta,
+        battery and fault in any order, and perhaps `LATE` and `STEER_COLUMNS`; a
+        program that was started several times has several runs. Returns the longest run
+        from a start to the next. Raises ValueError: that names the column or the row.
         """
         rows = read_rows(path)
         names = [name.strip() for name in rows[0]] if rows else []
@@ -178,15 +165,8 @@ class TickLog:
     def replayed(self, firmware):
         """The volts that a ``firmware`` answers to these readings.
 
-        Parameters
-        ----------
-        firmware : Firmware
-            The one that is said to have run.
-
-        Returns
-        -------
-        (N,) array
-            In V; the first entry, at the start, is zero.
+        ``firmware``: the one that is said to have run. Returns (N,): in V; the first
+        entry, at the start, is zero.
         """
         controller = firmware.controller()
         controller.start(self.theta[0], self.wheels[0], self.gyro[0])
@@ -198,15 +178,8 @@ class TickLog:
     def replayed_motors(self, steering):
         """The volts of both motors that a ``steering`` answers to these readings.
 
-        Parameters
-        ----------
-        steering : Steering
-            The one that is said to have run.
-
-        Returns
-        -------
-        (N, 2) array
-            In V, left and right; at the start zero.
+        ``steering``: the one that is said to have run. Returns (N, 2): in V, left and
+        right; at the start zero.
         """
         steered, per = steering.controller(), steering.per_radian
         steered.start(self.left[0], self.right[0])

@@ -37,17 +37,10 @@ SIZES = np.array([0.1, 0.1, 0.1, 0.3, 0.1])
 class Tracking:
     """What a loop's own log says of the pendulum in it.
 
-    Parameters
-    ----------
-    values : dict
-        body, wheels and back-EMF: the factors of e/c, of e/a and of f;
-        delay in s; friction in V.
-    sd : dict
-        Their standard deviations.
-    innovations : (2, N) array
-        What the gyro (rad/s) and the wheels (rad) said beyond the prediction.
-    t : (N,) array
-        The times of the innovations, in s.
+    ``values``: body, wheels and back-EMF: the factors of e/c, of e/a and of f; delay in
+    s; friction in V; ``sd``: their standard deviations; ``innovations``, (2, N): what
+    the gyro (rad/s) and the wheels (rad) said beyond the prediction; ``t``, (N,): the
+    times of the innovations, in s.
     """
 
     values: dict
@@ -64,26 +57,10 @@ class Tracking:
 def track(log, mip, T, counts):
     """Fit a pendulum to the log of its own loop.
 
-    Parameters
-    ----------
-    log : TickLog
-        The ticks of a program.
-    mip : Mip
-        The pendulum that the program was made for.
-    T : float
-        Time between samples, in s.
-    counts : float
-        An encoder's counts per turn.
-
-    Returns
-    -------
-    Tracking
-        The factors by which the pendulum differs, the delay and the friction.
-
-    Raises
-    ------
-    ValueError
-        If the log has too few ticks near upright.
+    ``log``: the ticks of a program; ``mip``: the pendulum that the program was made
+    for; ``T``: time between samples, in s; ``counts``: an encoder's counts per turn.
+    Returns the factors by which the pendulum differs, the delay and the friction.
+    Raises ValueError if the log has too few ticks near upright.
     """
     use = _gentle(log)
     if use.sum() < LEAST_TICKS:
@@ -155,20 +132,10 @@ class Predictor:
     The unknowns x are the logarithms of the three factors, the delay over T
     and the friction.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum whose factors are one.
-    T : float
-        Time between samples, in s.
-    gyro, wheels, V : (N,) array
-        The samples.
-    rubs : (N,) array
-        The share of the friction that acts.
-    scale : (2,) array
-        The sensors' noise.
-    disturbance : float
-        The noise of the voltage, in V.
+    ``mip``: the pendulum whose factors are one; ``T``: time between samples, in s;
+    ``gyro``, ``wheels``, ``V``, (N,): the samples; ``rubs``, (N,): the share of the
+    friction that acts; ``scale``, (2,): the sensors' noise; ``disturbance``: the noise
+    of the voltage, in V.
     """
 
     C = np.array([[0.0, 0, 1, 0, 1], [-1, 1, 0, 0, 0]])  # gyro + offset, wheels

@@ -11,24 +11,11 @@ __all__ = ["bode_band", "constrained", "equal_peaks"]
 def equal_peaks(numerator, denominator):
     """The gain k of k s / A(s) whose peak is that of B(s) / A(s).
 
-    Parameters
-    ----------
-    numerator : (2,) sequence
-        B = [b1, b0], as in b1 s + b0.
-    denominator : (3,) sequence
-        A = [1, f, d].
+    ``numerator``, (2,) sequence: B = [b1, b0], as in b1 s + b0; ``denominator``, (3,)
+    sequence: A = [1, f, d]. Returns the gain, with b1's sign.
 
-    Returns
-    -------
-    float
-        The gain, with b1's sign.
-
-    Notes
-    -----
     Source: thesis, from (4.19) to (4.20).
 
-    Examples
-    --------
     >>> round(equal_peaks([-30.11, -52.49], [1, 7.133, 110.6]), 2)
     -30.52
     """
@@ -51,22 +38,10 @@ def constrained(numerator, denominator, V, T):
     Instead of moving a zero and keeping the poles: all three ratios are
     fitted, in least squares, to the other model's answer to V.
 
-    Parameters
-    ----------
-    numerator, denominator : sequences
-        Those of the other model, such as (4.19).
-    V : (N,) array_like
-        Voltage, such as the experiment's.
-    T : float
-        Sampling time in s.
+    ``numerator``, ``denominator``: those of the other model, such as (4.19); ``V``,
+    (N,): voltage, such as the experiment's; ``T``: sampling time in s. Returns Fit: its
+    parameters are e_c, f_c and d_c.
 
-    Returns
-    -------
-    Fit
-        Its parameters are e_c, f_c and d_c.
-
-    Examples
-    --------
     >>> from sosbook.pendulum.experiments import chirp
     >>> t, V = chirp(1, 20)
     >>> fit = constrained([-30.11, -52.49], [1, 7.133, 110.6], V, t[1])
@@ -82,26 +57,12 @@ def constrained(numerator, denominator, V, T):
 def bode_band(numerator, denominator, omega, spread=0.04):
     """Magnitudes of a transfer function whose gain is uncertain.
 
-    Parameters
-    ----------
-    numerator, denominator : sequences
-        Coefficients, highest power of s first.
-    omega : (N,) array_like
-        Angular frequencies, in rad/s.
-    spread : float
-        The relative uncertainty of the gain.
+    ``numerator``, ``denominator``: coefficients, highest power of s first; ``omega``,
+    (N,): angular frequencies, in rad/s; ``spread``: the relative uncertainty of the
+    gain. Returns (3, N): magnitudes in dB, with the gain low, as given, and high.
 
-    Returns
-    -------
-    (3, N) array
-        Magnitudes in dB, with the gain low, as given, and high.
-
-    Notes
-    -----
     Source: thesis, figures 4.4 and 4.5.
 
-    Examples
-    --------
     >>> bode_band([-30.52, 0], [1, 7.133, 110.6], [110.6**0.5]).round(2)
     array([[12.27],
            [12.63],

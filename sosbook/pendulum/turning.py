@@ -26,12 +26,7 @@ def inertia_bounds(mip, robot):
     whose mass lies within the circle through both wheels: then a_d is at
     least 2 M_w r^2 + 2 I_w, and at most the pendulum's a.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum, with its I_w.
-    robot : Robot
-        Its masses and lengths.
+    ``mip``: the pendulum, with its I_w; ``robot``: its masses and lengths.
     """
     body = robot.turning or (0.0, robot.M_b * (robot.track / 2) ** 2)
     scale = 4 * (robot.r / robot.track) ** 2
@@ -45,22 +40,10 @@ def turning_plants(mip, robot, spread=0.04):
     The plant is (a_d / e) delta'' + (f / e) delta' = W, and the two quotients
     fill a rectangle, of which each polytope is a half.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum in the middle, with its I_w.
-    robot : Robot
-        The robot's description, with its track.
-    spread : float or FitSpread
-        As for `polytope`, whose pendulums' quotients the rectangle holds.
+    ``mip``: the pendulum in the middle, with its I_w; ``robot``: the robot's
+    description, with its track; ``spread``: as for `polytope`, whose pendulums'
+    quotients the rectangle holds. Returns the rectangle, then its two triangles.
 
-    Returns
-    -------
-    tuple of Polytope
-        The rectangle, then its two triangles.
-
-    Examples
-    --------
     >>> from sosbook.pendulum import Mip, Robot
     >>> robot = Robot.shipped("thesis").but(track=0.07)
     >>> [part.N for part in turning_plants(Mip.printed(), robot)]
@@ -85,20 +68,10 @@ def turning_plants(mip, robot, spread=0.04):
 def unequal_plant(mip, inertia, more, crossed):
     """The plant of z = [theta, phi, delta] and u = [V, W] with unequal motors.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum, with the sums e and f of both motors.
-    inertia : float
-        As in `inertia_bounds`, in kg m^2.
-    more, crossed : float
-        The right motor's e and f are larger by these shares than the mean, and
-        the left's smaller.
-
-    Returns
-    -------
-    SecondOrderSystem
-        With three angles and two voltages.
+    ``mip``: the pendulum, with the sums e and f of both motors; ``inertia``: as in
+    `inertia_bounds`, in kg m^2; ``more``, ``crossed``: the right motor's e and f are
+    larger by these shares than the mean, and the left's smaller. Returns
+    SecondOrderSystem: with three angles and two voltages.
     """
     two, e, f = mip.plant(), mip.e, mip.f
     M, D, S = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))

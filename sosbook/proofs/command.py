@@ -47,15 +47,7 @@ MOST_VERTICES = 4096  # their pairs fill the memory
 def main(arguments: list | None = None) -> int:
     """Run the command line.
 
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Those of the program without it.
-
-    Returns
-    -------
-    int
-        The exit code.
+    ``arguments``: those of the program without it. Returns the exit code.
     """
     parser = argparse.ArgumentParser(prog="python -m sosbook", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="command")
@@ -258,10 +250,7 @@ def _plant_in(content):
 def read_plant_file(path):
     """The plant of a file, its keywords of `design_pid`, and its controller's or None.
 
-    Parameters
-    ----------
-    path : str or Path
-        JSON or TOML, as ``plant.schema.json`` says.
+    ``path``: JSON or TOML, as ``plant.schema.json`` says.
     """
     data = read_data(path)
     if not isinstance(data, dict) or not isinstance(data.get("plant"), dict):

@@ -40,16 +40,9 @@ OTHER = "give --out another name"
 def controller_in(data):
     """What a plant file asks of a computer: the checked value of its key "controller".
 
-    Parameters
-    ----------
-    data : dict
-        Keys among `CONTROLLER`, as `Gains.controller` and `Controller.limit` take
-        them.
-
-    Raises
-    ------
-    ValueError
-        If a key isn't known, T is missing, T or delay is no time, or measured no list.
+    ``data``: keys among `CONTROLLER`, as `Gains.controller` and `Controller.limit` take
+    them. Raises ValueError if a key isn't known, T is missing, T or delay is no time,
+    or measured no list.
     """
     if not isinstance(data, dict):
         raise ValueError('controller must be an object, such as {"T": 0.001}')
@@ -81,24 +74,9 @@ def controller_made(design, asked):
 def check_folder(folder, plant, force=False):
     """The files of an earlier answer that a new one about a ``plant`` may replace.
 
-    Parameters
-    ----------
-    folder : str or Path
-        Where the new one goes.
-    plant : plant
-        That of the new one.
-    force : bool
-        Whether that one may be about another plant, or changed.
-
-    Returns
-    -------
-    set of str
-        Their names in the folder.
-
-    Raises
-    ------
-    FileExistsError
-        If the folder holds anything else.
+    ``folder``: where the new one goes; ``plant``: that of the new one; ``force``:
+    whether that one may be about another plant, or changed. Returns set of str: their
+    names in the folder. Raises FileExistsError if the folder holds anything else.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():

@@ -26,13 +26,8 @@ FILES = re.compile(r"\(file[\s*]+sha256[\s*]+([0-9a-f]{64})\)")
 def compare_plant(data, path):
     """What keeps the data of a proof from being about the plant of a file; or "".
 
-    Parameters
-    ----------
-    data : dict
-        Those of a proof file.
-    path : str or Path
-        As `load_plant` takes it. Where it is a file of ``python -m sosbook design``,
-        its U, K_A and law must be the proof's, too.
+    ``data``: those of a proof file; ``path``: as `load_plant` takes it. Where it is a
+    file of ``python -m sosbook design``, its U, K_A and law must be the proof's, too.
     """
     plant = checked_plant(load_plant(path))
     wanted = {"plant": plant_data(plant)}
@@ -65,12 +60,8 @@ def _where(data, wanted):
 def compare_gain(data, path):
     """What keeps the data of a proof from being about the gain of a file; or "".
 
-    Parameters
-    ----------
-    data : dict
-        Those of a proof file.
-    path : str or Path
-        JSON: a matrix, or an object with one under "K", as ``design`` prints it.
+    ``data``: those of a proof file; ``path``: JSON: a matrix, or an object with one
+    under "K", as ``design`` prints it.
     """
     given = read_json(path)
     if isinstance(given, dict):
@@ -85,13 +76,8 @@ def compare_gain(data, path):
 def compare_code(proof, path):
     """What keeps a proof from being about the program of a file; or "".
 
-    Parameters
-    ----------
-    proof : ProofFile
-        What was read.
-    path : str or Path
-        A <name>_gains.h that `Controller.to_c` writes, or the <name>.h or <name>.c
-        beside it, or the <name>.c of a pendulum's `Program`.
+    ``proof``: what was read; ``path``: A <name>_gains.h that `Controller.to_c` writes,
+    or the <name>.h or <name>.c beside it, or the <name>.c of a pendulum's `Program`.
     """
     text, path = read_text(path), path_of(path)
     beside = path.with_name(f"{path.stem}_gains.h")

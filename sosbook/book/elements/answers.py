@@ -40,18 +40,11 @@ class Answers:
     def __call__(self, kind, request):
         """The answer to a request of the page.
 
-        Parameters
-        ----------
-        kind : {"move", "probe", "prove"}
-            Whether a design is drawn, only its status counts, or a proof is wanted.
-        request : dict
-            The plant's "vertices", "U", "K_A", "coupling", and "asked".
-
-        Returns
-        -------
-        dict
-            As JSON has it: "status", "reason", "ms", and of a design "K", "poles",
-            "margins", "bounded", "norm", "peak", "cost"; "proof" where one is wanted.
+        ``kind``, {"move", "probe", "prove"}: whether a design is drawn, only its status
+        counts, or a proof is wanted; ``request``: the plant's "vertices", "U", "K_A",
+        "coupling", and "asked". Returns dict: as JSON has it: "status", "reason", "ms",
+        and of a design "K", "poles", "margins", "bounded", "norm", "peak", "cost";
+        "proof" where one is wanted.
         """
         begin = time.perf_counter()
         answer = self._answer(kind, request)

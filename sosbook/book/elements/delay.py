@@ -30,18 +30,8 @@ LINE_POINTS = 600  # of a drawn line; the page takes a multiple of it as steps
 def unit_set_point(U):
     """The smallest r for which every integrated error asks for one: U r = 1.
 
-    Parameters
-    ----------
-    U : (a, n) array_like
-        The rows of U z are integrated.
+    ``U``, (a, n): the rows of U z are integrated. Returns (n,): the set point of z.
 
-    Returns
-    -------
-    (n,) array
-        The set point of z.
-
-    Examples
-    --------
     >>> unit_set_point([[0, 1]]).tolist()
     [0.0, 1.0]
     """

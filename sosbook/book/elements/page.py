@@ -51,10 +51,7 @@ def whole(text):
 
     What all elements share has the class "sos-shared": stored notebooks leave it out.
 
-    Parameters
-    ----------
-    text : str
-        Elements as HTML, each with its data.
+    ``text``: elements as HTML, each with its data.
     """
     sheets, scripts = named(text)
     style, code = "".join(map(sheet, sheets)), "".join(map(script, scripts))
@@ -67,13 +64,8 @@ def whole(text):
 def named(text):
     """The names of the style sheets and the scripts that a page's elements need.
 
-    Parameters
-    ----------
-    text : str
-        The page's HTML.
+    ``text``: the page's HTML.
 
-    Examples
-    --------
     >>> named('<sos-map class="of-kit of-map" data-script="map" role="group">')
     (('kit', 'map'), ('kit', 'plot', 'program', 'map'))
     """
@@ -87,15 +79,8 @@ def named(text):
 def significant(value, digits):
     """A float, or an array as lists, rounded to so many significant digits; never -0.
 
-    Parameters
-    ----------
-    value : array_like
-        Of any shape.
-    digits : int
-        How many digits are kept.
+    ``value``: of any shape; ``digits``: how many digits are kept.
 
-    Examples
-    --------
     >>> significant(0.123456, 3), significant([[-0.0, 12345]], 3)
     (0.123, [[0.0, 12300.0]])
     """

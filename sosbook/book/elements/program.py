@@ -15,16 +15,9 @@ PLACE = "{}"  # of the bound, in the words of a requirement
 def program_data(request):
     """What the page's ``sosProgram.design`` takes, but the bounds.
 
-    Parameters
-    ----------
-    request : Request
-        Its bounds are left to the page, which knows them by their names.
-
-    Returns
-    -------
-    dict
-        The plant as "request", "x0", "mu" and "cost" (None where they aren't asked),
-        and as "own" the requirements that the page doesn't know, in Python's words.
+    ``request``: its bounds are left to the page, which knows them by their names.
+    Returns the plant as "request", "x0", "mu" and "cost" (None where they aren't
+    asked), and as "own" the requirements that the page doesn't know, in Python's words.
     """
     cost, saturation = request.cost, request.saturation
     return {
@@ -41,17 +34,9 @@ def program_data(request):
 def plant_data(plant, U, K_A=None):
     """The matrices of a plant or polytope as JSON has them.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem or Polytope
-        Its vertices' M, D, S, B, and F where it has one.
-    U, K_A : array_like or None
-        As in `design_pid`.
-
-    Returns
-    -------
-    dict
-        "vertices", "U" and "K_A", lists of rows with fifteen digits.
+    ``plant``: its vertices' M, D, S, B, and F where it has one; ``U``, ``K_A``: as in
+    `design_pid`. Returns dict: "vertices", "U" and "K_A", lists of rows with fifteen
+    digits.
     """
     return {
         "vertices": [_matrices(v) for v in plant.vertices],

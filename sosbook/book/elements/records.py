@@ -93,18 +93,11 @@ def record(design, blocks=None):
 def delay_record(design):
     """What the page stores of a design: rounded, and nothing like -0.
 
-    Parameters
-    ----------
-    design : DelayDesign
-        The design, or the lack of one.
-
-    Returns
-    -------
-    int or list
-        0 if infeasible, 1 if undecided, else [K row by row (4 digits), [block,
-        smallest margin (2 digits)], [true slowest rate, delay where it occurs
-        (3 digits)], [for the shortest, nominal and longest delay the rightmost
-        roots with Im >= 0, as re, im, re, im, ... (3 digits)]].
+    ``design``: the design, or the lack of one. Returns int or list: 0 if infeasible, 1
+    if undecided, else [K row by row (4 digits), [block, smallest margin (2 digits)],
+    [true slowest rate, delay where it occurs (3 digits)], [for the shortest, nominal
+    and longest delay the rightmost roots with Im >= 0, as re, im, re, im, ... (3
+    digits)]].
     """
     if design.status != "feasible":
         return NOT_FEASIBLE[design.status]
@@ -121,17 +114,8 @@ def delay_record(design):
 def map_record(design, blocks):
     """What a feasibility map stores of a certified design.
 
-    Parameters
-    ----------
-    design : Design
-        A certified design.
-    blocks : list of str
-        The page's titles of blocks; new ones join it.
-
-    Returns
-    -------
-    dict
-        K row by row (4 digits), and the index of the tightest block.
+    ``design``: a certified design; ``blocks``: the page's titles of blocks; new ones
+    join it. Returns dict: K row by row (4 digits), and the index of the tightest block.
     """
     worst, _ = tightest(design)
     return {

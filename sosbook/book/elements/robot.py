@@ -58,37 +58,16 @@ def animation(
     beyond the firmware's ``tip`` is a fall: the motors go off. Delays
     count in eighths of a tick.
 
-    Parameters
-    ----------
-    laws : dict
-        For each name a dict from R to a `Gain` of the pendulum.
-        The slider for R stops at these values only.
-    robots : dict, optional
-        A `Mip` for each name. Without it the printed one and its four
-        `vertices`.
-    T : float
-        Time between ticks, in s.
-    start : dict, optional
-        {"law": "PD", "R": 5, "robot": "printed", "tilt": 10,
-        "delay": 5, "noise": 1}: where the controls stand at first; the
-        tilt in degrees, the delay in ms, the noise relative to the
-        gyro's 0.1 deg/s. Without it the first law, robot and R.
-    title : str
-        The heading of the element.
+    ``laws``: for each name a dict from R to a `Gain` of the pendulum. The slider for R
+    stops at these values only; ``robots``: A `Mip` for each name. Without it the
+    printed one and its four `vertices`; ``T``: time between ticks, in s; ``start``:
+    {"law": "PD", "R": 5, "robot": "printed", "tilt": 10, "delay": 5, "noise": 1}: where
+    the controls stand at first; the tilt in degrees, the delay in ms, the noise
+    relative to the gyro's 0.1 deg/s. Without it the first law, robot and R; ``title``:
+    the heading of the element. Returns the element, with all gains and pendulums.
+    Raises ValueError if there is no law or robot, a gain isn't a pendulum's, an R or T
+    isn't positive, or a start value isn't on its control.
 
-    Returns
-    -------
-    Animation
-        The element, with all gains and pendulums.
-
-    Raises
-    ------
-    ValueError
-        If there is no law or robot, a gain isn't a pendulum's, an R or T
-        isn't positive, or a start value isn't on its control.
-
-    Notes
-    -----
     Source: thesis (4.13), mended, with the gains of section 4.3.
 
     The words in the page: it falls, if the motors go off; it chatters,
@@ -98,8 +77,6 @@ def animation(
     page ``element.run({law, R, robot, tilt, delay, noise, seconds,
     ideal, pushes})`` returns any run as arrays over the ticks.
 
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> animation(thesis.mip().gains)
     Animation: 6 gains of 2 laws on 5 robots

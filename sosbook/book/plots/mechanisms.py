@@ -21,32 +21,15 @@ def row(
 ):
     """Bodies in a row, joined to a wall and to each other.
 
-    Parameters
-    ----------
-    ax : matplotlib.axes.Axes
-        Where to draw.
-    bodies : sequence of str
-        What stands in each body, from the left to the right.
-    links : sequence of (str, str)
-        What joins each body to the one before, the first to the wall: texts
-        of its spring and of its damper. None stands for no such part. One
-        more link joins the last body to a wall on the right.
-    forces, disturbances : dict of int: str, optional
-        Texts of the arrows that push bodies, numbered from 0.
-    weightless : sequence of int, optional
-        Numbers of the bodies without a mass.
-    right_wall : bool, optional
-        Whether the last link ends in a wall.
-    displacements : bool, optional
-        Whether to draw the arrows z1, z2, ... of the coordinates.
+    ``ax``: where to draw; ``bodies``: what stands in each body, from the left to the
+    right; ``links``: what joins each body to the one before, the first to the wall:
+    texts of its spring and of its damper. None stands for no such part. One more link
+    joins the last body to a wall on the right; ``forces``, ``disturbances``: texts of
+    the arrows that push bodies, numbered from 0; ``weightless``: numbers of the bodies
+    without a mass; ``right_wall``: whether the last link ends in a wall;
+    ``displacements``: whether to draw the arrows z1, z2, ... of the coordinates. Raises
+    ValueError if there isn't a link for each body and for the wall on the right.
 
-    Raises
-    ------
-    ValueError
-        If there isn't a link for each body and for the wall on the right.
-
-    Examples
-    --------
     >>> import matplotlib.pyplot as plt
     >>> figure, ax = plt.subplots()
     >>> row(ax, ["m"], [("k", None)], forces={0: "u"})

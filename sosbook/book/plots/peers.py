@@ -22,20 +22,9 @@ PEER_LOOKS = {
 def pick(records, **wanted):
     """Records whose fields have the wanted values.
 
-    Parameters
-    ----------
-    records : list of dict
-        The records of a file in the folder benchmarks.
-    **wanted
-        A value, or a tuple of values, for each field.
+    ``records``: the records of a file in the folder benchmarks; ``**wanted``: a value,
+    or a tuple of values, for each field. Returns those that match, in their order.
 
-    Returns
-    -------
-    list of dict
-        Those that match, in their order.
-
-    Examples
-    --------
     >>> pick([{"n": 2}, {"n": 4}, {"n": 8}], n=(2, 8))
     [{'n': 2}, {'n': 8}]
     """
@@ -60,21 +49,9 @@ def competitors(records):
 def legend(where, names, columns=4, **placed):
     """The competitors' lines and marks, outside below a figure or inside Axes.
 
-    Parameters
-    ----------
-    where : matplotlib Figure or Axes
-        What the legend belongs to.
-    names : sequence of str
-        Of the competitors.
-    columns : int
-        How many columns the legend has.
-    **placed
-        For matplotlib's ``legend``; outside below without it.
-
-    Returns
-    -------
-    matplotlib Legend
-        The legend.
+    ``where``: what the legend belongs to; ``names``: of the competitors; ``columns``:
+    how many columns the legend has; ``**placed``: for matplotlib's ``legend``; outside
+    below without it. Returns the legend.
     """
     handles = []
     for name in names:

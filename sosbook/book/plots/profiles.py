@@ -33,19 +33,10 @@ OURS = "sosbook"
 def times(records):
     """Seconds by case and competitor.
 
-    Parameters
-    ----------
-    records : list of dict
-        With family, size, competitor, status and cpu_s.
+    ``records``: with family, size, competitor, status and cpu_s. Returns dict: from
+    (family, size) to a dict from competitor to seconds, infinite where the answer isn't
+    right.
 
-    Returns
-    -------
-    dict
-        From (family, size) to a dict from competitor to seconds, infinite where
-        the answer isn't right.
-
-    Examples
-    --------
     >>> one = dict(family="chain", size=2, competitor="a", status="right", cpu_s=0.5)
     >>> times([one, one | dict(competitor="b", status="wrong", cpu_s=0.1)])
     {('chain', 2): {'a': 0.5, 'b': inf}}
@@ -60,20 +51,10 @@ def times(records):
 def ratios(seconds):
     """Each competitor's times over the best one's, case by case.
 
-    Parameters
-    ----------
-    seconds : dict
-        From a case to a dict from competitor to seconds, as of `times`. Who is
-        missing in a case hasn't solved it.
+    ``seconds``: from a case to a dict from competitor to seconds, as of `times`. Who is
+    missing in a case hasn't solved it. Returns dict: from a competitor to one ratio a
+    case, infinite where it has no answer. Cases that nobody solved are among them.
 
-    Returns
-    -------
-    dict
-        From a competitor to one ratio a case, infinite where it has no answer.
-        Cases that nobody solved are among them.
-
-    Examples
-    --------
     >>> ratios({1: {"a": 2.0, "b": 1.0}, 2: {"a": 3.0, "b": math.inf}})
     {'a': [2.0, 1.0], 'b': [1.0, inf]}
     """
@@ -90,20 +71,9 @@ def ratios(seconds):
 def share(factors, tau):
     """The part of all cases in which a ratio is at most tau.
 
-    Parameters
-    ----------
-    factors : sequence of float
-        One ratio a case.
-    tau : float
-        One or more.
+    ``factors``: one ratio a case; ``tau``: one or more. Returns float: between zero and
+    one.
 
-    Returns
-    -------
-    float
-        Between zero and one.
-
-    Examples
-    --------
     >>> share([1.0, 1.1, 3.0, math.inf], 1.2)
     0.5
     """
@@ -113,18 +83,9 @@ def share(factors, tau):
 def best_of_others(case):
     """The fastest of the others, and its seconds.
 
-    Parameters
-    ----------
-    case : dict
-        Seconds by competitor.
+    ``case``: seconds by competitor. Returns (str or None, float): None and infinity
+    where no other has an answer.
 
-    Returns
-    -------
-    (str or None, float)
-        None and infinity where no other has an answer.
-
-    Examples
-    --------
     >>> best_of_others({"sosbook": 1.0, "a": 3.0, "b": 2.0})
     ('b', 2.0)
     """
@@ -136,19 +97,10 @@ def best_of_others(case):
 def faster(seconds):
     """Where somebody else is faster, the worst case first.
 
-    Parameters
-    ----------
-    seconds : dict
-        As of `times`.
+    ``seconds``: as of `times`. Returns list of (case, str, float): the case, the
+    fastest one there, and how many times as long we take, which is infinite where only
+    others have an answer.
 
-    Returns
-    -------
-    list of (case, str, float)
-        The case, the fastest one there, and how many times as long we take,
-        which is infinite where only others have an answer.
-
-    Examples
-    --------
     >>> faster({1: {"sosbook": 2.0, "b": 1.0}, 2: {"sosbook": 3.0, "b": math.inf}})
     [(1, 'b', 2.0)]
     """
@@ -166,23 +118,10 @@ def speedup(seconds, size, theirs):
 
     Who has no answer takes infinitely long, as in the profile.
 
-    Parameters
-    ----------
-    seconds : dict
-        As of `times`, by (family, size).
-    size : int
-        The size.
-    theirs : str
-        Another competitor.
+    ``seconds``: as of `times`, by (family, size); ``size``: the size; ``theirs``:
+    another competitor. Returns float or None: infinite where they have no answer in
+    most families; None where in no family anybody has one.
 
-    Returns
-    -------
-    float or None
-        Infinite where they have no answer in most families; None where in no
-        family anybody has one.
-
-    Examples
-    --------
     >>> speedup({("a", 8): {"sosbook": 1.0, "b": 5.0}}, 8, "b")
     5.0
     """
@@ -198,20 +137,9 @@ def speedup(seconds, size, theirs):
 def power(seconds, first, last):
     """The exponent of growth between two sizes.
 
-    Parameters
-    ----------
-    seconds : dict
-        By size.
-    first, last : int
-        Two sizes.
+    ``seconds``: by size; ``first``, ``last``: two sizes. Returns float: p, where the
+    time grows like the size to the power p.
 
-    Returns
-    -------
-    float
-        p, where the time grows like the size to the power p.
-
-    Examples
-    --------
     >>> power({40: 1.0, 80: 8.0}, 40, 80)
     3.0
     """
@@ -221,18 +149,9 @@ def power(seconds, first, last):
 def uphill(seconds):
     """The largest ratio of a smaller size's time to a larger one's.
 
-    Parameters
-    ----------
-    seconds : dict
-        By size.
+    ``seconds``: by size. Returns (float, int, int): the ratio and the two sizes; below
+    one where time only grows.
 
-    Returns
-    -------
-    (float, int, int)
-        The ratio and the two sizes; below one where time only grows.
-
-    Examples
-    --------
     >>> uphill({2: 1.0, 3: 2.0, 4: 1.0, 5: 3.0})
     (2.0, 3, 4)
     """
@@ -244,14 +163,8 @@ def uphill(seconds):
 def curves(ax, factors, most=100.0):
     """Performance profiles: a rising step for each competitor.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    factors : dict
-        As of `ratios`.
-    most : float
-        The largest factor that is drawn.
+    ``ax``: the axes to draw on; ``factors``: as of `ratios`; ``most``: the largest
+    factor that is drawn.
     """
     if not factors:
         return empty(ax)
@@ -271,14 +184,8 @@ def curves(ax, factors, most=100.0):
 def growth(ax, records, field="cpu_s"):
     """A field over the size, one line a competitor, on logarithmic axes.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    records : list of dict
-        Of one family.
-    field : str
-        "cpu_s" or "peak_mb".
+    ``ax``: the axes to draw on; ``records``: of one family; ``field``: "cpu_s" or
+    "peak_mb".
     """
     known = [r for r in pick(records, status="right") if r[field]]
     if not known:
@@ -301,12 +208,7 @@ def growth(ax, records, field="cpu_s"):
 def memory(ax, records):
     """Peak memory over the size; the dotted line is what there was before.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    records : list of dict
-        Of one family.
+    ``ax``: the axes to draw on; ``records``: of one family.
     """
     growth(ax, records, "peak_mb")
     before = [r["base_mb"] for r in records if r["base_mb"]]

@@ -47,14 +47,8 @@ def seconds(ax, records, label="competitor"):
 
     Hollow marks were measured on a part and scaled up.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    records : list of dict
-        The records of benchmarks/waiting.json, one a row.
-    label : str
-        The field that names a row.
+    ``ax``: the axes to draw on; ``records``: the records of benchmarks/waiting.json,
+    one a row; ``label``: the field that names a row.
     """
     if not records:
         return empty(ax)
@@ -95,14 +89,8 @@ def shares(ax, records, limit=0.025):
     For each case the upper bar starts cold, the lower one warm. The median
     shares are scaled so that a bar is as long as the median move.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    records : list of dict
-        The records of benchmarks/waiting.json.
-    limit : float
-        Seconds; a dashed line.
+    ``ax``: the axes to draw on; ``records``: the records of benchmarks/waiting.json;
+    ``limit``: seconds; a dashed line.
     """
     moves = pick(records, family="slider")
     if not moves:
@@ -138,12 +126,8 @@ def shares(ax, records, limit=0.025):
 def verdicts(ax, counts):
     """Stacked bars of random requests: what was known, what was answered.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    counts : dict
-        How many there are of each "kind, known verdict: answer".
+    ``ax``: the axes to draw on; ``counts``: how many there are of each "kind, known
+    verdict: answer".
     """
     if not counts:
         return empty(ax, "robustness.json isn't there")

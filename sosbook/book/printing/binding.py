@@ -16,14 +16,7 @@ __all__ = ["Bound", "bind"]
 class Bound:
     """A bound book.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    pages : int
-        How many pages it has.
-    size : int
-        Its bytes.
+    ``path``: the file; ``pages``: how many pages it has; ``size``: its bytes.
     """
 
     path: Path
@@ -55,17 +48,8 @@ class _Places:
 def bind(printed, output):
     """Write the printed chapters as one file.
 
-    Parameters
-    ----------
-    printed : list of (Chapter, bytes)
-        The chapters as single PDFs.
-    output : Path
-        The file to write.
-
-    Returns
-    -------
-    Bound
-        The numbers of pages and bytes.
+    ``printed``, list of (Chapter, bytes): the chapters as single PDFs; ``output``: the
+    file to write. Returns the numbers of pages and bytes.
     """
     pypdf = library("pypdf")
     writer, places, owners = pypdf.PdfWriter(), _Places(), []

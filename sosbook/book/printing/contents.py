@@ -15,16 +15,9 @@ TITLE = re.compile(r'<h1[^>]*>((?:(?!</h1>).)*?)<a class="headerlink"', re.DOTAL
 class Chapter:
     """A page of the book.
 
-    Parameters
-    ----------
-    path : Path
-        The built page.
-    title : str
-        Its title, with the chapter's number if it has one.
-    part : str
-        The part of the book that it belongs to.
-    opens : bool
-        Whether the part begins with it.
+    ``path``: the built page; ``title``: its title, with the chapter's number if it has
+    one; ``part``: the part of the book that it belongs to; ``opens``: whether the part
+    begins with it.
     """
 
     path: Path
@@ -36,22 +29,9 @@ class Chapter:
 def contents(site: Path, listing: Path) -> list:
     """The chapters of a built book.
 
-    Parameters
-    ----------
-    site : Path
-        The folder of the built pages.
-    listing : Path
-        The ``_toc.yml`` that the book was built from.
-
-    Returns
-    -------
-    list of Chapter
-        In the order of the listing; the root comes first.
-
-    Raises
-    ------
-    FileNotFoundError
-        If a page of the listing isn't built.
+    ``site``: the folder of the built pages; ``listing``: the ``_toc.yml`` that the book
+    was built from. Returns list of Chapter: in the order of the listing; the root comes
+    first. Raises FileNotFoundError if a page of the listing isn't built.
     """
     chapters, part, opens = [], "", False
     for key, value in LINE.findall(listing.read_text("utf-8")):

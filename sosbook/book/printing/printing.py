@@ -30,25 +30,10 @@ def print_book(
 ) -> Bound:
     """Print a built book as one PDF with an outline and working links.
 
-    Parameters
-    ----------
-    site : Path
-        The folder of the built pages.
-    output : Path
-        The file to write.
-    listing : Path
-        The book's ``_toc.yml``.
-    chromium : str, optional
-        The program; without it playwright's own.
-    address : str
-        Where the site is served, for the links of what moves.
-    only : int, optional
-        Print so many chapters, for a trial.
-
-    Returns
-    -------
-    Bound
-        The numbers of pages and bytes.
+    ``site``: the folder of the built pages; ``output``: the file to write; ``listing``:
+    the book's ``_toc.yml``; ``chromium``: the program; without it playwright's own;
+    ``address``: where the site is served, for the links of what moves; ``only``: print
+    so many chapters, for a trial. Returns the numbers of pages and bytes.
     """
     chapters = contents(site, listing)[:only]
     wanted = anchors(chapters)

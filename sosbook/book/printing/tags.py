@@ -9,12 +9,7 @@ class Tags:
     A page or a link names its tags by a number; each chapter counts from 0, and
     here they count on.
 
-    Parameters
-    ----------
-    pypdf : module
-        The library.
-    writer : pypdf.PdfWriter
-        The book.
+    ``pypdf``: the library; ``writer``: the book.
     """
 
     def __init__(self, pypdf, writer):

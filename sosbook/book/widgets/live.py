@@ -21,17 +21,8 @@ class Live(OnPage, ipywidgets.VBox):
 
     Made by `live`.
 
-    Parameters
-    ----------
-    element : elements.Explorer
-        What is shown, on a page by itself.
-
-    Attributes
-    ----------
-    question : ipywidgets.Textarea
-        What the element asks, as JSON; not seen.
-    answer : ipywidgets.HTML
-        What the package says to it, as JSON; not seen.
+    ``element``: what is shown, on a page by itself. Has ``question``: what the element
+    asks, as JSON; not seen; ``answer``: what the package says to it, as JSON; not seen.
     """
 
     def __init__(self, element):

@@ -34,20 +34,10 @@ class Sliders(OnPage, ipywidgets.VBox):
 
     Made by `sliders`.
 
-    Parameters
-    ----------
-    function : callable
-        Takes a value by the name of each slider.
-    ranges : dict of str to (low, start, high) or ipywidgets.Widget
-        As `sliders` takes them.
-
-    Attributes
-    ----------
-    sliders : dict of str to ipywidgets.Widget
-        Set ``sliders["rho"].value`` to move one from code, in the unit shown.
-    result : object
-        What the function returned last: a design, to certify or to simulate. None
-        where it failed.
+    ``function``: takes a value by the name of each slider; ``ranges``: as `sliders`
+    takes them. Has ``sliders``: set ``sliders["rho"].value`` to move one from code, in
+    the unit shown; ``result``: what the function returned last: a design, to certify or
+    to simulate. None where it failed.
     """
 
     def __init__(self, function, ranges):

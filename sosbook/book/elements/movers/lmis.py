@@ -25,24 +25,10 @@ def centre(
     The page walks from the reader's point to the analytic centre by
     Newton's method, the decrement beside each step.
 
-    Parameters
-    ----------
-    A : (2, 2) array_like
-        The matrix of x' = A x.
-    start : (float, float)
-        p and q at first.
-    sigma : float
-        The decay rate at first, in 1/s.
-    title, hint : str
-        The heading, and what to try.
+    ``A``, (2, 2): the matrix of x' = A x; ``start``, (float, float): p and q at first;
+    ``sigma``: the decay rate at first, in 1/s; ``title``, ``hint``: the heading, and
+    what to try. Raises ValueError if A isn't 2 x 2.
 
-    Raises
-    ------
-    ValueError
-        If A isn't 2 x 2.
-
-    Examples
-    --------
     >>> centre([[0, 1], [-2, -3]])
     Centre: sigma, p, q
     """
@@ -66,14 +52,9 @@ def centre(
 def segment(cases):
     """The plants between two vertices, their poles and the LMI of stability.
 
-    Parameters
-    ----------
-    cases : dict
-        For each name ((first, second), P): two `Descriptor` vertices
-        without control, and the matrix P that they share.
+    ``cases``: for each name ((first, second), P): two `Descriptor` vertices without
+    control, and the matrix P that they share.
 
-    Examples
-    --------
     >>> from sosbook.book import counterexamples
     >>> segment({"rotation": counterexamples.rotation()})
     Segment: plant, weight
@@ -118,23 +99,11 @@ def segment(cases):
 def ranges(plants, gains, box, sigma, start=0):
     """A crane with its load and its rope in ranges: proven cells, or a broken plant.
 
-    Parameters
-    ----------
-    plants : Uncertain
-        Parameters m and l, no powers: the largest box that the page can show.
-    gains : dict
-        For each name a gain (1, 4) that can be chosen.
-    box : dict
-        The ranges at first, m and l by name.
-    sigma : float
-        The decay that is claimed at first, in 1/s.
-    start : int
-        Which gain is chosen at first.
-
-    Raises
-    ------
-    ValueError
-        If the plants aren't of this kind.
+    ``plants``: parameters m and l, no powers: the largest box that the page can show;
+    ``gains``: for each name a gain (1, 4) that can be chosen; ``box``: the ranges at
+    first, m and l by name; ``sigma``: the decay that is claimed at first, in 1/s;
+    ``start``: which gain is chosen at first. Raises ValueError if the plants aren't of
+    this kind.
     """
     if list(plants.degree.items()) != [("m", 1), ("l", 1)]:
         raise ValueError(f"plants must have m and l without powers, got {plants!r}")
@@ -166,19 +135,11 @@ def ranges(plants, gains, box, sigma, start=0):
 def landscape(loop, B, C, gains, others):
     """The largest real part of x' = (A + B K C) x over K = [x y], with descents.
 
-    Parameters
-    ----------
-    loop : callable
-        From numbers, by name, to the matrix A, which is affine in each of them.
-    B, C : (N, 1) and (2, N) array_like
-        Of one input and two measured numbers.
-    gains : list of two tuples
-        For each gain its label, its ends, its step and where it is at first.
-    others : dict
-        The same for each number of the loop: they move the landscape.
+    ``loop``: from numbers, by name, to the matrix A, which is affine in each of them;
+    ``B``, ``C``, (N, 1) and (2, N): of one input and two measured numbers; ``gains``:
+    for each gain its label, its ends, its step and where it is at first; ``others``:
+    the same for each number of the loop: they move the landscape.
 
-    Examples
-    --------
     >>> landscape(lambda k: [[0, 1], [-k, 0]], [[0], [1]], np.eye(2),
     ...           [("K_P", (-4, 4), 0.1, 1), ("K_D", (-4, 4), 0.1, 1)],
     ...           {"k": ("spring", (0, 2), 0.1, 1)})
@@ -224,19 +185,9 @@ def trust(plant):
     page rounds P to some digits, looks at the blocks with a
     solver's tolerance and in floats, and proves them in exact integers.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem
-        Two coordinates; its entries are read as decimals.
+    ``plant``: two coordinates; its entries are read as decimals. Raises ValueError if
+    the plant hasn't two coordinates, or no kappa up to 2 makes it unstable.
 
-    Raises
-    ------
-    ValueError
-        If the plant hasn't two coordinates, or no kappa up to 2 makes it
-        unstable.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> trust(thesis.example_1().plant)
     Trust: kappa, tolerance, digits

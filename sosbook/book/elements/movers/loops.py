@@ -29,19 +29,9 @@ def circulating(plant):
 def circulation(plant):
     """A robot whose circulatory force can be turned up and down.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem
-        The robot with two coordinates. The skew part of its S is what
-        the slider kappa multiplies.
+    ``plant``: the robot with two coordinates. The skew part of its S is what the slider
+    kappa multiplies. Raises ValueError if the plant hasn't two coordinates.
 
-    Raises
-    ------
-    ValueError
-        If the plant hasn't two coordinates.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> circulation(thesis.example_1().plant)
     Circulation: kappa, damping
@@ -70,22 +60,10 @@ def integral(plant, K, U):
     The set point is 1 for both coordinates; from 10 s on a force pushes
     through F.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem
-        A plant with two coordinates and its F.
-    K : (m, 6) array_like
-        [K_P K_D K_I], with two integrals.
-    U : (2, 2) array_like
-        The errors that are integrated.
+    ``plant``: a plant with two coordinates and its F; ``K``, (m, 6): [K_P K_D K_I],
+    with two integrals; ``U``, (2, 2): the errors that are integrated. Raises ValueError
+    if the shapes aren't these.
 
-    Raises
-    ------
-    ValueError
-        If the shapes aren't these.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> example = thesis.example_1()
     >>> integral(example.plant, example.K, example.U)
@@ -117,19 +95,10 @@ def integral(plant, K, U):
 def mass(chain):
     """The chain of Example 3 with a last body that may weigh little.
 
-    Parameters
-    ----------
-    chain : SecondOrderSystem
-        The chain, whose last mass is zero; its masses, its last damper
-        and its last spring are those of the thesis's Example 3.
+    ``chain``: the chain, whose last mass is zero; its masses, its last damper and its
+    last spring are those of the thesis's Example 3. Raises ValueError if it is another
+    plant.
 
-    Raises
-    ------
-    ValueError
-        If it is another plant.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> mass(thesis.example_3().plant)
     Mass: m4, b4, lent
@@ -162,23 +131,11 @@ def mass(chain):
 def kalman(plant, K, spread):
     """A Kalman filter of the mean plant, made and tried in the page.
 
-    Parameters
-    ----------
-    plant : DescriptorSystem
-        Its vertices have three states, one input and two outputs: the
-        pendulum without its wheels' angle.
-    K : (1, 3) array_like
-        The gain of u = K x^.
-    spread : float
-        The spread of the vertices, in per cent, for the reader.
+    ``plant``: its vertices have three states, one input and two outputs: the pendulum
+    without its wheels' angle; ``K``, (1, 3): the gain of u = K x^; ``spread``: the
+    spread of the vertices, in per cent, for the reader. Raises ValueError if the shapes
+    aren't these.
 
-    Raises
-    ------
-    ValueError
-        If the shapes aren't these.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Mip
     >>> from sosbook.pendulum.spread import reduced
@@ -237,30 +194,13 @@ def delayed(
     integrates the loop. The clinging delay grows with the time up to h,
     stays there for ``rest`` seconds and starts again.
 
-    Parameters
-    ----------
-    loops : dict
-        (A, A_d) for each name; square matrices of up to 5 states.
-    longest : float
-        The longest delay, in s.
-    horizon : float
-        How long the loop is simulated, in s.
-    window : ((float, float), (float, float))
-        What the map of roots shows, in 1/s and rad/s.
-    rest : float
-        In s.
-    start : float, optional
-        The delay at first, in s; half of the longest without it.
-    title, hint : str
-        The heading, and what to try.
+    ``loops``: (A, A_d) for each name; square matrices of up to 5 states; ``longest``:
+    the longest delay, in s; ``horizon``: how long the loop is simulated, in s;
+    ``window``: what the map of roots shows, in 1/s and rad/s; ``rest``: in s;
+    ``start``: the delay at first, in s; half of the longest without it; ``title``,
+    ``hint``: the heading, and what to try. Raises ValueError if a loop has more than
+    five states or isn't square.
 
-    Raises
-    ------
-    ValueError
-        If a loop has more than five states or isn't square.
-
-    Examples
-    --------
     >>> delayed({"integrator": ([[0]], [[-1]])}, 1.7, horizon=30,
     ...         window=((-4, 1), (-12, 12)))
     Delayed: h, gain, kind

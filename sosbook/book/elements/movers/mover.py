@@ -37,25 +37,13 @@ class Mover(PageElement):
 def slider(key, label, unit, ends, step, start, scale="linear"):
     """A slider as the page needs it.
 
-    Parameters
-    ----------
-    key : str
-        The name of the value in the script.
-    label : str
-        What stands above the slider.
-    unit : str
-        What stands behind the value, with its space: " s".
-    ends : (float, float)
-        Both ends; powers of ten of the value where the scale is "log".
-    step : float
-        From one position to the next, in the same measure.
-    start : float
-        The value at first.
-    scale : {"linear", "log"}
-        Whether the positions are values or their logarithms to base 10.
+    ``key``: the name of the value in the script; ``label``: what stands above the
+    slider; ``unit``: what stands behind the value, with its space: " s"; ``ends``,
+    (float, float): both ends; powers of ten of the value where the scale is "log";
+    ``step``: from one position to the next, in the same measure; ``start``: the value
+    at first; ``scale``, {"linear", "log"}: whether the positions are values or their
+    logarithms to base 10.
 
-    Examples
-    --------
     >>> slider("R", "Weight R", "", (-1, 2), 0.5, 1, "log")["max"]
     2
     """
@@ -77,14 +65,8 @@ def slider(key, label, unit, ends, step, start, scale="linear"):
 def choice(key, label, names, start=0):
     """A list to choose from; the script gets the index of the name.
 
-    Parameters
-    ----------
-    key, label : str
-        As for `slider`.
-    names : sequence of str
-        What can be chosen.
-    start : int
-        The index of the first choice.
+    ``key``, ``label``: as for `slider`; ``names``: what can be chosen; ``start``: the
+    index of the first choice.
     """
     return {"key": key, "label": label, "names": list(names), "start": start}
 
@@ -92,13 +74,7 @@ def choice(key, label, names, start=0):
 def tick(key, label, start, of="Measured"):
     """A box to tick; the script gets 1 or 0.
 
-    Parameters
-    ----------
-    key, label : str
-        As for `slider`.
-    start : int
-        1 where it is ticked at first, else 0.
-    of : str
-        What stands before all boxes.
+    ``key``, ``label``: as for `slider`; ``start``: 1 where it is ticked at first, else
+    0; ``of``: what stands before all boxes.
     """
     return choice(key, label, ["no", "yes"], start) | {"tick": of}

@@ -65,18 +65,9 @@ def chirp(ratios):
     ten seconds, adds noise to the gyro, and fits e/c, f/c and d/c by
     output error, with the pendulum's sine and without.
 
-    Parameters
-    ----------
-    ratios : dict
-        The true ratios "e_c", "f_c" and "d_c", in SI units.
+    ``ratios``: the true ratios "e_c", "f_c" and "d_c", in SI units. Raises ValueError
+    if a ratio isn't positive.
 
-    Raises
-    ------
-    ValueError
-        If a ratio isn't positive.
-
-    Examples
-    --------
     >>> chirp({"e_c": 30.5, "f_c": 7.1, "d_c": 110.6})
     Chirp: amplitude, noise
     """
@@ -112,24 +103,11 @@ def regulator(
     taken, whose proof holds for the smaller. Poles, costs and the fall
     of the nonlinear pendulums are computed in the page.
 
-    Parameters
-    ----------
-    R, spreads : sequence of float
-        The grid: weights of the voltage, and spreads in per cent.
-    laws : sequence of {"PD", "PID"}
-        The laws to choose from, PD first; the PID integrates phi.
-    start : dict, optional
-        Where the sliders stand at first, such as {"law": 1, "R": 5}.
-    title : str
-        The heading of the element.
+    ``R``, ``spreads``: the grid: weights of the voltage, and spreads in per cent;
+    ``laws``: the laws to choose from, PD first; the PID integrates phi; ``start``:
+    where the sliders stand at first, such as {"law": 1, "R": 5}; ``title``: the heading
+    of the element. Raises ValueError if a request has no proven design.
 
-    Raises
-    ------
-    ValueError
-        If a request has no proven design.
-
-    Notes
-    -----
     Source: thesis Theorem 2.4, Tables 4.1 and 4.2, (4.13).
     """
     asked = {"law": 0, "design": 0, "R": 1, "spread": 10, "tilt": 10}
@@ -185,20 +163,10 @@ def clock(gains, spread=0.04):
     The page solves the hold exactly, from tick to tick, with the delay;
     the integral of a PID is the sum of T phi.
 
-    Parameters
-    ----------
-    gains : dict
-        For each name a `Gain` that `SampledLaw.of_gain` takes.
-    spread : float
-        Of the four vertices, as `vertices` takes it.
+    ``gains``: for each name a `Gain` that `SampledLaw.of_gain` takes; ``spread``: of
+    the four vertices, as `vertices` takes it. Raises ValueError if a gain isn't a
+    pendulum's.
 
-    Raises
-    ------
-    ValueError
-        If a gain isn't a pendulum's.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> clock({"PD, R = 5": thesis.mip().gains["PD"][5]})
     Clock: law, sensing, T, delay
@@ -231,18 +199,9 @@ def clock(gains, spread=0.04):
 def digits(K):
     """A gain as the C program writes it, and what a tick makes of it.
 
-    Parameters
-    ----------
-    K : (1, 5) array_like
-        The gain of V = K [theta, phi, theta', phi', integral of phi].
+    ``K``, (1, 5): the gain of V = K [theta, phi, theta', phi', integral of phi]. Raises
+    ValueError if K hasn't five finite entries.
 
-    Raises
-    ------
-    ValueError
-        If K hasn't five finite entries.
-
-    Examples
-    --------
     >>> digits([[17.0, 0.6, 1.6, 0.8, 0.3]])
     Digits: entry, precision, tilt, rate
     """
@@ -271,18 +230,9 @@ def chain(ratios):
     plant with the integral (Riccati), the poles at the vertices and the
     sampled loop at 100 Hz with its delay.
 
-    Parameters
-    ----------
-    ratios : dict
-        "e_c", "f_c", "d_c" and "e_a", as an identification gives them.
+    ``ratios``: "e_c", "f_c", "d_c" and "e_a", as an identification gives them. Raises
+    ValueError if a ratio isn't positive.
 
-    Raises
-    ------
-    ValueError
-        If a ratio isn't positive.
-
-    Examples
-    --------
     >>> chain({"e_c": 30.52, "f_c": 7.133, "d_c": 110.6, "e_a": 208.8})
     Chain: e_c, f_c, d_c, e_a, R, spread, late
     """

@@ -19,23 +19,11 @@ def drive(controllers, u_max, *, r=20.0, counts=4096, hint=RUN):
     What is proven of each program is asked here, in fractions and balls; the page
     simulates the same matrices.
 
-    Parameters
-    ----------
-    controllers : list of Controller
-        One for each clock, a tick late, of the motor's angle and two loads.
-    u_max : float
-        The motor's limit.
-    r : float
-        The step at first, in rad.
-    counts : int
-        Of the encoder at first, 0 or a power of 4 from 256 to 16384.
-    hint : str
-        What to try.
-
-    Raises
-    ------
-    ValueError
-        If a controller isn't of this kind, or its sampled loop isn't proven.
+    ``controllers``: one for each clock, a tick late, of the motor's angle and two
+    loads; ``u_max``: the motor's limit; ``r``: the step at first, in rad; ``counts``:
+    of the encoder at first, 0 or a power of 4 from 256 to 16384; ``hint``: what to try.
+    Raises ValueError if a controller isn't of this kind, or its sampled loop isn't
+    proven.
     """
     first = controllers[0]
     for c in controllers:

@@ -12,24 +12,12 @@ def ride(cars, designs, hint):
 
     The page simulates; what it calls proven comes from the designs' `bounds`.
 
-    Parameters
-    ----------
-    cars : Uncertain
-        Plants with the heights of body and wheel, one input and the road as w. Their
-        one parameter is the body's mass in tonnes, in which they are straight.
-    designs : dict
-        For each name, what was made small, a dict: the `Design` for each bound of the
-        stroke. The bounds are the same for all names, evenly spaced.
-    hint : str
-        What to try.
+    ``cars``: plants with the heights of body and wheel, one input and the road as w.
+    Their one parameter is the body's mass in tonnes, in which they are straight;
+    ``designs``: for each name, what was made small, a dict: the `Design` for each bound
+    of the stroke. The bounds are the same for all names, evenly spaced; ``hint``: what
+    to try. Raises ValueError if the plants or the bounds aren't of this kind.
 
-    Raises
-    ------
-    ValueError
-        If the plants or the bounds aren't of this kind.
-
-    Examples
-    --------
     >>> import sosbook as sos
     >>> def car(m):
     ...     return sos.SecondOrderSystem(

@@ -24,18 +24,10 @@ STARTS = 4  # descents of each choice's search: more found nothing faster here
 def ticked_law(place, filters, limits):
     """The law of the ticks that a page has; None where nothing is ticked.
 
-    Parameters
-    ----------
-    place : dict
-        1 or 0 for "p1", "p2", "v1", "v2" and "integral", and the index of "filter",
-        which counts where angles alone are measured.
-    filters : sequence of float
-        Time constants in s.
-    limits : dict
-        The largest size of an entry of K_P, K_D, K_I.
+    ``place``: 1 or 0 for "p1", "p2", "v1", "v2" and "integral", and the index of
+    "filter", which counts where angles alone are measured; ``filters``: time constants
+    in s; ``limits``: the largest size of an entry of K_P, K_D, K_I.
 
-    Examples
-    --------
     >>> place = dict(p1=0, p2=1, v1=0, v2=0, integral=0, filter=0)
     >>> ticked_law(place, [0.01], {"K_P": 20, "K_D": 1, "K_I": 100}).filter
     0.01
@@ -63,22 +55,11 @@ def sensors(plants, filters, limits):
 
     The page has sliders for the gains and computes their poles itself.
 
-    Parameters
-    ----------
-    plants : Uncertain or Polytope
-        Drives with the angles of motor and load, and a torque on the motor.
-    filters : sequence of float
-        Time constants in s of the rates that angles alone give.
-    limits : dict
-        The largest size of an entry of K_P, K_D, K_I.
+    ``plants``: drives with the angles of motor and load, and a torque on the motor;
+    ``filters``: time constants in s of the rates that angles alone give; ``limits``:
+    the largest size of an entry of K_P, K_D, K_I. Raises ValueError if the plants
+    aren't of two coordinates and one input.
 
-    Raises
-    ------
-    ValueError
-        If the plants aren't of two coordinates and one input.
-
-    Examples
-    --------
     >>> import sosbook as sos
     >>> def drive(J):
     ...     return sos.SecondOrderSystem(
