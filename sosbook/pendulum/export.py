@@ -33,17 +33,32 @@ MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
 class Program:
     """A firmware, and what its programs are told of the robot.
 
-    ``firmware``: the law, its limits and its faults; ``name``: the name of the files,
-    which also stands in front of every identifier of C; ``precision``, {"double",
-    "single"}: the precision of all arithmetic in C; ``robot``: its counts, mount,
-    battery, channels and polarities; the thesis's robot without it; ``drive``: how fast
-    it may be told to roll; without it, it stays in place; ``steering``: what holds its
-    heading; without it both motors get the same voltage. Raises ValueError if ``name``
-    can't begin a C identifier, the firmware's numbers don't fit, or the law doesn't use
-    what it measures. A program raises it, too, if the robot has another board than the
-    program's, if its IMU doesn't have the law's rate, or if it has channels that pyctrl
-    hasn't.
+    Parameters
+    ----------
+    firmware : Firmware
+        The law, its limits and its faults.
+    name : str
+        The name of the files, which also stands in front of every identifier of C.
+    precision : {"double", "single"}
+        The precision of all arithmetic in C.
+    robot : Robot, optional
+        Its counts, mount, battery, channels and polarities; the thesis's robot
+        without it.
+    drive : Drive, optional
+        How fast it may be told to roll; without it, it stays in place.
+    steering : Steering, optional
+        What holds its heading; without it both motors get the same voltage.
 
+    Raises
+    ------
+    ValueError
+        If ``name`` can't begin a C identifier, the firmware's numbers don't fit, or
+        the law doesn't use what it measures. A program raises it, too, if the robot
+        has another board than the program's, if its IMU doesn't have the law's
+        rate, or if it has channels that pyctrl hasn't.
+
+    Notes
+    -----
     Compile with -ffp-contract=off: fused operations round once where the law's
     arithmetic rounds twice. Constants are hexadecimal, so that no digit is lost;
     zero coefficients are left out.
@@ -58,6 +73,8 @@ class Program:
     divided by 2). There is no heap, no recursion, no pointer arithmetic and no
     library.
 
+    Examples
+    --------
     >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
     >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
     >>> program = Program(Firmware(SampledLaw.of_gain(gain, 0.01)))

@@ -53,16 +53,37 @@ class OptimalLaw:
 def optimal_law(mip, robot, kind, Q, R):
     """The `OptimalLaw` of a pendulum, for the robot's clock and largest delay.
 
-    ``mip``: the pendulum in the middle; ``robot``: its T, delay, counts and limit are
-    used; ``kind``, {"lqr", "observer"}: as in `OptimalLaw`; ``Q``, (5, 5): the weight
-    of the state [theta, phi, theta', phi', x3]; ``R``: the weight of the voltage.
-    Returns the gains and the law. Raises ValueError: on another kind, or where
-    Riccati's equations have no solution.
+    Parameters
+    ----------
+    mip : Mip
+        The pendulum in the middle.
+    robot : Robot
+        Its T, delay, counts and limit are used.
+    kind : {"lqr", "observer"}
+        As in `OptimalLaw`.
+    Q : (5, 5) array_like
+        The weight of the state [theta, phi, theta', phi', x3].
+    R : float
+        The weight of the voltage.
 
+    Returns
+    -------
+    OptimalLaw
+        The gains and the law.
+
+    Raises
+    ------
+    ValueError
+        On another kind, or where Riccati's equations have no solution.
+
+    Notes
+    -----
     The regulator is `design_sampled_lqr`'s. The observer is the stationary
     Kalman filter in discrete time for a voltage that is disturbed from tick
     to tick; it is told the voltage after the limit.
 
+    Examples
+    --------
     >>> from sosbook.pendulum import Mip, Robot
     >>> late = Robot.shipped("thesis")
     >>> found = optimal_law(Mip.printed(), late, "observer", np.eye(5), 20)

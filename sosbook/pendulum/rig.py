@@ -216,8 +216,17 @@ def gear_motors():
 def shipped(name):
     """A log that the package ships.
 
-    ``name``, {"body", "wheels"}. Returns the log of that experiment.
+    Parameters
+    ----------
+    name : {"body", "wheels"}
 
+    Returns
+    -------
+    Log
+        The log of that experiment.
+
+    Examples
+    --------
     >>> shipped("wheels").encoder2[:3]
     array([0., 0., 0.])
     """

@@ -103,11 +103,24 @@ def regulator(
     taken, whose proof holds for the smaller. Poles, costs and the fall
     of the nonlinear pendulums are computed in the page.
 
-    ``R``, ``spreads``: the grid: weights of the voltage, and spreads in per cent;
-    ``laws``: the laws to choose from, PD first; the PID integrates phi; ``start``:
-    where the sliders stand at first, such as {"law": 1, "R": 5}; ``title``: the heading
-    of the element. Raises ValueError if a request has no proven design.
+    Parameters
+    ----------
+    R, spreads : sequence of float
+        The grid: weights of the voltage, and spreads in per cent.
+    laws : sequence of {"PD", "PID"}
+        The laws to choose from, PD first; the PID integrates phi.
+    start : dict, optional
+        Where the sliders stand at first, such as {"law": 1, "R": 5}.
+    title : str
+        The heading of the element.
 
+    Raises
+    ------
+    ValueError
+        If a request has no proven design.
+
+    Notes
+    -----
     Source: thesis Theorem 2.4, Tables 4.1 and 4.2, (4.13).
     """
     asked = {"law": 0, "design": 0, "R": 1, "spread": 10, "tilt": 10}
