@@ -2,7 +2,7 @@
 """The project's commands. Python 3.11 or newer is all they need.
 
     python3 tasks.py book     build the book and say where to open it
-    python3 tasks.py pdf      print the built book as one PDF
+    python3 tasks.py pdf      print the built book as one PDF; --chapter 7, --textbook
     python3 tasks.py test     run every test (more words go to pytest)
     python3 tasks.py test quick    the package alone, in a few minutes
     python3 tasks.py coverage      which lines of the package its tests reach

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from sosbook.book.printing import contents, print_book
+from sosbook.book.printing import chosen, contents, print_book
 from sosbook.book.printing.__main__ import mention
 from tests import browser as chromium
 
@@ -20,7 +20,7 @@ def printed(site, tmp_path_factory):
     if path is None:
         pytest.skip(chromium.MISSING)
     output = tmp_path_factory.mktemp("pdf") / "book.pdf"
-    return print_book(site, output, LISTING, path, only=CHAPTERS)
+    return print_book(site, output, contents(site, LISTING)[:CHAPTERS], path)
 
 
 #: Lines and curves of figures, in the text of a page: most of what is to be read.
@@ -62,6 +62,8 @@ def test_pages_are_numbered_and_listed_in_the_contents(printed):
     for k, text in enumerate(texts[front:], 1):
         assert re.search(rf"(?m)^{k}$", text), k
     assert "Contents" in texts[1]
+    labels = pypdf.PdfReader(printed.path).page_labels
+    assert labels[: front + 1] == ["i", "ii", "iii", "iv"][:front] + ["1"]
 
 
 def test_links_stay_in_the_book_or_lead_to_the_web(printed):
@@ -74,6 +76,31 @@ def test_links_stay_in_the_book_or_lead_to_the_web(printed):
             inside += "/Dest" in note
     assert inside > 20
     assert b"file:///" not in printed.path.read_bytes()
+
+
+def test_a_chapter_alone_counts_from_one_and_shows_a_still_with_its_setting(
+    site, tmp_path
+):
+    """Without controls, with the address where it moves; no contents before it."""
+    chapters, path = contents(site, LISTING), chromium.find()
+    (one,) = chosen(chapters, "4")
+    site_address = "https://book.example"
+    output = tmp_path / "four.pdf"
+    bound = print_book(site, output, [one], path, site_address, textbook=True)
+    texts = [words(page) for page in pages(bound)]
+    assert pypdf.PdfReader(output).page_labels[:2] == ["1", "2"]
+    assert one.title.split()[-1] in texts[0] and "Contents" not in texts[0]
+    text = " ".join("".join(texts).split())
+    assert "A still of what moves on the page; here σ =" in text
+    assert f"{site_address}/book/{one.name}.html" in text
+    for control in ("Link to this", "Prove it exactly", "For readers of the thesis"):
+        assert control not in text
+    assert chosen(chapters, "own_plant")[0].name == "own_plant"
+    with pytest.raises(ValueError, match="no chapter is called 99"):
+        chosen(chapters, "99")
+    teaching = {chapter.part for chapter in chosen(chapters, textbook=True)}
+    parts = {chapter.part for chapter in chapters}
+    assert parts - teaching == {"The package", "The record"}
 
 
 def test_every_font_is_part_of_the_file(printed):

@@ -1,4 +1,8 @@
-"""``python -m sosbook.book.printing SITE PDF [CHROMIUM]``: see `print_book`."""
+"""``python -m sosbook.book.printing SITE PDF [CHROMIUM]``: see `print_book`.
+
+With ``--chapter 7`` a chapter alone, with ``--textbook`` what teaches; both lie beside
+PDF, under names of their own.
+"""
 
 import argparse
 import re
@@ -6,31 +10,37 @@ import sys
 from pathlib import Path
 
 from ...runtime.writing import write_file
-from . import print_book
+from . import chosen, contents, print_book
 
 NOTE = re.compile(r'<span class="sos-pdf">.*?</span>', re.DOTALL)
 
 
 def main(arguments=None):
-    """Print the book; tell the first page of it."""
+    """Print the book, which its first page then links, or a part of it."""
     parser = argparse.ArgumentParser(prog="python -m sosbook.book.printing")
     parser.add_argument("site", type=Path)
     parser.add_argument("output", type=Path)
     parser.add_argument("chromium", nargs="?")
     parser.add_argument("--contents", type=Path, default=Path("_toc.yml"))
     parser.add_argument("--address", default="", help="where the site is served")
-    parser.add_argument("--only", type=int, help="so many chapters, for a trial")
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument("--chapter", help="its number, or the name of its page")
+    part.add_argument("--textbook", action="store_true", help="without the reference")
     asked = parser.parse_args(arguments)
+    chapters = contents(asked.site, asked.contents)
+    try:
+        chapters = chosen(chapters, asked.chapter, asked.textbook)
+    except ValueError as fault:
+        parser.error(str(fault))
+    whole, output = not (asked.chapter or asked.textbook), asked.output
+    if not whole:
+        output = output.with_stem("textbook" if asked.textbook else chapters[0].name)
     bound = print_book(
-        asked.site,
-        asked.output,
-        asked.contents,
-        asked.chromium,
-        asked.address,
-        asked.only,
+        asked.site, output, chapters, asked.chromium, asked.address, asked.textbook
     )
     size = f"{bound.pages} pages, {bound.size / 1e6:.1f} MB"
-    mention(asked.site, bound.path, size)
+    if whole:
+        mention(asked.site, bound.path, size)
     print(f"{bound.path}: {size}")
     return 0
 

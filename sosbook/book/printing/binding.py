@@ -54,7 +54,7 @@ def bind(printed, output):
     pypdf = library("pypdf")
     writer, places, owners = pypdf.PdfWriter(), _Places(), []
     tags = Tags(pypdf, writer)
-    part, parent = None, None
+    part, parent, front = None, None, 0
     for chapter, data in printed:
         reader = pypdf.PdfReader(io.BytesIO(data))
         start = len(writer.pages)
@@ -71,8 +71,12 @@ def bind(printed, output):
             page_number=start,
             parent=parent if chapter.part else None,
         )
-        if start:  # the page of contents is none itself
+        if chapter.path.suffix:
             _outline(writer, reader, reader.outline, start, item)
+        else:  # title and contents, which are no page of the site
+            front = len(writer.pages)
+            writer.set_page_label(0, front - 1, style="/r")
+    writer.set_page_label(front, len(owners) - 1, style="/D", start=1)
     for page, owner in zip(writer.pages, owners):
         _relink(pypdf, writer, page, owner, places)
     tags.finish()

@@ -5,7 +5,10 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Chapter", "contents"]
+__all__ = ["Chapter", "chosen", "contents"]
+
+#: Parts that are looked up, on a screen.
+LOOKED_UP = ("The package", "The record")
 
 LINE = re.compile(r"^ *(?:- )?(root|caption|file): *(\S.*?) *$", re.MULTILINE)
 TITLE = re.compile(r'<h1[^>]*>((?:(?!</h1>).)*?)<a class="headerlink"', re.DOTALL)
@@ -24,6 +27,11 @@ class Chapter:
     title: str
     part: str = ""
     opens: bool = False
+
+    @property
+    def name(self):
+        """The page's name."""
+        return self.path.stem
 
 
 def contents(site: Path, listing: Path) -> list:
@@ -46,6 +54,24 @@ def contents(site: Path, listing: Path) -> list:
         chapters.append(Chapter(path, title_of(path), part, opens))
         opens = False
     return chapters
+
+
+def chosen(chapters, chapter=None, textbook=False):
+    """One chapter, those of the textbook, or all.
+
+    ``chapter``: its number, such as "7", or its page's name; another one is a
+    ValueError. ``textbook``: whether what is looked up is left out.
+    """
+    if chapter is None:
+        return [one for one in chapters if not textbook or one.part not in LOOKED_UP]
+    number = f"{chapter.zfill(2)}_"
+    for one in chapters:
+        if one.name == chapter or one.name.startswith(number):
+            return [one]
+    raise ValueError(
+        f"no chapter is called {chapter}: give a number such as 7, or one of "
+        + ", ".join(one.name for one in chapters)
+    )
 
 
 def title_of(path):

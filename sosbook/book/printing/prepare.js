@@ -1,5 +1,5 @@
 // Make a page of the site ready for print; the argument says what to add.
-async ({css, part, head, first, anchors, elsewhere}) => {
+async ({css, part, head, first, anchors, elsewhere, textbook}) => {
   const style = document.createElement("style");
   const quote = (text) => JSON.stringify(text);
   style.textContent = css + `
@@ -12,6 +12,9 @@ async ({css, part, head, first, anchors, elsewhere}) => {
     if (!one.matches(".hide")) one.open = true;
   /** @type {any} */
   const article = document.querySelector("article.bd-article");
+  if (textbook)
+    for (const one of article.querySelectorAll(".sos-thesis, .sos-thesis-all, .admonition.thesis"))
+      (one.matches(".sos-thesis") ? one.closest("section") : one).remove();
   if (part) {
     const line = document.createElement("p");
     line.className = "sos-part";
@@ -22,12 +25,19 @@ async ({css, part, head, first, anchors, elsewhere}) => {
     if (!one.localName.startsWith("sos-")) continue;
     const note = document.createElement("p");
     note.className = "sos-elsewhere";
-    note.append("This picture moves on the book's page ");
-    if (elsewhere.startsWith("http")) {
+    const setting = [...one.querySelectorAll(".sos-slider label")].map(label => {
+      const [name, value] = label.children.length
+        ? [...label.children].map(x => x.textContent)
+        : [label.textContent, label.nextElementSibling.selectedOptions[0].textContent];
+      return value.includes("=") ? value : `${name}: ${value}`;
+    });
+    note.append(
+      "A still of what moves on the page", ...(setting.length ? [`; here ${setting.join(", ")}`] : []));
+    if (elsewhere) {
       const link = document.createElement("a");
       link.href = link.textContent = elsewhere;
-      note.append(link);
-    } else note.append(elsewhere);
+      note.append(": ", link);
+    }
     note.append(".");
     one.after(note);
   }

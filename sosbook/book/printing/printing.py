@@ -11,7 +11,7 @@ from urllib.parse import unquote, urlsplit
 from ...display.escape import page_text
 from ...runtime.libraries import library
 from .binding import Bound, bind
-from .contents import Chapter, contents
+from .contents import Chapter
 
 __all__ = ["print_book"]
 
@@ -23,19 +23,21 @@ COLUMN = {"width": 642, "height": 900}
 def print_book(
     site: Path,
     output: Path,
-    listing: Path,
+    chapters: list[Chapter],
     chromium: str | None = None,
     address: str = "",
-    only: int | None = None,
+    textbook: bool = False,
 ) -> Bound:
-    """Print a built book as one PDF with an outline and working links.
+    """Print chapters of a built book as one PDF with an outline and working links.
 
-    ``site``: the folder of the built pages; ``output``: the file to write; ``listing``:
-    the book's ``_toc.yml``; ``chromium``: the program; without it playwright's own;
-    ``address``: where the site is served, for the links of what moves; ``only``: print
-    so many chapters, for a trial. Returns the numbers of pages and bytes.
+    Several have a title and a table of contents, whose pages have Roman numbers.
+
+    ``site``: the folder of the built pages; ``output``: the file to write;
+    ``chapters``: what is printed; ``chromium``: the program; without it playwright's
+    own; ``address``: where the site is served, for the links of what moves;
+    ``textbook``: leave out what is for readers of the thesis. Returns the numbers of
+    pages and bytes.
     """
-    chapters = contents(site, listing)[:only]
     wanted = anchors(chapters)
     playwright = library("playwright.sync_api")
     parts, first, printed = [], 1, []
@@ -44,7 +46,7 @@ def print_book(
         for chapter in chapters:
             page = _opened(window, chapter)
             name = chapter.path.relative_to(site).as_posix()
-            elsewhere = f"{address.rstrip('/')}/{name}" if address else name
+            elsewhere = f"{address.rstrip('/')}/{name}" if address else ""
             page.evaluate(
                 _asset("prepare.js"),
                 {
@@ -54,15 +56,16 @@ def print_book(
                     "first": first,
                     "anchors": sorted(wanted.get(chapter.path, ())),
                     "elsewhere": elsewhere,
+                    "textbook": textbook,
                 },
             )
             data = _pdf(page)
             page.close()
             parts.append((chapter, first, data))
             first += _length(data)
-        front = _front(window, parts)
+        if len(parts) > 1:
+            printed = [(Chapter(site / "contents", "Contents"), _front(window, parts))]
         window.close()
-    printed = [(Chapter(site / "contents", "Contents"), front)]
     printed += [(chapter, data) for chapter, _, data in parts]
     return bind(printed, output)
 
