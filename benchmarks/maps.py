@@ -6,7 +6,7 @@ from unittest.mock import patch
 import numpy as np
 from joblib.externals.loky import get_reusable_executor
 from sosbook.maps import designs, frontier, sweep
-from sosbook.maps.search import replaced, requirements
+from sosbook.maps.search import requirements
 
 import sosbook as sos
 from sosbook.lmi.problem import LMIProblem
@@ -27,7 +27,7 @@ def grid(rows=25, columns=40):
     angles = np.radians(np.linspace(70, 22, rows))
     rates = np.linspace(0.3, 1.5, columns)
     return [
-        [replaced(request, asked | dict(sigma=s, theta=a)) for s in rates]
+        [request.with_bounds(asked | dict(sigma=s, theta=a)) for s in rates]
         for a in angles
     ]
 

@@ -4,7 +4,7 @@ import inspect
 import time
 
 import numpy as np
-from sosbook.maps.search import replaced, requirements
+from sosbook.maps.search import requirements
 
 import sosbook as sos
 from sosbook.synthesis.request import Request
@@ -34,7 +34,7 @@ def moves(example, count=MOVES):
         last = dict.fromkeys(ways)
         for k in range(-1, count):  # one to warm up
             factor = 1 + 0.2 * np.sin(2 * np.pi * k / count)
-            moved = replaced(request, asked | {name: value * factor})
+            moved = request.with_bounds(asked | {name: value * factor})
             for way, follow in ways.items():
                 start = last[way] if follow else None
                 row, design = _move(moved, start)

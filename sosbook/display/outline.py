@@ -4,8 +4,10 @@ import numpy as np
 
 __all__ = ["region_outline", "region_parts", "window_of"]
 
+RAYS = 360  # corners of an outline: one a degree
 
-def region_outline(region, window=(-10.0, 2.0, 6.0), rays=360):
+
+def region_outline(region, window=(-10.0, 2.0, 6.0)):
     """Corners of a polygon that traces a D-region within a window.
 
     A region f(z) = alpha + beta z + beta' conj(z) < 0 is convex and symmetric
@@ -19,8 +21,6 @@ def region_outline(region, window=(-10.0, 2.0, 6.0), rays=360):
         The region to outline.
     window : (left, right, height)
         The part of the plane to trace, |Im s| <= height.
-    rays : int
-        Directions; the polygon has as many corners.
 
     Returns
     -------
@@ -62,8 +62,8 @@ def region_outline(region, window=(-10.0, 2.0, 6.0), rays=360):
     if worst[k] >= -1e-9:
         return np.empty(0, complex)
     centre = grid[k]
-    directions = np.exp(2j * np.pi * (np.arange(rays) + 0.5) / rays)
-    reach = np.full(rays, np.inf)
+    directions = np.exp(2j * np.pi * (np.arange(RAYS) + 0.5) / RAYS)
+    reach = np.full(RAYS, np.inf)
     for alpha, beta in pairs:
         at_centre = alpha + centre * (beta + beta.T)
         root = np.linalg.inv(np.linalg.cholesky(-at_centre))

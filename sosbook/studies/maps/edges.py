@@ -24,11 +24,12 @@ from ...synthesis.design import Design
 from ...synthesis.request import Request
 from ...synthesis.scaling import Frame
 from .ask import Ask
-from .search import Search, certified, provably_refused, replaced, requirements
+from .search import Search, certified, provably_refused, requirements
 
 __all__ = ["Edge", "edge", "request"]
 
 TIME_LIMIT = 1800.0  # seconds
+WIDE = 1e3  # of P, V and Y in that frame: so far out it decides nothing
 SADDLE_GAP = 1e-3  # relative; nearer to the optimum rounding moves shares by per cents
 STEPS_TO_SADDLE = 60  # of the interior-point method, which takes about twenty
 STEPS_ALONG = 4  # onto the central path; what they leave moves no share by 1e-4
@@ -129,7 +130,7 @@ class Edge:
             high, low = (
                 _blocks_at(near, frame, x)
                 for near in (
-                    replaced(request, {name: value * factor})
+                    request.with_bounds({name: value * factor})
                     for factor in (1 + step, 1 - step)
                 )
             )
@@ -153,21 +154,20 @@ def _blocks_at(request, frame, x):
     return [g.value(values) for g in blocks]
 
 
-def _least_violation(request, frame, wide=1e3):
+def _least_violation(request, frame):
     """The unknowns and multipliers where phase one attains its optimum.
 
-    ``frame``: in which P and Y aren't much larger than I; ``wide``: bound of P, V and Y
-    there.
+    In the ``frame`` P and Y aren't much larger than I; none is above `WIDE` there.
     """
     blocks, unknowns = _listed(request.in_unknowns(frame))
     sizes = Blocks.of(blocks, unknowns).diagonal_scales
     t = Unknown("t", 1)
     raised = [g - t * np.diag(1 / d**2) for g, d in zip(blocks, sizes)]
-    upper = [wide * eye(u.shape[0]) - u for u in unknowns if u.symmetric]
+    upper = [WIDE * eye(u.shape[0]) - u for u in unknowns if u.symmetric]
     for u in unknowns:
         if u.name in ("V", "Y"):
             rows, cols = u.shape
-            upper.append(block([[wide * eye(cols), u.T], [u, wide * eye(rows)]]))
+            upper.append(block([[WIDE * eye(cols), u.T], [u, WIDE * eye(rows)]]))
     P = [u for u in unknowns if u.name in request.lyapunov]
     lower = []
     if not any(g.constant.any() for g in blocks):

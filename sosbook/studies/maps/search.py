@@ -11,7 +11,6 @@ __all__ = [
     "Search",
     "certified",
     "provably_refused",
-    "replaced",
     "requirements",
     "round_numbers",
     "shown",
@@ -302,8 +301,3 @@ def provably_refused(design):
 def requirements(request):
     """The bounds that a request asks for, by their parameters' names."""
     return bounds(request.requirements)
-
-
-def replaced(request, known):
-    """The request with the ``known`` bounds, by the parameters' names."""
-    return request.with_bounds(known)
