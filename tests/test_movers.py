@@ -797,6 +797,53 @@ def test_a_sensor_is_ticked_by_mouse_key_and_finger(desk):
     assert desk.said(tag) == seen[0]
 
 
+# ----------------------------------------------------------- reach (chapter 41)
+def test_what_the_page_leaves_is_what_the_best_input_leaves(desk):
+    """By least squares of numpy; nothing is left where the motor pushes as w does."""
+    M, D, S = (np.array(x) for x in desk.data("sos-reach")["plant"].values())
+    for motor, gust in np.ndindex(3, 3):
+        for omega in (0.1, 7.3, 14.1, 25):
+            place = dict(motor=motor, gust=gust, omega=omega)
+            (here,) = desk.compute("sos-reach", [place])
+            G = np.linalg.inv(S - omega**2 * M + 1j * omega * D)
+            u, w = G[:, [motor]], G[:, gust]
+            left = w - u @ np.linalg.lstsq(u, w, rcond=None)[0]
+            for found, true in ((here["free"], w), (here["left"], left)):
+                found = np.array(found) @ [1, 1j]
+                assert np.allclose(found, true, rtol=0, atol=1e-12)
+                assert motor != gust or found is w or abs(left).max() < 1e-12
+
+
+def test_what_is_refused_and_kept_lies_around_the_highest_point(desk):
+    found = desk.data("sos-reach")["found"]
+    for motor, gust in np.ndindex(3, 3):
+        (here,) = desk.compute("sos-reach", [dict(motor=motor, gust=gust)])
+        top = max(y for _, y in here["curves"]["left"]) / 1000
+        pair = found[motor][gust]
+        assert pair["excluded"] <= 1.001 * top and top < pair["reached"]
+        assert (pair["excluded"] == 0) == (motor == gust)
+        assert motor == gust or pair["reached"] < 1.05 * pair["excluded"]
+        assert len(pair["fixed"]) == (motor == 1)  # mass 1 against mass 3
+    said = desk.page.evaluate(
+        """all => { const e = document.querySelector("sos-reach");
+          return all.map(gamma => { e.reset({gamma}); return e.textContent; }); }""",
+        [25, 25.6, 27],
+    )
+    words = "No gain keeps 25 mm/N", "Undecided", "found a gain and proved 26 mm/N"
+    assert all(x in y for x, y in zip(words, said, strict=True))
+    assert all("doesn't move the mode at −1 ± 14.1j rad/s" in x for x in said)
+
+
+def test_a_mass_is_chosen_by_mouse_and_finger(desk):
+    tag, seen = "sos-reach", [desk.said("sos-reach")]
+    for mass, press in ((0, "click"), (2, "tap")):
+        getattr(desk.page.locator(f"{tag} [data-cell='{mass}']"), press)()
+        place = desk.page.evaluate("tag => document.querySelector(tag).place", tag)
+        assert place["motor"] == mass
+        seen.append(desk.said(tag))
+    assert len(set(seen)) == 3 and "The motor moves every mode." in seen[1]
+
+
 # ------------------------------------------------- delayed (chapters 19 and 22)
 
 

@@ -47,6 +47,8 @@ def test_the_chapter_about_a_word_is_among_the_first(site, visit, words, page):
         ("dead time", "book/19_input_delay.html"),
         ("pole placement", "book/04_lmi_regions.html"),
         ("settling time", "book/glossary.html#term-decay-rate"),
+        ("unobservable", "book/glossary.html#term-fixed-mode book/41_limits.html"),
+        ("design limits", "book/41_limits.html"),
         ("Riccati", "book/23_lqr.html"),
         ("sampeld", "book/28_discretisation.html"),
         ("T 2.18", "book/thesis_references.html#t-2-18"),

@@ -239,8 +239,11 @@ def test_a_search_of_a_cost_that_is_stopped_answers(share, monkeypatch):
 
 
 def test_how_many_starts_found_nothing_is_said():
-    """A cart that its sensor doesn't see: z2 grows, whatever the gain of z1."""
-    S, one = np.diag([1, -1]), np.eye(2)
+    """A cart that its sensor hardly sees: z2 grows, whatever the gain k of z1.
+
+    For s^2 + s = p the poles have (p + 1 - k) (p - 1) = 0.01: one p is positive.
+    """
+    S, one = [[1, 0.1], [0.1, -1]], np.eye(2)
     plant = sos.SecondOrderSystem(one, one, S, one, one)
     law = sos.PIDLaw([[1, 0]], structure=[[1], [0]])
     design = sos.design_pid(plant, law=law, minimize="gamma", starts=3)
@@ -262,10 +265,10 @@ def test_the_sum_of_the_poles_is_a_door():
 
 
 def test_what_all_of_the_state_can_not_do_no_law_can():
-    S, B = np.diag([1.0, 4.0]), [[1], [0]]  # the second mass has no input
-    plant = sos.SecondOrderSystem(np.eye(2), 0.1 * np.eye(2), S, B)
+    S, B = np.diag([1.0, 4.0]), [[1], [0]]  # the second mass, which w moves, has no u
+    plant = sos.SecondOrderSystem(np.eye(2), 0.1 * np.eye(2), S, B, [[0], [1]])
     law = sos.DynamicLaw(2, np.eye(2))
-    design = sos.design_pid(plant, law=law, region=sos.PoleRegion(sigma=0.5), starts=2)
+    design = sos.design_pid(plant, law=law, gamma=4.5, starts=2)  # 5.0 without u
     assert design.status == "infeasible" and design.infeasibility.proven
     assert "all of the state" in design.reason
 
@@ -390,6 +393,55 @@ def test_a_sum_of_poles_is_a_file_that_says_no_more_than_is_true(kind, filtered)
     ):
         assert not changed(change).proven
     assert changed(lambda d: None) == proof
+
+
+HUNG = sos.SecondOrderSystem(  # the second and third angle turn together
+    np.diag([0.3, 0.5, 2.2046]), np.diag([0.1, 0, 0]),
+    [[9.81, -1, 1], [0.7, 3, -3], [-0.2, -3, 3]], [[1], [0.3], [0]],
+)  # fmt: skip
+TWINS = sos.SecondOrderSystem(
+    0.3 * np.eye(3), 0.3 * np.eye(3),
+    9.81 * np.array([[2, -1, 0], [-1, 2, -1], [0, -1, 2]]), [[1], [0], [0]],
+)  # fmt: skip
+MODES = {  # a plant, a law, a decay that the mode breaks, and who can't move it
+    "rates alone": (HUNG, sos.PIDLaw(velocity=np.eye(3)), 0.01, "No controller"),
+    "memory": (HUNG, sos.DynamicLaw(2, velocity=np.eye(3)), 0.01, "No controller"),
+    "a node": (TWINS, sos.DynamicLaw(1, [[0, 1, 0]]), 0.51, "No controller"),
+    "no input": (
+        sos.SecondOrderSystem(0.3 * np.eye(2), 0.3 * np.eye(2),
+                              np.diag([9.81, 2]), [[1], [0]]),
+        sos.PIDLaw(np.eye(2), np.eye(2)), 0.51, "No controller",
+    ),
+    "two integrals": (
+        sos.Polytope([joint(1, 8), joint(2, 8)]),
+        sos.PIDLaw(np.eye(2), filter=0.3, integrate=True), 0.01, "No gain of the law",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MODES)
+def test_a_mode_that_no_gain_of_the_law_moves_is_a_door(name):
+    plant, law, sigma, who = MODES[name]
+    asked = dict(law=law, starts=1)
+    design = sos.design_pid(plant, **asked, region=sos.PoleRegion(sigma=sigma))
+    proof = design.infeasibility
+    assert design.status == "infeasible" and design.reason.startswith(who)
+    assert proof.verify() and design.advice.endswith("Measure more, or ask for less.")
+    loops, rng = loops_of(design.request), np.random.default_rng(1)
+    for kappa in rng.normal(size=(5, len(loops.directions))):
+        poles = np.linalg.eigvals(loops.closed(loops.K(kappa))[0])
+        assert abs(poles - proof.mode).min() < 1e-6 and proof.mode.real > -sigma
+    if name == "a node":  # slower than the mode is possible
+        slow = sos.design_pid(plant, **asked, region=sos.PoleRegion(sigma=0.2))
+        assert slow.status == "feasible"
+    if name == "rates alone":  # a spring to the wall, and no mode stays
+        held = sos.SecondOrderSystem(
+            HUNG.M, HUNG.D, HUNG.S + np.diag([0, 0, 1]), HUNG.B
+        )
+        region = sos.PoleRegion(sigma=1e-4)
+        assert sos.design_pid(held, **asked, region=region).status != "infeasible"
+        design = sos.design_pid(plant, **asked, maximize="sigma")
+        assert design.status == "infeasible" and "It violates stab" in design.reason
 
 
 def test_rounded_gains_keep_the_structure():

@@ -46,7 +46,9 @@ SYNONYMS = (
     ("set point weighting", "set point free"),
     ("settling time", "decay rate"),
     ("setpoint", "set point"),
+    ("uncontrollable", "fixed mode"),
     ("uncertainty", "polytope"),
+    ("unobservable", "fixed mode"),
     ("weighting function", "filtered"),
     ("which sensors", "sensors law"),
 )

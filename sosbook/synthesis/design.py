@@ -317,13 +317,13 @@ class Design(ClosedLoop[Certificate], Solution):
         """
         if self.status == "feasible":
             return ""
+        if self.searched is not None or (self.K is None and self._law is not None):
+            return f"{self.reason} Measure more, or ask for less."
         if isinstance(self.infeasibility, FixedModeRefusal):
             if self.request.gain is not None:
                 what = "gain" if self.request.plant.m else "loop"
                 return f"{self.reason} Change the {what}, or ask for less."
             return f"{self.reason} Change B, or ask for less there."
-        if self.searched is not None or (self.K is None and self._law is not None):
-            return f"{self.reason} Measure more, or ask for less."
         if self.request.coupling == "multipliers":
             return f"{self.reason} Change the gain, or ask for less."
         whole, free = self.asked, [r.key for r in self.minimized]

@@ -19,7 +19,7 @@ from ...runtime.time_limit import (
 from ..cells import Box, Ranges, family
 from ..known_gain import kept_or_broken
 from ..solution import Solution
-from .doors import refused_by_a_door, refused_by_sum
+from .doors import refused_by_a_door, refused_by_mode, refused_by_sum
 from .loops import loops_of
 from .objective import DECAY, LEAST_DECAY, Task
 from .search import search
@@ -78,14 +78,15 @@ def by_law(request, objective, backoff, starts, seed):
     loops = loops_of(request)
     some = np.ones(len(loops.directions))
     replace(request, gain=loops.K(some))  # raises where noise in u is infinite
-    if not objective:
-        refused = refused_by_sum(request, loops)
-        if refused is not None:
-            return refused
-    goal = None
+    goal, refused = None, None
     if objective:
         owner = request.owner(next(iter(objective)))
         goal = DECAY if owner.parameter is SIGMA else owner
+    else:
+        refused = refused_by_sum(request, loops)
+    refused = refused or refused_by_mode(request, objective and owner)
+    if refused is not None:
+        return refused
     task = Task.of(request, loops, goal)
     best, near, count, between, stopped = None, (), 0, 0, False
     try:

@@ -1,5 +1,6 @@
 """The doors of "infeasible" for a law: what excludes every gain, exactly."""
 
+from dataclasses import replace
 from math import floor, log10
 
 import numpy as np
@@ -11,6 +12,7 @@ from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
 from ..broken import alone
 from ..feasibility import answer
+from ..fixed_mode import refuse_by_mode
 from ..known_certificate import Joined, parts_data
 from ..request import Request
 from ..request_as_data import loop_data, read_request
@@ -18,7 +20,13 @@ from ..solution import Solution
 from .any_order import excluded, seen
 from .loops import corners_of
 
-__all__ = ["SumOfPoles", "mean_pole", "refused_by_a_door", "refused_by_sum"]
+__all__ = [
+    "SumOfPoles",
+    "mean_pole",
+    "refused_by_a_door",
+    "refused_by_mode",
+    "refused_by_sum",
+]
 
 SECONDS = 20.0  # for the refusal of each plant by all of its state
 
@@ -124,13 +132,51 @@ def refused_by_sum(request, loops):
     return None
 
 
+def refused_by_mode(request, sought=None):
+    """The Solution of a request with a mode that no gain of the law moves; or None.
+
+    Either its motion leaves the sensors still: then it is one of the transposed plant
+    E' x' = A' x + C' u, where C are the sensors, that no input moves. The proof is
+    about that plant, which has the same poles. Or the input doesn't reach it, in the
+    plant or in that with the law's states.
+    """
+    parts = request.law_parts
+    asked = [r for r in request.requirements if r.pole_matrices() and r is not sought]
+    for where, d in corners_of(request).items():
+        none = exact(np.zeros((len(d.E), 0)))
+        dual = dict(E=d.E.T, A=d.A.T, Bu=parts.rows.T, Bw=none, C=none.T)
+        dual |= dict.fromkeys(("Du", "Dw", "Ca"))
+        for side, who, why in (
+            (replace(d, **dual), "No controller", "these sensors don't see it"),
+            (d, "No controller", "the input doesn't reach it"),
+            (parts.joined(d), "No gain of the law", "the input doesn't reach it"),
+        ):
+            plant = alone(side, request.plant)
+            proof = plant and refuse_by_mode(Request(plant, requirements=asked))
+            if proof:
+                text = (
+                    f"{who} moves the mode of {where} at {proof.mode:.4g} rad/s: "
+                    f"{why}. It violates {proof.requirement}."
+                )
+                return _refused(request, text, proof)
+    return None
+
+
+def _refused(request, text, proof):
+    """The Solution with a proof, its reason a text that begins with "No"."""
+    part = request.plant.reduction
+    if part is not None:
+        text = f"O{part.words[1:]}n{text[1:]}"
+    return Solution(request, "infeasible", None, reason=text, infeasibility=proof)
+
+
 def refused_by_a_door(request, sought=None):
     """The Solution of a request that excludes every controller at a corner; or None.
 
     One requirement at a time: by all of the state, and for a norm by every controller
     that sees what the law sees. What is sought has no bound that could be refused.
     """
-    corners, part = corners_of(request), request.plant.reduction
+    corners = corners_of(request)
     for where, d in corners.items():
         for r in request.requirements:
             if sought is not None and (r is sought or r.parameter is sought is SIGMA):
@@ -142,11 +188,7 @@ def refused_by_a_door(request, sought=None):
             if proof is not None:
                 at = f" at {where}" if len(corners) > 1 else ""
                 text = f"No linear controller {who} keeps{at}: {r.statement}."
-                if part is not None:
-                    text = f"O{part.words[1:]}n{text[1:]}"
-                return Solution(
-                    request, "infeasible", None, reason=text, infeasibility=proof
-                )
+                return _refused(request, text, proof)
     return None
 
 

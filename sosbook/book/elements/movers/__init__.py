@@ -5,6 +5,7 @@ from .loops import circulation, delayed, integral, kalman, mass
 from .mover import Mover, choice, slider, tick
 from .pendulum import chain, chirp, clock, digits, fall, regulator
 from .program import drive
+from .reach import reach
 from .ride import ride
 from .sensors import sensors
 
@@ -25,6 +26,7 @@ __all__ = [
     "landscape",
     "mass",
     "ranges",
+    "reach",
     "regulator",
     "ride",
     "segment",
