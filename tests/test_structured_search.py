@@ -548,7 +548,7 @@ def test_what_excludes_every_controller_of_a_part_says_so():
     ).reduce(modes=2)
     asked = dict(law=sos.DynamicLaw(2, [[1, 0]]), region=sos.PoleRegion(0.5))
     design = sos.design_pid(weak, **asked, starts=1)
-    words = "Of the reduced model (2 of 3): no linear controller that sees all of"
+    words = "Of the reduced model (2 of 3): no controller moves the mode of the plant"
     assert design.status == "infeasible" and design.reason.startswith(words)
     (claim,) = design.infeasibility.claims  # in states
     assert claim.startswith("of the reduced model (4 of 6): no gain moves the mode")
