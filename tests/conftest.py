@@ -56,6 +56,7 @@ KINDS = {
     "compiler": {"gcc", "a_compiler"},
     "slow": {"rows", "cluster"},
 }
+LONG = "test_site", "test_live", "test_hunt"  # minutes each, of tests that may be few
 CELL, PAGE = 700, 1000  # seconds: nbval's 600 for a cell; a build may be awaited
 
 
@@ -68,8 +69,9 @@ def pytest_addoption(parser):
 def pytest_collection_modifyitems(config, items):
     """Mark kinds of tests, set the timeouts, and bring notebooks first.
 
-    Modules with a browser are last: the book is built by then. Among equals those of
-    many tests are first, so that at the end no process waits long for another.
+    Modules with a browser are last: the book is built by then. Among equals those
+    that take long and those of many tests are first, so that at the end no process
+    waits long for another.
     """
     if not config.getoption("--campaign", False):
         long = [x for x in items if x.get_closest_marker("campaign")]
@@ -94,6 +96,7 @@ def pytest_collection_modifyitems(config, items):
         key=lambda item: (
             item.path in windows,
             item.path.suffix != ".ipynb",
+            item.path.stem not in LONG,
             -count[item.path],
         )
     )

@@ -1,16 +1,11 @@
 """What every element with sliders owes its readers, checked in a browser."""
 
-import pytest
-
-# the system's colours, the page's own theme, and whether it is dark then
-schemes = pytest.mark.parametrize(
-    "scheme, theme, dark",
-    [
-        ("light", None, False),
-        ("dark", None, True),
-        ("light", "dark", True),
-        ("dark", "light", False),
-    ],
+#: The system's colours, the page's own theme, and whether it is dark then.
+SCHEMES = (
+    ("light", None, False),
+    ("dark", None, True),
+    ("light", "dark", True),
+    ("dark", "light", False),
 )
 
 
@@ -56,49 +51,57 @@ def assert_quiet(tab):
     ] == []
 
 
-def brightness(tab, selector, kind):
-    """Relative luminance of a colour, as WCAG 2 defines it."""
-    return tab.page.evaluate(
-        """([selector, kind]) => {
-      const style = getComputedStyle(document.querySelector(selector));
-      const [r, g, b] = style[kind].match(/[\\d.]+/g).map(x => {
-        const c = x / 255;
-        return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
-      });
-      return 0.2126 * r + 0.7152 * g + 0.0722 * b; }""",
-        [selector, kind],
-    )
+#: Relative luminance of colours, as WCAG 2 defines it; null for what isn't there.
+LUMINANCE = """all => all.map(([selector, kind]) => {
+  const node = document.querySelector(selector);
+  if (!node) return null;
+  const [r, g, b] = getComputedStyle(node)[kind].match(/[\\d.]+/g).map(x => {
+    const c = x / 255;
+    return c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4;
+  });
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b; })"""
 
-
-#: (selector inside an element, kind of ink, selector of its ground), where there are.
+#: (selector inside an element, kind of ink, selector of its ground, how far they
+#: differ at least), where there are.
 INKS = (
-    ("", "color", ""),
-    ("svg text", "fill", ""),
-    ("figcaption", "color", ""),
-    (".sos-readout p", "color", ".sos-readout"),
-    (".sos-status", "color", ".sos-readout"),
-    (".sos-button", "color", ".sos-readout"),
-    (".sos-mark", "color", ""),
-    (".sos-tyre", "stroke", ""),
-    ("select", "color", "select"),
+    ("", "color", "", 4.5),
+    ("svg text", "fill", "", 4.5),
+    ("figcaption", "color", "", 4.5),
+    (".sos-readout p", "color", ".sos-readout", 4.5),
+    (".sos-status", "color", ".sos-readout", 4.5),
+    (".sos-button", "color", ".sos-readout", 4.5),
+    (".sos-mark", "color", "", 4.5),
+    (".sos-tyre", "stroke", "", 4.5),
+    ("select", "color", "select", 4.5),
 )
 
 
-def assert_readable(tab, element, dark):
-    """Ink and paper differ by 4.5 or more, and the paper is right."""
-    paper = brightness(tab, element, "backgroundColor")
-    assert paper < 0.05 if dark else paper > 0.8, element
-    for inside, kind, ground in INKS:
-        selector = f"{element} {inside}".strip()
-        if not tab.page.locator(selector).count():
-            continue
-        low, high = sorted(
-            [
-                brightness(tab, selector, kind),
-                brightness(tab, f"{element} {ground}".strip(), "backgroundColor"),
-            ]
+def assert_readable(tab, elements, inks=INKS):
+    """In all schemes inks stand out from papers, and these are right; how many do."""
+    asked = [
+        (f"{element} {inside}".strip(), kind, f"{element} {ground}".strip(), least)
+        for element in elements
+        for inside, kind, ground, least in inks
+    ]
+    colours = [pair for ink, kind, paper, _ in asked
+               for pair in ((ink, kind), (paper, "backgroundColor"))]  # fmt: skip
+    for scheme, theme, dark in SCHEMES:
+        tab.page.emulate_media(color_scheme=scheme)
+        tab.page.evaluate(
+            """theme => { delete document.documentElement.dataset.theme;
+            if (theme) document.documentElement.dataset.theme = theme; }""",
+            theme,
         )
-        assert (high + 0.05) / (low + 0.05) > 4.5, selector
+        seen = tab.page.evaluate(LUMINANCE, colours)
+        found = list(zip(asked, seen[::2], seen[1::2], strict=True))
+        for (selector, _, ground, least), ink, paper in found:
+            if ground in elements:
+                assert paper < 0.05 if dark else paper > 0.8, ground
+            if ink is not None:
+                low, high = sorted([ink, paper])
+                assert (high + 0.05) / (low + 0.05) > least, (selector, scheme, theme)
+    assert tab.errors == []
+    return sum(ink is not None for _, ink, _ in found)
 
 
 def assert_buttons(tab, visit, tag, label):

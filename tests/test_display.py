@@ -13,7 +13,7 @@ from sosbook.display.card import card
 from sosbook.display.escape import json_text, page_text
 from sosbook.display.pole_map import pole_map
 from sosbook.requirements.stability import Stability
-from tests.elements import brightness, schemes
+from tests.elements import assert_readable
 from tests.processes import process
 from tests.test_results import CART, MAKE, PAIR, REFUSED
 
@@ -210,25 +210,16 @@ def sheet(tmp_path_factory):
     return path
 
 
-@schemes
-def test_cards_are_readable_in_light_and_dark(visit, sheet, scheme, theme, dark):
-    tab = visit(sheet, scheme=scheme)
-    if theme:
-        tab.page.evaluate("t => document.documentElement.dataset.theme = t", theme)
-    paper = brightness(tab, ".sos-result", "backgroundColor")
-    assert paper < 0.05 if dark else paper > 0.8
-    for inside, kind, least in (
-        ("", "color", 4.5),
-        ("svg text", "fill", 4.5),
-        (".sos-feasible", "color", 4.5),
-        (".sos-infeasible", "color", 4.5),
-        ("td", "color", 4.5),
-        (".sos-pole", "stroke", 3),
-    ):
-        ink = brightness(tab, f".sos-result {inside}", kind)
-        low, high = sorted([ink, paper])
-        assert (high + 0.05) / (low + 0.05) > least, inside
-    assert tab.errors == []
+def test_cards_are_readable_in_light_and_dark(visit, sheet):
+    inks = (
+        ("", "color", "", 4.5),
+        ("svg text", "fill", "", 4.5),
+        (".sos-feasible", "color", "", 4.5),
+        (".sos-infeasible", "color", "", 4.5),
+        ("td", "color", "", 4.5),
+        (".sos-pole", "stroke", "", 3),
+    )
+    assert assert_readable(visit(sheet), [".sos-result"], inks) == len(inks)
 
 
 def test_cards_fit_a_phone(visit, sheet):

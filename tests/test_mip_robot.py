@@ -280,9 +280,13 @@ def theirs(base, tmp_path_factory):
 
 
 def told(base, robot):
-    """The same design of a robot that is described otherwise."""
+    """The same design of a robot that is described otherwise.
+
+    What simulations say stands in comments, which `code` leaves out.
+    """
     found = replace(base, robot=robot)
-    vars(found).update(design=base.design, delayed=base.delayed)
+    same = "design", "delayed", "rest", "reach"
+    vars(found).update({name: getattr(base, name) for name in same})
     return found
 
 

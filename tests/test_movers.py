@@ -681,6 +681,7 @@ def test_the_drives_encoder_has_the_packages_steps(desk, programs):
 def test_the_drive_says_proven_where_a_bound_of_the_package_is_kept(desk, programs):
     c, naive = programs[0], programs[0].set_point(r=[[1], [1]])
     sums = {law: x.step().proven for law, x in ((0, naive), (1, c))}
+    noise = c.noise().proven
     places = [
         dict(law=law, limit=limit, r=r, counts=3)
         for law in (0, 1) for limit in (0, 1, 2) for r in (0.9, 1.05, 8, 10, 20)
@@ -691,7 +692,7 @@ def test_the_drive_says_proven_where_a_bound_of_the_package_is_kept(desk, progra
         places,
     )
     for place, said in zip(places, found, strict=True):
-        most = sums[place["law"]] * place["r"] + c.noise().proven
+        most = sums[place["law"]] * place["r"] + noise
         assert said["total"] == pytest.approx(most)
         assert said["holds"] is (not place["limit"] or most <= 2)
     (loaded,) = desk.page.evaluate(

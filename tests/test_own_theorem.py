@@ -15,7 +15,7 @@ from sosbook.plants import descriptors
 from sosbook.requirements.in_text import theorem_data
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
-from tests.elements import assert_readable, schemes, write_page
+from tests.elements import assert_readable, write_page
 from tests.energy_to_peak import PAGE, EnergyToPeak, true_peak
 
 AUTHOR = 5  # the exit code where an author says what his blocks mean
@@ -255,13 +255,9 @@ def test_what_is_wrong_with_a_line_is_said(tab, line, words):
     assert typed(tab, ENERGY, PEAK)["status"] == "feasible"
 
 
-@schemes
-def test_it_can_be_read(visit, tmp_path, scheme, theme, dark):
+def test_it_can_be_read(visit, tmp_path):
     page = write_page(tmp_path / "theorem.html", own_theorem().html)
-    tab = visit(page, scheme=scheme)
-    if theme:
-        tab.page.evaluate("t => document.documentElement.dataset.theme = t", theme)
-    assert_readable(tab, "sos-theorem", dark)
+    assert assert_readable(visit(page), ["sos-theorem"]) > 4
 
 
 def test_a_link_leads_back_to_what_was_typed(tab, visit):

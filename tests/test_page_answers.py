@@ -1,9 +1,9 @@
 """What an element shows answers what its controls ask, whatever readers do.
 
-Every element of the book is driven by random moves: sliders, lists, fields, keys and
-buttons. After each of them a text, a proof, code or a picture that answers another
-question must be marked, and its downloads gone. Settings are read from the controls
-themselves, not from what the elements know of them.
+Every kind of element (once a week all of the book) is driven by random moves: sliders,
+lists, fields, keys and buttons. After each of them a text, a proof, code or a picture
+that answers another question must be marked, and its downloads gone. Settings are read
+from the controls themselves, not from what the elements know of them.
 """
 
 import re
@@ -14,7 +14,7 @@ import pytest
 from sosbook.book.elements.scripts import script
 from sosbook.book.notebooks import BOOK
 from tests.elements import write_page
-from tests.test_page_elements import FIRST, TAGS, stored
+from tests.test_page_elements import FIRST, TAGS, first_and_all
 
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
@@ -160,10 +160,7 @@ HERE = """([tag, sync]) => {
     view.querySelector(".sos-more")?.textContent ?? ""]; }"""
 
 
-@pytest.mark.parametrize("moves", [5, pytest.param(200, marks=pytest.mark.campaign)])
-@pytest.mark.parametrize(
-    "text", [text for _, text in stored()], ids=[stem for stem, _ in stored()]
-)
+@pytest.mark.parametrize("text, moves", first_and_all(5, 200))
 def test_whatever_is_shown_answers_what_is_asked(visit, tmp_path, text, moves):
     sheet, tag = tmp_path / "sheet.html", re.match(r"<(sos-\w+)", text)[1]
     write_page(sheet, text)

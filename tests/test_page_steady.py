@@ -5,12 +5,11 @@ import re
 import pytest
 
 from sosbook.book.notebooks import BOOK
-from tests.test_page_elements import stored
+from tests.test_page_elements import first_and_all
 
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
 )
-PLACES = 5  # of each control
 #: Width of the window, and of the column in it: of a desk's screen, and of a phone.
 WIDTHS = (1280, 740), (390, 358)
 #: Over a sweep of every control {y of the foot: where it was seen there first}, and
@@ -63,10 +62,8 @@ SWEEP = """async ([tag, count, known]) => {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "text", [text for _, text in stored()], ids=[stem for stem, _ in stored()]
-)
-def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text):
+@pytest.mark.parametrize("text, places", first_and_all(5, 9))
+def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text, places):
     """All is laid out and nothing painted: nobody looks at the pixels."""
     sheet, known = tmp_path / "sheet.html", []
     tag = re.match(r"<(sos-\w+)", text)[1]
@@ -80,6 +77,6 @@ def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text):
             "utf8",
         )
         tab = visit(sheet, width=window)
-        seen, known = tab.page.evaluate(SWEEP, [tag, PLACES, known])
+        seen, known = tab.page.evaluate(SWEEP, [tag, places, known])
         assert len(seen) == 1, (window, seen)
         assert tab.errors == []
