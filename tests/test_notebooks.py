@@ -88,12 +88,56 @@ def test_captions_mark_the_thesiss_figures_as_such(path):
                 assert not re.search(r"(?<!\[T )\bFigs?\. ?\d|redone", caption)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_a_chapter_tells_its_time_in_one_form(path):
+#: Words a minute of somebody who follows formulas, code and figures between them.
+RATE = 34
+NOT_READ = (  # exercises, their solutions, what is for readers of the thesis, formulas
+    r"(?s):::+\{solution-start\}.*?:::+\{solution-end\}",
+    r"(?ms)^(:::+)\{(?:exercise|solution)\}.*?^\1\s*$",
+    r"(?ms)^(:::+)\{admonition\} For readers of the thesis.*?^\1\s*$",
+    r"(?ms)^#+ For readers of the thesis.*?(?=^#{1,2} |\Z)",
+    r"(?s)\$\$.*?\$\$",
+    r"\$[^$]*\$",
+    r"(?<=\])\([^)]*\)",
+)
+
+
+def minutes(path):
+    """What the page says, and what its words take."""
     told = re.findall(r"\*\*Time:\*\*.*|\d+ min to read.*", words(path))
-    if re.match(r"\d\d_", path.stem):
-        assert len(told) == 1
-    assert all(re.match(r"\*\*Time:\*\* \d+ min to read\b", line) for line in told)
+    assert len(told) == 1
+    text = words(path)
+    for part in NOT_READ:
+        text = re.sub(part, " ", text)
+    said = re.match(r"\*\*Time:\*\* (\d+) min to read\b", told[0])
+    return int(said[1]), len(re.findall(r"[A-Za-z][\w'’-]*", text)) / RATE
+
+
+CHAPTERS = {path.stem: path for path in FILES if re.match(r"\d\d_", path.stem)}
+
+
+@pytest.mark.parametrize("path", CHAPTERS.values(), ids=CHAPTERS)
+def test_a_chapter_tells_its_time_in_one_form_and_at_one_rate(path):
+    said, needed = minutes(path)
+    assert abs(said - needed) < 10 + 0.15 * needed, (said, needed)
+
+
+def test_the_ways_through_the_book_take_the_hours_that_their_pages_do():
+    """Rows of links to chapters; "to" between two takes those between them as well."""
+    text, numbers = words(ROOT / "book" / "intro.ipynb"), sorted(CHAPTERS)
+    rows = re.findall(r"^\| .*\*\* ?.*\| (\d+) \|$", text, re.MULTILINE)
+    assert len(rows) == 4
+    for row in re.findall(r"^\| .*\| \d+ \|$", text, re.MULTILINE):
+        total, last = 0, None
+        for joined, name, part in re.findall(
+            r"( to )?\[[^\]]*\]\((\d\d_\w+)\.ipynb\)(?: \((\d+) min\))?", row
+        ):
+            later = numbers[numbers.index(last) + 1 :] if last else []
+            between = [x for x in later if x < name and joined]
+            total += sum(minutes(CHAPTERS[x])[0] for x in between)
+            total += int(part or minutes(CHAPTERS[name])[0])
+            last = name
+        hours = int(row.split("|")[-2])
+        assert abs(60 * hours - total) <= 40, (row, total)
 
 
 def test_viewers_that_convert_a_notebook_show_its_figures():
