@@ -5,9 +5,8 @@ import pytest
 from flint import arb, fmpq, fmpq_mat
 
 from sosbook.exact.adjoint import Slopes, adjoint
-from sosbook.exact.definite import definite, exact, pivots, positive
+from sosbook.exact.definite import definite, exact, pivots, positive, semidefinite
 from sosbook.exact.rational import exact_margin, inverse, log2, rational_matrix
-from sosbook.exact.refusal import semidefinite
 from sosbook.language.expression import Unknown, block, he
 
 

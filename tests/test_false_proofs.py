@@ -16,11 +16,10 @@ import sosbook as sos
 from sosbook import proofs
 from sosbook.exact.checker import verdict as check
 from sosbook.exact.checker.arithmetic import Refused
-from sosbook.exact.definite import exact
+from sosbook.exact.definite import exact, semidefinite
 from sosbook.exact.proof import Examined
 from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.proof_text import checksum
-from sosbook.exact.refusal import semidefinite
 from sosbook.lmi import LMIProblem, Unknown, he
 from sosbook.plants.controllability import matrix_of
 from sosbook.requirements import LMIRegion, Requirement

@@ -4,13 +4,13 @@ import numpy as np
 
 from ..exact.definite import definite, exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
-from ..exact.proof import Examined, first_proven
+from ..exact.proof import first_proven
 from ..exact.rational import decimal, decimals, expanded, read_array, read_number
 from ..exact.refusal import MultiplierRefusal
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..plants.kinds import every_plant
-from ..synthesis.certificates import excluding, frame_data, read_frame
+from ..synthesis.certificates import frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest
 
@@ -47,41 +47,12 @@ class DelayCertificate(GainProof):
         }
 
     @classmethod
-    def examine(cls, data):
-        request = read_delay_request(data)
-        K = read_array(data["K"], request.plant.m, request.states)
-        if isinstance(request.plant, DelayedLoop) and (K != np.eye(len(K))).any():
-            raise ValueError("the K of a loop must be the identity")
-        if request.gain is not None:
-            request = in_frame(request.at(gain=K), request.frame)
-        values = {
-            u.name: read_array(data["unknowns"][u.name], *u.shape)
-            for u in request.unknowns()
-            if u.name != "X"
-        }
-        numbers = {name: exact(x) for name, x in values.items()}
-        if request.gain is None:  # X = K F' of the rounded gain
-            gain = exact(K) @ exact(request.frame.T) / exact(request.frame.scale)
-            numbers["X"] = gain @ numbers["F"].T
-        blocks = request.blocks(numbers, exact)
-        again = cls.contents(request, K, values, list(blocks))
-        for u in request.unknowns():
-            if u.symmetric and not (numbers[u.name] == numbers[u.name].T).all():
-                return again, Examined.nothing(f"{u.name} isn't symmetric")
-        return again, Examined.of(blocks, claims(request))
-
-    @classmethod
-    def contents(cls, request, K, values, names):
-        """The data of the file for a request, a rounded K and exact values.
-
-        ``names`` are those of the blocks.
-        """
+    def contents(cls, request, K, values):
+        """The data of the file for a request, a rounded K and exact values."""
         return {
-            "claims": list(claims(request)),
             **problem_data(request),
             "K": decimals(K),
             "unknowns": {name: decimals(x) for name, x in values.items()},
-            "blocks": names,
         }
 
 
@@ -105,16 +76,9 @@ class DelayRefusal(MultiplierRefusal):
         return "what the delay doesn't reach fixed"
 
     @classmethod
-    def rebuilt(cls, data):
-        request = read_delay_request(data)
-        expressions, unknowns = request.in_unknowns(exact)
-        return cls.contents(request), expressions, unknowns, str
-
-    @classmethod
     def contents(cls, request):
         """The data of the file for a request, without the multipliers."""
         return {
-            "claims": [excluding(request.gain is None, claims(request))],
             **problem_data(request),
             "K": None if request.gain is None else decimals(request.gain),
         }
@@ -127,14 +91,13 @@ def prove_delay(request, K, unknowns, digits=None):
 
     Returns what was proven, and what failed.
     """
-    names = list(request.in_unknowns()[0])
 
     def attempt(digits, places):
         values = {
             name: round_digits(x, places) for name, x in unknowns.items() if name != "X"
         }
         gain = round_digits(K, digits)
-        contents = DelayCertificate.contents(request, gain, values, names)
+        contents = DelayCertificate.contents(request, gain, values)
         return DelayCertificate.of(contents)
 
     return first_proven(attempt, digits, **given_gain(request.gain))

@@ -20,6 +20,7 @@ __all__ = [
     "pivots",
     "positive",
     "round_digits",
+    "semidefinite",
 ]
 
 
@@ -234,6 +235,28 @@ def positive(x):
 def _shifted(e, k):
     """The integer part of e 2^k, rounded down."""
     return e << k if k >= 0 else e >> -k
+
+
+def semidefinite(x):
+    """Whether a symmetric matrix of rationals is positive semidefinite.
+
+    Notes
+    -----
+    Let the columns in J be a basis of those of x. Then x[J, J] is regular,
+    and x = Y' x[J, J] Y for some Y: x is positive semidefinite exactly if
+    x[J, J] is positive definite.
+
+    Examples
+    --------
+    >>> x = exact(np.array([[1.0, 2.0], [2.0, 4.0]]))
+    >>> semidefinite(x), semidefinite(-x), semidefinite(x - exact(np.diag([1.0, 0])))
+    (True, False, False)
+    """
+    check_time()
+    reduced, _, rank = _matrix(x).numer_denom()[0].rref()
+    rows = reduced.table()[:rank]
+    lead = [next(j for j, e in enumerate(row) if e != 0) for row in rows]
+    return not rank or positive(x[np.ix_(lead, lead)])
 
 
 def in_floats(g):

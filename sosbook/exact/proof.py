@@ -8,10 +8,10 @@ import numpy as np
 
 from ..runtime.saying import one_line
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
-from .checker import verdict
-from .checker.arithmetic import Beyond, Refused
-from .definite import definite
-from .rational import digit_count
+from .checker import kernel
+from .checker.arithmetic import scalar
+from .definite import definite, positive, semidefinite
+from .rational import as_rational, digit_count
 
 __all__ = [
     "DIGITS",
@@ -94,15 +94,32 @@ class Examined:
         return cls(said, blocks, tuple(failed))
 
     @classmethod
-    def by_kernel(cls, text):
-        """What the kernel says of the ``text`` of a proof file.
+    def by_kernel(cls, whole, claims, names):
+        """What the kernel says of the ``whole`` that it reads, beside its ``claims``.
 
-        That is enough where a theorem is somebody's whose code isn't here, too.
+        Blocks have ``names`` by their labels; without any the labels are names.
         """
-        try:
-            return cls(tuple(verdict.check(text)), {}, ())
-        except (Refused, Beyond, *verdict.MALFORMED) as fault:
-            return cls.nothing(f"not a well-formed proof: {fault}")
+        sizes, failed = {}, []
+
+        def decide(label, x, semi):
+            check_time()
+            if not scalar(x) and (x != x.T or not x.r):
+                return x == x.T
+            x = as_rational(x)
+            if semi:
+                return positive(x) or semidefinite(x)
+            proven, size = definite(x)
+            if names and label not in names:  # a condition, no block
+                return proven
+            name = names.get(label, label)
+            sizes[name] = float(size)
+            failed.extend([] if proven else [name])
+            return True  # what fails is listed, and the others are looked at
+
+        value = kernel.check(whole, decide).value
+        if value is not None:
+            sizes, value = {}, float(as_rational(value)[0, 0])
+        return cls(() if failed else tuple(claims), sizes, tuple(failed), value)
 
     @classmethod
     def nothing(cls, why):

@@ -1,6 +1,5 @@
 """Proofs that are files: what they prove is computed from their texts alone."""
 
-import warnings
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from weakref import WeakKeyDictionary
@@ -8,9 +7,11 @@ from weakref import WeakKeyDictionary
 from ..runtime.kinds import OfKind
 from ..runtime.reading import read_text
 from ..runtime.writing import write_file
-from .checker import verdict
+from .checker import kernel, verdict
+from .checker.arithmetic import Beyond, Refused
 from .proof import Examined, Verdict
-from .proof_text import MADE, is_proof, parse, said, same, written
+from .proof_text import is_proof, parse, same, written
+from .rational import as_rational
 
 __all__ = ["ProofFile", "kinds", "load"]
 
@@ -33,36 +34,50 @@ class ProofFile(Verdict, OfKind):
     @classmethod
     def of(cls, data):
         """Write the file of some data: a dict of lists, decimals and words."""
-        text, words, fault = written(cls.kind, _of_part(data))
+        text, said = written(cls.kind, _of_part(data))
         proof = cls(text)
-        _WORDS[proof] = words
-        if fault is not None and proof.proven and proof.claims:  # a text should say it
-            fault = f"written as version 1, which has no text: {cls.kind}: {fault}"
-            warnings.warn(fault, stacklevel=2)
+        _WRITTEN[proof] = said and Written(*said)
         return proof
 
     @classmethod
     def examine(cls, data):
-        """Rebuild everything from the data, where more than a text is to be decided.
+        """Rebuild everything from the data, where no text says what is to be decided.
 
         Returns
         -------
         data : dict
             As it is written, from what was rebuilt.
         examined : Examined
-            None of both where the kernel alone decides, see `Examined.by_kernel`.
         """
-        return None
+        raise Beyond("no text says it, and nothing else decides")
+
+    @classmethod
+    def named(cls, data, keys):
+        """The names of blocks whose keys are those of the text that the data make."""
+        return map(str, keys)
 
     @property
     def examined(self):
         """The verdict on the text."""
-        return _remembered(type(self), self.text, _WORDS.get(self))
+        return _remembered(type(self), self.text, _WRITTEN.get(self))
 
     @property
     def data(self):
         """The file's contents, as a dict."""
         return parse(self.text)[1]
+
+    def measured(self, measure):
+        """What ``measure`` makes of each block, a `Rational` matrix, by its name."""
+        said, found = Written(*verdict.opened(self.text)), {}
+
+        def decide(label, x, semi):
+            if label in said.keys:
+                found[label] = measure(as_rational(x))
+            return True
+
+        kernel.check(said.whole, decide)
+        names = self.named(self.data, [said.keys[label] for label in found])
+        return dict(zip(names, found.values(), strict=True))
 
     def verify(self):
         """Whether it is proven, with everything computed again from the text."""
@@ -143,29 +158,40 @@ def load(path):
     raise ValueError(f"{path}: kind must be one of {known}, got {kind!r:.80}")
 
 
-def _examined(cls, text, words=None):
-    """The verdict on a text, beside which these words were just written; or again."""
+@dataclass(frozen=True, eq=False)
+class Written:
+    """What `sosbook.exact.checker.verdict.written` says of a text."""
+
+    whole: dict
+    claims: list
+    keys: dict
+
+
+def _examined(cls, text, said=None):
+    """The verdict on a text that was just written, or on one from elsewhere."""
     try:
         kind, data = parse(text)
         if kind != cls.kind:
             return Examined.nothing(f"kind is {kind!r}, not {cls.kind!r}")
-        rebuilt = cls.examine(data)
-        if rebuilt is None:
-            return Examined.by_kernel(text)
-        words = said(text) if words is None else list(words)
-        again, examined = rebuilt
-        again = _of_part(again)
-    except (*verdict.MALFORMED, ArithmeticError) as e:
+        try:
+            said = said or Written(*verdict.opened(text))
+        except Beyond:
+            return _rebuilt(cls, data)
+        names = dict(zip(said.keys, cls.named(data, said.keys.values()), strict=True))
+        return Examined.by_kernel(said.whole, said.claims, names)
+    except (Beyond, Refused, *verdict.MALFORMED, ArithmeticError) as e:
         return Examined.nothing(f"not a well-formed proof: {e}")
+
+
+def _rebuilt(cls, data):
+    """The verdict on a file without a text, which its class decides."""
+    again, examined = cls.examine(data)
+    again = _of_part(again)
     claims = tuple(verdict.of_part(examined.claims, data))
-    examined = replace(examined, claims=claims)
-    if words is not None:
-        data["claims"] = words
-    made = {key for key in MADE if key not in data}
-    for key in {*data, *again} - made:
+    for key in {*data, *again}:
         if key not in data or key not in again or not same(data[key], again[key]):
             return Examined.nothing(f"{key!r:.80} isn't what the data say")
-    return examined
+    return replace(examined, claims=claims)
 
 
 def _of_part(data):
@@ -177,4 +203,4 @@ def _of_part(data):
 
 _remembered = lru_cache(maxsize=64)(_examined)
 # Of files that were written here, beside their texts.
-_WORDS: WeakKeyDictionary = WeakKeyDictionary()
+_WRITTEN: WeakKeyDictionary = WeakKeyDictionary()

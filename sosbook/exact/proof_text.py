@@ -12,7 +12,7 @@ from ..runtime.reading import parse_json
 from .checker import verdict
 from .checker.arithmetic import Beyond, Refused
 
-__all__ = ["FORMAT", "is_proof", "laid_out", "parse", "said", "same", "written"]
+__all__ = ["FORMAT", "is_proof", "laid_out", "parse", "same", "written"]
 
 FORMAT = verdict.FORMAT
 HEAD = ("format", "version", "kind", "checksum")
@@ -20,23 +20,19 @@ MADE = ("claims", "blocks")  # of version 2 these are made from what is asked
 
 
 def written(kind, data):
-    """The text of a proof of some kind, the words beside it, and what refuses a text.
-
-    Of version 1 there are no words. Of a theorem without a text nothing refuses.
+    """The text of a proof of some kind, and what `verdict.written` says; else None.
 
     ``kind``: the kind of the proof; ``data``: lists, words, numbers as text, True,
     False and None.
     """
     asked = {"kind": kind} | {k: v for k, v in data.items() if k not in MADE}
     try:
-        whole, words = verdict.written(asked)
+        whole, *said = verdict.written(asked)
         if not same(verdict.asked_of(whole), asked):
             raise Refused("its data don't say again what is asked")
-    except Beyond:  # no text says it
-        return version_1(kind, data), None, None
-    except Refused as fault:
-        return version_1(kind, data), None, fault
-    return spread(whole), tuple(words), None
+    except (Beyond, Refused):  # no text says it
+        return version_1(kind, data), None
+    return spread(whole), (whole, *said)
 
 
 def version_1(kind, data):
@@ -74,7 +70,7 @@ def checksum(whole):
 
 
 def parse(text):
-    """The kind of a proof and its data, from its text; `said` says if they are its own.
+    """The kind of a proof and its data, from its text.
 
     Raises ValueError if it is no proof file.
     """
@@ -95,21 +91,6 @@ def parse(text):
     if whole.get("checksum") != checksum(whole):
         raise ValueError("the checksum isn't that of the contents: they were changed")
     return kind, {key: value for key, value in whole.items() if key not in HEAD}
-
-
-def said(text):
-    """The words that a file of version 2 proves if its blocks are positive.
-
-    They are made beside its ``text``, which must be the one that is written for what
-    the file asks; otherwise a ValueError says so. None of version 1.
-    """
-    whole = parse_json(text)
-    if whole["version"] == 1:
-        return None
-    try:
-        return list(verdict.matched(whole)[1])
-    except (Beyond, Refused) as fault:
-        raise ValueError(str(fault)) from None
 
 
 def is_proof(content):

@@ -13,6 +13,7 @@ from ..runtime.time_limit import check_time
 
 __all__ = [
     "Rational",
+    "as_rational",
     "decimal",
     "decimals",
     "digit_count",
@@ -74,6 +75,12 @@ class Rational(np.ndarray):
 def rational_matrix(rows):
     """A `Rational` array of ``rows``, lists of fmpq."""
     return np.array(rows, object).view(Rational)
+
+
+def as_rational(x):
+    """A matrix or a number of `sosbook.exact.checker`, x, as a `Rational` matrix."""
+    rows, d = (x.a, x.d) if hasattr(x, "a") else ([[x.numerator]], x.denominator)
+    return rational_matrix([[fmpq(e, d) for e in row] for row in rows])
 
 
 def _both_matrices(x, other):

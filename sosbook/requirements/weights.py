@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.sparse.csgraph import connected_components
 
-from ..exact.definite import definite, exact
-from ..exact.refusal import semidefinite
+from ..exact.definite import definite, exact, semidefinite
 from ..plants.checks import matrix
 from ..runtime.time_limit import check_time
 

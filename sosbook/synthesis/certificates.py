@@ -1,10 +1,13 @@
 """Proofs in exact rational arithmetic, of a loop or of its absence."""
 
+from types import SimpleNamespace
+
 import numpy as np
 
+from ..exact.checker.families import given_vertices
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
-from ..exact.proof import Examined, Proof, first_proven
+from ..exact.proof import Proof, first_proven
 from ..exact.rational import (
     decimal,
     decimals,
@@ -16,9 +19,8 @@ from ..exact.rational import (
 from ..exact.refusal import MultiplierRefusal
 from ..plants.checks import matrix
 from ..plants.descriptor import MATRICES
-from ..requirements.base import Requirement
+from ..requirements.blocks import BlockTable
 from ..requirements.in_text import theorem_data
-from .payments import paid
 from .request_as_data import read_request, request_data
 from .scaling import Frame
 
@@ -32,8 +34,6 @@ __all__ = [
     "read_frame",
     "refuse_design",
 ]
-
-MANY_PAIRS = 10  # of vertices; from here on the keys of their blocks are copied
 
 
 class Certificate(GainProof):
@@ -77,29 +77,16 @@ class Certificate(GainProof):
         Of blocks in rationals, with their diagonals scaled to about one: however
         small, it is no rounding error. None where nothing is proven.
         """
-        if not self.proven:
-            return None
-        _, _, _, blocks = _read(self.data)
-        return {name: exact_margin(g) for name, g in blocks.items()}
+        return self.measured(exact_margin) if self.proven else None
 
     @classmethod
-    def examine(cls, data):
-        if any(Requirement.owner(r["kind"]) is None for r in data["requirements"]):
-            return None
-        request, K, values, blocks = _read(data)
-        again = cls.contents(request, K, values, map(_key, blocks))
-        if not all((values[name] == values[name].T).all() for name in request.lyapunov):
-            return again, Examined.nothing("P isn't symmetric")
-        return again, Examined.of(blocks, _rest(request, blocks))
+    def named(cls, data, keys):
+        return block_names(data, keys)
 
     @classmethod
-    def contents(cls, request, K, values, blocks):
-        """The data of the file for a request, a rounded K and exact values.
-
-        ``blocks`` are the keys of the blocks.
-        """
+    def contents(cls, request, K, values):
+        """The data of the file for a request, a rounded K and exact values."""
         return {
-            "claims": list(claims(request)),
             **request_data(request),
             "requirements": [
                 r.data() | _theorem(r, request, place, values)
@@ -107,32 +94,16 @@ class Certificate(GainProof):
             ],
             "K": decimals(K),
             "unknowns": {name: decimals(x) for name, x in values.items()},
-            "blocks": list(blocks),
         }
 
 
-def _read(data):
-    """The request, K, the exact unknowns and the blocks of a file's data."""
-    request = read_request(data)
-    K = read_array(data["K"], request.plant.m, request.order)
-    shapes = _shapes(request, data["unknowns"])
-    if shapes.keys() != data["unknowns"].keys():
-        raise ValueError(f"unknowns must be {', '.join(shapes)}")
-    values = {
-        name: exact(read_array(data["unknowns"][name], *shape))
-        for name, shape in shapes.items()
-    }
-    P = [values[name] for name in request.lyapunov]  # vertices may share one
-    own = {name: x for name, x in values.items() if name not in request.lyapunov}
-    V = own.pop("V", None)
-    if V is None:
-        Y = exact(K) @ P[0]
-        blocks = request.blocks(P[0], Y, exact, own=own)
-        known = {name: x.astype(float) for name, x in own.items()}
-        blocks = paid(request, blocks, P[0].astype(float), Y.astype(float), known)
-    else:
-        blocks = request.blocks(P, exact(K) @ V.T, exact, V=V, own=own)
-    return request, K, values, blocks
+def block_names(data, keys):
+    """Names of the blocks of a file's data that have these keys."""
+    table = BlockTable(len(given_vertices(data["plant"])) > 1)
+    for kind, name, block, *vertices in keys:
+        owner = SimpleNamespace(kind=kind, name=name, key=(kind, name))
+        table.add(owner if kind else None, block, vertices, None)
+    return list(table.named())
 
 
 def _theorem(requirement, request, place, unknowns):
@@ -157,40 +128,6 @@ def _shapes(request, known):
     shapes = {u.name: u.shape for u in request.unknowns() if u.name != "Y"}
     shapes = {name: shape for name, shape in shapes.items() if name not in sizes}
     return shapes | {name: shape for name, shape in sizes.items() if name in known}
-
-
-def _block_keys(request, known=()):
-    """The keys of a request's blocks.
-
-    ``known``: names of the unknowns; the requirements' sizes are among them.
-
-    Pairs of vertices have the same blocks: those of one vertex and of one pair are
-    written, for each of the others their names stand. A requirement that writes
-    others has no proof.
-    """
-    values = {name: np.eye(*shape) for name, shape in _shapes(request, known).items()}
-    if request.gain is None:
-        values["Y"] = np.eye(request.plant.m, request.order)
-
-    def keys(pairs):
-        return [_key(name) for name in request.blocks_at(values, pairs=pairs)]
-
-    if request.coupling == "slack" or len(request.pairs) < MANY_PAIRS:
-        return keys(None)
-    once, first = keys([]), {}
-    for pair in request.pairs:
-        first.setdefault(pair[0] == pair[1], (pair, keys([pair])))
-        if len(first) == 2:
-            break
-    ((_, several), *_) = first.values()
-    start = next(k for k, key in enumerate(several) if key not in once)
-    between = [
-        [*key[:3], *dict.fromkeys(pair)]
-        for pair in request.pairs
-        for key in first[pair[0] == pair[1]][1]
-        if key not in once
-    ]
-    return [*once[:start], *between, *once[start:]]
 
 
 def _key(name):
@@ -228,12 +165,11 @@ def prove(request, K, P, digits=6, V=None, own=None):
             values[name] = matrix(name, own[name], size)
 
     asked = _recorded(request)
-    blocks = _block_keys(asked, values)
 
     def attempt(digits, places):
         rounded = {name: round_digits(x, places) for name, x in values.items()}
         K_rounded = round_digits(K, digits)
-        return Certificate.of(Certificate.contents(asked, K_rounded, rounded, blocks))
+        return Certificate.of(Certificate.contents(asked, K_rounded, rounded))
 
     return first_proven(attempt, digits, **given_gain(request.gain))
 
@@ -253,20 +189,6 @@ def claims(request):
     return tuple(words for words, _ in request.statements())
 
 
-def _rest(request, blocks):
-    """The claims, each with the names of the blocks that prove it.
-
-    P itself belongs to all of them.
-    """
-    owned = {}
-    for name in blocks:
-        owned.setdefault(name.requirement, []).append(name)
-    return [
-        (words, [*owned[r.key], *owned.get(None, ())] if r.key in owned else ())
-        for words, r in request.statements()
-    ]
-
-
 class DesignRefusal(MultiplierRefusal):
     """Multipliers that exclude every design; see `MultiplierRefusal` for the text."""
 
@@ -276,6 +198,10 @@ class DesignRefusal(MultiplierRefusal):
     def condition(self):
         """What the refusal is subject to: "for mu = 1"; else empty."""
         return read_request(self.data, gain=self.data["K"]).condition
+
+    @classmethod
+    def named(cls, data, keys):
+        return block_names(data, keys)
 
     @classmethod
     def rebuilt(cls, data):

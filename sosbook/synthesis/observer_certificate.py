@@ -4,16 +4,14 @@ import numpy as np
 
 from ..exact.definite import exact, in_floats, inverse
 from ..exact.gain_proof import significant
-from ..exact.proof import Examined
 from ..exact.proof_file import ProofFile
-from ..exact.rational import decimal, decimals, null_basis, read_array, read_number
+from ..exact.rational import decimal, decimals, null_basis, read_array
 from ..exact.refusal import MultiplierRefusal
 from ..exact.repair import repair_multipliers
 from ..language import Affine
 from ..lmi.text import rationals
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
-from .observer_problem import ObserverProblem
 
 __all__ = ["ObserverCertificate", "ObserverRefusal", "refuse_observer"]
 
@@ -37,37 +35,16 @@ class ObserverCertificate(ProofFile):
         return significant(self.L)
 
     @classmethod
-    def examine(cls, data):
-        problem = ObserverProblem.read(data)
-        L, bound = read_array(data["L"], None, None), read_number(data["bound"])
-        lmi = problem.bounded(L, bound)
-        values = {
-            u.name: read_array(data["unknowns"][u.name], *u.shape) for u in lmi.unknowns
-        }
-        numbers = {name: exact(x) for name, x in values.items()}
-        if any((x != x.T).any() for x in numbers.values()):
-            raise ValueError("an unknown isn't symmetric")
-        blocks = lmi.blocks(numbers, exact)
-        again = cls.contents(problem, L, bound, values, list(blocks))
-        return again, Examined.of(blocks, again["claims"])
-
-    @classmethod
-    def contents(cls, problem, L, bound, values, names):
+    def contents(cls, problem, L, bound, values):
         """The data of the file for a problem, a rounded L and exact values.
 
-        ``names`` are those of the blocks, and ``bound`` is what tr J is below.
+        ``bound`` is what tr J is below.
         """
         return {
-            "claims": [
-                "at each vertex (not between them) the loop with the observer is "
-                "stable",
-                f"tr J is at most {decimal(bound)} there",
-            ],
             **problem.data(),
             "L": decimals(L),
             "bound": decimal(bound),
             "unknowns": {name: decimals(x) for name, x in values.items()},
-            "blocks": names,
         }
 
 
@@ -80,20 +57,9 @@ class ObserverRefusal(MultiplierRefusal):
     kind = "infeasible observer"
 
     @classmethod
-    def rebuilt(cls, data):
-        problem = ObserverProblem.read(data)
-        lmi = problem.open()
-        return cls.contents(problem), lmi.in_unknowns(rationals), lmi.unknowns, str
-
-    @classmethod
     def contents(cls, problem):
         """The data of the file for a problem, without the multipliers."""
-        return {
-            "claims": [
-                "no observer with this K is proven by these LMIs at the vertices"
-            ],
-            **problem.data(),
-        }
+        return problem.data()
 
 
 def refuse_observer(problem):

@@ -175,14 +175,12 @@ class ObserverDesign(Result[ObserverCertificate], ReadOnly):
         return ObserverResponse(both.t, z, d.C @ rate, z, u, x, both.w, estimate)
 
     def _prove(self, digits: int | None) -> ObserverCertificate:
-        given, names = self._observer(), list(self.margins)
+        given = self._observer()
 
         def attempt(digits, places):
             L = round_digits(given, digits)
             values = {name: round_digits(x, places) for name, x in self.values.items()}
-            contents = ObserverCertificate.contents(
-                self.problem, L, self.bound, values, names
-            )
+            contents = ObserverCertificate.contents(self.problem, L, self.bound, values)
             return ObserverCertificate.of(contents)
 
         return first_proven(attempt, digits)

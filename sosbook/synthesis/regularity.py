@@ -4,14 +4,12 @@ import numpy as np
 
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof
-from ..exact.proof import Examined, first_proven
-from ..exact.rational import decimal, decimals, expanded, read_array, read_number
+from ..exact.proof import first_proven
+from ..exact.rational import decimal, decimals
 from ..exact.refusal import MultiplierRefusal
-from ..language import Unknown, eye, he
-from ..plants.as_data import plant_data, read_plant
+from ..language import eye, he
+from ..plants.as_data import plant_data
 from ..plants.checks import matrix, positive
-from ..plants.kinds import every_plant
-from ..theorems.regularization import regular_mass
 
 __all__ = [
     "MassRefusal",
@@ -32,36 +30,14 @@ class RegularityCertificate(GainProof):
     kind = "regularization"
 
     @classmethod
-    def examine(cls, data):
-        plant, beta = read_plant(data["plant"]), read_number(data["beta"])
-        K_A = read_array(data["K"], plant.m, plant.n)
-        again = cls.contents(plant, K_A, positive("beta", beta))
-        blocks = {
-            name: regular_mass(exact(M), exact(B), exact(K_A), exact(beta))
-            for name, (M, B) in mass_pairs(plant).items()
-        }
-        return again, Examined.of(blocks, again["claims"])
-
-    @classmethod
     def contents(cls, plant, K_A, beta):
         """The data of the file for a plant, K_A and beta."""
         return {
-            "claims": claims(plant, beta),
             "plant": plant_data(plant),
             "beta": decimal(beta),
             "K": decimals(K_A),
             "unknowns": {},
-            "blocks": list(mass_pairs(plant)),
         }
-
-
-def claims(plant, beta):
-    """What (2.12) proves, in words."""
-    return [
-        f"for {every_plant(plant)}, M - B K_A is regular",
-        "the eigenvalues of its symmetric part exceed beta^2 = "
-        + expanded(exact(beta) ** 2),
-    ]
 
 
 class MassRefusal(MultiplierRefusal):
@@ -75,27 +51,9 @@ class MassRefusal(MultiplierRefusal):
     kind = "infeasible regularization"
 
     @classmethod
-    def rebuilt(cls, data):
-        plant = read_plant(data["plant"])
-        beta = positive("beta", read_number(data["beta"]))
-        K_A = Unknown("K_A", plant.m, plant.n)
-        blocks = {
-            name: least_mass(M, B, K_A, beta)
-            for name, (M, B) in mass_pairs(plant).items()
-        }
-        return cls.contents(plant, beta), blocks, [K_A], str
-
-    @classmethod
     def contents(cls, plant, beta):
         """The data of the file for a plant and beta, without the multipliers."""
-        return {
-            "claims": [
-                "no gain proves by these LMIs: " + "; ".join(claims(plant, beta))
-            ],
-            "plant": plant_data(plant),
-            "beta": decimal(beta),
-            "K": None,
-        }
+        return {"plant": plant_data(plant), "beta": decimal(beta), "K": None}
 
 
 def least_mass(M, B, K_A, beta):

@@ -12,9 +12,14 @@ __all__ = ["asked", "mended", "without_text"]
 
 def without_text(proof):
     """The text of a proof as a file of version 1: what is asked, as data alone."""
-    rebuilt = type(proof).examine(proof.data)
-    alone = {"claims": list(proof.claims), **proof.data}
-    return version_1(proof.kind, alone if rebuilt is None else rebuilt[0])
+    data, more = proof.data, {}
+    try:
+        text, claims = verdict.law({"kind": proof.kind, **data})
+        if "unknowns" in data and text.labels:
+            more = {"blocks": list(text.labels)}
+    except verdict.Beyond:
+        claims = proof.claims
+    return version_1(proof.kind, {"claims": list(claims), **data, **more})
 
 
 def mended(whole):

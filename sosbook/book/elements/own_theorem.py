@@ -65,7 +65,7 @@ def own_theorem(title="A theorem of your own"):
     asked["requirements"].append(
         {"kind": "own", "name": "own", "claim": WORDS, "theorem": theorem}
     )
-    file, _ = verdict.written(asked)
+    file, *_ = verdict.written(asked)
     vertex = {name: getattr(plant, name).tolist() for name in "MDSBF"}
     return OwnTheorem(
         "theorem",

@@ -30,45 +30,56 @@ def shape_of(spec, reader):
     return n[0], n[-1], even
 
 
-def check(file):
-    """The labels that are proven: at a point, or excluded by multipliers."""
+class Labels(list):
+    """Of what is proven: at a point, or excluded by multipliers, with their sum."""
+
+    value = None
+
+
+def check(file, decide=None):
+    """The `Labels` that are proven; else Refused.
+
+    ``decide(label, block, semi)`` may say faster than `definite` whether a block is
+    positive definite, or semidefinite: who believes it believes that.
+    """
+    decide = decide or (lambda label, x, semi: definite(x, semi))
     data = {k: read(v) for k, v in file["data"].items()}
     program, plain = parse("\n".join(file["text"])), Reader(data)
     shapes = {k: shape_of(spec, plain) for k, spec in file["unknowns"].items()}
     need(("point" in file) != ("multipliers" in file), "a point, or multipliers")
     if "point" not in file:
         x = {k: zeros(*s[:2]) if s else Fraction(0) for k, s in shapes.items()}
-        return exclude(program, Reader(data, x, file["sets"]), shapes, file)
+        return exclude(program, Reader(data, x, file["sets"]), shapes, file, decide)
     need(set(file["point"]) == set(shapes), "other unknowns")
     x = {k: read(v) for k, v in file["point"].items()}
     for k, s in shapes.items():
         good = not scalar(x[k]) and s[:2] == (x[k].r, x[k].c) if s else scalar(x[k])
         need(good and not (s and s[2] and x[k] != x[k].T), f"{k} has another shape")
-    reader, proven = Reader(data, x, file["sets"], True), []
+    reader, proven = Reader(data, x, file["sets"], True), Labels()
     for sign, label, left, right in reader.statements(program):
         need(label not in proven, f"{label} comes twice")
-        holds(sign, label, left, right)
+        holds(sign, label, left, right, decide)
         proven.append(label)
     return proven
 
 
-def holds(sign, label, x, y):
+def holds(sign, label, x, y, decide):
     """Refuse a statement that isn't so."""
     if sign == "==":
         need(x.v == y.v, f"{label} isn't an identity")
     else:
-        good = y.v == 0 and definite(x.v, sign == ">=")
+        good = y.v == 0 and decide(label, x.v, sign == ">=")
         need(good, f"the block {label} isn't positive " + "semi" * (sign == ">=")
              + "definite")  # fmt: skip
 
 
-def exclude(program, reader, shapes, file):
+def exclude(program, reader, shapes, file, decide):
     """With Z >= 0, not all zero, sum <G(x), Z> would be positive: it is not.
 
     It doesn't depend on x, and is zero or negative; each block is affine in x.
     """
     Z = {k: read(v) for k, v in file["multipliers"].items()}
-    proven, seeds, sum_ = [], [], Fraction(0)
+    proven, seeds, sum_ = Labels(), [], Fraction(0)
     for sign, label, x, y in reader.statements(program):
         need(label not in proven, f"{label} comes twice")
         proven.append(label)
@@ -77,7 +88,7 @@ def exclude(program, reader, shapes, file):
             need(z is None, f"{label} takes no multiplier")
             need(x.back is None or sign == ">", f"{label} holds for some x only")
             if x.back is None:
-                holds(sign, label, x, y)
+                holds(sign, label, x, y, decide)
             continue
         if scalar(x.v) and not scalar(z):
             z = trace(z)
@@ -85,7 +96,7 @@ def exclude(program, reader, shapes, file):
         need(
             good and scalar(z) == scalar(x.v), f"the multiplier of {label} doesn't fit"
         )
-        need(definite(z, True), f"the multiplier of {label} isn't positive")
+        need(decide(label, z, True), f"the multiplier of {label} isn't positive")
         seeds.append((x, z))
         sum_ += z * x.v if scalar(z) else z.dot(x.v)
     need(not Z, "a multiplier belongs to no block")
@@ -103,6 +114,7 @@ def exclude(program, reader, shapes, file):
             gone = g == 0 if scalar(g) else not any(map(any, g.a))
             need(gone, f"the multipliers leave {k} a way out")
     need(sum_ <= 0, "the multipliers exclude nothing")
+    proven.value = sum_
     return proven
 
 

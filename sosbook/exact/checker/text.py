@@ -139,6 +139,10 @@ class Text:
             Z[label] = z
         return whole | {"multipliers": Z}
 
+    def keys(self):
+        """The keys of blocks, by their labels."""
+        return {label: key for key, label in self.labels.items()}
+
     def label(self, key):
         key = key if isinstance(key, str) else tuple(key)
         need(key in self.labels, f"a multiplier of {key}, which is no block")

@@ -129,11 +129,12 @@ def of_part(claims, asked):
 
 
 def written(asked):
-    """The file of version 2, as data, of what is asked; and the words of it."""
+    """What is asked as a file of version 2, the words of it, and its blocks' keys."""
     text, claims = law(asked)
     head = {"format": FORMAT, "version": 2, "kind": asked["kind"]}
     asks = {k: skeleton(v, (asked, k), text) for k, v in asked.items() if k != "kind"}
-    return head | {"about": about(asked), "asks": asks} | text.file(), claims
+    whole = head | {"about": about(asked), "asks": asks} | text.file()
+    return whole, claims, text.keys()
 
 
 def skeleton(x, place, text):
@@ -174,6 +175,13 @@ def asked_of(file):
 
 def check(text):
     """The claims that the text of a proof file proves; else Refused or Beyond."""
+    file, claims, _ = opened(text)
+    kernel.check(file)
+    return claims
+
+
+def opened(text):
+    """What the kernel decides of the text of a proof file, as `written` says it."""
     file = contents(text)
     good = isinstance(file, dict) and file.get("format") == FORMAT
     need(good, "no proof file")
@@ -181,34 +189,31 @@ def check(text):
     if file["version"] not in (1, 2):
         raise Beyond("this checker reads the versions 1 and 2 of the format")
     if file["version"] == 2:
-        file, claims = matched(file)
-        kernel.check(file)
-        return claims
+        return matched(file)
     asked = asked_of(file)
     rest = {key: value for key, value in file.items() if key != "checksum"}
     good = file.get("checksum") == digest(rest)
     need(good, "the checksum isn't that of the contents")
     listed = asked.pop("blocks", None)
     text, claims = law(asked)
-    kernel.check(text.file())
     if "unknowns" in asked:
         names = sorted(json.dumps(k) for k in text.labels)
         good = names == sorted(map(json.dumps, listed)) if names else listed is None
         need(good, "the blocks aren't those listed")
     other = "the file claims something else: " + "; ".join(claims)
     need(file.get("claims") == claims, other)
-    return claims
+    return text.file(), claims, text.keys()
 
 
 def matched(file):
-    """A file of version 2, which must be the one that is written, and its words."""
-    again, claims = written(asked_of(file))
+    """A file of version 2, which must be the one that is `written`."""
+    again, *said = written(asked_of(file))
     good = file.get("about") == again["about"]
     need(good, "the digests are of other data")
     for key in again.keys() | file.keys():
         same = key in file and file[key] == again.get(key)
         need(same, f"{key!r:.40} isn't what is written for what is asked")
-    return again, claims
+    return again, *said
 
 
 def contents(text):
