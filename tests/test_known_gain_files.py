@@ -213,3 +213,21 @@ def test_noise_of_a_sensor_is_in_the_output_of_a_plant_whose_output_sees_u():
     seen = sos.PIDLaw([[1]], noise=[[0, 0.1]])
     asked = sos.analyse_pid(cart, [[-0.5]], law=seen, requirements=[felt])
     assert asked.certify().proven
+
+
+def test_what_a_law_integrates_is_an_output():
+    """1 / (s^3 + 0.9 s^2 + 1.5 s + 0.3) by frequencies; a lag is no integral."""
+    s = 1j * np.linspace(0, 3, 30001)
+    true = np.abs(1 / (s**3 + 0.9 * s**2 + 1.5 * s + 0.3)).max()
+    felt = sos.HInfinity(1.05 * true, outputs=sos.Output(integral=1))
+    asked = dict(law=sos.PIDLaw([[1]], velocity=[[1]], integrate=True))
+    gains = dict(K_P=[[-0.5]], K_D=[[-0.4]], K_I=[[-0.3]])
+    cart = sos.SecondOrderSystem(1, 0.5, 1, 1, 1)
+    proof = sos.analyse_pid(cart, gains, requirements=[felt], **asked).certify()
+    whole = json.loads(proof.text)
+    assert proof.proven and accepted(whole) == (True, True)
+    changed = json.loads(proof.text)
+    changed["data"]["gamma"] = repr(round(0.99 * true, 4))
+    assert accepted(changed) == (False, False)
+    whole["data"]["law.A"] = [["-9"]]
+    assert accepted(whole) == accepted(written_anew(whole)) == (False, False)

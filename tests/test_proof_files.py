@@ -17,7 +17,6 @@ from flint import arb, arb_mat
 
 import sosbook as sos
 from sosbook import proofs
-from sosbook.exact import proof_text
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
@@ -228,6 +227,23 @@ PROOFS = {
         [[-0.1, -0.2]],
         gamma=5.0,
         cost=sos.QuadraticCost(np.eye(2), ONE, "F", bound=50.0, N=[[0.1], [0]]),
+    ),
+    "known law, outputs": lambda: measured(
+        sos.PIDLaw([[1, 0]], integrate=True, filter=0.3, noise=[[0, 0.1]]),
+        dict(K_P=[[0.1], [0]], K_D=[[-0.6], [0.1]], K_I=[[-0.1], [0]]),
+        requirements=[
+            sos.HInfinity(
+                60.0,
+                outputs=sos.Output(acceleration=1)
+                & sos.Output(disturbance=0.2, input=1),
+            ),
+            sos.HInfinity(60.0, inputs=[0], name="one"),
+            sos.H2(
+                90.0,
+                outputs=sos.Output(acceleration=[[0, 1]], velocity=[[1, 0]]),
+                inputs=[0],
+            ),
+        ],
     ),
     "known dynamic law": lambda: measured(
         sos.DynamicLaw(1, [[1, 0]], strictly_proper=True, noise=[[0, 0.1]]),
@@ -457,24 +473,17 @@ def test_a_file_is_read_as_what_it_was(name, tmp_path):
     assert type(proof).load(tmp_path / "proof.json") == proof
 
 
-def test_a_text_that_is_refused_is_told(monkeypatch):
-    """The file is one of version 1 then, and as good; the words are made once else."""
+def test_a_text_that_is_refused_proves_nothing(monkeypatch):
     proof = robot()
-    data, kept = (
-        proof.data | {"claims": list(proof.claims)},
-        proof_text.said(proof.text),
-    )
-    assert kept == list(proof.claims) == list(proof_text.written("design", data)[1])
-    data["blocks"] = json.loads(without_text(proof))["blocks"]
+    assert proof.proven
 
     def refuse(asked):
         raise checker.Refused("for a test")
 
-    monkeypatch.setattr(checker, "written", refuse)
-    assert proof.proven and not proof.verify()
-    with pytest.warns(UserWarning, match="no text: design: for a test"):
-        plain = Certificate.of(data)
-    assert json.loads(plain.text)["version"] == 1 and plain.proven
+    monkeypatch.setattr(checker, "law", refuse)
+    plain = Certificate.of(proof.data)
+    assert not plain.proven and "for a test" in plain.failed[0]
+    assert not proof.verify()
 
 
 def test_every_kind_of_proof_is_tried():

@@ -41,6 +41,7 @@ class Design:
         self.d, self.t, self.asked = d, Text(d), d["requirements"]
         self.refuted, self.ids, t = "multipliers" in d, {}, self.t
         self.vertices, self.N, self.m, self.p = plant(t, d)
+        self.plain, self.integrals = self.N, len(d["U"])
         self.many, self.few = len(self.vertices), distinct(self.vertices)
         need(d["coupling"] in ("pairs", "vertices", "slack"), "unknown coupling")
         self.slack = d["coupling"] == "slack"

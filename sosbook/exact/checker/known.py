@@ -49,7 +49,8 @@ class Known:
         if "parameters" in whole:  # their ranges are cut below
             whole = dict(whole, parameters=[x[:3] for x in whole["parameters"]])
         vertices, self.N, self.m, self.p = plant(t, dict(d, plant=whole))
-        self.plain, self.slack = self.N, True  # rows on x' stay rows on x'
+        self.plain, self.integrals = self.N, len(d["U"])
+        self.slack = True  # rows on x' stay rows on x'
         self.vertices, self.few = vertices, distinct(vertices)
         self.pairs = [(0, 1)] if len(self.few) > 1 else []
         self.many, law = len(vertices), d["law"] is not None
@@ -87,6 +88,18 @@ class Known:
             t.put(f"law.{name}", law, name, width, ratio)
         N, c, f = self.N, len(law["E"]), len(self.d["K"]) - m
         need(0 <= f <= c, "K has another number of rows")
+        whole = ("0",) * c  # its first states are integrals of what is measured
+        rows = zip(law["E"], law["A"])
+        self.integrals = next(
+            (
+                i
+                for i, (E, A) in enumerate(rows)
+                if i == c - f
+                or (*A,) != whole
+                or (*E,) != (*whole[:i], "1", *whole[i + 1 :])
+            ),
+            c - f,
+        )
         t.write("y = [law.of_sensors law.rows, law.of_states]",
                 "noise = law.of_sensors law.noise",
                 f"Ku = [I({m}), O({m}, {f})] K y",
@@ -222,17 +235,17 @@ class Known:
         own = [x for x in ("outputs", "inputs") if x in r]
         keys(r, " ".join(["kind name", r["kind"], more, *own]))
         need(self.p, "the plant has no disturbance")
-        if own and self.quiet:
-            raise Beyond("outputs of a law's loop aren't a text")
-        t, k = self.t, self.ids[id(r)]
-        channel = Channel(self, r, k, rates)
+        t, k, of_law = self.t, self.ids[id(r)], self.quiet and "outputs" in r
+        channel = Channel(self, r, k, rates or of_law)
         C, H, D, Z = (channel.names[x] for x in "CHDZ")
-        if self.quiet and D and not rates:
+        if self.quiet and D and not (rates or of_law):
             t.write(f"quiet.{k}: {self.quiet}")
         elif self.quiet and D:
             Z = f"{Z and Z + ' + '}{D} uw"
+        if of_law and not rates:
+            C, Z = self._solved(k, channel.S, C, H, Z)
         c = self.N - self.plain
-        if c:
+        if c and not of_law:
             C, H = (x and f"[{x}, O(rows({x}), {c})]" for x in (C, H))
         Z = Z if rates else ""
         lines = {
@@ -247,6 +260,18 @@ class Known:
             t.write(*map(SIDE.format, lines), loop="a, b, c, d in sides")
         some = ((H, f"Hy.{k}"), (Z, f"Zy.{k}"))
         return channel.S, *(f"mu.c {x}.i'" if there else "0" for there, x in some)
+
+    def _solved(self, k, S, C, H, Z):
+        """Outputs of a law's loop whose x' is put in, and whose noise is none."""
+        t, lines = self.t, []
+        if H:
+            x, w = (f" + {H} inv(EL.i) {of}.i" for of in ("AL", "BL"))
+            C, Z = C + x, f"{Z}{w}" if Z else w[3:]
+            lines.append(f"solved.{k}.i: {H} inv(EL.i) == {H} inv(EL.1)")
+        if Z:
+            lines.append(f"none.{k}.i: ({Z}){S} == 0 ({Z}){S}")
+        t.write(*lines, loop="i in vertices")
+        return C, Z
 
     def _poles(self, q, r):
         """The size of a region's matrices, and the block."""

@@ -57,8 +57,7 @@ class Channel:
     def _rows(self, t, parts):
         """The rows on each signal become data, and the matrices are made of them."""
         d, k, second = self.d, self.k, self.d.d["plant"]["kind"] == "second order"
-        a = len(d.d["U"])
-        n = (d.N - a) // 2
+        a, n = d.integrals, (d.plain - len(d.d["U"])) // 2
         wide = dict(position=n, velocity=n, acceleration=n, integral=a, state=d.N,
                     rate=d.N, input=d.m, disturbance=d.p)  # fmt: skip
         need(isinstance(parts, list) and parts, "an output without rows")
@@ -88,9 +87,9 @@ class Channel:
                 return "[" + ", ".join(some) + "]" if there else ""
 
             whole = {
-                "C": (d.N, joined(("position", n), ("velocity", n), ("integral", a)),
-                      text.get("state")),
-                "H": (d.N, joined(("", n), ("acceleration", n), ("", a)),
+                "C": (d.N, joined(("position", n), ("velocity", n), ("integral", a),
+                                  ("", d.N - 2 * n - a)), text.get("state")),
+                "H": (d.N, joined(("", n), ("acceleration", n), ("", d.N - 2 * n)),
                       text.get("rate")),
                 "D": (d.m, text.get("input")),
                 "Z": (d.p, text.get("disturbance")),
