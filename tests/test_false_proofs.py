@@ -18,7 +18,9 @@ from sosbook.exact.checker import verdict as check
 from sosbook.exact.definite import exact, semidefinite
 from sosbook.exact.proof import Examined
 from sosbook.exact.proof_file import ProofFile
-from sosbook.exact.proof_text import checksum
+from sosbook.exact.proof_text import checksum, parse
+from sosbook.exact.rational import decimals
+from sosbook.language import named
 from sosbook.lmi import LMIProblem, Unknown, he
 from sosbook.plants.controllability import matrix_of
 from sosbook.requirements import LMIRegion, Requirement
@@ -538,6 +540,27 @@ def test_stability_is_proven_whatever_an_author_says(coupling):
     words = proof.claims[1]
     assert words.startswith("trivial, by its author's theorem: \"nothing")
     assert words.isprintable() and len(str(proof).splitlines()) == 3
+
+
+class Untold(Trivial):
+    """What is named can't be told in one matrix."""
+
+    kind = name = "untold"
+
+    def pair(self, loop, c):
+        yield "block", named("half", c.EPE / 2)
+
+
+@pytest.mark.parametrize("coupling", ["pairs", "slack"])
+def test_a_theorem_that_cannot_be_traced_is_decided_here_alone(coupling):
+    proof = sos.design_pid(PLANT, requirements=[Untold()], coupling=coupling).certify()
+    assert proof.proven and proof.verify() and len(proof.claims) == 2
+    with pytest.raises(check.Beyond):
+        check.check(proof.text)
+    whole = parse(proof.text)[1]
+    for name, x in whole["unknowns"].items():
+        minus = dict(whole["unknowns"], **{name: decimals(-np.array(x, float))})
+        assert not proofs.Certificate.of(whole | {"unknowns": minus}).proven
 
 
 def test_a_requirement_without_blocks_proves_nothing():

@@ -18,10 +18,10 @@ from sosbook.exact.checker.text import ratio
 from sosbook.exact.proof import Examined
 from sosbook.exact.rational import exact, read_array, read_fractions, read_number
 from sosbook.plants.as_data import read_plant
+from sosbook.synthesis.certificates import by_theorems
 from sosbook.synthesis.fixed_mode import FixedModeRefusal
 from sosbook.synthesis.observer_problem import ObserverProblem
 from sosbook.synthesis.regularity import mass_pairs
-from sosbook.synthesis.request_as_data import read_request
 from sosbook.theorems import regular_mass
 from tests.oracles import mended
 from tests.test_proof_files import PROOFS, proof_of
@@ -35,13 +35,7 @@ def blocks_of(proof, monkeypatch):
     unknowns = data.get("unknowns", {}).items()
     values = {name: exact(read_array(x, None, None)) for name, x in unknowns}
     if kind == "design":
-        request = read_request(data)
-        P = [values[name] for name in request.lyapunov]
-        shape = request.plant.m, request.order
-        K, V = exact(read_array(data["K"], *shape)), values.get("V")
-        if V is None:
-            return request.blocks(P[0], K @ P[0], exact, own=values)
-        return request.blocks(P, K @ V.T, exact, V=V, own=values)
+        return by_theorems(data)[-1]
     if kind == "delay":
         request = read_delay_request(data)
         if request.gain is None:

@@ -7,7 +7,7 @@ import numpy as np
 from ..exact.checker.families import given_vertices
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
-from ..exact.proof import Proof, first_proven
+from ..exact.proof import Examined, Proof, first_proven
 from ..exact.rational import (
     decimal,
     decimals,
@@ -84,6 +84,19 @@ class Certificate(GainProof):
         return block_names(data, keys)
 
     @classmethod
+    def examine(cls, data):
+        """By the functions of an author's theorem, which can't be traced."""
+        request, K, values, blocks = by_theorems(data)
+        again = data | cls.contents(request, K, values)
+        if any((values[name] != values[name].T).any() for name in request.lyapunov):
+            return again, Examined.nothing("P isn't symmetric")
+        owned = {}
+        for name in blocks:
+            owned.setdefault(name.requirement, []).append(name)
+        said = [(words, owned.get(r.key, ())) for words, r in request.statements()]
+        return again, Examined.of(blocks, said)
+
+    @classmethod
     def contents(cls, request, K, values):
         """The data of the file for a request, a rounded K and exact values."""
         return {
@@ -95,6 +108,21 @@ class Certificate(GainProof):
             "K": decimals(K),
             "unknowns": {name: decimals(x) for name, x in values.items()},
         }
+
+
+def by_theorems(data):
+    """The request, K, the exact unknowns and the blocks of a file's data, by functions.
+
+    They are those of the theorems, beside which the texts of files are written.
+    """
+    request = read_request(data)
+    K = read_array(data["K"], request.plant.m, request.order)
+    values = {name: exact(_floats(x)) for name, x in data["unknowns"].items()}
+    P = [values[name] for name in request.lyapunov]
+    V = values.get("V")
+    Y = exact(K) @ (P[0] if V is None else V.T)
+    P = P[0] if V is None else P
+    return request, K, values, request.blocks(P, Y, exact, V=V, own=values)
 
 
 def block_names(data, keys):
