@@ -361,17 +361,6 @@ def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
     assert len(design.infeasibility.multipliers) > 120
 
 
-@pytest.mark.parametrize("asked", ASKED)
-def test_keys_of_many_pairs_are_those_of_their_blocks(asked, monkeypatch):
-    """What is written of one pair stands for all: with every block it is the same."""
-    design = sos.design_pid(plants(k=3), **ASKED[asked])
-    short = design.certify()
-    monkeypatch.setattr(certificates, "MANY_PAIRS", 10**9)
-    whole = design.certify()
-    assert short.proven and short.text == whole.text
-    assert len(design.request.pairs) > 10
-
-
 def test_the_checker_builds_the_pairs_that_a_refusal_names(monkeypatch):
     """One vertex of eight is refused: all other pairs have no multiplier."""
     whole = plants(k=3)

@@ -1,6 +1,7 @@
 """Vertices that are a box but for rounding: what is read, what it costs, who pays."""
 
 import json
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 import sosbook as sos
 from sosbook import couplings
-from sosbook.exact.checker import verdict
+from sosbook.exact.checker import payment, verdict
 from sosbook.plants import descriptors, near_box
 from sosbook.proofs import load
 from sosbook.requirements.cost import QuadraticCost
@@ -285,6 +286,7 @@ def test_what_doesnt_pay_is_undecided(monkeypatch):
     monkeypatch.setattr(near_box, "ROUNDING", 1e-2)
     plants = rounded(4, 1, np.random.default_rng(5))
     ground, statuses = near_box.NearBox.ground, []
+    honest = payment.reach
     for far in (1.0, 1e4):
 
         def farther(self, *given, far=far):
@@ -292,6 +294,8 @@ def test_what_doesnt_pay_is_undecided(monkeypatch):
             return corners, far * reach
 
         monkeypatch.setattr(near_box.NearBox, "ground", farther)
+        times = [Fraction(far)]
+        monkeypatch.setattr(payment, "reach", lambda *x: honest(*x).times(*times))
         design = sos.design_pid(plants, **ASKED["norm"], coupling="pairs")
         statuses.append(design.status)
     assert statuses == ["feasible", "undecided"] and NOT_PAID in design.reason

@@ -188,6 +188,12 @@ export function divisor(y, x) {
   return y;
 }
 
+// x / y in lowest terms, for y > 0.
+export function ratio(x, y) {
+  const a = divisor(y, x);
+  return y === a ? String(x / a) : `${x / a}/${y / a}`;
+}
+
 // ------------------------------------------------- correctly rounded functions
 const BITS = 240n, UNIT = 1n << BITS;
 const PI =

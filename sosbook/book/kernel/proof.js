@@ -1,9 +1,10 @@
 // The exact proof of a design and its file, which `python -m sosbook verify` accepts.
 // Everything is built again from decimals: the plant, the bounds, K and P.
 import {coupledPairs, descriptors, plainFrame, rounded, sized} from "./descriptor.js";
-import {decimal, decimals, definite, EXACT, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, sector, sha256, twiceAtLeast} from "./exact.js";
+import {decimal, decimals, definite, EXACT, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, sector, twiceAtLeast} from "./exact.js";
 import {rowsOf} from "./matrices.js";
 import {impliesStability, KINDS, laidOut, sizeName} from "./request.js";
+import {fileOf} from "./text.js";
 
 const GAIN_DIGITS = [6, 8, 10, 12, 17], PLACES = [12, 17];  // in the order of trial
 
@@ -38,55 +39,18 @@ function examined(request, K, P, own, J) {
     ...(J && {J: decimals(J)}),
     ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))
   };
-  const more = {K: decimals(K), unknowns, blocks: blocks.map(([key]) => key)};
   return {
     proven: !failed.length,
     failed,
     claims: failed.length ? [] : claims,
-    blocks: more.blocks,
-    text: fileOf("design", claims, request, more)
+    blocks: blocks.map(([key]) => key),
+    text: fileOf("design", request, requirements(request.asked), {K: decimals(K), unknowns})
   };
-}
-
-// The text of a proof file: what was asked, and `more`.
-export function fileOf(kind, claims, request, more) {
-  const {vertices, U = [], K_A = null, coupling = "pairs", asked} = request;
-  const contents = {
-    format: "sosbook proof",
-    version: 1,
-    kind,
-    claims,
-    plant: {
-      kind: "second order",
-      vertices: vertices.map(({M, D, S, B, F}) => ({
-        M: decimals(M),
-        D: decimals(D),
-        S: decimals(S),
-        B: decimals(B),
-        F: F ? decimals(F) : M.map(() => [])
-      }))
-    },
-    U: decimals(U),
-    K_A: K_A && decimals(K_A),
-    coupling,
-    epsilon: null,
-    E0: null,
-    requirements: requirements(asked),
-    ...more
-  };
-  return JSON.stringify({...contents, checksum: sha256(JSON.stringify(sortedKeys(contents)))}, null, 1) +
-    "\n";
-}
-
-function sortedKeys(x) {
-  if (Array.isArray(x)) return x.map(sortedKeys);
-  if (x === null || typeof x !== "object") return x;
-  return Object.fromEntries(Object.keys(x).sort().map(key => [key, sortedKeys(x[key])]));
 }
 
 // What a file says of the requirements: words and decimals, by field.
 /** @returns {any[]} */
-function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u_max, x0}) {
+export function requirements({sigma, theta, rho, gamma, mu = null, cost, Q, R, noise, u_max, x0}) {
   const list = [];
   const region = (name, more, alpha, beta) =>
     list.push({kind: "region", name, form: name, ...more, alpha: decimals(alpha), beta: decimals(beta)});

@@ -2,11 +2,12 @@
 // sum <G_ka, Z_k> = 0 for every variable a and sum <G_k0, Z_k> <= 0. With all G_k > 0
 // that sum would be positive. Floats come near; a few entries make it exact.
 import {coupledPairs, descriptors, rounded} from "./descriptor.js";
-import {atPlaces, decimal, decimals, definite, divisor, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros, nearly} from "./exact.js";
+import {atPlaces, decimal, decimals, definite, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros, nearly, ratio} from "./exact.js";
 import {inverse, mapped, rowsOf} from "./matrices.js";
-import {claimsOf, exactRegions, fileOf} from "./proof.js";
+import {claimsOf, exactRegions, requirements} from "./proof.js";
 import {conditionOf, followersOf, laidOut} from "./request.js";
 import {dot} from "./solver.js";
+import {fileOf} from "./text.js";
 
 const MULTIPLIER_DIGITS = 15;
 
@@ -226,11 +227,7 @@ export function refusalFile(request, {list, Z, scale, frame}) {
     proven: true,
     claims,
     blocks: list.map(({key}) => key),
-    text: fileOf("infeasible design", claims, request, {K: null, coordinates, multipliers})
+    text:
+      fileOf("infeasible design", request, requirements(request.asked), {K: null, coordinates, multipliers})
   };
-}
-
-export function ratio(x, y) {
-  const a = divisor(y, x);
-  return y === a ? String(x / a) : `${x / a}/${y / a}`;
 }

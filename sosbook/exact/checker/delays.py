@@ -74,8 +74,9 @@ class Delay:
             t.write("Kx = K T/scale")
         self.free = d["analysis"]  # F and G, else G = alpha F
         need(isinstance(self.free, bool), "analysis must be true or false")
-        none = self.free and "alpha" not in self.printed
-        need((d["alpha"] is None) == none, "alpha belongs to a design")
+        none = d["alpha"] is None
+        good = none == self.free or (self.free and "alpha" in self.printed)
+        need(good, "alpha belongs to a design")
         need(self.known or not self.free, "an analysis needs its gain")
         if not none:
             t.put_number("alpha", d, "alpha")
@@ -195,7 +196,7 @@ def krasovskii(x):
         sign = ""
     if "transpose" in x.printed and x.free:
         first = "he(A F')"
-    if "alpha" in x.printed and x.free:
+    if "alpha" in x.printed and x.free and x.d["alpha"] is not None:
         last = "(alpha/tau) rate"
     x.unknowns("P S R1 R3" + " Z" * (x.mu > 0), "Q R2 F" + " G" * x.free)
     if not x.known:
