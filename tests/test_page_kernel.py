@@ -363,7 +363,7 @@ def test_a_proof_of_the_page_passes_both_checkers(kernel, tmp_path, capsys):
     assert main(["verify", str(path)]) == 0
     assert "every plant of the polytope" in capsys.readouterr().out
     assert check.check(text) == list(Certificate(text).claims)
-    broken = text.replace('"gamma": "0.1732"', '"gamma": "0.01732"')
+    broken = text.replace('"gamma":"0.1732"', '"gamma":"0.01732"')
     assert broken != text and not Certificate(broken).proven
 
 
@@ -380,7 +380,7 @@ def test_a_cost_s_proof_and_refusal_pass_both_checkers(kernel, noise):
     for text, bound in ((good["proof"], bounds[0]), (bad["refusal"], bounds[1])):
         words = f"quadratic cost is below {bound} times the largest noise"
         assert any(words in claim for claim in check.check(text))
-    easier = good["proof"].replace(f'"bound": "{bounds[0]}"', '"bound": "0.1"')
+    easier = good["proof"].replace(f'"bound":"{bounds[0]}"', '"bound":"0.1"')
     assert easier != good["proof"] and not Certificate(easier).proven
 
 

@@ -4,7 +4,6 @@ text, data or set gets words that aren't so.
 
 import json
 import re
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -13,13 +12,14 @@ from flint import fmpq
 import sosbook as sos
 from sosbook.delay.certificates import read_delay_request
 from sosbook.exact.checker import kernel, verdict
-from sosbook.exact.checker.arithmetic import gather, number
+from sosbook.exact.checker.arithmetic import number
 from sosbook.exact.checker.text import ratio
-from sosbook.exact.proof import Examined
 from sosbook.exact.rational import exact, read_array, read_fractions, read_number
 from sosbook.plants.as_data import read_plant
 from sosbook.synthesis.certificates import by_theorems
+from sosbook.synthesis.error_loop import vertices_of
 from sosbook.synthesis.fixed_mode import FixedModeRefusal
+from sosbook.synthesis.known_certificate import known_by_theorems
 from sosbook.synthesis.observer_problem import ObserverProblem
 from sosbook.synthesis.regularity import mass_pairs
 from sosbook.theorems import regular_mass
@@ -27,11 +27,11 @@ from tests.oracles import mended
 from tests.test_proof_files import PROOFS, proof_of
 
 
-def blocks_of(proof, monkeypatch):
+def blocks_of(proof):
     """What the functions of the theorems make of a file's data, by blocks' names."""
     data, kind = proof.data, proof.kind
     if kind == "known gain":
-        return known_blocks(proof, monkeypatch)
+        return known_by_theorems(data)[-1]
     unknowns = data.get("unknowns", {}).items()
     values = {name: exact(read_array(x, None, None)) for name, x in unknowns}
     if kind == "design":
@@ -44,15 +44,17 @@ def blocks_of(proof, monkeypatch):
         return request.blocks(values, exact)
     if kind == "observer":
         L, bound = read_array(data["L"], None, None), read_number(data["bound"])
-        return ObserverProblem.read(data).bounded(L, bound).blocks(values, exact)
+        names = "K", "Q_F", "R_F", "C"
+        given = (read_array(data[x], None, None) for x in names)
+        noises = [read_array(w, None, None) for w in data["noises"]]
+        plant = read_plant(data["plant"])
+        problem = ObserverProblem(plant, vertices_of(plant), *given, noises)
+        return problem.bounded(L, bound).blocks(values, exact)
     if kind == "regularization":  # the text is a Schur complement
         plant, n = read_plant(data["plant"]), len(data["K"][0])
-        K, beta = (
-            exact(read_array(data["K"], None, n)),
-            exact(read_number(data["beta"])),
-        )
+        K, beta = exact(read_array(data["K"], None, n)), read_number(data["beta"])
         whole = {
-            name: regular_mass(exact(M), exact(B), K, beta)
+            name: regular_mass(exact(M), exact(B), K, exact(beta))
             for name, (M, B) in mass_pairs(plant).items()
         }
         return {k: g[:n, :n] - g[:n, n:] @ g[n:, :n] for k, g in whole.items()}
@@ -70,65 +72,27 @@ def blocks_of(proof, monkeypatch):
     return {}
 
 
-def known_blocks(proof, monkeypatch):
-    """Those of a known gain, in cells that are halved as the package halves them."""
-    seen, honest = {}, Examined.of.__func__
-
-    def of(cls, matrices, claims):
-        seen.update(matrices)
-        return honest(cls, matrices, claims)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Examined, "of", classmethod(of))
-        type(proof).examine(proof.data)
-    return seen
-
-
-def key_of(name):
-    parts = getattr(name, "requirement", name)
-    if isinstance(parts, str):
-        return str(name)
-    return (*(parts or ("", "")), name.block, *name.vertices)
-
-
-def label_of(text, said, block):
-    """The label of a block; those of a known gain have names beside their numbers."""
-    if text.labels:
-        return text.labels[key_of(block)]
-    parts = re.fullmatch(r"(.*) cell (\d+) (.*?) ?(\d+)", block).groups()
-    names = [name for _, name, _ in text.asked["cells"]]
-    kind = {"": "poles", "stability": "poles"}.get(parts[2], parts[2])
-    whole = f"{kind}.{names.index(parts[0]) + 1}.{parts[1]}"
-    return next(x for x in (f"{whole}.{parts[3]}", whole) if x in said)
-
-
-def as_fractions(x):
-    return [[Fraction(str(e)) for e in row] for row in x.tolist()]
+def key_in(proof, said, block):
+    """The name of a block; those of a known gain have names beside their numbers."""
+    if proof.kind != "known gain":
+        return block
+    name, c, kind, i = re.fullmatch(r"(.*) cell (\d+) (.*?) ?(\d+)", block).groups()
+    names = [name for _, name, _ in proof.data["cells"]]
+    kind = {"": "poles", "stability": "poles"}.get(kind, kind)
+    whole = f"{kind}.{names.index(name) + 1}.{c}"
+    return next(x for x in (f"{whole}.{i}", whole) if x in said)
 
 
 @pytest.mark.parametrize("name", PROOFS)
-def test_each_line_says_what_the_theorem_says(name, monkeypatch):
+def test_each_line_says_what_the_theorem_says(name):
     """The two writings of a block are one matrix, but for its size."""
     proof = proof_of(name)
-    text, _ = verdict.law(verdict.asked_of(json.loads(proof.text)))
-    whole = text.file()
-    data, point = (
-        {k: kernel.read(v) for k, v in whole[part].items()}
-        for part in ("data", "point")
-    )
-    reader = kernel.Reader(data, point, whole["sets"], point=True)
-    program = kernel.parse("\n".join(whole["text"]))
-    said = {label: x.v for _, label, x, _ in reader.statements(program)}
-    for block, matrix in blocks_of(proof, monkeypatch).items():
-        mine, theirs = said[label_of(text, said, block)], as_fractions(matrix)
-        if kernel.scalar(mine):
-            mine = gather([[mine]], 1)
-        assert (mine.r, mine.c) == (len(theirs), len(theirs))
-        size = mine.at(0, 0) / theirs[0][0]
-        assert size > 0
-        assert theirs == [
-            [mine.at(i, j) / size for j in range(mine.c)] for i in range(mine.r)
-        ]
+    said = proof.measured(lambda block: block)
+    for block, matrix in blocks_of(proof).items():
+        mine = said[key_in(proof, said, block)]
+        size = mine[0, 0] / matrix[0, 0]
+        assert size > 0 and mine.shape == matrix.shape
+        assert (mine == size * matrix).all()
 
 
 # ------------------------------------------------------------------- attacks

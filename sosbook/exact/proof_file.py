@@ -71,13 +71,13 @@ class ProofFile(Verdict, OfKind):
         said, found = Written(*verdict.opened(self.text)), {}
 
         def decide(label, x, semi):
-            if label in said.keys:
-                found[label] = measure(as_rational(x))
+            if label in names or not names:
+                found[names.get(label, label)] = measure(as_rational(x))
             return True
 
+        names = said.names(self.data, type(self))
         kernel.check(said.whole, decide)
-        names = self.named(self.data, [said.keys[label] for label in found])
-        return dict(zip(names, found.values(), strict=True))
+        return found
 
     def verify(self):
         """Whether it is proven, with everything computed again from the text."""
@@ -166,6 +166,10 @@ class Written:
     claims: list
     keys: dict
 
+    def names(self, data, cls):
+        """The names of blocks by their labels."""
+        return dict(zip(self.keys, cls.named(data, self.keys.values()), strict=True))
+
 
 def _examined(cls, text, said=None):
     """The verdict on a text that was just written, or on one from elsewhere."""
@@ -177,8 +181,7 @@ def _examined(cls, text, said=None):
             said = said or Written(*verdict.opened(text))
         except Beyond:
             return _rebuilt(cls, data)
-        names = dict(zip(said.keys, cls.named(data, said.keys.values()), strict=True))
-        return Examined.by_kernel(said.whole, said.claims, names)
+        return Examined.by_kernel(said.whole, said.claims, said.names(data, cls))
     except (Beyond, Refused, *verdict.MALFORMED, ArithmeticError) as e:
         return Examined.nothing(f"not a well-formed proof: {e}")
 

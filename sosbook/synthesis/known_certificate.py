@@ -41,24 +41,8 @@ class KnownGainProof(GainProof):
 
     @classmethod
     def examine(cls, data):
-        law = data["law"] and Joined(data["law"], len(data["K"]))
-        asked = data | dict(coupling="multipliers", epsilon=None, E0=None)
-        request = read_request(asked, gain=data["K"], law=law)
-        plants = _family(request, data["corners"])
-        asked = {r.key: r for r in request.demands}
-        blocks, names, left = {}, {}, dict(data["unknowns"])
-        for q, (kind, name, cuts) in enumerate(data["cells"], 1):
-            r = asked.pop((kind, name))
-            several = {}
-            for c, cell in enumerate(_leaves(plants.whole, cuts), 1):
-                loops = [loop.seen_by(r) for loop in cell.loops]
-                values = _values(left, f"{q}.{c}", len(loops))
-                for block, g in rational_blocks(r, loops, values).items():
-                    several[f"{r.name} cell {c} {block}"] = g
-            names[r.key] = tuple(several)
-            blocks |= several
-        if asked or left:
-            raise ValueError("cells or unknowns are missing, or too many")
+        """By the functions of an author's theorem."""
+        request, names, blocks = known_by_theorems(data)
         claims = [(words, names[r.key]) for words, r in _statements(request)]
         again = cls.contents(request, data["corners"], data["cells"])
         again["unknowns"] = data["unknowns"]
@@ -83,6 +67,29 @@ class KnownGainProof(GainProof):
             "corners": box,
             "cells": cells,
         }
+
+
+def known_by_theorems(data):
+    """The request of a file's data, its blocks, and their names by requirement."""
+    law = data["law"] and Joined(data["law"], len(data["K"]))
+    asked = data | dict(coupling="multipliers", epsilon=None, E0=None)
+    request = read_request(asked, gain=data["K"], law=law)
+    plants = _family(request, data["corners"])
+    asked = {r.key: r for r in request.demands}
+    blocks, names, left = {}, {}, dict(data["unknowns"])
+    for q, (kind, name, cuts) in enumerate(data["cells"], 1):
+        r = asked.pop((kind, name))
+        several = {}
+        for c, cell in enumerate(_leaves(plants.whole, cuts), 1):
+            loops = [loop.seen_by(r) for loop in cell.loops]
+            values = _values(left, f"{q}.{c}", len(loops))
+            for block, g in rational_blocks(r, loops, values).items():
+                several[f"{r.name} cell {c} {block}"] = g
+        names[r.key] = tuple(several)
+        blocks |= several
+    if asked or left:
+        raise ValueError("cells or unknowns are missing, or too many")
+    return request, names, blocks
 
 
 def parts_data(parts):

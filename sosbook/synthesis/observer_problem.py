@@ -9,15 +9,15 @@ from ..analysis.linear import balancing
 from ..analysis.lyapunov import lyapunov
 from ..analysis.riccati import riccati
 from ..exact.definite import inverse, round_digits
-from ..exact.rational import decimal, decimals, read_array, read_number, read_regular
+from ..exact.rational import decimal, decimals
 from ..language import Unknown, block
 from ..lmi.trusted import TrustedProblem
-from ..plants.as_data import plant_data, read_plant
-from ..plants.checks import as_written, check_rank, inverse_by_rows
+from ..plants.as_data import plant_data
+from ..plants.checks import check_rank, inverse_by_rows
 from ..plants.descriptor import mean_descriptor, twins
 from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
-from .error_loop import error_loop, vertices_of
+from .error_loop import error_loop
 
 __all__ = ["ObserverProblem"]
 
@@ -89,28 +89,6 @@ class ObserverProblem:
                 "unit": decimal(self.unit),
             },
         }
-
-    @classmethod
-    @as_written()
-    def read(cls, data):
-        """The problem of `data`, in the same coordinates."""
-        problem = object.__new__(cls)
-        problem.plant = read_plant(data["plant"])
-        problem.vertices = vertices_of(problem.plant)
-        N = len(problem.vertices[0].E)
-        for name in ("K", "C", "Q_F", "R_F"):
-            setattr(problem, name, read_array(data[name], None, None))
-        problem.noises = [read_array(w, N, None) for w in data["noises"]]
-        there = data["coordinates"]
-        problem.T = [read_regular(x, N) for x in there["T"]]
-        problem.left = read_regular(there["left"], N)
-        problem.unit = read_number(there["unit"])
-        shapes = (problem.vertices[0].Bu.shape[1], N), (len(problem.C), N)
-        if (problem.K.shape, problem.C.shape) != shapes or len(problem.T) != 2:
-            raise ValueError("K, C or T has a wrong shape")
-        if len(problem.noises) != len(problem.vertices) or len(problem.Q_F) != 2 * N:
-            raise ValueError("noises or Q_F has a wrong length")
-        return problem
 
     def unknowns(self, L=None):
         """P1, P2, Y (left out where L is given) and J."""

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..exact.definite import exact
 from ..language.matrices import Reaches
 from ..lmi.text import floats
 from ..plants.coupled import Coupled
@@ -27,8 +26,8 @@ def pays(r):
 def paid(request, blocks, P, Y, own=()):
     r"""The blocks of a request, less what the vertices' distance from corners costs.
 
-    ``request``: what is asked of the plant; ``blocks``: by `BlockName`, in floats or in
-    rationals, in the plant's own coordinates; ``P``, ``Y``, ``own``: as for
+    ``request``: what is asked of the plant; ``blocks``: by `BlockName`, in floats,
+    in the plant's own coordinates; ``P``, ``Y``, ``own``: as for
     `Request.blocks`, in floats. Returns dict: if these are positive definite, all
     plants of the polytope are what the requirements say. Without a `NearBox` they are
     the blocks.
@@ -81,4 +80,4 @@ def _price(reaches, g):
     sizes = np.sqrt(np.abs(np.diagonal(g).astype(float)))
     sizes[sizes == 0] = 1.0  # this block isn't positive
     price = ROUNDED * sizes * (reaches @ (1 / sizes))
-    return exact(price) if g.dtype == object else price
+    return price
