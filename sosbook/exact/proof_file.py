@@ -41,14 +41,7 @@ class ProofFile(Verdict, OfKind):
 
     @classmethod
     def examine(cls, data):
-        """Rebuild everything from the data, where no text says what is to be decided.
-
-        Returns
-        -------
-        data : dict
-            As it is written, from what was rebuilt.
-        examined : Examined
-        """
+        """(data, `Examined`), rebuilt from data of which no text says the proof."""
         raise Beyond("no text says it, and nothing else decides")
 
     @classmethod
@@ -182,7 +175,9 @@ def _examined(cls, text, said=None):
         except Beyond:
             return _rebuilt(cls, data)
         return Examined.by_kernel(said.whole, said.claims, said.names(data, cls))
-    except (Beyond, Refused, *verdict.MALFORMED, ArithmeticError) as e:
+    except (Beyond, Refused) as e:
+        return Examined.nothing(str(e))
+    except (*verdict.MALFORMED, ArithmeticError) as e:
         return Examined.nothing(f"not a well-formed proof: {e}")
 
 

@@ -21,53 +21,19 @@ from sosbook.requirements.base import Requirement
 from sosbook.synthesis.request_as_data import read_request
 from tests.least_input import least_input
 from tests.least_norm import least_norm
-from tests.oracles import asked
 from tests.test_proof_files import checker
 
 __all__ = [
     "leaves",
-    "may_differ",
     "of_other_rank",
     "put",
     "tampered",
     "true_claims",
     "verdicts",
     "vertices_in",
-    "where",
 ]
 
 CLASSES = {cls.kind: cls for cls in kinds()}
-#: Data that may be other data: names nobody claims anything of, coordinates of LMIs,
-#: the model that an observer follows, words of an author.
-FREE = {"name", "witness", "coordinates", "model", "statement", "E", "D_u"}
-
-
-def may_differ(path, whole, alone):
-    """Whether only one of the two may accept a file that was changed at a path.
-
-    The checker doesn't read an angle whose degrees are claimed, nor the order of the
-    blocks. It doesn't ask either where a matrix comes from that may be any: E0 and an
-    observer's model, which the package compares with the mean of the plants. And the
-    matrices of a region may lie inside of what is claimed, by a part in 1e9.
-    """
-    if FREE & set(path) or path[-1] == "theta" or path[0] in ("E0", "blocks"):
-        return True
-    if alone and path[0].startswith("requirement") and "alpha" in path:
-        return True
-    mean = path[0] in ("plant", "K_A") and whole.get("E0")
-    return bool(alone and (mean or (path[0] == "plant" and "model" in whole)))
-
-
-def where(file, other, path):
-    """Where what a changed file asks differs first; the path where it asks nothing."""
-    if file.get("version") != 2:
-        return path
-    try:
-        mine, theirs = dict(leaves(asked(file))), dict(leaves(asked(other)))
-    except checker.MALFORMED:
-        return path
-    here = (p for p in {**mine, **theirs} if mine.get(p) != theirs.get(p))
-    return next((p for p in here if not isinstance(mine.get(p), (dict, list))), path)
 
 
 def vertices_in(whole):

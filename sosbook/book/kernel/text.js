@@ -5,11 +5,14 @@ import {decimals, ratio, sha256, weightFactors} from "./exact.js";
 import {impliesStability, sizeName} from "./request.js";
 
 const SIZED = ["gamma", "cost", "input"];  // whose blocks aren't homogeneous in P
-const BOUNDS = {
+const GIVEN = {
+  "half-plane": ["alpha", "beta", "sigma"],
+  sector: ["alpha", "beta", "theta", "apex", "degrees"],
+  disk: ["alpha", "beta", "rho", "centre"],
   gamma: ["gamma", "mu"],
   cost: ["bound"],
   input: ["u_max"]
-};
+};  // the data of a region's form and of other kinds, beside matrices and states
 
 // The file of a kind of proof: what a request asks, as the requirements of a file, and K with
 // the `unknowns`, or the coordinates with the multipliers.
@@ -63,18 +66,14 @@ export function fileOf(kind, request, requirements, {K, unknowns = null, coordin
   if (K) text.push("Y = K P");
   else free.Y = `${m} x ${N}`;
   if (framed) text.push("Yx = scale Y T'");
-  const put_in = (r, k) => ({
-    ...r,
-    ...Object.fromEntries(
-      (r.kind === "region" ? regionKeys(r) : BOUNDS[r.kind]).filter(name => r[name] !== null).map(name => {
-        const full = r.kind === "region" ? `${name}.${k + 1}` : name;
-        if (r.kind !== "region") text.push(`sign.${full}: ${full} > 0`);
-        return [name, put(full, r[name])];
-      }))
-  });
   asks.requirements = requirements.map((r, k) => {
-    const asked = put_in(r, k);
-    if (r.kind === "gamma" && r.mu === null) text.push("mu = 1");
+    const asked = {...r};
+    for (const name of GIVEN[r.form ?? r.kind]) {
+      const full = r.form ? `${name}.${k + 1}` : name;
+      if (r[name] === null) text.push("mu = 1");
+      else asked[name] = put(full, r[name]);
+      if (r[name] !== null && !r.form) text.push(`sign.${full}: ${full} > 0`);
+    }
     return asked;
   });
   const [back, to, X] = framed ? ["back ", " back'", "X"] : ["", "", "P"];
@@ -113,11 +112,12 @@ export function fileOf(kind, request, requirements, {K, unknowns = null, coordin
     const head = block.startsWith("size for ") ? `s_${kind}` : block || `region.${k}`;
     return i === undefined ? head : `${head}.${i + 1}.${j + 1}`;
   };
-  const of_refusal = {coordinates: frame, multipliers: multipliers?.map(([key]) => [key, "*" + label(key)])};
-  const of_design = unknowns && {
-    unknowns: Object.fromEntries(Object.keys(unknowns).map(
-      name => [name, name in free ? "=" + name : "#s_" + SIZED.find(kind => name.split(" ")[2] === kind)]))
-  };
+  const more = unknowns
+    ? {
+        unknowns: Object.fromEntries(
+          Object.keys(unknowns).map(name => [name, name in free ? "=" + name : "#s_" + name.split(" ")[2]]))
+      }
+    : {coordinates: frame, multipliers: multipliers.map(([key]) => [key, "*" + label(key)])};
   const pairs = coupledPairs(request).map(pair => pair.map(i => String(i + 1)));
   const about = {plant, U: decimals(U), K_A: K_A && decimals(K_A), K};
   for (const {x0} of requirements)
@@ -129,7 +129,7 @@ export function fileOf(kind, request, requirements, {K, unknowns = null, coordin
     about: Object.fromEntries(
       Object.entries(about).filter(([, x]) => x && (x === plant || x.length)).map(([name,
         x]) => [name, sha256(JSON.stringify(sortedKeys(x))).slice(0, 12)])),
-    asks: {...asks, K: gain, ...of_design ?? of_refusal},
+    asks: {...asks, K: gain, ...more},
     text,
     data,
     sets: {vertices: vertices.map((_, i) => [String(i + 1)]), pairs},
@@ -139,11 +139,6 @@ export function fileOf(kind, request, requirements, {K, unknowns = null, coordin
 }
 
 const sizeOf = ({kind, name}) => sizeName([...new Set([kind, name])].join(" "));
-
-function regionKeys({form}) {
-  const own = {"half-plane": ["sigma"], sector: ["theta", "apex", "degrees"], disk: ["rho", "centre"]};
-  return ["alpha", "beta", ...own[form]];
-}
 
 // The requirements in the order of their blocks: what implies stability comes first.
 function demands(asked, requirements) {

@@ -54,7 +54,8 @@ def check(file, decide=None):
     x = {k: read(v) for k, v in file["point"].items()}
     for k, s in shapes.items():
         good = not scalar(x[k]) and s[:2] == (x[k].r, x[k].c) if s else scalar(x[k])
-        need(good and not (s and s[2] and x[k] != x[k].T), f"{k} has another shape")
+        need(good, f"{k} has another shape")
+        need(not (s and s[2] and x[k] != x[k].T), f"{k} isn't symmetric")
     reader, proven = Reader(data, x, file["sets"], True), Labels()
     for sign, label, left, right in reader.statements(program):
         need(label not in proven, f"{label} comes twice")
