@@ -558,9 +558,8 @@ def test_a_theorem_that_cannot_be_traced_is_decided_here_alone(coupling):
     with pytest.raises(check.Beyond):
         check.check(proof.text)
     whole = parse(proof.text)[1]
-    for name, x in whole["unknowns"].items():
-        minus = dict(whole["unknowns"], **{name: decimals(-np.array(x, float))})
-        assert not proofs.Certificate.of(whole | {"unknowns": minus}).proven
+    minus = {k: decimals(-np.array(x, float)) for k, x in whole["unknowns"].items()}
+    assert not proofs.Certificate.of(whole | {"unknowns": minus}).proven
 
 
 def test_a_requirement_without_blocks_proves_nothing():

@@ -6,13 +6,13 @@ import pytest
 
 from sosbook.exact import proof
 from sosbook.exact.checker import kernel, requirements
+from sosbook.exact.checker.verdict import asked_of as asked
 from sosbook.exact.rational import decimal
 from tests.hunt import differences
 from tests.hunt.differences import Hunt
 from tests.hunt.readers import Page
 from tests.hunt.requests import request
 from tests.hunt.tampering import late_roots
-from tests.oracles import asked
 from tests.test_proof_files import proof_of
 
 

@@ -238,11 +238,7 @@ PROOFS = {
                 & sos.Output(disturbance=0.2, input=1),
             ),
             sos.HInfinity(60.0, inputs=[0], name="one"),
-            sos.H2(
-                90.0,
-                outputs=sos.Output(acceleration=[[0, 1]], velocity=[[1, 0]]),
-                inputs=[0],
-            ),
+            sos.H2(90.0, outputs=sos.Output(acceleration=[[0, 1]]), inputs=[0]),
         ],
     ),
     "known dynamic law": lambda: measured(

@@ -59,14 +59,12 @@ def blocks_of(proof):
         }
         return {k: g[:n, :n] - g[:n, n:] @ g[n:, :n] for k, g in whole.items()}
     if kind == "lmi":
-        blocks = {}
-        for name, constant, terms in data["expressions"]:
-            parts = [read_fractions(constant)]
+        blocks = {x: read_fractions(constant) for x, constant, _ in data["expressions"]}
+        for name, _, terms in data["expressions"]:
             for unknown, turned, *sides in terms:
                 left, right = map(read_fractions, sides)
                 x = values[unknown].T if turned else values[unknown]
-                parts.append(left @ x @ right)
-            blocks[name] = sum(parts[1:], parts[0])
+                blocks[name] = blocks[name] + left @ x @ right
         return blocks
     assert kind == "schur"  # it has no theorem
     return {}

@@ -10,6 +10,7 @@ import json
 
 import pytest
 
+from sosbook.exact.checker.verdict import asked_of as asked
 from sosbook.exact.proof_file import load
 from tests.hunt.readers import before
 from tests.hunt.tampering import (
@@ -21,7 +22,7 @@ from tests.hunt.tampering import (
     true_claims,
     verdicts,
 )
-from tests.oracles import asked, mended, without_text
+from tests.oracles import mended, without_text
 from tests.test_proof_files import BEYOND, checker, proof_of
 
 LONG = (  # more changes each, most of them once a week

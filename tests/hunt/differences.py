@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 import sosbook as sos
+from sosbook.exact.checker.verdict import asked_of as what_it_asks
 from sosbook.requirements.base import Requirement
 from tests.hunt.readers import alone, before, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request
 from tests.hunt.tampering import tampered, true_claims, vertices_in
 from tests.hunt.truth import broken
-from tests.oracles import asked as what_it_asks
 from tests.oracles import mended, without_text
 
 __all__ = ["Hunt"]
@@ -159,8 +159,8 @@ class Hunt:
             if other.get("version") == 1:
                 self.counts["changed files that the earlier checker reads"] += 1
                 old, no = before(text), (None, "beyond")
-                free = "box" in other  # which it doesn't know
-                free = free or other.get("requirements") == {}  # it took that for []
+                # it doesn't know a box, and took these requirements for none
+                free = "box" in other or other.get("requirements") == {}
                 if (old in no) != (theirs in no) and not free:
                     self._differs(asked, f"{what}: {theirs}, and {old} before")
 

@@ -7,7 +7,7 @@ no kernel: its blocks are matrices of fractions, formed in Python.
 from sosbook.exact.checker import verdict
 from sosbook.exact.proof_text import checksum, version_1
 
-__all__ = ["asked", "mended", "without_text"]
+__all__ = ["mended", "without_text"]
 
 
 def without_text(proof):
@@ -30,8 +30,3 @@ def mended(whole):
         return dict(whole, about=verdict.about(verdict.asked_of(whole)))
     except verdict.MALFORMED:
         return whole
-
-
-def asked(whole):
-    """What a file of either version asks."""
-    return verdict.asked_of(whole)
