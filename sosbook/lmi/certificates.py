@@ -22,7 +22,7 @@ class LMIProof(ProofFile):
     Examples
     --------
     >>> import numpy as np
-    >>> from sosbook.lmi import he
+    >>> from sosbook.lmi import Unknown, he
     >>> from sosbook.lmi.problem import LMIProblem
     >>> A = np.array([[0.0, 1.0], [-2.0, -3.0]])
     >>> def lyapunov(values, number):

@@ -85,7 +85,7 @@ class Certificate(GainProof):
 
     @classmethod
     def examine(cls, data):
-        """By the functions of an author's theorem, which can't be traced."""
+        # by the functions of an author's theorem, which can't be traced
         request, K, values, blocks = by_theorems(data)
         again = data | cls.contents(request, K, values)
         if any((values[name] != values[name].T).any() for name in request.lyapunov):

@@ -41,7 +41,7 @@ class KnownGainProof(GainProof):
 
     @classmethod
     def examine(cls, data):
-        """By the functions of an author's theorem."""
+        # by the functions of an author's theorem
         request, names, blocks = known_by_theorems(data)
         claims = [(words, names[r.key]) for words, r in _statements(request)]
         again = cls.contents(request, data["corners"], data["cells"])

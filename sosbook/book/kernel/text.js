@@ -16,7 +16,8 @@ const GIVEN = {
 
 // The file of a kind of proof: what a request asks, as the requirements of a file, and K with
 // the `unknowns`, or the coordinates with the multipliers.
-export function fileOf(kind, request, requirements, {K, unknowns = null, coordinates = null, multipliers}) {
+export function fileOf(
+  kind, request, requirements, {K, unknowns = null, coordinates = null, multipliers = null}) {
   const {vertices, U = [], K_A = null, coupling = "pairs"} = request, framed = coordinates !== null;
   const n = vertices[0].M.length, N = 2 * n + U.length, m = vertices[0].B[0].length;
   const text = [], data = {}, once = [], each = [], free = {}, point = {};
