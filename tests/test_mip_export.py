@@ -489,6 +489,7 @@ class Robot:
             folder / "main.o",
             "-o",
             folder / "rc_balance",
+            "-lm",
         )
 
     def live(self, rows, *words):

@@ -28,6 +28,7 @@ LAZY = Robot(
     T=0.02,
     delay=0.004,
     jitter=0.0005,
+    law="gain",
 )
 
 
@@ -90,7 +91,8 @@ def test_the_limit_is_known_to_the_law(kind):
 def test_the_chain_offers_it_with_its_proofs(kind, tmp_path):
     found = recommend(MIP, R=None, robot=THESIS.but(law=kind))
     assert found.proven and found.sensitivity <= 2, found.lacking
-    assert found.facts["proof with the hold"].startswith("none: of this law constant")
+    said = found.facts["proof of the sampled loop"]
+    assert "constant delays 0, 5, 10 ms. Of a delay or a clock that varies not" in said
     names = {path.name for path in found.write(tmp_path)}
     assert sum(name.startswith("proof_balance_sampled") for name in names) == 6
     assert not {"proof_balance.json", "proof_balance_hold.json"} & names

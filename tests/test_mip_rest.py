@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from sosbook.mip import Firmware, recommend
+from sosbook.mip.deployment import Deployment
 
 from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.rest import volts_at_rest
@@ -13,7 +14,7 @@ from tests.test_mip_compare import pendulum
 from tests.test_mip_six_robots import described
 
 
-def asked(geared, law="observer"):
+def asked(geared, law=None):
     """The description of a machine with play, and its pendulum."""
     robot = described(geared.machine)
     return pendulum(geared.machine), robot.but(
@@ -35,10 +36,10 @@ def test_robots_of_all_kinds_are_quiet(name):
     """By equations, teeth, a driver and sensors that aren't the package's."""
     mip, robot = asked(KINDS[name])
     found = recommend(mip, R=None, robot=robot)
+    assert found.robot.law == "observer" and found.proven
     assert found.sensitivity <= 2 and found.rest <= 0.1 * robot.limit
     assert loud(KINDS[name], found.law, found.robot) < 0.1
-    vars(found)["sampled"] = {}
-    assert "warning, at rest" not in found.facts
+    assert "warning, at rest" not in found.facts and "law" not in found.facts
     assert f"{robot.backlash_deg:g} degrees of play" in found.facts["at rest"]
 
 
@@ -69,3 +70,22 @@ def test_what_falls_is_as_loud_as_can_be():
     law = optimal_law(mip, robot, "observer", np.eye(5), 1.0).law
     far = replace(mip, d=30 * mip.d)
     assert volts_at_rest(far, law, robot, 3.0) == robot.limit
+
+
+@pytest.mark.slow
+def test_the_gain_stands_in_for_an_observer_that_is_not_proven(monkeypatch):
+    """The header says so; where the description asks for a law it is that law."""
+    mip, robot = asked(KINDS["gear motors"])
+    lacking, why = Deployment.lacking_sampled, "sampled, 0 ms late: undecided"
+
+    def shy(self):
+        return [why] if self.robot.law == "observer" else lacking.fget(self)
+
+    monkeypatch.setattr(Deployment, "lacking_sampled", property(shy))
+    found = recommend(mip, R=20.0, robot=robot)
+    assert found.robot.law == "gain" and found.proven
+    assert found.facts["law"] == f"gain, since of the observer it is said: {why}"
+    seeing = recommend(mip, R=20.0, robot=robot.but(law="observer"))
+    assert seeing.robot.law == "observer" and seeing.lacking == (why,)
+    slow = recommend(mip, R=20.0, robot=robot.but(blend=0.0))
+    assert slow.robot.law == "observer"  # no gain is proven either

@@ -15,7 +15,7 @@ from sosbook.mip.export import Program as Written
 from sosbook.mip.ticks import TickLog
 
 import tests.test_mip_export as programs
-from sosbook.pendulum.spread import scaled
+from sosbook.pendulum.spread import scaled, vertices
 from sosbook.pendulum.steering import Steering
 from sosbook.pendulum.steering_design import SteeringDesign
 from sosbook.pendulum.steering_design import _both as both_laws
@@ -24,8 +24,11 @@ from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_pla
 from sosbook.proofs import load
 from tests.compiler import run
 from tests.gains import named
+from tests.geared import KINDS
+from tests.test_mip_compare import pendulum
 from tests.test_mip_recording import cpp, live_sketch, sketch_program
 from tests.test_mip_robot import told
+from tests.test_mip_six_robots import by_its_sheet
 from tests.test_mip_sketch import BOARD
 from tests.turning import TURNER, advance, drive, steer_functions
 
@@ -143,6 +146,29 @@ def test_it_is_designed_and_proven_and_balance_is_as_without(found):
     plain = told(found, replace(ROBOT, **dict.fromkeys(KEYS)))
     assert plain.steering is None
     assert np.array_equal(plain.law.D, found.law.D)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hubs", "tall", "toy"])
+def test_it_is_damped_fast_and_never_feeds_the_rate_back_positively(name):
+    """By the roots of its characteristic polynomial, for plants of the rectangle."""
+    machine = KINDS[name].machine
+    mip = pendulum(machine)
+    robot = by_its_sheet(machine, track=4 * machine.r, friction=False)
+    firmware = Firmware(replace(FIRMWARE.law, T=machine.T))
+    design = SteeringDesign(robot, (mip, *vertices(mip)), 0.04, firmware, None, 2.0)
+    ((k, k_rate, k_sum),) = design.law.K
+    assert max(k, k_rate, k_sum) < 0
+    decay = design.delayed.request.delta
+    assert f"Re s < -{decay:g}" in " ".join(design.certificate.claims)
+    assert decay == 2.0 and all(proof.proven for proof in design.proofs.values())
+    corners = [(p.M[0, 0], p.D[0, 0]) for p in design.plants[0].vertices]
+    for m, d in np.linspace(np.min(corners, axis=0), np.max(corners, axis=0), 7):
+        poles = np.roots([m, d - k_rate, -k, -k_sum])
+        assert poles.real.max() < -decay and (-poles.real > abs(poles.imag)).all()
+    slow = robot.but(T=0.2, delay=0.2)
+    with pytest.raises(ValueError, match="steering: no R keeps.* fed back positively"):
+        replace(design, robot=slow).law
 
 
 KEYS = "track", "steering", "unequal", "turning"
@@ -433,8 +459,9 @@ for _old, _new in (
     ("    if (scanf(", '    if (!ticks) {\n        ticks = fdopen(dup(0), "r");\n'
      "        if (pipe(way) || dup2(way[0], 0))\n            return;\n    }\n"
      "    if (fscanf(ticks, "),
-    ("    if (word == 's')", "    if (word == 'v') {\n        char line[64];\n"
-     '        const int n = sprintf(line, "v %.3f %.3f\\n", pitch, rate);\n'
+    ("    if (word == 's')", "    if (word == 'v' || word == 'p') {\n"
+     "        char line[64];\n        const int n = "
+     'sprintf(line, "%c %.3f %.3f\\n", word, pitch, rate);\n'
      "        if (write(way[1], line, (size_t)n) != n)\n            state = EXITING;\n"
      "        return;\n    }\n    if (word == 's')"),
 ):  # fmt: skip
@@ -506,6 +533,34 @@ def test_librobotcontrols_program_steers_and_obeys_at_run_time(
         battery = moves[k - 1][-1]
 
 
+def arrives(log, way, turn):
+    """Whether set points reach a place gently, stay, and never pass it."""
+    for points, goal, speed, most in (
+        (log.target, way, LIMITS.speed, LIMITS.acceleration),
+        (log.heading, turn, LIMITS.turn, LIMITS.turn_acceleration),
+    ):
+        rates = np.diff(points[1:]) / 0.01
+        assert points[-1] == pytest.approx(goal, abs=1e-3) and rates[-1] == 0
+        assert (np.sign(goal) * np.diff(points[1:]) > -0.3 * most * 0.01**2).all()
+        assert abs(rates).max() <= speed + 1e-9
+        assert abs(np.diff(rates)).max() <= 0.3 * most * 0.01 + 1e-9
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+def test_librobotcontrols_program_goes_to_a_place(gcc, tmp_path):
+    """One command will do; another speed ends it."""
+    robot = programs.Robot(
+        gcc, tmp_path, FIRMWARE, stub=LINES, drive=LIMITS, steering=STEERING
+    )
+    still = 500 * [programs.REST[-1]]
+    rows = [command("p", 2.0, -0.7), *still]
+    log, *_ = rc_log(robot, tmp_path, rows, "-")
+    arrives(log, 2.0, -0.7)
+    rows = [command("p", 2.0, 0.0), *still[:60], command("v", 0, 0), *still[:200]]
+    log, *_ = rc_log(robot, tmp_path, rows, "-")
+    assert 0 < log.target[-1] < 1 and log.rate[-1] == 0
+
+
 def test_a_file_that_goes_away_stops_the_wheels(gcc, tmp_path):
     robot = programs.Robot(gcc, tmp_path, FIRMWARE, drive=LIMITS)
     (tmp_path / "speed.txt").write_text("2 1\n", "utf-8")
@@ -564,6 +619,18 @@ def test_the_scripts_steering_is_the_controller_to_the_last_bit(tmp_path):
     motors = np.column_stack([log.V_left, log.V_right])
     assert abs(log.replayed_motors(STEERING) - motors).max() < 1e-9
 
+    block.reset()
+    block.rows = []
+    (tmp_path / "speed.txt").write_text("p 2 -0.7", "utf-8")
+    for k in range(700):
+        block.obey(tmp_path / ("none.txt" if k > 300 else "speed.txt"))
+        block.write(-0.065, 0.001, 0.2, 0.3)
+    block.save(tmp_path / "place.csv")
+    arrives(TickLog.read(tmp_path / "place.csv"), 2.0, -0.7)
+    (tmp_path / "speed.txt").write_text("p up", "utf-8")
+    block.obey(tmp_path / "speed.txt")
+    assert block.place == [2.0, -0.7]
+
 
 #: The board of the sketch's tests with two wheels, which says both motors' volts.
 TWO = BOARD
@@ -580,16 +647,10 @@ for _old, _new in (
     TWO = TWO.replace(_old, _new)
 
 
-@pytest.mark.slow
-def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path):
-    law = found.steering.law
-    limits = Drive(3.0, 6.0, 1.5, 6.0)
-    about = Written(found.firmware, robot=ROBOT, drive=limits, steering=law)
-    program = sketch_program(gcc, cpp, tmp_path, about.sketch, TWO)
-    turner, per_count = (
-        replace(TURNER, more=0.1, brake=-0.1),
-        2 * np.pi / MACHINE.counts,
-    )
+def turned(program, word, more):
+    """The path of a robot with unequal motors under a sketch, and what it says."""
+    turner = replace(TURNER, more=more, brake=-more)
+    per_count = 2 * np.pi / MACHINE.counts
     random, path, times = np.random.default_rng(2), [], []
     x = np.array([0.03, 0, 0, 0, 0, 0])
 
@@ -604,8 +665,18 @@ def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path)
         tilt = x[0] + 0.01 * random.standard_normal()
         return f"{float(gyro)!r} {counts[0]} {counts[1]} {float(tilt)!r}"
 
-    said = live_sketch(program, "x\n", answer)
-    path, serial = np.array(path), program.parent / "serial.txt"
+    said = live_sketch(program, word, answer)
+    return np.array(path), said
+
+
+@pytest.mark.slow
+def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path):
+    law = found.steering.law
+    limits = Drive(3.0, 6.0, 1.5, 6.0)
+    about = Written(found.firmware, robot=ROBOT, drive=limits, steering=law)
+    program = sketch_program(gcc, cpp, tmp_path, about.sketch, TWO)
+    path, said = turned(program, "x\n", 0.1)
+    serial = program.parent / "serial.txt"
     assert "motors off" not in said and abs(path[:, 0]).max() < 0.3
     log = TickLog.read(serial)
     motors = np.column_stack([log.V_left, log.V_right])
@@ -620,6 +691,25 @@ def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path)
     # a second at 1.5 rad/s, up and down in a quarter of a second each
     assert heading[-1] == pytest.approx(1.5, rel=0.05)
     assert path[-1, 2] == pytest.approx(heading[-1], abs=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("metres, turn", [(1.0, 0.0), (0.0, np.pi / 2)])
+def test_the_sketch_goes_a_metre_and_turns_a_quarter(
+    metres, turn, gcc, cpp, found, tmp_path
+):
+    """Within 2 cm and 2 degrees, passed by less than 5 %, with motors that differ."""
+    law = found.steering.law
+    about = Written(found.firmware, robot=ROBOT, drive=found.drive, steering=law)
+    board = TWO.replace("k == 20000", "k < 0").replace("k < 62000", "k < 200000")
+    program = sketch_program(gcc, cpp, tmp_path, about.sketch, board)
+    path, said = turned(program, f"p {metres / MACHINE.r:.4f} {turn:.4f}\n", 0.1)
+    assert "motors off" not in said and abs(path[:, 0]).max() < 0.35
+    way = path[:, 1] * MACHINE.r
+    assert abs(way[-300:] - metres).max() < 0.02
+    assert abs(path[-300:, 2] - turn).max() < np.radians(2)
+    asked = way if metres else path[:, 2]
+    assert asked[:380].max() < 0.1 and asked.max() < 1.05 * max(metres, turn)
 
 
 def test_the_node_of_ros_passes_commands_on(monkeypatch):

@@ -13,10 +13,11 @@ from sosbook.pendulum.waits import fall_time, timed
 from tests.gains import named
 from tests.six_robots import SIX, stand
 from tests.test_mip_compare import pendulum
-from tests.test_mip_robot import GEARS, THESIS, truth
+from tests.test_mip_robot import GEARS as OTHER
+from tests.test_mip_robot import THESIS, truth
 from tests.test_mip_six_robots import described
 
-Q = np.eye(5)
+Q, GEARS = np.eye(5), OTHER.but(law="gain")
 
 
 def peak(mip, robot, R):

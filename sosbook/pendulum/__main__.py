@@ -27,6 +27,7 @@ OPTION_HELP = {
     "are uncertain by it, instead of two by the spread",
     "decay": "to be proven behind the hold, 1/s, at most",
     "peak": "of the sensitivity, at most (2)",
+    "patience": "for a proof that lets delays and ticks vary, s; without it none",
 }
 USAGE = "%(prog)s [options] [[robot.toml] body.csv wheels.csv [folder]]"
 

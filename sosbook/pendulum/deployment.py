@@ -4,6 +4,7 @@
 all.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,9 @@ SPREAD = 0.04  # of e/c and e/a, at least: that of (4.25)
 def recommend(mip, R=20.0, **asked):
     """The controller that this book recommends for a robot.
 
+    A robot whose description has no law gets the observer; or the gain, where that is
+    proven and the observer isn't. The header says why.
+
     Parameters
     ----------
     mip : Mip
@@ -45,7 +49,30 @@ def recommend(mip, R=20.0, **asked):
         On bad input, or where there is no design; it says why.
     """
     found = Deployment(mip, R, **asked)
+    if asked.get("robot") and not asked["robot"].law:
+        return _or_gain(found)
     _ = found.design, found.delayed  # where there is none, it says so now
+    return found
+
+
+def _or_gain(found):
+    """The ``found`` observer, or where it isn't proven the gain that is, and why."""
+    try:
+        why = ". ".join(found.lacking_sampled)
+    except ValueError as error:
+        why = str(error)
+    if not why:
+        return found
+    law = f"gain, since of the {found.robot.law} it is said: {why}"
+    gain = replace(
+        found, robot=found.robot.but(law="gain"), data=found.data | {"law": law}
+    )
+    try:
+        if gain.delayed and not gain.lacking_sampled:
+            return gain
+    except ValueError:  # no gain either
+        pass
+    _ = found.design  # says again what it said
     return found
 
 

@@ -45,6 +45,7 @@ def facts(deployment):
 def _rest(deployment):
     """How loud it is at rest, with a warning where that is much."""
     robot, volts = deployment.robot, deployment.rest
+    cure = ', or law = "observer"' if robot.law != "observer" else ""
     words = (
         f"{volts:.2g} V rms, {100 * volts / robot.limit:.2g} % of the limit, in a "
         f"simulated minute of the robot in the middle with {robot.counts:g} counts a "
@@ -56,7 +57,7 @@ def _rest(deployment):
     return {
         "at rest": words,
         "warning, at rest": "the motors chatter: take a larger R, encoders with more "
-        'counts, gears with less play, or law = "observer"',
+        f"counts, gears with less play{cure}",
     }
 
 
@@ -90,7 +91,7 @@ def _gain(deployment):
 
 
 def _optimal(design):
-    """Of an `OptimalLaw`: what it is, and that times which vary aren't proven."""
+    """Of an `OptimalLaw`: what it is."""
     observer = {}
     if design.M is not None:
         rows = ("; ".join(f"{m:.6g}" for m in row) for row in design.M)
@@ -100,8 +101,6 @@ def _optimal(design):
         f"R = {design.R:g}, U = [0 1]",
         "gain": " ".join(f"{k:.6g}" for k in design.K[0]),
         **observer,
-        "proof with the hold": "none: of this law constant delays alone are proven, "
-        "not a delay or a clock that varies",
     }
 
 
@@ -150,9 +149,10 @@ def _steering(design):
         "steering": f"the right motor's volts less the left's, at most {law.volts:.6g} "
         "V on either side and what balancing leaves. Of the wheels' difference, its "
         f"rate and its sum, least quadratic cost (Theorem 2.4), Q = I, "
-        f"R = {cost.R[0, 0]:g}, U = 1; gain "
+        f"R = {cost.R[0, 0]:g}, U = 1, poles damped and decaying as the proof says; "
+        "gain "
         + " ".join(f"{k:.6g}" for k in law.K[0])
-        + f"; a radian of heading is {law.per_radian:.6g} rad of it",
+        + f"; {law.per_radian:.6g} rad of it are a radian of heading",
         "steering's plants": f"a_d delta'' + f delta' = e W, a_d from {low:.6g} to "
         f"{high:.6g} kg m^2 in the middle; a_d / e and f / e in the rectangle around "
         "the balance's spread",
@@ -193,11 +193,25 @@ def _weights(Q):
 
 
 def _sampled(deployment):
-    if not all(x.proven for row in deployment.sampled.values() for x in row):
+    """Of which clocks the sampled loop is proven stable, and of which it isn't."""
+    robot, proofs = deployment.robot, deployment.sampled
+    if not all(x.proven for row in proofs.values() for x in row):
         return "none"
-    delays = ", ".join(f"{1000 * late:g}" for late in deployment.sampled)
-    return (
-        "every plant of the polytope, with this law and its "
-        "estimates of theta, phi and phi', is stable for each of "
-        f"the constant delays {delays} ms"
+    words = (
+        "every plant of the polytope, with this law and its estimates of theta, phi "
+        "and phi', is stable for "
     )
+    if deployment.varying:
+        T, late = 1000 * robot.T, 1000 * robot.jitter
+        return words + (
+            f"every sequence of delays from 0 to {1000 * robot.delay:g} ms and of "
+            f"ticks from {T - late:g} to {T + late:g} ms apart"
+        )
+    delays = ", ".join(f"{1000 * late:g}" for late in proofs)
+    words += f"each of the constant delays {delays} ms"
+    if deployment.optimal:
+        words += (
+            ". Of a delay or a clock that varies nothing is proven; patience = 120 "
+            "(--patience 120) tries it for so many seconds"
+        )
+    return words

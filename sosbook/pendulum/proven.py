@@ -69,6 +69,9 @@ class Deployment:
         The largest peak of the sensitivity; above it nothing is written.
     cells : int
         As for `certify_sampled`, at most.
+    patience : float
+        Seconds, at most, for a proof that lets delays and ticks vary; without any
+        it isn't tried.
     identified : Identified or None
         What the logs say of the robot.
     data : dict
@@ -89,6 +92,7 @@ class Deployment:
     decay: float = LARGEST_DECAY
     peak: float = LARGEST_PEAK
     cells: int = MOST_CELLS
+    patience: float = 0.0
     identified: object = None
     data: dict = field(default_factory=dict)
 
@@ -101,8 +105,10 @@ class Deployment:
             positive("R", self.R)
         if positive("peak", self.peak) <= 1:
             raise ValueError(f"peak must be above 1, got {self.peak!r}")
-        if finite("decay", self.decay) < 0:
-            raise ValueError(f"decay must be 0 or more, in 1/s, got {self.decay!r}")
+        for name, unit in (("decay", "1/s"), ("patience", "s")):
+            value = finite(name, getattr(self, name))
+            if value < 0:
+                raise ValueError(f"{name} must be 0 or more, in {unit}, got {value!r}")
         tilt = recoverable_tilt(self.mip, robot.limit)
         if tilt < LEAST_TILT:
             raise ValueError(
@@ -213,8 +219,11 @@ class Deployment:
         """Proofs of `loops` for every plant of the polytope.
 
         A dict from the delay in s to a `SampledCertificate` for each of
-        `triangles`. They presume accelerometers that measure theta exactly.
+        `triangles`; a range of delays stands for all of `varying`. They presume
+        accelerometers that measure theta exactly.
         """
+        if self.varying:
+            return {(0.0, self.robot.delay): self.varying}
         parts, controller = triangles(self.mip, self.spread), self._controller
         return prove_sampled(parts, controller, self.robot, self.cells)
 
@@ -223,11 +232,13 @@ class Deployment:
         """Proofs of the loops under every sequence of delays and of late ticks.
 
         A tuple of `SampledCertificate`, one for each of `triangles`: each delay is
-        at most the robot's, each tick late by at most its jitter. It isn't asked for
-        by `proven`.
+        at most the robot's, each tick late by at most its jitter. It is empty where
+        they aren't found within the ``patience``.
         """
         parts, controller = triangles(self.mip, self.spread), self._controller
-        return prove_varying(parts, controller, self.robot, self.cells)
+        if not self.patience:
+            return ()
+        return prove_varying(parts, controller, self.robot, self.cells, self.patience)
 
     @cached_property
     def steering(self):
@@ -255,6 +266,16 @@ class Deployment:
             return {}
         return {"in continuous time": self.certificate, "behind the hold": self.held}
 
+    @property
+    def lacking_sampled(self):
+        """The proofs of the sampled loops that fail, in words."""
+        return [
+            f"sampled, {1000 * late:g} ms late: " + "; ".join(sorted(reasons))
+            for late, row in self.sampled.items()
+            for reasons in [{text for proof in row for text in proof.failed}]
+            if reasons
+        ]
+
     @cached_property
     def lacking(self):
         """The proofs that fail, in words; empty if all hold."""
@@ -263,12 +284,7 @@ class Deployment:
             for name, proof in self.continuous_proofs.items()
             if not proof.proven
         ]
-        for late, row in self.sampled.items():
-            reasons = {text for proof in row for text in proof.failed}
-            if reasons:
-                failures.append(
-                    f"sampled, {1000 * late:g} ms late: " + "; ".join(sorted(reasons))
-                )
+        failures += self.lacking_sampled
         return (*failures, *(self.steering.lacking if self.steering else ()))
 
     @property

@@ -80,9 +80,9 @@ class Robot:
     missing, frozen, stall, deaf, late : float, optional
         As in `Firmware`, but in s; without them a `Deployment` takes them from the
         time in which the robot falls.
-    law : {"gain", "lqr", "observer"}
-        The gain of Theorem 2.4, proven for clocks that vary, too; or a law
-        of `optimal_law`.
+    law : {"observer", "gain", "lqr"}, optional
+        The gain of Theorem 2.4, or a law of `optimal_law`. Without it the observer,
+        which is quiet at rest; `recommend` takes the gain where that isn't proven.
     board : {"other", "beaglebone"}
         For the BeagleBone Blue there are complete programs.
     mount : float
@@ -145,7 +145,7 @@ class Robot:
     stall: float = key("longest time at the limit", "s", None, None, 10.0)
     deaf: float = key("equal encoders under voltage", "s", None, None, 5.0)
     late: float = key("ticks late, more than in time", "s", None, None, 5.0)
-    law: str = key("gain, lqr or observer", "", "gain")
+    law: str = key("gain, lqr or observer", "", None)
     board: str = key("beaglebone or other", "", "other")
     mount: float = key("tilt of the board in the body", "rad", None, low=-pi)
     nominal: float = key("battery that isn't measured", "V", None)
@@ -169,7 +169,7 @@ class Robot:
                 f"edges (of an encoder's period, in counts) must be one of {EDGES}, "
                 f"got {self.edges!r}"
             )
-        if self.law not in LAWS:
+        if self.law not in (None, *LAWS):
             raise ValueError(f"law must be one of {LAWS}, got {self.law!r}")
         self._check_board()
         self._check_steering()

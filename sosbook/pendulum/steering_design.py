@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
 from ..plants.second_order import Polytope
+from ..requirements.pole_region import PoleRegion
 from ..sampled import certify_sampled
 from ..sampled.system import SampledSystem
 from ..synthesis.lqr import design_lqr
@@ -18,13 +20,18 @@ from .turning import inertia_bounds, turning_plants, unequal_plant
 __all__ = ["SteeringDesign"]
 
 U = [[1]]  # integrate delta
+DAMPING_DEG = 45.0  # half a sector's angle: a single pair overshoots by 4 %
+DECAYS = 2.0, 1.0, 0.5  # 1/s, one after the other: at 2 / s a turn is over in 2 s
 STEERING_CELLS = 600  # of the rectangle's halves, at most
 UNEQUAL_CELLS = 12  # of the motors' differences, for one proof
 
 
 @dataclass(frozen=True, eq=False)
 class SteeringDesign:
-    """A steering law with its proofs: the smallest R with a good margin.
+    """A damped steering law with its proofs: the fastest with a good margin.
+
+    Poles lie in a sector and decay, the rate is never fed back positively, and R is the
+    smallest that keeps the peak.
 
     Parameters
     ----------
@@ -44,7 +51,8 @@ class SteeringDesign:
     Raises
     ------
     ValueError
-        From `design` on, if no weight from 1 on keeps the peak, or no decay is proven.
+        From `design` on, if no decay and no weight from 1 on keep the peak, or none is
+        proven behind the hold.
     """
 
     robot: object
@@ -61,20 +69,27 @@ class SteeringDesign:
 
     @cached_property
     def _chosen(self):
-        """The design and its law."""
-        robot, plants = self.robot, self.plants[0]
-        for R in (R for R in WEIGHTS if R >= 1):
-            designed = design_lqr(plants, np.eye(3), [[R]], U)
+        """The design, its law, and its `DelayDesign`."""
+        robot, plants, why = self.robot, self.plants[0], ""
+        for decay, R in product(DECAYS, (R for R in WEIGHTS if R >= 1)):
+            region = PoleRegion(decay, theta_deg=DAMPING_DEG)
+            designed = design_lqr(plants, np.eye(3), [[R]], U, region=region)
             if designed.status != "feasible":
                 continue
             K = designed.certify().K
             law = Steering(self.firmware, K, robot.steering, robot.track, robot.r)
-            if _peak(plants, law.system, robot) <= self.peak:
-                return designed, law
+            if K[0, 1] > 0 or _peak(plants, law.system, robot) > self.peak:
+                continue
+            try:
+                return designed, law, prove(plants, U, robot, K, decay)
+            except ValueError as error:
+                why = f". At R = {R:g}: {error}"
         raise ValueError(
             f"steering: no R keeps the peak of the sensitivity at {self.peak:g} or "
-            f"below with T = {1000 * robot.T:g} ms: take a smaller T or delay, or "
-            "leave track out"
+            f"below with T = {1000 * robot.T:g} ms, poles that decay by "
+            f"{DECAYS[-1]:g}/s within {DAMPING_DEG:g} degrees of the real axis, and a "
+            "rate that isn't fed back positively: take a smaller T or delay, closer "
+            f"bounds of the inertia (turning), or leave track out{why}"
         )
 
     @property
@@ -87,10 +102,10 @@ class SteeringDesign:
         """The `Steering` that runs on the robot."""
         return self._chosen[1]
 
-    @cached_property
+    @property
     def delayed(self):
         """The `DelayDesign` of the gain behind any delay up to T + delay + jitter."""
-        return prove(self.plants[0], U, self.robot, self.law.K, 0.0)
+        return self._chosen[2]
 
     @cached_property
     def sensitivity(self):

@@ -16,7 +16,7 @@ from ..synthesis.lqr import design_lqr
 from .law import PID_SIGNALS, SampledLaw
 from .margins import SampledLoop
 from .optimal import optimal_law
-from .rest import QUIET_SHARE, volts_at_rest
+from .rest import CHOSEN_SHARE, QUIET_SHARE, volts_at_rest
 from .spread import polytope, vertices
 
 __all__ = [
@@ -72,19 +72,22 @@ def prove_sampled(parts, controller, robot, cells):
     }
 
 
-def prove_varying(parts, controller, robot, cells):
+def prove_varying(parts, controller, robot, cells, seconds):
     """Proofs of sampled loops whose clock varies, one for each of ``parts``.
 
     As `prove_sampled`, of a ``controller`` in so many ``cells``, for every sequence of
-    delays up to the robot's and of ticks that are late by at most its jitter.
+    delays up to the robot's and of ticks that are late by at most its jitter. Empty
+    where one isn't proven; all of them together take some ``seconds`` at most.
     """
-    T, late = robot.T, robot.jitter
-    return tuple(
-        certify_sampled(
-            part, controller, (T - late, T + late), (0.0, robot.delay), cells=cells
-        )
-        for part in parts
-    )
+    T, late, proofs = robot.T, robot.jitter, []
+    clock = (T - late, T + late), (0.0, robot.delay)
+    for part in parts:
+        limit = seconds / len(parts)
+        proof = certify_sampled(part, controller, *clock, cells=cells, time_limit=limit)
+        if not proof.proven:
+            return ()
+        proofs.append(proof)
+    return tuple(proofs)
 
 
 def peak_of(robots, law, robot):
@@ -127,8 +130,8 @@ def design(mip, robot, spread, Q, R, peak):
     R : float or None
         Without it the smallest of 1, 2, 5, 10, ... with which all
         `loops` have a sensitivity of at most ``peak``, and whose volts at rest,
-        simulated with counts and play, are at most a tenth of the limit; without such
-        a one, the smallest that keeps the peak.
+        simulated with counts and play, are well below a tenth of the limit; without
+        such a one, the quietest of some that keep the peak.
     peak : float
         The largest sensitivity that is taken.
 
@@ -163,13 +166,14 @@ def design(mip, robot, spread, Q, R, peak):
     # the guess is of the plant in the middle, and a gain's of Riccati's equation
     while k > 0 and k - 1 not in tried and good(k - 1):
         k -= 1
-    loud = QUIET_SHARE * robot.limit
+    volts, quiet = {}, CHOSEN_SHARE * QUIET_SHARE * robot.limit
     for j in range(k, min(k + LOUDER_WEIGHTS, len(WEIGHTS))):
         if j > k and not good(j):
             break
-        if volts_at_rest(mip, laws[j], robot, QUIET_SECONDS) <= loud:
-            return tried[j]
-    return tried[k]
+        volts[j] = volts_at_rest(mip, laws[j], robot, QUIET_SECONDS)
+        if volts[j] <= quiet:
+            break
+    return tried[min(volts, key=volts.get)]
 
 
 def _designed(mip, spread, Q, R):

@@ -1,8 +1,10 @@
-"""How long a robot bears a fault: in units of the time in which it falls."""
+"""What a description may leave out: how long a fault is borne, and the law."""
 
 from .robot import WAITS
 
 __all__ = ["fall_time", "timed"]
+
+DEFAULT_LAW = "observer"  # quiet where gears have play and encoders are coarse
 
 #: Fall times: the error of a bridged reading grows by half, one of a frozen gyro or a
 #: late clock by e, before the motors go off; encoders that rest may be at a wall; and
@@ -35,7 +37,7 @@ def fall_time(mip):
 
 
 def timed(robot, mip):
-    """The ``robot`` with every wait: those that it doesn't give are by its fall.
+    """The ``robot`` with a law and every wait: those not given are by its fall.
 
     Parameters
     ----------
@@ -49,8 +51,8 @@ def timed(robot, mip):
     Robot
         It bears each fault for a time that is given.
     """
-    fall, waits = fall_time(mip), {}
+    fall, told = fall_time(mip), {} if robot.law else {"law": DEFAULT_LAW}
     for name, falls in FALLS.items():
         if getattr(robot, name) is None:
-            waits[name] = round(max(falls * fall, LEAST.get(name, 0) * robot.T), 3)
-    return robot.but(**waits) if waits else robot
+            told[name] = round(max(falls * fall, LEAST.get(name, 0) * robot.T), 3)
+    return robot.but(**told) if told else robot

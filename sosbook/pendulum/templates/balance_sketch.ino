@@ -17,6 +17,8 @@
  *   v 2.5  roll with 2.5 rad/s, reached on a ramp; say it again within a
  *          second, or the robot stops
  *   v 2.5 0.5  with STEERS 1: and turn left with 0.5 rad/s
+ *   p 30   go where the wheels have rolled 30 rad since the start, and stay
+ *   p 30 1.57  with STEERS 1: and head 1.57 rad to the left of the start
  */
 #include "robot_io.h"
 #include "balance_single.h"
@@ -33,12 +35,14 @@ static const float HERTZ = 100.0f;
 static const float TURN = 6.2831853f / 2122.2f; /* rad a count */
 static const float SPEED = 0.0f; /* rad/s, at most */
 static const float ACCELERATION = 0.0f; /* rad/s^2 */
+static const float GENTLE = 0.3f; /* of these, on the way to a place: hardly passed */
 #if STEERS
 static const float TURN_RATE = 0.0f; /* rad/s of the heading, at most */
 static const float TURN_ACCELERATION = 0.0f; /* rad/s^2 */
 static const float PER_RADIAN = 2.5f; /* rad right less left, per rad */
 #endif
 static const unsigned long SILENCE = 1000000UL; /* us without a command */
+static const float FARTHEST = 1e4f; /* rad, of a place: a float's digits end there */
 static const int REST_TICKS = 100;
 static const float REST_TILT = 0.2f, REST_GYRO = 0.1f, REST_TURN = 0.05f;
 static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command",
@@ -58,6 +62,8 @@ static bool logging;
 static int calm;
 static float gyro_sum, tilt_sum, wheels_at_rest;
 static float wanted, target, rate;
+static int going; /* numbers of a place to go to: the way, and the heading */
+static float place, bearing; /* rad since the start */
 static unsigned long begun, next, heard; /* us */
 static unsigned long late, overdue; /* ticks: all of them, and less the others */
 #if STEERS
@@ -76,12 +82,12 @@ static void drive(float volts)
     io_drive(1, volts);
 }
 
-#if STEERS
 static float cut(float x, float bound)
 {
     return x > bound ? bound : x < -bound ? -bound : x;
 }
 
+#if STEERS
 /* With a battery that hasn't the volts, balance is first. */
 static void drive_both(void)
 {
@@ -146,7 +152,8 @@ static void note(unsigned long now, float gyro, float wheels, float tilt,
 
 static void want(float speed, float turn)
 {
-    wanted = speed > SPEED ? SPEED : speed < -SPEED ? -SPEED : speed;
+    going = 0;
+    wanted = cut(speed, SPEED);
 #if STEERS
     wanted_turn = cut(turn, TURN_RATE);
 #else
@@ -154,13 +161,26 @@ static void want(float speed, float turn)
 #endif
 }
 
+/* The speed from which it stops just when nothing is left. */
+static float stopping(float left, float most, float acceleration)
+{
+    const float way = left < 0 ? -left : left, step = acceleration / HERTZ;
+    const float speed = sqrtf(step * step / 4 + 2 * acceleration * way) - step / 2;
+    return cut(left * HERTZ, speed < most ? speed : most);
+}
+
 static void ramp(void)
 {
-    const float step = ACCELERATION / HERTZ, more = wanted - rate;
-    rate += more > step ? step : more < -step ? -step : more;
+    const float share = going > 0 ? GENTLE : 1.0f;
+    if (going > 0)
+        wanted = stopping(place - target, SPEED, share * ACCELERATION);
+    rate += cut(wanted - rate, share * ACCELERATION / HERTZ);
     target += rate / HERTZ;
 #if STEERS
-    turn_rate += cut(wanted_turn - turn_rate, TURN_ACCELERATION / HERTZ);
+    if (going > 0)
+        wanted_turn = going < 2 ? 0 :
+            stopping(bearing - heading, share * TURN_RATE, share * TURN_ACCELERATION);
+    turn_rate += cut(wanted_turn - turn_rate, share * TURN_ACCELERATION / HERTZ);
     heading += turn_rate / HERTZ;
 #endif
 }
@@ -214,7 +234,7 @@ static void tick(unsigned long now)
 #endif
 
     if (mode == BALANCING) {
-        if (now - heard > SILENCE)
+        if (going == 0 && now - heard > SILENCE)
             want(0, 0);
         mind(now - next);
         ramp();
@@ -243,6 +263,7 @@ static void tick(unsigned long now)
         const float bias = gyro_sum / (float)REST_TICKS;
         balance_single_start(&robot, mean, wheels, bias);
         wanted = target = rate = 0;
+        going = 0;
         late = overdue = 0;
 #if STEERS
         heading = turn_rate = wanted_turn = motor[0] = motor[1] = 0;
@@ -268,12 +289,17 @@ static void obey(void)
         change(WAITING);
     if (line[0] == 's')
         change(STOPPED);
-    if (line[0] == 'v') {
-        char *end;
+    if (line[0] == 'v' || line[0] == 'p') {
+        char *end, *last;
         const float x = (float)strtod(line + 1, &end);
-        const float turn = (float)strtod(end, &end);
-        want(x, turn);
+        const float turn = (float)strtod(end, &last);
+        want(line[0] == 'v' ? x : 0, line[0] == 'v' ? turn : 0);
         heard = micros();
+        if (line[0] == 'p' && within(x, FARTHEST) && within(turn, FARTHEST)) {
+            place = x;
+            bearing = turn;
+            going = last > end ? 2 : end > line + 1 ? 1 : 0;
+        }
     }
     if (line[0] == 'l') {
         logging = !logging;

@@ -13,6 +13,7 @@
 #include "robot_io.h"
 
 static const unsigned long TICK = 10000UL; /* us */
+static const unsigned long SHORTEST = TICK - TICK / 20; /* us, of a late one's next */
 static const float HERTZ = 100.0f;
 static const float SECONDS = 30.0f; /* s, of the sweep, either way */
 static const long ROWS = 6000;
@@ -88,8 +89,10 @@ void loop(void)
     }
     if (!sweep || (long)(micros() - next) < 0)
         return;
-    const unsigned long now = micros() - first;
+    const unsigned long now = micros();
     next += TICK;
+    if ((long)(now + SHORTEST - next) > 0)
+        next = now + SHORTEST; /* no short tick follows a late one */
     if (!io_read()) {
         Serial.println("the IMU doesn't answer");
         stop();
@@ -98,7 +101,7 @@ void loop(void)
     const long left = io_encoder(0), right = io_encoder(1);
     const float volts = chirp((float)row / HERTZ);
     drive(volts);
-    print_time(now);
+    print_time(now - first);
     Serial.print(',');
     Serial.print(volts, 4);
     Serial.print(',');

@@ -18,8 +18,11 @@ writes a row a tick into log.csv, which sosbook.mip's compare reads, and
 obeys the number in speed.txt, the wheels' speed in rad/s,
 and with STEERS a second one, the turn rate in rad/s, positive to the left.
 A second without such a file stops the wheels.
+With p before them the numbers are a place to go to: "p 30 1.57" is where the
+wheels have rolled 30 rad since the start, 1.57 rad to its left.
 """
 
+import math
 import operator
 import sys
 import time
@@ -74,6 +77,7 @@ MOTOR_POLARITY = (1, 1)  # left and right, times pyctrl's own
 ENCODER_POLARITY = (1, 1)  # likewise
 SPEED = 0.0  # rad/s, at most, of a set point that moves
 ACCELERATION = 0.0  # rad/s^2, by which it moves
+GENTLE = 0.3  # of these, on the way to a place: it is hardly passed
 SILENCE = 1.0  # s without a command
 LOGGED = "t", "gyro", "wheels", "tilt", "target", "rate", "V", "theta"
 STEER_LOGGED = "left", "right", "V_left", "V_right", "heading"
@@ -91,6 +95,13 @@ def within(value, bound):
 def cut(value, bound):
     """The value, or the bound that it is beyond."""
     return min(max(value, -bound), bound)
+
+
+def stopping(left, most, acceleration):
+    """The speed from which it stops just when nothing is left."""
+    way, step = abs(left), acceleration / HERTZ
+    speed = math.sqrt(step * step / 4 + 2 * acceleration * way) - step / 2
+    return cut(left * HERTZ, min(speed, most))
 
 
 def total(*parts):
@@ -217,6 +228,7 @@ class Balance(Filter, BufferBlock):
         super().__init__(**kwargs)
         self.law, self.clock = Law(), clock
         self.wanted, self.rows, self.logging = 0.0, [], False
+        self.place = []  # the way to go, and perhaps the heading
         self.heard, self.last, self.waiting = 0.0, 0.0, ""
         self.late = self.overdue = 0
         self.steering, self.wanted_turn = Steering(), 0.0
@@ -297,14 +309,21 @@ class Balance(Filter, BufferBlock):
 
     def ramp(self, now):
         """Move the set points towards what is wanted; to rest without a command."""
-        if now - self.heard > SILENCE:
+        place = self.place
+        if place or now - self.heard > SILENCE:
             self.wanted = self.wanted_turn = 0.0
-        more = self.wanted - self.rate
-        self.rate += cut(more, ACCELERATION / HERTZ)
+        share = GENTLE if place else 1.0
+        most = share * ACCELERATION, share * TURN_ACCELERATION
+        if place:
+            self.wanted = stopping(place[0] - self.target, SPEED, most[0])
+        if len(place) > 1:
+            left = place[1] - self.heading
+            self.wanted_turn = stopping(left, share * TURN_RATE, most[1])
+        self.rate += cut(self.wanted - self.rate, most[0] / HERTZ)
         self.target += self.rate / HERTZ
         if STEERS:
             more = self.wanted_turn - self.turn_rate
-            self.turn_rate += cut(more, TURN_ACCELERATION / HERTZ)
+            self.turn_rate += cut(more, most[1] / HERTZ)
             self.heading += self.turn_rate / HERTZ
 
     def note(self, now, gyro, wheels, tilt, volts, fault, turned):
@@ -328,9 +347,12 @@ class Balance(Filter, BufferBlock):
         """Take the numbers in a file."""
         try:
             with open(path, encoding="utf-8") as file:
-                speed, turn = [*map(float, file.read().split()), 0.0, 0.0][:2]
-            if within(speed, 1e6) and within(turn, 1e6):
-                self.heard = self.clock()
+                words = file.read().split()
+            goes = words[:1] == ["p"]
+            given = [float(x) for x in words[goes:][:2]]
+            if all(within(x, 1e6) for x in given):
+                self.heard, self.place = self.clock(), given * goes
+                speed, turn = [*given, 0.0, 0.0][:2]
                 self.wanted = cut(speed, SPEED)
                 self.wanted_turn = cut(turn, TURN_RATE)
         except (OSError, ValueError):

@@ -25,15 +25,18 @@
  *                                   which sosbook.mip's compare reads
  *   rc_balance log.csv speed.txt  also obeys the number in speed.txt, the
  *                                   wheels' speed in rad/s: echo 2 > speed.txt
- *   rc_balance log.csv -          obeys lines that come in: v 2
+ *   rc_balance log.csv -          obeys lines that come in: v 2, or p 30 to
+ *                                   go where the wheels have rolled 30 rad
+ *                                   since the start, and stay
  *   rc_balance log.csv dsm        obeys a DSM radio's sticks
  *
  * Where STEERS is 1 a second number, in the file or in the line, is the turn
  * rate in rad/s, positive to the left: v 2 0.5. Without one the robot keeps
- * its heading.
+ * its heading. Of p it is the heading in rad, to the left of the start's.
  *
  * A second without a command, a readable file or the radio stops the wheels.
  */
+#include <math.h>
 #include <poll.h>
 #include <string.h>
 #include <unistd.h>
@@ -56,6 +59,7 @@ typedef double real; /* what the law computes with */
 #define ACCELERATION 0.0 /* rad/s^2 */
 #define TURN_RATE 0.0 /* rad/s of the heading, at most */
 #define TURN_ACCELERATION 0.0 /* rad/s^2 */
+#define GENTLE 0.3 /* of these, on the way to a place: it is hardly passed */
 #define PER_RADIAN 2.5 /* rad right less left, per rad */
 #define SILENCE 1000 /* ms without a command */
 #define JITTER 0.0005 /* s, by which a tick may come late */
@@ -96,9 +100,10 @@ static int late, overdue; /* ticks: all of them, and less the others */
 
 /* The main loop alone writes these, in mrad/s and ms, for an int is atomic. */
 static volatile int wanted;
+static volatile int going, place; /* numbers of a place to go to; the way, mrad */
 static volatile unsigned heard; /* when the last command came */
 #if STEERS
-static volatile int wanted_turn;
+static volatile int wanted_turn, bearing; /* mrad to the left of the start */
 #endif
 
 /* The ticks, from the callback to a thread that waits for the card. */
@@ -226,15 +231,29 @@ static void mind(uint64_t now)
         robot.fault = BALANCE_LATE;
 }
 
+/* The speed from which it stops just when nothing is left. */
+static double stopping(double left, double most, double acceleration)
+{
+    const double way = fabs(left), step = acceleration / RATE_HZ;
+    const double speed = sqrt(step * step / 4 + 2 * acceleration * way) - step / 2;
+    return cut(left * RATE_HZ, speed < most ? speed : most);
+}
+
 /* Move the set points towards what is wanted, or to rest where nobody says more. */
 static void ramp(void)
 {
-    const int obeys = milliseconds() - heard <= SILENCE;
-    rate += cut(obeys * wanted / 1000.0 - rate, ACCELERATION / RATE_HZ);
+    const int obeys = milliseconds() - heard <= SILENCE, to = going;
+    const double share = to ? GENTLE : 1, speed = to ?
+        stopping(place / 1000.0 - target, SPEED, share * ACCELERATION) :
+        obeys * wanted / 1000.0;
+    rate += cut(speed - rate, share * ACCELERATION / RATE_HZ);
     target += rate / RATE_HZ;
 #if STEERS
-    turn_rate += cut(obeys * wanted_turn / 1000.0 - turn_rate,
-        TURN_ACCELERATION / RATE_HZ);
+    const double turn = to == 1 ? 0 : to ?
+        stopping(bearing / 1000.0 - heading, share * TURN_RATE,
+            share * TURN_ACCELERATION) :
+        obeys * wanted_turn / 1000.0;
+    turn_rate += cut(turn - turn_rate, share * TURN_ACCELERATION / RATE_HZ);
     heading += turn_rate / RATE_HZ;
 #endif
 }
@@ -284,6 +303,7 @@ static void tick(void)
         balance_start(&robot, (real)(tilt_sum / REST_TICKS),
             (real)wheels, (real)(gyro_sum / REST_TICKS));
         target = rate = 0;
+        going = 0;
         late = overdue = 0;
 #if STEERS
         heading = turn_rate = 0;
@@ -317,13 +337,27 @@ static void pause_pressed(void)
 /* Take a command, cut to what the robot may do. */
 static void want(double speed, double turn)
 {
-    if (!(speed >= -1e6 && speed <= 1e6 && turn >= -1e6 && turn <= 1e6))
+    if (!(fabs(speed) <= 1e6 && fabs(turn) <= 1e6))
         return;
+    going = 0;
     wanted = (int)(1000 * cut(speed, SPEED));
 #if STEERS
     wanted_turn = (int)(1000 * cut(turn, TURN_RATE));
 #endif
     heard = milliseconds();
+}
+
+/* Take a place: one number, the way, or two of them, with the heading. */
+static void go(int numbers, double way, double turn)
+{
+    if (!(fabs(way) <= 1e6 && fabs(turn) <= 1e6))
+        return;
+    going = 0;
+    place = (int)(1000 * way);
+#if STEERS
+    bearing = (int)(1000 * turn);
+#endif
+    going = numbers;
 }
 
 /* The numbers in a file. */
@@ -338,7 +372,7 @@ static void obey_file(const char *path)
     fclose(file);
 }
 
-/* Lines of standard input: v and the numbers. */
+/* Lines of standard input: v or p and the numbers. */
 static void obey_lines(void)
 {
     static char line[64];
@@ -346,16 +380,19 @@ static void obey_lines(void)
     struct pollfd input = {0, POLLIN, 0};
     char letter;
     while (poll(&input, 1, 0) > 0 && read(0, &letter, 1) == 1) {
-        double speed = 0, turn = 0;
+        double way = 0, turn = 0;
         if (letter != '\n') {
             line[length] = letter;
             length += length < sizeof line - 1;
             continue;
         }
         line[length] = 0;
+        const int numbers = sscanf(line + (length > 0), "%lf %lf", &way, &turn);
+        if (line[0] == 'v' && numbers >= 1)
+            want(way, turn);
+        if (line[0] == 'p' && numbers >= 1)
+            go(numbers, way, turn);
         length = 0;
-        if (line[0] == 'v' && sscanf(line + 1, "%lf %lf", &speed, &turn) >= 1)
-            want(speed, turn);
     }
 }
 
