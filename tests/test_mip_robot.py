@@ -435,6 +435,6 @@ def test_a_second_robot_end_to_end(second):
 
 
 def test_a_board_of_ones_own_gets_the_law_alone(base, tmp_path):
-    robot = replace(GEARS, T=0.01, delay=0.01, blend=0.005, jitter=0.0)
+    robot = GEARS.but(T=0.01, delay=0.01, blend=0.005, jitter=0.0, law="gain")
     names = written(told(base, robot), tmp_path)
     assert not any(name.startswith(("rc_", "pyctrl")) for name in names)
