@@ -152,8 +152,9 @@ def coverage(words):
 def campaign(words):
     """Run the tests that the gate leaves out, once a week."""
     prepare()
-    if compiler.ensure(str(PYTHON)) is None:
-        return fail(compiler.MISSING)
+    for tool in (browser, compiler):
+        if tool.ensure(str(PYTHON)) is None:
+            return fail(tool.MISSING)
     return pytest("--campaign", "-m", "campaign", "tests", *words)
 
 
