@@ -42,9 +42,11 @@ def test_verdicts(rows, item, verdict):
 def test_every_row_is_complete(rows):
     for r in rows:
         assert r.verdict in reproduction.VERDICTS
-        assert all(text for name, text in vars(r).items() if name != "claim")
-    names = [(r.chapter, r.item, r.place) for r in rows]
-    assert len(set(names)) == len(names)
+        may_lack = ("claim", "tolerance")
+        assert all(text for name, text in vars(r).items() if name not in may_lack)
+        assert bool(r.tolerance) == (r.kind in ("number", "gains"))
+    for names in ({r.id for r in rows}, {(r.chapter, r.item, r.place) for r in rows}):
+        assert len(names) == len(rows)
 
 
 def test_every_erratum_is_complete():

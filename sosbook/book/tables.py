@@ -5,7 +5,16 @@ from collections import Counter
 from ..display.escape import page_text
 from .reproduction import KINDS, VERDICTS
 
-__all__ = ["Table", "checked", "errata", "kinds", "reproduction", "verdicts"]
+__all__ = [
+    "Table",
+    "assumptions",
+    "checked",
+    "errata",
+    "kinds",
+    "readings",
+    "reproduction",
+    "verdicts",
+]
 
 MARKS = {
     "reproduced": "✓",
@@ -97,6 +106,32 @@ def checked(checked, caption="Checked and found right"):
         caption,
         ["Where", "What", "How"],
         [[_link(c.chapter, c.place), _text(c.what), _text(c.how)] for c in checked],
+    )
+
+
+def assumptions(figures, caption="What each figure is redrawn with"):
+    """A `Table` of `sosbook.reproduction.assumptions` with a caption."""
+    heads = ["Start", "Disturbance", "Set point", "Delay", "Else"]
+    parts = ("start", "channels", "reference", "delay", "rest")
+    return Table(
+        caption,
+        ["Figures", *heads],
+        [
+            [_link(f["chapter"], f["place"]), *(_text(f[part]) for part in parts)]
+            for f in figures
+        ],
+    )
+
+
+def readings(readings, caption="Readings that would decide"):
+    """A `Table` of `sosbook.reproduction.readings` with a caption."""
+    return Table(
+        caption,
+        ["Where", "Look for", "What it decides"],
+        [
+            [_link(r["chapter"], r["place"]), _text(r["read"]), _text(r["then"])]
+            for r in readings
+        ],
     )
 
 

@@ -63,7 +63,7 @@ def phrases(path):
             phrase
             for entries in tomllib.loads(path.read_text(encoding="utf-8")).values()
             for entry in entries
-            for text in entry.values()
+            for text in filter(lambda value: isinstance(value, str), entry.values())
             for phrase in _phrases(text, path.stem, entry["place"])
         )
     if path.suffix == ".md":

@@ -2,7 +2,8 @@
 
 Every "ours" is computed when `rows` is called; the verdict follows from
 it. `errata` lists corrections to the printed text, with their evidence.
-One module for each subject of the table.
+What is written stands in three tables: ``rows.toml``, ``corrections.toml`` and
+``assumptions.toml``; what is computed, in one module for each subject.
 """
 
 from functools import cache
@@ -23,10 +24,20 @@ from . import (
     singular_mass,
     vertices,
 )
-from .corrections import checked, errata
+from .corrections import assumptions, checked, errata, readings
 from .table import KINDS, VERDICTS, Erratum, Row
 
-__all__ = ["KINDS", "VERDICTS", "Erratum", "Row", "checked", "errata", "rows"]
+__all__ = [
+    "KINDS",
+    "VERDICTS",
+    "Erratum",
+    "Row",
+    "assumptions",
+    "checked",
+    "errata",
+    "readings",
+    "rows",
+]
 
 _SUBJECTS = (
     singular_mass,

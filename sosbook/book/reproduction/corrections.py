@@ -5,16 +5,14 @@ The texts stand in ``corrections.toml``, what they leave open is computed here.
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from ...delay import largest
-from ...runtime.reading import read_toml
 from .. import ledger, thesis
-from .table import Erratum
+from .table import Erratum, read_texts
 
-__all__ = ["Checked", "checked", "errata"]
+__all__ = ["Checked", "assumptions", "checked", "errata", "readings"]
 
 
 @dataclass(frozen=True)
@@ -43,17 +41,23 @@ def errata():
     numbers = _wing() | _controllers()
     return tuple(
         Erratum(**{name: text.format(**numbers) for name, text in entry.items()})
-        for entry in _texts()["errata"]
+        for entry in read_texts("corrections")["errata"]
     )
 
 
 def checked():
     """Formulas of the thesis that were checked and found right."""
-    return tuple(Checked(**entry) for entry in _texts()["checked"])
+    return tuple(Checked(**entry) for entry in read_texts("corrections")["checked"])
 
 
-def _texts():
-    return read_toml(Path(__file__).with_name("corrections.toml"))
+def assumptions():
+    """What the book takes for what the thesis leaves open of its figures."""
+    return tuple(read_texts("assumptions")["figures"])
+
+
+def readings():
+    """What could be looked up in the PDF, with the ids of the rows that it decides."""
+    return tuple(read_texts("assumptions")["readings"])
 
 
 def _wing():

@@ -10,14 +10,13 @@ from ...runtime.libraries import library
 from ...synthesis.pid import analyse_pid
 from .. import thesis
 from .observer import controller as observer_controller
-from .table import Row, claim
+from .table import evaluate
 
 control = library("control")
 
 
 __all__ = ["observer_controller", "rows", "without_the_fast"]
 
-DESK = "29_on_the_desk"
 T, START_TILT, END_TIME = 0.01, np.deg2rad(10), 2.5
 DELAYS = (0.0, T / 2, T)  # s
 NEVER_STALLED = 10**6  # ticks: no stall protection, so that chatter is seen
@@ -25,7 +24,6 @@ SENSOR_VOLTS = 0.1  # V, standard deviation: a robot's sensors make as much
 CHATTER_VOLTS = 1.0  # V, standard deviation at rest: that is a limit cycle
 TICKS_AT_REST = slice(170, None)  # beyond, a robot is at rest
 PDS, PIDS = ("PD 1", "PD 2", "PD 5"), ("PID 2", "PID 5")
-HOW = "four vertices, from 10°; with 0, 5 and 10 ms of delay"
 
 
 def rows():
@@ -47,31 +45,22 @@ def _noise(runs, volts_at_rest):
     """Whether it matters: by a quarter, and by more than `SENSOR_VOLTS`."""
     work = _each(runs, lambda run: np.square(run.V).mean())
     wild = {name: volts > CHATTER_VOLTS for name, volts in volts_at_rest.items()}
-    yield _row(
-        "PD: noise and effort fall with R",
-        "Fig. 4.8",
-        "mean V²: " + _words(work, PDS, wild=wild),
-        [all((np.diff([work[n][k] for n in PDS]) < 0).all() for k in range(3))],
-        "R = 1, 2 chatter with 0 and 10 ms: an unstable sampled loop, no "
-        "noise of a sensor",
+    yield evaluate(
+        "desk-effort",
+        all((np.diff([work[n][k] for n in PDS]) < 0).all() for k in range(3)),
+        ours=_words(work, PDS, wild=wild),
     )
-    for item, where, more, less, effect in (
-        ("PID: R = 5 is less noisy", "Fig. 4.9", "PID 2", "PID 5", True),
-        ("R hardly matters to the observer", "Fig. 4.13", "LQE 1", "LQE 2", False),
+    for name, more, less, effect in (
+        ("desk-noise", "PID 2", "PID 5", True),
+        ("desk-observer", "LQE 1", "LQE 2", False),
     ):
         quarter = volts_at_rest[more] > 1.25 * volts_at_rest[less]
         volts = volts_at_rest[more] - volts_at_rest[less] > SENSOR_VOLTS
         readings = [quarter.all(), volts.all()]
         if not effect:
             readings = [not quarter.any(), not volts.any()]
-        yield _row(
-            item,
-            where,
-            "V at rest: " + _words(volts_at_rest, (more, less), wild=wild, digits=1),
-            readings,
-            f"two thresholds: a quarter, and {SENSOR_VOLTS:g} V; how noisy the "
-            "real robot's sensors are isn't printed",
-        )
+        ours = _words(volts_at_rest, (more, less), wild=wild, digits=1)
+        yield evaluate(name, *readings, ours=ours, volts=SENSOR_VOLTS)
 
 
 def _limits(runs, gentle, volts_at_rest):
@@ -81,27 +70,15 @@ def _limits(runs, gentle, volts_at_rest):
         _each(simulated, lambda run: run.peak_voltage.max())
         for simulated in (runs, gentle)
     ]
-    for item, where, volts, names, law in (
-        (
-            f"V doesn't exceed {V_MAX} V",
-            "4.3.1, Figs 4.8 to 4.11",
-            V_MAX,
-            (*PDS, *PIDS),
-            "PD 1",
-        ),
-        ("both stay within 3 V", "Fig. 4.15", 3, ("PID 5", "LQE 2"), "PID 5"),
+    for name, volts, names, law in (
+        ("desk-limit", V_MAX, (*PDS, *PIDS), "PD 1"),
+        ("desk-3-V", 3, ("PID 5", "LQE 2"), "PID 5"),
     ):
         within = [
             max(peak[n][k] for n in names) < volts for peak in peaks for k in range(3)
         ]
-        yield _row(
-            item,
-            where,
-            "peak V: " + _words(peaks[0], names, wild=wild),
-            within,
-            "and from 5°. Neither start nor delay is printed: at the limit "
-            f"wherever it chatters, else up to {_reach(law, volts)}",
-        )
+        words = dict(ours=_words(peaks[0], names, wild=wild), volts=volts)
+        yield evaluate(name, *within, **words, reach=_reach(law, volts))
 
 
 def _rests(runs):
@@ -113,32 +90,14 @@ def _rests(runs):
             run.x[3, :, :50].max(axis=1).min() + run.x[3, :, :50].min(axis=1).min()
         ),
     )
-    for item, where, names in (
-        ("PD and PID stabilise quickly", "Fig. 4.10, R = 5", ("PD 5", "PID 5")),
-        ("PID and PD/LQE converge alike", "Fig. 4.14", ("PID 5", "LQE 2")),
-    ):
-        yield _row(
-            item,
-            where,
-            "tilt after 1.7 s: " + _words(sway, names, "°"),
-            [max(sway[n].max() for n in names) < 0.6],
-            "threshold: 0.6°",
-        )
     both = ("PID 5", "LQE 2")
-    yield _row(
-        "PID keeps the wheels, PD/LQE less",
-        "Fig. 4.16",
-        "wheels after 1.7 s: " + _words(away, both, " rad"),
-        [(3 * away["PID 5"] < away["LQE 2"]).all()],
-        "threshold: a third; the observer doesn't know the wheels' angle",
-    )
-    yield _row(
-        "the wheels shoot to the side of the fall",
-        "Fig. 4.16",
-        "their fastest speed is to that side, by " + _words(lead, both, " rad/s"),
-        [all((lead[n] > 0).all() for n in both)],
-        "within 0.5 s",
-    )
+    for name, names in (("desk-quickly", ("PD 5", "PID 5")), ("desk-alike", both)):
+        holds = max(sway[n].max() for n in names) < 0.6
+        yield evaluate(name, holds, ours=_words(sway, names, "°"))
+    kept = (3 * away["PID 5"] < away["LQE 2"]).all()
+    yield evaluate("desk-wheels", kept, ours=_words(away, both, " rad"))
+    ahead = all((lead[n] > 0).all() for n in both)
+    yield evaluate("desk-side", ahead, ours=_words(lead, both, " rad/s"))
 
 
 def _drift():
@@ -160,28 +119,13 @@ def _drift():
         loop = analyse_pid(plants, gain.K, U, coupling="vertices")
         ends[name] = max(abs(x.dcgain()[1, 0]) for x in loop.closed_loop()) / 1000
     K = printed.pd[5][0]
-    return Row(
-        DESK,
-        "PID keeps the wheels' position, PD lets it vary",
-        "Figs 4.11, 4.16, R = 5",
-        "yes",
-        "with 0.1°/s of the gyro's offset "
-        + ", ".join(f"{n}: {v:.2f}°/s" for n, v in speeds.items())
-        + "; under a torque of 1 mNm "
-        + ", ".join(f"{n}: {v:.2f} rad" for n, v in ends.items()),
-        claim(
-            abs(speeds["PD"]) > 5 * abs(speeds["PID"])
-            and ends["PID"] < 1e-6 < ends["PD"]
-        ),
-        "two causes that make the difference; on a level desk with a "
-        "calibrated gyro there is none. By the theorem "
-        f"{-0.1 * (1 + K[0] / K[1]):.2f} and -0.10°/s",
+    return evaluate(
+        "desk-drift",
+        abs(speeds["PD"]) > 5 * abs(speeds["PID"]) and ends["PID"] < 1e-6 < ends["PD"],
+        speeds=", ".join(f"{n}: {v:.2f}°/s" for n, v in speeds.items()),
+        ends=", ".join(f"{n}: {v:.2f} rad" for n, v in ends.items()),
+        theorem=-0.1 * (1 + K[0] / K[1]),
     )
-
-
-def _row(item, where, ours, holds, why):
-    """The row of something that the text says and that a simulation shows."""
-    return Row(DESK, item, where, "yes", ours, claim(*holds), f"{HOW}; {why}")
 
 
 def _words(table, names, unit="", wild=None, digits=2):

@@ -1,7 +1,5 @@
 """Example 4, the flexible rotor with an arm."""
 
-from functools import partial
-
 import numpy as np
 
 from ...analysis.linear import poles
@@ -13,21 +11,20 @@ from ...requirements.pole_region import PoleRegion
 from ...studies.region_of_attraction import region_of_attraction
 from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
-from .examples import gains_row, pole_row
-from .table import Row, below, claim, compare, format_poles, matched, misprint, proven
+from .table import below, evaluate, matched, proven, said
 
-__all__ = ["numbers", "rows"]
+__all__ = ["rows"]
 
-row = partial(Row, "13_flexible_arm")
 SET_POINTS = np.radians([30, 60, 10, -30, 0])  # rad, three seconds each
 
 
 def rows():
     """Rows of Example 4, computed."""
     ex = thesis.example_4()
-    yield from numbers(ex)
+    yield from _tabulated(ex)
     yield from _promises(ex)
-    yield from _motions(ex)
+    yield _swing(ex)
+    yield _tracks(ex)
 
 
 def _poles(ex, plant, U=None):
@@ -35,97 +32,53 @@ def _poles(ex, plant, U=None):
     return poles(d, ex.K)
 
 
-def numbers(ex):
-    """Rows that follow from the numbers that an example ``ex`` prints."""
-    other_U = matched(
-        ex.closed_loop_poles[0], _poles(ex, ex.plant.vertices[0], [[1, 0]])
-    )
-    wrong = np.abs(ex.closed_loop_poles[0] - other_U).max()
+def _off(printed, computed):
+    """The largest distance of computed poles from the printed ones."""
+    return np.abs(printed - matched(printed, computed)).max()
+
+
+def _tabulated(ex):
+    """Table 3.3, and what it tells of U and S2."""
+    first, second = ex.closed_loop_poles
+    wrong = _off(first, _poles(ex, ex.plant.vertices[0], [[1, 0]]))
     names = ("0", "± pi/2")
     for name, vertex, printed in zip(names, ex.plant.vertices, ex.open_loop_poles):
-        computed = matched(printed, vertex.poles())
-        verdict, gap = compare(printed, computed, 1e-4)
-        yield row(
-            f"open-loop poles for phi1 = {name}",
-            "Table 3.3",
-            format_poles(printed),
-            format_poles(1j * computed.imag),
-            verdict,
-            f"largest difference {gap:.0e} rad/s",
-        )
+        # undamped: rounding alone makes a real part
+        yield evaluate("example-4-open", printed, 1j * vertex.poles().imag, angle=name)
     for name, vertex, printed in zip(names, ex.plant.vertices, ex.closed_loop_poles):
-        yield pole_row(
-            row,
-            f"closed-loop poles for phi1 = {name}",
-            "Table 3.3",
-            printed,
-            _poles(ex, vertex),
-            1e-3,
-            ", with U = [0 1], the motor's angle. U isn't printed; [1 0] misses "
-            f"the first row by {wrong:.1f} rad/s",
-        )
-    (first, second) = ex.open_loop_poles
-    as_labelled = [
-        thesis.arm(np.sinc(phi / np.pi)).poles() for phi in (-np.pi / 2, np.pi / 2)
-    ]
-    as_meant = [thesis.arm(np.sinc(phi / np.pi)).poles() for phi in (0.0, np.pi / 2)]
-    yield row(
-        "labels of the rows",
-        "Table 3.3",
-        "-pi/2 and pi/2",
-        "0 and ± pi/2",
-        misprint(
-            *(
-                all(
-                    compare(p, matched(p, q), 1e-4)[0] == "reproduced"
-                    for p, q in zip((first, second), pair)
-                )
-                for pair in (as_labelled, as_meant)
-            )
-        ),
-        "sinc is even: -pi/2 and pi/2 are one and the same vertex; the "
-        "first row has the poles of sinc = 1",
-        "labels of Table 3.3",
+        ours = _poles(ex, vertex)
+        yield evaluate("example-4-poles", printed, ours, angle=name, wrong=wrong)
+
+    def labelled(*angles):
+        plants = [thesis.arm(np.sinc(phi / np.pi)) for phi in angles]
+        pairs = zip(ex.open_loop_poles, plants)
+        return all(_off(printed, arm.poles()) <= 1e-4 for printed, arm in pairs)
+
+    passes = labelled(-np.pi / 2, np.pi / 2), labelled(0.0, np.pi / 2)
+    yield evaluate("example-4-labels", *passes)
+    S11, missed = (
+        ex.plant.vertices[1].S[0, 0],
+        _off(second, _poles(ex, thesis.arm(0.64))),
     )
-    S11 = ex.plant.vertices[1].S[0, 0]
-    rounded = matched(ex.closed_loop_poles[1], _poles(ex, thesis.arm(0.64)))
-    missed = np.abs(ex.closed_loop_poles[1] - rounded).max()
-    yield row(
-        "upper left entry of S2",
-        "Example 4",
-        "50.64",
-        f"{S11:.4f}",
-        compare(50.64, S11, 0.005)[0],
-        "a correct rounding; Table 3.3 was computed with 50 + 2/pi (with "
-        f"50.64 its poles are missed by {missed:.2f} rad/s)",
-    )
+    yield evaluate("example-4-S11", 50.64, S11, ours=f"{S11:.4f}", missed=missed)
 
 
 def _promises(ex):
-    one_P = {"coupling": "pairs"}
-    printed_design = analyse_pid(ex.plant, ex.K, ex.U, region=ex.region, **one_P)
+    printed_design = analyse_pid(
+        ex.plant, ex.K, ex.U, region=ex.region, coupling="pairs"
+    )
     own = design_pid(ex.plant, ex.U, region=ex.region)
-
     inside = min(
         x.min()
         for vertex in ex.plant.vertices
         for x in ex.region.distances(_poles(ex, vertex)).values()
     )
     proof = proven(printed_design, 8)
-    yield row(
-        "all closed-loop poles lie in the D-region",
-        "Fig. 3.14",
-        "inside, at the vertices",
-        f"{inside:.2f} rad/s from the "
-        "boundary at the vertices; for every factor between "
-        + ("proven" if proof else "not proven"),
-        claim(proof),
-        "a common P in exact arithmetic",
-    )
-    yield gains_row(row, "Example 4", ex.K, own, 1e-4, proof, 8)
+    yield evaluate("example-4-region", proof, inside=inside, proof=said(proof))
+    yield evaluate("example-4-gains", ex.K, own.K, proof, proven(own, 8))
 
 
-def _motions(ex):
+def _swing(ex):
     region = region_of_attraction(
         ex.plant,
         ex.K,
@@ -135,16 +88,13 @@ def _motions(ex):
         bound=np.pi / 2,
         start=[1, 1, 0, 0, 0],
     )
-    yield row(
-        "the swing stays in [-pi/2, pi/2]",
-        "Example 4",
-        "assumed",
-        f"{'proven' if region.proven else 'not proven'} for a release from up "
-        f"to {np.degrees(region.reach):.0f} degrees, with decay rate 3",
-        claim(region.proven),
-        "a condition on the start, not on the plant: the ellipsoid of "
-        "one P, see the chapter",
+    reach = np.degrees(region.reach)
+    return evaluate(
+        "example-4-swing", region.proven, proof=said(region.proven), reach=reach
     )
+
+
+def _tracks(ex):
     every = Polytope([thesis.arm(-1.0), thesis.arm(1.0)])
     rate = PoleRegion(sigma=2.0)  # the factor moves: one P
     slow = proven(analyse_pid(every, ex.K, ex.U, region=rate, coupling="pairs"), 8)
@@ -158,18 +108,12 @@ def _motions(ex):
         ex.U,
         Steps(times, np.stack([SET_POINTS, SET_POINTS], axis=1)),
     )
-    ends = [np.abs(run.e[1, k + 299]) for k in range(0, 1500, 300)]
+    error = np.degrees(max(np.abs(run.e[1, k + 299]) for k in range(0, 1500, 300)))
     widest = np.abs(run.z[0]).max()
-    yield row(
-        "the reference is tracked as expected, far from rest",
-        "Figs 3.15, 3.16",
-        "expected response",
-        f"e_a = phi2 - r2 {below(np.degrees(max(ends)), 0.06)} degrees three "
-        "seconds after each step; for all set points and starts, rate 2 "
-        + ("proven" if slow else "not proven"),
-        claim(np.degrees(max(ends)) < 0.06 and widest < np.pi / 2 and slow),
-        "the nonlinear arm, set points of 30, 60, 10, -30 and 0 degrees, "
-        f"which swing it to {np.degrees(widest):.0f}; the proof takes "
-        "factors in [-1, 1], not the example's polytope. phi1, which isn't "
-        "integrated, keeps (m g l / k) sin(phi1)",
+    return evaluate(
+        "example-4-tracks",
+        error < 0.06 and widest < np.pi / 2 and slow,
+        error=below(error, 0.06),
+        proof=said(slow),
+        widest=np.degrees(widest),
     )

@@ -1,25 +1,19 @@
 """The choice of U, which the thesis leaves open."""
 
-from functools import partial
-
 import numpy as np
 
 from ...plants.second_order import Polytope, SecondOrderSystem
 from ...synthesis.integrators import admissible_U
 from .. import thesis
-from .table import Row, claim
+from .table import evaluate
 
 __all__ = ["rows"]
-
-row = partial(Row, "10_choosing_the_integrators")
 
 
 def rows():
     """What is said about U, and the answer for each plant."""
-    for number, make in enumerate(
-        (thesis.example_1, thesis.example_2, thesis.example_3, thesis.example_4), 1
-    ):
-        yield _example(number, make())
+    for number in (1, 2, 3, 4):
+        yield _example(number, getattr(thesis, f"example_{number}")())
     wheel, body = admissible_U(_pendulum())
     (both,) = admissible_U(_pendulum(), [np.eye(2)])
     holds = (
@@ -28,16 +22,7 @@ def rows():
         and not body.admissible
         and not both.admissible
     )
-    yield row(
-        "U = [0 1] is the only choice that works, for U = I the "
-        "system isn't controllable",
-        "Section 4.3.1",
-        "found by trying",
-        _words((wheel, body, both)),
-        claim(holds),
-        "at rest the robot stands upright, so the body's angle has no set "
-        "point; proven for the whole polytope; [1 1] works as well",
-    )
+    yield evaluate("U-pendulum", holds, ours=_words((wheel, body, both)))
 
 
 def _example(number, example):
@@ -48,20 +33,20 @@ def _example(number, example):
     place = f"number {better + 1} of {len(same)} with a = {theirs.a}"
     if len(same) == 1:
         place = f"the only one with a = {theirs.a}"
-    proven = theirs.certified is None or theirs.certified
-    good = sum(c.admissible for c in choices)
     more = {
         None: "",
         True: "; this one is proven for the whole polytope",
         False: "; this one isn't proven for the whole polytope",
     }[theirs.certified]
-    return row(
-        f"Example {number}: U, chosen at random, is controllable",
-        "Section 5",
-        "conditions for U: future work",
-        f"{good} of {len(choices)} choices are admissible{more}",
-        claim(theirs.admissible and proven),
-        f"distance {theirs.distance:.3g}, {place}",
+    return evaluate(
+        "U-example",
+        theirs.admissible and theirs.certified is not False,
+        number=number,
+        good=sum(c.admissible for c in choices),
+        all=len(choices),
+        more=more,
+        distance=theirs.distance,
+        rank=place,
     )
 
 

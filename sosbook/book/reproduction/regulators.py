@@ -1,6 +1,6 @@
 """Sections 2.4.5 and 4.3.1: Lemma 2.3, Theorem 2.4, Tables 4.1 and 4.2."""
 
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
@@ -11,23 +11,24 @@ from ...requirements.cost import QuadraticCost
 from ...synthesis.lqr import design_lqr
 from ...synthesis.pid import analyse_pid
 from .. import thesis
-from .mip import relative
-from .table import Row, claim, format_gain, misprint, proven
+from .table import evaluate, proven, shown
 
-__all__ = ["numbers", "rows"]
+__all__ = ["rows"]
 
-control_row = partial(Row, "27_pendulum_control")
-lqr_row = partial(Row, "23_lqr")
 LAWS = {
-    "PD": ("Table 4.1", "pd", None, 4, 0),
-    "PID": ("Table 4.2", "pid", [[0, 1]], 5, 3),
-}  # place, field, U, states, vertex from 0
+    "PD": ("4.1", "pd", None, 4, 0),
+    "PID": ("4.2", "pid", [[0, 1]], 5, 3),
+}  # table, field, U, states, vertex from 0
+DIGITS = 6e-4  # of the printed gains, which have four decimals
 
 
 def rows():
     """What is said of the regulators, and what became of it."""
     printed, plants = thesis.mip(), polytope(Mip.printed())
-    yield from numbers(printed)
+    for law, (table, name, _, _, vertex) in LAWS.items():
+        for R, K in getattr(printed, name).items():
+            words = dict(law=law, R=R, table=table, vertex=vertex + 1)
+            yield evaluate("regulator-gains", K, _of_one_vertex(law, R), **words)
     yield _values_of_R(printed)
     for law in LAWS:
         for R in (1, 2, 5):
@@ -37,20 +38,9 @@ def rows():
     yield _size_of_W()
 
 
-def numbers(printed):
-    """Rows that follow from the printed numbers, digit by digit."""
-    for law, (place, name, _, _, vertex) in LAWS.items():
-        for R, K in getattr(printed, name).items():
-            ours = _of_one_vertex(law, R)
-            verdict, gap = relative(K, ours, 6e-4)
-            yield control_row(
-                f"{law} gains, R = {R}",
-                place,
-                format_gain(K),
-                format_gain(ours),
-                verdict,
-                f"the regulator (Q = I) of vertex {vertex + 1} alone, to {gap:.0e}",
-            )
+def _off(printed, ours):
+    """The largest gap, relative to each printed number."""
+    return np.abs(np.asarray(ours) / printed - 1).max()
 
 
 @cache
@@ -62,58 +52,42 @@ def _of_one_vertex(law, R):
 
 def _values_of_R(printed):
     """The values of R that the gain of phi, 1 / sqrt(R), tells."""
-    gains = [K[0, 1] for K in printed.pd.values()]
-
-    def fits(values):
-        return relative(gains, 1 / np.sqrt(values), 6e-4)[0] == "reproduced"
-
-    return control_row(
-        "values of R",
-        "Section 4.3.1",
-        "R = 2, 3 and 5",
-        "R = " + ", ".join(f"{g**-2:.2f}" for g in gains),
-        misprint(fits([2, 3, 5]), fits(list(printed.pd))),
-        "with Q = I the gain of phi is 1 / sqrt(R), for each plant; the "
-        "tables have R = 1, 2, 5",
-        "values of R",
-    )
+    gains = np.array([K[0, 1] for K in printed.pd.values()])
+    values = [2, 3, 5], list(printed.pd)
+    fits = (_off(gains, 1 / np.sqrt(R)) <= DIGITS for R in values)
+    return evaluate("values-of-R", *fits, R=", ".join(f"{g**-2:.2f}" for g in gains))
 
 
 def _theorem(printed, plants, law, R):
     """Theorem 2.4 as printed, and its readings that differ from the text."""
-    place, name, U, N, _ = LAWS[law]
+    table, name, U, N, _ = LAWS[law]
     K, forms = getattr(printed, name)[R], []
-    for noise, of in (("F", _as_printed()), ("states", plants)):
+    # the vertices in the form of (4.25), with its F
+    as_printed = Polytope([v.printed_form() for v in vertices(Mip.printed())])
+    for noise, of in (("F", as_printed), ("states", plants)):
         for coupling in ("vertices", "pairs"):
             asked = dict(noise=noise, coupling=coupling)
             forms.append(design_lqr(of, np.eye(N), [[R]], U, **asked).K)
-    verdicts, gaps = zip(*(relative(K, ours, 6e-4) for ours in forms))
-    first, *others = (100 * gap for gap in gaps)
-    return control_row(
-        f"{law} gains, R = {R}, by Theorem 2.4",
-        place,
-        format_gain(K),
-        format_gain(forms[0]),
-        claim(*(verdict == "reproduced" for verdict in verdicts)),
-        "ours: the LMIs of the four vertices, as printed, M, D, S, B and F of "
-        f"(4.25); the table is up to {first:.0f} % off. With the pairs of "
-        "vertices too, or if the noise enters each state, it is up to "
-        f"{min(others):.0f} to {max(others):.0f} % off",
-        "Tables 4.1 and 4.2 solve Theorem 2.4",
+    first, *others = (_off(K, ours) for ours in forms)
+    return evaluate(
+        "regulator-theorem",
+        *(gap <= DIGITS for gap in (first, *others)),
+        law=law,
+        R=R,
+        table=table,
+        printed=shown(K),
+        ours=shown(forms[0]),
+        first=100 * first,
+        least=100 * min(others),
+        most=100 * max(others),
     )
 
 
-def _as_printed():
-    """The vertices in the form of (4.25), with its F."""
-    return Polytope([v.printed_form() for v in vertices(Mip.printed())])
-
-
 def _robust(printed, plants, law, R):
-    _, name, U, N, _ = LAWS[law]
-    K = getattr(printed, name)[R]
-    printed_design = analyse_pid(
+    table, name, U, N, _ = LAWS[law]
+    found = analyse_pid(
         plants,
-        K,
+        getattr(printed, name)[R],
         U,
         coupling="slack",
         slack=0.003,
@@ -121,37 +95,18 @@ def _robust(printed, plants, law, R):
         cost=QuadraticCost(np.eye(N), [[R]]),
         backoff=1e-3,
     )
-    proof = proven(printed_design)
-    ours = "no proof found"
+    proof, words = proven(found), dict(law=law, R=R, table=table, bound=0, worst=0)
     if proof:
-        ours = (
-            f"proven, cost below {printed_design.request.cost.bound:.4g}; true "
-            f"worst of 54 plants {printed_design.noise_cost(samples=50):.4g}"
-        )
-    return control_row(
-        f"{law}, R = {R}: robustly stable",
-        LAWS[law][0],
-        "yes",
-        ours,
-        claim(proof),
-        "the printed digits, every plant of the polytope, exactly; "
-        "noise of intensity one on each state",
-    )
+        words["bound"] = found.request.cost.bound
+        words["worst"] = found.noise_cost(samples=50)
+    return evaluate("regulator-robust", proof, **words)
 
 
 def _root(plants):
     robust = design_lqr(plants, np.eye(4), [[1]])
     bound, cost = robust.request.cost.bound, robust.noise_cost()
-    return lqr_row(
-        "the root of tr J bounds the cost",
-        "Theorem 2.4",
-        "sqrt(tr J)",
-        f"tr J = {bound:.2f}, its root {bound**0.5:.2f}; the "
-        f"true worst cost is {cost:.2f}",
-        claim(cost <= bound**0.5),
-        "the pendulum, Q = I, R = 1: tr J itself bounds it, as (2.30) has it",
-        "the root of tr J",
-    )
+    root = bound**0.5
+    return evaluate("root-of-trace", cost <= root, bound=bound, root=root, cost=cost)
 
 
 def _size_of_W():
@@ -167,14 +122,5 @@ def _size_of_W():
             ("determinant", np.linalg.det(W)),
         ):
             holds[name] &= bool(cost <= factor * np.trace(psi) * (1 + 1e-9))
-    return lqr_row(
-        "|W| tr(...) bounds the cost",
-        "Lemma 2.3",
-        "|W|",
-        "; ".join(
-            f"with the {name}: {'yes' if ok else 'no'}" for name, ok in holds.items()
-        ),
-        claim(*holds.values()),
-        "|W| isn't defined; 100 random stable systems of order two",
-        "|W| in Lemma 2.3",
-    )
+    words = (f"with the {name}: {'yes' if ok else 'no'}" for name, ok in holds.items())
+    return evaluate("size-of-W", *holds.values(), ours="; ".join(words))

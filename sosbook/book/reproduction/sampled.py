@@ -1,21 +1,18 @@
 """Section 4.3 at 100 Hz: what a computer makes of the printed laws."""
 
-from functools import partial
-
 import numpy as np
 
 from ...pendulum import Mip, SampledLaw, SampledLoop, vertices
 from ...runtime.libraries import library
 from .. import thesis
 from .observer import controller
-from .table import Row, below, claim
+from .table import below, evaluate
 
 control = library("control")
 
 
 __all__ = ["rows"]
 
-row = partial(Row, "28_discretisation")
 T = 0.01
 WAYS = (
     ("exact rates, at once", SampledLaw.of_gain, 0, "exact"),
@@ -42,14 +39,7 @@ def rows():
     }
     rates = np.random.default_rng(0).normal(size=(50, 2))
     gap = max(_gap(gain, rates) for gain in gains.values())
-    yield row(
-        "the PID's program",
-        "(4.26), (B.3)",
-        "the discrete PID of theta' and phi'",
-        f"Euler sums of both; difference {below(gap, 1e-9)} V",
-        claim(gap < 1e-9),
-        "with U, and x2 preset from the tilt, which the text lacks",
-    )
+    yield evaluate("sampled-program", gap < 1e-9, gap=below(gap, 1e-9))
     lost = {
         way: [
             name
@@ -58,29 +48,12 @@ def rows():
         ]
         for way, law_of, ticks, sensing in WAYS
     }
-    yield row(
-        "the controllers of Tables 4.1, 4.2 run at 100 Hz",
-        "Section 4.3.1",
-        "run on the robot",
-        "unstable with "
-        + "; ".join(
-            f"{way}: {', '.join(names) or 'none'}" for way, names in lost.items()
-        ),
-        claim(*(not names for names in lost.values())),
-        "worst spectral radius of the middle and four vertices. How phi' is "
-        "found and how late V acts isn't printed, and it decides",
-    )
+    ours = "; ".join(f"{way}: {', '.join(x) or 'none'}" for way, x in lost.items())
+    yield evaluate("sampled-gains", *(not x for x in lost.values()), lost=ours)
     A, B, C, D = printed.discrete
     law = SampledLaw.of_controller(control.ss(A, -B, C, -D, T), T)
     radii = [worst(law, n, s) for n in (0, 1) for s in ("exact", "firmware")]
-    yield row(
-        "the observer's controller at 100 Hz",
-        "(4.30)",
-        "run on the robot",
-        f"worst radius {max(radii):.4f}",
-        claim(max(radii) < 1),
-        "at once and one tick late, rates exact and differenced; phi isn't fed back",
-    )
+    yield evaluate("sampled-observer", max(radii) < 1, radius=max(radii))
     yield _random(printed)
 
 
@@ -107,15 +80,13 @@ def _random(printed):
         np.sort(held.poles().real)
         - np.sort(np.exp(T * controller(2, "printed").poles().real))
     ).max()
-    return row(
-        "fast poles make the sampled controller random",
-        "Section 4.3.2",
-        "poles and zeros above or close to 100 Hz can",
-        f"the hold has the poles exp(p T), difference {below(gap, 1e-6)}; "
-        f"of {fast:g} it makes {np.exp(fast * T):.0e}. The pole and the zero at "
-        f"{far:g} cost {lag:.0f} degrees at 50 Hz",
-        claim(gap > 1e-6, lag > 0),
-        "what random means isn't said: the hold is exact and repeatable, "
-        "but dropping the two does help, by what they cost",
-        "random results",
+    return evaluate(
+        "sampled-random",
+        gap > 1e-6,
+        lag > 0,
+        gap=below(gap, 1e-6),
+        fast=fast,
+        hold=np.exp(fast * T),
+        far=far,
+        lag=lag,
     )

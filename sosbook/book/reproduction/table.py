@@ -1,8 +1,18 @@
-"""What a row of the reproduction table and an erratum hold."""
+"""What a row of the reproduction table and an erratum hold, and how a row is judged.
 
+What can be written down of a row before anything is computed stands in
+``rows.toml``: its name, kind, tolerance and texts. `evaluate` judges what was
+computed by the kind, and fills the texts.
+"""
+
+import re
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+
+from ...runtime.reading import read_toml
 
 __all__ = [
     "KINDS",
@@ -12,11 +22,13 @@ __all__ = [
     "below",
     "claim",
     "compare",
-    "format_gain",
-    "format_poles",
+    "evaluate",
     "matched",
     "misprint",
     "proven",
+    "read_texts",
+    "said",
+    "shown",
     "solution",
 ]
 
@@ -59,6 +71,12 @@ class Row:
     claim : str, optional
         The claim that the row tests, if several rows do or an erratum
         speaks of it: a claim is counted once.
+    id : str, optional
+        The row's name, which no other row has.
+    kind : str, optional
+        How it was judged: a key of `JUDGES`.
+    tolerance : str, optional
+        How far numbers may be apart, where numbers are compared.
     """
 
     chapter: str
@@ -69,6 +87,9 @@ class Row:
     verdict: str
     why: str
     claim: str = ""
+    id: str = ""
+    kind: str = ""
+    tolerance: str = ""
 
     def __post_init__(self):
         if self.verdict not in VERDICTS:
@@ -78,6 +99,16 @@ class Row:
     def about(self):
         """The claim's name; a row without one has its own."""
         return self.claim or f"{self.place}: {self.item}"
+
+    @property
+    def assumptions(self):
+        """What the book assumes of the figures in the row's place."""
+        return "; ".join(
+            entry[part]
+            for entry in read_texts("assumptions")["figures"]
+            if _figures(self.place) & _figures(entry["place"])
+            for part in ASSUMED
+        )
 
 
 @dataclass(frozen=True)
@@ -109,6 +140,93 @@ class Erratum:
     def __post_init__(self):
         if self.kind not in KINDS:
             raise ValueError(f"unknown kind {self.kind!r}")
+
+
+def evaluate(name, /, *tested, **words):
+    """The row of ``rows.toml`` with a name, judged by what was ``tested``.
+
+    Parameters
+    ----------
+    name : str
+        The row's id, without what its words add in braces.
+    *tested
+        What the row's kind judges, see `JUDGES`: the printed and our numbers; or
+        whether a claim holds, on each reading; or whether the printed text and
+        the mended one pass a test.
+    **words
+        What stands in the braces of its texts.
+
+    Raises ``KeyError`` for a name that no row has.
+    """
+    entry = _entries()[name]
+    verdict, computed = JUDGES[entry["kind"]](entry, *tested)
+    words = computed | words
+    texts = {"printed": "{printed}", "ours": "{ours}"} | entry
+    if verdict in ("claim refuted", "not reproducible"):
+        texts["ours"] = entry.get("otherwise", texts["ours"])
+    texts = {name: texts[name].format(**words) for name in TEXTS if name in texts}
+    texts["id"] = re.sub(r"[^\w.-]+", "-", texts["id"]).strip("-")
+    tolerance = entry.get("within", "")
+    if "tolerance" in entry and not tolerance:
+        tolerance = f"{entry['tolerance']:g} {entry.get('unit', '')}".strip()
+    return Row(**texts, verdict=verdict, kind=entry["kind"], tolerance=tolerance)
+
+
+#: What the book assumes of a figure.
+ASSUMED = ("start", "channels", "reference", "delay", "rest")
+#: The texts of a row.
+TEXTS = ("id", "chapter", "item", "place", "printed", "ours", "why", "claim")
+
+
+@cache
+def read_texts(name):
+    """What a table of this folder, such as ``rows``, holds."""
+    return read_toml(Path(__file__).with_name(f"{name}.toml"))
+
+
+@cache
+def _entries():
+    entries = read_texts("rows")["rows"]
+    return {re.sub(r"-\{\w+\}", "", entry["id"]): entry for entry in entries}
+
+
+def _figures(place):
+    """The figures that a place names; "4.8 to 4.11" are four."""
+    if not place.startswith(("Fig", "4.3.1, Figs")):
+        return set()
+    names = set(re.findall(r"\b\d\.\d+\b(?!\.)", place.replace("4.3.1", "")))
+    for chapter, low, high in re.findall(r"(\d)\.(\d+) to \d\.(\d+)", place):
+        names |= {f"{chapter}.{k}" for k in range(int(low), int(high))}
+    return names
+
+
+def _number(entry, printed, ours):
+    """Our number against the printed one, both shown in the entry's form."""
+    form = entry.get("form", ".4g")
+    if form == "poles":
+        ours = matched(printed, ours)
+    printed, ours = np.asarray(printed), np.asarray(ours)
+    scale = np.where(printed, printed, 1) if entry.get("unit") == "relative" else 1.0
+    verdict, gap = compare(printed / scale, ours / scale, entry["tolerance"])
+    texts = {"printed": shown(printed, form), "ours": shown(ours, form)}
+    return verdict, texts | {"gap": gap, "percent": 100 * gap}
+
+
+def _gains(entry, printed, ours, *proven):
+    """Our gains against the printed ones: the same, or other ones of the LMIs."""
+    verdict, reason = solution(printed, ours, entry["tolerance"], *proven)
+    form = entry.get("form", ".4f")
+    texts = {"printed": shown(printed, form), "ours": shown(ours, form)}
+    return verdict, texts | {"reason": reason}
+
+
+#: How a kind of rows is judged.
+JUDGES = {
+    "number": _number,
+    "gains": _gains,
+    "claim": lambda entry, *holds: (claim(*holds), {}),
+    "character": lambda entry, *passes: (misprint(*passes), {}),
+}
 
 
 def compare(printed, ours, tolerance):
@@ -169,6 +287,11 @@ def proven(answer, *digits):
     return answer.certify(*digits).proven
 
 
+def said(proof):
+    """Whether there is a proof, in words."""
+    return "proven" if proof else "not proven"
+
+
 def below(value, limit):
     """Whether a value is below a limit, in words, for digits may differ.
 
@@ -177,12 +300,15 @@ def below(value, limit):
     return f"below {limit:g}" if value < limit else f"{value:.2g}"
 
 
-def format_poles(values):
-    """Poles, the given values, as text."""
-    upper = [p for p in np.atleast_1d(values) if p.imag >= 0]
-    return ", ".join(
-        f"{p.real:.4f}" + (f" ± {p.imag:.4f}j" if p.imag else "") for p in upper
-    )
+def shown(values, form=".4f"):
+    """Poles, or the rows of a matrix with each number in the form."""
+    if form == "poles":
+        upper = [p for p in np.atleast_1d(values) if p.imag >= 0]
+        return ", ".join(
+            f"{p.real:.4f}" + (f" ± {p.imag:.4f}j" if p.imag else "") for p in upper
+        )
+    rows = np.atleast_2d(np.asarray(values, float)) + 0.0  # no minus zero
+    return "; ".join(" ".join(format(float(x), form) for x in row) for row in rows)
 
 
 def matched(printed, computed):
@@ -197,8 +323,3 @@ def matched(printed, computed):
             for p in printed
         ]
     )
-
-
-def format_gain(K, decimals=4):
-    """A gain K as text, row by row, with so many decimals."""
-    return "; ".join(" ".join(f"{k:.{decimals}f}" for k in row) for row in K)
