@@ -14,6 +14,7 @@
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
     python3 tasks.py bench    time the solver and its peers, for chapter 18
+    python3 tasks.py archive  pack tree, pages and proofs, for a repository
     python3 tasks.py clean    remove what these commands made
 
 The first command makes a virtual environment in .venv and fills it from
@@ -26,6 +27,7 @@ import os
 import shutil
 import subprocess
 import sys
+import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -211,6 +213,50 @@ def bench(words):
     return run(["book/18_performance.ipynb"])
 
 
+#: Makes every row and best known value, and keeps each proof in a folder.
+PROOFS = """
+import sys
+from formal import collect
+collect.start(sys.argv[1])
+from sosbook import reproduction
+from sosbook.book import ledger
+reproduction.rows(), ledger.entries()
+"""
+
+
+def archive(words):
+    """Pack the committed tree, its built pages and the proofs of its rows."""
+    prepare()
+    if not works("git", "diff", "--quiet", "HEAD"):
+        return fail("Commit first: the archive holds the tree as it is committed.")
+    proofs = BUILD / "proofs"
+    shutil.rmtree(proofs, ignore_errors=True)
+    if status := build([]) or call(PYTHON, "-c", PROOFS, proofs):
+        return status
+    listed = subprocess.run(["git", "ls-files", "-z"], capture_output=True, check=True)
+    files = {f"tree/{x}": ROOT / x for x in listed.stdout.decode().split("\0") if x}
+    for name, folder in (("pages", SITE), ("proofs", proofs)):
+        for path in folder.rglob("*"):
+            if path.is_file():
+                files[f"{name}/{path.relative_to(folder).as_posix()}"] = path
+    print(f"\nThe archive is {pack(files, BUILD / 'sosbook.zip')}")
+    return 0
+
+
+def pack(files, target):
+    """A zip of files by their names, and the digest of each in SHA256SUMS.
+
+    The same files make the same bytes. ``sha256sum -c SHA256SUMS`` checks them.
+    """
+    contents = {name: path.read_bytes() for name, path in sorted(files.items())}
+    digests = (f"{hashlib.sha256(x).hexdigest()}  {n}\n" for n, x in contents.items())
+    contents["SHA256SUMS"] = "".join(digests).encode()
+    with zipfile.ZipFile(target, "w") as packed:
+        for name, content in contents.items():
+            packed.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
+    return target
+
+
 def clean(words):
     """Remove the environment, the built book and the caches."""
     for name in (".venv", "_build", ".pytest_cache", ".hypothesis"):
@@ -316,7 +362,7 @@ TASKS = {
     task.__name__: task
     for task in (
         *(book, pdf, test, coverage, campaign, rehearse, hunt, formal, types),
-        *(lab, run, bench, clean),
+        *(lab, run, bench, archive, clean),
     )
 }
 

@@ -1,10 +1,17 @@
 """A claim of the thesis has one verdict, in the rows and in the errata."""
 
 import re
+from collections import Counter
+from pathlib import Path
 
+import numpy as np
 import pytest
 
-from sosbook import reproduction
+from sosbook import reproduction, thesis
+from sosbook.book.reproduction.files import files
+from sosbook.plants.descriptor import descriptors
+from sosbook.requirements.pole_region import PoleRegion
+from tests.values import words
 
 #: What an erratum calls a claim that its rows give a verdict on.
 AGREES = {
@@ -12,6 +19,7 @@ AGREES = {
     "misprint": {"misprint", "single character"},
     "not reproducible": {"gap", "single character"},
 }
+ROOT = Path(__file__).resolve().parent.parent
 ERRATA = {e.claim: e for e in reproduction.errata() if e.claim}
 
 
@@ -66,3 +74,88 @@ def test_no_two_rows_say_the_same(rows):
     assert len(tested) == len(set(tested))
     covered = [row for row in rows if "(2.12)" in row.item and "vertices" in row.item]
     assert len(covered) == 1
+
+
+@pytest.mark.parametrize(
+    "name", ["reproduction.csv", "reproduction.json", "readings.csv"]
+)
+def test_the_page_offers_what_is_computed(name):
+    """Each verdict, each number: also the record of what they were."""
+    stored = (ROOT / "book" / name).read_text("utf-8")
+    assert words.differences(stored, files()[name]) == []
+
+
+def test_a_reading_decides_rows_that_exist_and_names_their_numbers(rows):
+    known = {row.id: row for row in rows}
+    assert len(reproduction.readings()) == 12
+    for reading in reproduction.readings():
+        decided = [known[name] for name in reading["decides"]]
+        texts = " ".join(f"{r.printed} {r.ours} {r.why}" for r in decided)
+        for number in re.findall(r"\d+\.\d+(?= ?kN|:)", reading["then"]):
+            assert number in texts, (reading["place"], number)
+
+
+def test_a_row_says_what_its_figure_is_redrawn_with(rows):
+    """Each row of a motion; poles, masses and transfer functions assume nothing."""
+    still = {"3.1", "3.5", "3.10", "3.14", "4.7", "4.12"}
+    for row in rows:
+        shown = set(re.findall(r"\d\.\d+", row.place)) if "Fig" in row.place else set()
+        assert bool(row.assumptions) == bool(shown - still - {"4.3", "4.23", "4.24"}), (
+            row
+        )
+
+
+def test_the_paper_counts_what_there_is(rows, claims):
+    text = (ROOT / "paper" / "paper.md").read_text("utf-8")
+    count = Counter(verdict for (verdict,) in claims.values())
+    for number, what in (
+        (len(rows), r"rows about"),
+        (len(claims), r"printed numbers"),
+        (len(claims), r"claims"),
+        (len(reproduction.errata()), "corrections with"),
+        (count["reproduced"], "are numbers"),
+        (count["property holds"], "are properties"),
+        (count["another solution"], "are gains"),
+        (count["misprint"], "are misprints"),
+        (count["claim refuted"], "are refuted"),
+        (count["not reproducible"], "can't be told"),
+    ):
+        assert re.search(rf"\b{number} {what}", text), (number, what)
+    cited = set(re.findall(r"@(\w+)", text))
+    there = re.findall(
+        r"^@\w+\{(\w+)", (ROOT / "paper/paper.bib").read_text("utf-8"), re.M
+    )
+    assert cited == set(there)
+
+
+def test_the_script_for_matlab_asks_what_example_4_asks():
+    """Its data are the thesis's, and its terms add up to (2.18) to (2.20)."""
+    script, ex = (ROOT / "book" / "feasp_test.m").read_text("utf-8"), thesis.example_4()
+    assert re.search(r"printed = \[(.*)\]", script)[1].split() == [
+        f"{k:.4f}" for k in ex.K[0]
+    ]
+    data = {x: re.search(rf"\b{x} = ([^;]+);", script)[1] for x in ("sigma", "rho")}
+    assert data == {"sigma": "5", "rho": "15"} and "theta = pi/3" in script
+    assert ex.region == PoleRegion(sigma=5, theta=np.pi / 3, rho=15)
+    assert "{[51 -50; -50 50], [50+2/pi -50; -50 50]}" in script
+    (d, _), rng = descriptors(ex.plant, ex.U), np.random.default_rng(0)
+    P, Y = rng.normal(size=(5, 5)), rng.normal(size=(1, 5))
+    P, s, c = P + P.T, np.sin(np.pi / 3), np.cos(np.pi / 3)
+    names = {"s": s, "c": c, "sigma": 5, "rho": 15}
+    names |= {"E": np.matrix(d.E), "A": np.matrix(d.A), "B": np.matrix(d.Bu)}
+    asked = {}
+    term = r"lmiterm\(\[(\w+) (\d) (\d) (-?\w)\], ([^,]+), ([^,)]+)(, 's')?\);"
+    for name, i, j, unknown, left, right, twice in re.findall(term, script):
+        left, right = (eval(x.replace("'", ".T"), names) for x in (left, right))
+        block = left @ {"P": P, "Y": Y, "-Y": Y.T}[unknown] @ right
+        asked.setdefault((name, i, j), np.zeros((5, 5)))
+        asked[name, i, j] += np.asarray(block + block.T if twice else block)
+    N, EPE = (d.A @ P + d.Bu @ Y) @ d.E.T, d.E @ P @ d.E.T
+    twice = N + N.T
+    wanted = {("half", "1", "1"): twice + 2 * 5 * EPE, ("disk", "1", "2"): N}
+    wanted |= {("disk", k, k): -15 * EPE for k in "12"}
+    wanted |= {("sector", k, k): s * twice for k in "12"}
+    wanted["sector", "1", "2"] = c * (N - N.T)
+    assert asked.keys() == wanted.keys()
+    for key, block in wanted.items():
+        np.testing.assert_allclose(asked[key], block, atol=1e-12)

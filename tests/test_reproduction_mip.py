@@ -46,39 +46,6 @@ def test_the_claims_of_robustness_are_proven(rows):
     assert {r.verdict for r in found} == {"property holds"}
 
 
-@pytest.mark.parametrize(
-    "item, place, verdict",
-    [
-        ("the gain after the zero is moved", "(4.19)", "reproduced"),
-        ("both experiments describe one robot", "4.2.2", "claim refuted"),
-        ("C_m and t_m follow from I_w and the ratios", "4.2.2", "reproduced"),
-        ("one M_b g l behind all constants", "4.2.2", "misprint"),
-        ("M_b behind I_b, C_m, t_m and I_w", "4.2.2", "misprint"),
-        ("r, the wheels' radius", "4.2.2", "misprint"),
-        ("a, b and d follow from the known parameters", "4.2.2", "not reproducible"),
-        ("M of the four vertices", "(4.25)", "reproduced"),
-        ("-D of the four vertices", "(4.25)", "reproduced"),
-        ("signs of D and S", "(4.25)", "misprint"),
-        ("sign of B", "(4.15)", "misprint"),
-        ("B_1", "(4.27)", "misprint"),
-        ("Q_F and R_F", "4.3.2", "misprint"),
-        ("upright is unstable, hanging is stable", "4.1.1", "property holds"),
-        ("the controller itself is stable", "4.3.2", "property holds"),
-        ("the root of tr J bounds the cost", "Theorem 2.4", "claim refuted"),
-        ("|W| tr(...) bounds the cost", "Lemma 2.3", "not reproducible"),
-        ("L, R = 1", "Table 4.3", "reproduced"),
-        ("K, R = 2", "Table 4.3", "reproduced"),
-        ("poles", "(4.28)", "reproduced"),
-        ("gain and zeros from phi'", "(4.28)", "reproduced"),
-        ("gains without the fast pole and zero", "(4.29)", "reproduced"),
-        ("the controller at 100 Hz", "(4.30)", "reproduced"),
-        ("values of R", "4.3.1", "misprint"),
-    ],
-)
-def test_verdicts(rows, item, place, verdict):
-    assert find(rows, item, place).verdict == verdict
-
-
 def test_theorem_2_4_with_the_printed_matrices(rows):
     """F = [1; 1] beside M = (a c - b^2) I; by independent code."""
     row = find(rows, "PD gains, R = 1, by Theorem 2.4")

@@ -24,25 +24,6 @@ def verdicts(rows):
     }
 
 
-@pytest.mark.parametrize(
-    "item, verdict",
-    [
-        ("the PID's program", "property holds"),
-        ("the controllers of Tables 4.1, 4.2 run at 100 Hz", "not reproducible"),
-        ("the observer's controller at 100 Hz", "property holds"),
-        ("PD: noise and effort fall with R", "property holds"),
-        ("V doesn't exceed 7.4 V", "not reproducible"),
-        ("R hardly matters to the observer", "not reproducible"),
-        ("PD and PID stabilise quickly", "property holds"),
-        ("both stay within 3 V", "not reproducible"),
-        ("PID keeps the wheels, PD/LQE less", "property holds"),
-        ("PID keeps the wheels' position, PD lets it vary", "property holds"),
-    ],
-)
-def test_verdicts(verdicts, item, verdict):
-    assert verdicts[item].verdict == verdict
-
-
 @pytest.mark.parametrize("law, R", [("pd", 1), ("pd", 5), ("pid", 2), ("pid", 5)])
 def test_what_the_rows_call_unstable_grows_in_the_nonlinear_robot(verdicts, law, R):
     """From a thousandth of a degree, ideal sensors: to the limit or home."""

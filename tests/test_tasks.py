@@ -1,8 +1,11 @@
 """The commands: what they call, on this system and on others, and in CI."""
 
+import hashlib
+import json
 import re
 import sys
 import tomllib
+import zipfile
 from importlib import metadata
 from pathlib import Path
 
@@ -278,10 +281,15 @@ def here(need):
 
 def test_the_version_is_written_once_and_cited():
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
-    assert cited["version"] == PROJECT["version"]
-    assert [a["name"] for a in cited["authors"]] == [
-        a["name"] for a in PROJECT["authors"]
-    ]
+    meta = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
+    for authors, version, words in (
+        (cited["authors"], cited["version"], cited["keywords"]),
+        (meta["author"], meta["version"], meta["keywords"]),
+    ):
+        assert version == PROJECT["version"] and words == cited["keywords"]
+        assert [a["name"] for a in authors] == [a["name"] for a in PROJECT["authors"]]
+    needs = [Requirement(need).name for need in PROJECT["dependencies"]]
+    assert meta["softwareRequirements"] == needs
     log = (ROOT / "CHANGELOG.md").read_text("utf-8")
     first = re.search(r"^## (\S+)", log, re.M)[1]
     assert first == Version(PROJECT["version"]).base_version
@@ -296,3 +304,30 @@ def test_what_contributors_read_names_files_and_commands_that_exist():
             assert (ROOT / target).exists(), target
         for name in re.findall(r"tasks\.py (\w+)", text):
             assert name in tasks.TASKS, name
+
+
+def test_an_archive_holds_what_is_committed_and_a_digest_of_each(
+    called, monkeypatch, tmp_path
+):
+    """The tree, the pages and the proofs; the same bytes each time."""
+    monkeypatch.setattr(tasks, "BUILD", tmp_path)
+    monkeypatch.setattr(tasks, "SITE", tmp_path / "html")
+    monkeypatch.setattr(tasks, "works", lambda *command: False)
+    assert tasks.archive([]) and not called
+    monkeypatch.setattr(tasks, "works", lambda *command: True)
+    (tmp_path / "html").mkdir()
+    (tmp_path / "html" / "index.html").write_text("a page")
+    packed = []
+    for _ in range(2):
+        assert tasks.archive([]) == 0
+        packed.append((tmp_path / "sosbook.zip").read_bytes())
+    assert packed[0] == packed[1]
+    with zipfile.ZipFile(tmp_path / "sosbook.zip") as archive:
+        names = archive.namelist()
+        sums = archive.read("SHA256SUMS").decode().splitlines()
+        digests = dict(line.split("  ", 1)[::-1] for line in sums)
+        assert names == [*digests, "SHA256SUMS"] and "pages/index.html" in names
+        for name, digest in digests.items():
+            assert hashlib.sha256(archive.read(name)).hexdigest() == digest
+        assert archive.read("tree/tasks.py") == (ROOT / "tasks.py").read_bytes()
+    assert [words[1] for words, _ in called].count("-c") == 4  # builds and proofs

@@ -22,23 +22,6 @@ def find(rows, item):
     return found
 
 
-@pytest.mark.parametrize(
-    "item, verdict",
-    [
-        ("open-loop poles", "reproduced"),
-        ("closed-loop poles", "reproduced"),
-        ("all closed-loop poles lie", "property holds"),
-        ("the printed gains satisfy", "property holds"),
-        ("K_P, K_D, K_I", "another solution"),
-        ("H-infinity norm", "property holds"),
-        ("|K x(t)| at most 150", "property holds"),
-        ("the error goes to zero", "property holds"),
-    ],
-)
-def test_verdicts(rows, item, verdict):
-    assert find(rows, item).verdict == verdict
-
-
 def test_every_row_is_complete(rows):
     for r in rows:
         assert r.verdict in reproduction.VERDICTS

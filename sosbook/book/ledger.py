@@ -9,75 +9,121 @@ from functools import cache
 
 from ..delay import delayed_loop, largest, slowest_decay
 from ..plants.descriptor import descriptors
+from ..synthesis.pid import analyse_pid
 from . import thesis
 
-__all__ = ["RATES", "SHARPEST", "Width", "wing"]
+__all__ = ["RATES", "SHARPEST", "Best", "entries", "masses", "norm", "wing"]
 
-#: The method that proves the most for the wing's printed gains.
+#: The method that proves the most for both printed gains with a delayed input.
 SHARPEST = {"method": "interval", "order": 1}
 #: The rates that the book asks for, in 1/s: the thesis's, half of it, stability.
 RATES = (0.6, 0.3, 0.0)
 
 
 @dataclass(frozen=True)
-class Width:
-    """How far a delay may move around its nominal value while a loop keeps a rate.
+class Best:
+    """The best known value of something that the thesis promises of its gains.
 
-    ``rate``: the rate of decay, in 1/s; ``tau``: the nominal delay, in s; ``proven``:
-    the largest mu with a certificate, in s, of three digits; ``false``: from this mu
-    on, in s, a constant delay of [tau - mu, tau + mu] makes the loop slower than the
-    rate.
+    ``what``: what is promised, with the quantity's name last; ``unit``: of the
+    quantity; ``printed``: the promised value, or None; ``proven``: the best value
+    with a certificate, of three digits; ``false``: what can't be true, from here on,
+    to the next digits; ``method``: what proves it; ``chapter``: file of the chapter
+    that shows it.
     """
 
-    rate: float
-    tau: float
+    what: str
+    unit: str
+    printed: float | None
     proven: float
     false: float
+    method: str
+    chapter: str
 
     @property
     def share(self):
-        """The part of the widths on which the rate can be true that is proven."""
-        return self.proven / self.false
+        """The part of what can be true that is proven."""
+        return min(self.proven / self.false, self.false / self.proven)
 
     def __repr__(self):
         return (
-            f"<rate {self.rate}: mu = {self.proven} s "
-            f"({self.proven / self.tau:.3f} tau) proven, "
-            f"{self.false:.4f} s ({self.false / self.tau:.3f} tau) false>"
+            f"<{self.what} = {self.proven}{self.unit} proven, "
+            f"{self.false:.3g}{self.unit} false>"
         )
+
+
+def entries():
+    """Every `Best` of the ledger.
+
+    Examples
+    --------
+    >>> len(entries())
+    7
+    """
+    return (*map(wing, RATES), masses(), *map(norm, (1, 2, 3)))
+
+
+def _largest(name, ex, delta):
+    """The largest value of a name that `SHARPEST` proves for an example's gains."""
+    request = (ex.plant, ex.K, ex.U, ex.tau, ex.mu, delta)
+    found = largest(name, *request, digits=3, refuse=False, **SHARPEST)
+    if not found.design.certify().proven:
+        raise ValueError(f"{name} = {found.value} isn't proven for the rate {delta}")
+    return found.value, delayed_loop(*descriptors(ex.plant, ex.U), ex.K)
 
 
 @cache
 def wing(rate):
-    """The `Width` of the published wing with the thesis's gains, at a rate in 1/s.
+    """How far the published wing's delay may move, at a rate in 1/s; a `Best`.
 
     Raises ``ValueError`` where no certificate can be proven.
 
     Examples
     --------
     >>> wing(0.6)
-    <rate 0.6: mu = 0.0338 s (0.169 tau) proven, 0.0399 s (0.200 tau) false>
+    <rate 0.6: mu = 0.0338 s proven, 0.0399 s false>
     """
     ex = thesis.delay_example_1(published=True)
-    found = largest(
-        "mu",
-        ex.plant,
-        K=ex.K,
-        U=ex.U,
-        tau=ex.tau,
-        mu=0.05,
-        delta=rate,
-        digits=3,
-        refuse=False,
-        **SHARPEST,
-    )
-    if not found.design.certify().proven:
-        raise ValueError(f"mu = {found.value} s isn't proven for the rate {rate}")
-    (plant,) = descriptors(ex.plant, ex.U)
-    A, Ad = delayed_loop(plant, ex.K)
+    proven, (A, Ad) = _largest("mu", ex, rate)
     low, high = 0.0, ex.tau
     while high - low > 1e-5:
         middle = (low + high) / 2
         kept = slowest_decay(A, Ad, ex.tau - middle, ex.tau + middle)[0] >= rate
         low, high = (middle, high) if kept else (low, middle)
-    return Width(rate, ex.tau, found.value, high)
+    promised = ex.mu if rate == ex.delta else None
+    what, how = f"rate {rate}: mu", "interval functional, order 1"
+    return Best(what, " s", promised, proven, high, how, "21_delay_examples")
+
+
+@cache
+def masses():
+    """The rate of the two masses for every delay in [0.2 s, 0.6 s]; a `Best`.
+
+    Examples
+    --------
+    >>> masses()
+    <two masses: rate = 0.277 1/s proven, 0.293 1/s false>
+    """
+    ex = thesis.delay_example_2()
+    proven, (A, Ad) = _largest("delta", ex, ex.delta)
+    true, _ = slowest_decay(A, Ad, ex.tau - ex.mu, ex.tau + ex.mu)
+    what, how = "two masses: rate", "interval functional, order 1"
+    return Best(what, " 1/s", ex.delta, proven, true, how, "21_delay_examples")
+
+
+@cache
+def norm(number):
+    """The H-infinity norm of Example 1, 2 or 3 with the printed gains; a `Best`.
+
+    Examples
+    --------
+    >>> norm(3)
+    <Example 3: norm from w to z = 0.0352 proven, 0.0348 false>
+    """
+    ex = getattr(thesis, f"example_{number}")()
+    asked = dict(K_A=ex.K_A, minimize="gamma", mu="free", coupling="pairs")
+    found = analyse_pid(ex.plant, ex.K, ex.U, **asked)
+    if not found.certify().proven:
+        raise ValueError(f"gamma = {found.gamma} isn't proven for Example {number}")
+    what, how = f"Example {number}: norm from w to z", "bounded real lemma, free mu"
+    chapter = "14_what_gamma_measures"
+    return Best(what, "", ex.gamma, found.gamma, found.hinf(), how, chapter)

@@ -11,6 +11,7 @@ __all__ = [
     "checked",
     "errata",
     "kinds",
+    "ledger",
     "readings",
     "reproduction",
     "verdicts",
@@ -119,6 +120,23 @@ def assumptions(figures, caption="What each figure is redrawn with"):
         [
             [_link(f["chapter"], f["place"]), *(_text(f[part]) for part in parts)]
             for f in figures
+        ],
+    )
+
+
+def ledger(entries, caption="The best that is known of the printed gains"):
+    """A `Table` of `sosbook.book.ledger.entries` with a caption."""
+    return Table(
+        caption,
+        ["What", "Printed", "Proven", "Not true", "By"],
+        [
+            [
+                _link(e.chapter, e.what),
+                "" if e.printed is None else f"{e.printed:.4g}{_text(e.unit)}",
+                *(f"{value:.3g}{_text(e.unit)}" for value in (e.proven, e.false)),
+                _text(e.method),
+            ]
+            for e in entries
         ],
     )
 

@@ -20,6 +20,7 @@ from . import (
     mip,
     observer,
     regulators,
+    remarks,
     sampled,
     singular_mass,
     vertices,
@@ -53,6 +54,7 @@ _SUBJECTS = (
     mip,
     sampled,
     desk,
+    remarks,
     appendix,
 )
 

@@ -66,8 +66,8 @@ def _wing():
     best = ledger.wing(ex.delta)
     theorem = largest("mu", ex.plant, ex.K, ex.U, ex.tau, 0.008, ex.delta, refuse=False)
     return {
-        "proven": best.proven / best.tau,
-        "false": best.false / best.tau,
+        "proven": best.proven / ex.tau,
+        "false": best.false / ex.tau,
         "seconds": best.proven,
         "share": best.share,
         "theorem": theorem.value,

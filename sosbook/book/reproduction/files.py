@@ -21,7 +21,7 @@ def files():
     and readings too, and ``readings.csv`` a column for what a reader of the PDF
     finds.
     """
-    lines = [asdict(row) | {"assumptions": row.assumptions} for row in rows()]
+    lines = [asdict(row) for row in rows()]
     form = [entry | {"decides": " ".join(entry["decides"])} for entry in readings()]
     everything = {
         "rows": lines,

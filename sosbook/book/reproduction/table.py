@@ -77,6 +77,8 @@ class Row:
         How it was judged: a key of `JUDGES`.
     tolerance : str, optional
         How far numbers may be apart, where numbers are compared.
+    assumptions : str, optional
+        What the book takes for what the thesis leaves open.
     """
 
     chapter: str
@@ -90,6 +92,7 @@ class Row:
     id: str = ""
     kind: str = ""
     tolerance: str = ""
+    assumptions: str = ""
 
     def __post_init__(self):
         if self.verdict not in VERDICTS:
@@ -99,16 +102,6 @@ class Row:
     def about(self):
         """The claim's name; a row without one has its own."""
         return self.claim or f"{self.place}: {self.item}"
-
-    @property
-    def assumptions(self):
-        """What the book assumes of the figures in the row's place."""
-        return "; ".join(
-            entry[part]
-            for entry in read_texts("assumptions")["figures"]
-            if _figures(self.place) & _figures(entry["place"])
-            for part in ASSUMED
-        )
 
 
 @dataclass(frozen=True)
@@ -169,7 +162,13 @@ def evaluate(name, /, *tested, **words):
     tolerance = entry.get("within", "")
     if "tolerance" in entry and not tolerance:
         tolerance = f"{entry['tolerance']:g} {entry.get('unit', '')}".strip()
-    return Row(**texts, verdict=verdict, kind=entry["kind"], tolerance=tolerance)
+    return Row(
+        **texts,
+        verdict=verdict,
+        kind=entry["kind"],
+        tolerance=tolerance,
+        assumptions=entry.get("assumptions") or _assumed(texts["place"]),
+    )
 
 
 #: What the book assumes of a figure.
@@ -188,6 +187,16 @@ def read_texts(name):
 def _entries():
     entries = read_texts("rows")["rows"]
     return {re.sub(r"-\{\w+\}", "", entry["id"]): entry for entry in entries}
+
+
+def _assumed(place):
+    """What the book assumes of the figures that a place names."""
+    return "; ".join(
+        entry[part]
+        for entry in read_texts("assumptions")["figures"]
+        if _figures(place) & _figures(entry["place"])
+        for part in ASSUMED
+    )
 
 
 def _figures(place):
