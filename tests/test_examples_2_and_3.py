@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from sosbook.reproduction import example_2, example_3
 
 import sosbook as sos
 from sosbook.analysis.linear import poles
@@ -28,23 +27,6 @@ def divided(mass):
     )
 
 
-def test_the_verdicts_of_example_2():
-    rows = {row.item: row for row in example_2.rows()}
-    assert rows["lower right entry of S"].verdict == "misprint"
-    assert rows["K_P, K_D, K_I"].verdict == "another solution"
-    limit = rows["u(t) doesn't exceed u_max for m_s = 100"]
-    assert limit.verdict == "property holds"
-    peaks = [float(x.split(" ")[0]) for x in limit.ours.split("; ")]
-    assert 39990 < peaks[0] <= 40000 and 35490 < peaks[1] <= 35500
-    assert "40.0 kN (k1 + k2) or 35.5 kN (k1 + b2)" in limit.why
-    rest = {
-        row.verdict
-        for k, row in rows.items()
-        if k not in ("lower right entry of S", "K_P, K_D, K_I")
-    }
-    assert rest == {"property holds"}
-
-
 @pytest.mark.parametrize("k22, effort", [(45000, 40000), (40500, 35500)])
 def test_the_steady_effort_tells_which_stiffness_was_used(k22, effort):
     """Fig. 3.8's u2 at rest is the second entry of S r, whatever K is."""
@@ -52,16 +34,6 @@ def test_the_steady_effort_tells_which_stiffness_was_used(k22, effort):
     (d,) = descriptors(sos.thesis.car_seat(100, k22), ex.U)
     run = simulate(d, ex.K, np.linspace(0, 30, 301), ex.set_point)
     assert abs(run.u[1, -1] - effort) < 1
-
-
-def test_the_verdicts_of_example_3():
-    rows = {row.item: row for row in example_3.rows()}
-    assert rows["K_P, K_D, K_I"].verdict == "another solution"
-    peak = rows["u stays below u_max"]
-    assert peak.verdict == "not reproducible"
-    assert peak.ours.startswith("K x alone 109.5; ") and "165.5" in peak.ours
-    for place in ("finite open-loop poles", "closed-loop poles of the printed gains"):
-        assert rows[place].verdict == "reproduced"
 
 
 def test_one_uncertain_mass_needs_no_pair(seat):

@@ -75,16 +75,6 @@ def test_verdicts_are_never_typed():
         assert not typed, module.name
 
 
-def test_every_corrected_number_is_a_chapters_or_a_rows(rows):
-    """The digits that errata give for chapter 4 follow from the rows."""
-    rows = {r.item: r for r in rows}
-    assert rows["r, the wheels' radius"].ours == "0.0320"
-    assert (
-        "M_b l = 0.01088, M_b + 2 M_w = 0.326"
-        in rows["a, b and d follow from the known parameters"].ours
-    )
-
-
 def half_a_unit(text):
     """Half a unit of the last printed digit."""
     return 0.5 * 10.0 ** -len(text.partition(".")[2])
