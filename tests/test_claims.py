@@ -136,7 +136,7 @@ def test_the_script_for_matlab_asks_what_example_4_asks():
     ]
     data = {x: re.search(rf"\b{x} = ([^;]+);", script)[1] for x in ("sigma", "rho")}
     assert data == {"sigma": "5", "rho": "15"} and "theta = pi/3" in script
-    assert ex.region == PoleRegion(sigma=5, theta=np.pi / 3, rho=15)
+    assert str(ex.region) == str(PoleRegion(sigma=5, theta=np.pi / 3, rho=15))
     assert "{[51 -50; -50 50], [50+2/pi -50; -50 50]}" in script
     (d, _), rng = descriptors(ex.plant, ex.U), np.random.default_rng(0)
     P, Y = rng.normal(size=(5, 5)), rng.normal(size=(1, 5))

@@ -316,7 +316,7 @@ def test_an_archive_holds_what_is_committed_and_a_digest_of_each(
     assert tasks.archive([]) and not called
     monkeypatch.setattr(tasks, "works", lambda *command: True)
     (tmp_path / "html").mkdir()
-    (tmp_path / "html" / "index.html").write_text("a page")
+    (tmp_path / "html" / "index.html").write_text("a page", "utf-8")
     packed = []
     for _ in range(2):
         assert tasks.archive([]) == 0

@@ -25,7 +25,7 @@ def find(rows, item):
 def test_every_row_is_complete(rows):
     for r in rows:
         assert r.verdict in reproduction.VERDICTS
-        may_lack = ("claim", "tolerance")
+        may_lack = ("claim", "tolerance", "assumptions")
         assert all(text for name, text in vars(r).items() if name not in may_lack)
         assert bool(r.tolerance) == (r.kind in ("number", "gains"))
     for names in ({r.id for r in rows}, {(r.chapter, r.item, r.place) for r in rows}):

@@ -200,7 +200,7 @@ def _assumed(place):
 
 
 def _figures(place):
-    """The figures that a place names; "4.8 to 4.11" are four."""
+    """The figures that a place names, those of 4.8 to 4.11 one by one."""
     if not place.startswith(("Fig", "4.3.1, Figs")):
         return set()
     names = set(re.findall(r"\b\d\.\d+\b(?!\.)", place.replace("4.3.1", "")))
