@@ -1,6 +1,6 @@
 """Six robots by an independent simulator: own equations, own sensors.
 
-Nothing here comes from the package: Lagrange's equations of a body, two
+No equation here comes from the package: Lagrange's equations of a body, two
 wheels and two motors with rotors that turn against the body, Coulomb
 friction in the gears, a gyro and encoders with steps, and
 accelerometers that feel how the body moves. q = (theta, phi), phi the
@@ -12,6 +12,7 @@ from functools import cached_property
 from math import cos, sin, tanh
 
 import numpy as np
+from sosbook.mip import Robot
 
 G = 9.81
 
@@ -159,6 +160,17 @@ def logs(machine, seed=0, seconds=10.0):
 def write(path, names, columns):
     rows = [",".join(f"{v:.9g}" for v in row) for row in zip(*columns)]
     path.write_text("\n".join([names, *rows]) + "\n", "utf-8")
+
+
+#: What a machine of the tests and a robot's description call alike.
+ALIKE = "name", "M_b", "l", "r", "M_w", "counts", "T", "delay"
+
+
+def by_its_sheet(machine, **more):
+    """As its owner describes it: the sheet's numbers, and a pair of scales."""
+    facts = {key: getattr(machine, key) for key in ALIKE}
+    own = dict(gyro_range=34.9, limit=machine.V_n, rotors=True, jitter=0.0005)
+    return Robot(**facts | own | more)
 
 
 def stand(

@@ -9,36 +9,35 @@ from sosbook.mip.deployment import Deployment
 
 from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.rest import volts_at_rest
-from tests.geared import KINDS, rest
+from tests.geared_robots import ALL, stand
+from tests.six_robots import by_its_sheet
 from tests.test_mip_compare import pendulum
-from tests.test_mip_six_robots import described
 
 
 def asked(geared, law=None):
     """The description of a machine with play, and its pendulum."""
-    robot = described(geared.machine)
-    return pendulum(geared.machine), robot.but(
-        law=law, friction=False, backlash_deg=geared.play
-    )
+    more = dict(law=law, backlash_deg=geared.play, friction=False)
+    return pendulum(geared), by_its_sheet(geared, **more)
 
 
 def loud(geared, law, robot):
     """The share of the limit that another simulator sees at rest."""
     program = Firmware.of(law, robot).controller()
-    tilts, volts, fault = rest(geared, program, robot.limit, 20.0)
+    tilts, volts, _, fault = stand(geared, program)
+    tilts, volts = (x[len(x) // 3 :] for x in (tilts, volts))
     assert fault == 0 and abs(tilts - tilts.mean()).max() < np.radians(3)
     return float(np.sqrt(np.mean(volts**2))) / robot.limit
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", ALL)
 def test_robots_of_all_kinds_are_quiet(name):
     """By equations, teeth, a driver and sensors that aren't the package's."""
-    mip, robot = asked(KINDS[name])
+    mip, robot = asked(ALL[name])
     found = recommend(mip, R=None, robot=robot)
     assert found.robot.law == "observer" and found.proven
     assert found.sensitivity <= 2 and found.rest <= 0.1 * robot.limit
-    assert loud(KINDS[name], found.law, found.robot) < 0.1
+    assert loud(ALL[name], found.law, found.robot) < 0.1
     assert "warning, at rest" not in found.facts and "law" not in found.facts
     assert f"{robot.backlash_deg:g} degrees of play" in found.facts["at rest"]
 
@@ -46,11 +45,11 @@ def test_robots_of_all_kinds_are_quiet(name):
 @pytest.mark.slow
 def test_play_asks_for_a_larger_weight_than_the_peak_does():
     """The smallest weight that keeps the peak hammers the gears, as both see."""
-    mip, robot = asked(KINDS["gear motors"])
+    mip, robot = asked(ALL["gear motors 200 Hz"])
     sharp = recommend(mip, R=None, robot=robot.but(backlash_deg=0.0))
     mild = recommend(mip, R=None, robot=robot)
     assert mild.design.R > sharp.design.R
-    assert loud(KINDS["gear motors"], sharp.law, sharp.robot) > 0.2
+    assert loud(ALL["gear motors 200 Hz"], sharp.law, sharp.robot) > 0.2
     hammered = replace(mild, R=sharp.design.R)
     vars(hammered)["sampled"] = {}
     assert "chatter" in hammered.facts["warning, at rest"]
@@ -58,15 +57,15 @@ def test_play_asks_for_a_larger_weight_than_the_peak_does():
 
 @pytest.mark.slow
 def test_a_gain_is_loud_where_an_observer_is_quiet():
-    mip, robot = asked(KINDS["heavy"], law="gain")
-    gain = recommend(mip, R=0.5, robot=robot)
-    assert loud(KINDS["heavy"], gain.law, gain.robot) > 0.3
+    mip, robot = asked(ALL["8 kg"], law="gain")
+    gain = recommend(mip, R=0.2, robot=robot)
+    assert loud(ALL["8 kg"], gain.law, gain.robot) > 0.3
     vars(gain).update(sampled={}, delayed=None)
     assert gain.rest > 0.1 * robot.limit
 
 
 def test_what_falls_is_as_loud_as_can_be():
-    mip, robot = asked(KINDS["tall"])
+    mip, robot = asked(ALL["tele"])
     law = optimal_law(mip, robot, "observer", np.eye(5), 1.0).law
     far = replace(mip, d=30 * mip.d)
     assert volts_at_rest(far, law, robot, 3.0) == robot.limit
@@ -75,7 +74,7 @@ def test_what_falls_is_as_loud_as_can_be():
 @pytest.mark.slow
 def test_the_gain_stands_in_for_an_observer_that_is_not_proven(monkeypatch):
     """The header says so; where the description asks for a law it is that law."""
-    mip, robot = asked(KINDS["gear motors"])
+    mip, robot = asked(ALL["gear motors 200 Hz"])
     lacking, why = Deployment.lacking_sampled, "sampled, 0 ms late: undecided"
 
     def shy(self):

@@ -2,24 +2,14 @@
 
 import numpy as np
 import pytest
-from sosbook.mip import Robot, recommend
+from sosbook.mip import recommend
 from sosbook.mip.compiled import Compiled
 from sosbook.mip.deployment import deploy
 from sosbook.mip.gate import widened
 
 from tests.compiler import find, refuse
-from tests.six_robots import OTHERS, SIX, logs, stand, write
+from tests.six_robots import OTHERS, SIX, by_its_sheet, logs, stand, write
 from tests.test_mip_compare import pendulum
-
-#: What a machine of the tests and a robot's description call alike.
-ALIKE = "name", "M_b", "l", "r", "M_w", "counts", "T", "delay"
-
-
-def by_its_sheet(machine, **more):
-    """As its owner describes it: the sheet's numbers, and a pair of scales."""
-    facts = {key: getattr(machine, key) for key in ALIKE}
-    own = dict(gyro_range=34.9, limit=machine.V_n, rotors=True, jitter=0.0005)
-    return Robot(**facts | own | more)
 
 
 def described(machine):

@@ -26,11 +26,11 @@ from sosbook.controllers import Code, CompiledCode
 from sosbook.delay import DelayedLoop
 from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.export import Program
-from sosbook.pendulum.gap import motion_with_play
 from sosbook.pendulum.identify import fit_body, fit_wheel, speed
 from sosbook.pendulum.log_checks import check_log
 from sosbook.pendulum.margins import SampledLoop, lowest_rate, sensing
 from sosbook.pendulum.optimal import optimal_law
+from sosbook.pendulum.play import motion_with_play
 from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering

@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 from functools import lru_cache
+from math import ceil
 
 import numpy as np
 from scipy.linalg import block_diag
 
 from .experiments import STICTION_SPEED, motion, slopes
 from .fit import Fit, output_error
-from .gap import motion_with_play
+from .play import motion_with_play
 from .rig import COUNTS_PER_TURN
 from .srivc import respond, srivc
 
@@ -20,6 +21,7 @@ SHARPER_STICTION = (
     0.05,
 )  # rad/s, tried beside `STICTION_SPEED` where friction is fitted
 AGAIN = 20  # rounds of such a fit, which starts from one that is found
+STEPS_PER_TIME_CONSTANT = 2.0  # of wheels; Runge and Kutta's run away below 0.36
 COARSE_SHARE = 0.5  # of the samples bring a count; of fewer the angles are fitted
 AS_GOOD_RATIO = 1.02  # of the residuals' rms to the best fit's: such a fit is as good
 PLAYS = 0.005, 0.01, 0.02, 0.04, 0.08  # rad, 0.3 to 5 degrees; a fit begins at one
@@ -220,7 +222,8 @@ def fit_wheel(
         held, smooth = log.evenly(smooth)
     B, A = srivc(held, smooth, T, [0], 1, cutoff=30.0)
     start = dict(e_a=B[0], f_a=A[0])
-    spin = Experiment(V, steps, 4)
+    fine = max(4, ceil(STEPS_PER_TIME_CONSTANT * steps.max() * abs(A[0])))
+    spin = Experiment(V, steps, fine)
 
     def seen(angles):
         return angles if coarse else np.diff(angles) / steps[:-1]
@@ -256,7 +259,7 @@ def fit_wheel(
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
         for stick in SHARPER_STICTION:
-            spin = Experiment(V, steps, 4, stick)
+            spin = Experiment(V, steps, fine, stick)
             again = output_error(rubbing, y, start, rubbing_slopes, rounds=AGAIN)
             fits.append(again)
         fit = best(fits)

@@ -1,4 +1,4 @@
-"""Pendulums whose gears have play: the motors' rotors are a body of their own.
+"""Gears that have play: the motors' rotors are a body of their own.
 
 Between the rotors, with the encoders, and the wheels lies a gap. In it the motors turn
 nothing but themselves; at its ends the teeth push like a spring with a damper.
@@ -8,15 +8,32 @@ import math
 
 import numpy as np
 
+from ..plants.checks import finite, positive
 from .fleet import STICTION_SPEED, UPSET, Fleet
 
-__all__ = ["Geared"]
+__all__ = ["Geared", "motion_with_play"]
 
 #: Of the rotors against the wheels through the teeth, in Hz, and its damping. Nobody
 #: knows those of gears: these ring like steel on a plastic hub, and fade in a cycle.
 TEETH_HERTZ, TEETH_DAMPING = 70.0, 0.3
 LONGEST_STEP = 5e-4  # s: a thirtieth of their period
+FITTED_STEP = 1.25e-3  # s: an eleventh, which the two experiments bear
 ROTORS_SHARE = 0.1  # of what rolls with the wheels, where the pendulum has no J
+
+
+def teeth(one, other):
+    """The spring and the damper of teeth between two inertias."""
+    both, rate = one * other / (one + other), 2 * math.pi * TEETH_HERTZ
+    return both * rate * rate, 2 * TEETH_DAMPING * both * rate
+
+
+def bite(twist, rate, half, spring, damper):
+    """The torque of teeth that are turned by a twist, beyond half of the play."""
+    if -half <= twist <= half:
+        return 0.0
+    over = twist - half if twist > 0 else twist + half
+    push = spring * over + damper * rate
+    return push if push * over > 0 else 0.0  # teeth push and never pull
 
 
 class Geared(Fleet):
@@ -79,24 +96,19 @@ class Geared(Fleet):
         own = mip.J  # of the rotors, as far as the pendulum's equations have them
         J = own or ROTORS_SHARE * mip.a
         wheels, body = mip.a - J, mip.c - own
-        both, half = J * wheels / (J + wheels), self.half
-        k = both * (2 * math.pi * TEETH_HERTZ) ** 2
-        damper = 2 * TEETH_DAMPING * math.sqrt(k * both)
+        spring, damper = teeth(J, wheels)
 
         def rates(x):
             theta, phi, rho, w, v, n = x
-            twist = rho - phi
-            over = twist - math.copysign(half, twist) if abs(twist) > half else 0.0
-            bite = k * over + damper * (n - v) if over else 0.0
-            bite = bite if bite * over > 0 else 0.0  # teeth push and never pull
+            push = bite(rho - phi, n - v, self.half, spring, damper)
             volts = V - self.friction * math.tanh((n - w) / STICTION_SPEED)
             torque = mip.e * volts - mip.f * (n - w)
             sin, lean = math.sin(theta), mip.b * math.cos(theta)
-            p = mip.d * sin - (bite if own else torque) + torques[0]
-            q = mip.b * sin * w * w + bite + torques[1]
+            p = mip.d * sin - (push if own else torque) + torques[0]
+            q = mip.b * sin * w * w + push + torques[1]
             size = body * wheels - lean * lean
             tips = (wheels * p - lean * q) / size
-            spins = (torque - bite) / J + (tips if own else 0.0)
+            spins = (torque - push) / J + (tips if own else 0.0)
             return [w, v, n, tips, (body * q - lean * p) / size, spins]
 
         return rates
@@ -111,3 +123,77 @@ def _moved(x, rates, h, steps):
         b = rates([p + h * s for p, s in zip(x, a)])
         x = [p + h / 2 * (s + t) for p, s, t in zip(x, a, b)]
     return x
+
+
+def motion_with_play(e, f, d, V, T, friction, play, share, sees="driven"):
+    r"""Angle and speed of a `motion` behind gears with play, from rest.
+
+    (1 - s) q'' = p - d sin q and s m'' = e V - f m' - rub - p for the driven side's
+    angle q and the motors' m, in units of the whole inertia; p is the push of a
+    spring and a damper where m - q exceeds half of the play, and never a pull.
+
+    Parameters
+    ----------
+    e, f, d : float
+        As for `motion`.
+    V : (N,) array_like
+        Voltage, held from one sample to the next.
+    T : float or (N,) array_like
+        Sampling time in s, or the time from each sample to the next.
+    friction : float
+        Coulomb friction on the motors' side, in V; it is dry.
+    play : float
+        The gap, in rad at the wheels.
+    share : float
+        s, of the inertia on the motors' side, between 0 and 1.
+    sees : {"driven", "motors"}
+        Whose angle and speed the sensor has.
+
+    Returns
+    -------
+    q, w : (N,) arrays
+        Angle and speed before V[k] acts.
+
+    Raises
+    ------
+    ValueError
+        If a number isn't finite, T isn't positive or the share isn't in (0, 1).
+
+    Examples
+    --------
+    Without play it is the motion of one body.
+
+    >>> from .experiments import motion
+    >>> V = [1.0] * 100
+    >>> stiff = motion(200.0, 30.0, 0.0, V, 0.01)[0]
+    >>> loose = motion_with_play(200.0, 30.0, 0.0, V, 0.01, 0.0, 0.0, 0.5)[0]
+    >>> bool(abs(loose - stiff).max() < 0.01 * stiff.max())
+    True
+    """
+    e, f, d = finite("e", e), finite("f", f), finite("d", d)
+    if not 0 < finite("share", share) < 1:
+        raise ValueError(f"share must lie between 0 and 1, got {share!r}")
+    V = np.asarray(V, float)
+    spans = np.broadcast_to(np.asarray(T, float), V.shape)
+    steps = math.ceil(positive("T", float(spans.max())) / FITTED_STEP)
+    if sees not in ("driven", "motors"):
+        raise ValueError(f"sees must be 'driven' or 'motors', got {sees!r}")
+    rest, gap = 1 - share, abs(finite("play", play)) / 2
+    spring, damper = teeth(share, rest)
+    held = abs(e * finite("friction", friction)) / share
+    q = w = m = v = 0.0
+    path, rounds = [], range(steps)
+    for volt, h in zip(V.tolist(), (spans / steps).tolist()):
+        path.append((q, w) if sees == "driven" else (m, v))
+        force, half, most, lag = e * volt, h / 2, h * held, h * f / (2 * share)
+        by_rest, by_share, keeps = h / rest, h / share, 1 - lag
+        for _ in rounds:  # half a step of the places, one of the speeds, half a step
+            q += half * w
+            m += half * v
+            push = bite(m - q, v - w, gap, spring, damper)
+            w += by_rest * (push - d * math.sin(q))
+            v = (keeps * v + by_share * (force - push)) / (1 + lag)
+            v = v - most if v > most else v + most if v < -most else 0.0
+            q += half * w
+            m += half * v
+    return tuple(np.array(path).T)

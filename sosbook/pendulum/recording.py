@@ -21,7 +21,9 @@ AMPLITUDE_SHARES = {"body": 0.25, "wheels": 0.8}
 SWEEP_SECONDS = 30.0  # either way, as in the thesis
 INERTIA_GUESS = 1.4  # of the body about the axle, over M_b l^2
 BODY_SWEEP = 0.5, 10.0  # times the frequency at which the body swings
-WHEELS_FIRST = 0.3  # Hz, as in the thesis
+#: Hz, as in the thesis: wheels tell their numbers below 20 Hz, and beyond the end
+#: gears' teeth swing.
+WHEELS_SWEEP = 0.3, 30.0
 HIGHEST_SHARE = 0.3  # of the sampling rate, the sweep's highest frequency
 GYRO_RANGES = 250, 500, 1000, 2000  # deg/s, of the MPU-6050's four settings
 
@@ -49,9 +51,10 @@ def sweeps(robot):
     swing = sqrt(robot.g / robot.l / INERTIA_GUESS) / (2 * pi)
     highest = HIGHEST_SHARE / robot.T
     low, high = BODY_SWEEP
+    first, last = WHEELS_SWEEP
     return {
         "body": (low * swing, min(high * swing, highest)),
-        "wheels": (WHEELS_FIRST, highest),
+        "wheels": (first, min(last, highest)),
     }
 
 
