@@ -41,6 +41,7 @@ class Geared(Machine):
     noise: float = 0.0017  # rad/s
     askew: float = 0.035  # rad, of the board about the axle
     jitter: float = 0.0005
+    lost: float = 0.0  # of the samples of an experiment, by the sensors' bus
     left: float = 1.0  # what the left motor does of its half; 0 if it is dead
     right: float = 1.0
 
@@ -179,6 +180,9 @@ def experiment(robot, name, volts, seed=0, alone=None):
         starts = random.random(2)
         counts = [np.floor(np.array(angle) * count + x) for x in starts]
         log = {"t": t, "V": volts, "encoder1": counts[0], "encoder2": counts[1]}
+    gone = 1 + np.flatnonzero(random.random(len(t) - 2) < robot.lost)
+    for column in set(log) - {"t", "V"}:
+        log[column][gone] = np.nan
     if alone is not None:
         log["alone"] = np.array(alone)
     return log
@@ -289,7 +293,7 @@ def drawn(seed):
         float(random.choice([0.005, 0.01, 0.02])), 0.002, shape=shape,
         friction=V_n * random.uniform(0.02, 0.08), play=random.uniform(0, 2),
         teeth=between(40, 120), dead=random.uniform(0, 0.03),
-        sag=random.uniform(0, 0.05),
+        sag=random.uniform(0, 0.05), lost=random.uniform(0, 0.01),
         gyro=random.uniform(0.98, 1.02), offset=0.01 * random.standard_normal(),
     )  # fmt: skip
 

@@ -17,6 +17,11 @@ UNMODELLED = (
     "friction, a late sensor, spikes, or play in the gears, which a larger amplitude "
     "makes small"
 )
+#: Of each number but d/c where gears rub, one standard deviation: what no log of such
+#: a robot knows, its battery's sag, its bridge's dead zone, its gyro's scale and how
+#: soft its gears' teeth are.
+UNKNOWN_SHARE = 0.02
+FREE_SHARE = 0.4  # of the early residual at most is left by a body that swings freely
 MOST_APART = 1.25  # so far apart may both wheels' e/a be
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
 LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
@@ -165,7 +170,11 @@ def _start(subject, fit, log):
     if not len(later):
         return
     first, last = (float(np.sqrt(np.mean(x**2))) for x in (early, later))
-    if first > 4 * last and first > RESIDUAL_LIMITS[0] * np.std(log.gyro):
+    pulses = np.eye(2, len(early))
+    free = respond([1.0, 0.0], [1.0, fit["f_c"], fit["d_c"]], pulses, log.T).T
+    left = early - free @ np.linalg.lstsq(free, early, rcond=None)[0]
+    swings = np.sum(left**2) < FREE_SHARE * np.sum(early**2)
+    if swings and first > 4 * last and first > RESIDUAL_LIMITS[0] * np.std(log.gyro):
         yield refusal(
             subject,
             f"in the first second the model is off by {first:.2g} rad/s, later by "
@@ -270,7 +279,8 @@ def widened(identified):
     the disagreement of e/f, which is what the pendulum in the middle
     moves it by, and e/a and f/a half the difference of the two wheels. It counts
     up to the largest that is allowed; more says that a log doesn't know e/f. What a
-    fit with a play leaves, its misfit, is taken for two standard deviations.
+    fit with a play leaves, its misfit, is taken for two standard deviations; where
+    gears rub comes `UNKNOWN_SHARE`.
 
     ``identified``: the fits. Returns (5,): in the order of ``identified.ratios``.
     """
@@ -279,7 +289,8 @@ def widened(identified):
     variance = np.diag(identified.covariance).copy()
     for k, (name, value) in enumerate(identified.ratios.items()):
         if name != "d_c":
-            variance[k] += (apart * value) ** 2
+            rubs = "friction" in identified.body.names
+            variance[k] += (apart**2 + rubs * UNKNOWN_SHARE**2) * value**2
         fit = identified.body if name.endswith("c") else identified.wheels[0]
         variance[k] += (fit.misfit * value / 2) ** 2
         if name in ("e_a", "f_a"):

@@ -19,6 +19,8 @@ FORMATS = {
     "encoder2": "{:.9g}",
 }
 ON_TIME = 0.01  # share of a period; a sample this near its time is on time
+MOST_LOST = 3  # samples in a row that lines may fill
+LOST_SHARE = 0.02  # of all samples, that may be filled
 MISSING_AFTER = 1.75  # periods between two samples; from here on one is missing
 
 
@@ -32,6 +34,9 @@ class Log:
     V acts. Those of a counter of 8 to 32 bits that goes over its end are unwrapped.
     Raises ValueError if a column has another length or entries that aren't finite, or
     if samples are missing.
+
+    Where a sensor said nothing, nan, for up to three samples, and for a fiftieth of
+    them in all, the lines between its neighbours are put in; ``filled`` says how many.
 
     >>> log = Log(t=[0, 0.01, 0.02], V=[0, 1, 1], gyro=[0, 0, -0.3])
     >>> log.T
@@ -50,11 +55,15 @@ class Log:
     encoder2: np.ndarray | None = None
 
     def __post_init__(self):
+        lost = {}
         for x in fields(self):
             value = getattr(self, x.name)
             if value is None and x.name not in ("t", "V"):
                 continue
+            if x.name not in ("t", "V"):
+                value, lost[x.name] = bridged(x.name, value)
             object.__setattr__(self, x.name, column(x.name, value))
+        object.__setattr__(self, "filled", {x: n for x, n in lost.items() if n})
         object.__setattr__(self, "unwrapped", self._unwrap())
         for x in fields(self):
             value = getattr(self, x.name)
@@ -156,6 +165,19 @@ class Log:
         rows = zip(*(getattr(self, x).tolist() for x in names))
         text = ",".join(names) + "\n" + "".join(form.format(*x) for x in rows)
         write_file(path, text)
+
+
+def bridged(name, value):
+    """A sensor's column with lines where it said nothing shortly, and how many."""
+    array = numbers(name, value)
+    lost = np.isnan(array)
+    if array.ndim != 1 or not lost.any() or lost[[0, -1]].any():
+        return array, 0
+    said = np.flatnonzero(~lost)
+    if np.diff(said).max() > MOST_LOST + 1 or lost.mean() > LOST_SHARE:
+        return array, 0
+    array = np.interp(np.arange(len(array)), said, array[said])
+    return np.round(array) if "encoder" in name else array, int(lost.sum())
 
 
 def column(name, value):

@@ -56,6 +56,12 @@ def _whole(subject, log, robot):
             f"samples are {log.T:g} s apart, which is no robot's "
             "clock: t must be in seconds (not in ms)",
         )
+    for column, lost in log.filled.items():
+        yield warning(
+            subject,
+            f"{column} says nothing in {lost} sample(s), which lines fill: look at its "
+            "bus",
+        )
     top = abs(log.V).max()
     if not PLAUSIBLE_VOLTS[0] <= top <= PLAUSIBLE_VOLTS[1]:
         yield refusal(
