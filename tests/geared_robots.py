@@ -181,7 +181,7 @@ def experiment(robot, name, volts, seed=0, alone=None):
         counts = [np.floor(np.array(angle) * count + x) for x in starts]
         log = {"t": t, "V": volts, "encoder1": counts[0], "encoder2": counts[1]}
     gone = 1 + np.flatnonzero(random.random(len(t) - 2) < robot.lost)
-    for column in set(log) - {"t", "V"}:
+    for column in set(log) - {"t", "V", "alone"}:
         log[column][gone] = np.nan
     if alone is not None:
         log["alone"] = np.array(alone)
@@ -197,8 +197,11 @@ def recorded(robot, seconds=SWEEP_SECONDS, shares=AMPLITUDE_SHARES, seed=0):
     """Logs of the experiments, with the sweeps that the recorders make."""
     ends, logs = sweeps(described(robot)), {}
     for name, share in shares.items():
-        volts = sine(ends[name], seconds, robot.T, share * robot.V_n)
-        logs[name] = Log(**experiment(robot, name, volts, seed))
+        volts, alone = sine(ends[name], seconds, robot.T, share * robot.V_n), None
+        if name == "body":  # as the recorders: on the way back each motor alone
+            t = robot.T * np.arange(len(volts))
+            alone = np.where(t < seconds, 0, 1 + t.astype(int) % 2)
+        logs[name] = Log(**experiment(robot, name, volts, seed, alone))
     return logs
 
 

@@ -10,6 +10,7 @@ import pytest
 from sosbook.mip import Robot
 from sosbook.mip.__main__ import main
 from sosbook.mip.compiled import FLAGS
+from sosbook.mip.gate import Inspection
 from sosbook.mip.identify import identify
 from sosbook.mip.log import Log
 from sosbook.mip.recorded import check_recording
@@ -33,6 +34,7 @@ WIRED = THESIS.but(
     g=9.81,
 )
 SECONDS = 6.0
+LOGS = "body", "wheels"
 
 
 class Bench:
@@ -145,8 +147,7 @@ def live(program, experiment, path, machine=MACHINE, ticks=2000, word="t"):
             if len(line.split()) != 2:
                 break
             left, right = map(float, line.split())
-            assert left == -right  # the right motor's polarity
-            bench.turn(8.0 * left, 0.0103)
+            bench.turn(8.0 * (left - right) / 2, 0.0103)  # the right one's polarity
         with contextlib.suppress(BrokenPipeError):  # what it didn't wait for
             process.stdin.close()
         return line + process.stdout.read()
@@ -177,24 +178,32 @@ def test_a_silent_imu_ends_the_recorder_and_keeps_its_rows(rc_identify, tmp_path
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("fake_pyctrl")
-def test_pyctrls_recorder_records_what_identifies(tmp_path):
+@pytest.mark.parametrize("acts", [True, False])
+def test_pyctrls_recorder_records_what_identifies(acts, tmp_path):
+    """A left motor that doesn't act halves e/c and f/c, which no shape tells."""
+    both = []
     space = {"__name__": "script"}
     exec(recorders(WIRED, seconds=SECONDS)["pyctrl_identify.py"], space)
     turn, theirs = 2 * np.pi, 60 * 35.557
-    for experiment in ("body", "wheels"):
+    for experiment in LOGS:
         bench, now = Bench(MACHINE, experiment), 5.0
         record = space["Record"](experiment, clock=lambda: now)
         while len(record.rows) < space["ROWS"]:
             count = bench.counts / theirs
             record.write(bench.gyro / turn, count, count)
             left, right = record.buffer
-            assert left == right
-            bench.turn(7.4 * left / 100, 0.01)
+            both.append(left == right)
+            bench.turn(7.4 * (acts * left + right) / 200, 0.01)
             now += 0.01
         record.write(0.0, 0.0, 0.0)
         assert record.buffer == (0.0, 0.0)
         record.save(tmp_path / f"{experiment}.csv")
-    good(tmp_path, WIRED)
+    assert np.mean(both) == pytest.approx(0.75, abs=0.02)  # the rest of the body's log
+    if acts:
+        good(tmp_path, WIRED)
+        return
+    seen = Inspection.of(*(Log.read(tmp_path / f"{x}.csv") for x in LOGS), WIRED)
+    assert re.search("alone, the left motor moves the body .* dead", seen.refusal)
 
 
 # A sketch: the board is a pipe
@@ -267,7 +276,7 @@ float io_supply(void) { return 7.4f; }
 void io_drive(int side, float v) { volts[side] = v; }
 bool io_read(void)
 {
-    fprintf(stderr, "%.9g %lu\\n", volts[0], now);
+    fprintf(stderr, "%.9g %.9g %lu\\n", volts[0], volts[1], now);
     return scanf("%lf %ld", &rate, &count) == 2;
 }
 void setup(void);
@@ -366,7 +375,7 @@ def test_the_sketch_records_what_identifies(gcc, cpp, tmp_path):
 
         def answer(volts, now, bench=bench, times=times):
             if times:
-                bench.turn(volts[0], now - times[-1])
+                bench.turn(sum(volts) / 2, now - times[-1])
             times.append(now)
             return f"{bench.gyro!r} {bench.counts}"
 

@@ -21,6 +21,7 @@ UNMODELLED = (
 #: a robot knows, its battery's sag, its bridge's dead zone, its gyro's scale and how
 #: soft its gears' teeth are.
 UNKNOWN_SHARE = 0.02
+WEAK_MOTOR, UNEQUAL_MOTORS = 0.5, 0.8  # of the other one: a refusal; a warning
 FREE_SHARE = 0.4  # of the early residual at most is left by a body that swings freely
 MOST_APART = 1.25  # so far apart may both wheels' e/a be
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
@@ -131,6 +132,7 @@ def check_fit(experiment, fits, log, counts):
         return [
             *_residuals(subject, fit, log.gyro, 0.0),
             *_start(subject, fit, log),
+            *_each(subject, fit, log),
             *_late(subject, "gyro", lateness(fit, log), fit),
         ]
     findings, one = [], 2 * np.pi / counts / log.T
@@ -180,6 +182,24 @@ def _start(subject, fit, log):
             f"in the first second the model is off by {first:.2g} rad/s, later by "
             f"{last:.2g}: the body moves when the log begins. Start it at rest",
         )
+
+
+def _each(subject, fit, log):
+    """Whether each motor, where it is alone, moves the body as much as the other."""
+    if log.alone is None:
+        return
+    volts = np.array([log.V * (log.alone == side) for side in (1, 2)])
+    moved = respond([-fit["e_c"], 0.0], [1.0, fit["f_c"], fit["d_c"]], volts, log.T).T
+    left, right = 1 + np.linalg.lstsq(moved, fit.residuals, rcond=None)[0]
+    name, other = ("left", "right") if left < right else ("right", "left")
+    share = min(left, right) / max(left, right)
+    said = f"alone, the {name} motor moves the body {share:.2g} times as much as the "
+    if share < WEAK_MOTOR:
+        why = "is it dead, unplugged or reversed, or does its wheel slip?"
+        yield refusal(subject, f"{said}{other} one: {why}")
+    elif share < UNEQUAL_MOTORS:
+        why = "gears that rub, or motors that differ: unequal in robot.toml bears it"
+        yield warning(subject, f"{said}{other} one: {why}")
 
 
 def _alike(subject, fits):

@@ -17,7 +17,9 @@ FORMATS = {
     "gyro": "{:.5g}",
     "encoder1": "{:.9g}",
     "encoder2": "{:.9g}",
+    "alone": "{:.0f}",
 }
+SENSORS = "gyro", "encoder1", "encoder2"
 ON_TIME = 0.01  # share of a period; a sample this near its time is on time
 MOST_LOST = 3  # samples in a row that lines may fill
 LOST_SHARE = 0.02  # of all samples, that may be filled
@@ -31,7 +33,8 @@ class Log:
     ``t``, (N,): time in s; ``V``, (N,): mean motor voltage, held from this sample to
     the next one; ``gyro``, (N,): the body's speed theta' in rad/s, read before V acts;
     ``encoder1``, ``encoder2``, (N,): counts of the wheels against the body, read before
-    V acts. Those of a counter of 8 to 32 bits that goes over its end are unwrapped.
+    V acts. Those of a counter of 8 to 32 bits that goes over its end are unwrapped;
+    ``alone``, (N,): 1 or 2 where the left or the right motor alone makes V, else 0.
     Raises ValueError if a column has another length or entries that aren't finite, or
     if samples are missing.
 
@@ -53,6 +56,7 @@ class Log:
     gyro: np.ndarray | None = None
     encoder1: np.ndarray | None = None
     encoder2: np.ndarray | None = None
+    alone: np.ndarray | None = None
 
     def __post_init__(self):
         lost = {}
@@ -60,7 +64,7 @@ class Log:
             value = getattr(self, x.name)
             if value is None and x.name not in ("t", "V"):
                 continue
-            if x.name not in ("t", "V"):
+            if x.name in SENSORS:
                 value, lost[x.name] = bridged(x.name, value)
             object.__setattr__(self, x.name, column(x.name, value))
         object.__setattr__(self, "filled", {x: n for x, n in lost.items() if n})
@@ -71,6 +75,8 @@ class Log:
                 raise ValueError(
                     f"{x.name} has {len(value)} samples, t has {len(self.t)}"
                 )
+        if self.alone is not None and not np.isin(self.alone, (0, 1, 2)).all():
+            raise ValueError("alone must be 0, 1 (left) or 2 (right) in every row")
         gapless(self.t)
 
     def _unwrap(self):
@@ -141,7 +147,7 @@ class Log:
     def read(cls, path):
         """A log from the CSV file at ``path``, which has a row of names first.
 
-        The names are t, V and those of gyro, encoder1, encoder2 that
+        The names are t, V and those of gyro, encoder1, encoder2, alone that
         were recorded; other columns are refused.
         """
         rows = read_rows(path)
@@ -152,7 +158,7 @@ class Log:
         if unknown or lost or len(set(names)) < len(names):
             raise ValueError(
                 f"{path}: the first row must name t, V and some of gyro, "
-                f"encoder1, encoder2, each once; it is {','.join(names)!r:.80}"
+                f"encoder1, encoder2, alone, each once; it is {','.join(names)!r:.80}"
             )
         table = numbers_of(path, rows, names)
         with named(path):

@@ -17,14 +17,16 @@ __all__ = ["Geared", "motion_with_play"]
 #: knows those of gears: these ring like steel on a plastic hub, and fade in a cycle.
 TEETH_HERTZ, TEETH_DAMPING = 70.0, 0.3
 LONGEST_STEP = 5e-4  # s: a thirtieth of their period
-FITTED_STEP = 1.25e-3  # s: an eleventh, which the two experiments bear
+#: Likewise in a fit: teeth that bounce longer make its residual's valley rough.
+FITTED_TEETH = 50.0, 0.5
+FITTED_STEP = 1.25e-3  # s: a sixteenth of their period
 ROTORS_SHARE = 0.1  # of what rolls with the wheels, where the pendulum has no J
 
 
-def teeth(one, other):
+def teeth(one, other, hertz=TEETH_HERTZ, damping=TEETH_DAMPING):
     """The spring and the damper of teeth between two inertias."""
-    both, rate = one * other / (one + other), 2 * math.pi * TEETH_HERTZ
-    return both * rate * rate, 2 * TEETH_DAMPING * both * rate
+    both, rate = one * other / (one + other), 2 * math.pi * hertz
+    return both * rate * rate, 2 * damping * both * rate
 
 
 def bite(twist, rate, half, spring, damper):
@@ -179,7 +181,7 @@ def motion_with_play(e, f, d, V, T, friction, play, share, sees="driven"):
     if sees not in ("driven", "motors"):
         raise ValueError(f"sees must be 'driven' or 'motors', got {sees!r}")
     rest, gap = 1 - share, abs(finite("play", play)) / 2
-    spring, damper = teeth(share, rest)
+    spring, damper = teeth(share, rest, *FITTED_TEETH)
     held = abs(e * finite("friction", friction)) / share
     q = w = m = v = 0.0
     path, rounds = [], range(steps)

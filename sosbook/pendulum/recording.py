@@ -101,13 +101,15 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
         written_by(),
         f"robot: {robot.words}",
         f"sweeps: {volts['body']:g} V for the body, {volts['wheels']:g} V for the "
-        f"wheels, for {seconds:g} s either way",
+        f"wheels, for {seconds:g} s either way; on the body's way back each motor is "
+        "driven alone, every other second",
     ]
     ends = {
         name.upper(): [float(f"{x:.6g}") for x in (*pair, volts[name])]
         for name, pair in sweeps(robot).items()
     }
     values = {"HERTZ": 1 / robot.T, "SECONDS": float(positive("seconds", seconds))}
+    values["ALONE"] = float(min(2, robot.limit / volts["body"]))
     rows = {"ROWS": round(2 * seconds / robot.T)}
     sketch = {x: single(value) for x, value in values.items()} | rows
     sketch |= {x: f"{{{', '.join(map(single, sweep))}}}" for x, sweep in ends.items()}
@@ -116,7 +118,7 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
     files |= board_files("identify", robot, note)
     if robot.board != "beaglebone":
         return files
-    board = {"SECONDS": values["SECONDS"]} | rows
+    board = {x: values[x] for x in ("SECONDS", "ALONE")} | rows
     board |= {x: "{{{}, {}, {}}}".format(*sweep) for x, sweep in ends.items()}
     files |= rc_robot(robot, robot.T)
     files["rc_identify.c"] = fill("rc_identify.c", note, board)

@@ -20,21 +20,24 @@ static const long ROWS = 6000;
 /* The sweep's ends in Hz, and the sine's amplitude in V. */
 static const float BODY[3] = {1.1f, 21.0f, 1.85f};
 static const float WHEELS[3] = {0.3f, 30.0f, 5.92f};
+/* Of that, what a motor gets that drives the body alone, on the sweep's way back. */
+static const float ALONE = 2.0f;
 
 static const float *sweep = 0; /* not while the motors are off */
 static long row;
 static float turns; /* of the sine, so far */
 static unsigned long first, next; /* us */
 
-static void drive(float volts)
+/* Both motors, or the left (1) or the right one (2) alone. */
+static void drive(float volts, int alone)
 {
-    io_drive(0, volts);
-    io_drive(1, volts);
+    io_drive(0, alone == 2 ? 0 : volts);
+    io_drive(1, alone == 1 ? 0 : volts);
 }
 
 static void stop(void)
 {
-    drive(0);
+    drive(0, 0);
     if (sweep)
         Serial.println("end");
     sweep = 0;
@@ -74,7 +77,7 @@ void setup(void)
     Serial.begin(500000);
     if (!io_begin())
         Serial.println("a sensor doesn't answer");
-    drive(0);
+    drive(0, 0);
 }
 
 void loop(void)
@@ -83,7 +86,7 @@ void loop(void)
         const int letter = Serial.read();
         stop();
         if (letter == 'b')
-            begin(BODY, "t,V,gyro");
+            begin(BODY, "t,V,gyro,alone");
         if (letter == 'w')
             begin(WHEELS, "t,V,encoder1,encoder2");
     }
@@ -99,14 +102,20 @@ void loop(void)
         return;
     }
     const long left = io_encoder(0), right = io_encoder(1);
-    const float volts = chirp((float)row / HERTZ);
-    drive(volts);
+    const float t = (float)row / HERTZ;
+    const int alone = sweep == BODY && t >= SECONDS ? 1 + (int)t % 2 : 0;
+    float volts = chirp(t);
+    drive(alone ? ALONE * volts : volts, alone);
+    if (alone)
+        volts *= ALONE / 2; /* the mean of both motors' */
     print_time(now - first);
     Serial.print(',');
     Serial.print(volts, 4);
     Serial.print(',');
     if (sweep == BODY) {
-        Serial.println(io_gyro(), 5);
+        Serial.print(io_gyro(), 5);
+        Serial.print(',');
+        Serial.println(alone);
     } else {
         Serial.print(left);
         Serial.print(',');

@@ -25,6 +25,7 @@ SECONDS = 30.0  # s, of the sweep, either way
 ROWS = 6000
 BODY = 1.1, 21.0, 1.85  # the sweep's ends in Hz, and the sine's amplitude in V
 WHEELS = 0.3, 30.0, 5.92
+ALONE = 2.0  # of that, for a motor that drives the body alone, on the sweep's way back
 BATTERY = 7.4  # V; pyctrl doesn't measure it
 COUNTS_PER_TURN = 2133.42  # of a wheel, as pyctrl has it
 MOTOR_POLARITY = (1, 1)  # left and right, times pyctrl's own
@@ -41,20 +42,24 @@ class Record(Filter, BufferBlock):
 
     def write(self, theta_dot, encoder1, encoder2):
         now = self.clock()
-        volts = 0.0
+        volts, sides = 0.0, (1, 1)
         if len(self.rows) < ROWS:
             self.first = now if self.first is None else self.first
-            volts = self.chirp(len(self.rows) / HERTZ)
-            sensors = [f"{TURN * theta_dot:.6g}"]
+            t = len(self.rows) / HERTZ
+            volts, alone = self.chirp(t), 0
+            if self.experiment == "body" and t >= SECONDS:
+                alone = 1 + int(t) % 2
+                sides = (ALONE * (alone == 1), ALONE * (alone == 2))
+            sensors = [f"{TURN * theta_dot:.6g}", str(alone)]
             if self.experiment == "wheels":
                 sensors = [
                     str(round(sign * COUNTS_PER_TURN * angle))
                     for sign, angle in zip(ENCODER_POLARITY, (encoder1, encoder2))
                 ]
-            self.rows.append([f"{now - self.first:.6f}", f"{volts:.5f}", *sensors])
-        left, right = MOTOR_POLARITY
+            mean = volts * sum(sides) / 2
+            self.rows.append([f"{now - self.first:.6f}", f"{mean:.5f}", *sensors])
         percent = 100 * volts / BATTERY
-        super().write(left * percent, right * percent)
+        super().write(*(x * y * percent for x, y in zip(MOTOR_POLARITY, sides)))
 
     def chirp(self, t):
         """The sine's next value; its frequency goes up and comes back."""
@@ -65,7 +70,7 @@ class Record(Filter, BufferBlock):
         return volts
 
     def save(self, path):
-        names = {"body": "t,V,gyro", "wheels": "t,V,encoder1,encoder2"}
+        names = {"body": "t,V,gyro,alone", "wheels": "t,V,encoder1,encoder2"}
         with open(path, "w", encoding="utf-8") as file:
             for row in [[names[self.experiment]], *self.rows]:
                 print(",".join(row), file=file)

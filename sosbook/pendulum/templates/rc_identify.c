@@ -24,10 +24,12 @@
 /* The sweep's ends in Hz, and the sine's amplitude in V. */
 static const double BODY[3] = {1.1, 21.0, 1.85};
 static const double WHEELS[3] = {0.3, 30.0, 5.92};
+/* Of that, what a motor gets that drives the body alone, on the sweep's way back. */
+static const double ALONE = 2.0;
 
 static struct {
     double t, V, gyro;
-    int encoder[2];
+    int encoder[2], alone;
 } row[ROWS];
 
 static const double *sweep;
@@ -63,7 +65,10 @@ static void tick(void)
     for (int side = 0; side < 2; side++)
         row[n].encoder[side] = ENCODER_POLARITY[side]
             * rc_encoder_eqep_read(ENCODER_CHANNEL[side]);
-    row[n].V = drive_both(chirp((double)n / RATE_HZ));
+    const double t = (double)n / RATE_HZ, volts = chirp(t);
+    const int alone = sweep == BODY && t >= SECONDS ? 1 + (int)t % 2 : 0;
+    row[n].alone = alone;
+    row[n].V = alone ? drive_some(ALONE * volts, alone) / 2 : drive_both(volts);
     rows = n + 1;
 }
 
@@ -77,11 +82,11 @@ static int save(const char *path, int body)
     FILE *file = fopen(path, "w");
     if (file == NULL)
         return -1;
-    fputs(body ? "t,V,gyro\n" : "t,V,encoder1,encoder2\n", file);
+    fputs(body ? "t,V,gyro,alone\n" : "t,V,encoder1,encoder2\n", file);
     for (int n = 0; n < rows; n++) {
         fprintf(file, "%.6f,%.5f,", row[n].t, row[n].V);
         if (body)
-            fprintf(file, "%.6g\n", row[n].gyro);
+            fprintf(file, "%.6g,%d\n", row[n].gyro, row[n].alone);
         else
             fprintf(file, "%d,%d\n", row[n].encoder[0], row[n].encoder[1]);
     }

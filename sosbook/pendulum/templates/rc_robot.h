@@ -28,14 +28,21 @@ static rc_mpu_data_t imu;
 static volatile unsigned ticks;
 static volatile int battery = (int)(1000 * V_NOMINAL); /* mV: an int is atomic */
 
-/* Both motors get the same voltage, as far as the battery has it: this one. */
-static inline double drive_both(double volts)
+/* The left motor (1), the right one (2) or both (0) get the same voltage, as far as the
+ * battery has it: this one. */
+static inline double drive_some(double volts, int alone)
 {
     double duty = 1000 * volts / battery;
     duty = duty > 1 ? 1 : duty < -1 ? -1 : duty;
     for (int side = 0; side < 2; side++)
-        rc_motor_set(MOTOR_CHANNEL[side], MOTOR_POLARITY[side] * duty);
+        rc_motor_set(MOTOR_CHANNEL[side],
+                     alone == 2 - side ? 0 : MOTOR_POLARITY[side] * duty);
     return duty * battery / 1000;
+}
+
+static inline double drive_both(double volts)
+{
+    return drive_some(volts, 0);
 }
 
 static void measure_battery(void)
