@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip import Mip
+from sosbook.mip import Mip, Robot
 from sosbook.mip.deployment import deploy, in_words, least_spread
 from sosbook.mip.gate import Inspection, check_log, refused, widened
+from sosbook.mip.rig import shipped
 
 from sosbook.pendulum.log_fits import fit_wheel
 from tests.geared_robots import ALL, described, recorded
@@ -114,6 +115,27 @@ def test_a_dead_sensor_or_motor_is_named_and_nothing_else(name, spoil, words):
     assert re.search(words, str(finding))
     seen = Inspection.of(*logs.values(), described(machine))
     assert "math domain" not in seen.refusal and "ran away" not in seen.refusal
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "change, spoil, words",
+    [
+        ({"free_rpm": 302.0}, dict(V=0.5), "turns at 6[0-9]+ rpm .* sheet at 302"),
+        ({"ten_swings": 5.97}, dict(t=0.9), "ten swings take 5.4 s, .* stopwatch 5.97"),
+        ({"l": 0.09}, {}, "more than gravity gives a mass at l"),
+    ],
+)
+def test_what_is_known_outside_the_logs_speaks(change, spoil, words):
+    """V at half, a slow clock and another body pass every check of a shape."""
+    logs = [
+        replace(log, **{x: k * getattr(log, x) for x, k in spoil.items()})
+        for log in (shipped("body"), shipped("wheels"))
+    ]
+    robot = Robot.shipped("thesis")
+    assert re.search(words, Inspection.of(*logs, robot.but(**change)).refusal)
+    seen = Inspection.of(shipped("body"), shipped("wheels"), robot.but(**change))
+    assert bool(refused(seen.findings)) == (not spoil)
 
 
 def frozen(log, column, first=None):

@@ -223,6 +223,8 @@ CHANGES = {
     "counts": (2100.0, {LAW, RC, PYCTRL}),
     "gyro_range": (17.5, {LAW, PYCTRL}),
     "limit": (6.5, {LAW, RC, PYCTRL}),
+    "free_rpm": (300.0, set()),
+    "ten_swings": (6.0, set()),
     "rotors": (True, {LAW, PYCTRL}),
     "friction": (True, {LAW, PYCTRL}),
     "T": (0.005, {LAW, RC, PINS, PYCTRL}),

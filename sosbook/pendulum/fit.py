@@ -83,12 +83,12 @@ def output_error(model, y, start, slopes=None, step=None, rounds=100):
             diff_step=step,
             max_nfev=rounds,
         )
-    except (ValueError, OverflowError) as error:
+    except (ValueError, OverflowError):
         raise ValueError(
             "the simulation with "
             + ", ".join(start)
             + " ran away from the log: does a column stand in another's place, V in "
-            f"the sensor's for example, or is a unit wrong? ({error})"
+            "the sensor's for example, or is a unit wrong?"
         ) from None
     names, J, r = tuple(start), solution.jac, -solution.fun
     scale = np.linalg.norm(J, axis=0)

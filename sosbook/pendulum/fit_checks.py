@@ -22,6 +22,7 @@ UNMODELLED = (
 #: soft its gears' teeth are.
 UNKNOWN_SHARE = 0.02
 WEAK_MOTOR, UNEQUAL_MOTORS = 0.5, 0.8  # of the other one: a refusal; a warning
+SHEET_SHARE, WATCH_SHARE = 0.25, 0.05  # so far off may a sheet be, and a stopwatch
 FREE_SHARE = 0.4  # of the early residual at most is left by a body that swings freely
 MOST_APART = 1.25  # so far apart may both wheels' e/a be
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
@@ -90,17 +91,30 @@ def _together(identified, robot):
             f"{free:.3g} rad/s, and such motors' turn at {least:g} to {most:g}: "
             "is V a duty in both logs, or in mV, or limit another motor's?",
         )
+    yield from _outside(identified.mip, free * 30 / np.pi, robot)
+
+
+def _outside(mip, rpm, robot):
+    """Whether a sheet and a stopwatch, where they are described, say the same."""
+    sheet, swings = robot.free_rpm, 20 * np.pi * np.sqrt(mip.c / mip.d)
+    if sheet and abs(np.log(rpm / sheet)) > SHEET_SHARE:
+        yield refusal(
+            "both logs",
+            f"by them a free wheel turns at {rpm:.0f} rpm under limit, and by the "
+            f"sheet at {sheet:g}: is V what a motor gets, and the battery the sheet's?",
+        )
+    if robot.ten_swings and abs(np.log(swings / robot.ten_swings)) > WATCH_SHARE:
+        yield refusal(
+            "log of the body",
+            f"by it ten swings take {swings:.1f} s, and by the stopwatch "
+            f"{robot.ten_swings:g}: is it this body's, and t in seconds of a clock "
+            "that is right?",
+        )
 
 
 def _description(mip, robot):
     """Whether the described masses and lengths fit the pendulum of the logs."""
     described, rim = "the description", robot.M_w * robot.r**2
-    if mip.c < robot.M_b * robot.l**2:
-        yield refusal(
-            described,
-            f"M_b l^2 is larger than the body's inertia about the axle, {mip.c:.3g} "
-            "kg m^2, that the log gives: check M_b and l",
-        )
     if robot.l**2 * robot.M_b * 8 < mip.c:
         yield warning(
             described,

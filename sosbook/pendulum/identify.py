@@ -115,6 +115,14 @@ def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **rob
         near = wheels[0]
     (body,) = fitted("body", log_body, counts, friction, of_body, near)
     ratios = ratios_of(body, wheels)
+    of = Mip.from_ratios.__func__.__kwdefaults__ | robot
+    if ratios["d_c"] > of["g"] / of["l"]:
+        raise ValueError(
+            f"d/c = {ratios['d_c']:.4g} by the log of the body is more than gravity "
+            f"gives a mass at l, g/l = {of['g'] / of['l']:.4g} 1/s^2: M_b l^2 is "
+            "larger than the body's inertia about the axle. Check l, and that t is in "
+            "seconds"
+        )
     mean = sum(w.covariance[:2, :2] for w in wheels) / len(wheels) ** 2
     return Identified(
         ratios,

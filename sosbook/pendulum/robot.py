@@ -63,6 +63,12 @@ class Robot:
         The gyro's full scale, in rad/s.
     limit : float
         The largest voltage that a program asks for, in V.
+    free_rpm : float, optional
+        By the motors' sheet, of a wheel that turns freely under ``limit``, in turns a
+        minute: logs that say another number are refused.
+    ten_swings : float, optional
+        By a stopwatch, in s, of the body upside down with held wheels and free motors;
+        likewise.
     rotors, friction : bool
         As for `identify`.
     T, delay, jitter : float
@@ -131,6 +137,8 @@ class Robot:
     edges: int = key("of an encoder's period, in counts", "", 4)
     gyro_range: float = key("full scale of the gyro", "rad/s")
     limit: float = key("largest voltage that is asked for", "V")
+    free_rpm: float = key("of a free wheel under limit, by the sheet", "rpm", None)
+    ten_swings: float = key("by a stopwatch, upside down", "s", None)
     rotors: bool = key("the rotors couple theta and phi")
     friction: bool = key("fit Coulomb friction")
     T: float = key("time between samples", "s", high=0.2)
