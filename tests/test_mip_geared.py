@@ -1,5 +1,6 @@
 """Robots as shops sell them, by a simulator of their own, from logs to programs."""
 
+import json
 import re
 from dataclasses import replace
 
@@ -10,6 +11,7 @@ from sosbook.mip.deployment import deploy, in_words, least_spread
 from sosbook.mip.gate import Inspection, check_log, refused, widened
 from sosbook.mip.rig import shipped
 
+from benchmarks.robots import RESULTS, SEEDS, fitted, summary
 from sosbook.pendulum.log_fits import fit_wheel
 from tests.geared_robots import ALL, described, recorded
 
@@ -35,6 +37,24 @@ def test_a_robot_with_play_and_coarse_counts_is_fitted(name):
     if machine.play:
         found = np.degrees(identified.body["play"])
         assert 0.2 * machine.play < found < 1.5 * machine.play
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [6])
+def test_a_robot_by_chance_is_fitted_as_its_intervals_say(seed):
+    """One of benchmarks.robots; dry gears hide where its log begins at rest."""
+    record = fitted(seed)
+    assert not record["refused"]
+    for name in ("e_c", "e_a"):
+        off, half = record[name]
+        assert abs(off) < half < 12, name
+
+
+def test_the_stored_rate_is_that_of_its_records():
+    stored = json.loads(RESULTS.read_text("utf-8"))
+    assert stored["summary"] == summary(stored["records"])
+    assert [x["seed"] for x in stored["records"]] == [*SEEDS]
+    assert stored["summary"]["most_seconds"] < 30
 
 
 @pytest.mark.slow
