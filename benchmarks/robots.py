@@ -54,8 +54,8 @@ def summary(records):
     for name in ("e_c", "f_c", "d_c", "e_a", "f_a"):
         pairs = [x[name] for x in fits]
         words[name] = dict(
-            worst=max(abs(off) for off, _ in pairs),
-            inside=sum(abs(off) <= half for off, half in pairs),
+            worst=float(max(abs(off) for off, _ in pairs)),
+            inside=int(sum(abs(off) <= half for off, half in pairs)),
         )
     return words | dict(most_seconds=max(x["seconds"] for x in records))
 

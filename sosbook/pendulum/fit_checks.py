@@ -23,7 +23,7 @@ UNMODELLED = (
 UNKNOWN_SHARE = 0.02
 WEAK_MOTOR, UNEQUAL_MOTORS = 0.5, 0.8  # of the other one: a refusal; a warning
 SHEET_SHARE, WATCH_SHARE = 0.25, 0.05  # so far off may a sheet be, and a stopwatch
-FREE_SHARE = 0.4  # of the early residual at most is left by a body that swings freely
+MOVES = 8.0  # times the later residual: dry gears alone leave five times as much
 MOST_APART = 1.25  # so far apart may both wheels' e/a be
 LEAST_WHEEL = 0.1  # of M_w r^2, a wheel's inertia; a disc has 0.5, a rim 1
 LATE_IF_BETTER_THAN = 0.8  # of the residual: so much less says that a sample is late
@@ -186,11 +186,7 @@ def _start(subject, fit, log):
     if not len(later):
         return
     first, last = (float(np.sqrt(np.mean(x**2))) for x in (early, later))
-    pulses = np.eye(2, len(early))
-    free = respond([1.0, 0.0], [1.0, fit["f_c"], fit["d_c"]], pulses, log.T).T
-    left = early - free @ np.linalg.lstsq(free, early, rcond=None)[0]
-    swings = np.sum(left**2) < FREE_SHARE * np.sum(early**2)
-    if swings and first > 4 * last and first > RESIDUAL_LIMITS[0] * np.std(log.gyro):
+    if first > MOVES * last and first > RESIDUAL_LIMITS[0] * np.std(log.gyro):
         yield refusal(
             subject,
             f"in the first second the model is off by {first:.2g} rad/s, later by "
