@@ -79,6 +79,8 @@ STEERED = {
 
 
 OPTIONAL = {
+    "free_rpm",
+    "ten_swings",
     "g",
     "jitter",
     "blend",

@@ -105,7 +105,7 @@ def live(program, word, dead=None):
         if len(path) > 101:
             state = advance(MACHINE.rate, state, volts[0], now - times[-1], 3)
         times.append(now)
-        path.append((*volts, *state))
+        path.append((volts[0], *state))
         count = np.floor((state[1] - state[0]) * MACHINE.counts / (2 * np.pi))
         gyro = state[2] + 0.01 + 0.002 * random.standard_normal()
         if dead is not None and len(path) > dead:
