@@ -111,7 +111,7 @@ def checked(checked, caption="Checked and found right"):
 
 
 def assumptions(figures, caption="What each figure is redrawn with"):
-    """A `Table` of `sosbook.reproduction.assumptions` with a caption."""
+    """A `Table` with a caption of figures: `sosbook.reproduction.assumptions`."""
     heads = ["Start", "Disturbance", "Set point", "Delay", "Else"]
     parts = ("start", "channels", "reference", "delay", "rest")
     return Table(
@@ -125,7 +125,7 @@ def assumptions(figures, caption="What each figure is redrawn with"):
 
 
 def ledger(entries, caption="The best that is known of the printed gains"):
-    """A `Table` of `sosbook.book.ledger.entries` with a caption."""
+    """A `Table` with a caption of entries: `sosbook.book.ledger.entries`."""
     return Table(
         caption,
         ["What", "Printed", "Proven", "Not true", "By"],
@@ -142,7 +142,7 @@ def ledger(entries, caption="The best that is known of the printed gains"):
 
 
 def readings(readings, caption="Readings that would decide"):
-    """A `Table` of `sosbook.reproduction.readings` with a caption."""
+    """A `Table` with a caption of readings: `sosbook.reproduction.readings`."""
     return Table(
         caption,
         ["Where", "Look for", "What it decides"],

@@ -149,7 +149,15 @@ def evaluate(name, /, *tested, **words):
     **words
         What stands in the braces of its texts.
 
-    Raises ``KeyError`` for a name that no row has.
+    Returns
+    -------
+    Row
+        The row.
+
+    Raises
+    ------
+    KeyError
+        For a name that no row has.
     """
     entry = _entries()[name]
     verdict, computed = JUDGES[entry["kind"]](entry, *tested)
@@ -310,7 +318,7 @@ def below(value, limit):
 
 
 def shown(values, form=".4f"):
-    """Poles, or the rows of a matrix with each number in the form."""
+    """The values as text in a form: poles, or the rows of a matrix."""
     if form == "poles":
         upper = [p for p in np.atleast_1d(values) if p.imag >= 0]
         return ", ".join(
