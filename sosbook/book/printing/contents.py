@@ -57,7 +57,7 @@ def contents(site: Path, listing: Path) -> list:
 
 
 def chosen(chapters, chapter=None, textbook=False):
-    """One chapter, those of the textbook, or all.
+    """One of the ``chapters``, those of the textbook, or all.
 
     ``chapter``: its number, such as "7", or its page's name; another one is a
     ValueError. ``textbook``: whether what is looked up is left out.

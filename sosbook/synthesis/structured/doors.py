@@ -138,7 +138,8 @@ def refused_by_mode(request, sought=None):
     Either its motion leaves the sensors still: then it is one of the transposed plant
     E' x' = A' x + C' u, where C are the sensors, that no input moves. The proof is
     about that plant, which has the same poles. Or the input doesn't reach it, in the
-    plant or in that with the law's states.
+    plant or in that with the law's states. ``sought``: the requirement whose bound is
+    looked for, which refuses nothing.
     """
     parts = request.law_parts
     asked = [r for r in request.requirements if r.pole_matrices() and r is not sought]
