@@ -1,9 +1,12 @@
 """The README's program runs, and its files are there."""
 
 import re
+from operator import attrgetter
 from pathlib import Path
 
 import pytest
+
+import sosbook as sos
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
@@ -26,6 +29,13 @@ def test_files_that_the_readme_names_exist():
     assert len(targets) >= 5
     for target in targets:
         assert (ROOT / target).exists(), target
+
+
+def test_what_the_readme_names_is_there():
+    named = set(re.findall(r"\bsos\.([a-zA-Z_.]+[a-zA-Z_])", README))
+    assert {"Uncertain", "plants.load_plant", "maps.edge"} <= named
+    for name in named:
+        attrgetter(name)(sos)
 
 
 def test_the_readme_names_the_two_commands():
