@@ -574,3 +574,29 @@ def test_noise_enters_where_the_sensor_is():
     u = np.array([[-0.7, 0]]) @ np.linalg.solve(pencil, B + 0j) + [[0, -0.35]]
     largest = np.linalg.norm(u, 2, axis=(1, 2)).max()
     assert d.bounds()["gamma"].true == pytest.approx(largest, rel=1e-5)
+
+
+def test_the_worst_plant_between_the_ends_of_one_range_is_searched_with():
+    """The best gain of both ends breaks halfway, where a next search looks, too."""
+    turn = np.array([[1.21, -1.1], [-1.1, 1]])
+    soft = np.array([[-0.21, -0.465], [-0.465, -0.18]])
+    S = np.array([[3.7, -3], [-3, 3]])
+    plants = sos.Uncertain(
+        lambda a: sos.SecondOrderSystem(
+            np.diag([0.9, 1]) + a * turn, 0.02 * S, S + a * soft, [[1], [0.6]]
+        ),
+        a=(0, 7.7),
+    )
+    design = sos.design_pid(
+        plants,
+        law=sos.PIDLaw(np.eye(2), np.eye(2)),
+        region=sos.PoleRegion(0.1),
+        starts=4,
+    )
+    assert design.searched.between and design.certify().proven
+    K = design.K
+    for a in np.linspace(0, 7.7, 78):
+        p = plants.at(a=a)
+        x = np.block([[np.zeros((2, 2)), np.eye(2)], [p.B @ K - np.hstack([p.S, p.D])]])
+        E = np.block([[np.eye(2), np.zeros((2, 2))], [np.zeros((2, 2)), p.M]])
+        assert np.linalg.eigvals(np.linalg.solve(E, x)).real.max() < -0.1

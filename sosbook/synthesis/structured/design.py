@@ -30,6 +30,7 @@ AGAIN = 3  # searches, each with the worst plants between the vertices
 FEW = 3  # starts of all but the first
 DIGITS = 6, 10  # of the free numbers, in the order of trial
 WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
+NEAR = 1e-9  # to a vertex: counted as that
 SEARCH = 0.5  # of the time that is left, for a search; the rest is for the proof
 STOPPED = "The time was over before the search was: a longer one may find a better K."
 
@@ -143,7 +144,8 @@ def _worse(solution, task, loops, found, goal):
     K = loops.K(found.kappa)
     for part in solution.parts:
         r, worst = part.requirement, part.worst
-        between = np.count_nonzero(np.abs(worst.point) > 1e-9) > 1
+        inner = np.abs(worst.point - 0.5) < 0.5 - NEAR  # weights, or shares of ranges
+        between = inner.any()
         if part.status != "feasible" and worst.kept <= 0 and between:
             points.append(worst.point)
         elif goal is not None and r.parameter is not None and between:
