@@ -35,7 +35,7 @@ def check(plants, proof, u_max):
         assert r.kept(r.truth(loops, proof.K)) > 0
 
 
-SLACK = pytest.param("slack", marks=pytest.mark.slow)
+SLACK = pytest.param("slack", marks=pytest.mark.campaign)  # "auto" takes it
 
 
 @pytest.mark.parametrize("coupling", ["pairs", "auto", SLACK])
