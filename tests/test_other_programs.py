@@ -132,7 +132,7 @@ def test_json_has_one_set_of_names(tmp_path):
     (tmp_path / "plant.json").write_text(
         '{"M": [[1]], "C": [[1]], "K": [[1]]}', "utf-8"
     )
-    words = r"plant\.json: .* C isn't known, call it D; K isn't known, call it S"
+    words = r"plant\.json: .* 'C' isn't known, call it D; 'K' isn't known, call it S"
     with pytest.raises(ValueError, match=words):
         load_plant(tmp_path / "plant.json")
     with pytest.raises(ValueError, match=".json takes no names"):

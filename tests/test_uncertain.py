@@ -517,7 +517,7 @@ def test_a_plant_file_may_have_parameters(tmp_path):
         ({"parameters": {"m": 3}}, "parameters must be like"),
         ({"M": 3}, "a matrix must be a list of rows"),
         ({"B": [["1/0"], [0]]}, "divides by zero"),
-        ({"Q": [[1]]}, "Q isn't known"),
+        ({"Q": [[1]]}, "'Q' isn't known"),
         ({"coordinates": ["x"]}, "coordinates must be 2 different names"),
     ]:
         file.write_text(json.dumps({"plant": plant | change}), "utf-8")

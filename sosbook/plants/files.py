@@ -344,7 +344,7 @@ def _named(where, matrices):
     if lacking or strange:
         known = {ALIASES[n]: f", call it {n}" for n in lacking if n in ALIASES}
         faults = [f"{name} is missing" for name in lacking]
-        faults += [f"{name} isn't known{known.get(name, '')}" for name in strange]
+        faults += [f"{name!r} isn't known{known.get(name, '')}" for name in strange]
         raise ValueError(
             f"{where} has M, D, S, B, and perhaps F and coordinates (names of z): "
             f"{'; '.join(faults)}"

@@ -14,6 +14,7 @@ from ...requirements.cost import QuadraticCost
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ...synthesis.pid import design_pid
+from ...synthesis.reasons import NO_COMMON_P
 
 __all__ = ["Answers", "asked_of"]
 
@@ -58,7 +59,7 @@ class Answers:
             design = design_pid(**asked_of(request), start=self.last)
         except ValueError as fault:
             return {"status": "undecided", "reason": str(fault)}
-        answer = {"status": design.status, "reason": design.reason}
+        answer = {"status": design.status, "reason": _said(design.reason)}
         if design.status == "feasible":
             if kind == "move":
                 self.last = design
@@ -67,6 +68,12 @@ class Answers:
         if kind == "prove":
             answer |= {"proof": _proof(design)}
         return answer
+
+
+def _said(reason):
+    """A reason in the page's words, whose elements ask for one P."""
+    more = "; the package goes on with one for each vertex."
+    return reason.replace(NO_COMMON_P, NO_COMMON_P[:-1] + more)
 
 
 def asked_of(request):

@@ -9,6 +9,7 @@ from dataclasses import asdict
 from io import StringIO
 from pathlib import Path
 
+from ...runtime.writing import write_file
 from . import assumptions, checked, errata, readings, rows
 
 __all__ = ["files"]
@@ -48,4 +49,4 @@ def _csv(lines):
 
 if __name__ == "__main__":
     for name, text in files().items():
-        Path("book", name).write_text(text, encoding="utf-8")
+        write_file(Path("book", name), text)
