@@ -149,10 +149,18 @@ def test_motions_that_sensors_do_not_see_are_the_largest_subspace():
 
 
 def test_what_is_sought_has_no_bound_that_is_refused():
-    """A free cart that a law of order one can't hold: the least norm isn't below 1."""
-    one = np.eye(2)
-    cart = sos.DescriptorSystem(one, [[0, 1], [0, 0]], one[:, 1:], one, one)
-    law = sos.DynamicLaw(1, [[0, 1]])  # its place isn't seen
+    """Three integrators, too many for order one: the least norm isn't below 1.
+
+    The loop's polynomial has no s^2. All is seen of x alone, so no mode is fixed; of a
+    place that isn't seen one is, which no controller moves.
+    """
+    one = np.eye(3)
+    chain = sos.DescriptorSystem(one, np.eye(3, k=1), one[:, 2:], one, one)
     for asked in (dict(minimize="gamma"), dict(maximize="sigma")):
-        design = sos.design_pid(cart, law=law, **asked, starts=2)
+        design = sos.design_pid(
+            chain, law=sos.DynamicLaw(1, one[:1]), **asked, starts=2
+        )
         assert design.status == "undecided", design.reason
+        design = sos.design_pid(chain, law=sos.DynamicLaw(1, one[1:2]), **asked)
+        assert design.status == "infeasible" and design.infeasibility.verify()
+        assert "these sensors don't see it. It violates stability" in design.reason
