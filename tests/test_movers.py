@@ -581,7 +581,7 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     "place",
     [
         dict(made=0, stroke=3, m=0.31, bump=0.1),
-        dict(made=1, stroke=2, m=0.25, bump=0.05),
+        dict(made=1, stroke=3, m=0.25, bump=0.05),
         dict(made=2, stroke=4, m=0.4, bump=0.33),
     ],
 )
