@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from math import cos, pi, sin
 
 import numpy as np
+import pytest
 from sosbook.mip.log import Log
 
 from sosbook.pendulum.recording import AMPLITUDE_SHARES, SWEEP_SECONDS, sweeps
@@ -302,3 +303,11 @@ def drawn(seed):
 
 
 ALL = machines()
+#: For the gate the hubs with their few counts and the robot whose gears play; the
+#: others once a week.
+KINDS = [
+    name
+    if name in ("hub", "gear motors 200 Hz")
+    else pytest.param(name, marks=pytest.mark.campaign)
+    for name in ALL
+]

@@ -787,7 +787,7 @@ def test_a_report_and_a_file_for_the_command_line(tab, visit, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "seen", [["z1", "z2"], pytest.param(["z2"], marks=pytest.mark.slow)]
+    "seen", [["z1", "z2"], pytest.param(["z2"], marks=pytest.mark.campaign)]
 )
 def test_a_clock_goes_on_in_python(tab, tmp_path, monkeypatch, capsys, seen):
     type_in(tab, **DRIVE)

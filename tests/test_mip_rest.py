@@ -9,7 +9,7 @@ from sosbook.mip.deployment import Deployment
 
 from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.rest import volts_at_rest
-from tests.geared_robots import ALL, stand
+from tests.geared_robots import ALL, KINDS, stand
 from tests.six_robots import by_its_sheet
 from tests.test_mip_compare import pendulum
 
@@ -30,7 +30,7 @@ def loud(geared, law, robot):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", KINDS)
 def test_robots_of_all_kinds_are_quiet(name):
     """By equations, teeth, a driver and sensors that aren't the package's."""
     mip, robot = asked(ALL[name])
