@@ -122,9 +122,9 @@ class Examined:
         return cls(() if failed else tuple(claims), sizes, tuple(failed), value)
 
     @classmethod
-    def nothing(cls, why):
+    def nothing(cls, *why):
         """Nothing is proven, and ``why``."""
-        return cls((), {}, (why,))
+        return cls((), {}, why or ("nothing",))
 
 
 class Verdict:

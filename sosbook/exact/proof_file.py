@@ -176,7 +176,7 @@ def _examined(cls, text, said=None):
             return _rebuilt(cls, data)
         return Examined.by_kernel(said.whole, said.claims, said.names(data, cls))
     except (Beyond, Refused) as e:
-        return Examined.nothing(str(e))
+        return Examined.nothing(*map(str, e.args))
     except (*verdict.MALFORMED, ArithmeticError) as e:
         return Examined.nothing(f"not a well-formed proof: {e}")
 

@@ -184,7 +184,7 @@ class SchurCertificate(ProofFile):
                 cells = [read_array(L, len(F), len(F)) for L, F in zip(cells, matrices)]
             again = cls.contents(data["matrices"], rate, cells, names)
             if cells is None:
-                return again, Examined((), {}, tuple(map(str, names)) or ("nothing",))
+                return again, Examined.nothing(*map(str, names))
             blocks = {
                 f"matrix {k}": pivot(F, L, arb(exact(rate)))
                 for k, (F, L) in enumerate(zip(matrices, cells, strict=True), 1)

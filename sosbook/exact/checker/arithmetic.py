@@ -11,16 +11,19 @@ MOST_DIGITS, LARGEST = 100_000, 2000
 
 
 class Refused(Exception):
-    """The file proves nothing; the text says why."""
+    """The file proves nothing; the texts say why."""
+
+    def __str__(self):
+        return ", ".join(map(str, self.args))
 
 
 class Beyond(Exception):
     """The file may be right, but it is too large to tell."""
 
 
-def need(condition, words):
+def need(condition, *words):
     if not condition:
-        raise Refused(words)
+        raise Refused(*words)
 
 
 class Mat:

@@ -101,7 +101,7 @@ class Schur:
         if any(isinstance(e, list) for F in d["matrices"] for r in F for e in r):
             raise Beyond("matrices of balls rest on more than rationals")
         need(d["note"] == "", "there is nothing to note")
-        need(d["cells"] is not None and d["undecided"] == [], "nothing is proven")
+        need(d["undecided"] == [], *d["undecided"])
         many = len(d["matrices"])
         need(len(d["cells"]) == many > 0, "a matrix without an L")
         t.put_number("rate", d, "rate")
