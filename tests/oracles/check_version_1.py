@@ -870,6 +870,7 @@ class Delay:
         self.many, self.N = len(plain), len(plain[0].E)
         need(self.many == 1 or not self.first, "this method takes one plant")
         c = Coordinates(self.N, file)
+        need(not c.sizes, "no requirement has a size")
         self.K = None
         if file["K"] is not None:
             self.K = 1 / c.scale * (matrix(file["K"], self.m, self.N) @ c.T)
