@@ -229,6 +229,7 @@ class Design:
         t.write("sign.scale: scale > 0")
         known = {size_name(r): r["kind"] + tag(r, self.asked)
                  for r in self.asked if r["kind"] in SIZED}  # fmt: skip
+        need(isinstance(c["sizes"], dict), "sizes have names")
         for name in c["sizes"]:
             need(name in known, "a size of nothing")
             t.put_number(f"unit.{known[name]}", c["sizes"], name)
