@@ -582,6 +582,7 @@ class Design:
     def _sizes(self):
         """Which requirements have an unknown size, and under which condition."""
         sized = [r for kind in SIZED for r in self.asked if r["kind"] == kind]
+        need({*self.c.sizes} <= {*map(size_name, sized)}, "a size of nothing")
         tied = [r["mu"] for r in sized if r["kind"] == "gamma" and r["mu"] is not None]
         ties = [f"mu = {tied[0]}"] if tied and len(sized) > 1 else []
         self.sizes = {size_name(r): r for r in ([] if ties else sized[1:])}
