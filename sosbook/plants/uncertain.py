@@ -225,12 +225,11 @@ class Uncertain:
         kind : type
             `SecondOrderSystem` or `DescriptorSystem`.
         data : dict
-            Ranges and matrices by name; their entries are numbers, or polynomials in
-            words.
+            Ranges and matrices by name, of numbers or polynomials in words.
         rows : bool
             Whether rows are brought into canonical form.
         **rest
-            What else a plant has, with ``rows``: the names of its coordinates.
+            With ``rows``, what else a plant has: ``coordinates``.
 
         Examples
         --------

@@ -132,6 +132,10 @@ def refused_by_sum(request, loops):
     return None
 
 
+DUAL = " The proof is about the transposed plant, whose inputs are the sensors."
+JOINED = " The proof is about the plant with the law's states."
+
+
 def refused_by_mode(request, sought=None):
     """The Solution of a request with a mode that no gain of the law moves; or None.
 
@@ -147,17 +151,22 @@ def refused_by_mode(request, sought=None):
         none = exact(np.zeros((len(d.E), 0)))
         dual = dict(E=d.E.T, A=d.A.T, Bu=parts.rows.T, Bw=none, C=none.T)
         dual |= dict.fromkeys(("Du", "Dw", "Ca"))
-        for side, who, why in (
-            (replace(d, **dual), "No controller", "these sensors don't see it"),
-            (d, "No controller", "the input doesn't reach it"),
-            (parts.joined(d), "No gain of the law", "the input doesn't reach it"),
+        for side, who, why, about in (
+            (replace(d, **dual), "No controller", "these sensors don't see it", DUAL),
+            (d, "No controller", "the input doesn't reach it", ""),
+            (
+                parts.joined(d),
+                "No gain of the law",
+                "the input doesn't reach it",
+                JOINED,
+            ),
         ):
             plant = alone(side, request.plant)
             proof = plant and refuse_by_mode(Request(plant, requirements=asked))
             if proof:
                 text = (
                     f"{who} moves the mode of {where} at {proof.mode:.4g} rad/s: "
-                    f"{why}. It violates {proof.requirement}."
+                    f"{why}. It violates {proof.requirement}.{about}"
                 )
                 return _refused(request, text, proof)
     return None
