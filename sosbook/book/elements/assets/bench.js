@@ -172,8 +172,15 @@ class Bench extends Explorer {
     this.find("inner").innerHTML = this.inner();
     this.wrong = {};
     super.wire();
+    this.draw(null);
     this.refill();
     this.reserve();
+  }
+
+  // The first plant: at rest before there is an answer, and as its loop moves then.
+  draw(motion) {
+    const {request, clock} = this.data;
+    this.find("machine").innerHTML = machine(request.vertices[0], clock?.measured, motion);
   }
 
   // Until fields and answer belong together nothing below the fields can be used.
@@ -280,8 +287,7 @@ class Bench extends Explorer {
     const {answer, data: {request, goal, clock}} = this, box = this.find("judged");
     this.truth = answer.status === "feasible" ? judged(request, answer.K, goal) : null;
     super.update();
-    this.find("machine").innerHTML =
-      machine(request.vertices[0], clock?.measured, this.truth && this.response[0]);
+    this.draw(this.truth && this.response[0]);
     const family = request.family?.parameters.map(
       ([name, low, high]) => `${name} from ${clean(low, 6)} to ${clean(high, 6)}`);
     const whole =
