@@ -32,6 +32,7 @@ SHORTHAND = {
     "exact/checker/regions.py": NAMES,
     "exact/checker/known.py": {"gamma", "cost", "h2"},
     "exact/checker/others.py": {"cost"},
+    "exact/checker/small_input.py": {"u_max"},
     "exact/checker/special.py": NAMES,
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
     "pendulum/robot.py": {"lqr"},  # the name of a law in a description

@@ -8,7 +8,6 @@ import pytest
 from scipy.linalg import schur
 
 import sosbook as sos
-from sosbook.exact.proof_text import version_1
 from sosbook.exact.rational import exact
 from sosbook.laws.base import plain
 from sosbook.plants.reduction import Reduction
@@ -19,6 +18,7 @@ from sosbook.synthesis.structured import slopes
 from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
 from sosbook.synthesis.structured.loops import loops_of
 from sosbook.synthesis.structured.objective import Objective, Task
+from tests.test_proof_files import held_against
 
 LAW = sos.PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
 
@@ -381,13 +381,13 @@ def test_a_sum_of_poles_is_a_file_that_says_no_more_than_is_true(kind, filtered)
     def changed(change):
         data = copy.deepcopy(proof.data)
         change(data)
-        return SumOfPoles(version_1("sum of poles", data))
+        return SumOfPoles.of(data)
 
     for change in (
         lambda d: d["requirement"].update(sigma="0.001"),
         lambda d: d["gains"].append([["1"], ["1"], ["1"]]),
         lambda d: d["law"]["rows"][0].__setitem__(plants.n, "1"),  # sees a velocity
-        lambda d: d["plant"]["vertices"][0]["D"][0].__setitem__(0, "7"),
+        lambda d: d["plant"]["vertices"][0]["D"][0].__setitem__(0, "70000"),
         lambda d: d.update(vertex=7),
         lambda d: d.update(vertex=-1),
         lambda d: d.update(U=[["1"] * plants.n]),
@@ -422,13 +422,14 @@ MODES = {  # a plant, a law, a decay that the mode breaks, and who can't move it
 
 
 @pytest.mark.parametrize("name", MODES)
-def test_a_mode_that_no_gain_of_the_law_moves_is_a_door(name):
+def test_a_mode_that_no_gain_of_the_law_moves_is_a_door(name, tmp_path):
     plant, law, sigma, who = MODES[name]
     asked = dict(law=law, starts=1)
     design = sos.design_pid(plant, **asked, region=sos.PoleRegion(sigma=sigma))
     proof = design.infeasibility
     assert design.status == "infeasible" and design.reason.startswith(who)
     assert proof.verify() and design.advice.endswith("Measure more, or ask for less.")
+    held_against(plant, proof, tmp_path)
     loops, rng = loops_of(design.request), np.random.default_rng(1)
     for kappa in rng.normal(size=(5, len(loops.directions))):
         poles = np.linalg.eigvals(loops.closed(loops.K(kappa))[0])

@@ -3,10 +3,9 @@
 A file is a text with data, which a kernel checks that knows no control; the folder
 ``CHECKER`` holds it, and what writes the texts beside the words that they prove. It
 needs Python and nothing else: ``python checker proof.json``. The checker decides
-every kind of file but five, and says so: sampled loops (exponentials of matrices in
+every kind of file but four, and says so: sampled loops (exponentials of matrices in
 balls), matrices that are balls, refusals by the slow modes of a delayed plant
-(eigenvalues in balls), energies of large plants (sparse factors in floats), and sums of
-poles that a law doesn't move (traces). These
+(eigenvalues in balls), and energies of large plants (sparse factors in floats). These
 ``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 

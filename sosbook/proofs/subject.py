@@ -16,7 +16,7 @@ from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
 from ..runtime.reading import named, path_of, read_data, read_json, read_text
-from ..synthesis.known_certificate import parts_data
+from ..synthesis.fixed_mode import parts_data
 
 __all__ = ["compare_code", "compare_gain", "compare_plant", "subject"]
 

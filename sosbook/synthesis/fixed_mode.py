@@ -1,5 +1,6 @@
 """A mode that no gain moves and that breaks what is asked, as an exact proof."""
 
+from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
 import numpy as np
@@ -7,8 +8,9 @@ from flint import fmpq, fmpq_mat, fmpq_poly
 
 from ..exact.algebraic import roots_of
 from ..exact.definite import exact
-from ..exact.rational import decimal, decimals, fraction, rational_matrix
+from ..exact.rational import decimal, decimals, fraction, fractions, rational_matrix
 from ..exact.refusal import Refusal
+from ..laws.base import Parts
 from ..plants.controllability import FixedPart, fixed_part, matrix_of
 from ..requirements.base import Requirement
 from ..requirements.lmi_region import by_matrices
@@ -16,8 +18,9 @@ from ..requirements.stability import Stability
 from ..runtime.time_limit import check_time
 from .request_as_data import loop_data
 
-__all__ = ["FixedModeRefusal", "plant_at", "refuse_by_mode"]
+__all__ = ["FixedModeRefusal", "OfLaw", "parts_data", "plant_at", "refuse_by_mode"]
 
+LAW = "rows", "noise", "E", "A", "B", "of_sensors", "of_states"
 MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
 BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides
 
@@ -32,7 +35,7 @@ class FixedModeRefusal(Refusal):
     root (for h'/h is the sum of 1 / (c - root)), and a vector v shows that
     this disk keeps out of the region. Of a root on the boundary the file has
     no v; there h is its own mirror image, so the roots come in pairs of which
-    one lies outside.
+    one lies outside. With a law the file has what it joins: see `OfLaw`.
     """
 
     kind = "fixed mode"
@@ -61,7 +64,7 @@ class FixedModeRefusal(Refusal):
         return r.words or r.name
 
     @classmethod
-    def of_mode(cls, request, place, part, root, requirement):
+    def of_mode(cls, request, place, part, root, requirement, law=None):
         """The file for a root of a `FixedPart` that breaks a requirement.
 
         Parameters
@@ -76,13 +79,16 @@ class FixedModeRefusal(Refusal):
             A mode of it.
         requirement : Requirement
             What the mode breaks.
+        law : OfLaw, optional
+            Whose part it is.
         """
         h, V = _cyclic(part, root)
         requirement = by_matrices(requirement)
         for bits in BITS:
             c = _point(root, bits)
             for v in (_witness(requirement, complex(*map(float, c))), []):
-                proof = cls.of(cls.contents(request, requirement, place, h, V, c, v))
+                data = cls.contents(request, requirement, place, h, V, c, v)
+                proof = cls.of(data if law is None else data | law.data())
                 if proof.proven:
                     return proof
         return proof
@@ -117,15 +123,45 @@ class FixedModeRefusal(Refusal):
         }
 
 
+@dataclass(frozen=True, eq=False)
+class OfLaw:
+    """How a plant is read whose mode no gain of a law moves.
+
+    ``parts``: what the law joins; ``seen``: whether the plant is transposed, with the
+    sensors in the place of B: its modes that no input moves are those that no sensor
+    sees. Else it has the law's states.
+    """
+
+    parts: Parts
+    seen: bool
+
+    def data(self):
+        """What a file says of it."""
+        free = None if self.seen else self.parts.free
+        return {"law": parts_data(self.parts), "free": free}
+
+    def read(self, d):
+        """E, A and B of a plant d in rationals."""
+        if self.seen:
+            return d.E.T, d.A.T, self.parts.rows.T
+        whole = self.parts.joined(d)
+        return whole.E, whole.A, whole.Bu
+
+
+def parts_data(parts):
+    """What a file says of the ``parts`` that a law joins."""
+    return {name: fractions(getattr(parts, name)) for name in LAW}
+
+
 def _requirement(data):
     asked = data["requirement"]
     return Stability() if asked is None else Requirement.read(asked)
 
 
-def plant_at(request, place):
+def plant_at(request, place, law=None):
     """E, A, B in rationals at a place: the vertex (k, k), or halfway between (i, j).
 
-    With the given gain of a request there are no columns in B.
+    With the given gain of a request there are no columns in B; ``law`` is an `OfLaw`.
     """
     first, *other = request.vertices_in(exact, dict.fromkeys(place))
     E, A, B = first.E, first.A, first.Bu
@@ -134,7 +170,7 @@ def plant_at(request, place):
         E, A, B = ((x + y) * half for x, y in ((E, j.E), (A, j.A), (B, j.Bu)))
     if request.gain is not None:
         A, B = A + B @ exact(request.gain), B[:, :0]
-    return E, A, B
+    return (E, A, B) if law is None else law.read(replace(first, E=E, A=A, Bu=B))
 
 
 def _places(request):
@@ -147,27 +183,23 @@ def _places(request):
     return places
 
 
-def _parts(request, places):
-    """The `FixedPart` of each place, with it; None where it isn't known."""
-    for place in places:
-        check_time()
-        yield place, fixed_part(*plant_at(request, place))
-
-
-def refuse_by_mode(request, places=None):
+def refuse_by_mode(request, places=None, law=None):
     """The `FixedModeRefusal` of a request, or None without one.
 
-    ``places`` are those that are looked at: see `FixedModeRefusal.place`.
+    ``places`` are those that are looked at: see `FixedModeRefusal.place`; ``law``: an
+    `OfLaw`, of a request without it.
     """
-    places = _places(request) if places is None else places
     # whatever else is asked, all claims say that it is stable
     asked = {r.key: r for r in (*request.demands, Stability())}.values()
-    for place, part in _parts(request, places):
+    for place in _places(request) if places is None else places:
+        check_time()
+        part = fixed_part(*plant_at(request, place, law))
         for mode in part.modes() if part is not None else ():
             for r in asked:
                 form = r.pole_matrices()
                 if form is not None and mode.inside(*form) is False:
-                    proof = FixedModeRefusal.of_mode(request, place, part, mode, r)
+                    found = place, part, mode, r, law
+                    proof = FixedModeRefusal.of_mode(request, *found)
                     if proof.proven:
                         return proof
     return None

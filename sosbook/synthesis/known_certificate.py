@@ -8,17 +8,16 @@ import numpy as np
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof
 from ..exact.proof import Examined
-from ..exact.rational import decimals, fractions, read_array, read_fractions
+from ..exact.rational import decimals, read_array, read_fractions
 from ..laws.base import Law, Parts
 from ..laws.structure import placed
 from .cells import Box, Mixtures, Ranges, family, known_loops
+from .fixed_mode import LAW, parts_data
 from .known_gain import kept_or_broken
 from .known_lmis import rational_blocks
 from .request_as_data import loop_data, read_request
 
-__all__ = ["Joined", "KnownGainProof", "known_proof", "parts_data"]
-
-LAW = "rows", "noise", "E", "A", "B", "of_sensors", "of_states"
+__all__ = ["Joined", "KnownGainProof", "known_proof"]
 
 
 class KnownGainProof(GainProof):
@@ -90,11 +89,6 @@ def known_by_theorems(data):
     if asked or left:
         raise ValueError("cells or unknowns are missing, or too many")
     return request, names, blocks
-
-
-def parts_data(parts):
-    """What a file says of the ``parts`` that a law joins."""
-    return {name: fractions(getattr(parts, name)) for name in LAW}
 
 
 class Joined(Law):

@@ -1,9 +1,9 @@
 """What checks proofs: a folder that needs standard Python and nothing else.
 
 `sosbook.exact.checker.kernel` knows no control, nor do `arithmetic` and `language`.
-`designs`, `known`, `delays`, `others` and `special` write texts for it beside the words
-that they prove, and `verdict` reads files: ``python checker proof.json``. Every
-deployment has it in one file.
+`designs`, `known`, `delays`, `others`, `special` and `small_input` write texts for it
+beside the words that they prove, and `verdict` reads files: ``python checker
+proof.json``. Every deployment has it in one file.
 """
 
 from pathlib import Path
@@ -14,7 +14,7 @@ CHECKER = Path(__file__).parent
 MODULES = (
     *("arithmetic", "language", "kernel", "families", "payment", "outputs"),
     *("text", "plants", "regions", "requirements", "designs", "known", "delays"),
-    *("others", "special", "verdict"),
+    *("others", "special", "small_input", "verdict"),
 )
 ONE_FILE = """\
 \"\"\"Check a proof file of sosbook: python check_proof.py proof.json, see --help.

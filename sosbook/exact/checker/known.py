@@ -34,6 +34,14 @@ BL.i = [Bw.i; law.B law.noise] + push.i noise"""
 PARTS_OF_LAW = "rows noise E A B of_sensors of_states"
 
 
+def put_law(t, law):
+    """What a law joins to a plant becomes data."""
+    keys(law, PARTS_OF_LAW)
+    for name in PARTS_OF_LAW.split():
+        width = len(law["rows"]) if name == "B" else 0
+        t.put(f"law.{name}", law, name, width, ratio)
+
+
 class Known:
     """Free multipliers for u = K x, or for a law that sets u and x_c' by K y.
 
@@ -82,10 +90,7 @@ class Known:
     def _law(self, law, m):
         """The loop with the states of a law, of which the last ones follow K, too."""
         t = self.t
-        keys(law, PARTS_OF_LAW)
-        for name in PARTS_OF_LAW.split():
-            width = len(law["rows"]) if name == "B" else 0
-            t.put(f"law.{name}", law, name, width, ratio)
+        put_law(t, law)
         N, c, f = self.N, len(law["E"]), len(self.d["K"]) - m
         need(0 <= f <= c, "K has another number of rows")
         whole = ("0",) * c  # its first states are integrals of what is measured

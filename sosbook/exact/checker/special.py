@@ -1,19 +1,19 @@
-"""What rests on more than definite matrices: modes, masses, responses, small inputs.
+"""What excludes every gain without multipliers: modes, masses, responses, sums.
 
 Each adds to its text what no text says: where a polynomial has a root, the sign of a
-determinant, matrices that are known within bounds.
+determinant.
 """
 
 from fractions import Fraction
-from math import lcm
+from math import floor, log10
 
-from .arithmetic import Beyond, Mat, definite, eye, need, zeros
-from .designs import Design
+from .arithmetic import Beyond, need
+from .known import put_law
 from .outputs import explicit
 from .plants import determinant, plant
 from .regions import in_matrices, region
 from .requirements import STABILITY
-from .text import Text, mat, number, positive, ratio, sane
+from .text import Text, mat, number, ratio, sane
 
 CLOSE = Fraction(1, 10**6)  # of |s|, of which six digits are said
 
@@ -40,6 +40,60 @@ class SingularMass:
         self.claims = ["no gain makes every plant of the polytope stable: a plant "
                        f"between the vertices {i + 1} and {j + 1} has a singular "
                        "matrix E"]  # fmt: skip
+
+
+JOINED = """E = [{E}, 0; 0, law.E]
+A = [{A}, O({N}, {c}); law.B law.rows, law.A]
+Bu = [{Bu}, O({N}, {f}); O({c}, {m}), [O({k}, {f}); I({f})]]"""
+
+
+def joined(t, law, size, mean, f):
+    """E, A and Bu of a plant with a law's states, f of them free: how many of each."""
+    put_law(t, law)
+    (N, m), c = size, len(law["E"])
+    need(type(f) is int and 0 <= f <= c, "a law has no such rows")
+    parts = {x: mean.format(x) for x in ("E", "A", "Bu")}
+    t.write(*JOINED.format(**parts, N=N, m=m, c=c, f=f, k=c - f).split("\n"))
+    return N + c, m + f
+
+
+class SumOfPoles:
+    """The sum of the poles, tr E^-1 (A + B K C_y), is moved by no K of a law.
+
+    Their mean lies right of what is asked, so one of them does.
+    """
+
+    def __init__(self, d):
+        t = self.t = Text(d)
+        vertices, *size, _ = plant(t, d)
+        need(d["U"] == [] and d["gains"], "a law has gains, and no U")
+        k, asked = d["vertex"], d["requirement"]
+        inside = type(k) is int and 0 <= k < len(vertices)
+        need(inside, "vertex must be one of the plant's, from 0")
+        f = len(d["gains"][0]) - size[1]
+        N, _ = joined(t, d["law"], size, f"{{}}.{k + 1}", f)
+        need(asked["form"] == "half-plane", "a half-plane is needed")
+        words = region(asked)[2]
+        t.put_number("sigma", asked, "sigma")
+        t.sets["gains"] = [[str(i)] for i, _ in enumerate(d["gains"], 1)]
+        for i, _ in enumerate(d["gains"]):
+            t.put(f"G.{i + 1}", d["gains"], i, entry=ratio)
+        t.write("y = [law.of_sensors law.rows, law.of_states]", "back = inv(E)")
+        t.write("still.i: tr(back Bu G.i y) == 0", loop="i in gains")
+        t.write(f"mean = tr(back A)/{N}", "beyond: mean + sigma > 0")
+        where = f"the vertex {k + 1}" if len(vertices) > 1 else "the plant"
+        least = downwards(t.values()["mean"])
+        self.claims = [f"no gain of the law moves the sum of the poles of {where}; one "
+                       f"of them has a real part of at least {least}, so none keeps: "
+                       f"{words}"]  # fmt: skip
+
+
+def downwards(x):
+    """A fraction in six digits, not above it."""
+    words = f"{float(x):.6g}"
+    if Fraction(words) <= x:
+        return words
+    return f"{float(x) - 10.0 ** (floor(log10(abs(float(x)))) - 5):.6g}"
 
 
 class UnreachedResponse:
@@ -86,7 +140,8 @@ class UnreachedResponse:
 class FixedMode:
     """V A = L V E and V B = 0: the roots of h, L's polynomial, can't be moved.
 
-    One of them lies outside of a region.
+    One of them lies outside of a region. With a law the plant is transposed, and has
+    the sensors in the place of B; or it has the law's states, of which some are free.
     """
 
     def __init__(self, d):
@@ -96,8 +151,18 @@ class FixedMode:
         where = f"the plant halfway between the vertices {i + 1} and {j + 1}"
         if i == j:
             where = f"the vertex {i + 1}" if len(vertices) > 1 else "the plant"
-        mean = "{0} = ({0}.{1} + {0}.{2})/2"
-        t.write(*(mean.format(x, i + 1, j + 1) for x in ("E", "A", "Bu")))
+        mean, who = f"({{0}}.{i + 1} + {{0}}.{j + 1})/2", "no gain"
+        if "law" not in d:
+            t.write(*(f"{x} = {mean.format(x)}" for x in ("E", "A", "Bu")))
+        elif d["free"] is None:
+            put_law(t, d["law"])
+            lines = (f"{x} = ({mean.format(x)})'" for x in "EA")
+            t.write(*lines, "Bu = law.rows'")
+            m, who = len(d["law"]["rows"]), "no controller with these sensors"
+        else:
+            N, m = joined(t, d["law"], (N, m), mean, d["free"])
+            who = "no gain of the law"
+        need("law" not in d or d["K"] is None, "a law's gain is free")
         A = "A"
         if d["K"] is not None:
             t.put("K", d, "K", N)
@@ -139,7 +204,7 @@ class FixedMode:
             need(mirrored(alpha, beta, h), "the modes don't come in pairs")
             need(kept_out(alpha, beta, x, y), "the mode keeps what is asked")
         s = f"{float(x):.6g}" + (f"{float(y):+.6g}j" if y else "")
-        mode = f"no gain moves the mode near s = {s} of {where}"
+        mode = f"{who} moves the mode near s = {s} of {where}"
         if d["K"] is not None:
             mode = f"{where} has {'under the given gain ' if m else ''}a mode near "
             mode += f"s = {s}"
@@ -213,172 +278,3 @@ def moved(h, a):
         coefficients = [p + q for p, q in zip(up, down)]
         coefficients[0] += x
     return coefficients
-
-
-# ---- A small input. Complex matrices c are real ones, [Re c, -Im c; Im c, Re c]
-
-
-class SmallInput:
-    """The LMIs of some modes' part of the plant exclude each other.
-
-    If W A = L W E, the LMIs hold for p = V P V*, y = Y V*, V = W E, with L, W B and
-    V x0. Here W = [1 X] T, and entry by entry |X| <= spread, |L - L0| <= blur.
-    With K = T A R and J = T E R the equations for X and L, by blocks, are
-
-        L = K11 + X K21 - L (J11 - 1) - L X J21,
-        X K22 - L X J22 = L J12 - K12.
-
-    Divided by the differences of the diagonals of K22 and K11 they map these
-    bounds into themselves: a fixed point exists (Brouwer).
-    """
-
-    def __init__(self, d):
-        design = Design(d)
-        t = self.t = Text({k: x for k, x in d.items() if k != "multipliers"})
-        _, N, m, _ = plant(t, d)
-        need(d["K"] is None, "the gain must be free")
-        need(not design.slack, "this proof is for a common P")
-        (bound,) = [r for r in design.asked if r["kind"] == "input"]
-        need(bound["acceleration"] is False, "this proof is for a bound of K x")
-        vertex, k = d["vertex"], len(d["spread"])
-        inside = type(vertex) is int and 0 <= vertex < design.many
-        need(inside, "there is no such vertex")
-        need(0 < k < N, "the part must be smaller than the plant")
-        env, self.k, self.N = t.values(), k, N
-        E, A, B = (env[f"{x}.{vertex + 1}"] for x in ("E", "A", "Bu"))
-        x0 = mat([[e] for e in bound["x0"]], N, 1)
-        L, F_of, blur, spread = self._enclosed(d, *map(real, (E, A, B, E @ x0)))
-        S, F = self._multiplied(d, design)
-        push, begin = F_of
-        # the sum of <G, z> over the regions is -tr(Q p) - 2 Re tr(f y)
-        FL, f = F @ L, F @ part(push, 0, k, 0, m)
-        Q = S + FL + FL.T
-        Q_blur = sizes_of(F) @ blur
-        Q_blur = Q_blur + Q_blur.T
-        f_blur = sizes_of(F) @ spread @ sizes_of(part(push, k, N - k, 0, m))
-        U, price = complex_of(d["share"], k), complex_of(d["price"], m)
-        room = [*sums(f_blur), *sums(f_blur.T)]
-        (a, b), (c, e), (f1, f2), (g1, g2) = map(halves, (U, price, f, f.T))
-        whole = real_form(table([[a, f1], [g1, c]]), table([[b, f2], [g2, e]]))
-        good = definite(whole + diagonal(room * 2).times(-1), semi=True)
-        need(good, "the multiplier of u_max isn't positive")
-        D = Q + U.times(-1) + diagonal(sums(Q_blur) * 2).times(-1)
-        need(definite(D, semi=True), "the multiplier of x0 isn't positive")
-        h = part(begin, 0, k, 0, 1).cut(0, 2 * k, 0, 1)
-        force = D @ h
-        spill = spread @ sizes_of(part(begin, k, N - k, 0, 1))
-        least = h.dot(force) - 2 * sum(
-            (abs(force.at(i, 0)) + abs(force.at(k + i, 0))) * spill.at(i, 0)
-            for i in range(k)
-        )
-        paid = sum(price.at(i, i) for i in range(m))
-        good = positive(bound["u_max"]) ** 2 * paid < least
-        need(good, "the multipliers exclude nothing")
-        which = "no gain and no matrices prove by these LMIs: "
-        self.claims = [which + "; ".join(design.claims)]
-
-    def _enclosed(self, d, E, A, B, start):
-        """L0, T B and T E x0, and the bounds, which map into themselves."""
-        k, N = self.k, self.N
-        r = N - k
-        spread, blur = mat(d["spread"], k, r), mat(d["blur"], k, k)
-        need(min(map(min, spread.a + blur.a)) >= 0, "a bound is negative")
-        T, R = (complex_of(d[x], N) for x in ("rows", "columns"))
-        K, J = T @ A @ R, T @ E @ R
-        off = J + eye(2 * N).times(-1)
-        need(max(sums(sizes_of(off))) < 1, "the columns aren't near an inverse")
-        L = part(K, 0, k, 0, k)
-        own, beside = split(sizes_of(L))
-        _, beside_rest = split(sizes_of(part(K, k, r, k, r)))
-        error = L @ part(J, 0, k, k, r) + part(K, 0, k, k, r).times(-1)
-        far = sizes_of(L) + blur
-        low = sizes_of(part(off, k, r, 0, k))
-        new_blur = spread @ sizes_of(part(K, k, r, 0, k)) + far @ spread @ low
-        new_blur = new_blur + far @ sizes_of(part(off, 0, k, 0, k))
-        new = sizes_of(error) + blur @ sizes_of(part(J, 0, k, k, r))
-        new = new + spread @ beside_rest
-        new = new + (beside + blur) @ spread @ sizes_of(part(J, k, r, k, r))
-        new = new + own @ spread @ sizes_of(part(off, k, r, k, r))
-        re, im = halves(K)
-        for i in range(k):
-            for j in range(r):
-                gap = max(abs(x.at(k + j, k + j) - x.at(i, i)) for x in (re, im))
-                good = new.at(i, j) <= gap * spread.at(i, j)
-                need(good, "the part isn't enclosed")
-            good = all(new_blur.at(i, j) <= blur.at(i, j) for j in range(k))
-            need(good, "the part isn't enclosed")
-        return L, (T @ B, T @ start), blur, spread
-
-    def _multiplied(self, d, design):
-        """What the multipliers z of the regions make of alpha and of beta."""
-        k = self.k
-        asked = {(r["kind"], r["name"]): r for r in design.asked}
-        asked = {key: r for key, r in asked.items() if key[0] == "region"}
-        asked["stability", "stability"] = STABILITY | {"kind": "region"}
-        S = F = zeros(2 * k, 2 * k)
-        for key, pair in d["multipliers"]:
-            alpha, beta, _ = region(asked.pop(tuple(key)))
-            z = complex_of(pair, len(alpha) * k)
-            need(definite(z, semi=True), f"the multiplier of {key} isn't positive")
-            for i, (a, b) in enumerate(zip(alpha, beta)):
-                for j in range(len(a)):
-                    z_ji = part(z, j * k, k, i * k, k)
-                    S, F = S + z_ji.times(a[j]), F + z_ji.times(b[j])
-        return S, F
-
-
-def table(blocks):
-    """The matrix of blocks, over one denominator."""
-    d = lcm(*(x.d for row in blocks for x in row))
-    rows = [[d // x.d * e for x in row for e in x.a[i]]
-            for row in blocks for i in range(row[0].r)]  # fmt: skip
-    return Mat(len(rows), sum(x.c for x in blocks[0]), rows, d)
-
-
-def real_form(re, im):
-    return table([[re, im.times(-1)], [im, re]])
-
-
-def real(x):
-    return real_form(x, zeros(x.r, x.c))
-
-
-def complex_of(pair, n):
-    """A square matrix of n complex rows, from its real and its imaginary part."""
-    re, im = pair
-    return real_form(mat(re, n, n), mat(im, n, n))
-
-
-def halves(x):
-    """Real and imaginary part of a complex matrix in its real form."""
-    r, c = x.r // 2, x.c // 2
-    return x.cut(0, r, 0, c), x.cut(r, r, 0, c)
-
-
-def part(x, i, r, j, c):
-    """A block of a complex matrix."""
-    return real_form(*(y.cut(i, r, j, c) for y in halves(x)))
-
-
-def sizes_of(x):
-    """A bound of the size of each complex entry."""
-    re, im = (Mat(y.r, y.c, [[abs(e) for e in u] for u in y.a], y.d) for y in halves(x))
-    return re + im
-
-
-def split(x):
-    """The diagonal, and what is beside it."""
-    own = [[e if i == j else 0 for j, e in enumerate(u)] for i, u in enumerate(x.a)]
-    own = Mat(x.r, x.c, own, x.d)
-    return own, x + own.times(-1)
-
-
-def sums(x):
-    return [Fraction(sum(u), x.d) for u in x.a]
-
-
-def diagonal(entries):
-    d = lcm(*(e.denominator for e in entries))
-    n, numbers = len(entries), [int(e * d) for e in entries]
-    return Mat(n, n, [[e if i == j else 0 for j in range(n)]
-                      for i, e in enumerate(numbers)], d)  # fmt: skip

@@ -29,7 +29,8 @@ from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES
 from .known import Known
 from .others import Mass, Observer, Own, Schur
-from .special import FixedMode, SingularMass, SmallInput, UnreachedResponse
+from .small_input import SmallInput
+from .special import FixedMode, SingularMass, SumOfPoles, UnreachedResponse
 
 SECONDS = 600.0  # unless told otherwise
 AUTHOR = 5  # the exit code of what is proven of an author's blocks
@@ -49,6 +50,7 @@ KINDS = {  # what writes its text, and what it asks
 SINGLE = {  # without unknowns
     "schur": (Schur, "matrices rate cells undecided note"),
     "fixed mode": (FixedMode, LOOP + "requirement place polynomial rows point witness"),
+    "sum of poles": (SumOfPoles, "plant U K_A law gains requirement vertex"),
     "singular mass": (SingularMass, "plant U K_A between"),
     "unreached response": (UnreachedResponse, LOOP + "bound vertex s v y"),
     "small input": (SmallInput, LOOP + "coupling epsilon E0 requirements vertex rows "
@@ -58,7 +60,6 @@ AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 BEYOND = {
     "sampled": "it encloses exponentials of matrices in balls",
-    "sum of poles": "no text says the trace of a law's loop",
     "energy": "it bounds the rounding of sparse factors in floats",
     "infeasible delay modes": "it encloses irrational eigenvalues in balls",
 }
@@ -102,6 +103,7 @@ def law(asked):
     else:
         raise Beyond(f"a proof of the kind {whole!r:.80} isn't known here")
     names += " box" * ("box" in asked and kind in ("design", "small input"))
+    names += " law free" * ("law" in asked and kind == "fixed mode")
     less = LESS.get(kind, "").split() if refused else []
     names = [x for x in dict.fromkeys(names.split()) if x not in less]
     keys(asked, " ".join(["kind", *names]))

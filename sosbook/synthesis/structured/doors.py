@@ -1,21 +1,19 @@
 """The doors of "infeasible" for a law: what excludes every gain, exactly."""
 
 from dataclasses import replace
-from math import floor, log10
 
 import numpy as np
 
-from ...exact.proof import Examined
-from ...exact.rational import decimals, exact, fractions, inverse, read_fractions
+from ...exact.rational import exact, fractions, inverse
 from ...exact.refusal import Refusal
+from ...plants.descriptor import MATRICES
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
 from ..broken import alone
 from ..feasibility import answer
-from ..fixed_mode import refuse_by_mode
-from ..known_certificate import Joined, parts_data
+from ..fixed_mode import OfLaw, parts_data, refuse_by_mode
 from ..request import Request
-from ..request_as_data import loop_data, read_request
+from ..request_as_data import loop_data
 from ..solution import Solution
 from .any_order import excluded, seen
 from .loops import corners_of
@@ -42,58 +40,27 @@ class SumOfPoles(Refusal):
     kind = "sum of poles"
 
     @classmethod
-    def examine(cls, data):
-        directions = [read_fractions(K) for K in data["gains"]]
-        if not directions or data["U"]:
-            raise ValueError("the gains of a law are needed, and no U")
-        law, wide = Joined(data["law"], len(directions[0])), directions[0].shape
-        asked = dict(coupling="multipliers", epsilon=None, E0=None)
-        asked = data | asked | dict(requirements=[data["requirement"]])
-        request = read_request(asked, gain=decimals(np.zeros(wide)), law=law)
-        (r,), places = request.requirements, list(corners_of(request).items())
-        k, parts = data["vertex"], request.law_parts
-        if type(k) is not int or not 0 <= k < len(places) or r.parameter is not SIGMA:
-            raise ValueError("a vertex, from 0, and a half-plane are needed")
-        mean = mean_pole(places[k][1], parts, directions)
-        if mean is None:
-            raise ValueError("a gain moves the sum of the poles")
-        gains = [fractions(K) for K in directions]
-        known = dict(loop_data(request), law=parts_data(parts), gains=gains)
-        again = cls.contents(known, r, k, places[k][0], mean)
-        beyond = mean + exact(r.bound)
-        failed = () if beyond > 0 else ("mean",)
-        claims = () if failed else tuple(again["claims"])
-        return again, Examined(claims, {"mean": float(beyond)}, failed)
-
-    @classmethod
-    def contents(cls, known, r, k, where, mean):
+    def contents(cls, request, r, k, directions):
         """The data of the file.
 
         Parameters
         ----------
-        known : dict
-            Plant, U, K_A, law and gains.
+        request : Request
+            With the plant, and the law that joins something to it.
         r : Requirement
             The half-plane.
-        k, where : int and str
-            The number and the words of the plant that has the poles.
-        mean : Rational
-            Of its poles.
+        k : int
+            The plant's vertex that has the poles, from 0.
+        directions : sequence of arrays
+            Of the law's gains.
         """
-        claim = (
-            f"no gain of the law moves the sum of the poles of {where}; one "
-            f"of them has a real part of at least {_downwards(mean)}, so none keeps: "
-            f"{r.statement}"
-        )
-        return {"claims": [claim], **known, "requirement": r.data(), "vertex": k}
-
-
-def _downwards(x):
-    """A rational in six digits, not above it."""
-    words = f"{float(x):.6g}"
-    if exact(float(words)) <= x:
-        return words
-    return f"{float(x) - 10.0 ** (floor(log10(abs(float(x)))) - 5):.6g}"
+        return {
+            **loop_data(request),
+            "law": parts_data(request.law_parts),
+            "gains": [fractions(exact(K)) for K in directions],
+            "requirement": r.data(),
+            "vertex": k,
+        }
 
 
 def mean_pole(d, parts, directions):
@@ -119,54 +86,49 @@ def refused_by_sum(request, loops):
     if not asked:
         return None
     r = max(asked, key=lambda r: r.bound)
-    parts = request.law_parts
-    for k, (where, d) in enumerate(corners_of(request).items()):
-        mean = mean_pole(d, parts, loops.directions)
+    for where, d in corners_of(request).items():
+        mean = mean_pole(d, request.law_parts, loops.directions)
         if mean is None or mean + exact(r.bound) <= 0:
             continue
-        gains = [fractions(exact(K)) for K in loops.directions]
-        known = dict(loop_data(request), law=parts_data(parts), gains=gains)
-        proof = SumOfPoles.of(SumOfPoles.contents(known, r, k, where, mean))
+        _, k = _vertex(request, d)
+        proof = SumOfPoles.of(SumOfPoles.contents(request, r, k, loops.directions))
         text = f"{proof.claims[0][0].upper()}{proof.claims[0][1:]}."
+        text = text.replace(f"the vertex {k + 1};", f"{where};")
         return Solution(request, "infeasible", None, reason=text, infeasibility=proof)
     return None
 
 
-DUAL = " The proof is about the transposed plant, whose inputs are the sensors."
-JOINED = " The proof is about the plant with the law's states."
+def _vertex(request, d, asked=()):
+    """A request of a plant without its law, and the vertex that is its corner d."""
+    one = replace(request, law=None, gain=None, requirements=asked, coupling="vertices")
+    for k in range(len(one.vertices)):
+        (v,) = one.vertices_in(exact, [k])
+        if all((getattr(v, x) == getattr(d, x)).all() for x in MATRICES[:4]):
+            return one, k
+    raise AssertionError("a corner of a plant is one of its vertices")
 
 
 def refused_by_mode(request, sought=None):
     """The Solution of a request with a mode that no gain of the law moves; or None.
 
-    Either its motion leaves the sensors still: then it is one of the transposed plant
-    E' x' = A' x + C' u, where C are the sensors, that no input moves. The proof is
-    about that plant, which has the same poles. Or the input doesn't reach it, in the
+    Either its motion leaves the sensors still, or the input doesn't reach it, in the
     plant or in that with the law's states. ``sought``: the requirement whose bound is
     looked for, which refuses nothing.
     """
     parts = request.law_parts
     asked = [r for r in request.requirements if r.pole_matrices() and r is not sought]
     for where, d in corners_of(request).items():
-        none = exact(np.zeros((len(d.E), 0)))
-        dual = dict(E=d.E.T, A=d.A.T, Bu=parts.rows.T, Bw=none, C=none.T)
-        dual |= dict.fromkeys(("Du", "Dw", "Ca"))
-        for side, who, why, about in (
-            (replace(d, **dual), "No controller", "these sensors don't see it", DUAL),
-            (d, "No controller", "the input doesn't reach it", ""),
-            (
-                parts.joined(d),
-                "No gain of the law",
-                "the input doesn't reach it",
-                JOINED,
-            ),
+        one, k = _vertex(request, d, tuple(asked))
+        for law, who, why in (
+            (OfLaw(parts, True), "No controller", "these sensors don't see it"),
+            (None, "No controller", "the input doesn't reach it"),
+            (OfLaw(parts, False), "No gain of the law", "the input doesn't reach it"),
         ):
-            plant = alone(side, request.plant)
-            proof = plant and refuse_by_mode(Request(plant, requirements=asked))
+            proof = refuse_by_mode(one, [(k, k)], law)
             if proof:
                 text = (
                     f"{who} moves the mode of {where} at {proof.mode:.4g} rad/s: "
-                    f"{why}. It violates {proof.requirement}.{about}"
+                    f"{why}. It violates {proof.requirement}."
                 )
                 return _refused(request, text, proof)
     return None
