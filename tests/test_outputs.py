@@ -255,9 +255,11 @@ def test_an_acceleration_of_an_uncertain_mass_has_a_P_for_each_plant():
     loads = sos.Polytope([one, moved, other])
     felt = sos.HInfinity(9.0, outputs=sos.Output(acceleration=[[1, 0]]))
     with pytest.raises(ValueError, match='Take coupling="slack"'):
-        sos.design_pid(loads, requirements=[felt])
-    K = sos.design_pid(loads, coupling="slack", slack=0.3,
-                       region=sos.PoleRegion(rho=20)).K.round(3)  # fmt: skip
+        sos.design_pid(loads, requirements=[felt], coupling="pairs")
+    design = sos.design_pid(loads, requirements=[felt], region=sos.PoleRegion(rho=20))
+    assert design.request.coupling == "slack" and "an acceleration" in design.reason
+    assert design.certify().proven
+    K = design.K.round(3)
     rows, nothing = [{"acceleration": np.array([[1.0, 0.0]])}], np.zeros((0, 2))
     worst = max(
         true_norm(v, nothing, K, rows, [0, 1])

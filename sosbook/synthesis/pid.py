@@ -66,7 +66,8 @@ def design_pid(
         Acceleration gain, where the mass is singular.
     coupling : {"auto", "pairs", "vertices", "slack"}
         ``"auto"`` takes ``"pairs"``, and ``"slack"`` where these have no solution
-        and those have: ``reason`` says so, ``request.coupling`` which it was. A least
+        and those have, or an acceleration of an uncertain mass is weighed: ``reason``
+        says so, ``request.coupling`` which it was. A least
         bound is that of the pairs if there is one; of a family with powers of
         parameters, whose ranges are cut while its least bound falls, the lower one.
         ``"pairs"`` is sound, with one Lyapunov matrix for all plants. No

@@ -51,7 +51,7 @@ def design_asked(
         plant,
         U,
         K_A=K_A,
-        coupling="pairs" if auto else coupling,
+        coupling=coupling,
         slack=slack,
         gain=gain,
         law=law,
@@ -83,7 +83,7 @@ def design_asked(
 
     def one(request):
         found = designed(request, objective, backoff, start, prefer)
-        if auto and request.coupling == "pairs" and gain is None:
+        if auto and gain is None:
             return or_with_slack(found, request, objective, backoff, prefer)
         return found
 

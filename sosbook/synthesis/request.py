@@ -11,7 +11,7 @@ from ..exact.definite import exact
 from ..language import Affine
 from ..language.matrices import Readings
 from ..lmi.text import floats
-from ..plants.checks import matrix, positive
+from ..plants.checks import is_word, matrix, positive
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor, descriptors, mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
@@ -39,10 +39,10 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
 
     ``plant``, ``U``: as in `design_pid`; ``*asked``: what `design_pid` asks by the
     arguments that follow: shorthand for requirements, see `collected`; ``K_A``,
-    ``coupling``, ``slack``: as in `design_pid`; ``gain``, (m, N): the K of
-    `analyse_pid`; ``law``: what u depends on; K multiplies its signals then. With a law
-    there is a gain, which is zero without one; ``**more``: what is asked, by name;
-    ``requirements`` is a sequence of objects.
+    ``coupling``, ``slack``: as in `design_pid`, where "auto" is the first that it
+    tries; ``gain``, (m, N): the K of `analyse_pid`; ``law``: what u depends on; K
+    multiplies its signals then. With a law there is a gain, which is zero without one;
+    ``**more``: what is asked, by name; ``requirements`` is a sequence of objects.
     """
 
     plant: Any
@@ -90,6 +90,9 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
         vertices = self._descriptors(gain)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "near", self._near_box())
+        if is_word(coupling, ("auto",)):
+            coupling = self._first_coupling(gain)
+            object.__setattr__(self, "coupling", coupling)
         object.__setattr__(self, "pairs", tuple(self._pairs_of(coupling)))
         if slack is not None:
             slack = positive("slack", slack)
@@ -122,6 +125,12 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
         for r in self.requirements:
             r.check(self)
         self._check_unknowns()
+
+    def _first_coupling(self, gain):
+        """One P for all plants, unless what is asked has no such LMIs."""
+        object.__setattr__(self, "pairs", tuple(self._pairs_of("pairs")))
+        one_P = gain is not None or all(r.fits_one_P(self) for r in self.requirements)
+        return "pairs" if one_P else "slack"
 
     def _descriptors(self, gain):
         plant = self.plant

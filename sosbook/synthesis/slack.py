@@ -36,6 +36,11 @@ LOWER = (
     "The bound is lower than with one P for all plants: each vertex has its own "
     '(coupling="slack"), for plants that don\'t change with time.'
 )
+NO_ONE_P = (
+    "One P for all plants has no such LMIs where an acceleration of an uncertain mass "
+    'is weighed: each vertex has its own (coupling="slack"), for plants that don\'t '
+    "change with time."
+)
 NEITHER = "Nothing was found with a P for each vertex, either."
 
 GAP = 1e-3  # relative accuracy of the optima that are compared
@@ -169,10 +174,12 @@ def designed(request, objective, backoff, start, prefer):
 def or_with_slack(first, request, objective, backoff, prefer):
     """The first Solution, or one with a P for each vertex where it is none.
 
-    ``first``: with one P for all plants; ``request``, ``objective``, ``backoff``,
-    ``prefer``: as for `designed`.
+    ``first``: with one P for all plants, unless what is asked has no such LMIs;
+    ``request``, ``objective``, ``backoff``, ``prefer``: as for `designed`.
     """
     own = all(r.takes_slack for r in request.demands)
+    if request.coupling == "slack":
+        return replace(first, reason=f"{NO_ONE_P} {first.reason or ''}".strip())
     several = own and len(request.distinct) > 1 and not request.ties
     family = request.plant.family
     rivals = objective and family is not None and not family.multi_affine

@@ -59,8 +59,6 @@ class Ask:
         fixed = {k: v for k, v in self.options.items() if k in ("K_A", "coupling")}
         if self.law is not None:
             fixed |= dict(law=self.law, coupling="multipliers")
-        elif self.either:
-            fixed["coupling"] = "pairs"
         return Request(self.plant, self.U, requirements=self.requirements, **fixed)
 
     @property
@@ -135,7 +133,8 @@ class Ask:
 
         if not self.either:
             return solved()
-        first, request = solved(coupling="pairs"), self.at(**values).request()
+        request = self.at(**values).request()
+        first = solved(coupling=request.coupling)
         own = all(r.takes_slack for r in request.demands) and not request.ties
         if first.status == "feasible" or len(request.distinct) == 1 or not own:
             return first
