@@ -22,7 +22,7 @@ from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.rig import DATA
 from sosbook.pendulum.robot import Robot
 from sosbook.pendulum.ticks import FORMATS, TickLog
-from sosbook.plants import load_plant
+from sosbook.plants.files import load_plant, plant_and_asked
 from sosbook.proofs.command import read_plant_file
 from sosbook.proofs.subject import compare_code, compare_gain, compare_plant
 from sosbook.runtime import matrix_files, reading
@@ -67,8 +67,9 @@ READERS = {
         *((ending, load_plant) for ending in ("json", "toml", "npz", "mat", "op4")),
         *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx", "npz")),
     ],
+    "plants.files.plant_and_asked": [("json", plant_and_asked)],
     "proofs.command.read_plant_file": [
-        (ending, read_plant_file) for ending in ("json", "toml")
+        (ending, read_plant_file) for ending in ("json", "toml", "op4")
     ],
     "proofs.subject.compare_plant": [
         *(

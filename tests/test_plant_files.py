@@ -7,8 +7,10 @@ import pytest
 import scipy.io
 import scipy.sparse
 
-from sosbook import Polytope, SecondOrderSystem, Uncertain
+from sosbook import Polytope, SecondOrderSystem, Uncertain, design_pid
 from sosbook.plants import load_plant
+from sosbook.plants.files import plant_and_asked
+from sosbook.proofs.command import main
 
 MATRICES = {
     "M": np.diag([2.0, 1.0]),
@@ -60,7 +62,36 @@ def as_json(folder):
 
 @pytest.mark.parametrize("save", [npy, mtx, npz, mat, as_json])
 def test_what_numpy_scipy_and_json_write_is_read(save, tmp_path):
-    assert load_plant(save(tmp_path)) == PLANT
+    """By itself, and where the file of a design names it."""
+    there, request = save(tmp_path), tmp_path / "request.toml"
+    name = "." if there == tmp_path else there.name
+    request.write_text(f'plant = "{name}"\ngamma = 9', "utf-8")
+    assert load_plant(there) == load_plant(request) == PLANT
+    assert plant_and_asked(request) == (PLANT, {"gamma": 9})
+
+
+def test_a_design_of_another_program_s_file(tmp_path, capsys):
+    """The gain is the package's; its cures stand beside the name of the file."""
+    names, S = {"M": "M", "D": "D", "S": "Kaa", "B": "B"}, np.eye(3) * 1e36
+    S[:2, :2] = MATRICES["S"]
+    wide = {x: np.pad(MATRICES[x], [[0, 1], [0, x != "B"]]) for x in "MDB"}
+    scipy.io.savemat(tmp_path / "plant.mat", wide | {"Kaa": S})
+    request, proof = tmp_path / "request.json", str(tmp_path / "proof.json")
+    asked = {"plant": {"file": "plant.mat", "names": names}, "U": [[1, 0]]}
+    verify = ["verify", proof, "--plant", str(request)]
+    for more, code, words in (({}, 2, "Pass without="), ({"without": [2]}, 0, "")):
+        asked["plant"] |= more
+        request.write_text(json.dumps(asked), "utf-8")
+        assert main(["design", str(request), "--proof", proof]) == code
+        said = capsys.readouterr()
+        assert words in said.err and ('{"file": "plant.mat"' in said.err) is bool(code)
+    plain = {x: MATRICES[x] for x in "MDSB"}
+    theirs = design_pid(SecondOrderSystem(**plain), [[1, 0]]).certify()
+    assert json.loads(said.out)["K"] == theirs.K.tolist() and main(verify) == 0
+    request.write_text(json.dumps(asked | {"U": [[0, 1]]}), "utf-8")
+    assert main(verify) == 1
+    assert main(["design", str(tmp_path / "plant.mat"), "--proof", proof]) == 2
+    assert "names, without and condensed stand in a file" in capsys.readouterr().err
 
 
 def test_csv_of_a_spreadsheet_is_read(tmp_path):
@@ -135,10 +166,18 @@ def test_two_files_for_one_matrix_are_refused(tmp_path):
         ({"vertices": {}}, "vertices must be a list"),
         ({"vertices": [{"M": [[1]]}]}, r"vertices\[0\] has M, D, S, B"),
         ({"plant": None}, "M is missing"),
+        ({"U": [[1]]}, '"plant" is missing: give'),
+        ({"plant": "none.mat"}, "none.mat: there is no such file"),
+        ({"plant": "plant.json"}, "plant: .*'plant' isn't known"),
+        ({"plant": {"file": 3}}, "plant: the name of a file or folder is needed"),
+        ({"plant": {"file": "a.mat", "place": 1}}, "plant: 'place' isn't known"),
+        ({"plant": {"file": "a.mat", "names": {"S": 1}}}, "plant: names must be like"),
+        ({"plant": {"file": "a.mat", "without": 1}}, "plant: without must be a list"),
+        ({"plant": {"file": "a.mat", "condensed": 1}}, "condensed true or false"),
     ],
 )
 def test_json_that_is_no_plant_is_refused(tmp_path, data, words):
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises((ValueError, FileNotFoundError), match=words):
         load_plant(write(tmp_path, data))
 
 

@@ -1,4 +1,4 @@
-"""Plants as plain data, and back again: what proof files say of them."""
+"""Plants as plain data, and back again: as proof files have them, or people write."""
 
 from scipy.sparse import csc_array, issparse
 
@@ -10,7 +10,10 @@ from .reduction import Reduction
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
-__all__ = ["plant_data", "read_plant"]
+__all__ = ["plant_data", "plant_of", "read_plant"]
+
+NAMES, OPTIONAL = "MDSBF", "F"
+ALIASES = {"S": "K", "D": "C"}  # what programs for finite elements call them
 
 
 def plant_data(plant):
@@ -105,3 +108,71 @@ def read_plant(data):
         for v in vertices
     ]
     return plants[0] if len(plants) == 1 else Polytope(plants)
+
+
+def plant_of(data, where="plant"):
+    """The plant of plain data: its matrices by name, or vertices.
+
+    ``data``: M, D, S, B, perhaps F and ``"coordinates"`` (names of z); or a list of
+    such under ``"vertices"``; or with ranges under ``"parameters"``, ``{"m": [1, 2]}``,
+    and entries that may be polynomials in words, ``"0.5*m + 1"``; ``where``: what
+    errors call it. Returns SecondOrderSystem, Polytope or Uncertain: a polytope where
+    there are vertices, a family where there are parameters. Raises ValueError if a key
+    is missing or too many, or the matrices are no plant.
+    """
+    if isinstance(data, dict) and "parameters" in data:
+        return _family(where, data)
+    if not isinstance(data, dict) or "vertices" not in data:
+        return _vertex(where, data)
+    several = data["vertices"]
+    if not isinstance(several, list) or len(data) > 1:
+        raise ValueError(f"{where}: vertices must be a list, and the only key")
+    if not several:
+        raise ValueError(f"{where}: vertices is empty")
+    plants = [_vertex(f"{where}.vertices[{k}]", v) for k, v in enumerate(several)]
+    return Polytope(plants)
+
+
+def _family(where, data):
+    """Matrices whose entries are numbers or polynomials in words, and ranges."""
+    matrices = dict(data)
+    ranges = matrices.pop("parameters")
+    names = _named(where, matrices)
+    if not isinstance(ranges, dict) or not all(
+        isinstance(x, list) and len(x) == 2 for x in ranges.values()
+    ):
+        raise ValueError(f'{where}: parameters must be like {{"m": [1, 2]}}')
+    several = [[name, *ends] for name, ends in ranges.items()]
+    try:
+        return Uncertain.read(
+            SecondOrderSystem, {"parameters": several, **matrices}, True, **names
+        )
+    except (TypeError, AttributeError):
+        raise ValueError(f"{where}: a matrix must be a list of rows") from None
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+
+
+def _vertex(where, data):
+    matrices = dict(data) if isinstance(data, dict) else {}
+    names = _named(where, matrices)
+    try:
+        return SecondOrderSystem(**matrices, **names)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+
+
+def _named(where, matrices):
+    """Take the names of z out of the ``matrices``; raises where a key is wrong."""
+    names = {k: matrices.pop(k) for k in ("coordinates",) if k in matrices}
+    lacking = [name for name in "MDSB" if name not in matrices]
+    strange = [name for name in matrices if name not in NAMES]
+    if lacking or strange:
+        known = {ALIASES[n]: f", call it {n}" for n in lacking if n in ALIASES}
+        faults = [f"{name} is missing" for name in lacking]
+        faults += [f"{name!r} isn't known{known.get(name, '')}" for name in strange]
+        raise ValueError(
+            f"{where} has M, D, S, B, and perhaps F and coordinates (names of z): "
+            f"{'; '.join(faults)}"
+        )
+    return names

@@ -19,6 +19,7 @@ from ..runtime.matrix_files import (
     read_sparse,
 )
 from ..runtime.reading import named, path_of, read_data
+from .as_data import ALIASES, NAMES, OPTIONAL, plant_of
 from .checks import matrix
 from .condensing import condense
 from .descriptor_system import DescriptorSystem
@@ -26,12 +27,11 @@ from .second_order import Polytope, SecondOrderSystem
 from .sparse import MOST_DENSE
 from .uncertain import Uncertain
 
-__all__ = ["load_plant", "plant_of"]
+__all__ = ["load_plant", "plant_and_asked"]
 
-NAMES, OPTIONAL = "MDSBF", "F"
 STATE = "E", "A", "B", "B_w", "C", "D"  # of a state space
-ALIASES = {"S": "K", "D": "C"}  # what programs for finite elements call them
 ENDS = ".csv", ".mtx", ".npy", ".npz"
+IN_WORDS = ".json", ".toml"
 PENALTY = 1e30  # on a diagonal: supports of Abaqus have 1e36, no structure has so much
 
 
@@ -58,7 +58,8 @@ def load_plant(
         Without M, but with ``A``, they are a state space E x' = A x + B u + B_w w,
         y = C x + D u, where only A is needed. JSON and TOML have M, D, S, B and F
         alone, or a list of such plants under ``"vertices"``, or ranges under
-        ``"parameters"``; they may be the file of ``python -m sosbook design``.
+        ``"parameters"``; they may be the file of ``python -m sosbook design``, whose
+        ``"plant"`` may be the name of another file, beside it.
     names : dict, optional
         From a matrix to what it is called there: ``{"S": "Kaa"}``.
     without : sequence of int, optional
@@ -101,28 +102,24 @@ def load_plant(
     place = path_of(path)
     kind = place.suffix.lower()
     arrays = {".npz": read_npz, ".mat": read_mat, ".h5": read_mat, ".op4": read_op4}
-    readers = arrays | {".json": read_data, ".toml": read_data}
     if place.is_dir():
         there = _folder(place)
         chosen = _chosen(place, there, names or {})
         matrices = {n: _matrix(place, there[own]) for n, own in chosen.items()}
     elif not place.exists():
         raise FileNotFoundError(f"{path}: there is no such file or folder")
-    elif kind not in readers:
-        known = ", ".join(readers)
+    elif kind in IN_WORDS:
+        if names or len(without) or condensed:
+            raise ValueError(f"{path}: {kind} takes no names, without or condensed")
+        return plant_and_asked(place)[0]
+    elif kind not in arrays:
+        known = ", ".join((*arrays, *IN_WORDS))
         raise ValueError(
             f"{path}: give a file of the kind {known}, or a folder with a file "
             "for each matrix (M.csv, M.mtx, M.npy, M.npz, ...)"
         )
-    elif kind in (".json", ".toml"):
-        if names or len(without) or condensed:
-            raise ValueError(f"{path}: {kind} takes no names, without or condensed")
-        data = read_data(place)
-        with named(path):
-            whole = isinstance(data, dict) and "plant" in data
-            return plant_of(data["plant"] if whole else data)
     else:
-        there = readers[kind](place)
+        there = arrays[kind](place)
         chosen = _chosen(place, there, names or {})
         matrices = {n: there[own] for n, own in chosen.items()}
     with named(path):
@@ -131,6 +128,53 @@ def load_plant(
                 raise ValueError("there is A: without and condensed are for M, D, S")
             return _of_state_space(path, matrices, asked="A" in (names or {}))
         return _of_structure(matrices, chosen, without, condensed)
+
+
+def plant_and_asked(path):
+    """The plant of a file or folder, and what the file asks of its controller.
+
+    ``path``: JSON or TOML whose key "plant" has matrices, the name of a file that
+    `load_plant` takes, or of one with its ``names``, ``without`` or ``condensed``,
+    ``{"file": "a.mat", "without": [1]}``; the other keys are what is asked, a dict.
+    Of whatever else `load_plant` takes that is None.
+    """
+    place = path_of(path)
+    if place.is_dir() or place.suffix.lower() not in IN_WORDS:
+        return load_plant(path), None
+    data = read_data(place)
+    with named(path):
+        if not isinstance(data, dict) or data.keys() & {*NAMES, "vertices"}:
+            return plant_of(data), None
+        if "plant" not in data:
+            raise ValueError(
+                '"plant" is missing: give {"M": .., "D": .., "S": .., "B": ..}, '
+                '{"vertices": [..]}, or the name of a file'
+            )
+        plant = data.pop("plant")
+        if isinstance(plant, str):
+            plant = {"file": plant}
+        with named("plant"):
+            other = isinstance(plant, dict) and "file" in plant
+            return _of_file(place, **plant) if other else plant_of(plant), data
+
+
+def _of_file(place, /, file, names=None, without=(), condensed=False, **unknown):
+    """The plant of a ``file`` that is named by the one at a ``place``."""
+    if unknown:
+        raise ValueError(
+            f"{next(iter(unknown))!r:.80} isn't known: beside file there may be "
+            "names, without, condensed"
+        )
+    own = isinstance(names, dict) and all(isinstance(x, str) for x in names.values())
+    if not (names is None or own) or not isinstance(condensed, bool):
+        raise ValueError('names must be like {"S": "Kaa"}, and condensed true or false')
+    if not isinstance(without, (list, tuple)):
+        raise ValueError("without must be a list of rows, from 0")
+    other = place.parent / path_of(file)
+    if other.suffix.lower() not in IN_WORDS:
+        return load_plant(other, names, without=without, condensed=condensed)
+    with named(other):  # one that asks for something would not be heard
+        return plant_of(read_data(other))
 
 
 def _chosen(place, there, names):
@@ -282,74 +326,6 @@ def _second_order(d):
             F = d.Bw[v] if d.Bw.size else None
             return SecondOrderSystem(np.eye(half), D, S, d.Bu[v], F)
     return None
-
-
-def plant_of(data, where="plant"):
-    """The plant of plain data: its matrices by name, or vertices.
-
-    ``data``: M, D, S, B, perhaps F and ``"coordinates"`` (names of z); or a list of
-    such under ``"vertices"``; or with ranges under ``"parameters"``, ``{"m": [1, 2]}``,
-    and entries that may be polynomials in words, ``"0.5*m + 1"``; ``where``: what
-    errors call it. Returns SecondOrderSystem, Polytope or Uncertain: a polytope where
-    there are vertices, a family where there are parameters. Raises ValueError if a key
-    is missing or too many, or the matrices are no plant.
-    """
-    if isinstance(data, dict) and "parameters" in data:
-        return _family(where, data)
-    if not isinstance(data, dict) or "vertices" not in data:
-        return _vertex(where, data)
-    several = data["vertices"]
-    if not isinstance(several, list) or len(data) > 1:
-        raise ValueError(f"{where}: vertices must be a list, and the only key")
-    if not several:
-        raise ValueError(f"{where}: vertices is empty")
-    plants = [_vertex(f"{where}.vertices[{k}]", v) for k, v in enumerate(several)]
-    return Polytope(plants)
-
-
-def _family(where, data):
-    """Matrices whose entries are numbers or polynomials in words, and ranges."""
-    matrices = dict(data)
-    ranges = matrices.pop("parameters")
-    names = _named(where, matrices)
-    if not isinstance(ranges, dict) or not all(
-        isinstance(x, list) and len(x) == 2 for x in ranges.values()
-    ):
-        raise ValueError(f'{where}: parameters must be like {{"m": [1, 2]}}')
-    several = [[name, *ends] for name, ends in ranges.items()]
-    try:
-        return Uncertain.read(
-            SecondOrderSystem, {"parameters": several, **matrices}, True, **names
-        )
-    except (TypeError, AttributeError):
-        raise ValueError(f"{where}: a matrix must be a list of rows") from None
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
-
-
-def _vertex(where, data):
-    matrices = dict(data) if isinstance(data, dict) else {}
-    names = _named(where, matrices)
-    try:
-        return SecondOrderSystem(**matrices, **names)
-    except ValueError as error:
-        raise ValueError(f"{where}: {error}") from None
-
-
-def _named(where, matrices):
-    """Take the names of z out of the ``matrices``; raises where a key is wrong."""
-    names = {k: matrices.pop(k) for k in ("coordinates",) if k in matrices}
-    lacking = [name for name in "MDSB" if name not in matrices]
-    strange = [name for name in matrices if name not in NAMES]
-    if lacking or strange:
-        known = {ALIASES[n]: f", call it {n}" for n in lacking if n in ALIASES}
-        faults = [f"{name} is missing" for name in lacking]
-        faults += [f"{name!r} isn't known{known.get(name, '')}" for name in strange]
-        raise ValueError(
-            f"{where} has M, D, S, B, and perhaps F and coordinates (names of z): "
-            f"{'; '.join(faults)}"
-        )
-    return names
 
 
 def _refuse_small_letters(where, names):

@@ -7,6 +7,7 @@ says what the blocks of his own theorem mean.
 
 import argparse
 import os
+import re
 import sys
 from contextlib import contextmanager
 from dataclasses import replace
@@ -17,11 +18,11 @@ from ..exact.checker.verdict import AUTHOR, by_author
 from ..exact.proof_file import ProofFile, load
 from ..exact.proof_text import is_proof, laid_out, parse
 from ..plants.as_data import plant_data
-from ..plants.files import plant_of
+from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import KEYS, asked_in_file
 from ..runtime.digests import digest
-from ..runtime.reading import named, read_bytes, read_data
+from ..runtime.reading import named, read_bytes
 from ..runtime.saying import one_line, say
 from ..runtime.time_limit import checked_seconds
 from ..runtime.writing import may_replace
@@ -41,6 +42,10 @@ __all__ = ["main"]
 
 PROVEN, NOT_PROVEN, BAD_INPUT, NOT_DECIDED = 0, 1, 2, 4
 SECONDS = 600.0  # that verify takes at most
+OF_OTHERS = (
+    "names, without and condensed stand in a file for design: "
+    '{"plant": {"file": "plant.mat", "names": {"S": "K"}}, "region": {"sigma": 1}}'
+)
 MOST_VERTICES = 4096  # their pairs fill the memory
 
 
@@ -66,7 +71,9 @@ def main(arguments: list | None = None) -> int:
     verifying.set_defaults(run=verify)
     designing = commands.add_parser("design", help="design a PID controller")
     designing.add_argument(
-        "plant", help="JSON or TOML: see plant.schema.json beside this module"
+        "plant",
+        help="JSON or TOML, see plant.schema.json beside this module, whose plant may "
+        "be the name of a file; or whatever load_plant reads, to be made stable",
     )
     goes = designing.add_mutually_exclusive_group()
     goes.add_argument(
@@ -92,6 +99,8 @@ def main(arguments: list | None = None) -> int:
         return asked.run(asked)
     except (OSError, ValueError) as fault:
         words = [f"error: {one_line(fault)}", *getattr(fault, "__notes__", ())]
+        if re.search(r"\b(names|without|condensed)=", words[0]):
+            words.append(OF_OTHERS)
         say("\n".join(words), sys.stderr)
         return BAD_INPUT
     except MemoryError:
@@ -250,23 +259,19 @@ def _plant_in(content):
 def read_plant_file(path):
     """The plant of a file, its keywords of `design_pid`, and its controller's or None.
 
-    ``path``: JSON or TOML, as ``plant.schema.json`` says.
+    ``path``: JSON or TOML, as ``plant.schema.json`` says, or what `load_plant` takes.
     """
-    data = read_data(path)
-    if not isinstance(data, dict) or not isinstance(data.get("plant"), dict):
-        raise ValueError(
-            f'{path}: "plant" is missing: give {{"M": .., "D": .., "S": .., "B": ..}} '
-            'or {"vertices": [..]}'
-        )
+    plant, data = plant_and_asked(path)
+    data = data or {}
     data.pop("$schema", None)
-    unknown = data.keys() - {"plant", "controller", *KEYS}
+    unknown = data.keys() - {"controller", *KEYS}
     if unknown:
         raise ValueError(
             f"{path}: {sorted(unknown)[0]!r} isn't known: the keys are "
             f"plant, controller, {', '.join(KEYS)}"
         )
     with named(path):
-        plant = checked_plant(plant_of(data.pop("plant")))
+        plant = checked_plant(plant)
         computer = data.pop("controller", None)
         if computer is not None:
             computer = controller_in(computer)

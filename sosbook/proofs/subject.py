@@ -11,11 +11,11 @@ from ..exact.checker.verdict import subject
 from ..exact.rational import decimals
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
-from ..plants.files import load_plant
+from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
-from ..runtime.reading import named, path_of, read_data, read_json, read_text
+from ..runtime.reading import named, path_of, read_json, read_text
 from ..synthesis.fixed_mode import parts_data
 
 __all__ = ["compare_code", "compare_gain", "compare_plant", "subject"]
@@ -29,10 +29,9 @@ def compare_plant(data, path):
     ``data``: those of a proof file; ``path``: as `load_plant` takes it. Where it is a
     file of ``python -m sosbook design``, its U, K_A and law must be the proof's, too.
     """
-    plant = checked_plant(load_plant(path))
-    wanted = {"plant": plant_data(plant)}
-    plain = path_of(path).suffix.lower() in (".json", ".toml")
-    if plain and "plant" in (file := read_data(path)):
+    plant, file = plant_and_asked(path)
+    wanted = {"plant": plant_data(checked_plant(plant))}
+    if file is not None:
         with named(path):
             for name, none in (("U", []), ("K_A", None)):
                 given = file.get(name)
