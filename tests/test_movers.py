@@ -184,8 +184,11 @@ def test_every_position_has_a_picture_and_a_sentence(desk, tag):
         if (wrong) faults.push([where, wrong[0]]);
         if (!element.view.querySelector(".sos-readout").textContent.trim())
           faults.push([where, "says nothing"]);
-        if (element.view.querySelectorAll("svg:not([aria-label])").length)
-          faults.push([where, "a picture without a name"]);
+        for (const svg of element.view.querySelectorAll("svg")) {
+          const plot = svg.querySelector(".sos-grid ~ .sos-line:not(.sos-ghost)");
+          if (!svg.ariaLabel || (plot && !/\\d/.test(svg.ariaLabel)))
+            faults.push([where, "a plot that doesn't say its state"]);
+        }
       };
       for (const control of element.data.controls) {
         const input = element.inputs[control.key];

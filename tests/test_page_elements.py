@@ -132,6 +132,29 @@ def test_every_slider_by_key_mouse_and_finger(alone, tag):
         assert moved != before and clicked[0] != clicked[1] and tapped == clicked
 
 
+def test_every_element_has_a_task():
+    """The workbench's stands on its page."""
+    for stem, text in stored():
+        data = json.loads(re.search(r"json\">(.*?)</script>", text, re.S)[1])
+        assert data.get("hint") or text.startswith("<sos-bench"), stem
+
+
+@pytest.mark.parametrize("tag", TAGS)
+def test_the_answer_of_a_task_is_shown(alone, tag):
+    button = alone.locator(f"{tag} .sos-answer")
+    if not button.count():
+        return
+    said = alone.locator(f"{tag} .sos-readout").inner_text()
+    button.click()
+    held = "t => Object.entries(t.data.answer).every(([k, v]) => t.address[k] == v)"
+    assert alone.locator(tag).evaluate(held)
+    alone.wait_for_function(
+        "([tag, said]) => ![null, said].includes(document.querySelector("
+        "  tag + ' .sos-readout:not(.sos-old)')?.innerText ?? null)",
+        arg=[tag, said],
+    )
+
+
 @pytest.mark.parametrize("tag", TAGS)
 def test_a_swipe_gives_every_slider_back(shelf, tag):
     faults = shelf.evaluate(

@@ -9,6 +9,7 @@ from ...requirements.input_bound import Saturation
 from ...synthesis.request import Request
 from ...synthesis.request_as_data import request_data
 from .movers.mover import Mover, slider
+from .page import matrices
 
 __all__ = ["OwnTheorem", "own_theorem"]
 
@@ -66,7 +67,7 @@ def own_theorem(title="A theorem of your own"):
         {"kind": "own", "name": "own", "claim": WORDS, "theorem": theorem}
     )
     file, *_ = verdict.written(asked)
-    vertex = {name: getattr(plant, name).tolist() for name in "MDSBF"}
+    vertex = matrices(plant, "MDSBF")
     return OwnTheorem(
         "theorem",
         title,

@@ -7,7 +7,7 @@ import numpy as np
 from ...display.escape import json_text, page_text
 from .scripts import modules, script, sheet
 
-__all__ = ["PageElement", "named", "significant", "whole"]
+__all__ = ["PageElement", "matrices", "named", "significant", "whole"]
 
 ELEMENT = re.compile(r'<sos-[a-z]+ class="([a-z -]+)" data-script="([a-z]+)"')
 
@@ -26,6 +26,15 @@ class PageElement:
 
     def _repr_html_(self):
         return self.html
+
+    def task(self, hint, **answer):
+        """Say what to try first; return the element.
+
+        ``hint``: a sentence or two; ``answer``: controls by name, and the value of
+        each, as its slider shows it: a button moves them there.
+        """
+        self.data |= {"hint": hint, "answer": answer or None}
+        return self
 
     @property
     def html(self):
@@ -74,6 +83,16 @@ def named(text):
         name.removeprefix("of-") for kinds, _ in found for name in kinds.split()
     )
     return tuple(sheets), modules(*(name for _, name in found))
+
+
+def matrices(plant, names):
+    """The matrices of a ``plant`` with these ``names``, as JSON has them.
+
+    >>> from sosbook.plants import SecondOrderSystem
+    >>> matrices(SecondOrderSystem(1, 0, 4, 1), "MS")
+    {'M': [[1.0]], 'S': [[4.0]]}
+    """
+    return {name: getattr(plant, name).tolist() for name in names}
 
 
 def significant(value, digits):

@@ -26,6 +26,10 @@ SLIDERS = {
     "delay": ("Delay of the voltage", " ms", 30, 2.5),
     "noise": ("Gyro noise", " × nominal", 5, 0.5),
 }
+PUSH = (
+    "Push the robot. Then let the voltage come later and later: when does it chatter, "
+    "and when does it fall?"
+)
 START = {"tilt": 10.0, "delay": 5.0, "noise": 1.0}
 
 
@@ -91,7 +95,7 @@ def animation(
     return Animation(
         "robot",
         title,
-        "",
+        PUSH,
         _controls(stored, pendulums, start),
         laws=stored,
         robots=pendulums,

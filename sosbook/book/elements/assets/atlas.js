@@ -133,11 +133,7 @@ export class Atlas extends PageElement {
         "input", () => this.move(this.place.map((old, j) => j === k ? Number(input.value) : old)));
       steady(input);
     });
-    const linked = this.linked();
-    this.move(this.data.sliders.map(({key, values}, k) => {
-      const at = values.indexOf(number(linked[key]));
-      return at < 0 ? this.data.start[k] : at;
-    }));
+    this.reset(this.linked());
   }
 
   move(place) {
@@ -146,7 +142,12 @@ export class Atlas extends PageElement {
     this.update();
   }
 
-  reset() { this.move(this.data.start); }
+  reset(to = {}) {
+    this.move(this.data.sliders.map(({key, values}, k) => {
+      const at = values.indexOf(number(to[key]));
+      return at < 0 ? this.data.start[k] : at;
+    }));
+  }
 
   get address() { return this.asked; }
 

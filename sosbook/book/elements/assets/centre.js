@@ -108,7 +108,8 @@ class Centre extends Mover {
     if (centre) mark(plot, centre, "--sos-region", 3);
     mark(plot, [p, q], "--sos-first", feasible ? 1 : 0);
     if (!centre) plot.absent("No P at all", 60);
-    this.find("set").innerHTML = plot.svg("The feasible set in the plane of p and q");
+    const middle = centre ? `around (${centre.map(x => clean(x)).join(", ")})` : "is empty";
+    this.draw("set", plot, `The feasible set of p and q ${middle}; your point (${clean(p)}, ${clean(q)})`);
     const top = Math.max(1, ...eigen.map(Math.abs)), names = ["P", "−(AP + PAᵀ + 2σP)"];
     const write = (i, y, words) => `<text x="${110 + 120 * i}" y="${y}" text-anchor="middle">${words}</text>`;
     this.find("bars").innerHTML = picture(260, "Smallest eigenvalues of both blocks",

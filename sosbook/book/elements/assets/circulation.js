@@ -1,5 +1,5 @@
-import {define} from "./kit.js";
-import {apply, block, combine, eigenvalues, exponential, eye, rightmost, scale, solve, stable, zeros} from "./linalg.js";
+import {clean, define} from "./kit.js";
+import {apply, combine, eigenvalues, exponential, motion, rightmost, scale, stable} from "./linalg.js";
 import {Mover, number, series, verdict} from "./mover.js";
 import {Plot} from "./plot.js";
 
@@ -23,9 +23,8 @@ class Circulation extends Mover {
   get means() { return "it comes to rest"; }
 
   compute({kappa, damping}) {
-    const {M, D, S, K, start} = this.data, n = M.length, stiff = combine(1, S, kappa, K);
-    const damp = scale(damping, D);
-    const A = block([[zeros(n, n), eye(n)], [scale(-1, solve(M, stiff)), scale(-1, solve(M, damp))]]);
+    const {M, D, S, K, start} = this.data, n = M.length;
+    const A = motion(M, scale(damping, D), combine(1, S, kappa, K));
     const step = exponential(scale(T, A)), all = [[...start, ...start.map(() => 0)]];
     for (let k = 0; k < STEPS; k++) all.push(apply(step, all.at(-1)));
     const energy =
@@ -46,7 +45,7 @@ class Circulation extends Mover {
     if (ghost) plot.line(ghost.z.filter(p => plot.has(p)), "--sos-first", "", " sos-ghost");
     plot.line([], "--sos-second", "", " sos-trail");
     plot.body += `<circle class="sos-hand" r="6" style="fill:var(--sos-first)"/>`;
-    this.find("path").innerHTML = plot.svg("Path of the hand");
+    this.draw("path", plot, `Path of the hand to (${z.at(-1).map(x => clean(x)).join(", ")})`);
     const curve = list => ({points: series(list, T, 4)});
     this.curves("energy", {
       labels: "energy",

@@ -1,4 +1,4 @@
-import {define, degrees} from "./kit.js";
+import {clean, define, degrees} from "./kit.js";
 import {apply, eigenvalues, spectralRadius} from "./linalg.js";
 import {Mover, number, stairs, verdict} from "./mover.js";
 import {sampledLoop} from "./pendulum.js";
@@ -44,8 +44,8 @@ class Clock extends Mover {
       list.filter(p => Math.hypot(...p) > 1e-9 && plot.has(p))
         .forEach(p => mark(plot, p, "--sos-first", 0, more));
     }
-    this.find("circle").innerHTML = plot.svg("Eigenvalues of the sampled loop and the unit circle");
     const good = this.good({radius}), [middle, ...others] = radius;
+    this.draw("circle", plot, `Eigenvalues of the sampled loop, the largest of size ${clean(middle)}`);
     this.tell(good ? "feasible" : "infeasible",
       verdict(good ? "Stable for all five robots."
                    : `Unstable for ${radius.filter(r => r >= 1).length} of five robots.`) +

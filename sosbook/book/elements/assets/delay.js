@@ -57,8 +57,6 @@ class DelayAtlas extends Atlas {
 
   wire() {
     const kind = this.view.querySelector("select");
-    const linked = number(this.linked().kind);
-    this.kind = kind.value = linked in this.data.kinds ? linked : 0;
     kind.addEventListener("change", () => {
       this.kind = Number(kind.value);
       this.update();
@@ -66,9 +64,10 @@ class DelayAtlas extends Atlas {
     super.wire();
   }
 
-  reset() {
-    this.kind = this.view.querySelector("select").value = 0;
-    super.reset();
+  reset(to = {}) {
+    const kind = number(to.kind);
+    this.kind = this.view.querySelector("select").value = kind in this.data.kinds ? kind : 0;
+    super.reset(to);
   }
 
   get address() { return {...this.asked, kind: this.kind}; }

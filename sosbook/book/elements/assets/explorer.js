@@ -110,9 +110,9 @@ export class Explorer extends Atlas {
     if (what === "prove") this.prove();
   }
 
-  reset() {
+  reset(to = {}) {
     this.remember();
-    this.data.sliders.forEach((s, k) => this.put(k, s.value));
+    this.data.sliders.forEach((s, k) => this.put(k, to[s.key] ?? s.value));
     this.solve();
   }
 

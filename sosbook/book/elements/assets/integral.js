@@ -1,5 +1,5 @@
 import {clamp, clean, define, round} from "./kit.js";
-import {add, block, combine, eigenvalues, eye, mul, rightmost, scale, solve, zeros} from "./linalg.js";
+import {add, block, combine, eigenvalues, motion, mul, rightmost, solve, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {picture} from "./plot.js";
 
@@ -28,10 +28,7 @@ class Integral extends Mover {
     const {M, D, S, B, F, U, K} = this.data, n = M.length, a = U.length, N = 2 * n + a;
     const gain = K.map(row => row.map((k, j) => j < 2 * n ? k : k * [first, second][j - 2 * n]));
     const over = X => block([[zeros(n, X[0].length)], [solve(M, X)], [zeros(a, X[0].length)]]);
-    const open = block([
-      [zeros(n, n), eye(n), zeros(n, a)], [scale(-1, solve(M, S)), scale(-1, solve(M, D)), zeros(n, a)],
-      [U, zeros(a, n + a)]
-    ]);
+    const open = block([[motion(M, D, S), zeros(2 * n, a)], [U, zeros(a, n + a)]]);
     const Bu = over(B), loop = add(open, mul(Bu, gain)), one = U[0].map(() => [1]);
     // the set point enters by u = K_P (z - r) + ... and by the integral of U (z - r)
     const still = combine(

@@ -142,7 +142,7 @@ export class PageElement extends HTMLElement {
   // What a subclass has of its own.
   markup() { return ""; }
   wire() {}
-  reset() {}
+  reset(_to = {}) {}
   get program() { return ""; }
 
   // The parser may create an element before its data.
@@ -161,7 +161,7 @@ export class PageElement extends HTMLElement {
     this.name = `${this.localName}-${count}`;
     /** @type {any} */
     this.view = document.createElement("div");
-    this.view.innerHTML = `<p class="sos-title">${escape(this.data.title)}</p>${this.markup()}`;
+    this.view.innerHTML = `<p class="sos-title">${escape(this.data.title)}</p>${this.task}${this.markup()}`;
     this.querySelector(":scope > .sos-absent")?.remove();
     this.append(this.view);
     this.view.addEventListener("input", () => this.settle());
@@ -177,6 +177,12 @@ export class PageElement extends HTMLElement {
     });
     if (strange && this.find("more"))
       this.reply(`<p>The address asks for what isn't here: ${escape(strange)}.</p>`);
+  }
+
+  // What to try first, and a button that leads there.
+  get task() {
+    const {hint, answer} = this.data, words = `<strong>Try this.</strong> ${escape(hint)} `;
+    return hint ? `<p class="sos-hint">${words}${answer ? button(["answer", "Show me"]) : ""}</p>` : "";
   }
 
   get address() { return {}; }
@@ -204,6 +210,7 @@ export class PageElement extends HTMLElement {
   press(what) {
     this.reply("");
     if (what === "reset") this.reset();
+    else if (what === "answer") this.reset(this.data.answer);
     else if (what === "link") this.link();
     else if (what === "python") this.print(this.program);
   }

@@ -1,6 +1,6 @@
 // The largest real part of a loop's poles over two gains: a gain that is dragged, and
 // the descents from there and from many starts. All of it in floats.
-import {clamp, clean, define, uniform} from "./kit.js";
+import {clean, define, uniform} from "./kit.js";
 import {combine, eigenvalues, rightmost} from "./linalg.js";
 import {Mover, number, range, verdict} from "./mover.js";
 import {mark, Plot} from "./plot.js";
@@ -208,32 +208,12 @@ class Landscape extends Mover {
     plot.rule("sos-axis", [-0.5, 0.5], [0, 0]);
     plot.line(lines[0], "--sos-first");
     plot.line(lines[1], "--sos-second", "5 3");
-    this.find("cut").innerHTML = plot.svg("The largest real part along two lines through the handle");
+    this.draw("cut", plot, "The largest real part along two lines through the handle");
   }
 
   wire() {
     super.wire();
-    const field = this.find("map");
-    let held = false;
-    field.addEventListener("pointerdown", event => {
-      if (!event.target.matches(".sos-handle")) return;
-      held = true;
-      field.setPointerCapture(event.pointerId);
-      event.preventDefault();
-    });
-    field.addEventListener("pointermove", event => {
-      if (!held) return;
-      const frame = field.querySelector("svg").getBoundingClientRect(), {l, r, t, b} = this.plot;
-      const part = [
-        ((event.clientX - frame.left) * 340 / frame.width - l) / (r - l),
-        (b - (event.clientY - frame.top) * this.plot.height / frame.height) / (b - t)
-      ];
-      ["x", "y"].forEach((key, k) => {
-        this.inputs[key].value = Math.round(clamp(part[k], 0, 1) * Number(this.inputs[key].max));
-      });
-      this.inputs.x.dispatchEvent(new Event("input", {bubbles: true}));
-    });
-    for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => { held = false; });
+    this.handles(() => ["x", "y"]);
   }
 }
 

@@ -20,6 +20,9 @@ export const apply = (A, x) => A.map(row => row.reduce((sum, a, k) => sum + a * 
 export const block = rows => rows.flatMap(row => row[0].map((_, i) => row.flatMap(A => A[i])));
 export const part = (A, [top, bottom], [left, right]) =>
   A.slice(top, bottom).map(row => row.slice(left, right));
+// A of x' = A x for x = [z; z'] with M z'' + D z' + S z = 0.
+export const motion = (M, D, S) => [...block([[zeros(M.length, M.length), eye(M.length)]]),
+  ...solve(M, block([[scale(-1, S), scale(-1, D)]]))];
 export const trace = A => A.reduce((sum, row, i) => sum + row[i], 0);
 
 // A^-1 B; NaN where A is singular.

@@ -20,12 +20,7 @@ class FeasibilityMap extends PageElement {
       this.control(key).addEventListener("input", () => this.update());
       steady(this.control(key));
     }
-    const {group = "0", pair = "0", x, y} = this.linked();
-    this.control("group").value = number(group) in this.data.groups ? group : 0;
-    this.choose(pair);
-    for (const [key, value] of Object.entries({x: number(x), y: number(y)}))
-      if (value > 0 && isFinite(value)) this.put(key, value);
-    this.update();
+    this.reset(this.linked());
   }
 
   // A slider at the value next to this one.
@@ -33,7 +28,14 @@ class FeasibilityMap extends PageElement {
 
   get values() { return ["x", "y"].map((key, k) => this.map[key].values[this.place[k]]); }
 
-  reset() { this.open(); }
+  reset(to = {}) {
+    const {group = "", pair = this.control("pair").value, x, y} = to;
+    if (number(group) in this.data.groups) this.control("group").value = group;
+    this.choose(pair);
+    for (const [key, value] of Object.entries({x: number(x), y: number(y)}))
+      if (value > 0 && isFinite(value)) this.put(key, value);
+    this.update();
+  }
 
   get address() {
     const [x, y] = this.values;

@@ -1,5 +1,5 @@
 import {clean, define, round} from "./kit.js";
-import {block, eigenvalues, eye, make, spectralRadius, zeros} from "./linalg.js";
+import {eigenvalues, make, motion, spectralRadius} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
@@ -22,12 +22,9 @@ class Mass extends Mover {
   }
 
   plant({b4}, mass) {
-    const {D, S, k4} = this.data, M = [3, 2, 1, mass], more = b4 - k4.damper;
+    const {D, S, k4} = this.data, more = b4 - k4.damper;
     const damp = D.map((row, i) => row.map((x, j) => x + (i > 1 && j > 1 ? (i === j ? more : -more) : 0)));
-    return block([
-      [zeros(4, 4), eye(4)],
-      [S.map((row, i) => row.map(x => -x / M[i])), damp.map((row, i) => row.map(x => -x / M[i]))]
-    ]);
+    return motion(make(4, 4, (i, j) => i === j ? [3, 2, 1, mass][i] : 0), damp, S);
   }
 
   largest(place, mass) { return spectralRadius(eigenvalues(this.plant(place, mass))); }

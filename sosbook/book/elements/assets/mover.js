@@ -1,6 +1,6 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {announce, band, buttons, clamp, clean, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
+import {announce, band, buttons, clamp, clean, complex, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
 import {apply, held} from "./linalg.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 
@@ -10,6 +10,7 @@ const roomy = (input, texts) => {
   input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
 };
 
+const FEW = 3;     // poles that a plot's name tells
 const LOOKS = 25;  // at a slider, before those by halves
 const steps = control => Math.round((control.max - control.min) / control.step);
 const value = (control, position) => {
@@ -26,6 +27,9 @@ const wide = html =>
     .join("");
 
 export class Mover extends PageElement {
+  /** @type {any} */
+  plot;  // whose handles are dragged
+
   // What a subclass has of its own. Of each panel its name, caption and kind:
   figures() { return []; }
   // numbers alone, and what draws and tells them;
@@ -46,9 +50,7 @@ export class Mover extends PageElement {
   markup() {
     const named = (control, more) =>
       ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
-    return (this.data.hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(this.data.hint)}</p>`
-                           : "") +
-      this.ticks(named) +
+    return this.ticks(named) +
       controls("Setting",
         this.data.controls.filter(control => !control.tick)
           .map(control => control.names ? select(named(control, {names: control.names}))
@@ -122,6 +124,37 @@ export class Mover extends PageElement {
     const input = this.inputs[key];
     if (input.type === "checkbox") input.checked = Number(place) === 1;
     else input.value = place;
+  }
+
+  // Controls that are moved in a picture, as if by hand.
+  choose(places, kinds = ["input", "change"]) {
+    const keys = Object.keys(places);
+    for (const key of keys) this.put(key, places[key]);
+    for (const kind of kinds) this.inputs[keys[0]].dispatchEvent(new Event(kind, {bubbles: true}));
+  }
+
+  // The handles on the plot of the map are dragged; `keys` names what a handle moves,
+  // across and up.
+  handles(keys) {
+    const field = this.find("map");
+    let held = null;
+    field.addEventListener("pointerdown", event => {
+      if (!event.target.matches(".sos-handle")) return;
+      held = keys(event.target.dataset);
+      field.setPointerCapture(event.pointerId);
+      event.preventDefault();
+    });
+    field.addEventListener("pointermove", event => {
+      if (!held) return;
+      const frame = field.querySelector("svg").getBoundingClientRect(), {l, r, t, b, height} = this.plot;
+      const part = [
+        ((event.clientX - frame.left) * 340 / frame.width - l) / (r - l),
+        (b - (event.clientY - frame.top) * height / frame.height) / (b - t)
+      ];
+      const to = held.map((key, k) => [key, Math.round(clamp(part[k], 0, 1) * this.inputs[key].max)]);
+      this.choose(Object.fromEntries(to), ["input"]);
+    });
+    for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => { held = null; });
   }
 
   words({unit}, x) { return `${clean(x, 4)}${unit}`; }
@@ -214,6 +247,9 @@ export class Mover extends PageElement {
   }
 
   // ----------------------------------------------------------------- plots
+  // A plot under a name that says its state.
+  draw(name, plot, label) { this.find(name).innerHTML = plot.svg([label, ...plot.said].join("; ")); }
+
   // Poles in a window; those of the ghost are pale. `draw(plot)` adds what lies below.
   poleMap(name, {x, y, label, poles, ghost, labels = S_PLANE, draw = null}) {
     const plot = new Plot({x, y, labels});
@@ -222,7 +258,8 @@ export class Mover extends PageElement {
     for (const [list, more] of [[ghost ?? [], "opacity:.3"], [poles, ""]]) {
       list.filter(p => plot.has(p)).forEach(p => mark(plot, p, "--sos-first", 0, more));
     }
-    this.find(name).innerHTML = plot.svg(label);
+    const slow = poles.filter(([, im]) => im >= 0).sort((p, q) => q[0] - p[0]).slice(0, FEW);
+    this.draw(name, plot, `${label}, the slowest at ${slow.map(p => complex(...p)).join(", ")}`);
   }
 
   // Curves {points, colour, dash} and their pale `ghosts` over x, or over time, whose axis
@@ -243,10 +280,12 @@ export class Mover extends PageElement {
     for (const at of rules) plot.rule("sos-target", plot.x, [at, at]);
     draw(ghosts, " sos-ghost");
     draw(lines, "");
-    for (const [point, colour, shape] of marks)
-      if (plot.has(point)) mark(plot, point, colour, shape);
+    for (const [point, colour, shape] of marks.filter(([point]) => plot.has(point))) {
+      mark(plot, point, colour, shape);
+      plot.said.push(`a mark at (${point.map(x => clean(x)).join(", ")})`);
+    }
     plot.body += `<path class="sos-now"/>`;
-    this.find(name).innerHTML = plot.svg(label);
+    this.draw(name, plot, label);
     if (!x) this.timed = {...this.timed, [name]: plot};
   }
 
@@ -258,7 +297,8 @@ export class Mover extends PageElement {
     const bottom = plot(lower, [46, 332, 172, 298], 340, "time t (s)");
     draw(top, bottom);
     bottom.body = top.body + bottom.body + `<path class="sos-now"/>`;
-    this.find(name).innerHTML = bottom.svg(label);
+    bottom.said.unshift(...top.said);
+    this.draw(name, bottom, label);
     this.timed = {...this.timed, [name]: {X: bottom.X, t: top.t, b: bottom.b}};
   }
 

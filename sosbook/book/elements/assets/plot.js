@@ -58,6 +58,8 @@ export class Plot {
     const digits = logarithmic ? 3 : 6;
     const part = logarithmic ? (v, [low, high]) => Math.log(v / low) / Math.log(high / low)
                              : (v, [low, high]) => (v - low) / (high - low);
+    /** @type {string[]} */
+    this.said = [];  // what the lines do, for those who don't see them
     this.x = x;
     this.y = y;
     this.l = l;
@@ -81,6 +83,11 @@ export class Plot {
   path(points) { return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join(""); }
 
   line(points, colour, dash = "", kind = "") {
+    const all = points.map(p => p[1]), ends = [all[0], all.at(-1)];
+    const [low, high] = [Math.min(...all), Math.max(...all)];
+    if (!kind.includes("ghost") && all.length)
+      this.said.push(
+        `from ${ends.map(v => clean(v)).join(" to ")}, between ${clean(low)} and ${clean(high)}`);
     this.body += `<path class="sos-line${kind}" style="stroke:var(${colour})" stroke-dasharray="${dash}" d="${
       this.path(points)}"/>`;
   }

@@ -4,7 +4,7 @@ import {Blocks} from "../../kernel/blocks.js";
 import {cholesky, identity, inverseLower, matrix, rowsOf} from "../../kernel/matrices.js";
 import {phaseOne} from "../../kernel/solver.js";
 
-import {clamp, clean, complex, define, round} from "./kit.js";
+import {clean, complex, define, round} from "./kit.js";
 import {block, combine, eigenvalues, eye, lyapunov, mul, rightmost, scale, solve, spectralRadius, transpose, zeros} from "./linalg.js";
 import {Mover, number, samples, verdict} from "./mover.js";
 import {mark, picture, Plot} from "./plot.js";
@@ -187,28 +187,7 @@ class Ranges extends Mover {
   wire() {
     this.grids = {};
     super.wire();
-    const field = this.find("map");
-    let end = null;
-    field.addEventListener("pointerdown", event => {
-      if (!event.target.dataset.end) return;
-      end = Number(event.target.dataset.end);
-      field.setPointerCapture(event.pointerId);
-      event.preventDefault();
-    });
-    field.addEventListener("pointermove", event => {
-      if (end === null) return;
-      const frame = field.querySelector("svg").getBoundingClientRect(), {l, r, t, b} = this.plot;
-      const part = [
-        ((event.clientX - frame.left) * 340 / frame.width - l) / (r - l),
-        (b - (event.clientY - frame.top) * this.plot.height / frame.height) / (b - t)
-      ];
-      ["m", "l"].forEach((key, k) => {
-        const input = this.inputs[key + end];
-        input.value = Math.round(clamp(part[k], 0, 1) * Number(input.max));
-      });
-      this.inputs[`m${end}`].dispatchEvent(new Event("input", {bubbles: true}));
-    });
-    for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => { end = null; });
+    this.handles(({end}) => ["m" + end, "l" + end]);
   }
 
   pose({runs}, time) {

@@ -3,7 +3,7 @@
 import {clean, define, round} from "./kit.js";
 import {solve} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
-import {picture} from "./plot.js";
+import {picture, spring} from "./plot.js";
 
 const POINTS = 300, MILLI = 1000, [LEFT, RIGHT, HEIGHT] = [10, 330, 74], ROOM = 24, HALF = 20;
 const size = z => Math.hypot(...z.flat());
@@ -58,9 +58,7 @@ class Reach extends Mover {
     this.view.addEventListener("click", ({target}) => {
       const {cell} = target.closest("[data-cell]")?.dataset ?? {};
       if (cell === undefined) return;
-      this.put("motor", cell);
-      for (const kind of ["input", "change"])
-        this.inputs.motor.dispatchEvent(new Event(kind, {bubbles: true}));
+      this.choose({motor: cell});
     });
   }
 
@@ -129,13 +127,8 @@ class Reach extends Mover {
     put(".sos-mass", left);
     const ends =
       [LEFT, ...this.rest.flatMap((x, i) => [x + at(left[i]) - HALF, x + at(left[i]) + HALF]), RIGHT];
-    const spring = (from, to) => `M${round(from)} ${HEIGHT}` +
-      Array
-        .from(
-          {length: 7}, (_, k) => `L${round(from + (to - from) * (k + 1) / 8)} ${HEIGHT + (k % 2 ? 6 : -6)}`)
-        .join("") +
-      `L${round(to)} ${HEIGHT}`;
-    this.find("springs").setAttribute("d", ends.map((x, k) => k % 2 ? "" : spring(x, ends[k + 1])).join(""));
+    this.find("springs").setAttribute(
+      "d", ends.map((x, k) => k % 2 ? "" : spring([x, HEIGHT], [ends[k + 1], HEIGHT])).join(""));
     super.pose({free, left}, time);
   }
 }

@@ -108,7 +108,8 @@ class Regulator extends Mover {
                      return `${key.body}<text x="72" y="${y + 4}">vertex ${k + 1}</text>`;
                    })
                    .join("");
-    this.find("poles").innerHTML = plot.svg("Poles of the loop at the four vertices");
+    const right = rightmost(loops.flatMap(({poles}) => poles));
+    this.draw("poles", plot, `Poles of the loop at the four vertices, the slowest at ${clean(right)}`);
   }
 
   signals(loops, ghost) {

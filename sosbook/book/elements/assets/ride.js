@@ -1,5 +1,5 @@
 import {clean, define, round} from "./kit.js";
-import {add, block, eye, make, mul, scale, solve, zeros} from "./linalg.js";
+import {add, make, motion, mul, scale, solve, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
@@ -36,15 +36,14 @@ class Ride extends Mover {
     const part = (m - low) / (high - low),
           between = key => add(scale(1 - part, light[key]), scale(part, heavy[key]));
     const [M, D, S, B, F] = ["M", "D", "S", "B", "F"].map(between);
-    const free = solve(M, block([[scale(-1, S), scale(-1, D)]]));
-    const lower = K ? add(free, mul(solve(M, B), [K])) : free, driven = solve(M, F);
-    const A = [...block([[zeros(2, 2), eye(2)]]), ...lower], T = this.horizon / STEPS;
+    const free = motion(M, D, S), driven = solve(M, F), T = this.horizon / STEPS;
+    const A = K ? add(free, [...zeros(2, 4), ...mul(solve(M, B), [K])]) : free;
     const w = make(1, STEPS + 1, (_, k) => this.road((k + 0.5) * T, bump))[0];
     const x = samples(A, [...zeros(2, 1), ...driven], [0, 0, 0, 0], w.slice(0, -1).map(v => [v]), T);
     const dot = (row, v) => row.reduce((sum, a, k) => sum + a * v[k], 0);
     return {
       z: x.map(v => v.slice(0, 2)),
-      a: x.map((v, k) => dot(lower[0], v) + driven[0][0] * w[k]),
+      a: x.map((v, k) => dot(A[2], v) + driven[0][0] * w[k]),
       s: x.map(v => v[0] - v[1]),
       u: x.map(v => K ? dot(K, v) : 0)
     };

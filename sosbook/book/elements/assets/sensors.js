@@ -1,7 +1,7 @@
 // A motor that turns a load by a shaft which gives: the reader ticks what is measured.
 // What was found and proven comes from the package; poles and motion are computed here.
 import {capital, clean, define, escape, round} from "./kit.js";
-import {eigenvalues, mul, rightmost, scale, solve, spectralRadius, trace, zeros} from "./linalg.js";
+import {add, eigenvalues, motion, mul, rightmost, solve, spectralRadius, trace, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {mark, picture} from "./plot.js";
 
@@ -63,13 +63,9 @@ class Sensors extends Mover {
       u[4] += K.K_I[0];
       A[4][angles[0]] = 1;
     }
-    const [stiff, damp] = [S, D].map(X => scale(-1, solve(M, X))), push = mul(solve(M, B), [u]);
-    for (let i = 0; i < 2; i++) {
-      A[i][2 + i] = 1;
-      for (let j = 0; j < N; j++)
-        A[2 + i][j] = push[i][j] + (j < 2 ? stiff[i][j] : j < 4 ? damp[i][j - 2] : 0);
-    }
-    return A;
+    const push = [...zeros(2, N), ...mul(solve(M, B), [u]), ...zeros(N - 4, N)];
+    motion(M, D, S).forEach((row, i) => row.forEach((a, j) => { A[i][j] += a; }));
+    return add(A, push);
   }
 
   // The gains: the sliders' factors times what was found; where nothing was, times a tenth of the limits.
@@ -123,13 +119,6 @@ class Sensors extends Mover {
       if (cell)
         this.choose(Object.fromEntries(["p1", "p2", "v1", "v2"].map((key, k) => [key, Number(cell[k])])));
     });
-  }
-
-  choose(ticks) {
-    const keys = Object.keys(ticks);
-    for (const key of keys) this.put(key, ticks[key]);
-    for (const kind of ["input", "change"])
-      this.inputs[keys[0]].dispatchEvent(new Event(kind, {bubbles: true}));
   }
 
   update() {

@@ -5,7 +5,7 @@ from scipy.optimize import brentq
 
 from ....plants.descriptor import descriptors
 from ....plants.second_order import SecondOrderSystem
-from ..page import significant
+from ..page import matrices, significant
 from .loops import circulating
 from .mover import Mover, choice, slider
 
@@ -210,8 +210,7 @@ def trust(plant):
             slider("tolerance", "Tolerance: power of ten", "", (-9, -1), 1, -2),
             slider("digits", "Digits of P", "", (1, 12), 1, 6),
         ],
-        M=plant.M.tolist(),
-        D=plant.D.tolist(),
+        **matrices(plant, "MD"),
         S=spring.tolist(),
         K=turn.tolist(),
         held=round(edge, 3) - 0.001,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ....plants.checks import positive
-from ..page import significant
+from ..page import matrices, significant
 from .mover import Mover, choice, slider
 
 __all__ = ["circulating", "circulation", "delayed", "integral", "kalman", "mass"]
@@ -46,8 +46,7 @@ def circulation(plant):
             slider("kappa", "Circulation κ", "", (0, 2), 0.01, 1),
             slider("damping", "Damping", " × the robot's", (0.2, 2), 0.05, 1),
         ],
-        M=plant.M.tolist(),
-        D=plant.D.tolist(),
+        **matrices(plant, "MD"),
         S=spring.tolist(),
         K=turn.tolist(),
         start=[0.2, 0.2],
@@ -75,7 +74,6 @@ def integral(plant, K, U):
             "plant must have two coordinates, K the shape (m, 6) and U the "
             f"shape (2, 2), got {plant.n}, {K.shape} and {U.shape}"
         )
-    matrices = {x: getattr(plant, x).tolist() for x in "MDSBF"}
     return Mover(
         "integral",
         "What the integral is for",
@@ -88,7 +86,7 @@ def integral(plant, K, U):
         ],
         U=U.tolist(),
         K=K.tolist(),
-        **matrices,
+        **matrices(plant, "MDSBF"),
     )
 
 
@@ -122,8 +120,7 @@ def mass(chain):
                 "lent", "Mass lent by acceleration feedback", " kg", (0, 1), 0.01, 0
             ),
         ],
-        D=chain.D.tolist(),
-        S=chain.S.tolist(),
+        **matrices(chain, "DS"),
         k4={"damper": DAMPER, "spring": SPRING},
     )
 

@@ -4,6 +4,7 @@ from math import floor
 
 import numpy as np
 
+from ..page import matrices
 from .mover import Mover, choice, slider
 
 __all__ = ["drive"]
@@ -68,11 +69,9 @@ def _clock(c, u_max):
     ramp = floor(SHARE * u_max / moved) if moved else 10
     noise = c.noise().proven
     return {
-        **{name: getattr(c, name).tolist() for name in "ABCD"},
+        **matrices(c, "ABCD"),
         "T": c.T,
-        "asked": [
-            {k: getattr(x, k).tolist() for k in ("B_r", "D_r")} for x in (c, naive)
-        ],
+        "asked": [matrices(x, ("B_r", "D_r")) for x in (c, naive)],
         "withheld": [x.W.tolist() for x in (deaf, told)],
         "noise": noise and noise / float(c.steps[0]),
         "asks": [x.step().proven for x in (c, naive)],

@@ -9,7 +9,7 @@ from ....plants.descriptor import descriptors
 from ....plants.second_order import SecondOrderSystem
 from ....requirements.pole_region import PoleRegion
 from ....synthesis.pid import design_pid
-from ..page import significant
+from ..page import matrices, significant
 from .mover import Mover, choice, slider
 
 __all__ = ["reach"]
@@ -68,7 +68,7 @@ def reach(plant, top):
             slider("omega", "Frequency ω", " rad/s", (0.1, top), 0.1, start),
             slider("gamma", "You ask for at most γ", " mm/N", (0.5, free), 0.5, 20),
         ],
-        plant={x: getattr(plant, x).tolist() for x in "MDS"},
+        plant=matrices(plant, "MDS"),
         top=top,
         found=found,
     )

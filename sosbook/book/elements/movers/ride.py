@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..page import matrices
 from .mover import Mover, choice, slider
 
 __all__ = ["ride"]
@@ -51,7 +52,7 @@ def ride(cars, designs, hint):
             slider("m", "Mass of the body", " t", (low, high), 0.01, low),
             slider("bump", "Bump lasts", " s", (0.05, 0.5), 0.01, 0.1),
         ],
-        plants=[{x: getattr(c, x).tolist() for x in "MDSBF"} for c in corners],
+        plants=[matrices(c, "MDSBF") for c in corners],
         masses=[low, high],
         strokes=strokes,
         designs=[[_found(d) for d in found.values()] for found in designs.values()],

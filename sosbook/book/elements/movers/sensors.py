@@ -6,7 +6,7 @@ import numpy as np
 
 from ....laws import PIDLaw
 from ....synthesis.pid import design_pid
-from ..page import significant
+from ..page import matrices, significant
 from .mover import Mover, choice, slider, tick
 
 __all__ = ["sensors", "ticked_law"]
@@ -98,7 +98,7 @@ def sensors(plants, filters, limits):
             choice("filter", "Filter, if no rate is measured", names, len(names) // 2),
             *parts,
         ],
-        plants=[{x: getattr(v, x).tolist() for x in "MDSB"} for v in corners],
+        plants=[matrices(v, "MDSB") for v in corners],
         filters=list(filters),
         limits=limits,
         found=found,
