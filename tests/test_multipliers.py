@@ -5,6 +5,7 @@ Lyapunov's equation and the exponential of scipy, plants between the vertices.
 """
 
 import itertools
+import re
 
 import cvxpy
 import numpy as np
@@ -18,6 +19,7 @@ from sosbook.exact.definite import exact
 from sosbook.lmi import Unknown
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.requirements.known import KnownLoop, KnownVertex
+from sosbook.synthesis import known_gain
 from sosbook.synthesis.cells import Mixtures
 
 
@@ -304,6 +306,16 @@ def test_a_family_is_halved_by_its_ranges_and_broken_by_its_parameters():
     table = sos.analyse_pid(plants, K, region=sos.PoleRegion(0.9 * true)).bounds()
     assert table["sigma"].true == pytest.approx(true)
     assert 0.99 * true < table["sigma"].proven < true
+
+
+def test_the_halvings_reach_a_plant_that_the_search_has_missed(monkeypatch):
+    plants, true = sos.Uncertain(softening, v=(0, 1), m=(0.3, 9.81)), 0.05 / 9.81 / 2
+    blind = known_gain.Worst(np.array([1.0, 0.5]), 1.0, 1.0)
+    monkeypatch.setattr(known_gain, "worst", lambda *_: blind)
+    broken = sos.analyse_pid(plants, [[0, 0]], region=sos.PoleRegion(1.01 * true))
+    assert broken.status == "infeasible" and broken.infeasibility.proven
+    v = float(re.search("v = ([0-9.]+), m = 9.81", broken.reason)[1])
+    assert plants.at(v=v, m=9.81).poles().real.max() > -1.01 * true
 
 
 @pytest.mark.parametrize("count", [3, 18, 300])

@@ -286,8 +286,31 @@ def test_a_quotient_has_the_sign_of_its_values():
     well, factor = x**2 - x + 0.3, 1 + 0.001 * x**6
     quotient = factor / (-well * factor)
     assert quotient.at((fmpq(1, 2),)) < 0
-    with pytest.raises(ParameterError, match="isn't the same"):
-        assert not quotient > 0
+    assert not quotient > 0
+
+
+SIGNS = [  # ranges, what is asked, and what the refusal says, if it is refused
+    ("m**2 + 1 > 0", (-1, 1), None),
+    ("1/(1 + m**2) + 1/(0.26 - m + m**2) > 1/4", (-1, 1), None),
+    ("(m - k)**2 + 0.01*k**2 >= 1/1000", (1, 2), None),
+    ("abs(m**3 + m) != m**3 + m", (-2, -1), None),
+    ("m > 0", (0, 1), "`m > 0` isn't the same"),
+    ("m**2 - m + 0.2 > 0", (0, 1), "isn't the same"),
+    ("(m - 1/3)**2 >= 0", (0, 1), "isn't decided"),
+    ("1/(m - 1/3)**2 > 0", (0, 1), "may be zero"),
+    ("1/(m*k - 2) > 0", (1, 2), "may be zero"),
+]
+
+
+@pytest.mark.parametrize(("asked", "ends", "words"), SIGNS)
+def test_a_sign_is_looked_for_in_parts_of_the_ranges(asked, ends, words):
+    """No word of a refusal is false: what is so everywhere is answered."""
+    known = parameters(Box.of(m=ends, k=(1, 2)))
+    if words is None:
+        assert eval(asked, {}, known) is True
+    else:
+        with pytest.raises(ParameterError, match=words):
+            eval(asked, {}, known)
 
 
 def test_a_comparison_that_is_caught_is_refused_too():

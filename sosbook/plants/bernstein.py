@@ -12,6 +12,7 @@ from ..exact.rational import exact, rational_matrix
 
 __all__ = ["Box", "rational", "spelled"]
 
+MOST_CELLS = 128  # in which a sign is looked for
 SHOWN = 10  # decimals of a rational in words; one with more is a fraction
 
 
@@ -141,17 +142,35 @@ class Box:
             ]
         )
 
-    def bounds(self, terms):
-        """Two numbers between which a polynomial stays on the box.
+    def answers(self, terms, sure, never):
+        """What is so of a polynomial on the box: {True}, {False}, or both.
 
-        ``terms`` are its coefficients by exponents.
+        ``terms`` are its coefficients by exponents; ``sure`` and ``never`` say of two
+        numbers whether it is so, or isn't, of all between them. The box is halved where
+        neither is told by the Bernstein coefficients, and None is among the answers
+        where that doesn't end in ``MOST_CELLS``.
         """
         if not terms:
-            return fmpq(0), fmpq(0)
+            return {sure(0, 0)}
         degrees = np.max(list(terms), axis=0).tolist()
         column = rational_matrix([[c] for c in terms.values()])
-        values = (self.bernstein(list(terms), degrees) @ column).ravel().tolist()
-        return min(values), max(values)
+        found, waiting = set(), [self]
+        for _ in range(MOST_CELLS):
+            if not waiting or len(found) == 2:
+                return found
+            box = waiting.pop(0)
+            values = (box.bernstein(list(terms), degrees) @ column).ravel()
+            ends = min(values), max(values)
+            if sure(*ends) or never(*ends):
+                found.add(sure(*ends))
+                continue
+            for point in (box.low, box.middle, box.high):
+                x = sum(p * c for p, c in zip(box.powers(point, terms), column.flat))
+                found.add(sure(x, x))
+            grid = values.reshape([d + 1 for d in degrees])
+            moved = [np.max(np.ptp(grid, axis=k)) for k in range(grid.ndim)]
+            waiting += box.halves(box.names[moved.index(max(moved))])
+        return found | {None}
 
 
 def _places(degree, low, high, pieces):

@@ -211,10 +211,10 @@ def _common(entries):
     for x in entries:
         common = common.gcd(x.num)
     one, box = common * 0 + 1, entries[0].box
-    low, high = box.bounds(common.to_dict())
-    if common.is_constant() or low <= 0 <= high:
-        common = one
-    return abs(Parametric(common, one, box))
+    whole = Parametric(common, one, box)
+    if common.is_constant() or not whole.never_zero:
+        whole = Parametric(one, one, box)
+    return abs(whole)
 
 
 def check_by_numbers(builder, box, expected):

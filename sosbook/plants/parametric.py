@@ -132,8 +132,7 @@ class Parametric:
     def _inverse(self):
         if self.num.is_zero():
             raise ParameterError("division by an expression that is zero")
-        low, high = self.box.bounds(self.num.to_dict())
-        if low <= 0 <= high:
+        if not self.never_zero:
             raise ParameterError(
                 f"division by {self}, which may be zero for {self.box}: narrow the "
                 "ranges"
@@ -167,17 +166,25 @@ class Parametric:
         """The number itself."""
         return self
 
+    @property
+    def never_zero(self):
+        """Whether it is provably not zero for any values of the parameters."""
+        return self._answers(_not_zero, _zero) == {True}
+
+    def _answers(self, sure, never):
+        """See `Box.answers`; the zeros of the numerator count, and signs of both."""
+        return self.box.answers((self.num * self.den).to_dict(), sure, never)
+
     def _compared(self, sign, x, sure, never):
         """Whether it is so: by the bounds of the difference, on the whole box."""
 
         def answered(x):
-            difference = self - x
-            signed = difference.num * difference.den  # of the sign of the quotient
-            low, high = self.box.bounds(signed.to_dict())
-            if sure(low, high) or never(low, high):
-                return sure(low, high)
+            answers = (self - x)._answers(sure, never)
+            if len(answers) == 1:
+                return answers.pop()
+            known = "isn't the same" if {True, False} <= answers else "isn't decided"
             error = ParameterError(
-                f"`{self} {sign} {x}` isn't the same for all {self.box}: make one "
+                f"`{self} {sign} {x}` {known} for all {self.box}: make one "
                 "family for each case"
             )
             if building.get() is not None:

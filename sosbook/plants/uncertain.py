@@ -82,11 +82,10 @@ class Uncertain:
         factors = self._in_canonical_form(kind, box, matrices, rest)
 
         def as_the_builder_has_them(point):
-            scales = {i: f.at(point) for i, f in factors.items()}
             found = self._at(point)
             for name in found.keys() & set(ROWS[kind]):
-                for i, scale in scales.items():
-                    found[name][i] = found[name][i] / scale
+                for i, factor in factors.items():
+                    found[name][i] = found[name][i] / factor.at(point)
             return {name: matrix.astype(float) for name, matrix in found.items()}
 
         check_by_numbers(builder, box, as_the_builder_has_them)
@@ -156,13 +155,10 @@ class Uncertain:
     def __eq__(self, other):
         if not isinstance(other, Uncertain):
             return NotImplemented
-        return self._key() == other._key()
+        return self.kind is other.kind and self.data() == other.data()
 
     def __hash__(self):
         return hash(self.box)
-
-    def _key(self):
-        return self.kind, tuple(map(str, self.data().items()))
 
     def data(self) -> dict:
         """The ranges and the polynomials as words: see `plant_data`."""

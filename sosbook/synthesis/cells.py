@@ -44,6 +44,14 @@ class Cell(ReadOnly):
         moved = [_moved(T, rate, noisy, *ends) for _, ends in ways]
         return ways[int(np.argmax(moved))][0]
 
+    def nearer(self, k):
+        """By way, loops that halves have in the place of loop k; none for a plant."""
+        return self.family.nearer(self.place, self.loops, k)
+
+    def point(self, k):
+        """Where the plant is that is loop k."""
+        return self.family.point(self.place, k)
+
     def cut(self, way):
         """Two cells that cover it, cut in the middle of a ``way``, edge or axis."""
         return [Cell(self.family, part) for part in self.family.cut(self.place, way)]
@@ -112,6 +120,14 @@ class Mixtures:
     def loops_of(self, corners):
         """See `Cell.loops`."""
         return [self.at(list(row)) for row in corners]
+
+    def nearer(self, place, loops, k):
+        """See `Cell.nearer`: all corners are plants."""
+        return {}
+
+    def point(self, corners, k):
+        """See `Cell.point`."""
+        return list(corners[k])
 
     def ways(self, corners):
         """The edges, with the loops at their ends."""
@@ -206,6 +222,12 @@ class Box:
         first, *others = (self.corners[c] for c in self.order)
         return first.mixed(others, self.weights(point))
 
+    nearer = Mixtures.nearer
+
+    def point(self, ends, k):
+        """See `Cell.point`."""
+        return list(list(product(*zip(*ends)))[k])
+
     def loops_of(self, ends):
         """See `Cell.loops`."""
         return [self.at(list(corner)) for corner in product(*zip(*ends))]
@@ -281,6 +303,29 @@ class Ranges(Box):
     def loops_of(self, plants):
         """See `Cell.loops`."""
         return [self._loop(v) for v in plants.vertices]
+
+    def _index(self, k):
+        """Which of Bernstein's coefficients loop k is, and how many there are."""
+        shape = [d + 1 for d in self.plants.degree.values()]
+        return np.array(np.unravel_index(k, shape)), shape
+
+    def nearer(self, plants, loops, k):
+        """See `Cell.nearer`: by each parameter that has no end of its range there."""
+        place, shape = self._index(k)
+        beside = {
+            axis: [np.ravel_multi_index(place + s * step, shape) for s in (1, -1)]
+            for axis, step in enumerate(np.eye(len(shape), dtype=int))
+            if 0 < place[axis] < shape[axis] - 1
+        }
+        return {
+            axis: [loops[k].mixed([loops[i]], [fmpq(1, 2)] * 2) for i in several]
+            for axis, several in beside.items()
+        }
+
+    def point(self, plants, k):
+        """See `Cell.point`."""
+        ends = zip(plants.box.low, plants.box.high, self._index(k)[0])
+        return [high if i else low for low, high, i in ends]
 
     def ways(self, plants):
         """The parameters, with the loops at their ends and the others halfway."""

@@ -139,11 +139,9 @@ def decided(request, r, plants, bad=None):
     if bad.kept <= 0:
         for digits in DIGITS:
             point = plants.rounded(bad.point, digits)
-            proof = broken(request, r, plants, point)
-            if proof is not None:
-                where = plants.point_words(point)
-                text = f"Of {where}: {proof.claims[0]}."
-                return Kept(r, "infeasible", bad, infeasibility=proof, reason=text)
+            found = _broken(request, r, plants, point, bad)
+            if found is not None:
+                return found
         text = (
             f"In floats a plant breaks it: the true value is {bad.truth:.6g}. No exact "
             "proof of that was found."
@@ -153,24 +151,42 @@ def decided(request, r, plants, bad=None):
     while open_cells:
         check_time()
         cell = open_cells.pop()
-        found = _proven(request, r, cell.loops)
+        room = [_room_at(request, r, loop) for loop in cell.loops]
+        k = int(np.argmin(room))
+        found = _proven(r, cell.loops) if room[k] > 0 else None
         if found is not None:
             cuts.append(None)
             values.append(found[0])
             least = min(least, found[1])
             continue
-        if (
-            not cuts
-            and _proven(request, r, [plants.at(plants.exactly(bad.point))]) is None
-        ):
+        nearer = {} if room[k] > 0 else cell.nearer(k)
+        if not (room[k] > 0 or nearer):  # it is a plant of the family
+            found = _broken(request, r, plants, cell.point(k), bad)
+            return found or _undecided(r, bad, values, "a plant that is at the edge")
+        if not cuts and _proven(r, [plants.at(plants.exactly(bad.point))]) is None:
             return _undecided(r, bad, values, "the worst plant alone")
         if len(cell.loops) == 1 or len(values) + len(open_cells) >= MOST_CELLS:
             return _undecided(r, bad, values, cell.words)
-        T, _, rate = coordinates(cell.loops)
-        way = cell.way(T, rate, r.needs_disturbance)
+        if nearer:
+            best = {
+                way: [_room_at(request, r, x) for x in nearer[way]] for way in nearer
+            }
+            way = max(best, key=lambda way: min(best[way]))
+        else:
+            T, _, rate = coordinates(cell.loops)
+            way = cell.way(T, rate, r.needs_disturbance)
         cuts.append(way)
         open_cells += reversed(cell.cut(way))
     return Kept(r, "feasible", bad, tuple(cuts), tuple(values), float(least))
+
+
+def _broken(request, r, plants, point, bad):
+    """The `Kept` of a requirement that a plant provably breaks; None without proof."""
+    proof = broken(request, r, plants, point)
+    if proof is None:
+        return None
+    text = f"Of {plants.point_words(point)}: {proof.claims[0]}."
+    return Kept(r, "infeasible", bad, infeasibility=proof, reason=text)
 
 
 def _undecided(r, bad, values, where):
@@ -181,12 +197,13 @@ def _undecided(r, bad, values, where):
     return Kept(r, "undecided", bad, values=tuple(values), reason=text)
 
 
-def _proven(request, r, loops):
+def _room_at(request, r, loop):
+    """Positive where a loop keeps a requirement: no LMI holds if a vertex doesn't."""
+    return r.kept(r.truth([loop.plant_in_floats], request.state_gain, request.K_A))
+
+
+def _proven(r, loops):
     """(values, margin) of the hull of loops that keep it; None if none are found."""
-    for loop in loops:  # needn't be plants, but no LMI holds if one breaks it
-        d = loop.plant_in_floats
-        if not r.kept(r.truth([d], request.state_gain, request.K_A)) > 0:
-            return None
     lmis = KnownLMIs(r, loops)
     first = lmis.find(refuse=False)
     if first.values is None or not (size := lmis.margin(first.values)) > CLEAR:
