@@ -159,7 +159,7 @@ def test_two_files_for_one_matrix_are_refused(tmp_path):
     [
         ([], "M is missing; D is missing; S is missing; B is missing"),
         ({"M": [[1]]}, "D is missing; S is missing; B is missing"),
-        ({key: [[1]] for key in "MDSBf"}, "'f' isn't known"),
+        ({key: [[1]] for key in "MDSBf"}, '"plant" for them: .f. isn.t known'),
         (ONE | {"coordinates": [1]}, "coordinates must be 1 different names"),
         (ONE | {"coordinates": 1}, "coordinates must be 1 different names"),
         ({"vertices": []}, "vertices is empty"),

@@ -172,7 +172,7 @@ def _named(where, matrices):
         faults = [f"{name} is missing" for name in lacking]
         faults += [f"{name!r} isn't known{known.get(name, '')}" for name in strange]
         raise ValueError(
-            f"{where} has M, D, S, B, and perhaps F and coordinates (names of z): "
-            f"{'; '.join(faults)}"
+            f"{where} has M, D, S, B, and perhaps F and coordinates (names of z), and "
+            f'what is asked stands beside a key "plant" for them: {"; ".join(faults)}'
         )
     return names
