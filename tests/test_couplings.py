@@ -208,5 +208,3 @@ def test_bounds_of_gamma_name_what_is_missing():
             gamma_lower_bounds(wrong, [[-1, -1]], saturation=bounds)
     with pytest.raises(ValueError, match="u_max is None"):
         gamma_lower_bounds(one, [[-1, -1]], saturation=sos.Saturation(None, [1, 0]))
-    with pytest.raises(ValueError, match="matrices must be a list"):
-        sos.sampled.prove_schur(0.5)

@@ -15,10 +15,11 @@ from flint import fmpq, fmpq_mat
 import sosbook as sos
 from sosbook import proofs
 from sosbook.exact.checker import verdict as check
+from sosbook.exact.checker.verdict import checksum
 from sosbook.exact.definite import exact, semidefinite
 from sosbook.exact.proof import Examined
 from sosbook.exact.proof_file import ProofFile
-from sosbook.exact.proof_text import checksum, parse
+from sosbook.exact.proof_text import parse
 from sosbook.exact.rational import decimals
 from sosbook.language import named
 from sosbook.lmi import LMIProblem, Unknown, he

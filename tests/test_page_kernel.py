@@ -10,8 +10,9 @@ import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.book.elements.scripts import script
 from sosbook.exact.checker import verdict as check
+from sosbook.exact.checker.verdict import checksum
 from sosbook.exact.definite import round_digits
-from sosbook.exact.proof_text import checksum, parse
+from sosbook.exact.proof_text import parse
 from sosbook.exact.rational import decimal
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.solver.barrier import Barrier

@@ -1,12 +1,11 @@
 """Sampled-data control: against closed forms, simulation and control."""
 
 import copy
-import warnings
 
 import control
 import numpy as np
 import pytest
-from flint import arb, arb_mat, ctx
+from flint import ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are
@@ -20,7 +19,6 @@ from sosbook.sampled import (
     c2d,
     certify_sampled,
     design_sampled_lqr,
-    prove_schur,
     sampled_cost,
     sampled_loop,
 )
@@ -302,54 +300,6 @@ def test_a_gain_of_wrong_width_is_refused():
         sampled_cost(CART, [[-1, -1]], np.eye(2), [[1]], 0.1, x0=[1])
 
 
-def test_schur_proof_knows_the_radius_to_many_digits():
-    F = np.array([[0.5, 1.0], [0.0, 0.25]])
-    assert prove_schur([F], rate=0.5001).proven
-    assert not prove_schur([F], rate=0.5).proven  # not below the rate
-    turn = 0.999 * np.array([[0.6, 0.8], [-0.8, 0.6]])
-    assert prove_schur([turn, F]).proven
-    found = prove_schur([F, turn / 0.999, 1.1 * F])
-    assert not found.proven and found.claims == ()
-    assert [text[:9] for text in found.failed] == ["matrix 2:"]
-
-
-@pytest.mark.parametrize(
-    "F",
-    [
-        [[1.0]],
-        [[1.0, 1.0], [0.0, 0.5]],
-        [[-1.0]],
-        [[0.0, 1.0], [-1.0, 0.0]],
-        [[1.0000000001]],
-        [[0.0, 2.0], [0.6, 0.0]],
-    ],
-)
-def test_schur_proof_refuses_what_is_marginal_or_unstable(F):
-    found = prove_schur([F])
-    assert not found.proven
-    assert "matrix 1: its spectral radius is" in str(found)
-
-
-def test_a_proof_of_no_matrix_proves_nothing():
-    found = prove_schur([[[0.5]]])
-    nothing = {"matrices": [], "cells": [], "claims": []}
-    assert not type(found).of(found.data | nothing).proven
-
-
-def test_schur_proof_holds_for_every_matrix_in_the_balls():
-    def cross(radius):
-        with ctx.workprec(128):
-            edge = arb(0.5, radius)
-            return arb_mat([[edge, edge], [0, edge]])
-
-    assert prove_schur([cross(0.05)]).proven
-    assert not prove_schur([cross(0.6)]).proven  # holds 1.1
-    with pytest.raises(ValueError, match="square"):
-        prove_schur([np.ones((2, 3))])
-    with pytest.raises(ValueError, match="empty"):
-        prove_schur([])
-
-
 def ratios(found, plant, K, T, delay, U=None, count=40, seed=0):
     """How much x'P x falls, at the most, in the loops of random plants of a proof.
 
@@ -581,26 +531,10 @@ def test_a_controller_of_another_kind_is_named(controller):
         sampled_loop(cart, controller, 0.1)
 
 
-def test_an_eigenvalue_at_the_rate_is_refused_in_a_plain_sentence():
-    near = np.diag([1 - 1e-12, 0.5])
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        proof = prove_schur([near, np.diag([0.9, 0.5])])
-    assert not proof.proven
-    assert proof.failed == ("matrix 1: its spectral radius is 1",)
-
-
 def test_a_rate_above_one_promises_nothing_and_is_refused():
     cart = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]])
     with pytest.raises(ValueError, match="rate must be at most 1"):
-        prove_schur([[[1.5]]], rate=2)
-    with pytest.raises(ValueError, match="rate must be at most 1"):
         certify_sampled(cart, [[0.5, 0]], 0.2, rate=3)
-
-
-def test_a_claim_prints_the_rate_that_was_proven():
-    (claim,) = prove_schur([[[0.1]]], rate=0.12345678904).claims
-    assert claim.endswith("as 0.12345678904^k")
 
 
 def test_a_mass_that_vanishes_inside_is_said():
@@ -627,11 +561,6 @@ def test_a_static_controller_needs_no_clock():
     assert np.array_equal(
         sampled_loop(cart, timeless, 0.1)[0], sampled_loop(cart, [[-1.0, -1.2]], 0.1)[0]
     )
-
-
-def test_balls_that_are_not_finite_are_named():
-    with pytest.raises(ValueError, match="isn't finite"):
-        prove_schur([arb_mat([[arb("nan")]])])
 
 
 @pytest.mark.parametrize("k", range(1, 8))
@@ -678,3 +607,13 @@ def test_a_cost_in_any_unit_of_time_is_the_same_and_silent(rate):
     )
     np.testing.assert_allclose(cost * rate, in_seconds)
     assert design.certify().proven
+
+
+def test_matrices_of_samples_lie_in_a_disk():
+    """Eigenvalues of F lie around 0 where those of F - I lie around -1."""
+    F = np.array([[0.5, 1.0], [0.0, 0.25]])
+    for rate, status in ((0.5001, "feasible"), (0.5, "infeasible")):
+        region = sos.LMIRegion.disk(rate, -1)
+        loop = sos.analyse_loop(np.eye(2), F - np.eye(2), region=region)
+        proof = loop.certify() if status == "feasible" else loop.infeasibility
+        assert loop.status == status and proof.verify()

@@ -50,7 +50,6 @@ NEW = (  # small ones of each kind
     "interval of one point",
     "observer",
     "no observer",
-    "schur",
 )
 
 

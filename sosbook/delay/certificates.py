@@ -5,11 +5,10 @@ import numpy as np
 from ..exact.definite import definite, exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import first_proven
-from ..exact.rational import decimal, decimals, expanded, read_array, read_number
+from ..exact.rational import decimal, decimals, read_array, read_number
 from ..exact.refusal import MultiplierRefusal
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
-from ..plants.kinds import every_plant
 from ..synthesis.certificates import frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest
@@ -17,7 +16,6 @@ from .request import DelayedLoop, DelayRequest
 __all__ = [
     "DelayCertificate",
     "DelayRefusal",
-    "claims",
     "delay_refusal",
     "in_frame",
     "problem_data",
@@ -187,26 +185,3 @@ def in_frame(request, frame):
     """The request in the coordinates of a file, which are a `Frame`: frame."""
     vars(request)["frame"] = frame  # where it would be remembered
     return request
-
-
-def claims(request):
-    """What positive definite blocks of a request prove, in words."""
-    if request.misprints:
-        return ("the LMIs as printed hold: that proves nothing about the loop",)
-    tau, mu = exact(request.tau), exact(request.mu)
-    delays = (
-        f"the constant delay {decimal(request.tau)} s"
-        if request.mu == 0
-        else f"every delay in [{expanded(tau - mu)}, {expanded(tau + mu)}] s, "
-        "however it varies"
-    )
-    rate = (
-        f"decays at least as fast as exp(-{decimal(request.delta)} t)"
-        if request.delta
-        else "is exponentially stable"
-    )
-    if isinstance(request.plant, DelayedLoop):
-        subject = "the loop"
-    else:
-        subject = f"{every_plant(request.plant)}, under u = K x(t - d),"
-    return (f"{subject} {rate} for {delays}",)

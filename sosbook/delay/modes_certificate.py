@@ -1,5 +1,6 @@
 """Exact proofs, as files, that a plant's slow modes have no solution."""
 
+from ..exact.checker.verdict import law
 from ..exact.definite import exact
 from ..exact.proof import Examined
 from ..exact.rational import (
@@ -12,8 +13,8 @@ from ..exact.rational import (
 )
 from ..exact.refusal import MultiplierRefusal
 from ..plants.descriptor_system import DescriptorSystem
-from ..synthesis.certificates import excluding, frame_data, read_frame
-from .certificates import claims, in_frame, problem_data, read_delay_request
+from ..synthesis.certificates import frame_data, read_frame
+from .certificates import in_frame, problem_data, read_delay_request
 from .modes import modes_near
 
 __all__ = ["ModesRefusal"]
@@ -85,10 +86,11 @@ class ModesRefusal(MultiplierRefusal):
             The same for them alone, at floats near them.
         """
         (d,) = small.vertices
+        asked = {**problem_data(request), "K": None}
+        _, said = law({"kind": "infeasible delay", **asked, "multipliers": []})
         return {
-            "claims": [excluding(True, claims(request))],
-            **problem_data(request),
-            "K": None,
+            "claims": list(said),
+            **asked,
             "vertex": vertex,
             "modes": [
                 [decimal(complex(s).real), decimal(complex(s).imag), k]

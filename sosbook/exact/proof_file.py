@@ -10,7 +10,7 @@ from ..runtime.writing import write_file
 from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused
 from .proof import Examined, Verdict
-from .proof_text import is_proof, parse, same, written
+from .proof_text import MADE, is_proof, parse, same, written
 from .rational import as_rational
 
 __all__ = ["ProofFile", "kinds", "load"]
@@ -186,7 +186,7 @@ def _rebuilt(cls, data):
     again, examined = cls.examine(data)
     again = _of_part(again)
     claims = tuple(verdict.of_part(examined.claims, data))
-    for key in {*data, *again}:
+    for key in {*data, *again} - {x for x in MADE if x not in data}:
         if key not in data or key not in again or not same(data[key], again[key]):
             return Examined.nothing(f"{key!r:.80} isn't what the data say")
     return replace(examined, claims=claims)

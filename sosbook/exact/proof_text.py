@@ -1,13 +1,12 @@
-"""The text of a proof file: JSON, of one of two versions.
+"""The text of a proof file: JSON, a text with data, see `sosbook.exact.checker`.
 
-Version 2 is a text with data, see `sosbook.exact.checker`. What no text says, as
-matrices in balls, is written as version 1: data alone, with a checksum.
+What no text says, as matrices in balls, has its data alone. Files of version 1, which
+have them beside a checksum, are read.
 """
 
 import json
 import re
 
-from ..runtime.digests import digest
 from ..runtime.reading import parse_json
 from .checker import verdict
 from .checker.arithmetic import Beyond, Refused
@@ -31,15 +30,9 @@ def written(kind, data):
         if not same(verdict.asked_of(whole), asked):
             raise Refused("its data don't say again what is asked")
     except (Beyond, Refused):  # no text says it
-        return version_1(kind, data), None
+        asks = {k: v for k, v in asked.items() if k != "kind"}
+        return spread(verdict.head(asked) | {"asks": asks}), None
     return spread(whole), (whole, *said)
-
-
-def version_1(kind, data):
-    """The text of a proof of some kind as data alone, as `written` takes them."""
-    whole = {"format": FORMAT, "version": 1, "kind": kind, **data}
-    whole["checksum"] = checksum(whole)
-    return laid_out(whole) + "\n"
 
 
 def spread(whole):
@@ -58,15 +51,6 @@ def spread(whole):
             text = "[\n" + ",\n".join(map(line, value)) + "]"
         lines.append(f"{line(key)}:{text}")
     return "{" + ",\n".join(lines) + "}\n"
-
-
-def checksum(whole):
-    """The SHA-256 of the contents, whatever their layout.
-
-    It finds what was changed by accident. Who changes a file on purpose
-    can mend it, and then the arithmetic decides.
-    """
-    return digest({key: value for key, value in whole.items() if key != "checksum"})
 
 
 def parse(text):
@@ -88,7 +72,7 @@ def parse(text):
         except (*verdict.MALFORMED, Refused) as fault:
             raise ValueError(f"its data aren't what it asks for: {fault}") from None
         return kind, {key: value for key, value in asked.items() if key != "kind"}
-    if whole.get("checksum") != checksum(whole):
+    if whole.get("checksum") != verdict.checksum(whole):
         raise ValueError("the checksum isn't that of the contents: they were changed")
     return kind, {key: value for key, value in whole.items() if key not in HEAD}
 

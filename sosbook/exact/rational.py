@@ -20,7 +20,6 @@ __all__ = [
     "echelon",
     "exact",
     "exact_margin",
-    "expanded",
     "fraction",
     "fractions",
     "inverse",
@@ -189,22 +188,6 @@ def decimal(x):
     if not isfinite(x):
         raise ValueError(f"{x!r} is no decimal number")
     return repr(float(x) + 0.0).removesuffix(".0")
-
-
-def expanded(x):
-    """All decimals of a rational x that has finitely many.
-
-    Examples
-    --------
-    >>> expanded(fmpq(3, 8)), expanded(fmpq(12)), expanded(fmpq(-1, 50))
-    ('0.375', '12', '-0.02')
-    """
-    places = 0
-    while (x * fmpq(10) ** places).q != 1:
-        places += 1
-    digits = str(abs(x * fmpq(10) ** places)).rjust(places + 1, "0")
-    whole, decimals = digits[: len(digits) - places], digits[len(digits) - places :]
-    return "-" * (x < 0) + whole + ("." + decimals if decimals else "")
 
 
 def echelon(x):

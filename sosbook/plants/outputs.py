@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..exact.checker.outputs import SIGNALS, in_words
 from ..exact.rational import decimal, decimals, exact, read_array, read_number
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly
@@ -13,16 +14,6 @@ from .descriptor import Descriptor
 
 __all__ = ["Output"]
 
-SIGNALS = {  # what each argument weighs
-    "position": "z",
-    "velocity": "z'",
-    "acceleration": "z''",
-    "integral": "x3",
-    "state": "x",
-    "rate": "x'",
-    "input": "u",
-    "disturbance": "w",
-}
 COUNTED = {
     "integral": "integrals, the rows of U",
     "input": "inputs",
@@ -147,7 +138,7 @@ class Output(ReadOnly):
     @property
     def words(self) -> str:
         """What it is, in one line."""
-        return "; ".join(map(_words, self.parts))
+        return "; ".join(map(in_words, self.data()))
 
     def rows(self, places: dict, order: int, m: int, p: int) -> dict:
         """C, C_a, D_u and D_w of the output in a plant with these coordinates.
@@ -208,8 +199,8 @@ class Output(ReadOnly):
             counts = {k: len(x) for k, x in own.items()}
             if len(set(counts.values())) > 1 or not min(counts.values()):
                 raise ValueError(
-                    f"{_words(part)}: a number stands for a multiple of the identity, "
-                    "which has other rows here: give a matrix"
+                    f"{in_words(*part.data())}: a number stands for a multiple of the "
+                    "identity, which has other rows here: give a matrix"
                 )
             used |= own.keys()
             widths = {"C": order, "Ca": order, "Du": m, "Dw": p}
@@ -286,19 +277,6 @@ def _rows(key, x):
     if not len(x):
         raise ValueError(f"{key} has no row")
     return x
-
-
-def _words(part):
-    """A part in words, as checkers write it, too."""
-
-    def text(x):
-        if np.ndim(x) == 0:
-            return decimal(x)
-        rows = (", ".join(row) for row in decimals(x))
-        return "[" + ", ".join(f"[{row}]" for row in rows) + "]"
-
-    total = " + ".join(f"{text(x)} {SIGNALS[k]}" for k, x in part._given.items())
-    return f"{part.name} = {total}" if part.name else total
 
 
 def _nothing(key):

@@ -3,9 +3,9 @@
 A file is a text with data, which a kernel checks that knows no control; the folder
 ``CHECKER`` holds it, and what writes the texts beside the words that they prove. It
 needs Python and nothing else: ``python checker proof.json``. The checker decides
-every kind of file but four, and says so: sampled loops (exponentials of matrices in
-balls), matrices that are balls, refusals by the slow modes of a delayed plant
-(eigenvalues in balls), and energies of large plants (sparse factors in floats). These
+every kind of file but three, and says so: sampled loops (exponentials of matrices in
+balls), refusals by the slow modes of a delayed plant (eigenvalues in balls), and
+energies of large plants (sparse factors in floats). These
 ``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 
@@ -15,7 +15,7 @@ from ..exact.checker import CHECKER
 from ..exact.proof_file import ProofFile, kinds, load
 from ..exact.refusal import Refusal
 from ..lmi.certificates import LMIProof, LMIRefusal
-from ..sampled.certificate import SampledCertificate, SchurCertificate
+from ..sampled.certificate import SampledCertificate
 from ..synthesis.certificates import Certificate, DesignRefusal
 from ..synthesis.fixed_mode import FixedModeRefusal
 from ..synthesis.known_certificate import KnownGainProof
@@ -46,7 +46,6 @@ __all__ = [
     "Refusal",
     "RegularityCertificate",
     "SampledCertificate",
-    "SchurCertificate",
     "SingularMassRefusal",
     "SmallInputRefusal",
     "SumOfPoles",

@@ -4,8 +4,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+from ..exact.checker.requirements import claim
 from ..exact.definite import exact
-from ..exact.rational import decimal, inverse
+from ..exact.rational import inverse
 from ..plants.checks import count, positive
 from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
@@ -24,7 +25,6 @@ class Channel(Requirement):
     """
 
     plain: Parameter
-    norm = ""  # in words
     needs_equations = False  # whether it can't weigh x' with P's of the plants' own
     inputs: Any
 
@@ -127,13 +127,7 @@ class Channel(Requirement):
         return replace(one, outputs=outputs, inputs=inputs, name=name)
 
     def claim(self) -> str:
-        ends = ""
-        if self.inputs is not None:
-            ends += " from " + ", ".join(f"w[{i}]" for i in self.inputs)
-        if self.outputs is not None:
-            ends += f" to {self.outputs.words}"
-        whose = f"{self.name}: its" if self.named else "its"
-        return f"{whose} {self.norm}{ends} is below {decimal(self.bound)}"
+        return claim(self.data())
 
 
 def _places(inputs):

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from ..analysis.linear import loop_matrix
 from ..analysis.lyapunov import lyapunov
+from ..exact.checker.requirements import claim
 from ..exact.definite import definite, exact, inverse
-from ..exact.rational import decimal
 from ..language import Unknown, eye, he
 from ..plants.checks import is_word, matrix, numbers, positive
 from ..plants.coupled import Coupled, SlackVertex
@@ -263,8 +263,7 @@ class QuadraticCost(Requirement):
         return c
 
     def claim(self) -> str:
-        bound = decimal(self.bound)
-        return f"its quadratic cost is below {bound} times the largest noise intensity"
+        return claim(self.data())
 
     def truth(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None

@@ -70,7 +70,6 @@ class H2(Channel):
 
     kind = "h2"
     plain = H2_NORM
-    norm = "H2 norm"
     implies_stability = needs_disturbance = affine_in_quotient = True
     rank = 25
     titles = {

@@ -59,7 +59,6 @@ class HInfinity(Channel):
 
     kind = "gamma"
     plain = GAMMA
-    norm = "H-infinity norm"
     implies_stability = needs_disturbance = True
     affine_in_quotient = True
     rank = 20

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.linear import peak_input
-from ..exact.rational import decimal, exact
+from ..exact.checker.requirements import claim
+from ..exact.rational import exact
 from ..language import Unknown, block, eye
 from ..plants.checks import matrix, numbers
 from ..plants.coupled import Coupled, SlackVertex
@@ -153,9 +154,7 @@ class Saturation(Requirement):
         return whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2)
 
     def claim(self) -> str:
-        u_max = decimal(self.u_max)
-        signal = "K x + K_A z''" if self.acceleration else "K x(t)"
-        return f"|{signal}| <= {u_max} from x0 (with r = 0, w = 0)"
+        return claim(self.data())
 
     def truth(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None

@@ -11,7 +11,8 @@ from typing import Self
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from ..exact.rational import decimal, decimals, exact
+from ..exact.checker.requirements import claim
+from ..exact.rational import exact
 from ..plants.checks import finite, positive
 from .vocabulary import RHO, SIGMA, THETA
 
@@ -159,25 +160,7 @@ class RegionForms:
 
     def claim(self) -> str:
         """The form in words, which the matrices imply, or the matrices."""
-        form, sizes = self._form, {k: decimal(x) for k, x in self._sizes.items()}
-        if form == "half-plane":
-            place = f"Re s < {decimal(-self._sizes['sigma'])}"
-        elif form == "sector":
-            place = f"of half-angle {degrees(*self.beta[0])} degrees"
-            if self._sizes["apex"]:
-                place += f" with apex {sizes['apex']}"
-        elif form == "disk":
-            place = "of radius {rho} around {centre}".format(**sizes)
-        elif form == "strip":
-            place = "{left} < Re s < {right}".format(**sizes)
-        elif form == "horizontal strip":
-            place = "|Im s| < {omega}".format(**sizes)
-        elif form == "ellipse":
-            place = "of half axes {a} and {b} around {centre}".format(**sizes)
-        else:
-            form = "region alpha + beta s + beta' s* < 0,"
-            place = f"with alpha = {_rows(self.alpha)} and beta = {_rows(self.beta)}"
-        return f"its poles lie in the {form} {place}"
+        return claim(self.data())
 
 
 def plain(x):
@@ -210,7 +193,3 @@ def at_least(*factors):
         while read(bound) < product:
             bound = float(np.nextafter(bound, np.inf))
     return bound
-
-
-def _rows(x):
-    return "[" + ", ".join("[" + ", ".join(r) + "]" for r in decimals(x)) + "]"

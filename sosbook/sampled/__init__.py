@@ -3,7 +3,7 @@
 from .discretize import c2d, sampled_loop
 from .furthest import furthest_sampled
 from .lqr import SampledLQR, design_sampled_lqr, sampled_cost
-from .proof import SampledCertificate, certify_sampled, prove_schur
+from .proof import SampledCertificate, certify_sampled
 from .system import SampledSystem
 
 __all__ = [
@@ -14,7 +14,6 @@ __all__ = [
     "certify_sampled",
     "design_sampled_lqr",
     "furthest_sampled",
-    "prove_schur",
     "sampled_cost",
     "sampled_loop",
 ]

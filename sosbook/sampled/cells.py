@@ -38,7 +38,7 @@ from .balls import balls, balls_of, middle, orthonormal, solve
 from .loops import SampledFamily, key_of, within
 from .timing import TimeBox
 
-__all__ = ["PlantCell", "gram_bound", "least_pivot", "pivot"]
+__all__ = ["PlantCell", "gram_bound", "least_pivot"]
 
 #: Values of t that `PlantCell.least` may take.
 SHARES = tuple(10.0 ** (k / 4) for k in range(-24, 5))
@@ -207,20 +207,6 @@ def _best_share(rate, grams, bent):
     less = rate**2 * np.eye(len(bent)) - (1 + 1 / t) * bent
     left = [np.linalg.eigvalsh(less - (1 + t) * middle(g))[:, 0] for g in grams]
     return SHARES[int(np.min(left, axis=0).argmax())]
-
-
-def pivot(F, L, pace):
-    """The smallest pivot of L^-T (pace^2 L'L - F'L'LF) L^-1.
-
-    A positive number comes with a proof that it is positive definite.
-    """
-    try:
-        inside = within(F, balls(L))
-    except ZeroDivisionError:
-        return -np.inf
-    if not pace > 0:
-        return -np.inf
-    return least_pivot(pace**2 * np.eye(len(L), dtype=int) - inside.T @ inside)
 
 
 def least_pivot(S):

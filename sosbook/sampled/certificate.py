@@ -1,23 +1,22 @@
 """Proofs in ball arithmetic as files: the matrices that a reader needs."""
 
 import numpy as np
-from flint import arb, ctx
+from flint import ctx
 
-from ..exact.definite import exact
 from ..exact.proof import Examined
 from ..exact.proof_file import ProofFile
-from ..exact.rational import decimal, decimals, fraction, read_array, read_number
+from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..plants.kinds import every_plant
-from .cells import PlantCell, pivot
+from .cells import PlantCell
 from .discretize import input_vertices, is_controller
 from .loops import BALL_BITS, SampledFamily
 from .shapes import PlantShape
 from .system import SampledSystem
 from .timing import TimeBox
 
-__all__ = ["SampledCertificate", "SchurCertificate", "balls_data"]
+__all__ = ["SampledCertificate"]
 
 RATIONALS = (
     "rationals can't redo this proof: it encloses exponentials of matrices in "
@@ -146,68 +145,6 @@ class SampledCertificate(ProofFile):
         }
 
 
-class SchurCertificate(ProofFile):
-    """A proof, in ball arithmetic, that eigenvalues have small magnitudes.
-
-    ``text`` is that of the file.
-
-    It has one Lyapunov function |L x|^2 for each matrix.
-    """
-
-    kind = "schur"
-
-    @property
-    def rate(self):
-        """Every motion decays at least as rate^k."""
-        return read_number(self.data["rate"])
-
-    @property
-    def cells(self):
-        """(weights, L) of each matrix; empty without a proof."""
-        if not self.proven:
-            return ()
-        return tuple(
-            (np.ones((1, 1)), read_array(L, None, None)) for L in self.data["cells"]
-        )
-
-    @classmethod
-    def examine(cls, data):
-        rate, names = read_number(data["rate"]), data["undecided"]
-        if not 0 < rate <= 1:
-            raise ValueError("rate must be in (0, 1]")
-        with ctx.workprec(BALL_BITS):
-            matrices = [_read_balls(rows) for rows in data["matrices"]]
-            if not matrices:
-                raise ValueError("there is no matrix")
-            cells = data["cells"]
-            if cells is not None:
-                cells = [read_array(L, len(F), len(F)) for L, F in zip(cells, matrices)]
-            again = cls.contents(data["matrices"], rate, cells, names)
-            if cells is None:
-                return again, Examined.nothing(*map(str, names))
-            blocks = {
-                f"matrix {k}": pivot(F, L, arb(exact(rate)))
-                for k, (F, L) in enumerate(zip(matrices, cells, strict=True), 1)
-            }
-        return again, _examined(blocks, again["claims"])
-
-    @classmethod
-    def contents(cls, matrices, rate, cells, failed):
-        """The data of the file for some ``matrices`` and a rate.
-
-        ``cells`` are the Lyapunov functions, and ``failed`` what wasn't
-        proven.
-        """
-        return {
-            "claims": [claim(f"matrix {k + 1}", rate) for k, _ in enumerate(matrices)],
-            "matrices": matrices,
-            "rate": decimal(rate),
-            "cells": None if cells is None else [decimals(L) for L in cells],
-            "undecided": list(failed),
-            "note": RATIONALS if any(map(_of_balls, matrices)) else "",
-        }
-
-
 def claim(name, rate, clocks=""):
     """What is proven of a loop, in words; ``clocks`` says of which `TimeBox`."""
     sentence = f"{name} is stable{clocks}"
@@ -310,34 +247,3 @@ def _read_controller(data):
     sizes = (read_array(K[name], *shape) for name, shape in zip("ABCD", shapes))
     dt = K["dt"] if K["dt"] is None or K["dt"] is True else read_number(K["dt"])
     return SampledSystem(*sizes, dt)
-
-
-def balls_data(F):
-    """Rows of F as decimals; as [midpoint, radius], in fractions, for balls."""
-    if F.dtype != object:
-        return decimals(F)
-    return [[[_exactly(e.mid()), _exactly(e.rad())] for e in row] for row in F]
-
-
-def _of_balls(rows):
-    return any(isinstance(e, list) for row in rows for e in row)
-
-
-def _exactly(x):
-    mantissa, exponent = map(int, x.man_exp())
-    return str(mantissa * exact(2.0) ** exponent)
-
-
-def _read_balls(rows):
-    """The matrix of `balls_data`: balls that hold the given ones."""
-    if not rows or any(len(row) != len(rows) for row in rows):
-        raise ValueError("a matrix isn't square")
-    matrix = np.empty((len(rows), len(rows)), object)
-    for i, row in enumerate(rows):
-        for j, e in enumerate(row):
-            if isinstance(e, str):
-                matrix[i, j] = arb(exact(read_number(e)))
-            else:
-                mid, rad = map(fraction, e)
-                matrix[i, j] = arb(mid, rad)
-    return matrix

@@ -1,82 +1,23 @@
 """Proofs, in ball arithmetic, that sampled loops are stable."""
 
-from collections.abc import Iterable
 from itertools import product
 from typing import Any
 
-import numpy as np
-from flint import arb, arb_mat, ctx
+from flint import ctx
 from numpy.typing import ArrayLike
 
-from ..exact.definite import exact, round_digits
+from ..exact.definite import round_digits
 from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
-from ..plants.checks import count, finite, matrix, positive
+from ..plants.checks import count, finite, positive
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
-from .balls import balls, entries, middle
-from .cells import pivot
-from .certificate import SampledCertificate, SchurCertificate, balls_data
-from .cover import cover, lyapunov, too_slow
+from .certificate import SampledCertificate
+from .cover import cover
 from .discretize import input_vertices, is_controller
 from .loops import BALL_BITS, SampledFamily
 from .timing import TimeBox
 
-__all__ = ["SampledCertificate", "certify_sampled", "prove_schur"]
-
-
-@one_thread
-def prove_schur(matrices, rate=1.0):
-    """Prove that no matrix of several has an eigenvalue of magnitude rate or more.
-
-    Parameters
-    ----------
-    matrices : sequence of arb_mat or (N, N) array_like
-        Entries that are balls of positive radius stand for every matrix
-        inside. Floats are read as decimals.
-    rate : float
-        Motions decay at least as rate^k; read as a decimal.
-
-    Returns
-    -------
-    SchurCertificate
-        One Lyapunov function for each matrix: nothing is said of a loop
-        that switches between them.
-
-    Examples
-    --------
-    >>> print(prove_schur([[[0.5, 1], [0, 0.5]]], rate=0.6))
-    proven:
-    - matrix 1 is stable: every motion decays at least as 0.6^k
-    >>> print(prove_schur([[[1, 1], [0, 0.5]]]))
-    not proven: matrix 1: its spectral radius is 1
-    """
-    if not isinstance(matrices, Iterable):
-        raise ValueError(
-            f"matrices must be a list of matrices, got {type(matrices).__name__}"
-        )
-    rate, matrices = _rate(rate), list(matrices)
-    if not matrices:
-        raise ValueError("matrices is empty: there is nothing to prove")
-    failed, cells, contents = [], [], []
-    with ctx.workprec(BALL_BITS):
-        for k, matrix in enumerate(matrices):
-            name, F = f"matrix {k + 1}", _given(f"matrices[{k}]", matrix)
-            contents.append(
-                balls_data(
-                    F if isinstance(matrix, arb_mat) else np.array(matrix, float)
-                )
-            )
-            trouble = too_slow(middle(F), rate)
-            if not trouble:
-                L = lyapunov([middle(F)], rate)
-                cells.append(L)
-                good = pivot(F, L, arb(exact(rate))) > 0
-                trouble = "" if good else "undecided"
-            if trouble:
-                failed.append(f"{name}: {trouble}")
-        return SchurCertificate.of(
-            SchurCertificate.contents(contents, rate, None if failed else cells, failed)
-        )
+__all__ = ["SampledCertificate", "certify_sampled"]
 
 
 @one_thread
@@ -198,16 +139,3 @@ def _rate(rate):
     if not positive("rate", rate) <= 1:
         raise ValueError(f"rate must be at most 1, for stability; got {rate!r}")
     return float(rate)
-
-
-def _given(name, value):
-    """A square matrix of balls; floats are read as decimals."""
-    if isinstance(value, arb_mat):
-        array = entries(value)
-    else:
-        array = balls(matrix(name, value))
-    if array.shape[0] != array.shape[1] or not array.size:
-        raise ValueError(f"{name} must be square, got {array.shape}")
-    if not all(x.is_finite() for x in array.flat):
-        raise ValueError(f"{name} has a ball that isn't finite")
-    return array

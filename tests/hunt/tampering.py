@@ -156,12 +156,6 @@ def true_claims(whole):
             np.linalg.eigvalsh(M - B @ K_A + (M - B @ K_A).T)[0] / 2 > beta**2
             for M, B in plants
         )
-    if whole["kind"] == "schur":
-        rate = float(whole["rate"])
-        return all(
-            abs(np.linalg.eigvals(np.array(F, float))).max() < rate
-            for F in whole["matrices"]
-        )
     if whole["kind"] == "sampled":
         from sosbook.sampled import sampled_loop
 

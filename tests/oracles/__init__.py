@@ -5,9 +5,15 @@ no kernel: its blocks are matrices of fractions, formed in Python.
 """
 
 from sosbook.exact.checker import verdict
-from sosbook.exact.proof_text import checksum, version_1
+from sosbook.exact.proof_text import laid_out
 
-__all__ = ["mended", "without_text"]
+__all__ = ["mended", "version_1", "without_text"]
+
+
+def version_1(kind, data):
+    """The text of a proof of some kind as data alone, as it was written before."""
+    whole = {"format": verdict.FORMAT, "version": 1, "kind": kind, **data}
+    return laid_out(whole | {"checksum": verdict.checksum(whole)}) + "\n"
 
 
 def without_text(proof):
@@ -25,8 +31,8 @@ def without_text(proof):
 def mended(whole):
     """A file that was changed, with the checksum or the digests of its contents."""
     if whole.get("version") != 2:
-        return dict(whole, checksum=checksum(whole))
+        return dict(whole, checksum=verdict.checksum(whole))
     try:
         return dict(whole, about=verdict.about(verdict.asked_of(whole)))
-    except verdict.MALFORMED:
+    except (verdict.Refused, *verdict.MALFORMED):
         return whole

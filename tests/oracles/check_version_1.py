@@ -1240,35 +1240,6 @@ def quarters(a, b, c, d):
     return Matrix([r + s for r, s in zip(a, b)] + [r + s for r, s in zip(c, d)])
 
 
-class Schur:
-    """|L x| decays in each of some matrices F: rate^2 L'L - F' L'L F > 0."""
-
-    def __init__(self, file):
-        self.file, self.rate = file, positive(file["rate"])
-        need(self.rate <= 1, "the rate exceeds one")
-        if any(isinstance(e, list) for F in file["matrices"] for r in F for e in r):
-            raise Beyond("matrices of balls rest on more than rationals")
-        need(file["note"] == "", "there is nothing to note")
-        need(file["cells"] is not None and file["undecided"] == [], "nothing is proven")
-        self.F = [matrix(F, len(F), len(F)) for F in file["matrices"]]
-        need(len(file["cells"]) == len(self.F) > 0, "a matrix without an L")
-        self.L = [matrix(L, len(F), len(F)) for L, F in zip(file["cells"], self.F)]
-
-    def unknowns(self):
-        return {}
-
-    def blocks(self, x):
-        for k, (F, L) in enumerate(zip(self.F, self.L)):
-            P = L.T @ L
-            yield f"metric {k + 1}", P
-            yield f"matrix {k + 1}", self.rate**2 * P - F.T @ P @ F
-
-    def claims(self):
-        pace = f": every motion decays at least as {float(self.rate)!r}^k"
-        pace = pace if self.rate != 1 else ""
-        return [f"matrix {k + 1} is stable{pace}" for k in range(len(self.F))]
-
-
 class Own:
     """LMIs that someone wrote: constants, and terms L X R in unknowns X."""
 
@@ -1695,7 +1666,6 @@ KINDS = {  # what reads it, and the keys of its file
     "observer": (Observer, "plant K C Q_F R_F noises model coordinates L bound "
                  + PROVEN),
     "lmi": (Own, "shapes expressions statement digits " + PROVEN),
-    "schur": (Schur, "matrices rate cells undecided note"),
     "fixed mode": (fixed_mode, LOOP + "K requirement place polynomial rows point "
                    "witness"),
     "singular mass": (singular_mass, LOOP + "between"),
@@ -1751,10 +1721,9 @@ def check(text):
             claims = [f"{how} {which}: " + "; ".join(claims)]
     else:
         proven, claims = hold(problem, file), problem.claims()
-        if kind != "schur":
-            proven = sorted(map(json.dumps, proven))
-            listed = sorted(map(json.dumps, file["blocks"]))
-            need(proven == listed, "the blocks aren't those listed")
+        proven = sorted(map(json.dumps, proven))
+        listed = sorted(map(json.dumps, file["blocks"]))
+        need(proven == listed, "the blocks aren't those listed")
     other = "the file claims something else: " + "; ".join(claims)
     need(file["claims"] == claims, other)
     return claims

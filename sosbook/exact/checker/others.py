@@ -1,11 +1,11 @@
-"""Texts and words of the rest: masses, observers, matrices, LMIs of one's own."""
+"""Texts and words of the rest: masses, observers, LMIs of one's own."""
 
 import re
 
-from .arithmetic import Beyond, need
+from .arithmetic import need
 from .families import decimal, every_plant, keys
 from .plants import distinct, plant
-from .text import Text, mat, number, positive, ratio, sane
+from .text import Text, positive, ratio, sane
 
 
 class Mass:
@@ -91,31 +91,6 @@ class Observer:
             for x in ("decay", "cost"):
                 t.labels[f"{x} {i}"] = f"{x}.{i}"
         t.write(*OBSERVER.split("\n"), loop="i in vertices")
-
-
-class Schur:
-    """|L x| decays in each of some matrices F: rate^2 L'L - F' L'L F > 0."""
-
-    def __init__(self, d):
-        t = self.t = Text(d)
-        if any(isinstance(e, list) for F in d["matrices"] for r in F for e in r):
-            raise Beyond("matrices of balls rest on more than rationals")
-        need(d["note"] == "", "there is nothing to note")
-        need(d["undecided"] == [], *d["undecided"])
-        many = len(d["matrices"])
-        need(len(d["cells"]) == many > 0, "a matrix without an L")
-        t.put_number("rate", d, "rate")
-        for i, F in enumerate(d["matrices"]):
-            t.put(f"F.{i + 1}", d["matrices"], i)
-            t.put(f"L.{i + 1}", d["cells"], i)
-            _ = mat(F, len(F), len(F)), mat(d["cells"][i], len(F), len(F))
-        t.sets["matrices"] = [[str(i + 1)] for i in range(many)]
-        t.write("sign.rate: rate > 0", "one: 1 - rate >= 0")
-        lines = "P = L.i' L.i", "metric.i: P > 0", "matrix.i: rate^2 P - F.i' P F.i > 0"
-        t.write(*lines, loop="i in matrices")
-        pace = f": every motion decays at least as {float(number(d['rate']))!r}^k"
-        pace = pace if number(d["rate"]) != 1 else ""
-        self.claims = [f"matrix {k + 1} is stable{pace}" for k in range(many)]
 
 
 class Own:

@@ -282,7 +282,7 @@ def implies_stability(r):
     return len(beta) == 1 and beta[0][0] > 0 <= alpha[0][0]
 
 
-def claim(r, signal):
+def claim(r, signal="K x"):
     """What the blocks of a requirement prove."""
     if r["kind"] == "region":
         return region(r)[2]

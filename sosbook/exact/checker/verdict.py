@@ -28,7 +28,7 @@ from .designs import Design
 from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES
 from .known import Known
-from .others import Mass, Observer, Own, Schur
+from .others import Mass, Observer, Own
 from .small_input import SmallInput
 from .special import FixedMode, SingularMass, SumOfPoles, UnreachedResponse
 
@@ -38,6 +38,7 @@ MOST_VERTICES, DEEPEST = 4096, 200
 FORMAT = "sosbook proof"
 
 LOOP, HEAD = "plant U K_A K ", ("format", "version", "kind", "checksum", "claims")
+PLAIN = {"format", "version", "kind", "about", "asks"}  # keys where no text says it
 KINDS = {  # what writes its text, and what it asks
     "design": (Design, LOOP + "coupling epsilon E0 requirements"),
     "known gain": (Known, LOOP + "law requirements corners cells"),
@@ -48,7 +49,6 @@ KINDS = {  # what writes its text, and what it asks
     "lmi": (Own, "shapes expressions statement digits"),
 }  # fmt: skip
 SINGLE = {  # without unknowns
-    "schur": (Schur, "matrices rate cells undecided note"),
     "fixed mode": (FixedMode, LOOP + "requirement place polynomial rows point witness"),
     "sum of poles": (SumOfPoles, "plant U K_A law gains requirement vertex"),
     "singular mass": (SingularMass, "plant U K_A between"),
@@ -133,10 +133,14 @@ def of_part(claims, asked):
 def written(asked):
     """What is asked as a file of version 2, the words of it, and its blocks' keys."""
     text, claims = law(asked)
-    head = {"format": FORMAT, "version": 2, "kind": asked["kind"]}
     asks = {k: skeleton(v, (asked, k), text) for k, v in asked.items() if k != "kind"}
-    whole = head | {"about": about(asked), "asks": asks} | text.file()
-    return whole, claims, text.keys()
+    return head(asked) | {"asks": asks} | text.file(), claims, text.keys()
+
+
+def head(asked):
+    """How a file of version 2 begins."""
+    named = {"format": FORMAT, "version": 2, "kind": asked["kind"]}
+    return named | {"about": about(asked)}
 
 
 def skeleton(x, place, text):
@@ -158,6 +162,9 @@ def asked_of(file):
     """What a file asks, with its kind; `law` decides whether it may."""
     if file["version"] == 1:
         return {k: v for k, v in file.items() if k == "kind" or k not in HEAD}
+    if "text" not in file:
+        need(file.keys() == PLAIN, "a file without a text has other keys")
+        return file["asks"] | {"kind": file["kind"]}
     given = {"=": file["data"] | file.get("point", {}), "#": file.get("point", {}),
              "|": file["data"], "*": file.get("multipliers", {})}  # fmt: skip
 
@@ -193,8 +200,7 @@ def opened(text):
     if file["version"] == 2:
         return matched(file)
     asked = asked_of(file)
-    rest = {key: value for key, value in file.items() if key != "checksum"}
-    good = file.get("checksum") == digest(rest)
+    good = file.get("checksum") == checksum(file)
     need(good, "the checksum isn't that of the contents")
     listed = asked.pop("blocks", None)
     text, claims = law(asked)
@@ -209,9 +215,9 @@ def opened(text):
 
 def matched(file):
     """A file of version 2, which must be the one that is `written`."""
-    again, *said = written(asked_of(file))
-    good = file.get("about") == again["about"]
-    need(good, "the digests are of other data")
+    asked = asked_of(file)
+    need(file.get("about") == about(asked), "the digests are of other data")
+    again, *said = written(asked)
     for key in again.keys() | file.keys():
         same = key in file and file[key] == again.get(key)
         need(same, f"{key!r:.40} isn't what is written for what is asked")
@@ -231,6 +237,11 @@ def contents(text):
         if not level:
             return value
     raise Refused("its lists are nested too deeply")
+
+
+def checksum(file):
+    """Of what a file of version 1 holds beside it."""
+    return digest({k: v for k, v in file.items() if k != "checksum"})
 
 
 def digest(value):
