@@ -2,6 +2,7 @@
 
 import copy
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -264,13 +265,17 @@ def test_the_sum_of_the_poles_is_a_door():
     assert below.status == "undecided"
 
 
-def test_what_all_of_the_state_can_not_do_no_law_can():
+def test_what_all_of_the_state_can_not_do_no_law_can(tmp_path):
     S, B = np.diag([1.0, 4.0]), [[1], [0]]  # the second mass, which w moves, has no u
     plant = sos.SecondOrderSystem(np.eye(2), 0.1 * np.eye(2), S, B, [[0], [1]])
     law = sos.DynamicLaw(2, np.eye(2))
     design = sos.design_pid(plant, law=law, gamma=4.5, starts=2)  # 5.0 without u
     assert design.status == "infeasible" and design.infeasibility.proven
     assert "all of the state" in design.reason
+    held_against(plant, design.infeasibility, tmp_path)
+    two = sos.Polytope([replace(plant, M=2 * np.eye(2)), plant])
+    proof = sos.design_pid(two, law=law, gamma=4.5, starts=2).infeasibility
+    held_against(two, proof, tmp_path)
 
 
 def weak(D, B):

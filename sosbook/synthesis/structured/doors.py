@@ -15,6 +15,7 @@ from ..fixed_mode import OfLaw, parts_data, refuse_by_mode
 from ..request import Request
 from ..request_as_data import loop_data
 from ..solution import Solution
+from ..unreached import refuse_by_response
 from .any_order import excluded, seen
 from .loops import corners_of
 
@@ -175,11 +176,17 @@ def _all_of_the_state(request, d, r):
     if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
         return None
     whole = seen(r, d)
-    plant = whole and alone(whole, request.plant)
-    if plant is None:
+    if whole is None:
         return None
-    try:
+    one, k = _vertex(request, d, (r,))
+    if len(one.vertices) > 1:  # the LMIs of all are no matter of this one
+        if (proof := refuse_by_response(one, [k])) is not None:
+            return proof
+        plant = alone(whole, request.plant)
+        if plant is None:
+            return None
         one = Request(plant, requirements=[r.of_plant()])
+    try:
         with time_limit(SECONDS):
             solution = answer(one)
     except (OutOfTime, np.linalg.LinAlgError, ArithmeticError):
