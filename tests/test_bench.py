@@ -6,14 +6,17 @@ import subprocess
 import warnings
 from collections import Counter
 from pathlib import Path
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
+import scipy.io
+import scipy.sparse
 
 import sosbook as sos
 from sosbook.book.elements.answers import asked_of
 from sosbook.controllers.controller import quiet_set_point
-from sosbook.proofs.command import main
+from sosbook.proofs.command import main, read_plant_file
 from sosbook.synthesis.certificates import DesignRefusal
 from tests.compiler import find, refuse
 from tests.elements import write_page
@@ -811,3 +814,164 @@ def test_a_clock_goes_on_in_python(tab, tmp_path, monkeypatch, capsys, seen):
     gains = "axis/axis_gains.h"  # the same program, from both
     theirs = (tmp_path / "report" / gains).read_text("utf8")
     assert (tmp_path / "out" / gains).read_text("utf8") == theirs
+
+
+# ------------------------------------------------- files, and what isn't all measured
+
+CHAIN = {
+    "M": np.diag([2.0, 1, 0.5]),
+    "D": np.array([[0.4, -0.1, 0], [-0.1, 0.2, -0.1], [0, 0, 0.1]]),  # unsymmetric
+    "S": np.array([[6.0, -2, 0], [-2, 14.2, -9.81], [0, -9.81, 12]]),
+    "B": np.array([[0], [0.25], [0.3]]),
+}
+
+
+def chosen(tab, *files):
+    """What the page says after a choice of files."""
+    tab.page.evaluate("document.querySelector('.sos-source').textContent = ''")
+    tab.page.locator("[type=file]").set_input_files([str(x) for x in files])
+    said = tab.page.locator(".sos-source:not(:empty):not(:has-text('or drop'))")
+    said.wait_for()
+    return said.inner_text()
+
+
+def written(folder):
+    """The chain as others write it, under the names of finite elements."""
+    folder.mkdir()
+    given = dict(zip(("M", "C", "K", "B"), CHAIN.values()))
+    scipy.io.savemat(folder / "full.mat", given)
+    mixed = given | {"K": scipy.sparse.csc_array(given["K"]), "of": "me"}
+    scipy.io.savemat(folder / "packed.mat", mixed, do_compression=True)
+    for kind in ("array", "general", "csv", "abaqus"):
+        (folder / kind).mkdir()
+        for name, X in given.items():
+            place = folder / kind / f"{name}.mtx"
+            if kind == "abaqus" and name != "B":
+                half = np.argwhere(X if name == "C" else np.tril(X)).tolist()
+                rows = [f"{i + 9},1, {j + 9},1, {X[i][j]:.9g}" for i, j in half]
+                place.write_text("\n".join(["** half", *rows]), "utf-8")
+            elif kind == "array":
+                scipy.io.mmwrite(place, X)  # of M and K one triangle
+            elif kind == "general":
+                scipy.io.mmwrite(place, scipy.sparse.coo_array(X), symmetry=kind)
+            else:
+                np.savetxt(place.with_suffix(".csv"), X, delimiter=";", header="of me")
+    return [[x] if x.is_file() else sorted(x.iterdir()) for x in folder.iterdir()]
+
+
+def test_files_of_other_programs_fill_the_fields(tab, tmp_path):
+    tmp_path /= "files"
+    for files in written(tmp_path):
+        assert chosen(tab, *files).startswith("Read from "), files
+        (mine,) = element(tab, "data.request.vertices")
+        assert mine == {k: X.tolist() for k, X in CHAIN.items()}, files
+    (tmp_path / "E.mtx").write_text("1, 1, 2\n", "utf-8")
+    (tmp_path / "plant.json").write_text('{"plant": "x.mat"}', "utf-8")
+    whole, S = (tmp_path / "packed.mat").read_bytes(), np.diag([1, 1e36, 1])
+    (tmp_path / "cut.mat").write_bytes(whole[:300])
+    for name, given in {
+        "large": CHAIN | {"S": np.eye(61)},
+        "lacking": {"M": CHAIN["M"], "A": 1},
+        "held": CHAIN | {"S": S},
+        "complex": CHAIN | {"M": 1j * CHAIN["M"]},
+    }.items():
+        scipy.io.savemat(tmp_path / f"{name}.mat", given)
+    for name, words in {
+        "large.mat": "large.mat: it is 61 x 61.*reduce the plant",
+        "lacking.mat": "D, S, B is missing; M, A is there.*load_plant.'lacking.mat'",
+        "held.mat": "S has penalties .*columns 2",
+        "complex.mat": "M is complex",
+        "cut.mat": "cut.mat: it can't be read as such a file",
+        "E.mtx": "E.mtx: .*neither .*Abaqus",
+        "plant.json": "plant.json: its plant is the file x.mat: open that",
+        "x.op4": "x.op4: a page can't read this kind .*load_plant.'x.op4'",
+    }.items():
+        (tmp_path / name).touch()
+        assert re.search(words, chosen(tab, tmp_path / name)), name
+    (mine,) = element(tab, "data.request.vertices")
+    assert mine["M"] == CHAIN["M"].tolist()  # the plant before
+
+
+LAW = DRIVE | {
+    "position": "1 0", "filter": "0.01", "U": "2 0", "structure": "K_I = a",
+    "velocity": "",
+}  # fmt: skip
+
+
+def test_a_law_is_written_for_the_package(tab, tmp_path, capsys):
+    """Its JSON is designed for as its Python, and read back as it was."""
+    page, file = tab.page, tmp_path / "plant.json"
+    for box in ("law", "gamma"):
+        page.locator(f"[data-wanted={box}]").check()
+    type_in(tab, **LAW, outputs="position = 0 1\ninput = 0.01")
+    assert design(tab)["status"] == "undecided" and "z alone" in told(tab)
+    type_in(tab, outputs="")
+    assert design(tab)["status"] == "undecided"
+    assert "looks for no gains of a law" in told(tab) and "has a design" in told(tab)
+    page.get_by_role("button", name="Prove it exactly").click()
+    assert "Not proven" in page.locator(".sos-more").inner_text()
+    type_in(tab, outputs="position = 0 1\ninput = 0.01")
+    design(tab)
+    for k, bound in enumerate(("0.5", "90", "1000", "50")):
+        page.locator(f"[data-number='{k}']").fill(bound)
+    file.write_text(program(tab, "As JSON"), "utf-8")
+    call, names = program(tab, "As Python").split("\nprint")[0], {}
+    exec(call.replace("sos.design_pid(\n    plant,", "dict("), names)
+    plant, asked, _ = read_plant_file(file)
+    assert asked.keys() == names["design"].keys() and plant == names["plant"]
+    law = asked.pop("law")
+    assert repr(asked) == repr({k: names["design"][k] for k in asked})
+    assert (law.position.tolist(), law.filter) == ([[1, 0]], 0.01)
+    assert law.integrate.tolist() == [[2]] and law.form == {"K_I": [["a"]]}
+    found = json.loads(file.read_text("utf-8")) | {"starts": 1}
+    file.write_text(json.dumps(found), "utf-8")
+    capsys.readouterr()
+    assert main(["design", str(file), "--proof", str(tmp_path / "proof.json")]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    loop = sos.analyse_pid(
+        plant, {x: answer[x] for x in ("K_P", "K_D", "K_I")}, law=law
+    )
+    assert np.real(loop.poles()).max() < -0.5
+    setting = element(tab, "digest")
+    page.locator("sos-bench select").select_option("2")
+    assert "left out: starts" in chosen(tab, file)
+    page.wait_for_function(READY)
+    now, then = (dict(parse_qsl(x)) for x in (element(tab, "digest"), setting))
+    assert now | {"example": "", "outputs": ""} == then | {"example": "", "outputs": ""}
+
+
+def test_what_no_law_can_do_is_named(tab):
+    page = tab.page
+    page.locator("[data-wanted=law]").check()
+    for texts, words in (
+        ({"U": "0 1"}, "Row 1 of U is integrated but isn't measured"),
+        ({"position": "0 0"}, "position: row 1 is zero"),
+        ({"position": "1"}, "position has 1 columns, needs 2"),
+        ({"position": ""}, "position is missing: say what is"),
+        ({"velocity": "1 0"}, "filter and velocity are given"),
+        ({"filter": "0"}, "filter must be a positive number of seconds"),
+        (
+            {"structure": "K_Q = 1"},
+            "structure: .* must begin with one of K_P, K_D, K_I",
+        ),
+    ):
+        type_in(tab, **LAW | texts)
+        page.locator(".sos-design").click()
+        fault = page.locator("sos-bench .sos-fault").inner_text()
+        assert re.search(words, fault) and locked(tab), (texts, fault)
+    eye = "1 0; 0 1"
+    type_in(
+        tab, **LAW | {"position": eye, "velocity": eye, "filter": "", "structure": ""}
+    )
+    assert design(tab)["status"] == "feasible"  # all of z and z' is measured
+    type_in(tab, **LAW)
+    design(tab)
+    for k, bound in ((2, "9"), (0, "12")):  # no disk has such poles
+        page.locator(f"[data-number='{k}']").fill(bound)
+    page.wait_for_function(READY)
+    assert "No controller keeps this, whatever it measures. Ask for less." in told(tab)
+    page.locator("[data-wanted=law]").uncheck()
+    type_in(tab, **DRIVE, T="0.01", measured="z1")
+    page.locator(".sos-design").click()
+    fault = page.locator("sos-bench .sos-fault").inner_text()
+    assert fault.startswith("z2 is integrated but isn't measured: integrate what is")

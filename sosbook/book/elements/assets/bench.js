@@ -4,9 +4,11 @@
 import {Fault, parsed, refusals} from "./checks.js";
 import {plants} from "./corners.js";
 import {Explorer} from "./explorer.js";
+import {read} from "./files.js";
 import {BOXES, compact, dataOf, FIELDS, requestOf, STRANGE} from "./form.js";
 import {judged, quiet, table} from "./judge.js";
-import {announce, capital, clamp, clean, define, escape, number, panel, panels, QUIET, select} from "./kit.js";
+import {announce, button, capital, clamp, clean, define, escape, number, panel, panels, QUIET, select} from "./kit.js";
+import {lawOf, ofLaw, seenBy, statesOf} from "./law.js";
 import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
 import * as python from "./program.js";
@@ -16,6 +18,7 @@ const CHANGED =
   "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
 const DRAWN =
   "Springs and dampers as S and D join the coordinates, dashed where they push apart. u pushes, w disturbs; marks below: measured.";
+const FILES = "or drop them here: a plant.json, a .mat, or M, D, S and B at once as .mtx or .csv";
 const NUMBER = {
   words: undefined
 };  // the field of a slider's own number
@@ -43,6 +46,8 @@ class Bench extends Explorer {
     const start = select({id: `${this.name}-example`, key: "example", label: "Start from", names});
     return `<div class="sos-form">${
              panels(panel("machine", DRAWN) + `<div>${start}` +
+               `<div class="sos-row">${button(["open", "Open files"])}<input type="file" multiple hidden>` +
+               `<span class="sos-soft sos-source" role="status"></span></div>` +
                `<p class="sos-soft">Or type your own. A row of numbers a line, or 1 0; 0 1. An empty line between two matrices: two plants, and one gain for both.</p></div>`)}` +
       `<div class="sos-fields">${FIELDS.map(field).join("")}</div>` +
       `<div class="sos-row"><button type="button" class="sos-button sos-design" ${
@@ -67,6 +72,12 @@ class Bench extends Explorer {
     });
     on(".sos-design", "click", () => this.rebuild());
     on("[data-wanted]", "change", () => this.rebuild());
+    on("[type=file]", "change", ({target}) => this.take(target.files));
+    for (const kind of ["dragover", "drop"])
+      on(".sos-form", kind, event => {
+        event.preventDefault();
+        if (kind === "drop") this.take(event.dataTransfer.files);
+      });
     for (const kind of ["input", "change"])
       this.view.addEventListener(kind, ({target}) => {
         if (target.matches(".sos-typed input")) this.number(target, kind === "change");
@@ -119,10 +130,27 @@ class Bench extends Explorer {
     this.rebuild(linked);
   }
 
+  // Files in the place of an address: what they don't say is empty then.
+  async take(files) {
+    const names = [...files].map(({name}) => name).join(", "), source = this.find("source");
+    try {
+      const {fields, left} = await read([...files]);
+      this.open(fields);
+      source.textContent = `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}`;
+    } catch (error) {
+      if (!(error instanceof Fault)) console.error(error);
+      source.textContent = error instanceof Fault ? error.message : `${names}: ${STRANGE}`;
+      source.classList.add("sos-wrong");
+    }
+    this.view.querySelector("[type=file]").value = "";  // for the same once more
+  }
+
   /** @param {any} example */
   fill({texts = {}, x0}) {
     for (const [name] of FIELDS) this.area(name).value = this.area(name).dataset.given = texts[name] ?? "";
     this.initial = x0;
+    this.find("source").textContent = FILES;
+    this.find("source").classList.remove("sos-wrong");
   }
 
   // What a wish needs and nobody has typed: weights of one, and the example's x(0), or a step
@@ -131,7 +159,8 @@ class Bench extends Explorer {
     let found = {};
     try {
       const {vertices: [v]} = plants(this.matrices), U = parsed("U", this.matrices.U),
-                       N = 2 * v.M.length + U.length;
+                       law = this.wanted.law && lawOf(this.matrices, v.M.length, U),
+                       N = 2 * v.M.length + (law ? statesOf(law) : U.length);
       const ones = count => Array(count).fill(1), r = parsed("r", this.matrices.r).flat();
       const z = rest(v, U, r.length ? r : ones(U.length)).map(x => x ? -x : 0);
       const x0 = this.initial?.length === N ? this.initial : [...z, ...Array(N - z.length).fill(0)];
@@ -179,8 +208,8 @@ class Bench extends Explorer {
 
   // The first plant: at rest before there is an answer, and as its loop moves then.
   draw(motion) {
-    const {request, clock} = this.data;
-    this.find("machine").innerHTML = machine(request.vertices[0], clock?.measured, motion);
+    const {request, clock, law} = this.data, seen = law ? seenBy(law) : clock?.measured;
+    this.find("machine").innerHTML = machine(request.vertices[0], seen, motion);
   }
 
   // Until fields and answer belong together nothing below the fields can be used.
@@ -262,7 +291,13 @@ class Bench extends Explorer {
   }
 
   // ------------------------------------------------------------- the truth
-  get beyond() { return beyond(this.data.request); }
+  get beyond() { return beyond(this.data); }
+
+  meant(answer) {
+    const {law, request, cost, x0} = this.data;
+    const alone = request.vertices.length === 1 && !this.wanted.gamma && !cost && !x0;
+    return law ? ofLaw(answer, alone) : answer;
+  }
 
   solve() {
     if (!this.beyond) return super.solve();
@@ -274,7 +309,13 @@ class Bench extends Explorer {
   }
 
   look() {
-    if (!this.beyond) return super.look();
+    if (!this.beyond && !this.data.law) return super.look();
+  }
+  advice() { return this.data.law ? "Ask for less." : super.advice(); }
+  async prove() {
+    const {answer} = this;
+    if (!this.data.law || answer?.status === "infeasible") await super.prove();
+    else this.reply(`<p>Not proven. ${escape(answer?.reason ?? "")}</p>`);
   }
 
   step(design) {
@@ -303,6 +344,7 @@ class Bench extends Explorer {
           goal.map(x => clean(x)).join(", ")) +
         next
                                : "";
+    box.hidden = Boolean(this.data.law);
     box.dataset.digest = answer.digest;
     this.settle();
   }
@@ -313,7 +355,8 @@ class Bench extends Explorer {
   press(what) {
     super.press(what);
     if (what === "undo") this.undo();
-    if (what === "json") this.print(outputs.file(this.data, this.named, this.data.clock));
+    if (what === "open") this.view.querySelector("[type=file]").click();
+    if (what === "json") this.print(outputs.file(this.data, this.named));
     if (what !== "c" && what !== "report") return;
     const {answer, digest} = this;
     if (answer?.digest !== digest) this.reply("<p>The design is still being computed: press again.</p>");
@@ -343,8 +386,8 @@ class Bench extends Explorer {
       ["Poles and step", html("map") + html("step")]
     ];
     const own = [
-      ["As Python", this.program], ["As JSON", outputs.file(this.data, this.named, this.data.clock)],
-      ["As C", this.code], ...(proof?.proven ? [["Proof, for python -m sosbook verify", proof.text]] : [])
+      ["As Python", this.program], ["As JSON", outputs.file(this.data, this.named)], ["As C", this.code],
+      ...(proof?.proven ? [["Proof, for python -m sosbook verify", proof.text]] : [])
     ];
     const page = outputs.report(capital(this.data.title), parts, own);
     const address = URL.createObjectURL(new Blob([page], {type: "text/html"}));

@@ -156,13 +156,16 @@ export class Explorer extends Atlas {
     const {texts, digest} = this, {request} = this.data, values = [...this.values];
     const answer = await this.solver.ask(this.name, "move", this.request(values));
     if (!answer || request !== this.data.request) return;  // another plant by now
-    this.answer = {...answer, asked: this.askedAt(values), values, texts, digest};
-    if (answer.status === "feasible") this.found = this.answer;
+    this.answer = {...this.meant(answer), asked: this.askedAt(values), values, texts, digest};
+    if (this.answer.status === "feasible") this.found = this.answer;
     this.edges = null;
     this.update();
     clearTimeout(this.idle);
     this.idle = setTimeout(() => this.look(), answer.status === "feasible" ? 250 : 60);
   }
+
+  // What an answer of the solver means here.
+  meant(answer) { return answer; }
 
   // How far each slider may go while the others stay, by halving: what the bands show,
   // once somebody can see them.
@@ -192,7 +195,7 @@ export class Explorer extends Atlas {
       this.band(k, edges[k]);
     }
     this.edges = edges;
-    if (this.answer.digest === digest && this.answer.status !== "feasible")
+    if (this.answer?.digest === digest && this.answer.status !== "feasible")
       this.tell(this.answer.status, this.readout(this.design));
   }
 

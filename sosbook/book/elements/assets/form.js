@@ -7,6 +7,7 @@ import {parsed, refuse} from "./checks.js";
 import {plants} from "./corners.js";
 import {quiet} from "./judge.js";
 import {number} from "./kit.js";
+import {lawOf, outputsOf, statesOf} from "./law.js";
 import {sliders, typed, typicalRate} from "./wishes.js";
 
 export const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
@@ -20,6 +21,11 @@ export const FIELDS = [
     "J2 = 0.003 .. 0.006, a line for each; their names may stand in matrices"
   ],
   ["r", "Step of the set point U z", "a numbers; ones without"],
+  ["position", "Measured positions y", "a row of n for each sensor", "law"],
+  ["velocity", "Measured rates", "a row of n for each; may be empty", "law"],
+  ["filter", "Filter that makes rates of y", "its time in s; may be empty", "law"],
+  ["structure", "Which gains are free", "diagonal, or K_P = 1 0, K_P = a a …; all without", "law"],
+  ["outputs", "What γ bounds", "position = 0 1, or input = 0.01, a line each; z without", "gamma"],
   ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z", "u_max"],
   ["Q", "Weight Q of the state", "2n + a numbers, a diagonal, or rows", "cost"],
   ["R", "Weight R of the input", "a number for each input, or rows", "cost"],
@@ -28,7 +34,7 @@ export const FIELDS = [
   ["measured", "What is measured", "z1 z1' …; all without", "clock"]
 ];
 export const BOXES = [
-  ["gamma", "bound what w does (γ)"], ["cost", "bound the cost (Q, R)"],
+  ["law", "only this is measured"], ["gamma", "bound what w does (γ)"], ["cost", "bound the cost (Q, R)"],
   ["u_max", "bound the input from x(0)"], ["clock", "a computer with a clock"]
 ];
 
@@ -36,7 +42,7 @@ export const BOXES = [
 export const compact = text =>
   text.split(/[;\n]/).map(row => row.trim()).join(";").replace(/^;+|;+$/g, "").replace(/;{3,}/g, ";;");
 
-function clockOf({T, delay, measured}) {
+function clockOf({T, delay, measured}, U, law) {
   const one = (name, text) => {
     const x = typed(text);
     if (!(x >= 0) || (name === "T" && x === 0))
@@ -44,6 +50,13 @@ function clockOf({T, delay, measured}) {
     return x;
   };
   const names = measured.split(/[\s,;]+/).filter(name => name);
+  if (names.length && law) refuse("measured and a law are given: the law says what is measured");
+  const blind = names.length
+    ? U.flatMap(row => row.flatMap((x, j) => x && !names.includes(`z${j + 1}`) ? [`z${j + 1}`] : []))
+    : [];
+  if (blind.length)
+    refuse(`${blind[0]} is integrated but isn't measured: integrate what is measured (${
+      names.join(", ")}), or measure ${blind[0]}`);
   return {...(names.length && {measured: names}), T: one("T", T), ...(delay && {delay: one("delay", delay)})};
 }
 
@@ -52,7 +65,9 @@ function clockOf({T, delay, measured}) {
 export function requestOf(texts, wanted) {
   const {vertices, box, typed: words, rounded} = plants(texts), U = parsed("U", texts.U);
   const warnings = vertices.map(v => checks.plant({...v, U})), {M, B, F} = vertices[0];
-  const N = 2 * M.length + U.length, r = parsed("r", texts.r).flat();
+  const law = wanted.law ? lawOf(texts, M.length, U) : null,
+        outputs = wanted.gamma ? outputsOf(texts.outputs) : [];
+  const N = 2 * M.length + (law ? statesOf(law) : U.length), r = parsed("r", texts.r).flat();
   if (r.length && r.length !== (U.length || M.length))
     refuse(`r has ${r.length} numbers, needs ${U.length || M.length}`);
   if (wanted.gamma && !F.length) refuse(checks.said("disturbance"));
@@ -69,7 +84,9 @@ export function requestOf(texts, wanted) {
     warning: warnings.find(words => words) ?? "",
     rounded,
     r: r.length ? r : (U.length ? U : M).map(() => 1),
-    clock: wanted.clock ? clockOf(texts) : null,
+    law,
+    outputs: outputs.length ? outputs : null,
+    clock: wanted.clock ? clockOf(texts, U, law) : null,
     x0: wanted.u_max ? checks.start(parsed("x0", texts.x0), N) : null,
     cost: wanted.cost ? {
       Q: checks.weight("Q", parsed("Q", texts.Q), N),
@@ -82,7 +99,7 @@ export function requestOf(texts, wanted) {
 
 // What the explorer needs to know of a plant.
 export function dataOf(found, wanted) {
-  const {request, x0, cost, r, clock} = found, loops = descriptors(request).map(typicalRate);
+  const {request, x0, cost, r, clock, law, outputs} = found, loops = descriptors(request).map(typicalRate);
   const [{omega, B}] = loops, a = request.U.length, {M} = request.vertices[0], n = M.length;
   if (!loops.every(({A, B}) => [...A.at, ...B.at].every(isFinite)) || omega > 1e98 || omega < 1e-98)
     refuse(STRANGE);  // the package's bounds end at 1e100
@@ -93,6 +110,8 @@ export function dataOf(found, wanted) {
     x0,
     cost,
     clock,
+    law,
+    outputs,
     mu: null,
     goal: r,
     sliders: sliders(found, omega, wanted),

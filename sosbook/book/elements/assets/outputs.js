@@ -1,7 +1,8 @@
 // What a reader takes home of a design: the control law in C, the request as a file of
 // `python -m sosbook design`, and a page for others.
+import {refuse} from "./checks.js";
 import {escape} from "./kit.js";
-import {transpose} from "./linalg.js";
+import {mul, transpose} from "./linalg.js";
 
 const number = x => String(Number(x.toPrecision(9)));
 const table = rows => rows.map(row => `    {${row.map(number).join(", ")}}`).join(",\n");
@@ -65,23 +66,77 @@ ${only(bounded, wait)}        x3[i] += dt * change;
 `;
 }
 
+// What a plant file has under its keys, by the names of fields and sliders where those are others.
+const UNDER = {
+  "": "U gamma",
+  law: "position velocity filter integrate structure",
+  region: "sigma theta_deg:theta rho",
+  hinf: "gamma:bound outputs",
+  saturation: "u_max x0",
+  cost: "Q R noise bound:cost",
+  controller: "measured T delay"
+};
+const PLACES = Object.entries(UNDER).flatMap(([key, words]) => words.split(" ").map(word => {
+  const [inner, name = inner] = word.split(":");
+  return [name, key, inner];
+}));
+
 // The request as the command line reads it: bounds by name in the units shown.
-export function file({request: {vertices, family, U}, x0, cost}, bounds, controller) {
-  const {sigma, theta, rho, gamma, u_max} = bounds, given = x => x !== undefined;
+export function file({request: {vertices, family, U}, x0, cost, clock, law, outputs}, bounds) {
   const parameters = family && Object.fromEntries(family.parameters.map(([name, ...ends]) => [name, ends]));
-  const data = {
-    plant: family             ? {...family, parameters}
-      : vertices.length === 1 ? vertices[0]
-                              : {vertices},
-    ...(U.length && {U}),
-    region: {...(given(sigma) && {sigma}), ...(given(theta) && {theta_deg: theta}), ...(given(rho) && {rho})},
-    ...(given(gamma) && {gamma}),
-    ...(given(u_max) && {saturation: {u_max, x0}}),
-    ...(given(bounds.cost) && {cost: {...cost, bound: bounds.cost}}),
-    ...(controller && {controller})
+  const values = {
+    ...bounds,
+    ...(law ?? (U.length && {U})),
+    ...(outputs && {outputs, bound: bounds.gamma, gamma: undefined}),
+    ...(bounds.u_max !== undefined && {x0}),
+    ...(bounds.cost !== undefined && {...cost, cost: bounds.cost}),
+    ...clock
   };
+  const data = {plant: family ? {...family, parameters} : vertices.length === 1 ? vertices[0] : {vertices}};
+  for (const [name, key, inner] of PLACES)
+    if (values[name] !== undefined) (key ? data[key] ??= {} : data)[inner] = values[name];
   const flat = x => JSON.stringify(x).replaceAll(",", ", ").replaceAll(":", ": ");
   return `{\n${Object.entries(data).map(([key, value]) => ` "${key}": ${flat(value)}`).join(",\n")}\n}\n`;
+}
+
+// What such a file, or a plant alone, has for an address; `left` has no field.
+export function opened(data) {
+  const {plant, ...asked} = "plant" in data ? data : {plant: data};
+  const {vertices = [plant], parameters = {}, coordinates, file = plant} = plant, found = {};
+  if (typeof file === "string") refuse(`its plant is the file ${file}: open that, and type what is asked`);
+  for (const [name, key, inner] of PLACES) {
+    const home = key ? asked[key] : asked;
+    if (home?.[inner] == null) continue;
+    found[name] = home[inner];
+    delete home[inner];
+  }
+  const text = X => [X].flat().map(row => [row].flat().join(" ")).join(";");
+  const named = X => typeof X === "string"
+    ? X
+    : Object.entries(X)
+        .flatMap(([name, rows]) => [rows].flat().map(row => `${name} = ${text([row])}`))
+        .join(";");
+  const {integrate, bound, outputs, structure, position} = found;
+  const fields = Object.fromEntries(Object.entries(found).map(([name, X]) => [name, text(X)]));
+  for (const name of ["M", "D", "S", "B", "F"])
+    if (vertices[0][name]?.[0]?.length) fields[name] = vertices.map(v => text(v[name])).join(";;");
+  fields.ranges =
+    Object.entries(parameters).map(([name, ends]) => `${name} = ${ends.join(" .. ")}`).join(";");
+  if (bound !== undefined) fields.gamma = text(bound);
+  if (integrate) fields.U = text(integrate === true ? position : mul(integrate, position));
+  if (structure) fields.structure = named(structure);
+  if ([outputs ?? []].flat().some(one => Object.keys(one).length > 1))
+    refuse("hinf: an output of several signals has no field: the form adds none up");
+  if (outputs) fields.outputs = [outputs].flat().map(named).join(";");
+  const boxes =
+    {gamma: "gamma", cost: "R", u_max: "x0", clock: "T", law: found.velocity ? "velocity" : "position"};
+  fields.bounds = Object.keys(boxes).filter(key => boxes[key] in fields).join(" ");
+  const left = Object.entries({...asked, coordinates})
+                 .flatMap(([key, X]) => X === Object(X) && !Array.isArray(X)
+                     ? Object.keys(X).map(inner => `${key}.${inner}`)
+                     : X === undefined || key === "$schema" ? []
+                                                            : [key]);
+  return {fields, left: left.join(", ")};
 }
 
 const STYLE = `body{font:16px/1.5 system-ui,sans-serif;max-width:52rem;margin:2rem auto;padding:0 1rem;

@@ -20,17 +20,22 @@ export function program({vertices, family}, call, words, notes = [], more = "") 
 }
 
 // The design of what is asked: `program_data`, and bounds by name in the units shown.
-export function design({request, x0, mu, cost, own = [], clock = null}, bounds) {
+export function design({request, x0, mu, cost, own = [], clock = null, law = null, outputs = null}, bounds) {
   const {U, K_A, coupling} = request;
   const rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
+  const words = given => Object.entries(given).map(([name, X]) => `${name}=${JSON.stringify(X)}`).join(", ");
+  if (outputs)
+    rest.push(
+      `sos.HInfinity(${bounds.gamma}, outputs=${outputs.map(x => `sos.Output(${words(x)})`).join(" & ")})`);
   const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]]
                    .filter(([key]) => bounds[key] !== undefined)
                    .map(([key, name]) => `${name}=${bounds[key]}`)
                    .join(", ");
   return program(request, "design_pid",
     [
-      ["U", U.length && list(U)], ["K_A", K_A && list(K_A)],
-      ["region", region && `sos.PoleRegion(${region})`], ["gamma", bounds.gamma], ["mu", mu],
+      ["U", !law && U.length && list(U)], ["law", law && `sos.PIDLaw(${words(law)})`],
+      ["K_A", K_A && list(K_A)], ["region", region && `sos.PoleRegion(${region})`],
+      ["gamma", !outputs && bounds.gamma], ["mu", mu],
       [
         "cost",
         bounds.cost && `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`

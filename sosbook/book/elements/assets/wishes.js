@@ -79,8 +79,9 @@ const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) =>
 });
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
-export function beyond({vertices}) {
+export function beyond({request: {vertices}, outputs = null}) {
   const take = "As Python and As JSON write what the package takes.";
+  if (outputs) return `This page bounds what w does to z alone. ${take}`;
   if (vertices[0].M?.length > LARGEST)
     return `This page computes with up to ${LARGEST} degrees of freedom. ${take}`;
   return vertices.length > CORNERS ? `This page computes with up to ${CORNERS} corners. ${take}` : "";
@@ -88,7 +89,7 @@ export function beyond({vertices}) {
 
 // The sliders of a plant whose poles have such a size. Bounds start at three times what a
 // design without bounds does.
-export function sliders({request, x0, cost}, omega, wanted) {
+export function sliders({request, x0, cost, outputs}, omega, wanted) {
   /** @type {any} */
   const now = {};
   const bound = (size, usual) => {
@@ -100,7 +101,7 @@ export function sliders({request, x0, cost}, omega, wanted) {
     slider("theta", "Half-angle θ", "θ", "°", 1, 10, 90, 60, {degrees: true, log: false}),
     slider("rho", "Disk radius ρ", "ρ", " 1/s", 1, omega, 40 * omega, 8 * omega)
   ];
-  if ((wanted.gamma || cost || x0) && !beyond(request)) {
+  if ((wanted.gamma || cost || x0) && !beyond({request, outputs})) {
     const [sigma, theta, rho] = list.map(({value, degrees}) => degrees ? value * Math.PI / 180 : value);
     /** @type {any} */
     const known = design({...request, asked: {sigma, theta, rho}}, null, true);

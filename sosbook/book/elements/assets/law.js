@@ -1,0 +1,87 @@
+// What is measured, and what is bounded in the place of z: the fields of a law and of outputs, with
+// the keys that the package's files have.
+import {parsed, refuse} from "./checks.js";
+import {number} from "./kit.js";
+import {eye, mul, solve, transpose} from "./linalg.js";
+
+const SIGNALS = ["position", "velocity", "acceleration", "integral", "input", "disturbance"];
+const GAINS = ["K_P", "K_D", "K_I"];
+const NEAR = 1e-9;  // of a row of U, to what is measured
+
+// [name, words of a row] of each line, such as "K_P = 1 0".
+const lines = (field, text, names) =>
+  text.split(/[;\n]/).map(line => line.trim()).filter(line => line).map(line => {
+    const [, name, row] = /^(\w+)\s*=\s*(.*)$/.exec(line) ?? [];
+    if (!names.includes(name)) refuse(`${field}: "${line}" must begin with one of ${names.join(", ")} and =`);
+    return [name, row.split(/[\s,]+/).map(word => Number.isNaN(number(word)) ? word : number(word))];
+  });
+
+// The mixtures of measured positions that U integrates, or a Fault: what isn't measured can't be.
+function integrated(U, position) {
+  const t = transpose(position),
+        T = transpose(solve(mul(position, t), mul(position, transpose(U))))
+              .map(row => row.map(x => Number(x.toPrecision(12)) + 0));
+  const back = mul(T, position);
+  U.forEach((row, k) => {
+    if (!row.every((x, j) => Math.abs(x - back[k][j]) <= NEAR * Math.max(...row.map(Math.abs))))
+      refuse(
+        `Row ${k + 1} of U is integrated but isn't measured: integrate what is measured, or measure it.`);
+  });
+  return T;
+}
+
+// The law as a plant file has it; null where nothing is typed, or all of z and z' is measured.
+export function lawOf(texts, n, U) {
+  const [position, velocity] = ["position", "velocity"].map(name => parsed(name, texts[name]));
+  for (const [name, X] of [["position", position], ["velocity", velocity]]) {
+    if (X.length && X[0].length !== n) refuse(`${name} has ${X[0].length} columns, needs ${n}`);
+    const blind = X.findIndex(row => row.every(x => !x));
+    if (blind >= 0) refuse(`${name}: row ${blind + 1} is zero: that sensor sees nothing`);
+  }
+  const [[filter] = []] = parsed("filter", texts.filter), all = JSON.stringify(eye(n));
+  if (!position.length && !velocity.length)
+    refuse("position is missing: say what is measured, a row for each sensor");
+  if (filter !== undefined && velocity.length)
+    refuse("filter and velocity are given: measured velocities need no filter");
+  if (filter !== undefined && !(filter > 0))
+    refuse(`filter must be a positive number of seconds, got ${filter}`);
+  if (!texts.structure && [position, velocity].every(X => JSON.stringify(X) === all)) return null;
+  if (U.length && !position.length)
+    refuse("Row 1 of U is integrated but isn't measured: integrate what is measured, or measure it.");
+  const {structure} = texts, free = {};
+  if (structure !== "diagonal")
+    for (const [name, row] of lines("structure", structure, GAINS)) (free[name] ??= []).push(row);
+  return {
+    ...(position.length && {position}),
+    ...(velocity.length && {velocity}),
+    ...(filter && {filter}),
+    ...(U.length && {integrate: integrated(U, position)}),
+    ...(structure && {structure: structure === "diagonal" ? structure : free})
+  };
+}
+
+// How many states of its own a law has, and the names of the coordinates that it sees.
+export const statesOf = ({position = [], filter, integrate = []}) =>
+  integrate.length + (filter ? position.length : 0);
+export const seenBy = ({position = [], velocity = []}) => ["", "'"].flatMap(
+  (prime, k) => [position, velocity][k].flatMap(
+    row => row.flatMap((x, j) => x ? [`z${j + 1}${prime}`] : [])));
+
+// What an answer for all of z and z' says of a law: the page looks for no gains of one. Where the
+// poles of one plant alone are asked there is one for z and z', or for no controller.
+export function ofLaw({status, ms, ...more}, alone) {
+  if (status === "infeasible" && alone)
+    return {status, ms, ...more, reason: "No controller keeps this, whatever it measures."};
+  const whole = {feasible: "has a design", infeasible: "has none with one Lyapunov matrix"}[status] ??
+    "is undecided";
+  const reason = `This page looks for no gains of a law. With all of z and z′ measured what is asked ${
+    whole}. With these sensors the package searches and proves: press As JSON or As Python.`;
+  return {status: "undecided", ms, reason};
+}
+
+// The outputs that a line each names; a number is that multiple of the signal.
+export const outputsOf = text => lines("outputs", text, SIGNALS).map(([name, row]) => {
+  const word = row.find(x => typeof x === "string");
+  if (word !== undefined) refuse(`outputs: "${word}" is no number.`);
+  return {[name]: row.length > 1 ? [row] : row[0]};
+});
