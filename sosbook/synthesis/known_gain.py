@@ -265,15 +265,16 @@ def least(request, r, plants, backoff, digits=3, bad=None):
         moved = request.with_bounds({r.parameter.key: bound})
         return decided(moved, r.with_bound(bound), plants, known)
 
-    low, (small, large) = 1.0, SIZE_LIMITS
+    part, low, (small, large) = None, 1.0, SIZE_LIMITS
     reach = 2 * max(EASIER)  # a bound that is tried is within it of the truth
     for easier in EASIER if small * reach < bad.truth < large / reach else ():
         part = at(easier)
         if part.status == "feasible":
             break
         low = easier
-    else:
-        return decided(request, r, plants, bad)
+    else:  # no proof of the last bound; or no bound: is every loop stable, then?
+        weakest = r.with_bound(0.0) if harder > 0 else r
+        return part or decided(request, weakest, plants, bad)
     try:
         for _ in range(HALVINGS if easier > low else 0):
             middle = float(np.sqrt(low * easier))

@@ -21,7 +21,7 @@ from ..known_gain import kept_or_broken
 from ..solution import Solution
 from .doors import refused_by_a_door, refused_by_mode, refused_by_sum
 from .loops import loops_of
-from .objective import DECAY, LEAST_DECAY, Task
+from .objective import DECAY, Task
 from .search import search
 
 __all__ = ["Searched", "by_law"]
@@ -189,7 +189,7 @@ def _record(task, loops, count, seed, between):
         if len(some):
             limits[b.name] = float(some.max())
     poles = not task.bounded and task.goal in (None, DECAY)
-    least = None if poles else LEAST_DECAY * task.rate
+    least = None if poles else task.least_decay
     return Searched(count, seed, limits, least, between)
 
 

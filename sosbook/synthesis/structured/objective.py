@@ -9,7 +9,7 @@ from ...requirements.lmi_region import LMIRegion
 from ...requirements.vocabulary import SIGMA
 from . import slopes
 
-__all__ = ["DECAY", "LEAST_DECAY", "Objective", "Task"]
+__all__ = ["DECAY", "Objective", "Task"]
 
 DECAY = SIGMA.key  # the goal of the fastest decay
 LEAST_DECAY = 1e-3  # of the rate, of each loop: a norm alone ends at an axis
@@ -38,16 +38,21 @@ class Task:
     @classmethod
     def of(cls, request, loops, goal):
         """The task of a ``request`` for its ``loops``; the ``goal``'s bound is open."""
-        regions = [r for r in request.requirements if r.pole_matrices() is not None]
-        bounded = [
-            r for r in request.requirements if r not in regions and r is not goal
-        ]
+        poles = [r for r in request.requirements if r.pole_matrices() is not None]
+        regions = [r for r in poles if goal != DECAY or r.parameter is not SIGMA]
+        bounded = [r for r in request.requirements if r not in poles and r is not goal]
         slow, fast = loops.rates
         rate = _asked_rate(request) or float(np.sqrt(slow * fast))
         largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
         limits = np.minimum(loops.form.bounds, np.where(
             np.isfinite(loops.form.bounds), np.inf, largest))  # fmt: skip
         return cls(tuple(regions), tuple(bounded), goal, rate, limits, request.plant.m)
+
+    @property
+    def least_decay(self):
+        """In 1/s, of every loop that is taken: no more than is asked."""
+        asked = [r.bound for r in self.regions if r.parameter is SIGMA and r.bound > 0]
+        return min([LEAST_DECAY * self.rate, *asked])
 
 
 LARGEST = 100.0  # units of a free number, where its author sets no limit
@@ -70,7 +75,7 @@ class Objective:
         self.task, self.loops, self.unit, self.norms = task, loops, unit, norms
         self.least, self.at = np.inf, None
         parts = [(r.alpha, r.beta, _size(r) * task.rate) for r in task.regions]
-        least = LMIRegion.half_plane(LEAST_DECAY * task.rate)
+        least = LMIRegion.half_plane(task.least_decay)
         stable = (least.alpha, least.beta, _size(least) * task.rate)
         self.regions = [*parts, stable] if norms or parts else [stable]
         if task.goal == DECAY:
