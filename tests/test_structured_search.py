@@ -252,6 +252,19 @@ def test_how_many_starts_found_nothing_is_said():
     assert design.reason.startswith("No stable loop of finite norms was found by 3 ")
 
 
+def test_nothing_is_asked_or_named_that_nobody_asked_for():
+    """Neither the number that stands in for a decay, nor a least decay above it."""
+    M, S = np.diag([0.0025, 0.004]), 9 * np.array([[1, -1], [-1, 1]])
+    plant = sos.SecondOrderSystem(M, S / 450, S, [[1], [0]])
+    wide = dict(region=sos.PoleRegion(sigma=0.5, rho=5000))
+    law = sos.PIDLaw([[1, 0]], filter=0.01, integrate=True)
+    assert sos.design_pid(plant, law=law, **wide, starts=1).status == "feasible"
+    small = dict(region=sos.PoleRegion(rho=30), law=sos.PIDLaw([[1, 0]]))
+    design = sos.design_pid(plant, **small, maximize="sigma", starts=1)
+    assert design.status == "undecided"
+    assert "Re s < -1" not in design.reason and "Re s < 0" in design.reason
+
+
 # the doors
 
 

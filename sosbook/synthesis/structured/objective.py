@@ -38,9 +38,10 @@ class Task:
     @classmethod
     def of(cls, request, loops, goal):
         """The task of a ``request`` for its ``loops``; the ``goal``'s bound is open."""
-        poles = [r for r in request.requirements if r.pole_matrices() is not None]
-        regions = [r for r in poles if goal != DECAY or r.parameter is not SIGMA]
-        bounded = [r for r in request.requirements if r not in poles and r is not goal]
+        regions = [r for r in request.requirements if r.pole_matrices() is not None]
+        bounded = [
+            r for r in request.requirements if r not in regions and r is not goal
+        ]
         slow, fast = loops.rates
         rate = _asked_rate(request) or float(np.sqrt(slow * fast))
         largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
@@ -52,6 +53,7 @@ class Task:
     def least_decay(self):
         """In 1/s, of every loop that is taken: no more than is asked."""
         asked = [r.bound for r in self.regions if r.parameter is SIGMA and r.bound > 0]
+        asked = [] if self.goal == DECAY else asked  # a number stands in
         return min([LEAST_DECAY * self.rate, *asked])
 
 
