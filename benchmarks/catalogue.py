@@ -164,6 +164,14 @@ FAMILIES = {
     "building": Family(
         masses.building, "pid", "slack", HELD_BACK, "a slack in both", (2, 4, 6, 8)
     ),
+    "stations": Family(
+        masses.stations,
+        "pid",
+        "regions",
+        HELD_BACK,
+        "lightly damped, many modes",
+        (6, 12, 24, 60, 135, 200),
+    ),
     "rotor": Family(
         continua.rotor, "lqr", "least cost", HELD_BACK, "gyroscopic", (4, 8, 12, 16)
     ),

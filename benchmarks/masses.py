@@ -16,6 +16,7 @@ __all__ = [
     "free_chain",
     "grid",
     "modes",
+    "stations",
     "tied_masses",
     "tree",
     "uncertain_masses",
@@ -148,6 +149,20 @@ def modes(n, seed=0):
     limit = sos.Saturation(30.0, x0 / np.linalg.norm(x0))
     region = sos.PoleRegion(sigma=0.02, rho=12)
     return plant, dict(region=region, saturation=limit)
+
+
+def stations(n, seed=3, damping=0.005):
+    """Space stations: lightly damped modes far apart, in coordinates that mix them.
+
+    Frequencies from 2 to 400 rad/s; some modes are too slow for the region.
+    """
+    rng = np.random.default_rng(seed)
+    w = np.sort(10 ** rng.uniform(0.3, 2.6, n))
+    V = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    D, S = (V * (2 * damping * w)) @ V.T, (V * w**2) @ V.T
+    B, F = 0.01 * rng.normal(size=(n, 3)), 0.01 * rng.normal(size=(n, 1))
+    plant = sos.SecondOrderSystem(np.eye(n), (D + D.T) / 2, (S + S.T) / 2, B, F)
+    return plant, dict(region=sos.PoleRegion(0.02))
 
 
 def random_modes(n, seed, inputs=2):

@@ -52,7 +52,8 @@ FIELDS = {
     "base_mb": "resident memory before the call, MB",
     "peak_mb": "the largest during the calls",
     "why": "there is no right answer",
-    "measured": "date, and git's names of the source that was measured",
+    "measured": "date, processor (that of the machine where none is named), and git's "
+    "names of the source that was measured",
 }
 
 
@@ -128,7 +129,7 @@ def gathered(records, old, quick=False):
         about="CPU seconds of sosbook and its peers on families of plants. One "
         "thread; every answer judged by the eigenvalues of its LMIs.",
         quick=quick,
-        machine=machine(),
+        machine=machine() if old is None else old["machine"],
         seconds=SECONDS,
         memory_mb=MEMORY,
         fields=FIELDS,
@@ -200,7 +201,7 @@ def not_tried(family, size, competitor, last, seconds):
 
 
 def source():
-    """The date, and git's names for the rooms of the solver as they were measured."""
+    """The date, the processor, and git's names for the solver's rooms at that time."""
     folder = Path(__file__).parents[1]
     rooms = [f"sosbook/{room}" for room in ("lmi", "synthesis", "delay")]
 
@@ -216,7 +217,7 @@ def source():
         trees += " and changes" if git("status", "--porcelain", *rooms) else ""
     except (OSError, subprocess.CalledProcessError):
         trees = "unknown"
-    return f"{date.today().isoformat()}, {trees}"
+    return f"{date.today().isoformat()}, {_cpu()}, {trees}"
 
 
 def machine():

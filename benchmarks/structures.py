@@ -23,22 +23,13 @@ import scipy.sparse as sp
 
 import sosbook as sos
 
+from .masses import stations
 from .run import machine
 
-__all__ = ["KINDS", "RESULTS", "building", "measured", "player", "structure", "whole"]
+__all__ = ["KINDS", "RESULTS", "building", "measured", "player", "whole"]
 
 RESULTS = Path(__file__).with_name("structures.json")
 MOST_FOR_COST = 135  # modes; the exact proof of a cost takes minutes beyond
-
-
-def structure(modes, seed=3, damping=0.005):
-    """A `SecondOrderSystem` of some modes, in coordinates that mix them."""
-    rng = np.random.default_rng(seed)
-    w = np.sort(10 ** rng.uniform(0.3, 2.6, modes))
-    V = np.linalg.qr(rng.normal(size=(modes, modes)))[0]
-    D, S = (V * (2 * damping * w)) @ V.T, (V * w**2) @ V.T
-    B, F = 0.01 * rng.normal(size=(modes, 3)), 0.01 * rng.normal(size=(modes, 1))
-    return sos.SecondOrderSystem(np.eye(modes), (D + D.T) / 2, (S + S.T) / 2, B, F)
 
 
 def player(modes, seed=5, damping=0.002):
@@ -74,7 +65,7 @@ def whole(n):
 
 #: From a kind to what makes it, its sizes, and a decay that some modes lack.
 KINDS = {
-    "structure": (structure, (60, 135, 200), 0.02),
+    "station": (lambda modes: stations(modes)[0], (60, 135, 200), 0.02),
     "player": (player, (60,), 0.05),
     "building": (building, (24,), 0.2),
     "whole": (whole, (5000,), 1.5e-3),
