@@ -9,6 +9,10 @@ them moved along each parameter. A claim is asked at some fractions of the truth
 boldest first, until one is proven. Then 0.1 % more than the truth is claimed: the plant
 that `sosbook` names is looked at by numpy's eigenvalues. At last 50 random plants of
 each family are held against each claim that was proven.
+
+``python -m benchmarks.verify units`` asks for a little less than the true decay of each
+family, and for a little more, in other units of force, length and time, and with gains
+that are moved by their last bit. It writes how many verdicts change.
 """
 
 import os
@@ -20,6 +24,7 @@ os.environ.update(ONE_THREAD | dict(os.environ))  # before numpy is imported
 import json
 import re
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -39,6 +44,8 @@ DECAYS = 0.999, 0.995, 0.99, 0.98, 0.95, 0.9, 0.8, 0.5
 NORMS = 1.003, 1.01, 1.02, 1.05, 1.1, 1.3, 2.0
 BROKEN = 1.001
 # where squares pull the hull away the two boldest are left out, for the time they take
+UNITS = 0.3, 1 / 9.81, 2.2046, 1e-9, 1e9
+ASKED = 0.98, 1.01  # of the true decay, in these units
 SAMPLES = 50  # plants of each family that each proof is held against
 TIME = 60.0  # CPU seconds for a claim, about
 
@@ -185,9 +192,38 @@ def summary(records):
     }
 
 
+def in_units():
+    """How many verdicts of the plain families change in other units, and which."""
+    tally = {"requests": 0, "families": 0, "another verdict": []}
+    changes = [{name: x} for name in ("force", "length", "time") for x in UNITS]
+    for case in FAMILIES:
+        if case.squares:
+            continue
+        truth, first = -worst(case, rightmost), None
+        for how in ({}, *changes, None):  # None: the last bit of the gain
+            other = case.in_units(**(how or {}))
+            if how is None:
+                other = replace(case, K=np.nextafter(np.array(case.K, float), np.inf))
+            bounds = (x * truth / (how or {}).get("time", 1.0) for x in ASKED)
+            verdicts = [
+                (found.status, proven)
+                for found, proven, _ in (claim(other, b, "decay") for b in bounds)
+            ]
+            first = first or verdicts
+            tally["requests"] += len(verdicts)
+            if verdicts != first:
+                words = f"{case.name}: {how or 'last bit'}: {verdicts}, not {first}"
+                tally["another verdict"].append(words)
+        tally["families"] += 1
+        print(json.dumps(tally), first, flush=True)
+    return tally
+
+
 def main(words):
     """Measure the families whose names hold one of some words, or all."""
-    records = []
+    records, stored = [], json.loads(TARGET.read_text("utf8"))
+    if words == ["units"]:
+        return _written(stored | {"in other units": in_units()})
     for case in FAMILIES:
         if words and not any(word in case.name for word in words):
             continue
@@ -196,8 +232,11 @@ def main(words):
             print(json.dumps(records[-1]), flush=True)
     print(json.dumps(summary(records), indent=1))
     if not words:
-        text = json.dumps({"summary": summary(records), "records": records}, indent=1)
-        TARGET.write_text(text + "\n", "utf8")
+        _written(stored | {"summary": summary(records), "records": records})
+
+
+def _written(document):
+    TARGET.write_text(json.dumps(document, indent=1) + "\n", "utf8")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 """Families of plants with known gains: springs and sensors, and parameters in squares.
 
-Each is a plant with a gain K of u = K x. The gains of the first fifteen are those
-that a search for the fastest decay has found, to five digits, where the sensors
-allow them; the others stand in no relation to what is asked of them.
+Each is a plant with a gain K of u = K x, and can be had in other units. The gains of
+the first fifteen are those that a search for the fastest decay has found, to five
+digits, where the sensors allow them; the others stand in no relation to what is asked.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,16 +20,43 @@ I2 = np.eye(2)
 
 @dataclass(frozen=True)
 class Known:
-    """A plant and its gain; whether squares of parameters pull the hull far away."""
+    """A plant and its gain; whether squares of parameters pull the hull far away.
+
+    ``matrices``: from values of the parameters to E, A, B, B_w and C.
+    """
 
     name: str
-    plant: Any
-    K: list
+    matrices: Any
+    K: Any
+    ranges: dict
     squares: bool = False
+
+    @cached_property
+    def plant(self):
+        """All plants: an `Uncertain`, or one where there are no ranges."""
+
+        def made(**values):
+            return sos.DescriptorSystem(*self.matrices(**values))
+
+        return sos.Uncertain(made, **self.ranges) if self.ranges else made()
+
+    def in_units(self, force=1.0, length=1.0, time=1.0):
+        """The same in other units; its poles are those of this one over ``time``.
+
+        All states are lengths. The lower half of the rows are sums of forces.
+        """
+
+        def scaled(**values):
+            E, A, B, push, C = (np.array(x, object) for x in self.matrices(**values))
+            rows = np.where(2 * np.arange(len(E)) < len(E), 1.0, force)[:, None]
+            E, A = rows * E * length * time, rows * A * length
+            return E, A, rows * B, rows * push, C * length
+
+        return replace(self, matrices=scaled, K=length * np.array(self.K))
 
 
 def law(M, D, S, B, F, sensors, outputs, integrals=0, tau=None, order=0):
-    """The plant with what a controller remembers, as a `DescriptorSystem`.
+    """The plant with what a controller remembers: E, A, B, B_w and C.
 
     The states are z, z', the integrals of the first so many of the measured
     positions, ``order`` states of a dynamic controller, or the measured positions
@@ -55,7 +83,7 @@ def law(M, D, S, B, F, sensors, outputs, integrals=0, tau=None, order=0):
     push[n : 2 * n] = F
     C = np.zeros((len(outputs), N))
     C[:, :n] = outputs
-    return sos.DescriptorSystem(E, A, inputs, push, C)
+    return E, A, inputs, push, C
 
 
 def row(n, springs, wall, m=None, damping=0.05):
@@ -203,23 +231,19 @@ def heated(c1, c2, h):
     """Three rooms, one of them heated: no second derivatives at all."""
     E = [[c1, 0, 0], [0, c2, 0], [0, 0, 3]]
     A = [[-1 - h, h, 0], [h, -2 * h, h], [0, h, -h]]
-    return sos.DescriptorSystem(E, A, [[1], [0], [0]], [[0], [0], [1]], [[0, 0, 1]])
+    return E, A, [[1], [0], [0]], [[0], [0], [1]], [[0, 0, 1]]
 
 
-def inside(powers):
+def inside(**v):
     """The damping is least between the ends of the ranges: its hull is below zero."""
-
-    def plant(**v):
-        d = sum((0.05 + (x - 0.4) ** 2 for x in v.values()), start=0)
-        M, S = [[1, 0], [0, 1]], [[2, -1], [-1, 2]]
-        return law(M, d * I2, S, [[1], [0]], [[0], [1]], I2, [[0, 1]])
-
-    return sos.Uncertain(plant, **{f"v{k}": (0, 1) for k in range(powers)})
+    d = sum((0.05 + (x - 0.4) ** 2 for x in v.values()), start=0)
+    M, S = [[1, 0], [0, 1]], [[2, -1], [-1, 2]]
+    return law(M, d * I2, S, [[1], [0]], [[0], [1]], I2, [[0, 1]])
 
 
 def known(name, builder, K, squares=False, **ranges):
     """A `Known` of a builder and its ranges."""
-    return Known(name, sos.Uncertain(builder, **ranges), K, squares)
+    return Known(name, builder, K, ranges, squares)
 
 
 def two_with_integral(m, k, d):
@@ -265,7 +289,7 @@ FAMILIES = [
            [0, 1.7721, 0, 0, -1.9109, -0.29641, -0.64557],
            [0, 0.18948, 0, 0, 2.1696, -2.1193, 2.7871],
            [0, -5.8934, 0, 0, 0.76169, 3.9305, -9.976]], k=(0.5, 2)),
-    Known("two free masses, order 2, k = 1", free_masses(2)(1),
+    known("two free masses, order 2, k = 1", lambda: free_masses(2)(1),
           [[0, 0, 0, 0, 0.95224, -0.50659], [0, -1.6092, 0, 0, -0.61477, -1.2098],
            [0, -0.028654, 0, 0, 0.93701, -1.079]]),
     known("bicycle, 5 to 10 m/s", bicycle, [[25, -20, 6, -4]], v=(5, 10)),
@@ -285,6 +309,6 @@ FAMILIES = [
           k=(1, 4), c=(0, 0.9)),
     known("heated rooms", heated, [[-2, -0.3, -0.1]],
           c1=(0.5, 3), c2=(1, 9.81), h=(0.3, 1.2)),
-    *(Known(f"least damping inside, {k}", inside(k), [[-1, 0, -0.1, 0]], True)
-      for k in (1, 2, 3)),
+    *(known(f"least damping inside, {k}", inside, [[-1, 0, -0.1, 0]], True,
+            **{f"v{i}": (0, 1) for i in range(k)}) for k in (1, 2, 3)),
 ]  # fmt: skip

@@ -199,7 +199,7 @@ def test_stored_structures_are_answered_and_proven():
     assert part["whole"].startswith("found: ") and "broken" in part["whole"]
 
 
-@pytest.mark.parametrize("kind, size", [("structure", 24), ("building", 20)])
+@pytest.mark.parametrize("kind, size", [("station", 24), ("building", 20)])
 def test_structures_are_measured_as_they_are_stored(kind, size):
     log, sizes = (lambda record: None), [size]
     again = structures.measured([kind], log, sizes)["records"]

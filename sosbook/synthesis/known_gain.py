@@ -1,5 +1,6 @@
 """A known gain: each requirement kept, with a proof, or broken, by a plant."""
 
+import re
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -185,7 +186,9 @@ def _broken(request, r, plants, point, bad):
     proof = broken(request, r, plants, point)
     if proof is None:
         return None
-    text = f"Of {plants.point_words(point)}: {proof.claims[0]}."
+    where, (claim, *_) = plants.point_words(point), proof.claims
+    text = re.sub(r"the (vertex \d+|plant)\b", lambda _: where, claim, count=1) + "."
+    text = text[0].upper() + text[1:]  # vertices of the proof are those of a part
     return Kept(r, "infeasible", bad, infeasibility=proof, reason=text)
 
 
