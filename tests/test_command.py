@@ -471,7 +471,7 @@ def test_what_is_in_a_folder_is_not_lost(designed, tmp_path):
     gains.write_bytes(before)
     own.write_text("years", "utf-8")  # beside an answer it is left alone
     code, out, err = designed()  # the same plant: no program stays beside new gains
-    assert code == 0 and err.count("is removed") == 13
+    assert code == 0 and err.count("is removed") == 15
     mine = {"gains.json", "proof.json", "index.html"}
     assert names_in(folder) == mine | {"thesis.txt"}
     (folder / "axis" / "axis.c").write_text("mine", "utf-8")

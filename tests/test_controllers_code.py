@@ -18,7 +18,6 @@ from sosbook.controllers import (
     code_fault,
     read_gains,
 )
-from sosbook.controllers.code import read_program
 from sosbook.controllers.compiler import FLAGS
 from sosbook.controllers.facts import facts_of
 from sosbook.pendulum import Firmware, SampledLaw
@@ -169,15 +168,15 @@ def test_a_gain_is_read_back_where_a_program_applies_it_at_once(precision):
     for U in (None, [[0, 0.3]]):
         proof = sos.design_pid(pendulum(), U, region=region).certify()
         law = applied(proof.K, 0.013, U)
-        text = Program(Firmware(law), precision=precision).source
+        text = Program(Firmware(law), precision=precision).gains
         assert code_fault(proof.data, text) == ""
-        assert read_program(text)["SINGLE"] == (precision == "single")
-        assert (read_program(text)["D"] == law.D.astype(KINDS[precision])).all()
+        assert read_gains(text)["SINGLE"] == (precision == "single")
+        assert (read_gains(text)["D"] == law.D.astype(KINDS[precision])).all()
         softer = Program(Firmware(applied(proof.K * 0.999, 0.013, U)))
-        assert "its C and D aren't" in code_fault(proof.data, softer.source)
+        assert "its C and D aren't" in code_fault(proof.data, softer.gains)
         if U:
             other = Program(Firmware(applied(proof.K, 0.013, [[0, 0.31]])))
-            assert "don't sum" in code_fault(proof.data, other.source)
+            assert "don't sum" in code_fault(proof.data, other.gains)
     pd = some_controllers()[0]
     text = Code(pd, "axis", precision).gains
     assert code_fault(pd.certificate.data, text) == ""

@@ -53,25 +53,26 @@ FULL = Firmware(
 TURN = np.array([-0.93, -0.29, -0.52])
 STEERING = Steering(FULL, [TURN], share=0.25, track=0.07, r=0.034)
 FACTORS = (-1.0, 1.5, 2 / 3)
-UNBUILT = re.compile(r"COMPENSATES 0\n#if COMPENSATES\n.*?#endif", re.S)
-DECLARED = re.compile(r"static const (double|int) (\w+)((?:\[\d+\])*) =")
+DECLARED = re.compile(r"^static const \w+ (\w+)[^=;]*= BALANCE_(\w+);", re.M)
 
 
 class Open:
     """A program whose numbers can be changed while it is loaded."""
 
-    def __init__(self, gcc, folder, name, texts):
+    def __init__(self, gcc, folder, name, texts, known, declared):
         for file, text in texts.items():
-            (folder / file).write_text(DECLARED.sub(r"\1 \2\3 =", text), "utf-8")
+            text = re.sub(r"^static const ", "", text, flags=re.M)
+            (folder / file).write_text(text, "utf-8")
         library = folder / f"{name}.so"
         flags = ["-std=c99", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]
         run(*gcc, *flags, folder / name, "-o", library)
         self.library, self.numbers = ctypes.CDLL(str(library)), {}
-        built = UNBUILT.sub("", texts[name])
-        for kind, label, sizes in DECLARED.findall(built):
-            size = int(np.prod([int(n) for n in re.findall(r"\d+", sizes)] or [1]))
-            real = {"double": ctypes.c_double, "int": ctypes.c_int}[kind]
-            self.numbers[label] = (real * size).in_dll(self.library, label)
+        for label, source in DECLARED.findall(declared):
+            value = known[source]
+            real = ctypes.c_int if isinstance(value, int) else ctypes.c_double
+            if np.any(value):  # what is zero isn't changed, or isn't built
+                kind = real * np.size(value)
+                self.numbers[label] = kind.in_dll(self.library, label)
 
     def changes(self):
         """Every number that isn't zero, with each of `FACTORS`; then as it was."""
@@ -92,7 +93,12 @@ class Balance(Open):
     """balance.c of a firmware."""
 
     def __init__(self, gcc, folder, firmware):
-        super().__init__(gcc, folder, "balance.c", Program(firmware).law)
+        texts = Program(firmware).law
+        declared = texts["balance_tick.h"] + texts["balance.c"]
+        known = firmware.numbers
+        if not known["RUB"]:
+            known["STEEP"] = 0.0  # isn't built
+        super().__init__(gcc, folder, "balance.c", texts, known, declared)
         program = Compiled.__new__(Compiled)
         program.firmware, program.runs, program.states = firmware, 1, None
         program.kind = np.dtype(float)
@@ -116,7 +122,8 @@ class Steers(Open):
 
     def __init__(self, gcc, folder, steering):
         texts = Program(steering.firmware, steering=steering).law
-        super().__init__(gcc, folder, "balance_steer.c", texts)
+        name, known = "balance_steer.c", steering.firmware.numbers | steering.numbers
+        super().__init__(gcc, folder, name, texts, known, texts[name])
         functions = steer_functions(self.library, ctypes.c_double)
         self.state, self.volts, self._start, self._step = functions
         self.robot = Robots()

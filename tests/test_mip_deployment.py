@@ -35,7 +35,7 @@ def test_both_proofs_hold_for_the_gain_that_is_written(found, folder):
     K = found.certificate.K
     assert np.array_equal(found.held.K, K)
     assert np.array_equal(np.hstack([found.law.D, found.law.C]), K)
-    text = (folder / "balance.c").read_text("utf-8")
+    text = (folder / "balance_gains.h").read_text("utf-8")
     for gain in K[0]:
         assert float(gain).hex() in text
 
@@ -46,7 +46,7 @@ def test_the_facts_name_the_logs_by_their_digests(found, folder):
     for name in ("body", "wheels"):
         digest = hashlib.sha256((DATA / f"{name}.csv").read_bytes())
         assert digest.hexdigest() in facts[f"log of the {name}"]
-    header = " ".join((folder / "balance.h").read_text("utf-8").split())
+    header = " ".join((folder / "balance_gains.h").read_text("utf-8").split())
     for word in ("identified", "plant", "specification", "gain"):
         assert word in header
     assert facts["gain"] in header
@@ -94,7 +94,7 @@ def test_the_stands_program_knows_the_body_alone(found, folder):
     assert found.bench_firmware.law.D[0, [1, 3]].tolist() == [0, 0]
     assert np.array_equal(found.bench_firmware.law.D[0, [0, 2]], found.law.D[0, [0, 2]])
     assert found.bench_firmware.limit == 2.0
-    header = (folder / "balance_stand.h").read_text("utf-8")
+    header = (folder / "balance_stand_gains.h").read_text("utf-8")
     assert "It doesn't balance" in header
     assert "balance_stand_step" in (folder / "rc_balance_stand.c").read_text("utf-8")
 

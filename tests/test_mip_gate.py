@@ -138,7 +138,7 @@ def test_force_goes_on_and_every_file_says_so(tmp_path, capsys):
     ]  # the reason, and no program
     found = main([*asked, "--force", "--R", "50"])
     assert "FORCED" in found.facts["warning 1"]
-    for name in ("balance.h", "rc_balance.c", "pyctrl_balance.py"):
+    for name in ("balance_gains.h", "rc_balance.c", "pyctrl_balance.py"):
         assert "FORCED" in (tmp_path / "out" / name).read_text("utf-8")
 
 

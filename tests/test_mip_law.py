@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 from sosbook.mip import Gain, Mip, SampledLaw, polytope
-from sosbook.mip.law import PD_SIGNALS, PID_SIGNALS, combine, pendulum_gain
+from sosbook.mip.law import PD_SIGNALS, PID_SIGNALS, pendulum_gain
 
 import sosbook as sos
 from sosbook import thesis
@@ -19,8 +19,8 @@ def outputs(law, y, x=None):
     """u at every tick, without a limit."""
     x, found = np.zeros(law.order) if x is None else x, []
     for sample in y.T:
-        found.append(law.output(x, sample))
-        x = np.array(law.next(x, sample, 0.0))
+        found.append(law.C[0] @ x + law.D[0] @ sample)
+        x = law.A @ x + law.B @ sample
     return np.array(found, float)
 
 
@@ -73,17 +73,9 @@ def test_back_calculation_unwinds_the_integral_with_its_time_constant():
     law = SampledLaw.of_gain(named([[0, 0, 0, 0, 2.0]]), 0.001, tracking_time=0.1)
     x, limit = np.array([10.0]), 5.0
     for _ in range(100):
-        u = law.output(x, np.zeros(4))
-        x = np.array(law.next(x, np.zeros(4), np.clip(u, -limit, limit) - u))
+        u = law.C[0] @ x
+        x = law.A @ x + law.W[:, 0] * (np.clip(u, -limit, limit) - u)
     assert np.isclose(2 * x[0] - 5, (20 - 5) * np.exp(-1), rtol=0.01)
-
-
-def test_combine_skips_zeros_and_keeps_the_precision():
-    kind = np.float32
-    found = combine([0.1, 0.0, 3.0], [kind(1), kind(np.nan), kind(2)])
-    assert found.dtype == kind
-    assert found == kind(0.1) * kind(1) + kind(3) * kind(2)
-    assert combine([0.0], [np.inf]) == 0
 
 
 @pytest.mark.parametrize(

@@ -79,11 +79,12 @@ def test_the_gain_is_the_sampled_regulators_and_the_filter_is_kalmans():
 def test_the_limit_is_known_to_the_law(kind):
     """Its older voltages are those that the motors got."""
     law = optimal_law(MIP, THESIS, kind, Q, 5.0).law
-    x, y = [s * 0.3 for s in law.start], np.array([0.3, 0.0, 0.0, 0.0])
-    u = law.output(x, y)
+    x, y = 0.3 * law.start, np.array([0.3, 0.0, 0.0, 0.0])
+    u = law.C[0] @ x + law.D[0] @ y
     V = np.clip(u, -1, 1)
     assert abs(u) > 1
-    assert law.next(x, y, V - u)[-1] == pytest.approx(V)
+    following = law.A @ x + law.B @ y + law.W[:, 0] * (V - u)
+    assert following[-1] == pytest.approx(V)
 
 
 @pytest.mark.slow
@@ -96,7 +97,7 @@ def test_the_chain_offers_it_with_its_proofs(kind, tmp_path):
     names = {path.name for path in found.write(tmp_path)}
     assert sum(name.startswith("proof_balance_sampled") for name in names) == 6
     assert not {"proof_balance.json", "proof_balance_hold.json"} & names
-    text = (tmp_path / "balance.h").read_text("utf-8")
+    text = (tmp_path / "balance_gains.h").read_text("utf-8")
     assert f"law = {kind}" in " ".join(text.replace(" * ", "").split())
     if find() is None:
         refuse()

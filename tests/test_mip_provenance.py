@@ -13,7 +13,7 @@ from sosbook.mip.recording import GYRO_RANGES
 
 import sosbook.pendulum
 from sosbook.pendulum.spread import vertices
-from sosbook.pendulum.steering import MOST_LOST
+from sosbook.pendulum.steering import MOST_COUNTED
 from tests.test_mip_robot import exact_data
 
 FLT_DIGITS, DBL_DIGITS = 24, 53  # of their mantissas
@@ -26,7 +26,9 @@ NUMBER = re.compile(
 TURN = 6.2831853  # rad, in single precision
 #: What a template has for an example's robot, which another's must not have: all
 #: definitions but those of pins, of rest, of sticks and the like.
-FIXED = r"TURN = 6\.283185307|SILENCE|REST_(?!TICKS)|DSM_|LOG_|LONGEST|MOST_LOST|IMU\b"
+FIXED = (
+    r"TURN = 6\.283185307|SILENCE|REST_(?!TICKS)|DSM_|LOG_|LONGEST|MOST_COUNTED|IMU\b"
+)
 FIXED += r"|ENCODER_[AB]|FORWARD|BACKWARD|PWM_PIN"
 EXAMPLES = re.compile(
     rf"^(?:#define (?!{FIXED})\w+ .*"
@@ -105,7 +107,7 @@ def known(found):
     if found.steering:
         ours = found.steering.law
         derived += [ours.per_radian, ours.volts, ours.reach, ours.unwinding]
-        derived += [*ours.K[0], MOST_LOST, drive.turn, drive.turn_acceleration]
+        derived += [*ours.K[0], MOST_COUNTED, drive.turn, drive.turn_acceleration]
     every = [*described, *sizes, *derived, *linear, *letters, *facts, *given]
     return np.array([abs(v) for v in flat(*every, *bench.law.D)])
 

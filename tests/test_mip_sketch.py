@@ -10,6 +10,7 @@ import pytest
 from sosbook.mip import FAULTS, Firmware, Robot, SampledLaw
 from sosbook.mip.drive import Drive
 from sosbook.mip.export import Program
+from sosbook.mip.steering import Steering
 from sosbook.mip.ticks import TickLog
 
 import sosbook.pendulum
@@ -66,18 +67,15 @@ def test_the_templates_compile_as_they_stand(steers, gcc, cpp, tmp_path):
     if sys.platform == "win32":
         (tmp_path / "poll.h").write_text(programs.POLL, "utf-8")
     flags = [*programs.FLAGS, *programs.STRICT, "-c", "-I", tmp_path]
+    firmware = replace(FIRMWARE, compensation=0.1 * steers)
+    steering = Steering(firmware, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
+    for name, precision in (("balance", "double"), ("balance_single", "single")):
+        programs.write(tmp_path, Program(firmware, name, precision, steering=steering))
     for template in TEMPLATES.iterdir():
         text = template.read_text("utf-8").replace("STEERS 1", f"STEERS {steers}")
-        text = text.replace("COMPENSATES 0", f"COMPENSATES {steers}")
         if template.suffix == ".ino":
             text = '#include "Arduino.h"\n' + text
         (tmp_path / template.name).write_text(text, "utf-8")
-        if template.name.startswith("balance") and template.suffix in (".c", ".h"):
-            single = re.sub(r"\bbalance(?=_|\.h)", "balance_single", text)
-            single = re.sub(r"\bBALANCE(?=_)", "BALANCE_SINGLE", single)
-            single = re.sub(r"\bdouble\b", "float", single)
-            name = template.name.replace("balance", "balance_single")
-            (tmp_path / name).write_text(single, "utf-8")
     for template in TEMPLATES.iterdir():
         path, out = tmp_path / template.name, tmp_path / "out.o"
         if template.suffix == ".c":

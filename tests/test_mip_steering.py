@@ -193,7 +193,7 @@ def test_what_is_written(found, tmp_path):
         assert code == [others[name].read_text("utf-8").split("*/", 1)[1]]
     for name, proof in found.steering.proofs.items():
         assert load(paths[f"proof_balance_{name}.json"]) == proof
-    header = " ".join(paths["balance_steer.h"].read_text("utf-8").split())
+    header = " ".join(paths["balance_gains.h"].read_text("utf-8").split())
     assert "motors that differ" in header and "steering's proof" in header
 
 

@@ -9,18 +9,13 @@ from ..exact.rational import read_number
 from ..plants.checks import matrix
 from ..runtime.digests import digest
 
-__all__ = ["code_fault", "read_gains", "read_program"]
+__all__ = ["code_fault", "read_gains"]
 
 MATRICES = ("A", "B", "C", "D")
-NUMBERS = (
-    *("TICK", "SINGLE", "STATES", "MEASURED", "OUTPUTS"),
-    *("TICK_US", "DELAY_TICKS", "DELAY_REST_US"),
-)
+NUMBERS = "TICK", "SINGLE", "STATES", "MEASURED", "OUTPUTS", "TICK_US"
+DELAYS = "DELAY_TICKS", "DELAY_REST_US"  # a pendulum's program has none
 NUMBER = re.compile(r"(-?(?:0x[0-9a-f]+(?:\.[0-9a-f]+)?p[+-]?\d+|\d+))(f|UL)?")
 LINE = re.compile(r"#(?:ifndef \w+|endif|define (?P<name>\w+)(?: (?P<value>.*))?)")
-CONSTANT = re.compile(
-    r"^static const (double|float) (A|B|C|D|HALF_TICK)(?:\[\d+\])* = ([^;]*);", re.M
-)  # of a pendulum's program
 PLANT = re.compile(r"plant:[\s*]+sha256[\s*]+([0-9a-f]+)")
 MICROSECOND = 1e-6  # of which the program's clock has whole ones
 ROUNDED = 0.500001 * MICROSECOND
@@ -37,8 +32,9 @@ def read_gains(text):
     Returns
     -------
     dict
-        A, B, C and D are arrays; TICK, SINGLE, STATES, MEASURED, OUTPUTS, TICK_US,
-        DELAY_TICKS and DELAY_REST_US are numbers.
+        A, B, C and D are arrays; TICK, SINGLE, STATES, MEASURED, OUTPUTS, TICK_US are
+        numbers, and so are DELAY_TICKS and DELAY_REST_US, which a pendulum's program
+        doesn't have.
 
     Raises
     ------
@@ -61,37 +57,13 @@ def read_gains(text):
         raise ValueError(f"the text defines no {', '.join(lost)}")
     found = {name: _matrix(named[name]) for name in MATRICES}
     found |= {name: _number(named[name]) for name in NUMBERS}
+    found |= {x: _number(given[prefix + x]) for x in DELAYS if prefix + x in given}
     l, q, m = (int(found[name]) for name in ("STATES", "MEASURED", "OUTPUTS"))
     room = max(l, 1)  # C has no array of nothing
     for name, shape in zip(MATRICES, ((room, room), (room, q), (m, room), (m, q))):
         if found[name].shape != shape:
             raise ValueError(f"{name} has not the {shape} numbers of its sizes")
     return found
-
-
-def read_program(text):
-    """What `read_gains` returns; A to D, TICK and SINGLE of a pendulum's <name>.c.
-
-    Such a ``text`` leaves out matrices of zeros.
-    """
-    plain = text.replace("\\\n", "") if isinstance(text, str) else ""
-    plain = re.sub(r"/\*.*?\*/", "", plain, flags=re.S)
-    constants = CONSTANT.findall(plain)
-    found = {label: value for _, label, value in constants}
-    others = set(re.findall(r"define\s+(\w+)", plain)) - {"COMPENSATES"}
-    if "HALF_TICK" not in found or others:
-        return read_gains(text)
-    clock = 2 * _number(found.pop("HALF_TICK"))
-    if len(constants) > 1 + len(found) or not found.keys() & {"B", "D"}:
-        raise ValueError("the text has no law, or one twice")
-    for label, value in found.items():
-        value = re.sub(r",(?=\s*})", "", value)
-        found[label] = _matrix(value if label in "AB" else f"{{{value}}}")
-    inputs, C = found["D" if "D" in found else "B"].shape[1], found.get("C", [()])
-    states = max(*(len(found.get(x, ())) for x in "AB"), len(C[0]))
-    shapes = (states, states), (states, inputs), (1, states), (1, inputs)
-    zeros = {label: np.zeros(shape) for label, shape in zip(MATRICES, shapes)}
-    return zeros | found | {"TICK": clock, "SINGLE": int(constants[0][0] == "float")}
 
 
 def _refuse(line):
@@ -140,10 +112,9 @@ def code_fault(data, text, rows=None):
         Of a proof file about a sampled controller; or about a gain, which a program
         must then apply at once, with sums of T U times what is measured.
     text : str
-        Of the program's <name>_gains.h, or of a pendulum's <name>.c, whose numbers
-        alone are read. The digest of the plant counts, where it has one. Its set
-        points, limits and faults are no part of a proof; nor is which sensor a column
-        of B and D belongs to, which the names of its columns say.
+        Of the program's <name>_gains.h. The digest of the plant counts, where it has
+        one. Its set points, limits and faults are no part of a proof; nor is which
+        sensor a column of B and D belongs to, which the names of its columns say.
     rows : (q, N) array_like, optional
         What each column of B and D measures of the plant's state, the ``rows`` of a
         `Controller`: needed where a sensor mixes coordinates, for then the proof has
@@ -153,7 +124,7 @@ def code_fault(data, text, rows=None):
     if law is None or data.get("law") or "L" in data:
         return "the proof is about no gain and no sampled controller"
     try:
-        mine = read_program(text)
+        mine = read_gains(text)
     except ValueError as error:
         return str(error)
     plant = PLANT.search(text)
@@ -185,8 +156,8 @@ def code_fault(data, text, rows=None):
 
 def _clock_fault(data, mine, kind):
     """What keeps a program's tick and delay from being those of a proof."""
-    if "TICK_US" not in mine:
-        return "a pendulum's program is held to the proof of its gain"
+    if not all(x in mine for x in DELAYS):
+        return "it has no delay: a pendulum's program is held to the proof of its gain"
     law = data["K"]
     T, (early, late) = _ends(data["T"]), _ends(data["delay"])
     tick = law["dt"] if isinstance(law["dt"], str) else None

@@ -5,6 +5,7 @@ the same order either way; one robot in plain numbers takes a sixth of the time.
 """
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -29,6 +30,7 @@ class Lanes:
         self.runs, self.kind = count("runs", runs, least=1), np.dtype(kind)
         self.real = float if self.kind.type is np.float64 else self.kind.type
         self.where = _choice if runs == 1 else np.where
+        self.zero = self.taken(self.array(0))
 
     def array(self, value):
         """(runs,) array of a value for all robots, or one for each."""
@@ -40,6 +42,44 @@ class Lanes:
             return self.real(value)
         array = np.asarray(value, self.kind)
         return self.taken(array if array.shape == (self.runs,) else self.array(array))
+
+    def numbers(self, given):
+        """What the arithmetic takes for given numbers and arrays, by name."""
+        with np.errstate(over="ignore"):
+            return SimpleNamespace(**{x: self._number(y) for x, y in given.items()})
+
+    def _number(self, value):
+        if np.ndim(value):
+            return [self._number(row) for row in value]
+        return value if isinstance(value, int) else self.real(value)
+
+    def total(self, *pairs):
+        """The sum of factors times values in all pairs, from the left, from zero."""
+        total = self.zero
+        for factors, values in pairs:
+            for factor, value in zip(factors, values):
+                total = total + factor * value
+        return total
+
+    def cut(self, value, bound):
+        """A value within -bound and bound; what is no number stays so."""
+        low = self.where(value < -bound, -bound, value)
+        return self.where(value > bound, bound, low)
+
+    def answered(self, n, k, x, y, r=()):
+        """As <name>_tick.h: the law's output k, with its numbers n, of x, y and r."""
+        return self.total((n.C[k], x), (n.D[k], y), (n.DR[k], r))
+
+    def begun(self, n, y):
+        """As <name>_tick.h: the memory at rest, where y is measured; n has numbers."""
+        return [self.total((row, y)) for row in n.START]
+
+    def remembered(self, n, x, y, r, withheld):
+        """As <name>_tick.h: x after a tick, with numbers n and y, r, withheld."""
+        return [
+            self.total((a, x), (b, y), (br, r), (w, withheld))
+            for a, b, br, w in zip(n.A, n.B, n.BR, n.W)
+        ]
 
     def taken(self, array):
         """What the arithmetic takes for an array."""

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..runtime.writing import write_texts
-from .numbers import NONE, program_numbers
+from .gains import Gains
+from .numbers import program_numbers
 from .signals import identifiers
 from .spelling import FLOAT_TYPES, literal
-from .template import comment, noted, read, written_by
+from .template import comment, noted, read, renamed, written_by
 
 __all__ = ["Code"]
 
@@ -30,8 +31,28 @@ TAKEN = {
 }
 # fmt: on
 FOLDER = "sosbook.controllers"
-MATRICES = ("A", "B", "BR", "W", "C", "D", "DR", "GUESS", "START")
-VECTORS = ("LIMIT", "SLEW", "RAMP", "RANGE", "JUMP", "REACH", "TRUSTED")
+SINGLE = "1: float, 0: double"
+MATRICES = {
+    "A": "memory to memory",
+    "B": "({y}) to memory",
+    "BR": "set points to memory",
+    "W": "what the limits add, v - u, to memory",
+    "C": "memory to outputs",
+    "D": "({y}) to outputs",
+    "DR": "set points to outputs",
+    "GUESS": "memory to what will be measured",
+    "START": "({y}) to the memory at the start",
+}
+INTO_MEMORY = "A", "B", "BR", "W", "START"
+VECTORS = {
+    "LIMIT": "largest output",
+    "SLEW": "largest change of an output in a tick",
+    "RAMP": "largest change of a set point in a tick",
+    "RANGE": "a reading beyond it isn't believed",
+    "JUMP": "a reading that moved more in a tick isn't believed",
+    "REACH": "a set point beyond it isn't taken",
+    "TRUSTED": "an answer beyond it is broken",
+}
 BENCH_SECONDS = 20.0  # times the slowest time constant, at most MOST_BENCH_TICKS
 MOST_BENCH_TICKS = 200_000
 MOST_TICK_US = 2**31 - 1  # half of what 32 bits count: clocks wrap around
@@ -111,6 +132,7 @@ class Code:
         files = {
             f"{name}.h": "axis.h",
             f"{name}.c": "axis.c",
+            f"{name}_tick.h": "axis_tick.h",
             f"{name}_bench.c": "axis_bench.c",
             "CMakeLists.txt": "CMakeLists.txt",
             f"{name}_sketch/{name}_sketch.ino": "axis.ino",
@@ -118,52 +140,32 @@ class Code:
         }
         note = [written_by()]
         texts = {
-            file: self._named(noted(read(FOLDER, t), note)) for file, t in files.items()
+            file: noted(renamed(read(FOLDER, t), "axis", name), note)
+            for file, t in files.items()
         }
         texts[f"{name}_gains.h"] = self.gains
         texts[f"{name}_plants.h"] = _plants(c, self.precision)
         texts |= {f"proof_{name}{end}.json": text for end, text in self.proofs}
-        for part in (f"{name}.h", f"{name}.c", f"{name}_gains.h"):
-            texts[f"{name}_sketch/{part}"] = texts[part]
+        for part in (".h", ".c", "_tick.h", "_gains.h"):
+            texts[f"{name}_sketch/{name}{part}"] = texts[f"{name}{part}"]
         return texts
-
-    def _named(self, text):
-        """A template's text with this program's name."""
-        text = re.sub(r"\baxis(?=[_.\b ()*]|$)", self.name, text, flags=re.M)
-        return re.sub(r"\bAXIS(?=_)", self.name.upper(), text)
 
     @cached_property
     def gains(self) -> str:
         """The text of <name>_gains.h: all numbers, and what is known of them."""
-        c, prefix = self.controller, self.name.upper()
-        values = program_numbers(c)
-        lines = [
-            f"/* {self.name}_gains.h: the numbers of {self.name}.c, and what is known",
-            " *",
-            comment([written_by()], " * "),
-        ]
-        for title, facts in self.facts:
-            lines += [" *", f" * {title.upper()}"]
-            lines += [comment([f"- {fact}"], " *   ") for fact in facts]
-        lines += [" */", f"#ifndef {prefix}_GAINS_H", f"#define {prefix}_GAINS_H", ""]
-
-        def define(label, value, said=""):
-            text = f"#define {prefix}_{label} {value}"
-            lines.append(f"{text} /* {said} */" if said else text)
-
-        delay = c.timing.whole_samples
-        define("SINGLE", int(self.precision == "single"), "1: float, 0: double")
-        define("STATES", len(c.A), "numbers that it remembers")
-        define("MEASURED", len(c.measured))
-        define("SET_POINTS", len(c.set_points))
-        define("OUTPUTS", len(c.outputs))
-        define("TICK_US", f"{round(1e6 * c.T)}UL", f"{c.T:g} s between samples")
-        define("DELAY_TICKS", delay, f"{c.delay:g} s from a sample to the actuator:")
-        define(
-            "DELAY_REST_US",
-            f"{round(1e6 * float(c.timing.remainder))}UL",
-            "whole ticks, and what is left",
-        )
+        c, values = self.controller, program_numbers(self.controller)
+        written = Gains(self.name, self.precision, [written_by()], self.facts)
+        written.define("SINGLE", int(self.precision == "single"), SINGLE)
+        written.define("STATES", len(c.A), "numbers that it remembers")
+        written.define("MEASURED", len(c.measured))
+        written.define("SET_POINTS", len(c.set_points))
+        written.define("OUTPUTS", len(c.outputs))
+        us = f"{round(1e6 * c.T)}UL"
+        written.define("TICK_US", us, f"{c.T:g} s between samples")
+        said = f"{c.delay:g} s from a sample to the actuator:"
+        written.define("DELAY_TICKS", c.timing.whole_samples, said)
+        us = f"{round(1e6 * float(c.timing.remainder))}UL"
+        written.define("DELAY_REST_US", us, "whole ticks, and what is left")
         for kind, signals in (
             ("IN", c.measured),
             ("SET", c.set_points),
@@ -172,9 +174,9 @@ class Code:
             for k, (word, signal) in enumerate(
                 zip(identifiers([s.name for s in signals]), signals)
             ):
-                define(f"{kind}_{word}", k, str(signal))
+                written.define(f"{kind}_{word}", k, str(signal))
         for label in ("TICK", "SLACK"):
-            define(label, self._number(values[label]), f"{values[label]:.9g} s")
+            written.number(label, values[label], "s")
         for label, said in (
             ("MOST_LOST", f"ticks: {c.faults.lost:g} s without a sample"),
             ("MOST_LATE", f"ticks: {c.faults.late:g} s of ticks early or late"),
@@ -184,67 +186,18 @@ class Code:
             ("SLEWS", "1: the outputs' change is limited"),
             ("RAMPS", "1: set points are followed along a ramp"),
         ):
-            define(label, values[label], said)
+            written.define(label, values[label], said)
         followed = [-1 if k is None else k for k in c.followed] or [-1]
-        define(
-            "FOLLOWED",
-            "{" + ", ".join(map(str, followed)) + "}",
-            "where a set point starts: at this reading",
-        )
-        for label in VECTORS:
-            lines += self._vector(label, values[label])
-        for label in MATRICES:
-            lines += self._matrix(label, values[label])
-        lines += ["", "#endif", ""]
-        return "\n".join(lines)
-
-    def _number(self, value):
-        return literal(value, self.precision)
-
-    def _vector(self, label, value):
-        said = {
-            "LIMIT": "largest output",
-            "SLEW": "largest change of an output in a tick",
-            "RAMP": "largest change of a set point in a tick",
-            "RANGE": "a reading beyond it isn't believed",
-            "JUMP": "a reading that moved more in a tick isn't believed",
-            "REACH": "a set point beyond it isn't taken",
-            "TRUSTED": "an answer beyond it is broken",
-        }[label]
-        value = value if len(value) else np.zeros(1)
-        words = ", ".join("none" if x >= NONE else f"{x:.9g}" for x in value)
-        row = ", ".join(map(self._number, value))
-        return [
-            f"/* {said}: {words} */",
-            f"#define {self.name.upper()}_{label} {{{row}}}",
-        ]
-
-    def _matrix(self, label, value):
-        c = self.controller
+        said = "where a set point starts: at this reading"
+        written.define("FOLLOWED", "{" + ", ".join(map(str, followed)) + "}", said)
+        for label, said in VECTORS.items():
+            written.vector(label, values[label], said)
         states = list(c.states) or ["nothing"]
         y = ", ".join(map(str, c.measured))
-        said = {
-            "A": "memory to memory",
-            "B": f"({y}) to memory",
-            "BR": "set points to memory",
-            "W": "what the limits add, v - u, to memory",
-            "C": "memory to outputs",
-            "D": f"({y}) to outputs",
-            "DR": "set points to outputs",
-            "GUESS": "memory to what will be measured",
-            "START": f"({y}) to the memory at the start",
-        }[label]
-        shape = [max(n, 1) for n in value.shape]
-        full = np.zeros(shape)
-        full[: value.shape[0], : value.shape[1]] = value
-        into = states if label in ("A", "B", "BR", "W", "START") else None
-        lines = [f"/* {said} */", f"#define {self.name.upper()}_{label} {{ \\"]
-        for k, row in enumerate(full):
-            numbers = ", ".join(map(self._number, row))
-            decimals = ", ".join(f"{x:.12g}" for x in row)
-            what = f"{into[k]}: " if into else ""
-            lines.append(f"    {{{numbers}}}, /* {what}{decimals} */ \\")
-        return [*lines, "}"]
+        for label, said in MATRICES.items():
+            rows = states if label in INTO_MEMORY else ()
+            written.matrix(label, values[label], said.format(y=y), rows)
+        return written.text
 
     def write(self, folder: Any, replace: bool = False) -> list:
         """Write all files into a folder: all or none, over nothing foreign.

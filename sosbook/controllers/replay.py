@@ -36,19 +36,8 @@ class Replay:
 
     def __init__(self, controller, runs=1, kind=float):
         self.controller, self._lanes = controller, Lanes(runs, kind)
-        given = program_numbers(controller)
-        real = self._lanes.real
-        self._n = SimpleNamespace(
-            **{
-                name: value
-                if isinstance(value, int)
-                else real(value)
-                if isinstance(value, float)
-                else _lists(value, real)
-                for name, value in given.items()
-            }
-        )
-        self._zero, self._now = self._lanes.taken(self._lanes.array(0)), None
+        self._n = self._lanes.numbers(program_numbers(controller))
+        self._now = None
 
     @property
     def fault(self):
@@ -61,13 +50,13 @@ class Replay:
         """Forget everything; y (q,) or (q, runs) is what is measured now."""
         lanes, n = self._lanes, self._n
         y = self._read(y, len(n.RANGE))
-        zero = self._zero
+        zero = lanes.zero
         none = 0 if lanes.runs == 1 else np.zeros(lanes.runs, int)
         good = True
         for value, bound in zip(y, n.RANGE):
             good = good & within(value, bound)
         with np.errstate(all="ignore"):
-            x = [self._total((row, y)) for row in n.START]
+            x = lanes.begun(n, y)
         self._now = SimpleNamespace(
             x=[lanes.where(good, value, zero) for value in x],
             y=[lanes.where(good, value, zero) for value in y],
@@ -116,20 +105,6 @@ class Replay:
         with np.errstate(over="ignore"):
             return [self._lanes.read(x[0].item() if one else x) for x in values]
 
-    def _total(self, *pairs):
-        """The sum of factors times values, from the left, beginning at zero."""
-        total = self._zero
-        for factors, values in pairs:
-            for factor, value in zip(factors, values):
-                total = total + factor * value
-        return total
-
-    def _cut(self, value, bound):
-        """A value within -bound and bound; what is no number stays so."""
-        where = self._lanes.where
-        low = where(value < -bound, -bound, value)
-        return where(value > bound, bound, low)
-
     def _step(self, now, y, r, elapsed):
         n, where, lanes = self._n, self._lanes.where, self._lanes
         running = now.fault == 0
@@ -152,7 +127,7 @@ class Replay:
             good = within(value, n.RANGE[i]) & within(value - now.y[i], reach)
             guess = now.y[i]
             if n.PREDICTS:
-                guess = self._total((n.GUESS[i], now.x))
+                guess = lanes.total((n.GUESS[i], now.x))
             seen.append(where(good, value, guess))
             last.append(where(good, value, now.y[i]))
             lost.append(where(good, 0, now.lost[i] + 1))
@@ -164,7 +139,7 @@ class Replay:
             good = within(value, n.REACH[j])
             goal = value
             if n.RAMPS:
-                goal = now.r[j] + self._cut(value - now.r[j], n.RAMP[j])
+                goal = now.r[j] + lanes.cut(value - now.r[j], n.RAMP[j])
             follows.append(where(good, goal, now.r[j]))
             told = told & good
         silent = where(told | (n.MOST_SILENT == 0), 0, now.silent + 1)
@@ -173,28 +148,25 @@ class Replay:
         # the law and its limits
         asked, given, full = [], [], False
         for k, old in enumerate(now.u):
-            want = self._total((n.C[k], now.x), (n.D[k], seen), (n.DR[k], follows))
+            want = lanes.answered(n, k, now.x, seen, follows)
             fault = blame(~np.asarray(within(want, n.TRUSTED[k])), COMMAND)
             full = full | (want > n.LIMIT[k]) | (want < -n.LIMIT[k])
-            v = self._cut(want, n.LIMIT[k])
+            v = lanes.cut(want, n.LIMIT[k])
             if n.SLEWS:
-                v = self._cut(old + self._cut(v - old, n.SLEW[k]), n.LIMIT[k])
+                v = lanes.cut(old + lanes.cut(v - old, n.SLEW[k]), n.LIMIT[k])
             asked.append(want)
             given.append(v)
         full = where(full, now.full + 1, 0)
         fault = blame(full > n.MOST_FULL, STALL)
 
         withheld = [v - u for v, u in zip(given, asked)]
-        x = [
-            self._total((a, now.x), (b, seen), (br, follows), (w, withheld))
-            for a, b, br, w in zip(n.A, n.B, n.BR, n.W)
-        ]
+        x = lanes.remembered(n, now.x, seen, follows, withheld)
         keep = lanes.keeper(np.asarray(running & (fault == 0)))
 
         def kept(new, old):
             return [keep(x, y) for x, y in zip(new, old)]
 
-        u = [keep(v, self._zero) for v in given]
+        u = [keep(v, lanes.zero) for v in given]
         return u, SimpleNamespace(
             x=kept(x, now.x),
             y=kept(last, now.y),
@@ -207,9 +179,3 @@ class Replay:
             full=keep(full, now.full),
             overruns=keep(overruns, now.overruns),
         )
-
-
-def _lists(value, real):
-    """An array as nested lists of numbers in one precision."""
-    with np.errstate(over="ignore"):
-        return [_lists(row, real) if np.ndim(row) else real(row) for row in value]

@@ -11,6 +11,7 @@ __all__ = [
     "noted",
     "python_comment",
     "read",
+    "renamed",
     "replaced",
     "written_by",
 ]
@@ -65,6 +66,12 @@ def replaced(pattern, text, new):
 def read(package, template):
     """The text of a ``template``, a file in the folder templates of a package."""
     return resources.files(package).joinpath("templates", template).read_text("utf-8")
+
+
+def renamed(text, old, name):
+    """A template's ``text`` with a ``name`` in the place of the ``old`` one."""
+    text = re.sub(rf"\b{old}(?=[_. ()*]|$)|(?<=_){old}\b", name, text, flags=re.M)
+    return re.sub(rf"\b{old.upper()}(?=_)", name.upper(), text)
 
 
 def noted(text, note):

@@ -82,7 +82,7 @@ class Compiled:
         ]
         order = self.firmware.law.order
         fields = [(name, real) for name in numbers]
-        fields += [("x", real * order)] * bool(order)
+        fields += [("x", real * max(order, 1))]
         fields += [(name, ctypes.c_int) for name in (*COUNTERS, "fault")]
         self.state_type = type("State", (ctypes.Structure,), {"_fields_": fields})
         pointer = ctypes.POINTER(self.state_type)

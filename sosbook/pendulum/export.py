@@ -7,12 +7,16 @@ on the firmware, the robot and the package's version alone.
 import re
 from dataclasses import dataclass, replace
 
-from ..controllers.spelling import braces, literal, single
-from ..controllers.template import replaced, written_by
-from . import spelling
+import numpy as np
+
+from ..controllers.gains import Gains
+from ..controllers.program import MATRICES, SINGLE
+from ..controllers.spelling import FLOAT_TYPES, single
+from ..controllers.template import noted, read, renamed, written_by
 from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired
 from .drive import Drive
 from .firmware import Firmware
+from .law import PD_SIGNALS
 from .recording import board_files
 from .robot import Robot
 from .steering import Steering
@@ -20,13 +24,35 @@ from .template import fill
 
 __all__ = ["Program"]
 
-C_TYPES = {"double": "double", "single": "float"}
-#: What a law's file in single precision has for what the template has.
-SINGLE = {r"\bdouble\b": "float", "DBL_MANT_DIG != 53": "FLT_MANT_DIG != 24"}
-SINGLE |= {"DBL_MAX": "FLT_MAX"}
 TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
 CLOCK_SHARE = 0.05  # of T, by which any clock's ticks may be late: its own steps
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
+TICKS = "missing", "frozen", "deaf", "stall"  # the fields of `Firmware` that count them
+#: What a firmware's numbers are, or their units.
+UNITS = {x: MATRICES[x] for x in ("A", "B", "BR", "W", "C", "D", "DR", "START")} | {
+    "TICK": "s between samples",
+    "HALF_TICK": "s",
+    "HERTZ": "Hz",
+    "LIMIT": "V, at most",
+    "TIP": "rad, beyond which it falls",
+    "BLEND": "of each tick's tilt",
+    "RANGE": "rad/s, the gyro's full scale",
+    "PUSH": "V, which turn wheels",
+    "REACH": "rad a tick, at most",
+    "TRUSTED": "V, or a number is broken",
+    "RUB": "V, of friction that is compensated",
+    "SOFT": "V, from which on all of it is",
+    "STEEP": "V per V below",
+    "MOST_LOST": "ticks in a row without a reading to believe",
+    "FROZEN": "ticks in a row with one reading of the gyro; 0: any",
+    "DEAF": "ticks in a row under voltage with the wheels at rest; 0: any",
+    "MOST_FULL": "ticks in a row at the limit",
+    "SHARE": "V, for steering",
+    "STEER_REACH": "rad a tick, right less left, at most",
+    "UNWIND": "rad s per V, of what the limit withheld",
+    "PER_RADIAN": "rad, right less left, a radian of heading",
+    "K": "error of right less left, its rate, its sum to right less left, in V",
+}
 
 
 @dataclass(frozen=True)
@@ -61,7 +87,8 @@ class Program:
     -----
     Compile with -ffp-contract=off: fused operations round once where the law's
     arithmetic rounds twice. Constants are hexadecimal, so that no digit is lost;
-    zero coefficients are left out.
+    all of them stand in <name>_gains.h, and the law's sums in <name>_tick.h, as in the
+    program of any `sosbook.controllers.Controller`.
 
     MISRA C:2012, as far as cppcheck's addon looks: of the required rules two are
     not met, 14.4 (``if (!seen)`` asks an int) and 15.6 (a single statement stands
@@ -75,15 +102,14 @@ class Program:
 
     Examples
     --------
+    >>> from sosbook.controllers import read_gains
     >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
     >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
     >>> program = Program(Firmware(SampledLaw.of_gain(gain, 0.01)))
-    >>> print(program.header.splitlines()[0])
+    >>> print(program.law["balance.h"].splitlines()[0])
     /* balance.h: a control law for a mobile inverted pendulum
-    >>> text = program.source
-    >>> print(text[text.index("double u ="):].partition(";")[0])
-    double u =
-        D[0] * y[0] + D[1] * y[1] + D[2] * y[2] + D[3] * y[3]
+    >>> read_gains(program.gains)["D"]
+    array([[20. ,  0.8,  2. ,  0.9]])
     >>> code = compile(program.pyctrl, "pyctrl_balance.py", "exec")
     """
 
@@ -98,7 +124,7 @@ class Program:
         firmware, name = self.firmware, self.name
         if not isinstance(firmware, Firmware):
             raise ValueError("firmware must be a Firmware")
-        if self.precision not in C_TYPES:
+        if self.precision not in FLOAT_TYPES:
             raise ValueError(
                 f"precision must be 'double' or 'single', got {self.precision!r}"
             )
@@ -112,11 +138,10 @@ class Program:
                 "name must begin a C identifier, in lower case, and be no "
                 f"name that C or the robot's library has, got {name!r}"
             )
-        for label, ticks in spelling.ticks(firmware).items():
-            if ticks > MOST_TICKS:
+        for label in TICKS:
+            if (ticks := getattr(firmware, label)) > MOST_TICKS:
                 raise ValueError(
-                    f"{label.lower()} must be at most {MOST_TICKS}, for C's int, got "
-                    f"{ticks}"
+                    f"{label} must be at most {MOST_TICKS}, for C's int, got {ticks}"
                 )
         law = firmware.law
         if not (law.D.any() or (law.C.any() and law.B.any())):
@@ -125,34 +150,32 @@ class Program:
             raise ValueError("steering must be a Steering, or left out")
 
     @property
-    def header(self):
-        """The text of <name>.h."""
-        firmware = self.firmware
-        T, tip = f"{firmware.law.T:.9g}", f"{firmware.tip:.9g}"
-        text = self._of_law("balance.h", {"BALANCE_ORDER": firmware.law.order})
-        text = replaced(r"(^ \*        )0\.01(?= s\. Compile)", text, T)
-        return replaced(r"(beyond )0\.85(?= rad: there)", text, tip)
-
-    @property
-    def source(self):
-        """The text of <name>.c, for a compiler with IEEE numbers; C99, no library."""
-        firmware, law = self.firmware, self.firmware.law
-        values = {"COMPENSATES": int(firmware.compensation > 0)}
-        text = self._of_law("balance.c", values | spelling.ticks(firmware))
-        text = self._with_numbers(text, spelling.constants(firmware))
-        for label, value in spelling.matrices(law).items():
-            size = "".join(f"[{n}]" for n in value.shape)
-            rows = braces(value, self.precision)
-            text = replaced(
-                rf"^static const \w+ {label}\[[^;]*;\n",
-                text,
-                f"static const {C_TYPES[self.precision]} {label}{size} = {rows};\n"
-                if value.any() or (label == "START" and law.order)
-                else "",
-            )
-        rows = "".join(f"        {row},\n" for row in spelling.following(law))
-        text = replaced(r"(next\[\w+\] = \{\n)[^}]*(?=    \})", text, rows)
-        return replaced(r"( u =\n        )[^;]*(?=;)", text, spelling.output(law))
+    def gains(self):
+        """The text of <name>_gains.h: all numbers, and what is known of them."""
+        law = self.firmware.law
+        written = Gains(self.name, self.precision, self._provenance)
+        written.define("SINGLE", int(self.precision == "single"), SINGLE)
+        written.define("STATES", law.order, "numbers that it remembers")
+        written.define("MEASURED", len(PD_SIGNALS))
+        written.define("SET_POINTS", 0, "they are subtracted from what is measured")
+        written.define("OUTPUTS", 1)
+        written.define("TICK_US", f"{round(1e6 * law.T)}UL", f"{law.T:.9g} s")
+        written.define("COMPENSATES", int(self.firmware.compensation > 0))
+        y = ", ".join(PD_SIGNALS)
+        numbers = self.firmware.numbers
+        if self.steering is not None:
+            numbers |= self.steering.numbers
+        for label, value in numbers.items():
+            said = UNITS[label].format(y=y)
+            if isinstance(value, int):
+                written.define(label, value, said)
+            elif isinstance(value, float):
+                written.number(label, value, said)
+            elif value.ndim == 1:
+                written.vector(label, value, said)
+            else:
+                written.matrix(label, value, said)
+        return written.text
 
     @property
     def law(self):
@@ -161,23 +184,13 @@ class Program:
         With a steering two more hold the heading: they add and take as much voltage
         on either side, of what the limit leaves, and <name>.c stays as it is.
         """
-        files = {f"{self.name}.h": self.header, f"{self.name}.c": self.source}
-        if self.steering is None:
-            return files
-        steering, of = self.steering, spelling.constants(self.firmware)
-        numbers = {label: of[label] for label in ("HERTZ", "LIMIT", "TRUSTED")}
-        numbers |= {"REACH": steering.reach, "TICK": self.firmware.law.T}
-        numbers |= {"SHARE": steering.volts, "UNWIND": steering.unwinding}
-        header, source = (self._of_law(f"balance_steer.{x}", {}) for x in "hc")
-        source = self._with_numbers(source, numbers)
-        gain = braces(steering.K[0], self.precision)
-        per_radian = f"{steering.per_radian:.9g}"
-        return files | {
-            f"{self.name}_steer.h": replaced(
-                r"( is )2\.5(?= rad of)", header, per_radian
-            ),
-            f"{self.name}_steer.c": replaced(r"(K\[3\] = )[^;]*(?=;)", source, gain),
-        }
+        ends = [".h", ".c"] + ["_steer.h", "_steer.c"] * (self.steering is not None)
+        note, tick = [written_by()], read("sosbook.controllers", "axis_tick.h")
+        name, texts = self.name, {}
+        for end in ends:
+            texts[f"{name}{end}"] = fill(f"balance{end}", note, {}, name)
+        tick = noted(renamed(tick, "axis", name), note)
+        return texts | {f"{name}_tick.h": tick, f"{name}_gains.h": self.gains}
 
     @property
     def rc_balance(self):
@@ -196,7 +209,6 @@ class Program:
             **self._motion(),
         }
         text = fill("rc_balance.c", self._provenance, values, self.name)
-        text = replaced(r"(typedef )double(?= real;)", text, C_TYPES[self.precision])
         return {f"rc_{self.name}.c": text, **rc_robot(robot, self.firmware.law.T)}
 
     @property
@@ -208,8 +220,12 @@ class Program:
         """
         robot, firmware, steering = wired(self.robot), self.firmware, self.steering
         signs = pyctrl_signs(robot)
-        values = spelling.constants(firmware) | spelling.ticks(firmware)
-        values |= {x: m.tolist() for x, m in spelling.matrices(firmware.law).items()}
+        unused = "TICK", "BR", "DR"  # set points are subtracted
+        values = {
+            x: value.tolist() if isinstance(value, np.ndarray) else value
+            for x, value in firmware.numbers.items()
+            if x not in unused
+        }
         values |= (
             self._motion()
             | self._clock()
@@ -281,21 +297,6 @@ class Program:
             *[rounded] * (self.precision == "single"),
             f"T_s = {law.T:.9g} s, at most {firmware.limit:.9g} V, order {law.order}.",
         ]
-
-    def _of_law(self, template, values):
-        """The text of a template with values, all of it in one precision."""
-        text = fill(template, self._provenance, values, self.name)
-        if self.precision == "single":
-            for double, single in SINGLE.items():
-                text = re.sub(double, single, text)
-        return text
-
-    def _with_numbers(self, text, values):
-        """A text of C with values by their names."""
-        for label, value in values.items():
-            spelled = f"{literal(value, self.precision)};  /* {value:.9g}"
-            text = replaced(rf"( {label} = )\S+;  /\* \S+", text, spelled)
-        return text
 
     @property
     def _jitter(self):

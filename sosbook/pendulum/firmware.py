@@ -11,7 +11,7 @@ import numpy as np
 
 from ..controllers.lanes import Lanes, within
 from ..plants.checks import finite, positive
-from .law import SampledLaw
+from .law import PD_SIGNALS, SampledLaw
 from .model import V_MAX
 
 __all__ = ["COUNTERS", "FAULTS", "SOFTNESS", "Controller", "Firmware"]
@@ -136,6 +136,39 @@ class Firmware:
                     f"{name} must be a number of ticks, 0 or more, got {value!r}"
                 )
 
+    @property
+    def numbers(self):
+        """Arrays and numbers by their names in its programs; counts of ticks are ints.
+
+        They are all that a program is told of the firmware.
+        """
+        law, T, rub = self.law, self.law.T, float(self.compensation)
+        measured, none = len(PD_SIGNALS), np.zeros((law.order, 0))
+        start = np.outer(law.start, np.eye(measured)[0])
+        return {
+            "TICK": T,
+            "HALF_TICK": T / 2,
+            "HERTZ": 1 / T,
+            "LIMIT": self.limit,
+            "TIP": self.tip,
+            "BLEND": float(self.blend),
+            "RANGE": self.gyro_range,
+            "PUSH": self.limit * PUSHING_SHARE,
+            "REACH": self.fastest * T,  # rad in a tick
+            "TRUSTED": TRUSTED_VOLTS,
+            "RUB": rub,
+            "SOFT": SOFTNESS * rub,
+            "STEEP": 1 / SOFTNESS,
+            "MOST_LOST": self.missing,
+            "FROZEN": self.frozen,
+            "DEAF": self.deaf,
+            "MOST_FULL": self.stall,
+            **{x: getattr(law, x) + 0.0 for x in "ABCDW"},  # no -0
+            "BR": none,
+            "DR": np.zeros((1, 0)),
+            "START": start + 0.0,
+        }
+
     @classmethod
     def of(cls, law, robot, **changes):
         """That of a ``law`` and a described ``robot``, with some ``changes``."""
@@ -166,24 +199,8 @@ class Controller:
     def __init__(self, firmware, runs=1, kind=float):
         self.firmware, self.kind = firmware, np.dtype(kind)
         self.runs, self._now = runs, None
-        self._lanes, f = Lanes(runs, kind), firmware
-        numbers = dict(
-            half=f.law.T / 2,
-            hertz=1 / f.law.T,
-            one=f.fastest * f.law.T,  # rad in a tick
-            limit=f.limit,
-            tip=f.tip,
-            span=f.gyro_range,
-            huge=TRUSTED_VOLTS,
-            push=f.limit * PUSHING_SHARE,
-            blend=f.blend,
-            rub=f.compensation,
-            soft=SOFTNESS * f.compensation,
-            steep=1 / SOFTNESS,
-            none=0.0,
-        )
-        real = self._lanes.real
-        self._numbers = SimpleNamespace(**{x: real(y) for x, y in numbers.items()})
+        self._lanes = Lanes(runs, kind)
+        self._n = self._lanes.numbers(firmware.numbers)
 
     def start(self, tilt, wheels=0.0, bias=0.0):
         """Forget everything; the robot rests.
@@ -198,8 +215,9 @@ class Controller:
             What the gyro says at rest, in rad/s.
         """
         lanes = self._lanes
-        bias, theta, wheels, none = (
-            lanes.taken(lanes.array(value).copy()) for value in (bias, tilt, wheels, 0)
+        none = lanes.zero
+        bias, theta, wheels = (
+            lanes.taken(lanes.array(value).copy()) for value in (bias, tilt, wheels)
         )
         phi, no_ticks = wheels + theta, lanes.taken(np.zeros(self.runs, int))
         known = (theta, none, wheels, phi, bias, none, none, no_ticks)
@@ -208,7 +226,7 @@ class Controller:
             **dict.fromkeys(COUNTERS, no_ticks),
             bias=bias,
             zero=phi,
-            x=[lanes.real(s) * theta for s in self.firmware.law.start],
+            x=lanes.begun(self._n, [theta, none, none, none]),
         )
 
     def __getattr__(self, name):
@@ -252,46 +270,46 @@ class Controller:
 
     def _step(self, now, gyro, wheels, tilt, target, rate):
         """The volts, and what is known later."""
-        f, law, n = self.firmware, self.firmware.law, self._numbers
-        where, running = self._lanes.where, now.fault == 0
+        n, lanes, where = self._n, self._lanes, self._lanes.where
+        running = now.fault == 0
 
         last, equal = gyro, (gyro <= now.last) & (gyro >= now.last)
-        same = where(equal & (f.frozen > 0), now.same + 1, 0)
+        same = where(equal & (n.FROZEN > 0), now.same + 1, 0)
         gyro = gyro - now.bias
         turned = wheels - now.wheels
-        reach = n.one * self._lanes.counted(now.lost + 1)
-        seen = within(gyro, n.span), within(turned, reach)
+        reach = n.REACH * lanes.counted(now.lost + 1)
+        seen = within(gyro, n.RANGE), within(turned, reach)
         bad = where(seen[0], 0, now.bad + 1)
         lost = where(seen[1], 0, now.lost + 1)
-        quiet = (wheels <= now.wheels) & (wheels >= now.wheels) & (f.deaf > 0)
-        still = where(within(now.volts, n.push), 0, where(quiet, now.still + 1, 0))
+        quiet = (wheels <= now.wheels) & (wheels >= now.wheels) & (n.DEAF > 0)
+        still = where(within(now.volts, n.PUSH), 0, where(quiet, now.still + 1, 0))
         gyro = where(seen[0], gyro, now.gyro)
         wheels = where(seen[1], wheels, now.wheels + now.increment)
 
-        theta = now.theta + n.half * (gyro + now.gyro)
-        blended = theta + n.blend * (tilt - theta)
-        theta = where(within(tilt, n.tip), blended, theta)
+        theta = now.theta + n.HALF_TICK * (gyro + now.gyro)
+        blended = theta + n.BLEND * (tilt - theta)
+        theta = where(within(tilt, n.TIP), blended, theta)
         phi = wheels + theta
-        y = [theta, phi - now.zero - target, gyro, (phi - now.phi) * n.hertz - rate]
+        y = [theta, phi - now.zero - target, gyro, (phi - now.phi) * n.HERTZ - rate]
 
-        u = law.output(now.x, y)
-        if f.compensation:
-            soft = where(u < -n.soft, -n.rub, n.steep * u)
-            u = u + where(u > n.soft, n.rub, soft)
-        V = where(u > n.limit, n.limit, where(u < -n.limit, -n.limit, u))
-        full = where(V == u, 0, now.full + 1)
-        x = law.next(now.x, y, V - u)
+        u = lanes.answered(n, 0, now.x, y)
+        if n.RUB:
+            soft = where(u < -n.SOFT, -n.RUB, n.STEEP * u)
+            u = u + where(u > n.SOFT, n.RUB, soft)
+        V = lanes.cut(u, n.LIMIT)
+        full = where((u > n.LIMIT) | (u < -n.LIMIT), now.full + 1, 0)
+        x = lanes.remembered(n, now.x, y, (), [V - u])
 
-        fault = where(full > f.stall, STALL, 0)  # the last that is said counts
-        fault = where(within(u, n.huge), fault, COMMAND)
-        fault = where(within(theta, n.tip), fault, FALL)
-        silent = (bad > f.missing) | (lost > f.missing)
-        silent = silent | (same > f.frozen) | (still > f.deaf)
+        fault = where(full > n.MOST_FULL, STALL, 0)  # the last that is said counts
+        fault = where(within(u, n.TRUSTED), fault, COMMAND)
+        fault = where(within(theta, n.TIP), fault, FALL)
+        silent = (bad > n.MOST_LOST) | (lost > n.MOST_LOST)
+        silent = silent | (same > n.FROZEN) | (still > n.DEAF)
         fault = where(silent, SENSOR, fault)
         good = running & (fault == 0)
 
-        keep = self._lanes.keeper(good)
-        return keep(V, n.none), SimpleNamespace(
+        keep = lanes.keeper(good)
+        return keep(V, lanes.zero), SimpleNamespace(
             theta=keep(theta, now.theta),
             gyro=keep(gyro, now.gyro),
             wheels=keep(wheels, now.wheels),

@@ -1,7 +1,6 @@
 """Control laws as a robot's computer runs them: one step per sample."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -9,14 +8,7 @@ from ..plants.checks import matrix, positive
 from ..plants.gain import Gain
 from ..runtime.libraries import library
 
-__all__ = [
-    "PD_SIGNALS",
-    "PID_SIGNALS",
-    "TRACKING_TIME",
-    "SampledLaw",
-    "combine",
-    "pendulum_gain",
-]
+__all__ = ["PD_SIGNALS", "PID_SIGNALS", "TRACKING_TIME", "SampledLaw", "pendulum_gain"]
 
 #: What a robot measures, y of its law, which a gain [K_P K_D] multiplies; phi is
 #: absolute.
@@ -238,44 +230,6 @@ class SampledLaw:
             )
         B, D = (np.hstack([np.zeros((len(x), 2)), x]) for x in (held.B, held.D))
         return cls(held.A, B, held.C, D, T, W, start)
-
-    def output(self, x, y):
-        """u, from the states x (N, ...) and the samples y (4, ...)."""
-        return combine(self._rows[0], [*x, *y])
-
-    def next(self, x, y, withheld):
-        """The next state, from the states x and the samples y.
-
-        ``withheld`` is V - u, what the limit took away.
-        """
-        values = [*x, *y, withheld]
-        return [combine(row, values) for row in self._rows[1]]
-
-    @cached_property
-    def _rows(self):
-        """The factors of `output`, and those of `next`, as floats."""
-        output = np.hstack([self.C, self.D])[0]
-        return output.tolist(), np.hstack([self.A, self.B, self.W]).tolist()
-
-
-def combine(factors, values):
-    """The sum of factors times values, from the left; zeros are left out.
-
-    Entry by entry, in the values' own precision: the C program does the
-    very same operations in the same order.
-
-    Examples
-    --------
-    >>> float(combine([2.0, 0.0, 1.0], [1.0, np.nan, 3.0]))
-    5.0
-    """
-    total = None
-    for factor, value in zip(factors, values):
-        if factor == 0:
-            continue
-        term = float(factor) * value  # in the value's own precision
-        total = term if total is None else total + term
-    return np.result_type(*values).type(0) if total is None else total
 
 
 def pendulum_gain(gain):

@@ -13,12 +13,12 @@ import numpy as np
 from ..controllers.lanes import Lanes, within
 from ..plants.checks import matrix, positive
 from ..sampled.system import SampledSystem
-from .firmware import TRUSTED_VOLTS, Firmware
+from .firmware import Firmware
 from .law import TRACKING_TIME
 
 __all__ = ["Steered", "Steering"]
 
-MOST_LOST = 32766  # ticks: what C promises of an int, less one
+MOST_COUNTED = 32766  # ticks: what C promises of an int, less one
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,17 @@ class Steering:
         return self.firmware.law.T / (TRACKING_TIME * self.K[0, 2])
 
     @property
+    def numbers(self):
+        """What a program is told of it beside its firmware's numbers, by name."""
+        return {
+            "SHARE": self.volts,
+            "STEER_REACH": self.reach,
+            "UNWIND": self.unwinding,
+            "PER_RADIAN": self.per_radian,
+            "K": self.K[0],
+        }
+
+    @property
     def system(self):
         """The `SampledSystem` from the true [delta, delta'] to W."""
         (k, k_rate, k_sum), T = self.K[0], self.firmware.law.T
@@ -108,20 +119,9 @@ class Steered:
 
     def __init__(self, steering, runs=1, kind=float):
         self.steering, self.runs, self.kind = steering, runs, np.dtype(kind)
-        self._lanes, T = Lanes(runs, kind), steering.firmware.law.T
-        numbers = dict(
-            T=T,
-            hertz=1 / T,
-            limit=steering.firmware.limit,
-            reach=steering.reach,
-            volts=steering.volts,
-            unwinding=steering.unwinding,
-            huge=TRUSTED_VOLTS,
-            none=0.0,
-            largest=np.finfo(self.kind).max,
-        )
-        real = self._lanes.real
-        self._numbers = SimpleNamespace(**{x: real(y) for x, y in numbers.items()})
+        self._lanes = Lanes(runs, kind)
+        numbers = steering.firmware.numbers | steering.numbers
+        self._n = self._lanes.numbers(numbers)
 
     def start(self, left=0.0, right=0.0):
         """Forget everything; the wheels rest at the angles left and right, in rad.
@@ -157,35 +157,29 @@ class Steered:
 
     def _step(self, now, running, V, left, right, target, rate):
         """Both motors' volts, the sum, the difference and the ticks without one."""
-        n, where = self._numbers, self._lanes.where
-        turned, since = right - left, self._lanes.counted(now.lost + 1)
-        started = within(now.turned, n.largest)  # with a reading
+        n, lanes, where = self._n, self._lanes, self._lanes.where
+        turned, since = right - left, lanes.counted(now.lost + 1)
+        started = within(now.turned, n.TRUSTED)  # with a reading
         zero, before = (
             where(started, now.zero, turned),
             where(started, now.turned, turned),
         )
-        seen = within(turned - before, n.reach * since)
+        seen = within(turned - before, n.STEER_REACH * since)
         y = [
             turned - zero - target,
-            (turned - before) * n.hertz / since - rate,
+            (turned - before) * n.HERTZ / since - rate,
             now.sum,
         ]
-        k, k_rate, k_sum = self.steering.K[0].tolist()
-        u = k * y[0] + k_rate * y[1] + k_sum * y[2]
-        rest = n.limit - abs(V)
-        room = 2 * where(rest < n.volts, rest, n.volts)
-        W = where(u > room, room, where(u < -room, -room, u))
-        good = running & seen & within(u, n.huge)
-        later = now.sum + n.T * y[0] + n.unwinding * (W - u)
-        lost = where(now.lost < MOST_LOST, now.lost + 1, MOST_LOST)
-        half = where(good, W / 2, n.none)
-        motors = []
-        for side in (V - half, V + half):
-            cut = where(side > n.limit, n.limit, side)
-            cut = where(side < -n.limit, -n.limit, cut)
-            motors.append(where(running, cut, n.none))
+        u = lanes.total((n.K, y))
+        rest = n.LIMIT - abs(V)
+        W = lanes.cut(u, 2 * where(rest < n.SHARE, rest, n.SHARE))
+        good = running & seen & within(u, n.TRUSTED)
+        later = now.sum + n.TICK * y[0] + n.UNWIND * (W - u)
+        lost = where(now.lost < MOST_COUNTED, now.lost + 1, MOST_COUNTED)
+        half = where(good, W / 2, lanes.zero)
+        sides = lanes.cut(V - half, n.LIMIT), lanes.cut(V + half, n.LIMIT)
         return (
-            *motors,
+            *(where(running, side, lanes.zero) for side in sides),
             where(good, later, now.sum),
             where(running, where(good, turned, before), now.turned),
             where(good, 0, where(running, lost, now.lost)),

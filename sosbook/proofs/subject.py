@@ -6,7 +6,7 @@ what it is about, and it is held against the reader's own files.
 
 import re
 
-from ..controllers.code import code_fault, read_program
+from ..controllers.code import code_fault, read_gains
 from ..exact.checker.verdict import subject
 from ..exact.rational import decimals
 from ..plants.as_data import plant_data
@@ -76,14 +76,14 @@ def compare_code(proof, path):
     """What keeps a proof from being about the program of a file; or "".
 
     ``proof``: what was read; ``path``: A <name>_gains.h that `Controller.to_c` writes,
-    or the <name>.h or <name>.c beside it, or the <name>.c of a pendulum's `Program`.
+    or a pendulum's `Program`, or the <name>.h or <name>.c beside it.
     """
     text, path = read_text(path), path_of(path)
     beside = path.with_name(f"{path.stem}_gains.h")
     if beside.is_file():
         text, path = read_text(beside), beside
     with named(path):
-        read_program(text)
+        read_gains(text)
     if fault := code_fault(proof.data, text):
         return f"{fault}: {path}"
     files = FILES.findall(text)

@@ -2,42 +2,10 @@
  *
  * (Where this comes from.)
  */
-#include <float.h>
-#include "axis.h"
+#include "axis_tick.h"
 
-#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
-#error "-ffast-math, or -ffinite-math-only, breaks the checks for what is not a number"
-#endif
-#if FLT_EVAL_METHOD != 0
-#error "sums must round to their type at once: for x86 use -mfpmath=sse"
-#endif
-#if !AXIS_SINGLE && DBL_MANT_DIG != 53
-#error "double has other digits than was proven: take single precision"
-#endif
-#if AXIS_SINGLE && FLT_MANT_DIG != 24
-#error "float has other digits than was proven"
-#endif
+enum { MOST_OVERRUNS = 30000 /* counted; then the counter stays */ };
 
-enum {
-    STATES = AXIS_STATES,
-    MEASURED = AXIS_MEASURED,
-    SET_POINTS = AXIS_SET_POINTS,
-    OUTPUTS = AXIS_OUTPUTS,
-    MOST_OVERRUNS = 30000 /* counted; then the counter stays */
-};
-
-/* x+ = A x + B y + BR r + W (v - u), u = C x + D y + DR r, and v is u within
- * its limits: what acts on the machine is what the memory knows of. */
-#if AXIS_STATES > 0
-static const axis_real A[AXIS_STATES][AXIS_STATES] = AXIS_A;
-static const axis_real B[AXIS_STATES][AXIS_MEASURED] = AXIS_B;
-static const axis_real BR[AXIS_STATES][AXIS_ROOM(AXIS_SET_POINTS)] = AXIS_BR;
-static const axis_real W[AXIS_STATES][AXIS_OUTPUTS] = AXIS_W;
-static const axis_real START[AXIS_STATES][AXIS_MEASURED] = AXIS_START;
-#endif
-static const axis_real C[AXIS_OUTPUTS][AXIS_ROOM(AXIS_STATES)] = AXIS_C;
-static const axis_real D[AXIS_OUTPUTS][AXIS_MEASURED] = AXIS_D;
-static const axis_real DR[AXIS_OUTPUTS][AXIS_ROOM(AXIS_SET_POINTS)] = AXIS_DR;
 #if AXIS_PREDICTS
 /* What is taken for a sample that is lost. */
 static const axis_real GUESS[AXIS_MEASURED][AXIS_ROOM(AXIS_STATES)] =
@@ -59,26 +27,6 @@ static const axis_real TRUSTED[AXIS_OUTPUTS] = AXIS_TRUSTED;
 static const axis_real TICK = AXIS_TICK;
 static const axis_real SLACK = AXIS_SLACK;
 
-/* False for what is not a number. */
-static int within(axis_real value, axis_real bound)
-{
-    return value >= -bound && value <= bound;
-}
-
-static axis_real cut(axis_real value, axis_real bound)
-{
-    return value > bound ? bound : value < -bound ? -bound : value;
-}
-
-/* total + row * values, from the left. */
-static axis_real added(axis_real total, const axis_real row[],
-    const axis_real values[], int count)
-{
-    for (int i = 0; i < count; i++)
-        total = total + row[i] * values[i];
-    return total;
-}
-
 void axis_start(axis_state *s, const axis_real y[])
 {
     int good = 1;
@@ -89,8 +37,7 @@ void axis_start(axis_state *s, const axis_real y[])
         s->lost[i] = 0;
     }
 #if AXIS_STATES > 0
-    for (int i = 0; i < STATES; i++)
-        s->x[i] = good ? added(0, START[i], y, MEASURED) : 0;
+    begin(s->x, s->y);
 #endif
     for (int j = 0; j < SET_POINTS; j++)
         s->r[j] = FOLLOWED[j] < 0 ? 0 : s->y[FOLLOWED[j]];
@@ -164,9 +111,7 @@ int axis_step(axis_state *s, const axis_real y[], const axis_real r[],
 
     /* The law and its limits. */
     for (int k = 0; k < OUTPUTS; k++) {
-        axis_real want = added(0, C[k], s->x, STATES);
-        want = added(want, D[k], seen, MEASURED);
-        want = added(want, DR[k], follows, SET_POINTS);
+        const axis_real want = answered(k, s->x, seen, follows);
         if (!within(want, TRUSTED[k]) && !fault)
             fault = AXIS_COMMAND;
         full = full || want > LIMIT[k] || want < -LIMIT[k];
@@ -186,15 +131,7 @@ int axis_step(axis_state *s, const axis_real y[], const axis_real r[],
 
     /* What is remembered. */
 #if AXIS_STATES > 0
-    axis_real next[AXIS_STATES];
-    for (int i = 0; i < STATES; i++) {
-        next[i] = added(0, A[i], s->x, STATES);
-        next[i] = added(next[i], B[i], seen, MEASURED);
-        next[i] = added(next[i], BR[i], follows, SET_POINTS);
-        next[i] = added(next[i], W[i], withheld, OUTPUTS);
-    }
-    for (int i = 0; i < STATES; i++)
-        s->x[i] = next[i];
+    remember(s->x, seen, follows, withheld);
 #endif
     for (int i = 0; i < MEASURED; i++) {
         s->lost[i] = believed[i] ? 0 : s->lost[i] + 1;

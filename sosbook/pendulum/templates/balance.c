@@ -2,71 +2,29 @@
  *
  * (Where this comes from.)
  */
-#include <float.h>
-#include "balance.h"
+#include "balance_tick.h"
 
-#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__)
-#error "-ffast-math breaks the checks for what is not a number"
-#endif
-#if FLT_EVAL_METHOD != 0
-#error "sums must round to their type at once: for x86 use -mfpmath=sse"
-#endif
-#if DBL_MANT_DIG != 53
-#error "double has other digits than those that the header speaks of"
-#endif
-
-static const double HALF_TICK = 0x1.47ae147ae147bp-8;  /* 0.005 s */
-static const double HERTZ = 0x1.9p+6;  /* 100 Hz */
-static const double LIMIT = 0x1.d99999999999ap+2;  /* 7.4 V */
-static const double TIP = 0x1.b333333333333p-1;  /* 0.85 rad */
-static const double BLEND = 0x0p+0;  /* 0 of each tick's tilt */
-static const double RANGE = 0x1.9p+6;  /* 100 rad/s */
-static const double PUSH = 0x1.d99999999999ap+0;  /* 1.85 V */
-static const double REACH = 0x1p+0;  /* 1 rad a tick */
-static const double TRUSTED = 0x1.e848p+19;  /* 1000000 V */
-static const int MISSING = 5;  /* ticks in a row */
-static const int FROZEN = 0;  /* ticks in a row */
-static const int DEAF = 0;  /* ticks in a row */
-static const int STALL = 50;  /* ticks in a row */
-#define COMPENSATES 0
-#if COMPENSATES
-static const double RUB = 0x0p+0;  /* 0 V, of friction that is compensated */
-static const double SOFT = 0x0p+0;  /* 0 V, from which on all of it is */
-static const double STEEP = 0x1p-1;  /* 0.5 V per V below */
+static const balance_real HALF_TICK = BALANCE_HALF_TICK;
+static const balance_real HERTZ = BALANCE_HERTZ;
+static const balance_real LIMIT = BALANCE_LIMIT;
+static const balance_real TIP = BALANCE_TIP;
+static const balance_real BLEND = BALANCE_BLEND;
+static const balance_real RANGE = BALANCE_RANGE;
+static const balance_real PUSH = BALANCE_PUSH;
+static const balance_real REACH = BALANCE_REACH;
+static const balance_real TRUSTED = BALANCE_TRUSTED;
+static const int MOST_LOST = BALANCE_MOST_LOST;
+static const int FROZEN = BALANCE_FROZEN;
+static const int DEAF = BALANCE_DEAF;
+static const int MOST_FULL = BALANCE_MOST_FULL;
+#if BALANCE_COMPENSATES
+static const balance_real RUB = BALANCE_RUB;
+static const balance_real SOFT = BALANCE_SOFT;
+static const balance_real STEEP = BALANCE_STEEP;
 #endif
 
-/* u = C x + D y, then x+ = A x + B y + W (V - u). */
-static const double A[1][1] = {
-    {0x1p+0},
-    /* 1 */
-};
-static const double B[1][4] = {
-    {0x0p+0, 0x1.47ae147ae147bp-7, 0x0p+0, 0x0p+0},
-    /* 0, 0.01, 0, 0 */
-};
-static const double W[1] = {
-    0x1.999999999999ap-5,  /* 0.05 */
-};
-static const double C[1] = {
-    0x1.999999999999ap-2,  /* 0.4 */
-};
-static const double D[4] = {
-    0x1.4p+4,  /* 20 */
-    0x1.999999999999ap-1,  /* 0.8 */
-    0x1p+1,  /* 2 */
-    0x1.ccccccccccccdp-1,  /* 0.9 */
-};
-static const double START[1] = {
-    0x0p+0,  /* 0 */
-};
-
-/* False for what is not a number. */
-static int within(double value, double bound)
-{
-    return value >= -bound && value <= bound;
-}
-
-void balance_start(balance_state *s, double tilt, double wheels, double bias)
+void balance_start(balance_state *s, balance_real tilt, balance_real wheels,
+    balance_real bias)
 {
     s->bias = bias;
     s->last = bias;
@@ -77,9 +35,9 @@ void balance_start(balance_state *s, double tilt, double wheels, double bias)
     s->phi = wheels + tilt;
     s->zero = s->phi;
     s->volts = 0;
-#if BALANCE_ORDER > 0
-    for (int i = 0; i < BALANCE_ORDER; i++)
-        s->x[i] = START[i] * tilt;
+#if BALANCE_STATES > 0
+    const balance_real y[BALANCE_MEASURED] = {tilt, 0, 0, 0};
+    begin(s->x, y);
 #endif
     s->bad = 0;
     s->lost = 0;
@@ -89,14 +47,15 @@ void balance_start(balance_state *s, double tilt, double wheels, double bias)
     s->fault = BALANCE_RUNNING;
 }
 
-double balance_step(balance_state *s, double gyro, double wheels, double tilt,
-    double target, double rate)
+balance_real balance_step(balance_state *s, balance_real gyro,
+    balance_real wheels, balance_real tilt, balance_real target,
+    balance_real rate)
 {
     if (s->fault != BALANCE_RUNNING)
         return 0;
 
     /* A gyro that repeats itself for long is dead. */
-    const double last = gyro;
+    const balance_real last = gyro;
     const int same = FROZEN > 0 && gyro <= s->last && gyro >= s->last ?
         s->same + 1 : 0;
 
@@ -104,7 +63,7 @@ double balance_step(balance_state *s, double gyro, double wheels, double tilt,
     gyro = gyro - s->bias;
     const int seen = within(gyro, RANGE);
     const int turned =
-        within(wheels - s->wheels, REACH * (double)(s->lost + 1));
+        within(wheels - s->wheels, REACH * (balance_real)(s->lost + 1));
     const int bad = seen ? 0 : s->bad + 1;
     const int lost = turned ? 0 : s->lost + 1;
 
@@ -117,11 +76,11 @@ double balance_step(balance_state *s, double gyro, double wheels, double tilt,
         wheels = s->wheels + s->increment;
 
     /* The gyro's integral by the trapezoidal rule, corrected slowly. */
-    double theta = s->theta + HALF_TICK * (gyro + s->gyro);
+    balance_real theta = s->theta + HALF_TICK * (gyro + s->gyro);
     if (within(tilt, TIP))
         theta = theta + BLEND * (tilt - theta);
-    const double phi = wheels + theta;
-    const double y[4] = {
+    const balance_real phi = wheels + theta;
+    const balance_real y[BALANCE_MEASURED] = {
         theta,
         phi - s->zero - target,
         gyro,
@@ -129,21 +88,19 @@ double balance_step(balance_state *s, double gyro, double wheels, double tilt,
     };
 
     /* The law and the voltage's limit. */
-    double u =
-        C[0] * s->x[0] + D[0] * y[0] + D[1] * y[1] + D[2] * y[2] +
-            D[3] * y[3];
-#if COMPENSATES
+    balance_real u = answered(0, s->x, y, y);
+#if BALANCE_COMPENSATES
     u = u + (u > SOFT ? RUB : u < -SOFT ? -RUB : STEEP * u); /* against friction */
 #endif
-    const double V = u > LIMIT ? LIMIT : u < -LIMIT ? -LIMIT : u;
+    const balance_real V = cut(u, LIMIT);
     const int full = u > LIMIT || u < -LIMIT ? s->full + 1 : 0;
 
     s->fault =
-        bad > MISSING || lost > MISSING || same > FROZEN || still > DEAF ?
+        bad > MOST_LOST || lost > MOST_LOST || same > FROZEN || still > DEAF ?
             BALANCE_SENSOR :
         !within(theta, TIP) ? BALANCE_FALL :
         !within(u, TRUSTED) ? BALANCE_COMMAND :
-        full > STALL ? BALANCE_STALL : BALANCE_RUNNING;
+        full > MOST_FULL ? BALANCE_STALL : BALANCE_RUNNING;
     if (s->fault != BALANCE_RUNNING)
         return 0;
 
@@ -159,12 +116,9 @@ double balance_step(balance_state *s, double gyro, double wheels, double tilt,
     s->same = same;
     s->still = still;
     s->full = full;
-#if BALANCE_ORDER > 0
-    const double next[BALANCE_ORDER] = {
-        A[0][0] * s->x[0] + B[0][1] * y[1] + W[0] * (V - u),
-    };
-    for (int i = 0; i < BALANCE_ORDER; i++)
-        s->x[i] = next[i];
+#if BALANCE_STATES > 0
+    const balance_real withheld = V - u;
+    remember(s->x, y, y, &withheld);
 #endif
     return V;
 }

@@ -7,7 +7,7 @@
  *        without it: steering takes a share of what it leaves.
  *
  * Signs: a robot turns left where its right wheel rolls further. A radian
- *        of heading is 2.5 rad of the wheels' difference.
+ *        of heading is BALANCE_PER_RADIAN rad of the wheels' difference.
  */
 #ifndef BALANCE_STEER_H
 #define BALANCE_STEER_H
@@ -20,16 +20,17 @@ extern "C" {
 
 /* All that steering remembers. Don't write into it. */
 typedef struct {
-    double turned;  /* rad, right wheel less left */
-    double zero;    /* rad, the same at the start */
-    double sum;     /* rad s, of the error */
-    int lost;      /* ticks in a row with a bad encoder */
+    balance_real turned; /* rad, right wheel less left */
+    balance_real zero;   /* rad, the same at the start */
+    balance_real sum;    /* rad s, of the error */
+    int lost;            /* ticks in a row with a bad encoder */
 } balance_steering;
 
 /* Forget everything; the robot rests.
  *   left, right  rad, the encoders' angles, wheels against body; not a
  *                number: the first reading after it counts as the start's */
-void balance_steer_start(balance_steering *s, double left, double right);
+void balance_steer_start(balance_steering *s, balance_real left,
+    balance_real right);
 
 /* One tick; writes the volts of the left and the right motor, 0 after a
  * fault.
@@ -38,7 +39,8 @@ void balance_steer_start(balance_steering *s, double left, double right);
  *   target       rad, set point of right less left since the start
  *   rate         rad/s, of the same */
 void balance_steer(balance_steering *s, const balance_state *robot,
-    double left, double right, double target, double rate, double volts[2]);
+    balance_real left, balance_real right, balance_real target,
+    balance_real rate, balance_real volts[2]);
 
 #ifdef __cplusplus
 }

@@ -42,10 +42,10 @@ TRUSTED = 1000000.0  # V
 RUB = 0.0  # V, of friction that is compensated
 SOFT = 0.0  # V, from which on all of it is
 STEEP = 0.5  # V per V below
-MISSING = 5  # ticks in a row
+MOST_LOST = 5  # ticks in a row
 FROZEN = 0  # ticks in a row
 DEAF = 0  # ticks in a row
-STALL = 50  # ticks in a row
+MOST_FULL = 50  # ticks in a row
 FAULTS = ("running", "sensor", "fall", "stall", "command", "late")
 JITTER = 0.0005  # s, by which a tick may come late
 LATE = 0  # more late ticks than others; 0: any
@@ -53,10 +53,10 @@ LATE = 0  # more late ticks than others; 0: any
 # u = C x + D y, then x+ = A x + B y + W (V - u)
 A = [[1.0]]
 B = [[0.0, 0.01, 0.0, 0.0]]
-W = [0.05]
-C = [0.4]
-D = [20.0, 0.8, 2.0, 0.9]
-START = [0.0]
+W = [[0.05]]
+C = [[0.4]]
+D = [[20.0, 0.8, 2.0, 0.9]]
+START = [[0.0, 0.0, 0.0, 0.0]]
 
 STEERS = True  # a heading is held; otherwise both motors get the same
 TURN_RATE = 0.0  # rad/s of the heading, at most
@@ -105,9 +105,9 @@ def stopping(left, most, acceleration):
 
 
 def total(*parts):
-    """The sum of factor * value from the left; a factor of zero takes no part."""
-    terms = [k * x for factors, x_s in parts for k, x in zip(factors, x_s) if k]
-    return reduce(operator.add, terms) if terms else 0.0
+    """The sum of factor * value from the left."""
+    terms = [k * x for factors, values in parts for k, x in zip(factors, values)]
+    return reduce(operator.add, terms, 0.0)
 
 
 class Law:
@@ -118,7 +118,7 @@ class Law:
         self.bias, self.theta, self.wheels = bias, tilt, wheels
         self.last, self.gyro, self.increment = bias, 0.0, 0.0
         self.zero = self.phi = wheels + tilt
-        self.x = [s * tilt for s in START]
+        self.x = [total((row, (tilt, 0.0, 0.0, 0.0))) for row in START]
         self.bad = self.lost = self.same = self.still = self.full = 0
         self.volts, self.fault = 0.0, 0
 
@@ -156,20 +156,15 @@ class Law:
 
         # The law and the voltage's limit.
         x = self.x
-        u = total((C, x), (D, y))
+        u = total((C[0], x), (D[0], y))
         if RUB:
             u = u + (RUB if u > SOFT else -RUB if u < -SOFT else STEEP * u)
-        V = LIMIT if u > LIMIT else -LIMIT if u < -LIMIT else u
+        V = cut(u, LIMIT)
         full = self.full + 1 if u > LIMIT or u < -LIMIT else 0
 
-        dead = bad > MISSING or lost > MISSING or same > FROZEN
-        reasons = [
-            False,
-            dead or still > DEAF,
-            not within(theta, TIP),
-            full > STALL,
-            not within(u, TRUSTED),
-        ]
+        dead = bad > MOST_LOST or lost > MOST_LOST or same > FROZEN
+        fell, broken = not within(theta, TIP), not within(u, TRUSTED)
+        reasons = [False, dead or still > DEAF, fell, full > MOST_FULL, broken]
         for fault in (1, 2, 4, 3):
             if reasons[fault]:
                 self.fault = fault
@@ -181,7 +176,7 @@ class Law:
         self.last, self.same = last, same
         self.bad, self.lost, self.still = bad, lost, still
         self.full, self.volts = full, V
-        self.x = [total((A[i], x), (B[i], y), ([W[i]], [V - u])) for i in range(len(x))]
+        self.x = [total((a, x), (b, y), (w, [V - u])) for a, b, w in zip(A, B, W)]
         return V
 
 
@@ -202,7 +197,7 @@ class Steering:
 
     def difference(self, law, turned, target, rate):
         """Right less left, as far as balancing leaves them."""
-        if not within(self.turned, sys.float_info.max):  # a start without a reading
+        if not within(self.turned, TRUSTED):  # a start without a reading
             self.turned = self.zero = turned
         since = self.lost + 1.0
         y = [
@@ -210,7 +205,7 @@ class Steering:
             (turned - self.turned) * HERTZ / since - rate,
             self.sum,
         ]
-        u = K[0] * y[0] + K[1] * y[1] + K[2] * y[2]
+        u = total((K, y))
         W = cut(u, 2 * min(LIMIT - abs(law.volts), SHARE))
         seen = within(turned - self.turned, 2 * REACH * since)
         if not (seen and within(u, TRUSTED)):

@@ -48,7 +48,7 @@
 #include "balance_steer.h"
 #endif
 
-typedef double real; /* what the law computes with */
+typedef balance_real real; /* what the law computes with */
 
 /* The robot's description. */
 #define BOARD_MOUNT_ANGLE 0.49 /* rad, of the board in the body */
