@@ -50,6 +50,7 @@ def test_theorems_are_listed_with_numbers_and_titles(site):
     index = (site / "genindex.html").read_text("utf-8")
     for word in ("analytic centre", "design_pid()", "Schur complement"):
         assert word in index
+    assert not re.search(r'<li><a href="[^"]*">(An?|The) [^(]', index)
 
 
 def configured(url="", baseurl=""):

@@ -2,11 +2,13 @@
 
 What a cell with the tag ``opening`` shows stands below the page's one sentence,
 wherever the cell is: a picture can need numbers that the page computes later. In
-its own place a link says where it went.
+its own place a link says where it went. Nothing stands above what a reader moves: the
+folded code of an element comes below it.
 """
 
 from docutils import nodes
 from sphinx.transforms import SphinxTransform
+from sphinx.transforms.post_transforms import SphinxPostTransform
 
 TAG, PLACE = "opening", "opening"
 
@@ -39,12 +41,26 @@ class Open(SphinxTransform):
         self.document.note_explicit_target(first, first)
 
 
+class Below(SphinxPostTransform):
+    """Put the folded code of an element below it, once myst-nb has folded it."""
+
+    default_priority = 200
+    formats = ("html",)
+
+    def run(self, **_):
+        for cell in self.document.findall(_is_cell):
+            shown = cell[-1].findall(nodes.raw)
+            folded = "above-input" in cell[0].get("classes", ())
+            if folded and any(raw.astext().startswith("<sos-") for raw in shown):
+                cell.append(cell.pop(0))
+
+
+def _is_cell(node):
+    return isinstance(node, nodes.container) and node.get("nb_element") == "cell_code"
+
+
 def _tagged(node):
-    return (
-        isinstance(node, nodes.container)
-        and node.get("nb_element") == "cell_code"
-        and TAG in node.get("cell_metadata", {}).get("tags", [])
-    )
+    return _is_cell(node) and TAG in node.get("cell_metadata", {}).get("tags", [])
 
 
 def _one_sentence(node):
@@ -55,4 +71,5 @@ def _one_sentence(node):
 def setup(app):
     """Tell Sphinx."""
     app.add_transform(Open)
+    app.add_post_transform(Below)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

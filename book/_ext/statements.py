@@ -4,6 +4,8 @@ The fence ``{statements}`` on a page becomes the list. Each statement with a
 title is an entry of the index, too.
 """
 
+import re
+
 from docutils import nodes
 from sphinx import addnodes
 from sphinx.transforms import SphinxTransform
@@ -13,6 +15,8 @@ from sphinx_proof import NODE_TYPES
 
 KINDS = ("theorem", "lemma", "proposition", "corollary", "definition", "algorithm")
 CLASSES = tuple(NODE_TYPES.values())
+#: What a title of the index begins and ends without: brackets, articles, references.
+ENDS = re.compile(r"^\W*((an?|the) )?|( *\(\[T [^]]*\]\))?\)?$", re.IGNORECASE)
 
 
 class listing(nodes.General, nodes.Element):
@@ -37,13 +41,13 @@ class Collected(SphinxTransform):
         for node in list(self.document.findall(lambda n: isinstance(n, CLASSES))):
             if not node["ids"] or node["realtype"] not in KINDS:
                 continue
-            title = node["title"].strip("() ")
+            title = ENDS.sub("", node["title"])
             # The title stands in the statement as text with formulas.
             inner = [child.deepcopy() for child in node[0].children]
             rows.append((node["label"], node["realtype"], inner))
             if title and "$" not in title:
                 place = node["ids"][0]
-                entry = ("single", title, place, "", None)
+                entry = ("single", title[0].upper() + title[1:], place, "", None)
                 node.insert(1, addnodes.index(entries=[entry]))
         kept[self.env.docname] = rows
 

@@ -1,13 +1,19 @@
-"""Sections for readers of the thesis, folded for everybody else.
+"""Sections that are folded on the page: their titles begin with the words below.
 
-A section whose title begins with the words below is about what is printed in the
-thesis: which sign is right, whose digits are met. It is folded on the page. Who
-unfolds it by the box in it has all of them unfolded, on every page.
+What is for readers of the thesis says which sign is right, whose digits are met. Who
+unfolds it by the box in it has all of those unfolded, on every page. What is for a
+second reading nothing later needs.
 """
 
 from docutils import nodes
 
-WORDS = "For readers of the thesis"
+#: How such a title begins, and its box.
+BOXES = {
+    "For readers of the thesis": '<details class="sos-thesis"><summary>What is printed '
+    'there, and what holds</summary><label class="sos-thesis-all"><input '
+    'type="checkbox"> unfold such sections on every page</label>',
+    "For a second reading": '<details class="sos-second"><summary>Show it</summary>',
+}
 
 
 class folded(nodes.General, nodes.Element):
@@ -19,18 +25,15 @@ def fold(app, doctree, page):
     if app.builder.format == "html":
         for section in list(doctree.findall(nodes.section)):
             title, *rest = section.children
-            if rest and title.astext().startswith(WORDS):
+            words, _, _ = title.astext().partition(":")
+            if rest and words in BOXES:
                 section.children = [title]
-                section += folded("", *rest)
+                section += folded("", *rest, box=BOXES[words])
 
 
 def visit(translator, node):
     """Open the box; the script of the pages knows it by its class."""
-    translator.body.append(
-        '<details class="sos-thesis"><summary>What is printed there, and what '
-        'holds</summary><label class="sos-thesis-all"><input type="checkbox"> '
-        "unfold such sections on every page</label>"
-    )
+    translator.body.append(node["box"])
 
 
 def depart(translator, node):

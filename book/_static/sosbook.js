@@ -66,7 +66,8 @@
   // Sections for readers of the thesis are open for those who asked for them, on
   // paper, and where a link leads into one.
   /** @type {() => any[]} */
-  const sections = () => [...document.querySelectorAll(".sos-thesis")];
+  const sections = (kinds = ".sos-thesis") => [...document.querySelectorAll(kinds)];
+  const FOLDED = ".sos-thesis, .sos-second";
 
   function unfold(all) {
     for (const section of sections()) {
@@ -96,12 +97,12 @@
     const follow = () => {
       const place = document.getElementById(decodeURIComponent(location.hash.slice(1)));
       const /** @type {any} */ section =
-        place?.closest(".sos-thesis") || place?.querySelector(":scope > .sos-thesis");
+        place?.closest(FOLDED) || place?.querySelector(`:scope > :is(${FOLDED})`);
       if (section) section.open = true;
     };
     addEventListener("hashchange", follow);
     follow();
-    addEventListener("beforeprint", () => sections().forEach(section => { section.open = true; }));
+    addEventListener("beforeprint", () => sections(FOLDED).forEach(section => { section.open = true; }));
   }
 
   addEventListener("load", () => {

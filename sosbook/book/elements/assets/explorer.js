@@ -1,7 +1,7 @@
 // Requirements that move freely: every position is a set of LMIs that the reader's own
 // browser solves. What is drawn is what the atlas draws.
 import {Atlas, relax} from "./atlas.js";
-import {announce, band, clean, define, escape, number, printed, slider, withConjugates} from "./kit.js";
+import {announce, band, clean, define, drag, escape, number, printed, slider, withConjugates} from "./kit.js";
 import * as python from "./program.js";
 import {solverOf} from "./solver.js";
 
@@ -64,11 +64,10 @@ export class Explorer extends Atlas {
       });
       on("pointercancel", () => this.set(k, this.held));  // a swipe that scrolls
     });
-    this.find("map").addEventListener("pointerdown", event => this.grab(event));
-    // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
-    this.find("map").addEventListener("touchstart", event => {
-      if (event.target.closest("[data-handle]")) event.preventDefault();
-    }, {passive: false});
+    drag(this.find("map"), ({handle}) => {
+      this.remember();
+      return Number(handle);
+    }, (k, place) => this.pull(k, place));
     new IntersectionObserver(list => {
       if (this.seen || !list.at(-1).isIntersecting) return;
       this.seen = true;
@@ -255,25 +254,10 @@ export class Explorer extends Atlas {
     return this.data.sliders.map(({key}) => ends[key] ?? []);
   }
 
-  grab(event) {
-    const handle = event.target.closest("[data-handle]");
-    if (!handle) return;
-    event.preventDefault();
-    const k = Number(handle.dataset.handle), plot = this.poleAxes(), {key} = this.data.sliders[k];
-    const map = this.find("map");
-    this.remember();
-    const move = event => {
-      if (!map.isConnected) return;  // another plant by now
-      const svg = map.querySelector("svg"),
-            at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-      const re = plot.x[0] + (at.x - plot.l) / (plot.r - plot.l) * (plot.x[1] - plot.x[0]);
-      const im = plot.y[1] - (at.y - plot.t) / (plot.b - plot.t) * (plot.y[1] - plot.y[0]);
-      const shown = key === "theta" ? Math.atan2(Math.abs(im), -re) * 180 / Math.PI : -re;
-      this.set(k, Number(shown.toPrecision(3)));
-    };
-    const done = new AbortController(), {signal} = done;
-    addEventListener("pointermove", move, {signal});
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => done.abort(), {signal});
+  pull(k, place) {
+    const [re, im] = this.poleAxes().at(place);
+    const shown = this.data.sliders[k].key === "theta" ? Math.atan2(Math.abs(im), -re) * 180 / Math.PI : -re;
+    this.set(k, Number(shown.toPrecision(3)));
   }
 
   // The step response before the move, within the present axes.

@@ -123,6 +123,29 @@ export function steady(input) {
   });
 }
 
+// Handles of a picture are dragged: `begin` says what of its data a handle holds, and
+// `move` hears of that and of the pointer's place in the picture.
+export function drag(field, begin, move) {
+  let held = null;
+  const on = ({target}) => target.matches(".sos-handle");
+  field.addEventListener("pointerdown", event => {
+    if (!on(event)) return;
+    event.preventDefault();
+    field.setPointerCapture(event.pointerId);
+    held = begin(event.target.dataset);
+  });
+  // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
+  field.addEventListener("touchstart", event => {
+    if (on(event)) event.preventDefault();
+  }, {passive: false});
+  field.addEventListener("pointermove", ({clientX, clientY}) => {
+    if (held === null) return;
+    const frame = field.querySelector("svg").getScreenCTM().inverse();
+    move(held, new DOMPoint(clientX, clientY).matrixTransform(frame));
+  });
+  for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => { held = null; });
+}
+
 // What a slider's value means, for eyes and for screen readers.
 export function announce(input, words) {
   const text = printed(words);

@@ -1,6 +1,6 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {announce, band, buttons, clamp, clean, complex, controls, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
+import {announce, band, buttons, clamp, clean, complex, controls, drag, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
 import {apply, held} from "./linalg.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 
@@ -136,25 +136,12 @@ export class Mover extends PageElement {
   // The handles on the plot of the map are dragged; `keys` names what a handle moves,
   // across and up.
   handles(keys) {
-    const field = this.find("map");
-    let held = null;
-    field.addEventListener("pointerdown", event => {
-      if (!event.target.matches(".sos-handle")) return;
-      held = keys(event.target.dataset);
-      field.setPointerCapture(event.pointerId);
-      event.preventDefault();
-    });
-    field.addEventListener("pointermove", event => {
-      if (!held) return;
-      const frame = field.querySelector("svg").getBoundingClientRect(), {l, r, t, b, height} = this.plot;
-      const part = [
-        ((event.clientX - frame.left) * 340 / frame.width - l) / (r - l),
-        (b - (event.clientY - frame.top) * height / frame.height) / (b - t)
-      ];
-      const to = held.map((key, k) => [key, Math.round(clamp(part[k], 0, 1) * this.inputs[key].max)]);
+    const control = key => this.data.controls.find(c => c.key === key);
+    drag(this.find("map"), keys, (held, place) => {
+      const at = this.plot.at(place);
+      const to = held.map((key, k) => [key, clamp(position(control(key), at[k]), 0, steps(control(key)))]);
       this.choose(Object.fromEntries(to), ["input"]);
     });
-    for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => { held = null; });
   }
 
   words({unit}, x) { return `${clean(x, 4)}${unit}`; }

@@ -78,6 +78,12 @@ export class Plot {
       upright([t, b], labels[1]);
   }
 
+  // What a place of the picture means on linear axes.
+  at({x, y}) {
+    const along = (part, [low, high]) => low + part * (high - low);
+    return [along((x - this.l) / (this.r - this.l), this.x), along((this.b - y) / (this.b - this.t), this.y)];
+  }
+
   /** @param {any} point */
   has([u, v]) { return u >= this.x[0] && u <= this.x[1] && v >= this.y[0] && v <= this.y[1]; }
   path(points) { return points.map(([u, v], k) => `${k ? "L" : "M"}${this.X(u)} ${this.Y(v)}`).join(""); }

@@ -11,23 +11,16 @@ from .mover import Mover, choice, slider
 
 __all__ = ["centre", "landscape", "ranges", "segment", "trust"]
 
-SHRINK = (
-    "Move your point until both bars are above zero. Then ask for a faster decay σ: "
-    "the set shrinks around its centre and vanishes at the true rate."
-)
 
-
-def centre(
-    A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre", hint=SHRINK
-):
+def centre(A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre"):
     """The feasible set of P = [p q; q 1] for a decay rate, in the page.
 
     The page walks from the reader's point to the analytic centre by
     Newton's method, the decrement beside each step.
 
     ``A``, (2, 2): the matrix of x' = A x; ``start``, (float, float): p and q at first;
-    ``sigma``: the decay rate at first, in 1/s; ``title``, ``hint``: the heading, and
-    what to try. Raises ValueError if A isn't 2 x 2.
+    ``sigma``: the decay rate at first, in 1/s; ``title``: the heading. Raises
+    ValueError if A isn't 2 x 2.
 
     >>> centre([[0, 1], [-2, -3]])
     Centre: sigma, p, q
@@ -39,7 +32,8 @@ def centre(
     return Mover(
         "centre",
         title,
-        hint,
+        "Move your point until both bars are above zero. Then ask for a faster decay "
+        "σ: the set shrinks around its centre and vanishes at the true rate.",
         [
             slider("sigma", "Decay rate σ", " s⁻¹", (0, 1.2), 0.01, sigma),
             slider("p", "p of your point", "", (0, 4), 0.02, p),

@@ -9,10 +9,6 @@ from .mover import Mover, choice, slider
 __all__ = ["circulating", "circulation", "delayed", "integral", "kalman", "mass"]
 
 DAMPER, SPRING = 20.0, 20.0  # Ns/m and N/m, between the last two bodies of the chain
-GROW = (
-    "Let the delay grow until a pair of roots reaches the axis. Then stay a little "
-    "below and choose the clinging delay."
-)
 
 
 def circulating(plant):
@@ -174,15 +170,7 @@ def kalman(plant, K, spread):
 
 
 def delayed(
-    loops,
-    longest,
-    *,
-    horizon,
-    window,
-    rest=1.0,
-    start=None,
-    title="Late inputs",
-    hint=GROW,
+    loops, longest, *, horizon, window, rest=1.0, start=None, title="Late inputs"
 ):
     """Loops x' = A x + A_d x(t - d(t)) whose delay can be moved.
 
@@ -194,9 +182,8 @@ def delayed(
     ``loops``: (A, A_d) for each name; square matrices of up to 5 states; ``longest``:
     the longest delay, in s; ``horizon``: how long the loop is simulated, in s;
     ``window``: what the map of roots shows, in 1/s and rad/s; ``rest``: in s;
-    ``start``: the delay at first, in s; half of the longest without it; ``title``,
-    ``hint``: the heading, and what to try. Raises ValueError if a loop has more than
-    five states or isn't square.
+    ``start``: the delay at first, in s; half of the longest without it; ``title``: the
+    heading. Raises ValueError if a loop has more than five states or isn't square.
 
     >>> delayed({"integrator": ([[0]], [[-1]])}, 1.7, horizon=30,
     ...         window=((-4, 1), (-12, 12)))
@@ -216,7 +203,8 @@ def delayed(
     return Mover(
         "delayed",
         title,
-        hint,
+        "Let the delay grow until a pair of roots reaches the axis. Then stay a little "
+        "below and choose the clinging delay.",
         [
             *([choice("loop", "Loop", loops)] if len(loops) > 1 else []),
             slider("h", "Delay h", " s", (0, longest), step, start or longest / 2),

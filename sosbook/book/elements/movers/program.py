@@ -11,10 +11,9 @@ __all__ = ["drive"]
 
 COUNTS = (0, 256, 1024, 4096, 16384)  # of the encoder, a turn; 0: no steps
 SHARE = 0.9  # of the motor that a ramp may ask: the rest is for the encoder's steps
-RUN = "Let the first program turn by 20 rad. Then tell its integral what is withheld."
 
 
-def drive(controllers, u_max, *, r=20.0, counts=4096, hint=RUN):
+def drive(controllers, u_max, *, r=20.0, counts=4096):
     """A two-mass drive under programs with several clocks, with and without a limit.
 
     What is proven of each program is asked here, in fractions and balls; the page
@@ -22,9 +21,8 @@ def drive(controllers, u_max, *, r=20.0, counts=4096, hint=RUN):
 
     ``controllers``: one for each clock, a tick late, of the motor's angle and two
     loads; ``u_max``: the motor's limit; ``r``: the step at first, in rad; ``counts``:
-    of the encoder at first, 0 or a power of 4 from 256 to 16384; ``hint``: what to try.
-    Raises ValueError if a controller isn't of this kind, or its sampled loop isn't
-    proven.
+    of the encoder at first, 0 or a power of 4 from 256 to 16384. Raises
+    ValueError if a controller isn't of this kind, or its sampled loop isn't proven.
     """
     first = controllers[0]
     for c in controllers:
@@ -40,7 +38,8 @@ def drive(controllers, u_max, *, r=20.0, counts=4096, hint=RUN):
     return Mover(
         "drive",
         "A law becomes a program",
-        hint,
+        "Let the first program turn by 20 rad. Then tell its integral what is "
+        "withheld.",
         [
             choice("law", "Set point", ["of all states", "quiet", "quiet, a ramp"]),
             choice("limit", "Motor", ["no limit", "a limit", "anti-windup"], 1),
