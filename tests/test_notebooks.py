@@ -267,3 +267,6 @@ def test_a_prediction_asks_for_nothing_that_only_jupyter_can_do(path):
     texts = [cell.source for cell in cells if cell.cell_type == "markdown"]
     boxes = re.findall(r"\*\*Predict, then run\.\*\*.*", "\n".join(texts))
     assert not [box for box in boxes if re.search(r"\bcell\b", box)]
+    for k, cell in enumerate(cells):
+        asks = cell.cell_type == "markdown" and "**Predict, then run.**" in cell.source
+        assert not asks or any(later.get("outputs") for later in cells[k : k + 5]), k

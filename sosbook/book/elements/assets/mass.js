@@ -45,8 +45,7 @@ class Mass extends Mover {
       verdict(b4 ? `A jump: the velocity goes to 1/b₄ = ${clean(limit)} m/s, the sooner the smaller the mass.`
                  : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
         `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` +
-        (lent ? `Acceleration feedback lends ${number(lent, " kg")}: with the mass of ${
-                  number(mass, " kg")} the pole is this slow again. Late feedback would be another matter.`
+        (lent ? `${number(lent, " kg")} are lent by acceleration feedback, ${number(mass, " kg")} felt.`
               : "") +
         "</p>");
     this.curves("speed", {
