@@ -65,7 +65,7 @@
 
   // Sections for readers of the thesis are open for those who asked for them, on
   // paper, and where a link leads into one.
-  /** @type {() => any[]} */
+  /** @type {(kinds?: string) => any[]} */
   const sections = (kinds = ".sos-thesis") => [...document.querySelectorAll(kinds)];
   const FOLDED = ".sos-thesis, .sos-second";
 

@@ -204,8 +204,8 @@ export class PageElement extends HTMLElement {
 
   // What to try first, and a button that leads there.
   get task() {
-    const {hint, answer} = this.data, words = `<strong>Try this.</strong> ${escape(hint)} `;
-    return hint ? `<p class="sos-hint">${words}${answer ? button(["answer", "Show me"]) : ""}</p>` : "";
+    const {hint, answer} = this.data, shown = answer ? button(["answer", "Show me"]) : "";
+    return hint ? `<p class="sos-hint"><strong>Try this.</strong> ${escape(printed(hint))} ${shown}</p>` : "";
   }
 
   get address() { return {}; }
