@@ -970,7 +970,10 @@ def test_what_no_law_can_do_is_named(tab):
         page.locator(f"[data-number='{k}']").fill(bound)
     page.wait_for_function(READY)
     assert "No controller keeps this, whatever it measures. Ask for less." in told(tab)
-    page.locator("[data-wanted=law]").uncheck()
+    type_in(tab, Q="1 1 1 1 1 1", R="1")  # the law's own states, too
+    assert design(tab)["status"] == "undecided" and "states of a law" in told(tab)
+    for box in ("law", "cost"):
+        page.locator(f"[data-wanted={box}]").uncheck()
     type_in(tab, **DRIVE, T="0.01", measured="z1")
     page.locator(".sos-design").click()
     fault = page.locator("sos-bench .sos-fault").inner_text()

@@ -79,9 +79,10 @@ const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) =>
 });
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
-export function beyond({request: {vertices}, outputs = null}) {
+export function beyond({request: {vertices}, x0, cost, law, outputs}) {
   const take = "As Python and As JSON write what the package takes.";
   if (outputs) return `This page bounds what w does to z alone. ${take}`;
+  if (law && (x0 || cost)) return `This page has no states of a law, which start and cost, too. ${take}`;
   if (vertices[0].M?.length > LARGEST)
     return `This page computes with up to ${LARGEST} degrees of freedom. ${take}`;
   return vertices.length > CORNERS ? `This page computes with up to ${CORNERS} corners. ${take}` : "";
@@ -89,7 +90,8 @@ export function beyond({request: {vertices}, outputs = null}) {
 
 // The sliders of a plant whose poles have such a size. Bounds start at three times what a
 // design without bounds does.
-export function sliders({request, x0, cost, outputs}, omega, wanted) {
+export function sliders(found, omega, wanted) {
+  const {request, x0, cost} = found;
   /** @type {any} */
   const now = {};
   const bound = (size, usual) => {
@@ -101,7 +103,7 @@ export function sliders({request, x0, cost, outputs}, omega, wanted) {
     slider("theta", "Half-angle θ", "θ", "°", 1, 10, 90, 60, {degrees: true, log: false}),
     slider("rho", "Disk radius ρ", "ρ", " 1/s", 1, omega, 40 * omega, 8 * omega)
   ];
-  if ((wanted.gamma || cost || x0) && !beyond({request, outputs})) {
+  if ((wanted.gamma || cost || x0) && !beyond(found)) {
     const [sigma, theta, rho] = list.map(({value, degrees}) => degrees ? value * Math.PI / 180 : value);
     /** @type {any} */
     const known = design({...request, asked: {sigma, theta, rho}}, null, true);
