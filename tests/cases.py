@@ -1,6 +1,7 @@
 """Plants and requests that several tests share."""
 
 import numpy as np
+import pytest
 
 import sosbook as sos
 from sosbook.solver.settings import Settings
@@ -8,6 +9,11 @@ from sosbook.solver.settings import Settings
 #: Newton's equations by conjugate gradients wherever they fit, and nowhere.
 GRADIENTS = Settings(iterations_per_variable=np.inf)
 DENSE = Settings(iterations_per_variable=0.0)
+
+
+def campaign(values):
+    """Values of a parameter that wait for the campaign; the gate takes others."""
+    return [pytest.param(x, marks=pytest.mark.campaign) for x in values]
 
 
 def chain(n):

@@ -144,6 +144,14 @@ def rows():
     return reproduction.rows()
 
 
+@pytest.fixture(scope="session")
+def errata():
+    """The corrections of the thesis."""
+    from sosbook import reproduction
+
+    return reproduction.errata()
+
+
 def wait_for(outcome, seconds=600):
     """Return when a build has succeeded; fail if it did not or takes too long."""
     end = time.monotonic() + seconds

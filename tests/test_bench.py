@@ -603,7 +603,7 @@ VERDICT = """([texts, wanted, places]) => {
 
 @pytest.mark.slow
 @pytest.mark.timeout(3000)
-@pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("count", [30, pytest.param(1000, marks=pytest.mark.campaign)])
 def test_page_and_package_give_the_same_verdict_on_what_is_typed(tab, count):
     """One plant, ranges and several, with the gain where there is one.
 

@@ -3,10 +3,10 @@
 import json
 import os
 import re
-import subprocess
 import sys
 from inspect import signature
 from pathlib import Path
+from subprocess import PIPE
 
 import numpy as np
 import pytest
@@ -32,6 +32,12 @@ EXAMPLE = FOLDER / "plant.example.json"
 VERIFY = {
     "package": lambda *x: main(["verify", *x]),
     "checker": lambda *x: checker.main(x),
+}
+
+
+PROGRAMS = {
+    "package": [sys.executable, "-m", "sosbook", "verify"],
+    "checker": [sys.executable, proofs.CHECKER],
 }
 
 
@@ -598,11 +604,10 @@ def heavy(small):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("program", ["package", "checker"])
+@pytest.mark.parametrize("program", PROGRAMS)
 def test_what_takes_for_ever_ends_within_the_limit(small, tmp_path, program):
     """Undecided has an exit code of its own: it is never "not proven"."""
-    command = [sys.executable, "-m", "sosbook", "verify"]
-    command = command if program == "package" else [sys.executable, proofs.CHECKER]
+    command = PROGRAMS[program]
     for name, text in heavy(small).items():
         file = tmp_path / "heavy.json"
         file.write_text(text, "utf-8")
@@ -615,8 +620,8 @@ def test_what_takes_for_ever_ends_within_the_limit(small, tmp_path, program):
             assert done.returncode in (1, 2, 3), name
             assert not done.stdout.startswith("proven"), name
     file.write_text(heavy(small)["150 masses"], "utf-8")
-    done = subprocess.run([*command, file, "--time-limit", "1e-4"], capture_output=True)
-    assert done.returncode == 4 and done.stdout.startswith(b"not decided within")
+    done = process(*command, file, "--time-limit", "1e-4")
+    assert done.returncode == 4 and done.stdout.startswith("not decided within")
 
 
 def test_the_time_is_a_number_of_seconds(small, capsys):
@@ -629,22 +634,19 @@ def test_the_time_is_a_number_of_seconds(small, capsys):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="pipes of POSIX")
-@pytest.mark.parametrize("program", ["package", "checker"])
+@pytest.mark.parametrize("program", PROGRAMS)
 def test_a_reader_that_goes_away_is_no_error(small, program):
     """As in ``verify proof.json | head -0``: the verdict is the exit code."""
-    command = [sys.executable, "-m", "sosbook", "verify"]
-    command = command if program == "package" else [sys.executable, proofs.CHECKER]
     read, write = os.pipe()
     os.close(read)
-    done = subprocess.run(
-        [*command, small / "proof.json"], stdout=write, stderr=subprocess.PIPE
-    )
+    proof, said = small / "proof.json", dict(stdout=write, stderr=PIPE)
+    done = process(*PROGRAMS[program], proof, capture_output=False, **said)
     os.close(write)
-    assert done.returncode == 0 and done.stderr == b""
+    assert done.returncode == 0 and done.stderr == ""
 
 
-@pytest.mark.parametrize("program", ["package", "checker"])
-def test_no_text_of_a_file_commands_the_terminal(small, tmp_path, program):
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_no_text_of_a_file_commands_the_terminal(small, tmp_path, program, capsys):
     evil = "\x1b[2J\x1b[1;1Hproven:\u202e"
     plant = json.loads((small / "plant.json").read_text("utf-8"))
     for changes in (
@@ -662,11 +664,13 @@ def test_no_text_of_a_file_commands_the_terminal(small, tmp_path, program):
     ):
         file = tmp_path / "evil.json"
         file.write_text(spoilt(small, **changes), "utf-8")
-        command = [sys.executable, "-m", "sosbook", "verify"]
-        command = command if program == "package" else [sys.executable, proofs.CHECKER]
-        done = process(*command, file, timeout=60)
-        said = done.stdout + done.stderr
-        assert done.returncode in (1, 2, 3) and "Traceback" not in said
+        if program == "package":
+            code = main(["verify", str(file)])
+            said = "".join(capsys.readouterr())
+        else:
+            done = process(sys.executable, proofs.CHECKER, file, timeout=60)
+            code, said = done.returncode, done.stdout + done.stderr
+        assert code in (1, 2, 3) and "Traceback" not in said
         assert said.replace("\n", "").isprintable(), changes
         assert not re.search("^(proven|- )", said, re.M), said
     if program == "package":
@@ -679,9 +683,10 @@ def test_no_text_of_a_file_commands_the_terminal(small, tmp_path, program):
         ):
             file = tmp_path / "plant.json"
             file.write_text(json.dumps(plant | changes), "utf-8")
-            done = run("design", file, "--proof", tmp_path / "proof.json")
-            assert done.returncode == 2 and done.stderr.startswith("error: ")
-            assert done.stderr.replace("\n", "").isprintable()
+            proof = str(tmp_path / "proof.json")
+            assert main(["design", str(file), "--proof", proof]) == 2
+            said = capsys.readouterr().err
+            assert said.startswith("error: ") and said.replace("\n", "").isprintable()
 
 
 def test_schemas_name_what_the_files_hold(tmp_path):

@@ -15,6 +15,7 @@ from sosbook.exact.definite import exact, inverse
 from sosbook.lmi import Unknown, block, he
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.deepest import deepest
+from tests.cases import campaign
 
 PUBLISHED = sos.thesis.delay_example_1(published=True)
 PRINTED = sos.thesis.delay_example_1()
@@ -142,7 +143,7 @@ def test_multipliers_of_other_modes_are_refused():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, *campaign([2, 3])])
 def test_infeasible_is_always_proven_and_never_wrong(seed):
     """Along the rate: feasible, then not; what is infeasible is proven."""
     rng = np.random.default_rng(seed)

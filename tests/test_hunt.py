@@ -75,7 +75,7 @@ def a_refusal_that_nothing_proves(monkeypatch):
 )
 def test_a_planted_fault_is_found(monkeypatch, fault):
     fault(monkeypatch)
-    assert hunted(range(8)).differences
+    assert any(hunted([seed]).differences for seed in range(8))
 
 
 def test_a_delay_that_is_too_long_is_seen():

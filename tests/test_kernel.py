@@ -4,8 +4,6 @@ Oracles: numpy in floats, differences (each block is affine), eigenvalues.
 """
 
 import json
-import subprocess
-import sys
 from fractions import Fraction
 
 import numpy as np
@@ -13,6 +11,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from sosbook.exact.checker import kernel
+from tests.processes import alone
 
 RNG = np.random.default_rng(8)
 DATA = {
@@ -251,12 +250,7 @@ def test_it_runs_alone(tmp_path):
         ({}, 1, "refused: "),
     ):
         path.write_text(json.dumps(whole), "utf-8")
-        done = subprocess.run(
-            [sys.executable, "-I", "-S", kernel.__file__, path],
-            capture_output=True,
-            encoding="utf-8",
-            timeout=60,
-        )
+        done = alone(kernel.__file__, path, timeout=60)
         assert done.returncode == code and done.stdout.startswith(words)
     with pytest.raises(kernel.Refused, match="twice"):
         kernel.contents('{"a": 1, "a": 2}')

@@ -10,6 +10,7 @@ import sosbook as sos
 from sosbook import maps
 from sosbook.book.counterexamples import actuated
 from sosbook.synthesis.certificates import prove, refuse_design
+from tests.cases import campaign
 from tests.elements import assert_buttons, green, write_page
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
@@ -407,7 +408,7 @@ def test_reset_a_link_python_and_bands(visit, sheet, atlas, force):
 # -------------------------------------------------- beside designs alone
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 1, *campaign([2])])
 def test_maps_of_random_polytopes_say_what_designs_say(seed):
     """One, two or four vertices; trials decide as single designs do."""
     random = np.random.default_rng(seed)

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import subprocess
 
 import pytest
 from sosbook.mip import Firmware
@@ -11,6 +10,7 @@ from sosbook.mip.export import Program
 from sosbook.mip.recording import recorders
 from sosbook.mip.steering import Steering
 
+from tests.processes import process
 from tests.test_mip_export import HEADER, LAWS, STRICT, write
 from tests.test_mip_robot import THESIS
 
@@ -37,14 +37,7 @@ def folder(tmp_path):
 
 
 def silent(*command):
-    done = subprocess.run(
-        [str(word) for word in command],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        timeout=200,
-    )
+    done = process(*command, timeout=200)
     assert done.returncode == 0 and not done.stderr.strip(), done.stderr
 
 
@@ -87,14 +80,7 @@ def test_the_rules_of_misra_that_are_not_met_are_those_named(name, allowed, fold
         pytest.skip("no cppcheck")
     known = ["-DFLT_EVAL_METHOD=0", "-DDBL_MANT_DIG=53", "-DFLT_MANT_DIG=24"]
     command = [cppcheck, "--addon=misra", "--enable=style", "-q", *known]
-    done = subprocess.run(
-        [*command, str(folder / f"{name}.c")],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        timeout=200,
-    )
+    done = process(*command, folder / f"{name}.c", timeout=200)
     if "misra.py" in done.stderr:
         pytest.skip("cppcheck has no addon misra")
     rules = set(re.findall(r"misra-c2012-([\d.]+)", done.stderr))

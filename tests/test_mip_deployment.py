@@ -3,8 +3,6 @@
 import hashlib
 import json
 import re
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +13,7 @@ from sosbook.mip.deployment import recommend
 from sosbook.mip.rig import DATA
 
 import sosbook as sos
+from tests.processes import alone
 
 pytestmark = pytest.mark.slow  # one identification, one design, two proofs
 
@@ -60,12 +59,7 @@ def test_the_proofs_lie_beside_the_programs(found, folder):
         (found.sampled[0.0][0], "proof_balance_sampled_1.json", 3),
     ):
         assert sos.proofs.load(folder / file) == proof
-        done = subprocess.run(
-            [sys.executable, "-I", "-S", "check_proof.py", file],
-            cwd=folder,
-            capture_output=True,
-            encoding="utf-8",
-        )
+        done = alone("check_proof.py", file, cwd=folder)
         assert done.returncode == code, done.stdout
     assert len(list(folder.glob("proof_balance_sampled_*.json"))) == 6
 

@@ -3,7 +3,6 @@
 import ast
 import re
 import shutil
-import subprocess
 import sys
 from dataclasses import replace
 from functools import reduce
@@ -23,6 +22,7 @@ import sosbook
 from sosbook import thesis
 from tests.compiler import run
 from tests.gains import named
+from tests.processes import process
 from tests.test_mip_compiled import observer
 
 T = 0.01
@@ -172,13 +172,8 @@ def test_a_compiler_that_rounds_otherwise_is_refused(precision, gcc, tmp_path):
     ):
         include = '#include "balance.h"\n'
         tick.write_text(text.replace(include, include + more), "utf-8")
-        done = subprocess.run(
-            [*gcc, "-std=c99", *flags, "-c", source, "-o", tmp_path / "a.o"],
-            capture_output=True,
-            text=True,
-            encoding="utf-8",
-            check=False,
-        )
+        compile_it = *gcc, "-std=c99", *flags, "-c", source, "-o", tmp_path / "a.o"
+        done = process(*compile_it)
         assert done.returncode and words in done.stderr
 
 
@@ -245,33 +240,13 @@ def test_sanitizers_find_nothing_undefined(gcc, tmp_path):
     main.write_text(DRIVER, "utf-8")
     program = tmp_path / "main"
     build = [*gcc, "-std=c99", "-O1", "-ffp-contract=off", "-g"]
-    done = subprocess.run(
-        [
-            *build,
-            "-fsanitize=undefined,address",
-            "-fno-sanitize-recover=all",
-            "-fsanitize=float-divide-by-zero",
-            str(source),
-            str(main),
-            "-o",
-            str(program),
-        ],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
+    checks = (
+        "-fsanitize=undefined,address",
+        "-fno-sanitize-recover=all",
+        "-fsanitize=float-divide-by-zero",
     )
-    if (
-        done.returncode
-        or subprocess.run(
-            [program],
-            input="0\n",
-            text=True,
-            encoding="utf-8",
-            capture_output=True,
-            check=False,
-        ).returncode
-    ):
+    done = process(*build, *checks, source, main, "-o", program)
+    if done.returncode or process(program, input="0\n").returncode:
         pytest.skip("the compiler has no sanitizers")
     random = np.random.default_rng(0)
     rows = random.normal(0, 0.02, (60, 5))

@@ -20,6 +20,7 @@ from sosbook.mip.rig import DATA
 import tests.test_mip_export as programs
 from tests.compiler import run
 from tests.corrupted import SPOILT
+from tests.processes import process
 from tests.six_robots import SIX, advance
 from tests.test_mip_robot import THESIS, text
 
@@ -167,9 +168,7 @@ def test_librobotcontrols_recorder_records_what_identifies(rc_identify, tmp_path
 def test_a_silent_imu_ends_the_recorder_and_keeps_its_rows(rc_identify, tmp_path):
     said = live(rc_identify, "body", tmp_path / "body.csv", word="s")
     assert "end 1 1 0 0" in said and "wrote 0 rows" in said
-    done = subprocess.run(
-        [str(rc_identify)], capture_output=True, text=True, encoding="utf-8"
-    )
+    done = process(rc_identify)
     assert done.returncode and "body|wheels" in done.stderr
 
 

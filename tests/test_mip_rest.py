@@ -1,6 +1,7 @@
 """A robot at rest is quiet: R is chosen with counts, play and friction."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -20,6 +21,13 @@ def asked(geared, law=None):
     return pendulum(geared), by_its_sheet(geared, **more)
 
 
+@cache
+def quiet(name):
+    """A machine's deployment, its R chosen with its play."""
+    mip, robot = asked(ALL[name])
+    return recommend(mip, R=None, robot=robot)
+
+
 def loud(geared, law, robot):
     """The share of the limit that another simulator sees at rest."""
     program = Firmware.of(law, robot).controller()
@@ -33,8 +41,7 @@ def loud(geared, law, robot):
 @pytest.mark.parametrize("name", KINDS)
 def test_robots_of_all_kinds_are_quiet(name):
     """By equations, teeth, a driver and sensors that aren't the package's."""
-    mip, robot = asked(ALL[name])
-    found = recommend(mip, R=None, robot=robot)
+    robot, found = asked(ALL[name])[1], quiet(name)
     assert found.robot.law == "observer" and found.proven
     assert found.sensitivity <= 2 and found.rest <= 0.1 * robot.limit
     assert loud(ALL[name], found.law, found.robot) < 0.1
@@ -47,7 +54,7 @@ def test_play_asks_for_a_larger_weight_than_the_peak_does():
     """The smallest weight that keeps the peak hammers the gears, as both see."""
     mip, robot = asked(ALL["gear motors 200 Hz"])
     sharp = recommend(mip, R=None, robot=robot.but(backlash_deg=0.0))
-    mild = recommend(mip, R=None, robot=robot)
+    mild = quiet("gear motors 200 Hz")
     assert mild.design.R > sharp.design.R
     assert loud(ALL["gear motors 200 Hz"], sharp.law, sharp.robot) > 0.2
     hammered = replace(mild, R=sharp.design.R)

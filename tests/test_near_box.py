@@ -14,6 +14,7 @@ from sosbook.plants import descriptors, near_box
 from sosbook.proofs import load
 from sosbook.requirements.cost import QuadraticCost
 from sosbook.synthesis.payments import NOT_PAID
+from tests.cases import campaign
 
 I2 = np.eye(2)
 UNITS = (1.0, 0.3, 1 / 9.81, 2.2046, 1e-9 / 0.3, 0.7e9)
@@ -65,7 +66,7 @@ def verdict_of(plants, pace=1.0):
     return design.status, proof.proven, len(design.request.pairs)
 
 
-@pytest.mark.parametrize("seed", [1, 8, 0, 2])
+@pytest.mark.parametrize("seed", [1, 8, *campaign([0, 2])])
 def test_no_unit_and_no_last_bit_changes_a_verdict(seed):
     """Of boxes whose corners are sums and products of floats."""
     verdicts = {verdict_of(levers(seed, **how), pace) for how, pace in requests()}

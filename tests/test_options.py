@@ -36,6 +36,7 @@ from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering
 from sosbook.plants.descriptor import coupled_pairs, descriptors
 from tests.axis import axis
+from tests.cases import campaign
 from tests.test_docstrings import function_of, public
 
 CART = sos.SecondOrderSystem(M=1, D=0.1, S=2, B=1, F=1)
@@ -425,10 +426,9 @@ def plt_closed():
 
 
 REQUESTS = (
-    pytest.param("design_pid", marks=pytest.mark.campaign),
     "analyse_pid",
     "analyse_loop",
-    "ObserverDesign.analyse",
+    *campaign(["design_pid", "ObserverDesign.analyse"]),
 )
 
 

@@ -13,7 +13,6 @@ import pytest
 import scipy.io
 import scipy.linalg
 import scipy.sparse
-import sympy
 from numpy.testing import assert_allclose
 
 import sosbook
@@ -427,6 +426,8 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     mtx(tmp_path / "market", given)
     elements(tmp_path / "abaqus")
     elements(tmp_path / "penalties", K=given["K"] + np.diag([0, 1e36, 0, 1e36]))
+    import sympy  # takes two seconds
+
     names = {"load_plant": load_plant, "np": np, "sos": sosbook, "sympy": sympy}
     names["system"] = control.ss(A, np.vstack([0 * B, B]), np.eye(8)[:1], 0)
     orders, page = [], MANUAL.read_text("utf-8")

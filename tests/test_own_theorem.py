@@ -2,7 +2,6 @@
 
 import json
 import re
-import subprocess
 import sys
 
 import numpy as np
@@ -17,6 +16,7 @@ from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 from tests.elements import assert_readable, write_page
 from tests.energy_to_peak import PAGE, EnergyToPeak, true_peak
+from tests.processes import alone, process
 
 AUTHOR = 5  # the exit code where an author says what his blocks mean
 
@@ -32,15 +32,27 @@ LOADS = sos.Polytope([carts(0.5), carts(1.5)])
 LIMIT = sos.Saturation(60, [0.1, 0.1, 0, 0])
 
 
-def strangers(path):
+PACKAGE = """
+import contextlib, io, json, sys
+from sosbook.proofs.command import main
+
+for path in sys.argv[1:]:
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        code = main(["verify", path])
+    print(json.dumps([code, said.getvalue()]))
+"""
+
+
+def strangers(*paths):
     """What processes say that never saw the author's code: (code, lines) each."""
-    alone = [sys.executable, "-I", "-S", str(CHECKER), str(path)]
-    package = [sys.executable, "-m", "sosbook", "verify", str(path)]
-    for command in (alone, package):
-        done = subprocess.run(
-            command, capture_output=True, encoding="utf-8", timeout=200
-        )
+    for path in paths:
+        done = alone(CHECKER, path, timeout=200)
         yield done.returncode, done.stdout + done.stderr
+    done = process(sys.executable, "-c", PACKAGE, *paths, timeout=200)
+    answers = [json.loads(x) for x in done.stdout.splitlines()]
+    assert len(answers) == len(paths), done.stderr
+    yield from answers
 
 
 @pytest.fixture(scope="module", params=["pairs", "slack"])
@@ -96,26 +108,26 @@ def redefined(whole):
     whole["data"]["Theta"] = [["1"]]
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        number("0.05"),
-        line("C EP'", "9 C EP'"),
-        line("W; ", "W > 0\nTheta = -EPE\nmore: [W; "),
-        line("he(Theta)", "he(Theta) # "),
-        redefined,
-        lambda whole: own_of(whole)["theorem"]["blocks"].pop(),
-        lambda whole: whole["text"].pop(),
-        lambda whole: own_of(whole)["theorem"]["numbers"].update(gamma="1"),
-        line("[", "(" * 20_000),
-        lambda whole: own_of(whole).update(theorem=None),
-        lambda whole: own_of(whole).update(claim=["is perfect"]),
-    ],
+CHANGES = (
+    number("0.05"),
+    line("C EP'", "9 C EP'"),
+    line("W; ", "W > 0\nTheta = -EPE\nmore: [W; "),
+    line("he(Theta)", "he(Theta) # "),
+    redefined,
+    lambda whole: own_of(whole)["theorem"]["blocks"].pop(),
+    lambda whole: whole["text"].pop(),
+    lambda whole: own_of(whole)["theorem"]["numbers"].update(gamma="1"),
+    line("[", "(" * 20_000),
+    lambda whole: own_of(whole).update(theorem=None),
+    lambda whole: own_of(whole).update(claim=["is perfect"]),
 )
-def test_a_changed_file_is_refused(proof, tmp_path, change):
-    path = tmp_path / "peak.json"
-    path.write_text(changed(proof.text, change), "utf-8")
-    for code, said in strangers(path):
+
+
+def test_changed_files_are_refused(proof, tmp_path):
+    paths = [tmp_path / f"{k}.json" for k in range(len(CHANGES))]
+    for path, change in zip(paths, CHANGES, strict=True):
+        path.write_text(changed(proof.text, change), "utf-8")
+    for code, said in strangers(*paths):
         assert code in (1, 2) and "proven:" not in said.replace("not proven:", ""), said
 
 

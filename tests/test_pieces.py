@@ -8,6 +8,7 @@ from sosbook.plants import descriptors
 from sosbook.synthesis import pieces
 from tests.test_uncertain import bicycle, drive
 
+BICYCLES = sos.Uncertain(bicycle, v=(1, 10))
 START = np.radians([2, 0, 0, 0])
 SLOW = sos.PoleRegion(sigma=0.3)
 
@@ -35,22 +36,27 @@ def check(plants, proof, u_max):
         assert r.kept(r.truth(loops, proof.K)) > 0
 
 
+@pytest.fixture(scope="module")
+def quick():
+    """The least force for a bicycle at any speed."""
+    return least(BICYCLES, "auto")
+
+
 SLACK = pytest.param("slack", marks=pytest.mark.campaign)  # "auto" takes it
 
 
 @pytest.mark.parametrize("coupling", ["pairs", "auto", SLACK])
-def test_cuts_lower_the_bound_of_a_bicycle(coupling, monkeypatch):
-    plants = sos.Uncertain(bicycle, v=(1, 10))
-    whole = in_one_piece(monkeypatch, plants, coupling)
-    cut = least(plants, coupling)
+def test_cuts_lower_the_bound_of_a_bicycle(coupling, quick, monkeypatch):
+    whole = in_one_piece(monkeypatch, BICYCLES, coupling)
+    cut = quick if coupling == "auto" else least(BICYCLES, coupling)
     family = cut.request.plant.family
     assert whole.request.plant.family.pieces == {"v": 1}
     assert family.pieces["v"] > 1 and family.count <= pieces.MOST_VERTICES
     u_max = cut.request.saturation.u_max
     if whole.status == "feasible":
         assert u_max < 0.6 * whole.request.saturation.u_max
-    assert plants.pieces == {"v": 1}  # what was given stays as it is
-    check(plants, cut.certify(), u_max)
+    assert BICYCLES.pieces == {"v": 1}  # what was given stays as it is
+    check(BICYCLES, cut.certify(), u_max)
     assert cut.request.coupling == ("pairs" if coupling == "pairs" else "slack")
 
 
@@ -60,12 +66,11 @@ def test_cuts_stop_where_they_help_no_more():
 
 
 def test_what_one_piece_cant_do_some_can(monkeypatch):
-    plants = sos.Uncertain(bicycle, v=(1, 10))
     asked = dict(region=SLOW, saturation=sos.Saturation(200.0, START), coupling="slack")
     with monkeypatch.context() as patch:
         patch.setattr(pieces, "MOST_VERTICES", 0)
-        assert sos.design_pid(plants, **asked).status != "feasible"
-    design = sos.design_pid(plants, **asked)
+        assert sos.design_pid(BICYCLES, **asked).status != "feasible"
+    design = sos.design_pid(BICYCLES, **asked)
     assert design.status == "feasible" and design.certify().proven
     assert design.request.plant.family.pieces["v"] > 1
 
@@ -79,12 +84,10 @@ def test_corners_are_not_cut():
 
 
 @pytest.mark.slow
-def test_what_was_found_before_the_time_was_over_is_kept():
-    plants = sos.Uncertain(bicycle, v=(1, 10))
-    design = least(plants, time_limit=300)
-    assert design.status == "feasible"
-    u_max = design.request.saturation.u_max
-    short = least(plants, time_limit=2)
+def test_what_was_found_before_the_time_was_over_is_kept(quick):
+    assert quick.status == "feasible"
+    u_max = quick.request.saturation.u_max
+    short = least(BICYCLES, time_limit=2)
     if short.status == "feasible":
         assert short.request.saturation.u_max >= 0.99 * u_max
         assert short.certify().proven

@@ -5,7 +5,6 @@ import importlib
 import json
 import pickle
 import pkgutil
-import subprocess
 import sys
 from dataclasses import FrozenInstanceError, replace
 from fractions import Fraction
@@ -30,6 +29,7 @@ from sosbook.synthesis.certificates import Certificate
 from sosbook.synthesis.whole import EnergyProof
 from tests.oracles import check_version_1 as old_checker
 from tests.oracles import without_text
+from tests.processes import alone
 from tests.test_infeasible import mass
 from tests.test_multipliers import loops
 
@@ -554,12 +554,7 @@ def test_the_checker_says_what_it_cannot_do(name):
 
 
 def run(*arguments):
-    return subprocess.run(
-        [sys.executable, "-I", "-S", str(proofs.CHECKER), *map(str, arguments)],
-        capture_output=True,
-        encoding="utf-8",
-        timeout=60,
-    )
+    return alone(proofs.CHECKER, *arguments, timeout=60)
 
 
 def test_the_checker_needs_nothing_but_python(tmp_path):
@@ -572,8 +567,8 @@ def test_the_checker_needs_nothing_but_python(tmp_path):
     assert done.stdout.splitlines()[1:] == [f"- {c}" for c in proof.claims]
     one = tmp_path / "check_proof.py"
     one.write_text(in_one_file(), "utf-8")
-    again = subprocess.run([sys.executable, "-I", "-S", one, file], capture_output=True)
-    assert again.stdout.decode() == done.stdout and again.returncode == 0
+    again = alone(one, file)
+    assert again.stdout == done.stdout and again.returncode == 0
     file.write_text(proof.text.replace("1.257", "0.3"), "utf-8")
     done = run(file)
     assert done.returncode == 1 and done.stdout.startswith("refused")

@@ -1,7 +1,6 @@
 """The thesis's numbers, typed a second time, and what follows with numpy alone."""
 
 import importlib.util
-import subprocess
 import sys
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from sosbook.book import thesis
+from tests.processes import process
 
 FILE = Path(__file__).resolve().parent.parent / "book/second_reading.py"
 pytestmark = pytest.mark.skipif(
@@ -31,9 +31,9 @@ def test_what_follows_from_them_alone():
         "import sys; sys.modules.update(scipy=None, sosbook=None, control=None); "
         f"import runpy; runpy.run_path({str(FILE)!r}, run_name='__main__')"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True)
-    lines = done.stdout.decode().splitlines()
-    assert done.returncode == 0, done.stdout.decode() + done.stderr.decode()
+    done = process(sys.executable, "-c", program)
+    lines = done.stdout.splitlines()
+    assert done.returncode == 0, done.stdout + done.stderr
     assert len(lines) > 20 and all(line.startswith("ok ") for line in lines)
 
 

@@ -4,8 +4,6 @@ Blocks against matrices built by hand, verdicts against cvxpy and
 Clarabel, and hypothesis looking for a broken promise between vertices.
 """
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -21,10 +19,13 @@ from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests import clarabel
-from tests.cases import random_plant, random_request
+from tests.cases import campaign, random_plant, random_request
+from tests.processes import alone
 from tests.random_plants import float_blocks, scaled
 
-few = settings(max_examples=30, derandomize=True, deadline=None)
+few, many = (
+    settings(max_examples=n, derandomize=True, deadline=None) for n in (10, 60)
+)
 seeds = st.integers(0, 10**6)
 
 
@@ -68,28 +69,34 @@ def keeps_its_promises(design):
     assert min(kept.values()) > 0, kept
 
 
-@pytest.mark.slow
-@few
-@given(seeds)
-def test_pairs_keep_their_promises_with_uncertain_masses(seed):
-    keeps_its_promises(sos.design_pid(**uncertain(seed)))
+def with_slack(seed):
+    return uncertain(seed) | dict(coupling="slack", slack=(0.03, 0.1, 0.3)[seed % 3])
 
 
-@pytest.mark.slow
-@few
-@given(seeds, st.sampled_from([0.03, 0.1, 0.3]))
-def test_slack_keeps_its_promises_with_uncertain_masses(seed, slack):
-    keeps_its_promises(sos.design_pid(**uncertain(seed), coupling="slack", slack=slack))
-
-
-@pytest.mark.slow
-@few
-@given(seeds)
-def test_slack_keeps_its_promises_with_any_requirements(seed):
+def with_any_requirements(seed):
     asked = random_request(seed)
     if len(asked["plant"].vertices) == 1:
         asked["plant"] = sos.Polytope(asked["plant"].vertices)
-    keeps_its_promises(sos.design_pid(**asked, coupling="slack", slack=0.1))
+    return asked | dict(coupling="slack", slack=0.1)
+
+
+KINDS = uncertain, with_slack, with_any_requirements
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+@few
+@given(seeds)
+def test_promises_are_kept_with_uncertain_masses(kind, seed):
+    keeps_its_promises(sos.design_pid(**kind(seed)))
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("kind", KINDS)
+@many
+@given(seeds)
+def test_many_promises_are_kept(kind, seed):
+    keeps_its_promises(sos.design_pid(**kind(seed)))
 
 
 def polytope(seed):
@@ -221,11 +228,7 @@ def test_vertices_that_repeat_share_a_P_and_its_proof(asked, tmp_path):
         assert proof.P.shape == (3, 4, 4)
         assert np.array_equal(proof.P[0], proof.P[2])
     proof.save(tmp_path / "proof.json")
-    done = subprocess.run(
-        [sys.executable, "-I", "-S", CHECKER, str(tmp_path / "proof.json")],
-        capture_output=True,
-        check=False,
-    )
+    done = alone(CHECKER, tmp_path / "proof.json")
     assert done.returncode == 0, done.stderr
 
 
@@ -247,7 +250,7 @@ def sharp(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [*range(4), *campaign(range(4, 8))])
 def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
     """A bound below the least one of a vertex alone."""
     plants, asked, key = sharp(seed)

@@ -12,6 +12,7 @@ from sosbook.proofs import SmallInputRefusal
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.small_input import refuse_by_input
+from tests.cases import campaign
 from tests.least_input import least_input
 from tests.random_plants import ODD, ODD_POWERS, as_units
 from tests.test_near_box import levers
@@ -88,10 +89,7 @@ def random_request(seed, u_max=1.0):
     return Request(plant, U, saturation=sos.Saturation(u_max, x0), **asked)
 
 
-SEEDS = [
-    pytest.param(seed, marks=[pytest.mark.slow] if seed > 3 else [])
-    for seed in range(16)
-]
+SEEDS = [*range(6), *campaign(range(6, 16))]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

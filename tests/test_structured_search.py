@@ -19,6 +19,7 @@ from sosbook.synthesis.structured import slopes
 from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
 from sosbook.synthesis.structured.loops import loops_of
 from sosbook.synthesis.structured.objective import Objective, Task
+from tests.cases import campaign
 from tests.test_proof_files import held_against
 
 LAW = sos.PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
@@ -34,6 +35,12 @@ def joint(J, k, length=1.0, force=1.0, time=1.0):
 
 def arm(**units):
     return sos.Polytope([joint(J, k, **units) for J in (1, 2) for k in (8, 12)])
+
+
+@pytest.fixture(scope="module")
+def base():
+    """The fastest loop of the arm."""
+    return sos.design_pid(arm(), law=LAW, maximize="sigma")
 
 
 def loop_poles(plant, design):
@@ -128,10 +135,9 @@ def _check(f, x, rng):
         dict(length=1e-3, force=1e3, time=0.3),
     ],
 )
-def test_units_change_nothing(units):
+def test_units_change_nothing(units, base):
     """The same gains in their units, to five digits, and the same bound."""
     size = dict(length=1.0, force=1.0, time=1.0) | units
-    base = sos.design_pid(arm(), law=LAW, maximize="sigma")
     law = sos.PIDLaw([[1, 0]], integrate=True, filter=0.02 / size["time"])
     moved = sos.design_pid(arm(**units), law=law, maximize="sigma")
     turn = np.array([1, size["time"], 1 / size["time"]])
@@ -141,8 +147,7 @@ def test_units_change_nothing(units):
     assert moved.request.region.sigma == pytest.approx(sigma, rel=5e-3)
 
 
-def test_order_names_and_sizes_of_sensors_change_nothing():
-    base = sos.design_pid(arm(), law=LAW, maximize="sigma")
+def test_order_names_and_sizes_of_sensors_change_nothing(base):
     turned = sos.Polytope(arm().vertices[::-1])
     swap = [
         sos.SecondOrderSystem(
@@ -328,9 +333,7 @@ def test_what_is_not_found_is_undecided_with_what_was_reached():
     assert not design.certify().proven and "Measure more" in design.advice
 
 
-@pytest.mark.parametrize(
-    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.campaign) for k in range(2, 10))]
-)
+@pytest.mark.parametrize("seed", [0, *campaign(range(1, 10))])
 def test_random_families_are_sound(seed):
     """Twenty families each: what is proven holds at fifty plants between."""
     rng, kept = np.random.default_rng(seed), 0
@@ -528,14 +531,21 @@ def best_of_any_order(d, C, of_u, of_y):
         X = np.linalg.solve(Z[:n, :n].T, Z[n:, :n].T)
         return X if np.linalg.eigvalsh((X + X.T) / 2).min() > -1e-9 else None
 
-    best = np.inf
-    for g in np.geomspace(10, 0.01, 7000):  # from above: below the best anything goes
+    def some(g):
         B1, B2, C1 = d.Bw, d.Bu, d.C
         X = stable(d.A, B1 @ B1.T / g**2 - B2 @ B2.T / of_u**2, C1.T @ C1)
         Y = stable(d.A.T, C1.T @ C1 / g**2 - C.T @ C / of_y**2, B1 @ B1.T)
-        if X is None or Y is None or np.abs(np.linalg.eigvals(X @ Y)).max() > g**2:
-            return best
-        best = g
+        if X is None or Y is None:
+            return False
+        return np.abs(np.linalg.eigvals(X @ Y)).max() <= g**2
+
+    best, factor = 10.0 if some(10.0) else np.inf, 0.95
+    while factor < 0.9995 and best < np.inf:  # from above, in ever smaller steps
+        if some(best * factor):
+            best *= factor
+        else:
+            factor **= 0.5
+    return best
 
 
 def test_no_controller_of_any_order_does_what_multipliers_exclude():

@@ -18,8 +18,7 @@ def test_every_reproduction_row_is_in_the_table(rows):
         assert row.verdict in text
 
 
-def test_every_erratum_is_in_the_table():
-    errata = sos.reproduction.errata()
+def test_every_erratum_is_in_the_table(errata):
     text = page(sos.tables.errata(errata))
     assert text.count("<tr>") == len(errata) + 1
     counts = re.findall(r"<td>(\d+)</td>", page(sos.tables.kinds(errata)))

@@ -47,6 +47,7 @@ def test_the_commands_need_nothing_but_python():
     assert done.returncode and done.stderr.strip() == tasks.__doc__.strip()
 
 
+ROBOTS = "tests/test_mip_six_robots.py"
 COLLECT_TWICE = """
 import pytest, sys
 for more in ([], ["--campaign"]):
@@ -57,19 +58,9 @@ for more in ([], ["--campaign"]):
 
 @pytest.mark.slow
 def test_the_campaigns_run_when_they_are_called_and_never_else():
-    listed = process(
-        sys.executable,
-        "-c",
-        COLLECT_TWICE,
-        "--collect-only",
-        "-qq",
-        "-p",
-        "no:cacheprovider",
-        *tasks.WITHOUT_NBVAL,
-        "tests/test_mip_six_robots.py",
-        cwd=ROOT,
-        check=True,
-    ).stdout
+    words = "--collect-only", "-qq", "-p", "no:cacheprovider", *tasks.WITHOUT_NBVAL
+    command = sys.executable, "-c", COLLECT_TWICE, *words, ROBOTS
+    listed = process(*command, cwd=ROOT, check=True).stdout
     few, all_of_them = map(int, re.findall(r"\.py: (\d+)", listed))
     assert 0 < few < all_of_them
 

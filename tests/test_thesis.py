@@ -11,7 +11,6 @@ import sosbook as sos
 from sosbook import reproduction
 
 BOOK = Path(__file__).resolve().parent.parent / "book"
-ERRATA = reproduction.errata()
 
 
 def find(rows, item):
@@ -32,18 +31,18 @@ def test_every_row_is_complete(rows):
         assert len(names) == len(rows)
 
 
-def test_every_erratum_is_complete():
-    for e in ERRATA:
+def test_every_erratum_is_complete(errata):
+    for e in errata:
         assert all(text for name, text in vars(e).items() if name != "claim")
         assert e.printed != e.correct
         assert e.kind in reproduction.KINDS
-    names = [(e.place, e.printed) for e in ERRATA]
+    names = [(e.place, e.printed) for e in errata]
     assert len(set(names)) == len(names)
 
 
 @pytest.mark.skipif(not BOOK.exists(), reason="the package without its book")
-def test_chapters_that_rows_and_errata_name_exist(rows):
-    for found in {x.chapter for x in (*rows, *ERRATA)}:
+def test_chapters_that_rows_and_errata_name_exist(rows, errata):
+    for found in {x.chapter for x in (*rows, *errata)}:
         assert list(BOOK.glob(found + ".*")), found
 
 
@@ -80,7 +79,7 @@ def half_a_unit(text):
     return 0.5 * 10.0 ** -len(text.partition(".")[2])
 
 
-def test_what_rounding_explains_is_no_misprint():
+def test_what_rounding_explains_is_no_misprint(errata):
     """(4.28) has its numbers rounded; (4.29) is a product of them."""
 
     def ends(text):
@@ -88,7 +87,7 @@ def test_what_rounding_explains_is_no_misprint():
 
     (low, high), (near, far), (slow, fast) = map(ends, ("188.18", "232.5", "1694"))
     assert low * near / fast < 25.831 < high * far / slow
-    assert not [e for e in ERRATA if e.place == "(4.29)"]
+    assert not [e for e in errata if e.place == "(4.29)"]
 
 
 def test_numbers_in_the_rows_are_those_of_other_means(rows):

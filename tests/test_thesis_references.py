@@ -155,9 +155,9 @@ def test_most_mixed_up_rows_are_noticed():
     assert len(misread(mixed)) > 0.9 * len(ROWS)
 
 
-def test_errata_and_rows_name_numbers_of_their_pages(rows):
+def test_errata_and_rows_name_numbers_of_their_pages(rows, errata):
     """One number at least that stands in a row's place leads to its page."""
-    printed = reproduction.errata(), reproduction.checked(), rows
+    printed = errata, reproduction.checked(), rows
     for one in (one for table in printed for one in table):
         numbers = EQUATION.findall(one.place)
         assert set(numbers) <= set(ROWS), one.place

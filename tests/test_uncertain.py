@@ -3,8 +3,6 @@
 import json
 import math
 import re
-import subprocess
-import sys
 import warnings
 from fractions import Fraction
 from itertools import product
@@ -26,6 +24,7 @@ from sosbook.plants.parametric import ParameterError, parameters
 from sosbook.proofs import command
 from sosbook.synthesis import pieces
 from tests.oracles import without_text
+from tests.processes import alone
 
 I2 = np.eye(2)
 
@@ -437,9 +436,7 @@ def checked_by_a_stranger(proof, folder):
     """The claims of the checker, which shares no line with the package."""
     file = folder / "proof.json"
     proof.save(file)
-    run = subprocess.run(
-        [sys.executable, CHECKER, file], capture_output=True, encoding="utf-8"
-    )
+    run = alone(CHECKER, file)
     return run.returncode, run.stdout
 
 
@@ -482,7 +479,7 @@ def test_a_file_with_other_ranges_or_polynomials_is_no_proof(tmp_path):
         file = tmp_path / f"{k}.json"
         file.write_text(json.dumps(data), "utf-8")
         assert not ProofFile.load(file).proven
-        run = subprocess.run([sys.executable, CHECKER, file], capture_output=True)
+        run = alone(CHECKER, file)
         assert run.returncode == 1
 
 
@@ -622,7 +619,7 @@ def test_a_family_cut_into_pieces_is_proven_with_less_force(tmp_path, monkeypatc
     file = tmp_path / "fewer.json"
     file.write_text(json.dumps(data | {"checksum": verdict.digest(data)}), "utf-8")
     assert not ProofFile.load(file).proven
-    run = subprocess.run([sys.executable, CHECKER, file], capture_output=True)
+    run = alone(CHECKER, file)
     assert run.returncode == 1
     for bad in ({"v": 0}, {"v": 1.5}, {"q": 2}):
         with pytest.raises(ValueError, match="v must be|'q' is no parameter"):

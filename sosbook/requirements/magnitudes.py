@@ -35,7 +35,7 @@ class Magnitudes:
 
     def __init__(self, requirement, request, frame):
         if request.coupling == "slack":
-            request = replace(request, coupling="vertices", slack=None)
+            request = request.apart
         zero = _blocks(requirement, request, frame, 0.0, 0.0, 0.0)
         there = True, requirement.unknowns(request), _has_level(requirement)
         parts = [

@@ -181,6 +181,11 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
         return len(self.vertices[0].E)
 
     @cached_property
+    def apart(self):
+        """The same with its vertices as coupling, without a slack matrix."""
+        return replace(self, coupling="vertices", slack=None)
+
+    @cached_property
     def distinct(self):
         """Indices of the vertices, without those that repeat another one."""
         return sorted(set(twins(self.certain)))
@@ -315,7 +320,7 @@ class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
         return {}
 
     def __getstate__(self):  # what is made again isn't stored
-        return {name: value for name, value in vars(self).items() if name != "_moved"}
+        return {k: x for k, x in vars(self).items() if k not in ("_moved", "apart")}
 
     def owner(self, name):
         """The requirement that a parameter of this name belongs to."""

@@ -79,9 +79,7 @@ class Objective:
         parts = [(r.alpha, r.beta, _size(r) * task.rate) for r in task.regions]
         least = LMIRegion.half_plane(task.least_decay)
         stable = (least.alpha, least.beta, _size(least) * task.rate)
-        self.regions = [*parts, stable] if norms or parts else [stable]
-        if task.goal == DECAY:
-            self.regions = parts or [stable]
+        self.regions = parts if task.goal == DECAY else [*parts, stable]
         self.axis = [(np.zeros((1, 1)), np.eye(1), 2 * task.rate)]
 
     def __call__(self, x):
@@ -101,15 +99,21 @@ class Objective:
 
     def _of(self, K):
         task = self.task
-        value, S, right = slopes.poles(self.loops, K, self.regions)
+        poles = slopes.Poles(self.loops, K)
+        if not np.isfinite(poles.s).all():
+            return np.inf, 0 * K
+        value, *where = poles.worst(self.regions)
         if task.goal == DECAY:
-            fast, T, _ = slopes.poles(self.loops, K, self.axis)
-            if not task.regions or value <= -MARGIN:
+            fast, *fastest = poles.worst(self.axis)
+            T = poles.slope(*fastest)
+            if value <= -MARGIN:
                 return fast, T
-            return fast + PENALTY * (value + MARGIN), T + PENALTY * S
+            over = PENALTY * (value + MARGIN)
+            return fast + over, T + PENALTY * poles.slope(*where)
+        S = poles.slope(*where)
         if not self.norms:
             return value, S
-        if right >= 0:
+        if poles.s.real.max() >= 0:
             return np.inf, S
         goal = task.goal
         for r in task.bounded:

@@ -1,45 +1,58 @@
 """How far a law's loops are from what is asked, and which way that falls."""
 
+from contextlib import suppress
+
 import numpy as np
 
-__all__ = ["norm", "poles", "reached"]
+__all__ = ["Poles", "norm", "reached"]
 
 GRID = 24  # frequencies between the slowest and the fastest pole
 NARROWER = 14  # times a bracket of the peak is cut
 STEP = 1e-6  # of differences, of a free number's unit
 
 
-def poles(loops, K, regions):
-    """The largest violation of some regions, its slope in K, and the largest Re s.
+class Poles:
+    """The poles ``s`` of all ``loops``, (N, n), under the law's gain ``K``.
 
-    ``loops``: of all plants; ``K``: the law's gain; ``regions``, list of (alpha, beta,
-    unit): regions alpha + beta s + beta' conj(s) < 0 and the size of their violation.
+    Infinite where they can't be computed.
     """
-    A = loops.closed(K)
-    if not np.isfinite(A).all():
-        return np.inf, 0 * K, np.inf
-    try:
-        s, V = np.linalg.eig(A)
-    except np.linalg.LinAlgError:
-        return np.inf, 0 * K, np.inf
-    worst = -np.inf, None, None
-    for alpha, beta, unit in regions:
-        f = alpha + beta * s[..., None, None] + beta.T * s.conj()[..., None, None]
-        if len(alpha) == 1:
-            levels = f[..., 0, 0].real
-        else:
-            levels = np.linalg.eigvalsh(f)[..., -1]
-        i, j = np.unravel_index(np.argmax(levels), levels.shape)
-        if levels[i, j] / unit > worst[0]:
-            v = np.linalg.eigh(f[i, j])[1][:, -1]
-            worst = levels[i, j] / unit, (i, j), 2 * (v.conj() @ beta @ v) / unit
-    value, (i, j), turn = worst
-    one = np.zeros(A.shape[1])
-    one[j] = 1.0
-    left = np.linalg.lstsq(V[i].T, one + 0j, rcond=None)[0]
-    _, B, *_ = loops.matrices
-    S = np.outer(left @ B[i], loops.measured @ V[i, :, j])
-    return value, (turn * S).real, s.real.max()
+
+    def __init__(self, loops, K):
+        self.loops, self.K = loops, K
+        A = loops.closed(K)
+        self.s = np.full(A.shape[:2], np.inf)
+        if np.isfinite(A).all():
+            with suppress(np.linalg.LinAlgError):
+                self.s, self.V = np.linalg.eig(A)
+
+    def worst(self, regions):
+        """The largest violation of some regions, where, and its slope in that pole.
+
+        ``regions``, list of (alpha, beta, unit): regions alpha + beta s + beta' conj(s)
+        < 0 and the size of their violation.
+        """
+        s, worst = self.s, (-np.inf, None, None)
+        for alpha, beta, unit in regions:
+            if len(alpha) == 1:
+                levels = (alpha[0, 0] + beta[0, 0] * s + beta[0, 0] * s.conj()).real
+            else:
+                f = alpha + beta * s[..., None, None]
+                f = f + beta.T * s.conj()[..., None, None]
+                levels = np.linalg.eigvalsh(f)[..., -1]
+            i, j = divmod(int(levels.argmax()), levels.shape[1])
+            if levels[i, j] / unit > worst[0]:
+                v = np.ones(1) if len(alpha) == 1 else np.linalg.eigh(f[i, j])[1][:, -1]
+                worst = levels[i, j] / unit, (i, j), 2 * (v.conj() @ beta @ v) / unit
+        return worst
+
+    def slope(self, at, turn):
+        """That of a violation in K, as `worst` has found it."""
+        (i, j), (_, B, *_) = at, self.loops.matrices
+        one = np.zeros(len(self.V[i]))
+        one[j] = 1.0
+        left = np.linalg.lstsq(self.V[i].T, one + 0j, rcond=None)[0]
+        S = np.outer(left @ B[i], self.loops.measured @ self.V[i, :, j])
+        return (turn * S).real
 
 
 def norm(loops, K, r, m):
@@ -106,7 +119,7 @@ def norm(loops, K, r, m):
 def reached(loops, K, r, m, units):
     """The bound that the worst loop reaches of a requirement, and its slope in K.
 
-    ``loops``, ``K``: as in `poles`; ``r``: with a bound; ``m``: number of inputs u;
+    ``loops``, ``K``: as in `Poles`; ``r``: with a bound; ``m``: number of inputs u;
     ``units``, (k,): of the free numbers.
     """
 

@@ -61,11 +61,9 @@ def sensors(plants, filters, limits):
     aren't of two coordinates and one input.
 
     >>> import sosbook as sos
-    >>> def drive(J):
-    ...     return sos.SecondOrderSystem(
-    ...         np.diag([1, J]), [[1, 0], [0, 0]], [[9, -9], [-9, 9]], [[1], [0]])
-    >>> drives = sos.Uncertain(drive, J=(1, 2))
-    >>> sensors(drives, [0.1], {"K_P": 20, "K_D": 20, "K_I": 20})
+    >>> drive = sos.SecondOrderSystem(
+    ...     np.eye(2), [[1, 0], [0, 0]], [[9, -9], [-9, 9]], [[1], [0]])
+    >>> sensors(sos.Polytope([drive]), [0.1], {"K_P": 20, "K_D": 20, "K_I": 20})
     Sensors: p1, p2, v1, v2, integral, filter, K_P, K_D, K_I
     """
     corners = plants.vertices
