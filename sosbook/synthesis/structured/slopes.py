@@ -18,7 +18,7 @@ class Poles:
     """
 
     def __init__(self, loops, K):
-        self.loops, self.K = loops, K
+        self.loops = loops
         A = loops.closed(K)
         self.s = np.full(A.shape[:2], np.inf)
         if np.isfinite(A).all():
@@ -46,7 +46,7 @@ class Poles:
         return worst
 
     def slope(self, at, turn):
-        """That of a violation in K, as `worst` has found it."""
+        """That of a violation in K: ``at`` a pole, which moves it by ``turn``."""
         (i, j), (_, B, *_) = at, self.loops.matrices
         one = np.zeros(len(self.V[i]))
         one[j] = 1.0
