@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cases import campaign
 from tests.test_weight import PAGES
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -44,7 +45,8 @@ def test_the_sheet_has_the_letters_that_are_used_and_braces_in_quotes(mathematic
 
 
 @pytest.mark.browser
-def test_forty_links_land_on_their_places(site, visit):
+@pytest.mark.parametrize("count", [12, *campaign([40])])
+def test_links_land_on_their_places(site, visit, count):
     pages = [site / f"{page}.html" for page in PAGES if page.startswith("book/")]
     links = {
         (page.parent / to).resolve().as_uri() + "#" + place
@@ -54,7 +56,7 @@ def test_forty_links_land_on_their_places(site, visit):
     assert len(links) > 400
     where = "() => document.getElementById(decodeURIComponent(location.hash.slice(1)))"
     wrong = {}
-    for link in random.Random(40).sample(sorted(links), 40):
+    for link in random.Random(40).sample(sorted(links), count):
         tab = visit(link)
         tab.page.wait_for_timeout(300)
         top, left = tab.page.evaluate(
