@@ -247,6 +247,13 @@ def test_a_proof_is_held_against_a_program(tmp_path, capsys):
         return main(["verify", str(proof), "--code", str(code)])
 
     assert verify() == verify(code=tmp_path / "cart.c") == 0  # beside it
+    assert main(["verify", "--code", str(gains)]) == 0  # alone
+    lost = tmp_path / "alone" / "cart_gains.h"
+    lost.parent.mkdir()
+    lost.write_text(good, "utf-8")
+    assert main(["verify", "--code", str(lost)]) == main(["verify"]) == 2
+    assert "give the file of one" in capsys.readouterr().err
+    assert verify() == 0
     assert capsys.readouterr().out.startswith("proven")
     other = controller(0.31)
     other.certify(time_limit=60).save(tmp_path / "other.json")

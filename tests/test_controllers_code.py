@@ -380,12 +380,6 @@ def test_a_million_strange_ticks_under_sanitizers(gcc, tmp_path, precision, lost
     assert starts > 1000 or lost
 
 
-@pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only"])
-def test_what_the_program_refuses_to_be_compiled_with(gcc, flag):
-    with pytest.raises(RuntimeError, match="breaks the checks"):
-        CompiledCode(limited(), flags=[*FLAGS, flag])
-
-
 @pytest.mark.parametrize("runs", ["no such word", 0, True, 1.5])
 @pytest.mark.parametrize("program", [CompiledCode, Replay])
 def test_how_many_machines_is_a_number(program, runs):

@@ -13,6 +13,7 @@ from sosbook.mip.deployment import recommend
 from sosbook.mip.rig import DATA
 
 import sosbook as sos
+from sosbook.proofs.command import main as verify
 from tests.processes import alone
 
 pytestmark = pytest.mark.slow  # one identification, one design, two proofs
@@ -49,6 +50,10 @@ def test_the_facts_name_the_logs_by_their_digests(found, folder):
     for word in ("identified", "plant", "specification", "gain"):
         assert word in header
     assert facts["gain"] in header
+    for name in ("balance.c", "balance_single_gains.h"):
+        assert verify(["verify", "--code", str(folder / name)]) == 0
+    stand = folder / "balance_stand_gains.h"
+    assert verify(["verify", "--code", str(stand)]) == 2  # it doesn't balance
 
 
 def test_the_proofs_lie_beside_the_programs(found, folder):

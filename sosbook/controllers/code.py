@@ -14,6 +14,7 @@ __all__ = ["code_fault", "read_gains"]
 MATRICES = ("A", "B", "C", "D")
 NUMBERS = "TICK", "SINGLE", "STATES", "MEASURED", "OUTPUTS", "TICK_US"
 DELAYS = "DELAY_TICKS", "DELAY_REST_US"  # a pendulum's program has none
+ROWS = "ROWS"  # nor these
 NUMBER = re.compile(r"(-?(?:0x[0-9a-f]+(?:\.[0-9a-f]+)?p[+-]?\d+|\d+))(f|UL)?")
 LINE = re.compile(r"#(?:ifndef \w+|endif|define (?P<name>\w+)(?: (?P<value>.*))?)")
 PLANT = re.compile(r"plant:[\s*]+sha256[\s*]+([0-9a-f]+)")
@@ -33,8 +34,8 @@ def read_gains(text):
     -------
     dict
         A, B, C and D are arrays; TICK, SINGLE, STATES, MEASURED, OUTPUTS, TICK_US are
-        numbers, and so are DELAY_TICKS and DELAY_REST_US, which a pendulum's program
-        doesn't have.
+        numbers. A pendulum's program has no more; others have the numbers DELAY_TICKS
+        and DELAY_REST_US and the array ROWS, what is measured of the plant's state.
 
     Raises
     ------
@@ -58,6 +59,8 @@ def read_gains(text):
     found = {name: _matrix(named[name]) for name in MATRICES}
     found |= {name: _number(named[name]) for name in NUMBERS}
     found |= {x: _number(given[prefix + x]) for x in DELAYS if prefix + x in given}
+    if prefix + ROWS in given:
+        found[ROWS] = _matrix(given[prefix + ROWS])
     l, q, m = (int(found[name]) for name in ("STATES", "MEASURED", "OUTPUTS"))
     room = max(l, 1)  # C has no array of nothing
     for name, shape in zip(MATRICES, ((room, room), (room, q), (m, room), (m, q))):
@@ -117,8 +120,9 @@ def code_fault(data, text, rows=None):
         sensor a column of B and D belongs to, which the names of its columns say.
     rows : (q, N) array_like, optional
         What each column of B and D measures of the plant's state, the ``rows`` of a
-        `Controller`: needed where a sensor mixes coordinates, for then the proof has
-        the products B R and D R, rounded to doubles. In double precision alone.
+        `Controller`; without them those that the text has. Where a sensor mixes
+        coordinates the proof has the products B R and D R, rounded to doubles: then
+        they are needed, in double precision.
     """
     law = data.get("K")
     if law is None or data.get("law") or "L" in data:
@@ -141,9 +145,10 @@ def code_fault(data, text, rows=None):
             return f"its {name} isn't the proof's"
     # the proof has a column of B and D for each state, and those that aren't measured
     # are zero; in which order a program measures is no part of a proof
-    if rows is not None:
+    rows = mine.get(ROWS) if rows is None else rows
+    if rows is not None and _mixes(rows):
         if mine["SINGLE"]:
-            return "with rows a program is compared in double precision alone"
+            return "its sensors mix coordinates: hold the program in double precision"
         mixed = matrix("rows", rows, (mine["D"].shape[1], law["D"].shape[1]))
         products = {k: exact(mine[k]) @ exact(mixed) for k in "BD"}
         mine |= {k: np.asarray(product, float) for k, product in products.items()}
@@ -212,6 +217,12 @@ def _read(rows, kind):
 def _same(a, b):
     """Whether they are equal; nothing is a zero, which C needs."""
     return (a.shape == b.shape and (a == b).all()) or (not a.size and not b.any())
+
+
+def _mixes(rows):
+    """Whether one of the rows is more than one coordinate as it is."""
+    rows = np.asarray(rows, float)
+    return not ((rows == 0) | (rows == 1)).all() or (rows.sum(axis=1) != 1).any()
 
 
 def _columns(law):

@@ -197,6 +197,8 @@ class Code:
         for label, said in MATRICES.items():
             rows = states if label in INTO_MEMORY else ()
             written.matrix(label, values[label], said.format(y=y), rows)
+        said = "for a checker: what is measured of the plant's state"
+        written.matrix("ROWS", c.rows, said, list(map(str, c.measured)))
         return written.text
 
     def write(self, folder: Any, replace: bool = False) -> list:

@@ -4,6 +4,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from ..runtime.digests import digest
 from .firmware import SOFTNESS
 from .rest import QUIET_SHARE
 from .spread import spread_words
@@ -23,6 +24,7 @@ def facts(deployment):
         **deployment.data,
         "robot": robot.words,
         "plant": f"{letters} (SI units), I_w = {mip.I_w:.6g}, J = {mip.J:.6g}",
+        **_digests(deployment),
         "spread": spread_words(deployment.spread),
         **(_optimal(deployment.design) if deployment.optimal else _gain(deployment)),
         "proof of the sampled loop": _sampled(deployment),
@@ -40,6 +42,16 @@ def facts(deployment):
         "reach": _reach(deployment),
         "written by": f"sosbook {version('sosbook')}",
     }
+
+
+def _digests(deployment):
+    """Of the plant and of the proofs of a gain, which `verify --code` looks for."""
+    proofs = deployment.continuous_proofs.values()
+    if not proofs:
+        return {}
+    plant = digest(deployment.certificate.data["plant"])
+    files = ", ".join(f"(file sha256 {digest(x.text.encode())})" for x in proofs)
+    return {"digest of the plant": f"sha256 {plant[:16]}", "proofs of the gain": files}
 
 
 def _rest(deployment):

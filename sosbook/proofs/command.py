@@ -36,7 +36,7 @@ from .folder import (
     pages,
     write_folder,
 )
-from .subject import compare_code, compare_gain, compare_plant, subject
+from .subject import compare_code, compare_gain, compare_plant, proofs_beside, subject
 
 __all__ = ["main"]
 
@@ -57,7 +57,11 @@ def main(arguments: list | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m sosbook", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="command")
     verifying = commands.add_parser("verify", help="check a proof file")
-    verifying.add_argument("proof", help="a file that a certificate's save wrote")
+    verifying.add_argument(
+        "proof",
+        nargs="?",
+        help="a file that a certificate's save wrote; without it those beside --code",
+    )
     verifying.add_argument("--plant", help="refuse a proof about another plant")
     verifying.add_argument("--gain", help='refuse another gain: JSON, {"K": [[..]]}')
     verifying.add_argument("--code", help="refuse another program in C: its .h or .c")
@@ -110,6 +114,15 @@ def main(arguments: list | None = None) -> int:
 
 def verify(asked):
     """Compute everything in a proof file again, and print what it proves."""
+    if asked.proof is None:
+        if asked.code is None:
+            raise ValueError("give a proof file, or --code and a program in C")
+        # the first bad answer counts, and the rest says what it would
+        answers = [
+            verify(argparse.Namespace(**vars(asked) | {"proof": file}))
+            for file in proofs_beside(asked.code)
+        ]
+        return next((x for x in answers if x != PROVEN), PROVEN)
     with at_most(checked_seconds(asked.time_limit, needed=True)):
         proof = load(asked.proof)
         data = proof.data

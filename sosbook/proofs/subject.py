@@ -8,6 +8,7 @@ import re
 
 from ..controllers.code import code_fault, read_gains
 from ..exact.checker.verdict import subject
+from ..exact.proof_file import load
 from ..exact.rational import decimals
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
@@ -15,10 +16,10 @@ from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
-from ..runtime.reading import named, path_of, read_json, read_text
+from ..runtime.reading import named, path_of, read_bytes, read_json, read_text
 from ..synthesis.fixed_mode import parts_data
 
-__all__ = ["compare_code", "compare_gain", "compare_plant", "subject"]
+__all__ = ["compare_code", "compare_gain", "compare_plant", "proofs_beside", "subject"]
 
 FILES = re.compile(r"\(file[\s*]+sha256[\s*]+([0-9a-f]{64})\)")
 
@@ -78,15 +79,44 @@ def compare_code(proof, path):
     ``proof``: what was read; ``path``: A <name>_gains.h that `Controller.to_c` writes,
     or a pendulum's `Program`, or the <name>.h or <name>.c beside it.
     """
-    text, path = read_text(path), path_of(path)
-    beside = path.with_name(f"{path.stem}_gains.h")
-    if beside.is_file():
-        text, path = read_text(beside), beside
-    with named(path):
-        read_gains(text)
+    text, path = _numbers(path)
     if fault := code_fault(proof.data, text):
         return f"{fault}: {path}"
     files = FILES.findall(text)
     if files and digest(proof.text.encode()) not in files:
         return f"the numbers are the proof's, but {path} names other proof files"
     return ""
+
+
+def proofs_beside(path):
+    """The proof files that a program names by their digests, beside it, of its law.
+
+    ``path``: as for `compare_code`. Raises ValueError if there is none.
+    """
+    text, path = _numbers(path)
+    known, faults = FILES.findall(text), []
+    files = [
+        p for p in sorted(path.parent.glob("*.json")) if digest(read_bytes(p)) in known
+    ]
+    for file in list(files):
+        if fault := code_fault(load(file).data, text):
+            faults.append(f"{file.name}: {fault}")
+            files.remove(file)
+    if not files:
+        why = "; ".join(faults) or "it names none that lies there"
+        raise ValueError(
+            f"{path} has no proof of its law beside it ({why}): give the file of one, "
+            "verify PROOF --code PROGRAM"
+        )
+    return files
+
+
+def _numbers(path):
+    """The text of a program's <name>_gains.h, and where it lies."""
+    text, path = read_text(path), path_of(path)
+    beside = path.with_name(f"{path.stem}_gains.h")
+    if beside.is_file():
+        text, path = read_text(beside), beside
+    with named(path):
+        read_gains(text)
+    return text, path
