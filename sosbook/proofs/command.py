@@ -20,7 +20,7 @@ from ..exact.proof_text import is_proof, laid_out, parse
 from ..plants.as_data import plant_data
 from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
-from ..requirements.in_files import KEYS, asked_in_file
+from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
 from ..runtime.reading import named, read_bytes
 from ..runtime.saying import one_line, say
@@ -277,12 +277,6 @@ def read_plant_file(path):
     plant, data = plant_and_asked(path)
     data = data or {}
     data.pop("$schema", None)
-    unknown = data.keys() - {"controller", *KEYS}
-    if unknown:
-        raise ValueError(
-            f"{path}: {sorted(unknown)[0]!r} isn't known: the keys are "
-            f"plant, controller, {', '.join(KEYS)}"
-        )
     with named(path):
         plant = checked_plant(plant)
         computer = data.pop("controller", None)

@@ -53,7 +53,10 @@ def asked_in_file(data: dict) -> dict:
             named += [_made(key, SEVERAL[key], one) for one in given]
             continue
         if key not in OBJECTS:
-            raise ValueError(f"{key!r:.80} isn't known: the keys are {', '.join(KEYS)}")
+            raise ValueError(
+                f"{key!r:.80} isn't known: the keys are plant, controller, "
+                f"{', '.join(KEYS)}"
+            )
         if key == "saturation" and isinstance(value, dict):
             value = {"u_max": None} | value  # null in JSON, which TOML hasn't
         keywords[key] = _made(key, OBJECTS[key], value)
