@@ -18,9 +18,8 @@ from sosbook import proofs
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
-from sosbook.exact.proof import Proof
 from sosbook.exact.proof_file import ProofFile
-from sosbook.exact.rational import decimal, exact, fraction, read_number
+from sosbook.exact.rational import decimal, fraction, read_number
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem
 from sosbook.proofs.command import main
@@ -513,7 +512,6 @@ SPEAKERS = {
     "Bound": "a number: the bound that its part proves",
     "Bounded": "a number in balls, which the report of a controller repeats",
     "Examined": "the verdict on a file",
-    "Proof": "matrices of the caller's own",
     "RegionOfAttraction": "its proof",
     "Edge": "its design.certify() and its refusal's infeasibility",
     "Largest": "its design.certify(), and its infeasibility beyond",
@@ -611,14 +609,6 @@ def test_a_certificate_cannot_be_made_by_hand():
     vars(forged)["proven"] = True
     assert not forged.proven and not forged.verify() and not forged
     assert Certificate("").failed[0].startswith("not a well-formed proof")
-
-
-def test_other_proofs_are_computed_too():
-    bad, good = exact(-np.eye(2)), exact(np.eye(2))
-    assert not Proof({"P": bad}, ("never",)).proven
-    assert not replace(Proof({"P": good}, ("yes",)), matrices={"P": bad}).proven
-    assert not Proof({}, ("never",)).proven
-    assert Proof({"P": good}, ("yes",)).claims == ("yes",)
 
 
 def test_a_proof_is_built_from_the_plant_and_not_from_caches():

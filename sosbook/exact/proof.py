@@ -1,7 +1,6 @@
 """What exact arithmetic says of blocks: computed from matrices, never stored."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from time import monotonic
 
 import numpy as np
@@ -16,7 +15,6 @@ from .rational import as_rational, digit_count
 __all__ = [
     "DIGITS",
     "Examined",
-    "Proof",
     "Stopped",
     "Unproven",
     "Verdict",
@@ -128,7 +126,7 @@ class Examined:
 
 
 class Verdict:
-    """What `Proof` and `ProofFile` say, from ``examined``."""
+    """What files and results without a proof say, from ``examined``."""
 
     examined: Examined
 
@@ -162,27 +160,6 @@ class Verdict:
 
     def _proven_words(self):
         return "proven:"
-
-
-@dataclass(frozen=True, eq=False)
-class Proof(Verdict):
-    """What exact arithmetic says of some blocks; see `Examined`.
-
-    ``matrices``: from a block's name to a symmetric matrix of rationals; ``statement``:
-    what positive definite blocks prove, in words.
-    """
-
-    matrices: dict
-    statement: tuple = ()
-
-    @cached_property
-    def examined(self):
-        """The verdict on the matrices."""
-        return Examined.of(self.matrices, self.statement)
-
-    def verify(self):
-        """The verdict, computed again."""
-        return Examined.of(self.matrices, self.statement).proven
 
 
 @dataclass(frozen=True)

@@ -206,7 +206,7 @@ class _Ellipsoids:
         return (P + P.T) / 2
 
     def proof(self, reach, P):
-        """The `Proof` in exact numbers, of the plant as it was given."""
+        """The proof in exact numbers, of the plant as it was given."""
 
         def plain(values, cast):
             x0 = cast(self.start) * cast(reach)

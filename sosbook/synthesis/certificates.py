@@ -7,7 +7,7 @@ import numpy as np
 from ..exact.checker.families import given_vertices
 from ..exact.definite import exact, round_digits
 from ..exact.gain_proof import GainProof, given_gain
-from ..exact.proof import Examined, Proof, first_proven
+from ..exact.proof import Examined, first_proven
 from ..exact.rational import (
     decimal,
     decimals,
@@ -27,7 +27,6 @@ from .scaling import Frame
 __all__ = [
     "Certificate",
     "DesignRefusal",
-    "Proof",
     "excluding",
     "frame_data",
     "prove",

@@ -531,6 +531,7 @@ class Design:
 
     def __init__(self, file):
         self.file, self.asked, self.Q = file, file["requirements"], {}
+        need(isinstance(self.asked, list), "requirements must be a list")
         self.plain, (self.m, self.p) = vertices_of(file)
         self.many, self.N = len(self.plain), len(self.plain[0].E)
         self.c = Coordinates(self.N, file)

@@ -4,8 +4,8 @@ from fractions import Fraction
 
 from .arithmetic import Beyond, need
 from .families import decimal, every_plant, keys
-from .plants import distinct, plant
-from .text import Text, mat, number, positive, ratio
+from .plants import coordinates, distinct, plant
+from .text import Text, number, positive, ratio
 
 MISPRINTS = "sign", "transpose", "alpha"
 MOST_EXPONENT, FINE = 10_000, 10**80  # 4343 digits, and some behind the point
@@ -67,7 +67,8 @@ class Delay:
         need(self.many == 1 or not first, "this method takes one plant")
         for name in ("tau", "mu", "delta"):
             t.put_number(name, d, name)
-        self._coordinates()
+        coordinates(t, d["coordinates"], self.N)
+        need(d["coordinates"]["sizes"] == {}, "there is no size")
         self.known = d["K"] is not None
         if self.known:
             t.put("K", d, "K", self.N)
@@ -131,22 +132,6 @@ class Delay:
         vertices, self.N, self.m, _ = plant(self.t, self.d)
         self.many = len(vertices)
         return distinct(vertices)
-
-    def _coordinates(self):
-        t, c = self.t, self.d.get("coordinates", {})
-        keys(c, "left T back scale sizes")
-        need(c["sizes"] == {}, "there is no size")
-        for name in ("left", "T", "back"):
-            t.put(name, c, name)
-            mat(c[name], self.N, self.N)
-        t.put_number("scale", c, "scale")
-        t.write(
-            *(
-                f"{x}.regular: inv({x}) {x} == I({self.N})"
-                for x in ("left", "T", "back")
-            )
-        )
-        t.write("sign.scale: scale > 0")
 
     def _exponentials(self, tau, delta):
         """The rational factors; of the functional they are rounded down."""

@@ -7,7 +7,7 @@ from . import payment
 from .arithmetic import Beyond, need, read
 from .families import every_plant, keys
 from .language import Reader, parse
-from .plants import distinct, plant, suffice
+from .plants import coordinates, distinct, plant, suffice
 from .requirements import (
     BLOCKS,
     SIZED,
@@ -19,7 +19,7 @@ from .requirements import (
     stated,
     tag,
 )
-from .text import Text, mat, positive
+from .text import Text, positive
 
 PAIR = """Theta = {left}((A.i {X} + Bu.i {Y}) E.j' + (A.j {X} + Bu.j {Y}) E.i'){right}/2
 EPE = {left}he(E.i {X} E.j'){right}/2
@@ -220,13 +220,7 @@ class Design:
     def _coordinates(self, c):
         """x = T xi, u = scale v, and rows times ``left``; lengths of sizes."""
         t = self.t
-        keys(c, "left T back scale sizes")
-        for name in ("left", "T", "back"):
-            t.put(name, c, name)
-            mat(c[name], self.N, self.N)
-            t.write(f"{name}.regular: inv({name}) {name} == I({self.N})")
-        t.put_number("scale", c, "scale")
-        t.write("sign.scale: scale > 0")
+        coordinates(t, c, self.N)
         known = {size_name(r): r["kind"] + tag(r, self.asked)
                  for r in self.asked if r["kind"] in SIZED}  # fmt: skip
         need(isinstance(c["sizes"], dict), "sizes have names")

@@ -5,7 +5,7 @@ from fractions import Fraction
 from . import payment
 from .arithmetic import need
 from .families import given_vertices, keys
-from .text import decimal_text, ratio
+from .text import decimal_text, mat, ratio
 
 SECOND = """E.i = [I(n), 0{z}; 0, {M}{z}{last}]
 A.i = [0, I(n){U0}; -S.i, -D.i{z}{U}]
@@ -60,6 +60,24 @@ def plant(t, d):
     t.write("n = rows(M.1)", f"C = [I(n), O(n, {'n + rows(U)' if U else 'n'})]")
     t.write(*SECOND.format(M=M, **more).split("\n"), loop="i in vertices")
     return vertices, N, m, p
+
+
+def vertex_of(t, k):
+    """The number of one of the vertices, from 1; a file counts from 0."""
+    inside = type(k) is int and 0 <= k < len(t.vertices)
+    need(inside, "a vertex must be one of the plant's, from 0")
+    return k + 1
+
+
+def coordinates(t, c, N):
+    """x = T xi, u = scale v, and rows times ``left`` become data."""
+    keys(c, "left T back scale sizes")
+    for name in ("left", "T", "back"):
+        t.put(name, c, name)
+        mat(c[name], N, N)
+        t.write(f"{name}.regular: inv({name}) {name} == I({N})")
+    t.put_number("scale", c, "scale")
+    t.write("sign.scale: scale > 0")
 
 
 def outputs_of(t, plant, vertices, widths, entry):

@@ -8,7 +8,7 @@ from math import lcm
 
 from .arithmetic import Mat, definite, eye, need, zeros
 from .designs import Design
-from .plants import plant
+from .plants import plant, vertex_of
 from .regions import region
 from .requirements import STABILITY
 from .text import Text, mat, positive
@@ -36,12 +36,10 @@ class SmallInput:
         need(not design.slack, "this proof is for a common P")
         (bound,) = [r for r in design.asked if r["kind"] == "input"]
         need(bound["acceleration"] is False, "this proof is for a bound of K x")
-        vertex, k = d["vertex"], len(d["spread"])
-        inside = type(vertex) is int and 0 <= vertex < design.many
-        need(inside, "there is no such vertex")
+        vertex, k = vertex_of(t, d["vertex"]), len(d["spread"])
         need(0 < k < N, "the part must be smaller than the plant")
         env, self.k, self.N = t.values(), k, N
-        E, A, B = (env[f"{x}.{vertex + 1}"] for x in ("E", "A", "Bu"))
+        E, A, B = (env[f"{x}.{vertex}"] for x in ("E", "A", "Bu"))
         x0 = mat([[e] for e in bound["x0"]], N, 1)
         L, F_of, blur, spread = self._enclosed(d, *map(real, (E, A, B, E @ x0)))
         S, F = self._multiplied(d, design)

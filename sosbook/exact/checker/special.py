@@ -10,7 +10,7 @@ from math import floor, log10
 from .arithmetic import Beyond, need
 from .known import put_law
 from .outputs import explicit
-from .plants import determinant, plant
+from .plants import determinant, plant, vertex_of
 from .regions import in_matrices, region
 from .requirements import STABILITY
 from .text import Text, mat, number, ratio, sane
@@ -18,27 +18,19 @@ from .text import Text, mat, number, ratio, sane
 CLOSE = Fraction(1, 10**6)  # of |s|, of which six digits are said
 
 
-def place_of(d, key, many):
-    """Two vertices, from 0."""
-    i, j = d[key]
-    inside = type(i) is type(j) is int and 0 <= i < many > j >= 0
-    need(inside, f"{key} must be two vertices, from 0")
-    return i, j
-
-
 class SingularMass:
     """det E changes its sign between two vertices, or is zero halfway."""
 
     def __init__(self, d):
         self.t = Text(d)
-        vertices, *_ = plant(self.t, d)
-        i, j = place_of(d, "between", len(vertices))
+        plant(self.t, d)
+        i, j = (vertex_of(self.t, k) for k in d["between"])
         env = self.t.values()
-        E, F = env[f"E.{i + 1}"], env[f"E.{j + 1}"]
+        E, F = env[f"E.{i}"], env[f"E.{j}"]
         signs = determinant(E) * determinant(F) <= 0 or determinant(E + F) == 0
         need(signs, "no mass is singular there")
         self.claims = ["no gain makes every plant of the polytope stable: a plant "
-                       f"between the vertices {i + 1} and {j + 1} has a singular "
+                       f"between the vertices {i} and {j} has a singular "
                        "matrix E"]  # fmt: skip
 
 
@@ -67,11 +59,9 @@ class SumOfPoles:
         t = self.t = Text(d)
         vertices, *size, _ = plant(t, d)
         need(d["U"] == [] and d["gains"], "a law has gains, and no U")
-        k, asked = d["vertex"], d["requirement"]
-        inside = type(k) is int and 0 <= k < len(vertices)
-        need(inside, "vertex must be one of the plant's, from 0")
+        k, asked = vertex_of(t, d["vertex"]), d["requirement"]
         f = len(d["gains"][0]) - size[1]
-        N, _ = joined(t, d["law"], size, f"{{}}.{k + 1}", f)
+        N, _ = joined(t, d["law"], size, f"{{}}.{k}", f)
         need(asked["form"] == "half-plane", "a half-plane is needed")
         words = region(asked)[2]
         t.put_number("sigma", asked, "sigma")
@@ -81,7 +71,7 @@ class SumOfPoles:
         t.write("y = [law.of_sensors law.rows, law.of_states]", "back = inv(E)")
         t.write("still.i: tr(back Bu G.i y) == 0", loop="i in gains")
         t.write(f"mean = tr(back A)/{N}", "beyond: mean + sigma > 0")
-        where = f"the vertex {k + 1}" if len(vertices) > 1 else "the plant"
+        where = f"the vertex {k}" if len(vertices) > 1 else "the plant"
         least = downwards(t.values()["mean"])
         self.claims = [f"no gain of the law moves the sum of the poles of {where}; one "
                        f"of them has a real part of at least {least}, so none keeps: "
@@ -107,14 +97,11 @@ class UnreachedResponse:
     def __init__(self, d):
         t = self.t = Text(d)
         vertices, N, m, _ = plant(t, d)
-        k = d["vertex"]
-        inside = type(k) is int and 0 <= k < len(vertices)
-        need(inside, "vertex must be one of the plant's, from 0")
+        k = vertex_of(t, d["vertex"])
         t.put_number("gamma", d, "bound")
         for name, rows in (("s", [1, 1]), ("v", [N] * 2), ("y", [None] * 2)):
             t.put(name, d, name, entry=ratio)
             mat(d[name], 2, rows[0], ratio)
-        k += 1
         A, W = f"A.{k}", f"v Bw.{k}"
         C, D, Z = (x.replace(".i", f".{k}") for x in explicit(t, d["plant"], k))
         if d["K"] is not None:
@@ -147,11 +134,11 @@ class FixedMode:
     def __init__(self, d):
         t = self.t = Text(d)
         vertices, N, m, _ = plant(t, d)
-        i, j = place_of(d, "place", len(vertices))
-        where = f"the plant halfway between the vertices {i + 1} and {j + 1}"
+        i, j = (vertex_of(t, k) for k in d["place"])
+        where = f"the plant halfway between the vertices {i} and {j}"
         if i == j:
-            where = f"the vertex {i + 1}" if len(vertices) > 1 else "the plant"
-        mean, who = f"({{0}}.{i + 1} + {{0}}.{j + 1})/2", "no gain"
+            where = f"the vertex {i}" if len(vertices) > 1 else "the plant"
+        mean, who = f"({{0}}.{i} + {{0}}.{j})/2", "no gain"
         if "law" not in d:
             t.write(*(f"{x} = {mean.format(x)}" for x in ("E", "A", "Bu")))
         elif d["free"] is None:
