@@ -94,9 +94,9 @@ class Design:
                                    ("Bw", N + self.m, self.p)):  # fmt: skip
                 known[f"{name}.{i + 1}"] = steps.cut(0, N, at, wide)
         values = {k: read(x) for k, x in (t.data | t.found).items()}
-        moves = payment.Moves(Reader(values, sets=t.sets), known)
+        reader, program = Reader(values, sets=t.sets), parse("\n".join(t.lines))
         forms = set()
-        for form, label, price in moves.prices(parse("\n".join(t.lines))):
+        for form, label, price in payment.prices(reader, known, program):
             forms.add(form)
             t.data[f"pay.{label}"] = price
         for k, line in enumerate(t.lines):

@@ -200,6 +200,9 @@ class Reader:
             return self.block(x[1])
         return getattr(self, "op_" + op)(*map(self.value, x[1:]))
 
+    def defined(self, name, x):
+        return self.value(x)
+
     def op_neg(self, a):
         return self.keep(mul(Fraction(-1), a.v), (a, lambda z: mul(Fraction(-1), z)))
 
@@ -302,7 +305,7 @@ class Reader:
             if step[0] == "let":
                 name = self.name(step[1])
                 need(name not in self.given, f"{name} is defined by the file")
-                self.env[name] = self.value(step[2])
+                self.env[name] = self.defined(name, step[2])
             elif step[0] == "for":
                 need(step[2] in self.sets, f"there is no set {step[2]}")
                 for words in self.sets[step[2]]:
@@ -314,6 +317,7 @@ class Reader:
                 self.at = {}
             else:
                 left, right = map(self.value, step[2:])
+                self.form = step[1]
                 yield step[0], self.name(step[1]), left, right
 
 

@@ -10,23 +10,12 @@ any s > 0: with that diagonal subtracted the block must be positive.
 """
 
 from fractions import Fraction
-from functools import reduce
 
-from .arithmetic import (
-    Mat,
-    eye,
-    gather,
-    inverse,
-    kron,
-    mul,
-    need,
-    scalar,
-    total,
-    turned,
-    zeros,
-)
+from .arithmetic import Mat, eye, gather, inverse, mul, need, scalar, total
 from .families import given_vertices
-from .language import sizes as sizes_of
+from .language import Reader, Val
+
+MAY_MOVE = {"name", "neg", "T", "he", "add", "mul", "div", "kron", "block"}
 
 
 def corners(box, kind, many):
@@ -89,101 +78,55 @@ def upward(e):
     return short if short >= e else e
 
 
-class Moves:
-    """How far the entries of an expression move, where those of some names do.
+class Sizes(Reader):
+    """Bounds of the entries of expressions, where those of some names move.
 
-    Parameters
-    ----------
-    reader : language.Reader
-        Has the values.
-    known : dict
-        For names that move, bounds of their entries' steps.
+    What doesn't depend on these is as large as ``reader`` says; ``known`` are the steps
+    of their entries, ``times`` of which they are larger.
     """
 
-    def __init__(self, reader, known):
-        self.reader, self.known, self.now = reader, known, {}
+    def __init__(self, reader, known, times):
+        super().__init__({}, sets=reader.sets)
+        self.reader, self.moving = reader, set()
+        self.known = {name: x.times(Fraction(times)) for name, x in known.items()}
 
-    def of(self, x):
-        """The bounds, or None where nothing moves."""
-        op, *parts = x
-        if op == "number":
-            return None
-        if op == "name":
-            return self.now.get(self.reader.name(x[1]))
-        if op == "block":
-            return self.block(parts[0])
-        steps = [self.of(y) for y in parts]
-        if not any(steps):
-            return None
-        need(op in ("neg", "T", "he", "add", "mul", "div", "kron"), f"{op} moves")
-        sizes = [absolute(self.reader.value(y).v) for y in parts]
-        first, second = (*steps, None)[:2]
-        if op in ("neg", "T"):
-            return first if op == "neg" else turned(first)
-        if op == "he":
-            return first + turned(first)
-        if op == "add":
-            return total(first, second) if first and second else first or second
-        need(op == "mul" or (first if op == "kron" else second) is None, f"{op} moves")
-        if op == "kron":
-            return kron(sizes[0], second)
-        if op == "div":
-            return mul(1 / sizes[1], first)
-        ways = ((first, sizes[1]), (sizes[0], second), (first, second))
-        several = [mul(a, b) for a, b in ways if a and b]
-        return reduce(total, several)
+    def moves(self, x):
+        if x[:1] == ("name",):
+            return self.name(x[1]) in self.moving
+        return any(self.moves(y) for y in x if isinstance(y, (tuple, list)))
 
-    def block(self, table):
-        """The bounds of a block matrix."""
-        e = [[None if x == ("mirror",) else x for x in row] for row in table]
-        places = [(i, j) for i, row in enumerate(e) for j in range(len(row))]
-        flip = {(i, j): e[i][j] is None for i, j in places}
-        trees = {(i, j): e[j][i] if flip[i, j] else e[i][j] for i, j in places}
-        steps = {at: self.of(x) for at, x in trees.items()}
-        if not any(steps.values()):
-            return None
-        values = [[self.reader.value(trees[i, j]) for j in range(len(e))]
-                  for i in range(len(e))]  # fmt: skip
-        for (i, j), turn in flip.items():
-            if turn:
-                values[i][j] = self.reader.op_T(values[i][j])
-        nought = {at: x == ("number", "0") for at, x in trees.items()}
-        high, wide = sizes_of(values, nought)
-        need(high == wide, "a block that isn't square moves")
-        whole = []
-        for i, h in enumerate(high):
-            row = []
-            for j, w in enumerate(wide):
-                step = steps[i, j]
-                if step and flip[i, j]:
-                    step = turned(step)
-                if step and scalar(step):
-                    step = eye(h).times(step)
-                row.append(step or zeros(h, w))
-            whole += [[x.at(k, j) for x in row for j in range(x.c)] for k in range(h)]
-        return gather(whole, sum(wide))
+    def value(self, x):
+        if self.moves(x):
+            fixed = {"div": x[2:], "kron": x[1:2]}.get(x[0], ())
+            need(x[0] in MAY_MOVE and not self.moves(fixed), f"{x[0]} moves")
+            return super().value(x)
+        at, self.reader.at = self.reader.at, self.at
+        size = absolute(self.reader.value(x).v)
+        self.reader.at = at
+        return Val(size)
 
-    def prices(self, program):
-        """The diagonal for each statement that moves, by label; and the labels' forms.
+    def op_neg(self, a):
+        return a
 
-        A generator of (label as it is written, label, diagonal).
-        """
-        reader = self.reader
-        for step in program:
-            if step[0] == "for":
-                for words in reader.sets[step[2]]:
-                    reader.at = dict(zip(step[1], words))
-                    yield from self.prices(step[3])
-                reader.at = {}
-            elif step[0] == "let":
-                name = reader.name(step[1])
-                reader.env[name] = reader.value(step[2])
-                self.now[name] = self.known.get(name) or self.of(step[2])
-            else:
-                H, form = self.of(step[2]), step[1]
-                if H:
-                    need(step[0] == ">", f"{form} moves")
-                    yield form, reader.name(form), price(H, reader.value(step[2]).v)
+    def defined(self, name, x):
+        step = self.known.get(name)
+        self.moving -= {name}
+        self.moving |= {name} if step or self.moves(x) else set()
+        return Val(absolute(self.reader.env[name].v) + step) if step else self.value(x)
+
+
+def prices(reader, known, program):
+    """The diagonal for each statement that moves, with its label as it is written.
+
+    A generator of (label as it is written, label, diagonal).
+    """
+    low, high = (Sizes(reader, known, times) for times in (0, 1))
+    runs = (x.statements(program) for x in (reader, low, high))
+    for (sign, label, g, _), (_, _, a, _), (_, _, b, _) in zip(*runs):
+        H = total(b.v, mul(Fraction(-1), a.v))
+        if H != 0 if scalar(H) else any(map(any, H.a)):
+            need(sign == ">" and not scalar(H), f"{label} moves")
+            yield reader.form, label, price(H, g.v)
 
 
 def price(H, g):
