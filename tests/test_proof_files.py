@@ -26,6 +26,7 @@ from sosbook.proofs.command import main
 from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.certificates import Certificate
 from sosbook.synthesis.whole import EnergyProof
+from tests.energy_to_peak import EnergyToPeak
 from tests.oracles import check_version_1 as old_checker
 from tests.oracles import without_text
 from tests.processes import alone
@@ -419,6 +420,13 @@ EXCLUDED = {
 }
 BEYOND = {
     "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
+    "an author's bound and little force": lambda: (
+        sos.design_pid(
+            spring(),
+            requirements=[EnergyToPeak(1e-3)],
+            saturation=sos.Saturation(0.5, [1, 0]),
+        ).infeasibility
+    ),
     "energy": lambda: EnergyProof.of(
         EnergyProof.contents(
             spring(), np.zeros((1, 2)), [sos.LMIRegion.half_plane(0.04)], 0.05

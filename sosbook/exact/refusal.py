@@ -4,15 +4,15 @@ from math import inf, nextafter, sqrt
 
 import numpy as np
 
-from ..runtime.time_limit import check_time
 from .checker.arithmetic import Beyond
-from .definite import adjoint, exact, positive, round_digits, semidefinite
+from .checker.verdict import law
+from .definite import adjoint, exact, positive, round_digits
 from .proof import Examined
 from .proof_file import ProofFile
-from .rational import fraction, rational_matrix
+from .rational import fraction, fractions, rational_matrix
 from .repair import repair_multipliers
 
-__all__ = ["MultiplierRefusal", "Refusal", "excluded_radius", "excludes"]
+__all__ = ["MultiplierRefusal", "Refusal", "excluded_radius", "written_lmis"]
 
 
 class Refusal(ProofFile):
@@ -22,38 +22,23 @@ class Refusal(ProofFile):
     """
 
 
-def _value(expressions, multipliers):
-    """sum <G_k0, Z_k>."""
-    return sum(
-        (expressions[name].constant.astype(z.dtype) * z).sum()
-        for name, z in multipliers.items()
-    )
-
-
-def excludes(expressions, unknowns, multipliers):
-    """What keeps multipliers from excluding every point; empty if they do.
-
-    The ``expressions`` G_k, by name, are affine in the ``unknowns``.
-    Z_k >= 0, not all zero, sum <G_ka, Z_k> = 0 for every variable a, and
-    sum <G_k0, Z_k> <= 0: with all G_k > 0 that sum would be positive.
-    """
-    names = list(multipliers)
-    Z = [multipliers[name] for name in names]
-    if not names or not set(names) <= set(expressions):
-        return "the multipliers aren't those of the blocks"
-    for name, z in multipliers.items():
-        check_time()
-        if z.dtype != object or z.shape != expressions[name].shape:
-            return f"the multiplier of {name} isn't a rational matrix of its shape"
-        if not (z == z.T).all() or not (positive(z) or semidefinite(z)):
-            return f"the multiplier of {name} isn't positive semidefinite"
-    if not any((z != 0).any() for z in Z):
-        return "all multipliers are zero"
-    if any(e != 0 for e in adjoint([expressions[k] for k in names], unknowns, Z)):
-        return "the multipliers leave the unknowns a way out"
-    if _value(expressions, multipliers) > 0:
-        return "the multipliers exclude nothing: their value is positive"
-    return ""
+def written_lmis(expressions, unknowns):
+    """What a file says of blocks, Affine ``expressions`` by name in some unknowns."""
+    return {
+        "shapes": [[u.name, *u.shape, u.symmetric] for u in unknowns],
+        "expressions": [
+            [
+                str(name),
+                fractions(g.constant),
+                [
+                    [t.unknown.name, t.transposed]
+                    + [fractions(x) for x in (t.left, t.right)]
+                    for t in g.terms
+                ],
+            ]
+            for name, g in expressions.items()
+        ],
+    }
 
 
 class MultiplierRefusal(Refusal):
@@ -104,12 +89,10 @@ class MultiplierRefusal(Refusal):
         again, expressions, unknowns, keyed = cls.rebuilt(data)
         named = {str(keyed(name)): name for name in expressions}
         Z = {named[str(key)]: _fractions(rows) for key, rows in data["multipliers"]}
+        blocks = written_lmis(expressions, unknowns) | {"kind": "infeasible lmi"}
+        text, _ = law(cls.written_from(blocks, Z, str))
         again = cls.written_from(again, Z, keyed)
-        trouble = excludes(expressions, unknowns, Z)
-        if trouble:
-            return again, Examined.nothing(trouble)
-        value = float(_value(expressions, Z))
-        return again, Examined(tuple(again["claims"]), {}, (), value)
+        return again, Examined.by_kernel(text.file(), again["claims"], {})
 
     @property
     def value(self):

@@ -3,8 +3,8 @@
 import json
 
 from ..exact.proof_file import ProofFile
-from ..exact.rational import decimals, fractions, read_array
-from ..exact.refusal import MultiplierRefusal
+from ..exact.rational import decimals, read_array
+from ..exact.refusal import MultiplierRefusal, written_lmis
 
 __all__ = ["LMIProof", "LMIRefusal"]
 
@@ -82,7 +82,7 @@ class LMIProof(ProofFile):
         """
         return {
             "statement": list(statement),
-            **_written(expressions, unknowns),
+            **written_lmis(expressions, unknowns),
             "digits": int(digits),
             "unknowns": {u.name: decimals(values[u.name]) for u in unknowns},
         }
@@ -102,22 +102,4 @@ class LMIRefusal(MultiplierRefusal):
     @classmethod
     def contents(cls, expressions, unknowns):
         """The data of the file for ``expressions`` in unknowns, without multipliers."""
-        return _written(expressions, unknowns)
-
-
-def _written(expressions, unknowns):
-    return {
-        "shapes": [[u.name, *u.shape, u.symmetric] for u in unknowns],
-        "expressions": [
-            [
-                name,
-                fractions(g.constant),
-                [
-                    [t.unknown.name, t.transposed]
-                    + [fractions(x) for x in (t.left, t.right)]
-                    for t in g.terms
-                ],
-            ]
-            for name, g in expressions.items()
-        ],
-    }
+        return written_lmis(expressions, unknowns)
