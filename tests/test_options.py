@@ -263,13 +263,10 @@ CALLS = {
 }
 
 #: What several requests in one don't take, with the words of their refusal.
-REFUSED = {
-    ("design_atlas", "coupling", "auto"): ("coupling must be",),
-    **dict.fromkeys(
-        ((name, "maximize", "sigma") for name in ("compare", "farthest")),
-        ("a law's loop", "position has 1"),
-    ),
-}
+REFUSED = dict.fromkeys(
+    ((name, "maximize", "sigma") for name in ("compare", "farthest")),
+    ("a law's loop", "position has 1"),
+)
 
 #: What documents a set and isn't called with one, or not by a reader.
 NO_CALLS = {
