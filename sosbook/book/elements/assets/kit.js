@@ -131,7 +131,7 @@ export function drag(field, begin, move) {
   field.addEventListener("pointerdown", event => {
     if (!on(event)) return;
     event.preventDefault();
-    field.setPointerCapture(event.pointerId);
+    if (event.isTrusted) field.setPointerCapture(event.pointerId);  // a script has no pointer
     held = begin(event.target.dataset);
   });
   // a finger on a handle doesn't scroll: touch-action isn't heeded inside of an SVG
