@@ -387,17 +387,6 @@ def test_how_many_machines_is_a_number(program, runs):
         program(limited(), runs=runs)
 
 
-def test_a_number_that_single_precision_lacks_is_named():
-    plant = sos.SecondOrderSystem([[1e-45]], [[1e-45]], [[1e-45]], [[1e-45]])
-    scaled = sos.design_pid(
-        sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1e-42]]),
-        region=sos.PoleRegion(1, rho=9),
-    )
-    assert plant.n == 1
-    with pytest.raises(ValueError, match="too large for single precision"):
-        Code(scaled.controller(T=0.01), "one", "single").gains
-
-
 def test_ticks_are_seconds():
     slow = limited()
     assert "MOST_LOST 5 " in Code(slow, "axis").gains and slow.T == T

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw
 from sosbook.mip.compiled import FLAGS, Compiled, compiler
-from sosbook.mip.firmware import COUNTERS
+from sosbook.mip.firmware import COUNTERS, NUMBERS
 from sosbook.mip.simulator import Sensors, simulate
 
 from sosbook import thesis
@@ -23,17 +23,6 @@ PRINTED = thesis.mip()
 ROBUST = [[15.78, 0.49, 1.42, 0.69, 0.22]]
 BLEND = 0.01
 KINDS = {"double": float, "single": np.float32}
-NUMBERS = (
-    "bias",
-    "last",
-    "gyro",
-    "theta",
-    "wheels",
-    "increment",
-    "zero",
-    "phi",
-    "volts",
-)
 
 
 def observer():

@@ -29,6 +29,7 @@ from sosbook.pendulum import (
 )
 from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.export import Program
+from sosbook.pendulum.firmware import COUNTERS, NUMBERS
 from sosbook.pendulum.optimal import KINDS, optimal_law
 from sosbook.pendulum.steering import Steering
 from tests.compiler import run
@@ -139,15 +140,14 @@ class Steers(Open):
         return tuple(self.volts)
 
 
-REALS = ("bias", "last", "gyro", "theta", "wheels", "increment", "zero", "phi", "volts")
-COUNTS = ("bad", "lost", "same", "still", "full", "fault")
+COUNTS = (*COUNTERS, "fault")
 
 
 class Robots(ctypes.Structure):
     """balance_state of a law with one state."""
 
     _fields_ = [
-        *[(x, ctypes.c_double) for x in REALS],
+        *[(x, ctypes.c_double) for x in NUMBERS],
         ("x", ctypes.c_double),
         *[(x, ctypes.c_int) for x in COUNTS],
     ]
@@ -477,7 +477,7 @@ class Python:
 
     @property
     def state(self):
-        known = {name: getattr(self._controller, name) for name in (*REALS, *COUNTS)}
+        known = {name: getattr(self._controller, name) for name in (*NUMBERS, *COUNTS)}
         return SimpleNamespace(
             x=[value[0] for value in self._controller.x],
             **{name: value[0] for name, value in known.items()},

@@ -643,7 +643,7 @@ def programs():
     units = {"motor": "rad", "load": "rad", "u": "N m"}
     return [
         axis_design().controller(["motor"], T=t, delay=t, counts=4096, units=units)
-        for t in (0.001, 0.004, 0.008)
+        for t in (0.001, 0.004, 0.006)
     ]
 
 

@@ -10,7 +10,7 @@ from ..controllers.compiler import FLAGS, build, compiler
 from ..controllers.spelling import FLOAT_TYPES
 from ..runtime.writing import write_texts
 from .export import Program
-from .firmware import COUNTERS
+from .firmware import COUNTERS, NUMBERS
 
 __all__ = ["FLAGS", "Compiled", "compiler"]
 
@@ -69,19 +69,8 @@ class Compiled:
 
     def _load(self, library):
         real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
-        numbers = [
-            "bias",
-            "last",
-            "gyro",
-            "theta",
-            "wheels",
-            "increment",
-            "zero",
-            "phi",
-            "volts",
-        ]
         order = self.firmware.law.order
-        fields = [(name, real) for name in numbers]
+        fields = [(name, real) for name in NUMBERS]
         fields += [("x", real * max(order, 1))]
         fields += [(name, ctypes.c_int) for name in (*COUNTERS, "fault")]
         self.state_type = type("State", (ctypes.Structure,), {"_fields_": fields})

@@ -14,7 +14,7 @@ from ..plants.checks import finite, positive
 from .law import PD_SIGNALS, SampledLaw
 from .model import V_MAX
 
-__all__ = ["COUNTERS", "FAULTS", "SOFTNESS", "Controller", "Firmware"]
+__all__ = ["COUNTERS", "FAULTS", "NUMBERS", "SOFTNESS", "Controller", "Firmware"]
 
 #: Why the motors are off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "fall", "stall", "command", "late")
@@ -22,9 +22,12 @@ FAULTS = ("running", "sensor", "fall", "stall", "command", "late")
 #: the encoders', equal ones of the gyro, equal ones of the encoders under
 #: voltage, and ticks at the limit.
 COUNTERS = ("bad", "lost", "same", "still", "full")
-#: What else a controller knows, besides the state of its law.
-KNOWN = ("theta", "gyro", "wheels", "phi", "last", "increment", "volts", "fault")
-STATE = frozenset((*KNOWN, *COUNTERS, "bias", "zero", "x"))  # x is the law's
+#: What else a controller knows, as the state has it in C, besides x of its law.
+NUMBERS = (
+    *("bias", "last", "gyro", "theta", "wheels", "increment", "zero", "phi"),
+    "volts",
+)
+STATE = frozenset((*NUMBERS, *COUNTERS, "fault", "x"))
 SENSOR, FALL, STALL, COMMAND = range(1, 5)  # who calls the law knows the last one
 PUSHING_SHARE = 0.25  # of the limit of the voltage: more than friction takes
 SOFTNESS = 2.0  # a command of so many times the compensation gets all of it
@@ -220,12 +223,10 @@ class Controller:
             lanes.taken(lanes.array(value).copy()) for value in (bias, tilt, wheels)
         )
         phi, no_ticks = wheels + theta, lanes.taken(np.zeros(self.runs, int))
-        known = (theta, none, wheels, phi, bias, none, none, no_ticks)
+        numbers = bias, bias, none, theta, wheels, none, phi, phi, none
         self._now = SimpleNamespace(
-            **dict(zip(KNOWN, known)),
-            **dict.fromkeys(COUNTERS, no_ticks),
-            bias=bias,
-            zero=phi,
+            **dict(zip(NUMBERS, numbers, strict=True)),
+            **dict.fromkeys((*COUNTERS, "fault"), no_ticks),
             x=lanes.begun(self._n, [theta, none, none, none]),
         )
 
