@@ -95,10 +95,11 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
     assert fault == 0
     last = abs(np.ravel(volts))[len(volts) // 2 :]
     assert (last.max() > 0.5 * machine.V_n) == warned
-    seeing = found.robot.but(law="observer")
-    again = recommend(pendulum(machine), R=None, robot=seeing)
-    vars(again)["sampled"] = {}
-    assert "warning, counts" not in again.facts
+    if warned:
+        seeing = found.robot.but(law="observer")
+        again = recommend(pendulum(machine), R=None, robot=seeing)
+        vars(again)["sampled"] = {}
+        assert "warning, counts" not in again.facts
 
 
 @pytest.mark.slow

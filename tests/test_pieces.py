@@ -6,6 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.plants import descriptors
 from sosbook.synthesis import pieces
+from tests.cases import campaign
 from tests.test_uncertain import bicycle, drive
 
 BICYCLES = sos.Uncertain(bicycle, v=(1, 10))
@@ -42,10 +43,8 @@ def quick():
     return least(BICYCLES, "auto")
 
 
-SLACK = pytest.param("slack", marks=pytest.mark.campaign)  # "auto" takes it
-
-
-@pytest.mark.parametrize("coupling", ["pairs", "auto", SLACK])
+# "auto" takes a slack matrix, too
+@pytest.mark.parametrize("coupling", ["pairs", "auto", *campaign(["slack"])])
 def test_cuts_lower_the_bound_of_a_bicycle(coupling, quick, monkeypatch):
     whole = in_one_piece(monkeypatch, BICYCLES, coupling)
     cut = quick if coupling == "auto" else least(BICYCLES, coupling)
