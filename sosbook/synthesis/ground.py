@@ -18,7 +18,7 @@ class Ground:
 
         That is where these speak for the plants between, and the vertices don't.
         """
-        common = is_word(self.coupling, ("pairs", "vertices"))
+        common = is_word(self.coupling, ("auto", "pairs", "vertices"))
         if not (common and self.law is None and all(map(pays, self.requirements))):
             return None
         near = NearBox.of(self.plant)
