@@ -640,7 +640,7 @@ def test_page_and_package_give_the_same_verdict_on_what_is_typed(tab, count):
             apart.append((seed, *verdicts))
     assert apart == []
     for status in ("feasible", "infeasible"):  # of one plant, of ranges, of several
-        assert all(seen[status, kind] >= count / 20 for kind in range(3)), seen
+        assert all(seen[status, kind] >= count // 20 for kind in range(3)), seen
 
 
 @pytest.mark.parametrize("count", [40, pytest.param(1000, marks=pytest.mark.campaign)])
