@@ -11,9 +11,11 @@ from scipy.optimize import nnls
 
 import sosbook as sos
 from sosbook import couplings
-from sosbook.exact.checker.plants import suffice
+from sosbook.exact.checker import verdict
+from sosbook.exact.checker.plants import corners_suffice, suffice
 from sosbook.exact.checker.text import mat
 from sosbook.lmi.text import floats
+from sosbook.plants import descriptor as plants_descriptor
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
@@ -36,13 +38,18 @@ def system(wide):
 
 def leaves_hull(vertices, weights):
     """How far E^-1 [A B_u B_w] of their mean lies from the hull of theirs."""
+    return beside_hull(vertices, np.tensordot(weights, vertices, 1))
+
+
+def beside_hull(vertices, plant):
+    """How far E^-1 [A B_u B_w] of a plant lies from the hull of the vertices' ones."""
 
     def quotient(wide):
         E, rest = wide[:, :N], wide[:, N:]
         return np.append(np.linalg.solve(E, rest).ravel(), 1.0)
 
     corners = np.array([quotient(w) for w in vertices]).T
-    target = quotient(np.tensordot(weights, vertices, 1))
+    target = quotient(plant)
     return nnls(corners, target)[1] / np.linalg.norm(target)
 
 
@@ -90,6 +97,35 @@ def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed)
         weights = np.random.default_rng(seed).dirichlet(np.ones(len(vertices)), 5)
         for some in weights:
             assert leaves_hull(np.array(vertices), some) < 1e-7
+
+
+@pytest.mark.parametrize("spoilt", [False, True])
+@pytest.mark.parametrize("seed", range(6))
+def test_between_corners_the_quotient_is_a_mean_of_theirs(seed, spoilt):
+    """A parameter of E has one column and row, which depend on the others."""
+    rng = np.random.default_rng(seed)
+    base, free = rng.integers(-3, 4, (2, N, WIDTH)).astype(float)
+    base[:, :N] += 60 * np.eye(N)
+    free[:, :N] = 0  # what isn't in E may have any columns
+    u, v = rng.integers(1, 4, (2, N)) * [[1, -1, 1], [1, 1, -1]]
+    rows = rng.integers(-3, 4, (4, WIDTH))
+    rows[1::2, :N] = 0
+
+    def plant(a, b, k):  # as a crane's rope, b has a column with the load a in it
+        along_a = np.outer(u, a * (rows[0] + k * rows[1]))
+        along_b = np.outer(v + a * u, b * rows[2]) + spoilt * a * b * np.outer(
+            v, rows[3]
+        )
+        return base + k * free + along_a + along_b
+
+    corners = [plant(*t) for t in product((0, 1), repeat=3)]
+    found = quotient_in_hull([system(w) for w in corners], corners=True)
+    points = [tuple(map(int, w.T.ravel())) for w in corners]
+    assert corners_suffice([rational(w[:, :N]) for w in corners], points) == found
+    assert found != spoilt and not quotient_in_hull([system(w) for w in corners])
+    if found:
+        for t in rng.random((20, 3)):
+            assert beside_hull(corners, plant(*t)) < 1e-7
 
 
 def rational(rows):
@@ -305,3 +341,39 @@ def test_what_says_that_it_is_affine_in_the_quotient_is():
             for g, divided_g in zip(blocks(r, d), one, strict=True):
                 signs = [np.sum(np.linalg.eigvalsh(x) > 0) for x in (g, divided_g)]
                 assert signs[0] == signs[1]
+
+
+def crane(m, l):
+    """The second row was divided by what all of it has, the load times the rope."""
+    M, S = [[1 + m, m * l], [m * l, m * l**2]], [[0, 0], [0, 9.81 * m * l]]
+    return sos.SecondOrderSystem(M, np.zeros((2, 2)), S, [[1], [0]])
+
+
+SLOWLY = dict(region=sos.PoleRegion(sigma=0.1, rho=10), coupling="pairs")
+
+
+def test_a_crane_that_pairs_refuse_is_designed_by_its_corners():
+    plants = sos.Uncertain(crane, m=(0.1, 2), l=(3, 8))
+    bare = sos.Polytope(plants.vertices)
+    assert couplings.vertices_suffice(plants) and not couplings.vertices_suffice(bare)
+    assert sos.design_pid(bare, **SLOWLY).status == "infeasible"
+    design = sos.design_pid(plants, **SLOWLY)
+    proof = design.certify()
+    assert verdict.check(proof.text) == list(proof.claims) and proof.proven
+    for plant in plants.sample(200, 3):
+        (d,) = descriptors(plant)
+        poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ design.K))
+        assert poles.real.max() < -0.1 and abs(poles).max() < 10
+
+
+@pytest.mark.filterwarnings("ignore::sosbook.MassWarning")
+def test_no_reader_takes_the_corners_word_where_a_change_has_two_columns(monkeypatch):
+    def spoilt(m, l):
+        M, S = [[1 + m, m * l], [1, l + m / 1000]], [[0, 0], [0, 9.81]]
+        return sos.SecondOrderSystem(M, np.zeros((2, 2)), S, [[1], [0]])
+
+    plants = sos.Uncertain(spoilt, m=(0.1, 2), l=(3, 8))
+    assert not couplings.vertices_suffice(plants)
+    monkeypatch.setattr(plants_descriptor, "quotient_in_hull", lambda *_: True)
+    design = sos.design_pid(plants, **SLOWLY)
+    assert design.status == "feasible" and not design.certify().proven

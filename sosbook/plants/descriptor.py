@@ -242,7 +242,7 @@ def _first_order(number, M, D, S, B, F, U, K_A):
     return Descriptor(E, A, Bu, Bw, C=number(np.eye(n, N)), n=n, a=a)
 
 
-def coupled_pairs(vertices, coupling, quotient=True):
+def coupled_pairs(vertices, coupling, quotient=True, corners=False):
     """Indices (i, j), i <= j, of the vertex pairs that need a block.
 
     Parameters
@@ -257,6 +257,8 @@ def coupled_pairs(vertices, coupling, quotient=True):
     quotient : bool
         Whether all LMIs are affine in the quotient: see
         `Requirement.affine_in_quotient`.
+    corners : bool
+        Whether the vertices are the corners of ranges: see `quotient_in_hull`.
 
     Notes
     -----
@@ -273,7 +275,7 @@ def coupled_pairs(vertices, coupling, quotient=True):
         )
     few = sorted(set(twins(vertices)))
     pairs = [(i, i) for i in few]
-    if coupling == "pairs" and not (quotient and quotient_in_hull(vertices)):
+    if coupling == "pairs" and not (quotient and quotient_in_hull(vertices, corners)):
         masses = {i: tuple(np.ravel(vertices[i].E)) for i in few}
         kinds = {E: kind for kind, E in enumerate(dict.fromkeys(masses.values()))}
         kind = {i: kinds[E] for i, E in masses.items()}

@@ -8,7 +8,7 @@ from ..exact.rational import exact
 __all__ = ["quotient_in_hull"]
 
 
-def quotient_in_hull(vertices):
+def quotient_in_hull(vertices, corners=False):
     """Whether E^-1 [A B_u B_w] of every plant is a mean of the vertices' ones.
 
     Then LMIs that are affine in it hold for every plant of the polytope if
@@ -19,16 +19,23 @@ def quotient_in_hull(vertices):
       where one row alone is uncertain, or
     - the vertices are a box: all sums of some plants with the same E and of
       any of some changes, each of which has multiples of one column only. A
-      mass does that, and whatever else stands in its row of the equations.
+      mass does that, and whatever else stands in its row of the equations; or
+    - they are ``corners``, and each parameter of E changes multiples of one column,
+      whatever the others are: the column and the multiples may depend on them. Then it
+      is proven of the plants with parameters in their ranges, not of all means,
 
     and where det E has one sign at all vertices.
 
-    ``vertices``: in floats, or in rationals. Floats are read as decimals. Returns bool:
-    True is proven. A polytope that has the property for another reason may get False.
+    ``vertices``: in floats, or in rationals. Floats are read as decimals; ``corners``:
+    whether they are the corners of a box of parameters, of which [E A B_u B_w] is
+    affine in each; the last one changes first. Returns bool: True is proven. A polytope
+    that has the property for another reason may get False.
 
     Source: the chapter on vertices of the book. With E + t u v' for E the
     inverse moves on a segment (Sherman and Morrison), and so does the quotient
-    where A, B_u and B_w move along u, too. det E is affine in each t.
+    where A, B_u and B_w move along u, too. det E is affine in each t. From a plant
+    between corners go along one parameter after the other: its quotient is a mean of
+    two with that parameter at the ends, and at last of corners.
 
     >>> from sosbook import Polytope, SecondOrderSystem
     >>> from sosbook.plants import descriptors
@@ -50,8 +57,12 @@ def quotient_in_hull(vertices):
         return True
     if any(_outputs(d) != _outputs(vertices[0]) for d in vertices[1:]):
         return False  # the mean of the quotients may have other weights
-    points = sorted(set(map(tuple, wide[:, rows, columns].tolist())))
     places = list(zip(rows.tolist(), columns.tolist()))
+    entries = wide[:, rows, columns]
+    points = sorted(set(map(tuple, entries.tolist())))
+    corners = corners and len(points) == len(wide)
+    if corners and _ranks_of_one(_rationals(entries), places, of_E):
+        return _one_sign(wide[:, :, : wide.shape[1]])
     other = next(p for p in points if p[:of_E] != points[0][:of_E])
     ends = _rationals(np.array([points[0], other]))
     if not _one_column([_difference(*ends)], places):  # most are told by this one
@@ -63,6 +74,29 @@ def quotient_in_hull(vertices):
 def _outputs(d):
     parts = (getattr(d, name) for name in ("C", "Du", "Dw", "Ca"))
     return [None if x is None else x.tolist() for x in parts]
+
+
+def _ranks_of_one(corners, places, of_E):
+    """Whether each parameter of E changes the rest by a rank of one.
+
+    Minors of two rows have degree two in each other parameter: they are zero if they
+    are at both ends and halfway.
+    """
+    grid = np.array(corners, dtype=object)
+    axes = len(grid).bit_length() - 1
+    grid = grid.reshape(*(2,) * axes, -1)
+    for axis in range(axes):
+        low, high = np.moveaxis(grid, axis, 0)
+        changes = high - low
+        if not any(changes[..., :of_E].flat):
+            continue
+        for other in range(axes - 1):
+            first, last = np.moveaxis(changes, other, 0)
+            changes = np.stack([first, (first + last) / 2, last], other)
+        for change in changes.reshape(-1, len(places)).tolist():
+            if any(change) and not _one_column([change], places):
+                return False
+    return True
 
 
 def _spanned(points, places, of_E):

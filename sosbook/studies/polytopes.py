@@ -260,7 +260,8 @@ def vertices_suffice(plants, U=None, K_A=None):
     >>> vertices_suffice(random_chain(0)), vertices_suffice(actuated())
     (True, False)
     """
-    return quotient_in_hull(Request(_several(plants), U, K_A=K_A).certain)
+    request = Request(_several(plants), U, K_A=K_A)
+    return quotient_in_hull(request.certain, request.at_corners)
 
 
 def hull_gap(plants, U=None, K_A=None, count=20, seed=0):

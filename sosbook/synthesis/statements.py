@@ -20,10 +20,15 @@ class Statements:
             return True
         return len(self.pairs) == len(self._pairs_of("pairs"))
 
+    @property
+    def at_corners(self):
+        """Whether the vertices are the corners of ranges, and nothing else is meant."""
+        return self.plant.family is not None and self.plant.family.multi_affine
+
     def _pairs_of(self, coupling):
         authors = [r for r in self.requirements if not r.of_package]
         quotient = all(r.affine_in_quotient for r in self.requirements)
-        pairs = coupled_pairs(self.certain, coupling, quotient)
+        pairs = coupled_pairs(self.certain, coupling, quotient, self.at_corners)
         if quotient and authors:  # what is left out must be more than their word
             every = coupled_pairs(self.certain, coupling, False)
             if every != pairs and not all(affine_in_quotient(r, self) for r in authors):

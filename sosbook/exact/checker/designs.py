@@ -7,7 +7,7 @@ from . import payment
 from .arithmetic import Beyond, need, read
 from .families import every_plant, keys
 from .language import Reader, parse
-from .plants import coordinates, distinct, plant, suffice
+from .plants import coordinates, corners_suffice, distinct, plant, suffice
 from .requirements import (
     BLOCKS,
     SIZED,
@@ -113,12 +113,13 @@ class Design:
         alike = all(env.get(f"{x}.{i + 1}") == env.get(f"{x}.1")
                     for x in self.t.each for i in E)  # fmt: skip
         if between and alike:
-            points = []
-            for i in E:
-                whole = [env[f"{x}.{i + 1}"].T for x in ("E", "A", "Bu", "Bw")]
-                parts = (Fraction(e, x.d) for x in whole for u in x.a for e in u)
-                points.append(tuple(parts))
-            between = [] if suffice(list(E.values()), points) else between
+            points = {i: self._point(env, i) for i in E}
+            ranges = self.d["plant"].get("parameters", ())
+            several = len(self.t.vertices)  # of no powers above one as many as corners
+            corners = ranges and 2 ** len(ranges) == several == len(E)
+            known = list(E.values()), list(points.values())
+            if suffice(*known) or (corners and corners_suffice(*known)):
+                between = []
         need(not between or self.far is None, "the box doesn't speak for its inside")
         self.certain = all(E[i] == x for x in E.values() for i in E)
         self.whole = not between or self.d["coupling"] != "vertices"
@@ -128,6 +129,11 @@ class Design:
             named = [tuple(k[3:] * 2)[:2] for k, _ in self.d["multipliers"]]
             pairs = [p for p in pairs if p in set(named)]
         self.pairs = pairs
+
+    def _point(self, env, i):
+        """The entries of [E A B W] of a vertex, by columns."""
+        whole = [env[f"{x}.{i + 1}"].T for x in ("E", "A", "Bu", "Bw")]
+        return tuple(Fraction(e, x.d) for x in whole for u in x.a for e in u)
 
     def _sizes(self):
         """Which requirements have an unknown size, and under which condition."""

@@ -128,24 +128,57 @@ def suffice(E, points):
     def change(point):
         return tuple(a - b for a, b in zip(point, first))
 
-    def along_one(*changes):
-        columns = [c[k : k + N] for c in changes for k in range(0, len(c), N)]
-        u = next(filter(any, columns))
-        k = next(k for k in range(N) if u[k])
-        return all(c[r] * u[k] == u[r] * c[k] for c in columns for r in range(N))
-
     box = {p for p in points if p[: N * N] == first[: N * N]}
     if len(box) == len(points):
         return True
-    if not along_one(*map(change, others)):
+    if not along_one(N, map(change, others)):
         for point in others:
             if point not in box:
-                if not along_one(change(point)):
+                if not along_one(N, [change(point)]):
                     return False
                 box |= {tuple(map(sum, zip(p, change(point)))) for p in box}
                 if not box <= set(points):
                     return False
-    dets = [determinant(E) for E in points.values()]
+    return one_sign(points.values())
+
+
+def corners_suffice(E, points):
+    """The same where vertices are the corners of ranges, and plants have values there.
+
+    The plants are affine in each parameter. Along one that moves E by multiples of a
+    column, and A, B and W too, det E is affine and the quotient moves on a segment;
+    along one that leaves E the quotient is affine. So that of any plant is a mean of
+    two with this parameter at its ends, and then of corners. The column may depend on
+    the other parameters: two rows of a change have minors of degree two in each,
+    which are zero if they are at both ends and halfway. The last one changes first.
+    """
+    N, axes = E[0].r, len(E).bit_length() - 1
+    for axis in range(axes):
+        before = [k for k in range(len(E)) if not k >> axis & 1]
+        pairs = [(points[k], points[k + (1 << axis)]) for k in before]
+        changes = [[b - a for a, b in zip(*pair)] for pair in pairs]
+        if not any(any(c[: N * N]) for c in changes):
+            continue
+        for _ in range(axes - 1):  # the first of the others becomes the last of them
+            half = len(changes) // 2
+            ends = list(zip(changes[:half], changes[half:]))
+            middles = [[(x + y) / 2 for x, y in zip(*both)] for both in ends]
+            changes = [c for (a, b), m in zip(ends, middles) for c in (a, m, b)]
+        if not all(along_one(N, [c]) for c in changes if any(c)):
+            return False
+    return one_sign(E)
+
+
+def along_one(N, changes):
+    """Whether all columns, of N entries, of some changes are multiples of one u."""
+    columns = [c[k : k + N] for c in changes for k in range(0, len(c), N)]
+    u = next(filter(any, columns))
+    k = next(k for k in range(N) if u[k])
+    return all(c[r] * u[k] == u[r] * c[k] for c in columns for r in range(N))
+
+
+def one_sign(several):
+    dets = [determinant(E) for E in several]
     return all(d > 0 for d in dets) or all(d < 0 for d in dets)
 
 
