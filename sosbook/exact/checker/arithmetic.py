@@ -124,13 +124,13 @@ def gather(rows, c):
     return Mat(len(rows), c, a, d)
 
 
-NUMBER = re.compile(r"-?(\d+(\.\d+)?(e[-+]?\d{1,3})?|\d+/\d+)", re.ASCII)
+NUMBER = re.compile(r"-?(\d+(\.\d+)?(e[-+]?\d{1,3})?|\d+/0*[1-9]\d*)", re.ASCII)
 
 
 def number(text):
     """A decimal, or a fraction, in a string."""
     good = isinstance(text, str) and NUMBER.fullmatch(text)
-    need(good and not re.search("/0+$", text), f"{text!r:.40} isn't a number")
+    need(good, f"{text!r:.40} isn't a number")
     top, _, bottom = text.partition("/")
     top, _, power = top.partition("e")
     first, _, rest = top.partition(".")
