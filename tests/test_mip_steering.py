@@ -169,7 +169,7 @@ def test_it_is_damped_fast_and_never_feeds_the_rate_back_positively(name, held):
     for m, d in np.linspace(np.min(corners, axis=0), np.max(corners, axis=0), 7):
         poles = np.roots([m, d - k_rate, -k, -k_sum])
         assert poles.real.max() < -2 and (-poles.real > abs(poles.imag)).all()
-    if name == "hub":
+    if name == "lego":  # the others' peaks would be too high, too
         slow = replace(design, robot=robot.but(T=0.2, delay=0.2))
         with pytest.raises(ValueError, match="no R keeps.* fed back positively"):
             slow.law
