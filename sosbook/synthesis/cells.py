@@ -44,14 +44,6 @@ class Cell(ReadOnly):
         moved = [_moved(T, rate, noisy, *ends) for _, ends in ways]
         return ways[int(np.argmax(moved))][0]
 
-    def nearer(self, k):
-        """By way, loops that halves have in the place of loop k; none for a plant."""
-        return self.family.nearer(self.place, self.loops, k)
-
-    def point(self, k):
-        """Where the plant is that is loop k."""
-        return self.family.point(self.place, k)
-
     def cut(self, way):
         """Two cells that cover it, cut in the middle of a ``way``, edge or axis."""
         return [Cell(self.family, part) for part in self.family.cut(self.place, way)]
@@ -122,11 +114,11 @@ class Mixtures:
         return [self.at(list(row)) for row in corners]
 
     def nearer(self, place, loops, k):
-        """See `Cell.nearer`: all corners are plants."""
+        """By way, loops that halves have in the place of loop k; none for a plant."""
         return {}
 
     def point(self, corners, k):
-        """See `Cell.point`."""
+        """Where the plant is that is loop k of a cell."""
         return list(corners[k])
 
     def ways(self, corners):
@@ -225,7 +217,7 @@ class Box:
     nearer = Mixtures.nearer
 
     def point(self, ends, k):
-        """See `Cell.point`."""
+        """As for `Mixtures`."""
         return list(list(product(*zip(*ends)))[k])
 
     def loops_of(self, ends):
@@ -310,7 +302,7 @@ class Ranges(Box):
         return np.array(np.unravel_index(k, shape)), shape
 
     def nearer(self, plants, loops, k):
-        """See `Cell.nearer`: by each parameter that has no end of its range there."""
+        """By each parameter that has no end of its range there: as for `Mixtures`."""
         place, shape = self._index(k)
         beside = {
             axis: [np.ravel_multi_index(place + s * step, shape) for s in (1, -1)]
@@ -323,18 +315,13 @@ class Ranges(Box):
         }
 
     def point(self, plants, k):
-        """See `Cell.point`."""
+        """As for `Mixtures`."""
         ends = zip(plants.box.low, plants.box.high, self._index(k)[0])
         return [high if i else low for low, high, i in ends]
 
     def ways(self, plants):
         """The parameters, with the loops at their ends and the others halfway."""
-        box = plants.box
-        ways, middle = [], dict(zip(box.names, box.middle))
-        for k, (name, *ends) in enumerate(zip(box.names, box.low, box.high)):
-            two = (self.at(list((middle | {name: end}).values())) for end in ends)
-            ways.append((k, tuple(two)))
-        return ways
+        return super().ways((plants.box.low, plants.box.high))
 
     def cut(self, plants, k):
         """Two families, cut in the middle of a parameter's range."""

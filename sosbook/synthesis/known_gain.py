@@ -160,9 +160,10 @@ def decided(request, r, plants, bad=None):
             values.append(found[0])
             least = min(least, found[1])
             continue
-        nearer = {} if room[k] > 0 else cell.nearer(k)
+        nearer = {} if room[k] > 0 else plants.nearer(cell.place, cell.loops, k)
         if not (room[k] > 0 or nearer):  # it is a plant of the family
-            found = _broken(request, r, plants, cell.point(k), bad)
+            point = plants.point(cell.place, k)
+            found = _broken(request, r, plants, point, bad)
             return found or _undecided(r, bad, values, "a plant that is at the edge")
         if not cuts and _proven(r, [plants.at(plants.exactly(bad.point))]) is None:
             return _undecided(r, bad, values, "the worst plant alone")
