@@ -25,6 +25,7 @@ from sosbook.pendulum.export import Program
 from tests.axis import T, axis, rubbed
 from tests.processes import process
 
+TARGETS = "arm-linux-gnueabihf", "arm-linux-gnueabi"
 KINDS = {"double": float, "single": np.float32}
 STRICT = (
     *("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"),
@@ -340,7 +341,8 @@ int main(void)
     axis_state s;
     axis_real y[AXIS_MEASURED], r[AXIS_ROOM(AXIS_SET_POINTS)], u[AXIS_OUTPUTS];
     const axis_real limit[] = AXIS_LIMIT;
-    long starts = 0;
+    unsigned char bytes[sizeof u];
+    unsigned long hash = 0, starts = 0;
     s.fault = AXIS_SENSOR;
     for (long tick = 0; tick < 1000000; tick++) {
         for (int i = 0; i < AXIS_MEASURED; i++)
@@ -358,8 +360,11 @@ int main(void)
         for (int i = 0; i < AXIS_STATES; i++)
             if (!isfinite(s.x[i]))
                 return 2;
+        memcpy(bytes, u, sizeof u);
+        for (unsigned i = 0; i < sizeof u; i++)
+            hash = (31 * hash + bytes[i]) & 0xffffffffUL;
     }
-    printf("%ld\\n", starts);
+    printf("%lu %lu\\n", starts, hash);
     return 0;
 }
 """
@@ -376,8 +381,27 @@ def test_a_million_strange_ticks_under_sanitizers(gcc, tmp_path, precision, lost
     tried = process(*gcc, *trap, *build, cwd=tmp_path)
     if tried.returncode:
         ran(*gcc, *build, cwd=tmp_path)  # this compiler has no sanitizer
-    starts = int(ran(str(tmp_path / "fuzz")))
-    assert starts > 1000 or lost
+    starts, _ = ran(str(tmp_path / "fuzz")).split()
+    assert int(starts) > 1000 or lost
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("precision", KINDS)
+def test_a_million_strange_ticks_are_the_same_on_an_arm(
+    target, precision, gcc, tmp_path
+):
+    """With a unit for floating point, and without one."""
+    arm, qemu = f"{target}-gcc", "qemu-arm"
+    if not (shutil.which(arm) and shutil.which(qemu)):
+        pytest.skip(f"NO {arm}, {qemu}: apt-get install gcc-{target} qemu-user brings")
+    Code(limited().watch(lost=0.004), "axis", precision).write(tmp_path)
+    (tmp_path / "fuzz.c").write_text(FUZZ, "utf-8")
+    told = set()
+    for build, runs in ((gcc, ()), ([arm, "-static"], [qemu])):
+        ran(*build, *FLAGS[:3], "axis.c", "fuzz.c", "-o", "fuzz", cwd=tmp_path)
+        told.add(ran(*runs, str(tmp_path / "fuzz")))
+    assert len(told) == 1
 
 
 @pytest.mark.parametrize("runs", ["no such word", 0, True, 1.5])
