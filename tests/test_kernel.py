@@ -150,6 +150,16 @@ def test_what_is_positive_has_positive_eigenvalues(seed):
     assert kernel.definite(kernel.read(rows(x + np.eye(n) / 3))) == (least > -1 / 3)
 
 
+@pytest.mark.parametrize("size", [1, 10**40, Fraction(1, 10**90)])
+@pytest.mark.parametrize("sign", [1, 0, -1])
+def test_rounding_never_decides(sign, size):
+    """The second pivot is 1e-60 of the first; its sign, and nothing else, counts."""
+    last = 1 + Fraction(sign, 10**60)
+    x = kernel.read([[str(size * e) for e in row] for row in ((1, -1), (-1, last))])
+    assert kernel.definite(x) == (sign > 0)
+    assert kernel.definite(x, semi=True) == (sign >= 0)
+
+
 def refused(file):
     try:
         kernel.check(file)

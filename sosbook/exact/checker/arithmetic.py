@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import gcd, lcm
 
 MOST_DIGITS, LARGEST = 100_000, 2000
+BITS = 32  # twice as many after the point: eigenvalues below 1e-18 are for full length
 
 
 class Refused(Exception):
@@ -187,13 +188,29 @@ def total(x, y):
 
 
 def definite(x, semi=False):
-    """By elimination in integers (Bareiss): the pivots are leading minors."""
+    """Whether x is positive definite, or ``semi`` definite, exactly.
+
+    Where it may be, its entries are rounded first, down to BITS bits after the point of
+    a diagonal of about one. What that leaves has entries of [0, 1) in the last place,
+    and no eigenvalue below -n: a rounded matrix that exceeds n there is enough, and its
+    integers are short.
+    """
     if scalar(x):
         return x >= 0 if semi else x > 0
     if x.r != x.c or x != x.T:
         return False
-    common = gcd(*(e for u in x.a for e in u)) or 1
-    rows, last = [[e // common for e in u[i:]] for i, u in enumerate(x.a)], 1
+    half = [max(u[i], 0).bit_length() // 2 for i, u in enumerate(x.a)]
+    short = [[(e << 2 * BITS) >> s + t for e, t in zip(u, half)]
+             for u, s in zip(x.a, half)]  # fmt: skip
+    for i, u in enumerate(short):
+        u[i] -= x.r
+    return eliminated(short) or eliminated(x.a, semi)
+
+
+def eliminated(a, semi=False):
+    """The same of symmetric integers, by Bareiss: the pivots are leading minors."""
+    common = gcd(*(e for u in a for e in u)) or 1
+    rows, last = [[e // common for e in u[i:]] for i, u in enumerate(a)], 1
     while rows:  # of the upper triangle
         head, rows = rows[0], rows[1:]
         p = head[0]
