@@ -24,7 +24,12 @@ from sosbook.pendulum.robot import Robot
 from sosbook.pendulum.ticks import FORMATS, TickLog
 from sosbook.plants.files import load_plant, plant_and_asked
 from sosbook.proofs.command import read_plant_file
-from sosbook.proofs.subject import compare_code, compare_gain, compare_plant
+from sosbook.proofs.subject import (
+    compare_code,
+    compare_gain,
+    compare_plant,
+    proofs_beside,
+)
 from sosbook.runtime import matrix_files, reading
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file, write_texts
@@ -79,6 +84,7 @@ READERS = {
     ],
     "proofs.subject.compare_gain": [("json", lambda x: compare_gain({}, x))],
     "proofs.subject.compare_code": [("h", lambda x: compare_code(None, x))],
+    "proofs.subject.proofs_beside": [("h", proofs_beside)],
     "exact.proof_file.load": [("json", proofs.load)],
     "exact.proof_file.ProofFile.load": [("json", proofs.Certificate.load)],
     "pendulum.log.Log.read": [("csv", Log.read)],

@@ -354,7 +354,7 @@ def test_a_disk_that_has_all_eigenvalues():
     bad = certify_sampled(plants, law, T, rate=0.99 * half, centre=centre)
     assert not bad.proven and f"away from {centre:.6g}" in bad.failed[0]
     assert type(good)(good.text).verify()
-    moved = good.text.replace(f'"centre": "{centre!r}"', '"centre": "0.01"')
+    moved = good.text.replace(f'"centre":"{centre!r}"', '"centre":"0.01"')
     assert moved != good.text and not type(good)(moved).proven
     cart = certify_sampled(CART, [[-1, -1.2]], 0.1, 0.03, rate=0.47, centre=0.5)
     eigenvalues = np.linalg.eigvals(sampled_loop(CART, [[-1, -1.2]], 0.1, 0.03)[0])

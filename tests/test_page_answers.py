@@ -129,12 +129,13 @@ DRIVE = """async ([tag, seed, moves, texts]) => {
     } else await wait(0);
     check(after);
   };
+  const settings = new Set();
   for (let k = 0; k < buttons().length; k++) {   // each of them, and a move
     await step(buttons()[k], true);
     const sliders = all("input[type=range]");
     if (sliders.length) await step(sliders[k % sliders.length], k % 2);
+    settings.add(setting());
   }
-  let settings = new Set();
   for (let k = 0; k < moves; k++) {
     const list = uniform() < 0.35 ? buttons() : controls();
     if (list.length) await step(list[whole(list.length)], uniform() < 0.6);
