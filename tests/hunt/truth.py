@@ -21,7 +21,7 @@ def broken(vertices, K, U, requirements, rng, between=0):
 
     Parameters
     ----------
-    vertices : list of SecondOrderSystem
+    vertices : list of objects with M, D, S, B, F, n and p
     K : (m, N) array
     U : (a, n) array or None
     requirements : sequence of Requirement
