@@ -66,8 +66,9 @@ def _step(strokes):
 
 
 def _found(design):
-    """The gain of a design and what is proven of it; its status where there is none."""
-    if design.status != "feasible" or not design.certify().proven:
+    """The proven gain of a design, and its bounds; its status where there is none."""
+    proof = design.certify()
+    if design.status != "feasible" or not proof.proven:
         return {"status": design.status, "K": None}
     bounds = [{"name": b.requirement.name, "proven": b.proven} for b in design.bounds()]
-    return {"status": "feasible", "K": design.K[0].tolist(), "bounds": bounds}
+    return {"status": "feasible", "K": proof.K[0].tolist(), "bounds": bounds}
