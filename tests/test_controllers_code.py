@@ -404,11 +404,26 @@ def test_a_million_strange_ticks_are_the_same_on_an_arm(
     assert len(told) == 1
 
 
+@pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only"])
+def test_what_the_program_refuses_to_be_compiled_with(gcc, flag):
+    with pytest.raises(RuntimeError, match="breaks the checks"):
+        CompiledCode(limited(), flags=[*FLAGS, flag])
+
+
 @pytest.mark.parametrize("runs", ["no such word", 0, True, 1.5])
 @pytest.mark.parametrize("program", [CompiledCode, Replay])
 def test_how_many_machines_is_a_number(program, runs):
     with pytest.raises(ValueError, match="runs must be 1, 2"):
         program(limited(), runs=runs)
+
+
+def test_a_number_that_single_precision_lacks_is_named():
+    scaled = sos.design_pid(
+        sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1e-42]]),
+        region=sos.PoleRegion(1, rho=9),
+    )
+    with pytest.raises(ValueError, match="too large for single precision"):
+        Code(scaled.controller(T=0.01), "one", "single").gains
 
 
 def test_ticks_are_seconds():

@@ -22,6 +22,14 @@ def why(controller):
     return [FAULTS[k] for k in controller.fault]
 
 
+def test_the_estimate_is_the_trapezoid_of_the_gyro():
+    t = np.arange(101) * T
+    controller = started(0.1)
+    for rate in -0.1 * np.sin(t):
+        controller.step(rate, 0.0)
+    assert abs(controller.theta[0] - 0.1 * np.cos(1.0)) < 1e-5
+
+
 def test_a_good_reading_ends_the_count():
     controller = started(0.1, missing=1)
     for _ in range(5):

@@ -14,7 +14,7 @@ CHECKER = Path(__file__).parent
 MODULES = (
     *("arithmetic", "language", "kernel", "families", "payment", "outputs"),
     *("text", "plants", "regions", "requirements", "designs", "known", "delays"),
-    *("others", "special", "small_input", "verdict"),
+    *("others", "special", "small_input", "subject", "verdict"),
 )
 ONE_FILE = """\
 \"\"\"Check a proof file of sosbook: python check_proof.py proof.json, see --help.

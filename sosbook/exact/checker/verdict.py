@@ -15,7 +15,6 @@ memory that there is, 5 proven, where an author says what his own blocks mean.
 """
 
 import argparse
-import hashlib
 import json
 import os
 import sys
@@ -31,6 +30,7 @@ from .known import Known
 from .others import Mass, Observer, Own
 from .small_input import SmallInput
 from .special import FixedMode, SingularMass, SumOfPoles, UnreachedResponse
+from .subject import about, digest, subject, wanted_gain, wanted_plant
 
 SECONDS = 600.0  # unless told otherwise
 AUTHOR = 5  # the exit code of what is proven of an author's blocks
@@ -244,91 +244,9 @@ def checksum(file):
     return digest({k: v for k, v in file.items() if k != "checksum"})
 
 
-def digest(value):
-    plain = json.dumps(value, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(plain.encode()).hexdigest()
-
-
-def parts(asked):
-    """What a proof is about, by name."""
-    about = [
-        (k, asked[k]) for k in ("plant", "U", "K_A", "K", "law", "L") if asked.get(k)
-    ]
-    starts = [r["x0"] for r in asked.get("requirements", []) if "x0" in r]
-    return about + [("x0", x) for x in starts]
-
-
-def about(asked):
-    """The first letters of digests."""
-    return {name: digest(value)[:12] for name, value in parts(asked)}
-
-
-def subject(asked):
-    """What a proof is about: digests, and numbers or sizes.
-
-    Parameters
-    ----------
-    asked : dict
-        The data of the plant, the gain and the start, by name.
-
-    Examples
-    --------
-    >>> subject({"K": [["1", "-2"]], "U": []})
-    'K e31ba7a7b60d = [[1, -2]]'
-    """
-    words = []
-    for name, value in parts(asked):
-        text = json.dumps(value).replace('"', "")
-        text = f"= {text}" if len(text) <= 120 else f"({size(value)})"
-        words.append(f"{name} {digest(value)[:12]} {text}")
-    return ", ".join(words)
-
-
-def size(value):
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {size(inner)}" for key, inner in value.items())
-    if not isinstance(value, list) or not value:
-        return json.dumps(value).replace('"', "")[:120]
-    if isinstance(value[0], dict):
-        return f"{len(value)} with {size(value[0])}"
-    if isinstance(value[0], list):
-        return f"{len(value)} x {len(value[0])}"
-    return f"{len(value)} numbers"
-
-
 def by_author(asked):
     """Whether somebody's own theorem is among what is asked."""
     return any("theorem" in r for r in asked.get("requirements", ()))
-
-
-def wanted_plant(given):
-    """The plant, and U and K_A if any, of a plant file as proof files write them."""
-    plant = given.get("plant", given)
-    if "parameters" in plant:
-        raise Beyond("a file with parameters is compared by python -m sosbook verify")
-    vertices = []
-    for v in plant.get("vertices", [plant]):
-        keys(dict(v, F=0), "M D S B F")
-        v = dict({"F": [[] for _ in v["M"]]}, **v)
-        vertices.append({k: decimals(v[k]) for k in "MDSBF"})
-    wanted = {"plant": {"kind": "second order", "vertices": vertices}}
-    for name, none in (("U", []), ("K_A", None)) if "plant" in given else ():
-        wanted[name] = none if given.get(name) is None else decimals(given[name])
-    return wanted
-
-
-def wanted_gain(given):
-    return {"K": decimals(given["K"] if isinstance(given, dict) else given)}
-
-
-def decimals(rows):
-    """Numbers of JSON as proof files write them."""
-    if isinstance(rows, list):
-        return [decimals(x) for x in rows]
-    good = type(rows) in (int, float)
-    need(good, "a plant or a gain has something that is no number")
-    text = repr(float(rows) + 0.0)
-    return text[:-2] if text.endswith(".0") else text
 
 
 def read(name):
