@@ -67,7 +67,7 @@ def write(folder, program):
 # The text
 
 
-TEXTS = [*map(attrgetter, ("gains", "pyctrl", "ros"))]
+TEXTS = [*map(attrgetter, ("gains", "pyctrl"))]
 TEXTS.append(lambda program: program.rc_balance["rc_balance.c"])
 
 

@@ -8,6 +8,7 @@ from sosbook.mip.margins import SampledLoop
 
 from sosbook.pendulum.optimal import KINDS, optimal_law
 from sosbook.pendulum.tuning import design, recoverable_tilt
+from sosbook.proofs import load
 from sosbook.sampled import c2d, design_sampled_lqr
 from tests.compiler import find, refuse
 
@@ -90,11 +91,18 @@ def test_the_limit_is_known_to_the_law(kind):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_chain_offers_it_with_its_proofs(kind, tmp_path):
-    found = recommend(MIP, R=None, robot=THESIS.but(law=kind))
+    found = recommend(MIP, R=None, robot=THESIS.but(law=kind, jitter=0.0005))
     assert found.proven and found.sensitivity <= 2, found.lacking
     said = found.facts["proof of the sampled loop"]
-    assert "constant delays 0, 5, 10 ms. Of a delay or a clock that varies not" in said
+    assert "constant delays 0, 5, 10 ms; and each of 5 robots" in said
+    assert "sequence of delays from 0 to 10 ms and of ticks from 9.5 to 10.5 ms" in said
+    assert "That isn't proven of robots between these: patience" in said
     names = {path.name for path in found.write(tmp_path)}
+    clocks = "every sequence of sampling intervals in [0.0095, 0.0105] s and delays in"
+    assert len(found.varying_robots) == 5
+    for k, proof in enumerate(found.varying_robots, 1):
+        assert proof.proven and clocks in proof.claims[0]
+        assert load(tmp_path / f"proof_balance_varying_{k}.json") == proof
     assert sum(name.startswith("proof_balance_sampled") for name in names) == 6
     assert not {"proof_balance.json", "proof_balance_hold.json"} & names
     text = (tmp_path / "balance_gains.h").read_text("utf-8")

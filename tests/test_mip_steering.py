@@ -4,7 +4,6 @@ import ctypes
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
-from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -713,38 +712,6 @@ def test_the_sketch_goes_a_metre_and_turns_a_quarter(
     assert abs(path[-300:, 2] - turn).max() < np.radians(2)
     asked = way if metres else path[:, 2]
     assert asked[:380].max() < 0.1 and asked.max() < 1.05 * max(metres, turn)
-
-
-def test_the_node_of_ros_passes_commands_on(monkeypatch):
-    rclpy, program = MagicMock(), MagicMock()
-    twist = SimpleNamespace(
-        linear=SimpleNamespace(x=0.17), angular=SimpleNamespace(z=-0.5)
-    )
-    node, running = rclpy.create_node.return_value, program.return_value
-    running.poll.return_value = None
-    rclpy.ok.side_effect = [True, True, False]
-    for name in ("rclpy", "geometry_msgs", "geometry_msgs.msg"):
-        monkeypatch.setitem(sys.modules, name, rclpy)
-    space = {"__name__": "script"}
-    exec(compile(Written(FIRMWARE, robot=ROBOT).ros, "ros_balance.py", "exec"), space)
-
-    def spin(*_, **__):
-        (kind, topic, obey, depth), _ = node.create_subscription.call_args
-        assert (kind, topic, depth) == (rclpy.Twist, "cmd_vel", 1)
-        obey(twist)
-
-    rclpy.spin_once.side_effect = spin
-    monkeypatch.setattr(space["subprocess"], "Popen", program)
-    monkeypatch.setattr(sys, "argv", ["ros_balance.py"])
-    space["main"]()
-    assert program.call_args.args == (["./rc_balance", "/dev/null", "-"],)
-    said = [call.args[0] for call in running.stdin.write.call_args_list]
-    assert said == 2 * ["v 5.000000 -0.500000\n"]  # 0.17 m/s on wheels of 34 mm
-    assert running.stdin.flush.call_count == 2
-    ends = running.terminate, running.wait, node.destroy_node, rclpy.try_shutdown
-    assert all(end.called for end in ends)
-    with pytest.raises(ValueError, match="this program is for a BeagleBone"):
-        Written(FIRMWARE, robot=Robot.shipped("gearmotors")).ros
 
 
 # The description

@@ -247,12 +247,20 @@ class Program:
 
     @property
     def ros(self):
-        """The text of ros_<name>.py, a node of ROS 2 that passes cmd_vel on.
+        """A package of ROS 2 around rc_<name>: a dict from files to their texts.
 
-        It drives rc_<name> and takes part in no tick: ROS keeps no clock.
+        Its node passes orders on, says odometry, joints, battery and faults, and takes
+        part in no tick: ROS keeps no clock.
         """
+        if self.steering is None:
+            raise ValueError("a robot without track has no heading: ROS 2 turns it")
         values = {"NODE": f'"{self.name}"', "RADIUS": wired(self.robot).r}
-        return fill("ros_balance.py", self._provenance, values, self.name)
+        values["PER_RADIAN"] = self.steering.per_radian
+        note, folder = self._provenance, f"ros_{self.name}"
+        files = {f"{folder}.py": fill("ros_balance.py", note, values, self.name)}
+        for name in ("package.xml", "CMakeLists.txt"):
+            files[name] = fill(name, note, {}, self.name)
+        return {f"{folder}/{file}": text for file, text in files.items()}
 
     @property
     def sketch(self):

@@ -213,17 +213,24 @@ def _sampled(deployment):
         "every plant of the polytope, with this law and its estimates of theta, phi "
         "and phi', is stable for "
     )
+    T, late = 1000 * robot.T, 1000 * robot.jitter
+    varies = (
+        f"every sequence of delays from 0 to {1000 * robot.delay:g} ms"
+        + f" and of ticks from {T - late:g} to {T + late:g} ms apart" * (late > 0)
+    )
     if deployment.varying:
-        T, late = 1000 * robot.T, 1000 * robot.jitter
-        return words + (
-            f"every sequence of delays from 0 to {1000 * robot.delay:g} ms and of "
-            f"ticks from {T - late:g} to {T + late:g} ms apart"
-        )
+        return words + varies
     delays = ", ".join(f"{1000 * late:g}" for late in proofs)
     words += f"each of the constant delays {delays} ms"
-    if deployment.optimal:
+    if not deployment.optimal:
+        return words
+    if many := len(deployment.varying_robots):
         words += (
-            ". Of a delay or a clock that varies nothing is proven; patience = 120 "
-            "(--patience 120) tries it for so many seconds"
+            f"; and each of {many} robots, in the middle and at the corners of the "
+            f"spread, for {varies}"
         )
-    return words
+    where = "robots between these" if many else "delays and ticks that vary"
+    return words + (
+        f". That isn't proven of {where}: patience = 300 (--patience 300) tries it "
+        "for so many seconds"
+    )

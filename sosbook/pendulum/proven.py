@@ -10,7 +10,7 @@ from ..plants.gain import Gain
 from ..runtime.writing import write_texts
 from .drive import Drive
 from .facts import facts
-from .firmware import SOFTNESS, Firmware
+from .firmware import Firmware
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
 from .recovery import largest_tilt
@@ -29,7 +29,7 @@ from .tuning import (
     recoverable_tilt,
 )
 from .waits import fall_time, timed
-from .written import texts
+from .written import check, texts
 
 __all__ = ["Deployment"]
 
@@ -235,10 +235,21 @@ class Deployment:
         at most the robot's, each tick late by at most its jitter. It is empty where
         they aren't found within the ``patience``.
         """
-        parts, controller = triangles(self.mip, self.spread), self._controller
         if not self.patience:
             return ()
-        return prove_varying(parts, controller, self.robot, self.cells, self.patience)
+        parts, limit = triangles(self.mip, self.spread), self.patience
+        return prove_varying(parts, self._controller, self.robot, self.cells, limit)
+
+    @cached_property
+    def varying_robots(self):
+        """As `varying`, of the one in the middle and of each vertex, one by one.
+
+        Of an `OptimalLaw` whose plants `varying` doesn't have.
+        """
+        if self.varying or not self.optimal:
+            return ()
+        plants = [mip.plant() for mip in self.robots]
+        return prove_varying(plants, self._controller, self.robot, self.cells)
 
     @cached_property
     def steering(self):
@@ -292,16 +303,6 @@ class Deployment:
         """Whether all proofs hold, those of the sampled loops too."""
         return not self.lacking
 
-    def _advice(self):
-        if self.robot.blend == 0:
-            return (
-                "With blend = 0 nothing corrects the estimate of theta: "
-                "take a blend above 0"
-            )
-        if any("undecided" in failure for failure in self.lacking):
-            return "Where a proof is undecided, take more cells"
-        return "Take a larger R, a smaller spread or delay"
-
     @cached_property
     def facts(self):
         """What the C program's header says, from a word to a sentence."""
@@ -339,15 +340,6 @@ class Deployment:
         drive = Drive.of(self.mip, self.robot.limit)
         return drive.turning(self.mip, self.robot) if self.steering else drive
 
-    def _check_coupling(self):
-        """A ValueError if motors that differ as described unsettle the robot."""
-        if self.steering and self.steering.coupled_radius >= 1:
-            raise ValueError(
-                f"unequal = {self.robot.unequal:g}: with motors that differ so much "
-                "balance and steering aren't stable together: match the motors, or "
-                "take a larger R"
-            )
-
     def write(self, folder, name="balance", replace=False):
         """Write the programs, their provenance and their proofs.
 
@@ -373,26 +365,5 @@ class Deployment:
         FileExistsError
             If a file is there that may not be replaced; then nothing is written.
         """
-        if not self.proven:
-            raise ValueError(
-                "this controller isn't proven, so it isn't written. "
-                + ". ".join(self.lacking)
-                + ". "
-                + self._advice()
-            )
-        sector = 1 + 1 / SOFTNESS
-        if self.sensitivity > self.peak:
-            raise ValueError(
-                "this controller's margin is thin, so it isn't written: "
-                f"its sensitivity peaks at {self.sensitivity:.2f}, above "
-                f"{self.peak:g}. Leave R out, and the smallest that will "
-                "do is searched"
-            )
-        if self.robot.compensation and self.sensitivity * (1 / SOFTNESS) >= sector:
-            raise ValueError(
-                f"compensation: with a sensitivity of {self.sensitivity:.2f} a gain "
-                f"that varies from 1 to {sector:g} isn't known to be stable: take a "
-                "larger R, or leave it out"
-            )
-        self._check_coupling()
+        check(self)
         return write_texts(folder, texts(self, name), replace)

@@ -72,17 +72,17 @@ def prove_sampled(parts, controller, robot, cells):
     }
 
 
-def prove_varying(parts, controller, robot, cells, seconds):
+def prove_varying(parts, controller, robot, cells, seconds=None):
     """Proofs of sampled loops whose clock varies, one for each of ``parts``.
 
     As `prove_sampled`, of a ``controller`` in so many ``cells``, for every sequence of
     delays up to the robot's and of ticks that are late by at most its jitter. Empty
-    where one isn't proven; all of them together take some ``seconds`` at most.
+    where one isn't proven; all together take so many ``seconds`` at most, if given.
     """
     T, late, proofs = robot.T, robot.jitter, []
     clock = (T - late, T + late), (0.0, robot.delay)
     for part in parts:
-        limit = seconds / len(parts)
+        limit = seconds and seconds / len(parts)
         proof = certify_sampled(part, controller, *clock, cells=cells, time_limit=limit)
         if not proof.proven:
             return ()

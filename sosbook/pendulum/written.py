@@ -1,13 +1,53 @@
-"""Every file that is written of a controller: programs, model, proofs."""
+"""What is written of a controller: programs, model, proofs; or why nothing is."""
 
 import json
 
 from ..exact.checker import in_one_file
 from .boards import wired_as_pyctrl
 from .export import Program
+from .firmware import SOFTNESS
 from .modelled import Model
 
-__all__ = ["texts"]
+__all__ = ["check", "texts"]
+
+
+def check(deployment):
+    """A ValueError if a ``deployment`` isn't proven, or its margin is thin."""
+    robot, peak = deployment.robot, deployment.sensitivity
+    sector = 1 + 1 / SOFTNESS
+    if not deployment.proven:
+        raise ValueError(
+            "this controller isn't proven, so it isn't written. "
+            + ". ".join(deployment.lacking)
+            + f". {_advice(deployment)}"
+        )
+    if peak > deployment.peak:
+        raise ValueError(
+            "this controller's margin is thin, so it isn't written: its sensitivity "
+            f"peaks at {peak:.2f}, above {deployment.peak:g}. Leave R out, and the "
+            "smallest that will do is searched"
+        )
+    if robot.compensation and peak / SOFTNESS >= sector:
+        raise ValueError(
+            f"compensation: with a sensitivity of {peak:.2f} a gain that varies from 1 "
+            f"to {sector:g} isn't known to be stable: take a larger R, or leave it out"
+        )
+    if deployment.steering and deployment.steering.coupled_radius >= 1:
+        raise ValueError(
+            f"unequal = {robot.unequal:g}: with motors that differ so much balance and "
+            "steering aren't stable together: match the motors, or take a larger R"
+        )
+
+
+def _advice(deployment):
+    if deployment.robot.blend == 0:
+        return (
+            "With blend = 0 nothing corrects the estimate of theta: take a blend above "
+            "0"
+        )
+    if any("undecided" in failure for failure in deployment.lacking):
+        return "Where a proof is undecided, take more cells"
+    return "Take a larger R, a smaller spread or delay"
 
 
 def texts(deployment, name):
@@ -34,7 +74,7 @@ def texts(deployment, name):
             if wired_as_pyctrl(robot):
                 files[f"pyctrl_{one.name}.py"] = one.pyctrl
         if steering:
-            files[f"ros_{name}.py"] = program.ros
+            files |= program.ros
     else:
         files |= program.sketch
     return files | _proofs(deployment, name)
@@ -45,6 +85,8 @@ def _proofs(deployment, name):
     rows = enumerate((x for row in deployment.sampled.values() for x in row), 1)
     proofs = dict(zip(("", "_hold"), deployment.continuous_proofs.values()))
     proofs |= {f"_sampled_{k}": proof for k, proof in rows}
+    robots = enumerate(deployment.varying_robots, 1)
+    proofs |= {f"_varying_{k}": proof for k, proof in robots}
     unequal = ()
     if deployment.steering:
         proofs |= {f"_{x}": proof for x, proof in deployment.steering.proofs.items()}
