@@ -1,11 +1,15 @@
 """What a design chooses by itself: one P for all plants, or one for each vertex."""
 
+from time import monotonic
+
 import numpy as np
 import pytest
 
 import sosbook as sos
 from sosbook.book.counterexamples import actuated
 from sosbook.plants import descriptors
+from sosbook.runtime.time_limit import OutOfTime
+from sosbook.synthesis import slack
 
 ROOMY = sos.PoleRegion(rho=10)
 
@@ -46,6 +50,21 @@ def test_a_refusal_says_that_both_were_tried():
     assert design.status == one.status == "infeasible"
     assert design.request.coupling == "pairs"
     assert "no common P" in one.reason and "for each vertex" in design.reason
+
+
+def test_what_one_p_has_shown_stays_where_the_time_ends(monkeypatch):
+    def late(request, *how):
+        if request.coupling == "slack":
+            raise OutOfTime(end=monotonic())
+        return designed(request, *how)
+
+    designed = slack.designed
+    monkeypatch.setattr(slack, "designed", late)
+    design = sos.design_pid(
+        carts(0.01, 1, 100), region=sos.PoleRegion(sigma=3, rho=3.3)
+    )
+    assert design.status == "infeasible" and design.infeasibility.proven
+    assert "isn't decided within the time: raise time_limit" in design.reason
 
 
 @pytest.mark.parametrize("bound", [0.1, 1e-3])

@@ -125,6 +125,24 @@ def test_a_rest_is_found_where_one_coordinate_is_free_and_another_falls():
     assert c.largest_step(0.5) == pytest.approx(0.5 / step.proven)
 
 
+def test_a_bound_that_takes_too_long_is_none_and_says_so(bounded):
+    c, noise, *_ = bounded
+    late = c.noise(time_limit=1e-9)
+    assert (late.proven, late.seen, late.stopped) == (None, noise.seen, 1e-9)
+    assert str(late).startswith("not bounded within 1e-09 s; ")
+    asked = dict(range=1, speed=1, time_limit=1e-9)
+    for bound in (
+        c.ramp(time_limit=1e-9),
+        c.rounding(**asked),
+        c.step(time_limit=1e-9),
+    ):
+        assert bound.proven is None and bound.stopped and "nan" not in str(bound)
+    with pytest.raises(ValueError, match="u_max: no bound was proven: not bounded wit"):
+        c.largest_step(2.0, time_limit=1e-9)
+    with pytest.raises(ValueError, match="time_limit must be positive"):
+        c.ramp_for(2.0, time_limit=0)
+
+
 @pytest.mark.slow
 def test_what_is_said_to_settle_settles():
     """With the limit at work, on plants between, beyond and within the proof."""
@@ -281,7 +299,7 @@ def test_products_of_bounds_are_rounded_to_the_safe_side():
         largest = c._largest(Bounded(p, p), x)
         assert Fraction(largest) * Fraction(p) <= Fraction(str(x))
         assert largest == pytest.approx(x / p, rel=1e-15)
-        most = c._times(exact(x), p, p, 0).proven
+        most = rounded(arb(exact(x)) * arb(p), np.inf)
         assert Fraction(most) >= Fraction(str(x)) * Fraction(p)
     for x in sizes[:3]:
         assert Fraction(c.ramp(100 * x).proven) >= one * Fraction(str(100 * x)) / 100

@@ -20,7 +20,8 @@ from sosbook.lmi import Unknown
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.requirements.known import KnownLoop, KnownVertex
 from sosbook.synthesis import known_gain
-from sosbook.synthesis.cells import Mixtures
+from sosbook.synthesis.cells import Mixtures, family
+from sosbook.synthesis.request import Request
 from tests.cases import campaign
 
 
@@ -302,12 +303,43 @@ def test_a_family_is_halved_by_its_ranges_and_broken_by_its_parameters():
     assert kept.certify().proven and kept.parts[-1].cells > 1
     assert kept.certify().claims[0].startswith("every plant with v in [0, 1] and m in")
     broken = sos.analyse_pid(plants, K, region=sos.PoleRegion(1.001 * true))
-    assert broken.status == "infeasible" and broken.infeasibility.proven
-    assert "The plant with v = 0.4, m = 9.81 has under the given gain" in broken.reason
-    assert "vertex" not in broken.reason
+    assert breaks(broken, plants, 1.001 * true)
+    assert "The plant with v = 0.4" in broken.reason and "vertex" not in broken.reason
     table = sos.analyse_pid(plants, K, region=sos.PoleRegion(0.9 * true)).bounds()
     assert table["sigma"].true == pytest.approx(true)
     assert 0.99 * true < table["sigma"].proven < true
+
+
+def breaks(found, plants, sigma):
+    """Whether the plant that is named has a pole right of -sigma."""
+    assert found.status == "infeasible" and found.infeasibility.proven
+    v, m = re.search("v = ([0-9.]+), m = ([0-9.]+) has", found.reason).groups()
+    return plants.at(v=float(v), m=float(m)).poles().real.max() > -sigma
+
+
+def test_a_plant_that_breaks_a_claim_ends_the_search(monkeypatch):
+    plants, K, seen = sos.Uncertain(softening, v=(0, 1), m=(0.3, 9.81)), [[0, 0]], []
+    exactly = Mixtures.near
+    monkeypatch.setattr(
+        Mixtures, "near", lambda self, x: seen.append(x) or exactly(self, x)
+    )
+    for sigma, most in (0.06, 9), (0.051 / 9.81 / 2, 40), (0.049 / 9.81 / 2, 200):
+        found = sos.analyse_pid(plants, K, region=sos.PoleRegion(sigma))
+        assert (found.status == "feasible") == (most == 200)
+        assert len(seen) <= most and (most == 200 or breaks(found, plants, sigma))
+        seen.clear()
+
+
+def test_plants_of_the_search_are_those_of_the_family_to_rounding():
+    plants = sos.Uncertain(softening, v=(0, 1), m=(0.3, 9.81))
+    corners = sos.Polytope([softening(v, m) for v in (0, 1) for m in (0.3, 9.81)])
+    for some in (plants, corners, sos.Polytope(corners.vertices[:3])):
+        request = Request(some.polytope() if some is plants else some, gain=[[0, 0]])
+        there = family(request)
+        for point in (*there.points(), *there.random(np.random.default_rng(1), 9)):
+            near, loop = there.near(point), there.at(there.exactly(point))
+            for x, y in zip(vars(near).values(), vars(loop.plant_in_floats).values()):
+                assert x is y or np.allclose(x, y, rtol=1e-13, atol=1e-14)
 
 
 def test_the_halvings_reach_a_plant_that_the_search_has_missed(monkeypatch):
@@ -315,9 +347,7 @@ def test_the_halvings_reach_a_plant_that_the_search_has_missed(monkeypatch):
     blind = known_gain.Worst(np.array([1.0, 0.5]), 1.0, 1.0)
     monkeypatch.setattr(known_gain, "worst", lambda *_: blind)
     broken = sos.analyse_pid(plants, [[0, 0]], region=sos.PoleRegion(1.01 * true))
-    assert broken.status == "infeasible" and broken.infeasibility.proven
-    v = float(re.search("v = ([0-9.]+), m = 9.81", broken.reason)[1])
-    assert plants.at(v=v, m=9.81).poles().real.max() > -1.01 * true
+    assert breaks(broken, plants, 1.01 * true)
 
 
 @pytest.mark.parametrize("count", [3, 18, 300])

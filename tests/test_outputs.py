@@ -190,6 +190,13 @@ def test_names_tell_channels_apart():
         sos.HInfinity(1.0, name="sigma")
 
 
+def test_words_leave_a_float_s_noise_out_and_data_keep_it():
+    noisy = sos.Output(position=[[3 * 0.068, -0.1 - 0.2]], input=1.23456789012345)
+    assert noisy.words == "[[0.204, -0.3]] z + 1.23456789012345 u"
+    assert noisy.data()[0]["position"] == [[repr(3 * 0.068), repr(-0.1 - 0.2)]]
+    assert sos.Output.read(noisy.data()) == noisy != sos.Output([[0.204, -0.3]])
+
+
 def test_outputs_are_read_again():
     y = sos.Output(position=[[1, 0.1]], input=[[3]], name="y") & sos.Output(velocity=2)
     asked = sos.HInfinity(2.0, outputs=y, inputs=(1, 0), name="gust")

@@ -1,6 +1,6 @@
 """What runs: a controller with its memory, limits and set points, and its programs."""
 
-from .bounds import Bounded
+from .bounded import Bounded
 from .code import code_fault, read_gains
 from .compiled import CompiledCode
 from .controller import FAULTS, Controller

@@ -13,7 +13,8 @@ from ..runtime.libraries import library
 from ..sampled.discretize import SampleTiming
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
-from .bounds import Bounded, begins, bounded_output, rest, rounded, sizes_of
+from .bounded import SECONDS, Bounded, of_motion, of_noise
+from .bounds import rest, rounded
 from .describing import predicted_cycles
 from .facts import facts_of
 from .limits import quantum
@@ -155,7 +156,9 @@ class Answers:
             raise ValueError(f"{name} needs {size} numbers, got {value!r}")
         return found
 
-    def noise(self, counts: Any = None, output: int = 0) -> Bounded:
+    def noise(
+        self, counts: Any = None, output: int = 0, time_limit: float = SECONDS
+    ) -> Bounded:
         """How far the steps of the sensors move an output, at the worst.
 
         Parameters
@@ -164,6 +167,8 @@ class Answers:
             Of encoders a turn, by name; those that the controller was made for without.
         output : int
             Which output.
+        time_limit : float
+            Seconds, after which nothing is said but what the corners do.
 
         Returns
         -------
@@ -172,29 +177,15 @@ class Answers:
         """
         steps = self.steps if counts is None else quantum(counts, self.measured)
         off = steps * (0.5 + 2.0**-52)  # what 2 pi / counts lacks by rounding, too
-        known_index("output", output, self.outputs)
+        return of_noise(self, off, output, time_limit)
 
-        def one(k):
-            i = output
-            return bounded_output(self, self.B[:, [k]], self.D[:, [k]], i)
-
-        return self._added(off, one, output, lambda loop: (loop.noise, loop.direct))
-
-    def _added(self, sizes, one, output, ends):
-        """The `Bounded` of several inputs of some sizes, each at its worst."""
-        known = [k for k, size in enumerate(sizes) if size > 0]
-        parts = [one(k) for k in known]
-        proven = None
-        if None not in parts:
-            total = sum((arb(sizes[k]) * arb(x) for k, x in zip(known, parts)), arb(0))
-            proven = rounded(total, np.inf)
-        seen = []
-        for loop in self.loops:
-            h = sizes_of(loop, *ends(loop), output).sum(axis=0)
-            seen.append(float(h[known] @ sizes[known]))
-        return Bounded(proven, max(seen), self.outputs[output].unit)
-
-    def ramp(self, speed: float = 1.0, set_point: int = 0, output: int = 0) -> Bounded:
+    def ramp(
+        self,
+        speed: float = 1.0,
+        set_point: int = 0,
+        output: int = 0,
+        time_limit: float = SECONDS,
+    ) -> Bounded:
         """What an output is asked at most while a set point moves.
 
         Parameters
@@ -203,6 +194,8 @@ class Answers:
             The set point moves no faster than this per second, as it pleases.
         set_point, output : int
             Which ones.
+        time_limit : float
+            As for `noise`.
 
         Raises
         ------
@@ -210,22 +203,17 @@ class Answers:
             Where the output at rest isn't exactly zero, as where springs push back:
             then where it goes counts, too.
         """
-        x, speed = self._at_rest(set_point), positive("speed", speed)
-        step = exact(speed) * exact(self.T)
-        known_index("output", output, self.outputs)
-        own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
-        start = begins(x)
-        found = bounded_output(self, own, at_once, output, start)
-        moved = -x.astype(float), 0 * at_once
-        seen = max(sizes_of(loop, *moved, output).sum() for loop in self.loops)
-        return self._times(step, found, seen, output)
+        size = exact(positive("speed", speed)) * exact(self.T)
+        x = self._at_rest(set_point)
+        return of_motion(self, x, size, set_point, output, time_limit)
 
-    def _times(self, size, found, seen, output):
-        """The `Bounded` of a motion of some size, a rational, from that of one."""
-        proven = None if found is None else rounded(arb(size) * arb(found), np.inf)
-        return Bounded(proven, float(size) * float(seen), self.outputs[output].unit)
-
-    def step(self, size: float = 1.0, set_point: int = 0, output: int = 0) -> Bounded:
+    def step(
+        self,
+        size: float = 1.0,
+        set_point: int = 0,
+        output: int = 0,
+        time_limit: float = SECONDS,
+    ) -> Bounded:
         """What an output is asked at most after a step of a set point, at rest.
 
         Parameters
@@ -234,19 +222,17 @@ class Answers:
             Of the step.
         set_point, output : int
             Which ones.
+        time_limit : float
+            As for `noise`.
 
         Raises
         ------
         ValueError
             As for `ramp`.
         """
-        x, size = self._at_rest(set_point), positive("size", size)
-        known_index("output", output, self.outputs)
-        own, at_once = self.B_r[:, [set_point]], self.D_r[:, [set_point]]
-        found = bounded_output(self, own, at_once, output, begins(x), peak=True)
-        moved = -x.astype(float), 0 * at_once
-        seen = max(sizes_of(loop, *moved, output).max() for loop in self.loops)
-        return self._times(exact(size), found, seen, output)
+        size = exact(positive("size", size))
+        x = self._at_rest(set_point)
+        return of_motion(self, x, size, set_point, output, time_limit, peak=True)
 
     def _at_rest(self, set_point):
         known_index("set_point", set_point, self.set_points)
@@ -260,34 +246,44 @@ class Answers:
             )
         return x
 
-    def largest_step(self, u_max: float) -> float:
+    def largest_step(self, u_max: float, time_limit: float = SECONDS) -> float:
         """The largest step of the first set point that asks no more: proven.
 
         Parameters
         ----------
         u_max : float
             Of the first output, which then acts as if it had no limit.
+        time_limit : float
+            As for `noise`.
         """
-        return self._largest(self.step(), u_max)
+        return self._largest(self.step(time_limit=time_limit), u_max)
 
-    def ramp_for(self, u_max: float) -> float:
+    def ramp_for(self, u_max: float, time_limit: float = SECONDS) -> float:
         """How fast the first set point may move, as it pleases: proven, per second.
 
         Parameters
         ----------
         u_max : float
             As for `largest_step`.
+        time_limit : float
+            As for `noise`.
         """
-        return self._largest(self.ramp(), u_max)
+        return self._largest(self.ramp(time_limit=time_limit), u_max)
 
     @staticmethod
     def _largest(bound, u_max):
         if bound.proven is None:
-            raise ValueError(f"u_max: {bound}: no bound was proven in time")
+            raise ValueError(f"u_max: no bound was proven: {bound}")
         return rounded(exact(positive("u_max", u_max)) / arb(bound.proven), 0)
 
     def rounding(
-        self, precision: str = "single", *, range: float, speed: float, output: int = 0
+        self,
+        precision: str = "single",
+        *,
+        range: float,
+        speed: float,
+        output: int = 0,
+        time_limit: float = SECONDS,
     ) -> Bounded:
         """What the rounding of the program does to an output, at the worst.
 
@@ -299,6 +295,8 @@ class Answers:
             How far from zero the set point goes, from rest, and how fast.
         output : int
             Which one.
+        time_limit : float
+            As for `noise`.
 
         Returns
         -------
@@ -311,7 +309,12 @@ class Answers:
         ValueError
             As for `ramp`.
         """
-        return rounding_bound(self, precision, range, speed, output)
+        unit = self.outputs[output].unit
+
+        def work():
+            return rounding_bound(self, precision, range, speed, output)
+
+        return Bounded.within(time_limit, work, np.nan, unit)
 
     def cycles(self, friction: Any = None, backlash: Any = None) -> list:
         """The limit cycles that friction and a gap make, predicted: none is a proof.

@@ -11,8 +11,7 @@ For one exponential it is sharp. The first terms of the sum are enclosed by them
 """
 
 from contextlib import suppress
-from dataclasses import dataclass
-from decimal import ROUND_CEILING, Context
+from decimal import Context
 
 import numpy as np
 from flint import arb, fmpq_mat
@@ -29,7 +28,6 @@ from ..solver.loop import Unbounded
 from .cells import Joined, work
 
 __all__ = [
-    "Bounded",
     "begins",
     "bounded_output",
     "four_digits",
@@ -52,32 +50,6 @@ WHOLE = 0.05  # of what P says of the start, in every direction: room, too
 GOOD = 1.5  # of what is true of a cell's corners: then it isn't halved
 MOST_TERMS = 30_000  # that floats add
 MOST_CELLS = 32  # looked at; each has an LMI or three
-
-
-@dataclass(frozen=True)
-class Bounded:
-    """A bound of an output: proven for every plant, and what floats see at corners.
-
-    Parameters
-    ----------
-    proven : float or None
-        No plant exceeds it; None where the cells ended before.
-    seen : float
-        The largest at the vertices, in floats.
-    unit : str
-        Of both.
-    """
-
-    proven: float | None
-    seen: float
-    unit: str = ""
-
-    def __str__(self):
-        unit = f" {self.unit}" if self.unit else ""
-        if self.proven is None:
-            return f"not bounded; {self.seen:.4g}{unit} at the corners"
-        most = four_digits(self.proven, ROUND_CEILING)
-        return f"at most {most}{unit} ({self.seen:.4g} at the corners)"
 
 
 def four_digits(x, rounding):

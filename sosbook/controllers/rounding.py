@@ -10,7 +10,8 @@ proven for every plant. So they don't pile up: the loop forgets them.
 import numpy as np
 
 from ..plants.checks import positive
-from .bounds import Bounded, begins, bounded_output, rest, sizes_of
+from .bounded import Bounded
+from .bounds import begins, bounded_output, rest, sizes_of
 
 __all__ = ["EPSILON", "rounding_bound"]
 

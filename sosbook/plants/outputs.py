@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..exact.checker.outputs import SIGNALS, in_words
-from ..exact.rational import decimal, decimals, exact, read_array, read_number
+from ..exact.rational import decimal, exact, read_array, read_number
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly
 from .checks import finite, matrix
@@ -137,8 +137,15 @@ class Output(ReadOnly):
 
     @property
     def words(self) -> str:
-        """What it is, in one line."""
-        return "; ".join(map(in_words, self.data()))
+        """What it is, in one line, without the noise of a float's last digits.
+
+        Examples
+        --------
+        >>> Output(position=[[3 * 0.068, 0.1]]).words
+        '[[0.204, 0.1]] z'
+        """
+        said = self._said(lambda x: decimal(float(f"{x:.15g}")))
+        return "; ".join(map(in_words, said))
 
     def rows(self, places: dict, order: int, m: int, p: int) -> dict:
         """C, C_a, D_u and D_w of the output in a plant with these coordinates.
@@ -225,12 +232,15 @@ class Output(ReadOnly):
 
     def data(self) -> list:
         """What a proof file says of it: rows in decimals by argument, part by part."""
+        return self._said(decimal)
+
+    def _said(self, number):
+        def said(x):
+            return [list(map(number, row)) for row in x] if np.ndim(x) else number(x)
+
         return [
             ({"name": p.name} if p.name else {})
-            | {
-                k: decimal(x) if np.ndim(x) == 0 else decimals(x)
-                for k, x in p._given.items()
-            }
+            | {key: said(x) for key, x in p._given.items()}
             for p in self.parts
         ]
 

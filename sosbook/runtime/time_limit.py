@@ -11,6 +11,7 @@ from .progress import bar
 
 __all__ = [
     "LEAST_TIME",
+    "LONGEST",
     "OutOfTime",
     "check_time",
     "check_time_of_eigenvalues",

@@ -30,15 +30,15 @@ def broken(request, r, plants, point):
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
     if request.law is not None or r.has_channel:
         return _broken_loop(request, r, plants.at(point).seen_by(r))
-    one, k = replace(request, requirements=asked, coupling="vertices"), None
-    for i in one.distinct:
+    part, k = request.plant, None
+    if part.family is not None:
+        part, k = plants.cornered(point)
+    one = replace(request, requirements=asked, coupling="vertices", plant=part)
+    for i in one.distinct if k is None else ():
         (v,) = one.vertices_in(exact, [i])
         if all((getattr(v, x) == getattr(d, x)).all() for x in MATRICES[:4]):
             k = i
-    if k is None and request.plant.family is not None:
-        part, k = plants.cornered(point)
-        one = replace(one, plant=part)
-    elif k is None:
+    if k is None:
         plant, k = alone(d, request.plant), 0
         if plant is None:
             return None

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from flint import fmpq
 
 from ..exact.rational import exact, round_digits
 from ..plants.bernstein import spelled
+from ..plants.descriptor import combined
 from ..plants.simplex import halves
 from ..requirements.known import KnownLoop
 from ..runtime.read_only import ReadOnly
@@ -109,6 +111,22 @@ class Mixtures:
         first, *others = self.loops
         return first.mixed(others, weights)
 
+    def near(self, point):
+        """The plant at a point of the search, in floats."""
+        shares = self.shares(point)
+        return self._spread.map(
+            lambda x: x if x.ndim == 2 else np.tensordot(shares, x, 1)
+        )
+
+    @cached_property
+    def _spread(self):
+        """The plants of the vertices in floats, each of their matrices in a stack."""
+        return combined([x.plant_in_floats for x in self.whole.loops], np.stack)
+
+    def shares(self, point):
+        """Of the vertices, at a point of the search."""
+        return point
+
     def loops_of(self, corners):
         """See `Cell.loops`."""
         return [self.at(list(row)) for row in corners]
@@ -153,7 +171,7 @@ class Mixtures:
         return f"the plants between those with the weights {rows}"
 
 
-class Box:
+class Box(Mixtures):
     """Loops that are multi-affine in parameters from 0 to 1; a cell is a box of them.
 
     ``corners``: the `KnownLoop` of each corner, by its zeros and ones; ``order``: the
@@ -164,7 +182,16 @@ class Box:
         self.corners, self.order = corners, order
         self.dimension = len(order[0])
         zero, one = [fmpq(0)] * self.dimension, [fmpq(1)] * self.dimension
-        self.whole = Cell(self, (zero, one))
+        self.whole, self.degrees = Cell(self, (zero, one)), (1,) * self.dimension
+
+    def shares(self, point):
+        """Of the vertices, at a point of the search: Bernstein's polynomials."""
+        shares = np.ones(1)
+        for t, d in zip(point, self.degrees):
+            k, counts = np.arange(d + 1), [comb(d, i) for i in range(d + 1)]
+            one = counts * t**k * (1 - t) ** (d - k)
+            shares = np.outer(shares, one).ravel()
+        return shares
 
     @property
     def straight(self):
@@ -193,8 +220,6 @@ class Box:
         """So many random points of a generator."""
         return rng.random((count, self.dimension))
 
-    exactly = Mixtures.exactly
-
     def rounded(self, point, digits):
         """A point in rationals with so many decimals."""
         return [fmpq(round(x * 10**digits), 10**digits) for x in point]
@@ -213,8 +238,6 @@ class Box:
         """The loop of a rational point."""
         first, *others = (self.corners[c] for c in self.order)
         return first.mixed(others, self.weights(point))
-
-    nearer = Mixtures.nearer
 
     def point(self, ends, k):
         """As for `Mixtures`."""
@@ -245,7 +268,7 @@ class Box:
 
     def point_words(self, point):
         """A point in words."""
-        return Mixtures.point_words(self, self.weights(point))
+        return super().point_words(self.weights(point))
 
     def place_words(self, ends):
         """A cell in words."""
@@ -270,6 +293,7 @@ class Ranges(Box):
         self.plants = plants.within(self.box)  # which cells cut, not pieces
         self.dimension = len(self.box.names)
         self.whole = Cell(self, self.plants)
+        self.degrees = tuple(map(int, self.plants.degree.values()))
 
     def exactly(self, point):
         """A point of the search in rationals, as `at` takes it."""
@@ -298,7 +322,7 @@ class Ranges(Box):
 
     def _index(self, k):
         """Which of Bernstein's coefficients loop k is, and how many there are."""
-        shape = [d + 1 for d in self.plants.degree.values()]
+        shape = [d + 1 for d in self.degrees]
         return np.array(np.unravel_index(k, shape)), shape
 
     def nearer(self, plants, loops, k):
@@ -334,7 +358,8 @@ class Ranges(Box):
             low.append(x if x < b else a)
             high.append(b if x < b else x)
             k = (d + 1) * k + (0 if x < b else d)
-        plants = self.plants.within(replace(box, low=tuple(low), high=tuple(high)))
+        part = replace(box, low=tuple(low), high=tuple(high))
+        plants = self.plants if part == box else self.plants.within(part)
         return plants.polytope(), int(k)
 
     def point_words(self, values):

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -34,12 +35,14 @@ class Worst(ReadOnly):
     """The worst plant that was found in floats.
 
     ``point``: where it is, as its family takes it; ``kept``: positive where it keeps
-    the requirement: see `Requirement.kept`; ``truth``: the true value there.
+    the requirement: see `Requirement.kept`; ``truth``: the true value there;
+    ``searched``: whether no worse one is near.
     """
 
     point: np.ndarray
     kept: float
     truth: float
+    searched: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,39 +88,66 @@ class Kept(ReadOnly):
         return len(self.values)
 
 
-def worst(request, r, plants):
+def worst(request, r, plants, enough=False):
     """The `Worst` plant for a requirement: a local search in floats.
 
-    ``request``, ``r``, ``plants``: as for `decided`.
+    ``request``, ``r``, ``plants``: as for `decided`; ``enough``: a plant that breaks it
+    ends the search.
     """
     K, K_A = request.state_gain, request.K_A
 
-    def at(point):
+    def judged(point, d):
         check_time()
-        loops = [plants.at(plants.exactly(point)).plant_in_floats]
         if r.parameter is None:
-            truth = r.truth(loops, K, K_A)
+            truth = r.truth([d], K, K_A)
             return Worst(point, r.kept(truth), truth)
-        truth = r.reached(loops, K, K_A)
+        truth = r.reached([d], K, K_A)
         return Worst(point, _room(r, r.bound, truth), truth)
 
-    points = list(plants.points())
-    if len(points) > 1:
-        points += list(plants.random(np.random.default_rng(0), RANDOM))
-    best = min(map(at, points), key=lambda w: w.kept)
-    steps = np.full(plants.dimension, 0.25 if len(points) > 1 else 0.0)
+    def exactly(best):
+        d = plants.at(plants.exactly(best.point)).plant_in_floats
+        return judged(best.point, d)
+
+    for best in _search(plants, lambda point: judged(point, plants.near(point))):
+        if enough and best.kept <= 0 and (found := exactly(best)).kept <= 0:
+            return replace(found, searched=False)
+    return exactly(best)
+
+
+def _search(plants, at):
+    """Ever worse plants: among given points, along coordinates, among random ones.
+
+    ``at``: from a point to the `Worst` there.
+    """
+
+    def worse(points, *best):
+        return min((*best, *map(at, points)), key=lambda w: w.kept)
+
+    points = plants.points()
+    best = worse(points)
+    yield best
+    if len(points) == 1:
+        return
+    for moved in _moved(plants, worse, best):
+        yield (best := moved)
+    other = worse(plants.random(np.random.default_rng(0), RANDOM), best)
+    if other is not best:
+        yield from _moved(plants, worse, other)
+
+
+def _moved(plants, worse, best):
+    """The same along coordinates, from the ``best`` on."""
+    step = 0.25
     for _ in range(ROUNDS):
-        before = best.kept
-        for k in range(len(steps) if steps.max() > SHORTEST else 0):
-            for way in (1, -1):
-                moved = best.point.copy()
-                moved[k] += way * steps[k]
-                best = min(best, at(plants.inside(moved)), key=lambda w: w.kept)
-        if not best.kept < before:
-            steps = steps / 2
-        if steps.max() < SHORTEST:
-            break
-    return best
+        before = best
+        for k, way in product(range(plants.dimension), (step, -step)):
+            moved = best.point.copy()
+            moved[k] += way
+            best = worse([plants.inside(moved)], best)
+        yield best
+        step /= 1 if best.kept < before.kept else 2
+        if step < SHORTEST:
+            return
 
 
 def _room(r, bound, truth):
@@ -140,9 +170,13 @@ def decided(request, r, plants, bad=None):
     if bad.kept <= 0:
         for digits in DIGITS:
             point = plants.rounded(bad.point, digits)
+            if digits < DIGITS[-1] and _room_at(request, r, plants.at(point)) > 0:
+                continue
             found = _broken(request, r, plants, point, bad)
             if found is not None:
                 return found
+        if not bad.searched:
+            return decided(request, r, plants)
         text = (
             f"In floats a plant breaks it: the true value is {bad.truth:.6g}. No exact "
             "proof of that was found."
@@ -216,22 +250,25 @@ def _proven(r, loops):
     return values and (values, size)
 
 
-def kept_or_broken(request, objective=(), backoff=0.01, common=None):
+def kept_or_broken(request, objective=(), backoff=0.01, common=None, enough=False):
     """The Solution of a request with a given gain, each demand by itself.
 
     ``request``: with ``coupling="multipliers"``; ``objective``: the parameters whose
     least bounds are sought; numbers stand in for them; ``backoff``: a fraction by which
     a bound is above the worst true value that was found; ``common``: the same with a
-    common P. Where one is found that is the answer.
+    common P. Where one is found that is the answer; ``enough``: see `worst`.
     """
     plants, parts = family(request), []
-    bad = [worst(request, r, plants) for r in request.demands]
+    bad = [
+        worst(request, r, plants, enough and not _sought(r, objective))
+        for r in request.demands
+    ]
     if common is not None and all(w.kept > 0 for w in bad):
         solution = answer(common, refuse=False)
         if solution.status == "feasible":
             return solution
     for r, known in zip(request.demands, bad, strict=True):
-        if r.parameter is not None and r.parameter.key in objective:
+        if _sought(r, objective):
             part = least(request, r, plants, backoff, bad=known)
             request = request.with_bounds({r.parameter.key: part.requirement.bound})
         else:
@@ -250,6 +287,10 @@ def kept_or_broken(request, objective=(), backoff=0.01, common=None):
         reason=reason[0].upper() + reason[1:],
         infeasibility=broken and broken.infeasibility,
     )
+
+
+def _sought(r, objective):
+    return r.parameter is not None and r.parameter.key in objective
 
 
 def least(request, r, plants, backoff, digits=3, bad=None):

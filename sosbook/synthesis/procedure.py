@@ -69,16 +69,18 @@ def design_asked(
         if law is not None and gain is None:
             return by_law(request, objective, backoff, starts, seed)
         if law is not None:
-            return kept_or_broken(request, objective, backoff)
-        common = replace(request, coupling="pairs") if free else request
-        idle = without_input(common, objective) if objective else None
-        if idle is not None:
-            return idle
+            return kept_or_broken(request, objective, backoff, enough=True)
+        if objective:
+            common = replace(request, coupling="pairs") if free else request
+            idle = without_input(common, objective)
+            if idle is not None:
+                return idle
         if known or free:
-            one_P = all(r.fits_one_P(common) for r in common.demands)
-            first = common if known and one_P and not objective else None
-            free = replace(request, coupling="multipliers")
-            return kept_or_broken(free, objective, backoff, first)
+            first = request if known and not objective else None
+            if first and not all(r.fits_one_P(first) for r in first.demands):
+                first = None
+            each = request if free else replace(request, coupling="multipliers")
+            return kept_or_broken(each, objective, backoff, first, enough=True)
         return in_pieces(request, objective, one)
 
     def one(request):

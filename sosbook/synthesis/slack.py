@@ -6,7 +6,12 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..plants.descriptor_system import DescriptorSystem
-from ..runtime.time_limit import OutOfTime, check_time, check_time_of_eigenvalues
+from ..runtime.time_limit import (
+    LONGEST,
+    OutOfTime,
+    check_time,
+    check_time_of_eigenvalues,
+)
 from .feasibility import answer, follow, guarded, refused, search, without_lmis
 from .fixed_mode import refuse_by_mode
 from .objectives import Unattained, at_optimum, optimum
@@ -27,7 +32,6 @@ FINER = (1.4, 1.2, 1.1)
 
 FAR = 4.0  # times a rate; nearer ones share most of their steps
 
-IN_TURN = 30.0  # seconds for slack LMIs where those of pairs were solved in vain
 OWN_P = (
     "No one P for all plants was found in this form of the rows: each vertex has its "
     'own (coupling="slack"), for plants that don\'t change with time.'
@@ -42,6 +46,7 @@ NO_ONE_P = (
     "change with time."
 )
 NEITHER = "Nothing was found with a P for each vertex, either."
+LATE = "A P for each vertex isn't decided within the time: raise time_limit."
 
 GAP = 1e-3  # relative accuracy of the optima that are compared
 CLEARLY = 0.002  # a fraction by which another scalar has to be better
@@ -192,7 +197,10 @@ def or_with_slack(first, request, objective, backoff, prefer):
     def work():
         return designed(request, objective, backoff, None, prefer)
 
-    second = guarded(request, IN_TURN, work)
+    try:
+        second = guarded(request, LONGEST, work)
+    except OutOfTime:  # what was found with one P stays
+        return replace(first, reason=f"{first.reason or ''} {LATE}".strip())
     if second.status == "feasible" and value(second, objective) <= WORTH * value(
         first, objective
     ):
