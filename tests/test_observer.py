@@ -11,6 +11,7 @@ from sosbook.lmi.solution import LMISolution
 from sosbook.plants.descriptor import descriptors, mean_descriptor
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import observer
+from sosbook.synthesis.error_loop import error_loop, observed
 
 MIP = Mip.printed()
 C = np.array([[0, 1, 0], [0, 0, 1]])
@@ -90,6 +91,37 @@ def test_one_plant_keeps_the_separation():
     v = observer_loop(plant, K, L, C).vertices[0]
     found = np.linalg.eigvals(np.linalg.solve(v.E, v.A))
     assert np.allclose(np.sort_complex(found), np.sort_complex(wanted), rtol=1e-6)
+
+
+def softened(v, m):
+    """Its damping comes in squares: a vertex of the hull has less than none."""
+    return sos.SecondOrderSystem([[m]], [[0.5 + 4 * (v - 0.4) ** 2]], [[2 * m]], 1)
+
+
+def test_the_loop_of_a_family_is_one_of_the_same_parameters():
+    plants, K, L = (
+        sos.Uncertain(softened, v=(0, 1), m=(0.5, 1)),
+        [[0, -1]],
+        [[-2], [-1]],
+    )
+    assert min(plants.vertices, key=lambda p: p.D).D < 0
+    loop, C = observer_loop(plants, K, L, [[1, 0]]), np.array([[1, 0]])
+    mean, true = mean_descriptor(descriptors(plants.polytope())), []
+    for v in np.linspace(0, 1, 41):
+        for m in (0.5, 0.7, 1):
+            (d,) = descriptors(plants.at(v=v, m=m))
+            (found,) = loop.family.at(v=v, m=m).vertices
+            E, A = error_loop(d, mean, np.array(K))
+            A[:2, :2] += mean.E @ L @ C
+            assert np.allclose(found.E, E) and np.allclose(found.A, A)
+            true.append(-np.linalg.eigvals(np.linalg.solve(E, A)).real.max())
+    system, gain = observed(plants, K, L, C)
+    kept, broken = (
+        sos.analyse_pid(system, gain, region=sos.PoleRegion(share * min(true)))
+        for share in (0.97, 1.01)
+    )
+    assert kept.certify().claims[0].startswith("every plant with v in [0, 1] and m in")
+    assert broken.infeasibility.proven and "The plant with v = " in broken.reason
 
 
 @pytest.mark.parametrize("by_lmis, near", [(False, 1e-9), (True, 1e-3)])

@@ -37,6 +37,16 @@ def check(plants, proof, u_max):
         assert r.kept(r.truth(loops, proof.K)) > 0
 
 
+def test_what_cuts_have_overtaken_is_said_no_more():
+    """In one piece a vertex is unstable that is no plant."""
+    plants = sos.Uncertain(
+        lambda v: sos.SecondOrderSystem(1, 0.5 + 4 * (v - 0.4) ** 2, 2, 1), v=(0, 1)
+    )
+    asked = dict(region=sos.PoleRegion(sigma=0.2), coupling="pairs")
+    found = sos.analyse_pid(plants, [[0, 0]], **asked)
+    assert found.status == "feasible" and found.reason == ""
+
+
 @pytest.fixture(scope="module")
 def quick():
     """The least force for a bicycle at any speed."""

@@ -25,6 +25,7 @@ __all__ = [
     "combined",
     "coupled_pairs",
     "descriptors",
+    "first_order",
     "mean_descriptor",
     "same_output",
     "twins",
@@ -83,7 +84,7 @@ class Descriptor(ReadOnly):
             return self
         d = vars(self).get("_exactly", self)
         if isinstance(d, tuple):
-            d = _first_order(exact, *map(exact, d))
+            d = first_order(exact, *map(exact, d))
         parts = (getattr(d, name) for name in MATRICES[1:])
         return Descriptor(
             E if d is self else function(d.E),
@@ -221,7 +222,7 @@ def _checked_descriptor(v, U, K_A):
         )
 
     parts = v.M, v.D, v.S, v.B, v.F, U, K_A
-    d = _first_order(np.asarray, *parts)
+    d = first_order(np.asarray, *parts)
     own = vars(v).get("_rationals", {})
     if own or K_A.any():
         parts = (*(own.get(x, getattr(v, x)) for x in "MDSBF"), U, K_A)
@@ -229,7 +230,7 @@ def _checked_descriptor(v, U, K_A):
     return d
 
 
-def _first_order(number, M, D, S, B, F, U, K_A):
+def first_order(number, M, D, S, B, F, U, K_A):
     """(2.8) in the arithmetic of ``number``, which its arguments have."""
     n, a = len(M), len(U)
     N, z, speed = 2 * n + a, slice(n), slice(n, 2 * n)

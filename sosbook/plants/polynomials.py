@@ -51,6 +51,10 @@ class Polynomials:
             mixed[:, self.places] = weights @ self.coefficients
         return mixed.reshape(len(weights), *self.shape).view(Rational)
 
+    def coefficient(self, monomial):
+        """The matrix that the exponents of a ``monomial`` have as their coefficient."""
+        return self.mixed([[fmpq(m == monomial) for m in self.monomials]])[0]
+
     def at(self, box, point):
         """The matrix at a point, in the order of the names of a ``box``."""
         return self.mixed([box.powers(point, self.monomials)])[0]

@@ -119,7 +119,7 @@ class Uncertain:
             parts.setdefault(name, Polynomials.of((order, 0), (), len(box.names)))
         if kind is DescriptorSystem:
             parts.setdefault("C", Polynomials.of((0, order), (), len(box.names)))
-        self.kind, self.box, self._parts, self._rest = kind, box, parts, rest
+        self.kind, self.box, self.parts, self._rest = kind, box, parts, rest
         self.rows, self.pieces = {}, dict.fromkeys(box.names, 1)
         used = np.max([m for part in parts.values() for m in part.monomials], axis=0)
         idle = [name for name, d in zip(box.names, used) if not d]
@@ -130,7 +130,7 @@ class Uncertain:
 
     def within(self, box: Box) -> "Uncertain":
         """The same plants with the ranges of ``box``, a `Box`, not cut into pieces."""
-        other = Uncertain.made(self.kind, box, self._parts, **self._rest)
+        other = Uncertain.made(self.kind, box, self.parts, **self._rest)
         other.rows = self.rows
         return other
 
@@ -163,7 +163,7 @@ class Uncertain:
     def data(self) -> dict:
         """The ranges and the polynomials as words: see `plant_data`."""
         names = self.box.names
-        words = {name: part.words(names) for name, part in self._parts.items()}
+        words = {name: part.words(names) for name, part in self.parts.items()}
         ends = zip(names, map(spelled, self.box.low), map(spelled, self.box.high))
         cells = ([n] if n > 1 else [] for n in self.pieces.values())
         return {"parameters": [[*x, *n] for x, n in zip(ends, cells)], **words}
@@ -256,7 +256,7 @@ class Uncertain:
 
     def _at(self, point):
         """The matrices at a point of rationals, by name, in rationals."""
-        return {name: part.at(self.box, point) for name, part in self._parts.items()}
+        return {name: part.at(self.box, point) for name, part in self.parts.items()}
 
     def at(self, /, **values: Any) -> Any:
         """The plant with some values of the parameters.
@@ -320,7 +320,7 @@ class Uncertain:
                 "or cut into fewer pieces"
             )
         form = self.box, tuple(self.degree.values()), tuple(self.pieces.values())
-        parts = {name: part.vertices(*form) for name, part in self._parts.items()}
+        parts = {name: part.vertices(*form) for name, part in self.parts.items()}
         return tuple(
             self._plant({name: stack[k] for name, stack in parts.items()}, kept=True)
             for k in range(count)
@@ -395,4 +395,4 @@ class Uncertain:
     def check_regular(self) -> None:
         """Raise where E, or the mass, is singular for some of the values only."""
         name = ROWS[self.kind][0]
-        check_regular(name, self._parts[name], self.box, tuple(self.degree.values()))
+        check_regular(name, self.parts[name], self.box, tuple(self.degree.values()))

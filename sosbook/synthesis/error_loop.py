@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..exact.rational import exact
 from ..language import block
 from ..plants.checks import matrix
-from ..plants.descriptor import descriptors, mean_descriptor
+from ..plants.descriptor import Descriptor, descriptors, mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
+from ..plants.joined import joined_family
 from ..plants.kinds import Plant, checked_plant
 
 __all__ = ["error_loop", "observed", "observer_loop", "vertices_of"]
@@ -21,8 +23,8 @@ def observer_loop(
 
     Parameters
     ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-        The plant, or the polytope of plants.
+    plant : SecondOrderSystem, Polytope, Uncertain or DescriptorSystem
+        The plant, or several.
     K : (m, N) array_like
         The gain of u = K x.
     L : (N, q) array_like
@@ -33,24 +35,36 @@ def observer_loop(
     Returns
     -------
     DescriptorSystem
-        With a vertex for each of the plant's, e = x - x^. The
-        observer's matrices are the means over the vertices.
+        With a vertex for each of the plant's, e = x - x^; of an Uncertain it has the
+        same parameters. The observer's matrices are the means over the vertices.
     """
-    return DescriptorSystem(*_loops(plant, K, L, C, 1)[:2])
+    return _joined(plant, K, L, C, closed=True)
 
 
-def _loops(plant, K, L, C, reach):
-    """Lists of E and A, closed (``reach`` 1) or opened at u (0); the vertices; K."""
+def _joined(plant, K, L, C, closed):
+    """The plant with its observer: the loop, or opened at u."""
+    plant = checked_plant(plant)
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", C, (None, N))
     K = matrix("K", K, (vertices[0].Bu.shape[1], N))
     L = matrix("L", L, (N, len(C)))
     mean = mean_descriptor(vertices)
-    inject = np.zeros((2 * N, 2 * N))
-    inject[:N, :N] = mean.E @ L @ C
-    loops = [error_loop(replace(d, Bu=reach * d.Bu), mean, K) for d in vertices]
-    return [E for E, _ in loops], [A + inject for _, A in loops], vertices, K
+
+    def joined(d, number=np.asarray):
+        near, gain, seen = mean.map(number), number(K), number(C)
+        inject = number(np.zeros((2 * N, 2 * N)))
+        inject[:N, :N] = near.E @ number(L) @ seen
+        E, A = error_loop(replace(d, Bu=d.Bu * closed), near, gain)
+        if closed:
+            none = number(np.zeros((2 * N, 0)))
+            return Descriptor(E, A + inject, none, none, none.T)
+        B, push = (np.vstack([x, x]) for x in (d.Bu, d.Bw))
+        return Descriptor(E, A + inject, B, push, np.hstack([0 * d.C, d.C]), d.Du)
+
+    if plant.family is not None:
+        return joined_family(plant.family, lambda d: joined(d, exact)).polytope()
+    return DescriptorSystem.of([joined(d) for d in vertices])
 
 
 def observed(plant, K, L, C):
@@ -61,17 +75,8 @@ def observed(plant, K, L, C):
     is told K x^ whatever u is; gain, (m, 2N): [-K K]: u = K x^ closes the loop, which
     is that of `observer_loop`.
     """
-    E, A, vertices, K = _loops(plant, K, L, C, 0)
-    first = vertices[0]
-    system = DescriptorSystem(
-        E,
-        A,
-        [np.vstack([d.Bu, d.Bu]) for d in vertices],
-        [np.vstack([d.Bw, d.Bw]) for d in vertices],
-        np.hstack([0 * first.C, first.C]),
-        first.Du,
-    )
-    return system, np.hstack([-K, K])
+    K = np.array(K, float)
+    return _joined(plant, K, L, C, closed=False), np.hstack([-K, K])
 
 
 def vertices_of(plant):

@@ -39,7 +39,8 @@ def in_pieces(request, objective, solve):
         least, cut = min(found, key=lambda pair: value(pair[0], objective))
         if value(least, objective) > WORTH * value(best, objective):
             break
-        best, family = replace(least, reason=least.reason or best.reason), cut
+        said = best.reason if best.status == "feasible" else ""  # else it's overtaken
+        best, family = replace(least, reason=least.reason or said), cut
     return best
 
 

@@ -1,0 +1,50 @@
+"""What is joined to every plant of a family makes a family of the same parameters."""
+
+import numpy as np
+
+from ..exact.rational import exact
+from .descriptor import MATRICES, Descriptor, first_order
+from .descriptor import OF_ARGUMENTS as NAMES
+from .descriptor_system import DescriptorSystem
+from .polynomials import Polynomials
+from .second_order import SecondOrderSystem
+from .uncertain import Uncertain
+
+__all__ = ["joined_family"]
+
+WORDS = {name: word for word, name in NAMES.items()}
+
+
+def joined_family(plants, function):
+    """The family of what a ``function`` makes of the ``plants``, an `Uncertain`.
+
+    The function takes and returns a `Descriptor` in rationals, and is affine: then each
+    monomial of the plants gives one of the result.
+    """
+    constant = (0,) * len(plants.box.names)
+    monomials = {constant} | {m for x in plants.parts.values() for m in x.monomials}
+
+    def at(monomial):
+        some = {name: x.coefficient(monomial) for name, x in plants.parts.items()}
+        if plants.kind is SecondOrderSystem:
+            n = len(some["M"])
+            U, K_A = np.zeros((0, n)), np.zeros((some["B"].shape[1], n))
+            return function(first_order(exact, **some, U=exact(U), K_A=exact(K_A)))
+        return function(Descriptor(**{NAMES.get(k, k): x for k, x in some.items()}))
+
+    nothing = at(None)
+    found = {m: at(m) for m in monomials}
+    result = {}
+    for name in MATRICES:
+        zero = getattr(nothing, name)
+        if zero is None:
+            continue
+        entries = [{} for _ in zero.flat]
+        for m, d in found.items():
+            x = getattr(d, name)
+            for terms, c in zip(entries, (x if m == constant else x - zero).flat):
+                if c:
+                    terms[m] = c
+        shape, count = zero.shape, len(constant)
+        result[WORDS.get(name, name)] = Polynomials.of(shape, entries, count)
+    return Uncertain.made(DescriptorSystem, plants.box, result).cut(**plants.pieces)
