@@ -40,9 +40,9 @@ class Bounded:
 
     @classmethod
     def within(cls, seconds: float, work: Any, seen: float, unit: str) -> "Bounded":
-        """What ``work`` proves in so many seconds, which is a number or None.
+        """What ``work`` proves in some ``seconds``: a number, None, or such a bound.
 
-        Or it is such a bound itself, beside what is ``seen`` at the corners.
+        ``seen``, ``unit``: of the bound.
         """
         found = proven_within(checked_seconds(seconds, needed=True), work)
         if isinstance(found, Bounded):
@@ -89,7 +89,7 @@ def of_motion(c, x, size, set_point, output, seconds, peak=False):
     """The `Bounded` of an ``output`` while a set point moves, or at its step (peak).
 
     ``c``: the controller; ``x``: see `rest`; ``size``, a rational: of the step, or of
-    the motion in each tick; ``seconds``: for the proof.
+    the motion of ``set_point`` in each tick; ``seconds``: for the proof.
     """
     known_index("output", output, c.outputs)
     own, direct = c.B_r[:, [set_point]], c.D_r[:, [set_point]]

@@ -231,7 +231,10 @@ def _checked_descriptor(v, U, K_A):
 
 
 def first_order(number, M, D, S, B, F, U, K_A):
-    """(2.8) in the arithmetic of ``number``, which its arguments have."""
+    """(2.8) in the arithmetic of ``number``, which all arguments have.
+
+    ``M``, ``D``, ``S``, ``B``, ``F``, ``U``, ``K_A``: as in `descriptors`.
+    """
     n, a = len(M), len(U)
     N, z, speed = 2 * n + a, slice(n), slice(n, 2 * n)
     E, A = number(np.eye(N)), number(np.zeros((N, N)))
