@@ -1,5 +1,6 @@
 // The largest real part of a loop's poles over two gains: a gain that is dragged, and
 // the descents from there and from many starts. All of it in floats.
+import {descend} from "./descent.js";
 import {clean, define, uniform} from "./kit.js";
 import {combine, eigenvalues, rightmost} from "./linalg.js";
 import {Mover, number, range, verdict} from "./mover.js";
@@ -7,14 +8,10 @@ import {mark, Plot} from "./plot.js";
 
 const GRID = 48;                                          // squares a side of the map
 const LINES = [-0.2, -0.15, -0.1, -0.05, 0.1, 0.2, 0.4];  // 1/s, of the contours besides zero
-const STARTS = 16, STEPS = 80, TRIALS = 30;               // of the descents, and of a line search
+const STARTS = 16, STEPS = 80;                            // of the descents
 const NEAR = 1e-5;                                        // of differences, in parts of the map
-const WALL = 30;                            // of a gain's way beyond the map, which is its limit
-const [DECREASE, CURVATURE] = [1e-4, 0.9];  // of the weak Wolfe conditions
-const SAME = 0.01;                          // 1/s and parts of the map: two ends are one minimum
-
-/** @type {(u: any, v: any) => number} */
-const dot = ([a, b], [c, d]) => a * c + b * d;
+const WALL = 30;    // of a gain's way beyond the map, which is its limit
+const SAME = 0.01;  // 1/s and parts of the map: two ends are one minimum
 
 class Landscape extends Mover {
   figures() {
@@ -48,51 +45,7 @@ class Landscape extends Mover {
     });
   }
 
-  // BFGS with weak Wolfe steps: the points of a descent.
-  descent(start) {
-    let x = start, value = this.height(x), g = this.slope(x), H = [[1, 0], [0, 1]], first = true;
-    const path = [x];
-    for (let count = 0; count < STEPS; count++) {
-      let d = H.map(row => -dot(row, g));
-      if (!(dot(d, g) < 0)) [H, d] = [[[1, 0], [0, 1]], g.map(t => -t)];
-      if (first) d = d.map(t => t * 0.1 / (Math.hypot(...g) || 1));
-      const found = this.line(x, value, g, d);
-      if (!found) {
-        if (first) break;
-        [H, first] = [[[1, 0], [0, 1]], true];
-        continue;
-      }
-      const s = found.x.map((t, k) => t - x[k]), y = found.g.map((t, k) => t - g[k]), sy = dot(s, y);
-      if (sy > 1e-12 * Math.hypot(...s) * Math.hypot(...y)) {
-        if (first) H = [[sy / dot(y, y), 0], [0, sy / dot(y, y)]];
-        first = false;
-        const Hy = H.map(row => dot(row, y)), c = (1 + dot(y, Hy) / sy) / sy;
-        H = H.map((row, i) => row.map((h, j) => h + c * s[i] * s[j] - (s[i] * Hy[j] + Hy[i] * s[j]) / sy));
-      }
-      const fallen = value - found.value;
-      [x, value, g] = [found.x, found.value, found.g];
-      path.push(x);
-      if (fallen < 1e-7 && Math.hypot(...s) < 1e-6) break;
-    }
-    return {path, value, end: x};
-  }
-
-  line(x, value, g, d) {
-    let low = 0, high = Infinity, t = 1, kept = null;
-    const down = dot(g, d);
-    for (let count = 0; count < TRIALS; count++) {
-      const there = x.map((u, k) => u + t * d[k]), v = this.height(there);
-      if (!(v <= value + DECREASE * t * down)) high = t;
-      else {
-        const slope = this.slope(there);
-        kept = {x: there, value: v, g: slope};
-        if (dot(slope, d) >= CURVATURE * down) return kept;
-        low = t;
-      }
-      t = high === Infinity ? 2 * low : (low + high) / 2;
-    }
-    return kept;
-  }
+  descent(start) { return descend(part => [this.height(part), () => this.slope(part)], start, STEPS); }
 
   compute(place) {
     const {x, y, many} = place;

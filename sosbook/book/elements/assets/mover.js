@@ -21,7 +21,7 @@ const position = (control, x) =>
   Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
 
 // The same text with numbers of six characters or more.
-const wide = html =>
+export const wide = html =>
   html.split(/(<[^>]*>)/)
     .map((text, k) => k % 2 ? text : text.replace(/−?\d+(\.\d+)?/g, x => x.padEnd(6, "8")))
     .join("");
@@ -46,6 +46,8 @@ export class Mover extends PageElement {
   // where a result is good, the bands under the sliders are green, which means something.
   good(_result, _place) { return false; }
   get means() { return ""; }
+  // It has work to do when nothing moves: `looks`.
+  get idles() { return this.means !== ""; }
 
   markup() {
     const named = (control, more) =>
@@ -94,7 +96,7 @@ export class Mover extends PageElement {
       roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
     }
     if (this.horizon) this.ready();
-    if (this.means) {
+    if (this.idles) {
       new IntersectionObserver(([entry]) => {
         this.near = entry.isIntersecting;
         this.survey();
@@ -187,7 +189,7 @@ export class Mover extends PageElement {
   // When nothing has moved for a while and readers may see it: a few milliseconds at a time.
   survey() {
     clearTimeout(this.idle);
-    if (!this.means || !this.near || this.surveyed) return;
+    if (!this.idles || !this.near || this.surveyed) return;
     const work = this.looks(this.place), go = () => {
       const until = performance.now() + 8;
       do {

@@ -4,6 +4,7 @@ import {Blocks} from "../../kernel/blocks.js";
 import {cholesky, identity, inverseLower, matrix, rowsOf} from "../../kernel/matrices.js";
 import {phaseOne} from "../../kernel/solver.js";
 
+import {corners, halves, middle} from "./cells.js";
 import {clean, complex, define, round} from "./kit.js";
 import {block, combine, eigenvalues, eye, lyapunov, mul, rightmost, scale, solve, spectralRadius, transpose, zeros} from "./linalg.js";
 import {Mover, number, samples, verdict} from "./mover.js";
@@ -14,11 +15,6 @@ const BOUND = 10;  // of P and the multipliers, where one is their natural size
 const GRID = 17;   // plants a side of the map whose poles are looked at
 const SECONDS = 20, STEPS = 400;
 const TURN = 0.15;  // rad, of the rope at first
-
-/** @type {(cell: any) => any} */
-const middle = ([low, high]) => low.map((x, k) => (x + high[k]) / 2);
-/** @type {(cell: any) => any} */
-const corners = ([low, high]) => [[low[0], low[1]], [low[0], high[1]], [high[0], low[1]], [high[0], high[1]]];
 
 class Ranges extends Mover {
   get horizon() { return SECONDS; }
@@ -72,21 +68,6 @@ class Ranges extends Mover {
     return phaseOne(blocks).verdict === "feasible";
   }
 
-  // Two halves: the parameter is cut that moves E^-1 A most, in coordinates of the middle.
-  halves(cell) {
-    const [low, high] = cell, here = middle(cell), [E, A] = this.loop(here);
-    const free = solve(E, A), size = spread(free);
-    const moved = [0, 1].map(k => {
-      const two = [low, high].map(end => here.map((x, j) => j === k ? end[j] : x));
-      const [X, Y] = two.map(plant => solve(...this.loop(plant)));
-      return spread(combine(1, X, -1, Y)) / size;
-    });
-    const k = moved[0] > moved[1] ? 0 : 1;
-    const below = [...high], above = [...low];
-    below[k] = above[k] = here[k];
-    return [[low, below], [above, high]];
-  }
-
   box({m0, m1, l0, l1}) {
     return [[Math.min(m0, m1), Math.min(l0, l1)], [Math.max(m0, m1), Math.max(l0, l1)]];
   }
@@ -105,7 +86,7 @@ class Ranges extends Mover {
       const cell = todo.shift();
       if (count >= MOST) open.push(cell);
       else if (this.proven(cell, sigma)) done.push(cell);
-      else todo.push(...this.halves(cell));
+      else todo.push(...halves(plant => solve(...this.loop(plant)), cell));
     }
     return {
       box,
@@ -207,8 +188,5 @@ class Ranges extends Mover {
       `<path class="sos-thin" d="M8 44H332"/>` + crane(mean, "opacity:.35") + crane(worst, ""));
   }
 }
-
-// The size of a matrix.
-const spread = X => Math.hypot(...X.flat());
 
 define("sos-ranges", Ranges);

@@ -1,185 +1,304 @@
-// A motor that turns a load by a shaft which gives: the reader ticks what is measured.
-// What was found and proven comes from the package; poles and motion are computed here.
-import {capital, clean, define, escape, round} from "./kit.js";
-import {add, eigenvalues, motion, mul, rightmost, solve, spectralRadius, trace, zeros} from "./linalg.js";
-import {Mover, number, samples, series, verdict} from "./mover.js";
-import {mark, picture} from "./plot.js";
+// A motor that turns a load by a shaft which gives: the reader ticks what is measured, and drags
+// the shaft, and the ranges of load and shaft. Gains are searched here, then proven for all of
+// these plants.
+import {corners, covering, middle, quotient} from "./cells.js";
+import {capital, clamp, clean, complex, define, drag, round} from "./kit.js";
+import {eigenvalues, mul, rightmost, spectralRadius, trace} from "./linalg.js";
+import {Mover, number, samples, series, verdict, wide} from "./mover.js";
+import {hatching, mark, picture, Plot} from "./plot.js";
+import {driven, hidden, sought} from "./sought.js";
+import {law, loop, ticked, unit} from "./ticked.js";
 
 const SECONDS = 3, STEPS = 600;
-const GAINS = ["K_P", "K_D", "K_I"], PAIRS = [[0, 0], [1, 0], [0, 1], [1, 1]];
-const LOADS = ["lightest", "heaviest"];
-const DISCS = [[74, 44, 30], [266, 44, 36]];  // x, y and radius of motor and load
+const PAIRS = [[0, 0], [1, 0], [0, 1], [1, 1]], TICKS = ["p1", "p2", "v1", "v2"];
+const GRID = 9;                                     // plants a side of the box that are looked at
+const CLAIMS = [0.5, 0.75, 0.9, 0.95, 0.98, 0.99];  // of the true decay, one after another
+const MOST = 500;                                   // cells that are tried for each of these
+const STILL = 1e-6;                                 // of the rate: no decay
+const DISCS = [[74, 44, 30], [266, 44, 36]];        // x, y and radius of motor and load
+const MIDDLE = 166, WAY = [86, 8];                  // y of the shaft's handle, soft and stiff
 /** @type {any[][]} */
 const SENSORS = [["p1", "φ₁", 44], ["v1", "φ₁′", 104], ["p2", "φ₂", 236], ["v2", "φ₂′", 296]];
 
-/** @type {(place: any, kind: string) => number[]} */
-const ticked = (place, kind) => [0, 1].filter(i => place[`${kind}${i + 1}`]);
-
-// Under what a choice of ticks is found; each part counts where it means something.
-/** @type {(place: any) => string} */
-function name({p1, p2, v1, v2, integral, filter}) {
-  const angles = p1 || p2, rates = v1 || v2;
-  return `${p1}${p2}${v1}${v2}${angles ? integral : 0}${angles && !rates ? filter : 0}`;
-}
+// To three digits, towards zero.
+const below = x => {
+  const last = 10 ** (2 - Math.floor(Math.log10(x)));
+  return Number((Math.floor(x * last) / last).toPrecision(3));
+};
 
 class Sensors extends Mover {
   get horizon() { return SECONDS; }
   get still() { return 0.12; }
+  get idles() { return true; }
 
   figures() {
     return [
-      ["scene", "Tick a sensor here or above. Blue hand: the heaviest load, pale: the lightest. True speed."],
+      [
+        "scene",
+        "Tick a sensor here or above; drag the shaft's handle up for a stiffer one. Blue hand: the slowest plant of the range, pale: the one in its middle. True speed."
+      ],
+      ["map", "Loads and shafts that may be. Drag the ends of the range. Filled: proven cells."],
+      [
+        "decays",
+        "Decay σ (s⁻¹) of the slowest plant. Hatched: out of reach for these sensors, whatever the gains."
+      ],
       [
         "choices",
-        "Best decay σ (s⁻¹) that the package found and proved for each choice, with this filter and integral. Choose a cell."
+        "Decay σ (s⁻¹) that the page finds for each choice, with this filter and integral. Choose a cell."
       ],
       [
         "poles",
-        "Poles of your loop: crosses with the heaviest load, circles with the lightest. Shaded: left of the σ that was proven. Dotted: the mean of the poles, where no gain moves it."
+        "Crosses: poles of the slowest plant, circles: of the one in the middle. Shaded: left of the σ that is proven. Dotted: the mean of the poles, where no gain moves it."
       ],
-      ["angle", "The load's angle φ₂ from 1 rad at rest. Blue: heaviest load, orange: lightest."]
+      ["angle", "The load's angle φ₂ from 1 rad at rest. Blue: slowest plant, orange: the middle one."]
     ];
   }
 
-  good({right}) { return right.every(x => x < -1e-6 * this.size); }
-  get means() { return "the loop is stable with both loads"; }
-
-  // The loop x' = A x of a plant, x = [z; z'; integral; lagging angles], and u = k x.
-  loop({M, D, S, B}, place, K) {
-    const angles = ticked(place, "p"), rates = ticked(place, "v");
-    const lagging = rates.length ? [] : angles, tau = this.data.filters[place.filter];
-    const sum = angles.length ? place.integral : 0, N = 4 + sum + lagging.length;
-    const A = zeros(N, N), u = Array(N).fill(0);
-    angles.forEach((i, k) => { u[i] += K.K_P[k]; });
-    rates.forEach((i, k) => { u[2 + i] += K.K_D[k]; });
-    lagging.forEach((i, k) => {
-      const row = 4 + sum + k;
-      u[i] += K.K_D[k] / tau;
-      u[row] -= K.K_D[k] / tau;
-      A[row][i] += 1 / tau;
-      A[row][row] -= 1 / tau;
-    });
-    if (sum) {
-      u[4] += K.K_I[0];
-      A[4][angles[0]] = 1;
-    }
-    const push = [...zeros(2, N), ...mul(solve(M, B), [u]), ...zeros(N - 4, N)];
-    motion(M, D, S).forEach((row, i) => row.forEach((a, j) => { A[i][j] += a; }));
-    return add(A, push);
+  // From the lightest load and the softest shaft to the others.
+  box({J0, J1, k0, k1}) {
+    return [[Math.min(J0, J1), Math.min(k0, k1)], [Math.max(J0, J1), Math.max(k0, k1)]];
   }
 
-  // The gains: the sliders' factors times what was found; where nothing was, times a tenth of the limits.
-  gains(place) {
-    const count = {
-      K_P: ticked(place, "p").length,
-      K_D: ticked(place, "v").length || ticked(place, "p").length
-    };
-    count.K_I = count.K_P && place.integral;
-    const found = this.data.found[name(place)];
-    return Object.fromEntries(GAINS.map(k => {
-      const start = found?.gains?.[k] ?? Array(count[k]).fill(-this.data.limits[k] / 10);
-      return [k, start.slice(0, count[k]).map(x => place[k] * x)];
-    }));
+  key(place) {
+    const {p1, p2, v1, v2, integral, filter} = place;
+    return String([p1, p2, v1, v2, integral, filter, this.box(place)]);
+  }
+
+  // What is found for a choice, once: gains, their loop, and the slowest plant that is seen.
+  best(place) {
+    const box = this.box(place), key = this.key(place);
+    if (this.known.has(key)) return this.known.get(key);
+    const own = law(this.data, place), {names, rows} = own, free = loop(this.data, own, []);
+    const plants = corners(box).map(point => driven(free, own.push, point));
+    const gains = rows.length
+      ? sought(plants, rows, names.map(k => this.data.limits[k]), names.map(k => k === "K_D"))
+      : [];
+    const found = loop(this.data, own, gains),
+          right = point => rightmost(eigenvalues(quotient(found, point)));
+    const part = k =>
+      Array.from({length: GRID}, (_, i) => box[0][k] + (box[1][k] - box[0][k]) * i / (GRID - 1));
+    const [loads, shafts] = [0, 1].map(k => [...new Set(part(k))]);
+    const seen = loads.flatMap(J => shafts.map(k => [right([J, k]), [J, k]]));
+    const [most, worst] = seen.reduce((a, b) => b[0] > a[0] ? b : a);
+    this.known.set(key, {law: own, plants, gains, loop: found, worst, decay: -most});
+    return this.known.get(key);
   }
 
   compute(place) {
-    const {plants} = this.data, K = this.gains(place),
-          loops = plants.map(plant => this.loop(plant, place, K));
-    const poles = loops.map(eigenvalues), means = loops.map(A => trace(A) / A.length);
-    const none = Object.fromEntries(GAINS.map(k => [k, K[k].map(() => 0)]));
-    const moved = GAINS.some(k => K[k].some((_, i) => {
-      const one = {...none, [k]: none[k].map((_, j) => i === j ? 1 : 0)};
-      const change = trace(this.loop(plants[0], place, one)) - trace(this.loop(plants[0], place, none));
-      return Math.abs(change) > 1e-9 * this.size;
-    }));
-    const start = [1, 1, 0, 0, ...(ticked(place, "p").length && place.integral ? [0] : [])];
-    const runs = loops.map(A => {
-      const x = [...start, ...Array(A.length - start.length).fill(1)];
-      return samples(A, A.map(() => [0]), x, Array(STEPS).fill([0]), SECONDS / STEPS);
-    });
+    const {law: {N, names, rows}, plants, gains, loop, worst, decay} = this.best(place);
+    const box = this.box(place);
+    const means = plants.map(([F]) => trace(F) / N);
+    const moved = rows.some(row => plants.some(([, b]) => mul([row], b)[0][0]));
+    const [F, b] = plants[0], seen = TICKS.map((_, i) => unit(4, i)).filter((_, i) => place[TICKS[i]]);
+    const loops = [worst, middle(box)].map(point => quotient(loop, point));
+    const start = [1, 1, 0, 0, ...unit(N - 4, -1)];
+    if (!ticked(place, "v").length) ticked(place, "p").forEach((_, k) => { start[N - 1 - k] = 1; });
+    const runs = loops.map(A => samples(A, A.map(() => [0]), start, Array(STEPS).fill([0]), SECONDS / STEPS));
     return {
-      K,
-      poles,
-      right: poles.map(rightmost),
+      box,
+      names,
+      gains,
+      worst,
+      decay,
+      poles: loops.map(eigenvalues),
       limit: moved ? null : Math.min(...means.map(x => -x)),
       means,
-      angles: runs.map(run => run.map(x => x.slice(0, 2)))
+      unseen: hidden(F.slice(0, 4).map(row => row.slice(0, 4)), b.slice(0, 4), seen)
+        .map(pole => pole.map(x => Math.abs(x) > STILL * this.size ? x : 0)),
+      full: this.best({...place, ...Object.fromEntries(TICKS.map(key => [key, 1]))}).decay,
+      angles: runs.map(run => run.map(x => x.slice(0, 2))),
+      sigma: 0,
+      cells: [],
+      tried: false
     };
   }
 
+  // When nothing moves: the proof, from smaller claims to larger ones; then the other choices.
+  * looks(place) {
+    const {loop, decay} = this.best(place), {result} = this;
+    for (const share of this.decays(decay) ? CLAIMS : []) {
+      const sigma = below(share * decay), cells = yield* covering(loop, result.box, sigma, MOST);
+      if (!cells) break;
+      Object.assign(result, {sigma, cells});
+      this.bars(result);
+      this.map(result, place);
+    }
+    result.tried = true;
+    this.show(result, this.ghost, place);
+    this.seek(this.time);
+    for (const choice of this.table(place)) {
+      this.best(choice);
+      yield;
+      this.choices(place);
+    }
+  }
+
+  // What is known of a choice: its decay.
+  peek(place) { return this.known.get(this.key(place))?.decay; }
+
+  decays(x) { return x > STILL * this.size; }
+
+  // The other choices of ticks, in the order of the table.
+  table(place) { return PAIRS.flatMap(([p1, p2]) => PAIRS.map(([v1, v2]) => ({...place, p1, p2, v1, v2}))); }
+
   wire() {
-    const none = {p1: 0, p2: 0, v1: 0, v2: 0, integral: 0, filter: 0};
-    const free =
-      this.data.plants.map(plant => eigenvalues(this.loop(plant, none, {K_P: [], K_D: [], K_I: []})));
-    this.size = Math.max(...free.map(spectralRadius));
+    this.known = new Map();
+    const none = law(this.data, {filter: 0}), ends = this.data.ranges;
+    this.size = Math.max(
+      ...corners(ends).map(p => spectralRadius(eigenvalues(quotient(loop(this.data, none, []), p)))));
     super.wire();
     this.view.addEventListener("click", ({target}) => {
       const {tick, cell} = target.closest("[data-tick], [data-cell]")?.dataset ?? {};
       if (tick) this.choose({[tick]: 1 - this.place[tick]});
-      if (cell)
-        this.choose(Object.fromEntries(["p1", "p2", "v1", "v2"].map((key, k) => [key, Number(cell[k])])));
+      if (cell) this.choose(Object.fromEntries(TICKS.map((key, k) => [key, Number(cell[k])])));
+    });
+    this.handles(({end}) => ["J" + end, "k" + end]);
+    const {step} = this.data.controls.find(({key}) => key === "k0"), [[, soft], [, stiff]] = ends;
+    drag(this.find("scene"), () => [this.place.k0, this.place.k1], ([k0, k1], {y}) => {
+      const wanted = soft + (stiff - soft) * (y - WAY[0]) / (WAY[1] - WAY[0]) - (k0 + k1) / 2;
+      const shift = clamp(wanted, soft - Math.min(k0, k1), stiff - Math.max(k0, k1));
+      const at = k => Math.round((k + shift - soft) / step);
+      this.choose({k0: at(k0), k1: at(k1)}, ["input"]);
     });
   }
 
   update() {
     super.update();
-    const place = this.place, {K} = this.result;
-    for (const key of GAINS) this.inputs[key].disabled = !K[key].length;
-    this.inputs.integral.disabled = !ticked(place, "p").length;
-    this.inputs.filter.disabled = ticked(place, "v").length > 0;
+    this.inputs.integral.disabled = !ticked(this.place, "p").length;
+    this.inputs.filter.disabled = ticked(this.place, "v").length > 0;
+  }
+
+  states() {
+    const {result} = this,
+          here = [{}, {tried: true}, {tried: true, sigma: 1}, {decay: 0}, {unseen: [[0, 0]]}];
+    return here.map(more => wide(this.said({...result, decay: this.size, limit: 1, ...more})[1]));
   }
 
   show(result, ghost, place) {
-    const found = this.data.found[name(place)];
-    this.tell(...this.said(result, place, found));
+    this.tell(...this.said(result));
     this.scene(place);
+    this.map(result, place);
+    this.bars(result);
     this.choices(place);
-    this.map(result, ghost, found);
+    this.plane(result, ghost);
     this.curves("angle", {
       y: [-1.3, 1.3],
       labels: "φ₂ (rad)",
-      label: "The load's angle over time, with the lightest and the heaviest load",
+      label: "The load's angle over time, of the slowest plant and the one in the middle",
       lines: [...result.angles].reverse().map((run, k) => ({
         points: series(run.map(x => x[1]), SECONDS / STEPS, 3),
-        colour: k ? "--sos-second" : "--sos-first"
+        colour: k ? "--sos-first" : "--sos-second"
       }))
     });
   }
 
-  said({K, right, limit}, place, found) {
-    const proven = found?.status === "feasible", kept = this.good({right});
-    const used = GAINS.filter(k => K[k].length), same = used.every(k => place[k] === 1);
-    const worst = right.indexOf(Math.max(...right));
-    const state = kept ? "feasible" : found?.status === "undecided" ? "undecided" : "infeasible";
-    const words = !found ? "Nothing is measured, so no gain moves a pole."
-      : !proven          ? `${capital(found.status)}. ${escape(found.reason)}`
-      : !kept ? `Unstable with the ${LOADS[worst]} load.`
-      : same
-      ? `Proven by the package for every load of the range: σ = ${clean(found.sigma)} s⁻¹.`
-      : "Stable with both loads, as this page's eigenvalues tell. Nothing is proven of the loads between.";
-    const list = k => K[k].map(x => clean(x)).join(", ");
-    const gains = used.map(k => `K<sub>${k[2]}</sub> = ${number(0, "").replace(/>.*</, `>${list(k)}<`)}`);
-    const sum = limit === null ? "A gain moves the sum of the poles."
-                               : `No gain of these sensors moves the sum of the poles: none decays with ${
-                                   number(limit, " s⁻¹")} or faster.`;
+  said({names, gains, worst, decay, limit, unseen, full, sigma, cells, tried}) {
+    const rate = x => number(x, " s⁻¹"), stable = this.decays(decay), [pole] = unseen;
+    const left = pole && `the pole at ${complex(pole[0], Math.abs(pole[1]))}`;
+    const state = stable ? "feasible" : pole ? "infeasible" : "undecided";
+    const words = !stable && pole ? `No controller of any order moves ${left}: ${
+                                      names.length ? "these sensors don't see it" : "nothing is measured"}.`
+      : !stable ? "Undecided: the search found no gains that are stable in the whole range."
+      : sigma   ? `Proven for every plant of the range: σ = ${rate(sigma)}, in exact arithmetic, with ${
+                    cells.length} ${cells.length === 1 ? "cell" : "cells"}.`
+      : tried ? `Stable as far as was looked; ${MOST} cells prove nothing.`
+              : "Stable as far as was looked. The proof comes when nothing moves.";
+    const kinds = [...new Set(names)].map(
+      kind => `K<sub>${kind[2]}</sub> = ${
+        number(0).replace(
+          />.*</, `>${gains.filter((_, i) => names[i] === kind).map(x => clean(x)).join(", ")}<`)}`);
+    const sum = limit === null
+      ? "A gain moves the sum of the poles."
+      : `No gain of these sensors moves the sum of the poles: none decays with ${rate(limit)} or faster.`;
+    const any = pole
+      ? stable ? `No controller of any order moves ${left}.` : ""
+      : "With enough memory a controller gives any single plant any decay; of one controller for all of them that isn't said.";
     return [
       state,
       verdict(words) +
-        `<p>${gains.join("; ") || "No gain"}. Your slowest pole: ${
-          right.map((x, k) => `${number(x, " s⁻¹")} with the ${LOADS[k]} load`).join(", ")}.</p><p>${sum}</p>`
+        `<p>${kinds.join("; ") || "No gain"}. True decay, as far as was looked: ${
+          rate(Math.abs(decay) > STILL * this.size ? decay : 0)}, with a load of ${
+          number(worst[0], " kg m²")} and a shaft of ${number(worst[1], " N m/rad")}.</p>` +
+        `<p>${sum}</p><p>With all four measured, no memory and the same limits of the gains the page finds ${
+          rate(full)}. ${any}</p>`
     ];
   }
 
+  map({box, cells, worst}, {J0, J1, k0, k1}) {
+    const [low, high] = this.data.ranges;
+    const plot = new Plot({
+      x: [low[0], high[0]],
+      y: [low[1], high[1]],
+      labels: ["load J (kg m²)", "shaft k (N m/rad)"],
+      height: 260,
+      box: [46, 332, 10, 218]
+    });
+    // a range without a length is drawn as a bar
+    const [thin, flat] = [0, 1].map(k => box[0][k] < box[1][k] ? 0 : 6);
+    const rect = ([[x0, y0], [x1, y1]], style) => {
+      const w = Math.max(thin, plot.X(x1) - plot.X(x0)), h = Math.max(flat, plot.Y(y0) - plot.Y(y1));
+      const [x, y] = [(plot.X(x0) + plot.X(x1) - w) / 2, (plot.Y(y0) + plot.Y(y1) - h) / 2];
+      return `<rect x="${round(x)}" y="${round(y)}" width="${round(w)}" height="${round(h)}" style="${
+        style}"/>`;
+    };
+    plot.body += cells
+                   .map(cell => rect(cell,
+                          "fill:var(--sos-region);fill-opacity:.3;stroke:var(--sos-region);stroke-width:.5"))
+                   .join("") +
+      rect(box, "fill:none;stroke:var(--sos-ink);stroke-width:1.6");
+    mark(plot, worst, "--sos-first");
+    plot.body +=
+      [[J0, k0], [J1, k1]]
+        .map(([J, k], end) =>
+               `<circle class="sos-handle" data-end="${end}" cx="${plot.X(J)}" cy="${plot.Y(k)}" r="8"/>`)
+        .join("");
+    this.plot = plot;
+    this.find("map").innerHTML =
+      plot.svg(`Loads from ${clean(box[0][0])} to ${clean(box[1][0])} kg m², shafts from ${
+        clean(box[0][1])} to ${clean(box[1][1])} N m/rad; ${cells.length} proven cells`);
+  }
+
+  // The decays as bars, and what is out of reach.
+  bars({sigma, decay, full, limit, unseen}) {
+    const known = [sigma, decay, full].map(x => this.decays(x) ? x : 0);
+    const edge = Math.min(limit ?? Infinity, ...unseen.map(([re]) => Math.max(0, -re)));
+    const most = 1.15 * (Math.max(...known, edge < 2 * Math.max(...known) ? edge : 0) || 1);
+    const X = x => round(96 + 196 * Math.min(1, x / most)), name = `${this.name}-hatch`;
+    const line = (words, x, style, y) => `<text x="90" y="${y + 15}" text-anchor="end">${words}</text>` +
+      `<rect x="96" y="${y}" width="${round(X(x) - 96)}" height="20" style="${
+        style}"/><text class="sos-over" x="${X(x) + 5}" y="${y + 15}">${clean(x)}</text>`;
+    const out = edge < most ? hatching(name) +
+        `<rect x="${X(edge)}" y="6" width="${round(340 - X(edge))}" height="58" style="fill:url(#${
+          name})"/><path class="sos-target" d="M${X(edge)} 4V66"/>`
+                            : "";
+    const whole = [
+      "fill:var(--sos-region)", "fill:var(--sos-first);fill-opacity:.45",
+      "fill:var(--sos-soft);fill-opacity:.35"
+    ];
+    const limits = edge === Infinity ? "a gain moves the sum of the poles"
+      : edge === limit               ? `the sum of the poles excludes ${clean(edge)} and more`
+                                     : `a pole that nobody sees excludes more than ${clean(edge)}`;
+    this.find("decays").innerHTML = picture(124,
+      `Decay proven: ${clean(known[0])}, true: ${clean(known[1])}, found with all four measured: ${
+        clean(known[2])}; ${limits}`,
+      out +
+        ["proven", "true", "all measured"]
+          .map((words, k) => line(words, known[k], whole[k], [10, 38, 74][k]))
+          .join("") +
+        `<text x="8" y="116">${capital(limits)}.</text>`);
+  }
+
   scene(place) {
-    const [[x, y, r], [u, v, s]] = DISCS;
+    const [[x, y, r], [u, v, s]] = DISCS, [[, soft], [, stiff]] = this.data.ranges;
+    const share = ((place.k0 + place.k1) / 2 - soft) / (stiff - soft);
     /** @type {(place: any, words: string) => string} */
     const disc = ([cx, cy, size], words) => `<circle class="sos-part" cx="${cx}" cy="${cy}" r="${size}"/>` +
       `<text x="${cx}" y="${cy + size + 14}" text-anchor="middle">${words}</text>`;
     const hands =
-      DISCS.flatMap(([cx, cy, size], i) => LOADS.map(
-                      (_, k) => `<path class="sos-line sos-turn" data-disc="${i}" data-load="${
-                        k}" style="stroke-width:3;stroke:var(--sos-${k ? "first" : "second"});opacity:${
-                        k ? 1 : 0.45}" d="M${cx} ${cy}V${cy - size + 4}"/>`));
+      DISCS.flatMap(([cx, cy, size], i) => [1, 0].map(
+                      k => `<path class="sos-line sos-turn" data-disc="${i}" data-plant="${
+                        k}" style="stroke-width:3;stroke:var(--sos-${k ? "second" : "first"});opacity:${
+                        k ? 0.45 : 1}" d="M${cx} ${cy}V${cy - size + 4}"/>`));
     const sensors =
       SENSORS.map(([key, words, at]) =>
                     `<g data-tick="${key}"><rect class="sos-sensor${place[key] ? " sos-on" : ""}" x="${
@@ -188,19 +307,22 @@ class Sensors extends Mover {
     this.find("scene").innerHTML = picture(140,
       `A motor and a load on a shaft; measured: ${
         SENSORS.filter(([key]) => place[key]).map(([, words]) => words).join(", ") || "nothing"}`,
-      `<path class="sos-thin sos-shaft"/><path class="sos-thin" d="M${x} ${y + r + 18}V106M${u} ${
-        v + s + 18}V106"/>` +
-        disc(DISCS[0], "motor, torque u") + disc(DISCS[1], "load") + hands.join("") + sensors.join(""));
+      `<path class="sos-thin sos-shaft" style="stroke-width:${
+        round(1 + 4 * share)}"/><path class="sos-thin" d="M${x} ${y + r + 18}V106M${u} ${v + s + 18}V106M${
+        MIDDLE} ${WAY.join("V")}"/>` +
+        disc(DISCS[0], "motor, torque u") + disc(DISCS[1], "load") + hands.join("") + sensors.join("") +
+        `<circle class="sos-handle" cx="${MIDDLE}" cy="${
+          round(WAY[0] + share * (WAY[1] - WAY[0]))}" r="8"/>`);
   }
 
   pose({angles}, time) {
     const k = Math.min(STEPS, Math.round(time / SECONDS * STEPS)), scene = this.find("scene");
     for (const hand of scene.querySelectorAll(".sos-turn")) {
-      const {disc, load} = hand.dataset, [x, y] = DISCS[disc];
+      const {disc, plant} = hand.dataset, [x, y] = DISCS[disc];
       hand.setAttribute(
-        "transform", `rotate(${round(180 / Math.PI * (angles[load][k][disc] % 7e3))} ${x} ${y})`);
+        "transform", `rotate(${round(180 / Math.PI * (angles[plant][k][disc] % 7e3))} ${x} ${y})`);
     }
-    const [one, two] = angles.at(-1)[k], twist = Math.max(-12, Math.min(12, 40 * (two - one)));
+    const [one, two] = angles[0][k], twist = Math.max(-12, Math.min(12, 40 * (two - one)));
     const [[x, y, r], [u, , s]] = DISCS, [from, to] = [x + r, u - s], step = (to - from) / 8;
     const bends =
       Array.from({length: 8}, (_, i) => `q${round(step / 2)} ${round(i % 2 ? -twist : twist)} ${step} 0`);
@@ -210,44 +332,45 @@ class Sensors extends Mover {
 
   choices(place) {
     const names = ["none", "φ₁", "φ₂", "both"], rates = ["filter", "φ₁′", "φ₂′", "both"];
-    const all = Object.values(this.data.found).map(({sigma}) => sigma ?? 0),
-          top = Math.log(1 + Math.max(...all));
-    const cells = PAIRS.flatMap((p, i) => PAIRS.map((v, j) => {
-      const ticks = {p1: p[0], p2: p[1], v1: v[0], v2: v[1]},
-            {sigma} = this.data.found[name({...place, ...ticks})] ?? {};
-      const here = [...p, ...v].join("") === [place.p1, place.p2, place.v1, place.v2].join("");
-      const [x, y] = [60 + 68 * j, 34 + 44 * i], strong = sigma ? 0.12 + 0.5 * Math.log(1 + sigma) / top : 0;
-      return `<g data-cell="${[...p, ...v].join("")}"><rect x="${x}" y="${
-               y}" width="64" height="40" rx="4" ` +
+    const key = one => TICKS.map(name => one[name]).join(""),
+          found = this.table(place).map(one => this.peek(one));
+    const top = Math.log(1 + Math.max(0, ...found.map(x => x ?? 0)));
+    const cells = this.table(place).map((one, k) => {
+      const [x, y] = [60 + 68 * (k % 4), 34 + 44 * Math.floor(k / 4)],
+                sigma = this.decays(found[k]) ? found[k] : 0;
+      const strong = sigma ? 0.12 + 0.5 * Math.log(1 + sigma) / top : 0, here = key(one) === key(place);
+      return `<g data-cell="${key(one)}"><rect x="${x}" y="${y}" width="64" height="40" rx="4" ` +
         `style="fill:var(--sos-region);fill-opacity:${round(10 * strong) / 10};stroke:var(--sos-${
           here ? "ink" : "line"});stroke-width:${here ? 2.5 : 1}"/>` +
         `<text x="${x + 32}" y="${y + 25}" text-anchor="middle" style="fill:var(--sos-ink)">${
-          sigma ? clean(sigma) : "–"}</text></g>`;
-    }));
+          sigma                      ? clean(sigma)
+            : found[k] === undefined ? "…"
+                                     : "–"}</text></g>`;
+    });
     const heads =
       rates.map((words, j) => `<text x="${92 + 68 * j}" y="26" text-anchor="middle">${words}</text>`)
         .concat(names.map((words, i) => `<text x="52" y="${59 + 44 * i}" text-anchor="end">${words}</text>`));
     this.find("choices").innerHTML = picture(214,
-      "Proven decay for each choice of angles (rows) and rates (columns)",
+      "Decay that is found for each choice of angles (rows) and rates (columns)",
       `<text x="52" y="12" text-anchor="end">angles</text><text x="194" y="12" text-anchor="middle">rates</text>` +
         heads.join("") + cells.join(""));
   }
 
-  map({poles, means, limit}, ghost, found) {
+  plane({poles, means, limit, sigma}, ghost) {
     const w = this.size, x = [-0.55 * w, 0.12 * w], y = [-1.15 * w, 1.15 * w];
     this.poleMap("poles", {
       x,
       y,
-      label: "Poles of the loop with both loads",
-      poles: poles.at(-1),
-      ghost: ghost?.poles.at(-1),
+      label: "Poles of the slowest plant and of the one in the middle",
+      poles: poles[0],
+      ghost: ghost?.poles[0],
       draw: plot => {
-        if (found?.sigma)
+        if (sigma)
           plot.body += `<rect class="sos-region" x="${plot.l}" y="${plot.t}" width="${
-            round(plot.X(Math.max(x[0], -found.sigma)) - plot.l)}" height="${plot.b - plot.t}"/>`;
+            round(plot.X(Math.max(x[0], -sigma)) - plot.l)}" height="${plot.b - plot.t}"/>`;
         if (limit !== null)
           for (const mean of means.filter(at => at > x[0])) plot.rule("sos-target", [mean, mean], y);
-        for (const pole of poles[0].filter(p => plot.has(p))) mark(plot, pole, "--sos-second", 1);
+        for (const pole of poles[1].filter(p => plot.has(p))) mark(plot, pole, "--sos-second", 1);
       }
     });
   }

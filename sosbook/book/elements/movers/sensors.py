@@ -1,12 +1,9 @@
-"""Ticking the sensors of a drive: what was found and proven for each choice."""
-
-from itertools import product
+"""Ticking the sensors of a drive: the page searches gains and proves what they do."""
 
 import numpy as np
 
 from ....laws import PIDLaw
-from ....synthesis.pid import design_pid
-from ..page import matrices, significant
+from ..page import significant
 from .mover import Mover, choice, slider, tick
 
 __all__ = ["sensors", "ticked_law"]
@@ -18,7 +15,7 @@ TICKS = {
     "v2": "the load's rate φ₂′",
     "integral": "and integrate the first angle",
 }
-STARTS = 4  # descents of each choice's search: more found nothing faster here
+PARTS = "MDSB"
 
 
 def ticked_law(place, filters, limits):
@@ -50,64 +47,69 @@ def ticked_law(place, filters, limits):
     return PIDLaw(**law, limits={k: limits[k] for k in ("K_D", *kinds)})
 
 
-def sensors(plants, filters, limits):
-    """A drive whose sensors can be ticked; every choice is designed and proven here.
+def sensors(drives, filters, limits, box):
+    """A drive whose sensors, spring and ranges are the reader's.
 
-    The page has sliders for the gains and computes their poles itself.
+    The page searches the gains of the sensors that are ticked and proves, in exact
+    arithmetic, what they do to every drive of the ranges.
 
-    ``plants``: drives with the angles of motor and load, and a torque on the motor;
-    ``filters``: time constants in s of the rates that angles alone give; ``limits``:
-    the largest size of an entry of K_P, K_D, K_I. Raises ValueError if the plants
-    aren't of two coordinates and one input.
+    ``drives``: a mass J and a spring k, no powers: the largest ranges that the page can
+    show. J stands in M alone, by a matrix of rank one, and k in S alone; the motions
+    are the angles of motor and load, and there is one torque; ``filters``: time
+    constants in s of the rates that angles alone give; ``limits``: the largest size of
+    an entry of K_P, K_D, K_I; ``box``: the ranges at first, J and k by name. Raises
+    ValueError if the drives aren't of this kind.
 
     >>> import sosbook as sos
-    >>> drive = sos.SecondOrderSystem(
-    ...     np.eye(2), [[1, 0], [0, 0]], [[9, -9], [-9, 9]], [[1], [0]])
-    >>> sensors(sos.Polytope([drive]), [0.1], {"K_P": 20, "K_D": 20, "K_I": 20})
-    Sensors: p1, p2, v1, v2, integral, filter, K_P, K_D, K_I
+    >>> def drive(J, k):
+    ...     return sos.SecondOrderSystem(np.diag([1, J]), np.diag([1, 0]),
+    ...                                  [[k, -k], [-k, k]], [[1], [0]])
+    >>> limits = {"K_P": 20, "K_D": 20, "K_I": 20}
+    >>> drives = sos.Uncertain(drive, J=(1, 2), k=(5, 9))
+    >>> sensors(drives, [0.1], limits, dict(J=(1, 2), k=(9, 9)))
+    Sensors: p1, p2, v1, v2, integral, filter, J0, J1, k0, k1
     """
-    corners = plants.vertices
-    if corners[0].n != 2 or corners[0].m != 1:
+    ends = [[float(x) for x in end] for end in (drives.box.low, drives.box.high)]
+    spans = np.subtract(*ends[::-1])
+    corners = [[getattr(v, x) for x in PARTS] for v in drives.vertices]
+    parts = {}
+    for name, *at in zip(PARTS, *corners):
+        ways = [(at[k] - at[0]) / span for k, span in zip((2, 1), spans)]
+        base = at[0] - sum(end * way for end, way in zip(ends[0], ways))
+        parts[name] = [significant(x, 12) for x in (base, *ways)]
+    moved = {x: list(map(np.any, (J, k))) for x, (_, J, k) in parts.items()}
+    alone = dict(M=[1, 0], D=[0, 0], S=[0, 1], B=[0, 0])
+    shapes = parts["M"][0], parts["B"][0]
+    if (
+        list(drives.degree.items()) != [("J", 1), ("k", 1)]
+        or moved != alone
+        or np.linalg.matrix_rank(parts["M"][1]) != 1
+        or list(map(np.shape, shapes)) != [(2, 2), (2, 1)]
+    ):
         raise ValueError(
-            "plants must have two coordinates and one input, got "
-            f"{corners[0].n} and {corners[0].m}"
+            "drives must have two coordinates, one input, a mass J and a spring k, "
+            f"got {drives!r}"
         )
-    found = {}
-    keys = (*TICKS, "filter")
-    for p1, p2, v1, v2 in product((0, 1), repeat=4):
-        spans = (1 + (p1 or p2), 1 if v1 or v2 else len(filters))
-        for integral, filter in product(*map(range, spans)):
-            place = dict(zip(keys, (p1, p2, v1, v2, integral, filter)))
-            law = ticked_law(place, filters, limits)
-            if law is not None:
-                found["".join(map(str, place.values()))] = _found(plants, law)
     names = [f"{1000 * x:g} ms" for x in filters]
-    parts = [
-        slider(k, f"{k}, times what was found", " ×", (0, 2), 0.01, 1) for k in limits
-    ]
+    (J, k), (loads, springs) = (box[x] for x in "Jk"), zip(*ends)
+    inertia, stiff = (" kg m²", loads, 0.0005), (" N m/rad", springs, 0.1)
     return Mover(
         "sensors",
         "Tick your sensors",
         "Move the encoder from the motor to the load: untick φ₁, tick φ₂. What is left "
-        "of the decay? Which single rate brings it back, and is it a matter of where "
-        "the angle is measured?",
+        "of the decay? Which single rate brings it back? Then drag the ends of the "
+        "range: what do a softer shaft and heavier loads cost?",
         [
             *(tick(key, words, int(key == "p1")) for key, words in TICKS.items()),
             choice("filter", "Filter, if no rate is measured", names, len(names) // 2),
-            *parts,
+            slider("J0", "Lightest load", *inertia, J[0]),
+            slider("J1", "Heaviest load", *inertia, J[1]),
+            slider("k0", "Softest shaft", *stiff, k[0]),
+            slider("k1", "Stiffest shaft", *stiff, k[1]),
         ],
-        plants=[matrices(v, "MDSB") for v in corners],
-        filters=list(filters),
+        parts=parts,
+        ranges=ends,
+        rates=[significant(1 / x, 12) for x in filters],
         limits=limits,
-        found=found,
+        answer={"p1": 0, "p2": 1, "v1": 1},
     )
-
-
-def _found(plants, law):
-    """What is said of a law: its decay and gains, or why there are none."""
-    design = design_pid(plants, law=law, maximize="sigma", starts=STARTS)
-    if design.status != "feasible" or not design.certify().proven:
-        return {"status": design.status, "reason": design.reason}
-    (half_plane,) = design.request.region.parts
-    gains = {k: significant(x[0], 12) for k, x in design.gains.items()}
-    return {"status": "feasible", "sigma": half_plane.bound, "gains": gains}
