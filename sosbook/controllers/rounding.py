@@ -21,18 +21,10 @@ EPSILON = {"double": 2.0**-53, "single": 2.0**-24}
 def rounding_bound(c, precision, range, speed, output):
     """The `Bounded` of what rounding does to an output.
 
-    Parameters
-    ----------
-    c : Controller
-        With one set point and no springs that push back at rest.
-    precision : {"double", "single"}
-        Of the program.
-    range : float
-        How far from zero the set point goes.
-    speed : float
-        How fast it moves, per second; from rest at zero.
-    output : int
-        Which output.
+    ``c``: with one set point and no springs that push back at rest; ``precision``,
+    {"double", "single"}: of the program; ``range``: how far from zero the set point
+    goes; ``speed``: how fast it moves, per second; from rest at zero; ``output``: which
+    output.
     """
     if precision not in EPSILON:
         raise ValueError(f"precision must be 'double' or 'single', got {precision!r}")

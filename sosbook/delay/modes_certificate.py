@@ -74,16 +74,9 @@ class ModesRefusal(MultiplierRefusal):
     def contents(cls, request, vertex, modes, small):
         """The data of the file, without the multipliers.
 
-        Parameters
-        ----------
-        request : DelayRequest
-            What is asked of the plant.
-        vertex : int
-            Which vertex has the modes, from 0.
-        modes : Modes
-            The modes.
-        small : DelayRequest
-            The same for them alone, at floats near them.
+        ``request``: what is asked of the plant; ``vertex``: which vertex has the modes,
+        from 0; ``modes``: the modes; ``small``: the same for them alone, at floats near
+        them.
         """
         (d,) = small.vertices
         asked = {**problem_data(request), "K": None}

@@ -15,17 +15,9 @@ def region_outline(region, window=(-10.0, 2.0, 6.0)):
     direction d is where f(c) + t (f(c + d) - f(c)) becomes singular: one
     eigenvalue problem a ray, no search.
 
-    Parameters
-    ----------
-    region : PoleRegion, LMIRegion or a sequence of LMIRegion
-        The region to outline.
-    window : (left, right, height)
-        The part of the plane to trace, |Im s| <= height.
-
-    Returns
-    -------
-    ndarray of complex, or an empty one if the region misses the window
-        The corners, as points s of the complex plane.
+    ``region``: the region to outline; ``window``, (left, right, height): the part of
+    the plane to trace, |Im s| <= height. Returns ndarray of complex, or an empty one if
+    the region misses the window: the corners, as points s of the complex plane.
     """
     left, right, height = window
     parts = region_parts(region)

@@ -67,18 +67,10 @@ class LMIProof(ProofFile):
     def contents(cls, expressions, unknowns, values, digits, statement=()):
         """The data of the file.
 
-        Parameters
-        ----------
-        expressions : dict
-            From a block's name to its `Affine` expression in rationals.
-        unknowns : list of Unknown
-            What they are affine in.
-        values : dict
-            The point, in floats to be read as decimals.
-        digits : int
-            To so many significant digits the point was rounded.
-        statement : sequence of str
-            What the blocks mean, in their author's words.
+        ``expressions``: from a block's name to its `Affine` expression in rationals;
+        ``unknowns``: what they are affine in; ``values``: the point, in floats to be
+        read as decimals; ``digits``: to so many significant digits the point was
+        rounded; ``statement``: what the blocks mean, in their author's words.
         """
         return {
             "statement": list(statement),

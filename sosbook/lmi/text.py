@@ -27,14 +27,8 @@ def rationals(x):
 class LMIText:
     """Blocks, affine in some unknowns, written once.
 
-    Parameters
-    ----------
-    write : callable or None
-        See `LMIProblem`. None where a class has it as a method.
-    unknowns : sequence of Unknown
-        What the blocks are affine in.
-    settings : Settings, optional
-        As for `LMIProblem`.
+    ``write``: see `LMIProblem`. None where a class has it as a method; ``unknowns``:
+    what the blocks are affine in; ``settings``: as for `LMIProblem`.
     """
 
     def __init__(self, write, unknowns, settings=None):

@@ -22,21 +22,8 @@ def volts_at_rest(mip, law, robot, seconds):
     Encoders have their counts and the gears their play; the friction is what the
     program compensates, and the delay the largest.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum.
-    law : SampledLaw
-        The law.
-    robot : Robot
-        Its description.
-    seconds : float
-        How long the run lasts.
-
-    Returns
-    -------
-    float
-        In V; the limit, if the motors go off.
+    ``mip``: the pendulum; ``law``: the law; ``robot``: its description; ``seconds``:
+    how long the run lasts. Returns float: in V; the limit, if the motors go off.
     """
     sensors = Sensors(
         counts=robot.counts,

@@ -17,18 +17,8 @@ LEAST = {"missing": 5, "frozen": 12}
 def fall_time(mip):
     """The time in which a ``mip`` without voltage falls e times as far, in s.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum.
+    ``mip``: the pendulum. Returns float: that of its unstable pole.
 
-    Returns
-    -------
-    float
-        That of its unstable pole.
-
-    Examples
-    --------
     >>> from sosbook.pendulum import Mip
     >>> round(fall_time(Mip.printed()), 3)
     0.123

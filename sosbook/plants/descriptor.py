@@ -249,23 +249,14 @@ def first_order(number, M, D, S, B, F, U, K_A):
 def coupled_pairs(vertices, coupling, quotient=True, corners=False):
     """Indices (i, j), i <= j, of the vertex pairs that need a block.
 
-    Parameters
-    ----------
-    vertices : sequence of Descriptor
-        The vertices in descriptor form.
-    coupling : {"pairs", "vertices", "slack", "multipliers"}
-        ``"pairs"`` is sound for the whole polytope. ``"vertices"`` is
-        the thesis's reading, which may prove nothing inside the polytope
-        when ``E`` is uncertain. ``"slack"`` and ``"multipliers"`` need no
-        pairs: their blocks are affine in the plant.
-    quotient : bool
-        Whether all LMIs are affine in the quotient: see
-        `Requirement.affine_in_quotient`.
-    corners : bool
-        Whether the vertices are the corners of ranges: see `quotient_in_hull`.
+    ``vertices``: the vertices in descriptor form; ``coupling``, {"pairs", "vertices",
+    "slack", "multipliers"}: ``"pairs"`` is sound for the whole polytope. ``"vertices"``
+    is the thesis's reading, which may prove nothing inside the polytope when ``E`` is
+    uncertain. ``"slack"`` and ``"multipliers"`` need no pairs: their blocks are affine
+    in the plant; ``quotient``: whether all LMIs are affine in the quotient: see
+    `Requirement.affine_in_quotient`; ``corners``: whether the vertices are the corners
+    of ranges: see `quotient_in_hull`.
 
-    Notes
-    -----
     Where ``E_i = E_j`` the pair's block is the mean of the vertices'
     blocks and is left out. So is a vertex that repeats an earlier one, and
     every pair of two vertices where `quotient_in_hull` says that the vertices

@@ -23,21 +23,12 @@ REACHED = 1e-12  # of the largest Hankel singular value; below it is rounding
 class Reduction(ReadOnly):
     """What a reduced plant knows of the whole one.
 
-    Parameters
-    ----------
-    kept, of : int
-        Its coordinates, and those of the whole: displacements z, or the states of a
-        `DescriptorSystem`.
-    basis : (of, kept) array or None
-        The whole's z is ``basis`` times the part's. A plant from a proof file knows
-        the numbers alone.
-    back : (kept, of) array or None
-        The part's z is ``back`` times the whole's; ``back @ basis`` is I.
-    whole : plant or None
-        What was reduced.
+    ``kept``, ``of``: its coordinates, and those of the whole: displacements z, or the
+    states of a `DescriptorSystem`; ``basis``, (of, kept): the whole's z is ``basis``
+    times the part's. A plant from a proof file knows the numbers alone; ``back``,
+    (kept, of): the part's z is ``back`` times the whole's; ``back @ basis`` is I;
+    ``whole``: what was reduced.
 
-    Examples
-    --------
     >>> str(Reduction(12, 336))
     '12 of 336'
     """
@@ -66,15 +57,9 @@ class Reduction(ReadOnly):
     def in_states(cls, plant: Any, count: int) -> "Reduction | None":
         """That of a loop or a first-order form of a reduced plant; None of a whole one.
 
-        Parameters
-        ----------
-        plant : SecondOrderSystem, Polytope or DescriptorSystem
-            The plant.
-        count : int
-            States of the loop: the plant's, and some that aren't reduced.
+        ``plant``: the plant; ``count``: states of the loop: the plant's, and some that
+        aren't reduced.
 
-        Examples
-        --------
         >>> from sosbook import SecondOrderSystem
         >>> whole = SecondOrderSystem(np.eye(3), np.eye(3), np.eye(3), np.eye(3))
         >>> str(Reduction.in_states(whole.reduce(modes=1), 2))

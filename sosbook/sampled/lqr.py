@@ -30,28 +30,13 @@ __all__ = ["SampledLQR", "design_sampled_lqr", "sampled_cost"]
 def sampled_cost(plant, K, Q, R, T, delay=0.0, U=None, x0=None):
     """The integral of x'Qx + u'Ru over all times of the sampled loop.
 
-    Parameters
-    ----------
-    plant, K
-        As for `sampled_loop`.
-    Q : (N, N) array_like
-        The weight of the state, as for `design_sampled_lqr`.
-    R : (m, m) array_like
-        The weight of u, which is what the plant gets.
-    T, delay, U
-        As for `sampled_loop`.
-    x0 : (N,) or (N + m d,) array_like, optional
-        Where the motion starts; the older inputs are zero unless given.
-        Without it the costs from all unit vectors are added, of states
-        and older inputs.
+    ``plant``, ``K``: as for `sampled_loop`; ``Q``, (N, N): the weight of the state, as
+    for `design_sampled_lqr`; ``R``, (m, m): the weight of u, which is what the plant
+    gets; ``T``, ``delay``, ``U``: as for `sampled_loop`; ``x0``, (N,), with older
+    inputs (N + m d,): where the motion starts; without them they are zero. Without it
+    the costs from all unit vectors are added, of states and older inputs. Returns
+    (vertices,) array: infinite for an unstable loop, whatever x0.
 
-    Returns
-    -------
-    (vertices,) array
-        Infinite for an unstable loop, whatever x0.
-
-    Examples
-    --------
     >>> from sosbook import SecondOrderSystem
     >>> cart = SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
     >>> weights = np.eye(2), [[1]]

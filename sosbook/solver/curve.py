@@ -31,27 +31,13 @@ __all__ = ["Curve"]
 class Curve:
     """The curve of the module's head, as a function of t = s / (1 - s rho).
 
-    Parameters
-    ----------
-    newton : Newton
-        The blocks G_k, affine in x.
-    roots : list of stacks
-        Inverse Cholesky factors N of the blocks at x.
-    x, direction : (k,) arrays
-        The point, and Newton's direction there.
-    change : list of stacks
-        The blocks' change along the direction, `scaled <Stacked.scaled>` by the roots.
-    solve : callable
-        ``solve(g)`` is the d with H d = g.
-    small : float
-        The length, in the norm of H, of a term of the sum that is the last.
-    radius : float, optional
-        Of a ball whose barrier -log(radius^2 - x.x) belongs to the gradient.
-
-    Attributes
-    ----------
-    end : float
-        The t that belongs to the centre.
+    ``newton``: the blocks G_k, affine in x; ``roots``: inverse Cholesky factors N of
+    the blocks at x; ``x``, ``direction``, (k,): the point, and Newton's direction
+    there; ``change``: the blocks' change along the direction, `scaled <Stacked.scaled>`
+    by the roots; ``solve``: ``solve(g)`` is the d with H d = g; ``small``: the length,
+    in the norm of H, of a term of the sum that is the last; ``radius``: of a ball whose
+    barrier -log(radius^2 - x.x) belongs to the gradient; ``end``: the t that belongs to
+    the centre.
     """
 
     def __init__(self, newton, roots, x, direction, change, solve, small, radius=None):

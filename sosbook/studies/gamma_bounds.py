@@ -17,16 +17,9 @@ __all__ = ["GammaLowerBounds", "gamma_lower_bounds"]
 class GammaLowerBounds:
     """Three lower bounds on what (2.15) and (2.21) can prove together.
 
-    Parameters
-    ----------
-    norm : float
-        The largest H-infinity norm from w to z: gamma > norm.
-    energy : float
-        The largest integral of z'z of the free motion from x(0):
-        gamma^2 > mu energy.
-    mu : float
-        mu must be larger: else some w of energy 1 / mu drives |K x|
-        from rest above u_max.
+    ``norm``: the largest H-infinity norm from w to z: gamma > norm; ``energy``: the
+    largest integral of z'z of the free motion from x(0): gamma^2 > mu energy; ``mu``:
+    mu must be larger: else some w of energy 1 / mu drives |K x| from rest above u_max.
     """
 
     norm: float

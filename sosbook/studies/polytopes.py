@@ -72,20 +72,10 @@ def scale_polytope(plants, factor):
 def sample_plants(plants, count=20, seed=0):
     """Plants to look at: along all edges, and at random.
 
-    Parameters
-    ----------
-    plants : Polytope or DescriptorSystem
-        The polytope.
-    count : int
-        Steps along each segment between two vertices, ends included;
-        with more than two vertices also so many random plants.
-    seed : int
-        The seed of the random plants.
-
-    Returns
-    -------
-    list of SecondOrderSystem or DescriptorSystem
-        The drawn plants.
+    ``plants``: the polytope; ``count``: steps along each segment between two vertices,
+    ends included; with more than two vertices also so many random plants; ``seed``: the
+    seed of the random plants. Returns list of SecondOrderSystem or DescriptorSystem:
+    the drawn plants.
     """
     samples, count, plants = [], whole("count", count, 2), _several(plants)
     corners = np.eye(len(plants.vertices))

@@ -67,20 +67,9 @@ class FixedModeRefusal(Refusal):
     def of_mode(cls, request, place, part, root, requirement, law=None):
         """The file for a root of a `FixedPart` that breaks a requirement.
 
-        Parameters
-        ----------
-        request : Request
-            What is asked of the plant.
-        place : tuple of int
-            See `place`.
-        part : FixedPart
-            What no input moves there.
-        root : Root
-            A mode of it.
-        requirement : Requirement
-            What the mode breaks.
-        law : OfLaw, optional
-            Whose part it is.
+        ``request``: what is asked of the plant; ``place``: see `place`; ``part``: what
+        no input moves there; ``root``: a mode of it; ``requirement``: what the mode
+        breaks; ``law``: whose part it is.
         """
         h, V = _cyclic(part, root)
         requirement = by_matrices(requirement)
@@ -97,18 +86,9 @@ class FixedModeRefusal(Refusal):
     def contents(cls, request, requirement, place, h, V, c, v):
         """The data of the file.
 
-        Parameters
-        ----------
-        request, requirement, place
-            As in `of_mode`.
-        h : fmpq_poly
-            The polynomial of the mode, and the rows V.
-        V : (k, N) array of fmpq
-            The rows.
-        c : pair of fmpq
-            A point near the mode.
-        v : list of complex
-            The vector, or nothing at the boundary.
+        ``request``, ``requirement``, ``place``: as in `of_mode`; ``h``: the polynomial
+        of the mode, and the rows V; ``V``, (k, N): the rows; ``c``: a point near the
+        mode; ``v``: the vector, or nothing at the boundary.
         """
         stable = requirement.key == Stability().key
         return {

@@ -49,28 +49,16 @@ class Worst(ReadOnly):
 class Kept(ReadOnly):
     """What is known of a requirement and a known gain.
 
-    Parameters
-    ----------
-    requirement : Requirement
-        What is asked.
-    status : {"feasible", "infeasible", "undecided"}
-        "feasible": every plant keeps it, ``blocks`` prove it. "infeasible": a plant
-        breaks it, see ``infeasibility``.
-    worst : Worst
-        The worst plant that a search in floats has found.
-    cuts : tuple
-        Of the cells that cover the family, each before its halves: the way in which
-        it is cut, or None where the unknowns of it are known.
-    values : tuple of dict
-        The unknowns of each cell that isn't cut, in that order: P of each of its
-        corners, F, G, and the requirement's own, by name. In rationals the blocks at
-        these decimals are positive definite.
-    margin : float or None
-        The smallest eigenvalue of the blocks in floats.
-    infeasibility : Refusal or None
-        The proof of a plant that breaks it.
-    reason : str
-        Which plant breaks it, or which part of the family is undecided.
+    ``requirement``: what is asked; ``status``, {"feasible", "infeasible", "undecided"}:
+    "feasible": every plant keeps it, ``blocks`` prove it. "infeasible": a plant breaks
+    it, see ``infeasibility``; ``worst``: the worst plant that a search in floats has
+    found; ``cuts``: of the cells that cover the family, each before its halves: the way
+    in which it is cut, or None where the unknowns of it are known; ``values``: the
+    unknowns of each cell that isn't cut, in that order: P of each of its corners, F, G,
+    and the requirement's own, by name. In rationals the blocks at these decimals are
+    positive definite; ``margin``: the smallest eigenvalue of the blocks in floats;
+    ``infeasibility``: the proof of a plant that breaks it; ``reason``: which plant
+    breaks it, or which part of the family is undecided.
     """
 
     requirement: Any

@@ -185,20 +185,11 @@ class SmallInputRefusal(Refusal):
     def contents(cls, request, vertex, bases, spread, blur, multipliers, share, price):
         """The data of the file.
 
-        Parameters
-        ----------
-        request : Request
-            What is asked of the plant.
-        vertex : int
-            Which one has the modes.
-        bases : pair
-            T and R of `ModesPart`, each a pair of real and imaginary part.
-        spread, blur
-            As in `ModesPart`.
-        multipliers : list of (key, pair)
-            Of the poles' blocks, by the requirement's key.
-        share, price : pairs
-            U and the price of `ModesPart`.
+        ``request``: what is asked of the plant; ``vertex``: which one has the modes;
+        ``bases``: T and R of `ModesPart`, each a pair of real and imaginary part;
+        ``spread``, ``blur``: as in `ModesPart`; ``multipliers``, (key, pair): of the
+        poles' blocks, by the requirement's key; ``share``, ``price``: U and the price
+        of `ModesPart`.
         """
 
         def pair(parts):

@@ -19,25 +19,14 @@ class Solution(ReadOnly):
 
     Its fields are explained there, too.
 
-    Parameters
-    ----------
-    request, status, K, P, Y, V, margins, frame, multipliers, own
-        As in `Design`.
-    minimized : tuple of Requirement
-        Those whose least bounds were sought in vain, with numbers in the
-        place of the bounds; the request is without them.
-    reason : str
-        Why there is no design, in a sentence: what is proven, or what
-        was excluded and what was merely not found; or why the design
-        isn't all that was asked, or its gain no centre. Otherwise empty.
-    infeasibility : Refusal or None
-        The exact proof of "infeasible".
-    central : bool or None
-        As in `Design`.
-    parts : tuple of Kept
-        What is known of each demand, with ``coupling="multipliers"``.
-    searched : Searched or None
-        How the gain of a law was searched.
+    ``request``, ``status``, ``K``, ``P``, ``Y``, ``V``, ``margins``, ``frame``,
+    ``multipliers``, ``own``: as in `Design`; ``minimized``: those whose least bounds
+    were sought in vain, with numbers in the place of the bounds; the request is without
+    them; ``reason``: why there is no design, in a sentence: what is proven, or what was
+    excluded and what was merely not found; or why the design isn't all that was asked,
+    or its gain no centre. Otherwise empty; ``infeasibility``: the exact proof of
+    "infeasible"; ``central``: as in `Design`; ``parts``: what is known of each demand,
+    with ``coupling="multipliers"``; ``searched``: how the gain of a law was searched.
     """
 
     request: Request

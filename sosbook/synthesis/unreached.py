@@ -43,16 +43,9 @@ class UnreachedResponseRefusal(Refusal):
     def contents(cls, request, gamma, k, s, v, y):
         """The data of the file.
 
-        Parameters
-        ----------
-        request : Request
-            With the plant.
-        gamma : float
-            The bound.
-        k : int
-            Which vertex, from 0.
-        s, v, y : lists
-            Two rows of rationals each, the real and the imaginary parts.
+        ``request``: with the plant; ``gamma``: the bound; ``k``: which vertex, from 0;
+        ``s``, ``v``, ``y``: two rows of rationals each, the real and the imaginary
+        parts.
         """
         K = request.gain
         return {

@@ -21,17 +21,9 @@ __all__ = ["legendre_decay", "legendre_functional"]
 def legendre_functional(P, S, order, t):
     """Positive definite, with S, R, Z > 0, implies V > 0.
 
-    Parameters
-    ----------
-    P : ((1 + order) N, (1 + order) N) matrix-like
-        The matrix of the functional that multiplies xi.
-    S : (N, N) matrix-like
-        The matrix of its single integral.
-    order : int
-        How many polynomials; 0 gives Jensen's, 1 Wirtinger's
-        inequality.
-    t : Times
-        The interval of the delay, and the decay rate.
+    ``P``: the matrix of the functional that multiplies xi; ``S``, (N, N): the matrix of
+    its single integral; ``order``: how many polynomials; 0 gives Jensen's, 1
+    Wirtinger's inequality; ``t``: the interval of the delay, and the decay rate.
     """
     if order == 0:
         return P

@@ -45,18 +45,10 @@ def control_bound(P, Y, u_max2):
 def whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2):
     """`control_bound` for the whole signal u = K x + K_A z''.
 
-    Parameters
-    ----------
-    P : (N, N) matrix-like
-        The Lyapunov matrix.
-    X, Y : (N, N), (m, N) matrix-like
-        P and K P; with a slack matrix V' and K V'.
-    K_A : (m, n) array
-        The gain of the accelerations z''.
-    mass, row, push : (n, n), (n, N), (n, m) array
-        Of the equation ``mass z'' = row x + push K x``; ``mass`` is M - B K_A.
-    u_max2 : scalar
-        Square of the bound.
+    ``P``, (N, N): the Lyapunov matrix; ``X``, ``Y``, (N, N): P and K P; with a slack
+    matrix V' and K V'; ``K_A``, (m, n): the gain of the accelerations z''; ``mass``,
+    ``row``, ``push``, (n, n): of the equation ``mass z'' = row x + push K x``; ``mass``
+    is M - B K_A; ``u_max2``: square of the bound.
     """
     answer = K_A @ inverse(mass)
     signal = answer @ row @ X + (answer @ push + eye(Y.shape[0])) @ Y

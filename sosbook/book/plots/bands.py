@@ -69,18 +69,10 @@ def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
 def track_poles(poles):
     """Order each row of poles so that a column follows one pole.
 
-    Parameters
-    ----------
-    poles : (count, N) array_like of complex
-        A row for each value of a parameter, in its order.
+    ``poles``, (count, N): a row for each value of a parameter, in its order. Returns
+    (count, N) array of complex: the same rows, each permuted to be nearest to the row
+    before.
 
-    Returns
-    -------
-    (count, N) array of complex
-        The same rows, each permuted to be nearest to the row before.
-
-    Examples
-    --------
     >>> track_poles([[-1, -3], [-2.9, -1.1]]).real
     array([[-1. , -3. ],
            [-1.1, -2.9]])

@@ -108,18 +108,10 @@ class Row:
 class Erratum:
     """One correction.
 
-    Parameters
-    ----------
-    kind : str
-        A key of `KINDS`.
-    place, printed, correct : str
-        Where it stands in the thesis, what stands there, and what should.
-    evidence : str
-        Why, and what computes it.
-    chapter : str
-        File of the chapter that shows it.
-    claim : str, optional
-        The claim of the rows that compute it.
+    ``kind``: a key of `KINDS`; ``place``, ``printed``, ``correct``: where it stands in
+    the thesis, what stands there, and what should; ``evidence``: why, and what computes
+    it; ``chapter``: file of the chapter that shows it; ``claim``: the claim of the rows
+    that compute it.
     """
 
     kind: str
@@ -138,26 +130,11 @@ class Erratum:
 def evaluate(name, /, *tested, **words):
     """The row of ``rows.toml`` with a name, judged by what was ``tested``.
 
-    Parameters
-    ----------
-    name : str
-        The row's id, without what its words add in braces.
-    *tested
-        What the row's kind judges, see `JUDGES`: the printed and our numbers; or
-        whether a claim holds, on each reading; or whether the printed text and
-        the mended one pass a test.
-    **words
-        What stands in the braces of its texts.
-
-    Returns
-    -------
-    Row
-        The row.
-
-    Raises
-    ------
-    KeyError
-        For a name that no row has.
+    ``name``: the row's id, without what its words add in braces; ``*tested``: what the
+    row's kind judges, see `JUDGES`: the printed and our numbers; or whether a claim
+    holds, on each reading; or whether the printed text and the mended one pass a test;
+    ``**words``: what stands in the braces of its texts. Returns Row: the row. Raises
+    KeyError: for a name that no row has.
     """
     entry = _entries()[name]
     verdict, computed = JUDGES[entry["kind"]](entry, *tested)

@@ -13,24 +13,11 @@ __all__ = ["DelayExample", "delay_example_1", "delay_example_2"]
 class DelayExample:
     """An example of section 3.2, with a delayed input, as printed.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem
-        The plant of the example.
-    U : (a, n) array
-        Which errors are integrated.
-    tau, mu : float
-        The delay stays in [tau - mu, tau + mu], in seconds.
-    delta : float
-        Decay rate, in 1/s.
-    alpha : float
-        The scalar of Theorem 2.3.
-    K_P, K_D : (m, n) arrays
-        The printed gains of z and z'.
-    K_I : (m, a) array
-        The printed gain of the integrated errors.
-    t_end : float
-        Seconds; our choice, the figures' axes are not in the text.
+    ``plant``: the plant of the example; ``U``, (a, n): which errors are integrated;
+    ``tau``, ``mu``: the delay stays in [tau - mu, tau + mu], in seconds; ``delta``:
+    decay rate, in 1/s; ``alpha``: the scalar of Theorem 2.3; ``K_P``, ``K_D``, (m, n):
+    the printed gains of z and z'; ``K_I``, (m, a): the printed gain of the integrated
+    errors; ``t_end``: seconds; our choice, the figures' axes are not in the text.
     """
 
     plant: SecondOrderSystem

@@ -44,16 +44,9 @@ class SumOfPoles(Refusal):
     def contents(cls, request, r, k, directions):
         """The data of the file.
 
-        Parameters
-        ----------
-        request : Request
-            With the plant, and the law that joins something to it.
-        r : Requirement
-            The half-plane.
-        k : int
-            The plant's vertex that has the poles, from 0.
-        directions : sequence of arrays
-            Of the law's gains.
+        ``request``: with the plant, and the law that joins something to it; ``r``: the
+        half-plane; ``k``: the plant's vertex that has the poles, from 0;
+        ``directions``: of the law's gains.
         """
         return {
             **loop_data(request),
