@@ -347,7 +347,7 @@ def test_names_stand_in_the_page_as_the_book_prints_them(visit, sheet):
     menu = box.get_by_label("Requirements", exact=True)
     assert menu.inner_text() == "γ and uₘₐₓ"
     slider = box.get_by_role("slider", name="Input bound uₘₐₓ")
-    for key, words in ("Home", "certified for γ = "), ("End", "every design for γ = "):
+    for key, words in ("Home", "certified for γ = "), ("End", "no design for γ = "):
         slider.press(key)
         text = box.evaluate("e => e.view.textContent")
         assert re.search(words + r"[\d.]+, uₘₐₓ = \d", text)

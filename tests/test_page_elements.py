@@ -132,11 +132,13 @@ def test_every_slider_by_key_mouse_and_finger(alone, tag):
         assert moved != before and clicked[0] != clicked[1] and tapped == clicked
 
 
-def test_every_element_has_a_task():
-    """The workbench's stands on its page."""
+def test_every_element_has_a_task_and_its_answer():
+    """The workbench's task stands on its page; the stopwatch's answer is its button."""
     for stem, text in stored():
         data = json.loads(re.search(r"json\">(.*?)</script>", text, re.S)[1])
         assert data.get("hint") or text.startswith("<sos-bench"), stem
+        own = text.startswith(("<sos-bench", "<sos-stopwatch"))
+        assert own or data.get("answer"), stem
 
 
 @pytest.mark.parametrize("tag", TAGS)

@@ -77,6 +77,7 @@ def own_theorem(title="A theorem of your own"):
             slider("peak", "Bound peak of |z|", "", (0.1, 1.5), 0.02, 0.6),
             slider("u_max", "Input bound u_max", "", (1.0, 3.0), 0.02, 120.0, "log"),
         ],
+        answer={"peak": 0.3},
         lines=list(LINES),
         words=WORDS,
         known=[list(pair) for pair in KNOWN],

@@ -27,8 +27,8 @@ SLIDERS = {
     "noise": ("Gyro noise", " × nominal", 5, 0.5),
 }
 PUSH = (
-    "Push the robot. Then let the voltage come later and later: when does it chatter, "
-    "and when does it fall?"
+    "Push the robot. Then choose the smallest weight R, and let the voltage come a "
+    "whole tick late: what do the motors do?"
 )
 START = {"tilt": 10.0, "delay": 5.0, "noise": 1.0}
 
@@ -97,6 +97,7 @@ def animation(
         title,
         PUSH,
         _controls(stored, pendulums, start),
+        answer={"R": 0, "delay": 1000 * T},
         laws=stored,
         robots=pendulums,
         T=T,

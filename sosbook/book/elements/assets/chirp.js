@@ -64,9 +64,8 @@ class Chirp extends Mover {
     const widest = degrees(Math.max(...q.map(Math.abs))), names = ["e/c", "f/c", "d/c"];
     const bad = Math.abs(off[1][2]) > 1;
     this.tell(bad ? "infeasible" : "feasible",
-      verdict(bad ? `The linear model is wrong by ${
-                      Math.abs(off[1][2]).toFixed(1)} % in d/c, however many samples it gets.`
-                  : "Both models find d/c to a per cent.") +
+      verdict(bad ? `The linear model's d/c is wrong by ${Math.abs(off[1][2]).toFixed(1)} %.`
+                  : "Both find d/c to a per cent.") +
         `<p>The body swings up to ${number(widest, "°", 2)}. Errors of e/c, f/c, d/c: pendulum ${
           off[0].map(x => number(x, " %", 2)).join(", ")}; linear ${
           off[1].map(x => number(x, " %", 2)).join(", ")}.</p>`);

@@ -92,8 +92,8 @@ class Delayed extends Mover {
     const grows = growing(x);
     this.tell(this.good({roots: all, x}) ? "feasible" : "infeasible",
       verdict(right >= 0  ? "Unstable for this constant delay."
-          : kind && grows ? "Stable if the delay stands still, and yet this moving one makes it grow."
-          : kind          ? "Stable if the delay stands still; this moving one does it no visible harm."
+          : kind && grows ? "Grows; at a constant delay it wouldn't."
+          : kind          ? "Settles, as with a constant delay."
                           : "Stable for this constant delay.") +
         `<p>Rightmost root: real part ${number(right, " s⁻¹")}${
           all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);

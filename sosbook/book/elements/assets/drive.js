@@ -86,7 +86,7 @@ class Drive extends Mover {
       "The sampled loop is stable for every load from 0.003 to 0.006 kg m², a tick late.",
       counts ? noise === null ? "No bound of what the encoder's steps ask was found at this clock."
                               : `The encoder's steps ask ${bound(noise, " N m")}.`
-             : "",
+             : "The encoder's steps are left out.",
       total === null ? "No bound of the whole torque was found."
         : w          ? "With a load torque no bound of the whole was asked for."
         : limit      ? total <= this.data.u_max
@@ -96,12 +96,13 @@ class Drive extends Mover {
     ];
     const seen = [
       `This load turns to ${number(high, " rad")} at most and asks ${number(peak, " N m")}.`,
-      full ? `The limit holds for ${number(1000 * full, " ms")}.` : "",
-      lost ? "It has not come back." : `It ends ${number(end - r, " rad")} from the set point.`,
-      w ? `A load torque twists the shaft by w/k = ${number(twist, " rad")}, behind the encoder.` : "",
-      lost ? "" : `In the last tenth the torque shakes by ${number(rms, " N m rms")}.`
+      `The limit holds for ${number(1000 * full, " ms")}.`,
+      lost ? "It has not come back."
+           : `It ends ${number(end - r, " rad")} from the set point, and the torque shakes by ${
+               number(rms, " N m rms")}.`,
+      `The load torque twists the shaft by w/k = ${number(twist, " rad")}, behind the encoder.`
     ];
-    const list = lines => `<ul>${lines.filter(x => x).map(x => `<li>${x}</li>`).join("")}</ul>`;
+    const list = lines => `<ul>${lines.map(x => `<li>${x}</li>`).join("")}</ul>`;
     this.tell(lost ? "infeasible"
         : holds    ? "feasible"
                    : "undecided",

@@ -1,4 +1,4 @@
-import {clamp, clean, define, round} from "./kit.js";
+import {clamp, define, round} from "./kit.js";
 import {add, block, combine, eigenvalues, motion, mul, rightmost, solve, zeros} from "./linalg.js";
 import {Mover, number, samples, series, verdict} from "./mover.js";
 import {picture} from "./plot.js";
@@ -43,16 +43,15 @@ class Integral extends Mover {
 
   show({off, poles, z}, ghost, {first, second}) {
     const good = this.good({poles});
-    const far = v => clean(Math.abs(v - 1) < 1e-4 ? 0 : v - 1);
+    const far = v => number(Math.abs(v - 1) < 1e-4 ? 0 : v - 1);
     const both =
       off ? (off === 2 ? " No integral is connected: this is PD." : " One integral isn't connected.") : "";
     this.tell(good ? "feasible" : "infeasible",
-      verdict(good ? "Stable."
-          : Math.min(first, second) < 0
-          ? "Unstable: a wrong sign drives the error away, however small the gain."
-          : "Unstable.") +
-        `<p>${both} Rightmost pole: real part ${number(rightmost(poles), " s⁻¹")}. Errors z − r at 10 s: ${
-          far(z[PUSH][0])} and ${far(z[PUSH][1])}, at ${this.horizon} s: ${far(z.at(-1)[0])} and ${
+      verdict(good                      ? "Stable."
+          : Math.min(first, second) < 0 ? "Unstable: a wrong sign, however small."
+                                        : "Unstable.") +
+        `<p>${both} Rightmost pole: ${number(rightmost(poles), " s⁻¹")}. Errors z − r at 10 s: ${
+          far(z[PUSH][0])} and ${far(z[PUSH][1])}; at ${this.horizon} s: ${far(z.at(-1)[0])} and ${
           far(z.at(-1)[1])}.</p>`);
     this.poleMap("poles", {x: [-6, 2], y: [-4, 4], label: "Poles of the loop", poles, ghost: ghost?.poles});
     const pair = list => [0, 1].map(i => ({

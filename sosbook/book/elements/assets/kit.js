@@ -154,7 +154,7 @@ export function announce(input, words) {
 }
 
 // ----------------------------------------------------------------- element
-const LONGEST = 8;  // texts of a readout that are measured
+const LONGEST = 5;  // texts of a readout, of each kind, that are measured
 
 // An element holds its data as JSON. It has `markup()`, and `wire()` to listen.
 //
@@ -298,8 +298,12 @@ export class PageElement extends HTMLElement {
   // Room for the longest text of the readout: what stands below it doesn't move.
   reserve() {
     const length = html => html.replace(/<[^>]*>/g, "").length;
-    const said = [...this.states(), this.find("readout").innerHTML];
-    this.longest = [...new Set(said)].sort((p, q) => length(q) - length(p)).slice(0, LONGEST);
+    const said = [...new Set([...this.states(), this.find("readout").innerHTML])], count = {};
+    this.longest = said.sort((p, q) => length(q) - length(p)).filter(html => {
+      const kind = String(html.match(/<\w+/g));
+      count[kind] = (count[kind] ?? 0) + 1;
+      return count[kind] <= LONGEST;
+    });
     this.sizes?.disconnect();
     this.sizes = new ResizeObserver(() => {
       if (this.find("readout").offsetWidth !== this.wide) this.room();

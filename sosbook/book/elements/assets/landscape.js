@@ -12,6 +12,7 @@ const STARTS = 16, STEPS = 80;                            // of the descents
 const NEAR = 1e-5;                                        // of differences, in parts of the map
 const WALL = 30;    // of a gain's way beyond the map, which is its limit
 const SAME = 0.01;  // 1/s and parts of the map: two ends are one minimum
+const SURE = 1e-9;  // 1/s: less than that to the left says nothing
 
 class Landscape extends Mover {
   figures() {
@@ -81,16 +82,15 @@ class Landscape extends Mover {
 
   show(result, _ghost, {x, y, many}) {
     const {right, end, value, path, minima} = result, rate = v => number(v, " s⁻¹");
+    const ends = minima.slice(0, 3).map(m => `${m.count} at ${number(m.value)}`).join(", ");
     const said = many
-      ? `<p>${STARTS} seeded starts: ${
-          minima.map(m => `${m.count} end${m.count === 1 ? "s" : ""} at ${rate(m.value)}`).join(", ")}.</p>`
-      : "";
-    this.tell(right < 0 ? "feasible" : "undecided",
-      verdict(right < 0 ? "Stable here." : "Unstable here.") +
-        `<p>Largest real part at (${number(x)}, ${number(y)}): ${
-          rate(right)}. The descent from there ends after ${number(path.length - 1)} steps at (${
-          number(end[0])}, ${number(end[1])}) with ${rate(value)}${
-          value < 0 ? "" : ": it found no stable loop, which doesn't say that there is none"}.</p>` +
+      ? `<p>${STARTS} starts end: ${ends}${minima.length > 3 ? ", others above" : ""} s⁻¹.</p>`
+      : "<p>Another start may end elsewhere: look at 16.</p>";
+    this.tell(right < -SURE ? "feasible" : "undecided",
+      verdict(right < -SURE ? "Stable here." : "Not stable here.") +
+        `<p>Largest real part at (${number(x)}, ${number(y)}): ${rate(right)}. Descent: ${
+          number(path.length - 1)} steps to (${number(end[0])}, ${number(end[1])}) with ${rate(value)}${
+          value < -SURE ? ", stable" : "; none stable, which proves nothing"}.</p>` +
         said);
     this.map(result, [x, y]);
     this.cut(result);

@@ -164,13 +164,10 @@ class FeasibilityMap extends PageElement {
           .map(([name, share]) => `<li><span class="sos-bar" style="width:${5 * share}em"></span>` +
               `${escape(printed(name))}: ${Math.round(100 * share)} %</li>`)
           .join("");
-      return head +
-        `<p>Exact multipliers exclude every design for ${
-          escape(printed(kept.asked))}: these LMIs have no solution there, nor where more is asked.</p>` +
-        (bars
-            ? `<p>What a relaxation of each requirement by the same small factor would contribute:</p><ul class="sos-shares">${
-                bars}</ul>`
-            : "");
+      return head + `<p>Exact multipliers: no design for ${escape(printed(kept.asked))}, nor for more.</p>` +
+        (bars ? `<p>What relaxing each by the same small factor would bring:</p><ul class="sos-shares">${
+                  bars}</ul>`
+              : "");
     }
     return head +
       `<p>This design, certified for ${escape(printed(kept.asked))}, keeps it; its tightest block is ` +

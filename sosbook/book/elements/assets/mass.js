@@ -45,9 +45,7 @@ class Mass extends Mover {
       verdict(b4 ? `A jump: the velocity goes to 1/b₄ = ${clean(limit)} m/s, the sooner the smaller the mass.`
                  : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
         `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` +
-        (lent ? `${number(lent, " kg")} are lent by acceleration feedback, ${number(mass, " kg")} felt.`
-              : "") +
-        "</p>");
+        `Acceleration feedback lends ${number(lent, " kg")}: ${number(mass, " kg")} are felt.</p>`);
     this.curves("speed", {
       y: [Math.min(0, 1.1 * Math.min(...v)), Math.max(0.06, 1.1 * peak)],
       labels: "velocity (m/s)",

@@ -22,9 +22,7 @@ const position = (control, x) =>
 
 // The same text with numbers of six characters or more.
 export const wide = html =>
-  html.split(/(<[^>]*>)/)
-    .map((text, k) => k % 2 ? text : text.replace(/−?\d+(\.\d+)?/g, x => x.padEnd(6, "8")))
-    .join("");
+  html.replace(/(?<=sos-number">)−?[\d.]+(·10[⁻⁰¹²³⁴-⁹]+)?/g, x => x.padEnd(6, "8"));
 
 export class Mover extends PageElement {
   /** @type {any} */

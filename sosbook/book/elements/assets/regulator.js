@@ -49,9 +49,8 @@ class Regulator extends Mover {
     const j = table.spread.findIndex(s => s >= spread - 1e-9);
     return {
       K: table.K[i][j],
-      from: `Theorem 2.4 for all plants within ±${table.spread[j]} %, R = ${
-              clean(table.R[i])} (solved before): ` +
-        `proven, with a cost below ${clean(table.bound[i][j], 4)}`
+      from: `Theorem 2.4, ±${table.spread[j]} %, R = ${clean(table.R[i])}: cost proven below ${
+        clean(table.bound[i][j], 4)}`
     };
   }
 
@@ -85,10 +84,9 @@ class Regulator extends Mover {
     this.tell(this.good({loops, stands}) ? "feasible" : "infeasible",
       verdict(`From ${clean(tilt)}° it ${word}.`) + gains([K], [2, 1, law], 4) +
         `<p>${from}. Peak voltage ${number(peak, " V")}${
-          peak >= limit ? ", the motors' limit" : ""}; worst cost at a vertex ${
+          peak >= limit ? " (limit)" : ""}; worst cost at a vertex ${
           worst < Infinity ? number(worst, "", 4) : `<span class="sos-number">infinite</span>`}; ` +
-        `rightmost pole ${number(rightmost(all), " s⁻¹")}, fastest ${
-          number(Math.min(...all.map(([re]) => re)), " s⁻¹")}.</p>`);
+        `poles from ${number(Math.min(...all.map(([re]) => re)))} to ${number(rightmost(all), " s⁻¹")}.</p>`);
     this.poles(loops, ghost);
     this.signals(loops, ghost);
     this.lanes();

@@ -114,12 +114,12 @@ function judge({theta, phi, V, fell}, {limit, T}, radius) {
 
 // What is said of each ending.
 const ENDINGS = {
-  stands: ({settled, rms}) => `the tilt stays below 1° from ${
-    fixed(settled, 2)} s on; at rest the voltage's rms is ${clean(rms, 2)} V.`,
-  chatters: (_, limit) => `it stays up, but the motors rattle. ${limit}`,
-  sways: (_, limit) => `it stays up, but doesn't come to rest. ${limit}`,
-  falls: ({fell}, limit, tip) => `after ${fixed(fell ?? 0, 2)} s the tilt passes ${
-    clean(degrees(tip), 2)}° and the motors go off. ${limit}`
+  stands: ({settled, rms}) =>
+    `the tilt stays below 1° from ${fixed(settled, 2)} s on; at rest ${clean(rms, 2)} V rms.`,
+  chatters: (_, limit) => `it stays up, but the motors rattle: ${limit}`,
+  sways: (_, limit) => `it stays up, but doesn't rest: ${limit}`,
+  falls: ({fell}, _, tip) =>
+    `after ${fixed(fell ?? 0, 2)} s the tilt passes ${clean(degrees(tip), 2)}° and the motors go off.`
 };
 
 class Animation extends Mover {
@@ -289,17 +289,16 @@ class Animation extends Mover {
   }
 
   said(verdict, K, place, blows) {
-    const {peak, far, full, turns, fell} = verdict, {laws, controls, tip} = this.data;
+    const {peak, far, full, turns} = verdict, {laws, controls, tip} = this.data;
     const at = key => this.words(controls.find(c => c.key === key), place[key]);
     const {name, R} = laws[place.law];
     const pushed = blows ? `, pushed ${blows === 1 ? "once" : `${blows} times`}` : "";
-    const limit = `In the ${fell === null ? "last second" : "second before"}, ${
-                    clean(100 * full, 2)} % of the voltages are at the ` +
-      `limit, and their sign changes ${clean(turns, 2)} times a second.`;
+    const limit =
+      `of the last second ${clean(100 * full, 2)} % at the limit, ${clean(turns, 2)} changes of sign.`;
     return `<p><span class="sos-status">${capital(verdict.word)}</span> ` +
-      escape(`with ${name}, R = ${clean(R[place.R])}, from ${at("tilt")}, ${at("delay")} late, ` +
-        `noise ${at("noise")}${pushed}: ${ENDINGS[verdict.word](verdict, limit, tip)} ` +
-        `Peak voltage ${clean(peak, 2)} V; it rolls up to ${clean(far, 2)} cm away.`) +
+      escape(`with ${name}, R = ${clean(R[place.R])}, from ${at("tilt")}${pushed}: ${
+               ENDINGS[verdict.word](verdict, limit, tip)} ` +
+        `Peak ${clean(peak, 2)} V; it rolls up to ${clean(far, 2)} cm away.`) +
       `</p>${gains([K], [2, 1, K.length - 4], 4)}`;
   }
 }

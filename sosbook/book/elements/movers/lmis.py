@@ -39,6 +39,7 @@ def centre(A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre"):
             slider("p", "p of your point", "", (0, 4), 0.02, p),
             slider("q", "q of your point", "", (-1.8, 0.5), 0.02, q),
         ],
+        answer={"sigma": 0.95, "p": 0.66, "q": -0.74},
         A=A.tolist(),
     )
 
@@ -86,6 +87,7 @@ def segment(cases):
             choice("plant", "Polytope", cases),
             slider("weight", "Weight of the second vertex", "", (0, 1), 0.01, 0),
         ],
+        answer={"weight": 0.02},
         plants=plants,
     )
 
@@ -118,6 +120,7 @@ def ranges(plants, gains, box, sigma, start=0):
             slider("l0", "Shortest rope", " m", ropes, 0.25, l[0]),
             slider("l1", "Longest rope", " m", ropes, 0.25, l[1]),
         ],
+        answer={"l1": 17},
         ranges=edges,
         gains=[
             [{"E": d.E.tolist(), "A": significant(d.A + d.Bu @ K, 12)} for d in corners]
@@ -156,6 +159,7 @@ def landscape(loop, B, C, gains, others):
             ),
             many,
         ],
+        answer={"many": 1},
         labels=[gains[0][0], gains[1][0]],
         ends=[list(gains[0][1]), list(gains[1][1])],
         A=A.tolist(),
@@ -204,6 +208,7 @@ def trust(plant):
             slider("tolerance", "Tolerance: power of ten", "", (-9, -1), 1, -2),
             slider("digits", "Digits of P", "", (1, 12), 1, 6),
         ],
+        answer={"kappa": 0.985},
         **matrices(plant, "MD"),
         S=spring.tolist(),
         K=turn.tolist(),

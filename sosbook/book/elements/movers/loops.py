@@ -42,6 +42,7 @@ def circulation(plant):
             slider("kappa", "Circulation κ", "", (0, 2), 0.01, 1),
             slider("damping", "Damping", " × the robot's", (0.2, 2), 0.05, 1),
         ],
+        answer={"kappa": 1.5, "damping": 1.55},
         **matrices(plant, "MD"),
         S=spring.tolist(),
         K=turn.tolist(),
@@ -80,6 +81,7 @@ def integral(plant, K, U):
             slider("second", "Factor on the integral of e₂", "", (-0.2, 3), 0.05, 1),
             slider("force", "Force from 10 s on", " N", (0, 40), 1, 20),
         ],
+        answer={"first": 0, "second": 0},
         U=U.tolist(),
         K=K.tolist(),
         **matrices(plant, "MDSBF"),
@@ -116,6 +118,7 @@ def mass(chain):
                 "lent", "Mass lent by acceleration feedback", " kg", (0, 1), 0.01, 0
             ),
         ],
+        answer={"m4": 1e-5, "b4": 0},
         **matrices(chain, "DS"),
         k4={"damper": DAMPER, "spring": SPRING},
     )
@@ -145,8 +148,8 @@ def kalman(plant, K, spread):
     return Mover(
         "kalman",
         "An observer and its noises",
-        "Make the gyro bad: the filter slows down and the voltage calms. Then give "
-        "the loop a plant that the observer doesn't have in mind.",
+        "Make the gyro bad: the filter slows down. What do the error and the voltage "
+        "do? Then give the loop a plant that the observer doesn't have in mind.",
         [
             slider("gyro", "Gyro's noise", " rad/s/√Hz", (-3, 0), 0.05, 0.1, "log"),
             slider(
@@ -161,6 +164,7 @@ def kalman(plant, K, spread):
             slider("push", "Knocks, as a voltage", " V/√Hz", (-1, 1), 0.05, 2, "log"),
             choice("plant", "The plant is", ["the mean itself", *names]),
         ],
+        answer={"gyro": 1},
         E=[d.E.tolist() for d in vertices],
         A=[d.A.tolist() for d in vertices],
         B=[d.Bu.tolist() for d in vertices],
@@ -211,6 +215,7 @@ def delayed(
             slider("gain", "Gain", " ×", (0.1, 2), 0.05, 1),
             choice("kind", "The delay is", kinds),
         ],
+        answer={"h": 1.52, "kind": 1},
         loops=stored,
         horizon=positive("horizon", horizon),
         steps=1200,

@@ -19,7 +19,7 @@ class Mover(PageElement):
     controls : list of dict
         Made by `slider`, `choice` and `tick`, in their order.
     **given
-        What the page computes with, as JSON has it.
+        What the page computes with, as JSON has it; and ``answer``, as for `task`.
     """
 
     sheets = ("mover",)

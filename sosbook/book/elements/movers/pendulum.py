@@ -54,6 +54,7 @@ def fall():
             slider("pulse", "Length of the pulse", " s", (0, 0.8), 0.01, 0.1),
             choice("rotors", "Inertia of the rotors", ROTORS),
         ],
+        answer={"angle": 45},
         robots=[_letters(robot, "J") for robot in robots],
     )
 
@@ -81,6 +82,7 @@ def chirp(ratios):
             slider("amplitude", "Voltage of the chirp", " V", (0.1, 4), 0.05, 0.5),
             slider("noise", "Noise of the gyro", "°/s", (0, 20), 0.5, 0.5),
         ],
+        answer={"amplitude": 1.8, "noise": 0},
         truth=truth,
         low=0.5,  # Hz, of the sweep
         high=3.5,
@@ -144,6 +146,7 @@ def regulator(
         "every spread. Make it dear (R = 100) and raise the spread to the end. Who "
         "falls? Then choose Theorem 2.4.",
         controls,
+        answer={"design": 0, "R": 100, "spread": 70},
         mip=_letters(mip, "I_w") | {"radius": MEASURED["r"]},
         limit=V_MAX,
         horizon=1.5,
@@ -204,6 +207,7 @@ def clock(gains, spread=0.04):
             slider("T", "Time between ticks", " ms", (1, 40), 0.5, 10),
             slider("delay", "Delay", " % of a tick", (0, 100), 5, 0),
         ],
+        answer={"T": 10, "sensing": 1, "delay": 50},
         laws=laws,
         robots=[_letters(robot) for robot in robots],
     )
@@ -232,6 +236,7 @@ def digits(K):
             slider("tilt", "Tilt θ", "°", (-20, 20), 0.5, 3),
             slider("rate", "Rate θ′", " rad/s", (-2, 2), 0.05, 0.1),
         ],
+        answer={"precision": 1},
         K=K.tolist(),
     )
 
@@ -267,6 +272,7 @@ def chain(ratios):
             slider("spread", "Spread of the vertices", " %", (0, 60), 1, 4),
             slider("late", "Delay", " % of a tick", (0, 100), 5, 50),
         ],
+        answer={"R": 0.1, "late": 100},
         **MEASURED,
     )
 

@@ -49,6 +49,7 @@ def drive(controllers, u_max, *, r=20.0, counts=4096):
             slider("J", "Load", " kg m²", loads, 0.0001, loads[-1]),
             slider("w", "Load torque from 2.5 s", " N m", (0, 0.5), 0.05, 0),
         ],
+        answer={"limit": 2},
         loads=loads,
         E=[d.E.tolist() for d in first.vertices],
         A=first.vertices[0].A.tolist(),

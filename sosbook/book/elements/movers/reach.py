@@ -68,6 +68,7 @@ def reach(plant, top):
             slider("omega", "Frequency ω", " rad/s", (0.1, top), 0.1, start),
             slider("gamma", "You ask for at most γ", " mm/N", (0.5, free), 0.5, 20),
         ],
+        answer={"motor": 0},
         plant=matrices(plant, "MDS"),
         top=top,
         found=found,

@@ -8,7 +8,7 @@ from .mover import Mover, choice, slider
 __all__ = ["ride"]
 
 
-def ride(cars, designs, hint):
+def ride(cars, designs, hint, **answer):
     """A car on a bump; a slider goes through designs, bound by bound.
 
     The page simulates; what it calls proven comes from the designs' `bounds`.
@@ -17,7 +17,8 @@ def ride(cars, designs, hint):
     Their one parameter is the body's mass in tonnes, in which they are straight;
     ``designs``: for each name, what was made small, a dict: the `Design` for each bound
     of the stroke. The bounds are the same for all names, evenly spaced; ``hint``: what
-    to try. Raises ValueError if the plants or the bounds aren't of this kind.
+    to try; ``answer``: as for `task`. Raises ValueError if the plants or the bounds
+    aren't of this kind.
 
     >>> import sosbook as sos
     >>> def car(m):
@@ -52,6 +53,7 @@ def ride(cars, designs, hint):
             slider("m", "Mass of the body", " t", (low, high), 0.01, low),
             slider("bump", "Bump lasts", " s", (0.05, 0.5), 0.01, 0.1),
         ],
+        answer=answer or None,
         plants=[matrices(c, "MDSBF") for c in corners],
         masses=[low, high],
         strokes=strokes,
