@@ -200,7 +200,7 @@ def test_it_says_why_it_waits(gcc, tmp_path):
     rest = programs.REST[0]
     for row, words in (
         (("t", -0.1, *rest[2:]), "hold it upright"),
-        ((*rest[:2], 9.0, *rest[3:]), "isn't calibrated"),
+        ((*rest[:2], 9.0, *rest[3:]), "its offset is large"),
     ):
         assert words in robot.live([row] * 130)[1]
     rolls = [(*rest[:3], 100 + 20 * k, -140 - 20 * k, 8.0) for k in range(130)]
@@ -211,16 +211,13 @@ fake_pyctrl = programs.fake_pyctrl
 
 
 @pytest.mark.usefixtures("fake_pyctrl")
-def test_pyctrls_program_logs_what_it_did(tmp_path):
+def test_pyctrls_program_logs_what_it_did(gcc, tmp_path):
     firmware, limits = Firmware(programs.LAWS["PID"], blend=0.02), Drive(3.0, 5.0)
-    space = {"__name__": "script"}
-    exec(programs.Program(firmware, drive=limits).pyctrl, space)
-    now = iter(np.arange(1000) * 0.01)
-    block = space["Balance"](clock=lambda: next(now))
+    _, block = programs.script(gcc, tmp_path, firmware, drive=limits)
     block.logging = True
     (tmp_path / "speed.txt").write_text("2", "utf-8")
     random = np.random.default_rng(1)
-    for _ in range(100):
+    for _ in range(101):
         block.write(-0.065, 0.001, 0.2, 0.3)
     block.obey(tmp_path / "speed.txt")
     block.obey(tmp_path / "none.txt")

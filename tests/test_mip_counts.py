@@ -108,13 +108,11 @@ def test_librobotcontrols_programs_count_four_edges(gcc, tmp_path):
 
 
 @pytest.mark.usefixtures("fake_pyctrl")
-def test_pyctrls_script_counts_four_edges():
+def test_pyctrls_script_counts_four_edges(gcc, tmp_path):
     """Its turns are the counter's over 60 times 35.557."""
-    space = {"__name__": "script"}
-    exec(Program(Firmware(LAW), robot=BOARD).pyctrl, space)
-    block = space["Balance"]()
+    _, block = programs.script(gcc, tmp_path, Firmware(LAW), robot=BOARD)
     block.logging = True
-    for _ in range(100):
+    for _ in range(101):
         block.write(-0.065, 0.001, 0.2, 0.3)
     more = 4 * PERIODS * TURNS / (60 * 35.557)
     block.write(-0.065, 0.001, 0.2 + more, 0.3 + more)

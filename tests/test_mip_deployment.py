@@ -69,6 +69,33 @@ def test_the_proofs_lie_beside_the_programs(found, folder):
     assert len(list(folder.glob("proof_balance_sampled_*.json"))) == 6
 
 
+def test_the_sampled_proofs_are_held_against_the_program(found, folder, tmp_path):
+    """Its law with its estimates and its clock; another of them is refused."""
+    text = (folder / "balance_gains.h").read_text("utf-8")
+    file, other = folder / "proof_balance_sampled_6.json", tmp_path / "other_gains.h"
+
+    def held(text):
+        other.write_text(text, "utf-8")
+        return verify(["verify", str(file), "--code", str(other)])
+
+    assert held(text) == 0
+    for name, value in (
+        ("BLEND", found.robot.blend * 1.01),
+        ("TICK", 0.0100001),
+        ("DELAY", found.robot.delay - 1e-5),
+    ):
+        line = re.search(rf"#define BALANCE_{name} \S+", text)[0]
+        changed = f"#define BALANCE_{name} {value.hex()}"
+        assert held(text.replace(line, changed)) == 1
+    k = found.law.D[0, 3]
+    assert held(text.replace(k.hex(), np.nextafter(k, 9).hex())) == 0  # not a double's
+    assert held(text.replace(k.hex(), (k + 1e-9).hex())) == 1
+    plants = re.search(r"plants: sha256((?:[\s*]+[0-9a-f]{16})+)", text)[1]
+    assert held(text.replace(plants, re.sub(r"\w{16}", 16 * "0", plants))) == 1
+    single = folder / "balance_single.c"
+    assert verify(["verify", str(file), "--code", str(single)]) == 1
+
+
 def test_the_sampled_loops_keep_their_margin(found):
     assert [len(row) for row in found.loops.values()] == [5, 5, 5]
     assert list(found.loops) == [0.0, 0.005, 0.01]
@@ -95,7 +122,9 @@ def test_the_stands_program_knows_the_body_alone(found, folder):
     assert found.bench_firmware.limit == 2.0
     header = (folder / "balance_stand_gains.h").read_text("utf-8")
     assert "It doesn't balance" in header
-    assert "balance_stand_step" in (folder / "rc_balance_stand.c").read_text("utf-8")
+    assert "balance_stand_run_tick" in (folder / "rc_balance_stand.c").read_text(
+        "utf-8"
+    )
 
 
 def test_what_is_not_proven_is_not_written(found, tmp_path):

@@ -67,14 +67,13 @@ def test_the_thesiss_robot_is_the_one_that_the_functions_assume():
 
 LAW, RC, PYCTRL = "balance_gains.h", "rc_balance.c", "pyctrl_balance.py"
 PINS = "rc_robot.h"
-STEER = LAW  # at its end
 #: Keys of a robot that steers: another value, and whose code it changes. Balance
 #: is the same with each.
 STEERED = {
-    "track": (0.08, {STEER, RC, PYCTRL}),
-    "steering": (0.3, {STEER, RC, PYCTRL}),
+    "track": (0.08, {LAW}),
+    "steering": (0.3, {LAW}),
     "unequal": (0.05, set()),
-    "turning": ((1e-4, 2e-4), {STEER, RC, PYCTRL}),
+    "turning": ((1e-4, 2e-4), {LAW}),
 }
 
 
@@ -217,31 +216,31 @@ def record(robot, folder, amplitude=4.0):
 #: left out.
 CHANGES = {
     "name": ("other", set()),
-    "M_b": (0.28, {LAW, PYCTRL}),
-    "l": (0.041, {LAW, PYCTRL}),
-    "r": (0.033, {LAW, PYCTRL}),
-    "M_w": (0.03, {LAW, PYCTRL}),
-    "g": (9.81, {LAW, PYCTRL}),
+    "M_b": (0.28, {LAW}),
+    "l": (0.041, {LAW}),
+    "r": (0.033, {LAW}),
+    "M_w": (0.03, {LAW}),
+    "g": (9.81, {LAW}),
     "counts": (2100.0, {LAW, RC, PYCTRL}),
-    "gyro_range": (17.5, {LAW, PYCTRL}),
-    "limit": (6.5, {LAW, RC, PYCTRL}),
+    "gyro_range": (17.5, {LAW}),
+    "limit": (6.5, {LAW}),
     "free_rpm": (300.0, set()),
     "ten_swings": (6.0, set()),
-    "rotors": (True, {LAW, PYCTRL}),
-    "friction": (True, {LAW, PYCTRL}),
-    "T": (0.005, {LAW, RC, PINS, PYCTRL}),
+    "rotors": (True, {LAW}),
+    "friction": (True, {LAW}),
+    "T": (0.005, {LAW, PINS, PYCTRL}),
     "delay": (0.008, set()),
-    "jitter": (0.001, {RC, PYCTRL}),
-    "blend": (0.006, {LAW, PYCTRL}),
-    "tip": (0.8, {LAW, PYCTRL}),
-    "compensation": (0.25, {LAW, PYCTRL}),
+    "jitter": (0.001, {LAW}),
+    "blend": (0.006, {LAW}),
+    "tip": (0.8, {LAW}),
+    "compensation": (0.25, {LAW}),
     "backlash_deg": (1.5, set()),
-    "law": ("lqr", {LAW, PYCTRL}),
-    "missing": (0.04, {LAW, PYCTRL}),
-    "frozen": (0.14, {LAW, PYCTRL}),
-    "stall": (0.7, {LAW, PYCTRL}),
-    "deaf": (0.14, {LAW, PYCTRL}),
-    "late": (0.2, {RC, PYCTRL}),
+    "law": ("lqr", {LAW}),
+    "missing": (0.04, {LAW}),
+    "frozen": (0.14, {LAW}),
+    "stall": (0.7, {LAW}),
+    "deaf": (0.14, {LAW}),
+    "late": (0.2, {LAW}),
     "mount": (0.5, {RC, PYCTRL}),
     "nominal": (7.3, {PINS, PYCTRL}),
     "battery": ((5.5, 8.9), {PINS}),
@@ -273,7 +272,7 @@ def exact_data(name):
 
 def wordless(name):
     """Whether a file has no robot's words: exact data, or the C of all robots."""
-    same = r"balance(_single|_stand)?(_steer|_tick)?\.[ch]"
+    same = r"balance(_single|_stand)?(_steer|_tick|_run)?\.[ch]"
     return exact_data(name) or bool(re.fullmatch(same, name))
 
 

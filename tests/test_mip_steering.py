@@ -361,18 +361,13 @@ def test_robots_side_by_side_steer_as_each_does_alone(kind):
 
 
 @pytest.mark.parametrize("start", [(np.nan, 0.1), (0.3, np.nan), (np.inf, -np.inf)])
-@pytest.mark.usefixtures("fake_pyctrl")
 def test_a_start_without_a_reading_begins_with_the_first_one(start, gcc, tmp_path):
-    """It isn't a robot that never steers: C, Python and the script alike."""
+    """It isn't a robot that never steers: C and Python alike."""
     program = Program(gcc, tmp_path, STEERING, "double")
     ours, steered = FIRMWARE.controller(), STEERING.controller()
-    known = {"__name__": "script"}
-    exec(Written(FIRMWARE, drive=LIMITS, steering=STEERING).pyctrl, known)
-    script = known["Steering"]()
     program.law.start(0.0, 0.0)
     ours.start(0.0, 0.0)
     program._start(program.state, *start)
-    script.start(*start)
     steered.start(*start)
     rows = [(np.nan, 0.0), (0.0, np.nan), (5.0, 5.5), (5.0, 5.6), (5.0, 5.6)]
     pushed = []
@@ -380,8 +375,7 @@ def test_a_start_without_a_reading_begins_with_the_first_one(start, gcc, tmp_pat
         V = ours.step(0.0, 0.0, 0.0)
         found = steered.step(V, ours.fault, left, right, target=0.2)
         theirs = program.step(0.0, left, right, 0.0, 0, 0, 0.2, 0.0)
-        law = SimpleNamespace(fault=0, volts=float(V[0]))
-        assert tuple(np.ravel(found)) == theirs == script.step(law, left, right, 0.2)
+        assert tuple(np.ravel(found)) == theirs
         pushed.append(theirs[1] - theirs[0])
         assert steered.lost == (k + 1 if k < 2 else 0)
     assert pushed[:2] == [0.0, 0.0]  # nothing is known yet
@@ -575,45 +569,25 @@ def test_a_file_that_goes_away_stops_the_wheels(gcc, tmp_path):
 
 
 @pytest.mark.usefixtures("fake_pyctrl")
-def test_the_scripts_steering_is_the_controller_to_the_last_bit(tmp_path):
-    space = {"__name__": "script"}
-    text = Written(FIRMWARE, drive=LIMITS, steering=STEERING).pyctrl
-    exec(compile(text, "balance.py", "exec"), space)
-    law, steers = space["Law"](), space["Steering"]()
-    ours, steered = FIRMWARE.controller(), STEERING.controller()
+def test_the_script_steers_and_obeys(gcc, tmp_path):
+    about = dict(drive=LIMITS, steering=STEERING)
+    _, block = programs.script(gcc, tmp_path, FIRMWARE, **about)
     random = np.random.default_rng(8)
-    rows = random.normal(0, 0.03, (200, 6))
-    rows[:, 1:3] = np.cumsum(random.normal(0, 0.05, (200, 2)), axis=0)
-    rows[:, 4] *= 20
-    rows[30, 1], rows[50, 2], rows[70, 4] = np.nan, 50.0, np.inf
-    law.start(0.05, 0.0, 0.0)
-    ours.start(0.05)
-    steers.start(0.0, 0.0)
-    steered.start()
-    for gyro, left, right, tilt, heading, turn in rows.tolist():
-        V = ours.step(gyro, (left + right) / 2, tilt)
-        law.step(gyro, (left + right) / 2, tilt)
-        volts = steered.step(V, ours.fault, left, right, heading, turn)
-        assert steers.step(law, left, right, heading, turn) == (volts[0], volts[1])
-    assert ours.fault[0] == 0
-
-    now = iter(0.01 * k for k in range(9999))
-    block = space["Balance"](clock=now.__next__)
     block.logging = True
     (tmp_path / "speed.txt").write_text("2 -1.5", "utf-8")
     block.obey(tmp_path / "speed.txt")
-    assert (block.wanted, block.wanted_turn) == (2.0, -1.5)
-    for _ in range(100):
+    assert (block.run.speed, block.run.turn) == (2.0, -1.5)
+    for _ in range(101):
         block.write(-0.065, 0.001, 0.2, 0.3)
     for row in random.normal(0, 0.003, (60, 4)) + [-0.065, 0.001, 0.2, 0.3]:
         block.write(*row)
-        left, right = block.motors
+        left, right = block.run.motor
         assert block.read() == pytest.approx((100 * left / 7.4, 100 * right / 7.4))
     assert right < left  # it turns right
     for _ in range(99):
         block.obey(tmp_path / "none.txt")
         block.write(*row)
-    assert block.wanted == block.wanted_turn == 0.0
+    assert block.run.speed == block.run.turn == 0.0
     block.save(tmp_path / "log.csv")
     names = (tmp_path / "log.csv").read_text("utf-8").splitlines()[0]
     assert names.endswith("fault,late,left,right,V_left,V_right,heading")
@@ -632,7 +606,7 @@ def test_the_scripts_steering_is_the_controller_to_the_last_bit(tmp_path):
     arrives(TickLog.read(tmp_path / "place.csv"), 2.0, -0.7)
     (tmp_path / "speed.txt").write_text("p up", "utf-8")
     block.obey(tmp_path / "speed.txt")
-    assert block.place == [2.0, -0.7]
+    assert (block.run.place, block.run.bearing, block.run.going) == (2.0, -0.7, 2)
 
 
 #: The board of the sketch's tests with two wheels, which says both motors' volts.

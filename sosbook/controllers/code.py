@@ -8,16 +8,19 @@ from ..exact.definite import exact
 from ..exact.rational import read_number
 from ..plants.checks import matrix
 from ..runtime.digests import digest
+from .estimates import balancing, heading
 
 __all__ = ["code_fault", "read_gains"]
 
 MATRICES = ("A", "B", "C", "D")
 NUMBERS = "TICK", "SINGLE", "STATES", "MEASURED", "OUTPUTS", "TICK_US"
-DELAYS = "DELAY_TICKS", "DELAY_REST_US"  # a pendulum's program has none
-ROWS = "ROWS"  # nor these
+DELAYS = "DELAY_TICKS", "DELAY_REST_US"  # a balancing robot's program has none
+ROBOTS = "BLEND", "DELAY"  # nor any other these, and its heading's K
+ROWS = "ROWS"  # a robot's program has none
 NUMBER = re.compile(r"(-?(?:0x[0-9a-f]+(?:\.[0-9a-f]+)?p[+-]?\d+|\d+))(f|UL)?")
 LINE = re.compile(r"#(?:ifndef \w+|endif|define (?P<name>\w+)(?: (?P<value>.*))?)")
-PLANT = re.compile(r"plant:[\s*]+sha256[\s*]+([0-9a-f]+)")
+DIGEST = re.compile("[0-9a-f]{16,}")
+PLANT = re.compile(rf"plants?:[\s*]+sha256((?:[\s*]+{DIGEST.pattern})+)")
 MICROSECOND = 1e-6  # of which the program's clock has whole ones
 ROUNDED = 0.500001 * MICROSECOND
 
@@ -34,8 +37,9 @@ def read_gains(text):
     -------
     dict
         A, B, C and D are arrays; TICK, SINGLE, STATES, MEASURED, OUTPUTS, TICK_US are
-        numbers. A pendulum's program has no more; others have the numbers DELAY_TICKS
-        and DELAY_REST_US and the array ROWS, what is measured of the plant's state.
+        numbers. A balancing robot's program has BLEND, DELAY, and K of its heading;
+        others have the numbers DELAY_TICKS and DELAY_REST_US and the array ROWS, what
+        is measured of the plant's state.
 
     Raises
     ------
@@ -58,7 +62,10 @@ def read_gains(text):
         raise ValueError(f"the text defines no {', '.join(lost)}")
     found = {name: _matrix(named[name]) for name in MATRICES}
     found |= {name: _number(named[name]) for name in NUMBERS}
-    found |= {x: _number(given[prefix + x]) for x in DELAYS if prefix + x in given}
+    more = [x for x in (*DELAYS, *ROBOTS) if prefix + x in given]
+    found |= {x: _number(given[prefix + x]) for x in more}
+    if prefix + "K" in given:
+        found["K"] = _matrix("{" + given[prefix + "K"] + "}")[0]
     if prefix + ROWS in given:
         found[ROWS] = _matrix(given[prefix + ROWS])
     l, q, m = (int(found[name]) for name in ("STATES", "MEASURED", "OUTPUTS"))
@@ -132,13 +139,16 @@ def code_fault(data, text, rows=None):
     except ValueError as error:
         return str(error)
     plant = PLANT.search(text)
-    if plant and not digest(data.get("plant")).startswith(plant[1]):
-        return f"it is about another plant, sha256 {plant[1]}"
+    about = DIGEST.findall(plant[1]) if plant else ()
+    if about and not digest(data.get("plant")).startswith(tuple(about)):
+        return f"it is about another plant, sha256 {', '.join(about)}"
     kind = np.float32 if mine["SINGLE"] else float
     if not isinstance(law, dict):
         return _gain_fault(data, mine, kind)
     if fault := _clock_fault(data, mine, kind):
         return fault
+    if "BLEND" in mine:
+        return _robot_fault(law, mine)
     law = {name: _read(law[name], kind) for name in MATRICES}
     for name in "AC":
         if not _same(law[name], mine[name]):
@@ -161,8 +171,6 @@ def code_fault(data, text, rows=None):
 
 def _clock_fault(data, mine, kind):
     """What keeps a program's tick and delay from being those of a proof."""
-    if not all(x in mine for x in DELAYS):
-        return "it has no delay: a pendulum's program is held to the proof of its gain"
     law = data["K"]
     T, (early, late) = _ends(data["T"]), _ends(data["delay"])
     tick = law["dt"] if isinstance(law["dt"], str) else None
@@ -171,10 +179,34 @@ def _clock_fault(data, mine, kind):
         return "its TICK isn't the proof's T"
     if mine["TICK_US"] != round(float(tick) / MICROSECOND):
         return "its TICK_US isn't the proof's T"
+    if "DELAY" in mine:
+        late_enough = float(late) <= mine["DELAY"] + ROUNDED
+        return "" if late_enough else "its delay is shorter than the proof's"
+    if not all(x in mine for x in DELAYS):
+        return "it has no delay"
     after = mine["DELAY_TICKS"] * float(tick) + mine["DELAY_REST_US"] * MICROSECOND
     if not float(early) - ROUNDED <= after <= float(late) + ROUNDED:
         return "its delay isn't the proof's"
     return ""
+
+
+def _robot_fault(law, mine):
+    """What keeps a robot's law, with its estimates, from being the proof's."""
+    if mine["SINGLE"]:
+        return "its estimates round otherwise: hold the program in double precision"
+    proven = [_read(law[name], float) for name in MATRICES]
+    known = [balancing(mine)]
+    if "K" in mine:
+        known.append(heading(mine["K"], mine["TICK"]))
+    for system in known:
+        own = [getattr(system, name) for name in MATRICES]
+        if all(
+            a.shape == b.shape and np.allclose(a, b, rtol=1e-13, atol=1e-13 * size)
+            for a, b in zip(proven, own)
+            for size in [abs(b).max(initial=0)]
+        ):
+            return ""
+    return "its law and estimates aren't the proof's"
 
 
 def _gain_fault(data, mine, kind):
@@ -182,6 +214,8 @@ def _gain_fault(data, mine, kind):
     if "T" in data:
         return "the proof is about a sampled gain: take that of the controller"
     K, U = _read(data["K"], kind), _read(data.get("U"), float)
+    if "K" in mine and _same(K, mine["K"][None]) and _same(U, np.eye(1)):
+        return ""  # of a robot's heading
     sums = len(U)
     C = mine["C"] if mine["C"].any() else np.zeros((len(mine["D"]), 0))
     if not _same(K, np.hstack([mine["D"], C])):

@@ -101,6 +101,10 @@ class Lanes:
         """A number of ticks among the arithmetic's other numbers."""
         return self.real(ticks) if self.runs == 1 else ticks.astype(self.kind)
 
+    def believable(self, moved, most, lost):
+        """As <name>_tick.h: a reading that moved so far, lost so many ticks before."""
+        return within(moved, most * self.counted(lost + 1))
+
 
 def _choice(condition, yes, no):
     """As np.where, of one robot."""

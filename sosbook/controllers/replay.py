@@ -123,8 +123,8 @@ class Replay:
         # the sensors
         seen, last, lost = [], [], []
         for i, value in enumerate(y):
-            reach = n.JUMP[i] * lanes.counted(now.lost[i] + 1)
-            good = within(value, n.RANGE[i]) & within(value - now.y[i], reach)
+            near = lanes.believable(value - now.y[i], n.JUMP[i], now.lost[i])
+            good = within(value, n.RANGE[i]) & near
             guess = now.y[i]
             if n.PREDICTS:
                 guess = lanes.total((n.GUESS[i], now.x))

@@ -7,8 +7,6 @@ on the firmware, the robot and the package's version alone.
 import re
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ..controllers.gains import Gains
 from ..controllers.program import MATRICES, SINGLE
 from ..controllers.spelling import FLOAT_TYPES, single
@@ -47,6 +45,14 @@ UNITS = {x: MATRICES[x] for x in ("A", "B", "BR", "W", "C", "D", "DR", "START")}
     "FROZEN": "ticks in a row with one reading of the gyro; 0: any",
     "DEAF": "ticks in a row under voltage with the wheels at rest; 0: any",
     "MOST_FULL": "ticks in a row at the limit",
+    "DELAY": "s, at most, from the readings to the volts: for a checker",
+    "SLACK": "s, by which a tick may come late",
+    "MOST_LATE": "more ticks late than in time; 0: any",
+    "REST_TICKS": "of a second at rest before the start",
+    "SPEED": "rad/s, of a set point that moves",
+    "ACCELERATION": "rad/s^2 of it",
+    "TURN_RATE": "rad/s, of a heading that moves",
+    "TURN_ACCELERATION": "rad/s^2 of it",
     "SHARE": "V, for steering",
     "STEER_REACH": "rad a tick, right less left, at most",
     "UNWIND": "rad s per V, of what the limit withheld",
@@ -161,10 +167,12 @@ class Program:
         written.define("OUTPUTS", 1)
         written.define("TICK_US", f"{round(1e6 * law.T)}UL", f"{law.T:.9g} s")
         written.define("COMPENSATES", int(self.firmware.compensation > 0))
+        written.define("STEERS", int(self.steering is not None), "1: a heading is held")
         y = ", ".join(PD_SIGNALS)
         numbers = self.firmware.numbers
         if self.steering is not None:
             numbers |= self.steering.numbers
+        numbers |= self._around
         for label, value in numbers.items():
             said = UNITS[label].format(y=y)
             if isinstance(value, int):
@@ -181,10 +189,12 @@ class Program:
     def law(self):
         """The files of the law in C: a dict from their names to their texts.
 
-        With a steering two more hold the heading: they add and take as much voltage
-        on either side, of what the limit leaves, and <name>.c stays as it is.
+        <name>_run.h and <name>_run.c are what every program does around it. With a
+        steering two more hold the heading: they add and take as much voltage on either
+        side, of what the limit leaves, and <name>.c stays as it is.
         """
-        ends = [".h", ".c"] + ["_steer.h", "_steer.c"] * (self.steering is not None)
+        parts = ["", "_run"] + ["_steer"] * (self.steering is not None)
+        ends = [part + end for part in parts for end in (".h", ".c")]
         note, tick = [written_by()], read("sosbook.controllers", "axis_tick.h")
         name, texts = self.name, {}
         for end in ends:
@@ -201,13 +211,7 @@ class Program:
         signs of `Mip`.
         """
         robot = wired(self.robot)
-        values = {
-            **self._clock(),
-            "STEERS": int(self.steering is not None),
-            "BOARD_MOUNT_ANGLE": robot.mount,
-            "COUNTS": robot.counts,
-            **self._motion(),
-        }
+        values = {"BOARD_MOUNT_ANGLE": robot.mount, "COUNTS": robot.counts}
         text = fill("rc_balance.c", self._provenance, values, self.name)
         return {f"rc_{self.name}.c": text, **rc_robot(robot, self.firmware.law.T)}
 
@@ -216,32 +220,21 @@ class Program:
         """The text of pyctrl_<name>.py, for pyctrl 0.4.3, the thesis's own software.
 
         pyctrl's block for sampled systems presets no state and knows no limit, so the
-        script has a block of its own with all that `Controller` does.
+        script compiles the files of `law`, which lie beside it, and has a block that
+        calls them.
         """
-        robot, firmware, steering = wired(self.robot), self.firmware, self.steering
+        robot = wired(self.robot)
         signs = pyctrl_signs(robot)
-        unused = "TICK", "BR", "DR"  # set points are subtracted
         values = {
-            x: value.tolist() if isinstance(value, np.ndarray) else value
-            for x, value in firmware.numbers.items()
-            if x not in unused
+            "T": self.firmware.law.T,
+            "STEERS": self.steering is not None,
+            "MOUNT": f"{robot.mount!r} / TURN",
+            "BATTERY": robot.nominal,
+            "COUNTS": robot.counts,
+            "THEIRS": PYCTRL_COUNTS_PER_TURN,
+            "MOTOR_POLARITY": signs["motor"],
+            "ENCODER_POLARITY": signs["encoder"],
         }
-        values |= (
-            self._motion()
-            | self._clock()
-            | {
-                "STEERS": steering is not None,
-                "MOUNT": f"{robot.mount!r} / TURN",
-                "BATTERY": robot.nominal,
-                "COUNTS": robot.counts,
-                "THEIRS": PYCTRL_COUNTS_PER_TURN,
-                "MOTOR_POLARITY": signs["motor"],
-                "ENCODER_POLARITY": signs["encoder"],
-                "K": steering.K[0].tolist() if steering else [0.0] * 3,
-                "SHARE": steering.volts if steering else 0.0,
-                "UNWIND": steering.unwinding if steering else 0.0,
-            }
-        )
         note = replace(self, precision="double")._provenance
         return fill("pyctrl_balance.py", note, values, self.name)
 
@@ -269,18 +262,9 @@ class Program:
         The law is in single precision, in files named <name>_single; the robot must
         be given, for its counts, its gyro's range and its motors' limit.
         """
-        folder, T, robot = f"{self.name}_sketch", self.firmware.law.T, self.robot
+        folder, robot = f"{self.name}_sketch", self.robot
         law = replace(self, name=f"{self.name}_single", precision="single")
-        values = {
-            "STEERS": int(self.steering is not None),
-            "TICK": f"{round(1e6 * T)}UL",
-            "JITTER": f"{round(1e6 * self._jitter)}UL",
-            "LATE": f"{self.firmware.late}UL",
-            "HERTZ": single(1 / T),
-            "TURN": f"6.2831853f / {single(robot.counts)}",
-            "REST_TICKS": round(1 / T),
-            **self._motion(single),
-        }
+        values = {"TURN": f"6.2831853f / {single(robot.counts)}"}
         note = law._provenance
         files = {
             f"{folder}.ino": fill("balance_sketch.ino", note, values, self.name),
@@ -307,23 +291,17 @@ class Program:
         ]
 
     @property
-    def _jitter(self):
-        """By how much a tick may come late, in s."""
-        told = self.robot.jitter if self.robot else 0.0
-        return max(told, CLOCK_SHARE * self.firmware.law.T)
-
-    def _clock(self):
-        """What a program is told of ticks that come late."""
-        return {"JITTER": round(self._jitter, 9), "LATE": self.firmware.late}
-
-    def _motion(self, number=repr):
-        """What a program is told of the robot's motion; ``number`` spells one."""
-        drive, steering = self.drive or Drive(), self.steering
-        values = {
-            "SPEED": drive.speed,
-            "ACCELERATION": drive.acceleration,
-            "TURN_RATE": drive.turn,
-            "TURN_ACCELERATION": drive.turn_acceleration,
-            "PER_RADIAN": steering.per_radian if steering else 0,
+    def _around(self):
+        """What a program is told of its clock and of set points that move."""
+        drive, T = self.drive or Drive(), self.firmware.law.T
+        jitter = self.robot.jitter if self.robot else 0.0
+        return {
+            "DELAY": float(self.robot.delay) if self.robot else 0.0,
+            "SLACK": max(round(jitter, 9), CLOCK_SHARE * T),
+            "MOST_LATE": self.firmware.late,
+            "REST_TICKS": round(1 / T),
+            "SPEED": float(drive.speed),
+            "ACCELERATION": float(drive.acceleration),
+            "TURN_RATE": float(drive.turn),
+            "TURN_ACCELERATION": float(drive.turn_acceleration),
         }
-        return {label: number(float(value)) for label, value in values.items()}

@@ -45,13 +45,19 @@ def facts(deployment):
 
 
 def _digests(deployment):
-    """Of the plant and of the proofs of a gain, which `verify --code` looks for."""
-    proofs = deployment.continuous_proofs.values()
+    """Of the plants and the proofs of the law, which `verify --code` looks for."""
+    proofs = [*deployment.continuous_proofs.values()]
+    proofs += [proof for row in deployment.sampled.values() for proof in row]
+    proofs += deployment.steering.proofs.values() if deployment.steering else ()
+    proofs = [proof for proof in proofs if proof.proven]
     if not proofs:
         return {}
-    plant = digest(deployment.certificate.data["plant"])
+    plants = dict.fromkeys(digest(x.data["plant"])[:16] for x in proofs)
     files = ", ".join(f"(file sha256 {digest(x.text.encode())})" for x in proofs)
-    return {"digest of the plant": f"sha256 {plant[:16]}", "proofs of the gain": files}
+    return {
+        "digests of the plants": "sha256 " + " ".join(plants),
+        "proofs of the law": files,
+    }
 
 
 def _rest(deployment):

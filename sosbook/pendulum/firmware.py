@@ -278,8 +278,8 @@ class Controller:
         same = where(equal & (n.FROZEN > 0), now.same + 1, 0)
         gyro = gyro - now.bias
         turned = wheels - now.wheels
-        reach = n.REACH * lanes.counted(now.lost + 1)
-        seen = within(gyro, n.RANGE), within(turned, reach)
+        near = lanes.believable(turned, n.REACH, now.lost)
+        seen = within(gyro, n.RANGE), near
         bad = where(seen[0], 0, now.bad + 1)
         lost = where(seen[1], 0, now.lost + 1)
         quiet = (wheels <= now.wheels) & (wheels >= now.wheels) & (n.DEAF > 0)

@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ..controllers.estimates import estimated
 from ..plants.checks import positive
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.system import SampledSystem
@@ -63,30 +64,13 @@ def sensing(kind, T, blend=0.0):
     if kind == "exact":
         return SampledSystem([], [], [], np.eye(4), T)
     if kind == "firmware":
-        return _firmware(T, blend)
+        return estimated(T, blend)
     raw = kind == "raw"
     return SampledSystem(  # the state is the last tick's encoder angle
         [[0]],
         [wheels],
         [[0], [0], [0], [-1 / T]],
         [theta, wheels if raw else phi, gyro, wheels / T + (0 if raw else gyro)],
-        T,
-    )
-
-
-def _firmware(T, blend):
-    """States: theta^, the gyro and the absolute angle, one tick ago."""
-    theta, phi, gyro, _ = np.eye(4)
-    trust = 1 - blend
-    angle = [trust, trust * T / 2, 0]
-    new = trust * T / 2 * gyro + blend * theta
-    wheel = phi - theta + new
-    rate = np.array([angle]) / T - [[0, 0, 1 / T]]
-    return SampledSystem(
-        [angle, [0, 0, 0], angle],
-        [new, gyro, wheel],
-        np.vstack([angle, angle, [0, 0, 0], rate]),
-        [new, wheel, gyro, wheel / T],
         T,
     )
 

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from ..controllers.estimates import heading
 from ..controllers.lanes import Lanes, within
 from ..plants.checks import matrix, positive
-from ..sampled.system import SampledSystem
 from .firmware import Firmware
 from .law import TRACKING_TIME
 
@@ -96,14 +96,7 @@ class Steering:
     @property
     def system(self):
         """The `SampledSystem` from the true [delta, delta'] to W."""
-        (k, k_rate, k_sum), T = self.K[0], self.firmware.law.T
-        return SampledSystem(
-            [[0, 0], [0, 1]],
-            [[1, 0], [T, 0]],
-            [[-k_rate / T, k_sum]],
-            [[k + k_rate / T, 0]],
-            T,
-        )
+        return heading(self.K[0], self.firmware.law.T)
 
     def controller(self, runs=1, kind=float):
         """A `Steered` for ``runs`` robots; ``kind`` is float or np.float32."""
@@ -164,7 +157,7 @@ class Steered:
             where(started, now.zero, turned),
             where(started, now.turned, turned),
         )
-        seen = within(turned - before, n.STEER_REACH * since)
+        seen = lanes.believable(turned - before, n.STEER_REACH, now.lost)
         y = [
             turned - zero - target,
             (turned - before) * n.HERTZ / since - rate,

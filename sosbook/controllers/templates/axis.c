@@ -82,8 +82,8 @@ int axis_step(axis_state *s, const axis_real y[], const axis_real r[],
 
     /* The sensors: a sample that is lost, or jumps, is replaced. */
     for (int i = 0; i < MEASURED; i++) {
-        const axis_real reach = JUMP[i] * (axis_real)(s->lost[i] + 1);
-        believed[i] = within(y[i], RANGE[i]) && within(y[i] - s->y[i], reach);
+        believed[i] = within(y[i], RANGE[i]) &&
+            believable(y[i] - s->y[i], JUMP[i], s->lost[i]);
 #if AXIS_PREDICTS
         seen[i] = believed[i] ? y[i] : added(0, GUESS[i], s->x, STATES);
 #else

@@ -52,6 +52,13 @@ static inline axis_real cut(axis_real value, axis_real bound)
     return value > bound ? bound : value < -bound ? -bound : value;
 }
 
+/* Whether a reading moved no further than it can in the ticks since the last
+ * good one, of which so many are lost; false for what is not a number. */
+static inline int believable(axis_real moved, axis_real most, int lost)
+{
+    return within(moved, most * (axis_real)(lost + 1));
+}
+
 /* total + row * values, from the left. */
 static inline axis_real added(axis_real total, const axis_real row[],
     const axis_real values[], int count)

@@ -62,8 +62,7 @@ balance_real balance_step(balance_state *s, balance_real gyro,
     /* After a bad reading all turns on as in the tick before. */
     gyro = gyro - s->bias;
     const int seen = within(gyro, RANGE);
-    const int turned =
-        within(wheels - s->wheels, REACH * (balance_real)(s->lost + 1));
+    const int turned = believable(wheels - s->wheels, REACH, s->lost);
     const int bad = seen ? 0 : s->bad + 1;
     const int lost = turned ? 0 : s->lost + 1;
 

@@ -44,7 +44,7 @@ static balance_real difference(balance_steering *s, balance_real V,
     const balance_real u = added(0, K, y, 3);
     const balance_real rest = LIMIT - (V < 0 ? -V : V);
     const balance_real given = cut(u, 2 * (rest < SHARE ? rest : SHARE));
-    if (!within(turned - s->turned, REACH * since) || !within(u, TRUSTED)) {
+    if (!believable(turned - s->turned, REACH, s->lost) || !within(u, TRUSTED)) {
         s->lost = s->lost < MOST_COUNTED ? s->lost + 1 : s->lost;
         return 0;
     }

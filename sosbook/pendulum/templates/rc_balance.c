@@ -2,9 +2,9 @@
  *
  * (Where this comes from.)
  *
- * Build on the robot, without balance_steer.c where STEERS is 0:
- *   gcc -std=gnu99 -O2 -ffp-contract=off rc_balance.c balance.c \
- *       balance_steer.c -o rc_balance -lrobotcontrol -lm -pthread
+ * Build on the robot, with balance_steer.c where BALANCE_STEERS is 1:
+ *   gcc -std=gnu99 -O2 -ffp-contract=off rc_balance.c balance_run.c \
+ *       balance.c -o rc_balance -lrobotcontrol -lm -pthread
  *
  * FIRST check the signs on a stand, wheels in the air, PAUSE at hand:
  *   1. "rc_balance check" prints what the sensors say, motors off. Tip
@@ -30,7 +30,7 @@
  *                                   since the start, and stay
  *   rc_balance log.csv dsm        obeys a DSM radio's sticks
  *
- * Where STEERS is 1 a second number, in the file or in the line, is the turn
+ * Where BALANCE_STEERS is 1 a second number, in the file or in the line, is the turn
  * rate in rad/s, positive to the left: v 2 0.5. Without one the robot keeps
  * its heading. Of p it is the heading in rad, to the left of the start's.
  *
@@ -41,12 +41,7 @@
 #include <string.h>
 #include <unistd.h>
 #include "rc_robot.h"
-#include "balance.h"
-
-#define STEERS 1 /* 1: a heading is held; 0: both motors get the same */
-#if STEERS
-#include "balance_steer.h"
-#endif
+#include "balance_run.h"
 
 typedef balance_real real; /* what the law computes with */
 
@@ -54,16 +49,7 @@ typedef balance_real real; /* what the law computes with */
 #define BOARD_MOUNT_ANGLE 0.49 /* rad, of the board in the body */
 #define COUNTS 2122.2 /* of an encoder, per turn of a wheel */
 
-/* A set point that moves. */
-#define SPEED 0.0 /* rad/s, at most */
-#define ACCELERATION 0.0 /* rad/s^2 */
-#define TURN_RATE 0.0 /* rad/s of the heading, at most */
-#define TURN_ACCELERATION 0.0 /* rad/s^2 */
-#define GENTLE 0.3 /* of these, on the way to a place: it is hardly passed */
-#define PER_RADIAN 2.5 /* rad right less left, per rad */
 #define SILENCE 1000 /* ms without a command */
-#define JITTER 0.0005 /* s, by which a tick may come late */
-#define LATE 0 /* more late ticks than others; 0: any */
 
 /* Sticks of a DSM radio: forward is positive, and so is left. */
 #define DSM_SPEED 3 /* channel */
@@ -72,48 +58,27 @@ typedef balance_real real; /* what the law computes with */
 #define DSM_TURN_POLARITY 1
 #define DSM_DEAD 0.04 /* of the stick's full way */
 
-/* At rest near upright: all readings of a second lie within. */
-#define REST_TICKS RATE_HZ
-#define REST_TILT 0.2  /* rad */
-#define REST_GYRO 0.1  /* rad/s */
-#define REST_TURN 0.05 /* rad, of the wheels */
-
 static const char *const REASON[] = {"running", "sensor", "fall", "stall", "command",
     "late"};
 
 /* The callback alone writes these. */
-static balance_state robot;
-static int balancing;
-static int calm;            /* ticks at rest so far */
-static double gyro_sum, tilt_sum, wheels_at_rest;
-static double target, rate; /* set points of phi and phi' */
-#if STEERS
-static double heading, turn_rate; /* rad and rad/s, set points */
-static balance_steering steering;
-static double wheel[2]; /* rad, left and right */
-static real motor[2]; /* V, left and right */
-#endif
-static const char *why_waiting = ""; /* for a robot that doesn't start */
+static balance_run run;
 static volatile int reason; /* the last fault */
 static uint64_t last; /* ns, when the last tick was */
-static int late, overdue; /* ticks: all of them, and less the others */
 
 /* The main loop alone writes these, in mrad/s and ms, for an int is atomic. */
 static volatile int wanted;
 static volatile int going, place; /* numbers of a place to go to; the way, mrad */
 static volatile unsigned heard; /* when the last command came */
-#if STEERS
 static volatile int wanted_turn, bearing; /* mrad to the left of the start */
-#endif
 
 /* The ticks, from the callback to a thread that waits for the card. */
 #define LOG_ROWS 1024
 static struct {
     double t, gyro, wheels, tilt, target, rate, volts, theta, battery;
-#if STEERS
     double left, right, V_left, V_right, heading;
-#endif
-    int fault, late;
+    int fault;
+    long late;
 } row[LOG_ROWS];
 static volatile unsigned logged, saved;
 static int logging;
@@ -146,69 +111,42 @@ static void motors_off(void)
 {
     rc_motor_set(0, 0.0);
     rc_motor_standby(1);
-    balancing = 0;
-    calm = 0;
+    balance_run_stop(&run);
 }
 
-#if STEERS
-/* Each motor its volts; with a battery that hasn't them, balance is first. */
-static void drive(const real volts[2])
+/* Each motor its volts, as far as the battery has them. */
+static void drive(void)
 {
-    const double most = battery / 1000.0;
-    const double left = (double)volts[0], right = (double)volts[1];
-    const double mean = cut((left + right) / 2, most);
-    const double half = cut((right - left) / 2, most - (mean < 0 ? -mean : mean));
-    rc_motor_set(MOTOR_CHANNEL[0], MOTOR_POLARITY[0] * (mean - half) / most);
-    rc_motor_set(MOTOR_CHANNEL[1], MOTOR_POLARITY[1] * (mean + half) / most);
-}
-#endif
-
-/* True once the robot rested near upright for long enough. */
-static int at_rest(double gyro, double wheels, double tilt)
-{
-    const double turned = wheels - wheels_at_rest;
-    if (calm == 0 || !(tilt > -REST_TILT && tilt < REST_TILT)
-        || !(gyro > -REST_GYRO && gyro < REST_GYRO)
-        || !(turned > -REST_TURN && turned < REST_TURN)) {
-        why_waiting = !(tilt > -REST_TILT && tilt < REST_TILT) ?
-            "hold it upright" : !(gyro > -REST_GYRO && gyro < REST_GYRO) ?
-            "hold it still: the gyro turns, or isn't calibrated" :
-            calm > 0 ? "hold its wheels still" : "";
-        wheels_at_rest = wheels;
-        gyro_sum = tilt_sum = 0;
-        calm = 1;
-        return 0;
-    }
-    gyro_sum += gyro;
-    tilt_sum += tilt;
-    return calm++ == REST_TICKS;
+    const real most = (real)(battery / 1000.0);
+    real volts[2];
+    balance_run_volts(&run, most, volts);
+    for (int side = 0; side < 2; side++)
+        rc_motor_set(MOTOR_CHANNEL[side],
+            MOTOR_POLARITY[side] * (double)(volts[side] / most));
 }
 
 /* Remember a tick; a row that finds no room is lost. */
-static void note(double gyro, double wheels, double tilt, double volts,
-    int fault)
+static void note(double gyro, double left, double right, double tilt, int fault)
 {
     const unsigned n = logged % LOG_ROWS;
     if (!logging || logged - saved == LOG_ROWS)
         return;
     row[n].t = (double)rc_nanos_since_boot() * 1e-9;
     row[n].gyro = gyro;
-    row[n].wheels = wheels;
+    row[n].wheels = (left + right) / 2;
     row[n].tilt = tilt;
-    row[n].target = target;
-    row[n].rate = rate;
-    row[n].volts = volts;
-    row[n].theta = (double)robot.theta;
+    row[n].target = (double)run.target;
+    row[n].rate = (double)run.rate;
+    row[n].volts = (double)run.volts;
+    row[n].theta = (double)run.theta;
     row[n].battery = battery / 1000.0;
-#if STEERS
-    row[n].left = wheel[0];
-    row[n].right = wheel[1];
-    row[n].V_left = (double)motor[0];
-    row[n].V_right = (double)motor[1];
-    row[n].heading = heading;
-#endif
+    row[n].left = left;
+    row[n].right = right;
+    row[n].V_left = (double)run.motor[0];
+    row[n].V_right = (double)run.motor[1];
+    row[n].heading = (double)run.heading;
     row[n].fault = fault;
-    row[n].late = late;
+    row[n].late = run.late;
     logged++;
 }
 
@@ -217,106 +155,47 @@ static unsigned milliseconds(void)
     return (unsigned)(rc_nanos_since_boot() / 1000000);
 }
 
-/* A tick that comes late makes phi' wrong, and with it the law. */
-static void mind(uint64_t now)
-{
-    const double by = (double)(now - last) * 1e-9 - 1.0 / RATE_HZ;
-    if (by > JITTER) {
-        late++;
-        overdue += 1 + (int)cut(by * RATE_HZ, RATE_HZ);
-    } else if (overdue > 0) {
-        overdue--;
-    }
-    if (LATE > 0 && overdue > LATE)
-        robot.fault = BALANCE_LATE;
-}
-
-/* The speed from which it stops just when nothing is left. */
-static double stopping(double left, double most, double acceleration)
-{
-    const double way = fabs(left), step = acceleration / RATE_HZ;
-    const double speed = sqrt(step * step / 4 + 2 * acceleration * way) - step / 2;
-    return cut(left * RATE_HZ, speed < most ? speed : most);
-}
-
-/* Move the set points towards what is wanted, or to rest where nobody says more. */
-static void ramp(void)
-{
-    const int obeys = milliseconds() - heard <= SILENCE, to = going;
-    const double share = to ? GENTLE : 1, speed = to ?
-        stopping(place / 1000.0 - target, SPEED, share * ACCELERATION) :
-        obeys * wanted / 1000.0;
-    rate += cut(speed - rate, share * ACCELERATION / RATE_HZ);
-    target += rate / RATE_HZ;
-#if STEERS
-    const double turn = to == 1 ? 0 : to ?
-        stopping(bearing / 1000.0 - heading, share * TURN_RATE,
-            share * TURN_ACCELERATION) :
-        obeys * wanted_turn / 1000.0;
-    turn_rate += cut(turn - turn_rate, share * TURN_ACCELERATION / RATE_HZ);
-    heading += turn_rate / RATE_HZ;
-#endif
-}
-
 /* Called by the IMU at RATE_HZ. */
 static void tick(void)
 {
-    const double gyro = read_gyro();
-    const double tilt = read_tilt();
-#if STEERS
-    wheel[0] = read_wheel(0);
-    wheel[1] = read_wheel(1);
-    const double wheels = (wheel[0] + wheel[1]) / 2;
-#else
-    const double wheels = (read_wheel(0) + read_wheel(1)) / 2;
-#endif
-
+    const double gyro = read_gyro(), tilt = read_tilt();
+    const double left = read_wheel(0), right = read_wheel(1);
     const uint64_t now = rc_nanos_since_boot();
+    const double elapsed = (double)(now - last) * 1e-9;
+    const int obeys = milliseconds() - heard <= SILENCE;
+
+    last = now;
     ticks++;
     if (rc_get_state() != RUNNING) {
-        if (balancing)
+        if (run.balancing)
             motors_off();
-        calm = 0;
-    } else if (balancing) {
-        mind(now);
-        ramp();
-        const double volts = (double)balance_step(&robot, (real)gyro,
-            (real)wheels, (real)tilt, (real)target, (real)rate);
-#if STEERS
-        balance_steer(&steering, &robot, (real)wheel[0], (real)wheel[1],
-            (real)(PER_RADIAN * heading), (real)(PER_RADIAN * turn_rate),
-            motor);
-#endif
-        note(gyro, wheels, tilt, volts, robot.fault);
-        if (robot.fault == BALANCE_RUNNING) {
-#if STEERS
-            drive(motor);
-#else
-            drive_both(volts);
-#endif
-        } else {
-            reason = robot.fault;
-            rc_set_state(PAUSED);
-            motors_off();
-        }
-    } else if (at_rest(gyro, wheels, tilt)) {
-        balance_start(&robot, (real)(tilt_sum / REST_TICKS),
-            (real)wheels, (real)(gyro_sum / REST_TICKS));
-        target = rate = 0;
-        going = 0;
-        late = overdue = 0;
-#if STEERS
-        heading = turn_rate = 0;
-        motor[0] = motor[1] = 0;
-        balance_steer_start(&steering, (real)wheel[0], (real)wheel[1]);
-#endif
-        note(gyro_sum / REST_TICKS, wheels, tilt_sum / REST_TICKS, 0, -1);
+        balance_run_stop(&run);
+        return;
+    }
+    run.speed = (real)(obeys * wanted / 1000.0);
+    run.turn = (real)(obeys * wanted_turn / 1000.0);
+    run.place = (real)(place / 1000.0);
+    run.bearing = (real)(bearing / 1000.0);
+    run.going = going;
+    const int done = balance_run_tick(&run, (real)gyro, (real)left, (real)right,
+        (real)tilt, (real)elapsed);
+    if (done == BALANCE_STARTED) {
+        note((double)run.bias, left, right, (double)run.theta, -1);
         rc_motor_set(0, 0.0);
         rc_motor_standby(0);
-        balancing = 1;
+        going = 0;
         reason = 0;
     }
-    last = now;
+    if (done != BALANCE_BALANCED)
+        return;
+    note(gyro, left, right, tilt, run.fault);
+    if (run.fault == BALANCE_RUNNING) {
+        drive();
+    } else {
+        reason = run.fault;
+        rc_set_state(PAUSED);
+        motors_off();
+    }
 }
 
 /* Pause and wait for rest in turns; a long press ends the program. */
@@ -334,16 +213,14 @@ static void pause_pressed(void)
     rc_set_state(EXITING);
 }
 
-/* Take a command, cut to what the robot may do. */
+/* Take a command. */
 static void want(double speed, double turn)
 {
     if (!(fabs(speed) <= 1e6 && fabs(turn) <= 1e6))
         return;
     going = 0;
-    wanted = (int)(1000 * cut(speed, SPEED));
-#if STEERS
-    wanted_turn = (int)(1000 * cut(turn, TURN_RATE));
-#endif
+    wanted = (int)(1000 * cut(speed, 1e3));
+    wanted_turn = (int)(1000 * cut(turn, 1e3));
     heard = milliseconds();
 }
 
@@ -354,9 +231,7 @@ static void go(int numbers, double way, double turn)
         return;
     going = 0;
     place = (int)(1000 * way);
-#if STEERS
     bearing = (int)(1000 * turn);
-#endif
     going = numbers;
 }
 
@@ -406,8 +281,8 @@ static double stick(int channel, int polarity)
 static void obey_radio(void)
 {
     if (rc_dsm_is_new_data())
-        want(SPEED * stick(DSM_SPEED, DSM_SPEED_POLARITY),
-            TURN_RATE * stick(DSM_TURN, DSM_TURN_POLARITY));
+        want((double)BALANCE_SPEED * stick(DSM_SPEED, DSM_SPEED_POLARITY),
+            (double)BALANCE_TURN_RATE * stick(DSM_TURN, DSM_TURN_POLARITY));
 }
 
 static void obey(const char *source)
@@ -426,10 +301,10 @@ static void save(FILE *file)
     for (; saved != logged; saved++) {
         const unsigned n = saved % LOG_ROWS;
         fprintf(file, "%.6f,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
-                "%.4g,%d,%d", row[n].t, row[n].gyro, row[n].wheels,
+                "%.4g,%d,%ld", row[n].t, row[n].gyro, row[n].wheels,
                 row[n].tilt, row[n].target, row[n].rate, row[n].volts,
                 row[n].theta, row[n].battery, row[n].fault, row[n].late);
-#if STEERS
+#if BALANCE_STEERS
         fprintf(file, ",%.17g,%.17g,%.17g,%.17g,%.17g", row[n].left,
                 row[n].right, row[n].V_left, row[n].V_right, row[n].heading);
 #endif
@@ -458,9 +333,9 @@ static void watch(int checking, const char *source)
         measure_battery();
         if (source)
             obey(source);
-        waited = rc_get_state() == RUNNING && !balancing ? waited + 1 : 0;
-        if (waited % 60 == 59 && why_waiting[0]) {
-            printf("waiting: %s\n", why_waiting);
+        waited = rc_get_state() == RUNNING && !run.balancing ? waited + 1 : 0;
+        if (waited % 60 == 59 && run.waiting && run.waiting[0]) {
+            printf("waiting: %s\n", run.waiting);
             fflush(stdout);
         }
         rc_led_set(RC_LED_GREEN, rc_get_state() == RUNNING);
@@ -490,7 +365,7 @@ int main(int argc, char *argv[])
         if (file == NULL)
             return fail("log");
         fputs("t,gyro,wheels,tilt,target,rate,V,theta,battery,fault,late", file);
-#if STEERS
+#if BALANCE_STEERS
         fputs(",left,right,V_left,V_right,heading", file);
 #endif
         fputs("\n", file);

@@ -1,0 +1,52 @@
+"""What a balancing robot's program is, from the true signals to the volts."""
+
+import numpy as np
+
+from ..sampled.system import SampledSystem
+
+__all__ = ["balancing", "estimated", "heading"]
+
+
+def estimated(T, blend):
+    """From [theta, phi, theta', phi'] to what the program takes for them.
+
+    States: theta^, the gyro and the absolute angle, one tick T ago. The ``blend`` is
+    the accelerometers' share, whose tilt is taken for the truth.
+    """
+    theta, phi, gyro, _ = np.eye(4)
+    trust = 1 - blend
+    angle = [trust, trust * T / 2, 0]
+    new = trust * T / 2 * gyro + blend * theta
+    wheel = phi - theta + new
+    rate = np.array([angle]) / T - [[0, 0, 1 / T]]
+    return SampledSystem(
+        [angle, [0, 0, 0], angle],
+        [new, gyro, wheel],
+        np.vstack([angle, angle, [0, 0, 0], rate]),
+        [new, wheel, gyro, wheel / T],
+        T,
+    )
+
+
+def balancing(gains):
+    """That of the law whose ``gains`` were read from a program."""
+    A, B, C, D = (gains[name] for name in "ABCD")
+    if not gains["STATES"]:
+        A, B, C = A[:0, :0], B[:0], C[:, :0]
+    T = gains["TICK"]
+    return estimated(T, gains["BLEND"]).then(SampledSystem(A, B, C, D, T))
+
+
+def heading(K, T):
+    """From [delta, delta'], the wheels' difference, to that of the volts.
+
+    ``K`` multiplies the error, its difference over T and its sum.
+    """
+    k, k_rate, k_sum = K
+    return SampledSystem(
+        [[0, 0], [0, 1]],
+        [[1, 0], [T, 0]],
+        [[-k_rate / T, k_sum]],
+        [[k + k_rate / T, 0]],
+        T,
+    )
