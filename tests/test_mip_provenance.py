@@ -18,6 +18,7 @@ from tests.test_mip_robot import exact_data
 
 FLT_DIGITS, DBL_DIGITS = 24, 53  # of their mantissas
 TEMPLATES = Path(sosbook.pendulum.__file__).parent / "templates"
+DIGEST = re.compile(r"\b[0-9a-f]{16}(?:[0-9a-f]{48})?\b")
 NUMBER = re.compile(
     r"0x1(?:\.[0-9a-f]+)?p[+-]\d+"
     r"|(?<![\w.])\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
@@ -66,7 +67,7 @@ KINDS = [("beaglebone", STEERS), ("other", {})]
 
 def values(text):
     """The numbers of a text, as it spells them, and their values."""
-    for spelled in NUMBER.findall(text):
+    for spelled in NUMBER.findall(DIGEST.sub("", text)):
         value = float.fromhex(spelled) if "p" in spelled else float(spelled)
         yield spelled, value
 

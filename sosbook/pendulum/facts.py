@@ -48,6 +48,7 @@ def _digests(deployment):
     """Of the plants and the proofs of the law, which `verify --code` looks for."""
     proofs = [*deployment.continuous_proofs.values()]
     proofs += [proof for row in deployment.sampled.values() for proof in row]
+    proofs += deployment.varying_robots
     proofs += deployment.steering.proofs.values() if deployment.steering else ()
     proofs = [proof for proof in proofs if proof.proven]
     if not proofs:
