@@ -229,7 +229,7 @@ CHANGES = {
     "rotors": (True, {LAW}),
     "friction": (True, {LAW}),
     "T": (0.005, {LAW, PINS, PYCTRL}),
-    "delay": (0.008, set()),
+    "delay": (0.008, {LAW}),
     "jitter": (0.001, {LAW}),
     "blend": (0.006, {LAW}),
     "tip": (0.8, {LAW}),
