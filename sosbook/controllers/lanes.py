@@ -102,7 +102,7 @@ class Lanes:
         return self.real(ticks) if self.runs == 1 else ticks.astype(self.kind)
 
     def believable(self, moved, most, lost):
-        """As <name>_tick.h: it ``moved``, at ``most`` so far a tick, with ``lost`` ones."""
+        """As <name>_tick.h: it ``moved``; ``most`` is of one tick, ``lost`` are before."""
         return within(moved, most * self.counted(lost + 1))
 
 
