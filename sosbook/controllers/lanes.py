@@ -102,7 +102,7 @@ class Lanes:
         return self.real(ticks) if self.runs == 1 else ticks.astype(self.kind)
 
     def believable(self, moved, most, lost):
-        """As <name>_tick.h: it ``moved``; ``most`` is of one tick, ``lost`` are before."""
+        """As <name>_tick.h: it ``moved``, ``most`` is for a tick, ``lost`` past."""
         return within(moved, most * self.counted(lost + 1))
 
 
