@@ -384,6 +384,9 @@ EXCLUDED = {
     "sum of poles": lambda: sos.design_pid(
         TWO, law=sos.PIDLaw(position=[[1]]), region=sos.PoleRegion(5)
     ),
+    "no controller of any order": lambda: sos.design_pid(
+        pushed(), law=sos.DynamicLaw(1, [[1, 0]], noise=[[0.5]]), gamma=0.7
+    ),
     "a response out of reach": lambda: sos.design_pid(pushed(), gamma=0.4),
     "a response out of reach, at a vertex": lambda: sos.design_pid(
         sos.Polytope([pushed(), pushed(2.0)]), ONE_OF_TWO, gamma=0.2

@@ -566,7 +566,8 @@ def test_what_excludes_every_controller_of_a_part_says_so():
     words = "Of the reduced model (2 of 5): no linear controller of any order"
     assert design.status == "infeasible" and design.reason.startswith(words)
     (claim,) = design.infeasibility.claims
-    assert claim.count("of the reduced model (2 of 5)") == 3  # in each block's name
+    words = "of the reduced model (2 of 5): no linear controller of any order"
+    assert claim.startswith(words)
     weak = sos.SecondOrderSystem(
         np.eye(3), 0.1 * np.eye(3), np.diag([1, 4, 9]), [[1], [0], [0]]
     ).reduce(modes=2)

@@ -23,12 +23,14 @@ from ..synthesis.observer_certificate import ObserverCertificate, ObserverRefusa
 from ..synthesis.regularity import MassRefusal, RegularityCertificate
 from ..synthesis.singular_mass import SingularMassRefusal
 from ..synthesis.small_input_certificate import SmallInputRefusal
+from ..synthesis.structured.any_order import AnyOrder
 from ..synthesis.structured.doors import SumOfPoles
 from ..synthesis.unreached import UnreachedResponseRefusal
 from ..synthesis.whole import EnergyProof
 
 __all__ = [
     "CHECKER",
+    "AnyOrder",
     "Certificate",
     "DelayCertificate",
     "DelayRefusal",

@@ -1,10 +1,12 @@
-"""Texts and words of the rest: masses, observers, LMIs of one's own."""
+"""Texts and words of the rest: masses, observers, any controller, LMIs of one's own."""
 
 import re
 
 from .arithmetic import need
 from .families import decimal, every_plant, keys
-from .plants import distinct, plant
+from .known import put_law
+from .outputs import Channel, ends
+from .plants import distinct, plant, vertex_of
 from .text import Text, positive, ratio, sane
 
 
@@ -91,6 +93,87 @@ class Observer:
             for x in ("decay", "cost"):
                 t.labels[f"{x} {i}"] = f"{x}.{i}"
         t.write(*OBSERVER.split("\n"), loop="i in vertices")
+
+
+UNITS = """back = slow inv(T) inv(E.{k})
+in.A = back A.{k} T
+in.B = back Bu.{k}
+in.W = of_w back Bw.{k}{S}
+in.C = of_z {C} T
+in.D = of_z {D}
+in.Z = of_z of_w {Z}
+in.Y = law.rows T
+in.N = of_w law.noise{S}
+level = of_z of_w gamma"""
+MOTIONS = """independent.{x}: V.{x}' V.{x} > 0
+different.{x}: here.{x}' here.{x} + push.{x}' push.{x} > 0
+rate.{x}: {A} V.{x} here.{x} + {B} push.{x} == V.{x} rate.{x}
+still.{x}: {C} V.{x} here.{x} + {D} push.{x} == O(rows({C}), cols(push.{x}))
+out.{x} = {E} V.{x} here.{x} + {F} push.{x}
+{name}: [level push.{x}' push.{x}{flow}, out.{x}'; ., level I(rows(out.{x}))] > 0"""
+SIDES = {  # what isn't moved of the transposed plant, and what isn't seen
+    "X": ("unmoved", "not moved", "in.A' in.C' in.B' in.D' in.W' in.Z'"),
+    "Y": ("unseen", "not seen", "in.A in.W in.Y in.N in.C in.Z"),
+}
+
+
+class AnyOrder:
+    """No controller of any order: motions that its sensors don't see or u doesn't move.
+
+    Where y = 0 a controller at rest stays at rest, so the bounded real lemma of the
+    loop is about the plant's corners X of L^-1 and Y of L alone, [X I; I Y] >= 0.
+    """
+
+    def __init__(self, d):
+        t, r, units, self.d = Text(d), d["requirement"], d["units"], d
+        self.t = t
+        self.vertices, self.N, self.m, self.p = plant(t, d)
+        need(d["U"] == [] and "multipliers" in d, "multipliers exclude, and no U")
+        need(r["kind"] == "gamma", "a bound of an H-infinity norm is needed")
+        keys(r, " ".join(["kind name gamma mu", *({*r} & {"outputs", "inputs"})]))
+        self.plain, self.integrals, self.slack, self.pairs = self.N, 0, False, []
+        k = vertex_of(t, d["vertex"])
+        put_law(t, d["law"])
+        t.put_number("gamma", r, "gamma")
+        keys(units, "slow of_w of_z T")
+        t.put("T", units, "T", self.N)
+        for name in ("slow", "of_w", "of_z"):
+            t.put_number(name, units, name)
+        t.write(*(f"sign.{x}: {x} > 0" for x in ("gamma", "slow", "of_w", "of_z")))
+        channel = Channel(self, r, 1)
+        C, D, Z = (channel.names[x].replace(".i", f".{k}") for x in "CDZ")
+        q, S = channel.height, channel.S
+        p = len(r["inputs"]) if S else self.p
+        Z = f"{Z}{S}" if Z else f"O({q}, {p})"
+        t.write(*UNITS.format(k=k, S=S, C=C, D=D or f"O({q}, {self.m})", Z=Z)
+                .split("\n"))  # fmt: skip
+        need(d["sides"] and d["sides"].keys() <= SIDES.keys(), "there are two sides")
+        known = [x for x in d["sides"] if self._side(x, d["sides"][x])]
+        P = "[X, V.X' V.Y; ., Y]" if len(known) == 2 else "".join(known)
+        if known:
+            t.write(f"together: {P} > 0")
+            t.labels["together"] = "together"
+        where = f"the vertex {k}" if len(self.vertices) > 1 else "the plant"
+        self.claims = ["no linear controller of any order with these sensors makes "
+                       f"{where} stable with an H-infinity norm{ends(r)} below "
+                       f"{r['gamma']}"]  # fmt: skip
+
+    def _side(self, x, motions):
+        """The block of one side; whether it has an unknown."""
+        t, (name, key, letters) = self.t, SIDES[x]
+        keys(motions, "V here rate push")
+        wide = len(motions["push"][0])
+        for part in motions:
+            t.put(f"{part}.{x}", motions, part, wide, ratio)
+        size = len(motions["here"])
+        if size:
+            t.point(x, x, f"symmetric {size}")
+        flow = f" - he(here.{x}' {x} rate.{x})" * bool(size)
+        form = MOTIONS if size else "\n".join(MOTIONS.split("\n")[1:])
+        parts = dict(zip("ABCDEF", letters.split()), x=x, name=name, flow=flow)
+        t.write(*form.format(**parts).split("\n"))
+        t.labels[key] = name
+        return size > 0
 
 
 class Own:

@@ -27,7 +27,7 @@ from .designs import Design
 from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES
 from .known import Known
-from .others import Mass, Observer, Own
+from .others import AnyOrder, Mass, Observer, Own
 from .small_input import SmallInput
 from .special import FixedMode, SingularMass, SumOfPoles, UnreachedResponse
 from .subject import about, digest, subject, wanted_gain, wanted_plant
@@ -46,6 +46,7 @@ KINDS = {  # what writes its text, and what it asks
               "coordinates exponentials"),
     "regularization": (Mass, "plant K beta"),
     "observer": (Observer, "plant K C Q_F R_F noises model coordinates L bound"),
+    "any order": (AnyOrder, "plant U K_A law requirement vertex units sides"),
     "lmi": (Own, "shapes expressions statement digits"),
 }  # fmt: skip
 SINGLE = {  # without unknowns

@@ -3,20 +3,60 @@
 import numpy as np
 
 from ...analysis.lyapunov import lyapunov
-from ...exact.rational import echelon, exact, inverse, null_basis, round_digits
+from ...exact.rational import (
+    decimal,
+    decimals,
+    echelon,
+    exact,
+    fractions,
+    inverse,
+    null_basis,
+    round_digits,
+)
+from ...exact.refusal import MultiplierRefusal
 from ...language import block
 from ...lmi import LMIProblem, Unknown
 from ...runtime.time_limit import OutOfTime
 from ...theorems import unseen
-from .loops import corners_of
+from ..fixed_mode import parts_data
+from ..request_as_data import loop_data
+from .loops import corners_of, vertex_of
 
-__all__ = ["best_excluded", "excluded", "seen", "unseen_motions"]
+__all__ = ["AnyOrder", "best_excluded", "excluded", "seen", "unseen_motions"]
 
 SECONDS = 20.0  # for each plant's multipliers
 HIGHEST = 0.998  # of what was reached: below it a bound is sought
 LOWER = 0.99, 0.95, 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial
 HALVINGS = 6  # of the way between two of them, as a ratio
 BITS = 20  # of a rounded matrix of coordinates
+
+
+class AnyOrder(MultiplierRefusal):
+    """No linear controller with a law's sensors keeps a bound of the H-infinity norm.
+
+    The blocks are those of `sosbook.theorems.unseen`. ``text`` is that of a file with
+    the plant, what the law joins to it, the requirement, the motions and the
+    multipliers.
+    """
+
+    kind = "infeasible any order"
+
+    @classmethod
+    def contents(cls, request, r, d, given):
+        """The data of the file, without the multipliers.
+
+        ``request``: with a law; ``r``: what it bounds; ``d``: one of its plants, in
+        rationals; ``given``: units and motions, from `_problems`.
+        """
+        one, k = vertex_of(request, d)
+        law = parts_data(request.law_parts)
+        return {
+            **loop_data(one),
+            "law": law,
+            "requirement": r.data(),
+            "vertex": k,
+            **given,
+        }
 
 
 def excluded(request, d, r, gamma):
@@ -27,18 +67,19 @@ def excluded(request, d, r, gamma):
     bound.
     """
     some = slice(None) if r.inputs is None else list(r.inputs)
-    plant, sensors, part = seen(r, d), request.law_parts, request.plant.reduction
+    plant, sensors = seen(r, d), request.law_parts
     if plant is None:
         return None
-    of = "" if part is None else f" {part.words[:-2]}"
     data = plant.explicit(), sensors.rows, sensors.noise[:, some]
-    for problem in _problems(*data, exact(gamma), of):
+    for problem, given in _problems(*data, exact(gamma)):
         solution = problem.find()
         if solution.status == "feasible":  # so are the others
             return None
-        proof = solution.infeasibility
-        if proof is not None and proof.proven:
-            return proof
+        multipliers = solution.infeasibility
+        if multipliers is not None and multipliers.proven:
+            asked = AnyOrder.contents(request, r.with_bound(gamma), d, given)
+            Z = multipliers.multipliers
+            return AnyOrder.of(AnyOrder.written_from(asked, Z, str))
     return None
 
 
@@ -129,12 +170,13 @@ def _rounded(T):
     return np.round(T / scale * 2**BITS) / 2**BITS * scale
 
 
-def _problems(d, C, Dyw, gamma, of):
+def _problems(d, C, Dyw, gamma):
     """Both inequalities with their coupling; each by itself, with P > 0 and without.
 
-    In units in which the plant is near one. The blocks are named, and ``of`` which
-    plant. What follows from fewer of them has multipliers that are zero in the others:
-    asked by itself, also of obstacles on the imaginary axis, it has them in rationals.
+    In units in which the plant is near one. Each comes with what a file says of units
+    and motions. What follows from fewer of them has multipliers that are zero in the
+    others: asked by itself, also of obstacles on the imaginary axis, it has them in
+    rationals.
     """
     back, m = inverse(d.E), d.Bu.shape[1]
     A, Bw, B, Cz = back @ d.A, back @ d.Bw, back @ d.Bu, d.C
@@ -147,9 +189,10 @@ def _problems(d, C, Dyw, gamma, of):
     T = _coordinates(a / rate, b, c)
     of_w = rate / (np.linalg.norm(np.linalg.solve(T, b), 2) or rate)
     of_z = 1 / (np.linalg.norm(c @ T, 2) or 1.0)
-    slow, of_w, of_z = (
-        exact(2.0 ** np.round(np.log2(x))) for x in (1 / rate, of_w, of_z)
-    )
+    sizes = {"slow": 1 / rate, "of_w": of_w, "of_z": of_z}
+    sizes = {name: 2.0 ** np.round(np.log2(x)) for name, x in sizes.items()}
+    units = {name: decimal(x) for name, x in sizes.items()} | {"T": decimals(T)}
+    slow, of_w, of_z = map(exact, sizes.values())
     T = exact(T)
     left = inverse(T)
     A, Bw = slow * (left @ A @ T), slow * of_w * (left @ Bw)
@@ -157,7 +200,7 @@ def _problems(d, C, Dyw, gamma, of):
     Cz, C = of_z * (Cz @ T), C @ T
     Dzw, Dzu, Dyw = of_z * of_w * Dzw, of_z * Dzu, of_w * Dyw
     level = of_z * of_w * gamma
-    sides, spaces = {}, {}
+    sides, spaces, motions = {}, {}, {}
     for name, (a, b, c, d, out, through) in {
         "X": (A.T, Cz.T, B.T, Dzu.T, Bw.T, Dzw.T),
         "Y": (A, Bw, C, Dyw, Cz, Dzw),
@@ -165,6 +208,8 @@ def _problems(d, C, Dyw, gamma, of):
         V, here, rate, push = unseen_motions(a, b, c, d)
         if push.shape[1]:
             spaces[name] = V
+            parts = dict(V=V, here=here, rate=rate, push=push)
+            motions[name] = {x: fractions(y) for x, y in parts.items()}
             sides[name] = here, rate, push, out @ V @ here + through @ push
     sizes = {name: V.shape[1] for name, V in spaces.items() if V.shape[1]}
     if not sizes:
@@ -181,21 +226,20 @@ def _problems(d, C, Dyw, gamma, of):
 
             one, none = level if exactly else float(level), np.zeros((0, 0))
             blocks = {
-                f"{_WORDS[x]}{of}": unseen(
-                    values.get(x, none), *map(data, sides[x]), one
-                )
+                _WORDS[x]: unseen(values.get(x, none), *map(data, sides[x]), one)
                 for x in names
             }
             if signed and len(known) == 2:
                 link = data(spaces["X"].T @ spaces["Y"])
                 P = block([[values["X"], link], [link.T, values["Y"]]])
-                blocks[f"P{of}"] = P
+                blocks["together"] = P
             elif signed:
-                blocks[f"P{of}"] = values[known[0]]
+                blocks["together"] = values[known[0]]
             return blocks
 
         unknowns = [Unknown(x, sizes[x], symmetric=True) for x in known]
-        return LMIProblem(write, unknowns, time_limit=SECONDS)
+        given = {"units": units, "sides": {x: motions[x] for x in names}}
+        return LMIProblem(write, unknowns, time_limit=SECONDS), given
 
     yield problem(sides, True)
     for signed in (True, False):
@@ -203,7 +247,7 @@ def _problems(d, C, Dyw, gamma, of):
             yield problem([name], signed)
 
 
-_WORDS = {"X": "motions not moved", "Y": "motions not seen"}
+_WORDS = {"X": "not moved", "Y": "not seen"}  # which motions
 
 
 def _coordinates(A, B, C):

@@ -1,12 +1,9 @@
 """The doors of "infeasible" for a law: what excludes every gain, exactly."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ...exact.rational import exact, fractions, inverse
 from ...exact.refusal import Refusal
-from ...plants.descriptor import MATRICES
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
 from ..broken import alone
@@ -17,7 +14,7 @@ from ..request_as_data import loop_data
 from ..solution import Solution
 from ..unreached import refuse_by_response
 from .any_order import excluded, seen
-from .loops import corners_of
+from .loops import corners_of, vertex_of
 
 __all__ = [
     "SumOfPoles",
@@ -84,22 +81,12 @@ def refused_by_sum(request, loops):
         mean = mean_pole(d, request.law_parts, loops.directions)
         if mean is None or mean + exact(r.bound) <= 0:
             continue
-        _, k = _vertex(request, d)
+        _, k = vertex_of(request, d)
         proof = SumOfPoles.of(SumOfPoles.contents(request, r, k, loops.directions))
         text = f"{proof.claims[0][0].upper()}{proof.claims[0][1:]}."
         text = text.replace(f"the vertex {k + 1};", f"{where};")
         return Solution(request, "infeasible", None, reason=text, infeasibility=proof)
     return None
-
-
-def _vertex(request, d, asked=()):
-    """A request of a plant without its law, and the vertex that is its corner d."""
-    one = replace(request, law=None, gain=None, requirements=asked, coupling="vertices")
-    for k in range(len(one.vertices)):
-        (v,) = one.vertices_in(exact, [k])
-        if all((getattr(v, x) == getattr(d, x)).all() for x in MATRICES[:4]):
-            return one, k
-    raise AssertionError("a corner of a plant is one of its vertices")
 
 
 def refused_by_mode(request, sought=None):
@@ -112,7 +99,7 @@ def refused_by_mode(request, sought=None):
     parts = request.law_parts
     asked = [r for r in request.requirements if r.pole_matrices() and r is not sought]
     for where, d in corners_of(request).items():
-        one, k = _vertex(request, d, tuple(asked))
+        one, k = vertex_of(request, d, tuple(asked))
         for law, who, why in (
             (OfLaw(parts, True), "No controller", "these sensors don't see it"),
             (None, "No controller", "the input doesn't reach it"),
@@ -171,7 +158,7 @@ def _all_of_the_state(request, d, r):
     whole = seen(r, d)
     if whole is None:
         return None
-    one, k = _vertex(request, d, (r,))
+    one, k = vertex_of(request, d, (r,))
     if len(one.vertices) > 1:  # the LMIs of all are no matter of this one
         if (proof := refuse_by_response(one, [k])) is not None:
             return proof

@@ -8,9 +8,10 @@ import numpy as np
 
 from ...exact.rational import exact
 from ...laws.base import plain
+from ...plants.descriptor import MATRICES
 from ..cells import Ranges
 
-__all__ = ["Loops", "corners_of", "loops_of"]
+__all__ = ["Loops", "corners_of", "loops_of", "vertex_of"]
 
 TINY = 1e-9  # of the largest entry of G: below it a sensor doesn't see an input
 
@@ -163,3 +164,16 @@ def loops_of(request):
 
 def _float(x):
     return exact(x).astype(float)
+
+
+def vertex_of(request, d, asked=()):
+    """A ``request`` of a plant without its law, and the vertex that is its corner d.
+
+    ``asked``: the requirements of the new request.
+    """
+    one = replace(request, law=None, gain=None, requirements=asked, coupling="vertices")
+    for k in range(len(one.vertices)):
+        (v,) = one.vertices_in(exact, [k])
+        if all((getattr(v, x) == getattr(d, x)).all() for x in MATRICES[:4]):
+            return one, k
+    raise AssertionError("a corner of a plant is one of its vertices")
