@@ -28,7 +28,7 @@ def broken(request, r, plants, point):
     ``point``: where the plant is, in rationals.
     """
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
-    if request.law is not None or r.has_channel:
+    if request.law is not None:
         return _broken_loop(request, r, plants.at(point).seen_by(r))
     part, k = request.plant, None
     if part.family is not None:

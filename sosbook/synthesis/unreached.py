@@ -8,10 +8,7 @@ from ..exact.definite import exact, round_digits
 from ..exact.rational import decimal, decimals, echelon
 from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
-from ..plants.descriptor_system import DescriptorSystem
-from ..plants.reduction import Reduction
 from ..runtime.time_limit import check_time
-from .request import Request
 from .request_as_data import loop_data
 
 __all__ = ["UnreachedResponseRefusal", "refuse_by_response"]
@@ -40,18 +37,18 @@ class UnreachedResponseRefusal(Refusal):
     kind = "unreached response"
 
     @classmethod
-    def contents(cls, request, gamma, k, s, v, y):
+    def contents(cls, request, r, k, s, v, y):
         """The data of the file.
 
-        ``request``: with the plant; ``gamma``: the bound; ``k``: which vertex, from 0;
-        ``s``, ``v``, ``y``: two rows of rationals each, the real and the imaginary
-        parts.
+        ``request``: with the plant; ``r``: it bounds an H-infinity norm; ``k``: which
+        vertex, from 0; ``s``, ``v``, ``y``: two rows of rationals each, the real and
+        the imaginary parts.
         """
-        K = request.gain
+        K, bound = request.gain, {"bound": decimal(r.bounds_response())}
         return {
             **loop_data(request),
             "K": None if K is None else decimals(K),
-            "bound": decimal(gamma),
+            **({"requirement": r.data()} if r.has_channel else bound),
             "vertex": k,
             **{
                 n: [[str(e) for e in row] for row in x]
@@ -60,10 +57,10 @@ class UnreachedResponseRefusal(Refusal):
         }
 
 
-def _matrices(request, k):
+def _matrices(request, r, k):
     """E, A, B, B_w, C, D_u, D_w of a vertex in rationals; those of the given loop."""
     (d,) = request.vertices_in(exact, [k])
-    d = d.explicit()
+    d = r.seen(d).explicit()
     Du, Dw = (
         exact(np.zeros((len(d.C), B.shape[1]))) if D is None else D
         for D, B in ((d.Du, d.Bu), (d.Dw, d.Bw))
@@ -83,29 +80,17 @@ def refuse_by_response(request, vertices=None):
     """
     vertices = request.distinct[:MOST_VERTICES] if vertices is None else vertices
     for r in request.requirements:
-        gamma, seen = r.bounds_response(), request
-        if gamma is not None and r.has_channel:
-            seen = _seen_by(request, r)
-        for k in vertices if gamma is not None and seen is not None else ():
+        bounds = request.law is None and r.bounds_response() is not None
+        for k in vertices if bounds else ():
             check_time()
-            proof = _at_vertex(seen, gamma, k)
+            proof = _at_vertex(request, r, k)
             if proof is not None and proof.proven:
                 return proof
     return None
 
 
-def _seen_by(request, r):
-    """A request whose plant has the output of a requirement; None without one."""
-    if request.law is not None or any(d.rounded for d in request.vertices):
-        return None
-    seen = [r.seen(d) for d in request.vertices]
-    part = Reduction.in_states(request.plant, len(seen[0].E))
-    system = DescriptorSystem.of(seen, part)
-    return Request(system, gain=request.gain)
-
-
-def _at_vertex(request, gamma, k):
-    matrices = _matrices(request, k)
+def _at_vertex(request, r, k):
+    matrices, gamma = _matrices(request, r, k), r.bounds_response()
     loop = E, A, B, Bw, C, Du, _ = [x.astype(float) for x in matrices]
     if len(C) <= B.shape[1] or not Bw.size:
         return None  # the inputs reach all outputs
@@ -136,7 +121,7 @@ def _at_vertex(request, gamma, k):
     v = [free[:N], free[count : count + N]]
     y = [free[N:count], free[count + N :]]
     return UnreachedResponseRefusal.of(
-        UnreachedResponseRefusal.contents(request, gamma, k, [[0], [w]], v, y)
+        UnreachedResponseRefusal.contents(request, r, k, [[0], [w]], v, y)
     )
 
 

@@ -74,14 +74,32 @@ def whole_vertices(plant):
                      for entry in row] for row in rows]
                 for x, rows in read.items()}  # fmt: skip
 
-    places = [()]
+    return [{x: [[str(e) for e in row] for row in rows]
+             for x, rows in at(place).items()}
+            for place in places(cells, degrees)]  # fmt: skip
+
+
+def places(cells, degrees):
+    """Of each vertex the piece and the coefficient of each parameter."""
+    all_ = [()]
     for d, n in zip(degrees, cells):
         inner = ((c, i) for c in range(n * (d > 1)) for i in range(1, d))
         own = [(0, 0), *inner, (n - 1, d)]
-        places = [(*place, x) for place in places for x in own]
-    vertices = [{x: [[str(e) for e in row] for row in rows]
-                 for x, rows in at(place).items()} for place in places]  # fmt: skip
-    return vertices
+        all_ = [(*place, x) for place in all_ for x in own]
+    return all_
+
+
+def vertex_words(plant, k, many):
+    """The k-th of many vertices, from 1: of ranges a corner by its parameters."""
+    if "parameters" in plant:
+        _, cells, degrees, _ = ranges(plant)
+        place = places(cells, degrees)[k - 1]
+        if all(x in ((0, 0), (n - 1, d)) for x, n, d in zip(place, cells, degrees)):
+            named = zip(plant["parameters"], place)
+            at = [f"{name} = {high if x != (0, 0) else low}"
+                  for (name, low, high, *_), x in named]  # fmt: skip
+            return "the plant with " + " and ".join(at)
+    return f"the vertex {k}" if many > 1 else "the plant"
 
 
 def ranges(plant):

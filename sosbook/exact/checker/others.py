@@ -3,9 +3,9 @@
 import re
 
 from .arithmetic import need
-from .families import decimal, every_plant, keys
+from .families import decimal, every_plant, keys, vertex_words
 from .known import put_law
-from .outputs import Channel, ends
+from .outputs import at_vertex, ends
 from .plants import distinct, plant, vertex_of
 from .text import Text, positive, ratio, sane
 
@@ -125,35 +125,30 @@ class AnyOrder:
     """
 
     def __init__(self, d):
-        t, r, units, self.d = Text(d), d["requirement"], d["units"], d
+        t, r, units = Text(d), d["requirement"], d["units"]
         self.t = t
-        self.vertices, self.N, self.m, self.p = plant(t, d)
+        vertices, N, m, p = sizes = plant(t, d)
         need(d["U"] == [] and "multipliers" in d, "multipliers exclude, and no U")
         need(r["kind"] == "gamma", "a bound of an H-infinity norm is needed")
         keys(r, " ".join(["kind name gamma mu", *({*r} & {"outputs", "inputs"})]))
-        self.plain, self.integrals, self.slack, self.pairs = self.N, 0, False, []
         k = vertex_of(t, d["vertex"])
         put_law(t, d["law"])
         t.put_number("gamma", r, "gamma")
         keys(units, "slow of_w of_z T")
-        t.put("T", units, "T", self.N)
+        t.put("T", units, "T", N)
         for name in ("slow", "of_w", "of_z"):
             t.put_number(name, units, name)
         t.write(*(f"sign.{x}: {x} > 0" for x in ("gamma", "slow", "of_w", "of_z")))
-        channel = Channel(self, r, 1)
-        C, D, Z = (channel.names[x].replace(".i", f".{k}") for x in "CDZ")
-        q, S = channel.height, channel.S
-        p = len(r["inputs"]) if S else self.p
-        Z = f"{Z}{S}" if Z else f"O({q}, {p})"
-        t.write(*UNITS.format(k=k, S=S, C=C, D=D or f"O({q}, {self.m})", Z=Z)
-                .split("\n"))  # fmt: skip
+        C, D, Z, S, q = at_vertex(t, d, sizes, r, k)
+        Z = f"{Z}{S}" if Z else f"O({q}, {len(r['inputs']) if S else p})"
+        t.write(*UNITS.format(k=k, S=S, C=C, D=D or f"O({q}, {m})", Z=Z).split("\n"))
         need(d["sides"] and d["sides"].keys() <= SIDES.keys(), "there are two sides")
         known = [x for x in d["sides"] if self._side(x, d["sides"][x])]
         P = "[X, V.X' V.Y; ., Y]" if len(known) == 2 else "".join(known)
         if known:
             t.write(f"together: {P} > 0")
             t.labels["together"] = "together"
-        where = f"the vertex {k}" if len(self.vertices) > 1 else "the plant"
+        where = vertex_words(d["plant"], k, len(vertices))
         self.claims = ["no linear controller of any order with these sensors makes "
                        f"{where} stable with an H-infinity norm{ends(r)} below "
                        f"{r['gamma']}"]  # fmt: skip

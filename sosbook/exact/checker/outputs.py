@@ -1,5 +1,7 @@
 """Which y of a plant the bound of a norm is about, and from which w."""
 
+from types import SimpleNamespace
+
 from .arithmetic import need
 
 SIGNALS = dict(position="z", velocity="z'", acceleration="z''", integral="x3",
@@ -170,16 +172,17 @@ def names_of(t, plant):
     return {x: f"{x}.i" if f"{x}.1" in t.data else x * (x in t.data) for x in "CHDZ"}
 
 
-def explicit(t, plant, k):
-    """C, D and Z of the k-th vertex, in which x' is put in from its equation."""
-    names = names_of(t, plant)
-    if not names["H"]:
-        return names["C"], names["D"], names["Z"]
-    H = names["H"].replace(".i", f".{k}")
-    for x, of in (("C", "A"), ("D", "Bu"), ("Z", "Bw")):
-        before = names[x].replace(".i", f".{k}")
-        t.write(f"{x}o = {before and before + ' + '}{H} inv(E.{k}) {of}.{k}")
-    return "Co", "Do", "Zo"
+def at_vertex(t, d, sizes, r, k):
+    """C, D, Z and S at the vertex k of what r bounds, x' put in, and its height.
+
+    ``sizes`` are those that `plants.plant` returns.
+    """
+    vertices, N, m, p = sizes
+    whole = SimpleNamespace(t=t, d=d, vertices=vertices, N=N, m=m, p=p, plain=N,
+                            integrals=len(d["U"]), slack=False, pairs=())  # fmt: skip
+    channel = Channel(whole, r, 1)
+    names = (channel.names[x].replace(".i", f".{k}") for x in "CDZ")
+    return *names, channel.S, channel.height
 
 
 def at_j(name):

@@ -8,8 +8,9 @@ from fractions import Fraction
 from math import floor, log10
 
 from .arithmetic import Beyond, need
+from .families import keys, vertex_words
 from .known import put_law
-from .outputs import explicit
+from .outputs import at_vertex, ends
 from .plants import determinant, plant, vertex_of
 from .regions import in_matrices, region
 from .requirements import STABILITY
@@ -71,7 +72,7 @@ class SumOfPoles:
         t.write("y = [law.of_sensors law.rows, law.of_states]", "back = inv(E)")
         t.write("still.i: tr(back Bu G.i y) == 0", loop="i in gains")
         t.write(f"mean = tr(back A)/{N}", "beyond: mean + sigma > 0")
-        where = f"the vertex {k}" if len(vertices) > 1 else "the plant"
+        where = vertex_words(d["plant"], k, len(vertices))
         least = downwards(t.values()["mean"])
         self.claims = [f"no gain of the law moves the sum of the poles of {where}; one "
                        f"of them has a real part of at least {least}, so none keeps: "
@@ -96,14 +97,18 @@ class UnreachedResponse:
 
     def __init__(self, d):
         t = self.t = Text(d)
-        vertices, N, m, _ = plant(t, d)
+        r, at = d.get("requirement", {}), (d, "bound")
+        if r:  # with outputs or inputs of its own
+            more = [x for x in ("outputs", "inputs") if x in r]
+            keys(r, " ".join(["kind name gamma mu", *more]))
+            at = r, "gamma"
+        vertices, N, m, _ = sizes = plant(t, d)
         k = vertex_of(t, d["vertex"])
-        t.put_number("gamma", d, "bound")
+        t.put_number("gamma", *at)
         for name, rows in (("s", [1, 1]), ("v", [N] * 2), ("y", [None] * 2)):
             t.put(name, d, name, entry=ratio)
             mat(d[name], 2, rows[0], ratio)
-        A, W = f"A.{k}", f"v Bw.{k}"
-        C, D, Z = (x.replace(".i", f".{k}") for x in explicit(t, d["plant"], k))
+        A, (C, D, Z, S, _) = f"A.{k}", at_vertex(t, d, sizes, r, k)
         if d["K"] is not None:
             t.put("K", d, "K", N)
             A, C = f"({A} + Bu.{k} K)", f"({C} + {D} K)" if D else C
@@ -112,16 +117,13 @@ class UnreachedResponse:
         t.write("sign.gamma: gamma > 0", "sign.s: at(s, 1, 1) >= 0")
         t.write("times = [at(s, 1, 1), -at(s, 2, 1); at(s, 2, 1), at(s, 1, 1)]")
         t.write(f"left: v {A} + y {C} == times v E.{k}")
-        reached = f"{W} Bw.{k}' v'"
-        if Z:
-            t.write(f"push = {W} + y {Z}")
-            reached = "push push'"
-        t.write(f"reached = tr({reached})", "some: reached > 0")
+        t.write(f"push = v Bw.{k}{S}" + (f" + y {Z}{S}" if Z else ""))
+        t.write("reached = tr(push push')", "some: reached > 0")
         t.write("norm: reached - gamma^2 tr(y y') >= 0")
-        where = f"the vertex {k}" if len(vertices) > 1 else "the plant"
+        where = vertex_words(d["plant"], k, len(vertices))
         who = "no gain makes" if d["K"] is None else "the given gain doesn't make"
-        self.claims = [f"{who} {where} stable with an H-infinity norm below "
-                       f"{d['bound']}"]  # fmt: skip
+        self.claims = [f"{who} {where} stable with an H-infinity norm{ends(r)} below "
+                       f"{at[0][at[1]]}"]  # fmt: skip
 
 
 class FixedMode:
@@ -137,7 +139,7 @@ class FixedMode:
         i, j = (vertex_of(t, k) for k in d["place"])
         where = f"the plant halfway between the vertices {i} and {j}"
         if i == j:
-            where = f"the vertex {i}" if len(vertices) > 1 else "the plant"
+            where = vertex_words(d["plant"], i, len(vertices))
         mean, who = f"({{0}}.{i} + {{0}}.{j})/2", "no gain"
         if "law" not in d:
             t.write(*(f"{x} = {mean.format(x)}" for x in ("E", "A", "Bu")))

@@ -105,6 +105,8 @@ def law(asked):
         raise Beyond(f"a proof of the kind {whole!r:.80} isn't known here")
     names += " box" * ("box" in asked and kind in ("design", "small input"))
     names += " law free" * ("law" in asked and kind == "fixed mode")
+    if kind == "unreached response" and "requirement" in asked:
+        names = names.replace("bound", "requirement")
     less = LESS.get(kind, "").split() if refused else []
     names = [x for x in dict.fromkeys(names.split()) if x not in less]
     keys(asked, " ".join(["kind", *names]))

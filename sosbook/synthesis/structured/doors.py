@@ -77,14 +77,13 @@ def refused_by_sum(request, loops):
     if not asked:
         return None
     r = max(asked, key=lambda r: r.bound)
-    for where, d in corners_of(request).items():
+    for d in corners_of(request).values():
         mean = mean_pole(d, request.law_parts, loops.directions)
         if mean is None or mean + exact(r.bound) <= 0:
             continue
         _, k = vertex_of(request, d)
         proof = SumOfPoles.of(SumOfPoles.contents(request, r, k, loops.directions))
         text = f"{proof.claims[0][0].upper()}{proof.claims[0][1:]}."
-        text = text.replace(f"the vertex {k + 1};", f"{where};")
         return Solution(request, "infeasible", None, reason=text, infeasibility=proof)
     return None
 
@@ -139,7 +138,7 @@ def refused_by_a_door(request, sought=None):
                 who = "of any order, with these sensors,"
                 proof = excluded(request, d, r, r.bound)
             if proof is not None:
-                at = f" at {where}" if len(corners) > 1 else ""
+                at = f" for {where}" if len(corners) > 1 else ""
                 text = f"No linear controller {who} keeps{at}: {r.statement}."
                 return _refused(request, text, proof)
     return None

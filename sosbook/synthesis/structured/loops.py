@@ -138,11 +138,11 @@ class Loops:
 def corners_of(request):
     """Plants of a request with a law: their `Descriptor` in rationals, by its name.
 
-    They are the vertices that differ. Those of a family with powers of parameters
-    needn't be plants of it: then they are the corners of the ranges.
+    They are the vertices that differ, or the corners of the ranges: with powers of
+    parameters a vertex needn't be a plant of the family.
     """
     family = request.plant.family
-    if family is None or family.multi_affine:
+    if family is None:
         vertices, several = plain(request.plant, request.K_A), request.distinct
         return {
             f"the vertex {i + 1}" if len(several) > 1 else "the plant": vertices[i]
