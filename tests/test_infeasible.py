@@ -365,7 +365,7 @@ def test_a_refusal_for_one_slack_scalar_says_so():
     "D, S, region, status",
     [
         (1.0, 5.0, sos.PoleRegion(sigma=0.5), "infeasible"),  # on the line
-        (1.0, 5.0, sos.PoleRegion(sigma=float(np.nextafter(0.5, 0))), "feasible"),
+        (1.0, 5.0, sos.PoleRegion(sigma=0.5 - 1e-14), "feasible"),
         (0.1, 0.25, sos.PoleRegion(rho=0.5), "infeasible"),  # on the circle
         (0.0, -2.0, None, "infeasible"),  # one polynomial, a mode on either side
         # its slow mode is 2e-17 from the line, its fast one inside
@@ -381,3 +381,15 @@ def test_edges_of_fixed_modes_are_exact(D, S, region, status):
     assert d.status == status, d.reason
     if status == "infeasible":
         assert list(d.infeasibility.claims) == check(d.infeasibility.text)
+    else:
+        assert d.certify().proven
+
+
+def test_a_mode_within_the_last_bit_is_never_refused():
+    """Whether floats find its design depends on the processor."""
+    plant = sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), np.diag([1.0, 5.0]), [[1.0], [0.0]]
+    )
+    d = sos.design_pid(plant, region=sos.PoleRegion(float(np.nextafter(0.5, 0))))
+    assert d.status != "infeasible"
+    assert d.certify().proven == (d.status == "feasible")
