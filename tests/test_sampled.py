@@ -394,6 +394,18 @@ def test_an_unstable_plant_between_stable_vertices_is_found(damping, stiffness, 
     assert not found.proven and found.claims == found.cells == ()
 
 
+def test_a_family_with_squares_is_cut_until_its_vertices_are_stable():
+    """In one piece a vertex is unstable that is no plant."""
+    plants = sos.Uncertain(
+        lambda v: sos.SecondOrderSystem(1, 0.5 + 4 * (v - 0.4) ** 2, 2, 1), v=(0, 1)
+    )
+    (K, T), whole = ([[0, -0.001]], 0.01), sos.Polytope(plants.vertices)
+    assert not certify_sampled(whole, K, T)
+    found = certify_sampled(plants, K, T)
+    assert found.proven and "every plant with v in [0, 1] is" in found.claims[0]
+    assert not certify_sampled(plants, [[0, 0.6]], T)  # at v = 0.4 it isn't stable
+
+
 def family_of(plant, K, T, delay):
     timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, None)
     return SampledFamily.of(plant, vertices, timing, np.asarray(K, float))

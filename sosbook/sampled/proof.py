@@ -19,6 +19,8 @@ from .timing import TimeBox
 
 __all__ = ["SampledCertificate", "certify_sampled"]
 
+MOST_VERTICES = 12  # of a family whose ranges are cut
+
 
 @one_thread
 def certify_sampled(
@@ -118,7 +120,8 @@ def certify_sampled(
 
     whole = is_controller(K)
 
-    def attempt(digits, _):
+    def attempt(digits, _, plant=plant):
+        floats = input_vertices(plant, U)
         gain = K if whole else round_digits(timing.gain(K, floats[0]), digits)
         with ctx.workprec(BALL_BITS):
             family = SampledFamily.of(plant, floats, timing, gain, centre)
@@ -130,9 +133,27 @@ def certify_sampled(
         )
 
     tries = (17,) if whole else DIGITS
-    return proven_within(
-        time_limit, lambda: first_proven(attempt, digits, tries, places=(12,)), progress
-    )
+
+    def work():
+        first = first_proven(attempt, digits, tries, places=(12,))
+        for nearer in () if first.proven else _nearer(plant):
+            found = attempt(tries[-1] if digits is None else digits, 12, nearer)
+            if found.proven:
+                return found
+        return first
+
+    return proven_within(time_limit, work, progress)
+
+
+def _nearer(plant):
+    """Polytopes around a family with powers, with more and more pieces."""
+    family = plant.family
+    while family is not None and not family.multi_affine:
+        powers = [name for name, degree in family.degree.items() if degree > 1]
+        family = family.cut(**{name: 2 * family.pieces[name] for name in powers})
+        if family.count > MOST_VERTICES:
+            return
+        yield family.polytope()
 
 
 def _rate(rate):
