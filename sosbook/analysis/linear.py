@@ -60,19 +60,10 @@ def poles(d, K):
 def open_loop(d):
     """The plant with its integrators as python-control's StateSpace.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
+    ``d``: the plant in descriptor form. Returns control.StateSpace: inputs u (m of
+    them), w (p), r (n). Outputs the state x = [z; z'; x3]: the feedback u = K (x - [r;
+    0; 0]) closes the loop.
 
-    Returns
-    -------
-    control.StateSpace
-        Inputs u (m of them), w (p), r (n). Outputs the state x = [z; z';
-        x3]: the feedback u = K (x - [r; 0; 0]) closes the loop.
-
-    Notes
-    -----
     Source: thesis (2.8), with x3 = + integral of U e.
     """
     n, N = len(d.C), len(d.E)
@@ -104,22 +95,11 @@ def _set_point(d):
 def closed_loop(d, K):
     """The loop as python-control's StateSpace.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
-    K : (m, N) array
-        The gain of u = K x.
+    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x. Returns
+    control.StateSpace: inputs w (p of them), then r (n). Outputs z (n), then u = K_P e
+    + K_D e' + K_I x3 (m), for r constant (r' = 0); an acceleration term K_A e'' is
+    inside the loop but not in this u.
 
-    Returns
-    -------
-    control.StateSpace
-        Inputs w (p of them), then r (n). Outputs z (n), then u = K_P e
-        + K_D e' + K_I x3 (m), for r constant (r' = 0); an acceleration
-        term K_A e'' is inside the loop but not in this u.
-
-    Notes
-    -----
     Source: thesis (2.8), with x3 = + integral of U e.
     """
     n = len(d.C)

@@ -32,32 +32,13 @@ class Chosen:
 def chosen_observer(plants, known, timing, rows, steps, names, gains, most, slowest):
     """The quietest Kalman filter whose loops keep their sensitivity low, and decay.
 
-    Parameters
-    ----------
-    plants : sequence of Descriptor
-        All loops are looked at.
-    known : sequence of (weights, Descriptor)
-        Plants that the observer may know.
-    timing : SampleTiming
-        When it samples and acts.
-    rows : (q, N) array
-        What is measured.
-    steps : (q,) array
-        How fine it is measured.
-    names : sequence of str
-        Of the plant's state.
-    gains : tuple
-        K_x, K_I, what is integrated, T and K_r of `assembled`.
-    most : float
-        The sensitivity may have this peak. If none keeps it, the one with the lowest
-        peak is taken.
-    slowest : float
-        And the loops this radius.
-
-    Returns
-    -------
-    (Estimate, Chosen) or None
-        None where no candidate keeps all loops stable.
+    ``plants``: all loops are looked at; ``known``, (weights, Descriptor): plants that
+    the observer may know; ``timing``: when it samples and acts; ``rows``, (q, N): what
+    is measured; ``steps``, (q,): how fine it is measured; ``names``: of the plant's
+    state; ``gains``: K_x, K_I, what is integrated, T and K_r of `assembled`; ``most``:
+    the sensitivity may have this peak. If none keeps it, the one with the lowest peak
+    is taken; ``slowest``: and the loops this radius. Returns (Estimate, Chosen) or
+    None: none where no candidate keeps all loops stable.
     """
     found = []
     for doubt in DOUBTS:

@@ -30,23 +30,9 @@ STYLE = (
 def write_report(design, controller, folder, name="axis", replace=False):
     """Write the page, the proofs and the program of a controller into a folder.
 
-    Parameters
-    ----------
-    design : Design
-        What was asked and found.
-    controller : Controller
-        Made of it.
-    folder : str or Path
-        Made if it doesn't exist.
-    name : str
-        Of the program.
-    replace : bool
-        Files that are there with another text are replaced.
-
-    Returns
-    -------
-    Path
-        Of index.html.
+    ``design``: what was asked and found; ``controller``: made of it; ``folder``: made
+    if it doesn't exist; ``name``: of the program; ``replace``: files that are there
+    with another text are replaced. Returns Path: of index.html.
     """
     write_texts(folder, report_texts(design, controller, name), replace)
     return Path(folder) / "index.html"

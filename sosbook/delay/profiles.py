@@ -123,11 +123,6 @@ class SineDelay(_Delay):
     phase : float
         In rad; with 0 the delay starts in the middle and grows.
 
-    Raises
-    ------
-    ValueError
-        If a number is outside its range.
-
     Examples
     --------
     >>> SineDelay(0.1, 0.3, omega=np.pi)([0, 0.5, 1.5])
@@ -170,11 +165,6 @@ class SawtoothDelay(_Delay):
     ----------
     low, high : float
         In seconds, 0 <= low < high.
-
-    Raises
-    ------
-    ValueError
-        If a number is outside its range.
 
     Examples
     --------
@@ -219,11 +209,6 @@ class SwitchingDelay(_Delay):
     dwell : float
         How long each value lasts, in seconds, > 0.
 
-    Raises
-    ------
-    ValueError
-        If a number is outside its range.
-
     Examples
     --------
     >>> SwitchingDelay(0.1, 0.3, dwell=2)([0, 1.9, 2, 4])
@@ -260,11 +245,6 @@ class RandomDelay(SwitchingDelay):
         How long each value lasts, in seconds, > 0.
     seed : int
         Equal seeds give equal delays.
-
-    Raises
-    ------
-    ValueError
-        If a number is outside its range.
 
     Examples
     --------

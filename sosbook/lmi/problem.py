@@ -259,15 +259,8 @@ class LMIProblem(LMIText):
     def excluded_radius(self, Z):
         """The length of the shortest point that inexact multipliers don't exclude.
 
-        Parameters
-        ----------
-        Z : list of arrays
-            As in `refuse`.
-
-        Returns
-        -------
-        float
-            See `sosbook.exact.refusal.excluded_radius`.
+        ``Z``: as in `refuse`. Returns float: see
+        `sosbook.exact.refusal.excluded_radius`.
         """
         return excluded_radius(self.in_unknowns(rationals), self.unknowns, Z)
 

@@ -81,11 +81,6 @@ class Firmware:
     note : tuple of str
         Where the law comes from; the C program's header carries it.
 
-    Raises
-    ------
-    ValueError
-        If a number is out of its range.
-
     Notes
     -----
     theta is the gyro's integral by the trapezoidal rule, corrected by

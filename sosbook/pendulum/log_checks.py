@@ -22,18 +22,9 @@ PLAUSIBLE_T = 1e-3, 0.1  # s, between two samples
 def check_log(name, log, robot=None):
     """Look at one log before any fit.
 
-    Parameters
-    ----------
-    name : {"body", "wheels"}
-    log : Log
-        The log of that experiment.
-    robot : Robot, optional
-        Its counts and its gyro's range.
-
-    Returns
-    -------
-    list of Finding
-        What speaks against the log; empty if nothing does.
+    ``name``, {"body", "wheels"}: the experiment; ``log``: its log; ``robot``: its
+    counts and its gyro's range. Returns list of Finding: what speaks against the log;
+    empty if nothing does.
     """
     if name not in ("body", "wheels"):
         raise ValueError(f"name must be 'body' or 'wheels', got {name!r}")

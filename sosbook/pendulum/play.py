@@ -41,16 +41,9 @@ def bite(twist, rate, half, spring, damper):
 class Geared(Fleet):
     """A `Fleet` with play, whose robots are moved one by one.
 
-    Parameters
-    ----------
-    robots : sequence of Mip
-        One for all runs, or one for each.
-    gap : float
-        The play in rad of a wheel, from one end to the other.
-    friction : float
-        As in `Fleet`.
-    runs : int
-        How many runs there are.
+    ``robots``: one for all runs, or one for each; ``gap``: the play in rad of a wheel,
+    from one end to the other; ``friction``: as in `Fleet`; ``runs``: how many runs
+    there are.
     """
 
     def __init__(self, robots, gap, friction, runs):

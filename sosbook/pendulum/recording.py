@@ -170,21 +170,9 @@ def board_files(folder, robot, note):
 def write_recorders(robot, folder, replace=False, **asked):
     """Write the `recorders` into a folder.
 
-    Parameters
-    ----------
-    robot : Robot or path_like
-        The robot's description, or the file that holds it.
-    folder : str or Path
-        Made if it doesn't exist.
-    replace : bool
-        As for `write_texts`.
-    **asked
-        As for `recorders`.
-
-    Returns
-    -------
-    list of Path
-        Where the files stand.
+    ``robot``: the robot's description, or the file that holds it; ``folder``: made if
+    it doesn't exist; ``replace``: as for `write_texts`; ``**asked``: as for
+    `recorders`. Returns list of Path: where the files stand.
     """
     robot = robot if isinstance(robot, Robot) else Robot.read(robot)
     return write_texts(folder, recorders(robot, **asked), replace)

@@ -38,11 +38,6 @@ class Sensors:
         The sensors say the truth: no noise, offset, rounding or error. The
         accelerometers still feel how the robot accelerates.
 
-    Raises
-    ------
-    ValueError
-        If a number is negative or isn't finite.
-
     Notes
     -----
     About upright, accelerometers at the height r (b + c) / (a + b), 51 mm for

@@ -85,11 +85,6 @@ def design_lqr(
         doesn't see a mode on the imaginary axis no gain attains the optimum:
         K comes near it, and ``reason`` says so, too.
 
-    Raises
-    ------
-    ValueError
-        On bad input.
-
     Notes
     -----
     Source: thesis Theorem 2.4, Procedures 2.3 and 2.4. The bound is

@@ -81,11 +81,6 @@ def design_observer(
     ObserverDesign
         The observer's gain, and what is known of its loop.
 
-    Raises
-    ------
-    ValueError
-        On bad input.
-
     Notes
     -----
     Source: thesis (2.43)-(2.45), Procedure 2.5. With Q_F and R_F as
