@@ -14,7 +14,6 @@ from scipy.optimize import least_squares, linear_sum_assignment
 
 import sosbook as sos
 from sosbook.book import counterexamples, thesis
-from sosbook.book.elements.movers.sensors import ticked_law
 from sosbook.book.notebooks import BOOK
 from sosbook.delay import (
     ConstantDelay,
@@ -448,13 +447,10 @@ CRANES = [  # gain, sigma, box
 ]
 
 
-def crane_loop(here, m, l):
-    """E and A + B K from the corners that the page holds, as bilinear functions."""
-    (m0, m1), (l0, l1) = here["ranges"]
-    t, s = (m - m0) / (m1 - m0), (l - l0) / (l1 - l0)
-    weights = (1 - t) * (1 - s), (1 - t) * s, t * (1 - s), t * s
-    corners = here["gains"]
-    return (sum(w * np.array(c[x]) for w, c in zip(weights, corners)) for x in "EA")
+def crane_loop(data, gain, m, l):
+    """E and A + B K from what the page holds: X + m P + l Q + m l R."""
+    for parts in (data["E"], data["gains"][gain]):
+        yield sum(w * np.array(X) for w, X in zip((1, m, l, m * l), parts))
 
 
 @pytest.mark.parametrize("gain, sigma, box", CRANES)
@@ -462,10 +458,9 @@ def test_ranges_prove_what_is_true_and_break_what_is_not(desk, gain, sigma, box)
     place = dict(zip(("m0", "m1", "l0", "l1"), box), gain=gain, sigma=sigma)
     (here,) = desk.compute("sos-ranges", [place])
     data = desk.data("sos-ranges")
-    data = {"ranges": data["ranges"], "gains": data["gains"][gain]}
 
     def right(m, l):
-        E, A = crane_loop(data, m, l)
+        E, A = crane_loop(data, gain, m, l)
         return np.linalg.eigvals(np.linalg.solve(E, A)).real.max()
 
     assert np.isclose(here["right"], right(*here["worst"]), atol=1e-7)
@@ -483,9 +478,7 @@ def test_ranges_prove_what_is_true_and_break_what_is_not(desk, gain, sigma, box)
 
 def test_ranges_are_the_chapters_cranes(desk):
     """Between the corners stand the plants of Lagrange's equations, rows divided."""
-    data = desk.data("sos-ranges")
-    loop = {"ranges": data["ranges"], "gains": data["gains"][0]}
-    E, A = crane_loop(loop, 1.3, 7)
+    E, A = crane_loop(desk.data("sos-ranges"), 0, 1.3, 7)
     assert np.allclose(E[2:, 2:], [[2.3, 1.3 * 7], [1, 7]])
     assert np.allclose(A[3], [0, -9.81, 0, 0])
 
@@ -763,10 +756,17 @@ def gains_of(here):
     return {k: [[x for name, x in pairs if name == k]] for k in names}
 
 
-def law_of(desk, place):
-    data = desk.data("sos-sensors")
-    taus = [1 / a for a in data["rates"]]
-    return ticked_law(place, taus, data["limits"])
+def law_of(desk, place, here):
+    """The law of the ticks, with the gains that the page has."""
+    data, one = desk.data("sos-sensors"), np.eye(2)
+    p, v = (one[[i for i in (0, 1) if place[f"{x}{i + 1}"]]] for x in "pv")
+    return sos.PIDLaw(
+        p if len(p) else None,
+        v if len(v) else None,
+        filter=None if len(v) else 1 / data["rates"][place["filter"]],
+        integrate=np.eye(1, len(p)) if len(p) and place["integral"] else False,
+        limits={k: data["limits"][k] for k in here["names"]},
+    )
 
 
 def settled(desk, place):
@@ -785,7 +785,7 @@ def test_sensors_have_the_poles_and_the_motion_of_the_law(desk):
     """And the truth is the slowest of numpy's on a grid; random sensors and ranges."""
     for place in drawn(1, 10):
         (here,) = desk.compute("sos-sensors", [place])
-        law, gains = law_of(desk, place), gains_of(here)
+        law, gains = law_of(desk, place, here), gains_of(here)
         (low, soft), (high, stiff) = here["box"]
         points = [
             (J, k)
@@ -818,14 +818,12 @@ def test_what_the_page_proves_of_a_range_the_package_keeps(desk):
         if not here["sigma"]:
             continue
         sigma, family = here["sigma"], drives(place)
-        asked = dict(law=law_of(desk, place), region=sos.PoleRegion(sigma=sigma))
+        asked = dict(law=law_of(desk, place, here), region=sos.PoleRegion(sigma=sigma))
         kept = sos.analyse_pid(family, gains_of(here), **asked)
         assert kept.status == "feasible" and sigma < here["decay"]
-        cells = np.array(here["cells"])  # without a gap
-        spans = np.maximum(cells[:, 1] - cells[:, 0], [0, place["k0"] == place["k1"]])
-        box = np.maximum(
-            np.subtract(*here["box"][::-1]), [0, place["k0"] == place["k1"]]
-        )
+        cells, thin = np.array(here["cells"]), [0, place["k0"] == place["k1"]]
+        spans = cells[:, 1] - cells[:, 0] + thin  # without a gap
+        box = np.subtract(*here["box"][::-1]) + thin
         assert np.isclose(spans.prod(axis=1).sum(), box.prod())
     assert sum(share > 0.9 for share in shares) >= 6
 
@@ -839,23 +837,23 @@ def test_the_page_proves_nothing_that_is_false(desk):
       return [0.9, 1.01].map(share => {
         const work = cells.covering(
           loop, e.box({...e.place, ...place}), share * decay, 60);
-        for (;;) { const {done, value} = work.next(); if (done) return value; }
+        for (;;) {
+          const {done, value} = work.next();
+          if (done) return !value.open.length;
+        }
       }); })""",
         [*drawn(3, 20)],
     )
-    assert not any(false for _, false in claims) and sum(bool(t) for t, _ in claims) > 4
+    assert not any(false for _, false in claims) and sum(t for t, _ in claims) > 4
 
 
 def test_the_search_of_the_page_is_as_good_as_the_packages(desk):
-    """The same choices, and the same answer to the same question."""
     here = dict(J0=0.01, J1=0.03, k0=10, k1=10, integral=0, filter=1)
     ticks = ((1, 0, 0, 0), (0, 1, 0, 1), (1, 1, 1, 1))
     places = [here | dict(zip(KEYS, x)) for x in ticks]
-    first, *_, again = desk.compute("sos-sensors", [places[0], *places, places[0]])
-    assert first == again
     for place, found in zip(places, desk.compute("sos-sensors", places)):
-        asked = dict(law=law_of(desk, place), maximize="sigma", starts=4)
-        design = sos.design_pid(drives(place), **asked)
+        law = law_of(desk, place, found)
+        design = sos.design_pid(drives(place), law=law, maximize="sigma", starts=4)
         assert found["decay"] > design.request.region.parts[0].bound
 
 

@@ -1,7 +1,6 @@
 // A decay that every loop of a box keeps, proven cell by cell in decimals, without a rounding
-// error. The loops are E x' = A x with inv(E) A a mean of those at a cell's corners, where they
-// are affine in the second parameter, and E in the first by a matrix of rank one. So the corners
-// speak for a cell: with one Q > 0 and
+// error. The loops are E x' = A x. Each of two parameters moves E by a matrix of rank one, or A
+// alone; so inv(E) A is a mean of those at a cell's corners. These speak for the cell: with a Q > 0
 //   A Q E' + E Q A' + 2 sigma E Q E' < 0
 // there, inv(E) A Q + Q A' inv(E') + 2 sigma Q < 0 in all of it. `loop(point, ring)` is [E, A].
 import {rounded} from "../../kernel/descriptor.js";
@@ -9,6 +8,7 @@ import {definite, EXACT} from "../../kernel/exact.js";
 import {cholesky, FLOATS, identity, mapped, matrix, rowsOf, transposed} from "../../kernel/matrices.js";
 import {lyapunov} from "../../kernel/spectrum.js";
 
+import {round} from "./kit.js";
 import {combine, eigenvalues, rightmost, solve} from "./linalg.js";
 
 const SHARES = [0.5, 0.9];  // of the way from the claim to the truth: where Q is sought
@@ -22,6 +22,13 @@ export const middle = ([low, high]) => low.map((x, k) => Number(((x + high[k]) /
 export const corners = ([[a, b], [c, d]]) =>
   (a < c ? [a, c] : [a]).flatMap(x => (b < d ? [b, d] : [b]).map(y => [x, y]));
 
+// The matrix X + p P + q Q + p q R of four lists of rows.
+/** @type {(parts: any, point: any, ring: any) => any} */
+export function affine(parts, [p, q], {matrix, combined}) {
+  const [X, P, Q, R] = parts.map(rows => matrix(rows));
+  return combined(1, combined(1, X, p, P), q, combined(1, Q, p, R));
+}
+
 // inv(E) A in floats.
 /** @type {(loop: any, point: any) => any} */
 export const quotient = (loop, point) => solve(...loop(point, FLOATS).map(rowsOf));
@@ -34,7 +41,7 @@ const decreasing = ([E, A], Q, sigma, ring) => {
 
 // Whether one Q proves the decay in a cell: that of the loop in its middle, of less decay.
 function kept(loop, cell, sigma) {
-  const ends = corners(cell), free = quotient(loop, middle(cell)), N = free.length;
+  const points = corners(cell), free = quotient(loop, middle(cell)), N = free.length;
   const room = -rightmost(eigenvalues(free)) - sigma, unit = units(free);
   if (!(room > 0)) return false;
   return SHARES.some(share => {
@@ -44,8 +51,8 @@ function kept(loop, cell, sigma) {
     if (!found) return false;
     const Q = mapped(found, (x, i, j) => rounded(x * unit[i] * unit[j], DIGITS)),
           exact = EXACT.matrix(rowsOf(Q));
-    return ends.every(point => cholesky(decreasing(loop(point, FLOATS), Q, sigma, FLOATS))) &&
-      definite(exact) && ends.every(point => definite(decreasing(loop(point, EXACT), exact, sigma, EXACT)));
+    return points.every(point => cholesky(decreasing(loop(point, FLOATS), Q, sigma, FLOATS))) &&
+      definite(exact) && points.every(point => definite(decreasing(loop(point, EXACT), exact, sigma, EXACT)));
   });
 }
 
@@ -63,7 +70,7 @@ function units(A) {
 
 // Two halves: the parameter is cut that moves a matrix most.
 /** @type {(matrixAt: any, cell: any) => any} */
-export function halves(matrixAt, [low, high]) {
+function halves(matrixAt, [low, high]) {
   const here = middle([low, high]);
   const moved = [0, 1].map(k => {
     const [X, Y] = [low, high].map(end => matrixAt(here.map((x, j) => j === k ? end[j] : x)));
@@ -74,15 +81,37 @@ export function halves(matrixAt, [low, high]) {
   return [[low, below], [above, high]];
 }
 
-// The cells of a proof, or null where so many trials don't end it. Yields after each.
+// {done, open}: cells that are proven, and those that so many trials left. Yields after each.
 export function* covering(loop, box, sigma, most) {
-  const done = [], todo = [box];
-  for (let count = 0; todo.length; count++) {
-    if (count === most) return null;
-    const cell = todo.pop();
+  const done = [], open = [box];
+  for (let count = 0; open.length && count < most; count++) {
+    const cell = open.shift();
     if (kept(loop, cell, sigma)) done.push(cell);
-    else todo.push(...halves(point => quotient(loop, point), cell));
+    else open.push(...halves(point => quotient(loop, point), cell));
     yield;
   }
-  return done;
+  return {done, open};
 }
+
+// A box on a plot with its cells; a range without a length is drawn as a bar.
+export function drawn(plot, box, done, open, colour) {
+  const [thin, flat] = [0, 1].map(k => box[0][k] < box[1][k] ? 0 : 6);
+  const rect = ([low, high], style) => {
+    const w = Math.max(thin, plot.X(high[0]) - plot.X(low[0])),
+          h = Math.max(flat, plot.Y(low[1]) - plot.Y(high[1]));
+    return `<rect x="${round((plot.X(low[0]) + plot.X(high[0]) - w) / 2)}" y="${
+      round((plot.Y(low[1]) + plot.Y(high[1]) - h) /
+        2)}" width="${round(w)}" height="${round(h)}" style="${style}"/>`;
+  };
+  const green = "fill:var(--sos-region);fill-opacity:.3;stroke:var(--sos-region);stroke-width:.5";
+  return done.map(cell => rect(cell, green)).join("") +
+    open.map(cell => rect(cell, "fill:none;stroke:var(--sos-soft);stroke-dasharray:3 3")).join("") +
+    rect(box, `fill:none;stroke:var(${colour});stroke-width:1.6`);
+}
+
+// The handles of both its ends.
+export const ends = (plot, points) =>
+  points
+    .map(
+      ([x, y], k) => `<circle class="sos-handle" data-end="${k}" cx="${plot.X(x)}" cy="${plot.Y(y)}" r="8"/>`)
+    .join("");

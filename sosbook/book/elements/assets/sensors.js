@@ -1,7 +1,7 @@
 // A motor that turns a load by a shaft which gives: the reader ticks what is measured, and drags
 // the shaft, and the ranges of load and shaft. Gains are searched here, then proven for all of
 // these plants.
-import {corners, covering, middle, quotient} from "./cells.js";
+import {corners, covering, drawn, ends, middle, quotient} from "./cells.js";
 import {capital, clamp, clean, complex, define, drag, round} from "./kit.js";
 import {eigenvalues, mul, rightmost, spectralRadius, trace} from "./linalg.js";
 import {Mover, number, samples, series, verdict, wide} from "./mover.js";
@@ -16,7 +16,12 @@ const CLAIMS = [0.5, 0.75, 0.9, 0.95, 0.98, 0.99];  // of the true decay, one af
 const MOST = 500;                                   // cells that are tried for each of these
 const STILL = 1e-6;                                 // of the rate: no decay
 const DISCS = [[74, 44, 30], [266, 44, 36]];        // x, y and radius of motor and load
-const MIDDLE = 166, WAY = [86, 8];                  // y of the shaft's handle, soft and stiff
+/** @type {any[][]} */
+const BARS = [
+  ["proven", "fill:var(--sos-region)", 10], ["true", "fill:var(--sos-first);fill-opacity:.45", 38],
+  ["all measured", "fill:var(--sos-soft);fill-opacity:.35", 74]
+];
+const MIDDLE = 166, WAY = [86, 8];  // y of the shaft's handle, soft and stiff
 /** @type {any[][]} */
 const SENSORS = [["p1", "φ₁", 44], ["v1", "φ₁′", 104], ["p2", "φ₂", 236], ["v2", "φ₂′", 296]];
 
@@ -35,21 +40,12 @@ class Sensors extends Mover {
     return [
       [
         "scene",
-        "Tick a sensor here or above; drag the shaft's handle up for a stiffer one. Blue hand: the slowest plant of the range, pale: the one in its middle. True speed."
+        "Tick a sensor, drag the shaft. Blue hand: the slowest plant; pale: the middle one. True speed."
       ],
       ["map", "Loads and shafts that may be. Drag the ends of the range. Filled: proven cells."],
-      [
-        "decays",
-        "Decay σ (s⁻¹) of the slowest plant. Hatched: out of reach for these sensors, whatever the gains."
-      ],
-      [
-        "choices",
-        "Decay σ (s⁻¹) that the page finds for each choice, with this filter and integral. Choose a cell."
-      ],
-      [
-        "poles",
-        "Crosses: poles of the slowest plant, circles: of the one in the middle. Shaded: left of the σ that is proven. Dotted: the mean of the poles, where no gain moves it."
-      ],
+      ["decays", "Decay σ (s⁻¹) of the slowest plant. Hatched: out of reach for these sensors."],
+      ["choices", "Decay (s⁻¹) that the page finds for each choice of sensors. Choose a cell."],
+      ["poles", "Crosses: slowest plant, circles: the middle one. Shaded: proven. Dotted: a fixed mean."],
       ["angle", "The load's angle φ₂ from 1 rad at rest. Blue: slowest plant, orange: the middle one."]
     ];
   }
@@ -117,9 +113,10 @@ class Sensors extends Mover {
   * looks(place) {
     const {loop, decay} = this.best(place), {result} = this;
     for (const share of this.decays(decay) ? CLAIMS : []) {
-      const sigma = below(share * decay), cells = yield* covering(loop, result.box, sigma, MOST);
-      if (!cells) break;
-      Object.assign(result, {sigma, cells});
+      const sigma = below(share * decay);
+      const {done, open} = yield* covering(loop, result.box, sigma, MOST);
+      if (open.length) break;
+      Object.assign(result, {sigma, cells: done});
       this.bars(result);
       this.map(result, place);
     }
@@ -133,9 +130,6 @@ class Sensors extends Mover {
     }
   }
 
-  // What is known of a choice: its decay.
-  peek(place) { return this.known.get(this.key(place))?.decay; }
-
   decays(x) { return x > STILL * this.size; }
 
   // The other choices of ticks, in the order of the table.
@@ -143,9 +137,9 @@ class Sensors extends Mover {
 
   wire() {
     this.known = new Map();
-    const none = law(this.data, {filter: 0}), ends = this.data.ranges;
+    const none = law(this.data, {filter: 0}), {ranges} = this.data;
     this.size = Math.max(
-      ...corners(ends).map(p => spectralRadius(eigenvalues(quotient(loop(this.data, none, []), p)))));
+      ...corners(ranges).map(p => spectralRadius(eigenvalues(quotient(loop(this.data, none, []), p)))));
     super.wire();
     this.view.addEventListener("click", ({target}) => {
       const {tick, cell} = target.closest("[data-tick], [data-cell]")?.dataset ?? {};
@@ -153,7 +147,7 @@ class Sensors extends Mover {
       if (cell) this.choose(Object.fromEntries(TICKS.map((key, k) => [key, Number(cell[k])])));
     });
     this.handles(({end}) => ["J" + end, "k" + end]);
-    const {step} = this.data.controls.find(({key}) => key === "k0"), [[, soft], [, stiff]] = ends;
+    const {step} = this.data.controls.find(({key}) => key === "k0"), [[, soft], [, stiff]] = ranges;
     drag(this.find("scene"), () => [this.place.k0, this.place.k1], ([k0, k1], {y}) => {
       const wanted = soft + (stiff - soft) * (y - WAY[0]) / (WAY[1] - WAY[0]) - (k0 + k1) / 2;
       const shift = clamp(wanted, soft - Math.min(k0, k1), stiff - Math.max(k0, k1));
@@ -169,9 +163,8 @@ class Sensors extends Mover {
   }
 
   states() {
-    const {result} = this,
-          here = [{}, {tried: true}, {tried: true, sigma: 1}, {decay: 0}, {unseen: [[0, 0]]}];
-    return here.map(more => wide(this.said({...result, decay: this.size, limit: 1, ...more})[1]));
+    const {result} = this, others = [{}, {tried: true}, {sigma: 1}, {decay: 0}, {unseen: [[0, 0]]}];
+    return others.map(more => wide(this.said({...result, decay: this.size, limit: 1, ...more})[1]));
   }
 
   show(result, ghost, place) {
@@ -226,32 +219,11 @@ class Sensors extends Mover {
 
   map({box, cells, worst}, {J0, J1, k0, k1}) {
     const [low, high] = this.data.ranges;
-    const plot = new Plot({
-      x: [low[0], high[0]],
-      y: [low[1], high[1]],
-      labels: ["load J (kg m²)", "shaft k (N m/rad)"],
-      height: 260,
-      box: [46, 332, 10, 218]
-    });
-    // a range without a length is drawn as a bar
-    const [thin, flat] = [0, 1].map(k => box[0][k] < box[1][k] ? 0 : 6);
-    const rect = ([[x0, y0], [x1, y1]], style) => {
-      const w = Math.max(thin, plot.X(x1) - plot.X(x0)), h = Math.max(flat, plot.Y(y0) - plot.Y(y1));
-      const [x, y] = [(plot.X(x0) + plot.X(x1) - w) / 2, (plot.Y(y0) + plot.Y(y1) - h) / 2];
-      return `<rect x="${round(x)}" y="${round(y)}" width="${round(w)}" height="${round(h)}" style="${
-        style}"/>`;
-    };
-    plot.body += cells
-                   .map(cell => rect(cell,
-                          "fill:var(--sos-region);fill-opacity:.3;stroke:var(--sos-region);stroke-width:.5"))
-                   .join("") +
-      rect(box, "fill:none;stroke:var(--sos-ink);stroke-width:1.6");
+    const [x, y] = [0, 1].map(k => [low[k], high[k]]), labels = ["load J (kg m²)", "shaft k (N m/rad)"];
+    const plot = new Plot({x, y, labels, height: 260, box: [46, 332, 10, 218]});
+    plot.body += drawn(plot, box, cells, [], "--sos-ink");
     mark(plot, worst, "--sos-first");
-    plot.body +=
-      [[J0, k0], [J1, k1]]
-        .map(([J, k], end) =>
-               `<circle class="sos-handle" data-end="${end}" cx="${plot.X(J)}" cy="${plot.Y(k)}" r="8"/>`)
-        .join("");
+    plot.body += ends(plot, [[J0, k0], [J1, k1]]);
     this.plot = plot;
     this.find("map").innerHTML =
       plot.svg(`Loads from ${clean(box[0][0])} to ${clean(box[1][0])} kg m², shafts from ${
@@ -271,20 +243,13 @@ class Sensors extends Mover {
         `<rect x="${X(edge)}" y="6" width="${round(340 - X(edge))}" height="58" style="fill:url(#${
           name})"/><path class="sos-target" d="M${X(edge)} 4V66"/>`
                             : "";
-    const whole = [
-      "fill:var(--sos-region)", "fill:var(--sos-first);fill-opacity:.45",
-      "fill:var(--sos-soft);fill-opacity:.35"
-    ];
     const limits = edge === Infinity ? "a gain moves the sum of the poles"
       : edge === limit               ? `the sum of the poles excludes ${clean(edge)} and more`
                                      : `a pole that nobody sees excludes more than ${clean(edge)}`;
     this.find("decays").innerHTML = picture(124,
       `Decay proven: ${clean(known[0])}, true: ${clean(known[1])}, found with all four measured: ${
         clean(known[2])}; ${limits}`,
-      out +
-        ["proven", "true", "all measured"]
-          .map((words, k) => line(words, known[k], whole[k], [10, 38, 74][k]))
-          .join("") +
+      out + BARS.map(([words, style, y], k) => line(words, known[k], style, y)).join("") +
         `<text x="8" y="116">${capital(limits)}.</text>`);
   }
 
@@ -332,20 +297,19 @@ class Sensors extends Mover {
 
   choices(place) {
     const names = ["none", "φ₁", "φ₂", "both"], rates = ["filter", "φ₁′", "φ₂′", "both"];
-    const key = one => TICKS.map(name => one[name]).join(""),
-          found = this.table(place).map(one => this.peek(one));
-    const top = Math.log(1 + Math.max(0, ...found.map(x => x ?? 0)));
-    const cells = this.table(place).map((one, k) => {
-      const [x, y] = [60 + 68 * (k % 4), 34 + 44 * Math.floor(k / 4)],
-                sigma = this.decays(found[k]) ? found[k] : 0;
-      const strong = sigma ? 0.12 + 0.5 * Math.log(1 + sigma) / top : 0, here = key(one) === key(place);
-      return `<g data-cell="${key(one)}"><rect x="${x}" y="${y}" width="64" height="40" rx="4" ` +
+    const key = one => TICKS.map(name => one[name]).join("");
+    const found = this.table(place).map(one => [key(one), this.known.get(this.key(one))?.decay]);
+    const top = Math.log(1 + Math.max(0, ...found.map(([, x]) => x ?? 0)));
+    const cells = found.map(([name, decay], k) => {
+      const [x, y] = [60 + 68 * (k % 4), 34 + 44 * Math.floor(k / 4)], sigma = this.decays(decay) ? decay : 0;
+      const strong = sigma ? 0.12 + 0.5 * Math.log(1 + sigma) / top : 0, here = name === key(place);
+      return `<g data-cell="${name}"><rect x="${x}" y="${y}" width="64" height="40" rx="4" ` +
         `style="fill:var(--sos-region);fill-opacity:${round(10 * strong) / 10};stroke:var(--sos-${
           here ? "ink" : "line"});stroke-width:${here ? 2.5 : 1}"/>` +
         `<text x="${x + 32}" y="${y + 25}" text-anchor="middle" style="fill:var(--sos-ink)">${
-          sigma                      ? clean(sigma)
-            : found[k] === undefined ? "…"
-                                     : "–"}</text></g>`;
+          sigma                   ? clean(sigma)
+            : decay === undefined ? "…"
+                                  : "–"}</text></g>`;
     });
     const heads =
       rates.map((words, j) => `<text x="${92 + 68 * j}" y="26" text-anchor="middle">${words}</text>`)

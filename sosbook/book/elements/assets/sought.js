@@ -16,7 +16,7 @@ const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
 const value = (q, s) => q.reduce((sum, x) => times(sum, s).map((y, k) => k ? y : y + x), [0, 0]);
 
 // The polynomials c adj(s I - F) b of the rows c, the highest power first (Faddeev).
-export function numerators(F, b, rows) {
+function numerators(F, b, rows) {
   let X = eye(F.length);
   const q = rows.map(() => []);
   F.forEach((_, k) => {

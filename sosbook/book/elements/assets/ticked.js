@@ -1,4 +1,5 @@
 // A drive with the sensors that are ticked: its law, and its loop in floats or in decimals.
+import {affine} from "./cells.js";
 import {zeros} from "./linalg.js";
 
 /** @type {(place: any, kind: string) => number[]} */
@@ -20,21 +21,18 @@ export function law({rates: filters, parts}, place) {
   ];
   lagging.forEach((i, k) => Object.assign(memory[4 + sum + k], {[i]: a, [4 + sum + k]: -a}));
   if (sum) memory[4][angles[0]] = 1;
-  const push = [...zeros(2, 1), ...parts.B[0], ...zeros(N - 4, 1)];
+  const push = [...zeros(2, 1), ...parts.B, ...zeros(N - 4, 1)];
   return {N, memory, push, names: measured.map(([name]) => name), rows: measured.map(([, row]) => row)};
 }
 
 // [E, A] of its loop with u = gains y for a load and a shaft, in floats or in decimals.
 export function loop({parts}, {N, memory, push, rows}, gains) {
-  return ([J, k], ring) => {
+  return (point, ring) => {
     const {identity, matrix, place, combined, times} = ring;
-    const [M, D, S] = ["M", "D", "S"].map(name => {
-      const [X, Y, Z] = parts[name].map(rows => matrix(rows));
-      return combined(1, combined(1, X, J, Y), k, Z);
-    });
+    const [M, S] = [parts.M, parts.S].map(X => affine(X, point, ring));
     const E = place(identity(N), 2, 2, combined(1, M, -1, identity(2)));
     const A = place(matrix(memory), 0, 2, identity(2));
-    place(place(A, 2, 0, S, -1), 2, 2, D, -1);
+    place(place(A, 2, 0, S, -1), 2, 2, matrix(parts.D), -1);
     return [
       E, gains.length ? combined(1, A, 1, times(matrix(push), times(matrix([gains]), matrix(rows)))) : A
     ];

@@ -5,7 +5,8 @@ from scipy.optimize import brentq
 
 from ....plants.descriptor import descriptors
 from ....plants.second_order import SecondOrderSystem
-from ..page import matrices, significant
+from ..page import matrices
+from .boxes import bilinear, ends_of
 from .loops import circulating
 from .mover import Mover, choice, slider
 
@@ -99,14 +100,14 @@ def ranges(plants, gains, box, sigma, start=0):
     ``gains``: for each name a gain (1, 4) that can be chosen; ``box``: the ranges at
     first, m and l by name; ``sigma``: the decay that is claimed at first, in 1/s;
     ``start``: which gain is chosen at first. Raises ValueError if the plants aren't of
-    this kind.
+    this kind, see `bilinear`.
     """
-    if list(plants.degree.items()) != [("m", 1), ("l", 1)]:
-        raise ValueError(f"plants must have m and l without powers, got {plants!r}")
-    corners = descriptors(plants.polytope())
-    (m, l), ends = (box[name] for name in "ml"), zip(plants.box.low, plants.box.high)
-    edges = [[float(x) for x in end] for end in ends]
-    loads, ropes = (tuple(edge) for edge in edges)
+    ends, corners = ends_of(plants, "ml"), descriptors(plants.polytope())
+    (m, l), (loads, ropes) = (box[name] for name in "ml"), zip(*ends)
+    loops = [
+        bilinear([d.E for d in corners], [d.A + d.Bu @ K for d in corners], ends)
+        for K in gains.values()
+    ]
     return Mover(
         "ranges",
         "How much may the crane not know?",
@@ -121,11 +122,9 @@ def ranges(plants, gains, box, sigma, start=0):
             slider("l1", "Longest rope", " m", ropes, 0.25, l[1]),
         ],
         answer={"l1": 17},
-        ranges=edges,
-        gains=[
-            [{"E": d.E.tolist(), "A": significant(d.A + d.Bu @ K, 12)} for d in corners]
-            for K in gains.values()
-        ],
+        ranges=[loads, ropes],
+        E=loops[0][0],
+        gains=[A for _, A in loops],
     )
 
 
