@@ -305,3 +305,13 @@ def test_no_cycle_is_predicted_of_the_drive():
     assert axis().cycles([0.03, 0.02], Backlash(0, 1, 0.02)) == []
     with pytest.raises(ValueError, match="backlash must be a Backlash"):
         axis().cycles(backlash=0.02)
+
+
+@pytest.mark.parametrize(
+    "unit, turn", [("rad", 2 * np.pi), ("deg", 360.0), ("", 2 * np.pi), ("mm", 1.0)]
+)
+def test_counts_are_of_a_turn_or_of_a_unit(unit, turn):
+    """In degrees an encoder's step is 57 times the number that it is in radians."""
+    units = {"motor": unit} if unit else {}
+    c = design().controller(["motor"], T=T, delay=T, units=units, counts=4096)
+    assert c.steps == pytest.approx([turn / 4096], rel=1e-15)

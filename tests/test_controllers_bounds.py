@@ -129,7 +129,7 @@ def test_a_bound_that_takes_too_long_is_none_and_says_so(bounded):
     c, noise, *_ = bounded
     late = c.noise(time_limit=1e-9)
     assert (late.proven, late.seen, late.stopped) == (None, noise.seen, 1e-9)
-    assert str(late).startswith("not bounded within 1e-09 s; ")
+    assert str(late).startswith("no bound found within 1e-09 s; ")
     asked = dict(range=1, speed=1, time_limit=1e-9)
     for bound in (
         c.ramp(time_limit=1e-9),
@@ -137,7 +137,7 @@ def test_a_bound_that_takes_too_long_is_none_and_says_so(bounded):
         c.step(time_limit=1e-9),
     ):
         assert bound.proven is None and bound.stopped and "nan" not in str(bound)
-    with pytest.raises(ValueError, match="u_max: no bound was proven: not bounded wit"):
+    with pytest.raises(ValueError, match="u_max: no bound was proven: no bound found wit"):
         c.largest_step(2.0, time_limit=1e-9)
     with pytest.raises(ValueError, match="time_limit must be positive"):
         c.ramp_for(2.0, time_limit=0)
@@ -206,7 +206,7 @@ def test_a_loop_that_is_unstable_has_no_bound():
     assert c.radius > 1
     for found in (c.noise(), c.step(), c.ramp()):
         assert found.proven is None and found.seen == np.inf
-        assert str(found).startswith("not bounded; inf")
+        assert str(found).startswith("no bound found; inf")
     with pytest.raises(ValueError, match="no bound was proven"):
         c.largest_step(1.0)
 

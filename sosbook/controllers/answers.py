@@ -164,7 +164,7 @@ class Answers:
         Parameters
         ----------
         counts : float or dict, optional
-            Of encoders a turn, by name; those that the controller was made for without.
+            Of encoders, by name; those that the controller was made for without.
         output : int
             Which output.
         time_limit : float

@@ -56,7 +56,7 @@ class Bounded:
         if self.proven is None:
             late = "" if self.stopped is None else f" within {self.stopped:g} s"
             seen = f"{self.seen:.4g}{unit} at the corners"
-            return f"not bounded{late}" + (
+            return f"no bound found{late}" + (
                 f"; {seen}" if self.seen == self.seen else ""
             )
         most = four_digits(self.proven, ROUND_CEILING)

@@ -12,6 +12,10 @@ __all__ = ["FAULTS", "Faults", "Limits", "per_signal", "quantum"]
 FAULTS = ("running", "sensor", "clock", "stall", "command", "silent")
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
 
+#: A turn in each unit of an angle.
+TURNS = dict.fromkeys(("", "rad"), 2 * np.pi) | {"mrad": 2000 * np.pi}
+TURNS |= dict.fromkeys(("deg", "degree", "degrees", "\N{DEGREE SIGN}"), 360.0)
+
 
 def per_signal(name, value, signals):
     """A number for each of some signals, from a ``value`` or a dict by their names.
@@ -31,16 +35,20 @@ def per_signal(name, value, signals):
 
 
 def quantum(counts, signals):
-    """How fine each of some signals is measured, from counts a turn; zero: unknown.
+    """How fine each of some signals is measured, from its counts; zero: unknown.
+
+    They are so many a turn of an angle, in rad without a unit, and a unit of others.
 
     Examples
     --------
     >>> from sosbook.controllers.signals import Signal
-    >>> quantum({"a": 4}, [Signal("a"), Signal("b")]).round(3)
-    array([1.571, 0.   ])
+    >>> signals = [Signal("a"), Signal("b"), Signal("c", "deg"), Signal("d", "m")]
+    >>> quantum({"a": 4, "c": 4, "d": 4}, signals).round(3)
+    array([ 1.571,  0.   , 90.   ,  0.25 ])
     """
     given = per_signal("counts", counts, signals)
-    return np.where(np.isfinite(given), 2 * np.pi / given, 0.0)
+    turns = [TURNS.get(s.unit.partition("/")[0].strip(), 1.0) for s in signals]
+    return np.where(np.isfinite(given), turns / given, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,7 +70,7 @@ class Gains(Result[Proven]):
         units : dict, optional
             Units of coordinates and inputs, by name.
         counts : float or dict, optional
-            Of an encoder, a turn, where what it measures is in radians.
+            Of an encoder, a turn of an angle (in rad unless its unit is deg) or a unit.
         memory : {"observer", "filter"}, optional
             How what isn't measured is estimated. By default by an observer: the
             quietest Kalman filter whose loops with all plants keep their ``peak``.
