@@ -137,7 +137,7 @@ def test_a_bound_that_takes_too_long_is_none_and_says_so(bounded):
         c.step(time_limit=1e-9),
     ):
         assert bound.proven is None and bound.stopped and "nan" not in str(bound)
-    with pytest.raises(ValueError, match="u_max: no bound was proven: no bound found wit"):
+    with pytest.raises(ValueError, match="u_max: no bound was proven: no bound found"):
         c.largest_step(2.0, time_limit=1e-9)
     with pytest.raises(ValueError, match="time_limit must be positive"):
         c.ramp_for(2.0, time_limit=0)
