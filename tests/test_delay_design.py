@@ -43,6 +43,17 @@ def thesis_design(method="functional"):
     return design(method=method)
 
 
+def test_a_family_with_squares_is_cut_until_its_vertices_can_be_proven():
+    """In one piece a vertex is unstable that is no plant."""
+    plants = sos.Uncertain(
+        lambda v: sos.SecondOrderSystem(1, 0.5 + 4 * (v - 0.4) ** 2, 2, 1), v=(0, 1)
+    )
+    asked = dict(K=[[0, 0]], tau=0.001)
+    assert analyse_delay(sos.Polytope(plants.vertices), **asked).status == "infeasible"
+    found = analyse_delay(plants, **asked)
+    assert found.certify().claims[0].startswith("every plant with v in [0, 1]")
+
+
 # The thesis's examples
 
 

@@ -313,6 +313,7 @@ def test_a_family_is_halved_by_its_ranges_and_broken_by_its_parameters():
 def breaks(found, plants, sigma):
     """Whether the plant that is named has a pole right of -sigma."""
     assert found.status == "infeasible" and found.infeasibility.proven
+    assert found.reason.count("with v") == 1
     v, m = re.search("v = ([0-9.]+), m = ([0-9.]+) has", found.reason).groups()
     return plants.at(v=float(v), m=float(m)).poles().real.max() > -sigma
 

@@ -8,9 +8,10 @@ from numpy.typing import ArrayLike
 from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.threads import one_thread
+from ..synthesis.pieces import in_pieces
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
-from .solve import first_design, solve_delay
+from .solve import first_design, solve_delay, within
 
 __all__ = ["analyse_delay", "design_delay_pid"]
 
@@ -96,7 +97,7 @@ def design_delay_pid(
     request = DelayRequest(
         plant, U, tau, mu, delta, alpha, method, misprints=("sign",) if printed else ()
     )
-    return first_design(request, time_limit=time_limit, progress=progress)
+    return _in_pieces(request, first_design, time_limit, progress)
 
 
 @one_thread
@@ -184,7 +185,14 @@ def analyse_delay(
         ("sign", "transpose", "alpha") if printed else (),
         K,
     )
-    return solve_delay(request, time_limit=time_limit, progress=progress)
+    return _in_pieces(request, solve_delay, time_limit, progress)
+
+
+def _in_pieces(request, solve, seconds, progress):
+    """The `DelayDesign` of a request; ranges of a family are cut where that helps."""
+    if request.plant.family is None:
+        return solve(request, time_limit=seconds, progress=progress)
+    return within(seconds, request, lambda: in_pieces(request, {}, solve), progress)
 
 
 def _no_acceleration(K_A):

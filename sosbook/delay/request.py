@@ -36,6 +36,7 @@ class DelayedLoop(ReadOnly):
 
     A: np.ndarray
     A_d: np.ndarray
+    family = None  # as of a plant without parameters
 
     def __post_init__(self):
         A = matrix("A", self.A)

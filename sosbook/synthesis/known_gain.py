@@ -27,6 +27,7 @@ DIGITS = 2, 3, 4, 6, 9  # of the plant that breaks a claim, in the order of tria
 EASIER = 1.0, 1.05, 1.2, 2.0, 10.0  # times the least bound, in the order of trial
 HALVINGS = 4  # of the way between two of them, as a ratio
 MOST_CELLS = 128  # open or done; three parameters in squares took 60 to 65
+PLACE = r"the (vertex \d+|plant( with \S+ = \S+( and \S+ = \S+)*)?)(?!\w)"
 CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
 
 
@@ -210,7 +211,7 @@ def _broken(request, r, plants, point, bad):
     if proof is None:
         return None
     where, (claim, *_) = plants.point_words(point), proof.claims
-    text = re.sub(r"the (vertex \d+|plant)\b", lambda _: where, claim, count=1) + "."
+    text = re.sub(PLACE, lambda _: where, claim, count=1) + "."
     text = text[0].upper() + text[1:]  # vertices of the proof are those of a part
     return Kept(r, "infeasible", bad, infeasibility=proof, reason=text)
 
