@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.signal
 from sosbook.mip import Mip
-from sosbook.mip.experiments import chirp, motion, slopes
+from sosbook.mip.experiments import chirp
 from sosbook.mip.fit import output_error
 from sosbook.mip.identify import fit_body, fit_wheel, identify, speed
 from sosbook.mip.log import Log
@@ -245,30 +245,3 @@ def test_a_fit_that_the_log_cannot_tell_apart():
     ones = np.ones(10)
     with pytest.raises(ValueError, match="doesn't determine first, second"):
         output_error(lambda x, y: (x + y) * ones, ones, {"first": 1.0, "second": 2.0})
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_slopes_are_those_of_the_motion(seed):
-    """Against differences of the fourth order; with and without gravity and friction,
-    at even and uneven times, in one step a sample and in several."""
-    random, N = np.random.default_rng(seed), 300
-    T = 0.01 * (1 + 0.3 * (seed % 2) * random.uniform(-1, 1, N))
-    V = np.clip(random.normal(0, 0.7, N).cumsum(), -3, 3)
-    x = np.array([*random.uniform([10, 1, 50], [100, 20, 150]), 0.3])
-    x *= [random.choice([-1, 1]), 1, seed % 3 > 0, seed % 4 > 1]
-    how = dict(steps=1 + seed % 4, stick=random.choice([0.15, 0.5]))
-
-    def at(x):
-        return np.array(motion(*x[:3], V, T, x[3], **how))
-
-    found = slopes(*at(x), *x[:3], V, T, x[3], **how)
-    for k, size in enumerate(1e-4 * (1 + abs(x))):
-        step = size * np.eye(4)[k]
-        near, far = (at(x + n * step) - at(x - n * step) for n in (1, 2))
-        by_differences = (8 * near - far) / (12 * size)
-        assert np.allclose(
-            np.array(found)[:, k],
-            by_differences,
-            rtol=1e-6,
-            atol=1e-6 * abs(by_differences).max(),
-        )

@@ -154,7 +154,7 @@ OTHERS = {
         "z2'",
     ): "multiplies z1, z2, z1', z2' and not theta, phi, theta'",
     (*PD_SIGNALS, "u(k-1)"): r"older voltages, u\(k-1\), which this law doesn't keep",
-    (*PID_SIGNALS, "u(k-1)"): 'law = "lqr" or "observer"',
+    (*PID_SIGNALS, "u(k-1)"): 'law = "observer"',
     (*PD_SIGNALS, "x"): "it multiplies .*, x. The robot",
     (*PD_SIGNALS, "integral of 2 phi"): "integral of 2 phi",
     ("delta", "delta'", "integral of delta"): "multiplies delta, delta', integral of",

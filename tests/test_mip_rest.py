@@ -73,7 +73,7 @@ def test_a_gain_is_loud_where_an_observer_is_quiet():
 
 def test_what_falls_is_as_loud_as_can_be():
     mip, robot = asked(ALL["tele"])
-    law = optimal_law(mip, robot, "observer", np.eye(5), 1.0).law
+    law = optimal_law(mip, robot, np.eye(5), 1.0).law
     far = replace(mip, d=30 * mip.d)
     assert volts_at_rest(far, law, robot, 3.0) == robot.limit
 

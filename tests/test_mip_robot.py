@@ -235,7 +235,7 @@ CHANGES = {
     "tip": (0.8, {LAW}),
     "compensation": (0.25, {LAW}),
     "backlash_deg": (1.5, set()),
-    "law": ("lqr", {LAW}),
+    "law": ("observer", {LAW}),
     "missing": (0.04, {LAW}),
     "frozen": (0.14, {LAW}),
     "stall": (0.7, {LAW}),

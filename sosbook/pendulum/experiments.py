@@ -7,11 +7,10 @@ lies still (4.21). The second is the first without gravity.
 from math import sin, tanh
 
 import numpy as np
-from scipy.linalg.blas import dtbsv
 
 from ..plants.checks import finite, positive
 
-__all__ = ["chirp", "motion", "slopes"]
+__all__ = ["chirp", "motion"]
 
 STICTION_SPEED = 0.5  # rad/s, below which Coulomb friction fades: smooth, not stiff
 
@@ -94,75 +93,3 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
             w += sixth * (a1 + 2 * a2 + 2 * a3 + a4)
     q, w = np.array(path).T
     return q, w
-
-
-def slopes(q, w, e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
-    r"""How a `motion` moves with e, f, d and the friction.
-
-    Every step's derivatives are formed at once, from the samples, and a
-    recurrence joins them: exact for Runge and Kutta's steps, at the cost of
-    less than another motion.
-
-    ``q``, ``w``, (N,): the motion: its angle and speed; ``e``, ``f``, ``d``, ``V``,
-    ``T``, ``friction``, ``steps``, ``stick``: what `motion` was given. Returns dq, dw,
-    (4, N): derivatives of q and w by e, f, d and friction.
-
-    >>> V, T = chirp(1, 20, seconds=1)[1], 0.01
-    >>> q, w = motion(-30.0, 7.0, 110.0, V, T)
-    >>> _, dw = slopes(q, w, -30.0, 7.0, 110.0, V, T)
-    >>> more, less = (motion(-30.0, 7.0 + x, 110.0, V, T)[1] for x in (1e-4, -1e-4))
-    >>> bool(np.allclose(dw[1], (more - less) / 2e-4))
-    True
-    """
-    q, w, V = (np.asarray(x, float)[:-1] for x in (q, w, V))
-    T = np.asarray(T, float)
-    h = (T[:-1] if T.ndim else T) / steps
-    grip, sign = abs(e), -1.0 if e < 0 else 1.0
-
-    def acceleration(q, w, dq, dw):
-        sine, rub = np.sin(q), np.tanh(w / stick)
-        fading = f + grip * friction / stick * (1 - rub**2)
-        slope = -d * np.cos(q) * dq - fading * dw
-        slope[2] += V - sign * friction * rub
-        slope[3] -= w
-        slope[4] -= sine
-        slope[5] -= grip * rub
-        return e * V - f * w - d * sine - grip * friction * rub, slope
-
-    # by the step's own start, q and w, and by the four parameters
-    dq, dw = np.zeros((2, 6, len(V)))
-    dq[0] = dw[1] = 1.0
-    for _ in range(steps):
-        a1, b1 = acceleration(q, w, dq, dw)
-        w2, dw2 = w + h / 2 * a1, dw + h / 2 * b1
-        a2, b2 = acceleration(q + h / 2 * w, w2, dq + h / 2 * dw, dw2)
-        w3, dw3 = w + h / 2 * a2, dw + h / 2 * b2
-        a3, b3 = acceleration(q + h / 2 * w2, w3, dq + h / 2 * dw2, dw3)
-        w4, dw4 = w + h * a3, dw + h * b3
-        a4, b4 = acceleration(q + h * w3, w4, dq + h * dw3, dw4)
-        q, dq = (
-            q + h / 6 * (w + 2 * w2 + 2 * w3 + w4),
-            dq + h / 6 * (dw + 2 * dw2 + 2 * dw3 + dw4),
-        )
-        w, dw = (
-            w + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4),
-            dw + h / 6 * (b1 + 2 * b2 + 2 * b3 + b4),
-        )
-    return joined(np.array([dq[:2], dw[:2]]), np.array([dq[2:], dw[2:]]))
-
-
-def joined(M, forced):
-    """s(0) = 0 and s(k + 1) = M(k) s(k) + forced(k), for every parameter.
-
-    M is (2, 2, N - 1), forced (2, p, N - 1); the sequences are (2, p, N). The
-    recurrence is a system with a banded triangle, which is solved.
-    """
-    _, p, n = forced.shape
-    band = np.zeros((4, n + 1, 2))  # of the diagonals k and k + 1 below the first
-    band[2, :-1], band[1, :-1, 1] = -M[[0, 1], [0, 1]].T, -M[0, 1]
-    band[3, :-1, 0] = -M[1, 0]
-    band = np.asfortranarray(band.reshape(4, -1))
-    right = np.zeros((p, n + 1, 2))
-    right[:, 1:] = forced.transpose(1, 2, 0)
-    rows = [dtbsv(3, band, row, lower=1, diag=1) for row in right.reshape(p, -1)]
-    return np.array(rows).reshape(p, n + 1, 2).transpose(2, 0, 1)

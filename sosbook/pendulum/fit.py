@@ -57,32 +57,31 @@ class Fit:
         return float(self[name] - half), float(self[name] + half)
 
 
-def output_error(model, y, start, slopes=None, step=None, rounds=100):
+def output_error(model, y, start, step=None, rounds=100):
     """Fit a simulation to what was measured, by least squares.
 
     ``model``: ``model(*values)`` is the (N,) output without noise; ``y``, (N,): what
-    was measured; ``start``: names and first guesses; ``slopes``: ``slopes(*values)`` is
-    the (N, p) array of the output's derivatives. Without it they are formed by
-    differences; ``step``: the parameters' relative change for differences: larger than
-    what rounding needs where the model has corners; ``rounds``: how often the model may
-    be evaluated at most, beside the differences. Returns the parameters, their
+    was measured; ``start``: names and first guesses; ``step``: the parameters' relative
+    change for differences: larger than what rounding needs where the model has corners;
+    ``rounds``: how often the model may be evaluated at most, beside the differences.
+    Returns the parameters, their
     covariance and the residuals. Raises ValueError if y doesn't determine every
     parameter.
     """
     y = np.asarray(y, dtype=float)
     guess = np.array(list(start.values()), dtype=float)
     try:
-        solution = least_squares(
-            lambda x: model(*x) - y,
-            guess,
-            jac=(lambda x: slopes(*x)) if slopes else "2-point",
-            x_scale="jac",
-            ftol=1e-12,
-            xtol=1e-10,
-            gtol=1e-12,
-            diff_step=step,
-            max_nfev=rounds,
-        )
+        with np.errstate(over="ignore"):  # a trial that ran away isn't taken
+            solution = least_squares(
+                lambda x: model(*x) - y,
+                guess,
+                x_scale="jac",
+                ftol=1e-12,
+                xtol=1e-10,
+                gtol=1e-12,
+                diff_step=step,
+                max_nfev=rounds,
+            )
     except (ValueError, OverflowError):
         raise ValueError(
             "the simulation with "

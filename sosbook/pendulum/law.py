@@ -253,7 +253,7 @@ def pendulum_gain(gain):
     if older and not others:
         why = (
             f"it multiplies older voltages, {', '.join(older)}, which this law doesn't "
-            'keep: a regulator that knows the delay is law = "lqr" or "observer" of '
+            'keep: a regulator that knows the delay is law = "observer" of '
             "a robot's description"
         )
     elif len(gain.K) > 1:

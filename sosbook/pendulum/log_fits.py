@@ -1,13 +1,12 @@
 """The fit of one log: the body's experiment, or the wheels'."""
 
 from dataclasses import replace
-from functools import lru_cache
 from math import ceil
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from .experiments import STICTION_SPEED, motion, slopes
+from .experiments import STICTION_SPEED, motion
 from .fit import Fit, output_error
 from .play import motion_with_play
 from .rig import COUNTS_PER_TURN
@@ -36,41 +35,20 @@ PLAY_STEP, PLAY_ROUNDS = 1e-3, 12  # the model has corners; the start is near
 def fit_body(log, model="pendulum", friction=False, share=None, near=None):
     r"""The body's experiment: e/c, f/c, d/c.
 
-    Parameters
-    ----------
-    log : Log
-        A log with the gyro, of a body that hangs at rest at first.
-    model : {"pendulum", "linear", "free zero"}
-        The pendulum (4.16) with its sine; its linearisation (4.18);
-        or (4.19), a linear one with one more parameter, "zero":
-        (-e_c s + zero) / (s^2 + f_c s + d_c).
-    friction : bool
-        Fit Coulomb friction too, in V. Only with the pendulum.
-    share : float, optional
-        Of the inertia on the motors' side of the gears: with it, and friction, a
-        play is fitted where the log shows one.
-    near : Fit, optional
-        Of the wheels, with friction: its f/e, which is the same motors', is taken
-        where it explains the body's log nearly as well as its own, which friction
-        and play hide in a small motion.
+    ``log``: a log with the gyro, of a body that hangs at rest at first; ``model``,
+    {"pendulum", "linear", "free zero"}: the pendulum (4.16) with its sine; its
+    linearisation (4.18); or (4.19), a linear one with one more parameter, "zero": (-e_c
+    s + zero) / (s^2 + f_c s + d_c); ``friction``: fit Coulomb friction too, in V. Only
+    with the pendulum; ``share``: of the inertia on the motors' side of the gears: with
+    it, and friction, a play is fitted where the log shows one; ``near``, Fit: of the
+    wheels, with friction: its f/e, which is the same motors', is taken where it
+    explains the body's log nearly as well as its own, which friction and play hide in a
+    small motion. The fit's parameters are e_c, f_c, d_c (, zero or friction), offset,
+    what the gyro says at rest, in rad/s (, and play, in rad). Raises ValueError on a
+    wrong model, no gyro, or a log that gives no swinging body.
 
-    Returns
-    -------
-    Fit
-        Its parameters are e_c, f_c, d_c (, zero or friction), offset, what
-        the gyro says at rest, in rad/s (, and play, in rad).
-
-    Raises
-    ------
-    ValueError
-        On a wrong model, no gyro, or a log that gives no swinging body.
-
-    Notes
-    -----
     Source: thesis (4.16), (4.18), (4.19).
 
-    Examples
-    --------
     >>> from sosbook.pendulum.rig import shipped
     >>> round(fit_body(shipped("body"))["d_c"], 1)
     110.6
@@ -93,31 +71,24 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
         zero, offset = (0.0, *zero_and_offset)[-2:]
         return respond([-e, zero], [1.0, f, d], V, T) + offset
 
-    swing = Experiment(V, log.steps)
+    how = dict(steps=1, stick=STICTION_SPEED)
 
     def pendulum(e, f, d, *friction_and_offset):
         rub, offset = (0.0, *friction_and_offset)[-2:]
-        return swing.motion(-e, f, d, rub)[1] + offset
-
-    def pendulum_slopes(e, f, d, *friction_and_offset):
-        rub = (0.0, *friction_and_offset)[-2]
-        _, (de, *others) = swing.slopes(-e, f, d, rub)
-        others = others if friction else others[:2]
-        return np.stack([-de, *others, np.ones(len(V))], axis=1)
+        return motion(-e, f, d, V, log.steps, rub, **how)[1] + offset
 
     if model == "free zero":
         start["zero"] = B[1]
     if friction:
         start["friction"] = 0.0
     start["offset"] = gyro.mean()
-    models = (linear,) if model in BODY_MODELS[1:] else (pendulum, pendulum_slopes)
-    fit = output_error(models[0], gyro, start, *models[1:])
+    simulated = linear if model in BODY_MODELS[1:] else pendulum
+    fit = output_error(simulated, gyro, start)
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
         for stick in SHARPER_STICTION:
-            swing = Experiment(V, log.steps, 4, stick)
-            again = output_error(pendulum, gyro, start, pendulum_slopes, rounds=AGAIN)
-            fits.append(again)
+            how = dict(steps=4, stick=stick)
+            fits.append(output_error(pendulum, gyro, start, rounds=AGAIN))
         fit = best(fits)
     if share is not None:
 
@@ -137,18 +108,8 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
 def speed(log, wheel=1, counts=COUNTS_PER_TURN):
     """Differenced counts, in rad/s: the mean since the last sample.
 
-    Parameters
-    ----------
-    log : Log
-        A log with that wheel's encoder.
-    wheel : {1, 2}
-    counts : float
-        Counts per turn of the wheel.
-
-    Returns
-    -------
-    (N - 1,) array
-        The speed between t[0] and t[1], and so on.
+    ``log``: a log with that wheel's encoder; ``wheel``, {1, 2}; ``counts``: counts per
+    turn of the wheel. Returns the speed between t[0] and t[1], and so on.
     """
     if wheel not in (1, 2):
         raise ValueError(f"wheel must be 1 or 2, got {wheel!r}")
@@ -166,40 +127,19 @@ def fit_wheel(
 ):
     r"""The wheels' experiment: e/a, f/a, with a = 2 I_w.
 
-    Parameters
-    ----------
-    log : Log
-        A log with the wheel's encoder.
-    wheel : {1, 2}
-    differencing : {"modelled", "plain"}
-        A difference of counts is the mean speed of one period, and so
-        the model forms it; or, as is often done, it is taken for the
-        speed at the period's end.
-    counts : float
-        Counts per turn of the wheel.
-    friction : bool
-        Fit Coulomb friction too, in V. Only with "modelled".
-    share : float, optional
-        As for `fit_body`; the encoder is on the motors' side.
+    ``log``: a log with the wheel's encoder; ``wheel``, {1, 2}; ``differencing``,
+    {"modelled", "plain"}: a difference of counts is the mean speed of one period, and
+    so the model forms it; or, as is often done, it is taken for the speed at the
+    period's end; ``counts``: counts per turn of the wheel; ``friction``: fit Coulomb
+    friction too, in V. Only with "modelled"; ``share``: as for `fit_body`; the encoder
+    is on the motors' side. The fit's parameters are e_a, f_a (, friction, play). Of
+    an encoder so coarse that most samples bring no count the angles are fitted, with an
+    offset: there the counts' step is no noise of a speed. Its residuals are speeds all
+    the same. Raises ValueError on a wrong argument, no encoder, or a log that gives no
+    wheel.
 
-    Returns
-    -------
-    Fit
-        Its parameters are e_a, f_a (, friction, play). Of an encoder so coarse that
-        most samples bring no count the angles are fitted, with an offset: there the
-        counts' step is no noise of a speed. Its residuals are speeds all the same.
-
-    Raises
-    ------
-    ValueError
-        On a wrong argument, no encoder, or a log that gives no wheel.
-
-    Notes
-    -----
     Source: thesis (4.22).
 
-    Examples
-    --------
     >>> from sosbook.pendulum.rig import shipped
     >>> fit = fit_wheel(shipped("wheels"))
     >>> low, high = fit.interval("e_a")
@@ -225,7 +165,7 @@ def fit_wheel(
     B, A = srivc(held, smooth, T, [0], 1, cutoff=30.0)
     start = dict(e_a=B[0], f_a=A[0])
     fine = max(4, ceil(STEPS_PER_TIME_CONSTANT * steps.max() * abs(A[0])))
-    spin = Experiment(V, steps, fine)
+    how = dict(steps=fine, stick=STICTION_SPEED)
 
     def seen(angles):
         return angles if coarse else np.diff(angles) / steps[:-1]
@@ -238,32 +178,24 @@ def fit_wheel(
 
     def rubbing(e, f, *rub_and_offset):
         rub, offset = (0.0, *rub_and_offset, 0.0)[friction : friction + 2]
-        return seen(spin.motion(e, f, 0.0, rub)[0] + offset)
-
-    def rubbing_slopes(e, f, *rub_and_offset):
-        rub = rub_and_offset[0] if friction else 0.0
-        (de, df, _, dr), _ = spin.slopes(e, f, 0.0, rub)
-        angles = [de, df] + [dr] * friction + [np.ones(len(V))] * coarse
-        return seen(np.array(angles)).T
+        return seen(motion(e, f, 0.0, V, steps, rub, **how)[0] + offset)
 
     if friction:
         start["friction"] = 0.0
     if coarse:
         start["offset"] = 0.0
+    simulated = plain if differencing == "plain" else modelled
     if friction or not log.even:
-        models = rubbing, rubbing_slopes
-    else:
-        models = (plain if differencing == "plain" else modelled,)
+        simulated = rubbing
     turn = 2 * np.pi / counts
     middle = log.need(f"encoder{wheel}")[0] + 0.5
     y = turn * (middle - middle[0]) if coarse else rate
-    fit = output_error(models[0], y, start, *models[1:])
+    fit = output_error(simulated, y, start)
     if friction:
         start, fits = dict(zip(fit.names, fit.values)), [fit]
         for stick in SHARPER_STICTION:
-            spin = Experiment(V, steps, fine, stick)
-            again = output_error(rubbing, y, start, rubbing_slopes, rounds=AGAIN)
-            fits.append(again)
+            how["stick"] = stick
+            fits.append(output_error(rubbing, y, start, rounds=AGAIN))
         fit = best(fits)
     if coarse:
         speeds = rate - np.diff(y - fit.residuals) / steps[:-1]
@@ -279,24 +211,6 @@ def fit_wheel(
     if coarse:
         why += f"; and {counts:g} counts a turn may be too coarse for this sweep"
     return signs(fit, "wheels", why)
-
-
-class Experiment:
-    """The motions under one voltage, and how they move with the parameters."""
-
-    def __init__(self, V, T, steps=1, stick=STICTION_SPEED):
-        self.V, self.T, self.steps, self.stick = V, T, steps, stick
-        # a fit asks for the slopes where it has just asked for the motion
-        self.motion = lru_cache(maxsize=1)(self._motion)
-
-    def _motion(self, e, f, d, friction=0.0):
-        return motion(e, f, d, self.V, self.T, friction, self.steps, self.stick)
-
-    def slopes(self, e, f, d, friction=0.0):
-        """Those of `motion`: angle and speed, each by e, f, d and friction."""
-        path = self.motion(e, f, d, friction)
-        V, T = self.V, self.T
-        return slopes(*path, e, f, d, V, T, friction, self.steps, self.stick)
 
 
 def best(fits):

@@ -13,7 +13,7 @@ __all__ = ["BOARDS", "LAWS", "Robot"]
 
 BOARDS = ("beaglebone", "other")
 EDGES = (1, 2, 4)  # of an encoder's period, which a counter may count
-LAWS = ("gain", "lqr", "observer")
+LAWS = ("gain", "observer")
 #: How long a fault is borne, in s: what `waits` says where a robot doesn't.
 WAITS = "missing", "frozen", "stall", "deaf", "late"
 TILT_MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
@@ -86,8 +86,8 @@ class Robot:
     missing, frozen, stall, deaf, late : float, optional
         As in `Firmware`, but in s; without them a `Deployment` takes them from the
         time in which the robot falls.
-    law : {"observer", "gain", "lqr"}, optional
-        The gain of Theorem 2.4, or a law of `optimal_law`. Without it the observer,
+    law : {"observer", "gain"}, optional
+        The gain of Theorem 2.4, or the `optimal_law`. Without it the observer,
         which is quiet at rest; `recommend` takes the gain where that isn't proven.
     board : {"other", "beaglebone"}
         For the BeagleBone Blue there are complete programs.
@@ -153,7 +153,7 @@ class Robot:
     stall: float = key("longest time at the limit", "s", None, None, 10.0)
     deaf: float = key("equal encoders under voltage", "s", None, None, 5.0)
     late: float = key("ticks late, more than in time", "s", None, None, 5.0)
-    law: str = key("gain, lqr or observer", "", None)
+    law: str = key("gain or observer", "", None)
     board: str = key("beaglebone or other", "", "other")
     mount: float = key("tilt of the board in the body", "rad", None, low=-pi)
     nominal: float = key("battery that isn't measured", "V", None)

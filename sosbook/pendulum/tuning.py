@@ -117,35 +117,20 @@ def recoverable_tilt(mip, limit):
 def design(mip, robot, spread, Q, R, peak):
     """The `Design` of least cost or an `OptimalLaw`, for R or the smallest good one.
 
-    Parameters
-    ----------
-    mip : Mip
-        The pendulum in the middle.
-    robot : Robot
-        The robot, whose law, T, delay and blend are used.
-    spread : float or FitSpread
-        The relative spread of e/c and e/a, or what a fit allows.
-    Q : (5, 5) array
-        The weight of the state and of the integral.
-    R : float or None
-        Without it the smallest of 1, 2, 5, 10, ... with which all
-        `loops` have a sensitivity of at most ``peak``, and whose volts at rest,
-        simulated with counts and play, are well below a tenth of the limit; without
-        such a one, the quietest of some that keep the peak.
-    peak : float
-        The largest sensitivity that is taken.
-
-    Raises
-    ------
-    ValueError
-        If there is no design, or no R will do; it says what clock
-        would.
+    ``mip``: the pendulum in the middle; ``robot``: the robot, whose law, T, delay and
+    blend are used; ``spread``: the relative spread of e/c and e/a, or what a fit
+    allows; ``Q``, (5, 5) array: the weight of the state and of the integral; ``R``:
+    without it the smallest of 1, 2, 5, 10, ... with which all `loops` have a
+    sensitivity of at most ``peak``, and whose volts at rest, simulated with counts and
+    play, are well below a tenth of the limit; without such a one, the quietest of some
+    that keep the peak; ``peak``: the largest sensitivity that is taken. Raises
+    ValueError if there is no design, or no R will do; it says what clock would.
     """
 
     def made(R):
         if robot.law == "gain":
             return _designed(mip, spread, Q, R)
-        return optimal_law(mip, robot, robot.law, Q, R)
+        return optimal_law(mip, robot, Q, R)
 
     if R is not None:
         return made(R)
@@ -187,7 +172,7 @@ def _guessed(mip, robot, Q, R):
     """The peak for the one plant in the middle; a gain's is Riccati's."""
     try:
         if robot.law != "gain":
-            return peak_of([mip], optimal_law(mip, robot, robot.law, Q, R).law, robot)
+            return peak_of([mip], optimal_law(mip, robot, Q, R).law, robot)
         gain = Gain(_riccati(mip, Q, R), PID_SIGNALS)
         return peak_of([mip], SampledLaw.of_gain(gain, robot.T), robot)
     except ValueError:  # no gain of the integral, or no solution in floats
@@ -240,24 +225,10 @@ def prove(plants, U, robot, K, decay):
     It tries ``decay`` by either theorem, then smaller ones. What is proven is a
     decay for every delay from 0 to T + delay + jitter, however it varies.
 
-    Parameters
-    ----------
-    plants : Polytope
-        The plants.
-    U : (a, n) array_like
-        Which angles are integrated.
-    robot : Robot
-        Its times are used.
-    K : (m, 2 n + a) array
-        The gain.
-    decay : float
-        The most that is asked for, in 1/s.
-
-    Raises
-    ------
-    ValueError
-        If not even stability can be proven; it says what is known of
-        the loop itself.
+    ``plants``, Polytope: the plants; ``U``, (a, n) array_like: which angles are
+    integrated; ``robot``: its times are used; ``K``, (m, 2 n + a) array: the gain;
+    ``decay``: the most that is asked for, in 1/s. Raises ValueError if not even
+    stability can be proven; it says what is known of the loop itself.
     """
     half = (robot.T + robot.delay + robot.jitter) / 2
     true, at = DelayDesign(
