@@ -31,7 +31,8 @@ def compare_plant(data, path):
     file of ``python -m sosbook design``, its U, K_A and law must be the proof's, too.
     """
     plant, file = plant_and_asked(path)
-    wanted = {"plant": plant_data(checked_plant(plant))}
+    plant = checked_plant(plant)
+    wanted = {"plant": plant_data(plant)}
     if file is not None:
         with named(path):
             for name, none in (("U", []), ("K_A", None)):
