@@ -50,17 +50,8 @@ def sensitivity_peak(d, K):
     r"""The largest :math:`\|(I + L(j\omega))^{-1}\|`; infinite if unstable.
 
     Its inverse, the modulus margin, is the distance of Nyquist's curve
-    from the critical point.
+    from the critical point. ``d``: the plant; ``K``, (m, N): the gain of u = K x.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
-    K : (m, N) array
-        The gain of u = K x.
-
-    Examples
-    --------
     >>> from sosbook import SecondOrderSystem
     >>> from sosbook.plants.descriptor import descriptors
     >>> d, = descriptors(SecondOrderSystem(M=1, D=0, S=0, B=1))
@@ -71,23 +62,11 @@ def sensitivity_peak(d, K):
 
 
 def disk_margin(d, K):
-    r"""The `DiskMargin` of a loop.
+    """The `DiskMargin` of a loop.
 
-    Parameters
-    ----------
-    d : Descriptor
-        The plant in descriptor form.
-    K : (m, N) array
-        The gain of u = K x.
+    ``d``, ``K``: as for `sensitivity_peak`. Its radius is the inverse of the peak of S
+    - I / 2, S being the sensitivity. With several inputs this is a lower bound.
 
-    Returns
-    -------
-    DiskMargin
-        Its radius is the inverse of the peak of S - I / 2, S being the
-        sensitivity. With several inputs this is a lower bound.
-
-    Notes
-    -----
     Source: Seiler, Packard and Gahinet, An introduction to disk margins
     (2020), for the skew 0.
     """
