@@ -207,29 +207,6 @@ def test_it_says_why_it_waits(gcc, tmp_path):
     assert "hold its wheels still" in robot.live(rolls)[1]
 
 
-fake_pyctrl = programs.fake_pyctrl
-
-
-@pytest.mark.usefixtures("fake_pyctrl")
-def test_pyctrls_program_logs_what_it_did(gcc, tmp_path):
-    firmware, limits = Firmware(programs.LAWS["PID"], blend=0.02), Drive(3.0, 5.0)
-    _, block = programs.script(gcc, tmp_path, firmware, drive=limits)
-    block.logging = True
-    (tmp_path / "speed.txt").write_text("2", "utf-8")
-    random = np.random.default_rng(1)
-    for _ in range(101):
-        block.write(-0.065, 0.001, 0.2, 0.3)
-    block.obey(tmp_path / "speed.txt")
-    block.obey(tmp_path / "none.txt")
-    for row in random.normal(0, 0.003, (60, 4)) + [-0.065, 0.001, 0.2, 0.3]:
-        block.write(*row)
-    block.save(tmp_path / "log.csv")
-    log = TickLog.read(tmp_path / "log.csv")
-    assert len(log.t) == 61 and np.array_equal(log.replayed(firmware), log.V)
-    points = limits.ramp(2.0, 0.01, 60)
-    assert np.allclose(np.column_stack([log.target, log.rate])[1:], points)
-
-
 @pytest.mark.slow
 def test_a_ramp_is_driven_without_a_fault():
     """As fast as it is allowed to, on the nonlinear machine."""

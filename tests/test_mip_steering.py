@@ -573,11 +573,11 @@ def test_the_script_steers_and_obeys(gcc, tmp_path):
     _, block = programs.script(gcc, tmp_path, FIRMWARE, **about)
     random = np.random.default_rng(8)
     block.logging = True
+    for _ in range(101):
+        block.write(-0.065, 0.001, 0.2, 0.3)
     (tmp_path / "speed.txt").write_text("2 -1.5", "utf-8")
     block.obey(tmp_path / "speed.txt")
     assert (block.run.speed, block.run.turn) == (2.0, -1.5)
-    for _ in range(101):
-        block.write(-0.065, 0.001, 0.2, 0.3)
     for row in random.normal(0, 0.003, (60, 4)) + [-0.065, 0.001, 0.2, 0.3]:
         block.write(*row)
         left, right = block.run.motor
@@ -594,6 +594,10 @@ def test_the_script_steers_and_obeys(gcc, tmp_path):
     assert len(log.t) > 61 and log.steers
     motors = np.column_stack([log.V_left, log.V_right])
     assert abs(log.replayed_motors(STEERING) - motors).max() < 1e-9
+    assert np.array_equal(log.replayed(FIRMWARE), log.V)
+    points = LIMITS.ramp(2.0, 0.01, 60)
+    found = np.column_stack([log.target, log.rate])[1:61]
+    assert found == pytest.approx(np.array(points))
 
     block.reset()
     block.rows = []
