@@ -778,6 +778,7 @@ def test_a_report_and_a_file_for_the_command_line(tab, visit, tmp_path):
     design(tab)
     file = tmp_path / "plant.json"
     file.write_text(program(tab, "As JSON"), "utf8")
+    assert "sosbook design plant.json" in tab.page.locator(".sos-more").inner_text()
     assert main(["design", str(file), "--proof", str(tmp_path / "proof.json")]) == 0
     with tab.page.expect_download() as saved:
         tab.page.get_by_role("button", name="Report").click()
@@ -971,7 +972,7 @@ def test_what_no_law_can_do_is_named(tab):
     page.wait_for_function(READY)
     assert "No controller keeps this, whatever it measures. Ask for less." in told(tab)
     type_in(tab, Q="1 1 1 1 1 1", R="1")  # the law's own states, too
-    assert design(tab)["status"] == "undecided" and "states of a law" in told(tab)
+    assert design(tab)["status"] == "undecided" and "cost of a law" in told(tab)
     for box in ("law", "cost"):
         page.locator(f"[data-wanted={box}]").uncheck()
     type_in(tab, **DRIVE, T="0.01", measured="z1")

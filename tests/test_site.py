@@ -247,12 +247,6 @@ def test_first_page_leads_to_the_introduction(site):
     assert re.search(r'http-equiv="Refresh"[^>]*url=book/intro.html"', text)
 
 
-def test_search_finds_a_chapter_without_a_server(site, visit):
-    tab = visit((site / "search.html").as_uri() + "?q=saturation")
-    tab.page.locator("#search-results li a").first.wait_for()
-    assert tab.errors == []
-
-
 def test_each_notebook_can_be_downloaded_as_it_is_in_the_book(site):
     for notebook in (ROOT / "book").glob("*.ipynb"):
         copy = site / "_sources" / "book" / notebook.name
@@ -260,29 +254,6 @@ def test_each_notebook_can_be_downloaded_as_it_is_in_the_book(site):
         assert f"_sources/book/{notebook.name}" in (
             site / "book" / f"{notebook.stem}.html"
         ).read_text("utf-8")
-
-
-def test_the_sliders_for_delays_move_in_their_chapter(site, visit):
-    tab = visit(site / "book" / "20_delay_theorem.html")
-    atlas = tab.page.locator("sos-delay").first
-    slider = atlas.get_by_label("Decay rate δ")
-    slider.scroll_into_view_if_needed()
-    box, known = slider.bounding_box(), set()
-    middle = box["y"] + box["height"] / 2
-    for end in (box["width"] - 8, 8):
-        tab.page.mouse.move(box["x"] + box["width"] / 2, middle)
-        tab.page.mouse.down()
-        tab.page.mouse.move(box["x"] + end, middle, steps=4)
-        tab.page.mouse.up()
-        text = atlas.locator(".sos-readout").inner_text()
-        assert slider.get_attribute("aria-valuetext") in text
-        known.add(text)
-    assert len(known) == 2
-    assert text.startswith("Feasible")
-    before = atlas.locator(".sos-input").inner_html()
-    atlas.get_by_label("How the delay varies").select_option("switching")
-    assert atlas.locator(".sos-input").inner_html() != before
-    assert tab.errors == []
 
 
 def test_no_slider_is_dead_in_the_pages(site):

@@ -1,9 +1,13 @@
 """Parts of a drawing join where they are told to."""
 
+import re
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from sosbook.plots import mechanisms, sketches
+
+from sosbook import plots
 
 
 @pytest.fixture
@@ -108,3 +112,22 @@ def test_a_drawing_stays_on_its_canvas(ax, draw):
     for text in ax.texts:
         x, y = text.xy if hasattr(text, "xy") else text.get_position()
         assert left < x < right and low < y < high
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_what_sways_stays_joined(axis):
+    """A spring's end moves as its body does, its other end not at all."""
+    figure, ax = plt.subplots()
+    sketches.canvas(ax, 6, 6)
+    ends = [(1, 3), (3, 3)] if axis == 0 else [(3, 1), (3, 3)]
+    sketches.spring(ax, *ends)
+    sketches.mass(ax, (4, 3) if axis == 0 else (3, 4), "", (2, 2))
+    sketches.sway(ax, [(1, 0), (3, 0.5), (5, 0.5)], axis)
+    svg = plots.show(figure, alt="A mass on a spring.").svg
+    found = re.findall(r"sway-(\d)\" style=\"--by:(\S+)px;--more:(\S+);--from", svg)
+    (kind, start, more), (_, body, none) = found[:2]
+    assert [int(kind), *map(float, (start, more, none))] == [axis, 0, 0.25, 0]
+    unit = ax.transData.transform((1, 1)) - ax.transData.transform((0, 0))
+    moved = 0.5 * unit[axis] * 72 / figure.dpi
+    assert abs(float(body)) == pytest.approx(moved, abs=0.01)
+    assert (float(body) > 0) is (axis == 0)  # up is the other way in an SVG

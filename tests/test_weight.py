@@ -5,7 +5,6 @@ What a browser really loads and draws is read in the pages' visits (test_site).
 
 import re
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -15,29 +14,12 @@ PAGES = re.findall(
 )
 #: Bytes, uncompressed: the first page, and any other.
 FIRST, ANY = 1_500_000, 2_500_000
-SOURCE = re.compile(r'<(?:script|link|img)[^>]*? (?:src|href)="([^"]+)"')
-
-
-def resources(path):
-    """The files that a page names: its scripts, sheets and pictures."""
-    found = {path}
-    for address in SOURCE.findall(path.read_text("utf-8")):
-        parts = urlsplit(address)
-        file = (path.parent / unquote(parts.path)).resolve()
-        if not parts.scheme and file.suffix in (".js", ".css", ".svg", ".png"):
-            found.add(file)
-    return found
 
 
 def assert_light(files, page):
     """Not more than a reader of this page should load."""
     weight = sum(file.stat().st_size for file in files)
     assert weight <= (FIRST if page == "book/intro" else ANY)
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_a_page_is_light(site, page):
-    assert_light(resources(site / f"{page}.html"), page)
 
 
 @pytest.mark.parametrize("page", [*PAGES, "search"])

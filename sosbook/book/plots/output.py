@@ -5,6 +5,8 @@ import re
 import warnings
 from itertools import count
 
+import numpy as np
+
 from ...display.escape import page_text
 from ...runtime.libraries import library
 from .style import STYLE
@@ -80,6 +82,8 @@ def show(figure, alt=None, caption=""):
             "shows, show(figure, alt='...')"
         )
     parts = _parts(figure)
+    for ax in figure.axes:
+        _swaying(ax, *getattr(ax, "sway", ((), 0)))
     buffer = io.StringIO()
     with plt.rc_context({key: STYLE[key] for key in ("svg.fonttype", "svg.hashsalt")}):
         figure.savefig(
@@ -121,6 +125,26 @@ def _narrow(figure, width, height):
             figure.draw_without_rendering()
         if collapsed:
             figure.set_size_inches(width, height)
+
+
+def _swaying(ax, places, axis):
+    """Name what sways: how far its end moves, by how much it is stretched, its end."""
+    if not len(places):
+        return
+    scale = ax.transData.transform([[0, 0], [1, 1]])
+    unit, zero = scale[1, axis] - scale[0, axis], scale[0, axis]
+    top, sign = (ax.figure.bbox.height, -1) if axis else (0, 1)
+    for part in (*ax.patches, *ax.lines, *ax.texts):
+        box = part.get_window_extent()
+        ends = np.array([box.min[axis], box.max[axis]])
+        if isinstance(part, Text):
+            ends[:] = ends.mean()
+        first, last = np.interp((ends - zero) / unit, *places.T) * unit * sign
+        stretch = (last - first) * sign / (ends[1] - ends[0] or 1)
+        name = f"sway {axis} {first:.2f} {stretch:.4f} {top + sign * ends[0]:.2f}"
+        part.set_gid(name)
+        if arrow := getattr(part, "arrow_patch", None):
+            arrow.set_gid(name)
 
 
 def _columns(figure):
@@ -167,6 +191,11 @@ def _inline(text, alt, caption, parts=()):
     body = re.sub(
         r'style="([^"]*)"',
         lambda match: 'style="' + re.sub(r"([:;]) ", r"\1", match[1]) + '"',
+        body,
+    )
+    body = re.sub(
+        r'id="sway (\d) (\S+) (\S+) (\S+)"',
+        r'class="sos-sway-\1" style="--by:\2px;--more:\3;--from:\4px"',
         body,
     )
     body = _rename(body, _stem(alt + caption))

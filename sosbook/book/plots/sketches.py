@@ -19,6 +19,7 @@ __all__ = [
     "mass",
     "rod",
     "spring",
+    "sway",
     "wall",
     "wheel",
 ]
@@ -31,6 +32,16 @@ def canvas(ax, width, height):
     ax.set_aspect("equal")
     ax.set_axis_off()
     return ax
+
+
+def sway(ax, places, axis=0):
+    """Let what is drawn on ax swing and come to rest where a page shows it.
+
+    ``places``: pairs of a place and its displacement there at first, between which
+    parts are stretched; bodies lie between two places that move alike; ``axis``: 0
+    along x, 1 along y. Put it last: `output.show` asks for it.
+    """
+    ax.sway = np.asarray(places, float), axis
 
 
 def mass(ax, centre, text, size=(1.6, 0.8), weightless=False):

@@ -18,10 +18,8 @@ const CHANGED =
   "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
 const DRAWN =
   "Springs and dampers as S and D join the coordinates, dashed where they push apart. u pushes, w disturbs; marks below: measured.";
+const RUN = "<p>Saved as plant.json: <code>python -m sosbook design plant.json --out folder</code></p>";
 const FILES = "or drop them here: a plant.json, a .mat, or M, D, S and B at once as .mtx or .csv";
-const NUMBER = {
-  words: undefined
-};  // the field of a slider's own number
 const PAUSE = 300;  // ms without a move, before the address and the way back know it
 const PAST = 200;   // settings that "Undo" goes back
 
@@ -250,7 +248,7 @@ class Bench extends Explorer {
   read() {
     const linked = this.asks;
     this.data.sliders.forEach((slider, k) => {
-      const text = linked[slider.key] ?? "", value = valueOf(NUMBER, slider, text);
+      const text = linked[slider.key] ?? "", value = valueOf({}, slider, text);
       if (!isFinite(number(text)) || !isFinite(value)) return;
       widen(slider, value);
       this.put(k, value);
@@ -356,7 +354,7 @@ class Bench extends Explorer {
     super.press(what);
     if (what === "undo") this.undo();
     if (what === "open") this.view.querySelector("[type=file]").click();
-    if (what === "json") this.print(outputs.file(this.data, this.named));
+    if (what === "json") this.print(outputs.file(this.data, this.named), RUN);
     if (what !== "c" && what !== "report") return;
     const {answer, digest} = this;
     if (answer?.digest !== digest) this.reply("<p>The design is still being computed: press again.</p>");

@@ -112,12 +112,13 @@ class Centre extends Mover {
     this.draw("set", plot, `The feasible set of p and q ${middle}; your point (${clean(p)}, ${clean(q)})`);
     const top = Math.max(1, ...eigen.map(Math.abs)), names = ["P", "−(AP + PAᵀ + 2σP)"];
     const write = (i, y, words) => `<text x="${110 + 120 * i}" y="${y}" text-anchor="middle">${words}</text>`;
-    this.find("bars").innerHTML = picture(260, "Smallest eigenvalues of both blocks",
-      `<path class="sos-axis" d="M30 130H310"/>` +
-        eigen
-          .map((v, i) => bar(80 + 120 * i, 60, 130, 95 * v / top, v > 0 ? "--sos-region" : "--sos-bad") +
-              write(i, 250, names[i]) + write(i, v > 0 ? 146 : 122, clean(v)))
-          .join(""));
+    this.find("bars").innerHTML =
+      picture(260, `Smallest eigenvalues of both blocks: ${eigen.map(x => clean(x)).join(", ")}`,
+        `<path class="sos-axis" d="M30 130H310"/>` +
+          eigen
+            .map((v, i) => bar(80 + 120 * i, 60, 130, 95 * v / top, v > 0 ? "--sos-region" : "--sos-bad") +
+                write(i, 250, names[i]) + write(i, v > 0 ? 146 : 122, clean(v)))
+            .join(""));
     this.tell(feasible ? "feasible" : "infeasible",
       verdict(feasible ? "Your point is feasible."
           : centre     ? "Your point isn't feasible."

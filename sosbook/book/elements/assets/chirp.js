@@ -1,4 +1,4 @@
-import {clamp, define, degrees, round} from "./kit.js";
+import {clamp, clean, define, degrees, round} from "./kit.js";
 import {solve} from "./linalg.js";
 import {Mover, normal, number, series, verdict} from "./mover.js";
 import {runge} from "./pendulum.js";
@@ -84,7 +84,7 @@ class Chirp extends Mover {
                                j ? "--sos-second" : "--sos-region"));
       return `${errors.join("")}<text x="${80 + 95 * i}" y="232" text-anchor="middle">${name}</text>`;
     });
-    this.find("bars").innerHTML = picture(240, "Errors of the fitted ratios",
+    this.find("bars").innerHTML = picture(240, `Errors of the fitted ratios, at most ${clean(top, 2)} %`,
       `<path class="sos-axis" d="M20 120H330"/>${bars.join("")}<text x="20" y="18">±${
         top.toPrecision(2)} %</text>`);
     this.find("scene").innerHTML = picture(240, "The body hangs below its axle",

@@ -58,8 +58,8 @@ class Digits extends Mover {
     const view = new DataView(new ArrayBuffer(8));
     view.setFloat64(0, this.data.K[entry]);
     const bits = view.getBigUint64(0).toString(2).padStart(64, "0");
-    this.find("bits").innerHTML =
-      `<svg role="img" viewBox="0 0 340 110" aria-label="Bits of the gain of ${NAMES[entry]}">` +
+    this.find("bits").innerHTML = `<svg role="img" viewBox="0 0 340 110" aria-label="Bits of the gain of ${
+                                    NAMES[entry]} in ${precision ? "single" : "double"} precision">` +
       [...bits]
         .map((bit, k) => {
           const [row, column] = [Math.floor(k / 32), k % 32];

@@ -26,7 +26,7 @@ export const FIELDS = [
   ["filter", "Filter that makes rates of y", "its time in s; may be empty", "law"],
   ["structure", "Which gains are free", "diagonal, or K_P = 1 0, K_P = a a …; all without", "law"],
   ["outputs", "What γ bounds", "position = 0 1, or input = 0.01, a line each; z without", "gamma"],
-  ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z", "u_max"],
+  ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z; then what a law holds", "u_max"],
   ["Q", "Weight Q of the state", "2n + a numbers, a diagonal, or rows", "cost"],
   ["R", "Weight R of the input", "a number for each input, or rows", "cost"],
   ["T", "Sampling time T in s", "one number", "clock"],

@@ -262,8 +262,8 @@ export class PageElement extends HTMLElement {
   }
 
   // Code to read, and to paste where that is allowed.
-  print(code) {
-    this.reply(`<pre class="sos-code" tabindex="0">${escape(code)}</pre>`);
+  print(code, below = "") {
+    this.reply(`<pre class="sos-code" tabindex="0">${escape(code)}</pre>${below}`);
     const shown = this.find("code");
     navigator.clipboard?.writeText(code).then(
       () => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"), () => {});

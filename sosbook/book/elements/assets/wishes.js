@@ -38,7 +38,7 @@ export function fields(name, k, {key, symbol, unit}) {
 // What stands in a field of a slider whose value is so much, and the value that a text means.
 export const shownIn = ({words}, {key}, value) =>
   clean(words === undefined ? value : WORDS[key][3](value), 4);
-export function valueOf({words}, {key, ends, min, max}, text) {
+export function valueOf({words = undefined}, {key, ends, min, max}, text) {
   const [low, high] = ends ?? [min, max];
   const given = typed(text), value = words === undefined ? given : WORDS[key][2](given);
   const most = key === "theta" ? 90 : FURTHEST * high;
@@ -82,7 +82,7 @@ const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) =>
 export function beyond({request: {vertices}, x0, cost, law, outputs}) {
   const take = "As Python and As JSON write what the package takes.";
   if (outputs) return `This page bounds what w does to z alone. ${take}`;
-  if (law && (x0 || cost)) return `This page has no states of a law, which start and cost, too. ${take}`;
+  if (law && (x0 || cost)) return `This page bounds neither input nor cost of a law. ${take}`;
   if (vertices[0].M?.length > LARGEST)
     return `This page computes with up to ${LARGEST} degrees of freedom. ${take}`;
   return vertices.length > CORNERS ? `This page computes with up to ${CORNERS} corners. ${take}` : "";
