@@ -751,9 +751,8 @@ def drawn(seed, count):
 
 def gains_of(here):
     """What the page found, as the package has it."""
-    names = dict.fromkeys(here["names"])
     pairs = [*zip(here["names"], here["gains"])]
-    return {k: [[x for name, x in pairs if name == k]] for k in names}
+    return {k: [[x for name, x in pairs if name == k]] for k in here["names"]}
 
 
 def law_of(desk, place, here):
@@ -787,14 +786,11 @@ def test_sensors_have_the_poles_and_the_motion_of_the_law(desk):
         (here,) = desk.compute("sos-sensors", [place])
         law, gains = law_of(desk, place, here), gains_of(here)
         (low, soft), (high, stiff) = here["box"]
-        points = [
-            (J, k)
-            for J in np.linspace(low, high, 9)
-            for k in np.unique(np.linspace(soft, stiff, 9))
-        ]
+        spans = np.linspace(low, high, 9), np.unique(np.linspace(soft, stiff, 9))
+        points = [(J, k) for J in spans[0] for k in spans[1]]
         poles = [sos.analyse_pid(drive(*p), gains, law=law).poles() for p in points]
-        right = [p.real.max() for p in poles]
-        assert np.isclose(max(right), -here["decay"], rtol=1e-6, atol=1e-6)
+        right = max(p.real.max() for p in poles)
+        assert np.isclose(right, -here["decay"], rtol=1e-6, atol=1e-6)
         loop = sos.analyse_pid(drive(*here["worst"]), gains, law=law)
         assert distance(here["poles"][0], loop.poles()[0]) < 1e-7 * 500
         means = [p.real.mean() for p in (poles[0], poles[-1])]

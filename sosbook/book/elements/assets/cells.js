@@ -33,7 +33,9 @@ export function affine(parts, [p, q], {matrix, combined}) {
 /** @type {(loop: any, point: any) => any} */
 export const quotient = (loop, point) => solve(...loop(point, FLOATS).map(rowsOf));
 
-const decreasing = ([E, A], Q, sigma, ring) => {
+// -(A Q E' + E Q A' + 2 sigma E Q E').
+/** @type {(given: any, sigma: number, ring: any) => any} */
+export const decreasing = ([E, A, Q], sigma, ring) => {
   const X = ring.times(Q, ring.transposed(E));
   const half = ring.combined(-1, ring.times(A, X), -sigma, ring.times(E, X));
   return ring.combined(1, half, 1, ring.transposed(half));
@@ -51,8 +53,9 @@ function kept(loop, cell, sigma) {
     if (!found) return false;
     const Q = mapped(found, (x, i, j) => rounded(x * unit[i] * unit[j], DIGITS)),
           exact = EXACT.matrix(rowsOf(Q));
-    return points.every(point => cholesky(decreasing(loop(point, FLOATS), Q, sigma, FLOATS))) &&
-      definite(exact) && points.every(point => definite(decreasing(loop(point, EXACT), exact, sigma, EXACT)));
+    return points.every(point => cholesky(decreasing([...loop(point, FLOATS), Q], sigma, FLOATS))) &&
+      definite(exact) &&
+      points.every(point => definite(decreasing([...loop(point, EXACT), exact], sigma, EXACT)));
   });
 }
 

@@ -1,7 +1,9 @@
-import {definite, EXACT, exactMatrix} from "../../kernel/exact.js";
+import {definite, EXACT} from "../../kernel/exact.js";
+import {FLOATS, rowsOf} from "../../kernel/matrices.js";
 
+import {decreasing} from "./cells.js";
 import {clean, define} from "./kit.js";
-import {add, block, combine, eigenvalues, eye, leastEigenvalue, lyapunov, mul, rightmost, scale, solve, stable, trace, transpose, zeros} from "./linalg.js";
+import {block, combine, eigenvalues, eye, leastEigenvalue, lyapunov, rightmost, scale, solve, stable, trace, transpose, zeros} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
 
 class Trust extends Mover {
@@ -32,17 +34,14 @@ class Trust extends Mover {
     const [E0, A0] = this.plant(Math.min(kappa, held));
     const X = lyapunov(transpose(solve(E0, A0)), eye(4));
     const P = scale(1 / trace(X), X).map(row => row.map(x => Number(x.toPrecision(digits))));
-    const half = mul(A, P, transpose(E)), L = scale(-1, add(half, transpose(half)));
-    const least = [P, L].map(leastEigenvalue);
-    const {times, transposed, combined} = EXACT, p = exactMatrix(P);
-    const exactHalf = times(times(exactMatrix(A), p), transposed(exactMatrix(E)));
-    const exact = combined(-1, exactHalf, -1, transposed(exactHalf));
+    const [L, exact] = [FLOATS, EXACT].map(ring => decreasing([E, A, P].map(X => ring.matrix(X)), 0, ring));
+    const least = [P, rowsOf(L)].map(leastEigenvalue);
     return {
       poles,
       least,
       status: Math.min(...least) > -(10 ** tolerance),
       floats: Math.min(...least) > 0,
-      proven: definite(p) && definite(exact),
+      proven: definite(EXACT.matrix(P)) && definite(exact),
       stable: stable(poles)
     };
   }
