@@ -46,7 +46,10 @@ def _advice(deployment):
             "0"
         )
     if any("undecided" in failure for failure in deployment.lacking):
-        return "Where a proof is undecided, take more cells"
+        return (
+            "Where a proof is undecided, take more cells, or logs that say more: "
+            "longer ones, or with a larger V"
+        )
     return "Take a larger R, a smaller spread or delay"
 
 
