@@ -6,7 +6,7 @@ import {eigenvalues, rightmost} from "./linalg.js";
 import {Mover, number, samples, verdict} from "./mover.js";
 import {mark, picture, Plot} from "./plot.js";
 
-const MOST = 300;  // cells that are tried: a drag stays a drag
+const MOST = 600;  // cells that are tried: a drag stays a drag
 const GRID = 17;   // plants a side of the map whose poles are looked at
 const SECONDS = 20, STEPS = 400;
 const TURN = 0.15;  // rad, of the rope at first
