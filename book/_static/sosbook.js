@@ -114,3 +114,11 @@
     watch();
   });
 })();
+
+// A drawing that sways is let go whenever it comes into sight.
+addEventListener("DOMContentLoaded", () => {
+  const seen = new IntersectionObserver(
+    all => all.forEach(({target, isIntersecting}) => target.classList.toggle("sos-seen", isIntersecting)),
+    {threshold: 0.6});
+  document.querySelectorAll("svg:has([class^='sos-sway'])").forEach(svg => seen.observe(svg));
+});
