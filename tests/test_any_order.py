@@ -4,7 +4,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_continuous_are
 
 import sosbook as sos
 from sosbook.exact.rational import exact
@@ -48,6 +47,25 @@ def test_with_noise_and_weight_the_best_of_all_is_met(seed, time):
     assert 0.98 * best < gamma < best and proof.verify()
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_the_search_ends_near_the_best_of_all(seed):
+    known, C_y = plant(seed)
+    law = sos.DynamicLaw(3, C_y, noise=[[0, 0.5]])
+    d = sos.design_pid(known, law=law, minimize="gamma", starts=4, backoff=0.001)
+    row = d.bounds()["gamma"]
+    assert row.excluded < row.proven < 1.06 * row.excluded
+
+
+def test_a_controller_of_lower_order_begins_with_a_part_of_the_best():
+    """Two carts on a spring, seen at the load: random starts ended at 12."""
+    A = np.vstack([np.eye(2, 4, 2), [[-1, 1, -0.1, 0.1], [1, -1, 0.1, -0.1]]])
+    w, z = np.outer(np.eye(4)[3], [1, 0]), np.outer([1, 0], np.eye(4)[1])
+    carts = sos.DescriptorSystem(np.eye(4), A, np.eye(4, 1, -2), w, z, [[0], [0.5]])
+    law = sos.DynamicLaw(2, np.eye(4)[[1]], noise=[[0, 0.2]])
+    d = sos.design_pid(carts, law=law, minimize="gamma", starts=1)
+    assert d.certify().proven and d.gamma < 8
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 8])
 def test_without_noise_no_more_is_excluded_than_little_noise_allows(seed):
     """Noise can only make the norm larger: less and less of it comes down to it.
@@ -60,23 +78,6 @@ def test_without_noise_no_more_is_excluded_than_little_noise_allows(seed):
     gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 1.5 * little)
     near = 0.2 if seed in (2, 8) else 0.98
     assert near * little < gamma < little and proof.verify()
-
-
-def central(d, C_y, noise, gamma):
-    """The controller of the two Riccati equations (DGKF 1989), as (A, B, C)."""
-    ones, no = np.eye(len(d.A)), np.zeros((1, len(d.A)))
-
-    def solved(A, B, small, C):
-        """A'X + XA + X(B1 B1' / gamma^2 - B2 B2' / small^2)X + C'C = 0."""
-        R = np.diag(np.repeat([-(gamma**2), small**2], [B[0].shape[1], B[1].shape[1]]))
-        return solve_continuous_are(A, np.hstack(B), C.T @ C, R)
-
-    X = solved(d.A, (d.Bw, d.Bu), 0.3, np.vstack([d.C, no]))
-    Y = solved(d.A.T, (d.C.T, C_y.T), noise, np.vstack([d.Bw.T, no]))
-    F, L = -d.Bu.T @ X / 0.3**2, -Y @ C_y.T / noise**2
-    Z = np.linalg.inv(ones - Y @ X / gamma**2)
-    A = d.A + d.Bw @ d.Bw.T @ X / gamma**2 + d.Bu @ F + Z @ L @ C_y
-    return A, -Z @ L, F
 
 
 def strange(kind, seed):
@@ -98,31 +99,20 @@ def strange(kind, seed):
 
 @pytest.mark.parametrize("kind", ["any", "undamped", "a mode alone", "matched"])
 def test_no_controller_that_is_built_does_what_is_excluded(kind):
-    """Its norm without noise is read from its response; Riccati only builds it.
+    """Its norm is a bisection's, and near the least one: no proof of it is read.
 
     Rational multipliers aren't found for each of the plants.
     """
-    found, s = 0, 1j * np.append(np.geomspace(1e-3, 1e3, 6000), 0)[:, None, None]
+    found = 0
     for seed in range(8):
         known, C_y = strange(kind, seed)
-        (d,) = known.vertices
-        best, norms = best_of_any_order(d, C_y, 0.3, 1e-2), []
-        if np.isinf(best):  # more than ten: the search by Riccati ends there
+        asked = dict(minimize="gamma", starts=2, backoff=0.001)
+        d = sos.design_pid(known, law=sos.DynamicLaw(3, C_y), **asked)
+        if d.status != "feasible":
             continue
-        for gamma in best * np.array([1.01, 1.1, 1.5]):
-            try:
-                F, L, K = central(d, C_y, 1e-2, gamma)
-            except np.linalg.LinAlgError:  # too close to the best, on some processors
-                continue
-            whole = np.block([[d.A, d.Bu @ K], [L @ C_y, F]])
-            if np.linalg.eigvals(whole).real.max() < 0:
-                out = np.block([[d.C[:1], 0 * K], [0 * K, 0.3 * K]])
-                force = np.vstack([d.Bw[:, :1], 0 * L])
-                answers = out @ np.linalg.solve(s * np.eye(6) - whole, force[None])
-                norms.append(np.linalg.norm(answers, axis=1).max())
-        gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 2 * best)
-        if proof is not None and norms:
-            assert proof.verify() and gamma < min(norms), seed
+        gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 2 * d.hinf())
+        if proof is not None:
+            assert proof.verify() and gamma < d.hinf(), seed
             found += 1
     assert found >= 2
 

@@ -23,6 +23,7 @@ __all__ = [
 ]
 
 DIGITS = 12  # significant decimal digits of what is computed for a controller
+OF_GAINS = 6  # of an observer's gains: any near the best ones will do
 ROUNDING = 1e-9  # of the largest entry: what is smaller is zero but for rounding
 REST = 1e-12  # of the noise of the process, on every state: no gain dies out
 
@@ -172,7 +173,7 @@ def kalman(d, T, rows, noise, push):
     process = process + REST * np.trace(process) * np.eye(N)
     R = np.diag(noise**2)
     P = solve_discrete_are(A.T, rows.T, process, R)
-    return np.linalg.solve(rows @ P @ rows.T + R, rows @ P).T
+    return round_digits(np.linalg.solve(rows @ P @ rows.T + R, rows @ P).T, OF_GAINS)
 
 
 def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
@@ -235,4 +236,4 @@ def forgetting(A, C, share):
     fast, rest = A / share, REST * np.eye(len(A))
     P = solve_discrete_are(fast.T, C.T, rest, np.eye(len(C)))
     gain = np.linalg.solve(C @ P @ C.T + np.eye(len(C)), C @ P @ fast.T).T
-    return round_digits(share * gain, DIGITS)
+    return round_digits(share * gain, OF_GAINS)

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ...analysis.lyapunov import lyapunov
 from ...exact.rational import (
     decimal,
     decimals,
@@ -20,6 +19,7 @@ from ...runtime.time_limit import OutOfTime
 from ...theorems import unseen
 from ..fixed_mode import parts_data
 from ..request_as_data import loop_data
+from .central import balanced
 from .loops import corners_of, vertex_of
 
 __all__ = ["AnyOrder", "best_excluded", "excluded", "seen", "unseen_motions"]
@@ -27,7 +27,7 @@ __all__ = ["AnyOrder", "best_excluded", "excluded", "seen", "unseen_motions"]
 SECONDS = 20.0  # for each plant's multipliers
 HIGHEST = 0.998  # of what was reached: below it a bound is sought
 LOWER = 0.99, 0.95, 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial
-HALVINGS = 6  # of the way between two of them, as a ratio
+HALVINGS = 8  # of the way between two of them, as a ratio
 BITS = 20  # of a rounded matrix of coordinates
 
 
@@ -186,7 +186,10 @@ def _problems(d, C, Dyw, gamma):
     )
     a, b, c = (x.astype(float) for x in (A, Bw, Cz))
     rate = float(np.abs(np.linalg.eigvals(a)).max()) or 1.0
-    T = _coordinates(a / rate, b, c)
+    try:
+        T = _rounded(balanced(a / rate, b, c))
+    except np.linalg.LinAlgError:
+        T = np.eye(len(a))
     of_w = rate / (np.linalg.norm(np.linalg.solve(T, b), 2) or rate)
     of_z = 1 / (np.linalg.norm(c @ T, 2) or 1.0)
     sizes = {"slow": 1 / rate, "of_w": of_w, "of_z": of_z}

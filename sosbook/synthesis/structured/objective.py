@@ -15,6 +15,7 @@ DECAY = SIGMA.key  # the goal of the fastest decay
 LEAST_DECAY = 1e-3  # of the rate, of each loop: a norm alone ends at an axis
 PENALTY = 20.0  # of a violation, in units of the logarithm of a norm
 MARGIN = 1e-3  # by which constraints are kept, so that their proof has room
+EASE = 0.01  # of a sought norm's logarithm, for a number as large as LARGEST
 WALL = 30.0  # of a gain's excess over its limit, as a fraction
 
 
@@ -93,6 +94,9 @@ class Objective:
             value += WALL * over[over > 0].sum()
             wall = np.sign(x) * self.unit / self.task.limits
             slope = slope + WALL * np.where(over > 0, wall, 0.0)
+        if self.norms and self.task.goal not in (None, DECAY):
+            value += EASE * (x @ x) / LARGEST**2
+            slope = slope + 2 * EASE * x / LARGEST**2
         if value < self.least:
             self.least, self.at = value, x
         return value, slope

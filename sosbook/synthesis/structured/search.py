@@ -7,6 +7,7 @@ import numpy as np
 from ...analysis.lyapunov import lyapunov
 from ...analysis.riccati import riccati
 from ...runtime.time_limit import OutOfTime, check_time
+from .central import RIDGE, balanced, central, near_least, slower
 from .descent import descend, refine
 from .objective import DECAY, Objective
 
@@ -18,8 +19,6 @@ STEPS = 120  # of a descent
 NORM_STEPS = 60  # of the first descent of a norm
 NORM_SHARE = 4  # of so many starts one descends in a norm, its poles in place
 BEST = 3  # of these go on
-SLOWER = 1e-3  # of the rate: a mode on the axis that nothing moves is no obstacle
-RIDGE = 1e-9  # of what is near one, where a matrix is singular
 TURNS = 4  # of sampled gradients and descent, for norms, at the best
 WORTH = 1e-4  # of a norm, as a fraction: what such a turn has to win for another one
 ROUNDS = 30, 8  # of sampled gradients, for poles and for norms
@@ -130,10 +129,16 @@ def _starts(task, loops, count, rng, near):
     middle = loops.units(task.rate)
     for kappa in near:
         yield middle, kappa / middle
+    guess = _projected if loops.matrices[1].shape[2] == task.m else _observer
+    for r in (task.goal, *task.bounded) if guess is _observer else ():
+        if r not in (None, DECAY) and r.bounds_response() is not None:
+            kappa = _observer(loops, task.rate, task.m, r)
+            if kappa is not None:
+                yield middle, kappa / middle
+            break
     k = 0
     for rate in (task.rate, *rates):
         check_time()
-        guess = _projected if loops.matrices[1].shape[2] == task.m else _observer
         kappa = guess(loops, rate, task.m)
         if kappa is not None and k < count:
             k += 1
@@ -149,35 +154,41 @@ def _starts(task, loops, count, rng, near):
         yield unit, np.clip(x, -limit, limit)
 
 
-def _observer(loops, rate, m):
+def _observer(loops, rate, m, r=None):
     """The free numbers of a state feedback with an observer of the mean plant; or None.
 
-    Both are of LQR, as in `_projected`. A controller of less than the plant's order
-    has none, and states to spare decay by themselves.
+    Near the least norm that a requirement ``r`` bounds, or, without one, of LQR, as in
+    `_projected`. For a norm a controller of less than the plant's order has a part of
+    it; otherwise there is none. States to spare decay by themselves.
     """
     A, B, *_ = (x.mean(axis=0) for x in loops.matrices)
     c = B.shape[1] - m
-    N = len(A) - c
-    if c < N:
+    N, q = len(A) - c, len(loops.measured) - c
+    few = min(c, N)
+    if few < N and r is None:
         return None
     of_u, of_y = loops.sizes(rate)
-    q = len(loops.measured) - c
     A, B, C = A[:N, :N], B[:N, :m], loops.measured[:q, :N]
-    A, B, C, _ = _scaled(A, B * of_u[:m], C / of_y[:q, None], rate)
-    one = np.eye(N)
-    slower = A - SLOWER * one
+    A, B, C, of_x = _scaled(A, B * of_u[:m], C / of_y[:q, None], rate)
     try:
-        X = riccati(slower, B, C.T @ C + RIDGE * one, np.eye(m))
-        Y = riccati(slower.T, C.T, B @ B.T + RIDGE * one, np.eye(q))
+        if r is None:
+            none = np.zeros((q, m))
+            F, L, inner = central(A, B, C, B, C, none, none, 1.0)
+        else:
+            W, Z, D, _ = (x.mean(axis=0) for x in loops.channel(r, m)[:4])
+            W, Z = W[:N] / of_x[:, None] / rate, Z[:, :N] * of_x
+            D, V = D[:, :m] * of_u[:m], loops.channel(r, m)[4][:q] / of_y[:q, None]
+            w, z = (np.linalg.norm(x, 2) or 1.0 for x in (W, Z))
+            F, L, inner = near_least(A, B, C, W / w, Z / z, D / z, V / w)
+        T = balanced(inner, L, F)
     except (np.linalg.LinAlgError, ValueError):
         return None
-    feedback, correction = -B.T @ X, -Y @ C.T
-    K, own = np.zeros((m + c, q + c)), of_y[q : q + N]  # units of its states
-    K[:m, q : q + N] = of_u[:m, None] * feedback / own
-    K[m : m + N, :q] = -rate * own[:, None] * correction / of_y[:q]
-    inner = A + B @ feedback + correction @ C
-    K[m : m + N, q : q + N] = rate * own[:, None] * inner / own
-    K[m + N :, q + N :] = -rate * np.eye(c - N)
+    inner, L = np.linalg.solve(T, inner @ T)[:few, :few], np.linalg.solve(T, L)[:few]
+    K, own = np.zeros((m + c, q + c)), of_y[q : q + few]  # units of its states
+    K[:m, q : q + few] = of_u[:m, None] * (F @ T)[:, :few] / own
+    K[m : m + few, :q] = -rate * own[:, None] * L / of_y[:q]
+    K[m : m + few, q : q + few] = rate * own[:, None] * inner / own
+    K[m + few :, q + few :] = -rate * np.eye(c - few)
     units = loops.units(rate)
     M = np.array([(k * u).ravel() for k, u in zip(loops.directions, units)]).T
     return np.linalg.lstsq(M, K.ravel(), rcond=None)[0] * units
@@ -204,11 +215,10 @@ def _projected(loops, rate, m):
     of_u, of_y = loops.sizes(rate)
     A, B, C, of_x = _scaled(A, B * of_u, loops.measured / of_y[:, None], rate)
     one = np.eye(len(A))
-    slower = A - SLOWER * one
     try:
-        X = riccati(slower, B, C.T @ C + RIDGE * one, np.eye(m))
+        X = riccati(slower(A), B, C.T @ C + RIDGE * one, np.eye(m))
         K = -B.T @ X
-        spread = lyapunov(slower + B @ K, -B @ B.T)
+        spread = lyapunov(slower(A) + B @ K, -B @ B.T)
         root = np.linalg.cholesky(spread + RIDGE * np.trace(spread) * one)
     except (np.linalg.LinAlgError, ValueError):
         return None

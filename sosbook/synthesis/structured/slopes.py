@@ -7,6 +7,7 @@ import numpy as np
 __all__ = ["Poles", "norm", "reached"]
 
 GRID = 24  # frequencies between the slowest and the fastest pole
+HILLS = 4  # of the highest frequencies, each of which may be beside the peak
 NARROWER = 14  # times a bracket of the peak is cut
 STEP = 1e-6  # of differences, of a free number's unit
 
@@ -79,27 +80,26 @@ def norm(loops, K, r, m):
         return np.linalg.norm(answers + through[which, None], 2, axis=(2, 3))
 
     found = gains(np.arange(len(A)), omega)
-    tops = np.argsort(found.max(axis=1))[::-1][:2]
-    best = -np.inf, 0, 0.0
-    for i in tops:
-        k = int(np.argmax(found[i]))
-        mid = omega[i, k]
-        here = omega[i]
-        below, above = here[here < 0.999 * mid], here[here > 1.001 * mid]
-        low, high = below.max(initial=0.0), above.min(initial=2 * here.max())
-        top = found[i, k]
-        for _ in range(NARROWER if high else 0):
-            two = np.array([(low + mid) / 2, (mid + high) / 2])
-            a, b = gains(np.array([i]), two[None])[0]
-            if a > top and a >= b:
-                low, mid, high, top = low, two[0], mid, a
-            elif b > top:
-                low, mid, high, top = mid, two[1], high, b
-            else:
-                low, high = two
-        if top > best[0]:
-            best = top, i, mid
-    value, i, omega = best
+    around = np.pad(found, ((0, 0), (1, 1)), constant_values=-np.inf)
+    hills = (found > around[:, :-2]) & (found >= around[:, 2:])
+    ranked = np.argsort(np.where(hills, found, -np.inf), axis=None)[::-1][:HILLS]
+    i, k = np.unravel_index(ranked, found.shape)
+    mid, top, all_omega = omega[i, k], found[i, k], omega[i]
+    low = np.where(all_omega < 0.999 * mid[:, None], all_omega, 0).max(axis=1)
+    beyond = np.where(all_omega > 1.001 * mid[:, None], all_omega, np.inf)
+    high = np.minimum(beyond.min(axis=1), 2 * omega[i, -1])
+    for _ in range(NARROWER):
+        two = np.array([(low + mid) / 2, (mid + high) / 2]).T
+        a, b = gains(i, two).T
+        left, right = (a > top) & (a >= b), (b > top) & (b > a)
+        low, high = (
+            np.where(left, low, np.where(right, mid, two[:, 0])),
+            np.where(right, high, np.where(left, mid, two[:, 1])),
+        )
+        mid = np.where(left, two[:, 0], np.where(right, two[:, 1], mid))
+        top = np.maximum(top, np.maximum(a, b))
+    best = int(np.argmax(top))
+    value, i, omega = top[best], i[best], mid[best]
     ends = np.linalg.norm(through, 2, axis=(1, 2))
     if ends.max() > value:
         i = int(np.argmax(ends))

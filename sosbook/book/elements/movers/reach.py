@@ -96,7 +96,9 @@ def _found(plant, i, j, top):
     part = fixed_part(*map(exact, (d.E, d.A, d.Bu)))
     modes = [complex(x.ball(64)) for x in part.modes()]
     excluded, asked = 0.0, [MATCHED * free.max()]
-    if bound > NONE * free.max():
+    if bound <= NONE * free.max():
+        at = 0.0  # nothing is left anywhere
+    else:
         refused = design_pid(one, gamma=significant(BELOW * bound, 4))
         if refused.status == "infeasible" and refused.infeasibility.proven:
             excluded = refused.request.gamma
