@@ -251,19 +251,3 @@ def _problems(d, C, Dyw, gamma):
 
 
 _WORDS = {"X": "not moved", "Y": "not seen"}  # which motions
-
-
-def _coordinates(A, B, C):
-    """Rounded coordinates in which what w moves and what z sees are of one size."""
-    N = len(A)
-    slower = A - (max(np.linalg.eigvals(A).real.max(), 0) + 0.1) * np.eye(N)
-    reach = lyapunov(slower, -B @ B.T)
-    seen = lyapunov(slower.T, -C.T @ C)
-    reach += 1e-6 * np.trace(reach) / N * np.eye(N)
-    seen += 1e-6 * np.trace(seen) / N * np.eye(N)
-    try:
-        L = np.linalg.cholesky(reach)
-        U, s, _ = np.linalg.svd(L.T @ seen @ L)
-        return _rounded(L @ U * s**-0.25 if s.all() else L)  # an output without x
-    except np.linalg.LinAlgError:
-        return np.eye(N)
