@@ -32,6 +32,7 @@ from sosbook.requirements.cost import QuadraticCost, noise_cost
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
 from tests.axis import design as axis_design
+from tests.axis import drive as axis_drive
 from tests.elements import write_page
 from tests.gains import named
 from tests.test_page_elements import FIRST
@@ -634,8 +635,11 @@ def test_the_ride_says_what_is_proven_and_where_nothing_is(desk):
 def programs():
     """The chapter's controllers, made anew, by clock."""
     units = {"motor": "rad", "load": "rad", "u": "N m"}
+    plants, K = sos.Uncertain(axis_drive, J2=(0.003, 0.006)), axis_design().K.round(3)
+    region = sos.PoleRegion(sigma=5, rho=400)
+    design = sos.analyse_pid(plants, K, [[1, 0]], region=region)
     return [
-        axis_design().controller(["motor"], T=t, delay=t, counts=4096, units=units)
+        design.controller(["motor"], T=t, delay=t, counts=4096, units=units)
         for t in (0.001, 0.004, 0.006)
     ]
 

@@ -4,12 +4,13 @@ from math import floor
 
 import numpy as np
 
-from ..page import matrices
+from ..page import matrices, significant
 from .mover import Mover, choice, slider
 
 __all__ = ["drive"]
 
 COUNTS = (0, 256, 1024, 4096, 16384)  # of the encoder, a turn; 0: no steps
+DIGITS = 8  # of a bound
 SHARE = 0.9  # of the motor that a ramp may ask: the rest is for the encoder's steps
 
 
@@ -73,8 +74,10 @@ def _clock(c, u_max):
         "T": c.T,
         "asked": [matrices(x, ("B_r", "D_r")) for x in (c, naive)],
         "withheld": [x.W.tolist() for x in (deaf, told)],
-        "noise": noise and noise / float(c.steps[0]),
-        "asks": [x.step().proven for x in (c, naive)],
+        "noise": noise and significant(noise / float(c.steps[0]), DIGITS),
+        "asks": [
+            x and significant(x, DIGITS) for x in (c.step().proven, naive.step().proven)
+        ],
         "ramp": ramp,
-        "ramp_asks": moved and moved * ramp,
+        "ramp_asks": moved and significant(moved * ramp, DIGITS),
     }
