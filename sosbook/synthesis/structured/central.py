@@ -70,12 +70,15 @@ def _side(A, B, Z, D, W, more, level):
 
 
 def slower(A, more=SLOWER):
-    """A shifted, so that it needn't be stabilised on the axis."""
+    """``A``, shifted by ``more``: it needn't be stabilised on the axis."""
     return A - more * np.eye(len(A))
 
 
 def balanced(A, B, C):
-    """Coordinates in which what B moves is as large as what C sees, large first."""
+    """Coordinates in which what ``B`` moves is as large as what ``C`` sees.
+
+    ``A``: of the motion, with a shift where it isn't stable. The largest come first.
+    """
     N = len(A)
     A = slower(A, max(np.linalg.eigvals(A).real.max(), 0) + 0.1)
     reach, seen = lyapunov(A, -B @ B.T), lyapunov(A.T, -C.T @ C)
