@@ -2,9 +2,12 @@
 
 import re
 from html.parser import HTMLParser
+from shutil import which
 
 import pytest
+from pypdf import PdfReader
 
+from sosbook.controllers.report import CHROMIUMS
 from sosbook.runtime.digests import digest
 from tests.axis import axis, design
 
@@ -45,3 +48,18 @@ def test_the_page_stands_alone_and_says_what_is_known(tmp_path):
     assert digest(proof) in page
     with pytest.raises(FileExistsError):
         design().report(tmp_path, controller=axis().limit(1.5), name="arm")
+
+
+def test_a_chromium_prints_the_page(tmp_path, monkeypatch):
+    c = axis().limit(2.0)
+    with monkeypatch.context() as m:
+        m.setenv("PATH", "")
+        with pytest.raises(FileNotFoundError, match="pdf=True needs a Chromium"):
+            design().report(tmp_path / "none", controller=c, pdf=True)
+    assert not (tmp_path / "none").exists()
+    if not any(map(which, CHROMIUMS)):
+        pytest.skip("there is no Chromium on the PATH")
+    path = design().report(tmp_path, controller=c, pdf=True)
+    pages = PdfReader(path.with_suffix(".pdf")).pages
+    text = "".join(page.extract_text() for page in pages)
+    assert "What was asked" in text and "axis_step(" in text

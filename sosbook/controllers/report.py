@@ -1,7 +1,10 @@
 """One page of a controller: what an engineer hands to somebody else."""
 
+import os
 from html import escape
 from pathlib import Path
+from shutil import which
+from subprocess import run
 
 import numpy as np
 
@@ -13,6 +16,7 @@ __all__ = ["report_texts", "write_report"]
 
 WIDTH, HEIGHT, LEFT, LOW = 560.0, 190.0, 62.0, 34.0  # of a chart and its margins
 POINTS = 400  # of a curve
+CHROMIUMS = ("chromium-headless-shell", "chromium", "google-chrome", "chrome")
 STYLES = ("", "7 3", "2 3", "9 3 2 3")  # dashes, so that no colour is needed
 SECONDS = 6.0  # times the slowest time constant
 MOST_TICKS = 20_000
@@ -24,18 +28,36 @@ STYLE = (
     ".sos-axis{stroke:#bbb;fill:none}.sos-region{fill:#cde7d8}"
     ".sos-pole{stroke:#111;stroke-width:1.5;fill:none}polyline{fill:none;stroke:#114}"
     "text{font:12px sans-serif}"
+    "@media print{h2{break-after:avoid}svg,tr,li{break-inside:avoid}"
+    "pre{white-space:pre-wrap}}"
 )
 
 
-def write_report(design, controller, folder, name="axis", replace=False):
+def write_report(design, controller, folder, name="axis", replace=False, pdf=False):
     """Write the page, the proofs and the program of a controller into a folder.
 
     ``design``: what was asked and found; ``controller``: made of it; ``folder``: made
     if it doesn't exist; ``name``: of the program; ``replace``: files that are there
-    with another text are replaced. Returns Path: of index.html.
+    with another text are replaced; ``pdf``: the page is printed, too. Returns Path: of
+    index.html.
     """
+    chromium = next(filter(None, map(which, CHROMIUMS)), None) if pdf else None
+    if pdf and chromium is None:
+        raise FileNotFoundError(
+            "pdf=True needs a Chromium on the PATH and there is none: install one, or "
+            "print index.html from any browser"
+        )
+    page = Path(folder) / "index.html"
     write_texts(folder, report_texts(design, controller, name), replace)
-    return Path(folder) / "index.html"
+    if pdf:
+        goal, address = page.with_suffix(".pdf").resolve(), page.resolve().as_uri()
+        root = ["--no-sandbox"] * (getattr(os, "geteuid", lambda: 1)() == 0)
+        words = [*root, "--no-pdf-header-footer", f"--print-to-pdf={goal}", address]
+        done = run([chromium, "--headless", *words], capture_output=True, check=False)
+        if done.returncode:
+            said = done.stderr.decode("utf-8", "replace").strip()[-500:]
+            raise OSError(f"{chromium} didn't print {page}: {said}")
+    return page
 
 
 def report_texts(design, controller, name="axis"):

@@ -129,6 +129,7 @@ class Gains(Result[Proven]):
         name: str = "axis",
         replace: bool = False,
         controller: Any = None,
+        pdf: bool = False,
         **asked: Any,
     ) -> Any:
         """One page of all that is known of the controller, its proofs and its program.
@@ -145,6 +146,8 @@ class Gains(Result[Proven]):
             Files that are there with another text are replaced.
         controller : Controller, optional
             With limits and more; in the place of ``measured`` and ``asked``.
+        pdf : bool
+            A Chromium prints the page as index.pdf, too.
         **asked
             As for `controller`.
 
@@ -152,9 +155,15 @@ class Gains(Result[Proven]):
         -------
         Path
             Of index.html.
+
+        Raises
+        ------
+        FileNotFoundError
+            If ``pdf`` asks for a Chromium and none is on the PATH.
         """
         made = controller or self.controller(measured, **asked)
-        return later("controllers", "write_report")(self, made, folder, name, replace)
+        write = later("controllers", "write_report")
+        return write(self, made, folder, name, replace, pdf)
 
     @property
     def K_P(self) -> np.ndarray:
