@@ -39,6 +39,7 @@ def test_the_page_stands_alone_and_says_what_is_known(tmp_path):
     assert not re.search(r"(src|href)=", page) and "<script" not in page
     for title in ("What was asked", "The plant", "The gain", "proven and true"):
         assert title in page
+    assert "<li>its poles lie in the half-plane Re s &lt; -5</li>" in page
     # two corners: motor, load and torque of a step and of a load, with dashes
     charts = re.findall(r"<svg role=.img. aria-label=.([^\"]*)", page)
     assert sum("over time" in label for label in charts) == 6

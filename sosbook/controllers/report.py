@@ -80,7 +80,7 @@ def _page(design, c, code):
         f"<h1>{escape(code.name)}: a controller and what is known of it</h1>",
         f"<p>{escape(repr(c)[1:-1])}.</p>",
         "<h2>What was asked</h2><ul>",
-        *(f"<li>{escape(r.words)}</li>" for r in design.request.requirements),
+        *(f"<li>{escape(r.statement)}</li>" for r in design.request.requirements),
         "</ul><h2>The plant</h2>",
         *(_plant(d, k) for k, d in enumerate(c.vertices, 1)),
         "<h2>The gain</h2>",
