@@ -194,7 +194,7 @@ def test_a_memory_of_rounded_numbers_rests_where_it_does():
     for _ in range(3000):
         u.append((loop.H @ x + loop.direct_r[:, 0])[0])
         x = loop.F @ x + loop.set_point[:, 0]
-    assert 1e-12 < abs(x[0] - 1) < 1e-6 and abs(u[-1]) < 1e-12
+    assert 1e-14 < abs(x[0] - 1) < 1e-6 and abs(u[-1]) < 1e-12
     asked = max(map(abs, u)), np.abs(u).sum() * c.T
     for bound, true in zip((c.step(), c.ramp()), asked, strict=True):
         assert true * (1 - 1e-9) <= bound.proven < 1.6 * true

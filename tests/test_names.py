@@ -31,7 +31,7 @@ SHORTHAND = {
     "exact/checker/designs.py": NAMES,
     "exact/checker/regions.py": NAMES,
     "exact/checker/known.py": {"gamma", "cost", "h2"},
-    "exact/checker/others.py": {"cost"},
+    "exact/checker/others.py": {"cost", "gamma"},
     "exact/checker/small_input.py": {"u_max"},
     "exact/checker/special.py": NAMES,
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment

@@ -26,15 +26,11 @@ from sosbook.controllers import Code, CompiledCode
 from sosbook.delay import DelayedLoop
 from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.export import Program
-from sosbook.pendulum.identify import fit_body, fit_wheel, speed
-from sosbook.pendulum.log_checks import check_log
 from sosbook.pendulum.margins import SampledLoop, lowest_rate, sensing
-from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.play import motion_with_play
 from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering
-from sosbook.plants.descriptor import coupled_pairs, descriptors
 from tests.axis import axis
 from tests.cases import campaign
 from tests.test_docstrings import function_of, public
@@ -149,7 +145,6 @@ def rounded(precision):
 BETWEEN = sos.Uncertain(  # soon singular at both ends
     lambda m: sos.SecondOrderSystem((m - 1) * (3 - m), 0.1, 2, 1, 1), m=(1.5, 2.5)
 )
-BODY, WHEELS = shipped("body"), shipped("wheels")
 ROBOT = sos.mip.Robot.shipped("thesis")
 GEARMOTORS = sos.mip.Robot.shipped("gearmotors")
 
@@ -163,7 +158,6 @@ CALLS = {
     "compare": [lambda **o: sos.couplings.compare(PAIR, **completed(o))],
     "verify_many": [lambda **o: sos.couplings.verify_many([PAIR], **completed(o))],
     "block_count": [lambda coupling: sos.couplings.block_count(4, coupling)],
-    "coupled_pairs": [lambda coupling: coupled_pairs(descriptors(PAIR), coupling)],
     "QuadraticCost": [noisy],
     "regularize": [lambda choose: sos.regularize(LIGHT, 0.1, choose=choose)],
     "edge": [edged],
@@ -194,13 +188,9 @@ CALLS = {
         lambda precision: Program(FIRMWARE, "b", precision, steering=STEERING).law
     ],
     "Compiled": [lambda precision: Compiled(FIRMWARE, precision)],
-    "fit_body": [lambda **o: fit_body(BODY, **o)],
     "motion_with_play": [
         lambda **o: motion_with_play(200, 30, 0, [1.0] * 9, 0.01, 0.1, 0.02, 0.5, **o)
     ],
-    "fit_wheel": [lambda **o: fit_wheel(WHEELS, **o)],
-    "speed": [lambda wheel: speed(WHEELS, wheel)],
-    "check_log": [lambda name: check_log(name, BODY if name == "body" else WHEELS)],
     "sensing": [lambda kind: sensing(kind, 0.01)],
     "SampledLoop": [
         lambda sensing: SampledLoop(sos.mip.Mip.printed(), law(), sensing=sensing)
@@ -209,9 +199,6 @@ CALLS = {
         lambda sensing: lowest_rate(
             [sos.mip.Mip.printed()], law, sensing=sensing, rates=(200, 100)
         )
-    ],
-    "optimal_law": [
-        lambda kind: optimal_law(sos.mip.Mip.printed(), ROBOT, kind, np.eye(5), 20)
     ],
     "check_recording": [
         lambda experiment: check_recording(
@@ -233,7 +220,6 @@ CALLS = {
     "Answers.to_c": [lambda precision: TICKED().to_c("axis", precision)],
     "Code": [lambda precision: Code(TICKED(), "axis", precision)],
     "CompiledCode": [lambda precision: CompiledCode(TICKED(), precision=precision)],
-    "rounding_bound": [rounded],
     "furthest_sampled": [
         lambda find: sos.furthest_sampled(
             CART,

@@ -153,6 +153,7 @@ def test_the_answer_of_a_task_is_shown(alone, tag):
     button = alone.locator(f"{tag} .sos-answer")
     if not button.count():
         return
+    alone.locator(f"{tag} .sos-reset").click()
     said = alone.locator(f"{tag} .sos-readout").inner_text()
     before = alone.locator(tag).evaluate(PLOTS)
     button.click()

@@ -73,7 +73,7 @@ def test_a_pencil_that_cannot_be_sorted_has_no_solution():
     """Two free masses and one force: scipy raises a ValueError of its own."""
     A, B, _ = descriptors(FREE)[0].state_space()
     cost = sos.QuadraticCost(np.eye(4), np.eye(1), bound=59.0)
-    with pytest.raises(ValueError, match="Reordering"):
+    with pytest.raises(ValueError, match="Reordering|finite solution"):  # by processor
         solve_continuous_are(A, B, *cost.riccati())
     with pytest.raises(np.linalg.LinAlgError):
         riccati(A, B, *cost.riccati())
