@@ -1173,6 +1173,7 @@ class Observer:
     def __init__(self, file):
         self.file, T = file, file["coordinates"]["T"]
         keys(file["coordinates"], "T left unit")
+        need(len(T) == 2, "there are two parts of T")
         plant = dict(file, U=[], K_A=None)
         self.vertices, (m, _) = vertices_of(plant)
         N = self.N = len(self.vertices[0].E)

@@ -141,6 +141,7 @@ def _swaying(ax, places, axis):
             ends[:] = ends.mean()
         first, last = np.interp((ends - zero) / unit, *places.T) * unit * sign
         stretch = (last - first) * sign / (ends[1] - ends[0] or 1)
+        first, stretch = round(first, 2) + 0.0, round(stretch, 4) + 0.0  # no sign of 0
         name = f"sway {axis} {first:.2f} {stretch:.4f} {top + sign * ends[0]:.2f}"
         part.set_gid(name)
         if arrow := getattr(part, "arrow_patch", None):
