@@ -20,7 +20,8 @@ from sosbook.lmi import Unknown
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.requirements.known import KnownLoop, KnownVertex
 from sosbook.synthesis import known_gain
-from sosbook.synthesis.cells import Mixtures, family
+from sosbook.synthesis.cells import Mixtures
+from sosbook.synthesis.ranges import family
 from sosbook.synthesis.request import Request
 from tests.cases import campaign
 

@@ -576,7 +576,35 @@ def test_a_filter_that_is_none_is_named():
     ):
         with pytest.raises(ValueError, match=message):
             filtered(ONE, y, num, den)
-    family = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 1, 1, 1), m=(1, 2))
-    for plants in (family, family.polytope()):
-        with pytest.raises(ValueError, match=r"plant (must be|has parameters)"):
-            filtered(plants, y, [1], [1, 1])
+    with pytest.raises(ValueError, match="plant must be"):
+        filtered(ONE.M, y, [1], [1, 1])
+
+
+@pytest.mark.parametrize(
+    "num, den, U", [([1], [0.3, 1], [[1, 0]]), ([2, 0.1, 3], [1, 0.4, 2], None)]
+)
+def test_filters_join_every_plant_of_ranges(num, den, U):
+    """Those of the family are those of its plants, and a proof is about all of them."""
+
+    def carts(m, k):
+        S = [[k**2 + 1, -1], [-1, 1]]
+        return sos.SecondOrderSystem(
+            [[m, 0], [0, 1]], [[0.4, -0.1], [-0.1, 0.2]], S, [[1], [0]], [[0], [1]]
+        )
+
+    plants, rng = sos.Uncertain(carts, m=(1, 2), k=(0.5, 1.5)), np.random.default_rng(0)
+    felt = sos.Output(acceleration=[[0, 1]]) & sos.Output(input=0.1)
+    whole = filtered(plants, felt, num, den, U)
+    for m, k in rng.uniform([1, 0.5], [2, 1.5], (5, 2)).round(3):
+        (mine,) = whole.family.at(m=m, k=k).vertices
+        (own,) = filtered(plants.at(m=m, k=k), felt, num, den, U).vertices
+        for name in ("E", "A", "Bu", "Bw", "C", "Du", "Dw", "Ca"):
+            one, other = getattr(mine, name), getattr(own, name)
+            assert np.allclose(
+                0 if one is None else one, 0 if other is None else other, atol=1e-12
+            )
+    place = filtered(plants, sos.Output(position=[[0, 1]]), num, den, U)
+    proof = sos.design_pid(place, gamma=9.0, region=sos.PoleRegion(rho=40)).certify()
+    assert proof.claims[0].startswith(
+        "every plant with m in [1, 2] and k in [0.5, 1.5]"
+    )

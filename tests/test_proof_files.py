@@ -391,6 +391,10 @@ EXCLUDED = {
     "a response out of reach, at a vertex": lambda: sos.design_pid(
         sos.Polytope([pushed(), pushed(2.0)]), ONE_OF_TWO, gamma=0.2
     ),
+    "an output's response out of reach, at a vertex": lambda: sos.design_pid(
+        sos.Polytope([pushed(), pushed(2.0)]),
+        requirements=[sos.HInfinity(0.1, outputs=sos.Output(acceleration=np.eye(2)))],
+    ),
     "a given loop's response": lambda: sos.analyse_pid(
         pushed(), [[-1.0, -1.0, 0.0, 0.0]], gamma=0.4
     ),
@@ -463,7 +467,8 @@ def test_the_checker_agrees(name):
     assert checker.check(proof.text) == list(proof.claims)
     old = without_text(proof)
     assert checker.check(old) == list(proof.claims)
-    if "law" not in proof.data:  # it is older than laws
+    seen = proof.kind == "unreached response" and "requirement" in proof.data
+    if "law" not in proof.data and not seen:  # it is older than laws and outputs
         assert old_checker.check(old) == list(proof.claims)
     assert type(proof)(old).proven
 

@@ -5,18 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..exact.rational import exact
 from .checks import numbers
 from .descriptor import Descriptor, descriptors
 from .descriptor_system import DescriptorSystem
+from .joined import joined_family
+from .kinds import Plant, checked_plant
 from .outputs import Output
 from .reduction import Reduction
-from .second_order import Polytope, SecondOrderSystem
 
 __all__ = ["filtered"]
 
 
 def filtered(
-    plant: SecondOrderSystem | Polytope | DescriptorSystem,
+    plant: Plant,
     output: Output,
     numerator: Sequence[float],
     denominator: Sequence[float],
@@ -29,8 +31,8 @@ def filtered(
 
     Parameters
     ----------
-    plant : SecondOrderSystem, Polytope or DescriptorSystem
-        The plant.
+    plant : SecondOrderSystem, Polytope, Uncertain or DescriptorSystem
+        The plant, or several.
     output : Output
         The y before the filter; each of its rows has a filter of its own.
     numerator, denominator : sequence of float
@@ -41,7 +43,8 @@ def filtered(
     Returns
     -------
     DescriptorSystem
-        Its states are [z; z'; x3] and those of the filters, its output is W y. A gain
+        Its states are [z; z'; x3] and those of the filters, its output is W y; of an
+        Uncertain it has the same parameters. A gain
         that is designed for it has columns for the filters' states, so that the
         controller runs the filters, too; a given gain has zeros there.
 
@@ -52,6 +55,7 @@ def filtered(
 
     Examples
     --------
+    >>> from sosbook import SecondOrderSystem
     >>> cart = SecondOrderSystem(1, 1, 1, B=1, F=1)
     >>> low = filtered(cart, Output(position=1), [1], [0.5, 1])
     >>> low.order, low.n
@@ -65,16 +69,7 @@ def filtered(
         raise ValueError("the filter isn't proper: its numerator has a higher power")
     if len(den) > 1 and np.roots(den).real.max() >= 0:
         raise ValueError("the filter isn't stable: its poles must lie in Re s < 0")
-    if not isinstance(plant, (SecondOrderSystem, Polytope, DescriptorSystem)):
-        raise ValueError(
-            f"plant must be a SecondOrderSystem, Polytope or DescriptorSystem, got "
-            f"{type(plant).__name__}"
-        )
-    if plant.family is not None:
-        raise ValueError(
-            "plant has parameters: filtered takes the plants at the corners of their "
-            "ranges, a Polytope of SecondOrderSystem objects"
-        )
+    plant = checked_plant(plant)
     vertices: Sequence[Descriptor]
     if isinstance(plant, DescriptorSystem):
         if U is not None:
@@ -82,6 +77,12 @@ def filtered(
         vertices = plant.vertices
     else:
         vertices = descriptors(plant, U)
+    if plant.family is not None:
+
+        def one(d):
+            return _joined(output.seen(d), num, den)
+
+        return joined_family(plant.family, one, U).polytope()
     joined = [_joined(output.seen(d), num, den) for d in vertices]
     part = Reduction.in_states(plant, len(joined[0].E))
     return DescriptorSystem.of(joined, part)
@@ -97,21 +98,29 @@ def _coefficients(name, value):
 def _joined(d, num, den):
     """A `Descriptor` d with the states of the filters of its output's rows."""
     q, N, k = len(d.C), len(d.E), len(den) - 1
-    one, zero = np.eye(q), np.zeros
-    num = np.concatenate([zero(k + 1 - len(num)), num])
+    number = exact if d.E.dtype == object else np.asarray
+
+    def zero(shape):
+        return number(np.zeros(shape))
+
+    num = np.concatenate([np.zeros(k + 1 - len(num)), num])
     direct = num[0] / den[0]
+    rest = num - direct * den
     # den[0] xi_k' = y - den[k] xi_1 - ... - den[1] xi_k, and xi_j' = xi_(j + 1)
     chain, last = np.eye(k), np.eye(k, k, 1)
     if k:
         chain[-1, -1], last[-1] = den[0], -den[:0:-1]
-    into = np.kron(one, np.eye(k)[:, -1:]) if k else zero((0, q))
-    seen = np.kron(one, (num - direct * den)[:0:-1][None])
+    into = number(np.kron(np.eye(q), np.eye(k)[:, -1:]) if k else np.zeros((0, q)))
+    chain, last, seen = (
+        number(np.kron(np.eye(q), x)) for x in (chain, last, rest[:0:-1][None])
+    )
+    direct = number(np.array([[direct]]))[0, 0]
     Du = zero((q, d.Bu.shape[1])) if d.Du is None else d.Du
     Dw = zero((q, d.Bw.shape[1])) if d.Dw is None else d.Dw
     Ca = zero((q, N)) if d.Ca is None else d.Ca
     return Descriptor(
-        np.block([[d.E, zero((N, q * k))], [-into @ Ca, np.kron(one, chain)]]),
-        np.block([[d.A, zero((N, q * k))], [into @ d.C, np.kron(one, last)]]),
+        np.block([[d.E, zero((N, q * k))], [-into @ Ca, chain]]),
+        np.block([[d.A, zero((N, q * k))], [into @ d.C, last]]),
         np.vstack([d.Bu, into @ Du]),
         np.vstack([d.Bw, into @ Dw]),
         np.hstack([direct * d.C, seen]),

@@ -15,11 +15,11 @@ __all__ = ["joined_family"]
 WORDS = {name: word for word, name in NAMES.items()}
 
 
-def joined_family(plants, function):
+def joined_family(plants, function, U=None):
     """The family of what a ``function`` makes of the ``plants``, an `Uncertain`.
 
     The function takes and returns a `Descriptor` in rationals, and is affine: then each
-    monomial of the plants gives one of the result.
+    monomial of the plants gives one of the result. ``U``: which errors are integrated.
     """
     constant = (0,) * len(plants.box.names)
     monomials = {constant} | {m for x in plants.parts.values() for m in x.monomials}
@@ -28,8 +28,9 @@ def joined_family(plants, function):
         some = {name: x.coefficient(monomial) for name, x in plants.parts.items()}
         if plants.kind is SecondOrderSystem:
             n = len(some["M"])
-            U, K_A = np.zeros((0, n)), np.zeros((some["B"].shape[1], n))
-            return function(first_order(exact, **some, U=exact(U), K_A=exact(K_A)))
+            sums = exact(np.zeros((0, n)) if U is None else np.array(U, float))
+            K_A = exact(np.zeros((some["B"].shape[1], n)))
+            return function(first_order(exact, **some, U=sums, K_A=K_A))
         return function(Descriptor(**{NAMES.get(k, k): x for k, x in some.items()}))
 
     nothing = at(None)

@@ -6,8 +6,8 @@ from time import monotonic
 from typing import Any
 
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
-from .cells import family
 from .known_gain import Kept, least, worst
+from .ranges import family
 from .structured.any_order import best_excluded
 
 __all__ = ["Bound", "Bounds", "bounds_of"]

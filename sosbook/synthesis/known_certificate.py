@@ -11,10 +11,11 @@ from ..exact.proof import Examined
 from ..exact.rational import decimals, read_array, read_fractions
 from ..laws.base import Law, Parts
 from ..laws.structure import placed
-from .cells import Box, Mixtures, Ranges, family, known_loops
+from .cells import Box, Mixtures, known_loops
 from .fixed_mode import LAW, parts_data
 from .known_gain import kept_or_broken
 from .known_lmis import rational_blocks
+from .ranges import Ranges, family
 from .request_as_data import loop_data, read_request
 
 __all__ = ["Joined", "KnownGainProof", "known_proof"]

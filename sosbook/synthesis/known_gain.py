@@ -13,9 +13,9 @@ from ..plants.checks import SIZE_LIMITS
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import OutOfTime, check_time
 from .broken import broken
-from .cells import family
 from .feasibility import answer
 from .known_lmis import KnownLMIs, coordinates
+from .ranges import family
 from .solution import Solution
 
 __all__ = ["Kept", "Worst", "decided", "kept_or_broken", "least", "worst"]
@@ -148,7 +148,7 @@ def decided(request, r, plants, bad=None):
     """The `Kept` of a requirement: kept, broken or undecided.
 
     ``request``: with a given gain; ``r``: one of its demands; ``plants``: its loops:
-    see `sosbook.synthesis.cells.family`; ``bad``: the worst plant, if it is known.
+    see `sosbook.synthesis.ranges.family`; ``bad``: the worst plant, if it is known.
 
     A claim that holds strictly for the closed family is proven after finitely many
     halvings: at one plant the LMIs with multipliers lose nothing, and they hold

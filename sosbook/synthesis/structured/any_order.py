@@ -79,7 +79,9 @@ def excluded(request, d, r, gamma):
         if multipliers is not None and multipliers.proven:
             asked = AnyOrder.contents(request, r.with_bound(gamma), d, given)
             Z = multipliers.multipliers
-            return AnyOrder.of(AnyOrder.written_from(asked, Z, str))
+            proof = AnyOrder.of(AnyOrder.written_from(asked, Z, str))
+            if proof.proven:
+                return proof
     return None
 
 

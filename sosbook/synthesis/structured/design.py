@@ -16,8 +16,9 @@ from ...runtime.time_limit import (
     time_left,
     time_limit,
 )
-from ..cells import Box, Ranges, family
+from ..cells import Box
 from ..known_gain import kept_or_broken
+from ..ranges import Ranges, family
 from ..solution import Solution
 from .doors import refused_by_a_door, refused_by_mode, refused_by_sum
 from .loops import loops_of

@@ -9,7 +9,7 @@ import numpy as np
 from ...exact.rational import exact
 from ...laws.base import plain
 from ...plants.descriptor import MATRICES
-from ..cells import Ranges
+from ..ranges import Ranges
 
 __all__ = ["Loops", "corners_of", "loops_of", "vertex_of"]
 
