@@ -69,22 +69,22 @@ def filtered(
         raise ValueError("the filter isn't proper: its numerator has a higher power")
     if len(den) > 1 and np.roots(den).real.max() >= 0:
         raise ValueError("the filter isn't stable: its poles must lie in Re s < 0")
-    plant = checked_plant(plant)
+    checked = checked_plant(plant)
     vertices: Sequence[Descriptor]
-    if isinstance(plant, DescriptorSystem):
+    if isinstance(checked, DescriptorSystem):
         if U is not None:
             raise ValueError("a DescriptorSystem takes no U: put it into its matrices")
-        vertices = plant.vertices
+        vertices = checked.vertices
     else:
-        vertices = descriptors(plant, U)
-    if plant.family is not None:
+        vertices = descriptors(checked, U)
+    if checked.family is not None:
 
         def one(d):
             return _joined(output.seen(d), num, den)
 
-        return joined_family(plant.family, one, U).polytope()
+        return joined_family(checked.family, one, U).polytope()
     joined = [_joined(output.seen(d), num, den) for d in vertices]
-    part = Reduction.in_states(plant, len(joined[0].E))
+    part = Reduction.in_states(checked, len(joined[0].E))
     return DescriptorSystem.of(joined, part)
 
 
