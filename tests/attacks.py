@@ -9,8 +9,6 @@ from sosbook.synthesis.fixed_mode import refuse_by_mode
 from sosbook.synthesis.request import Request
 from tests.random_plants import Case, Units
 
-__all__ = ["attack", "placed"]
-
 
 def placed(plant, poles):
     """The gain of one input that puts the poles there, as floats.

@@ -4,8 +4,6 @@ import numpy as np
 
 from sosbook.pendulum import PD_SIGNALS, PID_SIGNALS, Gain
 
-__all__ = ["named"]
-
 
 def named(K):
     """[K_P K_D] or [K_P K_D K_I] as a `Gain` of the pendulum's signals."""

@@ -3,8 +3,6 @@
 import numpy as np
 from scipy.linalg import eigvals, null_space
 
-__all__ = ["least_norm"]
-
 
 def least_norm(M, D, S, B, F):
     """A lower bound: N' B = 0 gives N' (S + j w D - w^2 M) z = N' F in every loop."""

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["page_request"]
-
 
 def page_request(
     plant,

@@ -30,18 +30,6 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 from tests import clarabel
 
-__all__ = [
-    "KINDS",
-    "ODD",
-    "ODD_POWERS",
-    "ROUNDED",
-    "Case",
-    "Units",
-    "as_units",
-    "random_case",
-    "random_request",
-]
-
 ROUNDED = ", but for rounding"
 KINDS = ("feasible", "infeasible", "marginal")
 

@@ -18,8 +18,6 @@ from tests.hunt.tampering import tampered, true_claims, vertices_in
 from tests.hunt.truth import broken
 from tests.oracles import mended, without_text
 
-__all__ = ["Hunt"]
-
 LIMIT = 10  # seconds for one answer
 CHANGES = 8  # of each proof file
 BETWEEN = 6  # plants between the vertices that a claim is tried on

@@ -5,8 +5,6 @@ from tests.oracles import check_version_1
 from tests.page_requests import page_request
 from tests.test_proof_files import checker
 
-__all__ = ["Page", "alone", "before", "on_pages", "package"]
-
 DESIGN = """request => {
   const {design, prove, refusalFile} = globalThis.kernel ??= sosKernel();
   const r = design(request), kept = {status: r.status, K: r.K};

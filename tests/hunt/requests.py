@@ -7,8 +7,6 @@ import numpy as np
 
 import sosbook as sos
 
-__all__ = ["FACTORS", "Asked", "in_units", "request"]
-
 #: Units that decimals keep exactly, and such that they don't.
 FACTORS = (1e-6, 1e-3, 0.3, 1 / 9.81, 2.2046, 1e3, 1e6)
 

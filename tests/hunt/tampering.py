@@ -23,16 +23,6 @@ from tests.least_input import least_input
 from tests.least_norm import least_norm
 from tests.test_proof_files import checker
 
-__all__ = [
-    "leaves",
-    "of_other_rank",
-    "put",
-    "tampered",
-    "true_claims",
-    "verdicts",
-    "vertices_in",
-]
-
 CLASSES = {cls.kind: cls for cls in kinds()}
 
 

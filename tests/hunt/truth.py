@@ -11,8 +11,6 @@ import numpy as np
 from flint import acb_mat, ctx, fmpq, fmpq_mat
 from scipy.linalg import expm
 
-__all__ = ["broken"]
-
 SLACK = 1e-7  # relative: what floats may be wrong by
 
 

@@ -32,184 +32,49 @@ PREFIXES = {
     "μ": 1e-6,
     "n": 1e-9,
 }
-_SYMBOLS = [
-    "s",
-    "m",
-    "g",
-    "kg",
-    "N",
-    "Nm",
-    "V",
-    "A",
-    "W",
-    "Hz",
-    "rad",
-    "J",
-    "B",
-    "Ω",
-    "F",
-    "H",
-    "°",
-]
-_WORDS = [
-    "per",
-    "cent",
-    "percent",
-    "times",
-    "fold",
-    "degrees",
-    "degree",
-    "decades",
-    "decade",
-    "digits",
-    "digit",
-    "decimals",
-    "steps",
-    "step",
-    "iterations",
-    "iteration",
-    "seconds",
-    "second",
-    "milliseconds",
-    "microseconds",
-    "minutes",
-    "minute",
-    "hours",
-    "hour",
-    "metres",
-    "metre",
-    "millimetres",
-    "centimetres",
-    "millimetre",
-    "centimetre",
-    "kilograms",
-    "kilogram",
-    "newtons",
-    "newton",
-    "volts",
-    "volt",
-    "samples",
-    "ticks",
-    "tick",
-    "turns",
-    "turn",
-    "bytes",
-    "bits",
-    "lines",
-    "products",
-    "variables",
-    "unknowns",
-    "orders",
-    "proofs",
-    "multiplications",
-]
+#: Units, as alternatives of a pattern; µ and its kin stand before some of them.
+_SYMBOLS = "s|m|g|kg|N|Nm|V|A|W|Hz|rad|J|B|Ω|F|H|°"
+_WORDS = (
+    "per|cent|percent|times|fold|degrees|degree|decades|decade|digits|digit|decimals"
+    "|steps|step|iterations|iteration|seconds|second|milliseconds|microseconds"
+    "|minutes|minute|hours|hour|metres|metre|millimetres|centimetres|millimetre"
+    "|centimetre|kilograms|kilogram|newtons|newton|volts|volt|samples|ticks|tick"
+    "|turns|turn|bytes|bits|lines|products|variables|unknowns|orders|proofs"
+    "|multiplications"
+)
 #: After a number in words; "four unknowns" says what there is, "four degrees"
 #: what came out.
-_MEASURED = frozenset(
-    ["%", "°", "Hz", "rad", "kg", "mm", "ms", "N", "V"]
-    + [
-        "per cent",
-        "percent",
-        "times",
-        "fold",
-        "degrees",
-        "decades",
-        "steps",
-        "iterations",
-        "seconds",
-        "milliseconds",
-        "microseconds",
-        "minutes",
-        "hours",
-        "metres",
-        "millimetres",
-        "centimetres",
-        "kilograms",
-        "newtons",
-        "volts",
-    ]
+_MEASURED = re.compile(
+    "%|°|Hz|rad|kg|mm|ms|N|V|per cent|percent|times|fold|degrees|decades|steps"
+    "|iterations|seconds|milliseconds|microseconds|minutes|hours|metres|millimetres"
+    "|centimetres|kilograms|newtons|volts"
 )
 _PERCENT = frozenset({"%", r"\%", "per cent", "percent"})
 _WORD_PREFIXES = {"milli": 1e-3, "centi": 1e-2, "micro": 1e-6, "kilo": 1e3}
 _UNIT = re.compile(
     r"(?:[\s~$^-]|\\[,;: ]|\\(?:mathrm|text|rm)\{?\s?){0,4}(?P<unit>"
     r"%|\\%|°|\\circ|per cent\b|percent\b|"
-    r"[GMkdcmµμn]?(?:" + "|".join(_SYMBOLS) + r")(?![\w'])|"
-    r"(?:" + "|".join(_WORDS) + r")\b)"
+    rf"[GMkdcmµμn]?(?:{_SYMBOLS})(?![\w'])|(?:{_WORDS})\b)"
 )
-CARDINALS = {
-    word: value
-    for value, word in enumerate(
-        [
-            "zero",
-            "one",
-            "two",
-            "three",
-            "four",
-            "five",
-            "six",
-            "seven",
-            "eight",
-            "nine",
-            "ten",
-            "eleven",
-            "twelve",
-            "thirteen",
-            "fourteen",
-            "fifteen",
-            "sixteen",
-            "seventeen",
-            "eighteen",
-            "nineteen",
-        ]
-    )
-}
-CARDINALS |= {
-    word: 10 * value
-    for value, word in enumerate(
-        ["twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety"],
-        2,
-    )
-}
+_ONES = (
+    "zero|one|two|three|four|five|six|seven|eight|nine|ten|eleven|twelve|thirteen"
+    "|fourteen|fifteen|sixteen|seventeen|eighteen|nineteen"
+)
+_TENS = "twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety"
+CARDINALS = {word: value for value, word in enumerate(_ONES.split("|"))}
+CARDINALS |= {word: 10 * value for value, word in enumerate(_TENS.split("|"), 2)}
 CARDINALS |= {"dozen": 12, "hundred": 100, "thousand": 1000, "million": 1e6}
 WORD = re.compile(
-    r"\b(?:(?P<tens>twenty|thirty|forty|fifty|sixty|seventy|eighty|ninety)-)?"
+    rf"\b(?:(?P<tens>{_TENS})-)?"
     rf"(?P<word>{'|'.join(CARDINALS)})\b(?!-)",
     re.IGNORECASE,
 )
 #: Calls and keywords whose numbers nobody writes about.
-_LOOKS = frozenset(
-    [
-        "alpha",
-        "annotate",
-        "bbox_to_anchor",
-        "capsize",
-        "figsize",
-        "figure",
-        "fontsize",
-        "gridspec_kw",
-        "height_ratios",
-        "legend",
-        "lw",
-        "linewidth",
-        "markersize",
-        "ms",
-        "ncol",
-        "ncols",
-        "nrows",
-        "rotation",
-        "round",
-        "set_size_inches",
-        "size",
-        "subplots",
-        "subplots_adjust",
-        "text",
-        "width_ratios",
-        "xlim",
-        "xytext",
-        "ylim",
-        "zorder",
-    ]
+_LOOKS = re.compile(
+    "alpha|annotate|bbox_to_anchor|capsize|figsize|figure|fontsize|gridspec_kw"
+    "|height_ratios|legend|lw|linewidth|markersize|ms|ncol|ncols|nrows|rotation|round"
+    "|set_size_inches|size|subplots|subplots_adjust|text|width_ratios|xlim|xytext"
+    "|ylim|zorder"
 )
 #: Words that say a number in passing. Nobody can compare them but a reader.
 VAGUE = re.compile(
@@ -295,7 +160,7 @@ def _scale(unit):
     for word, value in _WORD_PREFIXES.items():
         if unit.startswith(word):
             return value
-    if unit in _SYMBOLS or unit in _WORDS or len(unit) < 2:
+    if len(unit) < 2 or re.fullmatch(f"{_SYMBOLS}|{_WORDS}", unit):
         return 1
     return PREFIXES.get(unit[0], 1)
 
@@ -331,7 +196,7 @@ def printed(text):
         if (
             suffix
             and suffix not in {"j", "x", "e"}
-            and not re.fullmatch(r"[GMkdcmµμn]?(?:" + "|".join(_SYMBOLS) + ")", suffix)
+            and not re.fullmatch(rf"[GMkdcmµμn]?(?:{_SYMBOLS})", suffix)
         ):
             continue
         unit = suffix or _unit_after(text, match.end())
@@ -362,7 +227,7 @@ def spelled(text):
             value += CARDINALS[match["tens"].lower()]
         unit = _unit_after(text, match.end())
         factor = re.search(r"(?i)factor (?:of )?(?:about )?$", text[: match.start()])
-        if unit not in _MEASURED:
+        if not _MEASURED.fullmatch(unit):
             unit = ""
         if value < 2 or (value < 13 and not unit and not factor):
             continue
@@ -406,9 +271,9 @@ def _parameters(node):
         skipped = (node.slice,)
     elif isinstance(node, ast.Call):
         name = getattr(node.func, "attr", getattr(node.func, "id", ""))
-        if name in _LOOKS:
+        if _LOOKS.fullmatch(name):
             return
-        skipped = [k for k in node.keywords if k.arg in _LOOKS]
+        skipped = [k for k in node.keywords if _LOOKS.fullmatch(k.arg or "")]
     for child in ast.iter_child_nodes(node):
         if not any(child is skip for skip in skipped):
             yield from _parameters(child)

@@ -4,8 +4,6 @@ A phrase in quotation marks that speaks for the thesis must stand in one of
 these, word for word; the tests see to it. Formulas are left out.
 """
 
-__all__ = ["QUOTATIONS"]
-
 #: Sentence, or the part that is quoted: where the thesis has it.
 QUOTATIONS = {
     "to ensure an LMI condition over an entire polytopic uncertain domain, it "

@@ -15,8 +15,6 @@ from collections import defaultdict
 
 from . import pages, words
 
-__all__ = ["differences", "folded"]
-
 SKIPPED = (
     "metadata",
     "traceback",

@@ -5,8 +5,6 @@ from types import MethodType
 
 from . import differences, folded
 
-__all__ = ["adopt", "compare", "written"]
-
 FOLDER = Path(__file__).resolve().parents[2] / "_build" / "outputs"
 
 

@@ -20,8 +20,6 @@ from scipy.spatial import cKDTree
 from . import paths, words
 from .shapes import drawn
 
-__all__ = ["differences"]
-
 TOLERANCE = 1.0
 SAME_MARK = 0.03
 MANY = 60

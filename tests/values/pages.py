@@ -14,8 +14,6 @@ from sosbook.book.notebooks import without_shared
 from . import figures, words
 from .trees import parse
 
-__all__ = ["data", "differences"]
-
 RAW = ("script", "style")
 NAMES = {"class", "for", "href", "id", "name", "src", "type"}
 

@@ -10,8 +10,6 @@ from functools import lru_cache
 import numpy as np
 from scipy.spatial import cKDTree
 
-__all__ = ["bounds", "distance", "lines"]
-
 PIECE = re.compile(r"([MmLlHhVvCcSsQqTtZz])([^MmLlHhVvCcSsQqTtZz]*)")
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 TAKES = {"M": 2, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "Z": 0}

@@ -9,8 +9,6 @@ import numpy as np
 
 from .paths import bounds, lines
 
-__all__ = ["Shape", "drawn"]
-
 GEOMETRY = {
     "use": {"x", "y"},
     "path": {"d"},

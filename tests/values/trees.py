@@ -3,8 +3,6 @@
 from html.parser import HTMLParser
 from xml.parsers import expat
 
-__all__ = ["Node", "parse"]
-
 VOID = {"br", "col", "hr", "img", "input", "link", "meta", "source", "wbr"}
 
 

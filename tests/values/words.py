@@ -20,8 +20,6 @@ from decimal import Decimal
 from functools import lru_cache
 from os.path import commonprefix
 
-__all__ = ["agree", "differences", "tokens"]
-
 REFERENCE = (
     r"(?:Tables?|Figs?\.?|Figures?|Sections?|Theorems?|Lemmas?|Eqs?\.?|"
     r"Chapters?|Corollary|Remark|Example)[ ]\d+(?:\.\d+)*"
