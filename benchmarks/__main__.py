@@ -6,13 +6,6 @@ python -m benchmarks --competitors sosbook     these anew, the rest is kept
 python -m benchmarks --families tree+grid --sections profile     the same
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import argparse
 import json
 from pathlib import Path

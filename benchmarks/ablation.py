@@ -9,13 +9,6 @@ factor of 1.3 on a held-back family or changes a verdict.
 was measured of paths that are gone stays in that file.
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import argparse
 import json
 from contextlib import ExitStack

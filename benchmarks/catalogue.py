@@ -68,143 +68,66 @@ def _of(name):
 
 
 SIZES = (2, 4, 8, 12, 24, 40)
-FAMILIES = {
-    # name: make, kind, asks, half, why, sizes, what a size counts
-    "grounded chain": Family(
-        plants.chain, "pid", "gamma", TUNING, "the solver was tuned on it", SIZES
-    ),
-    "free chain": Family(
-        masses.free_chain, "pid", "regions", TUNING, "the solver was tuned on it", SIZES
-    ),
-    "cantilever": Family(
-        continua.cantilever,
-        "pid",
-        "saturation",
-        TUNING,
-        "it was the benchmark's stiff plant",
-        (2, 4, 8, 12, 24),
-    ),
-    "tree": Family(
-        masses.tree, "pid", "slack", TUNING, "a slack in both halves", (2, 4, 6, 8)
-    ),
-    "pendulums": Family(
-        machines.pendulums,
-        "lqr",
-        "least cost",
-        TUNING,
-        "a cost in both halves",
-        (2, 3, 4, 6, 8),
-    ),
-    "uncertain masses": Family(
-        masses.uncertain_masses,
-        "pid",
-        "vertices",
-        TUNING,
-        "as many as uncertain springs",
-        (4, 16, 64, 256),
-        "vertices",
-    ),
-    "tied masses": Family(
-        masses.tied_masses,
-        "pid",
-        "pairs",
-        TUNING,
-        "pairs in both halves",
-        (1, 2, 4, 8),
-        "vertices",
-    ),
-    "uncertain springs": Family(
-        masses.uncertain_springs,
-        "pid",
-        "vertices",
-        TUNING,
-        "the solver was tuned on it",
-        (4, 16, 64, 256),
-        "vertices",
-    ),
-    "delayed chain": Family(
-        masses.delayed_chain, "delay", "delay", TUNING, "a delay in both", (1, 2, 3, 5)
-    ),
-    "observed beam": Family(
-        continua.observed_beam,
-        "observer",
-        "observer",
-        TUNING,
-        "an observer in both halves",
-        (2, 4, 8, 12),
-    ),
-    "published": Family(
-        _of("published"),
-        "pid",
-        "as it comes",
-        TUNING,
-        "every change was tried on them",
-        tuple(range(1, 9)),
-        "in the collection",
-    ),
-    "grid": Family(
-        masses.grid, "pid", "gamma", HELD_BACK, "two-dimensional, random", SIZES
-    ),
-    "plate": Family(
-        continua.plate,
-        "pid",
-        "regions",
-        HELD_BACK,
-        "stiffer than beams",
-        (6, 9, 12, 18, 27, 36),
-    ),
-    "modes": Family(
-        masses.modes,
-        "pid",
-        "saturation",
-        HELD_BACK,
-        "full matrices, random",
-        (2, 4, 8, 12, 24),
-    ),
-    "building": Family(
-        masses.building, "pid", "slack", HELD_BACK, "a slack in both", (2, 4, 6, 8)
-    ),
-    "stations": Family(
-        masses.stations,
-        "pid",
-        "regions",
-        HELD_BACK,
-        "lightly damped, many modes",
-        (6, 12, 24, 60, 135, 200),
-    ),
-    "rotor": Family(
-        continua.rotor, "lqr", "least cost", HELD_BACK, "gyroscopic", (4, 8, 12, 16)
-    ),
-    "arm": Family(
-        machines.arm, "pid", "pairs", HELD_BACK, "unstable, uncertain M", (1, 2, 3)
-    ),
-    "bicycles": Family(
-        machines.bicycles,
-        "pid",
-        "vertices",
-        HELD_BACK,
-        "S isn't symmetric",
-        (1, 3, 6, 12, 24, 64, 256),
-        "vertices",
-    ),
-    "delayed modes": Family(
-        masses.delayed_modes, "delay", "delay", HELD_BACK, "random", (1, 2, 3, 5)
-    ),
-    "observed wire": Family(
-        continua.observed_wire,
-        "observer",
-        "observer",
-        HELD_BACK,
-        "gyroscopic",
-        (2, 4, 8, 12),
-    ),
-    "foreign": Family(
-        _of("foreign"),
-        "pid",
-        "as it comes",
-        HELD_BACK,
-        "of other people",
-        tuple(range(1, 19)),
-        "in the collection",
-    ),
-}
+FEW = SIZES[:5]
+PLANTS = "in the collection"
+TUNED_ON = "the solver was tuned on it"
+
+
+def _half(half, table):
+    """The families of a half: make, kind, asks, why, sizes, and what these count."""
+    families = {}
+    for name, (make, kind, asks, why, sizes, *counts) in table.items():
+        families[name] = Family(make, kind, asks, half, why, sizes, *counts)
+    return families
+
+
+# fmt: off
+FAMILIES = _half(TUNING, {
+    "grounded chain": (plants.chain, "pid", "gamma", TUNED_ON, SIZES),
+    "free chain": (masses.free_chain, "pid", "regions", TUNED_ON, SIZES),
+    "cantilever": (
+        continua.cantilever, "pid", "saturation", "it was the benchmark's stiff plant",
+        FEW),
+    "tree": (masses.tree, "pid", "slack", "a slack in both halves", (2, 4, 6, 8)),
+    "pendulums": (
+        machines.pendulums, "lqr", "least cost", "a cost in both halves",
+        (2, 3, 4, 6, 8)),
+    "uncertain masses": (
+        masses.uncertain_masses, "pid", "vertices", "as many as uncertain springs",
+        (4, 16, 64, 256), "vertices"),
+    "tied masses": (
+        masses.tied_masses, "pid", "pairs", "pairs in both halves", (1, 2, 4, 8),
+        "vertices"),
+    "uncertain springs": (
+        masses.uncertain_springs, "pid", "vertices", TUNED_ON, (4, 16, 64, 256),
+        "vertices"),
+    "delayed chain": (
+        masses.delayed_chain, "delay", "delay", "a delay in both", (1, 2, 3, 5)),
+    "observed beam": (
+        continua.observed_beam, "observer", "observer", "an observer in both halves",
+        (2, 4, 8, 12)),
+    "published": (
+        _of("published"), "pid", "as it comes", "every change was tried on them",
+        tuple(range(1, 9)), PLANTS),
+}) | _half(HELD_BACK, {
+    "grid": (masses.grid, "pid", "gamma", "two-dimensional, random", SIZES),
+    "plate": (
+        continua.plate, "pid", "regions", "stiffer than beams", (6, 9, 12, 18, 27, 36)),
+    "modes": (masses.modes, "pid", "saturation", "full matrices, random", FEW),
+    "building": (masses.building, "pid", "slack", "a slack in both", (2, 4, 6, 8)),
+    "stations": (
+        masses.stations, "pid", "regions", "lightly damped, many modes",
+        (6, 12, 24, 60, 135, 200)),
+    "rotor": (continua.rotor, "lqr", "least cost", "gyroscopic", (4, 8, 12, 16)),
+    "arm": (machines.arm, "pid", "pairs", "unstable, uncertain M", (1, 2, 3)),
+    "bicycles": (
+        machines.bicycles, "pid", "vertices", "S isn't symmetric",
+        (1, 3, 6, 12, 24, 64, 256), "vertices"),
+    "delayed modes": (masses.delayed_modes, "delay", "delay", "random", (1, 2, 3, 5)),
+    "observed wire": (
+        continua.observed_wire, "observer", "observer", "gyroscopic", (2, 4, 8, 12)),
+    "foreign": (
+        _of("foreign"), "pid", "as it comes", "of other people", tuple(range(1, 19)),
+        PLANTS),
+})
+# fmt: on

@@ -16,13 +16,6 @@ Source of the matrices: F. Leibfritz, COMPleib: constraint matrix-optimization p
 library, University of Trier, 2004, version 1.1 (COMPleib.m).
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import json
 import sys
 from importlib.util import find_spec

@@ -5,13 +5,6 @@ Without ``--family`` the families are listed, and which half is held back.
 timed unless ``--peers`` names others: ``--peers clarabel sdpa``, or ``all``.
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import argparse
 import sys
 

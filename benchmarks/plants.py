@@ -8,6 +8,7 @@ import numpy as np
 import sosbook as sos
 
 from .elements import beam_matrices
+from .machines import bicycle_at
 
 __all__ = [
     "beam",
@@ -173,23 +174,9 @@ def two_masses():
 def bicycle(speed=5.0):
     """A bicycle with its rider, steered by a torque; roll, steer angle.
 
-    M q'' + v C1 q' + (g K0 + v^2 K2) q = f, with g = 9.81 m/s^2; the
-    disturbance is a torque about the roll axis. Source: J. P. Meijaard
-    et al., Linearized dynamics equations for the balance and steer of a
-    bicycle, Proc. R. Soc. A 463, 2007: the matrices of its benchmark.
-    Speed and requirements are our own.
+    See `benchmarks.machines.bicycle_at`. Speed and requirements are our own.
     """
-    M = [[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]]
-    C1 = [[0, 33.86641391492494], [-0.85035641456978, 1.68540397397560]]
-    K0 = [[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]]
-    K2 = [[0, 76.59734589573222], [0, 2.65431523794604]]
-    plant = sos.SecondOrderSystem(
-        M,
-        speed * np.array(C1),
-        9.81 * np.array(K0) + speed**2 * np.array(K2),
-        B=[[0], [1]],
-        F=[[1], [0]],
-    )
+    plant = bicycle_at(speed)
     region = sos.PoleRegion(sigma=1, theta=np.radians(75), rho=20)
     return plant, dict(U=[[1, 0]], region=region, gamma=0.002)
 

@@ -7,13 +7,6 @@ the ratios are, and how often they lie in the 95 % intervals. CPU seconds, into
 robots.json; with seeds only these robots are run, and nothing is stored.
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import json
 import sys
 from concurrent.futures import ProcessPoolExecutor

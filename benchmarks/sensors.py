@@ -8,13 +8,6 @@ into sensors.json, which chapter 36 prints; with numbers only these plants are r
 and nothing is stored.
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import json
 import sys
 from itertools import product

@@ -6,13 +6,6 @@ structures.json; names of kinds measure these again and keep the rest. All are h
 back, as in `catalogue`: no constant of the equations is chosen by them.
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import json
 import sys
 from pathlib import Path

@@ -15,12 +15,6 @@ family, and for a little more, in other units of force, length and time, and wit
 that are moved by their last bit. It writes how many verdicts change.
 """
 
-import os
-
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | dict(os.environ))  # before numpy is imported
-
 import json
 import re
 import sys

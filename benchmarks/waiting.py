@@ -4,13 +4,6 @@ Slider moves in Jupyter and in the page, refusals, exact proofs, maps and many
 designs, in seconds that pass, one call after the other; into waiting.json.
 """
 
-import os
-
-from sosbook.runtime.progress import WITHOUT_BARS
-from sosbook.runtime.threads import ONE_THREAD
-
-os.environ.update(ONE_THREAD | WITHOUT_BARS)  # before numpy is imported
-
 import argparse
 import json
 from pathlib import Path

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from benchmarks import ablation, clock, limits, maps, masses, run, waiting
+from benchmarks import ablation, clock, maps, masses, run, waiting
 from benchmarks.catalogue import FAMILIES, case
 from benchmarks.clock import Job, trial
 from benchmarks.competitors import COMPETITORS, Competitor
@@ -306,13 +306,6 @@ def test_poles_far_apart_have_finite_balls():
     big = flint.fmpq(10)
     A = flint.fmpq_mat([[0, 1, 0], [0, 0, 1], [-(big**100), -(big**90), -(big**60)]])
     assert all(s.is_finite() for s in poles(A))
-
-
-def test_each_request_with_a_limit_is_asked(capsys):
-    limits.main(["--sizes", "2", "--seconds", "60"])
-    lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 2 * len(limits.REQUESTS)
-    assert all(line.endswith(("feasible", "undecided")) for line in lines)
 
 
 def test_every_path_can_be_switched_off_and_changes_no_verdict():
