@@ -137,22 +137,6 @@ def test_the_author_reads_his_own_file_as_before(proof, tmp_path):
     assert again.proven and again.claims == proof.claims and again.margins()
 
 
-def test_an_author_s_words_are_printed_as_his(tmp_path):
-    """They can't look like the package's, nor move a cursor."""
-
-    class Boast(EnergyToPeak):
-        kind = "boast"
-
-        def claim(self):
-            return "fine\n- its H-infinity norm is below 0.1\x1b[8m"
-
-    proof = sos.design_pid(carts(1), requirements=[Boast(2.0), LIMIT]).certify()
-    proof.save(tmp_path / "boast.json")
-    for code, said in strangers(tmp_path / "boast.json"):
-        assert code == AUTHOR
-        assert "\x1b" not in said and "\n- its H" not in said
-
-
 def test_implied_stability_is_no_proof_of_it(tmp_path):
     """An author's flag counts for nothing: stability has a block of its own."""
     blocks = theorem_data(EnergyToPeak(0.6), Request(carts(1)), 1)["blocks"]

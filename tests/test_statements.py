@@ -23,6 +23,7 @@ from sosbook.synthesis.known_certificate import known_by_theorems
 from sosbook.synthesis.observer_problem import ObserverProblem
 from sosbook.synthesis.regularity import mass_pairs
 from sosbook.theorems import regular_mass
+from tests.hunt.tampering import verdicts
 from tests.oracles import mended
 from tests.test_proof_files import PROOFS, proof_of
 
@@ -166,16 +167,9 @@ ATTACKS = {
 def test_words_rest_on_the_lines_that_are_written_for_them(attack, bounded):
     whole = file_of(bounded)
     ATTACKS[attack](whole)
-    easier = attack in ("an easier plant",)
-    for changed in (whole, mended(whole)):
-        text = json.dumps(changed)
-        try:
-            said = verdict.check(text)
-        except (kernel.Refused, verdict.Beyond, *kernel.MALFORMED):
-            said = None
-        proven = type(bounded)(text).verify()
-        assert (said is not None) == proven
-        assert not proven or (easier and "about" in text and changed is not whole)
+    assert verdicts(whole) == (False, False)
+    easier = attack == "an easier plant"
+    assert verdicts(mended(whole)) == (easier, easier)
 
 
 def test_digests_name_what_a_file_is_about(bounded):
