@@ -16,6 +16,7 @@ from sosbook.delay import (
     simulate_delay,
 )
 from sosbook.theorems import Times, interval_decay, interval_kernel
+from tests.test_delay_theorems import Motion, integral
 
 SCALAR = DelayedLoop([[0]], [[-1]])
 MASSES = sos.thesis.delay_example_2()
@@ -60,84 +61,53 @@ def test_order_0_is_the_printed_matrix():
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_the_form_bounds_the_derivative_of_V(order, share):
     """Along a random past: V' by quadrature is at most minus the form."""
-    rng = np.random.default_rng(11 + order)
-    N, tau = 2, 0.8
-    mu = share * tau
-    h1, h2 = tau - mu, tau + mu
-    request = DelayRequest(
-        DelayedLoop(np.zeros((N, N)), np.zeros((N, N))),
-        tau=tau,
-        mu=mu,
-        method="interval",
-        order=order,
-    )
-    v = {}
+    rng, N, tau = np.random.default_rng(11 + order), 2, 0.8
+    h1, h2 = tau - share * tau, tau + share * tau
+    loop, asked = DelayedLoop(*np.zeros((2, N, N))), dict(tau=tau, mu=share * tau)
+    request = DelayRequest(loop, **asked, method="interval", order=order)
+    v = dict.fromkeys(("P", "Q1", "Q2", "R1", "R2", "T"))
     for u in request.unknowns():
         X = rng.standard_normal(u.shape)
         v[u.name] = X @ X.T if u.symmetric else X
-    if "T" in v:  # a T for which the kernel is positive
-        T = v["T"]
-        while np.linalg.eigvalsh(interval_kernel(v["R2"], T, order))[0] <= 0:
-            T = T / 2
-        v["T"] = T
+    while share and np.linalg.eigvalsh(interval_kernel(v["R2"], v["T"], order))[0] <= 0:
+        v["T"] = v["T"] / 2  # a T for which the kernel is positive
     A, Ad = rng.standard_normal((2, N, N))
-    c = rng.standard_normal((5, N))
+    x = Motion(rng, N, 5)
 
-    def x(s, k=0):  # and its derivatives
-        w = np.arange(1, 6)[:, None]
-        waves = w**k * np.sin(w * np.asarray(s) + np.arange(5)[:, None] + k * np.pi / 2)
-        return c.T @ waves
+    def mean(a, b):
+        return integral(x, a, b) / (b - a) if a < b else x(a)
 
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-
-    def integral(f, a, b):
-        s = (a + b) / 2 + (b - a) / 2 * nodes
-        return (f(s) * weights).sum(-1) * (b - a) / 2
-
-    def energy(R):
-        return lambda s: np.einsum("ik,ij,jk->k", x(s, 1), R, x(s, 1))
-
-    def now(s):
-        return x([s])[:, 0]
+    def grown(Q, R, a, b):
+        """What the terms in Q and R of the interval [-a, -b] add to V'."""
+        energy = integral(lambda s: x.dx(s) @ R @ x.dx(s), -a, -b)
+        known = x(-b) @ Q @ x(-b) - x(-a) @ Q @ x(-a)
+        return known + (a - b) ** 2 * q @ R @ q - (a - b) * energy
 
     for d in np.linspace(h1, h2, 4):
-        t = Times(tau, mu, 0.0, 1.0, 1.0)
-        names = {k: v.get(k) for k in ("P", "Q1", "Q2", "R1", "R2", "T")}
-        ends = [
-            interval_decay(A, Ad, **names, order=order, t=t, late=late)
-            for late in (0, 1)
-        ]
-        weight = (d - h1) / (h2 - h1) if mu else 0.0
-        form = (1 - weight) * ends[0] + weight * ends[1]
-        q = A @ now(0) + Ad @ now(-d)
-        state, rate = [now(0)], [q]
-        parts = [now(0)]
-        means = []
-        exactly = 0.0
+        t = Times(tau, share * tau, 0.0, 1.0, 1.0)
+        near, far = (
+            interval_decay(A, Ad, **v, order=order, t=t, late=late) for late in (0, 1)
+        )
+        form = near + (far - near) * ((d - h1) / (h2 - h1) if share else 0.0)
+        q = A @ x(0.0) + Ad @ x(-d)
+        state, rate, parts, means, true = [x(0.0)], [q], [x(0.0)], [], 0.0
         if h1 > 0:
-            parts.append(now(-h1))
-            means.append(integral(x, -h1, 0) / h1)
-            exactly += now(0) @ v["Q1"] @ now(0) - now(-h1) @ v["Q1"] @ now(-h1)
-            exactly += h1**2 * q @ v["R1"] @ q - h1 * integral(energy(v["R1"]), -h1, 0)
-            if order:
-                state.append(integral(x, -h1, 0))
-                rate.append(now(0) - now(-h1))
-        if mu:
-            parts += [now(-d), now(-h2)]
-            means += [
-                integral(x, -d, -h1) / (d - h1) if d > h1 else now(-h1),
-                integral(x, -h2, -d) / (h2 - d) if d < h2 else now(-h2),
-            ]
-            exactly += now(-h1) @ v["Q2"] @ now(-h1) - now(-h2) @ v["Q2"] @ now(-h2)
-            width = h2 - h1
-            exactly += width**2 * q @ v["R2"] @ q
-            exactly -= width * integral(energy(v["R2"]), -h2, -h1)
-            if order:
-                state.append(integral(x, -h2, -h1))
-                rate.append(now(-h1) - now(-h2))
-        exactly += 2 * np.concatenate(state) @ v["P"] @ np.concatenate(rate)
-        zeta = np.concatenate(parts + (means if order else []))
-        assert zeta @ form @ zeta <= -exactly + 1e-9 * abs(exactly)
+            parts.append(x(-h1))
+            means.append(mean(-h1, 0.0))
+            true += grown(v["Q1"], v["R1"], h1, 0.0)
+            state.append(integral(x, -h1, 0.0))
+            rate.append(x(0.0) - x(-h1))
+        if share:
+            parts += [x(-d), x(-h2)]
+            means += [mean(-d, -h1), mean(-h2, -d)]
+            true += grown(v["Q2"], v["R2"], h2, h1)
+            state.append(integral(x, -h2, -h1))
+            rate.append(x(-h1) - x(-h2))
+        if order == 0:
+            state, rate, means = state[:1], rate[:1], []
+        true += 2 * np.concatenate(state) @ v["P"] @ np.concatenate(rate)
+        zeta = np.concatenate(parts + means)
+        assert zeta @ form @ zeta <= -true + 1e-9 * abs(true)
 
 
 @pytest.mark.parametrize("order, proven, beyond", [(0, 1.338, 1.34), (1, 1.34, 1.46)])

@@ -1,6 +1,7 @@
 """Section 3.2: its rows, its errata, and what chapter 21 says of a mode."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import sosbook as sos
 from sosbook import delay
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.theorems import Functional, Times, delay_stabilization
+from tests.test_delay_theorems import NAMES, random_functional
 
 HERE = ("20_delay_theorem", "21_delay_examples")
 M = [[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]]
@@ -137,8 +139,7 @@ def test_a_certificate_contains_one_of_the_flutter_mode():
     mode = Descriptor(np.eye(3), Lambda, W.T @ Bu, np.zeros((3, 0)), None)
     delta = 0.05 * 0.2
     t = Times(1, 0.5, delta, np.exp(-2 * delta), np.exp(-3 * delta))
-    names = ("P", "Q", "S", "R1", "R2", "R3", "Z")
-    v = Functional(*(values[name] for name in names))
+    v = Functional(*(values[name] for name in NAMES))
     block = delay_stabilization(mode, v, F, X, t, 0.6 / 0.2)
     assert np.linalg.eigvalsh(block)[0] > 0
     for whole in (
@@ -153,33 +154,16 @@ def test_alpha_must_be_positive(alpha):
     """Along (alpha v, -v, alpha v, 0, 0) only the functional is left."""
     rng = np.random.default_rng(3)
     N, tau, mu, delta = 3, 0.7, 0.2, 0.3
-
-    def any_square():
-        return rng.standard_normal((N, N))
-
-    def positive(size):
-        root = rng.standard_normal((size, size))
-        return root @ root.T
-
-    R = positive(2 * N)
-    v = Functional(
-        positive(N),
-        any_square(),
-        positive(N),
-        R[:N, :N],
-        R[N:, :N],
-        R[N:, N:],
-        positive(N),
-    )
-    plant = Descriptor(
-        any_square(), any_square(), rng.standard_normal((N, 1)), None, None
-    )
+    v = random_functional(rng, N)
+    v = replace(v, P=random_functional(rng, N).S)  # this one positive, too
+    E, A, F = rng.standard_normal((3, N, N))
+    B, X = rng.standard_normal((2, N))
+    plant = Descriptor(E, A, B[:, None], None, None)
     t = Times(
         tau, mu, delta, np.exp(-2 * delta * tau) / tau, np.exp(-2 * delta * (tau + mu))
     )
-    form = -delay_stabilization(
-        plant, v, any_square(), rng.standard_normal((1, N)), t, alpha
-    )
+    form = -delay_stabilization(plant, v, F, X[None], t, alpha)
+    R = np.block([[v.R1, v.R2.T], [v.R2, v.R3]])
     y = rng.standard_normal(N)
     along = np.r_[alpha * y, -y, alpha * y, np.zeros(2 * N)]
     pair = np.r_[alpha * y, -y]

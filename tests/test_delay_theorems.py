@@ -217,45 +217,6 @@ def late_drift(motion, tau, d):
     return motion(-tau) - motion(-d)
 
 
-@pytest.mark.parametrize("seed", range(12))
-def test_the_form_bounds_the_derivative_of_v(seed):
-    """For any motion x, also none of the loop, with the null term added.
-
-    V is differentiated as defined; d lies anywhere in its interval. The
-    epsilons are the theorem's and, as it allows, smaller ones.
-    """
-    rng = np.random.default_rng(seed)
-    N = 2
-    tau = rng.uniform(0.2, 2)
-    mu, delta = tau * rng.choice([0, 0.3, 1]), rng.choice([0, 0.1, 0.8])
-    v, motion = random_functional(rng, N), Motion(rng, N, 3)
-    E, A, Ad, F, G = rng.standard_normal((5, N, N))
-    V = functional(motion, v, tau, mu, delta)
-    grown = slope(V) + 2 * delta * V(0.0)
-    x, rate, late = motion(0.0), motion.dx(0.0), motion(-tau)
-    eta = integral(motion, -tau, 0)
-    for less in (1, 0.8):
-        t = Times(
-            tau,
-            mu,
-            delta,
-            less * np.exp(-2 * delta * tau) / tau,
-            less * np.exp(-2 * delta * (tau + mu)),
-        )
-        whole, rates = delay_functional(v, t)
-        pair = np.concatenate([x, eta])
-        assert V(0.0) > pair @ whole @ pair
-        assert np.linalg.eigvalsh(rates)[0] > 0
-        matrix = delay_decay(E, A, Ad, v, F, G, t)
-        for d in tau + mu * np.array([-1, 0.4, 1]):
-            loop = A @ x + Ad @ motion(-d) - E @ rate
-            null = 2 * t.epsilon2 * (F.T @ x + G.T @ rate) @ loop
-            drift = -t.epsilon2 * late_drift(motion, tau, d)
-            parts = [x, rate, late, eta] + ([drift] if mu else [])
-            long = np.concatenate(parts)
-            assert grown + null < -long @ matrix @ long
-
-
 def random_plant_in_rationals(rng, N=3, m=2):
     """A descriptor with a regular E, in rationals."""
 

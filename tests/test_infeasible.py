@@ -286,21 +286,6 @@ def test_a_point_without_direction_keeps_the_frame():
         assert closer(lmis, near) is lmis.frame
 
 
-def test_time_that_is_over_leaves_the_request_undecided():
-    """Each kind of request, and a limit that no machine keeps."""
-    plant = sos.thesis.example_1().plant
-    asked = dict(region=sos.PoleRegion(0.3), time_limit=1e-6)
-    for d in (
-        sos.design_pid(plant, **asked),
-        sos.design_pid(plant, minimize="gamma", **asked),
-        sos.design_pid(plant, coupling="slack", **asked),
-        sos.analyse_pid(plant, np.zeros((2, 4)), **asked),
-        sos.design_lqr(plant, np.eye(4), np.eye(2), **asked),
-    ):
-        assert d.status == "undecided"
-        assert "Stopped after 1e-06 s" in d.reason
-
-
 def test_a_minimum_that_time_cuts_short_still_has_a_design(monkeypatch):
     """The point that phase one found, with the bounds that it keeps."""
     plant = sos.thesis.example_1().plant

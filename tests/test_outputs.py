@@ -463,13 +463,10 @@ def test_a_file_asks_for_outputs(tmp_path, capsys):
     file.write_text(json.dumps(asked), "utf-8")
     assert main(["design", str(file), "--proof", str(proof)]) == 0
     claims = checked(sos.proofs.load(proof))
-    assert claims[1:3] == (
+    assert {*claims[1:3]} == {
         "its H-infinity norm from w[0] to [[1]] z is below 9",
         "ride: its H-infinity norm to comfort = 1 z''; 0.1 u is below 0.8",
-    ) or claims[1:3][::-1] == (
-        "its H-infinity norm from w[0] to [[1]] z is below 9",
-        "ride: its H-infinity norm to comfort = 1 z''; 0.1 u is below 0.8",
-    )
+    }
     assert claims[3].startswith("its H2 norm to 1 z + [[0.5]] u is below 0.")
     asked["h2"]["outputs"]["positon"] = 1
     file.write_text(json.dumps(asked), "utf-8")

@@ -114,12 +114,6 @@ def test_page_and_package_answer_alike_where_the_book_has_an_explorer(kernel, ch
     assert undecided <= 1
 
 
-@pytest.mark.parametrize("sigma", [0.7, 2.3])
-def test_page_and_package_answer_alike_in_example_1(kernel, wished, sigma):
-    request = wished(sigma)
-    same(kernel.evaluate(DESIGN, [request, False]), Answers()("move", request))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "request_of, seed",
