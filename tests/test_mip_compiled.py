@@ -1,6 +1,8 @@
 """The compiled C program against `Controller`: every bit of every tick."""
 
+import os
 import sys
+import tempfile
 from functools import cache
 
 import control
@@ -131,6 +133,17 @@ def test_robots_side_by_side():
         assert bits(python.step(gyro, wheels)) == bits(c.step(gyro, wheels))
     assert c.fault.tolist() == [0, 0, FAULTS.index("fall")] == python.fault.tolist()
     assert bits(c.theta[:2]) == bits(python.theta[:2])
+
+
+def test_what_is_compiled_leaves_no_folder_behind(monkeypatch, tmp_path):
+    """A process that is killed, as tests' workers are, left one for each program."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    program = Compiled(Firmware(LAWS["PD"]))
+    with pytest.raises(RuntimeError, match="refused"):
+        Compiled(Firmware(LAWS["PD"]), flags=[*FLAGS, "-ffast-math"])
+    assert os.name == "nt" or not list(tmp_path.iterdir())
+    program.start(tilt=0.1)
+    assert program.step(0.0, 0.0)
 
 
 def test_a_step_before_the_start_is_refused():

@@ -35,8 +35,6 @@ SHORTHAND = {
     "exact/checker/small_input.py": {"u_max"},
     "exact/checker/special.py": NAMES,
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
-    "pendulum/robot.py": {"lqr"},  # the name of a law in a description
-    "pendulum/optimal.py": {"lqr"},
     "theorems/text.py": {"gamma"},  # the size of a theorem's argument
     "controllers/answers.py": {"u_max"},  # an argument, in what is said of it
     "controllers/controller.py": {"u_max"},

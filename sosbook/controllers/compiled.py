@@ -1,14 +1,11 @@
 """A controller's program, compiled and run in place of `Replay`."""
 
 import ctypes
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
 from ..plants.checks import count
-from ..runtime.writing import write_texts
-from .compiler import FLAGS, build
+from .compiler import FLAGS, loaded
 from .program import Code
 from .replay import COUNTERS
 from .spelling import FLOAT_TYPES
@@ -29,8 +26,6 @@ class CompiledCode:
         Of all arithmetic.
     flags : sequence of str
         Of the compiler.
-    folder : path_like, optional
-        Where the files go; without it a temporary one, which goes with this object.
 
     Raises
     ------
@@ -40,19 +35,11 @@ class CompiledCode:
         If there is no compiler, or it refuses.
     """
 
-    def __init__(
-        self, controller, runs=1, precision="double", flags=FLAGS, folder=None
-    ):
+    def __init__(self, controller, runs=1, precision="double", flags=FLAGS):
         self.code = Code(controller, "law", precision)
         self.runs = count("runs", runs, least=1)
         self.kind = np.dtype(FLOAT_TYPES[precision])
-        if folder is None:
-            self._temporary = tempfile.TemporaryDirectory(
-                prefix="law", ignore_cleanup_errors=True
-            )
-            folder = self._temporary.name
-        write_texts(folder, self.code.texts)
-        library = ctypes.CDLL(str(build(Path(folder), "law", flags)))
+        library = loaded("law", self.code.texts, flags=flags)
         self._real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
         sizes = [len(controller.A), len(controller.measured)]
         sizes += [len(controller.set_points), len(controller.outputs)]

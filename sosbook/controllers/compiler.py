@@ -1,13 +1,18 @@
 """The C compiler of the machine, for programs that are tried here."""
 
+import ctypes
 import importlib.util
 import os
 import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
-__all__ = ["FLAGS", "build", "compiler"]
+from ..runtime.writing import write_texts
+
+__all__ = ["FLAGS", "build", "compiler", "loaded"]
 
 #: Flags of the compiler: strict C99, without warnings or fused operations.
 FLAGS = (
@@ -73,3 +78,22 @@ def build(folder, name, flags=FLAGS):
             f"the compiler refused: {shlex.join(command)}\n{done.stderr}"
         )
     return library
+
+
+def loaded(name, texts, folder=None, flags=FLAGS):
+    """The library of <name>.c among some ``texts``, made with ``flags`` and loaded.
+
+    Without a ``folder`` its files are gone again: a loaded library needs none, but on
+    Windows, where they go with it.
+    """
+    place = None
+    if folder is None:
+        place = tempfile.TemporaryDirectory(prefix=name, ignore_cleanup_errors=True)
+    try:
+        write_texts(folder or place.name, texts)
+        library = ctypes.CDLL(str(build(Path(folder or place.name), name, flags)))
+        library.folder = place
+        return library
+    finally:
+        if place and os.name != "nt":
+            place.cleanup()

@@ -1,14 +1,11 @@
 """The generated C program, compiled and run in place of `Controller`."""
 
 import ctypes
-import tempfile
-from pathlib import Path
 
 import numpy as np
 
-from ..controllers.compiler import FLAGS, build, compiler
+from ..controllers.compiler import FLAGS, compiler, loaded
 from ..controllers.spelling import FLOAT_TYPES
-from ..runtime.writing import write_texts
 from .export import Program
 from .firmware import COUNTERS, NUMBERS
 
@@ -27,7 +24,7 @@ class Compiled:
     precision : {"double", "single"}
     folder : path_like, optional
         Where balance.h, balance.c and the compiled library go. Without it a
-        temporary folder, which goes with this object.
+        temporary folder.
     flags : sequence of str
         The compiler's flags.
     runs : int
@@ -58,14 +55,7 @@ class Compiled:
         self.firmware, self.runs = firmware, runs
         self.kind = np.dtype(FLOAT_TYPES[precision])
         self.states = None
-        if folder is None:
-            self._temporary = tempfile.TemporaryDirectory(
-                prefix="balance", ignore_cleanup_errors=True
-            )
-            folder = self._temporary.name
-        write_texts(folder, program.law)
-        self.library = build(Path(folder), "balance", flags)
-        self._load(ctypes.CDLL(str(self.library)))
+        self._load(loaded("balance", program.law, folder, flags))
 
     def _load(self, library):
         real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
