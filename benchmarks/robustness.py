@@ -35,7 +35,6 @@ from tqdm import tqdm
 
 import sosbook as sos
 from sosbook.runtime import time_limit
-from sosbook.solver.blocks import Blocks
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
@@ -258,7 +257,7 @@ def _clarabel(request):
     blocks = float_blocks(request, Frame.of(request))
     if not any(c.any() for c in blocks.constants):  # read P > 0 as P > I
         first = -np.eye(request.order)
-        blocks = Blocks([first] + blocks.constants[1:], blocks.slopes)
+        blocks = clarabel.Explicit([first] + blocks.constants[1:], blocks.slopes)
     _, t, status = clarabel.deepest(scaled(blocks))
     return float(t) if status == "Solved" else None
 

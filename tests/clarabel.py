@@ -5,6 +5,17 @@ import numpy as np
 from scipy import sparse
 
 
+class Explicit:
+    """Blocks G_k(x) = G_k0 + sum_a x_a G_ka by their ``constants`` and ``slopes``."""
+
+    def __init__(self, constants, slopes):
+        self.constants, self.slopes = list(constants), list(slopes)
+        self.variables = len(self.slopes[0])
+
+    def __call__(self, x):
+        return [c + np.tensordot(x, s, 1) for c, s in zip(self.constants, self.slopes)]
+
+
 def minimize(blocks, cost):
     """Clarabel's last point for min cost.x over G_k(x) >= 0, and its verdict."""
     cones, rows, constants = [], [], []
@@ -31,7 +42,7 @@ def minimize(blocks, cost):
 
 def deepest(blocks):
     """x, the largest t <= 1 with G_k(x) >= t I, and Clarabel's verdict."""
-    lifted = type(blocks)(
+    lifted = Explicit(
         [*blocks.constants, np.eye(1)],
         [
             np.concatenate([s, -np.eye(s.shape[1])[None]])

@@ -684,8 +684,8 @@ def _signs(rng, largest, marginal):
 def float_blocks(request, frame, levels=()):
     """The blocks of a request, with explicit slopes."""
     expressions, unknowns = request.in_unknowns(frame, levels=levels)
-    blocks = Blocks.of(expressions.values(), unknowns)
-    return Blocks(
+    blocks = Blocks(expressions.values(), unknowns)
+    return clarabel.Explicit(
         [c.astype(float) for c in blocks.constants],
         [s.astype(float) for s in blocks.slopes],
     )
@@ -701,7 +701,7 @@ def scaled(blocks):
         d = 2.0 ** np.round(-np.log2(np.where(size == 0, 1, size)) / 2)
         constants.append(c * np.outer(d, d))
         slopes.append(s * np.outer(d, d))
-    return Blocks(constants, slopes)
+    return clarabel.Explicit(constants, slopes)
 
 
 def _edge(rng, largest, marginal):
@@ -775,7 +775,7 @@ class _Edge:
         one, two = (self._fixed(frame, k * self.unit) for k in (1, 2))
         slope = [b - a for a, b in zip(one.constants, two.constants)]
         return scaled(
-            Blocks(
+            clarabel.Explicit(
                 [a - s for a, s in zip(one.constants, slope)],
                 [np.concatenate([s, d[None]]) for s, d in zip(one.slopes, slope)],
             )

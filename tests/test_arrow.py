@@ -41,7 +41,7 @@ def springs(vertices, n=2, **asked):
 def compiled(plant, asked):
     request = Request(plant, **asked)
     expressions, unknowns = request.in_unknowns(Frame.of(request))
-    return Blocks.of(expressions.values(), unknowns), unknowns
+    return Blocks(expressions.values(), unknowns), unknowns
 
 
 #: So few products that every arrow pays, and the best one most.
@@ -160,7 +160,7 @@ def test_any_unknowns_that_share_no_block_are_leaves(always):
         A = rng.standard_normal((n, n))
         written += [X + eye(n), block([[Z, A @ X], [(A @ X).T, eye(n)]])]
         written += [he(A @ shared) - X + 3 * eye(n)]
-    names, border = leaves(Blocks.of(written, unknowns), unknowns)
+    names, border = leaves(Blocks(written, unknowns), unknowns)
     assert names == [{f"X{k}", f"Z{k}"} for k in range(4)]
     assert border == {"S"}
 
@@ -170,7 +170,7 @@ def test_there_is_no_arrow_without_a_border_or_with_one_matrix(always):
     blocks, _ = compiled(plant, {"region": asked["region"]})
     assert arrow_of(Newton(blocks)) is None
     X, Z = (Unknown(name, 2, symmetric=True) for name in "XZ")
-    assert arrow_of(Newton(Blocks.of([X, Z, eye(2) - X], [X, Z]))) is None
+    assert arrow_of(Newton(Blocks([X, Z, eye(2) - X], [X, Z]))) is None
 
 
 def test_few_vertices_take_the_whole_matrix_and_many_an_arrow():

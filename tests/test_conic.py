@@ -15,7 +15,7 @@ def scaled_blocks(request):
     """The request's blocks in its frame, entries near one."""
     frame = Frame.of(request)
     expressions, unknowns = request.in_unknowns(frame)
-    blocks = Blocks.of(expressions.values(), unknowns)
+    blocks = Blocks(expressions.values(), unknowns)
     if not any(c.any() for c in blocks.constants):  # read P > 0 as P > I
         first = -np.eye(request.order)
         blocks = blocks.with_constants([first] + blocks.constants[1:])
@@ -25,7 +25,7 @@ def scaled_blocks(request):
 def scaled(blocks):
     """A diagonal congruence that brings the entries near one."""
     outer = [np.outer(d, d) for d in blocks.diagonal_scales]
-    return Blocks(
+    return clarabel.Explicit(
         [c * o for c, o in zip(blocks.constants, outer)],
         [s * o for s, o in zip(blocks.slopes, outer)],
     )
@@ -42,7 +42,7 @@ def smallest_gamma(plant, asked):
     )
     g, unit = Unknown("gamma2", 1), near.gamma**2
     expressions, unknowns = request.in_unknowns(frame, levels={"gamma": g * unit})
-    blocks = Blocks.of(expressions.values(), unknowns + [g])
+    blocks = Blocks(expressions.values(), unknowns + [g])
     blocks = scaled(blocks)
     cost = np.zeros(blocks.variables)
     cost[-1] = 1.0

@@ -391,7 +391,7 @@ def test_infeasibility_is_proven(d):
     for z in Z:
         assert (z == z.T).all()
         assert positive_definite(z)
-    blocks = Blocks.of(expressions.values(), unknowns)
+    blocks = Blocks(expressions.values(), unknowns)
     assert not any(c.any() for c in blocks.constants)
     for a in range(blocks.variables):
         pairs = zip(blocks.slopes, Z)

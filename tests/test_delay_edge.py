@@ -218,7 +218,7 @@ def test_the_deepest_ray_of_a_narrow_cone():
     x, y = Unknown("x", 1), Unknown("y", 1)
     for e, room in ((0.5, True), (1 - 1e-9, True), (1.0, False), (2.0, False)):
         cone = [block([[x, e * y], [e * y, x]]), y - x]
-        found = deepest(Blocks.of(cone, [x, y]))
+        found = deepest(Blocks(cone, [x, y]))
         assert (found.depth > 0) == room
         assert found.gap < max(found.depth, 1e-12)
 
@@ -227,7 +227,7 @@ def test_a_cone_without_inside_is_left_as_soon_as_multipliers_exclude_it():
     """A P + P A' < 0 and P > 0, where every mode of A grows."""
     P, steps = Unknown("P", 3, symmetric=True), []
     A = np.array([[0, 1, 0], [0, 0, 1], [1, -2, 1]])
-    found = deepest(blocks := Blocks.of([P, -he(A @ P)], [P]), watch=steps.append)
+    found = deepest(blocks := Blocks([P, -he(A @ P)], [P]), watch=steps.append)
     assert found.depth == found.gap == 0 and not found.x.any()
     assert min(np.linalg.eigvalsh(z)[0] for z in found.Z) > 1e-6
     assert np.abs(blocks.adjoint(found.Z)).max() < 1e-13
@@ -237,7 +237,7 @@ def test_a_cone_without_inside_is_left_as_soon_as_multipliers_exclude_it():
 def test_the_deepest_ray_needs_a_cone():
     x = Unknown("x", 1)
     with pytest.raises(ValueError, match="homogeneous"):
-        deepest(Blocks.of([x - np.ones((1, 1))], [x]))
+        deepest(Blocks([x - np.ones((1, 1))], [x]))
 
 
 def test_states_that_nothing_drives_decide_alone():

@@ -63,7 +63,7 @@ def test_the_certificate_is_a_proof(name):
     assert proof.proven
     expressions, unknowns = d.request.in_unknowns(d.frame, exact)
     assert set(proof.multipliers) == set(expressions)
-    blocks = Blocks.of(expressions.values(), unknowns)
+    blocks = Blocks(expressions.values(), unknowns)
     Z = [proof.multipliers[name] for name in expressions]
     for z in Z:
         assert (z == z.T).all()

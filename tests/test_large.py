@@ -53,7 +53,7 @@ def test_an_unbounded_request_of_60_states_needs_no_dense_matrix():
 
 def lyapunov(A):
     P = Unknown("P", len(A), symmetric=True)
-    return Blocks.of([P, -he(A @ P)], [P]), P
+    return Blocks([P, -he(A @ P)], [P]), P
 
 
 @pytest.mark.parametrize("length", [1e-6, 1.0, 1e6])
@@ -76,7 +76,7 @@ def test_the_bound_of_a_cone_holds_a_multiple_of_any_point(length, monkeypatch):
 def request_of(plant, asked):
     request = Request(plant, **asked)
     expressions, unknowns = request.in_unknowns(Frame.of(request))
-    return Blocks.of(expressions.values(), unknowns)
+    return Blocks(expressions.values(), unknowns)
 
 
 def some_plant(rng, n):

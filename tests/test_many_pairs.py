@@ -159,7 +159,7 @@ def test_expressions_of_many_pairs_are_those_of_each_alone(asked, monkeypatch):
 
     def written():
         expressions, unknowns = request.in_unknowns(frame)
-        return expressions, Blocks.of(expressions.values(), unknowns)
+        return expressions, Blocks(expressions.values(), unknowns)
 
     at_once, many = written()
     monkeypatch.setattr(pair_stacks, "FEWEST", np.inf)
@@ -227,6 +227,8 @@ def test_a_guess_that_no_pair_violates_will_do(coupling):
     assert len(request.pairs) > cutting.CUTTING_PLANE_ABOVE_PAIRS
     lmis = ScaledLMIs(request, Frame.of(request))
     assert Cuts(lmis).holds(lmis.packed(lmis.guess()))
+    found = Cuts(lmis).find(lmis.guess())  # of no block once with a slack matrix
+    assert Cuts(lmis).holds(lmis.packed(found.values))
     assert feasibility.answer(request).status == "feasible"
 
 

@@ -406,7 +406,7 @@ def test_centre_is_the_solvers_and_the_edge_is_singular(desk):
         (here,) = desk.compute("sos-centre", [{"sigma": sigma}])
         P = block([[p, q], [q, unit]])
         rate = -((A + sigma * np.eye(2)) @ P + P @ (A + sigma * np.eye(2)).T)
-        blocks = Blocks.of([P, rate], [p, q])
+        blocks = Blocks([P, rate], [p, q])
         assert np.allclose(
             here["centre"], centre(blocks, phase_one(blocks).x), atol=1e-4
         )

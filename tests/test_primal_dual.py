@@ -22,7 +22,7 @@ def lyapunov(n, seed):
     random = np.random.default_rng(seed)
     A = random.standard_normal((n, n)) - 2.5 * n**0.5 * np.eye(n)
     P = Unknown("P", n, symmetric=True)
-    blocks = Blocks.of([P, 20 * eye(n) - P, -he(A @ P) + eye(n)], [P])
+    blocks = Blocks([P, 20 * eye(n) - P, -he(A @ P) + eye(n)], [P])
     newton = newton_of(blocks)
     x = np.zeros(newton.variables)
     for a in range(newton.variables):  # x of P = I

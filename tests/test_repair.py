@@ -29,7 +29,7 @@ def star(count, n=2):
 
 
 def multipliers(expressions, unknowns):
-    phase = phase_one(Blocks.of([in_floats(g) for g in expressions], unknowns))
+    phase = phase_one(Blocks([in_floats(g) for g in expressions], unknowns))
     assert phase.verdict == "infeasible"
     return phase.Z
 

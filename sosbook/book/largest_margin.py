@@ -82,7 +82,7 @@ def largest_margin(expressions, unknowns):
     >>> round(shortest.length, 4)
     5.0
     """
-    blocks = Blocks.of(expressions, unknowns)
+    blocks = Blocks(expressions, unknowns)
     start = deepest(blocks)
     x = _inside(blocks, start.x)
     if x is None:

@@ -61,7 +61,7 @@ class Modes:
         diagonal (Gershgorin).
         """
         expressions, unknowns = request.in_unknowns()
-        slopes = Blocks.of(expressions.values(), unknowns).slopes
+        slopes = Blocks(expressions.values(), unknowns).slopes
         floats = [z.astype(float) for z in multipliers]
         lower = [np.tril_indices(len(z)) for z in multipliers]
         changes = [

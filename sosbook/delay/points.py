@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..exact.definite import round_digits
-from ..lmi.trusted import TrustedProblem
+from ..lmi.problem import TrustedProblem
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time
 from ..solver.bounded import bounded, unpacked

@@ -89,7 +89,7 @@ def _by_modes(request):
 
 def _deepest(expressions, unknowns):
     """`deepest`, or None where it finds a solution or no multipliers."""
-    deep = deepest(Blocks.of(expressions.values(), unknowns))
+    deep = deepest(Blocks(expressions.values(), unknowns))
     return None if deep.depth > 0 or deep.Z is None else deep
 
 

@@ -38,7 +38,7 @@ def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
     all others depend linearly. Returns (multipliers, value) or None: exact positive
     definite Z_k, and sum <G_k0, Z_k> <= 0; None if the repaired Z_k prove nothing.
     """
-    Z = refined(Blocks.of([in_floats(g) for g in expressions], unknowns), Z)
+    Z = refined(Blocks([in_floats(g) for g in expressions], unknowns), Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
     try:
         stiff = [np.linalg.inv(z.astype(float)).diagonal() for z in Z]
@@ -128,7 +128,7 @@ def _change(expressions, unknowns, stiff, residual, free):
     ]
     if len(entries) * len(residual) > MOST_NUMBERS:
         return None
-    slopes = Blocks.of([in_floats(g) for g in expressions], unknowns).slopes
+    slopes = Blocks([in_floats(g) for g in expressions], unknowns).slopes
     white = np.stack(
         [
             slopes[k][:, i, j]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-__all__ = ["Matrices", "Reaches", "Readings", "array_of", "margins"]
+__all__ = ["Matrices", "Reaches", "array_of", "margins"]
 
 
 class Matrices:
@@ -67,47 +67,6 @@ class Matrices:
     def write(self, part, entry):
         """Write an ``entry``, some matrices or a plain one, into their ``part``."""
         part[:] = array_of(entry)
-
-
-class Readings(Matrices):
-    """A constant and the slopes of an affine expression, read as one.
-
-    The first matrix is the constant, to which plain matrices are added. Each of the
-    others is the derivative by a variable.
-
-    Examples
-    --------
-    >>> x = Readings(np.array([[[0.0]], [[1.0]]]))
-    >>> (2 * x + np.eye(1)).array.ravel()
-    array([1., 2.])
-    """
-
-    def __add__(self, other):
-        if isinstance(other, Matrices):
-            return Readings(self.array + other.array)
-        total = self.array.astype(float)
-        total[0] += other
-        return Readings(total)
-
-    __radd__ = __add__
-
-    def __sub__(self, other):
-        return self + -other
-
-    def __rsub__(self, other):
-        return -self + other
-
-    def write(self, part, entry):
-        if isinstance(entry, Matrices):
-            part[:] = entry.array
-        else:
-            part[0] = entry
-
-    def times(self, size):
-        """The perspective s G(X / s) for a size s, 1 x 1, of this G(X)."""
-        total = self.array + size.array * self.array[0]
-        total[0] = 0 * self.array[0]
-        return Readings(total)
 
 
 class Reaches(Matrices):

@@ -17,7 +17,7 @@ from .certificates import LMIProof, LMIRefusal
 from .solution import LMISolution
 from .text import LMIText, rationals
 
-__all__ = ["LMIProblem", "LMIProof", "LMISolution"]
+__all__ = ["LMIProblem", "LMIProof", "LMISolution", "TrustedProblem"]
 
 FARTHEST_START = 1e6  # largest variable from which a minimisation starts
 
@@ -354,3 +354,12 @@ class LMIProblem(LMIText):
                 gradient[k] = (weight * u.unpack(one)).sum()
             gradients.append(gradient)
         return np.concatenate(gradients)
+
+
+class TrustedProblem(LMIProblem):
+    """An `LMIProblem` whose blocks aren't checked, for this package wrote them.
+
+    ``write``, ``unknowns``, ``time_limit``, ``settings``: as for `LMIProblem`.
+    """
+
+    trusted = True

@@ -6,47 +6,87 @@ import numpy as np
 
 from .newton import newton_of
 from .settings import DEFAULTS
-from .structure import StructuredBlock, structure
+from .structure import structure
 
-__all__ = ["AffineBlocks", "Blocks"]
+__all__ = ["Blocks"]
 
 
 class Blocks:
-    """Affine symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka.
+    """Symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka that are `Affine` expressions.
 
-    ``constants``, list of (q, q) arrays: the blocks where all variables are zero;
-    ``slopes``, list of (k, q, q) arrays: derivatives of each block, one slice for each
-    of the k variables. Has ``settings``: how they are solved.
+    ``expressions``: the blocks, which keep their structure; each is symmetric whatever
+    the unknowns are; ``unknowns``: their free entries, one unknown after the other, are
+    the variables. Has ``constants``, list of (q, q) arrays: the blocks where all
+    variables are zero; ``settings``: how they are solved.
     """
 
     settings = DEFAULTS
 
-    def __init__(self, constants, slopes):
-        self.constants = list(constants)
-        self.slopes = list(slopes)
-        self.variables = len(self.slopes[0])
+    def __init__(self, expressions, unknowns):
+        self.expressions, self.unknowns = list(expressions), list(unknowns)
+        self.constants = [g.constant for g in self.expressions]
+        self.variables = sum(u.size for u in self.unknowns)
 
-    @staticmethod
-    def of(expressions, unknowns):
-        """Blocks that are `Affine` expressions, and keep their structure.
+    @classmethod
+    def compiled(cls, expressions, blocks, unknowns):
+        """Blocks whose structure is known.
 
-        ``expressions``: the blocks; each is symmetric whatever the unknowns are;
-        ``unknowns``: their free entries, one unknown after the other, are the
-        variables. Returns AffineBlocks: its slopes are made when they are asked for.
+        ``expressions``, ``unknowns``: as for the class; ``blocks``: their structures.
         """
-        return AffineBlocks(expressions, unknowns)
+        self = cls(expressions, unknowns)
+        layouts, scalars, _ = structure([], self.unknowns)
+        self.structure = layouts, scalars, list(blocks)
+        return self
+
+    def joined(self, write):
+        """These blocks and more, which ``write`` makes of a list of values."""
+        more = Blocks(write(self.unknowns), self.unknowns)
+        joined = Blocks.compiled(
+            [*self.expressions, *more.expressions],
+            [*self.structure[2], *more.structure[2]],
+            self.unknowns,
+        )
+        joined.settings = self.settings
+        return joined
+
+    @cached_property
+    def slopes(self):
+        """Derivatives of each block: a list of (k, q, q) arrays."""
+        slopes = []
+        for g in self.expressions:
+            parts = (x for t in g.terms for x in (t.left, t.right))
+            kind = np.result_type(g.constant, *parts)  # exact ones stay exact
+            slopes.append(np.zeros((self.variables, *g.constant.shape), kind))
+            held, start = {t.unknown for t in g.terms}, 0
+            for u in self.unknowns:
+                if u in held:
+                    slopes[-1][start : start + u.size] = g.jacobian(u)
+                start += u.size
+        return slopes
 
     @cached_property
     def structure(self):
         """Layouts, indices of the scalars, blocks: see `structure`."""
-        parts = zip(self.constants, self.slopes)
-        blocks = [
-            StructuredBlock(
-                c.astype(float, copy=False), [], s.astype(float, copy=False)
-            )
-            for c, s in parts
-        ]
-        return [], np.arange(self.variables), blocks
+        return structure(self.expressions, self.unknowns)
+
+    def adjoint(self, Z):
+        """sum_k <G_ka, Z_k> for each variable a: a (k,) array.
+
+        ``Z`` has one symmetric matrix for each block.
+        """
+        gradients = {u: np.zeros(u.shape) for u in self.unknowns}
+        for g, z in zip(self.expressions, Z):
+            for t in g.terms:
+                if t.unknown in gradients:
+                    left, right = t.left.astype(float), t.right.astype(float)
+                    of_X = left.T @ z @ right.T
+                    gradients[t.unknown] += of_X.T if t.transposed else of_X
+        return np.concatenate(
+            [
+                u.pack(X + np.tril(X.T, -1) if u.symmetric else X)
+                for u, X in gradients.items()
+            ]
+        )
 
     def with_constants(self, constants):
         """Blocks with the same slopes and these constants."""
@@ -88,95 +128,6 @@ class Blocks:
         """Whether all blocks are positive definite at a (k,) array x."""
         return all(np.linalg.eigvalsh(g)[0] > 0 for g in self(x))
 
-    def adjoint(self, Z):
-        """sum_k <G_ka, Z_k> for each variable a: a (k,) array.
-
-        Z has one symmetric matrix for each block.
-        """
-        return sum(np.tensordot(s, z, 2) for s, z in zip(self.slopes, Z))
-
     def value(self, Z):
         """The number sum_k <G_k0, Z_k> for a list Z of one matrix a block."""
         return sum((c * z).sum() for c, z in zip(self.constants, Z))
-
-
-class AffineBlocks(Blocks):
-    """Blocks that are `Affine` expressions in unknowns; see `Blocks.of`.
-
-    ``expressions``, ``unknowns``: as for `Blocks.of`.
-    """
-
-    def __init__(self, expressions, unknowns):
-        self.expressions, self.unknowns = list(expressions), list(unknowns)
-        self.constants = [g.constant for g in self.expressions]
-        self.variables = sum(u.size for u in self.unknowns)
-
-    @classmethod
-    def compiled(cls, expressions, blocks, unknowns):
-        """Blocks whose structure is known.
-
-        ``expressions``: as for `Blocks.of`; ``blocks``: their structures; ``unknowns``:
-        as for `Blocks.of`.
-        """
-        self = cls(expressions, unknowns)
-        layouts, scalars, _ = structure([], self.unknowns)
-        self.structure = layouts, scalars, list(blocks)
-        return self
-
-    def joined(self, write):
-        """These blocks and more, which ``write`` makes of a list of values."""
-        more = Blocks.of(write(self.unknowns), self.unknowns)
-        joined = AffineBlocks.compiled(
-            [*self.expressions, *more.expressions],
-            [*self.structure[2], *more.structure[2]],
-            self.unknowns,
-        )
-        joined.settings = self.settings
-        return joined
-
-    @cached_property
-    def slopes(self):
-        """Derivatives of each block: a list of (k, q, q) arrays."""
-        slopes = []
-        for g in self.expressions:
-            parts = (x for t in g.terms for x in (t.left, t.right))
-            kind = np.result_type(g.constant, *parts)  # exact ones stay exact
-            slopes.append(np.zeros((self.variables, *g.constant.shape), kind))
-            held, start = {t.unknown for t in g.terms}, 0
-            for u in self.unknowns:
-                if u in held:
-                    slopes[-1][start : start + u.size] = g.jacobian(u)
-                start += u.size
-        return slopes
-
-    @cached_property
-    def structure(self):
-        """Layouts, indices of the scalars, blocks: see `structure`."""
-        return structure(self.expressions, self.unknowns)
-
-    def only(self, indices):
-        """The blocks with these indices, in the same variables."""
-        some = AffineBlocks.compiled(
-            [self.expressions[k] for k in indices],
-            [self.structure[2][k] for k in indices],
-            self.unknowns,
-        )
-        some.constants = [self.constants[k] for k in indices]
-        some.settings = self.settings
-        return some
-
-    def adjoint(self, Z):
-        """As in `Blocks`, of ``Z`` too, but term by term: without the slopes."""
-        gradients = {u: np.zeros(u.shape) for u in self.unknowns}
-        for g, z in zip(self.expressions, Z):
-            for t in g.terms:
-                if t.unknown in gradients:
-                    left, right = t.left.astype(float), t.right.astype(float)
-                    of_X = left.T @ z @ right.T
-                    gradients[t.unknown] += of_X.T if t.transposed else of_X
-        return np.concatenate(
-            [
-                u.pack(X + np.tril(X.T, -1) if u.symmetric else X)
-                for u, X in gradients.items()
-            ]
-        )

@@ -52,7 +52,7 @@ class Deepest:
 def deepest(blocks, accuracy=1.0, watch=None):
     """The deepest point of homogeneous blocks.
 
-    ``blocks``: made by `Blocks.of`, with constants zero; ``accuracy``: stop when the
+    ``blocks``: with constants zero; ``accuracy``: stop when the
     depth is known to this relative accuracy; ``watch``: called after each step with a
     dict (step, x, t, gap, ...); it may raise an exception to stop the search. Returns
     the point, its depth and the multipliers. Raises ValueError if a block has a

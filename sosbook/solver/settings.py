@@ -19,10 +19,6 @@ class Settings:
 
     Parameters
     ----------
-    read_up_to_variables : int
-        Of so few variables the theorems are read once, for the constants and all the
-        slopes together, and not written as products first. A machine's number;
-        without it a single mass takes 1.4 times as long.
     table_per_product : float
         All slopes are held as one dense table while it has no more entries than this
         for each product L X R of the blocks; so many are read in the time of one
@@ -101,7 +97,6 @@ class Settings:
         After a minimum is known; they bring the point nearer.
     """
 
-    read_up_to_variables: int = 60
     table_per_product: float = 15_000
     most_table_entries: float = 4e6
     table_per_pair: float = 10_000

@@ -8,7 +8,7 @@ import numpy as np
 from ..language import Affine
 from ..lmi.solution import LMISolution
 from ..runtime.time_limit import check_time
-from ..solver.blocks import AffineBlocks, Blocks
+from ..solver.blocks import Blocks
 from ..solver.bounded import any_centre, unpacked
 from ..solver.loop import margin, phase_one
 from ..solver.newton import newton_of
@@ -54,7 +54,7 @@ class Cuts:
         named = {_key(n): g for n, g in named.items()}
         if pairs:
             named = {k: g for k, g in named.items() if k not in self._written[()]}
-        blocks = Blocks.of(
+        blocks = Blocks(
             [g if isinstance(g, Affine) else Affine(g) for g in named.values()],
             unknowns,
         )
@@ -68,7 +68,7 @@ class Cuts:
             self._written.setdefault(pair, {})[key] = block
         parts = [p for pair in [(), *self.chosen] for p in self._written[pair].items()]
         self.keys = [key for key, _ in parts]
-        return AffineBlocks.compiled(*zip(*(b for _, b in parts)), self.lmis.unknowns)
+        return Blocks.compiled(*zip(*(b for _, b in parts)), self.lmis.unknowns)
 
     def margins(self, x, below=np.inf):
         """The least margin of the blocks of each pair at x, in their order.
@@ -171,6 +171,8 @@ class Cuts:
         margins = -np.ones(len(lmis.request.pairs))  # of no point
         if x is not None:
             margins = self.margins(x, 0.0)
+        if margins.min() > 0 and not self._written[()]:  # else there is no block
+            self.join(margins, np.inf)
         while self.join(margins, 0.0, count, apart=True) or not inside:
             check_time()
             count *= 2

@@ -8,8 +8,8 @@ from ..analysis.lyapunov import lyapunov
 from ..exact.definite import definite, exact, round_digits
 from ..exact.proof import PLACES
 from ..language import Unknown, eye
+from ..lmi.problem import TrustedProblem
 from ..lmi.text import floats
-from ..lmi.trusted import TrustedProblem
 from ..requirements.known import KnownVertex
 from ..solver.loop import margin
 

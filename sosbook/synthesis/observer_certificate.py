@@ -94,7 +94,7 @@ def _exact_multipliers(whole, unknowns, errors, N):
             g, back[name] = W.T @ g @ W, W
             terms = [t for t in g.terms if t.unknown in unknowns]
             few[name] = Affine(g.constant, terms)
-    deep = deepest(Blocks.of([in_floats(g) for g in few.values()], unknowns))
+    deep = deepest(Blocks([in_floats(g) for g in few.values()], unknowns))
     if deep.depth > 0 or deep.Z is None:
         return None
     try:

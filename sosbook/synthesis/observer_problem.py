@@ -11,7 +11,7 @@ from ..analysis.riccati import riccati
 from ..exact.definite import inverse, round_digits
 from ..exact.rational import decimal, decimals
 from ..language import Unknown, block
-from ..lmi.trusted import TrustedProblem
+from ..lmi.problem import TrustedProblem
 from ..plants.as_data import plant_data
 from ..plants.checks import check_rank, inverse_by_rows
 from ..plants.descriptor import mean_descriptor, twins

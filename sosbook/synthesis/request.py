@@ -9,7 +9,6 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..language import Affine
-from ..language.matrices import Readings
 from ..lmi.text import floats
 from ..plants.checks import is_word, matrix, positive
 from ..plants.coupled import Coupled, SlackVertex
@@ -356,7 +355,7 @@ def _measured(loop, r, size):
     if size is None:
         return loop
     unit = 1.0 if loop.frame is None else loop.frame.sizes.get(r.size_name, 1.0)
-    if isinstance(size, (Affine, Readings)):
+    if isinstance(size, Affine):
         return loop.measured(unit)
     return loop.measured(unit, np.asarray(size).item())
 
@@ -368,6 +367,4 @@ def _times(g, size):
     """
     if isinstance(size, Affine):
         return Affine(0 * g.constant, g.terms) + size * g.constant
-    if isinstance(size, Readings):
-        return g.times(size)
     return g

@@ -10,9 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..language import Unknown, eye
-from ..lmi.problem import LMIProblem
+from ..lmi.problem import LMIProblem, TrustedProblem
 from ..lmi.text import floats
-from ..lmi.trusted import TrustedProblem
 from ..requirements.magnitudes import Magnitudes
 from ..runtime.time_limit import check_time_of_eigenvalues
 from ..solver.loop import margin
@@ -24,8 +23,6 @@ from .scaling import in_unknowns_of
 from .solution import Solution
 
 __all__ = ["ScaledLMIs"]
-
-FEW_PAIRS = 5  # of vertices, whose blocks are read at once
 
 
 class ScaledLMIs(TrustedProblem):
@@ -86,15 +83,6 @@ class ScaledLMIs(TrustedProblem):
         return ScaledLMIs(
             self.request, self.frame, self.free, self.sizes, pairs, self.units
         )
-
-    def reads_at_once(self):
-        """Whether nothing keeps the blocks from being read at points.
-
-        Requirements of others are written first: what isn't affine is refused then.
-        """
-        few = len(self.request.pairs) <= FEW_PAIRS
-        own = all(r.of_package for r in self.request.demands)
-        return few and not self.sizes and own
 
     def _limited(self, work, first=None):
         return work()  # `guarded` limits the time of a whole request

@@ -160,7 +160,7 @@ def _least_violation(request, frame):
     In the ``frame`` P and Y aren't much larger than I; none is above `WIDE` there.
     """
     blocks, unknowns = _listed(request.in_unknowns(frame))
-    sizes = Blocks.of(blocks, unknowns).diagonal_scales
+    sizes = Blocks(blocks, unknowns).diagonal_scales
     t = Unknown("t", 1)
     raised = [g - t * np.diag(1 / d**2) for g, d in zip(blocks, sizes)]
     upper = [WIDE * eye(u.shape[0]) - u for u in unknowns if u.symmetric]
@@ -172,7 +172,7 @@ def _least_violation(request, frame):
     lower = []
     if not any(g.constant.any() for g in blocks):
         lower = [u - eye(u.shape[0]) for u in P]
-    lifted = Blocks.of([*raised, *lower, *upper], [*unknowns, t])
+    lifted = Blocks([*raised, *lower, *upper], [*unknowns, t])
     values = {u: np.zeros(u.shape) for u in [*unknowns, t]}
     values |= {u: 2 * np.eye(u.shape[0]) for u in P}
     start = np.concatenate([u.pack(value) for u, value in values.items()])
