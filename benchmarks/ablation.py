@@ -27,19 +27,6 @@ from benchmarks.questions import NoAnswer
 from benchmarks.run import machine
 from sosbook.solver.settings import Settings
 
-__all__ = [
-    "BESIDE",
-    "FIELDS",
-    "KEPT",
-    "PATHS",
-    "RESULTS",
-    "measured",
-    "summary",
-    "table",
-    "told",
-    "without",
-]
-
 RESULTS = Path(__file__).with_name("ablation.json")
 SMALL = 30  # random requests
 TOO_LONG = {("modes", 24)}  # as long as all others together

@@ -14,8 +14,6 @@ from functools import cache
 from . import continua, foreign, machines, masses, plants
 from .questions import KINDS
 
-__all__ = ["FAMILIES", "Family", "case"]
-
 TUNING, HELD_BACK = "tuning", "held back"
 
 

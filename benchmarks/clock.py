@@ -25,8 +25,6 @@ from .catalogue import FAMILIES, case
 from .competitors import COMPETITORS
 from .questions import KINDS, NoAnswer, right
 
-__all__ = ["MEMORY", "SECONDS", "Job", "trial"]
-
 SECONDS = 20.0  # of CPU time that a call may take
 MEMORY = 4096  # MB that a call may ask for
 ENOUGH = 0.6  # seconds of calls after which a time is known well enough

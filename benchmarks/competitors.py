@@ -18,8 +18,6 @@ from scipy import sparse
 from .cones import compiled
 from .questions import NoAnswer
 
-__all__ = ["COMPETITORS", "Competitor"]
-
 
 class Competitor:
     """A competitor; subclasses say how.

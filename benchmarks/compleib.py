@@ -30,8 +30,6 @@ import sosbook as sos
 
 from .run import machine
 
-__all__ = ["PROBLEMS", "RESULTS", "measured"]
-
 RESULTS = Path(__file__).with_name("compleib.json")
 
 

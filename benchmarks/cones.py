@@ -9,8 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-__all__ = ["Cones", "compiled"]
-
 
 @dataclass(frozen=True, eq=False)
 class Cones:

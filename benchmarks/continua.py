@@ -14,8 +14,6 @@ from sosbook.plants.descriptor import descriptors
 from .elements import beam_matrices, plate_matrices
 from .plants import beam
 
-__all__ = ["cantilever", "observed_beam", "observed_wire", "plate", "rotor"]
-
 
 def cantilever(n):
     """A clamped beam with n degrees of freedom: see `benchmarks.plants.beam`."""

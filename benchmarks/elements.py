@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["beam_element", "beam_matrices", "plate_element", "plate_matrices"]
-
 
 def beam_element(h):
     """Mass and stiffness of a beam's element of length h, Hermite cubics.

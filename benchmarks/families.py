@@ -12,8 +12,6 @@ from .catalogue import FAMILIES
 from .clock import SECONDS, Job, trial
 from .competitors import COMPETITORS
 
-__all__ = ["line", "main"]
-
 
 def main(words=None):
     """Time one family, or list them."""

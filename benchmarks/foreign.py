@@ -11,8 +11,6 @@ import sosbook as sos
 from .elements import beam_element
 from .plants import public
 
-__all__ = ["foreign"]
-
 G = 9.81  # m/s^2
 DEGREES = np.radians
 

@@ -13,8 +13,6 @@ from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 
-__all__ = ["LqrTask", "pendulum"]
-
 
 def pendulum():
     """(4.25), vertex 1. Print has D and S on the right-hand side.

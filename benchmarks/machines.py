@@ -8,8 +8,6 @@ import numpy as np
 
 import sosbook as sos
 
-__all__ = ["arm", "bicycles", "hull", "pendulums"]
-
 G = 9.81  # m/s^2
 
 

@@ -16,8 +16,6 @@ from .competitors import Cvxpy
 from .questions import NoAnswer, Pid, right
 from .records import record
 
-__all__ = ["grid", "one_by_one", "records", "staircase"]
-
 
 def grid(rows=25, columns=40):
     """Requests of Example 1, harder downwards (theta) and right (sigma)."""

@@ -9,20 +9,6 @@ import numpy as np
 
 import sosbook as sos
 
-__all__ = [
-    "building",
-    "delayed_chain",
-    "delayed_modes",
-    "free_chain",
-    "grid",
-    "modes",
-    "stations",
-    "tied_masses",
-    "tree",
-    "uncertain_masses",
-    "uncertain_springs",
-]
-
 SPREAD = 0.2  # of a random mass or stiffness, a fraction
 
 

@@ -9,8 +9,6 @@ from tests import browser as chromium
 from .records import record, summary
 from .run import machine
 
-__all__ = ["moves"]
-
 NAME = "sosbook, slider move in the page"
 MEASURE = """async k => {
   const e = document.querySelector("sos-stopwatch"), choice = e.querySelector("select");

@@ -10,20 +10,6 @@ import sosbook as sos
 from .elements import beam_matrices
 from .machines import bicycle_at
 
-__all__ = [
-    "beam",
-    "bicycle",
-    "building",
-    "bus",
-    "chain",
-    "joint",
-    "pendulums",
-    "public",
-    "rotor",
-    "two_masses",
-    "wing",
-]
-
 
 def chain(n):
     r"""Masses in a row, each on a spring to the ground.

@@ -27,8 +27,6 @@ from sosbook.synthesis.scaling import Frame
 
 from .lqr import LqrTask
 
-__all__ = ["KINDS", "NoAnswer", "right"]
-
 SMALLEST = 1e-9  # margin that floats can tell from zero
 LARGEST_EXCESS = 1e-3  # of a cost over the optimum
 

@@ -2,8 +2,6 @@
 
 import statistics
 
-__all__ = ["FIELDS", "record", "summary"]
-
 FIELDS = {
     "family": "slider, page, answers, map or designs",
     "case": "what was timed",

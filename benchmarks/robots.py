@@ -16,8 +16,6 @@ from time import process_time
 from sosbook.pendulum.gate import Inspection, refused, widened
 from tests.geared_robots import described, drawn, recorded
 
-__all__ = ["RESULTS", "SEEDS", "fitted", "summary"]
-
 RESULTS = Path(__file__).with_name("robots.json")
 SEEDS = range(16)
 SECONDS = 10.0  # of a sweep, either way: a third of what the recorders take

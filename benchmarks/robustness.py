@@ -44,8 +44,6 @@ from tests.random_plants import ROUNDED, Units, float_blocks, random_case, scale
 
 from .truth import broken
 
-__all__ = ["Row", "judge", "summary"]
-
 TARGET = Path(__file__).with_name("robustness.json")
 ROWS = TARGET.parents[1] / "_build" / "robustness.jsonl"
 SLOW = 2.0  # CPU seconds

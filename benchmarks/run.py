@@ -14,8 +14,6 @@ from .clock import MEMORY, SECONDS, Job, trial
 from .clock import sizes as sizes_of
 from .competitors import COMPETITORS
 
-__all__ = ["FIELDS", "SECTIONS", "machine", "measure"]
-
 #: What is measured besides the profile: sosbook alone, families and sizes.
 SECTIONS = {
     "growth": {"free chain": (40, 60, 100, 200), "grid": (40, 60, 100, 200)},

@@ -20,8 +20,6 @@ import sosbook as sos
 
 from .run import machine
 
-__all__ = ["PLANTS", "RESULTS", "measured", "true_decay"]
-
 RESULTS = Path(__file__).with_name("sensors.json")
 SAMPLES = 400  # random plants between the vertices
 

@@ -11,8 +11,6 @@ from sosbook.synthesis.request import Request
 
 from .records import record, summary
 
-__all__ = ["answers", "moves"]
-
 MOVES = 60
 
 

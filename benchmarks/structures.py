@@ -19,8 +19,6 @@ import sosbook as sos
 from .masses import stations
 from .run import machine
 
-__all__ = ["KINDS", "RESULTS", "building", "measured", "player", "whole"]
-
 RESULTS = Path(__file__).with_name("structures.json")
 MOST_FOR_COST = 135  # modes; the exact proof of a cost takes minutes beyond
 

@@ -11,8 +11,6 @@ import numpy as np
 from flint import acb as complex_ball
 from flint import acb_mat, arb, ctx, fmpq, fmpq_mat
 
-__all__ = ["broken", "loop", "members", "poles"]
-
 BITS = 300
 FREQUENCIES = 40
 TIMES = 40

@@ -31,8 +31,6 @@ from sosbook.analysis.linear import peak_gain
 
 from .verify_plants import FAMILIES
 
-__all__ = ["measured", "rightmost", "summary"]
-
 TARGET = Path(__file__).with_name("verify.json")
 DECAYS = 0.999, 0.995, 0.99, 0.98, 0.95, 0.9, 0.8, 0.5
 NORMS = 1.003, 1.01, 1.02, 1.05, 1.1, 1.3, 2.0

@@ -13,8 +13,6 @@ import numpy as np
 
 import sosbook as sos
 
-__all__ = ["FAMILIES", "Known"]
-
 I2 = np.eye(2)
 
 

@@ -12,8 +12,6 @@ from . import maps, pages, sliders
 from .records import FIELDS
 from .run import machine
 
-__all__ = ["measure"]
-
 RESULTS = Path(__file__).with_name("waiting.json")
 PARTS = {
     "sliders": ("slider", "answers"),

@@ -1,10 +1,12 @@
 """Every public object says what it is, takes, returns and raises."""
 
+import ast
 import importlib
 import inspect
 import pkgutil
 import re
 from functools import cache
+from pathlib import Path
 
 import pytest
 from numpydoc.docscrape import FunctionDoc
@@ -27,6 +29,7 @@ FAULTS = {
     "RT03": "a return value without a description",
 }
 FREE = {"self", "cls"}
+CHECKER = "sosbook.exact.checker."  # a program that stands alone
 
 
 def modules():
@@ -36,11 +39,25 @@ def modules():
 
 
 @cache
+def imported():
+    """Names that some module of the package takes from another one."""
+    files = Path(sosbook.__path__[0]).rglob("*.py")
+    trees = (ast.walk(ast.parse(file.read_text("utf-8"))) for file in files)
+    froms = (x for tree in trees for x in tree if isinstance(x, ast.ImportFrom))
+    return {one.name for x in froms for one in x.names if one.name[0] != "_"}
+
+
+@cache
 def public():
-    """Names of all public classes, functions, methods and properties."""
+    """Names of all public classes, functions, methods and properties.
+
+    A module without a list of its names shares what others take from it.
+    """
     names = {}
     for module in modules():
-        for name in getattr(module, "__all__", ()):
+        if module.__name__.startswith(CHECKER):
+            continue
+        for name in getattr(module, "__all__", imported() & vars(module).keys()):
             thing = getattr(module, name)
             if not (inspect.isclass(thing) or inspect.isfunction(thing)):
                 continue

@@ -154,7 +154,7 @@ def problems(notebook):
 
 
 def read(path):
-    """Read a notebook of any format as format 4."""
+    """Read the notebook of any format at a path as format 4."""
     return nbformat.read(path, as_version=4)
 
 
@@ -283,7 +283,7 @@ def _check(path):
 
 
 def main(argv=None):
-    """Entry of ``python -m sosbook.book.notebooks``; returns the exit status."""
+    """Run ``python -m sosbook.book.notebooks`` with words argv; the exit status."""
     parser = argparse.ArgumentParser(
         prog="python -m sosbook.book.notebooks", description=__doc__.split("\n")[0]
     )

@@ -25,8 +25,6 @@ from .signals import NOTHING_TO_SET, known_index
 from .simulation import Run, simulate_controller
 from .windup import Reach, proven_reach
 
-__all__ = ["Answers"]
-
 
 class Answers:
     """The questions that a `Controller` answers."""

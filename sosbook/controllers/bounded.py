@@ -12,8 +12,6 @@ from ..runtime.time_limit import checked_seconds
 from .bounds import begins, bounded_output, four_digits, rounded, sizes_of
 from .signals import known_index
 
-__all__ = ["SECONDS", "Bounded", "of_motion", "of_noise"]
-
 SECONDS = 60.0  # for a bound; the count of its cells ends most sooner
 
 

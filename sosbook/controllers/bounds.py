@@ -27,18 +27,6 @@ from ..sampled.lyapunov import discrete_lyapunov
 from ..solver.loop import Unbounded
 from .cells import Joined, work
 
-__all__ = [
-    "begins",
-    "bounded_output",
-    "four_digits",
-    "longest_cut",
-    "outputs_of",
-    "rest",
-    "rounded",
-    "settled",
-    "sizes_of",
-]
-
 SPREADS = tuple(np.linspace(0.1, 0.9, 9))  # of log r, from 1 to what the loop allows
 HEADS = (0, 10, 25)  # terms that are enclosed by themselves
 USED = 0.8  # of log r of the matrix P: the rest is room for other plants

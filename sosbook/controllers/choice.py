@@ -7,8 +7,6 @@ import numpy as np
 from .loop import Loop
 from .memory import assembled, kalman, observed
 
-__all__ = ["Chosen", "chosen_observer"]
-
 #: How much more the process is doubted than the sensors, in the order of trial.
 DOUBTS = tuple(10.0**k for k in np.arange(-2, 7, 0.5))
 

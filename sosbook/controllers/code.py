@@ -10,8 +10,6 @@ from ..plants.checks import matrix
 from ..runtime.digests import digest
 from .estimates import balancing, heading
 
-__all__ = ["code_fault", "read_gains"]
-
 MATRICES = ("A", "B", "C", "D")
 NUMBERS = "TICK", "SINGLE", "STATES", "MEASURED", "OUTPUTS", "TICK_US"
 DELAYS = "DELAY_TICKS", "DELAY_REST_US"  # a balancing robot's program has none

@@ -10,8 +10,6 @@ from .program import Code
 from .replay import COUNTERS
 from .spelling import FLOAT_TYPES
 
-__all__ = ["CompiledCode"]
-
 
 class CompiledCode:
     """The program in C, with the methods of `Replay`.

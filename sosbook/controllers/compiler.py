@@ -12,8 +12,6 @@ from pathlib import Path
 
 from ..runtime.writing import write_texts
 
-__all__ = ["FLAGS", "build", "compiler", "loaded"]
-
 #: Flags of the compiler: strict C99, without warnings or fused operations.
 FLAGS = (
     "-std=c99",

@@ -14,8 +14,6 @@ from scipy.optimize import brentq
 from ..plants.gain import signals
 from .simulation import Backlash
 
-__all__ = ["Cycle", "predicted_cycles"]
-
 GRID = 4000  # frequencies, evenly on a logarithmic scale
 SLOWEST = 1e-4  # of Nyquist's frequency
 

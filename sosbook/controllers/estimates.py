@@ -4,8 +4,6 @@ import numpy as np
 
 from ..sampled.system import SampledSystem
 
-__all__ = ["balancing", "estimated", "heading"]
-
 
 def estimated(T, blend):
     """From [theta, phi, theta', phi'] to what the program takes for them.

@@ -8,8 +8,6 @@ from ..exact.rational import exact
 from ..plants.as_data import plant_data
 from ..runtime.digests import digest
 
-__all__ = ["facts_of"]
-
 SECONDS = 6.0  # times the slowest time constant, that a step is simulated
 MOST_SIMULATED = 20_000  # ticks
 MIXED = re.compile(r"^\d| [+-] ")  # a name such as "2 z1" or "z1 - z2"
@@ -65,7 +63,7 @@ def _whole(c, K):
 
 
 def bounded(c):
-    """What outputs are asked, proven of every plant; and what floats see at corners."""
+    """What c's outputs are asked, proven of every plant; and by floats at corners."""
     lines = [
         f"spectral radius {c.radius:.5f}, largest sensitivity at the input "
         f"{c.sensitivity_peak():.3f}, at the corners, in floats"

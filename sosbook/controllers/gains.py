@@ -6,8 +6,6 @@ from .numbers import NONE
 from .spelling import literal
 from .template import comment
 
-__all__ = ["Gains"]
-
 
 class Gains:
     """The text of a <name>_gains.h, definition by definition.

@@ -11,8 +11,6 @@ import numpy as np
 
 from ..plants.checks import count
 
-__all__ = ["Lanes", "within"]
-
 
 class Lanes:
     """The numbers that so many robots reckon with.

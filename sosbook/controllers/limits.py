@@ -6,8 +6,6 @@ import numpy as np
 
 from ..plants.checks import finite, positive
 
-__all__ = ["FAULTS", "Faults", "Limits", "per_signal", "quantum"]
-
 #: Why the output is off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "clock", "stall", "command", "silent")
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one

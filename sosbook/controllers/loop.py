@@ -7,8 +7,6 @@ import numpy as np
 
 from ..sampled.lyapunov import discrete_lyapunov
 
-__all__ = ["Loop", "frequencies"]
-
 GRID = 160  # frequencies from a thousandth of Nyquist's to it
 
 

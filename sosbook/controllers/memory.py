@@ -12,16 +12,6 @@ from scipy.linalg import solve_discrete_are
 from ..exact.rational import exact, round_digits
 from ..sampled.discretize import SampleTiming
 
-__all__ = [
-    "Estimate",
-    "assembled",
-    "direct",
-    "filtered",
-    "forgetting",
-    "observed",
-    "shifted",
-]
-
 DIGITS = 12  # significant decimal digits of what is computed for a controller
 OF_GAINS = 6  # of an observer's gains: any near the best ones will do
 ROUNDING = 1e-9  # of the largest entry: what is smaller is zero but for rounding
@@ -157,9 +147,9 @@ def observed(d, timing, rows, M, names):
 def kalman(d, T, rows, noise, push):
     """M of the stationary Kalman filter of a plant for a process noise.
 
-    ``T``: time between samples, in s; ``rows``, (q, N): what is measured; ``noise``,
-    (q,): standard deviation of what is measured; ``push``: that of the inputs and
-    disturbances that nobody knows, from tick to tick.
+    ``d``: the plant; ``T``: time between samples, in s; ``rows``, (q, N): what is
+    measured; ``noise``, (q,): standard deviation of what is measured; ``push``: that of
+    the inputs and disturbances that nobody knows, from tick to tick.
     """
     forced = np.hstack([d.Bu, d.Bw]) if d.Bw.size else d.Bu
     N = len(d.E)

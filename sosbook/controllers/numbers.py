@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["NONE", "OUT_OF_RANGE", "program_numbers"]
-
 NONE = 1e30  # in the place of a limit that there isn't; single precision has it, too
 OUT_OF_RANGE = 1e6  # of a reading or set point, in its unit: its wire is broken
 BROKEN = 1e9  # of what the law answers: a number in it is broken

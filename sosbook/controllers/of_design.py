@@ -15,8 +15,6 @@ from .memory import DIGITS, assembled, direct, filtered, observed
 from .of_law import law_memory, law_sensors
 from .signals import signals_of
 
-__all__ = ["MEMORIES", "controller_of"]
-
 MEMORIES = ("observer", "filter")
 BETWEEN = 4  # random plants between the vertices that a search looks at, too
 FINE = 1e-6  # of a unit: how fine is measured what nobody said

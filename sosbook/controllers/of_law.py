@@ -26,8 +26,6 @@ from ..exact.rational import exact, inverse
 from ..plants.gain import Gain
 from .memory import Estimate
 
-__all__ = ["law_memory", "law_sensors"]
-
 SAME = 1e-9  # of T: a filter that is as slow as the clock but for rounding
 INVERTIBLE = 1e-9  # of the largest singular value: what a memory forgets of readings
 

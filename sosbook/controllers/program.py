@@ -18,8 +18,6 @@ from .signals import identifiers
 from .spelling import FLOAT_TYPES, literal
 from .template import comment, noted, read, renamed, written_by
 
-__all__ = ["Code"]
-
 #: Words of C99 and of its libraries that a file's name would collide with.
 # fmt: off
 TAKEN = {

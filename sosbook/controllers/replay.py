@@ -8,8 +8,6 @@ from .lanes import Lanes, within
 from .limits import FAULTS
 from .numbers import program_numbers
 
-__all__ = ["COUNTERS", "Replay"]
-
 SENSOR, CLOCK, STALL, COMMAND, SILENT = range(1, len(FAULTS))
 #: Counters of ticks in a row, and last of all ticks that came late.
 COUNTERS = ("late", "silent", "full", "overruns")

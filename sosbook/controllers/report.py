@@ -12,8 +12,6 @@ from ..display.pole_map import pole_map
 from ..plants.gain import signals
 from ..runtime.writing import write_texts
 
-__all__ = ["report_texts", "write_report"]
-
 WIDTH, HEIGHT, LEFT, LOW = 560.0, 190.0, 62.0, 34.0  # of a chart and its margins
 POINTS = 400  # of a curve
 CHROMIUMS = ("chromium-headless-shell", "chromium", "google-chrome", "chrome")

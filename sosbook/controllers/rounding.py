@@ -13,8 +13,6 @@ from ..plants.checks import positive
 from .bounded import Bounded
 from .bounds import begins, bounded_output, rest, sizes_of
 
-__all__ = ["EPSILON", "rounding_bound"]
-
 EPSILON = {"double": 2.0**-53, "single": 2.0**-24}
 
 

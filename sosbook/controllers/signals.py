@@ -3,15 +3,6 @@
 import re
 from dataclasses import dataclass
 
-__all__ = [
-    "NOTHING_TO_SET",
-    "Signal",
-    "identifiers",
-    "known_index",
-    "signals_of",
-    "unit_of",
-]
-
 NOTHING_TO_SET = (
     "this controller has no set point: set points are of positions, and what it feeds "
     "back has none; measure a position"

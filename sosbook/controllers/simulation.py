@@ -12,8 +12,6 @@ from scipy.linalg import expm
 from ..plants.checks import count, positive
 from .replay import Replay
 
-__all__ = ["Backlash", "Run", "simulate_controller"]
-
 PARTS = 10  # of a tick, in which friction and backlash are constant
 
 

@@ -4,8 +4,6 @@ import re
 
 import numpy as np
 
-__all__ = ["FLOAT_TYPES", "braces", "literal", "single"]
-
 FLOAT_TYPES = {"double": float, "single": np.float32}
 
 

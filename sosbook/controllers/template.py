@@ -5,17 +5,6 @@ import textwrap
 from importlib import resources
 from importlib.metadata import version
 
-__all__ = [
-    "PLACE",
-    "comment",
-    "noted",
-    "python_comment",
-    "read",
-    "renamed",
-    "replaced",
-    "written_by",
-]
-
 COMMENT_WIDTH = 70  # characters in a line of a comment
 PLACE = "(Where this comes from.)"  # of the note in a template's comment
 

@@ -38,8 +38,6 @@ from ..solver.loop import Unbounded
 from .bounds import four_digits, longest_cut, outputs_of, rest, rounded
 from .cells import Joined, work
 
-__all__ = ["Reach", "proven_reach"]
-
 SECTORS = (0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)  # kappa
 ROOMS = (1e-4, 1e-3, 1e-2)  # of P's size: for the other plants of a cell
 MOST_CELLS = 32

@@ -13,17 +13,6 @@ from ..synthesis.certificates import frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest
 
-__all__ = [
-    "DelayCertificate",
-    "DelayRefusal",
-    "delay_refusal",
-    "in_frame",
-    "problem_data",
-    "prove_delay",
-    "read_delay_request",
-    "refuse_delay",
-]
-
 
 class DelayCertificate(GainProof):
     """An exact proof of a decay rate under delay, or its failure.

@@ -8,8 +8,6 @@ polished on the characteristic matrix itself.
 import numpy as np
 from scipy.linalg import eigvals, matrix_balance
 
-__all__ = ["EPS", "balanced", "rank_factors", "rightmost_roots", "root_radius"]
-
 LARGEST_ORDER = 1000  # of an eigenvalue problem that is solved
 SHORT = 1e-8  # of the loop's own times: a delay of which squares are rounding
 EPS = np.finfo(float).eps

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["GAUSS_POINTS", "PARABOLAS", "ControlSignal"]
-
 GAUSS_POINTS = (1 + np.sqrt(3 / 5) * np.array([-1, 0, 1])) / 2
 # column j: coefficients in 1, s, s^2 of the parabola that is 1 at GAUSS_POINTS[j]
 PARABOLAS = np.linalg.inv(np.vander(GAUSS_POINTS, increasing=True))

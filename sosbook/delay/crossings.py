@@ -6,8 +6,6 @@ from scipy.linalg import eigvals
 from .collocation import EPS, rank_factors
 from .spectrum import checked_pair, decays, not_negative
 
-__all__ = ["delay_margin", "stable_delays"]
-
 
 def stable_delays(A, A_d, longest):
     """The constant delays, up to ``longest``, under which a loop decays.

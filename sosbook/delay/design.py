@@ -18,8 +18,6 @@ from .profiles import ConstantDelay
 from .request import DelayRequest
 from .simulation import simulate_delay
 
-__all__ = ["DelayDesign"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DelayDesign(Gains[DelayCertificate], ReadOnly):

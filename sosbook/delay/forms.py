@@ -17,8 +17,6 @@ from ..theorems import (
     legendre_functional,
 )
 
-__all__ = ["FORMS"]
-
 
 def _symmetric(name, size):
     return Unknown(name, size, symmetric=True)

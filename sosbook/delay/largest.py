@@ -16,8 +16,6 @@ from .request import DelayRequest, check_loop
 from .solve import centred_design, first_design, without_alpha
 from .spectrum import checked_pair, delayed_loop, rightmost_real
 
-__all__ = ["Largest", "largest"]
-
 SURELY = 1e-6  # of a loop's size: no root is as far from where it is computed
 
 

@@ -8,8 +8,6 @@ certificate has room to spare.
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-__all__ = ["lyapunov_values"]
-
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 GAUSS_POINTS, GAUSS_WEIGHTS = (1 + GAUSS_POINTS) / 2, GAUSS_WEIGHTS / 2
 # rows: what the parabola through the Gauss points makes of them, at the

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["step_kinds", "time_mesh"]
-
 MOST_STEPS = 1_000_000  # of one simulation
 
 

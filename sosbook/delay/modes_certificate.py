@@ -17,8 +17,6 @@ from ..synthesis.certificates import frame_data, read_frame
 from .certificates import in_frame, problem_data, read_delay_request
 from .modes import modes_near
 
-__all__ = ["ModesRefusal"]
-
 BALLS = (
     "rationals alone can't redo this proof: it encloses eigenvalues in balls; "
     "python -m sosbook verify does"

@@ -13,8 +13,6 @@ from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
 from .solve import first_design, solve_delay, within
 
-__all__ = ["analyse_delay", "design_delay_pid"]
-
 
 @one_thread
 def design_delay_pid(

@@ -11,8 +11,6 @@ from ..solver.deepest import deepest
 from ..solver.loop import Unbounded, centre
 from .certificates import prove_delay
 
-__all__ = ["alphas", "deep_points", "first_gain", "problem_of", "solvable"]
-
 # alpha in units of tau, in the order of trial
 ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)
 

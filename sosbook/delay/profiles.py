@@ -12,14 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = [
-    "ConstantDelay",
-    "RandomDelay",
-    "SawtoothDelay",
-    "SineDelay",
-    "SwitchingDelay",
-]
-
 MOST_JUMPS = 100_000  # of one delay signal
 
 

@@ -23,8 +23,6 @@ from .modes import slow_modes
 from .modes_certificate import ModesRefusal
 from .request import DelayedLoop
 
-__all__ = ["refusal_of"]
-
 _REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
 
 

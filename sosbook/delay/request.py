@@ -19,8 +19,6 @@ from ..synthesis.scaling import Frame
 from ..theorems import MISPRINTS, Times
 from .forms import FORMS
 
-__all__ = ["METHODS", "DelayRequest", "DelayedLoop", "exp_bound"]
-
 METHODS = tuple(FORMS)
 
 
@@ -295,7 +293,7 @@ class DelayRequest(ReadOnly):
 
 
 def check_loop(plant, K, U):
-    """Refuse K and U beside a `DelayedLoop`."""
+    """Refuse K and U beside a plant that is a `DelayedLoop`."""
     if isinstance(plant, DelayedLoop) and (K is not None or U is not None):
         raise ValueError("a DelayedLoop has its controller inside: leave K and U out")
 

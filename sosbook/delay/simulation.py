@@ -11,8 +11,6 @@ from ..plants.signals import signal_parts
 from .control_signal import GAUSS_POINTS, PARABOLAS, ControlSignal
 from .mesh import step_kinds, time_mesh
 
-__all__ = ["DelayedResponse", "simulate_delay"]
-
 STEP_FRACTION = 0.04  # the default step, as a part of the shortest time scale
 
 

@@ -13,8 +13,6 @@ from .design import DelayDesign
 from .points import alphas, deep_points, first_gain, problem_of
 from .refusal import refusal_of
 
-__all__ = ["centred_design", "first_design", "solve_delay", "without_alpha"]
-
 
 @one_thread
 def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=False):

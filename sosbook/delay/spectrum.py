@@ -11,16 +11,6 @@ from scipy.optimize import minimize_scalar
 from ..plants.checks import finite, matrix
 from .collocation import balanced, rightmost_roots, root_radius
 
-__all__ = [
-    "characteristic_roots",
-    "checked_pair",
-    "decays",
-    "delayed_loop",
-    "not_negative",
-    "slowest_decay",
-    "spectral_abscissa",
-]
-
 
 def delayed_loop(d, K):
     """A and A_d of the loop of a plant with a delayed input.
@@ -206,6 +196,7 @@ def not_negative(name, value):
 
 
 def rightmost_real(A, A_d, delay):
+    """The real part of the rightmost root of A and A_d with a constant ``delay``."""
     return float(rightmost_roots(A, A_d, delay, 1)[0].real)
 
 

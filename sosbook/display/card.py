@@ -7,8 +7,6 @@ import numpy as np
 from .escape import page_text
 from .pole_map import pole_map
 
-__all__ = ["card"]
-
 STATUS_MARKS = {"feasible": "✓", "infeasible": "✗", "undecided": "?"}
 MOST_COLUMNS = 12  # of a matrix that is shown in full
 MOST_ROWS = 8  # of a matrix that is shown in full

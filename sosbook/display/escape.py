@@ -3,8 +3,6 @@
 import html
 import json
 
-__all__ = ["json_text", "page_text"]
-
 
 def page_text(words, quote=True):
     """Words as text of a page or as the value of an attribute.

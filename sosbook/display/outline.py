@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["region_outline", "region_parts", "window_of"]
-
 RAYS = 360  # corners of an outline: one a degree
 
 

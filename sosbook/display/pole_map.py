@@ -6,8 +6,6 @@ from .escape import page_text
 from .outline import region_outline, window_of
 from .ticks import round_ticks
 
-__all__ = ["pole_map"]
-
 AXES_HEIGHT = 230.0  # in pixels
 LEFT, TOP, BOTTOM, RIGHT = 46.0, 8.0, 34.0, 10.0  # room around the axes, in pixels
 

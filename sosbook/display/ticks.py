@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["round_ticks"]
-
 
 def round_ticks(low, high, most=5):
     """Round numbers from ``low`` to ``high``, about ``most`` of them.

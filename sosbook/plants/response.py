@@ -156,7 +156,7 @@ def _constant(d, B, K, r):
 
 
 def times(t):
-    """An array of times that increase from 0."""
+    """The times t as an array, which must increase from 0."""
     t = numbers("t", t)
     good = t.ndim == 1 and len(t) > 1 and np.isfinite(t).all()
     if not good or t[0] != 0 or (np.diff(t) <= 0).any():
@@ -165,7 +165,7 @@ def times(t):
 
 
 def vector(name, value, size):
-    """An array of ``size`` finite numbers; zero for None."""
+    """A value as ``size`` finite numbers, zero for None; its name is for a refusal."""
     vector = np.zeros(size) if value is None else numbers(name, value)
     if vector.shape != (size,) or not np.isfinite(vector).all():
         raise ValueError(f"{name} must hold {size} finite numbers")

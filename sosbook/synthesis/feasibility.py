@@ -108,7 +108,7 @@ def search(request, free=(), whole=False):
 
 
 def find(lmis, start=None, refuse=True, whole=False):
-    """A point of `ScaledLMIs`, or the lack of one, as an LMISolution.
+    """A point of lmis, which are `ScaledLMIs`, or the lack of one, as an LMISolution.
 
     With many pairs of vertices most blocks are only looked at, and a few exclude
     what they exclude; ``whole`` takes all of them. ``start`` and ``refuse`` are as

@@ -16,8 +16,6 @@ from ...requirements.pole_region import PoleRegion
 from ...synthesis.pid import design_pid
 from ...synthesis.reasons import NO_COMMON_P
 
-__all__ = ["Answers", "asked_of"]
-
 EMPTY = "The region is empty."
 
 

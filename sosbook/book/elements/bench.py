@@ -10,8 +10,6 @@ from ...synthesis.request import Request
 from ..thesis import example_1
 from .explorer import Explorer
 
-__all__ = ["Bench", "bench"]
-
 CARTS = "1 -1\n-1 1"
 WALL = "2 -1 0 0\n-1 2 -1 0\n0 -1 2 -1\n0 0 -1 2"
 ENDS = "1 0\n0 0\n0 0\n0 1"  # the first and the last of four masses

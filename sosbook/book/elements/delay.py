@@ -19,8 +19,6 @@ from .page import significant
 from .program import plant_data
 from .records import DELAY_BLOCKS, DELAY_PARAMETERS, delay_record
 
-__all__ = ["DELAY_KINDS", "DelayAtlas", "delay_atlas", "output_name", "unit_set_point"]
-
 #: Ways in which the delay varies within its interval.
 DELAY_KINDS = ("constant", "sine", "sawtooth (sample and hold)", "switching", "random")
 SINE_PERIOD, DWELL_TIME, SEED = 10, 2, 0  # period and dwell in units of tau

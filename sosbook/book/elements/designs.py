@@ -21,8 +21,6 @@ from .page import PageElement, significant
 from .program import program_data
 from .records import BLOCKS, record
 
-__all__ = ["Atlas", "Slider", "design_atlas"]
-
 
 @dataclass(frozen=True)
 class Slider:
@@ -259,7 +257,10 @@ def _solve_grid(sliders, solve, progress, blocks):
 
 
 def page_loop(request, r, horizon):
-    """The plant of a request in the numbers that the page's step response needs."""
+    """The plant of a request in the numbers that the page's step response needs.
+
+    ``r``: its set point; ``horizon``: seconds that are shown.
+    """
     plant = request.plant
     n, a = plant.n, request.order - 2 * plant.n
     r = np.ones(n) if r is None else np.asarray(r, float)

@@ -9,8 +9,6 @@ from .designs import page_loop, shown
 from .page import PageElement, significant
 from .program import program_data
 
-__all__ = ["Explorer", "design_explorer"]
-
 LARGEST = 4  # degrees of freedom and vertices that a browser solves while one waits
 
 

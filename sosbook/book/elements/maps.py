@@ -11,8 +11,6 @@ from .page import PageElement, significant
 from .program import program_data
 from .records import BLOCKS, map_record
 
-__all__ = ["MapAtlas"]
-
 
 class MapAtlas(PageElement):
     """A page element that shows frontiers; put it last in a cell.

@@ -11,8 +11,6 @@ from ...synthesis.request_as_data import request_data
 from .movers.mover import Mover, slider
 from .page import matrices
 
-__all__ = ["OwnTheorem", "own_theorem"]
-
 LINES = ("energy: [-he(Theta), W; ., 1] > 0", "peak: [peak^2, C EP'; ., EPE] > 0")
 WORDS = "|z(t)| stays below peak from rest, for every gust w of energy one"
 KNOWN = (

@@ -7,8 +7,6 @@ import numpy as np
 from ...display.escape import json_text, page_text
 from .scripts import modules, script, sheet
 
-__all__ = ["PageElement", "matrices", "named", "significant", "whole"]
-
 ELEMENT = re.compile(r'<sos-[a-z]+ class="([a-z -]+)" data-script="([a-z]+)"')
 
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from .page import significant
 
-__all__ = ["PLACE", "plant_data", "program_data"]
-
 DIGITS = 15  # of the plant's matrices: all that a decimal keeps
 PLACE = "{}"  # of the bound, in the words of a requirement
 

@@ -12,15 +12,6 @@ from ...requirements.stability import Stability
 from ...requirements.vocabulary import Parameter
 from .page import significant
 
-__all__ = [
-    "BLOCKS",
-    "DELAY_BLOCKS",
-    "DELAY_PARAMETERS",
-    "delay_record",
-    "map_record",
-    "record",
-]
-
 NOT_FEASIBLE = {"infeasible": 0, "undecided": 1}  # the record of no design
 #: Titles of the blocks that every page knows; others join a page's own list.
 BLOCKS = (

@@ -10,8 +10,6 @@ import re
 from functools import cache
 from importlib.resources import files
 
-__all__ = ["modules", "script", "sheet"]
-
 ASSETS, KERNEL = files(__package__) / "assets", files("sosbook.book.kernel")
 IMPORT = re.compile(
     r'^import (\{[^}]*\}|\* as \w+) from "(.*?)(\w+)\.js";\n', re.MULTILINE

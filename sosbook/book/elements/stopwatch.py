@@ -5,8 +5,6 @@ import numpy as np
 from .. import thesis
 from .explorer import Explorer, design_explorer
 
-__all__ = ["Stopwatch", "stopwatch"]
-
 SHARE = 0.2  # of its printed value, by which each slider moves
 NAMES = {
     1: "Example 1: two coordinates",

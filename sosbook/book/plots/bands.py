@@ -11,8 +11,6 @@ from scipy.optimize import linear_sum_assignment
 from .regions import draw_axes, frame_plane, window_of
 from .style import BLUE, VERMILLION, legend_above
 
-__all__ = ["envelope", "pole_cloud", "track_poles"]
-
 
 def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
     """Shade the envelope of one signal over several plants.

@@ -14,8 +14,6 @@ from .style import (
     legend_above,
 )
 
-__all__ = ["decay_curve", "delay_signal", "root_map"]
-
 
 def root_map(ax, roots, delta=None, label=None, colour=None):
     """Characteristic roots in the complex plane; call it again to compare.

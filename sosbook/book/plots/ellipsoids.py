@@ -4,8 +4,6 @@ import numpy as np
 
 from .style import BLUE, INK, SKY, VERMILLION, legend_above, subscript
 
-__all__ = ["ellipse_outline", "ellipsoid"]
-
 
 def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
     """Shadow of the ellipsoid x' P⁻¹ x <= 1 on two coordinates (Lemma 2.2).

@@ -6,8 +6,6 @@ import numpy as np
 
 from .style import BLUE, VERMILLION
 
-__all__ = ["margins", "smallest_of_each"]
-
 
 def margins(ax, margins, labels=None):
     """Bars on a logarithmic scale: how far each requirement is from failing.

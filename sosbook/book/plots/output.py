@@ -16,8 +16,6 @@ Bbox = library("matplotlib.transforms").Bbox
 Text = library("matplotlib.text").Text
 
 
-__all__ = ["Figure", "show"]
-
 # In inches: it is 338 px on a phone of 390, where letters of 8 points are 7.4 px.
 WIDTH = 5.1
 SMALLEST = 8.0  # points

@@ -29,7 +29,7 @@ def shade_region(ax, region, window):
 
 
 def draw_axes(ax, region, window):
-    """Draw both axes of the complex plane on ax, over a shaded region, if any."""
+    """Draw both axes of the complex plane on ax, over a region shaded in a window."""
     if region is not None:
         shade_region(ax, region, window)
     ax.axhline(0, color=GREY, lw=0.7, ls="-", zorder=1.5)

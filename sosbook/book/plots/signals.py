@@ -8,8 +8,6 @@ from .style import COLOURS, DASHES, GREY, ORANGE, VERMILLION, legend_above, subs
 plt = library("matplotlib.pyplot")
 
 
-__all__ = ["input_limit", "response", "signal"]
-
 LABELS = {
     "z": "position z",
     "dz": "velocity z′ (1/s)",

@@ -4,8 +4,6 @@ import numpy as np
 
 from .style import COLOURS, DASHES, VERMILLION, legend_above
 
-__all__ = ["largest_singular_value", "singular_values"]
-
 
 def singular_values(ax, systems, gamma=None):
     """Largest singular value of the disturbance-to-position map over frequency.

@@ -5,25 +5,6 @@ from ...runtime.libraries import library
 plt = library("matplotlib.pyplot")
 
 
-__all__ = [
-    "BLUE",
-    "COLOURS",
-    "DASHES",
-    "GREEN",
-    "GREY",
-    "INK",
-    "MARKERS",
-    "ORANGE",
-    "PURPLE",
-    "SKY",
-    "STYLE",
-    "VERMILLION",
-    "legend_above",
-    "subscript",
-    "use_book_style",
-]
-
-
 BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 PURPLE, SKY, GREY, INK = "#CC79A7", "#56B4E9", "#767676", "#1f2328"
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)

@@ -9,8 +9,6 @@ from urllib.request import url2pathname
 from ...runtime.libraries import library
 from .tags import Tags
 
-__all__ = ["Bound", "bind"]
-
 
 @dataclass(frozen=True)
 class Bound:

@@ -5,8 +5,6 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Chapter", "chosen", "contents"]
-
 #: Parts that are looked up, on a screen.
 LOOKED_UP = ("The package", "The record")
 

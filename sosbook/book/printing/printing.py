@@ -13,8 +13,6 @@ from ...runtime.libraries import library
 from .binding import Bound, bind
 from .contents import Chapter
 
-__all__ = ["print_book"]
-
 LINK = re.compile(r'href="([^"#]*)#([^"]+)"')
 #: The width of the printed column: A4 less two margins of 20 mm, at 96 dpi.
 COLUMN = {"width": 642, "height": 900}

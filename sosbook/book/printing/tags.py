@@ -1,7 +1,5 @@
 """Tags of a bound book: what is a heading, what a figure, for screen readers."""
 
-__all__ = ["Tags"]
-
 
 class Tags:
     """The trees of the chapters' tags as one tree.

@@ -2,8 +2,6 @@
 
 from .table import evaluate
 
-__all__ = ["rows"]
-
 
 def rows():
     """What the structure of (A.17) saves, computed."""

@@ -12,8 +12,6 @@ from ...delay import largest
 from .. import ledger, thesis
 from .table import Erratum, read_texts
 
-__all__ = ["Checked", "assumptions", "checked", "errata", "readings"]
-
 
 @dataclass(frozen=True)
 class Checked:

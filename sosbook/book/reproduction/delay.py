@@ -20,8 +20,6 @@ from .. import thesis
 from ..counterexamples import misprint as misread
 from .table import below, evaluate, proven, said, shown, solution
 
-__all__ = ["rows"]
-
 
 def rows():
     """Rows of section 2.4.4 and of section 3.2, computed."""

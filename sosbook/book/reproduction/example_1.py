@@ -10,8 +10,6 @@ from .. import thesis
 from .examples import promises
 from .table import evaluate
 
-__all__ = ["rows"]
-
 
 def rows():
     """Rows of Example 1, computed."""

@@ -10,8 +10,6 @@ from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
 from .table import evaluate, proven
 
-__all__ = ["rows"]
-
 READINGS = {"k1 + k2": 4e4 + 5e3, "k1 + b2": 4e4 + 500}  # of S22
 
 

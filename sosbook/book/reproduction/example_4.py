@@ -13,8 +13,6 @@ from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
 from .table import below, evaluate, matched, proven, said
 
-__all__ = ["rows"]
-
 SET_POINTS = np.radians([30, 60, 10, -30, 0])  # rad, three seconds each
 
 

@@ -5,8 +5,6 @@ from ...plants.descriptor import descriptors
 from ...synthesis.pid import analyse_pid, design_pid
 from .table import evaluate, proven
 
-__all__ = ["promises"]
-
 
 def promises(number, ex, digits=4, note=""):
     """Rows of what an example of one plant promises.

@@ -12,8 +12,6 @@ from pathlib import Path
 from ...runtime.writing import write_file
 from . import assumptions, checked, errata, readings, rows
 
-__all__ = ["files"]
-
 
 def files():
     """The text of each file by its name: the rows, all that is known, and a form.

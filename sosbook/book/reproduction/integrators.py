@@ -7,8 +7,6 @@ from ...synthesis.integrators import admissible_U
 from .. import thesis
 from .table import evaluate
 
-__all__ = ["rows"]
-
 
 def rows():
     """What is said about U, and the answer for each plant."""

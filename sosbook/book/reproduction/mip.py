@@ -8,8 +8,6 @@ from ...plants.second_order import SecondOrderSystem
 from .. import thesis
 from .table import compare, evaluate, shown
 
-__all__ = ["rows"]
-
 PARAMETER_SETS = ((0.272, 0.040, 0.027), (0.263, 0.0414, 0.0315))  # M_b, l, M_w
 R_W = 0.032  # m, radius of a wheel
 

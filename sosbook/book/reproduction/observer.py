@@ -18,8 +18,6 @@ from .table import below, compare, evaluate, proven, shown
 control = library("control")
 
 
-__all__ = ["controller", "rows"]
-
 T = 0.01  # s
 
 

@@ -13,8 +13,6 @@ from ...synthesis.pid import analyse_pid
 from .. import thesis
 from .table import evaluate, proven, shown
 
-__all__ = ["rows"]
-
 LAWS = {
     "PD": ("4.1", "pd", None, 4, 0),
     "PID": ("4.2", "pid", [[0, 1]], 5, 3),

@@ -8,8 +8,6 @@ from ...plants.descriptor import descriptors
 from .. import thesis
 from .table import evaluate
 
-__all__ = ["rows"]
-
 SAMPLING = 0.1  # s, of the two masses; less than a quarter of their fastest period
 
 

@@ -11,8 +11,6 @@ from .table import below, evaluate
 control = library("control")
 
 
-__all__ = ["rows"]
-
 T = 0.01
 WAYS = (
     ("exact rates, at once", SampledLaw.of_gain, 0, "exact"),

@@ -10,8 +10,6 @@ from ...synthesis.regularization import infinite_modes, prove_regular, regulariz
 from .. import thesis
 from .table import evaluate, proven
 
-__all__ = ["rows"]
-
 
 def rows():
     """Rows of section 2.3 and of Example 3's mass, computed."""

@@ -14,24 +14,6 @@ import numpy as np
 
 from ...runtime.reading import read_toml
 
-__all__ = [
-    "KINDS",
-    "VERDICTS",
-    "Erratum",
-    "Row",
-    "below",
-    "claim",
-    "compare",
-    "evaluate",
-    "matched",
-    "misprint",
-    "proven",
-    "read_texts",
-    "said",
-    "shown",
-    "solution",
-]
-
 VERDICTS = {
     "reproduced": "our number equals the printed one to the tolerance",
     "property holds": "the claim is true, our numbers are our own",

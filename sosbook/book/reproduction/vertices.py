@@ -11,8 +11,6 @@ from ...synthesis.pid import analyse_pid, design_pid
 from .. import counterexamples, thesis
 from .table import evaluate, proven, said
 
-__all__ = ["rows"]
-
 
 def rows():
     """Rows on the vertices of polytopes, computed."""

@@ -6,8 +6,6 @@ import numpy as np
 
 from ...plants.second_order import SecondOrderSystem
 
-__all__ = ["DelayExample", "delay_example_1", "delay_example_2"]
-
 
 @dataclass(frozen=True, eq=False)
 class DelayExample:

@@ -9,16 +9,6 @@ from ...plants.signals import Sine
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 
-__all__ = [
-    "Example",
-    "arm",
-    "car_seat",
-    "example_1",
-    "example_2",
-    "example_3",
-    "example_4",
-]
-
 
 @dataclass(frozen=True, eq=False)
 class Example:

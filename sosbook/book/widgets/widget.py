@@ -1,7 +1,5 @@
 """What a widget shows where no kernel runs."""
 
-__all__ = ["OnPage"]
-
 
 class OnPage:
     """Gives a widget HTML for the pages; inherit from it before the widget.

@@ -14,8 +14,6 @@ from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
 from ...synthesis.solution import Solution
 
-__all__ = ["Ask", "again", "point", "seen"]
-
 
 class Ask:
     """A request in which any bound can be moved.

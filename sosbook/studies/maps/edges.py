@@ -26,8 +26,6 @@ from ...synthesis.scaling import Frame
 from .ask import Ask
 from .search import Search, certified, provably_refused, requirements
 
-__all__ = ["Edge", "edge", "request"]
-
 TIME_LIMIT = 1800.0  # seconds
 WIDE = 1e3  # of P, V and Y in that frame: so far out it decides nothing
 SADDLE_GAP = 1e-3  # relative; nearer to the optimum rounding moves shares by per cents

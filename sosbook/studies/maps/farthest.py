@@ -12,8 +12,6 @@ from ...runtime.time_limit import OutOfTime, check_time, checked_seconds
 from ...runtime.time_limit import time_limit as limited
 from ...synthesis.pid import analyse_pid, design_pid
 
-__all__ = ["Farthest", "farthest"]
-
 TIME_LIMIT = 1800.0  # seconds
 MOST = 2.0**10  # times the width that is given, and a part of it
 

@@ -13,8 +13,6 @@ from .edges import Edge
 from .parallel import finished
 from .search import Search
 
-__all__ = ["Frontier", "frontier"]
-
 
 @dataclass(frozen=True, eq=False)
 class Frontier:

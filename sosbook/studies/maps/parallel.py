@@ -15,8 +15,6 @@ from contextlib import nullcontext
 from ...runtime.libraries import library
 from ...runtime.progress import bar
 
-__all__ = ["sweep"]
-
 
 def sweep(function, points, n_jobs=None, progress=True, retries=3):
     """``[function(p) for p in points]``, the points in parallel.
@@ -72,7 +70,10 @@ def sweep(function, points, n_jobs=None, progress=True, retries=3):
 
 
 def finished(function, points, n_jobs=None, retries=3):
-    """Yield (place, value) of each point, as they are completed."""
+    """Yield (place, value) of a function at points, as they are completed: see `sweep`.
+
+    ``n_jobs``: how many workers; ``retries``: how often a dead one is replaced.
+    """
     if n_jobs is not None and (not isinstance(n_jobs, int) or n_jobs == 0):
         raise ValueError(
             f"n_jobs = {n_jobs!r} must be a whole number: 1 or more "

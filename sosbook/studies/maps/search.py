@@ -7,15 +7,6 @@ from ...plants.checks import count
 from ...requirements.shorthand import bounds, parameter
 from .ask import point, seen
 
-__all__ = [
-    "Search",
-    "certified",
-    "provably_refused",
-    "requirements",
-    "round_numbers",
-    "shown",
-]
-
 
 class Search:
     """Bisection over round numbers of one parameter of an `Ask`, by its name.

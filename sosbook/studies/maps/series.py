@@ -6,8 +6,6 @@ from ...laws import Law
 from ...synthesis.pid import design_pid
 from .parallel import sweep
 
-__all__ = ["designs"]
-
 DESIGNS_PER_PROCESS = 25  # in a row
 
 

@@ -4,8 +4,6 @@ import numpy as np
 
 from ..page import significant
 
-__all__ = ["bilinear", "ends_of"]
-
 
 def ends_of(family, names):
     """Lows and highs of the two parameters of a family.

@@ -10,8 +10,6 @@ from .boxes import bilinear, ends_of
 from .loops import circulating
 from .mover import Mover, choice, slider
 
-__all__ = ["centre", "landscape", "ranges", "segment", "trust"]
-
 
 def centre(A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre"):
     """The feasible set of P = [p q; q 1] for a decay rate, in the page.

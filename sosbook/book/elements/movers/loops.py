@@ -6,8 +6,6 @@ from ....plants.checks import positive
 from ..page import matrices, significant
 from .mover import Mover, choice, slider
 
-__all__ = ["circulating", "circulation", "delayed", "integral", "kalman", "mass"]
-
 DAMPER, SPRING = 20.0, 20.0  # Ns/m and N/m, between the last two bodies of the chain
 
 

@@ -2,8 +2,6 @@
 
 from ..page import PageElement
 
-__all__ = ["Mover", "choice", "slider", "tick"]
-
 
 class Mover(PageElement):
     """A page element with controls that computes what it shows; put it last in a cell.

@@ -9,8 +9,6 @@ from ....synthesis.lqr import design_lqr
 from ..page import significant
 from .mover import Mover, choice, slider
 
-__all__ = ["chain", "chirp", "clock", "digits", "fall", "regulator"]
-
 #: What a scale and a ruler say of the robot; as `Mip.from_ratios` has it.
 MEASURED = {"M_b": 0.272, "l": 0.040, "r": 0.032, "M_w": 0.027, "g": 9.8}
 LAWS = {"PD": None, "PID": [[0, 1]]}  # U of each

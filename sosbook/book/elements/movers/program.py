@@ -7,8 +7,6 @@ import numpy as np
 from ..page import matrices, significant
 from .mover import Mover, choice, slider
 
-__all__ = ["drive"]
-
 COUNTS = (0, 256, 1024, 4096, 16384)  # of the encoder, a turn; 0: no steps
 DIGITS = 8  # of a bound
 SHARE = 0.9  # of the motor that a ramp may ask: the rest is for the encoder's steps

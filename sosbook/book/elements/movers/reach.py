@@ -12,8 +12,6 @@ from ....synthesis.pid import design_pid
 from ..page import matrices, significant
 from .mover import Mover, choice, slider
 
-__all__ = ["reach"]
-
 BELOW = 0.999  # of what is left: refused there
 ABOVE = 1.02, 1.05, 1.1, 1.2  # of it: designed for, the first that is proven
 FASTEST = 40  # times the largest frequency: of a design's poles, which limits its gain

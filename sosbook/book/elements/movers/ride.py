@@ -5,8 +5,6 @@ import numpy as np
 from ..page import matrices
 from .mover import Mover, choice, slider
 
-__all__ = ["ride"]
-
 
 def ride(cars, designs, hint, **answer):
     """A car on a bump; a slider goes through designs, bound by bound.

@@ -4,8 +4,6 @@ from ..page import matrices, significant
 from .boxes import bilinear, ends_of
 from .mover import Mover, choice, slider, tick
 
-__all__ = ["sensors"]
-
 TICKS = {
     "p1": "the motor's angle φ₁",
     "p2": "the load's angle φ₂",
