@@ -31,47 +31,10 @@ def robot():
     return ex, sos.design_pid(ex.plant, **ex.requirements)
 
 
-def asked(d, **changes):
-    """The same K and P, held against another request."""
-    return replace(d, request=replace(d.request, **changes))
-
-
-def plant(d, **changes):
-    return asked(d, plant=replace(d.request.plant, **changes))
-
-
-def negative(P):
-    """P with its smallest eigenvalue's sign turned."""
-    values, vectors = np.linalg.eigh(P)
-    values[0] *= -1
-    found = vectors @ np.diag(values) @ vectors.T
-    return (found + found.T) / 2
-
-
-def skewed(P):
-    P = P.copy()
-    P[0, 1] += 1e-9 * P[0, 0]
-    return P
-
-
-region, start = sos.PoleRegion, sos.Saturation
-TAMPERED = {
+TAMPERED = {  # more of them as files in test_tampering
     "sign of K": lambda d: replace(d, K=-d.K),
-    "K is zero": lambda d: replace(d, K=0 * d.K),
-    "exchanged inputs": lambda d: replace(d, K=d.K[::-1]),
-    "P isn't symmetric": lambda d: replace(d, P=skewed(d.P)),
-    "one negative eigenvalue": lambda d: replace(d, P=negative(d.P)),
     "P scaled up": lambda d: replace(d, P=10 * d.P),
-    "P scaled down": lambda d: replace(d, P=d.P / 10),
-    "another mass": lambda d: plant(d, M=np.diag([10, 30])),
-    "stronger disturbance": lambda d: plant(d, F=400 * np.eye(2)),
-    "wrong U": lambda d: asked(d, U=-np.eye(2)),
-    "lower gamma": lambda d: asked(d, gamma=0.3),
-    "faster decay": lambda d: asked(d, region=region(0.95, np.pi / 4, 5)),
-    "narrower sector": lambda d: asked(d, region=region(0.7, 0.5, 5)),
-    "smaller disk": lambda d: asked(d, region=region(0.7, np.pi / 4, 2.5)),
-    "lower u_max": lambda d: asked(d, saturation=start(80, d.request.saturation.x0)),
-    "larger x0": lambda d: asked(d, saturation=start(150, 2 * d.request.saturation.x0)),
+    "lower gamma": lambda d: replace(d, request=replace(d.request, gamma=0.3)),
 }
 
 

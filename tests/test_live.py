@@ -145,12 +145,7 @@ def _wait(address, server):
 
 @pytest.fixture(scope="module")
 def page(lab, browser):
-    context = browser.new_context(viewport={"width": 1400, "height": 1000})
-    page = context.new_page()
-    _run(page, lab("live"))
-    page.locator(PICTURE).wait_for()
-    yield page
-    context.close()
+    yield from _notebook(lab, browser, "live")
 
 
 @pytest.fixture(scope="module")

@@ -78,8 +78,21 @@ class Sheet:
     def data(self, tag):
         return self.page.evaluate("tag => document.querySelector(tag).data", tag)
 
+    def place(self, tag):
+        return self.page.evaluate("tag => document.querySelector(tag).place", tag)
+
     def said(self, tag):
         return self.page.locator(f"{tag} .sos-readout").inner_text()
+
+    def drag(self, handle, right, down):
+        """Move a handle by the mouse."""
+        handle.scroll_into_view_if_needed()
+        box = handle.bounding_box()
+        x, y = box["x"] + 8, box["y"] + 8
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move(x + right, y + down, steps=3)
+        self.page.mouse.up()
 
 
 @pytest.fixture(scope="module")
@@ -153,23 +166,17 @@ def alone(desk, tag):
     sheet.evaluate("style => style.remove()")
 
 
-def values(desk, tag):
-    return desk.page.evaluate(
-        "tag => Object.values(document.querySelector(tag).place)", tag
-    )
-
-
 @pytest.mark.parametrize("tag", TAGS)
 def test_reset_brings_the_first_setting_back(alone, tag):
     alone.compute(tag, [])
-    begin, said = values(alone, tag), alone.said(tag)
+    begin, said = alone.place(tag), alone.said(tag)
     for slider in alone.page.locator(f"{tag} input[type=range]").all():
         slider.focus()
         highest = slider.input_value() == slider.get_attribute("max")
         alone.page.keyboard.press("ArrowLeft" if highest else "ArrowRight")
-    assert values(alone, tag) != begin
+    assert alone.place(tag) != begin
     alone.page.locator(f"{tag} .sos-reset").click()
-    assert values(alone, tag) == begin and alone.said(tag) == said
+    assert alone.place(tag) == begin and alone.said(tag) == said
 
 
 @pytest.mark.parametrize("tag", TAGS)
@@ -485,14 +492,9 @@ def test_ranges_are_the_chapters_cranes(desk):
 
 
 def test_a_corner_of_the_box_is_dragged(desk):
-    handle = desk.page.locator("sos-ranges .sos-handle").nth(1)
-    handle.scroll_into_view_if_needed()
-    box, before = handle.bounding_box(), desk.said("sos-ranges")
-    desk.page.mouse.move(box["x"] + 8, box["y"] + 8)
-    desk.page.mouse.down()
-    desk.page.mouse.move(box["x"] + 100, box["y"] - 20)
-    desk.page.mouse.up()
-    place = desk.page.evaluate("() => document.querySelector('sos-ranges').place")
+    before = desk.said("sos-ranges")
+    desk.drag(desk.page.locator("sos-ranges .sos-handle").nth(1), 92, -28)
+    place = desk.place("sos-ranges")
     assert place["m1"] > 2 and place["m0"] == 0.75
     assert desk.said("sos-ranges") != before
 
@@ -541,25 +543,16 @@ def test_descents_end_in_minima_of_the_largest_real_part(desk, x, y, k_P):
 def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     tag = "sos-landscape"
     desk.page.evaluate("tag => document.querySelector(tag).reset()", tag)
-    handle = desk.page.locator(f"{tag} .sos-handle")
-
-    def place():
-        return desk.page.evaluate("tag => document.querySelector(tag).place", tag)
-
-    handle.scroll_into_view_if_needed()
-    box, before = handle.bounding_box(), place()
+    handle, before = desk.page.locator(f"{tag} .sos-handle"), desk.place(tag)
     said = desk.said(tag)
-    desk.page.mouse.move(box["x"] + 8, box["y"] + 8)
-    desk.page.mouse.down()
-    desk.page.mouse.move(box["x"] + 60, box["y"] + 90, steps=3)
-    desk.page.mouse.up()
-    after = place()
+    desk.drag(handle, 52, 82)
+    after = desk.place(tag)
     assert after["x"] > before["x"] and after["y"] < before["y"]
     assert desk.said(tag) != said
     slider = desk.page.locator(f"{tag} [data-key=x]")
     slider.focus()
     slider.press("ArrowRight")
-    assert place()["x"] == pytest.approx(after["x"] + 0.1)
+    assert desk.place(tag)["x"] == pytest.approx(after["x"] + 0.1)
     box = handle.bounding_box()
     touch = desk.page.context.new_cdp_session(desk.page)
     at = {"x": box["x"] + 8, "y": box["y"] + 8}
@@ -569,7 +562,7 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
         ("touchEnd", []),
     ):
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-    moved = place()
+    moved = desk.place(tag)
     assert moved["x"] < after["x"] and moved["y"] > after["y"]
 
 
@@ -860,31 +853,24 @@ def test_the_search_of_the_page_is_as_good_as_the_packages(desk):
 def test_a_sensor_is_ticked_by_mouse_key_and_finger(desk):
     tag, box = "sos-sensors", desk.page.locator("sos-sensors input[type=checkbox]")
     desk.compute(tag, [])
-
-    def here():
-        return desk.page.evaluate("tag => document.querySelector(tag).place", tag)
-
     seen = [desk.said(tag)]
     desk.page.locator(f"{tag} [data-tick=v1]").click()
-    assert here()["v1"] == 1 and box.nth(2).is_checked()
+    assert desk.place(tag)["v1"] == 1 and box.nth(2).is_checked()
     seen.append(desk.said(tag))
     box.nth(1).focus()
     desk.page.keyboard.press("Space")
-    assert here()["p2"] == 1
+    assert desk.place(tag)["p2"] == 1
     seen.append(desk.said(tag))
     desk.page.locator(f"{tag} [data-cell='0100']").tap()
-    assert [here()[k] for k in KEYS[:4]] == [0, 1, 0, 0]
+    assert [desk.place(tag)[k] for k in KEYS[:4]] == [0, 1, 0, 0]
     seen.append(desk.said(tag))
     for where, keys in (("map", ("J1", "k1")), ("scene", ("k0", "k1"))):
         handle = desk.page.locator(f"{tag} .sos-{where} .sos-handle").last
-        handle.scroll_into_view_if_needed()
-        spot, before = handle.bounding_box(), here()
-        desk.page.mouse.move(spot["x"] + 8, spot["y"] + 8)
-        desk.page.mouse.down()
-        desk.page.mouse.move(spot["x"] + 24, spot["y"] - 8)
-        desk.page.mouse.up()
-        assert all(here()[k] > before[k] for k in keys)
-        assert all(here()[k] == before[k] for k in {*RANGES} - {*keys})
+        before = desk.place(tag)
+        desk.drag(handle, 16, -16)
+        after = desk.place(tag)
+        assert all(after[k] > before[k] for k in keys)
+        assert all(after[k] == before[k] for k in {*RANGES} - {*keys})
         seen.append(desk.said(tag))
     assert len(set(seen)) == 6
     desk.page.locator(f"{tag} .sos-reset").click()
@@ -932,8 +918,7 @@ def test_a_mass_is_chosen_by_mouse_and_finger(desk):
     tag, seen = "sos-reach", [desk.said("sos-reach")]
     for mass, press in ((0, "click"), (2, "tap")):
         getattr(desk.page.locator(f"{tag} [data-cell='{mass}']"), press)()
-        place = desk.page.evaluate("tag => document.querySelector(tag).place", tag)
-        assert place["motor"] == mass
+        assert desk.place(tag)["motor"] == mass
         seen.append(desk.said(tag))
     assert len(set(seen)) == 3 and "The motor moves every mode." in seen[1]
 
