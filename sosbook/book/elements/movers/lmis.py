@@ -18,15 +18,11 @@ def centre(A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre"):
     Newton's method, the decrement beside each step.
 
     ``A``, (2, 2): the matrix of x' = A x; ``start``, (float, float): p and q at first;
-    ``sigma``: the decay rate at first, in 1/s; ``title``: the heading. Raises
-    ValueError if A isn't 2 x 2.
+    ``sigma``: the decay rate at first, in 1/s; ``title``: the heading.
 
     >>> centre([[0, 1], [-2, -3]])
     Centre: sigma, p, q
     """
-    A = np.asarray(A, float)
-    if A.shape != (2, 2):
-        raise ValueError(f"A must be 2 x 2, got the shape {A.shape}")
     p, q = start
     return Mover(
         "centre",
@@ -39,7 +35,7 @@ def centre(A, *, start=(1.5, -0.6), sigma=0.3, title="The set and its centre"):
             slider("q", "q of your point", "", (-1.8, 0.5), 0.02, q),
         ],
         answer={"sigma": 0.95, "p": 0.66, "q": -0.74},
-        A=A.tolist(),
+        A=np.asarray(A, float).tolist(),
     )
 
 
@@ -91,14 +87,13 @@ def segment(cases):
     )
 
 
-def ranges(plants, gains, box, sigma, start=0):
+def ranges(plants, gains, box, sigma):
     """A crane with its load and its rope in ranges: proven cells, or a broken plant.
 
     ``plants``: parameters m and l, no powers: the largest box that the page can show;
     ``gains``: for each name a gain (1, 4) that can be chosen; ``box``: the ranges at
-    first, m and l by name; ``sigma``: the decay that is claimed at first, in 1/s;
-    ``start``: which gain is chosen at first. Raises ValueError if the plants aren't of
-    this kind, see `bilinear`.
+    first, m and l by name; ``sigma``: the decay claimed at first, in 1/s. Raises
+    ValueError if the plants aren't of this kind, see `bilinear`.
     """
     ends, corners = ends_of(plants, "ml"), descriptors(plants.polytope())
     (m, l), (loads, ropes) = (box[name] for name in "ml"), zip(*ends)
@@ -112,7 +107,7 @@ def ranges(plants, gains, box, sigma, start=0):
         "Drag a corner of the box until a plant in it breaks the claim. Then ask for "
         "less decay.",
         [
-            choice("gain", "Gain", gains, start),
+            choice("gain", "Gain", gains),
             slider("sigma", "Claimed decay σ", " s⁻¹", (0, 0.4), 0.005, sigma),
             slider("m0", "Least load", " t", loads, 0.05, m[0]),
             slider("m1", "Largest load", " t", loads, 0.05, m[1]),
@@ -180,8 +175,7 @@ def trust(plant):
     page rounds P to some digits, looks at the blocks with a
     solver's tolerance and in floats, and proves them in exact integers.
 
-    ``plant``: two coordinates; its entries are read as decimals. Raises ValueError if
-    the plant hasn't two coordinates, or no kappa up to 2 makes it unstable.
+    ``plant``: two coordinates; its entries are read as decimals.
 
     >>> from sosbook.book import thesis
     >>> trust(thesis.example_1().plant)

@@ -2,20 +2,12 @@
 
 import numpy as np
 
-from ....plants.checks import positive
 from ..page import matrices, significant
 from .mover import Mover, choice, slider
 
-DAMPER, SPRING = 20.0, 20.0  # Ns/m and N/m, between the last two bodies of the chain
-
 
 def circulating(plant):
-    """The symmetric and the skew part of the stiffness of a ``plant``.
-
-    Raises ``ValueError`` if it hasn't two coordinates.
-    """
-    if plant.n != 2:
-        raise ValueError(f"plant must have two coordinates, got {plant.n}")
+    """The symmetric and the skew part of the stiffness of a ``plant``."""
     S = np.asarray(plant.S)
     return (S + S.T) / 2, (S - S.T) / 2
 
@@ -24,7 +16,7 @@ def circulation(plant):
     """A robot whose circulatory force can be turned up and down.
 
     ``plant``: the robot with two coordinates. The skew part of its S is what the slider
-    kappa multiplies. Raises ValueError if the plant hasn't two coordinates.
+    kappa multiplies.
 
     >>> from sosbook.book import thesis
     >>> circulation(thesis.example_1().plant)
@@ -55,20 +47,13 @@ def integral(plant, K, U):
     through F.
 
     ``plant``: a plant with two coordinates and its F; ``K``, (m, 6): [K_P K_D K_I],
-    with two integrals; ``U``, (2, 2): the errors that are integrated. Raises ValueError
-    if the shapes aren't these.
+    with two integrals; ``U``, (2, 2): the errors that are integrated.
 
     >>> from sosbook.book import thesis
     >>> example = thesis.example_1()
     >>> integral(example.plant, example.K, example.U)
     Integral: first, second, force
     """
-    K, U = np.asarray(K, float), np.asarray(U, float)
-    if plant.n != 2 or K.shape != (plant.m, 6) or U.shape != (2, 2):
-        raise ValueError(
-            "plant must have two coordinates, K the shape (m, 6) and U the "
-            f"shape (2, 2), got {plant.n}, {K.shape} and {U.shape}"
-        )
     return Mover(
         "integral",
         "What the integral is for",
@@ -80,8 +65,8 @@ def integral(plant, K, U):
             slider("force", "Force from 10 s on", " N", (0, 40), 1, 20),
         ],
         answer={"first": 0, "second": 0},
-        U=U.tolist(),
-        K=K.tolist(),
+        U=np.asarray(U, float).tolist(),
+        K=np.asarray(K, float).tolist(),
         **matrices(plant, "MDSBF"),
     )
 
@@ -89,21 +74,13 @@ def integral(plant, K, U):
 def mass(chain):
     """The chain of Example 3 with a last body that may weigh little.
 
-    ``chain``: the chain, whose last mass is zero; its masses, its last damper and its
-    last spring are those of the thesis's Example 3. Raises ValueError if it is another
-    plant.
+    ``chain``: the plant of the thesis's Example 3.
 
     >>> from sosbook.book import thesis
     >>> mass(thesis.example_3().plant)
     Mass: m4, b4, lent
     """
-    same = (
-        np.array_equal(np.diag(chain.M), [3, 2, 1, 0])
-        and chain.D[3, 3] == DAMPER
-        and chain.S[3, 3] == SPRING
-    )
-    if not same:
-        raise ValueError("chain must be the plant of the thesis's Example 3")
+    damper, spring = chain.D[3, 3], chain.S[3, 3]
     return Mover(
         "mass",
         "A mass that vanishes",
@@ -111,14 +88,14 @@ def mass(chain):
         "velocities has a limit? Then lend the body some mass.",
         [
             slider("m4", "Mass m₄", " kg", (-5, 0), 0.05, 0.01, "log"),
-            slider("b4", "Damper b₄", " Ns/m", (0, 40), 1, DAMPER),
+            slider("b4", "Damper b₄", " Ns/m", (0, 40), 1, damper),
             slider(
                 "lent", "Mass lent by acceleration feedback", " kg", (0, 1), 0.01, 0
             ),
         ],
         answer={"m4": 1e-5, "b4": 0},
         **matrices(chain, "DS"),
-        k4={"damper": DAMPER, "spring": SPRING},
+        k4={"damper": damper, "spring": spring},
     )
 
 
@@ -127,8 +104,7 @@ def kalman(plant, K, spread):
 
     ``plant``: its vertices have three states, one input and two outputs: the pendulum
     without its wheels' angle; ``K``, (1, 3): the gain of u = K x^; ``spread``: the
-    spread of the vertices, in per cent, for the reader. Raises ValueError if the shapes
-    aren't these.
+    spread of the vertices, in per cent, for the reader.
 
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Mip
@@ -136,12 +112,7 @@ def kalman(plant, K, spread):
     >>> kalman(reduced(Mip.printed(), 0.4), thesis.mip().lqe[1][0], 40)
     Kalman: gyro, wheels, push, plant
     """
-    K, vertices = np.asarray(K, float), plant.vertices
-    C = np.asarray(plant.C, float)
-    if K.shape != (1, 3) or C.shape != (2, 3) or vertices[0].E.shape != (3, 3):
-        raise ValueError(
-            f"K must have the shape (1, 3) and C (2, 3), got {K.shape} and {C.shape}"
-        )
+    vertices = plant.vertices
     names = [f"vertex {k} of ±{spread:g} %" for k in range(1, len(vertices) + 1)]
     return Mover(
         "kalman",
@@ -166,26 +137,24 @@ def kalman(plant, K, spread):
         E=[d.E.tolist() for d in vertices],
         A=[d.A.tolist() for d in vertices],
         B=[d.Bu.tolist() for d in vertices],
-        C=C.tolist(),
-        K=K.tolist(),
+        C=np.asarray(plant.C, float).tolist(),
+        K=np.asarray(K, float).tolist(),
     )
 
 
-def delayed(
-    loops, longest, *, horizon, window, rest=1.0, start=None, title="Late inputs"
-):
+def delayed(loops, longest, *, horizon, window, start=None, title="Late inputs"):
     """Loops x' = A x + A_d x(t - d(t)) whose delay can be moved.
 
     The page finds the characteristic roots for a constant delay h on
     Chebyshev nodes and polishes them by Newton's method, and it
     integrates the loop. The clinging delay grows with the time up to h,
-    stays there for ``rest`` seconds and starts again.
+    stays there for a second and starts again.
 
     ``loops``: (A, A_d) for each name; square matrices of up to 5 states; ``longest``:
     the longest delay, in s; ``horizon``: how long the loop is simulated, in s;
-    ``window``: what the map of roots shows, in 1/s and rad/s; ``rest``: in s;
+    ``window``: what the map of roots shows, in 1/s and rad/s;
     ``start``: the delay at first, in s; half of the longest without it; ``title``: the
-    heading. Raises ValueError if a loop has more than five states or isn't square.
+    heading.
 
     >>> delayed({"integrator": ([[0]], [[-1]])}, 1.7, horizon=30,
     ...         window=((-4, 1), (-12, 12)))
@@ -193,14 +162,9 @@ def delayed(
     """
     stored = []
     for name, (A, A_d) in loops.items():
-        A, A_d = np.asarray(A, float), np.asarray(A_d, float)
-        if A.ndim != 2 or A.shape[0] != A.shape[1] or A.shape != A_d.shape:
-            raise ValueError(f"loops[{name!r}] must be two square matrices alike")
-        if len(A) > 5:
-            raise ValueError(f"loops[{name!r}] must have 5 states at most")
         shown = significant([A, A_d], 10)
         stored.append({"name": name, "A": shown[0], "Ad": shown[1]})
-    step = 10.0 ** np.floor(np.log10(positive("longest", longest)) - 2)
+    step = 10.0 ** np.floor(np.log10(longest) - 2)
     kinds = ("constant", "clinging: it grows with the time, then starts again")
     return Mover(
         "delayed",
@@ -215,8 +179,8 @@ def delayed(
         ],
         answer={"h": 1.52, "kind": 1},
         loops=stored,
-        horizon=positive("horizon", horizon),
+        horizon=float(horizon),
         steps=1200,
-        rest=rest,
+        rest=1.0,
         window=window,
     )

@@ -33,11 +33,6 @@ def reach(plant, top):
     top : float
         The largest frequency, in rad/s.
 
-    Raises
-    ------
-    ValueError
-        If B and F aren't square.
-
     Examples
     --------
     >>> one = np.eye(2)
@@ -46,11 +41,6 @@ def reach(plant, top):
     Reach: motor, gust, omega, gamma
     """
     n = plant.n
-    for name in "BF":
-        if getattr(plant, name).shape != (n, n):
-            raise ValueError(
-                f"plant: {name} must be {n} x {n}, with a column for each mass"
-            )
     found = [[_found(plant, i, j, top) for j in range(n)] for i in range(n)]
     free = 1000 * max(pair["free"] for row in found for pair in row)
     start = round(found[n // 2][0]["at"], 1)
