@@ -32,19 +32,6 @@ def lightly_damped(damping, scale=1.0, rate=1.0):
     return descriptors(plant)[0], np.zeros((2, 4))
 
 
-def sweep(d, K):
-    """The largest gain over a dense grid of frequencies."""
-    A = np.linalg.solve(d.E, d.A + d.Bu @ K)
-    poles = np.linalg.eigvals(A)
-    near = [abs(q.imag) + np.linspace(-5, 5, 3001) * q.real for q in poles]
-    wide = np.abs(poles).max() * np.logspace(-5, 1, 2000)
-    omega = np.concatenate([[0.0], wide, *near])[:, None, None]
-    answer = np.linalg.solve(
-        1j * omega * np.eye(len(A)) - A, np.linalg.solve(d.E, d.Bw) + 0j
-    )
-    return np.linalg.norm(d.C @ answer, 2, axis=(1, 2)).max()
-
-
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_norm_and_poles_agree_with_python_control(seed):
     d, v = stable_loop(seed)
@@ -53,17 +40,6 @@ def test_norm_and_poles_agree_with_python_control(seed):
     w_to_z = control.ss(loop.A, loop.B[:, :2], loop.C[:2], loop.D[:2, :2])
     norm = control.system_norm(w_to_z, p="inf", tol=1e-9)
     assert np.isclose(hinf_norm(v, d.K), norm, rtol=1e-6, atol=0)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("p", [1, 3])
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_norm_for_any_number_of_disturbances(seed, p):
-    """python-control 0.10 fails where z and w differ in size."""
-    d, v = stable_loop(seed, p)
-    norm = hinf_norm(v, d.K)
-    assert sweep(v, d.K) <= norm * (1 + 1e-8)
-    assert np.isclose(sweep(v, d.K), norm, rtol=1e-5, atol=0)
 
 
 def test_norm_of_a_disturbance_that_does_nothing_is_zero():

@@ -200,8 +200,6 @@ def test_a_mode_at_the_origin_that_no_cost_sees_is_still_moved():
     "Q, R, words",
     [
         (np.eye(3), [[1]], "Q has 3 rows, needs 4"),
-        (np.diag([1, 1, 1, -1.0]), [[1]], "Q has a negative eigenvalue"),
-        (np.eye(4), [[0]], "R must be positive definite"),
         (np.eye(4), np.eye(2), "R has 2 rows, needs 1"),
         (np.triu(np.ones((4, 4))), [[1]], "Q must be symmetric"),
     ],

@@ -87,13 +87,34 @@ def test_2_15(vertex):
     assert np.allclose(found, -np.block(rows), atol=1e-13)
 
 
-def test_2_18(vertex):
-    d, P, Y, _, _, EPE = vertex
-    sigma, E, A, B = 0.7, d.E, d.A, d.Bu
-    printed = 2 * sigma * EPE + A @ P @ E.T + E @ P @ A.T + B @ Y @ E.T + E @ Y.T @ B.T
-    part = LMIRegion.half_plane(sigma)
+SIN, COS = np.sin(0.6), np.cos(0.6)
+REGIONS = {  # a region, and what is printed of Theta and E P E'
+    "2.18": (
+        LMIRegion.half_plane(0.7),
+        lambda Theta, EPE: 2 * 0.7 * EPE + Theta + Theta.T,
+    ),
+    "2.19": (
+        LMIRegion.disk(5),
+        lambda Theta, EPE: np.block([[-5 * EPE, Theta], [Theta.T, -5 * EPE]]),
+    ),
+    "2.20": (
+        LMIRegion.sector(0.6),
+        lambda Theta, EPE: np.block(
+            [
+                [SIN * (Theta + Theta.T), COS * (Theta - Theta.T)],
+                [COS * (Theta.T - Theta), SIN * (Theta + Theta.T)],
+            ]
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("equation", REGIONS)
+def test_regions(vertex, equation):
+    d, P, Y, _, Theta, EPE = vertex
+    part, printed = REGIONS[equation]
     found = theorems.pole_region(Coupled(d, d, P, Y), part.alpha, part.beta)
-    assert np.allclose(found, -printed, atol=1e-13)
+    assert np.allclose(found, -printed(Theta, EPE), atol=1e-12)
 
 
 def test_2_18_with_sigma_zero_is_stability(vertex):
@@ -101,24 +122,6 @@ def test_2_18_with_sigma_zero_is_stability(vertex):
     c, part = Coupled(d, d, P, Y), LMIRegion.half_plane(0)
     found = theorems.pole_region(c, part.alpha, part.beta)
     assert np.allclose(found, theorems.stability(c), atol=1e-14)
-
-
-def test_2_19(vertex):
-    d, P, Y, _, Theta, EPE = vertex
-    printed = np.block([[-5 * EPE, Theta], [Theta.T, -5 * EPE]])
-    part = LMIRegion.disk(5)
-    found = theorems.pole_region(Coupled(d, d, P, Y), part.alpha, part.beta)
-    assert np.allclose(found, -printed, atol=1e-13)
-
-
-def test_2_20(vertex):
-    d, P, Y, _, Theta, _ = vertex
-    sin, cos = np.sin(0.6), np.cos(0.6)
-    plus, minus = sin * (Theta + Theta.T), cos * (Theta - Theta.T)
-    printed = np.block([[plus, minus], [-minus, plus]])
-    part = LMIRegion.sector(0.6)
-    found = theorems.pole_region(Coupled(d, d, P, Y), part.alpha, part.beta)
-    assert np.allclose(found, -printed, atol=1e-12)
 
 
 def test_2_21(vertex):
