@@ -6,7 +6,6 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from sosbook.solver.blocks import Blocks
 from sosbook.synthesis.scaling import Frame
 from tests import clarabel
 from tests.cases import random_request
@@ -33,7 +32,7 @@ def scaled_blocks(request):
     blocks = float_blocks(request, Frame.of(request))
     if not any(c.any() for c in blocks.constants):
         first = -np.eye(request.order)
-        blocks = Blocks([first, *blocks.constants[1:]], blocks.slopes)
+        blocks = clarabel.Explicit([first, *blocks.constants[1:]], blocks.slopes)
     return scaled(blocks)
 
 
