@@ -1,5 +1,6 @@
 """Plants and requests that several tests share."""
 
+import control
 import numpy as np
 import pytest
 
@@ -116,3 +117,17 @@ def random_cost_request(seed):
 def close(K, wanted, tolerance=1e-6):
     """Whether the entries differ by so much of the largest one."""
     return np.abs(K - wanted).max() <= tolerance * np.abs(wanted).max()
+
+
+def norm_on_a_grid(A, B, C, D=0.0):
+    """The largest singular value of python-control's response, near its top."""
+    system = control.ss(A, B, C, D + np.zeros((len(C), np.shape(B)[1])))
+    poles = np.linalg.eigvals(A)
+    grid = np.geomspace(abs(poles).min() / 100, abs(poles).max() * 100, 300)
+    grid, most = np.unique([0.0, *grid, *abs(poles.imag)]), 0.0
+    for _ in range(3):  # again, from neighbour to neighbour of the highest
+        values = system(1j * grid, squeeze=False).transpose(2, 0, 1)
+        sizes = np.linalg.norm(values, 2, axis=(1, 2))
+        top, most = int(np.argmax(sizes)), max(most, sizes.max())
+        grid = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], 60)
+    return most

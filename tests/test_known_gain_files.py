@@ -10,6 +10,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.exact.checker import kernel, verdict
+from tests.cases import norm_on_a_grid
 from tests.hunt.tampering import verdicts
 from tests.oracles import mended
 from tests.test_proof_files import proof_of
@@ -195,10 +196,16 @@ def test_noise_of_a_sensor_is_in_the_output_of_a_plant_whose_output_sees_u():
     law = sos.PIDLaw([[1, 0]], noise=[[0, 0.5]])
     found = sos.analyse_pid(plant, [[-0.7]], law=law, minimize="gamma")
     A, W = np.array([[0, 1], [-1.7, -0.1]]), np.array([[0, 0], [1, -0.35]])
-    pencil = 1j * np.linspace(0, 3, 30001)[:, None, None] * np.eye(2) - A
-    y = np.array([[1, 0], [-0.14, 0]]) @ np.linalg.solve(pencil, W + 0j)
-    true = np.linalg.norm(y + [[0, 0], [0, -0.07]], 2, axis=(1, 2)).max()
+    y, through = np.array([[1, 0], [-0.14, 0]]), np.array([[0, 0], [0, -0.07]])
+    true = norm_on_a_grid(A, W, y, through)
+    assert found.bounds()["gamma"].true == pytest.approx(true, rel=1e-5)
     assert true < found.gamma < 1.02 * true
+    push = norm_on_a_grid(A, W, np.array([[-0.7, 0]]), np.array([[0, -0.35]]))
+    force = [sos.HInfinity(outputs=sos.Output(input=1.0))]
+    least = sos.analyse_pid(
+        plant, [[-0.7]], law=law, requirements=force, minimize="gamma"
+    )
+    assert least.bounds()["gamma"].true == pytest.approx(push, rel=1e-5)
     whole = json.loads(found.certify().text)
     assert accepted(whole) == (True, True)
     whole["data"]["law.noise"] = [["0", "5"]]

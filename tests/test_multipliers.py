@@ -23,7 +23,7 @@ from sosbook.synthesis import known_gain
 from sosbook.synthesis.cells import Mixtures
 from sosbook.synthesis.ranges import family
 from sosbook.synthesis.request import Request
-from tests.cases import campaign
+from tests.cases import campaign, norm_on_a_grid
 
 
 def loops(seed, vertices=2, order=4, spread=0.2):
@@ -47,14 +47,6 @@ def between(E, A, B, count=60, seed=0):
     for w in weights:
         e, a, b = (np.tensordot(w, x, 1) for x in (E, A, B))
         yield np.linalg.solve(e, a), np.linalg.solve(e, b)
-
-
-def gain_on_a_grid(A, B, C):
-    rates = np.abs(np.linalg.eigvals(A))
-    grid = np.geomspace(rates.min() / 30, 30 * rates.max(), 300)
-    grid = [0, *grid, *np.abs(np.linalg.eigvals(A).imag)]
-    pencils = 1j * np.array(grid)[:, None, None] * np.eye(len(A)) - A
-    return np.linalg.norm(C @ np.linalg.solve(pencils, B + 0j), 2, axis=(1, 2)).max()
 
 
 def peak(A, x0, row):
@@ -97,7 +89,7 @@ def test_norm_cost_and_peak_of_one_plant(seed):
     E, A, B, C = (x[0] if len(x) == 1 else x for x in loops(seed, vertices=1))
     A_, B_ = np.linalg.solve(E, A), np.linalg.solve(E, B)
     asked = dict(coupling="multipliers")
-    norm = gain_on_a_grid(A_, B_, C)
+    norm = norm_on_a_grid(A_, B_, C)
     for share, status in ((1.005, "feasible"), (0.999, "infeasible")):
         found = sos.analyse_loop(E, A, B, C, gamma=share * norm, **asked)
         assert found.status == status
@@ -130,7 +122,7 @@ def test_what_is_proven_holds_for_every_plant_that_is_tried(seed):
         assert found.status == "infeasible" and found.infeasibility.proven
         return
     sigma = float(f"{-0.97 * slowest:.4g}")
-    norm = max(gain_on_a_grid(a, b, C) for a, b in every)
+    norm = max(norm_on_a_grid(a, b, C) for a, b in every)
     gamma = float(f"{1.05 * norm:.4g}")
     found = sos.analyse_loop(E, A, B, C, region=sos.PoleRegion(sigma), gamma=gamma)
     assert found.status == "feasible"
@@ -138,7 +130,7 @@ def test_what_is_proven_holds_for_every_plant_that_is_tried(seed):
     assert proof.verify() and len(proof.claims) == 3
     for a, b in between(E, A, B, count=50, seed=seed + 1):
         assert np.linalg.eigvals(a).real.max() < -sigma
-        assert gain_on_a_grid(a, b, C) < gamma
+        assert norm_on_a_grid(a, b, C) < gamma
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.3, 1 / 9.81, 2.2046e3])

@@ -11,6 +11,7 @@ from sosbook.exact.checker import verdict
 from sosbook.plants import descriptors, filtered
 from sosbook.proofs.command import main
 from sosbook.requirements.base import Requirement
+from tests.cases import norm_on_a_grid
 
 
 def plant(rng, n=2, m=1, p=2):
@@ -53,23 +54,7 @@ def true_norm(one, U, K, rows, inputs):
     assert np.linalg.eigvals(A).real.max() < 0
     C = np.vstack([sum(R @ parts[k][0] for k, R in part.items()) for part in rows])
     D = np.vstack([sum(R @ parts[k][1] for k, R in part.items()) for part in rows])
-    return on_a_grid(A, W[:, inputs], C, D[:, inputs])
-
-
-def on_a_grid(A, W, C, D):
-    """The largest singular value; control.system_norm wants a square D."""
-    system = control.ss(A, W, C, D)
-    poles = np.abs(np.linalg.eigvals(A))
-
-    def sizes(grid):
-        values = system(1j * grid, squeeze=False).transpose(2, 0, 1)
-        return np.linalg.norm(values, 2, axis=(1, 2))
-
-    grid = np.geomspace(poles.min() / 100, poles.max() * 100, 300)
-    for _ in range(2):  # again, from neighbour to neighbour of the highest
-        top = int(np.argmax(found := sizes(grid)))
-        grid = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], 60)
-    return max(*found, *sizes(grid))
+    return norm_on_a_grid(A, W[:, inputs], C, D[:, inputs])
 
 
 SIGNALS = ("position", "velocity", "acceleration", "integral", "input", "disturbance")
@@ -359,7 +344,7 @@ def test_plants_may_have_outputs_of_their_own():
             A, W = np.linalg.solve(v["E"], v["A"] + v["B"] @ K), v["B_w"]
             W = np.linalg.solve(v["E"], W)
             C = v["C"] + v["D_u"] @ K + v["C_a"] @ A
-            true.append(on_a_grid(A, W, C, v["D_w"] + v["C_a"] @ W))
+            true.append(norm_on_a_grid(A, W, C, v["D_w"] + v["C_a"] @ W))
         assert max(true) < least.gamma < 1.4 * max(true)
         bounds.append(least.gamma)
         refused = sos.analyse_pid(plants, K, gamma=0.9 * max(true))
@@ -516,7 +501,7 @@ def test_the_noise_of_a_sensor_is_in_the_force_that_a_law_gives():
     W = np.array([[0, 0], [0.5, 0.15 * gain[0, 0]], [0, 1.5]])
     felt = np.vstack([0.1 * A[1], gain])
     through = np.vstack([0.1 * W[1], [0, 0.3 * gain[0, 0]]])
-    norm = on_a_grid(A, W, felt, through)
+    norm = norm_on_a_grid(A, W, felt, through)
     y = sos.Output(acceleration=0.1) & sos.Output(input=1)
     for factor, status in ((1.01, "feasible"), (0.99, "infeasible")):
         asked = [sos.HInfinity(factor * norm, outputs=y)]

@@ -579,26 +579,6 @@ def test_what_excludes_every_controller_of_a_part_says_so():
     assert claim.startswith("of the reduced model (2 of 3): no controller with these")
 
 
-def test_noise_enters_where_the_sensor_is():
-    """The norm of a loop with noise on its sensor, by python-control."""
-    plant, law = noisy_spring()
-    K = [[-0.7]]
-    d = sos.analyse_pid(plant, K, law=law, minimize="gamma")
-    A = np.array([[0, 1], [-1.7, -0.1]])
-    B = np.array([[0, 0], [1, -0.35]])
-    C = np.array([[1, 0], [-0.14, 0]])
-    D = np.array([[0, 0], [0, -0.07]])
-    omega = np.linspace(0, 5, 50001)
-    pencil = 1j * omega[:, None, None] * np.eye(2) - A
-    true = np.linalg.norm(C @ np.linalg.solve(pencil, B + 0j) + D, 2, axis=(1, 2))
-    assert d.bounds()["gamma"].true == pytest.approx(true.max(), rel=1e-5)
-    felt = sos.HInfinity(outputs=sos.Output(input=1.0))
-    d = sos.analyse_pid(plant, K, law=law, requirements=[felt], minimize="gamma")
-    u = np.array([[-0.7, 0]]) @ np.linalg.solve(pencil, B + 0j) + [[0, -0.35]]
-    largest = np.linalg.norm(u, 2, axis=(1, 2)).max()
-    assert d.bounds()["gamma"].true == pytest.approx(largest, rel=1e-5)
-
-
 def test_the_worst_plant_between_the_ends_of_one_range_is_searched_with():
     """The best gain of both ends breaks halfway, where a next search looks, too."""
     turn = np.array([[1.21, -1.1], [-1.1, 1]])
