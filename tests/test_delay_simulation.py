@@ -28,7 +28,7 @@ PLANT = sos.SecondOrderSystem(
     np.eye(2), [[1, -1], [-1, 1]], [[3, -2], [-2, 3]], [[1], [0]], [[0.5], [1]]
 )
 (LOOP,) = descriptors(PLANT, [[1, 0]])
-K = np.array([[0.2727, -0.0513, -1.1878, -1.0302, -0.3308]])
+K = sos.thesis.delay_example_2().K
 R = np.array([1.0, 0.0])
 X0 = np.array([0.3, -0.2, 0.5, 0.1, 0.05])
 # M = I: x' = A x + B u(t - d) + C, written out
@@ -244,21 +244,15 @@ def test_jumping_delays_against_an_ode_solver(delay):
 
 def test_steps_chosen_for_a_faster_plant():
     """The thesis's wing: without a step the answer has eight digits."""
-    wing = sos.SecondOrderSystem(
-        [[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]],
-        [[7.66, 2.5, 2.1], [0.23, 1.04, 0.223], [0.6, 0.756, 0.658]],
-        [[121, 18.9, 15.9], [0, 27, 0.145], [11.9, 3.64, 15.5]],
-        [[1], [0], [0]],
-    )
-    (d,) = descriptors(wing, [[1, 0, 0]])
-    gains = [[-7.7475, 15.5212, 0.9003, -75.0955, -4.6038, -12.3270, -66.2748]]
+    wing = sos.thesis.delay_example_1()
+    (d,) = descriptors(wing.plant, wing.U)
     for delay in (
         ConstantDelay(0.2),
         SineDelay(0.1, 0.3, 5),
         RandomDelay(0, 0.3, 0.2, seed=1),
     ):
         answer, exact = (
-            simulate_delay(d, gains, [0, 1, 4], delay, [1, 0, 0], step=step).x
+            simulate_delay(d, wing.K, [0, 1, 4], delay, [1, 0, 0], step=step).x
             for step in (None, 0.002)
         )
         assert np.abs(answer - exact).max() < 1e-8 * np.abs(exact).max()

@@ -18,23 +18,9 @@ from sosbook.delay import (
 )
 from sosbook.plants.descriptor import descriptors
 
-
-def wing(D12, S22):
-    """The wing in an airflow, (3.5), with two entries open."""
-    return sos.SecondOrderSystem(
-        [[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]],
-        [[7.66, D12, 2.1], [0.23, 1.04, 0.223], [0.6, 0.756, 0.658]],
-        [[121, 18.9, 15.9], [0, S22, 0.145], [11.9, 3.64, 15.5]],
-        [[1], [0], [0]],
-    )
-
-
-PRINTED, PUBLISHED = wing(2.5, 27), wing(2.45, 2.7)
-RAM = sos.SecondOrderSystem(
-    np.eye(2), [[1, -1], [-1, 1]], [[3, -2], [-2, 3]], [[1], [0]]
-)
-K_WING = [[-7.7475, 15.5212, 0.9003, -75.0955, -4.6038, -12.3270, -66.2748]]
-K_RAM = [[0.2727, -0.0513, -1.1878, -1.0302, -0.3308]]
+EXAMPLE_1, EXAMPLE_2 = sos.thesis.delay_example_1(), sos.thesis.delay_example_2()
+PRINTED, PUBLISHED = (sos.thesis.delay_example_1(p).plant for p in (False, True))
+RAM, K_WING, K_RAM = EXAMPLE_2.plant, EXAMPLE_1.K, EXAMPLE_2.K
 
 
 def loop(plant, K):
