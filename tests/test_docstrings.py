@@ -61,7 +61,8 @@ def public():
             thing = getattr(module, name)
             if not (inspect.isclass(thing) or inspect.isfunction(thing)):
                 continue
-            if not thing.__module__.startswith("sosbook"):
+            alone = module.__name__ if not hasattr(module, "__all__") else "sosbook"
+            if not thing.__module__.startswith(alone):
                 continue
             full = f"{thing.__module__}.{thing.__qualname__}"
             names[full] = thing

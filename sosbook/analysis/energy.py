@@ -6,8 +6,6 @@ from scipy.sparse import block_array, csc_array, diags_array, issparse
 from ..plants.sparse import sparse_factor
 from ..runtime.time_limit import check_time
 
-__all__ = ["energy_forms", "least_eigenvalue"]
-
 SHIFT = 1e-9  # of a matrix whose diagonal is about one: what the factor has to spare
 EPS = 2.0**-52  # twice the rounding of one operation, and that of reading a decimal
 INFLATED = 1.0 + 1e-6  # for sums of bounds, which are rounded, too

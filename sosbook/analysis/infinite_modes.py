@@ -10,8 +10,6 @@ from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.second_order import Polytope
 from ..runtime.threads import one_thread
 
-__all__ = ["InfiniteModes", "infinite_modes"]
-
 
 @dataclass(frozen=True)
 class InfiniteModes:

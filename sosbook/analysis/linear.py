@@ -9,17 +9,6 @@ from ..runtime.time_limit import check_time, check_time_of_eigenvalues
 from .peaks import FreeMotion, largest_size
 from .precise import ExactLoop, in_rationals
 
-__all__ = [
-    "balancing",
-    "closed_loop",
-    "hinf_norm",
-    "loop_matrix",
-    "open_loop",
-    "peak_gain",
-    "peak_input",
-    "poles",
-]
-
 MOST_ENTRIES = 2**19  # of the matrices that are solved at once
 
 

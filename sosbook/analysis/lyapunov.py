@@ -6,8 +6,6 @@ from scipy.linalg.lapack import dtrsyl
 
 from ..runtime.time_limit import check_time_of_eigenvalues
 
-__all__ = ["lyapunov"]
-
 
 def lyapunov(A, Q):
     """The X of A X + X A' = Q.

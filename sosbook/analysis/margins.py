@@ -11,8 +11,6 @@ import numpy as np
 
 from .linear import loop_matrix, peak_gain
 
-__all__ = ["DiskMargin", "disk_margin", "sensitivity_peak"]
-
 
 @dataclass(frozen=True)
 class DiskMargin:

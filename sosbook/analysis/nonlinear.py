@@ -17,8 +17,6 @@ from ..plants.second_order import SecondOrderSystem
 from ..plants.signals import Sine, Step, Steps, signal_parts, steps
 from .linear import loop_matrix
 
-__all__ = ["arm_gravity", "simulate_nonlinear"]
-
 FINEST = 1e-13  # relative tolerance; floats know no finer one
 
 

@@ -11,8 +11,6 @@ from scipy.linalg import expm, matrix_balance
 
 from .lyapunov import lyapunov
 
-__all__ = ["ALIVE", "DOUBLINGS", "FreeMotion", "amplitude", "largest_size"]
-
 STEP = 0.05  # rad of the fastest mode that is alive, between samples
 DOUBLINGS = 10  # a run has 2^10 steps
 MOST_RUNS = 2000  # after which the largest value so far is taken

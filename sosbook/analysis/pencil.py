@@ -17,8 +17,6 @@ from scipy.sparse.linalg import (
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time, check_time_of_eigenvalues
 
-__all__ = ["Pencil"]
-
 STEPS = 5  # of Newton's method; each squares the error, which begins near 1e-9
 SETTLED = 1e-14  # of the pole's size: a smaller step is rounding
 SHARP = 1e-10  # residual, of the sizes of its terms; a larger one is no pole's

@@ -12,8 +12,6 @@ from scipy.optimize import minimize_scalar
 from ..exact.definite import exact
 from .peaks import ALIVE, DOUBLINGS, amplitude, largest_size
 
-__all__ = ["ExactLoop", "in_rationals", "sensitive"]
-
 POLYNOMIAL_BITS = 320  # of the arithmetic in which polynomials are evaluated
 MOST_STATES = 60  # up to which the characteristic polynomial is computed
 LARGEST_POLE_ERROR = 1e-5  # relative; beyond it floats don't know a pole

@@ -6,8 +6,6 @@ from scipy.linalg.lapack import dgees
 
 from ..runtime.time_limit import check_time_of_eigenvalues
 
-__all__ = ["riccati"]
-
 SCHUR, PENCIL = 4.0, 12.0  # times as long as eigenvalues of A
 RESIDUAL = 1e-10  # relative; what leaves more is solved by scipy
 

@@ -5,8 +5,6 @@ from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz, fmpz_mat
 
 from ..runtime.time_limit import check_time
 
-__all__ = ["Slopes", "adjoint"]
-
 
 def adjoint(expressions, unknowns, Z):
     """sum_k <G_ka, Z_k> for each variable a of the ``unknowns``.

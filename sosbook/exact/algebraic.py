@@ -6,8 +6,6 @@ from flint import acb, arb, ctx, fmpq, fmpq_poly
 
 from ..runtime.time_limit import check_time
 
-__all__ = ["Root", "reflections", "roots_of"]
-
 DEGREE_OF_A_SECOND = 130  # of a polynomial whose roots take about so long
 BALL_BITS = 64, 128, 256, 512  # of the balls, the next where one doesn't decide
 

@@ -3,8 +3,6 @@
 from .proof_file import ProofFile
 from .rational import decimal, read_array
 
-__all__ = ["GainProof", "given_gain", "significant"]
-
 
 class GainProof(ProofFile):
     """A proof about a gain, which is written with few digits; ``text`` is its file."""

@@ -12,16 +12,6 @@ from .checker.arithmetic import scalar
 from .definite import definite, positive, semidefinite
 from .rational import as_rational, digit_count
 
-__all__ = [
-    "DIGITS",
-    "Examined",
-    "Stopped",
-    "Unproven",
-    "Verdict",
-    "first_proven",
-    "proven_within",
-]
-
 DIGITS = (6, 8, 10, 12, 17)  # to which gains are rounded, in the order of trial
 PLACES = (12, 17)  # of the matrices that only the proof needs
 

@@ -11,28 +11,6 @@ from ..language.traced import Traced
 from ..runtime.reading import MOST_DIGITS
 from ..runtime.time_limit import check_time
 
-__all__ = [
-    "Rational",
-    "as_rational",
-    "decimal",
-    "decimals",
-    "digit_count",
-    "echelon",
-    "exact",
-    "exact_margin",
-    "fraction",
-    "fractions",
-    "inverse",
-    "log2",
-    "null_basis",
-    "rational_matrix",
-    "read_array",
-    "read_fractions",
-    "read_number",
-    "read_regular",
-    "round_digits",
-]
-
 AT_ONCE = 2**17  # entries, between two looks at the clock
 BITS = 128  # of the first balls in which a matrix is inverted
 SHARP = 1e-12  # radius of their balls, by the largest entry

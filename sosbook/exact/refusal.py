@@ -12,8 +12,6 @@ from .proof_file import ProofFile
 from .rational import fraction, fractions, rational_matrix
 from .repair import repair_multipliers
 
-__all__ = ["MultiplierRefusal", "Refusal", "excluded_radius", "written_lmis"]
-
 
 class Refusal(ProofFile):
     """An exact proof that there is none of what is asked, by its kind's own theorem.

@@ -21,8 +21,6 @@ from .adjoint import Slopes, adjoint
 from .definite import definite, exact, in_floats
 from .rational import _matrix, round_digits
 
-__all__ = ["repair_multipliers"]
-
 MOST_NUMBERS = 2e8  # of the slopes by entries that are held at once: 1.6 GB
 
 

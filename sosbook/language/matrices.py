@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["Matrices", "Reaches", "array_of", "margins"]
-
 
 class Matrices:
     """Arrays of one shape that take part in a theorem together.

@@ -17,8 +17,6 @@ import numpy as np
 from . import trees
 from .trees import MIRROR, ONE, ZERO
 
-__all__ = ["Size", "Traced"]
-
 
 class Size(int):
     """A number of rows or columns that knows what it is the size of.

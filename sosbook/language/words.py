@@ -5,8 +5,6 @@ import numpy as np
 from .expression import block, eye
 from .traced import Size, Traced
 
-__all__ = ["kron", "named", "pick", "tr", "turned"]
-
 
 def kron(factors, x):
     """The Kronecker product of a small matrix of numbers and a matrix.

@@ -6,8 +6,6 @@ from ..exact.proof_file import ProofFile
 from ..exact.rational import decimals, read_array
 from ..exact.refusal import MultiplierRefusal, written_lmis
 
-__all__ = ["LMIProof", "LMIRefusal"]
-
 OF_AN_AUTHOR = "proven of an author's LMIs:"
 
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from ..runtime.libraries import library
 
-__all__ = ["cvxpy_constraints"]
-
 
 def cvxpy_constraints(request, margin=0.0):
     """A request's LMIs as cvxpy constraints, to be copied elsewhere.

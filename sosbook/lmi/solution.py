@@ -5,8 +5,6 @@ from functools import cached_property
 from math import inf
 from typing import Any
 
-__all__ = ["LMISolution"]
-
 CLEAR_MARGIN = 1e-9  # smallest eigenvalue; rounding makes 1e-15 of unit blocks
 
 

@@ -11,8 +11,6 @@ from ..runtime.names import sane_name
 from ..solver.blocks import Blocks
 from ..solver.loop import margin
 
-__all__ = ["LMIText", "floats", "rationals"]
-
 
 def floats(x):
     """Data x for blocks, in floats."""

@@ -10,8 +10,6 @@ from .reduction import Reduction
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
-__all__ = ["plant_data", "plant_of", "read_plant"]
-
 NAMES, OPTIONAL = "MDSBF", "F"
 ALIASES = {"S": "K", "D": "C"}  # what programs for finite elements call them
 

@@ -10,8 +10,6 @@ from flint import fmpq
 
 from ..exact.rational import exact, rational_matrix
 
-__all__ = ["Box", "rational", "spelled"]
-
 MOST_CELLS = 128  # in which a sign is looked for
 SHOWN = 10  # decimals of a rational in words; one with more is a fraction
 

@@ -10,9 +10,6 @@ from .checks import matrix
 from .descriptor import OF_ARGUMENTS
 from .parametric import ParameterError, Parametric, Symbolic, building, parameters
 
-__all__ = ["along", "built", "check_by_numbers", "rows_in_canonical_form", "told"]
-
-
 CHECKED_TO = 1e-9  # relative: plants by floats differ by their rounding errors
 MAKERS = frozenset(
     ("zeros", "ones", "empty", "eye", "identity", "full")

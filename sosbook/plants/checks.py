@@ -8,23 +8,6 @@ from functools import lru_cache
 import numpy as np
 from scipy.sparse import issparse
 
-__all__ = [
-    "as_in_a_file",
-    "as_written",
-    "check_rank",
-    "checked_names",
-    "count",
-    "finite",
-    "inverse_by_rows",
-    "is_word",
-    "logarithmic_scales",
-    "matrices_of",
-    "matrix",
-    "numbers",
-    "positive",
-    "rank_deficient",
-]
-
 SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too

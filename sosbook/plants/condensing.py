@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from .second_order import Matrix
 
-__all__ = ["condense"]
-
 BITS = 256, 1024, 4096  # of balls; a long chain loses a bit or two a link
 SHARP = 120  # bits that an entry needs, lest neighbours of one value round apart
 NO_MASS = "M and D are zero: no displacement has a mass or damping"

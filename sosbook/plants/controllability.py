@@ -15,8 +15,6 @@ from flint import fmpq, fmpq_mat, fmpz, fmpz_mat, nmod_mat
 from ..exact.algebraic import roots_of
 from ..runtime.time_limit import check_time
 
-__all__ = ["FixedPart", "fixed_part", "is_singular", "matrix_of"]
-
 PRIMES_BELOW = 2**62  # so that each prime fits a machine word
 SECONDS_FOR_A_BIT = 2.5e-11  # by the square of the rows; measured
 LONGER_TO_INVERT = 4.0  # times that: the inverse, and its product with A

@@ -8,8 +8,6 @@ import numpy as np
 from ..language import he
 from .descriptor import Descriptor, same_output
 
-__all__ = ["Coupled", "SlackVertex"]
-
 
 @dataclass(frozen=True, eq=False)
 class Coupled:

@@ -17,20 +17,6 @@ from .checks import as_in_a_file, check_rank, is_word, matrix, rank_deficient
 from .hull import quotient_in_hull
 from .sparse import check_small
 
-__all__ = [
-    "COUPLINGS",
-    "MATRICES",
-    "OF_ARGUMENTS",
-    "Descriptor",
-    "combined",
-    "coupled_pairs",
-    "descriptors",
-    "first_order",
-    "mean_descriptor",
-    "same_output",
-    "twins",
-]
-
 #: Conditions on the vertices; what accepts most comes first.
 COUPLINGS = ("vertices", "pairs", "slack")
 FOR_A_KNOWN_GAIN = "multipliers"

@@ -14,8 +14,6 @@ from .parametric import MayBeSymbolic
 from .reduction import Reduction, balanced
 from .simplex import checked_weights, random_weights
 
-__all__ = ["DescriptorSystem"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DescriptorSystem(MayBeSymbolic, ReadOnly):

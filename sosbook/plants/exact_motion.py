@@ -5,8 +5,6 @@ from flint import arb, arb_mat, ctx
 
 from ..exact.definite import exact, inverse
 
-__all__ = ["exact_flow", "exact_forms"]
-
 BITS = 256, 1024, 4096  # of the balls, until they are small enough
 SMALL = 1e-17  # radius of the balls, by the largest entry
 

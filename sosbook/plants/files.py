@@ -27,8 +27,6 @@ from .second_order import Polytope, SecondOrderSystem
 from .sparse import MOST_DENSE
 from .uncertain import Uncertain
 
-__all__ = ["load_plant", "plant_and_asked"]
-
 STATE = "E", "A", "B", "B_w", "C", "D"  # of a state space
 ENDS = ".csv", ".mtx", ".npy", ".npz"
 IN_WORDS = ".json", ".toml"

@@ -14,8 +14,6 @@ from .kinds import Plant, checked_plant
 from .outputs import Output
 from .reduction import Reduction
 
-__all__ = ["filtered"]
-
 
 def filtered(
     plant: Plant,

@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 from ..runtime.read_only import ReadOnly
 from .checks import matrix
 
-__all__ = ["Gain", "signals"]
-
 
 @dataclass(frozen=True, eq=False)
 class Gain(ReadOnly):

@@ -5,8 +5,6 @@ from flint import fmpq_mat
 
 from ..exact.rational import exact
 
-__all__ = ["quotient_in_hull"]
-
 
 def quotient_in_hull(vertices, corners=False):
     """Whether E^-1 [A B_u B_w] of every plant is a mean of the vertices' ones.

@@ -10,8 +10,6 @@ from .polynomials import Polynomials
 from .second_order import SecondOrderSystem
 from .uncertain import Uncertain
 
-__all__ = ["joined_family"]
-
 WORDS = {name: word for word, name in NAMES.items()}
 
 

@@ -4,8 +4,6 @@ from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
-__all__ = ["Plant", "SecondOrderPlant", "checked_plant", "every_plant"]
-
 SecondOrderPlant = SecondOrderSystem | Polytope | Uncertain
 Plant = SecondOrderSystem | Polytope | Uncertain | DescriptorSystem
 

@@ -6,8 +6,6 @@ from scipy.sparse import issparse
 
 from ..exact.rational import exact, null_basis
 
-__all__ = ["massless", "massless_cure", "massless_directions"]
-
 MOST_NAMED = 12  # rows in an error, which is one line
 PRIME = 2**61 - 1  # a rank that is full modulo it is full
 WEIGHT = fmpq(355, 113)  # of damping beside mass: of no round ratio

@@ -12,8 +12,6 @@ from ..runtime.read_only import ReadOnly
 from .checks import finite, matrix
 from .descriptor import Descriptor
 
-__all__ = ["Output"]
-
 COUNTED = {
     "integral": "integrals, the rows of U",
     "input": "inputs",

@@ -9,16 +9,6 @@ from flint import Ordering, fmpq_mpoly, fmpq_mpoly_ctx
 from .bernstein import rational
 from .polynomials import in_words
 
-__all__ = [
-    "MayBeSymbolic",
-    "ParameterError",
-    "Parametric",
-    "Symbolic",
-    "building",
-    "made_of",
-    "parameters",
-]
-
 #: A list while a builder is called: plants that it makes may hold parameters. It has
 #: the errors of comparisons, which a builder may catch, and go on as if answered.
 building: ContextVar = ContextVar("building", default=None)

@@ -12,8 +12,6 @@ from ..exact.rational import Rational, rational_matrix
 from ..runtime.reading import MOST_DIGITS
 from .bernstein import Box, rational, spelled
 
-__all__ = ["Polynomials", "in_words", "read_entries", "read_ranges", "read_words"]
-
 DIGITS = rf"[0-9]{{1,{MOST_DIGITS}}}"
 NUMBER = rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?)"
 FACTOR = rf"(?:{NUMBER}|[A-Za-z_][A-Za-z0-9_]*(?:\^[0-9]{{1,2}})?)"

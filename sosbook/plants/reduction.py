@@ -12,8 +12,6 @@ from scipy.sparse.linalg import eigsh, splu
 from ..runtime.read_only import ReadOnly
 from .checks import count, matrix
 
-__all__ = ["Reducible", "Reduction", "balanced", "modal", "static"]
-
 SHIFT = 1e-8  # of |S| / |M|: so far to the left of zero no rigid mode is singular
 STABLE_BY = 1e-12  # of the largest pole's size
 REACHED = 1e-12  # of the largest Hankel singular value; below it is rounding

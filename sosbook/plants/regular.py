@@ -5,8 +5,6 @@ import numpy as np
 from .bernstein import spelled
 from .checks import rank_deficient
 
-__all__ = ["check_regular"]
-
 MOST_CELLS = 64  # boxes that are looked at
 
 

@@ -22,9 +22,6 @@ from .signals import Sine, Step
 from .simplex import checked_weights, random_weights
 from .sparse import check_mass, check_small, mass_fault, reader, same_matrix
 
-__all__ = ["MassWarning", "Polytope", "SecondOrderSystem"]
-
-
 Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
 
 

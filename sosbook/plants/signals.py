@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 
 from .checks import finite, matrix, numbers
 
-__all__ = ["Signal", "Sine", "Step", "Steps", "signal_parts", "steps"]
-
 
 class Signal:
     """amplitude sin(omega t) + offset for start <= t < stop, else 0."""

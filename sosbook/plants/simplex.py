@@ -5,8 +5,6 @@ import numpy as np
 from .checks import count as whole
 from .checks import numbers
 
-__all__ = ["checked_weights", "halves", "random_weights"]
-
 
 def checked_weights(weights, vertices):
     """Convex weights, one for each of so many vertices, or a ValueError.

@@ -7,16 +7,6 @@ from scipy.sparse.linalg import splu
 from .checks import check_rank, matrix
 from .massless import massless_cure
 
-__all__ = [
-    "MOST_DENSE",
-    "check_mass",
-    "check_small",
-    "mass_fault",
-    "reader",
-    "same_matrix",
-    "sparse_factor",
-]
-
 MOST_DENSE = 1000  # displacements; no LMI of so many is solved, dense or not
 ROUNDING = 1e-9  # of the largest entry
 NO_RANK = (

@@ -18,8 +18,6 @@ from .polynomials import Polynomials, read_entries, read_ranges
 from .regular import check_regular
 from .second_order import Polytope, SecondOrderSystem
 
-__all__ = ["Uncertain"]
-
 MOST_VERTICES = 256  # 256 of them are 32,896 pairs
 ROWS = {SecondOrderSystem: tuple("MDSBF"), DescriptorSystem: ("E", "A", "B", "B_w")}
 

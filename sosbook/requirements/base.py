@@ -24,8 +24,6 @@ from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import Parameter
 
-__all__ = ["Requirement"]
-
 
 class Requirement(OfKind, ABC, ReadOnly):
     """Something that is asked of a loop.

@@ -1,7 +1,5 @@
 """The blocks of all requirements of a request, and their names."""
 
-__all__ = ["BlockName", "BlockTable"]
-
 
 class BlockName(str):
     """The label of a block, which also knows whose block it is.

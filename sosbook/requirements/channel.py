@@ -14,8 +14,6 @@ from ..runtime.names import sane_name
 from .base import Requirement
 from .vocabulary import PARAMETERS, Parameter
 
-__all__ = ["Channel"]
-
 
 class Channel(Requirement):
     """A bound of a norm from some disturbances to an output.

@@ -31,8 +31,6 @@ from .loop import Loop
 from .vocabulary import COST
 from .weights import semidefinite_weight, square_factors, symmetric_weight
 
-__all__ = ["QuadraticCost", "noise_cost", "noise_input"]
-
 
 @dataclass(frozen=True, eq=False)
 class QuadraticCost(Requirement):

@@ -14,8 +14,6 @@ from ..theorems import bounded_real, free_bounded_real, slack_bounded_real
 from .channel import Channel
 from .vocabulary import GAMMA
 
-__all__ = ["HInfinity"]
-
 
 @dataclass(frozen=True, eq=False)
 class HInfinity(Channel):

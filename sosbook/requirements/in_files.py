@@ -10,8 +10,6 @@ from .hinf import HInfinity
 from .input_bound import Saturation
 from .pole_region import PoleRegion
 
-__all__ = ["KEYS", "asked_in_file"]
-
 OBJECTS = {  # what makes a key's object
     "region": PoleRegion,
     "saturation": Saturation,

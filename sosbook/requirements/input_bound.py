@@ -26,8 +26,6 @@ from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import U_MAX
 
-__all__ = ["Saturation"]
-
 
 @dataclass(frozen=True, eq=False)
 class Saturation(Requirement):

@@ -11,8 +11,6 @@ from ..lmi.text import floats
 from ..plants.descriptor import Descriptor, combined
 from ..runtime.read_only import ReadOnly
 
-__all__ = ["KnownLoop", "KnownVertex"]
-
 
 @dataclass(frozen=True, eq=False)
 class KnownLoop(ReadOnly):

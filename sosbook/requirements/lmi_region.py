@@ -22,8 +22,6 @@ from .loop import Loop
 from .region_forms import RegionForms, degrees
 from .vocabulary import SIGMA
 
-__all__ = ["LMIRegion", "Region", "by_matrices"]
-
 
 @dataclass(frozen=True, eq=False)
 class Region:

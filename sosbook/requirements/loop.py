@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-__all__ = ["Loop", "OnDemand"]
-
 
 class Loop:
     """What the blocks of a requirement are made of.

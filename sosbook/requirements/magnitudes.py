@@ -17,8 +17,6 @@ from ..plants.coupled import Coupled
 from ..solver.primal_dual import positive
 from .loop import Loop
 
-__all__ = ["Magnitudes"]
-
 LARGEST = 60.0  # a power of ten; nothing is sought beyond
 HOLDS = 1e-9  # the least eigenvalue of a block whose diagonal is one
 MOST_NOISE = 1e-12  # of a constant; a smaller slope is the rounding of a difference

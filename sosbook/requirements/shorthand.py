@@ -12,18 +12,6 @@ from .input_bound import Saturation
 from .pole_region import LMIRegion, PoleRegion, Region
 from .vocabulary import PARAMETERS
 
-__all__ = [
-    "KEYWORDS",
-    "Shorthand",
-    "asked_once",
-    "bounds",
-    "collected",
-    "contradictory",
-    "moved",
-    "no_requirement",
-    "parameter",
-]
-
 KEYWORDS = ("region", "gamma", "saturation", "cost", "mu", "requirements")
 NOT_GIVEN = object()  # a keyword that was left out, unlike one that is None
 

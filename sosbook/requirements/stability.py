@@ -7,8 +7,6 @@ from ..exact.rational import exact
 from ..theorems import free_stability, slack_stability, stability
 from .base import Requirement
 
-__all__ = ["Stability"]
-
 
 class Stability(Requirement):
     """Re s < 0; joins a request where no other block demands it."""

@@ -4,18 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = [
-    "COST",
-    "GAMMA",
-    "H2_NORM",
-    "PARAMETERS",
-    "RHO",
-    "SIGMA",
-    "THETA",
-    "U_MAX",
-    "Parameter",
-]
-
 
 @dataclass(frozen=True)
 class Parameter:

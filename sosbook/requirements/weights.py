@@ -7,8 +7,6 @@ from ..exact.definite import definite, exact, semidefinite
 from ..plants.checks import matrix
 from ..runtime.time_limit import check_time
 
-__all__ = ["semidefinite_weight", "square_factors", "symmetric_weight"]
-
 ROUNDING = 1e-12  # of the root of the diagonal entries beside an entry
 STEPS = 2.0 ** np.arange(-52, -39)  # relative, by which a diagonal is raised
 

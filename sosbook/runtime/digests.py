@@ -3,8 +3,6 @@
 import hashlib
 import json
 
-__all__ = ["digest", "short_digest"]
-
 
 def digest(content):
     """The SHA-256 of a content, in hexadecimal.

@@ -4,8 +4,6 @@ from typing import ClassVar
 
 from .names import sane_name
 
-__all__ = ["OfKind"]
-
 
 class OfKind:
     """A member of a family, whose direct heirs are a family each.

@@ -2,8 +2,6 @@
 
 from importlib import import_module
 
-__all__ = ["later"]
-
 
 def later(room, name):
     """A function of a later room, imported when a method needs it.

@@ -6,8 +6,6 @@ Everything else is imported through `library`, where it is used.
 
 from importlib import import_module
 
-__all__ = ["EXTRAS", "extra_of", "library"]
-
 #: From an extra of the package to the libraries that are imported for it.
 EXTRAS = {
     "control": ("control",),

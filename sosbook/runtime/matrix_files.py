@@ -16,18 +16,6 @@ from .libraries import library
 from .op4 import matrices_of_op4
 from .reading import MOST_BYTES, number, read_bytes, read_text
 
-__all__ = [
-    "check_size",
-    "read_csv",
-    "read_entries",
-    "read_mat",
-    "read_mtx",
-    "read_npy",
-    "read_npz",
-    "read_op4",
-    "read_sparse",
-]
-
 MOST_ENTRIES = 20_000_000  # of a matrix in a file; of a full one its zeros, too
 PACKED = 15  # the kind of what is compressed in a file of MATLAB
 HDF5 = b"\x89HDF\r\n\x1a\n"  # begins such a file, and after 512 bytes MATLAB's own

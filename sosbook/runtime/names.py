@@ -2,8 +2,6 @@
 
 import re
 
-__all__ = ["sane_name"]
-
 NAME = re.compile(r"(?=[\w(])([\w (),#-]|[.](?! ))+(?<! )")
 
 

@@ -8,8 +8,6 @@ from scipy.sparse import coo_array
 
 from .reading import number
 
-__all__ = ["matrices_of_op4"]
-
 HEAD = {24: "i4", 48: "i8"}  # the first record's bytes, and the words of its numbers
 REAL = {1: "f4", 2: "f8"}  # by the matrix's type; 3 and 4 are complex
 FORM = re.compile(r"(?:1P,)?(\d+)[ED](\d+)\.", re.IGNORECASE)  # 1P,3E23.16

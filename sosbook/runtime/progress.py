@@ -2,8 +2,6 @@
 
 import os
 
-__all__ = ["WITHOUT_BARS", "bar", "each"]
-
 #: Environment of a process that shows no bars; any value will do.
 WITHOUT_BARS = {"TQDM_DISABLE": "1"}
 

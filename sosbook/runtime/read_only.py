@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["ReadOnly", "frozen"]
-
 
 class ReadOnly:
     """A frozen dataclass whose arrays are read-only, as are its copies'.

@@ -16,23 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = [
-    "LONGEST_TEXT",
-    "MOST_BYTES",
-    "MOST_DIGITS",
-    "named",
-    "number",
-    "numbers_of",
-    "parse_json",
-    "path_of",
-    "read_bytes",
-    "read_data",
-    "read_json",
-    "read_rows",
-    "read_text",
-    "read_toml",
-]
-
 MOST_BYTES = 200_000_000  # of a file, and of what an archive unpacks
 MOST_DIGITS = 100_000  # of a whole number that is written in a text
 LONGEST_TEXT = 2 * MOST_DIGITS + 2  # of one text in JSON: a fraction with its sign

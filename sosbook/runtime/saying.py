@@ -3,8 +3,6 @@
 import os
 import sys
 
-__all__ = ["one_line", "say", "visible"]
-
 
 def one_line(text):
     r"""A text in which everything that isn't printed is escaped, line ends as well.

@@ -11,8 +11,6 @@ import threading
 from importlib.util import find_spec
 from pathlib import Path
 
-__all__ = ["ONE_THREAD", "one_thread"]
-
 #: Environment of a process that is to compute with one thread; it is read
 #: when numpy is imported, so it must be set before.
 ONE_THREAD = {

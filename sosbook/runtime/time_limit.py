@@ -9,17 +9,6 @@ import numpy as np
 
 from .progress import bar
 
-__all__ = [
-    "LEAST_TIME",
-    "LONGEST",
-    "OutOfTime",
-    "check_time",
-    "check_time_of_eigenvalues",
-    "checked_seconds",
-    "time_left",
-    "time_limit",
-]
-
 LONGEST = 1e9  # seconds, about thirty years
 LEAST_TIME = 1e-3  # seconds, where hardly any are left: a limit is positive
 SECONDS_OF_EIGENVALUES = 1e-8  # by the cube of the rows; about, on one core

@@ -6,8 +6,6 @@ from secrets import token_hex
 
 from .reading import path_of, read_bytes
 
-__all__ = ["may_replace", "write_file", "write_texts"]
-
 
 def write_file(path, content, over=None):
     """Write a file so that at any time the old one or the new one is there.

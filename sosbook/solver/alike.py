@@ -6,8 +6,6 @@ import numpy as np
 
 from .structure import Product
 
-__all__ = ["Alike", "alike", "sliced"]
-
 
 @dataclass(frozen=True, eq=False)
 class Alike:

@@ -22,8 +22,6 @@ from scipy.linalg.lapack import dpotrs, dtrtrs
 from .dense import cholesky, diagonal, fill_empty
 from .leaves import leaves
 
-__all__ = ["Arrow", "ArrowMatrix", "arrow_of"]
-
 FEWEST_LEAVES = 2
 
 

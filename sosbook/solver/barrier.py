@@ -11,8 +11,6 @@ from .curve import Curve
 from .newton import newton_of
 from .stacks import gram
 
-__all__ = ["MOST_GROWTHS", "Barrier", "barrier_of", "grows"]
-
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
 CLEAR_FALL = 1e-6  # of the largest entry: far above the rounding of a change
 MOST_DOUBLINGS = 30  # of a curve's length; there may be no end

@@ -8,8 +8,6 @@ from .newton import newton_of
 from .settings import DEFAULTS
 from .structure import structure
 
-__all__ = ["Blocks"]
-
 
 class Blocks:
     """Symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka that are `Affine` expressions.

@@ -6,8 +6,6 @@ from ..language.expression import block, eye
 from .loop import NO_LEAST, Unbounded, centre, minimize, phase_one
 from .newton import newton_of
 
-__all__ = ["any_centre", "any_minimum", "bounded", "unpacked"]
-
 MINIMUM_BOUNDS = 1e5, 1e7  # of the unknowns, between which a minimum has to be the same
 
 

@@ -25,8 +25,6 @@ where rho is what a_2 is along a_1, in the norm of H.
 
 import numpy as np
 
-__all__ = ["Curve"]
-
 
 class Curve:
     """The curve of the module's head, as a function of t = s / (1 - s rho).

@@ -27,8 +27,6 @@ import numpy as np
 from .newton import newton_of
 from .primal_dual import FARTHEST_POINT, interior_steps, positive
 
-__all__ = ["Deepest", "deepest"]
-
 ZERO_DEPTH = 1e-13  # a smallest eigenvalue that floats can't tell from zero
 STALLED = 0.5  # the gap by minus the depth: it is one or more, but for rounding
 

@@ -4,8 +4,6 @@ import numpy as np
 from scipy.linalg.blas import dsyr
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-__all__ = ["Dense", "cholesky", "diagonal", "fill_empty"]
-
 
 class Dense:
     """A symmetric matrix, of which only the diagonal and what is above is read.

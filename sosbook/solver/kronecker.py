@@ -27,8 +27,6 @@ from .alike import alike, sliced
 from .dense import Dense
 from .stacks import gram
 
-__all__ = ["Hessian"]
-
 
 class Hessian:
     """The matrix H_ab = sum_k <G_ka, W_k G_kb W_k>.

@@ -4,8 +4,6 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-__all__ = ["leaves"]
-
 
 def leaves(held, count):
     """Leaves of things that share no block, for one border after another.

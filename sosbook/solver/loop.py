@@ -29,16 +29,6 @@ from .primal_dual import (
     positive,
 )
 
-__all__ = [
-    "LONGEST_SOLUTION",
-    "Phase",
-    "Unbounded",
-    "centre",
-    "margin",
-    "minimize",
-    "phase_one",
-]
-
 LONGEST_SOLUTION = 1e9  # norm of x; a longer one is no solution in floats of 16 digits
 ENDLESS = "no analytic centre was found: the set seems to be unbounded"
 NO_LEAST = "no minimum was found: perhaps it isn't attained"

@@ -13,8 +13,6 @@ from scipy.linalg import schur
 
 from .sums import span
 
-__all__ = ["Modal"]
-
 UNMOVED = 1e-12  # of the largest entry of the diagonal; smaller ones are rounding
 
 

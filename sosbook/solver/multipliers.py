@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["excluded_radius", "refined"]
-
 MOST_SLOPES = 2e7  # entries of all slopes that `refined` may make, thrice: 500 MB
 
 

@@ -18,8 +18,6 @@ from .modal import Modal
 from .stacks import Stacked, gram
 from .sums import Sums
 
-__all__ = ["Newton", "newton_of"]
-
 RIDGES = [10.0**k for k in range(-15, 1)]  # that are added, relative to the diagonal
 
 

@@ -26,8 +26,6 @@ import numpy as np
 
 from .stacks import gram
 
-__all__ = ["interior_steps", "maximize_t", "minimize_linear", "near_centre", "positive"]
-
 SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
 SMALLEST_SQUARE = 1e-8  # of Lambda^2, by the largest; eigenvalues lose smaller ones
 FARTHEST_POINT = 1e8  # a norm of x beyond it is taken for infinity

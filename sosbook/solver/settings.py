@@ -7,8 +7,6 @@ modules are thresholds of rounding, which belong to floats of sixteen digits.
 
 from dataclasses import dataclass
 
-__all__ = ["DEFAULTS", "Settings"]
-
 
 @dataclass(frozen=True)
 class Settings:

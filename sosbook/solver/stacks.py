@@ -13,8 +13,6 @@ import numpy as np
 from .structure import StructuredBlock
 from .sums import Sums, span
 
-__all__ = ["Stacked", "gram"]
-
 ROUNDING = 1e-13  # of what cancels in a diagonal entry that is zero
 SMALL_ROWS = 12  # of blocks that are padded to one size: fewer calls, as many digits
 

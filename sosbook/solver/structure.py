@@ -12,8 +12,6 @@ import numpy as np
 
 from ..language.expression import lower_triangle
 
-__all__ = ["Product", "StructuredBlock", "UnknownLayout", "some_matrix", "structure"]
-
 
 @dataclass(frozen=True)
 class UnknownLayout:

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Sums", "span"]
-
 
 class Sums:
     """Values of blocks at points and along directions, and their adjoint.

@@ -10,8 +10,6 @@ from .known_gain import Kept, least, worst
 from .ranges import family
 from .structured.any_order import best_excluded
 
-__all__ = ["Bound", "Bounds", "bounds_of"]
-
 BACKOFF = 0.001  # what is proven is so much easier than the truth, as a fraction
 DIGITS = 4  # of what is proven
 

@@ -10,8 +10,6 @@ from .feasibility import answer
 from .scaling import Frame
 from .solution import Solution
 
-__all__ = ["bracketed", "rounded_up"]
-
 EASIER = 1.1, 2.0, 16.0  # times the bounds, where a point is too near the edge
 FALL = 0.1  # from one bound that is tried to the next
 MOST_FALLS = 4

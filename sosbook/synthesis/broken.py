@@ -14,8 +14,6 @@ from .fixed_mode import refuse_by_mode
 from .request import Request
 from .unreached import refuse_by_response
 
-__all__ = ["alone", "broken"]
-
 
 def broken(request, r, plants, point):
     """An exact proof that a plant doesn't keep a requirement; None if unknown.

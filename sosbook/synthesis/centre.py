@@ -20,8 +20,6 @@ from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
 
-__all__ = ["centred", "finish", "nearer", "too_many"]
-
 LARGEST_UNKNOWN = 1e3  # beyond it unknowns are measured in a bad unit
 MOST_FRAMES = 2  # one after the other, on the way to a centre
 SMALL_BOUND = 16.0  # of P, where any other would change the gain as much

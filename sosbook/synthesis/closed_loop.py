@@ -18,8 +18,6 @@ from ..requirements.shorthand import collected
 from .gains import Gains
 from .result import Proven
 
-__all__ = ["ClosedLoop"]
-
 
 class ClosedLoop(Gains[Proven]):
     """The loop of u = K x, at the vertices and between them, for a `Design`."""

@@ -14,15 +14,6 @@ from ..solver.loop import margin, phase_one
 from ..solver.newton import newton_of
 from .pair_margins import pair_margins
 
-__all__ = [
-    "CENTRE_UP_TO_PAIRS",
-    "CUTTING_PLANE_ABOVE_PAIRS",
-    "Cuts",
-    "few_decide",
-    "few_refuse",
-    "holds",
-]
-
 # pairs of vertices
 CUTTING_PLANE_ABOVE_PAIRS = 24  # from here on it is faster than all blocks at once
 CENTRE_UP_TO_PAIRS = 1000  # up to here the centre is that of all blocks

@@ -21,8 +21,6 @@ from .slack import feasible
 from .solution import Solution
 from .whole import Found, found_on, proven_on
 
-__all__ = ["Design"]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Design(ClosedLoop[Certificate], Solution):

@@ -9,8 +9,6 @@ from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time_of_eigenvalues
 from .equations import balanced
 
-__all__ = ["Effort", "effort_of"]
-
 SAME_POLE = 1e-6  # of its size; what is nearer to an open-loop pole hasn't moved
 ROUNDING = 1e-11  # of the largest pole's size
 FAR_TOO_STIFF = 1e6  # times the plant's own stiffness: no actuator's, or a unit's slip

@@ -12,15 +12,6 @@ from ..analysis.lyapunov import lyapunov
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.time_limit import check_time_of_eigenvalues
 
-__all__ = [
-    "balanced",
-    "bounded_real",
-    "deflated",
-    "in_disk",
-    "least_effort",
-    "of_modes",
-]
-
 SLOWEST = 1e-6  # of the median frequency: rigid modes have none of their own
 SHARES = 10.0 ** -np.arange(14)  # of room in a bounded real equation
 RESIDUAL = 1e-6  # relative; a larger one is no solution's

@@ -13,8 +13,6 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..plants.joined import joined_family
 from ..plants.kinds import Plant, checked_plant
 
-__all__ = ["error_loop", "observed", "observer_loop", "vertices_of"]
-
 
 def observer_loop(
     plant: Plant, K: ArrayLike, L: ArrayLike, C: ArrayLike

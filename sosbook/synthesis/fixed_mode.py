@@ -18,8 +18,6 @@ from ..requirements.stability import Stability
 from ..runtime.time_limit import check_time
 from .request_as_data import loop_data
 
-__all__ = ["FixedModeRefusal", "OfLaw", "parts_data", "plant_at", "refuse_by_mode"]
-
 LAW = "rows", "noise", "E", "A", "B", "of_sensors", "of_states"
 MOST_MIDPOINTS = 100  # pairs of vertices between which the plant halfway is looked at
 BITS = 64, 128, 256, 512, 1024  # of the point near a mode, until it decides

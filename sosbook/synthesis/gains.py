@@ -10,8 +10,6 @@ from ..plants.second_order import Polytope, SecondOrderSystem
 from ..runtime.later import later
 from .result import Proven, Result
 
-__all__ = ["Gains"]
-
 WHOLE = "This is said {}. What is left out may do anything: look at the whole plant."
 
 

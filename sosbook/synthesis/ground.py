@@ -7,8 +7,6 @@ from ..plants.checks import is_word
 from ..plants.near_box import NearBox
 from .payments import pays
 
-__all__ = ["Ground"]
-
 
 class Ground:
     """The part of a `Request` that knows where its blocks are written."""

@@ -11,8 +11,6 @@ from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .slack import with_slack
 
-__all__ = ["without_input"]
-
 NEAR_ZERO = 1e-6  # of the unit in which a bound is sought
 
 

@@ -26,8 +26,6 @@ from ..runtime.threads import one_thread
 from .fixed_mode import refuse_by_mode
 from .request import Request
 
-__all__ = ["IntegratorChoice", "admissible_U", "proven_everywhere"]
-
 MOST_CHANNELS = 12  # 4095 choices
 MOST_PIECES = 64
 PROOF_DIGITS = 12

@@ -18,8 +18,6 @@ from .known_lmis import KnownLMIs, coordinates
 from .ranges import family
 from .solution import Solution
 
-__all__ = ["Kept", "Worst", "decided", "kept_or_broken", "least", "worst"]
-
 RANDOM = 60  # points at which the search for the worst plant looks, too
 ROUNDS = 60  # of the search along the coordinates
 SHORTEST = 1e-6  # step of it, of the family's size

@@ -13,8 +13,6 @@ from ..lmi.text import floats
 from ..requirements.known import KnownVertex
 from ..solver.loop import margin
 
-__all__ = ["KnownLMIs", "coordinates", "rational_blocks"]
-
 
 class KnownLMIs(TrustedProblem):
     """The blocks of a requirement at some loops, in coordinates in which P is near I.

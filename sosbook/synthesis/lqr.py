@@ -32,8 +32,6 @@ from .scaled_lmis import ScaledLMIs
 from .slack import with_slack, without_slack
 from .solution import Solution
 
-__all__ = ["design_lqr"]
-
 # relative accuracies to which the optimum is sought; the first that is reached
 OPTIMUM_GAPS = 1e-10, 1e-8, 1e-6
 BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this

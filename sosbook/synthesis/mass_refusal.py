@@ -9,8 +9,6 @@ from ..exact.repair import repair_multipliers
 from ..language import Unknown, he
 from .regularity import least_mass, mass_pairs, mass_refusal
 
-__all__ = ["refuse_regular", "unreached"]
-
 ABSENT = 1e-4  # of the largest multiplier: one below is what floats leave of zero
 STILL = 1e-3  # of |Z| |b|: an input b below is one that the multiplier annihilates
 

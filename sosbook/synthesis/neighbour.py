@@ -6,8 +6,6 @@ from .objectives import at_optimum
 from .slack import with_slack
 from .solution import Solution
 
-__all__ = ["neighbour"]
-
 SECONDS = 60.0  # for the design, and for what is true of it
 BACKOFF = 0.01  # of the least bound, as everywhere
 

@@ -18,15 +18,6 @@ from .feasibility import answer, find, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
 
-__all__ = [
-    "Unattained",
-    "Unfinished",
-    "at_optimum",
-    "objective_of",
-    "optimum",
-    "without_optimum",
-]
-
 
 def objective_of(minimize, asked):
     """Weights by name of what ``minimize`` names, from the requirements ``asked``."""

@@ -21,8 +21,6 @@ from .pid import TIME_LIMIT
 from .points import FROM_STATES
 from .riccati_point import riccati_observer
 
-__all__ = ["design_observer"]
-
 REFUSED = (
     "Exact multipliers of the LMIs exclude every observer with this K by Theorem 2.5; "
     "others may do."

@@ -13,8 +13,6 @@ from ..lmi.text import rationals
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
 
-__all__ = ["ObserverCertificate", "ObserverRefusal", "refuse_observer"]
-
 
 class ObserverCertificate(ProofFile):
     """An exact proof of Theorem 2.5 at the vertices, or its failure.

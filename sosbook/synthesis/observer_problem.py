@@ -19,8 +19,6 @@ from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
 from .error_loop import error_loop
 
-__all__ = ["ObserverProblem"]
-
 OPTIMUM_GAP = 1e-8  # relative, to which the optimum is known
 
 

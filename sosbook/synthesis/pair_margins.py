@@ -9,8 +9,6 @@ from ..runtime.time_limit import check_time
 from ..solver.loop import margin
 from .pair_stacks import alone, read, stacked, together
 
-__all__ = ["named_margins", "pair_margins"]
-
 LARGEST_STACK = 5e5  # entries of the blocks that are looked at together
 BLOCK_ROWS = 4  # of a usual block, as a multiple of the states
 

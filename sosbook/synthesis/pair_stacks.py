@@ -8,8 +8,6 @@ from ..plants.coupled import Coupled
 from ..plants.descriptor import MATRICES, Descriptor
 from ..solver.structure import some_matrix
 
-__all__ = ["alone", "blocks_of_pairs", "read", "stacked", "together"]
-
 ROUNDING = 1e-9  # relative, by which a block that is read alone may differ
 UNREADABLE = (TypeError, AttributeError, ValueError, IndexError)
 FEWEST = 4  # pairs that are read at once

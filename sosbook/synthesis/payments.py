@@ -8,8 +8,6 @@ from ..language.matrices import Reaches
 from ..lmi.text import floats
 from ..plants.coupled import Coupled
 
-__all__ = ["NOT_PAID", "paid", "pays"]
-
 ROUNDED = 1.01  # a sum of products of positive floats is wrong by far less
 NOT_PAID = (
     "The corners aren't a box within what the margin pays for: give the parameters "

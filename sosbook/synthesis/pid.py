@@ -18,8 +18,6 @@ from .design import Design
 from .procedure import design_asked
 from .regularization import Regularization
 
-__all__ = ["analyse_loop", "analyse_pid", "design_pid"]
-
 TIME_LIMIT = 300.0  # seconds
 KnownCoupling = Literal["auto", "multipliers", "pairs", "vertices", "slack"]
 

@@ -4,8 +4,6 @@ from dataclasses import replace
 
 from ..runtime.time_limit import OutOfTime, check_time
 
-__all__ = ["WORTH", "in_pieces", "value"]
-
 MOST_VERTICES = 12  # of a family that is cut; with more an LMI takes too long
 WORTH = 0.95  # of the bound so far that one more cut must reach
 

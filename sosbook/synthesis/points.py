@@ -21,8 +21,6 @@ from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
 
-__all__ = ["FROM_STATES", "at", "odd_mass", "point"]
-
 FROM_STATES = 40  # a smaller plant has its centre in less than a second
 MOST_PAIRS = 21  # of six vertices; of more Cuts look at few
 ROUNDING = 1e-12  # of the largest entry of M

@@ -12,8 +12,6 @@ from ..plants.descriptor import Descriptor
 from ..requirements.loop import Loop
 from ..runtime.time_limit import check_time
 
-__all__ = ["affine_in_quotient"]
-
 POINTS = 3  # where it is tried
 UNREADABLE = (TypeError, AttributeError, ValueError, LookupError, ArithmeticError)
 

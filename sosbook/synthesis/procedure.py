@@ -17,8 +17,6 @@ from .request import Request
 from .slack import designed, or_with_slack
 from .structured.design import by_law
 
-__all__ = ["design_asked", "given"]
-
 
 def design_asked(
     plant, coupling, mu, slack, minimize, backoff, time_limit,

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-__all__ = ["NO_COMMON_P", "listed", "why_refused"]
-
 MOST_MODES_NAMED = 4  # in a reason
 NO_COMMON_P = "There is no common P in this form of the rows."
 MOST_STATES = 20  # up to which it pays to prove how far multipliers reach

@@ -11,15 +11,6 @@ from ..language import eye, he
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix, positive
 
-__all__ = [
-    "MassRefusal",
-    "RegularityCertificate",
-    "least_mass",
-    "mass_pairs",
-    "mass_refusal",
-    "prove_regular",
-]
-
 
 class RegularityCertificate(GainProof):
     """An exact proof of (2.12) at all vertices, or its failure.

@@ -29,8 +29,6 @@ from .sizes import Sizes
 from .statements import Statements
 from .unknowns import InUnknowns
 
-__all__ = ["Request"]
-
 
 @dataclass(frozen=True, eq=False, init=False)
 class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):

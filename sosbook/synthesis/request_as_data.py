@@ -9,8 +9,6 @@ from ..plants.near_box import NearBox
 from ..requirements.base import Requirement
 from .request import Request
 
-__all__ = ["loop_data", "read_request", "request_data"]
-
 
 def request_data(request):
     """The plant and what is asked of it by a request: lists, words and decimals."""

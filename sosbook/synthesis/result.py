@@ -9,9 +9,6 @@ from numpy.typing import ArrayLike
 from ..display.card import card
 from ..exact.proof import Unproven, proven_within
 
-__all__ = ["Proven", "Result"]
-
-
 Proven = TypeVar("Proven")
 
 

@@ -16,8 +16,6 @@ from ..plants.descriptor import twins
 from .scaling import Frame
 from .solution import Solution
 
-__all__ = ["riccati_observer", "riccati_point"]
-
 FIRST_SHORT = 1e-5  # of the mean of what is taken, in every direction
 STEPS_BESIDE = 2
 UNLIKE_ONE = 1e-3  # an eigenvalue of X, in coordinates in which they are near one

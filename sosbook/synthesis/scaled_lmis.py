@@ -22,8 +22,6 @@ from .payments import paid
 from .scaling import in_unknowns_of
 from .solution import Solution
 
-__all__ = ["ScaledLMIs"]
-
 
 class ScaledLMIs(TrustedProblem):
     """The blocks of a request in a frame.

@@ -7,8 +7,6 @@ from ..lmi.problem import LMIProblem
 from ..theorems.regularization import regular_mass
 from .regularity import mass_pairs
 
-__all__ = ["ScaledMass"]
-
 
 class ScaledMass:
     """(2.12) of a plant and beta, with masses and inputs of size one.

@@ -13,8 +13,6 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.magnitudes import Magnitudes
 from ..runtime.read_only import ReadOnly
 
-__all__ = ["Frame", "in_unknowns_of"]
-
 
 @dataclass(frozen=True, eq=False)
 class Frame(ReadOnly):

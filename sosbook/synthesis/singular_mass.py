@@ -10,8 +10,6 @@ from ..plants.controllability import is_singular, matrix_of
 from .fixed_mode import MOST_MIDPOINTS
 from .request_as_data import loop_data
 
-__all__ = ["SingularMassRefusal", "refuse_by_mass"]
-
 
 class SingularMassRefusal(Refusal):
     """Two vertices between which the matrix E becomes singular.

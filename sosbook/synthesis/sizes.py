@@ -14,8 +14,6 @@ from ..lmi.text import floats
 from ..requirements.loop import Loop
 from ..runtime.time_limit import check_time_of_eigenvalues
 
-__all__ = ["Sizes"]
-
 
 class Sizes:
     """The part of a `Request` that knows of the sizes of P, and of the loop's rate."""

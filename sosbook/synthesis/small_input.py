@@ -32,8 +32,6 @@ from .small_input_certificate import (
     real_form,
 )
 
-__all__ = ["refuse_by_input"]
-
 MOST_VERTICES = 32  # that are tried
 OUTSIDE = 1e-9  # of the fastest mode; what lies nearer is left with the modes inside
 RIDGE = 1e-10  # relative; keeps multipliers positive definite when they are rounded

@@ -10,8 +10,6 @@ from ..exact.refusal import Refusal
 from ..requirements.stability import Stability
 from .request_as_data import read_request, request_data
 
-__all__ = ["ModesPart", "SmallInputRefusal", "input_bound", "pole_demands", "real_form"]
-
 
 def pole_demands(request):
     """The requirements of a request that its LMIs make of the poles, by key."""

@@ -10,8 +10,6 @@ from ..runtime.read_only import ReadOnly
 from .request import Request
 from .scaling import Frame
 
-__all__ = ["Solution"]
-
 
 @dataclass(frozen=True, eq=False)
 class Solution(ReadOnly):

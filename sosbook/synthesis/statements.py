@@ -7,8 +7,6 @@ from ..plants.kinds import every_plant
 from ..requirements.stability import Stability
 from .probe import affine_in_quotient
 
-__all__ = ["Statements"]
-
 
 class Statements:
     """The part of a `Request` that knows its claims, and which pairs they need."""

@@ -10,8 +10,6 @@ from ..lmi.text import floats
 from ..plants.descriptor import twins
 from ..runtime.names import sane_name
 
-__all__ = ["InUnknowns"]
-
 RESERVED = re.compile(r"P|P \d+|V|Y|size for .*")  # names of a request's unknowns
 
 

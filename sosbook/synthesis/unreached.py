@@ -11,8 +11,6 @@ from ..plants.checks import logarithmic_scales
 from ..runtime.time_limit import check_time
 from .request_as_data import loop_data
 
-__all__ = ["UnreachedResponseRefusal", "refuse_by_response"]
-
 MOST_VERTICES = 32  # that are tried
 FREQUENCIES = 120  # that are tried
 NEAR = 0.1  # of gamma; where the loudest of these is below, none reaches it

@@ -29,8 +29,6 @@ from .feasibility import answer
 from .points import point
 from .request import Request
 
-__all__ = ["EnergyProof", "Found", "found_on", "lifted", "proven_on"]
-
 SHIFTS = 0.3, 1.0, 3.0  # of the part's frequencies: where a sparse whole is looked at
 HALVES = 2.0 ** -np.arange(16)  # of the largest rate: weights of z' M z' in the energy
 ABOVE = np.array([1.1, 1.3, 1.7, 3.0])  # times the decay: weights that are tried first

@@ -2,8 +2,6 @@
 
 from ..language import block, eye, he
 
-__all__ = ["unseen"]
-
 
 def unseen(P, here, rate, push, out, bound):
     r"""The block of motions that sensors don't see, or that inputs don't move.

@@ -18,8 +18,6 @@ inequality of order 1, that is Wirtinger's.
 
 from ..language import block, he, kron, named, pick
 
-__all__ = ["interval_decay", "interval_functional", "interval_kernel"]
-
 
 def interval_functional(P, Q1, Q2, order, t):
     """Positive definite, with Q1, Q2, R1, R2 > 0, implies V > 0.
@@ -41,8 +39,9 @@ def interval_functional(P, Q1, Q2, order, t):
     if Q2 is not None:
         weighted.append(Q2 / (2 * t.mu))
     parts = [0 * weighted[0], *weighted]
-    rows = [[p if i == j else 0 for j in range(len(parts))]
-            for i, p in enumerate(parts)]
+    rows = [
+        [p if i == j else 0 for j in range(len(parts))] for i, p in enumerate(parts)
+    ]
     return P + block(rows)
 
 

@@ -15,8 +15,6 @@ Legendre polynomial.
 
 from ..language import block, he, kron, named, pick
 
-__all__ = ["legendre_decay", "legendre_functional"]
-
 
 def legendre_functional(P, S, order, t):
     """Positive definite, with S, R, Z > 0, implies V > 0.

@@ -2,8 +2,6 @@
 
 from ..language import block, eye, he, tr
 
-__all__ = ["lqr_cost", "lqr_decay", "slack_lqr_decay", "trace_bound"]
-
 
 def lqr_cost(EPE, noise, J):
     """The matrix of (2.35): J bounds the noise's share of the cost.
@@ -48,11 +46,7 @@ def lqr_decay(c, L, W, R_inv):
     tr J times lambda_max(W), not the square root of tr J.
     """
     EPL = c.EP @ L
-    return -block([
-        [he(c.Theta), EPL, c.EY],
-        [EPL.T, -W, 0],
-        [c.EY.T, 0, -R_inv],
-    ])
+    return -block([[he(c.Theta), EPL, c.EY], [EPL.T, -W, 0], [c.EY.T, 0, -R_inv]])
 
 
 def slack_lqr_decay(c, L, W, R_inv, epsilon):
@@ -63,12 +57,14 @@ def slack_lqr_decay(c, L, W, R_inv, epsilon):
     """
     EPL = c.EV @ L
     cross = c.EPE - c.EVE + epsilon * c.Theta.T
-    return -block([
-        [he(c.Theta), cross, EPL, c.EY],
-        [cross.T, -epsilon * he(c.EVE), 0, 0],
-        [EPL.T, 0, -W, 0],
-        [c.EY.T, 0, 0, -R_inv],
-    ])
+    return -block(
+        [
+            [he(c.Theta), cross, EPL, c.EY],
+            [cross.T, -epsilon * he(c.EVE), 0, 0],
+            [EPL.T, 0, -W, 0],
+            [c.EY.T, 0, 0, -R_inv],
+        ]
+    )
 
 
 def trace_bound(J, bound):

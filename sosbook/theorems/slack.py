@@ -11,13 +11,6 @@ import numpy as np
 
 from ..language import block, eye, he, kron, turned
 
-__all__ = [
-    "slack_bounded_real",
-    "slack_initial_state",
-    "slack_pole_region",
-    "slack_stability",
-]
-
 
 def slack_pole_region(c, alpha, beta, epsilon):
     r"""All poles in :math:`\alpha + \beta s + \beta^\top \bar s < 0`.
@@ -65,12 +58,14 @@ def slack_bounded_real(c, gamma2, mu, epsilon):
     """
     (rate, cross), (_, last) = _form(c, 0, 1, 0, epsilon)
     y, w = c.EVC.shape[1], c.Bw.shape[1]
-    return -block([
-        [rate,    cross,            c.EVC,                 c.Bw],
-        [cross.T, last,             c.EVA,                 epsilon * c.Bw],
-        [c.EVC.T, turned(c.EVA),    -gamma2 / mu * eye(y), c.Dw],
-        [c.Bw.T,  epsilon * c.Bw.T, turned(c.Dw),          -mu * eye(w)],
-    ])
+    return -block(
+        [
+            [rate, cross, c.EVC, c.Bw],
+            [cross.T, last, c.EVA, epsilon * c.Bw],
+            [c.EVC.T, turned(c.EVA), -gamma2 / mu * eye(y), c.Dw],
+            [c.Bw.T, epsilon * c.Bw.T, turned(c.Dw), -mu * eye(w)],
+        ]
+    )
 
 
 def slack_initial_state(P, V, x0):

@@ -22,8 +22,6 @@ from ..request_as_data import loop_data
 from .central import balanced
 from .loops import corners_of, vertex_of
 
-__all__ = ["AnyOrder", "best_excluded", "excluded", "seen", "unseen_motions"]
-
 SECONDS = 20.0  # for each plant's multipliers
 HIGHEST = 0.998  # of what was reached: below it a bound is sought
 LOWER = 0.99, 0.95, 0.9, 0.5, 0.2, 0.05  # of it, in the order of trial

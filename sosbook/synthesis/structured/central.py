@@ -9,8 +9,6 @@ import numpy as np
 from ...analysis.lyapunov import lyapunov
 from ...analysis.riccati import riccati
 
-__all__ = ["balanced", "central", "near_least", "slower"]
-
 SLOWER = 1e-3  # of the rate: a mode on the axis that nothing moves is no obstacle
 RIDGE = 1e-9  # of what is near one, where a matrix is singular
 SMALL = 1e-6  # weight and noise that are added: a norm may have none of its own

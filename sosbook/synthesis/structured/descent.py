@@ -5,8 +5,6 @@ from scipy.optimize import nnls
 
 from ...runtime.time_limit import check_time
 
-__all__ = ["descend", "refine"]
-
 DECREASE, CURVATURE = 1e-4, 0.9  # of the weak Wolfe conditions, as Lewis and Overton
 MOST_TRIALS = 30  # of a line search
 FLAT = 1e-9  # relative decrease of a step that ends the search

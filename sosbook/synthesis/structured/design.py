@@ -25,8 +25,6 @@ from .loops import loops_of
 from .objective import DECAY, Task
 from .search import search
 
-__all__ = ["Searched", "by_law"]
-
 AGAIN = 3  # searches, each with the worst plants between the vertices
 FEW = 3  # starts of all but the first
 DIGITS = 6, 10  # of the free numbers, in the order of trial

@@ -16,14 +16,6 @@ from ..unreached import refuse_by_response
 from .any_order import excluded, seen
 from .loops import corners_of, vertex_of
 
-__all__ = [
-    "SumOfPoles",
-    "mean_pole",
-    "refused_by_a_door",
-    "refused_by_mode",
-    "refused_by_sum",
-]
-
 SECONDS = 20.0  # for the refusal of each plant by all of its state
 
 

@@ -11,8 +11,6 @@ from ...laws.base import plain
 from ...plants.descriptor import MATRICES
 from ..ranges import Ranges
 
-__all__ = ["Loops", "corners_of", "loops_of", "vertex_of"]
-
 TINY = 1e-9  # of the largest entry of G: below it a sensor doesn't see an input
 
 

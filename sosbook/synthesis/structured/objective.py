@@ -9,8 +9,6 @@ from ...requirements.lmi_region import LMIRegion
 from ...requirements.vocabulary import SIGMA
 from . import slopes
 
-__all__ = ["DECAY", "Objective", "Task"]
-
 DECAY = SIGMA.key  # the goal of the fastest decay
 LEAST_DECAY = 1e-3  # of the rate, of each loop: a norm alone ends at an axis
 PENALTY = 20.0  # of a violation, in units of the logarithm of a norm

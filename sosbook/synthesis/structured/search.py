@@ -11,8 +11,6 @@ from .central import RIDGE, balanced, central, near_least, slower
 from .descent import descend, refine
 from .objective import DECAY, Objective
 
-__all__ = ["Found", "search"]
-
 ROOM = 0.02  # of the rate, or of a bound: with so much room a search ends
 SPREAD = 3.0  # times the fastest pole: so far the rates of the starts reach
 STEPS = 120  # of a descent

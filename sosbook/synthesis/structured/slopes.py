@@ -4,8 +4,6 @@ from contextlib import suppress
 
 import numpy as np
 
-__all__ = ["Poles", "norm", "reached"]
-
 GRID = 24  # frequencies between the slowest and the fastest pole
 HILLS = 4  # of the highest frequencies, each of which may be beside the peak
 NARROWER = 14  # times a bracket of the peak is cut
