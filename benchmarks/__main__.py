@@ -13,6 +13,7 @@ from pathlib import Path
 from . import run
 from .catalogue import FAMILIES
 from .competitors import COMPETITORS
+from .records import store
 
 RESULTS = Path(__file__).with_name("profile.json")
 
@@ -36,8 +37,7 @@ def main(words=None):
     chosen = {option: getattr(asked, option) for option in known}
 
     def save(document):
-        text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-        asked.output.write_text(text + "\n", "utf-8")
+        store(asked.output, document)
 
     old = None
     if any(chosen.values()) and asked.output.exists():

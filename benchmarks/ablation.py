@@ -24,6 +24,7 @@ import numpy as np
 import sosbook as sos
 from benchmarks.catalogue import FAMILIES, HELD_BACK, case
 from benchmarks.questions import NoAnswer
+from benchmarks.records import store
 from benchmarks.run import machine
 from sosbook.solver.settings import Settings
 
@@ -361,14 +362,7 @@ def main(words=None):
     print(HEAD)
     new = measured(asked.paths, asked.quick, lambda line: print(line, flush=True))
     new = told(new if old is None else joined(old, new))
-    asked.output.write_text(_text(new), "utf-8")
-
-
-def _text(document):
-    """JSON with a line for each record, so that a difference shows what changed."""
-    lines = ",\n".join(json.dumps(r, allow_nan=False) for r in document["records"])
-    head = json.dumps(document | {"records": []}, indent=1, allow_nan=False)
-    return head.replace('"records": []', f'"records": [\n{lines}\n ]') + "\n"
+    store(asked.output, new)
 
 
 if __name__ == "__main__":

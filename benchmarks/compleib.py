@@ -28,6 +28,7 @@ from scipy.linalg import block_diag
 
 import sosbook as sos
 
+from .records import store
 from .run import machine
 
 RESULTS = Path(__file__).with_name("compleib.json")
@@ -249,5 +250,4 @@ if __name__ == "__main__":
     chosen = tuple(sys.argv[1:])
     found = measured(chosen)
     if not chosen:
-        text = json.dumps({"machine": machine(), "records": found}, indent=1)
-        RESULTS.write_text(text + "\n", "utf8")
+        store(RESULTS, {"machine": machine(), "records": found})

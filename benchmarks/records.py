@@ -1,5 +1,6 @@
-"""A flat record of a time that somebody waits for."""
+"""Records and how they are stored; those of times that somebody waits for."""
 
+import json
 import statistics
 
 FIELDS = {
@@ -35,3 +36,12 @@ def record(**values):
 def summary(times):
     """Median, shortest and number of some times."""
     return dict(median_s=statistics.median(times), min_s=min(times), repeats=len(times))
+
+
+def store(path, document):
+    """Write a document as JSON, a line for each record: a difference shows which."""
+    options = dict(ensure_ascii=False, allow_nan=False)
+    lines = ",\n".join(json.dumps(r, **options) for r in document["records"])
+    head = json.dumps(document | {"records": []}, indent=1, **options)
+    text = head.replace('"records": []', f'"records": [\n{lines}\n ]')
+    path.write_text(text + "\n", "utf-8")

@@ -16,6 +16,8 @@ from time import process_time
 from sosbook.pendulum.gate import Inspection, refused, widened
 from tests.geared_robots import described, drawn, recorded
 
+from .records import store
+
 RESULTS = Path(__file__).with_name("robots.json")
 SEEDS = range(16)
 SECONDS = 10.0  # of a sweep, either way: a third of what the recorders take
@@ -60,7 +62,7 @@ def main(words):
     document = dict(summary=summary(records), records=records)
     print(json.dumps(document["summary"]))
     if not words:
-        RESULTS.write_text(json.dumps(document, indent=1) + "\n", "utf-8")
+        store(RESULTS, document)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ import numpy as np
 
 import sosbook as sos
 
+from .records import store
 from .run import machine
 
 RESULTS = Path(__file__).with_name("sensors.json")
@@ -275,5 +276,4 @@ if __name__ == "__main__":
     chosen = tuple(map(int, sys.argv[1:]))
     found = measured(chosen)
     if not chosen:
-        text = json.dumps({"machine": machine(), "records": found}, indent=1)
-        RESULTS.write_text(text + "\n", "utf8")
+        store(RESULTS, {"machine": machine(), "records": found})

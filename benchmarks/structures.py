@@ -17,6 +17,7 @@ import scipy.sparse as sp
 import sosbook as sos
 
 from .masses import stations
+from .records import store
 from .run import machine
 
 RESULTS = Path(__file__).with_name("structures.json")
@@ -126,4 +127,4 @@ if __name__ == "__main__":
         old = json.loads(RESULTS.read_text("utf-8"))["records"]
         kept = [r for r in old if r["kind"] not in wanted]
         new["records"] = kept + new["records"]
-    RESULTS.write_text(json.dumps(new, indent=1) + "\n", "utf-8")
+    store(RESULTS, new)

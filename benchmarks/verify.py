@@ -29,6 +29,7 @@ import numpy as np
 import sosbook as sos
 from sosbook.analysis.linear import peak_gain
 
+from .records import store
 from .verify_plants import FAMILIES
 
 TARGET = Path(__file__).with_name("verify.json")
@@ -215,7 +216,7 @@ def main(words):
     """Measure the families whose names hold one of some words, or all."""
     records, stored = [], json.loads(TARGET.read_text("utf8"))
     if words == ["units"]:
-        return _written(stored | {"in other units": in_units()})
+        return store(TARGET, stored | {"in other units": in_units()})
     for case in FAMILIES:
         if words and not any(word in case.name for word in words):
             continue
@@ -224,11 +225,7 @@ def main(words):
             print(json.dumps(records[-1]), flush=True)
     print(json.dumps(summary(records), indent=1))
     if not words:
-        _written(stored | {"summary": summary(records), "records": records})
-
-
-def _written(document):
-    TARGET.write_text(json.dumps(document, indent=1) + "\n", "utf8")
+        store(TARGET, stored | {"summary": summary(records), "records": records})
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 
 from . import maps, pages, sliders
-from .records import FIELDS
+from .records import FIELDS, store
 from .run import machine
 
 RESULTS = Path(__file__).with_name("waiting.json")
@@ -58,9 +58,7 @@ def main(words=None):
     old = None
     if asked.parts and asked.output.exists():
         old = json.loads(asked.output.read_text("utf-8"))
-    found = measure(asked.parts, asked.quick, old)
-    text = json.dumps(found, indent=1, ensure_ascii=False, allow_nan=False)
-    asked.output.write_text(text + "\n", "utf-8")
+    store(asked.output, measure(asked.parts, asked.quick, old))
 
 
 if __name__ == "__main__":
