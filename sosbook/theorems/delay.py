@@ -117,20 +117,15 @@ def delay_decay(E, A, Ad, v, F, G, t, misprints=(), alpha=1):
     e2 = t.epsilon2
     first = he(A @ F.T) if "transpose" in misprints else he(F @ A)
     last = alpha * Ad.T @ G.T if "alpha" in misprints else Ad.T @ G.T
-    return -_five(
-        v,
-        t,
-        sign=1 if "sign" in misprints else -1,
-        rows=(
-            e2 * first,
-            e2 * (G @ A - E.T @ F.T),
-            -e2 * he(G @ E),
-            e2 * Ad.T @ F.T,
-            e2 * Ad.T @ G.T,
-            Ad.T @ F.T,
-            last,
-        ),
-    )
+    return -_five(v, t, sign=1 if "sign" in misprints else -1, rows=(
+        e2 * first,
+        e2 * (G @ A - E.T @ F.T),
+        -e2 * he(G @ E),
+        e2 * Ad.T @ F.T,
+        e2 * Ad.T @ G.T,
+        Ad.T @ F.T,
+        last,
+    ))
 
 
 def delay_stabilization(d, v, F, X, t, alpha, misprints=()):
@@ -167,20 +162,15 @@ def delay_stabilization(d, v, F, X, t, alpha, misprints=()):
     """
     e2, a = t.epsilon2, alpha
     BX = d.Bu @ X
-    return -_five(
-        v,
-        t,
-        sign=1 if "sign" in misprints else -1,
-        rows=(
-            e2 * he(d.A @ F.T),
-            e2 * (a * (d.A @ F.T) - F @ d.E.T),
-            -e2 * a * he(d.E @ F.T),
-            e2 * BX.T,
-            e2 * a * BX.T,
-            BX.T,
-            a * BX.T,
-        ),
-    )
+    return -_five(v, t, sign=1 if "sign" in misprints else -1, rows=(
+        e2 * he(d.A @ F.T),
+        e2 * (a * (d.A @ F.T) - F @ d.E.T),
+        -e2 * a * he(d.E @ F.T),
+        e2 * BX.T,
+        e2 * a * BX.T,
+        BX.T,
+        a * BX.T,
+    ))
 
 
 def _five(v, t, rows, sign=-1):
@@ -195,17 +185,16 @@ def _five(v, t, rows, sign=-1):
     b41, b42, b43 = 2 * delta * v.Q.T - e1 * v.R2.T, v.Q.T, e1 * v.R2.T
     four = [
         [b11, b21.T, b31.T, b41.T],
-        [b21, b22, b32.T, b42.T],
-        [b31, b32, b33, b43.T],
-        [b41, b42, b43, -e1 * v.R1],
+        [b21, b22,   b32.T, b42.T],
+        [b31, b32,   b33,   b43.T],
+        [b41, b42,   b43,   -e1 * v.R1],
     ]
     if mu == 0:
         return block(four)
     # block 5 is multiplied by 1 / mu from both sides
     last = [r51, r52, 0, 0, sign * v.Z / (t.epsilon2 * mu)]
-    return block(
-        [
-            *(row + [x if isinstance(x, int) else x.T] for row, x in zip(four, last)),
-            last,
-        ]
-    )
+    return block([
+        *(row + [x if isinstance(x, int) else x.T]
+          for row, x in zip(four, last)),
+        last,
+    ])

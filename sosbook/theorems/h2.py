@@ -19,19 +19,20 @@ def h2_noise(c):
     -----
     Source: with X = P, A X E' + E X A' + B_w B_w' < 0 by Schur's complement.
     """
-    return -block([[he(c.Theta), c.Bw], [c.Bw.T, -eye(c.Bw.shape[1])]])
+    return -block([
+        [he(c.Theta), c.Bw],
+        [c.Bw.T,      -eye(c.Bw.shape[1])],
+    ])
 
 
 def slack_h2_noise(c, epsilon):
     """`h2_noise` with a slack matrix, for a vertex c and its scalar ``epsilon``."""
     cross = c.EPE - c.EVE + epsilon * c.Theta.T
-    return -block(
-        [
-            [he(c.Theta), cross, c.Bw],
-            [cross.T, -epsilon * he(c.EVE), epsilon * c.Bw],
-            [c.Bw.T, epsilon * c.Bw.T, -eye(c.Bw.shape[1])],
-        ]
-    )
+    return -block([
+        [he(c.Theta), cross,                c.Bw],
+        [cross.T,     -epsilon * he(c.EVE), epsilon * c.Bw],
+        [c.Bw.T,      epsilon * c.Bw.T,     -eye(c.Bw.shape[1])],
+    ])
 
 
 def h2_output(EPC, EPE, J):

@@ -39,9 +39,8 @@ def interval_functional(P, Q1, Q2, order, t):
     if Q2 is not None:
         weighted.append(Q2 / (2 * t.mu))
     parts = [0 * weighted[0], *weighted]
-    rows = [
-        [p if i == j else 0 for j in range(len(parts))] for i, p in enumerate(parts)
-    ]
+    rows = [[p if i == j else 0 for j in range(len(parts))]
+            for i, p in enumerate(parts)]
     return P + block(rows)
 
 

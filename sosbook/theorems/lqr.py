@@ -46,7 +46,11 @@ def lqr_decay(c, L, W, R_inv):
     tr J times lambda_max(W), not the square root of tr J.
     """
     EPL = c.EP @ L
-    return -block([[he(c.Theta), EPL, c.EY], [EPL.T, -W, 0], [c.EY.T, 0, -R_inv]])
+    return -block([
+        [he(c.Theta), EPL, c.EY],
+        [EPL.T, -W, 0],
+        [c.EY.T, 0, -R_inv],
+    ])
 
 
 def slack_lqr_decay(c, L, W, R_inv, epsilon):
@@ -57,14 +61,12 @@ def slack_lqr_decay(c, L, W, R_inv, epsilon):
     """
     EPL = c.EV @ L
     cross = c.EPE - c.EVE + epsilon * c.Theta.T
-    return -block(
-        [
-            [he(c.Theta), cross, EPL, c.EY],
-            [cross.T, -epsilon * he(c.EVE), 0, 0],
-            [EPL.T, 0, -W, 0],
-            [c.EY.T, 0, 0, -R_inv],
-        ]
-    )
+    return -block([
+        [he(c.Theta), cross, EPL, c.EY],
+        [cross.T, -epsilon * he(c.EVE), 0, 0],
+        [EPL.T, 0, -W, 0],
+        [c.EY.T, 0, 0, -R_inv],
+    ])
 
 
 def trace_bound(J, bound):

@@ -37,12 +37,10 @@ def free_pole_region(loop, R11, R12, R22):
     one = eye(R11.shape[0])
     E, A = kron(one, loop.E), kron(one, loop.A)
     cross = kron(R12, loop.P) - loop.F @ E + A.T @ loop.G.T
-    return -block(
-        [
-            [kron(R11, loop.P) + he(loop.F @ A), cross],
-            [cross.T, kron(R22, loop.P) - he(loop.G @ E)],
-        ]
-    )
+    return -block([
+        [kron(R11, loop.P) + he(loop.F @ A), cross],
+        [cross.T, kron(R22, loop.P) - he(loop.G @ E)],
+    ])
 
 
 def free_stability(loop):
@@ -65,14 +63,12 @@ def free_bounded_real(loop, gamma2):
     FB, GB, outputs = loop.F @ loop.B, loop.G @ loop.B, (loop.C, loop.rates, loop.D)
     C, H, D = (0 if isinstance(x, int) else loop.mu * x for x in outputs)
     y, w = C.shape[0], FB.shape[1]
-    return -block(
-        [
-            [he(loop.F @ loop.A), cross, FB, C.T],
-            [cross.T, -he(loop.G @ loop.E), GB, turned(H)],
-            [FB.T, GB.T, -loop.mu * eye(w), turned(D)],
-            [C, H, D, -gamma2 * loop.mu * eye(y)],
-        ]
-    )
+    return -block([
+        [he(loop.F @ loop.A), cross,      FB,                C.T],
+        [cross.T, -he(loop.G @ loop.E),   GB,                turned(H)],
+        [FB.T,    GB.T,                   -loop.mu * eye(w), turned(D)],
+        [C,       H,                      D,         -gamma2 * loop.mu * eye(y)],
+    ])
 
 
 def free_lqr_decay(loop, weight):
@@ -82,12 +78,10 @@ def free_lqr_decay(loop, weight):
     input: the integral of x' (weight) x from x(0) is below x(0)' P x(0) / mu.
     """
     cross = loop.P - loop.F @ loop.E + loop.A.T @ loop.G.T
-    return -block(
-        [
-            [he(loop.F @ loop.A) + loop.mu * weight, cross],
-            [cross.T, -he(loop.G @ loop.E)],
-        ]
-    )
+    return -block([
+        [he(loop.F @ loop.A) + loop.mu * weight, cross],
+        [cross.T, -he(loop.G @ loop.E)],
+    ])
 
 
 def free_gramian(loop, J, H):

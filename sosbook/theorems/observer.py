@@ -49,10 +49,8 @@ def observer_decay(A, C, P1, P2, Y, Q_F, R_F):
     weighted = Y.T @ R_F
     noise = block([[weighted], [0 * weighted]])
     PQ = P @ Q_F
-    return -block(
-        [
-            [he(A.T @ P + feed), PQ, noise],
-            [PQ.T, -eye(Q_F.shape[1]), 0],
-            [noise.T, 0, -eye(R_F.shape[1])],
-        ]
-    )
+    return -block([
+        [he(A.T @ P + feed), PQ, noise],
+        [PQ.T, -eye(Q_F.shape[1]), 0],
+        [noise.T, 0, -eye(R_F.shape[1])],
+    ])

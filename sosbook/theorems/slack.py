@@ -58,14 +58,12 @@ def slack_bounded_real(c, gamma2, mu, epsilon):
     """
     (rate, cross), (_, last) = _form(c, 0, 1, 0, epsilon)
     y, w = c.EVC.shape[1], c.Bw.shape[1]
-    return -block(
-        [
-            [rate, cross, c.EVC, c.Bw],
-            [cross.T, last, c.EVA, epsilon * c.Bw],
-            [c.EVC.T, turned(c.EVA), -gamma2 / mu * eye(y), c.Dw],
-            [c.Bw.T, epsilon * c.Bw.T, turned(c.Dw), -mu * eye(w)],
-        ]
-    )
+    return -block([
+        [rate,    cross,            c.EVC,                 c.Bw],
+        [cross.T, last,             c.EVA,                 epsilon * c.Bw],
+        [c.EVC.T, turned(c.EVA),    -gamma2 / mu * eye(y), c.Dw],
+        [c.Bw.T,  epsilon * c.Bw.T, turned(c.Dw),          -mu * eye(w)],
+    ])
 
 
 def slack_initial_state(P, V, x0):
