@@ -321,6 +321,13 @@ def _base(rng, largest, least=1, fewer_inputs=False):
     return parts, asked
 
 
+def _based(rng, *size):
+    """As `_base`, and the plant of these parts, with integrators; or None."""
+    base = _base(rng, *size)
+    plant = base and _with_integrators(rng, *base)
+    return plant and (*base, plant)
+
+
 def _vertex_count(rng, n):
     return int(rng.integers(1, 5)) if n <= 4 else int(rng.integers(1, 3))
 
@@ -346,13 +353,10 @@ def _backed_off(rng, largest, marginal):
 
 def _known(rng, largest):
     """A `_Known`, all that it is asked, the spread of its vertices."""
-    base = _base(rng, largest)
+    base = _based(rng, largest)
     if base is None:
         return None
-    parts, asked = base
-    single = _with_integrators(rng, parts, asked)
-    if single is None:
-        return None
+    parts, asked, single = base
     (d,) = descriptors(single, asked.get("U"), asked.get("K_A"))
     A, B, _ = d.state_space()
     shift = rng.uniform(0.05, 0.3)
@@ -569,14 +573,11 @@ def _out_of_reach(rng, largest, marginal):
     N'B = 0 gives N'(S + i omega D - omega^2 M) z = N'F w in every
     loop, so that |z| is at least the least-norm solution.
     """
-    base = _base(rng, largest, 2, fewer_inputs=True)
+    base = _based(rng, largest, 2, True)
     if base is None:
         return None
-    parts, asked = base
+    parts, asked, plant = base
     M, D, S, B, F = parts
-    plant = _with_integrators(rng, parts, asked)
-    if plant is None:
-        return None
     N = np.linalg.svd(B)[0][:, B.shape[1] :].T
     bound = max(
         np.linalg.norm(np.linalg.pinv(N @ (S + 1j * w * D - w**2 * M)) @ N @ F, 2)
@@ -597,13 +598,10 @@ def _force(rng, largest, marginal):
     plant and its copy with the time factor exp(sigma t) stay in the
     ellipsoid where |K x| <= u_max.
     """
-    base = _base(rng, largest)
+    base = _based(rng, largest)
     if base is None:
         return None
-    parts, asked = base
-    plant = _with_integrators(rng, parts, asked)
-    if plant is None:
-        return None
+    parts, asked, plant = base
     (d,) = descriptors(plant, asked.get("U"), asked.get("K_A"))
     A, B, _ = d.state_space()
     sigma = _log(rng, -1, 0.5) if rng.random() < 0.6 else 0.0

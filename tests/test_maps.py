@@ -10,7 +10,6 @@ import sosbook as sos
 from sosbook import maps
 from sosbook.book.counterexamples import actuated
 from sosbook.synthesis.certificates import prove, refuse_design
-from tests.cases import campaign
 from tests.elements import assert_buttons, green, write_page
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")
@@ -406,47 +405,6 @@ def test_reset_a_link_python_and_bands(visit, sheet, atlas, force):
 
 
 # -------------------------------------------------- beside designs alone
-
-
-@pytest.mark.parametrize("seed", [0, 1, *campaign([2])])
-def test_maps_of_random_polytopes_say_what_designs_say(seed):
-    """One, two or four vertices; trials decide as single designs do."""
-    random = np.random.default_rng(seed)
-    M, D, S = (
-        np.diag(random.uniform(1, 2, 2)) + 0.1 * random.normal(size=(2, 2))
-        for _ in range(3)
-    )
-    plants = [
-        sos.SecondOrderSystem(a * M, b * D, S, np.eye(2), np.eye(2))
-        for a, b in random.uniform(0.9, 1.1, (2**seed, 2))
-    ]
-    plant = sos.Polytope(plants) if seed else plants[0]
-    x0 = [0.1, 0.1, 0, 0]
-    sigma, force = [0.3, 1.0, 2.5], [0.1, 0.5, 4.0, 30.0]
-    found = maps.frontier(
-        "sigma",
-        "u_max",
-        plant,
-        region=sos.PoleRegion(sigma=0.3, theta=1.0, rho=12),
-        gamma=2.0,
-        saturation=sos.Saturation(1.0, x0),
-        values=sigma,
-        progress=False,
-    )
-    assert all(e.proven for e in found.edges)
-    alone = [
-        [
-            sos.design_pid(
-                plant,
-                region=sos.PoleRegion(sigma=s, theta=1.0, rho=12),
-                gamma=2.0,
-                saturation=sos.Saturation(u, x0),
-            ).status
-            for s in sigma
-        ]
-        for u in force
-    ]
-    assert [[found.status(s, u) for s in sigma] for u in force] == alone
 
 
 def test_designs_with_a_law_are_those_of_design_pid():

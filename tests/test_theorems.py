@@ -23,49 +23,84 @@ def pair(seed):
     return both, P + P.T, Y, rng.standard_normal(7)
 
 
-def matrices(c, x0, gamma2, u_max2, number=lambda x: x):
+FORMS = {
+    "half-plane": LMIRegion.half_plane(0.7),
+    "disk": LMIRegion.disk(5, -1),
+    "sector": LMIRegion.sector(0.6, apex=0.3),
+    "ellipse": LMIRegion.ellipse(-3, 2, 1),
+}
+
+
+def matrices(c, x0, number=lambda x: x):
     """All theorems of a pair, by name."""
-    regions = {
-        "half-plane": LMIRegion.half_plane(0.7),
-        "disk": LMIRegion.disk(5, -1),
-        "sector": LMIRegion.sector(0.6, apex=0.3),
-        "ellipse": LMIRegion.ellipse(-3, 2, 1),
-    }
     found = {
         name: theorems.pole_region(c, number(r.alpha), number(r.beta))
-        for name, r in regions.items()
+        for name, r in FORMS.items()
     }
     found["stability"] = theorems.stability(c)
-    found["hinf"] = theorems.bounded_real(c, gamma2)
-    found["x0"] = theorems.initial_state(c.P, x0)
-    found["u_max"] = theorems.control_bound(c.P, c.Y, u_max2)
+    found["hinf"] = theorems.bounded_real(c, number(GAMMA2))
+    found["x0"] = theorems.initial_state(c.P, number(x0))
+    found["u_max"] = theorems.control_bound(c.P, c.Y, number(U_MAX2))
     return found
+
+
+def slack_matrices(c, x0, number=lambda x: x):
+    """All theorems with a slack matrix, by name."""
+    gamma2, mu, epsilon = map(number, (GAMMA2, 0.5, 0.25))
+    found = {
+        name: theorems.slack_pole_region(c, number(r.alpha), number(r.beta), epsilon)
+        for name, r in FORMS.items()
+    }
+    found["stability"] = theorems.slack_stability(c, epsilon)
+    found["hinf"] = theorems.slack_bounded_real(c, gamma2, mu, epsilon)
+    found["x0"] = theorems.slack_initial_state(c.P, c.V, number(x0))
+    return found
+
+
+def readings(write, plants, values):
+    """What is written in floats; of unknowns, in rationals and by cvxpy."""
+    yield write(plants, values, lambda x: x)
+    unknowns = {k: Unknown(k, *x.shape, symmetric=k == "P") for k, x in values.items()}
+    at = {unknowns[k]: x for k, x in values.items()}
+    symbolic = write(plants, unknowns, lambda x: x)
+    yield {name: g.value(at) for name, g in symbolic.items()}
+    rational = {k: exact(x) for k, x in values.items()}
+    yield write([d.map(exact) for d in plants], rational, exact)
+    free = {k: cvxpy.Variable(x.shape, symmetric=k == "P") for k, x in values.items()}
+    for k, x in values.items():
+        free[k].value = x
+    convex = write(plants, free, lambda x: x)
+    yield {name: g.value for name, g in convex.items()}
+
+
+def assert_same(floats, *others):
+    for found in others:
+        for name, wanted in floats.items():
+            apart = np.abs(np.asarray(found[name], float) - wanted).max()
+            assert apart < 1e-13 * np.abs(wanted).max(), name
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("j", [0, 1], ids=["vertex", "pair"])
 def test_four_readings_agree(seed, j):
     both, P, Y, x0 = pair(seed)
-    floats = matrices(Coupled(both[0], both[j], P, Y), x0, GAMMA2, U_MAX2)
 
-    def same(found):
-        for name, wanted in floats.items():
-            scale = np.abs(wanted).max()
-            got = np.asarray(found[name], float)
-            assert np.abs(got - wanted).max() < 1e-13 * scale, name
+    def write(d, v, number):
+        return matrices(Coupled(d[0], d[j], v["P"], v["Y"]), x0, number)
 
-    p, y = Unknown("P", 7, symmetric=True), Unknown("Y", 2, 7)
-    symbolic = matrices(Coupled(both[0], both[j], p, y), x0, GAMMA2, U_MAX2)
-    same({k: g.value({p: P, y: Y}) for k, g in symbolic.items()})
+    assert_same(*readings(write, both, {"P": P, "Y": Y}))
 
-    rational = [d.map(exact) for d in both]
-    c = Coupled(rational[0], rational[j], exact(P), exact(Y))
-    same(matrices(c, exact(x0), exact(GAMMA2), exact(U_MAX2), exact))
 
-    p, y = cvxpy.Variable((7, 7), symmetric=True), cvxpy.Variable((2, 7))
-    p.value, y.value = P, Y
-    convex = matrices(Coupled(both[0], both[j], p, y), x0, GAMMA2, U_MAX2)
-    same({k: g.value for k, g in convex.items()})
+def test_four_readings_of_the_slack_theorems_agree():
+    both, P, Y, x0 = pair(5)
+    V = np.random.default_rng(5).standard_normal((7, 7))
+    E0 = (both[0].E + both[1].E) / 2
+
+    def write(d, v, number):
+        c = SlackVertex(d[0], number(E0), v["P"], v["V"], v["Y"])
+        return slack_matrices(c, x0, number)
+
+    assert_same(*readings(write, both, {"P": P, "V": V, "Y": Y}))
 
 
 @pytest.fixture
@@ -144,90 +179,13 @@ def test_pairs_are_the_polar_form_of_the_vertices():
             if x is not None
         }
     )
-    whole = matrices(Coupled(mixed, mixed, P, Y), x0, GAMMA2, U_MAX2)
+    whole = matrices(Coupled(mixed, mixed, P, Y), x0)
     both = (first, second)
     total = {name: 0 for name in whole}
     for i in range(2):
         for j in range(2):
-            part = matrices(Coupled(both[i], both[j], P, Y), x0, GAMMA2, U_MAX2)
+            part = matrices(Coupled(both[i], both[j], P, Y), x0)
             for name, g in part.items():
                 total[name] = total[name] + weights[i] * weights[j] * g
     for name, g in whole.items():
         assert np.allclose(total[name], g, atol=1e-12), name
-
-
-def slack_matrices(c, x0, gamma2, mu, epsilon, number=lambda x: x):
-    """All theorems with a slack matrix, by name."""
-    regions = {
-        "half-plane": LMIRegion.half_plane(0.7),
-        "disk": LMIRegion.disk(5, -1),
-        "sector": LMIRegion.sector(0.6, apex=0.3),
-        "ellipse": LMIRegion.ellipse(-3, 2, 1),
-    }
-    found = {
-        name: theorems.slack_pole_region(c, number(r.alpha), number(r.beta), epsilon)
-        for name, r in regions.items()
-    }
-    found["stability"] = theorems.slack_stability(c, epsilon)
-    found["hinf"] = theorems.slack_bounded_real(c, gamma2, mu, epsilon)
-    found["x0"] = theorems.slack_initial_state(c.P, c.V, x0)
-    return found
-
-
-def test_four_readings_of_the_slack_theorems_agree():
-    (d, other), P, Y, x0 = pair(5)
-    V = np.random.default_rng(5).standard_normal((7, 7))
-    E0 = (d.E + other.E) / 2
-    scalars = GAMMA2, 0.5, 0.25
-    floats = slack_matrices(SlackVertex(d, E0, P, V, Y), x0, *scalars)
-
-    def same(found):
-        for name, wanted in floats.items():
-            scale = np.abs(wanted).max()
-            got = np.asarray(found[name], float)
-            assert np.abs(got - wanted).max() < 1e-13 * scale, name
-
-    p, v, y = Unknown("P", 7, symmetric=True), Unknown("V", 7), Unknown("Y", 2, 7)
-    symbolic = slack_matrices(SlackVertex(d, E0, p, v, y), x0, *scalars)
-    same({k: g.value({p: P, v: V, y: Y}) for k, g in symbolic.items()})
-
-    c = SlackVertex(d.map(exact), exact(E0), exact(P), exact(V), exact(Y))
-    same(slack_matrices(c, exact(x0), *map(exact, scalars), exact))
-
-    p = cvxpy.Variable((7, 7), symmetric=True)
-    v, y = cvxpy.Variable((7, 7)), cvxpy.Variable((2, 7))
-    p.value, v.value, y.value = P, V, Y
-    convex = slack_matrices(SlackVertex(d, E0, p, v, y), x0, *scalars)
-    same({k: g.value for k, g in convex.items()})
-
-
-@pytest.mark.parametrize(
-    "region",
-    [
-        LMIRegion.half_plane(0.4),
-        LMIRegion.sector(0.9),
-        LMIRegion.disk(6, -2),
-        LMIRegion.strip(-9, -0.2),
-    ],
-)
-def test_slack_blocks_imply_a_lyapunov_inequality(region):
-    """On E x' = (A + B K) x the slack drops out and V'^-1 P V^-1 is left."""
-    rng = np.random.default_rng(3)
-    (d, _), P, Y, _ = pair(3)
-    V = rng.standard_normal((7, 7))
-    c = SlackVertex(d, np.eye(7), P, V, Y)
-    found = theorems.slack_pole_region(c, region.alpha, region.beta, 0.3)
-    K = np.linalg.solve(V, Y.T).T
-    loop = np.linalg.solve(d.E, d.A + d.Bu @ K)
-    rate = np.linalg.solve(V.T, loop @ V.T)  # of V'^-1 x
-    k = len(found) // 14
-    N = np.hstack([np.eye(7 * k), np.kron(np.eye(k), rate.T)])
-    alpha, beta = region.alpha, region.beta
-    if k < len(alpha):  # the disk |s - q| < rho as one row
-        rho, q = -alpha[0]
-        left = rate - q * np.eye(7)
-        wanted = rho**2 * P - left.T @ P @ left
-    else:
-        half = np.kron(beta, P @ rate)
-        wanted = -(np.kron(alpha, P) + half + half.T)
-    assert np.allclose(N @ found @ N.T, wanted, atol=1e-9 * np.abs(wanted).max())
