@@ -12,6 +12,7 @@ from . import aliases as _aliases
 # the same names in __init__.pyi.
 _NAMES = {
     "analysis.nonlinear": ("simulate_nonlinear",),
+    "controllers": ("SampledDesign", "design_sampled"),
     "delay": ("DelayDesign", "analyse_delay", "design_delay_pid"),
     "laws": ("DynamicLaw", "FullState", "PIDLaw"),
     "plants.descriptor_system": ("DescriptorSystem",),
@@ -90,6 +91,7 @@ __all__ = [
     "Regularization",
     "Response",
     "Result",
+    "SampledDesign",
     "SampledLQR",
     "Saturation",
     "SecondOrderSystem",
@@ -110,6 +112,7 @@ __all__ = [
     "design_lqr",
     "design_observer",
     "design_pid",
+    "design_sampled",
     "design_sampled_lqr",
     "furthest_sampled",
     "infinite_modes",

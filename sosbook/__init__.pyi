@@ -5,6 +5,7 @@ from . import pendulum as mip
 from .analysis.nonlinear import simulate_nonlinear
 from .book import counterexamples, plots, reproduction, tables, thesis, widgets
 from .book import elements as atlas
+from .controllers import SampledDesign, design_sampled
 from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .laws import DynamicLaw, FullState, PIDLaw
 from .plants.descriptor_system import DescriptorSystem
@@ -59,6 +60,7 @@ __all__ = [
     "Regularization",
     "Response",
     "Result",
+    "SampledDesign",
     "SampledLQR",
     "Saturation",
     "SecondOrderSystem",
@@ -79,6 +81,7 @@ __all__ = [
     "design_lqr",
     "design_observer",
     "design_pid",
+    "design_sampled",
     "design_sampled_lqr",
     "furthest_sampled",
     "infinite_modes",

@@ -10,6 +10,7 @@ from .of_design import controller_of
 from .program import Code
 from .replay import Replay
 from .report import write_report
+from .sampled_design import SampledDesign, design_sampled
 from .signals import Signal
 from .simulation import Backlash, Run
 from .windup import Reach
@@ -27,9 +28,11 @@ __all__ = [
     "Reach",
     "Replay",
     "Run",
+    "SampledDesign",
     "Signal",
     "code_fault",
     "controller_of",
+    "design_sampled",
     "read_gains",
     "write_report",
 ]

@@ -22,7 +22,9 @@ def facts_of(c, time_limit):
     ...).
     """
     sampled = c.certify(time_limit=time_limit)
-    named = (("", "gain in continuous time", c.certificate), ("_sampled", "", sampled))
+    continuous = getattr(c.certificate, "kind", "") != sampled.kind
+    words = "gain in continuous time" if continuous else "as designed"
+    named = (("", words, c.certificate), ("_sampled", "", sampled))
     proven, proofs = [f"plant: sha256 {digest(plant_data(c.plant))[:16]}"], []
     for end, what, proof in named:
         if proof is not None and proof.proven:

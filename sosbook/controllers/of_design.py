@@ -70,11 +70,15 @@ def controller_of(
     seen = signals_of(wanted, units)
     steps = quantum(counts, seen)
     certificate = design.certify(time_limit=time_limit)
-    K = certificate.K if certificate.proven else round_digits(design.K, DIGITS)
+    at_ticks = getattr(design, "at_ticks", False)
+    if certificate.proven and not at_ticks:
+        K = certificate.K
+    else:
+        K = design.K if at_ticks else round_digits(design.K, DIGITS)
     timing = SampleTiming.of(T, delay)
     check_rate(vertices, timing)
     if law is not None:
-        estimate, gain, sums = law_memory(law, plant, K, T)
+        estimate, gain, sums = law_memory(law, plant, K, T, at_ticks)
         n = sum(not row[N // 2 :].any() for row in rows) if second_order else len(rows)
         U = sums[:, :n]  # positions come first
         R = quiet_set_point(U, gain.K[:, :n])
@@ -112,10 +116,10 @@ def controller_of(
         return Controller(**about, estimate=estimate)
     _observable(vertices, rows, names)
     gains = _gains(gain.K, N, U, rows, T, R)
-    known = [(w, _mixed(vertices, w)) for w in np.eye(len(vertices))]
+    known = [(w, mixed(vertices, w)) for w in np.eye(len(vertices))]
     if len(vertices) > 1:
         middle = np.full(len(vertices), 1 / len(vertices))
-        known = [(middle, _mixed(vertices, middle)), *known]
+        known = [(middle, mixed(vertices, middle)), *known]
     full = _gains(gain.K, N, U, np.eye(N), T, R)
     parts, _ = assembled(direct(np.eye(N), m), timing, *full)
     at_best = max(Loop.of(parts, np.eye(N), timing, d).radius for d in plants)
@@ -142,7 +146,7 @@ def controller_of(
         )
     estimate, chosen = found
     estimate = observed(
-        _mixed(vertices, chosen.weights),
+        mixed(vertices, chosen.weights),
         timing,
         rows,
         round_digits(chosen.M, DIGITS),
@@ -156,7 +160,7 @@ def between(vertices):
     if len(vertices) == 1:
         return ()
     weights = random_weights(len(vertices), BETWEEN, 0)
-    return tuple(_mixed(vertices, w) for w in weights)
+    return tuple(mixed(vertices, w) for w in weights)
 
 
 def check_rate(vertices, timing):
@@ -250,7 +254,7 @@ def _gains(K, N, U, rows, T, R):
     return K[:, :N], K[:, N:], _sums(U, rows), T, -K[:, : len(R)] @ R
 
 
-def _mixed(vertices, weights):
+def mixed(vertices, weights):
     """The mixture of some vertices in descriptor form."""
     d = vertices[0]
 

@@ -74,11 +74,19 @@ def _page(design, c, code):
     ramp = c.limits.ramp.min(initial=np.inf)
     seconds = SECONDS * slowest + (0.0 if np.isinf(ramp) else 1 / ramp)
     seconds = min(seconds, MOST_TICKS * c.T)
+    asked = [r.statement for r in design.request.requirements]
+    bounds, peak = (), ""
+    if getattr(design, "at_ticks", False):
+        asked = [design.words]
+    else:
+        title = "<h2>Asked, proven and true, in continuous time</h2>"
+        bounds = title, design.bounds()._repr_html_()
+        peak = f"{design.sensitivity_peak():.3f}; "
     parts = [
         f"<h1>{escape(code.name)}: a controller and what is known of it</h1>",
         f"<p>{escape(repr(c)[1:-1])}.</p>",
         "<h2>What was asked</h2><ul>",
-        *(f"<li>{escape(r.statement)}</li>" for r in design.request.requirements),
+        *(f"<li>{escape(words)}</li>" for words in asked),
         "</ul><h2>The plant</h2>",
         *(_plant(d, k) for k, d in enumerate(c.vertices, 1)),
         "<h2>The gain</h2>",
@@ -89,11 +97,9 @@ def _page(design, c, code):
                 for s, row in zip(c.outputs, c.gain.K)
             ],
         ),
-        "<h2>Asked, proven and true, in continuous time</h2>",
-        design.bounds()._repr_html_(),
-        f"<p>Sensitivity at the input, at most: {design.sensitivity_peak():.3f}; "
-        f"sampled, with memory and delay: {c.sensitivity_peak():.3f}; at the corners, "
-        "in floats.</p>",
+        *bounds,
+        f"<p>Sensitivity at the input, at most: {peak}sampled, with memory and delay: "
+        f"{c.sensitivity_peak():.3f}; at the corners, in floats.</p>",
         pole_map(np.atleast_2d(design.poles()), design._region()),
         "<h2>What is proven, bounded and simulated of the program</h2>",
     ]

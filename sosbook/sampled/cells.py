@@ -22,6 +22,10 @@ loop F takes the place of the mixture and the terms in s_j are left out. Since
 (G - P) P^-1 (G - P)' is never negative, G + G' - P <= G P^-1 G'. So F'P F < r^2 P
 by Schur's complement (G is regular, as the last block is positive definite). []
 
+With w and z / gamma joined to x_k and x_{k+1}, and P_i beside the identity in the place
+of P_i, the theorem for r = 1 is the bounded real lemma: the sum of |z|^2 is below
+gamma^2 times that of |w|^2.
+
 With P_i = G = I it is the statement that F'F < r^2 I. Source: Oliveira, Bernussou and
 Geromel (1999) for G; this edition's for D.
 """

@@ -9,6 +9,7 @@ from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..plants.kinds import every_plant
+from ..requirements.base import Requirement
 from .cells import PlantCell
 from .discretize import input_vertices, is_controller
 from .loops import BALL_BITS, SampledFamily
@@ -16,12 +17,14 @@ from .shapes import PlantShape
 from .system import SampledSystem
 from .timing import TimeBox
 
-__all__ = ["SampledCertificate"]
+__all__ = ["SampledCertificate", "checked_norm"]
 
 RATIONALS = (
     "rationals can't redo this proof: it encloses exponentials of matrices in "
     "balls; python -m sosbook verify does"
 )
+
+HELD = "with a w that is held from tick to tick"
 
 
 class SampledCertificate(ProofFile):
@@ -65,6 +68,11 @@ class SampledCertificate(ProofFile):
         return _read_controller(self.data)
 
     @property
+    def norm(self):
+        """The bound of H-infinity that is proven, too; None without."""
+        return _read_norm(self.data)
+
+    @property
     def cells(self):
         """(weights, P) of each cell of plants; empty without a proof.
 
@@ -95,7 +103,8 @@ class SampledCertificate(ProofFile):
         rate, K = read_number(data["rate"]), _read_controller(data)
         tree, failed = data["cells"], data["undecided"]
         centre = read_number(data.get("centre", "0"))
-        again = cls.contents(plant, U, T, delay, K, rate, tree, failed, centre)
+        norm = _read_norm(data)
+        again = cls.contents(plant, U, T, delay, K, rate, tree, failed, centre, norm)
         if not (rate > 0 and abs(centre) + rate <= 1):
             raise ValueError("rate must be in (0, 1], and its disk in the unit disk")
         if tree is None:
@@ -103,12 +112,16 @@ class SampledCertificate(ProofFile):
         clocks, vertices = TimeBox.of(T, delay), input_vertices(plant, U)
         if centre and clocks.varies:
             raise ValueError("a disk is of one clock")
+        if norm is not None and (rate != 1 or centre):
+            raise ValueError("a norm is proven with a rate of one")
         blocks = {}
         with ctx.workprec(BALL_BITS):
             timing = clocks.of_controller(K)
-            family = SampledFamily.of(plant, vertices, timing, K, centre)
+            family = SampledFamily.of(plant, vertices, timing, K, centre, norm)
             leaves = _leaves(tree, family.shape)
             for k, (weights, L, last, P, times) in enumerate(leaves, 1):
+                for matrix in (L, *(() if P is None else P)):
+                    _check_channel(matrix, family.held)
                 name = "plant" if len(vertices) == 1 else f"cell {k}"
                 cell = PlantCell(family, weights, L, clocks, last, P)
                 for j, (box, G) in enumerate(_boxes(times, clocks, len(L)), 1):
@@ -117,11 +130,11 @@ class SampledCertificate(ProofFile):
         return again, _examined(blocks, again["claims"])
 
     @classmethod
-    def contents(cls, plant, U, T, delay, K, rate, tree, failed, centre=0.0):
+    def contents(cls, plant, U, T, delay, K, rate, tree, failed, centre=0.0, norm=None):
         """The data of the file for a plant with a gain or controller K.
 
-        T, delay, U, rate and centre are those of `certify_sampled`; ``tree`` is how
-        the weights are halved, and ``failed`` what wasn't proven.
+        T, delay, U, rate, centre and norm are those of `certify_sampled`; ``tree`` is
+        how the weights are halved, and ``failed`` what wasn't proven.
         """
         where = every_plant(plant)
         if plant.family is None and hasattr(plant, "sample"):
@@ -130,8 +143,9 @@ class SampledCertificate(ProofFile):
         if centre:
             disk = f"|z - {centre!r}| < {rate!r}"
             said = f"all eigenvalues of the sampled loop of {where} are in {disk}"
+        more = [] if norm is None else [f"{norm.claim()}, at the ticks, {HELD}"]
         return {
-            "claims": [said],
+            "claims": [said, *more],
             "plant": plant_data(plant),
             "U": [] if U is None else decimals(U),
             "T": _range(T),
@@ -139,6 +153,7 @@ class SampledCertificate(ProofFile):
             "K": _controller_data(K),
             "rate": decimal(rate),
             **({"centre": decimal(centre)} if centre else {}),
+            **({} if norm is None else {"norm": norm.data()}),
             "cells": tree,
             "undecided": failed,
             "note": RATIONALS,
@@ -214,6 +229,25 @@ def _boxes(tree, clocks, N):
         if node["halve"] not in ("T", "delay"):
             raise ValueError("clocks are halved by T or by the delay")
         queue += zip(box.halves(node["halve"]), _halves(node))
+
+
+def _check_channel(X, k):
+    """Raise unless X is [Y, 0; 0, I] with k channels last."""
+    rest = X[len(X) - k :] - np.eye(k, len(X), len(X) - k)
+    if k and (rest.any() or X[: len(X) - k, len(X) - k :].any()):
+        raise ValueError("a Lyapunov matrix weighs the norm's channels otherwise")
+
+
+def checked_norm(norm):
+    """The bound of H-infinity, or a ValueError: authors' bounds say something else."""
+    own = type(norm).__module__.startswith("sosbook.requirements.")
+    if not own or getattr(norm, "bounds_response", lambda: None)() is None:
+        raise ValueError(f"norm must be an HInfinity with a bound, got {norm!r}")
+    return norm
+
+
+def _read_norm(data):
+    return checked_norm(Requirement.read(data["norm"])) if "norm" in data else None
 
 
 def _read_plant(data):

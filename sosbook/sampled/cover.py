@@ -11,11 +11,14 @@ from ..runtime.time_limit import check_time
 from .balls import middle
 from .cells import PlantCell
 from .lyapunov import discrete_lyapunov
+from .system import SampledSystem
 
 __all__ = ["cover", "lyapunov", "too_slow"]
 
 LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded matrices
 ROUNDS = 12  # times that clocks which a P doesn't hold for join the search for it
+GRID = 200  # frequencies at which a norm is looked at
+SMALL = 1e-8  # of the weight, in every direction: so that all states count
 HOPELESS = 4.0  # W's trace, times r^2 N, above which no multiplier is looked for
 
 
@@ -87,7 +90,8 @@ class _Search:
             last = int(np.argsort(far.sum(axis=0), kind="stable")[0])
             cell = PlantCell(self.family, weights, L, self.clocks, last)
             found, timing = self._times(cell, [None])
-            if found is None and len(weights) > 1 and not self.clocks.varies:
+            plain = not (self.clocks.varies or self.family.held)
+            if found is None and len(weights) > 1 and plain:
                 L = lyapunov(loops[0], self.rate, centred=False)  # a plant bends less
                 other = PlantCell(self.family, weights, L, self.clocks, last)
                 found, _ = self._times(other, [None])
@@ -106,10 +110,15 @@ class _Search:
     def _too_slow(self, weights, loops):
         """Which plant is too slow for one clock, or for two in turn; or nothing."""
         one = len(self.family.shape.corners) == 1
+        k = self.family.held
+        whole, N = loops, len(loops[0][0]) - k
+        loops = [[F[:N, :N] for F in row] for row in loops]
         for j, (row, timing) in enumerate(zip(loops, self.timings)):
             for i, w in enumerate(weights):
                 where = "the plant" if one else self.near(w[None])
-                if trouble := too_slow(row[i], self.rate, self.family.centre):
+                trouble = too_slow(row[i], self.rate, self.family.centre)
+                trouble = trouble or _too_large(whole[j][i], k)
+                if trouble:
                     clock = f", {_said(timing)}" * self.clocks.varies
                     return f"{where}{clock}: {trouble}"
                 for other, before in zip(loops[:j], self.timings):
@@ -120,6 +129,8 @@ class _Search:
         return ""
 
     def _coordinates(self, loops):
+        if k := self.family.held:
+            return _storage([F for row in loops for F in row], k)
         if not self.clocks.varies:
             return lyapunov(loops[0], self.rate)
         means = [sum(row) / len(row) for row in loops]
@@ -139,7 +150,7 @@ class _Search:
         size = len(cell.L) * self.rate**2
         if any(W is not None and np.trace(W) > HOPELESS * size for W in bent):
             return None, None
-        P, G = _multipliers(inside, bent, self.rate)
+        P, G = _multipliers(inside, bent, self.rate, self.family.held)
         if P is None:
             return None, None
         cell = PlantCell(cell.family, cell.weights, cell.L, cell.clocks, cell.last, P)
@@ -225,6 +236,48 @@ def too_slow(F, rate, centre=0.0):
     return f"its spectral radius is {radius:.6g}"
 
 
+def _too_large(M, k):
+    """What to say where floats see the norm of a loop with k channels above one."""
+    if not k:
+        return ""
+    N = len(M) - k
+    F, B, C, D = M[:N, :N], M[:N, N:], M[N:, :N], M[N:, N:]
+    turns = np.abs(np.angle(np.linalg.eigvals(F)))
+    turns = np.concatenate([turns, [0.0], np.geomspace(1e-4, 1, GRID) * np.pi])
+    answers = SampledSystem(F, B, C, D, 1.0).at(np.exp(1j * turns))
+    peak = np.linalg.norm(answers, 2, axis=(1, 2)).max()
+    return "" if peak < 1 else f"its norm is {peak:.6g} times the bound"
+
+
+def _storage(loops, k):
+    """Coordinates in which no loop with k channels might be longer than one.
+
+    The channels have their own, and the state begins where what w does to it and what
+    it does to z are equal.
+    """
+    N, mean = len(loops[0]) - k, sum(loops) / len(loops)
+    L = np.eye(len(mean))
+    L[:N, :N] = _balanced(mean[:N, :N])
+    L = _equalled(_within(mean, L), N) @ L
+    inside = [_within(F, L) for F in loops]
+    return round_digits(_common(inside, 1.0, held=k) @ L, LYAPUNOV_DIGITS)
+
+
+def _equalled(M, N):
+    F, B, C = M[:N, :N], M[:N, N:], M[N:, :N]
+    turn = np.eye(len(M))
+    if abs(np.linalg.eigvals(F)).max() < 1:
+        X, Y = (
+            discrete_lyapunov(A, W + SMALL * np.trace(W) * np.eye(N))
+            for A, W in ((F, C.T @ C), (F.T, B @ B.T))
+        )
+        R = _root(X)
+        sizes, U = np.linalg.eigh(R @ Y @ R.T)
+        if sizes[0] > 0:
+            turn[:N, :N] = (U / sizes**0.25).T @ R
+    return turn
+
+
 def lyapunov(loops, rate, centred=True):
     """A regular L so that |L x| might decay at a rate in all of some loops.
 
@@ -259,21 +312,36 @@ def _refined(L, loops, rate, centred=True):
     return _root(discrete_lyapunov(F, np.eye(len(F)))) @ L
 
 
-def _common(loops, pace, centred=True):
-    """The coordinates in which no loop is longer than a pace; the identity if none."""
+def _common(loops, pace, centred=True, held=0):
+    """The coordinates in which no loop is longer than a pace; the identity if none.
+
+    ``held``: so many last ones are multiplied by one number.
+    """
 
     def decay(values, cast):
-        P = values["P"]
+        P = _joined(values, "P", held)
         drops = [P * pace**2 - F.T @ P @ F for F in loops]
         return {"P": P} | {f"loop {k}": g for k, g in enumerate(drops)}
 
     N = len(loops[0])
-    problem = LMIProblem(decay, [Unknown("P", N, symmetric=True)])
+    unknowns = [Unknown("P", N - held, symmetric=True)]
+    problem = LMIProblem(decay, unknowns + [Unknown("c", 1)] * bool(held))
     if centred:
         solution = problem.solve(refuse=False, within_bounds=True).values
     else:
         solution = problem.find(refuse=False).values
-    return np.eye(N) if solution is None else _root(solution["P"])
+    if solution is None:
+        return np.eye(N)
+    L = np.eye(N)
+    size = solution["c"].item() if held else 1.0
+    L[: N - held, : N - held] = _root(solution["P"] / size)
+    return L
+
+
+def _joined(values, name, held):
+    """P of the state and of ``held`` channels, which have the size c."""
+    P = values[name]
+    return block([[P, 0], [0, kron(values["c"], eye(held))]]) if held else P
 
 
 def _root(P):
@@ -284,10 +352,11 @@ def _root(P):
         return np.eye(len(P))
 
 
-def _multipliers(loops, bent, rate):
+def _multipliers(loops, bent, rate, held=0):
     """P for each corner and G for each clock of the theorem; None, None if none."""
     N, count = len(loops[0][0]), len(loops[0])
-    unknowns = [Unknown(f"P{i}", N, symmetric=True) for i in range(count)]
+    unknowns = [Unknown(f"P{i}", N - held, symmetric=True) for i in range(count)]
+    unknowns += [Unknown("c", 1)] * bool(held)
     for j, W in enumerate(bent):
         unknowns.append(Unknown(f"G{j}", N))
         if W is not None:
@@ -298,7 +367,7 @@ def _multipliers(loops, bent, rate):
         for j, (row, W) in enumerate(zip(loops, bent)):
             G = values[f"G{j}"]
             for i, F in enumerate(row):
-                P = values[f"P{i}"]
+                P = _joined(values, f"P{i}", held)
                 top, cross = P * rate**2, G @ F
                 rows = [[top, cross.T], [cross, he(G) - P]]
                 if W is not None:
@@ -315,9 +384,11 @@ def _multipliers(loops, bent, rate):
     found = problem.solve(refuse=False, within_bounds=True).values
     if found is None:
         return None, None
-    P = np.array([found[f"P{i}"] for i in range(count)])
-    size = np.trace(P.mean(axis=0)) / N
-    P = round_digits((P + P.transpose(0, 2, 1)) / 2 / size, LYAPUNOV_DIGITS)
+    P = np.array([np.eye(N)] * count)
+    P[:, : N - held, : N - held] = [found[f"P{i}"] for i in range(count)]
+    size = found["c"].item() if held else np.trace(P.mean(axis=0)) / N
+    P[:, : N - held, : N - held] /= size
+    P = round_digits((P + P.transpose(0, 2, 1)) / 2, LYAPUNOV_DIGITS)
     G = [round_digits(found[f"G{j}"] / size, LYAPUNOV_DIGITS) for j in range(len(bent))]
     return P, G
 

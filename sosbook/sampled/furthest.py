@@ -8,7 +8,7 @@ from ..plants.checks import positive
 from ..plants.kinds import Plant
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
-from .certificate import SampledCertificate
+from .certificate import SampledCertificate, checked_norm
 from .discretize import is_controller
 from .proof import certify_sampled
 
@@ -25,16 +25,16 @@ def furthest_sampled(
     time_limit: float | None = None,
     **asked: Any,
 ) -> SampledCertificate | Stopped:
-    """The longest interval, the longest delay or the fastest rate that is proven.
+    """The longest interval, the longest delay, the least rate or bound that is proven.
 
     Parameters
     ----------
     plant, K, T, delay
         As for `certify_sampled`.
-    find : {"T", "delay", "rate"}
+    find : {"T", "delay", "rate", "norm"}
         What is sought: the longest interval, where T is (low, high); the longest
         delay, where ``delay`` is (low, high); or the smallest rate up to the one
-        that is asked for, 1 without one.
+        that is asked for, 1 without one; or the smallest bound up to that of ``norm``.
     tolerance : float
         The bisection ends within this share of the range, which is below 1.
     time_limit : float, optional
@@ -45,9 +45,9 @@ def furthest_sampled(
     Returns
     -------
     SampledCertificate
-        Its ``T``, ``delay`` and ``rate`` say how far it goes. One that isn't proven,
-        where the nearest claim isn't. A claim beyond it wasn't proven; that it is
-        false isn't said.
+        Its ``T``, ``delay``, ``rate``, ``norm`` say how far it goes. One that isn't
+        proven, where the nearest claim isn't. A claim beyond it wasn't proven; that it
+        is false isn't said.
 
     Examples
     --------
@@ -61,6 +61,9 @@ def furthest_sampled(
     (True, 1.73)
     """
     ranges = {"T": T, "delay": delay, "rate": (asked.pop("rate", 1.0), 0.0)}
+    norm = asked.get("norm")
+    if norm is not None:
+        ranges["norm"] = checked_norm(norm).bounds_response(), 0.0
     if find not in ranges:
         raise ValueError(f"find must be one of {sorted(ranges)}, got {find!r}")
     ends = ranges[find]
@@ -70,23 +73,24 @@ def furthest_sampled(
     if not positive("tolerance", tolerance) < 1:
         raise ValueError(f"tolerance must be a share below 1, got {tolerance!r}")
     width = tolerance * abs(far - near)
-    nearest = near if find == "rate" else near + width
+    falls = find in ("rate", "norm")
+    nearest = near if falls else near + width
     if find == "T" and is_controller(K) and K.dt not in (None, True):
         nearest = max(nearest, float(K.dt))  # no clock without the controller's own
     tried = []
 
     def holds(end):
-        values = {name: x for name, x in ranges.items() if name != "rate"}
-        values["rate"] = end if find == "rate" else ranges["rate"][0]
-        if find != "rate":
-            values[find] = (near, end)
-        tried.append(certify_sampled(plant, K, **values, **asked))
+        values = asked | {"T": T, "delay": delay, "rate": ranges["rate"][0]}
+        values[find] = end if find == "rate" else (near, end)
+        if find == "norm":
+            values[find] = norm.with_bound(end)
+        tried.append(certify_sampled(plant, K, **values))
         return tried[-1].proven
 
     seconds = checked_seconds(time_limit)
     try:
         with limited(seconds):
-            if (find == "rate" or not holds(far)) and holds(nearest):
+            if (falls or not holds(far)) and holds(nearest):
                 narrowed(holds, nearest, far, width)
     except OutOfTime:
         if seconds is None:

@@ -1,6 +1,6 @@
 """The sampled loops of a family of plants, enclosed in balls."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from hashlib import sha256
 
@@ -23,29 +23,33 @@ class SampledFamily:
     """The sampled loops of all plants of a ``shape``, in balls.
 
     ``full`` and ``own`` are the maps of `SampleTiming.feedback`; the ``centre`` times
-    the identity is taken away from each loop; ``known`` holds what was found of equal
-    families.
+    the identity is taken away from each loop; ``held``: how many disturbances w, held
+    over a tick, and outputs z, in units of a bound, are joined: the loop leads from
+    [state; w] to [next state; z] then; ``known`` holds what was found of equal ones.
     """
 
     shape: PlantShape
     full: np.ndarray  # from [x; older; own] to [x; older; u(k)]
     own: np.ndarray  # and to own(k + 1): see `SampleTiming.feedback`
     centre: float = 0.0
+    held: int = 0
     known: dict = field(default_factory=dict)  # loops, bends and pivots
 
     @classmethod
-    def of(cls, plant, vertices, timing, K, centre=0.0):
+    def of(cls, plant, vertices, timing, K, centre=0.0, norm=None):
         """The loops of a gain or controller K with the ``vertices`` of a plant.
 
         The ``timing``, a `SampleTiming`, is what K is made for; the ``centre`` is that
-        of the class.
+        of the class; ``norm``: a bound of H-infinity whose channel is joined.
         """
-        maps = timing.feedback(K, vertices[0], exact)
+        maps, held = timing.feedback(K, vertices[0], exact), 0
+        if norm is not None:
+            *maps, vertices, held = _with_channel(norm, vertices, *maps)
         shape = PlantShape.of(plant, vertices)
         numbers = [x for pair in shape.corners for x in pair]
-        whole = timing.whole_samples, shape.axes, ctx.prec, centre
+        whole = timing.whole_samples, shape.axes, ctx.prec, centre, held
         known = _known(whole, tuple(map(key_of, (*maps, *numbers))))
-        return cls(shape, *map(balls, maps), centre, known)
+        return cls(shape, *map(balls, maps), centre, held, known)
 
     def remember(self, key, make):
         """What ``make()`` returned the first time that it was asked for by a key."""
@@ -64,7 +68,8 @@ class SampledFamily:
     def _loop(self, weights, timing):
         E, both = self.shape.mixed(weights)
         step = self._flow([solve(balls(E), balls(both))], timing)
-        older = timing.shift_register(self.shape.N, self.shape.m)
+        older = timing.shift_register(self.shape.N, self.shape.m - self.held)
+        older = np.hstack([older, np.zeros((len(older), self.held))])
         moved = np.vstack([step @ self._picked(timing), balls(older)]) @ self.full
         loop = np.vstack([moved, self.own])
         if self.centre:
@@ -72,7 +77,13 @@ class SampledFamily:
         return loop
 
     def _picked(self, timing):
-        return balls(timing.selector(self.shape.N, self.shape.m))
+        N, m, k = self.shape.N, self.shape.m - self.held, self.held
+        S = timing.selector(N, m)
+        if k:  # [x; first; w; second; w]
+            w = np.eye(k, S.shape[1] + k, S.shape[1])
+            S = np.hstack([S, np.zeros((len(S), k))])
+            S = np.vstack([S[: N + m], w, S[N + m :], w])
+        return balls(S)
 
     def bends(self, weights, last, L, timing):
         """The second derivatives of L F L^-1 along the edges of a cell of plants.
@@ -186,6 +197,39 @@ class SampledFamily:
             step = exponential(series([M for M, _ in piece]) * span)
             flow = step[:, -(N + 2 * m) :] if flow is None else step[:N] @ flow
         return flow[:N]
+
+
+def _with_channel(norm, vertices, full, own):
+    """The maps and the vertices of `SampledFamily.of` with w and z, and their number.
+
+    Both are as many: zeros join the fewer ones.
+    """
+    seen = [norm.seen(d).map(exact) for d in vertices]
+    first, bound = seen[0], exact(norm.bounds_response())
+    if first.Ca is not None:
+        raise ValueError(
+            f"{norm.name}: an acceleration jumps at the ticks; weigh positions, "
+            "velocities, integrals or inputs of a sampled loop"
+        )
+    N, m = first.Bu.shape
+    (p, q), order = (first.Bw.shape[1], len(first.C)), full.shape[1]
+    k, rest = max(p, q), len(full) - N - m
+
+    def zero(*shape):
+        return exact(np.zeros(shape))
+
+    Du = zero(q, m) if first.Du is None else first.Du
+    Dw = zero(q, p) if first.Dw is None else first.Dw
+    rows = np.hstack([first.C, zero(q, rest), Du, Dw, zero(q, k - p)]) / bound
+    full = np.vstack([np.hstack([full, zero(len(full), k)]), zero(k, order + k)])
+    full[-k:, order:] = exact(np.eye(k))
+    own = np.hstack([own, zero(len(own), k)])
+    own = np.vstack([own, rows @ full, zero(k - q, order + k)])
+    wide = [
+        replace(d, Bu=np.hstack([s.Bu, s.Bw, zero(N, k - p)]).astype(float))
+        for d, s in zip(vertices, seen)
+    ]
+    return full, own, wide, k
 
 
 def key_of(matrix):

@@ -10,8 +10,10 @@ from ..exact.definite import round_digits
 from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
 from ..plants.checks import count, finite, positive
 from ..plants.kinds import Plant, checked_plant
+from ..requirements.base import Requirement
 from ..runtime.threads import one_thread
-from .certificate import SampledCertificate
+from ..synthesis.request import Request
+from .certificate import SampledCertificate, checked_norm
 from .cover import cover
 from .discretize import input_vertices, is_controller
 from .loops import BALL_BITS, SampledFamily
@@ -33,6 +35,7 @@ def certify_sampled(
     digits: int | None = None,
     cells: int = 64,
     centre: float = 0.0,
+    norm: Requirement | None = None,
     time_limit: float | None = None,
     progress: bool = False,
 ) -> SampledCertificate | Stopped:
@@ -65,6 +68,10 @@ def certify_sampled(
         With another one than 0: prove that all eigenvalues of each plant's loop lie in
         the disk with this centre and the radius ``rate``, which lies in the unit disk;
         of one clock that doesn't vary.
+    norm : HInfinity, optional
+        Prove this bound, too, from disturbances w that are held from tick to tick to
+        outputs at the ticks: sums over the ticks of |y|^2 stay below gamma^2 times
+        those of |w|^2, in the order of any clock that varies.
     time_limit : float, optional
         Seconds after which nothing is proven, and the answer says so.
     progress : bool
@@ -113,6 +120,11 @@ def certify_sampled(
             f"centre = {centre}: a disk of radius rate = {rate} must lie in the unit "
             "disk, and the clock must not vary"
         )
+    if norm is not None:
+        norm = checked_norm(norm)
+        if rate != 1 or centre:
+            raise ValueError("norm is proven with rate=1 and centre=0: leave them out")
+        Request(plant, U, requirements=[norm])  # raises where widths are wrong
     cells = count("cells", cells, least=1)
     for timing, d in product(clocks.corners, floats):
         timing.held(d)  # raises where a motion overflows
@@ -124,11 +136,11 @@ def certify_sampled(
         floats = input_vertices(plant, U)
         gain = K if whole else round_digits(timing.gain(K, floats[0]), digits)
         with ctx.workprec(BALL_BITS):
-            family = SampledFamily.of(plant, floats, timing, gain, centre)
+            family = SampledFamily.of(plant, floats, timing, gain, centre, norm)
             tree, failed = cover(family, clocks, rate, cells)
         return SampledCertificate.of(
             SampledCertificate.contents(
-                plant, U, T, delay, gain, rate, tree, failed, centre
+                plant, U, T, delay, gain, rate, tree, failed, centre, norm
             )
         )
 

@@ -95,7 +95,7 @@ def by_law(request, objective, backoff, starts, seed):
             with time_limit(_seconds_of_search()):
                 found = search(task, loops, FEW if again else starts, seed, near)
             count, near = count + found.starts, (found.kappa,)
-            record = _record(task, loops, count, seed, between)
+            by = record(task, loops, count, seed, between)
             stopped = stopped or found.stopped
             if not found.value < (0 if goal is None else np.inf):
                 break
@@ -105,7 +105,7 @@ def by_law(request, objective, backoff, starts, seed):
                 solution = kept_or_broken(known, objective, backoff)
                 if solution.status == "feasible":
                     break
-            solution = replace(solution, searched=record)
+            solution = replace(solution, searched=by)
             if _better(solution, best, objective):
                 best = solution
             points = _worse(solution, task, loops, found, goal)
@@ -119,7 +119,7 @@ def by_law(request, objective, backoff, starts, seed):
         stopped = True
     if best is not None and best.status == "feasible":
         return replace(best, reason=STOPPED) if stopped and objective else best
-    return _undecided(request, task, loops, found, best, record)
+    return _undecided(request, task, loops, found, best, by)
 
 
 def _seconds_of_search():
@@ -180,7 +180,8 @@ def _mean(request, weights):
     return first.mixed(others, weights).plant
 
 
-def _record(task, loops, count, seed, between):
+def record(task, loops, count, seed, between):
+    """The `Searched` of so many starts and plants between the vertices."""
     limits, start = {}, 0
     for b in loops.form.blocks:
         some = task.limits[start : start + len(b.shares)]

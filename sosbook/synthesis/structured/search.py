@@ -39,12 +39,13 @@ class Found:
     stopped: bool = False
 
 
-def search(task, loops, starts, seed, near=()):
+def search(task, loops, starts, seed, near=(), make=Objective, begin=None):
     """The best `Found` of several starts.
 
     ``task``: what is sought; ``loops``: of all plants that count; ``starts``: how many,
     besides those ``near``; ``seed``: of numpy's generator: what is found depends on
-    nothing else but the time; ``near``: free numbers to start from.
+    nothing else but the time; ``near``: free numbers to start from; ``make``,
+    ``begin``: what makes the `Objective` and, as `starting_points`, the starts.
     """
     rng = np.random.default_rng(seed)
     bounded = bool(task.bounded) or task.goal not in (None, DECAY)
@@ -52,11 +53,12 @@ def search(task, loops, starts, seed, near=()):
     enough = -ROOM if task.goal is None else -np.inf
 
     def function(unit, norms):
-        tried.append(Objective(task, loops, unit, norms))
+        tried.append(make(task, loops, unit, norms))
         return tried[-1]
 
     try:
-        for unit, x in _starts(task, loops, starts, rng, near):
+        begin = begin or starting_points
+        for unit, x in begin(task, loops, starts, rng, near):
             count += 1
             f = function(unit, False)
             x, value = descend(f, x, STEPS, -ROOM / 5 if bounded else enough)
@@ -120,7 +122,7 @@ def _norms(function, found, enough):
     return sorted(ended, key=lambda entry: entry[0])
 
 
-def _starts(task, loops, count, rng, near):
+def starting_points(task, loops, count, rng, near):
     """(unit, x) of each start: given ones, projected ones, random ones."""
     slow, fast = loops.rates
     rates = np.geomspace(min(slow, task.rate), SPREAD * max(fast, task.rate), 7)[1:-1]

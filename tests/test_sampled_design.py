@@ -1,0 +1,158 @@
+"""Gains searched on the sampled loop, against scipy, closed forms and recursions."""
+
+import functools
+
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete
+
+import sosbook as sos
+from sosbook.controllers import CompiledCode, code_fault
+
+T = 0.4  # s, with modes at 0.57 and 1.6 rad/s; an answer is a tick late
+PID = sos.PIDLaw(position=[[0, 1]], filter=T)
+
+
+def pair(m=1.0):
+    """Two lightly damped masses: pushed on the first, measured on the second."""
+    return sos.SecondOrderSystem(
+        np.diag([1, m]), [[0.02, -0.02], [-0.02, 0.02]], [[1.5, -1], [-1, 1]],
+        [[1], [0]], F=[[0], [1]],
+    )  # fmt: skip
+
+
+PAIRS = sos.Polytope([pair(), pair(1.5)])
+
+
+@functools.cache
+def several():
+    return sos.design_sampled(PAIRS, sos.DynamicLaw(2, position=[[0, 1]]), T, T)
+
+
+def held(plant):
+    """A, B and B_w of a plant by scipy, its input a tick late."""
+    n, back = plant.n, np.linalg.inv(plant.M)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-back @ plant.S, -back @ plant.D]])
+    B = np.vstack([np.zeros((n, 2)), back @ np.hstack([plant.B, plant.F])])
+    A, B, *_ = cont2discrete((A, B, np.eye(2 * n), np.zeros((2 * n, 2))), T)
+    A = np.block([[A, B[:, :1]], [np.zeros((1, 2 * n + 1))]])
+    return A, np.eye(2 * n + 1)[:, -1:], np.vstack([B[:, 1:], [[0]]])
+
+
+def held_loop(design, plant):
+    """F, C_c and B_w of x_c(k + 1) = A_c x_c + B_c y, u = C_c x_c."""
+    A, B, W = held(plant)
+    A_c, B_c, C_c = (design.gains[x] for x in ("A_c", "B_c", "C_c"))
+    F = np.block([[A, B @ C_c], [B_c @ np.eye(len(A))[[1]], A_c]])
+    return F, C_c, np.vstack([W, np.zeros((len(A_c), 1))])
+
+
+def filtered_loop(plant, K_P, K_D):
+    """u = K_P y + K_D (y - lag) (1 - e) / T, lag(k+1) = e lag + (1 - e) y."""
+    (A, B, _), keep = held(plant), np.exp(-1)
+    y = np.eye(len(A))[[1]]
+    K_D = K_D * (1 - keep) / T
+    own = (1 - keep) * y
+    return np.block([[A + B @ ((K_P + K_D) * y), -K_D * B], [own, np.array([[keep]])]])
+
+
+def radius(F):
+    return abs(np.linalg.eigvals(F)).max()
+
+
+def test_a_slow_clock_needs_a_gain_of_its_own_and_it_is_proven():
+    slow = sos.design_sampled(pair(), PID, T, T)
+    assert slow.status == "feasible" and slow.certify().verify()
+    continuous = sos.design_pid(pair(), law=PID, maximize="sigma")
+    assert continuous.status == "feasible"
+    assert continuous.controller(T=T, delay=T).radius > 1
+    true = radius(filtered_loop(pair(), *(slow.gains[x].item() for x in slow.gains)))
+    assert abs(slow.poles()).max() == pytest.approx(true, abs=1e-9)
+    rate = slow.certify().rate
+    assert true < rate < true**0.985 and rate <= np.exp(-slow.sigma * T)
+    again = sos.design_sampled(pair(), PID, T, T)
+    assert (again.K == slow.K).all() and again.sigma == slow.sigma
+    asked = sos.design_sampled(pair(), PID, T, T, sigma=0.95 * slow.sigma)
+    assert asked.status == "feasible" and "e^(-0.07" in asked.words
+
+
+def test_every_plant_between_keeps_the_decay_of_a_controller_of_order_two():
+    design = several()
+    assert design.sigma > 0.15 and "every plant of the polytope" in str(design.proof)
+    for m in np.linspace(1, 1.5, 11):
+        assert radius(held_loop(design, pair(m))[0]) < design.proof.rate
+    continuous = sos.design_pid(PAIRS, law=design.request.law, maximize="sigma")
+    assert continuous.controller(T=T, delay=T).radius > 1
+    assert (
+        "decays at least as e^(-" in design.words and "region" in design._repr_html_()
+    )
+
+
+def test_the_fastest_loops_are_those_of_closed_forms():
+    lag, a = sos.DescriptorSystem([[1]], [[-1]], [[1]]), np.exp(-0.3)
+    P = sos.PIDLaw(position=[[1]])
+    late = sos.design_sampled(lag, P, 0.3, 0.3, backoff=1e-3)  # z z - a z = (1 - a) K
+    assert late.K.item() == pytest.approx(-(a**2) / 4 / (1 - a), rel=1e-2)
+    assert np.exp(-late.sigma * 0.3) == pytest.approx(a / 2, rel=1e-2)
+    cart = sos.SecondOrderSystem(1, 0, 0, 1)
+    full = sos.PIDLaw(position=[[1]], velocity=[[1]])
+    beat = sos.design_sampled(cart, full, 0.5)  # dead beat: -1 / T^2, -1.5 / T
+    assert beat.status == "feasible" and beat.certify().rate < 0.06
+    assert np.allclose(beat.K, [[-4, -3]], rtol=0.03)
+
+
+def test_an_integral_and_two_inputs_are_joined_as_they_run():
+    plant = sos.SecondOrderSystem(
+        np.diag([1, 2]), 0.1 * np.eye(2), [[2, -1], [-1, 1]], np.eye(2)
+    )
+    law = sos.PIDLaw(position=np.eye(2), integrate=True, filter=0.3)
+    design = sos.design_sampled(plant, law, 0.2, 0.13, sigma=0.05)
+    c = design.controller(units={"z1": "m"})
+    assert design.status == "feasible" and c.radius < design.proof.rate
+    run = c.simulate(200, r=[1, 0.5])
+    assert np.allclose(run.x[0, -1, :2], [1, 0.5], atol=1e-3)
+
+
+def test_what_runs_and_what_is_reported_come_from_it(tmp_path):
+    c = several().controller(units={"z2": "m", "u": "N"})
+    assert str(c.measured[0]) == "z2 (m)" and c.radius < several().proof.rate
+    runs = [
+        c.simulate(20, x0=[0.1, 0, 0, 0], program=p) for p in (None, CompiledCode(c, 2))
+    ]
+    assert (runs[0].u == runs[1].u).all() and abs(runs[0].u).max() > 0.01
+    code = c.to_c("axis")
+    assert code_fault(c.certify().data, code.texts["axis_gains.h"]) == ""
+    page = several().report(tmp_path, controller=c).read_text("utf-8")
+    assert "every motion decays at least as" in page and "continuous" not in page
+
+
+def test_what_isnt_found_is_undecided_with_what_was_reached():
+    much = sos.design_sampled(pair(), PID, T, T, sigma=0.5)
+    assert much.status == "undecided" and much.K is None and not much.certify().proven
+    assert "nearest gain reaches a decay of 0.08" in much.reason
+    assert repr(much).startswith("<SampledDesign: undecided")
+    with pytest.raises(ValueError, match="the design is undecided"):
+        much.controller()
+    assert "(asked: 0.5), found by 8 starts" in much.reason and "Sample" in much.advice
+    blind = sos.SecondOrderSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [[1], [0]])
+    none = sos.design_sampled(blind, sos.PIDLaw([[1, 0]], filter=T), T, starts=2)
+    assert none.status == "undecided" and "No stable loop was found" in none.reason
+    short = sos.design_sampled(PAIRS, PID, T, T, time_limit=1e-3)
+    assert short.status == "undecided" and "The time was over" in short.reason
+    for words in (much.reason, none.reason, short.reason, much.advice):
+        assert not any(
+            x in words for x in ("infeasible", "impossible", "no controller")
+        )
+
+
+def test_bad_input_is_named():
+    unstable = sos.SecondOrderSystem(1, 0, -4, 1)
+    P = sos.PIDLaw(position=[[1]])
+    with pytest.raises(ValueError, match="no controller can do it at T = 2 s"):
+        sos.design_sampled(unstable, P, 2.0)
+    with pytest.raises(ValueError, match="longer than the law's filter of 0.1 s"):
+        sos.design_sampled(pair(), sos.PIDLaw([[0, 1]], filter=0.1), T)
+    with pytest.raises(ValueError, match="law must be a PIDLaw or DynamicLaw"):
+        sos.design_sampled(pair(), sos.FullState(), T)
+    with pytest.raises(ValueError, match="sigma must be positive"):
+        sos.design_sampled(pair(), PID, T, sigma=0)
