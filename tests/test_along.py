@@ -52,6 +52,12 @@ def test_it_is_the_family_that_a_builder_makes():
     assert plants == sos.Uncertain(builder, k=(0, 2))
 
 
+def test_a_plant_keeps_its_coordinates():
+    named = sos.SecondOrderSystem(1, 0, 0, 1, coordinates=("phi",))
+    plants = sos.Uncertain.of(named, k=(0, 1, [([1], [0, 0, 1, 0])]))
+    assert plants.polytope().coordinates == ("phi",) == plants.nominal.coordinates
+
+
 def test_a_plant_of_first_order_keeps_its_outputs():
     base = sos.DescriptorSystem(
         np.eye(2), [[0, 1], [-2, -1]], [[0], [1]], None, [[1, 0]]

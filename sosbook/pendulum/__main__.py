@@ -23,8 +23,8 @@ OPTION_HELP = {
     "R": "weight of the voltage; without it the smallest is searched "
     "that keeps the peak",
     "spread": "of e/c and e/a, relative",
-    "confidence": "of the fit's ellipsoid, 0.99 for example: then all five ratios "
-    "are uncertain by it, instead of two by the spread",
+    "confidence": "0.99 for example: all five ratios are uncertain, in a box that "
+    "holds the robot so probably, instead of two by the spread",
     "decay": "to be proven behind the hold, 1/s, at most",
     "peak": "of the sensitivity, at most (2)",
     "patience": "for a proof that lets delays and ticks vary, s; without it none",

@@ -81,10 +81,10 @@ class Comparison:
     def _within_fit(self, body, wheels):
         """The same for a `FitSpread` and the intervals of e/c and e/a."""
         moved = [[0, e - 1, 0, e / w - 1] for e in body for w in wheels]
-        weights = self.model.spread.weights(moved)
-        if (weights < 0).all(axis=0).any():
+        places = self.model.spread.places(moved)
+        if ((places > 1).all(axis=0) | (places < -1).all(axis=0)).any():
             return False  # all of them lie beyond one face
-        return True if (weights >= 0).all() else None
+        return True if (abs(places) <= 1).all() else None
 
     @property
     def verdict(self):

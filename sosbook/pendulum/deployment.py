@@ -92,9 +92,9 @@ def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
         header says so.
     confidence : float, optional
         With it all five ratios are uncertain: the spread is the `FitSpread` of the
-        logs, around the ellipsoid of this probability. Not beside ``spread``. Without
-        both the spread of e/c and e/a is that of (4.25), or the logs' own 95 %
-        interval where that is wider.
+        logs, a box that holds the robot with this probability. Not beside ``spread``.
+        Without both the spread of e/c and e/a is that of (4.25), or the logs' own
+        95 % interval where that is wider.
     **asked
         As for `recommend`; a described robot's R is searched.
 
@@ -167,7 +167,7 @@ def covered(ratios, sd, spread):
     is a number or a `FitSpread`.
     """
     if isinstance(spread, FitSpread):
-        return "the proofs' robots are those of the ellipsoid below, of all five"
+        return "the proofs' robots are those of the box below, of all five"
     words = []
     for (name, value), s in zip(ratios.items(), sd):
         half = 1.96 * s / value

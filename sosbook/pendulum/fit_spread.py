@@ -1,21 +1,23 @@
-"""The pendulums that two logs allow: a simplex around their confidence ellipsoid.
+"""The pendulums that two logs allow: a box that holds them with a confidence.
 
 Five ratios are measured: e/c, f/c, d/c, e/a and f/a. On one robot whose masses
 and lengths are known, d among them, they are functions of four numbers: c, e, f
-and 2 I_w. M, D, S and B are affine in these four, so a simplex of five pendulums
-is a polytope of plants that holds just the pendulums between them.
+and 2 I_w. M, D, S and B are affine in these four, so a box in any coordinates of
+theirs is a box of plants that holds just the pendulums in it.
 """
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import norm
 
 from ..plants.checks import finite, matrix
+from ..plants.uncertain import Uncertain
 
 __all__ = ["CONFIDENCE", "FitSpread"]
 
-CONFIDENCE = 0.99  # of the ellipsoid, without another being asked for
+CONFIDENCE = 0.99  # of the box, without another being asked for
 #: How log c, log e, log f and log 2 I_w follow from the logarithms of e/c, f/c,
 #: d/c, e/a and f/a, as `Mip.from_ratios` fits them.
 LOGARITHMS = np.array(
@@ -27,6 +29,14 @@ LOGARITHMS = np.array(
     ]
 )
 SYMBOLS = "c", "e", "f", "I_w"
+#: The logarithms of the ratios by those of `SYMBOLS`, and whose log has them.
+RATIOS = {
+    "e/c": ([-1, 1, 0, 0], "body"),
+    "f/c": ([-1, 0, 1, 0], "body"),
+    "d/c": ([-1, 0, 0, 0], "body"),
+    "e/a": ([0, 1, 0, -1], "wheels"),
+    "f/a": ([0, 0, 1, -1], "wheels"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,20 +44,21 @@ class FitSpread:
     """A spread from the fit, for every place that takes a number for one.
 
     ``covariance``, (4, 4): of c, e, f and I_w relative to their values; ``confidence``:
-    the probability of the ellipsoid, between 0 and 1: with normal errors of this
-    covariance it holds the true c, e, f and I_w so often. Raises ValueError if the
-    covariance isn't positive definite, the confidence isn't between 0 and 1, or the
-    simplex reaches a pendulum that can't be.
+    the probability of the box, between 0 and 1: with normal errors of this covariance
+    it holds the true c, e, f and I_w, all four at once, so often. Raises ValueError if
+    the covariance isn't positive definite, the confidence isn't between 0 and 1, or the
+    box reaches a pendulum that can't be.
 
-    The ellipsoid is that of chi-square with four degrees of freedom, to first
-    order in the errors. Its covariance is the fit's, widened by the misfit as
-    `widened` does it. Masses, lengths and g are taken for exact. The simplex is
-    regular where the ellipsoid is a ball, and touches it with its five faces; its
-    corners are four radii away.
+    The box lies along the principal axes of the covariance, along which errors are
+    independent: to a half of `radius` standard deviations each holds the truth with
+    the fourth root of the confidence. Its corners are two such halves away; those of
+    a simplex around the ellipsoid of the same confidence would be 2.4 times as far.
+    The covariance is the fit's to first order, widened by the misfit as `widened` does
+    it. Masses, lengths and g are taken for exact.
 
     >>> spread = FitSpread(0.01**2 * np.eye(4))
     >>> round(spread.radius, 2), len(spread.corners)
-    (3.64, 5)
+    (3.02, 16)
     """
 
     covariance: np.ndarray
@@ -65,9 +76,8 @@ class FitSpread:
             raise ValueError("covariance must be positive definite")
         if (self.corners <= -1).any():
             raise ValueError(
-                "the fit is too uncertain: the simplex around its ellipsoid "
-                f"reaches {', '.join(self.reached)}. Record longer logs, or "
-                "give a smaller confidence"
+                "the fit is too uncertain: its box reaches "
+                f"{', '.join(self.reached)}. {self.cure}"
             )
 
     @classmethod
@@ -85,23 +95,19 @@ class FitSpread:
 
     @property
     def radius(self):
-        """Of the ellipsoid, in standard deviations."""
-        return float(np.sqrt(chi2.ppf(self.confidence, len(SYMBOLS))))
+        """From the middle to a face, in standard deviations along an axis."""
+        return float(norm.ppf((1 + self.confidence ** (1 / len(SYMBOLS))) / 2))
 
     @property
     def axes(self):
-        """(4, 4): where the unit ball's axes go; their hull is the ellipsoid."""
+        """(4, 4): what leads from the middle to a face, a column for each axis."""
         values, vectors = np.linalg.eigh(self.covariance)
         return self.radius * vectors * np.sqrt(values)
 
     @property
     def corners(self):
-        """(5, 4): the corners of the simplex, c, e, f and I_w relative to the fit's."""
-        n = len(SYMBOLS)
-        even = np.eye(n + 1) - 1 / (n + 1)  # a regular simplex, in n + 1 dimensions
-        plane = np.linalg.qr(even[:, :n])[0]
-        flat = even @ plane
-        return flat * (n / np.linalg.norm(flat[0])) @ self.axes.T
+        """(16, 4): the corners of the box, c, e, f and I_w relative to the fit's."""
+        return np.array(list(product((-1, 1), repeat=len(SYMBOLS)))) @ self.axes.T
 
     @property
     def reached(self):
@@ -109,9 +115,31 @@ class FitSpread:
         most = abs(self.corners).max(axis=0)
         return [f"{name} by {100 * x:.2g} %" for name, x in zip(SYMBOLS, most)]
 
+    @property
+    def cure(self):
+        """Which ratio the logs know least, and what to do about it."""
+        rows = {name: np.array(row) for name, (row, _) in RATIOS.items()}
+        variance = {name: row @ self.covariance @ row for name, row in rows.items()}
+        name = max(variance, key=variance.get)
+        return (
+            f"Of the five ratios the logs know {name} least, to "
+            f"{196 * variance[name] ** 0.5:.2g} % either way (95 %): record the log of "
+            f"the {RATIOS[name][1]} again, with a longer sweep and a larger V, or give "
+            "a smaller confidence"
+        )
+
     def vertices(self, mip):
-        """The five pendulums around a ``mip``, with its I_w."""
+        """The 16 pendulums around a ``mip``, with its I_w."""
         return tuple(self._moved(mip, *corner) for corner in self.corners)
+
+    def plants(self, mip):
+        """The plants of all pendulums of the box, as a `Polytope` of a family."""
+        middle, changes = mip.plant(), {}
+        for k, axis in enumerate(self.axes.T, 1):
+            moved = self._moved(mip, *axis).plant()
+            rows = np.hstack([getattr(moved, x) - getattr(middle, x) for x in "MDSBF"])
+            changes[f"axis_{k}"] = -1, 1, list(zip(np.eye(2), rows))
+        return Uncertain.of(middle, **changes).polytope()
 
     def _moved(self, mip, c, e, f, I_w):
         more = 2 * mip.I_w * I_w
@@ -125,12 +153,9 @@ class FitSpread:
             J=mip.J + more if mip.J else 0.0,
         )
 
-    def weights(self, moved):
-        """The weights (..., 5) of the corners in points ``moved`` (..., 4).
+    def places(self, moved):
+        """The places (..., 4) along the axes of points ``moved`` (..., 4).
 
-        A point lies in the simplex where none is negative.
+        A point lies in the box where all are from -1 to 1.
         """
-        system = np.vstack([self.corners.T, np.ones(len(SYMBOLS) + 1)])
-        moved = np.asarray(moved, float)
-        right = np.concatenate([moved, np.ones((*moved.shape[:-1], 1))], axis=-1)
-        return np.linalg.solve(system, right[..., None])[..., 0]
+        return np.linalg.solve(self.axes, np.asarray(moved, float)[..., None])[..., 0]

@@ -11,6 +11,7 @@ from ..runtime.writing import write_texts
 from .drive import Drive
 from .facts import facts
 from .firmware import Firmware
+from .fit_spread import FitSpread
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
 from .recovery import largest_tilt
@@ -35,6 +36,7 @@ __all__ = ["Deployment"]
 
 BENCH_VOLTS = 2.0  # V, at most, while the wheels hang free: enough to see them turn
 MOST_CELLS = 600  # of the uncertain parameters, for one proof of the sampled loop
+FIT_CELLS = 64  # of those of a fit, each of which has 16 corners
 LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
 LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
 REST_SECONDS = 60.0  # of a simulation at rest, before anything is written
@@ -67,8 +69,9 @@ class Deployment:
         of some shares of it that can.
     peak : float
         The largest peak of the sensitivity; above it nothing is written.
-    cells : int
-        As for `certify_sampled`, at most.
+    cells : int, optional
+        As for `certify_sampled`, at most; 600 without it, or 64 of a `FitSpread`, each
+        of which takes longer.
     patience : float
         Seconds, at most, for a proof that lets delays and ticks vary; without any
         it isn't tried.
@@ -91,7 +94,7 @@ class Deployment:
     Q: object = None
     decay: float = LARGEST_DECAY
     peak: float = LARGEST_PEAK
-    cells: int = MOST_CELLS
+    cells: int | None = None
     patience: float = 0.0
     identified: object = None
     data: dict = field(default_factory=dict)
@@ -101,6 +104,9 @@ class Deployment:
         object.__setattr__(self, "Q", np.diag(Q) if Q.ndim == 1 else Q)
         robot = timed(self.robot or Robot.shipped("thesis"), self.mip)
         object.__setattr__(self, "robot", robot)
+        if self.cells is None:
+            many = FIT_CELLS if isinstance(self.spread, FitSpread) else MOST_CELLS
+            object.__setattr__(self, "cells", many)
         if self.R is not None:
             positive("R", self.R)
         if positive("peak", self.peak) <= 1:

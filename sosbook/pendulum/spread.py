@@ -27,7 +27,7 @@ def vertices(mip, spread=0.04):
     -------
     tuple of Mip
         In the order of (4.25): (e/c, e/a) times (1 - s, 1 - s),
-        (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s). Of a `FitSpread` its five.
+        (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s). Of a `FitSpread` its 16.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def polytope(mip, spread=0.04):
     Returns
     -------
     Polytope
-        A polytope with four vertices, or five of a `FitSpread`.
+        A polytope with four vertices, or the box of a `FitSpread`.
 
     Notes
     -----
@@ -87,7 +87,10 @@ def polytope(mip, spread=0.04):
     >>> polytope(Mip.printed()).N
     4
     """
-    return Polytope([v.plant() for v in vertices(mip, spread)])
+    several = vertices(mip, spread)
+    if isinstance(spread, FitSpread):
+        return spread.plants(mip)
+    return Polytope([v.plant() for v in several])
 
 
 def triangles(mip, spread=0.04):
@@ -104,8 +107,8 @@ def triangles(mip, spread=0.04):
     Returns
     -------
     tuple of Polytope
-        The triangles of the vertices 1, 4, 2 and 1, 4, 3. Of a `FitSpread`, whose
-        polytope is a simplex, this polytope alone.
+        The triangles of the vertices 1, 4, 2 and 1, 4, 3. Of a `FitSpread` the box
+        alone.
 
     Examples
     --------
@@ -124,10 +127,11 @@ def spread_words(spread):
     if not isinstance(spread, FitSpread):
         return f"e/c and e/a off by {100 * spread:g} %, either way"
     return (
-        "c, e, f and I_w in a simplex of five pendulums around the fit's "
-        f"{100 * spread.confidence:g} % confidence ellipsoid (normal errors to first "
-        "order, their covariance widened by the misfit; masses, lengths and g taken "
-        f"for exact); it reaches {', '.join(spread.reached)}"
+        "c, e, f and I_w in a box that holds them, all at once, with "
+        f"{100 * spread.confidence:g} % (normal errors to first order, their "
+        "covariance widened by the misfit; masses, lengths and g exact): along the "
+        f"covariance's axes {spread.radius:.3g} standard deviations either way; it "
+        f"reaches {', '.join(spread.reached)}"
     )
 
 

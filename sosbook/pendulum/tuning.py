@@ -13,6 +13,7 @@ from ..plants.descriptor import descriptors
 from ..plants.gain import Gain
 from ..sampled import certify_sampled
 from ..synthesis.lqr import design_lqr
+from .fit_spread import FitSpread
 from .law import PID_SIGNALS, SampledLaw
 from .margins import SampledLoop
 from .optimal import optimal_law
@@ -61,15 +62,17 @@ def prove_sampled(parts, controller, robot, cells):
     """Proofs of sampled loops: by no, half and all delay one for each of ``parts``.
 
     They are of a ``controller``, a `SampledSystem`, with the robot's T and delay,
-    and take so many ``cells``.
+    and take so many ``cells``. The first delay without a proof is the last.
     """
-    return {
-        late: tuple(
+    proofs = {}
+    for late in (share * robot.delay for share in DELAY_SHARES):
+        proofs[late] = tuple(
             certify_sampled(part, controller, robot.T, late, cells=cells)
             for part in parts
         )
-        for late in (share * robot.delay for share in DELAY_SHARES)
-    }
+        if not all(proof.proven for proof in proofs[late]):
+            break
+    return proofs
 
 
 def prove_varying(parts, controller, robot, cells, seconds=None):
@@ -147,6 +150,11 @@ def design(mip, robot, spread, Q, R, peak):
         if _guessed(mip, robot, Q, weight) <= peak and good(k):
             break
     else:
+        if tried and isinstance(spread, FitSpread):
+            raise ValueError(
+                f"no R keeps the peak of the sensitivity at {peak:g} or below for all "
+                f"robots that the logs allow. {spread.cure}"
+            )
         raise ValueError(_too_slow(mip, robot, Q, peak))
     # the guess is of the plant in the middle, and a gain's of Riccati's equation
     while k > 0 and k - 1 not in tried and good(k - 1):

@@ -6,6 +6,7 @@ from ..exact.checker import in_one_file
 from .boards import wired_as_pyctrl
 from .export import Program
 from .firmware import SOFTNESS
+from .fit_spread import FitSpread
 from .modelled import Model
 
 __all__ = ["check", "texts"]
@@ -45,6 +46,8 @@ def _advice(deployment):
             "With blend = 0 nothing corrects the estimate of theta: take a blend above "
             "0"
         )
+    if isinstance(deployment.spread, FitSpread):
+        return deployment.spread.cure
     if any("undecided" in failure for failure in deployment.lacking):
         return (
             "Where a proof is undecided, take more cells, or logs that say more: "

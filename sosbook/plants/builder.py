@@ -292,7 +292,8 @@ def along(base, changes, rows):
         ranges[name] = low, top
         steps[name] = sum(exact(u.T) @ exact(w) for u, w in pairs)
     whole, cuts = exact(np.hstack(parts)), np.cumsum([x.shape[1] for x in parts])[:-1]
-    outputs = {} if hasattr(vertex, "M") else base.outputs
+    second = hasattr(vertex, "M")
+    beside = {"coordinates": base.coordinates} if second else base.outputs
 
     def builder(**values):
         total = whole.view(np.ndarray)
@@ -302,6 +303,6 @@ def along(base, changes, rows):
         if all(isinstance(p, float) for p in values.values()):
             total = total.astype(float)
         matrices = dict(zip(names, np.split(total, cuts, axis=1)))
-        return type(base)(**matrices, **outputs)
+        return type(base)(**matrices, **beside)
 
     return builder, ranges
