@@ -160,28 +160,14 @@ def campaign(words):
     return pytest("--campaign", "-m", "campaign", "tests", *words)
 
 
-def rehearse(words):
-    """Run the notebooks in other numerical worlds; see tests/rehearsal."""
-    prepare()
-    return call(PYTHON, "-m", "tests.rehearsal", *words)
+def runs(*module):
+    """A task that runs a module, with more words for it."""
 
+    def task(words):
+        prepare()
+        return call(PYTHON, "-m", *module, *words)
 
-def hunt(words):
-    """Look for differences between package, checker and page; see tests/hunt."""
-    prepare()
-    return call(PYTHON, "-m", "tests.hunt", *words)
-
-
-def formal(words):
-    """Prove the poles of the book's proofs by Rocq; see formal."""
-    prepare()
-    return call(PYTHON, "-m", "formal", *words)
-
-
-def types(words):
-    """Check the types, of the package and of a user's program (tests/typed.py)."""
-    prepare()
-    return call(PYTHON, "-m", "mypy", "--cache-dir", BUILD / "mypy", *words)
+    return task
 
 
 def lab(words):
@@ -194,12 +180,6 @@ def lab(words):
     return call(PYTHON, "-m", "jupyter", "lab", *root, *first, *words)
 
 
-def run(words):
-    """Run the notebooks again (all, or those named)."""
-    prepare()
-    return call(PYTHON, "-m", "sosbook.book.notebooks", "run", *words)
-
-
 def bench(words):
     """Measure (everything, or what is named) and run the chapter about it."""
     prepare()
@@ -210,7 +190,7 @@ def bench(words):
     for program in programs:
         if status := call(PYTHON, "-m", program, *words):
             return status
-    return run(["book/18_performance.ipynb"])
+    return TASKS["run"](["book/18_performance.ipynb"])
 
 
 #: Makes every row and best known value, and keeps each proof in a folder.
@@ -360,10 +340,13 @@ def fail(message, status=1):
 
 TASKS = {
     task.__name__: task
-    for task in (
-        *(book, pdf, test, coverage, campaign, rehearse, hunt, formal, types),
-        *(lab, run, bench, archive, clean),
-    )
+    for task in (book, pdf, test, coverage, campaign, lab, bench, archive, clean)
+} | {
+    "rehearse": runs("tests.rehearsal"),
+    "hunt": runs("tests.hunt"),
+    "formal": runs("formal"),
+    "types": runs("mypy", "--cache-dir", BUILD / "mypy"),
+    "run": runs("sosbook.book.notebooks", "run"),
 }
 
 if __name__ == "__main__":

@@ -9,13 +9,10 @@ What is written stands in three tables: ``rows.toml``, ``corrections.toml`` and
 from functools import cache
 
 from . import (
-    appendix,
     delay,
     desk,
-    example_1,
-    example_2,
-    example_3,
     example_4,
+    examples,
     integrators,
     mip,
     observer,
@@ -43,9 +40,7 @@ __all__ = [
 _SUBJECTS = (
     singular_mass,
     vertices,
-    example_1,
-    example_2,
-    example_3,
+    examples,
     example_4,
     integrators,
     delay,
@@ -55,7 +50,6 @@ _SUBJECTS = (
     sampled,
     desk,
     remarks,
-    appendix,
 )
 
 

@@ -1,4 +1,4 @@
-"""What sections 2.2 and 2.4 remark and don't show."""
+"""What sections 2.2 and 2.4 and appendix A remark and don't show."""
 
 import numpy as np
 
@@ -20,6 +20,7 @@ def rows():
     yield evaluate("afterwards", radius > 0 < delay, radius=radius, ms=1000 * delay)
     yield _inclusion(thesis.delay_example_2().plant)
     yield _estimated(examples[0])
+    yield _structured()
 
 
 def _inclusion(plant):
@@ -55,3 +56,15 @@ def _estimated(ex):
     kept = [rate(T) >= ex.region.sigma for T in lags]
     ms = 1000 * lags[: [*kept, False].index(False)].max(initial=0)
     return evaluate("estimated", kept[0], rate=ex.region.sigma, ms=ms)
+
+
+def _structured():
+    """What the structure of (A.17) saves."""
+
+    def free(n):
+        return n * (n + 1) // 2  # of a symmetric matrix
+
+    sizes = (2, 6, 100, 1000)
+    ratios = [free(2 * n) / free(n) for n in sizes]
+    words = ", ".join(f"{ratio:.2f} for n = {n}" for n, ratio in zip(sizes, ratios))
+    return evaluate("diag-variables", abs(ratios[-1] - 4) < 0.01, ours=words)
