@@ -158,35 +158,16 @@ def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
     """With the conftest.py of the checkout and no more words than --nbval."""
     shutil.copy(ROOT / "conftest.py", tmp_path)
     path = tmp_path / "red_on_purpose.ipynb"
-    path.write_text(
-        notebooks.text(
-            v4.new_notebook(
-                cells=[
-                    v4.new_code_cell(
-                        "print('phase', -0.0, 0.75)",
-                        execution_count=count,
-                        outputs=[v4.new_output("stream", text=text)],
-                    )
-                    for count, text in enumerate(
-                        ("phase 0.0 0.76\n", "phase 0.0 0.77\n"), 1
-                    )
-                ]
-            )
-        ),
-        "utf-8",
-    )
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "--nbval",
-        "-q",
-        str(path),
-        "-p",
-        "no:cacheprovider",
-        "--rootdir",
-        str(tmp_path),
+    code, texts = "print('phase', -0.0, 0.75)", ("phase 0.0 0.76", "phase 0.0 0.77")
+    made = [
+        v4.new_code_cell(
+            code, execution_count=k, outputs=[v4.new_output("stream", text=f"{text}\n")]
+        )
+        for k, text in enumerate(texts, 1)
     ]
+    path.write_text(notebooks.text(v4.new_notebook(cells=made)), "utf-8")
+    words = "--nbval", "-q", "-pno:cacheprovider", f"--rootdir={tmp_path}"
+    command = sys.executable, "-m", "pytest", *words, path
     done = process(*command, cwd=ROOT)
     for page in cells.FOLDER.glob("red_on_purpose-*.html"):
         page.unlink()
