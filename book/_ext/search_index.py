@@ -19,39 +19,31 @@ APART = (
     nodes.section,
     nodes.title,
 )
-#: What engineers say, and the word that the book has for it.
-SYNONYMS = (
-    ("actuator limit", "saturation"),
-    ("anti windup", "windup"),
-    ("antiwindup", "windup"),
-    ("backlash", "describing function"),
-    ("bode", "singular values frequency"),
-    ("dead time", "delay"),
-    ("decentralized", "decentralised"),
-    ("derivative filter", "filter law"),
-    ("encoder noise", "encoder counts"),
-    ("gain margin", "margins"),
-    ("kalman", "observer"),
-    ("multi objective", "outputs bounds"),
-    ("multiobjective", "outputs bounds"),
-    ("only position measured", "sensors law"),
-    ("output feedback", "sensors law"),
-    ("parameter range", "ranges"),
-    ("performance output", "outputs"),
-    ("phase margin", "margins"),
-    ("plc", "controller program"),
-    ("pole placement", "region poles"),
-    ("reference", "set point"),
-    ("sample time", "sampled"),
-    ("set point weighting", "set point free"),
-    ("settling time", "decay rate"),
-    ("setpoint", "set point"),
-    ("uncontrollable", "fixed mode"),
-    ("uncertainty", "polytope"),
-    ("unobservable", "fixed mode"),
-    ("weighting function", "filtered"),
-    ("which sensors", "sensors law"),
-)
+#: A word of the book, and what engineers say for it.
+SYNONYMS = {
+    "controller program": ("plc",),
+    "decay rate": ("rise time", "settling time"),
+    "delay": ("dead time",),
+    "filter law": ("derivative filter",),
+    "frequency filter": ("mixed sensitivity", "weighting function"),
+    "fixed mode": ("uncontrollable", "unobservable"),
+    "friction": ("dead band", "dead zone", "deadband"),
+    "identification": ("system identification",),
+    "two inputs": ("mimo",),
+    "observer": ("kalman", "lqg"),
+    "outputs bounds": ("multi objective", "multiobjective", "performance output"),
+    "polytope": ("robust stability", "uncertainty"),
+    "region poles": ("pole placement", "root locus"),
+    "resonance": ("notch",),
+    "sampled": ("sample time",),
+    "sensitivity": ("sensitivity function",),
+    "sensors law": ("output feedback",),
+    "set point": ("reference", "setpoint"),
+    "entry free": ("set point weighting",),
+    "norm frequency": ("bode",),
+    "structured singular value": ("mu analysis", "mu synthesis"),
+    "windup": ("anti windup", "antiwindup"),
+}
 GREEK = dict(
     zip(
         (
@@ -184,7 +176,8 @@ def finish(app, exception):
         uri = app.builder.get_target_uri(docname)
         pages.append([uri, numbers(env, docname) + title])
         rows += [[len(pages) - 1, *row] for row in env.sos_search[docname]]
-    found = {"pages": pages, "rows": rows, "synonyms": SYNONYMS}
+    synonyms = [(word, meant) for meant, said in SYNONYMS.items() for word in said]
+    found = {"pages": pages, "rows": rows, "synonyms": synonyms}
     data = json.dumps(found, ensure_ascii=False)
     text = "window.SOS_SEARCH = " + data.replace("</", "<\\/") + ";\n"
     out = Path(app.outdir)

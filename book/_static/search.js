@@ -3,8 +3,10 @@
 (() => {
   const {pages, rows, synonyms} = window["SOS_SEARCH"];
   const MOST = 40, PER_PAGE = 3, WIDE = 220;
-  const fold = (text) => text.normalize("NFKD").replace(/[\u0300-\u036f]/g, "").toLowerCase();
+  const fold = (text) => text.normalize("NFKD").replace(/[\u0300-\u036f]/g, "").toLowerCase().replace(
+    /(?<=\p{L}{3})iz(?=e|ing|ation)/gu, "is");
   const kinds = ["", "statement", "in the package", "glossary", "of the thesis"];
+  const address = (page) => pages[page][0].replace(/[_\/.]/g, " ");
   const entries = rows.map(([page, id, title, kind, text, code]) => ({
     page,
     id,
@@ -13,26 +15,33 @@
     text,
     code,
     folded: [
-      fold(kind === 2 ? title.split(".").pop() : title),
-      fold(`${pages[page][1]} ${pages[page][0].replace(/[_\/.]/g, " ")}`), fold(text), fold(code)
+      fold(kind === 2 ? title.split(".").pop() : id ? title : `${title} ${address(page)}`),
+      fold(`${pages[page][1]} ${address(page)}`), fold(text), fold(code)
     ],
   }));
   // A long section has more of every word: what counts is how dense a word is.
   const mean = entries.reduce((sum, {text}) => sum + text.length, 0) / entries.length;
   for (const entry of entries) entry.long = 0.4 + (0.6 * entry.text.length) / mean;
   // Pages that record, and the manual, come behind those that teach.
-  const BEHIND = /api\/|glossary|where_this|reproduction|errata|performance|references|bibliography/;
+  const BEHIND =
+    /intro|notation|appendix|api\/|glossary|where_this|reproduction|errata|performance|references|bibliography/;
   const fair = pages.map(([address]) => BEHIND.test(address) ? 0.5 : 1);
 
   const wanted = (query) => [...new Set(
     fold(query).replace(/\b(?:sosbook|sos)\.(?=\w)/g, "").match(/[\p{L}\p{N}_]+/gu) || [])];
   // A term matches the start of a word; a plural or an ending doesn't hide one.
-  const stem = (term) => term.length > 5 ? term.replace(/(?:ies|es|s|ing|ed)$/, "") : term;
+  const stem = (term) => term.length > 5 ? term.replace(/(?:ies|es|s|ing|ed|e|(?<=.{5})ation)$/, "") : term;
   const pattern = (term) => {
     const plain = stem(term).replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
-    return new RegExp(`(?<![\\p{L}\\p{N}])${plain}`, "gu");
+    const start = `(?<![\\p{L}\\p{N}])${plain}`, ends = "(?:y|ies|e?s|ing|e?d|e|(?:at)?ion)?";
+    return Object.assign(
+      new RegExp(start, "gu"), {whole: new RegExp(`${start}${ends}(?![\\p{L}\\p{N}])`, "gu")});
   };
-  const count = (text, test) => (text.match(test) || []).length;
+  // A driver is a tenth of a drive.
+  const count = (text, test) => {
+    const all = (text.match(test) || []).length;
+    return all && 0.1 * all + 0.9 * (text.match(test.whole) || []).length;
+  };
   // A title says what a section is about; code is found last.
   const WEIGHTS = [5, 1.5, 1, 0.1], CODE = 3;
 
@@ -94,9 +103,8 @@
       hits[i].forEach(([title, , said], k) => { whole[page][k] += 3 * title + said; });
     });
     const usual = size.reduce((sum, n) => sum + n, 0) / size.length;
-    const name = asked.trim().replace(/^(sosbook|sos)\./, "").replace(/\(\)$/, "");
     return entries.map((entry, i) => {
-      const [title, page, text] = entry.folded;
+      const [title, , text] = entry.folded;
       let sum = 0, said = 0, coded = 0;
       hits[i].forEach((counts, k) => {
         const prose = counts.some((n, field) => n && field !== CODE);
@@ -111,32 +119,28 @@
       const found = (said + 0.3 * coded) / tests.length;
       if (found < 1) sum *= 0.1 * found * found;
       if (tests.length > 1 && phrase.test(title)) sum *= 4;
-      else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page)))) sum *= 2;
-      if (!entry.id && fair[entry.page] === 1 && page.includes(name)) sum *= 3;
+      else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page)))) sum *= tests.length;
+      if (!entry.id && fair[entry.page] === 1 && hits[i].every(([, n]) => n >= 1)) sum *= 3;
       sum *= fair[entry.page];
       if (entry.kind === 2) {
-        const named = fold(entry.title).endsWith("." + name);
-        sum *= named && name.includes("_") ? 20 : named && entry.title.split(".").length === 2 ? 2 : 0.3;
+        const named = fold(entry.title).endsWith("." + asked.replace(/ /g, "."));
+        sum *= named && asked.includes("_") ? 20 : named && entry.title.split(".").length === 2 ? 2 : 0.3;
       } else if (entry.kind === 4) sum *= 0.3;
-      else if (title === name) sum *= entry.kind === 3 ? 4 : 2;
+      else if (title.replace(/-/g, " ") === asked) sum *= entry.kind === 3 ? 4 : 2 * fair[entry.page];
       return sum;
     });
   };
 
   const rank = (query) => {
-    const terms = wanted(query);
-    if (!terms.length) return [];
-    const mend = terms.map(mended), typed = fold(query).trim();
-    const asked = mend.some((term, k) => term !== terms[k]) ? mend.join(" ") : typed;
-    const ways = [
-      asked, ...synonyms.flatMap(([said, meant]) => {
-        const place = ` ${asked.replace(/-/g, " ")} `;
-        return place.includes(` ${said} `) ? [place.replace(said, meant).trim()] : [];
-      })
-    ];
+    const terms = wanted(query), typed = terms.join(" ");
+    if (!typed) return [];
+    const meanings = (text) => synonyms.filter(([said]) => ` ${text} `.includes(` ${said} `))
+                                 .map(([said, meant]) => text.replace(said, meant));
+    const asked = meanings(typed).length ? typed : terms.map(mended).join(" ");
+    const ways = [asked, ...meanings(asked)];
     const scores = ways.map((way, k) => scored(way).map((score) => (k ? 1.2 : 1) * score));
     const tests = ways.flatMap(wanted).map(pattern);
-    const first = new Set(ofThesis(typed));
+    const first = new Set(ofThesis(fold(query).trim()));
     const ranked = entries.map((entry, k) => ({entry, score: Math.max(...scores.map((one) => one[k]))}))
                      .filter((one) => one.score > 0 && !first.has(one.entry))
                      .sort((a, b) => b.score - a.score)
