@@ -7,7 +7,7 @@ import pytest
 import sosbook as sos
 from benchmarks.catalogue import case
 from benchmarks.robustness import SYSTEMS, in_units
-from sosbook.lmi import Unknown, block, eye, he
+from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import Unbounded, centre, minimize, phase_one
@@ -16,12 +16,6 @@ from sosbook.solver.settings import DEFAULTS
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from tests.random_plants import random_case
-
-
-def lyapunov(A, Q):
-    """-(A P + P A') - Q > 0."""
-    P = Unknown("P", len(A), symmetric=True)
-    return Blocks([P, -he(A @ P) - Q], [P])
 
 
 def test_centre_of_a_disk():
@@ -145,51 +139,6 @@ def test_example_1_is_the_centre_that_cvxpy_finds():
     cvxpy.Problem(cvxpy.Maximize(volume)).solve(solver="CLARABEL", **sharp)
     K = 100 * np.linalg.solve(P.value, Y.value.T).T @ np.linalg.inv(T)
     assert np.abs(K - d.K).max() < 2e-4
-
-
-def test_gradient_of_the_barrier_vanishes_at_the_centre():
-    """By finite differences of log det, not by our derivatives."""
-    ex = sos.thesis.example_1()
-    d = sos.design_pid(ex.plant, **ex.requirements)
-    rng = np.random.default_rng(2)
-
-    def barrier(P, Y):
-        found = d.request.blocks(P, Y).values()
-        return sum(np.linalg.slogdet(g)[1] for g in found)
-
-    L = np.linalg.cholesky(d.P)
-    for _ in range(10):
-        dP = 1e-4 * L @ he(rng.standard_normal((6, 6))) @ L.T
-        dY = d.K @ dP + rng.standard_normal((2, 6)) @ L.T * 1e-4
-        up = barrier(d.P + dP, d.Y + dY)
-        down = barrier(d.P - dP, d.Y - dY)
-        bend = up + down - 2 * barrier(d.P, d.Y)
-        assert bend < 0
-        assert abs(up - down) < 0.02 * abs(bend)
-
-
-@pytest.mark.parametrize("decay, word", [(-0.1, "feasible"), (0.1, "infeasible")])
-def test_phase_one_on_lyapunovs_inequality(decay, word):
-    A = decay * np.eye(2) + np.array([[0, 3.0], [-3, 0]])
-    found = phase_one(lyapunov(A, np.zeros((2, 2))))
-    assert found.verdict == word
-    if word == "infeasible":
-        blocks = lyapunov(A, np.zeros((2, 2)))
-        assert np.abs(blocks.adjoint(found.Z)).max() < 1e-6
-        assert all(np.linalg.eigvalsh(z)[0] > 0 for z in found.Z)
-
-
-def test_smallest_trace_is_lyapunovs_solution():
-    """min tr P with A P + P A' + Q <= 0 solves the equation."""
-    A, Q = np.array([[-1.0, 2], [0, -3]]), np.diag([1.0, 2])
-    blocks = lyapunov(A, Q)
-    P = Unknown("P", 2, symmetric=True)
-    cost = P.pack(np.eye(2))
-    x, bound = minimize(blocks, cost, phase_one(blocks).x)
-    # by hand: P22 = 1/3, P12 = 1/6, P11 = 1/2 + 2 P12
-    wanted = np.array([[5 / 6, 1 / 6], [1 / 6, 1 / 3]])
-    assert np.allclose(P.unpack(x), wanted, rtol=1e-5)
-    assert bound <= np.trace(wanted) <= cost @ x
 
 
 def test_a_minimum_takes_few_steps_from_a_point_near_the_edge(monkeypatch):
