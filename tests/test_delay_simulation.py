@@ -421,20 +421,20 @@ def test_jumps_are_where_the_delay_jumps(delay):
 @pytest.mark.parametrize(
     "kind, numbers, words",
     [
-        (ConstantDelay, (-0.1,), "value must be >= 0"),
+        (ConstantDelay, (-0.1,), "value must be 0 or more"),
         (ConstantDelay, (np.nan,), "value must be a finite number"),
         (ConstantDelay, ("1",), "value must be a finite number"),
-        (SineDelay, (-0.1, 1, 1), "low must be >= 0"),
+        (SineDelay, (-0.1, 1, 1), "low must be 0 or more"),
         (SineDelay, (2, 1, 1), "low must not exceed high"),
         (SineDelay, (0, np.inf, 1), "high must be a finite number"),
-        (SineDelay, (0, 1, 0), "omega must be > 0"),
+        (SineDelay, (0, 1, 0), "omega must be positive"),
         (SineDelay, (0, 1, 1, np.nan), "phase"),
         (SawtoothDelay, (1, 1), "high must exceed low"),
-        (SwitchingDelay, (0, 1, 0), "dwell must be > 0"),
+        (SwitchingDelay, (0, 1, 0), "dwell must be positive"),
         (SwitchingDelay, (1, 0, 1), "low must not exceed high"),
-        (RandomDelay, (0, 1, -1, 0), "dwell must be > 0"),
-        (RandomDelay, (0, 1, 1, -1), "seed must be a whole number"),
-        (RandomDelay, (0, 1, 1, 0.5), "seed must be a whole number"),
+        (RandomDelay, (0, 1, -1, 0), "dwell must be positive"),
+        (RandomDelay, (0, 1, 1, -1), "seed must be 0, 1"),
+        (RandomDelay, (0, 1, 1, 0.5), "seed must be 0, 1"),
     ],
 )
 def test_delays_are_checked(kind, numbers, words):

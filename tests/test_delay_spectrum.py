@@ -395,7 +395,7 @@ def test_slowest_decay_at_one_delay():
         (lambda: spectral_abscissa([[1]], np.eye(2), 1), "A_d has 2 rows"),
         (lambda: spectral_abscissa([[np.nan]], [[1]], 1), "A has NaN"),
         (lambda: spectral_abscissa(np.zeros((0, 0)), [[1]], 1), "A is empty"),
-        (lambda: spectral_abscissa([[1]], [[1]], -1), "delay must not be neg"),
+        (lambda: spectral_abscissa([[1]], [[1]], -1), "delay must be 0 or more"),
         (lambda: spectral_abscissa([[1]], [[1]], np.inf), "delay must be a fin"),
         (
             lambda: spectral_abscissa([[0, 1e5], [-1e5, 0]], np.eye(2), 1),
@@ -403,9 +403,9 @@ def test_slowest_decay_at_one_delay():
         ),
         (lambda: characteristic_roots([[1]], [[1]], 1, 0), "count must be a"),
         (lambda: characteristic_roots([[1]], [[1]], 1, 1.5), "count must be a"),
-        (lambda: stable_delays([[1]], [[1]], -1), "longest must not be"),
+        (lambda: stable_delays([[1]], [[1]], -1), "longest must be 0 or more"),
         (lambda: slowest_decay([[1]], [[1]], 2, 1), "low must not exceed high"),
-        (lambda: slowest_decay([[1]], [[1]], -1, 1), "low must not be neg"),
+        (lambda: slowest_decay([[1]], [[1]], -1, 1), "low must be 0 or more"),
         (lambda: loop(RAM, [[1, 2]]), "K has 2 columns, needs 5"),
     ],
 )

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..exact.rational import round_digits
-from ..plants.checks import finite, matrix, positive
+from ..plants.checks import matrix, not_negative, positive
 from ..plants.gain import Gain
 from ..runtime.read_only import ReadOnly
 from ..sampled.discretize import SampleTiming
@@ -393,7 +393,4 @@ def quiet_set_point(U, K_P):
 
 def checked_delay(T, delay):
     """T and delay, or a ValueError."""
-    T = positive("T", T)
-    if finite("delay", delay) < 0:
-        raise ValueError(f"delay must be 0 or more, in s, got {delay!r}")
-    return T, float(delay)
+    return positive("T", T), not_negative("delay", delay, "s")

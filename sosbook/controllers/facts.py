@@ -8,8 +8,8 @@ from ..exact.rational import exact
 from ..plants.as_data import plant_data
 from ..runtime.digests import digest
 
-SECONDS = 6.0  # times the slowest time constant, that a step is simulated
-MOST_SIMULATED = 20_000  # ticks
+SPAN = 6.0  # times the slowest time constant, that a step is simulated
+MOST_TICKS = 20_000  # of that
 MIXED = re.compile(r"^\d| [+-] ")  # a name such as "2 z1" or "z1 - z2"
 LOSE_EVERY = 97  # a tick: about one sample in a hundred
 
@@ -22,7 +22,7 @@ def facts_of(c, time_limit):
     ...).
     """
     sampled = c.certify(time_limit=time_limit)
-    continuous = getattr(c.certificate, "kind", "") != sampled.kind
+    continuous = getattr(c.certificate, "kind", "") != getattr(sampled, "kind", "")
     words = "gain in continuous time" if continuous else "as designed"
     named = (("", words, c.certificate), ("_sampled", "", sampled))
     proven, proofs = [f"plant: sha256 {digest(plant_data(c.plant))[:16]}"], []
@@ -99,12 +99,19 @@ def bounded(c):
     return lines
 
 
-def simulated(c):
-    """What a step of each set point does at all corners, a sample in 97 lost."""
+def span(c, times=SPAN, most=MOST_TICKS):
+    """Seconds of so many ``times`` c's slowest time constant, after a ramp of one.
+
+    At ``most`` so many ticks.
+    """
     slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
     ramp = c.limits.ramp.min(initial=np.inf)
-    seconds = SECONDS * slowest + (0.0 if np.isinf(ramp) else 1 / ramp)
-    seconds = min(seconds, MOST_SIMULATED * c.T)
+    return min(times * slowest + 1 / ramp, most * c.T)
+
+
+def simulated(c):
+    """What a step of each set point does at all corners, a sample in 97 lost."""
+    seconds = span(c)
     lines = [
         "slew, faults, lost samples, limits beyond what is bounded above: no proof has "
         "them"

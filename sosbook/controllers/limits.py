@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..plants.checks import finite, positive
+from ..plants.checks import not_negative, positive
 
 #: Why the output is off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "clock", "stall", "command", "silent")
@@ -107,10 +107,7 @@ class Faults:
 
     def __post_init__(self):
         for name in ("lost", "late", "slack", "stall", "silence"):
-            if finite(name, getattr(self, name)) < 0:
-                raise ValueError(
-                    f"{name} must be 0 or more, in s, got {getattr(self, name)!r}"
-                )
+            not_negative(name, getattr(self, name), "s")
 
     def ticks(self, T):
         """The times as numbers of ticks of T seconds."""

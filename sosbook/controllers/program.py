@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..runtime.writing import write_texts
+from .facts import span
 from .gains import Gains
 from .numbers import program_numbers
 from .signals import identifiers
@@ -51,7 +52,7 @@ VECTORS = {
     "REACH": "a set point beyond it isn't taken",
     "TRUSTED": "an answer beyond it is broken",
 }
-BENCH_SECONDS = 20.0  # times the slowest time constant, at most MOST_BENCH_TICKS
+BENCH_SPAN = 20.0  # times the slowest time constant, at most MOST_BENCH_TICKS
 MOST_BENCH_TICKS = 200_000
 MOST_TICK_US = 2**31 - 1  # half of what 32 bits count: clocks wrap around
 ROUNDED = 0.01  # of T, that its whole microseconds may differ
@@ -217,12 +218,8 @@ def _plants(c, precision):
     held = [c.timing.held(d) for d in c.vertices]
     older = held[0][0].shape[0] - c.rows.shape[1]
     rows = np.hstack([c.rows, np.zeros((len(c.rows), older))])
-    slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
-    ramp = np.where(np.isfinite(c.limits.ramp), c.limits.ramp, np.inf)
-    r = np.ones(len(c.set_points))
-    seconds = BENCH_SECONDS * slowest + float((r / ramp).max(initial=0))
-    ticks = min(round(seconds / c.T), MOST_BENCH_TICKS)
-    r = r if len(r) else np.zeros(1)
+    ticks = round(span(c, BENCH_SPAN, MOST_BENCH_TICKS) / c.T)
+    r = np.ones(len(c.set_points)) if c.set_points else np.zeros(1)
 
     def braces(value):
         if np.ndim(value) == 0:

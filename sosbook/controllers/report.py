@@ -11,13 +11,12 @@ import numpy as np
 from ..display.pole_map import pole_map
 from ..plants.gain import signals
 from ..runtime.writing import write_texts
+from .facts import span
 
 WIDTH, HEIGHT, LEFT, LOW = 560.0, 190.0, 62.0, 34.0  # of a chart and its margins
 POINTS = 400  # of a curve
 CHROMIUMS = ("chromium-headless-shell", "chromium", "google-chrome", "chrome")
 STYLES = ("", "7 3", "2 3", "9 3 2 3")  # dashes, so that no colour is needed
-SECONDS = 6.0  # times the slowest time constant
-MOST_TICKS = 20_000
 STYLE = (
     "body{font:15px/1.45 sans-serif;max-width:52rem;margin:2rem auto;padding:0 1rem}"
     "table{border-collapse:collapse}td,th{border:1px solid #999;padding:.2rem .5rem;"
@@ -70,10 +69,7 @@ def report_texts(design, controller, name="axis"):
 
 
 def _page(design, c, code):
-    slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
-    ramp = c.limits.ramp.min(initial=np.inf)
-    seconds = SECONDS * slowest + (0.0 if np.isinf(ramp) else 1 / ramp)
-    seconds = min(seconds, MOST_TICKS * c.T)
+    seconds = span(c)
     asked = [r.statement for r in design.request.requirements]
     bounds, peak = (), ""
     if getattr(design, "at_ticks", False):

@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.linalg import eigvals
 
+from ..plants.checks import not_negative
 from .collocation import EPS, rank_factors
-from .spectrum import checked_pair, decays, not_negative
+from .spectrum import checked_pair, decays
 
 
 def stable_delays(A, A_d, longest):

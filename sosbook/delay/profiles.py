@@ -12,22 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..plants.checks import count, finite, not_negative, positive
+
 MOST_JUMPS = 100_000  # of one delay signal
 
 
-def _number(name, value, positive=False):
-    real = isinstance(value, (int, float, np.integer, np.floating))
-    if not real or isinstance(value, bool) or not np.isfinite(value):
-        raise ValueError(f"{name} must be a finite number, got {value!r}")
-    if value < 0 or (positive and value == 0):
-        bound = "> 0" if positive else ">= 0"
-        raise ValueError(f"{name} must be {bound}, got {value!r}")
-
-
 def _interval(low, high):
-    _number("low", low)
-    _number("high", high)
-    if low > high:
+    if not_negative("low", low) > not_negative("high", high):
         raise ValueError(
             f"low must not exceed high, got {low!r} and {high!r}: swap them"
         )
@@ -42,13 +33,13 @@ def _tick(t, start, period):
 
 def _ticks(start, period, end):
     """The times start + k period inside (0, end), k = 0, 1, ..."""
-    count = max(0, int(np.ceil((end - start) / period)))
-    if count > MOST_JUMPS:
+    ticks = max(0, int(np.ceil((end - start) / period)))
+    if ticks > MOST_JUMPS:
         raise ValueError(
-            f"the delay jumps {count} times in {end} s: end earlier, or "
+            f"the delay jumps {ticks} times in {end} s: end earlier, or "
             "let each value last longer"
         )
-    times = start + period * np.arange(count)
+    times = start + period * np.arange(ticks)
     return times[(times > 0) & (times < end)]
 
 
@@ -85,7 +76,7 @@ class ConstantDelay(_Delay):
     value: float
 
     def __post_init__(self):
-        _number("value", self.value)
+        not_negative("value", self.value)
 
     @property
     def low(self):
@@ -128,8 +119,8 @@ class SineDelay(_Delay):
 
     def __post_init__(self):
         _interval(self.low, self.high)
-        _number("omega", self.omega, positive=True)
-        _number("abs(phase)", abs(self.phase))
+        positive("omega", self.omega)
+        finite("phase", self.phase)
 
     @property
     def rate(self):
@@ -213,7 +204,7 @@ class SwitchingDelay(_Delay):
 
     def __post_init__(self):
         _interval(self.low, self.high)
-        _number("dwell", self.dwell, positive=True)
+        positive("dwell", self.dwell)
 
     def __call__(self, t):
         """Delays at the times t."""
@@ -249,13 +240,11 @@ class RandomDelay(SwitchingDelay):
 
     def __post_init__(self):
         super().__post_init__()
-        whole = isinstance(self.seed, (int, np.integer))
-        if not whole or isinstance(self.seed, bool) or self.seed < 0:
-            raise ValueError(f"seed must be a whole number >= 0, got {self.seed!r}")
+        count("seed", self.seed)
 
     def __call__(self, t):
         """Delays at the times t."""
         now = np.maximum(_tick(t, 0.0, self.dwell), 0).astype(int)
         source = np.random.default_rng(self.seed)
-        count = now.max(initial=0) + 1
-        return source.uniform(self.low, self.high, count)[now]
+        drawn = source.uniform(self.low, self.high, now.max(initial=0) + 1)
+        return drawn[now]

@@ -9,7 +9,7 @@ from flint import arb, fmpq
 from numpy.typing import ArrayLike
 
 from ..exact.definite import exact, inverse
-from ..plants.checks import finite, is_word, matrix, positive
+from ..plants.checks import is_word, matrix, not_negative, positive
 from ..plants.descriptor import Descriptor, twins
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
@@ -94,10 +94,7 @@ class DelayRequest(ReadOnly):
             raise ValueError("tau is missing: give the nominal delay")
         put(self, "tau", positive("tau", self.tau))
         for name in ("mu", "delta"):
-            value = finite(name, getattr(self, name))
-            if value < 0:
-                raise ValueError(f"{name} must not be negative, got {value!r}")
-            put(self, name, value)
+            put(self, name, not_negative(name, getattr(self, name)))
         if self.mu > self.tau:
             raise ValueError(
                 f"mu = {self.mu} exceeds tau = {self.tau}: the delay "

@@ -8,7 +8,7 @@ Its roots are the zeros of det(s I - A - A_d e^(-s h)).
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ..plants.checks import finite, matrix
+from ..plants.checks import matrix, not_negative
 from .collocation import balanced, rightmost_roots, root_radius
 
 
@@ -186,13 +186,6 @@ def checked_pair(A, A_d):
     A = matrix("A", A, (len(A), len(A)))
     A_d = matrix("A_d", A_d, A.shape)
     return balanced(A, A_d)
-
-
-def not_negative(name, value):
-    """The value of the argument ``name`` as a float, or a ValueError."""
-    if finite(name, value) < 0:
-        raise ValueError(f"{name} must not be negative, got {value!r}")
-    return float(value)
 
 
 def rightmost_real(A, A_d, delay):

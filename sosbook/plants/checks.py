@@ -95,6 +95,14 @@ def positive(name, value):
     return float(value)
 
 
+def not_negative(name, value, unit=""):
+    """A value in a ``unit`` as a float of 0 or more, or a ValueError with its name."""
+    if finite(name, value) < 0:
+        where = f", in {unit}" if unit else ""
+        raise ValueError(f"{name} must be 0 or more{where}, got {value!r}")
+    return float(value)
+
+
 def matrix(name, value, shape=None):
     """A value as a read-only float matrix, or a ValueError that names it.
 
