@@ -15,15 +15,7 @@ def page_request(
     cost=None,
     **asked,
 ):
-    """Keywords of `design_pid` as the kernel's ``design`` takes them.
-
-    Parameters
-    ----------
-    plant, U, region, gamma, saturation, mu, coupling, K_A, cost
-        As in `design_pid`.
-    **asked
-        More for the kernel, such as ``sigma``.
-    """
+    """Keywords of `design_pid` as the kernel's ``design`` takes them, and more."""
     vertices = [
         {
             name: np.asarray(getattr(v, name)).tolist()

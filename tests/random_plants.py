@@ -138,32 +138,16 @@ def as_units(plant, powers, a):
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A request, and what is known about it.
-
-    Parameters
-    ----------
-    seed : int
-    kind : {"feasible", "infeasible", "marginal"}
-    verdict : {"feasible", "infeasible"}
-        What the answer has to be.
-    reason : str
-        Why.
-    plant, requirements
-        As `design_pid` takes them.
-    units : Units
-        Which units were applied last.
-    witness : tuple of arrays or None
-        K and P that fulfil a feasible request.
-    """
+    """A request, and what is known about it."""
 
     seed: int
-    kind: str
-    verdict: str
+    kind: str  # one of KINDS
+    verdict: str  # "feasible" or "infeasible": what the answer has to be
     reason: str
     plant: object
     requirements: dict
-    units: Units
-    witness: tuple = None
+    units: Units  # which were applied last
+    witness: tuple = None  # K and P that fulfil a feasible request
 
 
 def random_request(seed):
@@ -173,19 +157,7 @@ def random_request(seed):
 
 
 def random_case(seed, largest=8):
-    """A request whose verdict is known; same seed, same request.
-
-    Parameters
-    ----------
-    seed : int
-        ``seed % 3`` chooses the kind.
-    largest : int
-        Most degrees of freedom.
-
-    Returns
-    -------
-    Case
-    """
+    """A `Case`; same seed, same request, of so many degrees of freedom at most."""
     kind = KINDS[seed % 3]
     rng = np.random.default_rng([seed, 20])
     make = {
@@ -732,13 +704,8 @@ def _edge(rng, largest, marginal):
 class _Edge:
     """Clarabel's smallest gamma or u_max, in the frame of a known gain.
 
-    Parameters
-    ----------
-    known : _Known
-    asked : dict
-        Requirements that the known gain fulfils.
-    which : {"gamma", "saturation"}
-        The bound; the blocks are affine in its square.
+    ``asked``: requirements that the gain fulfils; ``which``: "gamma" or "saturation",
+    the bound in whose square the blocks are affine.
     """
 
     def __init__(self, known, asked, which):

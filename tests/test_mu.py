@@ -29,18 +29,6 @@ def units(plant, force, length, w=1.0):
     ), length / force / w
 
 
-def test_mu_is_the_size_of_P():
-    """P / mu with mu is P with 1, after a congruence."""
-    (d,) = descriptors(sos.thesis.example_1().plant, np.eye(2))
-    rng = np.random.default_rng(1)
-    P, Y, mu = rng.standard_normal((6, 6)), rng.standard_normal((2, 6)), 0.01
-    P = P + P.T
-    one = bounded_real(Coupled(d, d, P, Y), 1.7)
-    other = bounded_real(Coupled(d, d, P / mu, Y / mu), 1.7, mu)
-    size = np.repeat([np.sqrt(mu), np.sqrt(mu), 1 / np.sqrt(mu)], [6, 2, 2])
-    assert np.allclose(other * np.outer(size, size), one)
-
-
 @pytest.mark.parametrize("mu", [0.01, 1, 100])
 def test_alone_gamma_does_not_depend_on_mu(robot, mu):
     """Without a block that fixes the size of P."""
@@ -219,7 +207,6 @@ def test_a_request_knows_what_fixes_the_size(robot):
         (dict(mu="best"), 'mu must be a number or "free"'),
         (dict(slack=0.1), "slack is given"),
         (dict(slack=-1, coupling="slack"), "slack must be positive"),
-        (dict(coupling="loose"), "coupling must be"),
     ],
 )
 def test_bad_input(robot, asked, words):

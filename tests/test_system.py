@@ -133,14 +133,9 @@ def bad(**changes):
 nan = [[np.nan, 0], [0, 1]]
 PLANTS = {
     "M isn't square": (bad(M=np.ones((2, 3))), "M has 3 columns, needs 2"),
-    "M is a number": (bad(M=1.0), "M must be a matrix"),
-    "M is ragged": (bad(M=[[1], [1, 2]]), "M must be a real matrix"),
     "M is empty": (bad(M=np.zeros((0, 0))), "M is empty"),
     "D has one row": (bad(D=[[1, 0]]), "D has 1 rows, needs 2"),
     "S has three columns": (bad(S=np.ones((2, 3))), "S has 3 columns"),
-    "S is complex": (bad(S=1j * I2), "S must be a real matrix"),
-    "S is text": (bad(S=[["a", "b"], ["c", "d"]]), "S must be a real"),
-    "B is a vector": (bad(B=[1, 0]), "B must be a matrix"),
     "B has three rows": (bad(B=np.ones((3, 1))), "B has 3 rows, needs 2"),
     "B has no column": (bad(B=np.zeros((2, 0))), "B has no column"),
     "F has one row": (bad(F=[[1.0]]), "F has 1 rows, needs 2"),
@@ -191,7 +186,6 @@ START = np.full(4, 0.1)
 REQUESTS = {
     "plant is a matrix": (dict(plant=I2), "plant must be"),
     "U has three columns": (dict(U=[[1, 0, 0]]), "U has 3 columns"),
-    "U is a vector": (dict(U=[1, 0]), "U must be a matrix"),
     "U has NaN": (dict(U=nan), "U has NaN"),
     "U repeats a row": (dict(U=[[1, 0], [2, 0]]), "U has linearly dep"),
     "U is out of reach": (dict(plant=bad(B=[[1], [0]])(), U=I2), "U is uncontrollable"),
@@ -212,7 +206,6 @@ REQUESTS = {
     "saturation is a number": (dict(saturation=150), "saturation must be"),
     "x0 is short": (dict(saturation=sos.Saturation(1, [1, 0])), "x0 has 2 entries"),
     "x0 lacks x3": (dict(U=I2, saturation=sos.Saturation(1, START)), "2n . a = 6"),
-    "coupling": (dict(coupling="pair"), 'coupling must be "pairs", "vertices" or'),
     "minimize": (dict(minimize="norm"), "minimize must be None"),
     "two gammas": (dict(gamma=1, minimize="gamma"), "give gamma or minimize"),
     "minimize without F": (dict(plant=bad()(), minimize="gamma"), "gamma.*no F"),
@@ -238,8 +231,6 @@ def test_bad_requests_are_refused(name):
         (1, 5, "x0 must be a vector"),
         (1, [[1, 0]], "x0 must be a vector"),
         (1, [np.nan, 1], "x0 has NaN"),
-        (1, ["a", 1], "x0 must be"),
-        (1, [1j, 1], "x0 must be"),
     ],
 )
 def test_bad_saturations_are_refused(u_max, x0, words):

@@ -24,19 +24,9 @@ BETWEEN = 6  # plants between the vertices that a claim is tried on
 
 
 class Hunt:
-    """What was asked, and every difference that was found.
+    """What was asked, and every difference that was found, with its request's seed.
 
-    Parameters
-    ----------
-    page : Page, optional
-        The page's solver; without it nobody asks it.
-
-    Attributes
-    ----------
-    counts : Counter
-        From what was done to how often.
-    differences : list of str
-        Each with the seed of its request.
+    ``page``: the page's solver; without it nobody asks it.
     """
 
     def __init__(self, page=None):

@@ -1,5 +1,7 @@
 """The three readers of a request or a proof: the package, its checker, the page."""
 
+from functools import partial
+
 from sosbook.exact.proof_file import load
 from tests.oracles import check_version_1
 from tests.page_requests import page_request
@@ -24,24 +26,18 @@ def package(file):
     return tuple(proof.claims) if proof.verify() else None
 
 
-def alone(text):
-    """What the stand-alone checker reads: claims, None, or "beyond"."""
+def read_by(program, text):
+    """What a checker reads in a text: claims, None, or "beyond"."""
     try:
-        return tuple(checker.check(text))
-    except checker.Beyond:
+        return tuple(program.check(text))
+    except program.Beyond:
         return "beyond"
-    except (checker.Refused, *checker.MALFORMED):
+    except (program.Refused, *program.MALFORMED):
         return None
 
 
-def before(text):
-    """What the checker reads that tests alone still have: as `alone`, of version 1."""
-    try:
-        return tuple(check_version_1.check(text))
-    except check_version_1.Beyond:
-        return "beyond"
-    except (check_version_1.Refused, *check_version_1.MALFORMED):
-        return None
+alone = partial(read_by, checker)
+before = partial(read_by, check_version_1)  # which tests alone still have
 
 
 def on_pages(asked):
@@ -55,13 +51,7 @@ def on_pages(asked):
 
 
 class Page:
-    """The solver of the rendered pages, in a browser.
-
-    Parameters
-    ----------
-    page
-        A page of playwright with the solver in it.
-    """
+    """The solver of the rendered pages, in a browser's page of playwright."""
 
     def __init__(self, page):
         self.page = page

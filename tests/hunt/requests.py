@@ -13,23 +13,12 @@ FACTORS = (1e-6, 1e-3, 0.3, 1 / 9.81, 2.2046, 1e3, 1e6)
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """A request of `design_pid` and what it is made of.
+    """A request of `design_pid` and what it is made of."""
 
-    Parameters
-    ----------
-    seed : int
-        Makes the same request again.
-    words : str
-        What is asked, for a report.
-    vertices : list of SecondOrderSystem
-    keywords : dict
-        Those of `design_pid`, but for the plant.
-    """
-
-    seed: int
-    words: str
+    seed: int  # makes the same request again
+    words: str  # what is asked, for a report
     vertices: list
-    keywords: dict
+    keywords: dict  # those of `design_pid`, but for the plant
 
     @property
     def plant(self):
@@ -43,13 +32,7 @@ class Asked:
 
 
 def request(seed):
-    """A request; the same ``seed`` makes the same again.
-
-    Returns
-    -------
-    Asked
-        One that the package's constructors accept.
-    """
+    """A request that the constructors accept; a ``seed`` makes the same again."""
     rng = np.random.default_rng([seed, 37])
     while True:
         try:

@@ -30,8 +30,7 @@ def differences(stored, now, limit=5):
     before, after = _drawn(stored), drawn(now)
     _share_marks(before, after)
     faults = [*_looks(before, after)] or [*_places(before, after)]
-    rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
-    return faults[:limit] + rest
+    return words.first(faults, limit)
 
 
 _drawn = lru_cache(maxsize=24)(drawn)  # of what is compared with several others

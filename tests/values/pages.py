@@ -30,8 +30,7 @@ def differences(stored, now, limit=8):
     if stored == now:
         return []
     faults = [*_element(_parsed(stored), parse(now), "")]
-    rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
-    return faults[:limit] + rest
+    return words.first(faults, limit)
 
 
 _parsed = lru_cache(maxsize=24)(parse)  # of what is compared with several others
@@ -123,8 +122,7 @@ def _loaded(text):
 def data(stored, now, limit=5):
     """What two values of JSON don't agree in: a list of str."""
     faults = [*_values(stored, now)]
-    rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
-    return faults[:limit] + rest
+    return words.first(faults, limit)
 
 
 def _values(stored, now):

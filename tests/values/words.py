@@ -71,6 +71,11 @@ def differences(stored, now, limit=5):
         faults += (f"line {line}{fault}" for fault in _line(*pair))
     if len(before) != len(after):
         faults.append(f"stored {len(before)} lines, now {len(after)}")
+    return first(faults, limit)
+
+
+def first(faults, limit):
+    """So many of some faults, and how many more there are."""
     rest = [f"... and {len(faults) - limit} more"] if len(faults) > limit else []
     return faults[:limit] + rest
 
