@@ -3,8 +3,10 @@
 (() => {
   const {pages, rows, synonyms} = window["SOS_SEARCH"];
   const MOST = 40, PER_PAGE = 3, WIDE = 220;
-  const fold = (text) => text.normalize("NFKD").replace(/[\u0300-\u036f]/g, "").toLowerCase().replace(
-    /(?<=\p{L}{3})iz(?=e|ing|ation)/gu, "is");
+  const fold = (text) => text.normalize("NFKD")
+                           .replace(/[\u0300-\u036f]/g, "")
+                           .toLowerCase()
+                           .replace(/(?<=\p{L}{3})iz(?=e|ing|ation)/gu, "is");
   const kinds = ["", "statement", "in the package", "glossary", "of the thesis"];
   const address = (page) => pages[page][0].replace(/[_\/.]/g, " ");
   const entries = rows.map(([page, id, title, kind, text, code]) => ({
@@ -15,7 +17,9 @@
     text,
     code,
     folded: [
-      fold(kind === 2 ? title.split(".").pop() : id ? title : `${title} ${address(page)}`),
+      fold(kind === 2 ? title.split(".").pop()
+          : id        ? title
+                      : `${title} ${address(page)}`),
       fold(`${pages[page][1]} ${address(page)}`), fold(text), fold(code)
     ],
   }));
@@ -119,7 +123,8 @@
       const found = (said + 0.3 * coded) / tests.length;
       if (found < 1) sum *= 0.1 * found * found;
       if (tests.length > 1 && phrase.test(title)) sum *= 4;
-      else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page)))) sum *= tests.length;
+      else if (tests.length > 1 && (phrase.test(text) || (!entry.id && phrased.has(entry.page))))
+        sum *= tests.length;
       if (!entry.id && fair[entry.page] === 1 && hits[i].every(([, n]) => n >= 1)) sum *= 3;
       sum *= fair[entry.page];
       if (entry.kind === 2) {
@@ -134,8 +139,8 @@
   const rank = (query) => {
     const terms = wanted(query), typed = terms.join(" ");
     if (!typed) return [];
-    const meanings = (text) => synonyms.filter(([said]) => ` ${text} `.includes(` ${said} `))
-                                 .map(([said, meant]) => text.replace(said, meant));
+    const meanings = (text) => synonyms.flatMap(
+      ([said, meant]) => ` ${text} `.includes(` ${said} `) ? [text.replace(said, meant)] : []);
     const asked = meanings(typed).length ? typed : terms.map(mended).join(" ");
     const ways = [asked, ...meanings(asked)];
     const scores = ways.map((way, k) => scored(way).map((score) => (k ? 1.2 : 1) * score));
