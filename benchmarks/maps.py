@@ -30,6 +30,11 @@ def grid(rows=25, columns=40):
     ]
 
 
+def keywords(r):
+    """What a request asks, as `design_pid` takes it."""
+    return dict(U=r.U, region=r.region, gamma=r.gamma, saturation=r.saturation, mu=r.mu)
+
+
 def point(request):
     """P, Y and so on in the plant's own coordinates, or None."""
     lmis = Pid.of(request, framed=True).lmis
@@ -104,7 +109,8 @@ def records(quick=False, seed=0):
     (stairs, solves), walk = timed(staircase, requests)
     cells, single = timed(one_by_one, requests)
     words, loop = timed(lambda: [naive(flat[k]) for k in chosen])
-    truth = cells.ravel()
+    truth, scale = cells.ravel(), total / len(chosen)
+    apart = f"measured on {len(chosen)} random cells and scaled up; "
     common = dict(
         family="map",
         case="example 1 over sigma and theta",
@@ -115,71 +121,47 @@ def records(quick=False, seed=0):
         repeats=1,
         status="right",
     )
-    yield record(
-        **common,
-        competitor="sosbook, staircase",
-        median_s=walk,
-        min_s=walk,
-        measured=total,
-        solves=solves,
-        agreement=float((stairs == cells).mean()),
-        note=f"{int(stairs.sum())} of {total} cells are feasible; each edge has both "
-        "its proofs",
-    )
-    yield record(
-        **common,
-        competitor="sosbook, cell by cell",
-        median_s=single,
-        min_s=single,
-        measured=total,
-        solves=total,
-        agreement=1.0,
-    )
-    scaled = loop * total / len(chosen)
-    yield record(
-        **common,
-        competitor="cvxpy + clarabel, cell by cell",
-        median_s=scaled,
-        min_s=scaled,
-        measured=len(chosen),
-        solves=total,
-        agreement=float((truth[chosen] == words).mean()),
-        note=f"measured on {len(chosen)} random cells and scaled up; the "
-        "agreement is over these",
+
+    def told(who, seconds, agree, note=None, measured=total, solves=total):
+        """A record of ``who`` took so many seconds, and which verdicts agree."""
+        return record(
+            **common,
+            competitor=who,
+            median_s=seconds,
+            min_s=seconds,
+            measured=measured,
+            solves=solves,
+            agreement=float(np.mean(agree)),
+            note=note,
+        )
+
+    note = f"{int(stairs.sum())} of {total} cells are feasible; each edge has both "
+    note += "its proofs"
+    yield told("sosbook, staircase", walk, stairs == cells, note, solves=solves)
+    yield told("sosbook, cell by cell", single, True)
+    yield told(
+        "cvxpy + clarabel, cell by cell",
+        loop * scale,
+        truth[chosen] == words,
+        apart + "the agreement is over these",
+        len(chosen),
     )
 
-    asked = [
-        dict(U=r.U, region=r.region, gamma=r.gamma, saturation=r.saturation)
-        for r in flat
-    ]
-    plant = flat[0].plant
-    designs(plant, asked[:50], n_jobs=2, progress=False)  # starts workers
-    found, ours = timed(lambda: designs(plant, asked, n_jobs=2, progress=False))
+    words_of, plant = [keywords(r) for r in flat], flat[0].plant
+    designs(plant, words_of[:50], n_jobs=2, progress=False)  # starts workers
+    found, ours = timed(lambda: designs(plant, words_of, n_jobs=2, progress=False))
     words, theirs = timed(
         lambda: sweep(naive, [flat[k] for k in chosen], n_jobs=2, progress=False)
     )
     get_reusable_executor().shutdown()
     common |= dict(family="designs", clock="all designs, two cores")
     found = np.array([d.status == "feasible" for d in found])
-    yield record(
-        **common,
-        competitor="sosbook, complete designs",
-        median_s=ours,
-        min_s=ours,
-        measured=total,
-        solves=total,
-        agreement=float((truth == found).mean()),
-        note="sosbook.maps.designs: each one starts from the last",
-    )
-    scaled = theirs * total / len(chosen)
-    yield record(
-        **common,
-        competitor="cvxpy + clarabel, points",
-        median_s=scaled,
-        min_s=scaled,
-        measured=len(chosen),
-        solves=total,
-        agreement=float((truth[chosen] == words).mean()),
-        note=f"measured on {len(chosen)} random cells and scaled up; any "
-        "feasible point will do",
+    note = "sosbook.maps.designs: each one starts from the last"
+    yield told("sosbook, complete designs", ours, truth == found, note)
+    yield told(
+        "cvxpy + clarabel, points",
+        theirs * scale,
+        truth[chosen] == words,
+        apart + "any feasible point will do",
+        len(chosen),
     )

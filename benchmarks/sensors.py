@@ -18,6 +18,7 @@ import numpy as np
 
 import sosbook as sos
 
+from .masses import network
 from .records import store
 from .run import machine
 
@@ -27,11 +28,8 @@ SAMPLES = 400  # random plants between the vertices
 
 def chain(springs, wall, masses, damping=0.05):
     """M, D, S of masses in a row, the first one also on a spring to a wall."""
-    n = len(masses)
-    S = np.zeros((n, n))
-    for i, k in enumerate(springs):
-        S[i : i + 2, i : i + 2] += k * np.array([[1, -1], [-1, 1]])
-    S[0, 0] += wall
+    ties = [(i, i + 1, k) for i, k in enumerate(springs)]
+    S = network(len(masses), [*ties, (0, None, wall)])
     return np.diag(np.array(masses, float)), damping * S, S
 
 

@@ -1,6 +1,5 @@
 """What a reader waits for: slider moves, refusals, advice, exact proofs."""
 
-import inspect
 import time
 
 import numpy as np
@@ -9,6 +8,7 @@ from sosbook.maps.search import requirements
 import sosbook as sos
 from sosbook.synthesis.request import Request
 
+from .maps import keywords
 from .records import record, summary
 
 MOVES = 60
@@ -23,10 +23,7 @@ def moves(example, count=MOVES):
     given = getattr(sos.thesis, f"example_{example}")()
     request = Request(given.plant, **given.requirements)
     asked = requirements(request)
-    warm = "start" in inspect.signature(sos.design_pid).parameters
-    ways = {"sosbook, slider move": False}
-    if warm:
-        ways["sosbook, slider move, warm start"] = True
+    ways = {"sosbook, slider move": False, "sosbook, slider move, warm start": True}
     found = {(way, name): [] for way in ways for name in asked}
     for name, value in asked.items():
         last = dict.fromkeys(ways)
@@ -106,17 +103,13 @@ def answers(example, count=15):
 
 def _move(request, start):
     """(whole, solver, feasible, margin), and the design; its card is drawn."""
-    words = {} if start is None else {"start": start}
     begin = time.perf_counter()
     design = sos.design_pid(
         request.plant,
-        request.U,
-        region=request.region,
-        gamma=request.gamma,
-        saturation=request.saturation,
+        **keywords(request),
         K_A=request.K_A,
         coupling=request.coupling,
-        **words,
+        start=start,
     )
     solved = time.perf_counter()
     card = design._repr_html_()

@@ -232,6 +232,9 @@ def test_the_staircase_is_the_map():
     np.testing.assert_array_equal(stairs, cells)
     assert 0 < cells.sum() < cells.size and solves > 0
     assert maps.naive(requests[0][0]) and not maps.naive(requests[-1][-1])
+    flat = [r for row in requests for r in row]
+    found = maps.designs(flat[0].plant, map(maps.keywords, flat), progress=False)
+    assert [d.status == "feasible" for d in found] == cells.ravel().tolist()
 
 
 @pytest.mark.slow
