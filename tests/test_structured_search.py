@@ -603,3 +603,22 @@ def test_the_worst_plant_between_the_ends_of_one_range_is_searched_with():
         x = np.block([[np.zeros((2, 2)), np.eye(2)], [p.B @ K - np.hstack([p.S, p.D])]])
         E = np.block([[np.eye(2), np.zeros((2, 2))], [np.zeros((2, 2)), p.M]])
         assert np.linalg.eigvals(np.linalg.solve(E, x)).real.max() < -0.1
+
+
+LAWS = [
+    sos.PIDLaw(position=[[1]], velocity=[[1]]),
+    sos.PIDLaw(position=[[1]], filter=0.02),
+    sos.PIDLaw(position=[[1]], velocity=[[1]], integrate=[[1]]),
+    sos.DynamicLaw(order=2, position=[[1]]),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=["PD", "filter", "PID", "dynamic"])
+@pytest.mark.parametrize("pole", [1.0, 3.0, 9.81**0.5, 9.81**0.5 / 0.3])
+def test_a_pendulum_s_pole_is_no_rate_to_measure_sizes_at(pole, law):
+    """Its answer is infinite there: units of gains came from a singular matrix."""
+    pendulum = sos.SecondOrderSystem(1, 0, -(pole**2), 1)
+    region = sos.PoleRegion(sigma=0.1 * pole)
+    design = sos.design_pid(pendulum, law=law, region=region)
+    assert design.status == "feasible", design.reason
+    assert design.certify().proven

@@ -105,7 +105,8 @@ class Loops:
         Sinkhorn's scaling of its entries' logarithms: covariant in every unit.
         """
         A, B, *_ = (x.mean(axis=0) for x in self.matrices)
-        G = np.abs(self.measured @ np.linalg.solve(s * np.eye(len(A)) - A, B))
+        point = self.beside_poles(s) * np.eye(len(A))
+        G = np.abs(self.measured @ np.linalg.solve(point - A, B))
         seen = np.argwhere(G > TINY * G.max(initial=0))
         q, m = G.shape
         rows, right = np.zeros((len(seen), q + m)), np.zeros(len(seen))
@@ -123,10 +124,24 @@ class Loops:
         return np.exp((weights * each).sum(axis=(1, 2)) / weights.sum(axis=(1, 2)))
 
     @cached_property
+    def poles(self):
+        """Of the mean plant and the law."""
+        return np.linalg.eigvals(self.matrices[0].mean(axis=0))
+
+    def beside_poles(self, s):
+        """The real s, or the next one above, in steps of a half, that no pole is near.
+
+        At an unstable pole the plant's answer is infinite, and says nothing of units; a
+        pendulum's only rate is one. A quarter of s is far enough for a factor of four.
+        """
+        while (np.abs(self.poles - s) < s / 4).any():
+            s *= 1.5
+        return s
+
+    @cached_property
     def rates(self):
         """The slowest and the fastest pole of the mean plant and the law, in rad/s."""
-        A = self.matrices[0].mean(axis=0)
-        sizes = np.abs(np.linalg.eigvals(A))
+        sizes = np.abs(self.poles)
         sizes = sizes[sizes > 1e-6 * sizes.max(initial=0)]
         if not len(sizes):  # free masses and integrators: any rate will do
             return 1.0, 1.0

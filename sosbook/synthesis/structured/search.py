@@ -167,6 +167,7 @@ def _observer(loops, rate, m, r=None):
     few = min(c, N)
     if few < N and r is None:
         return None
+    rate = loops.beside_poles(rate)
     of_u, of_y = loops.sizes(rate)
     A, B, C = A[:N, :N], B[:N, :m], loops.measured[:q, :N]
     A, B, C, of_x = _scaled(A, B * of_u[:m], C / of_y[:q, None], rate)
@@ -212,6 +213,7 @@ def _projected(loops, rate, m):
     so that it needn't stabilise what it can't; near is what weighs least in its loop.
     """
     A, B, *_ = (x.mean(axis=0) for x in loops.matrices)
+    rate = loops.beside_poles(rate)
     of_u, of_y = loops.sizes(rate)
     A, B, C, of_x = _scaled(A, B * of_u, loops.measured / of_y[:, None], rate)
     one = np.eye(len(A))
