@@ -228,6 +228,7 @@ CALLS = {
             delay=(0.0, 0.05) if find == "delay" else 0.0,
             find=find,
             tolerance=0.5,
+            norm=sos.HInfinity(90.0) if find == "norm" else None,
         )
     ],
     "farthest": [

@@ -23,9 +23,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from ..exact.rational import exact, inverse
-from ..plants.descriptor import Descriptor
 from ..plants.gain import Gain
-from ..synthesis.structured.loops import Loops
 from .memory import Estimate
 
 SAME = 1e-9  # of T: a filter that is as slow as the clock but for rounding
@@ -116,53 +114,6 @@ def law_memory(law, plant, K, T, at_ticks=False):
         gain,
         sums,
     )
-
-
-class Ticks:
-    """A law's memory from tick to tick, whose gain is free, and plants joined to it.
-
-    ``parts``: of the law; ``timing``: when it samples and acts. Without free dynamics
-    the memory is that of `law_memory`, in other coordinates.
-    """
-
-    def __init__(self, parts, timing):
-        self.parts, self.timing, T = parts, timing, float(timing.T)
-        l, a, s = len(parts.states), parts.integrals, len(parts.sensors)
-        if parts.free not in (0, l):
-            raise ValueError("law: of its own states all dynamics are free, or none")
-        none = exact(np.zeros((len(parts.entry.T), len(parts.signals))))
-        A, B, *_ = parts.controller(np.vstack([none[:0], none]))
-        A, B = np.asarray(A, float), np.asarray(B, float)
-        if A[:a].any() or A[:, :a].any():
-            a = 0
-        seen = np.zeros((l, s))
-        if not parts.free:
-            _not_too_fast(parts, a, T)
-            flow, push, seen[a:] = _ramped(A[a:, a:], B[a:], T)
-            A[:a, :a], A[a:, a:], B[:a], B[a:] = np.eye(a), flow, T * B[:a], push
-        self.A, self.B, self.stay = A, B, np.asarray(parts.of_states, float)
-        self.take = np.asarray(parts.of_sensors, float) + self.stay @ seen
-
-    def joined(self, d):
-        """A plant d, a `Descriptor` in floats or rationals, from tick to tick."""
-        A, B = self.timing.held(d.map(lambda x: x.astype(float)))
-        l, seen = len(self.A), self._seen(len(A))
-        A = np.block([[A, np.zeros((len(A), l))], [self.B @ seen, self.A]])
-        entry = np.asarray(self.parts.entry, float)
-        zero = np.zeros((len(A) - l, entry.shape[1]))
-        B = np.block([[B, zero], [np.zeros((l, B.shape[1])), entry]])
-        return Descriptor(np.eye(len(A)), A, B, B[:, :0], np.eye(0, len(A)))
-
-    def _seen(self, N):
-        rows = np.asarray(self.parts.rows, float)
-        return np.hstack([rows, np.zeros((len(rows), N - rows.shape[1]))])
-
-    def loops(self, plants, form):
-        """The `Loops` of joined plants; ``form``: which gains are free."""
-        l = len(self.A)
-        seen = self._seen(len(plants[0].E) - l)
-        measured = np.hstack([self.take @ seen, self.stay])
-        return Loops(plants, measured, np.zeros((len(measured), 0)), form)
 
 
 def _ramped(A, B, T):

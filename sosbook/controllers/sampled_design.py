@@ -11,7 +11,6 @@ from ..exact.definite import round_digits
 from ..exact.proof import Unproven
 from ..laws import Law
 from ..plants.checks import count, positive
-from ..plants.gain import Gain
 from ..plants.kinds import Plant
 from ..plants.simplex import random_weights
 from ..requirements.pole_region import LMIRegion
@@ -24,19 +23,16 @@ from ..sampled.discretize import SampleTiming, input_vertices
 from ..synthesis.request import Request
 from ..synthesis.structured.design import AGAIN, DIGITS, FEW, Searched, record
 from ..synthesis.structured.loops import corners_of, loops_of
-from ..synthesis.structured.objective import DECAY, Objective, Task
+from ..synthesis.structured.objective import DECAY, LARGEST, Objective, Task
 from ..synthesis.structured.search import search, starting_points
-from ..synthesis.structured.slopes import Poles
 from .controller import Controller, checked_delay
 from .of_design import check_rate, controller_of, mixed
-from .of_law import Ticks
+from .report import write_report
 
-CIRCLE = (-np.eye(2), np.array([[0.0, 1.0], [0.0, 0.0]]), 1.0)  # |z| - 1 is its level
 FLOOR = 0.05  # of the spectral radius: nothing is asked to die out faster
 EASIER = 1, 3, 10  # times the backoff, until a proof is found
 WORSE = 0.01  # of what is left to one: so much a plant between may be slower
 BETWEEN = 50  # random plants between several vertices that a gain is tried with
-RATE_DIGITS = 6
 EDGE = 1e-9  # of the circle, that floats don't see
 STOPPED = " The time was over before."
 
@@ -75,7 +71,7 @@ class SampledDesign(ReadOnly):
     reason: str = ""
     searched: Searched | None = None
 
-    at_ticks = True
+    at_ticks = True  # what K multiplies
 
     def __repr__(self):
         return f"<SampledDesign: {self.status}, {self.words}>"
@@ -89,7 +85,7 @@ class SampledDesign(ReadOnly):
             self._region(),
             tuple(self.gains.items()) if found else (),
             None,
-            (self.reason, self.advice),
+            (self.reason,),
             "poles, from tick to tick",
         )
 
@@ -97,23 +93,13 @@ class SampledDesign(ReadOnly):
     def _law(self):
         return self.request.law
 
-    @property
-    def advice(self) -> str:
-        """What to change, in words; empty if feasible."""
-        if self.status == "feasible":
-            return ""
-        return "Sample faster, act earlier, measure more, or ask for less."
+    def _region(self):
+        return LMIRegion.disk(np.exp(-self.sigma * self.T), name="decay")
 
     @property
     def words(self) -> str:
         """What is asked of the loop."""
         return f"every motion decays at least as e^(-{self.sigma:.4g} t) at the ticks"
-
-    @property
-    def gain(self) -> Gain:
-        """K with the names of what it multiplies."""
-        K = self._found()
-        return Gain(K[: self.request.plant.m], self.request.law_parts.signals)
 
     @property
     def gains(self) -> dict[str, np.ndarray]:
@@ -122,27 +108,19 @@ class SampledDesign(ReadOnly):
 
     def _found(self):
         if self.K is None:
-            raise ValueError(
-                f"the design is {self.status}: there is no gain; see its reason"
-            )
+            raise ValueError(f"the design is {self.status}, without a gain: see reason")
         return self.K
 
-    def _region(self):
-        return LMIRegion.disk(np.exp(-self.sigma * self.T), name="decay")
+    def controller(self, **asked: Any) -> Controller:
+        """The controller that is proven, with ``units`` and ``counts``.
 
-    def controller(
-        self,
-        *,
-        units: dict[str, str] | None = None,
-        counts: float | dict[str, float] | None = None,
-    ) -> Controller:
-        """The controller that is proven, with units and encoders.
-
-        ``units``, ``counts`` : as in `Gains.controller`.
+        Parameters
+        ----------
+        **asked
+            As in `Gains.controller`.
         """
         self._found()
-        asked = dict(T=self.T, delay=self.delay, units=units, counts=counts)
-        return controller_of(self, **asked)
+        return controller_of(self, T=self.T, delay=self.delay, **asked)
 
     def certify(self, time_limit: Any = None) -> SampledCertificate | Unproven:
         """The proof of the decay, which was found with the gain."""
@@ -151,20 +129,12 @@ class SampledDesign(ReadOnly):
         return self.proof
 
     def poles(self) -> np.ndarray:
-        """Eigenvalues of the loop from tick to tick, of each vertex.
-
-        Returns
-        -------
-        (N,) array, or (vertices, N) for a polytope
-        """
-        return self.request.plant.per_vertex(
-            np.array([np.linalg.eigvals(loop.F) for loop in self.controller().loops])
-        )
+        """Eigenvalues of the loop from tick to tick: (N,), or one row for a vertex."""
+        loops = [loop.F for loop in self.controller().loops]
+        return self.request.plant.per_vertex(np.linalg.eigvals(loops))
 
     def report(self, folder: Any, *, controller: Any = None, **asked: Any) -> Any:
-        """One page of the controller, its proof and its program; see `Gains.report`."""
-        from .report import write_report
-
+        """One page of the controller, its proof and its program: see `Gains.report`."""
         return write_report(self, controller or self.controller(), folder, **asked)
 
 
@@ -208,9 +178,8 @@ def design_sampled(
     Returns
     -------
     SampledDesign
-        Its ``controller()`` is what was proven. What the search doesn't find, or isn't
-        proven, is "undecided", and ``reason`` has what was reached: that nobody can do
-        it isn't said.
+        Its ``controller()`` is what was proven. What isn't found, or isn't proven, is
+        "undecided": ``reason`` has what was reached, and not that nobody can do it.
 
     Raises
     ------
@@ -220,9 +189,9 @@ def design_sampled(
 
     Notes
     -----
-    The plant is held exactly between the ticks, by one exponential of a matrix; what
-    follows is affine in the gain. The largest modulus of an eigenvalue at all vertices
-    is made small from several starts, as `design_pid` does it in continuous time.
+    The controller's loop is affine in the free numbers, and exact at the ticks. The
+    largest modulus of its eigenvalues at all vertices is made small from several
+    starts, as `design_pid` does it in continuous time.
 
     Examples
     --------
@@ -243,30 +212,45 @@ def design_sampled(
             f"law must be a PIDLaw or DynamicLaw, got {type(law).__name__}: for all "
             "states at once see design_sampled_lqr"
         )
+    if not positive("backoff", backoff) < 1:
+        raise ValueError(f"backoff must be a share below 1, got {backoff!r}")
     asked = 1.0 if sigma is None else positive(SIGMA.key, sigma)
     request = Request(plant, law=law, requirements=[LMIRegion.half_plane(asked)])
-    timing = SampleTiming.of(T, delay)
-    check_rate(input_vertices(request.plant, None), timing)
-    work = _Work(request, T, delay, sigma, positive("backoff", backoff), cells)
+    parts = request.law_parts
+    if parts.free not in (0, len(parts.states)):
+        raise ValueError("law: of its own states all dynamics are free, or none")
+    vertices = input_vertices(request.plant, None)
+    check_rate(vertices, SampleTiming.of(T, delay))
+    some = SampledDesign(request, T, delay, "undecided", None, sigma or 0.0)
+    work = _Work(some, vertices, sigma, backoff, cells)
     return work.done(count("starts", starts, 1), count("seed", seed), time_limit)
 
 
 class _Work:
-    """A search of gains at the ticks, and the proof of what it finds."""
+    """A search of gains at the ticks, and the proof of what it finds.
 
-    def __init__(self, request, T, delay, sigma, backoff, cells):
-        self.request, self.T, self.delay, self.sigma = request, T, delay, sigma
+    ``design``: with all but its gain; ``vertices``: of its plant; ``sigma``,
+    ``backoff``, ``cells``: as in `design_sampled`.
+    """
+
+    def __init__(self, design, vertices, sigma, backoff, cells):
+        self.design, self.vertices, self.sigma = design, vertices, sigma
         self.backoff, self.cells = backoff, cells
-        self.asked = 1.0 if sigma is None else np.exp(-sigma * T)
+        self.asked = 1.0 if sigma is None else np.exp(-sigma * design.T)
+        request, goal = design.request, DECAY if sigma is None else None
         self.continuous = loops_of(request)
-        goal = DECAY if sigma is None else None
-        self.slow = Task.of(request, self.continuous, goal)
-        self.ticks = Ticks(request.law.parts(request.plant), SampleTiming.of(T, delay))
-        plants = [self.ticks.joined(d) for d in corners_of(request).values()]
-        self.loops = self.ticks.loops(plants, self.continuous.form)
-        rows = abs(self.loops.directions).sum(axis=2).argmax(axis=1)
-        self.pace = np.where(rows < request.plant.m, 1.0, T)  # what moves in a tick
-        self.task = replace(self.slow, limits=self.slow.limits * self.pace)
+        self.slow, form = Task.of(request, self.continuous, goal), self.continuous.form
+        rows = abs(form.directions).sum(axis=2).argmax(axis=1)
+        self.pace = np.where(rows < request.plant.m, 1.0, design.T)  # of memory: a tick
+        free, limits = np.isinf(form.bounds), self.slow.limits * self.pace
+        self.task = replace(self.slow, limits=np.where(free, limits, form.bounds))
+        steps = limits / LARGEST
+        gains = [self.continuous.K(x) for x in (0 * steps, *np.diag(steps))]
+        made = [replace(design, K=K).controller() for K in gains]
+        plants = [
+            d.map(lambda x: x.astype(float)) for d in corners_of(request).values()
+        ]
+        self.loops = _Loops(made, steps, form, plants)
 
     def done(self, starts, seed, seconds):
         best, found, total, between, stopped = None, None, 0, 0, ""
@@ -279,9 +263,10 @@ class _Work:
                         self._objective, self._begin,
                     )  # fmt: skip
                     total += found.starts
-                    if not self._radius(found.kappa) < min(self.asked, 1 - EDGE):
+                    stopped = STOPPED * found.stopped
+                    if not self._radius(found) < min(self.asked, 1 - EDGE):
                         break
-                    worse = self._worse(found.kappa)
+                    worse = self._worse(found) if again < AGAIN - 1 else None
                     if worse is None:
                         best = self._proven(found.kappa)
                         break
@@ -290,12 +275,12 @@ class _Work:
             stopped = STOPPED
         by = record(self.task, self.loops, total, seed, between)
         if best is None or best.status != "feasible":
-            best = self._undecided(found, best, by, stopped)
+            best = replace(self.design, reason=self._reason(found, best, by) + stopped)
         return replace(best, searched=by)
 
     def _objective(self, task, loops, unit, norms):
         radius = 0.0 if self.sigma is None else self.asked
-        return _Radius(task, loops, unit, radius, min(1.0, task.rate * self.T))
+        return _Radius(task, loops, unit, radius, min(1.0, task.rate * self.design.T))
 
     def _begin(self, task, loops, count, rng, near):
         """Those of the loop in continuous time, taken from tick to tick."""
@@ -308,70 +293,84 @@ class _Work:
 
     def _held(self, kappa):
         """The free numbers of a memory whose inputs are held over a tick."""
-        m, K = self.request.plant.m, self.continuous.K(kappa)
-        if len(K) == m:
+        K, c = self.continuous.K(kappa), self.design.request.law_parts.free
+        if not c:
             return kappa
-        c = len(K) - m
-        whole = np.zeros((K.shape[1], K.shape[1]))
-        whole[:c] = np.roll(K[m:], c, axis=1)  # what it remembers, then what it sees
-        K = np.vstack([K[:m], np.roll(expm(whole * self.T)[:c], -c, axis=1)])
+        whole = np.zeros((K.shape[1],) * 2)
+        whole[:c] = np.roll(K[-c:], c, axis=1)  # what it remembers, then what it sees
+        K[-c:] = np.roll(expm(whole * self.design.T)[:c], -c, axis=1)
         M = self.continuous.directions.reshape(len(kappa), -1).T
         return np.linalg.lstsq(M, K.ravel(), rcond=None)[0]
 
-    def _radius(self, kappa):
-        if kappa is None:
-            return np.inf
-        return abs(Poles(self.loops, self.loops.K(kappa)).s).max()
+    def _radius(self, found):
+        kappa = None if found is None else found.kappa
+        return np.inf if kappa is None else self.loops.radii(kappa).max()
 
-    def _worse(self, kappa):
+    def _worse(self, found):
         """A plant between the vertices that breaks what all of these keep."""
-        vertices, K = input_vertices(self.request.plant, None), self.loops.K(kappa)
-        if len(vertices) == 1:
+        if len(self.vertices) == 1:
             return None
-        weights = random_weights(len(vertices), BETWEEN, 0)
-        plants = [self.ticks.joined(mixed(vertices, w)) for w in weights]
-        some = self.ticks.loops(plants, self.loops.form)
-        there = abs(Poles(some, K).s).max(axis=1)
-        limit = self._radius(kappa) if self.sigma is None else self.asked
+        weights = random_weights(len(self.vertices), BETWEEN, 0)
+        plants = [mixed(self.vertices, w) for w in weights]
+        there = self.loops.with_more(plants, False).radii(found.kappa)
+        limit = self._radius(found) if self.sigma is None else self.asked
         k = int(there.argmax())
         return plants[k] if there[k] > limit + WORSE * (1 - limit) else None
 
     def _proven(self, kappa):
         """The design with the free numbers in few digits that is proven."""
+        T = self.design.T
         for digits in DIGITS:
-            K = self.loops.K(round_digits(kappa, digits))
-            fast = -np.log(abs(Poles(self.loops, K).s).max()) / self.T
+            kappa = round_digits(kappa, digits)
             asked = [self.sigma]
             if self.sigma is None:
+                fast = -np.log(self.loops.radii(kappa).max()) / T
                 asked = [fast * (1 - k * self.backoff) for k in EASIER]
-            for sigma in asked:
-                design = self._design(K, sigma)
-                rate = _rate(sigma * self.T)
+            for sigma in (x for x in asked if x > 0):
+                design = replace(self.design, K=self.continuous.K(kappa), sigma=sigma)
+                rate = float(f"{np.exp(-sigma * T) * (1 - 1e-6):.6g}")
                 proof = design.controller().certify(rate=rate, cells=self.cells)
                 design = replace(design, proof=proof)
                 if proof.proven:
                     return replace(design, status="feasible")
         return design
 
-    def _design(self, K, sigma, **more):
-        return SampledDesign(
-            self.request, self.T, self.delay, "undecided", K, sigma, **more
-        )
-
-    def _undecided(self, found, best, by, stopped):
-        words, sigma = f"No stable loop was found by {by}.", self.sigma or 0.0
-        radius = np.inf if found is None else self._radius(found.kappa)
-        if found is not None and found.stopped:
-            stopped = STOPPED
+    def _reason(self, found, best, by):
+        words, radius = f"No stable loop was found by {by}.", self._radius(found)
         if radius < 1 - EDGE:
+            decay = f"{-np.log(radius) / self.design.T:.4g} 1/s at the vertices"
+            asked = "" if self.sigma is None else f" (asked: {self.sigma:.4g})"
             words = (
-                f"The nearest gain reaches a decay of {-np.log(radius) / self.T:.4g} "
-                f"1/s at the vertices{f' (asked: {sigma:.4g})' * bool(sigma)}, found "
-                f"by {by}."
+                f"The nearest gain reaches a decay of {decay}{asked}, found by {by}."
             )
         if best is not None:
             words = f"{words} It isn't proven: {', '.join(best.proof.failed)}."
-        return self._design(None, sigma, reason=words + stopped)
+        return f"{words} Sample faster, act earlier, measure more, or ask for less."
+
+
+class _Loops:
+    """Sampled loops of some plants, which are affine in the free numbers.
+
+    ``made``: the controllers without a gain, and with a step of each number; ``steps``:
+    these; ``form``: what the numbers are.
+    """
+
+    def __init__(self, made, steps, form, plants):
+        self.made, self.steps, self.form, self.plants = made, steps, form, plants
+        F = np.array([[c.loop(d).F for d in plants] for c in made])
+        self.first, self.slopes = F[0], (F[1:] - F[0]) / steps[:, None, None, None]
+        self.K = self.slope = lambda x: x  # what `Objective` moves and asks
+
+    def with_more(self, plants, old=True):
+        return _Loops(
+            self.made, self.steps, self.form, [*(self.plants if old else ()), *plants]
+        )
+
+    def at(self, kappa):
+        return self.first + np.tensordot(kappa, self.slopes, 1)
+
+    def radii(self, kappa):
+        return abs(np.linalg.eigvals(self.at(kappa))).max(axis=1)
 
 
 class _Radius(Objective):
@@ -381,18 +380,17 @@ class _Radius(Objective):
         super().__init__(task, loops, unit, False)
         self.radius, self.size = radius, size
 
-    def _of(self, K):
-        poles = Poles(self.loops, K)
-        if not np.isfinite(poles.s).all():
-            return np.inf, 0 * K
-        level, *where = poles.worst([CIRCLE])
-        if level + 1 < FLOOR:
-            return (FLOOR - self.radius) / self.size, 0 * K
-        return (level + 1 - self.radius) / self.size, poles.slope(*where) / self.size
-
-
-def _rate(decay):
-    """e^-decay, in a few digits and not above."""
-    rate = np.exp(-decay)
-    digits = float(f"{rate:.{RATE_DIGITS}g}")
-    return digits if digits <= rate else float(f"{rate * (1 - 1e-5):.{RATE_DIGITS}g}")
+    def _of(self, kappa):
+        F, flat = self.loops.at(kappa), 0 * kappa
+        if not np.isfinite(F).all():
+            return np.inf, flat
+        z, V = np.linalg.eig(F)
+        i, j = divmod(int(abs(z).argmax()), z.shape[1])
+        value = abs(z[i, j])
+        if value < FLOOR:
+            return (FLOOR - self.radius) / self.size, flat
+        one = np.eye(len(V[i]))[j] + 0j
+        left = np.linalg.lstsq(V[i].T, one, rcond=None)[0]
+        turned = self.loops.slopes[:, i] @ V[i, :, j] @ left
+        slope = (turned * z[i, j].conj() / value).real
+        return (value - self.radius) / self.size, slope / self.size
