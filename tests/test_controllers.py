@@ -8,21 +8,19 @@ from scipy.linalg import expm
 import sosbook as sos
 from sosbook.controllers import FAULTS, Backlash, Controller, Replay
 from tests.axis import UNITS, T, axis, design, drive, rubbed
+from tests.cases import by_hand
 
 NAN = float("nan")
 
 
 def held(plant, T):
     """The plant's step by one exponential."""
-    n, (M, D, S, B) = plant.n, (plant.M, plant.D, plant.S, plant.B)
-    inverse, m = np.linalg.inv(M), plant.m
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ S, -inverse @ D]])
-    B = np.vstack([np.zeros((n, m)), inverse @ B])
+    (A, B), n, m = by_hand(plant), plant.n, plant.m
     both = expm(np.block([[A, B], [np.zeros((m, 2 * n + m))]]) * T)
     return both[: 2 * n, : 2 * n], both[: 2 * n, 2 * n :]
 
 
-def by_hand(c, plant, rows, ticks):
+def joined(c, plant, rows, ticks):
     """The loop's matrix, joined by python-control from the controller's own parts."""
     A, B = held(plant, c.T)
     N, m = B.shape
@@ -48,7 +46,7 @@ def drives():
 def test_the_loop_is_that_of_python_control(drives):
     c = axis()
     for loop, plant in zip(c.loops, drives):
-        theirs = by_hand(c, plant, np.array([[1.0, 0, 0, 0]]), 1).poles()
+        theirs = joined(c, plant, np.array([[1.0, 0, 0, 0]]), 1).poles()
         assert max(abs(theirs)) == pytest.approx(loop.radius, abs=1e-9)
     assert c.radius < 1 and c.order == 6
     assert c.set_point(r=[[1], [1]]).radius == c.radius  # a set point closes no loop
@@ -82,7 +80,7 @@ def test_loops_of_random_plants_in_odd_units(seed, memory):
         about |= dict(memory=memory)
     c = sampled.controller(measured, **about)
     rows = np.eye(2 * n) if measured is None else np.eye(2 * n)[:n]
-    theirs = abs(by_hand(c, plant, rows, seed % 2).poles()).max()
+    theirs = abs(joined(c, plant, rows, seed % 2).poles()).max()
     assert theirs == pytest.approx(c.radius, abs=1e-7) and theirs < 1
 
 

@@ -13,6 +13,7 @@ import sosbook as sos
 from sosbook.controllers import CompiledCode, code_fault
 from sosbook.controllers.compiler import FLAGS
 from tests.axis import UNITS, T, drive
+from tests.cases import by_hand
 from tests.test_controllers_code import KINDS, same
 
 FILTER = 0.005
@@ -100,9 +101,7 @@ def test_the_loop_has_the_poles_of_python_control():
     design = rough()
     c = design.controller(T=0.03)
     plant = design.request.plant
-    back = np.linalg.inv(plant.M)
-    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-back @ plant.S, -back @ plant.D]])
-    B = np.vstack([np.zeros((2, 2)), back @ plant.B])
+    A, B = by_hand(plant)
     rows = [[1, -0.5, 0, 0], [0.1, 0.3, 0, 0], [0, 0, 0, 1]]
     held = control.sample_system(control.ss(A, B, rows, np.zeros((3, 2))), 0.03)
     law = c.to_ss()[:, :3]

@@ -8,10 +8,10 @@ import json
 import re
 from dataclasses import dataclass
 from fractions import Fraction
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from flint import fmpq, fmpq_mat
 
 import sosbook as sos
 from sosbook import proofs
@@ -23,7 +23,6 @@ from sosbook.exact.proof_text import parse
 from sosbook.exact.rational import decimals
 from sosbook.language import named
 from sosbook.lmi import LMIProblem, Unknown, he
-from sosbook.plants.controllability import matrix_of
 from sosbook.requirements import LMIRegion, Requirement
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
@@ -33,6 +32,7 @@ from sosbook.runtime.names import sane_name
 from sosbook.synthesis.probe import affine_in_quotient
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
+from tests.hunt import truth
 from tests.hunt.tampering import verdicts
 from tests.oracles import mended, without_text
 
@@ -60,25 +60,9 @@ def agree(proof):
 
 def true_cost(plant, Q):
     """tr W'XW with A'X + XA = -Q without control, in rationals."""
-    n, inverse = plant.n, matrix_of(exact(plant.M)).inv()
-    zero, one = fmpq_mat(n, n), matrix_of(exact(np.eye(n)))
-    lower = [inverse * matrix_of(-exact(x)) for x in (plant.S, plant.D)]
-    rows = [[*a, *b] for a, b in zip(zero.table(), one.table())]
-    rows += [[*a, *b] for a, b in zip(*(x.table() for x in lower))]
-    N, A = 2 * n, fmpq_mat(rows)
-    L, right = fmpq_mat(N * N, N * N), fmpq_mat(N * N, 1)
-    for i in range(N):
-        for j in range(N):
-            right[i * N + j, 0] = -exact(float(Q[i, j]))
-            for k in range(N):
-                L[i * N + j, k * N + j] += A[k, i]
-                L[i * N + j, i * N + k] += A[k, j]
-    x = L.solve(right)
-    X = fmpq_mat(N, N, [x[k, 0] for k in range(N * N)])
-    push = (inverse * matrix_of(exact(plant.F))).table()
-    W = fmpq_mat([[fmpq(0)] * plant.p] * n + push)
-    product = W.transpose() * X * W
-    return float(sum(product[k, k] for k in range(plant.p)))
+    still = np.zeros((plant.m, 2 * plant.n))
+    E, A, W = truth.loop(plant.vertices, [1], still, None)
+    return truth.cost_of(E, A, W, still, SimpleNamespace(Q=Q, R=np.eye(plant.m)))
 
 
 @pytest.mark.parametrize(

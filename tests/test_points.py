@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 import sosbook as sos
 from benchmarks import structures
 from sosbook.synthesis import equations
-from tests.cases import chain, norm_on_a_grid
+from tests.cases import by_hand, chain, norm_on_a_grid
 
 N_MODES = 24  # 48 states: above the size from which equations answer
 
@@ -37,17 +37,6 @@ def rotor(n=N_MODES, speed=30.0):
     return sos.SecondOrderSystem(M, damping + 0.1 * speed * turn, S, B, B)
 
 
-def loop(plant):
-    n = plant.n
-    A = np.block(
-        [
-            [np.zeros((n, n)), np.eye(n)],
-            [-np.linalg.solve(plant.M, plant.S), -np.linalg.solve(plant.M, plant.D)],
-        ]
-    )
-    return A, np.vstack([np.zeros((n, plant.m)), np.linalg.solve(plant.M, plant.B)])
-
-
 @pytest.mark.parametrize("unit", [1.0, 0.3, 9.81])
 def test_a_stable_structure_needs_no_gain(unit):
     design = sos.design_pid(structure(unit=unit), region=sos.PoleRegion(1e-3))
@@ -59,7 +48,7 @@ def test_a_stable_structure_needs_no_gain(unit):
 
 @pytest.mark.parametrize("plant", [structure(), structure(5), rotor()], ids=repr)
 def test_the_least_effort_moves_what_it_must_and_no_more(plant):
-    A, B = loop(plant)
+    A, B = by_hand(plant)
     before = np.linalg.eigvals(A)
     sigma = np.quantile(-before.real, 0.3)
     design = sos.design_pid(plant, region=sos.PoleRegion(sigma))
@@ -76,7 +65,7 @@ def test_the_least_effort_moves_what_it_must_and_no_more(plant):
 
 def test_regions_of_three_kinds_are_kept_at_once():
     plant = structure()
-    A, B = loop(plant)
+    A, B = by_hand(plant)
     w = np.abs(np.linalg.eigvals(A))
     region = sos.PoleRegion(0.02, np.arccos(0.0048), 3 * w.max())
     design = sos.design_pid(plant, region=region)
@@ -89,7 +78,7 @@ def test_regions_of_three_kinds_are_kept_at_once():
 @pytest.mark.parametrize("share, zero", [(1.2, True), (0.3, False)])
 def test_an_h_infinity_bound_by_a_riccati_equation(share, zero):
     plant = structure()
-    A, B = loop(plant)
+    A, B = by_hand(plant)
     Bw = np.vstack([np.zeros((plant.n, 1)), plant.F])
     C = np.hstack([np.eye(plant.n), np.zeros((plant.n, plant.n))])
     open_loop = norm_on_a_grid(A, Bw, C)
@@ -102,7 +91,7 @@ def test_an_h_infinity_bound_by_a_riccati_equation(share, zero):
 
 def test_least_cost_and_observer_of_a_large_plant_are_proven():
     plant = structure(n=22)
-    N, (A, B) = 2 * plant.n, loop(structure(n=22))
+    N, (A, B) = 2 * plant.n, by_hand(structure(n=22))
     design = sos.design_lqr(plant, np.eye(N), np.eye(plant.m))
     K, X, _ = control.lqr(A, B, np.eye(N), np.eye(plant.m))
     assert np.allclose(design.K, -K, rtol=1e-6, atol=1e-6 * np.abs(K).max())
@@ -114,7 +103,7 @@ def test_least_cost_and_observer_of_a_large_plant_are_proven():
 
 
 def test_a_descriptor_system_is_balanced_by_powers_of_two():
-    A, B = loop(structure(n=20))
+    A, B = by_hand(structure(n=20))
     E = np.diag(np.r_[np.full(20, 0.3), np.full(20, 9.81)])
     design = sos.design_pid(
         sos.DescriptorSystem(E, E @ A, E @ B), region=sos.PoleRegion(1e-4)

@@ -19,7 +19,7 @@ from sosbook.synthesis.structured import slopes
 from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
 from sosbook.synthesis.structured.loops import loops_of
 from sosbook.synthesis.structured.objective import Objective, Task
-from tests.cases import campaign
+from tests.cases import by_hand, campaign
 from tests.test_proof_files import held_against
 
 LAW = sos.PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
@@ -48,11 +48,7 @@ def loop_poles(plant, design):
     c = design.exact_controller()
     A, B, C, D = (x.astype(float) for x in (c.A, c.B, c.C, c.D))
     rows = design.request.law_parts.rows.astype(float)
-    n, back = plant.n, np.linalg.inv(plant.M)
-    plain = np.block([
-        [np.zeros((n, n)), np.eye(n)], [-back @ plant.S, -back @ plant.D]
-    ])  # fmt: skip
-    push = np.vstack([0 * plant.B, back @ plant.B])
+    plain, push = by_hand(plant)
     return np.linalg.eigvals(
         np.block([[plain + push @ D @ rows, push @ C], [B @ rows, A]])
     )
@@ -599,10 +595,8 @@ def test_the_worst_plant_between_the_ends_of_one_range_is_searched_with():
     assert design.searched.between and design.certify().proven
     K = design.K
     for a in np.linspace(0, 7.7, 78):
-        p = plants.at(a=a)
-        x = np.block([[np.zeros((2, 2)), np.eye(2)], [p.B @ K - np.hstack([p.S, p.D])]])
-        E = np.block([[np.eye(2), np.zeros((2, 2))], [np.zeros((2, 2)), p.M]])
-        assert np.linalg.eigvals(np.linalg.solve(E, x)).real.max() < -0.1
+        A, B = by_hand(plants.at(a=a))
+        assert np.linalg.eigvals(A + B @ K).real.max() < -0.1
 
 
 LAWS = [

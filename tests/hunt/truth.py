@@ -30,7 +30,7 @@ def broken(vertices, K, U, requirements, rng, between=0):
     """
     faults = []
     for weights in _weights(len(vertices), between, rng):
-        E, A, W = _loop(vertices, weights, K, U)
+        E, A, W = loop(vertices, weights, K, U)
         poles = _poles(E, A)
         if poles.real.max() >= 0:
             faults.append(f"a pole at {poles[np.argmax(poles.real)]:.6g}")
@@ -50,7 +50,7 @@ def broken(vertices, K, U, requirements, rng, between=0):
                 if peak > r.u_max * (1 + SLACK):
                     faults.append(f"|K x| reaches {peak:.8g}, not below {r.u_max:.8g}")
             elif data["kind"] == "cost":
-                cost = _cost(E, A, W if r.noise == "F" else None, K, r)
+                cost = cost_of(E, A, W if r.noise == "F" else None, K, r)
                 if cost >= r.bound:
                     faults.append(f"the cost is {cost:.8g}, not below {r.bound:.8g}")
     return faults
@@ -76,7 +76,7 @@ def _exact(rows):
     return fmpq_mat(*rows.shape, [_rational(x) for x in rows.ravel()])
 
 
-def _loop(vertices, weights, K, U):
+def loop(vertices, weights, K, U):
     """E, A + B K and the matrix of w, in rationals, of a mean of the vertices."""
     total = int(sum(weights))
     mean = {
@@ -179,7 +179,7 @@ def _peak(E, A, K, x0, steps=400):
     return peak
 
 
-def _cost(E, A, W, K, r):
+def cost_of(E, A, W, K, r):
     """tr(W' X W) with A'X + X A + Q + K'R K = 0, exactly; of all states the largest.
 
     The noise enters E x' = A x + B u + W w, or each state of x' alone.
