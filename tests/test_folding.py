@@ -59,6 +59,8 @@ def agrees(cell):
 def test_what_draws_or_imports_is_folded_and_control_is_not(path):
     for cell, before in cells(path):
         solution = "{solution" in before
+        said = "".join(output.get("text", "") for output in cell.outputs)
+        assert said.strip() not in ("True", "False"), cell.source
         if draws(cell) or imports(cell) or (agrees(cell) and not solution):
             assert folded(cell), cell.source
         if folded(cell) and not solution and not cell.source.count("_atlas("):
