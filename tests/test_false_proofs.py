@@ -546,44 +546,13 @@ def test_a_requirement_without_blocks_proves_nothing():
     assert "an author's claim rests on no block" in proof.failed[0]
 
 
-@dataclass(frozen=True, eq=False)
-class Mass(Trivial):
-    """E P E' < 100, which isn't affine after a division by E, whatever it says."""
-
-    kind = name = "mass"
+def of_block(kind, write):
+    """A requirement with one block; its author says that it is affine."""
 
     def pair(self, loop, c):
-        yield "mass", 100 * sos.lmi.eye(c.EPE.shape[0]) - c.EPE
+        yield kind, write(c)
 
-
-@dataclass(frozen=True, eq=False)
-class Square(Trivial):
-    """Quadratic in the quotient's B_w."""
-
-    kind = name = "square"
-
-    def pair(self, loop, c):
-        yield "square", c.EPE - c.Bw @ c.Bw.T
-
-
-@dataclass(frozen=True, eq=False)
-class Entry(Trivial):
-    """One entry of an affine block: a division by E doesn't leave it alone."""
-
-    kind = name = "entry"
-
-    def pair(self, loop, c):
-        yield "entry", c.EPE[:1, :1]
-
-
-@dataclass(frozen=True, eq=False)
-class Fine(Trivial):
-    """A block of the package."""
-
-    kind = name = "fine"
-
-    def pair(self, loop, c):
-        yield "fine", -he(c.Theta) - c.EPE
+    return type(kind.title(), (Trivial,), dict(kind=kind, name=kind, pair=pair))()
 
 
 def lever(masses=(0.5, 1.5)):
@@ -601,10 +570,14 @@ def lever(masses=(0.5, 1.5)):
 @pytest.mark.parametrize(
     "requirement, fine",
     [
-        (Mass(), False),
-        (Square(), False),
-        (Entry(), False),
-        (Fine(), True),
+        # E P E' < 100 isn't affine after a division by E, whatever it says
+        (of_block("mass", lambda c: 100 * sos.lmi.eye(4) - c.EPE), False),
+        # quadratic in the quotient's B_w
+        (of_block("square", lambda c: c.EPE - c.Bw @ c.Bw.T), False),
+        # a division by E doesn't leave one entry of an affine block alone
+        (of_block("entry", lambda c: c.EPE[:1, :1]), False),
+        # a block of the package
+        (of_block("fine", lambda c: -he(c.Theta) - c.EPE), True),
         (energy_to_peak.EnergyToPeak(2.0), True),
         (energy_to_peak.EnergyToPeak(), True),
         (sos.QuadraticCost(np.eye(4), ONE, "F", 9.0), True),

@@ -149,13 +149,6 @@ def test_coordinates(name, seed):
     same_design(name, Units(1.0, T, regular(n), Q, regular(a)))
 
 
-def refused(name, units):
-    """The request as it is and in other units."""
-    plant, asked = UNPROVEN[name]
-    there = sos.design_pid(units.plant(plant), **units.requirements(asked))
-    return plain(name), there
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", UNPROVEN)
 @some
@@ -165,9 +158,10 @@ def test_what_is_not_proven_infeasible_is_feasible_in_no_units(
     name, time, length, force, signal
 ):
     """Each verdict says "infeasible" with a proof, else what is excluded."""
-    for design in refused(
-        name, as_units(UNPROVEN[name][0], (time, length, force, signal, 0), 0)
-    ):
+    plant, asked = UNPROVEN[name]
+    units = as_units(plant, (time, length, force, signal, 0), 0)
+    there = sos.design_pid(units.plant(plant), **units.requirements(asked))
+    for design in (plain(name), there):
         assert design.status in ("infeasible", "undecided")
         assert design.K is None
         proven = design.infeasibility is not None and design.infeasibility.proven

@@ -9,18 +9,8 @@ import sosbook
 
 PACKAGE = Path(sosbook.__file__).parent
 HOMES = ("requirements", "book")  # the book speaks of the thesis's own examples
-NAMES = {
-    "gamma",
-    "saturation",
-    "cost",
-    "u_max",
-    "hinf",
-    "lqr",
-    "half-plane",
-    "sector",
-    "disk",
-    "sigma",
-}
+NAMES = {"gamma", "saturation", "cost", "u_max", "hinf", "lqr"}
+NAMES |= {"half-plane", "sector", "disk", "sigma"}
 ATTRIBUTES = {"gamma", "saturation", "cost", "region"}
 # keywords of the design functions, which become requirements at once
 SHORTHAND = {

@@ -14,20 +14,9 @@ from functools import cache
 from pathlib import Path
 
 KINDS = ("noise", "kernels", "simd")
-CORES = (
-    "Prescott",
-    "Core2",
-    "Nehalem",
-    "Sandybridge",
-    "Haswell",
-    "Zen",
-    "SkylakeX",
-    "Cooperlake",
-    "Sapphirerapids",
-    "ARMV8",
-    "NEOVERSEN1",
-    "NEOVERSEV1",
-)
+X86 = "Prescott", "Core2", "Nehalem", "Sandybridge", "Haswell", "Zen"
+CORES = (*X86, "SkylakeX", "Cooperlake", "Sapphirerapids")
+CORES += ("ARMV8", "NEOVERSEN1", "NEOVERSEV1")
 PROBE = """
 import json, numpy, scipy.linalg, threadpoolctl
 A = numpy.random.default_rng(1).normal(size=(70, 70))

@@ -23,17 +23,8 @@ GEOMETRY = {
     "svg": {"x", "y", "width", "height", "viewbox"},
 }
 INSIDE = {"g", "svg", "a", "symbol", "clippath"}
-BY_REFERENCE = {
-    "defs",
-    "clippath",
-    "symbol",
-    "pattern",
-    "lineargradient",
-    "radialgradient",
-    "marker",
-    "mask",
-    "metadata",
-}
+BY_REFERENCE = {"defs", "clippath", "symbol", "pattern", "marker", "mask", "metadata"}
+BY_REFERENCE |= {"lineargradient", "radialgradient"}
 ROUND = 0.5522847498  # a quarter circle as a Bezier curve
 UNIT = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
