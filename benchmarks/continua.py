@@ -12,6 +12,7 @@ import sosbook as sos
 from sosbook.plants.descriptor import descriptors
 
 from .elements import beam_matrices, plate_matrices
+from .foreign import wiresaw
 from .plants import beam
 
 
@@ -29,24 +30,12 @@ def observed_beam(n):
     return plant, observed(plant, tip.T)
 
 
-def observed_wire(n, speed=0.3):
-    """A travelling wire, gyroscopic, seen at one place.
-
-    Source: S. Wei and I. Kao, J. Sound Vibration 231, 2000; "wiresaw1" in
-    NLEVP, see `benchmarks.foreign.wiresaw`. The damping is our own.
-    """
-    j = np.arange(1, n + 1)
-    odd = (j[:, None] + j) % 2 == 1
-    gap = np.where(odd, j[:, None] ** 2 - j**2, 1)
-    D = np.where(odd, 4 * np.outer(j, j) * speed / gap, 0)
-    seen = np.sin(0.3 * np.pi * j)[None]
-    plant = sos.SecondOrderSystem(
-        np.eye(n) / 2,
-        D + 0.05 * np.eye(n),
-        np.diag(j**2 * np.pi**2 * (1 - speed**2) / 2),
-        seen.T,
-        seen.T,
-    )
+def observed_wire(n):
+    """The wire of `benchmarks.foreign.wiresaw`, with our own damping, and one sensor."""
+    wire, _ = wiresaw(n)
+    seen = np.sin(0.3 * np.pi * np.arange(1, n + 1))[None]
+    D = wire.D + 0.05 * np.eye(n)
+    plant = sos.SecondOrderSystem(wire.M, D, wire.S, seen.T, seen.T)
     return plant, observed(plant, seen)
 
 

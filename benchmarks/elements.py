@@ -28,15 +28,19 @@ def beam_element(h):
     return h / 420 * M, S / h**3
 
 
-def beam_matrices(elements):
-    """M and S of a cantilever of length one, clamped at its first node."""
+def beam_matrices(elements, held=(0, 1)):
+    """M and S of a beam of length one, without the coordinates that are held.
+
+    Those are the deflection and the slope of its first node, of a cantilever.
+    """
     M, S = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
     m, s = beam_element(1 / elements)
     for e in range(elements):
         here = slice(2 * e, 2 * e + 4)
         M[here, here] += m
         S[here, here] += s
-    return M[2:, 2:], S[2:, 2:]
+    free = np.delete(np.arange(2 * elements + 2), held)
+    return M[np.ix_(free, free)], S[np.ix_(free, free)]
 
 
 def plate_element(a, b, poisson=0.3):

@@ -8,7 +8,7 @@ import numpy as np
 
 import sosbook as sos
 
-from .elements import beam_element
+from .elements import beam_matrices
 from .plants import public
 
 G = 9.81  # m/s^2
@@ -357,17 +357,10 @@ def damped_beam(elements=6):
     0.674 kg/m, 1 m, 7e10 Pa, 0.05 by 0.005 m, damper 5. With 1 % of material
     damping, which is our own.
     """
-    n, h = elements, 1 / elements
-    EI, rho = 7e10 * 0.05 * 0.005**3 / 12, 0.674
-    mass, bend = beam_element(h)
-    M, S = np.zeros((2, 2 * n + 2, 2 * n + 2))
-    for e in range(n):
-        nodes = slice(2 * e, 2 * e + 4)
-        M[nodes, nodes] += rho * mass
-        S[nodes, nodes] += EI * bend
-    free = [k for k in range(2 * n + 2) if k not in (0, 2 * n)]
-    M, S = (x[np.ix_(free, free)] for x in (M, S))
-    middle = np.eye(2 * n)[:, [free.index(2 * (n // 2))]]
+    n, EI, rho = elements, 7e10 * 0.05 * 0.005**3 / 12, 0.674
+    M, S = beam_matrices(n, (0, 2 * n))
+    M, S = rho * M, EI * S
+    middle = np.eye(2 * n)[:, [2 * (n // 2) - 1]]
     w = np.sqrt(np.linalg.eigvals(np.linalg.solve(M, S)).real.min())
     plant = sos.SecondOrderSystem(
         M, 5 * middle @ middle.T + 0.02 / w * S, S, B=middle, F=middle

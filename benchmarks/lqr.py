@@ -14,20 +14,6 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
 
 
-def pendulum():
-    """(4.25), vertex 1. Print has D and S on the right-hand side.
-
-    With them there, R = 1 gives the gains of Table 4.1.
-    """
-    return sos.SecondOrderSystem(
-        M=0.3365e-6 * np.eye(2),
-        D=-1e-5 * np.array([[-0.5659, 0.5659], [0.9024, -0.9024]]),
-        S=-1e-4 * np.array([[0.5062, 0], [-0.3712, 0]]),
-        B=1e-4 * np.array([[-0.2324], [0.3706]]),
-        F=[[1], [1]],
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class LqrTask:
     """Theorem 2.4 in given coordinates: x = T xi, u = scale v, rows, J."""
@@ -38,10 +24,10 @@ class LqrTask:
     unit: float  # of w, in which J is small
 
     @classmethod
-    def of(cls, plant, requirements=None, coordinates="raw"):
+    def of(cls, plant, framed=False):
         d = descriptors(plant)[0]
         one = np.eye(len(d.E))
-        if coordinates == "raw":
+        if not framed:
             return cls(plant, one, one, 1.0)
         frame = Frame.of(Request(plant))
         left, T = frame.left, frame.T

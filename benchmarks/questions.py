@@ -101,7 +101,7 @@ class Lqr:
 
     @cached_property
     def task(self):
-        return LqrTask.of(self.plant, self.asked, "frame" if self.framed else "raw")
+        return LqrTask.of(self.plant, self.framed)
 
     @cached_property
     def cost(self):

@@ -15,7 +15,6 @@ from benchmarks.clock import Job, trial
 from benchmarks.competitors import COMPETITORS, Competitor
 from benchmarks.cones import compiled
 from benchmarks.foreign import foreign
-from benchmarks.lqr import pendulum
 from benchmarks.questions import Lqr, NoAnswer, Pid, right
 from benchmarks.records import FIELDS
 from benchmarks.robustness import SYSTEMS, asked_in_units
@@ -80,7 +79,9 @@ def test_gains_of_all_coordinates_are_the_plants(framed):
 
 
 def test_the_lqr_is_judged_by_the_riccati_equation():
-    question = Lqr(pendulum(), {})
+    p = sos.thesis.mip()  # (4.25), vertex 1; print has D and S on the right-hand side
+    plant = sos.SecondOrderSystem(p.M[0], -p.D[0], -p.S[0], p.B[0], p.F)
+    question = Lqr(plant, {})
     K = question.design()["K"]
     # thesis, Table 4.1, R = 1; print was made from rounded matrices
     np.testing.assert_allclose(K, [[38.3431, 1.0001, 4.0221, 1.5153]], rtol=5e-4)
