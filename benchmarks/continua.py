@@ -31,7 +31,7 @@ def observed_beam(n):
 
 
 def observed_wire(n):
-    """The wire of `benchmarks.foreign.wiresaw`, with our own damping, and one sensor."""
+    """The wire of `benchmarks.foreign.wiresaw`, our damping, and one sensor."""
     wire, _ = wiresaw(n)
     seen = np.sin(0.3 * np.pi * np.arange(1, n + 1))[None]
     D = wire.D + 0.05 * np.eye(n)

@@ -1,5 +1,5 @@
 import {announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, number, PageElement, panel, panels, places, printed, READOUT, slider, steady, withConjugates} from "./kit.js";
-import {apply, exponential, scale} from "./linalg.js";
+import {add, apply, mul, pushed} from "./linalg.js";
 import {Plot, S_PLANE} from "./plot.js";
 import * as python from "./program.js";
 
@@ -8,21 +8,10 @@ const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 
 // -------------------------------------------------- the linear response
 // z(t) of x' = (A + B K) x + (s - B K_P r) from rest; one row an instant.
-function stepResponse(vertex, K, r, horizon, steps) {
-  const {A, B, s} = vertex, n = r.length;
-  const rate =
-    A.map((row, i) => [...row.map((a, j) => a + B[i].reduce((sum, b, k) => sum + b * K[k][j], 0)),
-            s[i] - B[i].reduce((sum, b, k) => sum + b * r.reduce((inner, x, j) => inner + K[k][j] * x, 0), 0),
-  ]);
-  rate.push(new Array(A.length + 1).fill(0));
-  const forward = exponential(scale(horizon / steps, rate));
-  let x = rate.map((_, i) => i === A.length ? 1 : 0);
-  const rows = [];
-  for (let k = 0; k <= steps; k++) {
-    rows.push(x.slice(0, n));
-    x = apply(forward, x);
-  }
-  return rows;
+function stepResponse({A, B, s}, K, r, horizon, steps) {
+  const n = r.length, level = apply(B, apply(K.map(row => row.slice(0, n)), r));
+  const push = s.map((x, i) => x - level[i]);
+  return pushed(add(A, mul(B, K)), push, horizon, steps).map(x => x.slice(0, n));
 }
 
 // ----------------------------------------------------------- the region

@@ -1,5 +1,6 @@
 import {clamp, clean, define, degrees, round} from "./kit.js";
-import {Mover, number, samples, series, verdict} from "./mover.js";
+import {samples} from "./linalg.js";
+import {Mover, number, series, verdict} from "./mover.js";
 import {linear, runge, slope} from "./pendulum.js";
 import {picture} from "./plot.js";
 

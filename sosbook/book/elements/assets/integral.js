@@ -1,6 +1,6 @@
 import {clamp, define, round} from "./kit.js";
-import {add, block, combine, eigenvalues, motion, mul, rightmost, solve, zeros} from "./linalg.js";
-import {Mover, number, samples, series, verdict} from "./mover.js";
+import {add, block, combine, eigenvalues, motion, mul, rightmost, samples, solve, zeros} from "./linalg.js";
+import {Mover, number, series, verdict} from "./mover.js";
 import {picture} from "./plot.js";
 
 const T = 0.025, STEPS = 800, PUSH = 400;  // s; the step at which the force sets in

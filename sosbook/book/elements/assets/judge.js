@@ -4,7 +4,7 @@ import {combined, matrix, rowsOf, times} from "../../kernel/matrices.js";
 import {gainAt} from "../../kernel/truth.js";
 
 import {clean, escape, printed} from "./kit.js";
-import {add, apply, block, eigenvalues, exponential, eye, mul, scale, solve, transpose} from "./linalg.js";
+import {add, apply, block, eigenvalues, eye, mul, pushed, scale, solve, transpose} from "./linalg.js";
 
 const STEPS = 800, LONG = 8;  // of a motion, and how many time constants it lasts
 const NEAR = 0.02;            // of the set point: settled
@@ -22,18 +22,7 @@ export function quiet(U, K, r) {
 }
 
 // A motion x' = A x + b from rest, [t, x] at equal times.
-function motion(A, b, horizon) {
-  const still = [...A.map((row, i) => [...row, b[i]]), [...b.map(() => 0), 0]];
-  const forward = exponential(scale(horizon / STEPS, still));
-  /** @type {any[]} */
-  const list = [];
-  let x = [...b.map(() => 0), 1];
-  for (let k = 0; k <= STEPS; k++) {
-    list.push([k * horizon / STEPS, x]);
-    x = apply(forward, x);
-  }
-  return list;
-}
+const motion = (A, b, horizon) => pushed(A, b, horizon, STEPS).map((x, k) => [k * horizon / STEPS, x]);
 
 // The largest sensitivity at the plant's input.
 function sensitivity(A, B, K, poles) {

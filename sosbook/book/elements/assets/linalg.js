@@ -51,3 +51,17 @@ export function held(A, B, T) {
   const E = exponential(scale(T, block([[A, B], [zeros(m, n), zeros(m, m)]])));
   return [part(E, [0, n], [0, n]), part(E, [0, n], [n, n + m])];
 }
+
+// Samples of x' = A x + B u, exact for an input that is held from one to the next.
+export function samples(A, B, x, inputs, T) {
+  const [Phi, Gamma] = held(A, B, T), all = [x];
+  for (const u of inputs) {
+    const [free, driven] = [apply(Phi, all.at(-1)), apply(Gamma, u)];
+    all.push(free.map((value, i) => value + driven[i]));
+  }
+  return all;
+}
+
+// The same from rest, with so many steps, for a push b that stays.
+export const pushed = (A, b, horizon, steps) =>
+  samples(A, b.map(x => [x]), b.map(() => 0), Array(steps).fill([1]), horizon / steps);

@@ -1,6 +1,6 @@
 import {clean, define, round} from "./kit.js";
-import {eigenvalues, make, motion, spectralRadius} from "./linalg.js";
-import {Mover, number, samples, series, verdict} from "./mover.js";
+import {eigenvalues, make, motion, samples, spectralRadius} from "./linalg.js";
+import {Mover, number, series, verdict} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
 const STEPS = 300;

@@ -1,7 +1,6 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 import {announce, band, buttons, clamp, clean, complex, controls, drag, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
-import {apply, held} from "./linalg.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 
 // Room for the longest of the words that a slider may show: its label doesn't break anew.
@@ -340,16 +339,6 @@ export function range(values, least = 0) {
 export function normal(seed) {
   const random = uniform(seed);
   return () => gaussian(random);
-}
-
-// Samples of x' = A x + B u, exact for an input that is held from one to the next.
-export function samples(A, B, x, inputs, T) {
-  const [Phi, Gamma] = held(A, B, T), all = [x];
-  for (const u of inputs) {
-    const [free, driven] = [apply(Phi, all.at(-1)), apply(Gamma, u)];
-    all.push(free.map((value, i) => value + driven[i]));
-  }
-  return all;
 }
 
 export const series = (values, T, every = 1) =>

@@ -2,8 +2,8 @@
 // plants is proven cell by cell, or a plant of it breaks the claim.
 import {affine, corners, covering, drawn, ends, middle, quotient} from "./cells.js";
 import {clean, complex, define, round} from "./kit.js";
-import {eigenvalues, rightmost} from "./linalg.js";
-import {Mover, number, samples, verdict} from "./mover.js";
+import {eigenvalues, rightmost, samples} from "./linalg.js";
+import {Mover, number, verdict} from "./mover.js";
 import {mark, picture, Plot} from "./plot.js";
 
 const MOST = 600;  // cells that are tried: a drag stays a drag

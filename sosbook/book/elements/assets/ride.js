@@ -1,6 +1,6 @@
 import {clean, define, round} from "./kit.js";
-import {add, make, motion, mul, scale, solve, zeros} from "./linalg.js";
-import {Mover, number, samples, series, verdict} from "./mover.js";
+import {add, make, motion, mul, samples, scale, solve, zeros} from "./linalg.js";
+import {Mover, number, series, verdict} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
 const STEPS = 600, HEIGHT = 0.05;         // m, of the bump

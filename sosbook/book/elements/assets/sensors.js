@@ -3,8 +3,8 @@
 // these plants.
 import {corners, covering, drawn, ends, middle, quotient} from "./cells.js";
 import {capital, clamp, clean, complex, define, drag, round} from "./kit.js";
-import {eigenvalues, mul, rightmost, spectralRadius, trace} from "./linalg.js";
-import {Mover, number, samples, series, verdict, wide} from "./mover.js";
+import {eigenvalues, mul, rightmost, samples, spectralRadius, trace} from "./linalg.js";
+import {Mover, number, series, verdict, wide} from "./mover.js";
 import {hatching, mark, picture, Plot} from "./plot.js";
 import {driven, hidden, sought} from "./sought.js";
 import {law, loop, ticked, unit} from "./ticked.js";
