@@ -135,5 +135,11 @@ def test_bad_norms_are_named():
     ):
         with pytest.raises(ValueError, match=words):
             c.certify(norm=norm)
+    ends = [[[0, 1], [-1, -k]] for k in (1, 2)]
+    seen = sos.DescriptorSystem(
+        np.eye(2), ends, [[0], [1]], [[0], [1]], [[[1, 0]], [[2, 0]]]
+    )
+    with pytest.raises(ValueError, match="differs from plant to plant"):
+        sos.certify_sampled(seen, [[0, 0]], 0.1, norm=sos.HInfinity(9))
     with pytest.raises(ValueError, match="rate=1"):
         c.certify(norm=sos.HInfinity(3), rate=0.99)

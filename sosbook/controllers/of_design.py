@@ -116,10 +116,10 @@ def controller_of(
         return Controller(**about, estimate=estimate)
     _observable(vertices, rows, names)
     gains = _gains(gain.K, N, U, rows, T, R)
-    known = [(w, mixed(vertices, w)) for w in np.eye(len(vertices))]
+    known = [(w, _mixed(vertices, w)) for w in np.eye(len(vertices))]
     if len(vertices) > 1:
         middle = np.full(len(vertices), 1 / len(vertices))
-        known = [(middle, mixed(vertices, middle)), *known]
+        known = [(middle, _mixed(vertices, middle)), *known]
     full = _gains(gain.K, N, U, np.eye(N), T, R)
     parts, _ = assembled(direct(np.eye(N), m), timing, *full)
     at_best = max(Loop.of(parts, np.eye(N), timing, d).radius for d in plants)
@@ -146,7 +146,7 @@ def controller_of(
         )
     estimate, chosen = found
     estimate = observed(
-        mixed(vertices, chosen.weights),
+        _mixed(vertices, chosen.weights),
         timing,
         rows,
         round_digits(chosen.M, DIGITS),
@@ -160,7 +160,7 @@ def between(vertices):
     if len(vertices) == 1:
         return ()
     weights = random_weights(len(vertices), BETWEEN, 0)
-    return tuple(mixed(vertices, w) for w in weights)
+    return tuple(_mixed(vertices, w) for w in weights)
 
 
 def check_rate(vertices, timing):
@@ -254,7 +254,7 @@ def _gains(K, N, U, rows, T, R):
     return K[:, :N], K[:, N:], _sums(U, rows), T, -K[:, : len(R)] @ R
 
 
-def mixed(vertices, weights):
+def _mixed(vertices, weights):
     """The mixture of some vertices in descriptor form."""
     d = vertices[0]
 

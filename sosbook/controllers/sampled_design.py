@@ -12,7 +12,6 @@ from ..exact.proof import Unproven
 from ..laws import Law
 from ..plants.checks import count, positive
 from ..plants.kinds import Plant
-from ..plants.simplex import random_weights
 from ..requirements.pole_region import LMIRegion
 from ..requirements.vocabulary import SIGMA
 from ..runtime.read_only import ReadOnly
@@ -21,18 +20,16 @@ from ..runtime.time_limit import OutOfTime, time_limit
 from ..sampled.certificate import SampledCertificate
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..synthesis.request import Request
-from ..synthesis.structured.design import AGAIN, DIGITS, FEW, Searched, record
+from ..synthesis.structured.design import DIGITS, Searched, record
 from ..synthesis.structured.loops import corners_of, loops_of
 from ..synthesis.structured.objective import DECAY, LARGEST, Objective, Task
-from ..synthesis.structured.search import search, starting_points
+from ..synthesis.structured.search import Found, search, starting_points
 from .controller import Controller, checked_delay
-from .of_design import check_rate, controller_of, mixed
+from .of_design import check_rate, controller_of
 from .report import write_report
 
 FLOOR = 0.05  # of the spectral radius: nothing is asked to die out faster
-EASIER = 1, 3, 10  # times the backoff, until a proof is found
-WORSE = 0.01  # of what is left to one: so much a plant between may be slower
-BETWEEN = 50  # random plants between several vertices that a gain is tried with
+EASIER = 1, 3, 10, 50  # times the backoff, until a proof is found
 EDGE = 1e-9  # of the circle, that floats don't see
 STOPPED = " The time was over before."
 
@@ -168,8 +165,8 @@ def design_sampled(
         The decay in 1/s: at the ticks every motion decays at least as e^(-sigma t).
         Without it the fastest one that the search finds, backed off.
     backoff : float
-        Which share of the fastest decay is given away for the proof; up to ten times
-        as much, where plants between the vertices need it.
+        Which share of the fastest decay is given away for the proof; up to
+        fifty times as much, where plants between the vertices need it.
     starts, seed, time_limit
         As in `design_pid`.
     cells : int
@@ -219,22 +216,21 @@ def design_sampled(
     parts = request.law_parts
     if parts.free not in (0, len(parts.states)):
         raise ValueError("law: of its own states all dynamics are free, or none")
-    vertices = input_vertices(request.plant, None)
-    check_rate(vertices, SampleTiming.of(T, delay))
+    check_rate(input_vertices(request.plant, None), SampleTiming.of(T, delay))
     some = SampledDesign(request, T, delay, "undecided", None, sigma or 0.0)
-    work = _Work(some, vertices, sigma, backoff, cells)
+    work = _Work(some, sigma, backoff, cells)
     return work.done(count("starts", starts, 1), count("seed", seed), time_limit)
 
 
 class _Work:
     """A search of gains at the ticks, and the proof of what it finds.
 
-    ``design``: with all but its gain; ``vertices``: of its plant; ``sigma``,
-    ``backoff``, ``cells``: as in `design_sampled`.
+    ``design``: with all but its gain; ``sigma``, ``backoff``, ``cells``: as in
+    `design_sampled`.
     """
 
-    def __init__(self, design, vertices, sigma, backoff, cells):
-        self.design, self.vertices, self.sigma = design, vertices, sigma
+    def __init__(self, design, sigma, backoff, cells):
+        self.design, self.sigma = design, sigma
         self.backoff, self.cells = backoff, cells
         self.asked = 1.0 if sigma is None else np.exp(-sigma * design.T)
         request, goal = design.request, DECAY if sigma is None else None
@@ -253,29 +249,27 @@ class _Work:
         self.loops = _Loops(made, steps, form, plants)
 
     def done(self, starts, seed, seconds):
-        best, found, total, between, stopped = None, None, 0, 0, ""
+        best, found, stopped = None, Found(None, np.inf, 0), ""
         try:
             with time_limit(seconds):
-                for again in range(AGAIN):
-                    near = () if found is None else (found.kappa,)
-                    found = search(
-                        self.task, self.loops, FEW if again else starts, seed, near,
-                        self._objective, self._begin,
-                    )  # fmt: skip
-                    total += found.starts
-                    stopped = STOPPED * found.stopped
-                    if not self._radius(found) < min(self.asked, 1 - EDGE):
-                        break
-                    worse = self._worse(found) if again < AGAIN - 1 else None
-                    if worse is None:
-                        best = self._proven(found.kappa)
-                        break
-                    self.loops, between = self.loops.with_more([worse]), between + 1
+                found = search(
+                    self.task,
+                    self.loops,
+                    starts,
+                    seed,
+                    (),
+                    self._objective,
+                    self._begin,
+                )
+                stopped = STOPPED * found.stopped
+                if self._radius(found.kappa) < min(self.asked, 1 - EDGE):
+                    best = self._proven(found.kappa)
         except OutOfTime:
             stopped = STOPPED
-        by = record(self.task, self.loops, total, seed, between)
+        by = record(self.task, self.loops, found.starts, seed, 0)
         if best is None or best.status != "feasible":
-            best = replace(self.design, reason=self._reason(found, best, by) + stopped)
+            words = self._reason(found.kappa, best, by)
+            best = replace(self.design, reason=words + stopped)
         return replace(best, searched=by)
 
     def _objective(self, task, loops, unit, norms):
@@ -284,9 +278,6 @@ class _Work:
 
     def _begin(self, task, loops, count, rng, near):
         """Those of the loop in continuous time, taken from tick to tick."""
-        first = self.continuous.units(task.rate) * self.pace
-        for kappa in near:
-            yield first, kappa / first
         for unit, x in starting_points(self.slow, self.continuous, count, rng, ()):
             kappa, unit = self._held(unit * x), unit * self.pace
             yield unit, np.clip(kappa, -task.limits, task.limits) / unit
@@ -302,20 +293,10 @@ class _Work:
         M = self.continuous.directions.reshape(len(kappa), -1).T
         return np.linalg.lstsq(M, K.ravel(), rcond=None)[0]
 
-    def _radius(self, found):
-        kappa = None if found is None else found.kappa
-        return np.inf if kappa is None else self.loops.radii(kappa).max()
-
-    def _worse(self, found):
-        """A plant between the vertices that breaks what all of these keep."""
-        if len(self.vertices) == 1:
-            return None
-        weights = random_weights(len(self.vertices), BETWEEN, 0)
-        plants = [mixed(self.vertices, w) for w in weights]
-        there = self.loops.with_more(plants, False).radii(found.kappa)
-        limit = self._radius(found) if self.sigma is None else self.asked
-        k = int(there.argmax())
-        return plants[k] if there[k] > limit + WORSE * (1 - limit) else None
+    def _radius(self, kappa):
+        if kappa is None:
+            return np.inf
+        return abs(np.linalg.eigvals(self.loops.at(kappa))).max()
 
     def _proven(self, kappa):
         """The design with the free numbers in few digits that is proven."""
@@ -324,7 +305,7 @@ class _Work:
             kappa = round_digits(kappa, digits)
             asked = [self.sigma]
             if self.sigma is None:
-                fast = -np.log(self.loops.radii(kappa).max()) / T
+                fast = -np.log(self._radius(kappa)) / T
                 asked = [fast * (1 - k * self.backoff) for k in EASIER]
             for sigma in (x for x in asked if x > 0):
                 design = replace(self.design, K=self.continuous.K(kappa), sigma=sigma)
@@ -335,8 +316,8 @@ class _Work:
                     return replace(design, status="feasible")
         return design
 
-    def _reason(self, found, best, by):
-        words, radius = f"No stable loop was found by {by}.", self._radius(found)
+    def _reason(self, kappa, best, by):
+        words, radius = f"No stable loop was found by {by}.", self._radius(kappa)
         if radius < 1 - EDGE:
             decay = f"{-np.log(radius) / self.design.T:.4g} 1/s at the vertices"
             asked = "" if self.sigma is None else f" (asked: {self.sigma:.4g})"
@@ -356,21 +337,13 @@ class _Loops:
     """
 
     def __init__(self, made, steps, form, plants):
-        self.made, self.steps, self.form, self.plants = made, steps, form, plants
         F = np.array([[c.loop(d).F for d in plants] for c in made])
         self.first, self.slopes = F[0], (F[1:] - F[0]) / steps[:, None, None, None]
+        self.form = form
         self.K = self.slope = lambda x: x  # what `Objective` moves and asks
-
-    def with_more(self, plants, old=True):
-        return _Loops(
-            self.made, self.steps, self.form, [*(self.plants if old else ()), *plants]
-        )
 
     def at(self, kappa):
         return self.first + np.tensordot(kappa, self.slopes, 1)
-
-    def radii(self, kappa):
-        return abs(np.linalg.eigvals(self.at(kappa))).max(axis=1)
 
 
 class _Radius(Objective):

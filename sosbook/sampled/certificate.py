@@ -11,13 +11,14 @@ from ..plants.checks import as_written
 from ..plants.kinds import every_plant
 from ..requirements.base import Requirement
 from .cells import PlantCell
+from .channel import check_channel, checked_norm
 from .discretize import input_vertices, is_controller
 from .loops import BALL_BITS, SampledFamily
 from .shapes import PlantShape
 from .system import SampledSystem
 from .timing import TimeBox
 
-__all__ = ["SampledCertificate", "checked_norm"]
+__all__ = ["SampledCertificate"]
 
 RATIONALS = (
     "rationals can't redo this proof: it encloses exponentials of matrices in "
@@ -121,7 +122,7 @@ class SampledCertificate(ProofFile):
             leaves = _leaves(tree, family.shape)
             for k, (weights, L, last, P, times) in enumerate(leaves, 1):
                 for matrix in (L, *(() if P is None else P)):
-                    _check_channel(matrix, family.held)
+                    check_channel(matrix, family.held)
                 name = "plant" if len(vertices) == 1 else f"cell {k}"
                 cell = PlantCell(family, weights, L, clocks, last, P)
                 for j, (box, G) in enumerate(_boxes(times, clocks, len(L)), 1):
@@ -229,21 +230,6 @@ def _boxes(tree, clocks, N):
         if node["halve"] not in ("T", "delay"):
             raise ValueError("clocks are halved by T or by the delay")
         queue += zip(box.halves(node["halve"]), _halves(node))
-
-
-def _check_channel(X, k):
-    """Raise unless X is [Y, 0; 0, I] with k channels last."""
-    rest = X[len(X) - k :] - np.eye(k, len(X), len(X) - k)
-    if k and (rest.any() or X[: len(X) - k, len(X) - k :].any()):
-        raise ValueError("a Lyapunov matrix weighs the norm's channels otherwise")
-
-
-def checked_norm(norm):
-    """The bound of H-infinity, or a ValueError: authors' bounds say something else."""
-    own = type(norm).__module__.startswith("sosbook.requirements.")
-    if not own or getattr(norm, "bounds_response", lambda: None)() is None:
-        raise ValueError(f"norm must be an HInfinity with a bound, got {norm!r}")
-    return norm
 
 
 def _read_norm(data):

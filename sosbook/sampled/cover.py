@@ -10,15 +10,13 @@ from ..lmi.problem import LMIProblem
 from ..runtime.time_limit import check_time
 from .balls import middle
 from .cells import PlantCell
+from .channel import equalled, joined_P, root, too_large
 from .lyapunov import discrete_lyapunov
-from .system import SampledSystem
 
 __all__ = ["cover", "lyapunov", "too_slow"]
 
 LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded matrices
 ROUNDS = 12  # times that clocks which a P doesn't hold for join the search for it
-GRID = 200  # frequencies at which a norm is looked at
-SMALL = 1e-8  # of the weight, in every direction: so that all states count
 HOPELESS = 4.0  # W's trace, times r^2 N, above which no multiplier is looked for
 
 
@@ -117,7 +115,7 @@ class _Search:
             for i, w in enumerate(weights):
                 where = "the plant" if one else self.near(w[None])
                 trouble = too_slow(row[i], self.rate, self.family.centre)
-                trouble = trouble or _too_large(whole[j][i], k)
+                trouble = trouble or too_large(whole[j][i], k)
                 if trouble:
                     clock = f", {_said(timing)}" * self.clocks.varies
                     return f"{where}{clock}: {trouble}"
@@ -236,19 +234,6 @@ def too_slow(F, rate, centre=0.0):
     return f"its spectral radius is {radius:.6g}"
 
 
-def _too_large(M, k):
-    """What to say where floats see the norm of a loop with k channels above one."""
-    if not k:
-        return ""
-    N = len(M) - k
-    F, B, C, D = M[:N, :N], M[:N, N:], M[N:, :N], M[N:, N:]
-    turns = np.abs(np.angle(np.linalg.eigvals(F)))
-    turns = np.concatenate([turns, [0.0], np.geomspace(1e-4, 1, GRID) * np.pi])
-    answers = SampledSystem(F, B, C, D, 1.0).at(np.exp(1j * turns))
-    peak = np.linalg.norm(answers, 2, axis=(1, 2)).max()
-    return "" if peak < 1 else f"its norm is {peak:.6g} times the bound"
-
-
 def _storage(loops, k):
     """Coordinates in which no loop with k channels might be longer than one.
 
@@ -258,24 +243,9 @@ def _storage(loops, k):
     N, mean = len(loops[0]) - k, sum(loops) / len(loops)
     L = np.eye(len(mean))
     L[:N, :N] = _balanced(mean[:N, :N])
-    L = _equalled(_within(mean, L), N) @ L
+    L = equalled(_within(mean, L), N) @ L
     inside = [_within(F, L) for F in loops]
     return round_digits(_common(inside, 1.0, held=k) @ L, LYAPUNOV_DIGITS)
-
-
-def _equalled(M, N):
-    F, B, C = M[:N, :N], M[:N, N:], M[N:, :N]
-    turn = np.eye(len(M))
-    if abs(np.linalg.eigvals(F)).max() < 1:
-        X, Y = (
-            discrete_lyapunov(A, W + SMALL * np.trace(W) * np.eye(N))
-            for A, W in ((F, C.T @ C), (F.T, B @ B.T))
-        )
-        R = _root(X)
-        sizes, U = np.linalg.eigh(R @ Y @ R.T)
-        if sizes[0] > 0:
-            turn[:N, :N] = (U / sizes**0.25).T @ R
-    return turn
 
 
 def lyapunov(loops, rate, centred=True):
@@ -309,7 +279,7 @@ def _refined(L, loops, rate, centred=True):
     if worst >= rate:
         return L
     F = loops[0] / pace
-    return _root(discrete_lyapunov(F, np.eye(len(F)))) @ L
+    return root(discrete_lyapunov(F, np.eye(len(F)))) @ L
 
 
 def _common(loops, pace, centred=True, held=0):
@@ -319,7 +289,7 @@ def _common(loops, pace, centred=True, held=0):
     """
 
     def decay(values, cast):
-        P = _joined(values, "P", held)
+        P = joined_P(values, "P", held)
         drops = [P * pace**2 - F.T @ P @ F for F in loops]
         return {"P": P} | {f"loop {k}": g for k, g in enumerate(drops)}
 
@@ -334,22 +304,8 @@ def _common(loops, pace, centred=True, held=0):
         return np.eye(N)
     L = np.eye(N)
     size = solution["c"].item() if held else 1.0
-    L[: N - held, : N - held] = _root(solution["P"] / size)
+    L[: N - held, : N - held] = root(solution["P"] / size)
     return L
-
-
-def _joined(values, name, held):
-    """P of the state and of ``held`` channels, which have the size c."""
-    P = values[name]
-    return block([[P, 0], [0, kron(values["c"], eye(held))]]) if held else P
-
-
-def _root(P):
-    """R with R'R = P; the identity where P isn't positive definite."""
-    try:
-        return np.linalg.cholesky((P + P.T) / 2).T
-    except np.linalg.LinAlgError:  # too close to the rate
-        return np.eye(len(P))
 
 
 def _multipliers(loops, bent, rate, held=0):
@@ -367,7 +323,7 @@ def _multipliers(loops, bent, rate, held=0):
         for j, (row, W) in enumerate(zip(loops, bent)):
             G = values[f"G{j}"]
             for i, F in enumerate(row):
-                P = _joined(values, f"P{i}", held)
+                P = joined_P(values, f"P{i}", held)
                 top, cross = P * rate**2, G @ F
                 rows = [[top, cross.T], [cross, he(G) - P]]
                 if W is not None:

@@ -8,7 +8,8 @@ from ..plants.checks import positive
 from ..plants.kinds import Plant
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
-from .certificate import SampledCertificate, checked_norm
+from .certificate import SampledCertificate
+from .channel import checked_norm
 from .discretize import is_controller
 from .proof import certify_sampled
 

@@ -1,6 +1,6 @@
 """The sampled loops of a family of plants, enclosed in balls."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import sha256
 
@@ -9,6 +9,7 @@ from flint import arb, ctx
 
 from ..exact.definite import exact
 from .balls import balls, balls_of, exponential, hull, middle, series, solve
+from .channel import with_channel
 from .discretize import generators
 from .shapes import PlantShape
 
@@ -44,7 +45,7 @@ class SampledFamily:
         """
         maps, held = timing.feedback(K, vertices[0], exact), 0
         if norm is not None:
-            *maps, vertices, held = _with_channel(norm, vertices, *maps)
+            *maps, vertices, held = with_channel(norm, vertices, *maps)
         shape = PlantShape.of(plant, vertices)
         numbers = [x for pair in shape.corners for x in pair]
         whole = timing.whole_samples, shape.axes, ctx.prec, centre, held
@@ -197,39 +198,6 @@ class SampledFamily:
             step = exponential(series([M for M, _ in piece]) * span)
             flow = step[:, -(N + 2 * m) :] if flow is None else step[:N] @ flow
         return flow[:N]
-
-
-def _with_channel(norm, vertices, full, own):
-    """The maps and the vertices of `SampledFamily.of` with w and z, and their number.
-
-    Both are as many: zeros join the fewer ones.
-    """
-    seen = [norm.seen(d).map(exact) for d in vertices]
-    first, bound = seen[0], exact(norm.bounds_response())
-    if first.Ca is not None:
-        raise ValueError(
-            f"{norm.name}: an acceleration jumps at the ticks; weigh positions, "
-            "velocities, integrals or inputs of a sampled loop"
-        )
-    N, m = first.Bu.shape
-    (p, q), order = (first.Bw.shape[1], len(first.C)), full.shape[1]
-    k, rest = max(p, q), len(full) - N - m
-
-    def zero(*shape):
-        return exact(np.zeros(shape))
-
-    Du = zero(q, m) if first.Du is None else first.Du
-    Dw = zero(q, p) if first.Dw is None else first.Dw
-    rows = np.hstack([first.C, zero(q, rest), Du, Dw, zero(q, k - p)]) / bound
-    full = np.vstack([np.hstack([full, zero(len(full), k)]), zero(k, order + k)])
-    full[-k:, order:] = exact(np.eye(k))
-    own = np.hstack([own, zero(len(own), k)])
-    own = np.vstack([own, rows @ full, zero(k - q, order + k)])
-    wide = [
-        replace(d, Bu=np.hstack([s.Bu, s.Bw, zero(N, k - p)]).astype(float))
-        for d, s in zip(vertices, seen)
-    ]
-    return full, own, wide, k
 
 
 def key_of(matrix):

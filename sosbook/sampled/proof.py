@@ -13,7 +13,8 @@ from ..plants.kinds import Plant, checked_plant
 from ..requirements.base import Requirement
 from ..runtime.threads import one_thread
 from ..synthesis.request import Request
-from .certificate import SampledCertificate, checked_norm
+from .certificate import SampledCertificate
+from .channel import checked_norm
 from .cover import cover
 from .discretize import input_vertices, is_controller
 from .loops import BALL_BITS, SampledFamily
