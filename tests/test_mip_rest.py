@@ -2,14 +2,16 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from sosbook.mip import Firmware, recommend
 from sosbook.mip.deployment import Deployment
 
+from sosbook.pendulum.fit import Fit
 from sosbook.pendulum.optimal import optimal_law
-from sosbook.pendulum.rest import volts_at_rest
+from sosbook.pendulum.rest import frictions, volts_at_rest
 from tests.geared_robots import ALL, KINDS, stand
 from tests.six_robots import by_its_sheet
 from tests.test_mip_compare import pendulum
@@ -31,7 +33,7 @@ def quiet(name):
 def loud(geared, law, robot):
     """The share of the limit that another simulator sees at rest."""
     program = Firmware.of(law, robot).controller()
-    tilts, volts, _, fault = stand(geared, program)
+    tilts, volts, _, fault = stand(geared, program, seed=1)
     tilts, volts = (x[len(x) // 3 :] for x in (tilts, volts))
     assert fault == 0 and abs(tilts - tilts.mean()).max() < np.radians(3)
     return float(np.sqrt(np.mean(volts**2))) / robot.limit
@@ -47,6 +49,33 @@ def test_robots_of_all_kinds_are_quiet(name):
     assert loud(ALL[name], found.law, found.robot) < 0.1
     assert "warning, at rest" not in found.facts and "law" not in found.facts
     assert f"{robot.backlash_deg:g} degrees of play" in found.facts["at rest"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("name", KINDS)
+def test_no_robot_is_louder_than_what_is_said(name, share):
+    """By dry gears that stick and a bridge with a dead zone: 2.4 times as loud."""
+    machine = replace(ALL[name], friction=share * ALL[name].friction)
+    law, robot = quiet(name).law, quiet(name).robot
+    rub = 0.9 * machine.friction, 1.1 * machine.friction
+    said = volts_at_rest(asked(machine)[0], law, robot, 20.0, rub) / robot.limit
+    assert loud(machine, law, robot) <= said < 2 * loud(machine, law, robot)
+
+
+def test_the_frictions_are_those_of_the_fits():
+    """Of both logs, 1.96 deviations either way; none is below zero."""
+    robot = asked(ALL["tele"])[1]
+    fits = [
+        Fit(names, np.array(values), np.eye(2) * 0.01, np.zeros(3))
+        for names, values in (
+            (("e_c", "friction"), (9, 0.1)),
+            (("e_a", "play"), (9, 1)),
+        )
+    ]
+    found = SimpleNamespace(body=fits[0], wheels=(fits[1], fits[0]))
+    assert frictions(found, robot) == pytest.approx((0, 0.296), abs=1e-3)
+    assert frictions(None, robot.but(compensation=0.3)) == (0.3, 0.3)
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from .fit_spread import FitSpread
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
 from .recovery import largest_tilt
-from .rest import volts_at_rest
+from .rest import frictions, volts_at_rest
 from .robot import Robot
 from .sensors import Sensors
 from .spread import polytope, triangles, vertices
@@ -36,7 +36,7 @@ __all__ = ["Deployment"]
 
 BENCH_VOLTS = 2.0  # V, at most, while the wheels hang free: enough to see them turn
 MOST_CELLS = 600  # of the uncertain parameters, for one proof of the sampled loop
-FIT_CELLS = 64  # of those of a fit, each of which has 16 corners
+FIT_CELLS = 45  # of those of a fit, each of which has 16 corners
 LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
 LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
 REST_SECONDS = 60.0  # of a simulation at rest, before anything is written
@@ -70,7 +70,7 @@ class Deployment:
     peak : float
         The largest peak of the sensitivity; above it nothing is written.
     cells : int, optional
-        As for `certify_sampled`, at most; 600 without it, or 64 of a `FitSpread`, each
+        As for `certify_sampled`, at most; 600 without it, or 45 of a `FitSpread`, each
         of which takes longer.
     patience : float
         Seconds, at most, for a proof that lets delays and ticks vary; without any
@@ -131,7 +131,9 @@ class Deployment:
         The latter is of the robot in the middle; of it the sampled loops alone are
         proven.
         """
-        return design(self.mip, self.robot, self.spread, self.Q, self.R, self.peak)
+        return design(
+            self.mip, self.robot, self.spread, self.Q, self.R, self.peak, self.frictions
+        )
 
     @cached_property
     def delayed(self):
@@ -215,10 +217,17 @@ class Deployment:
         )
         return float(tilts.min())
 
+    @property
+    def frictions(self):
+        """The least and the largest dry friction that the logs allow, in V."""
+        return frictions(self.identified, self.robot)
+
     @cached_property
     def rest(self):
-        """The volts (rms) of the program at rest in a simulated minute; not proven."""
-        return volts_at_rest(self.mip, self.law, self.robot, REST_SECONDS)
+        """The volts (rms) of the program at rest, by a minute's run; not proven."""
+        return volts_at_rest(
+            self.mip, self.law, self.robot, REST_SECONDS, self.frictions
+        )
 
     @cached_property
     def sampled(self):

@@ -17,7 +17,7 @@ from .fit_spread import FitSpread
 from .law import PID_SIGNALS, SampledLaw
 from .margins import SampledLoop
 from .optimal import optimal_law
-from .rest import CHOSEN_SHARE, QUIET_SHARE, volts_at_rest
+from .rest import QUIET_SHARE, volts_at_rest
 from .spread import polytope, vertices
 
 __all__ = [
@@ -117,17 +117,17 @@ def recoverable_tilt(mip, limit):
     return float(abs(w @ B[:, 0] / w[0]) * limit / poles[k].real)
 
 
-def design(mip, robot, spread, Q, R, peak):
+def design(mip, robot, spread, Q, R, peak, frictions=(0.0,)):
     """The `Design` of least cost or an `OptimalLaw`, for R or the smallest good one.
 
     ``mip``: the pendulum in the middle; ``robot``: the robot, whose law, T, delay and
     blend are used; ``spread``: the relative spread of e/c and e/a, or what a fit
     allows; ``Q``, (5, 5) array: the weight of the state and of the integral; ``R``:
     without it the smallest of 1, 2, 5, 10, ... with which all `loops` have a
-    sensitivity of at most ``peak``, and whose volts at rest, simulated with counts and
-    play, are well below a tenth of the limit; without such a one, the quietest of some
-    that keep the peak; ``peak``: the largest sensitivity that is taken. Raises
-    ValueError if there is no design, or no R will do; it says what clock would.
+    sensitivity of at most ``peak``, and whose `volts_at_rest`, with dry ``frictions``,
+    are below a tenth of the limit; without such a one, the quietest of some that keep
+    the peak; ``peak``: the largest sensitivity that is taken. Raises ValueError if
+    there is no design, or no R will do; it says what clock would.
     """
 
     def made(R):
@@ -159,11 +159,11 @@ def design(mip, robot, spread, Q, R, peak):
     # the guess is of the plant in the middle, and a gain's of Riccati's equation
     while k > 0 and k - 1 not in tried and good(k - 1):
         k -= 1
-    volts, quiet = {}, CHOSEN_SHARE * QUIET_SHARE * robot.limit
+    volts, quiet = {}, QUIET_SHARE * robot.limit
     for j in range(k, min(k + LOUDER_WEIGHTS, len(WEIGHTS))):
         if j > k and not good(j):
             break
-        volts[j] = volts_at_rest(mip, laws[j], robot, QUIET_SECONDS)
+        volts[j] = volts_at_rest(mip, laws[j], robot, QUIET_SECONDS, frictions)
         if volts[j] <= quiet:
             break
     return tried[min(volts, key=volts.get)]
