@@ -6,14 +6,12 @@ import sys
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.linalg import schur
 
 import sosbook as sos
 from sosbook.lmi import Unknown, he
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.bounded import any_centre, bounded
 from sosbook.solver.loop import centre, phase_one
-from sosbook.solver.modal import _Conjugates
 from sosbook.solver.newton import Newton, newton_of
 from sosbook.solver.settings import Settings
 from sosbook.solver.sums import Sums
@@ -173,18 +171,3 @@ def test_a_matrix_takes_over_where_gradients_take_longer(monkeypatch):
     assert any(newton.iterations for newton in made)
     assert not all(newton.iterative for newton in made if newton.iterations)
     assert_allclose(found, wanted, atol=1e-6 * abs(wanted).max())
-
-
-def test_pairs_of_a_real_schur_form_make_a_complex_one():
-    A = np.random.default_rng(4).standard_normal((9, 9))
-    triangle, Q = schur(A)
-    pairs = _Conjugates(triangle)
-    U = pairs.columns(Q)
-    assert_allclose(U.conj().T @ U, np.eye(9), atol=1e-6)
-    assert_allclose(np.tril(U.conj().T @ A @ U, -1), 0, atol=2e-6)
-    M = np.random.default_rng(5).standard_normal((9, 9))
-    assert_allclose(pairs.both(Q.T @ M @ Q), U.conj().T @ M @ U, atol=1e-5)
-    X = M + 1j * M.T
-    wanted = (U @ X @ U.conj().T).real
-    assert_allclose(Q @ pairs.real_both(X) @ Q.T, wanted, atol=1e-5)
-    assert_allclose(pairs.real_rows(X) @ Q.T, (X @ U.conj().T).real, atol=1e-5)

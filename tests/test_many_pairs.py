@@ -19,7 +19,7 @@ from sosbook.solver.loop import margin
 from sosbook.solver.newton import newton_of
 from sosbook.synthesis import centre, certificates, cutting, feasibility, pair_stacks
 from sosbook.synthesis.cutting import Cuts
-from sosbook.synthesis.pair_margins import named_margins, pair_margins
+from sosbook.synthesis.pair_stacks import named_margins, pair_margins
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame

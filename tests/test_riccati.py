@@ -6,8 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.analysis.lyapunov import lyapunov
-from sosbook.analysis.riccati import riccati
+from sosbook.analysis.riccati import lyapunov, riccati
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
 

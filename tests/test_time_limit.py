@@ -8,8 +8,7 @@ from flint import fmpq_mat, fmpq_poly
 
 import sosbook as sos
 from sosbook.analysis.linear import peak_gain
-from sosbook.analysis.lyapunov import lyapunov
-from sosbook.analysis.riccati import riccati
+from sosbook.analysis.riccati import lyapunov, riccati
 from sosbook.exact.adjoint import adjoint
 from sosbook.exact.algebraic import _Factor
 from sosbook.exact.definite import definite, exact, pivots, semidefinite
@@ -23,11 +22,10 @@ from sosbook.requirements.weights import square_factors
 from sosbook.runtime import time_limit as clock
 from sosbook.solver.newton import _conjugate_gradients
 from sosbook.synthesis import feasibility
-from sosbook.synthesis.fixed_mode import refuse_by_mode
+from sosbook.synthesis.fixed_mode import refuse_by_mass, refuse_by_mode
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
-from sosbook.synthesis.singular_mass import refuse_by_mass
 from sosbook.synthesis.small_input import refuse_by_input
 
 SMALL, LARGE = exact(np.eye(5) + 1), exact(np.eye(40) + 1)

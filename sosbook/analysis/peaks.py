@@ -9,7 +9,7 @@ later on.
 import numpy as np
 from scipy.linalg import expm, matrix_balance
 
-from .lyapunov import lyapunov
+from .riccati import lyapunov
 
 STEP = 0.05  # rad of the fastest mode that is alive, between samples
 DOUBLINGS = 10  # a run has 2^10 steps

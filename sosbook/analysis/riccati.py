@@ -1,10 +1,29 @@
-"""The algebraic Riccati equation of an LQR."""
+"""Lyapunov's and Riccati's equations."""
 
 import numpy as np
-from scipy.linalg import solve_continuous_are
-from scipy.linalg.lapack import dgees
+from scipy.linalg import schur, solve_continuous_are
+from scipy.linalg.lapack import dgees, dtrsyl
 
 from ..runtime.time_limit import check_time_of_eigenvalues
+
+
+def lyapunov(A, Q):
+    """The X of A X + X A' = Q.
+
+    ``A``, ``Q``, (N, N): of real numbers. Returns (N, N): where two eigenvalues of A
+    sum to zero, to rounding, A is moved a little, without the warning of
+    `scipy.linalg.solve_continuous_lyapunov`.
+
+    Source: R. H. Bartels and G. W. Stewart, Comm. ACM 15, 1972, 820-826.
+
+    >>> lyapunov(np.array([[-0.5]]), np.array([[-3.0]]))
+    array([[3.]])
+    """
+    check_time_of_eigenvalues(len(A))
+    T, U = schur(A, output="real")
+    X, scale, _ = dtrsyl(T, T, U.T @ (np.asarray_chkfinite(Q) @ U), tranb="T")
+    return U @ (X * scale) @ U.T
+
 
 SCHUR, PENCIL = 4.0, 12.0  # times as long as eigenvalues of A
 RESIDUAL = 1e-10  # relative; what leaves more is solved by scipy

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..exact.definite import definite, exact, round_digits
-from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import first_proven
+from ..exact.proof_file import GainProof, given_gain
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..exact.refusal import MultiplierRefusal
 from ..plants.as_data import plant_data, read_plant

@@ -11,7 +11,7 @@ from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused
 from .proof import Examined, Verdict
 from .proof_text import MADE, is_proof, parse, same, written
-from .rational import as_rational
+from .rational import as_rational, decimal, read_array
 
 __all__ = ["ProofFile", "kinds", "load"]
 
@@ -202,3 +202,31 @@ def _of_part(data):
 _remembered = lru_cache(maxsize=64)(_examined)
 # Of files that were written here, beside their texts.
 _WRITTEN: WeakKeyDictionary = WeakKeyDictionary()
+
+
+class GainProof(ProofFile):
+    """A proof about a gain, which is written with few digits; ``text`` is its file."""
+
+    @property
+    def K(self):
+        """The gain that the proof is about, rounded to the printed digits."""
+        return read_array(self.data["K"], None, None)
+
+    @property
+    def digits(self):
+        """Significant digits of the gain's longest entry."""
+        return significant(self.K)
+
+    def _proven_words(self):
+        return f"proven with {self.digits} digits:" if self.digits > 6 else "proven:"
+
+
+def given_gain(gain):
+    """What to try instead where the gain is given: that very gain."""
+    return {} if gain is None else {"tries": (17,)}
+
+
+def significant(K):
+    """Significant digits of the longest entry of an array K of floats."""
+    digits = (decimal(k).lstrip("-").split("e")[0].replace(".", "") for k in K.flat)
+    return max((len(d.strip("0")) for d in digits), default=0)

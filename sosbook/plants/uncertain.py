@@ -14,8 +14,7 @@ from .checks import as_written, checked_names
 from .checks import count as whole
 from .descriptor_system import DescriptorSystem
 from .parametric import ParameterError, made_of
-from .polynomials import Polynomials, read_entries, read_ranges
-from .regular import check_regular
+from .polynomials import Polynomials, check_regular, read_entries, read_ranges
 from .second_order import Polytope, SecondOrderSystem
 
 MOST_VERTICES = 256  # 256 of them are 32,896 pairs

@@ -17,11 +17,10 @@ from ..exact.refusal import Refusal
 from ..lmi.certificates import LMIProof, LMIRefusal
 from ..sampled.certificate import SampledCertificate
 from ..synthesis.certificates import Certificate, DesignRefusal
-from ..synthesis.fixed_mode import FixedModeRefusal
+from ..synthesis.fixed_mode import FixedModeRefusal, SingularMassRefusal
 from ..synthesis.known_certificate import KnownGainProof
 from ..synthesis.observer_certificate import ObserverCertificate, ObserverRefusal
 from ..synthesis.regularity import MassRefusal, RegularityCertificate
-from ..synthesis.singular_mass import SingularMassRefusal
 from ..synthesis.small_input_certificate import SmallInputRefusal
 from ..synthesis.structured.any_order import AnyOrder
 from ..synthesis.structured.doors import SumOfPoles

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..analysis.linear import loop_matrix
-from ..analysis.lyapunov import lyapunov
+from ..analysis.riccati import lyapunov
 from ..exact.checker.requirements import claim
 from ..exact.definite import definite, exact, inverse
 from ..language import Unknown, eye, he

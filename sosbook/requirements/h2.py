@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..analysis.linear import loop_matrix
-from ..analysis.lyapunov import lyapunov
+from ..analysis.riccati import lyapunov
 from ..language import Unknown
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor

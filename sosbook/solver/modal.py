@@ -40,7 +40,7 @@ class Modal:
         self.K = None if self.Y is None else self.Y.matrix(x) @ metric
         self._diagonalise([_Block(*group, self.K) for group in groups])
         # single precision is enough for what is approximate anyway
-        self.basis = self.basis.astype(np.float32)
+        self.basis = self.basis.astype(np.complex64)
         self.dX = self.dX.astype(np.float32)
         self.scalars = 1 / np.array(
             [
@@ -65,12 +65,11 @@ class Modal:
     def _diagonalise(self, blocks):
         """Modal coordinates U of X, V of Z, and the Hessian's diagonals there."""
         loop = sum(R.inner(L) for b in blocks for L, R in zip(b.lefts, b.rights))
-        triangle, Q = schur(self.T.T @ loop @ self.T)
-        self.basis, self.pairs = self.T @ Q, _Conjugates(triangle)
+        self.basis = self.T @ schur(self.T.T @ loop @ self.T, output="complex")[1]
         m = 0 if self.Y is None else self.Y.rows
         self.dX, effort = 0.0, np.zeros((m, m))
         for b in blocks:
-            b.G = b.in_modes(self.basis, self.pairs)
+            b.G = b.in_modes(self.basis)
             T = len(b.lefts)
             swapped = np.roll(np.arange(2 * T), T)  # L and R change their places
             products = np.einsum("ija,jib->ab", b.G, b.G[swapped][:, swapped])
@@ -103,10 +102,10 @@ class Modal:
             of_Y = Y.matrix(g)
             through_K = self.K.T @ of_Y
             G += (through_K + through_K.T) / 2
-            Z = self.V.T @ self.pairs.columns(of_Y.astype(np.float32) @ basis)
-            Z = self.V @ self.pairs.real_rows(Z / self.dZ) @ basis.T
-        X = self.pairs.both(basis.T @ (G @ basis)) / self.dX
-        dP = (basis @ self.pairs.real_both(X) @ basis.T).astype(float)
+            Z = self.V.T @ (of_Y.astype(np.float32) @ basis)
+            Z = self.V @ (Z / self.dZ @ basis.conj().T).real
+        X = basis.conj().T @ (G @ basis) / self.dX
+        dP = (basis @ X @ basis.conj().T).real.astype(float)
         dP = (dP + dP.T) / 2
         out[P.start : P.start + P.size] = dP[i, j]
         if Y is not None:
@@ -132,7 +131,7 @@ class _Block:
         self.lefts = [_Factor(w, L) for L in lefts]
         self.rights = [_Factor(w, R.T) for *_, R in factors]
 
-    def in_modes(self, basis, pairs):
+    def in_modes(self, basis):
         """v* w v' for each two factors' columns v, v' of each mode, (2 T, 2 T, N)."""
         factors = self.lefts + self.rights
         modal = [f.own @ basis for f in factors]
@@ -140,7 +139,7 @@ class _Block:
         G = np.empty((len(factors), len(factors), len(basis)), complex)
         for i, f in enumerate(factors):
             for j in range(i, len(factors)):  # w is its own adjoint
-                G[i, j] = pairs.inner(modal[i], weighted[j][f.rows])
+                G[i, j] = np.einsum("ij,ij->j", modal[i].conj(), weighted[j][f.rows])
                 G[j, i] = G[i, j].conj()
         return G
 
@@ -157,57 +156,6 @@ class _Factor:
     def inner(self, other):
         """M' w N of this one, M, and another, N."""
         return self.own.T @ other.weighted[self.rows]
-
-
-class _Conjugates:
-    """Complex Schur vectors U = Q V of a real Schur form, without a product.
-
-    V is unitary and mixes only the two columns of Q that belong to two
-    conjugate eigenvalues: column j of U is own_j q_j + other_j q_p, where p
-    is the partner of j, and j itself where the eigenvalue is real.
-
-    ``triangle``, (N, N): the real Schur form, with a block of two rows for each such
-    pair.
-    """
-
-    def __init__(self, triangle):
-        N = len(triangle)
-        self.partner = np.arange(N)
-        own, other = np.ones(N, np.complex64), np.zeros(N, np.complex64)
-        for j in np.flatnonzero(np.diagonal(triangle, -1)):
-            a, b = np.linalg.eig(triangle[j : j + 2, j : j + 2])[1][:, 0]
-            self.partner[[j, j + 1]] = j + 1, j
-            own[j], other[j] = a, b
-            own[j + 1], other[j + 1] = np.conj(a), -np.conj(b)
-        self.own, self.other = own, other
-
-    def columns(self, M):
-        """M V."""
-        return M * self.own + M[:, self.partner] * self.other
-
-    def inner(self, A, B):
-        """The diagonal of (A V)* (B V) for real A and B, without complex columns."""
-        own, other, partner = self.own, self.other, self.partner
-        same = np.einsum("ij,ij->j", A, B)
-        cross = np.einsum("ij,ij->j", A, B[:, partner])
-        mixed = own.conj() * other * cross + other.conj() * own * cross[partner]
-        return abs(own) ** 2 * same + abs(other) ** 2 * same[partner] + mixed
-
-    def both(self, M):
-        """V* M V."""
-        right = self.columns(M)
-        own, other = self.own.conj()[:, None], self.other.conj()[:, None]
-        return own * right + other * right[self.partner]
-
-    def real_rows(self, M):
-        """The real part of M V*."""
-        back = self.other[self.partner].conj()
-        return (M * self.own.conj() + M[:, self.partner] * back).real
-
-    def real_both(self, M):
-        """The real part of V M V*."""
-        back = self.other[self.partner][:, None]
-        return self.real_rows(self.own[:, None] * M + back * M[self.partner])
 
 
 def _layouts(stacked):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
-from ..analysis.lyapunov import lyapunov
+from ..analysis.riccati import lyapunov
 from ..plants.checks import matrix, positive
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..synthesis.request import Request

@@ -6,8 +6,8 @@ import numpy as np
 
 from ..exact.checker.families import given_vertices
 from ..exact.definite import exact, round_digits
-from ..exact.gain_proof import GainProof, given_gain
 from ..exact.proof import Examined, first_proven
+from ..exact.proof_file import GainProof, given_gain
 from ..exact.rational import (
     decimal,
     decimals,

@@ -12,7 +12,7 @@ from ..solver.blocks import Blocks
 from ..solver.bounded import any_centre, unpacked
 from ..solver.loop import margin, phase_one
 from ..solver.newton import newton_of
-from .pair_margins import pair_margins
+from .pair_stacks import pair_margins
 
 # pairs of vertices
 CUTTING_PLANE_ABOVE_PAIRS = 24  # from here on it is faster than all blocks at once

@@ -8,7 +8,7 @@ every mode has the size one; whether it is one is judged by the blocks.
 import numpy as np
 from scipy.linalg import eigh, matrix_balance, schur, solve_discrete_are
 
-from ..analysis.lyapunov import lyapunov
+from ..analysis.riccati import lyapunov
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.time_limit import check_time_of_eigenvalues
 

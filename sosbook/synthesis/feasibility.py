@@ -16,13 +16,12 @@ from ..runtime.time_limit import (
 from ..solver.loop import LONGEST_SOLUTION
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
-from .fixed_mode import refuse_by_mode
+from .fixed_mode import refuse_by_mass, refuse_by_mode
 from .payments import NOT_PAID
 from .points import FROM_STATES, odd_mass, point
 from .reasons import NO_COMMON_P, listed, why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
-from .singular_mass import refuse_by_mass
 from .small_input import refuse_by_input
 from .small_input_certificate import input_bound
 from .solution import Solution

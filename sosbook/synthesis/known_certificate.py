@@ -6,8 +6,8 @@ from itertools import product
 import numpy as np
 
 from ..exact.definite import exact, round_digits
-from ..exact.gain_proof import GainProof
 from ..exact.proof import Examined
+from ..exact.proof_file import GainProof
 from ..exact.rational import decimals, read_array, read_fractions
 from ..laws.base import Law, Parts
 from ..laws.structure import placed

@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..analysis.lyapunov import lyapunov
+from ..analysis.riccati import lyapunov
 from ..exact.definite import definite, exact, round_digits
 from ..exact.proof import PLACES
 from ..language import Unknown, eye

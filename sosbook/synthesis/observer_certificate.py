@@ -3,8 +3,7 @@
 import numpy as np
 
 from ..exact.definite import exact, in_floats, inverse
-from ..exact.gain_proof import significant
-from ..exact.proof_file import ProofFile
+from ..exact.proof_file import ProofFile, significant
 from ..exact.rational import decimal, decimals, null_basis, read_array
 from ..exact.refusal import MultiplierRefusal
 from ..exact.repair import repair_multipliers

@@ -6,8 +6,7 @@ import numpy as np
 from scipy.linalg import cholesky
 
 from ..analysis.linear import balancing
-from ..analysis.lyapunov import lyapunov
-from ..analysis.riccati import riccati
+from ..analysis.riccati import lyapunov, riccati
 from ..exact.definite import inverse, round_digits
 from ..exact.rational import decimal, decimals
 from ..language import Unknown, block

@@ -20,13 +20,14 @@ from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
 from ..solver.loop import Unbounded
 from ..theorems.regularization import regular_mass
-from .mass_refusal import refuse_regular, unreached
 from .regularity import (
     MassRefusal,
     RegularityCertificate,
     mass_pairs,
     mass_refusal,
     prove_regular,
+    refuse_regular,
+    unreached,
 )
 from .result import Result
 from .scaled_mass import ScaledMass

@@ -22,16 +22,13 @@ from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time
-from .ground import Ground
+from .derived import Derived
 from .pair_stacks import blocks_of_pairs
 from .regularization import Regularization
-from .sizes import Sizes
-from .statements import Statements
-from .unknowns import InUnknowns
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Request(Shorthand, Sizes, Statements, Ground, InUnknowns, ReadOnly):
+class Request(Shorthand, Derived, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks.
 
     ``plant``, ``U``: as in `design_pid`; ``*asked``: what `design_pid` asks by the

@@ -10,8 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..analysis.lyapunov import lyapunov
-from ..analysis.riccati import riccati
+from ..analysis.riccati import lyapunov, riccati
 from ..plants.descriptor import twins
 from .scaling import Frame
 from .solution import Solution

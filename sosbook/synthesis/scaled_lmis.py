@@ -17,7 +17,7 @@ from ..runtime.time_limit import check_time_of_eigenvalues
 from ..solver.loop import margin
 from .certificates import prove, refuse_design
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
-from .pair_margins import named_margins
+from .pair_stacks import named_margins
 from .payments import paid
 from .scaling import in_unknowns_of
 from .solution import Solution

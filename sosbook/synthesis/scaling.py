@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import matrix_balance
 
-from ..analysis.lyapunov import lyapunov
-from ..analysis.riccati import riccati
+from ..analysis.riccati import lyapunov, riccati
 from ..exact.definite import round_digits
 from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem

@@ -9,8 +9,8 @@ from scipy.sparse import issparse
 from ..analysis.energy import energy_forms, least_eigenvalue
 from ..analysis.pencil import RIGHTMOST, SAME, Pencil
 from ..exact.definite import round_digits
-from ..exact.gain_proof import GainProof
 from ..exact.proof import DIGITS, Examined, Unproven
+from ..exact.proof_file import GainProof
 from ..exact.rational import (
     decimal,
     decimals,

@@ -6,8 +6,7 @@ Source: K. Zhou, J. C. Doyle and K. Glover, Robust and optimal control, 1996, ch
 
 import numpy as np
 
-from ...analysis.lyapunov import lyapunov
-from ...analysis.riccati import riccati
+from ...analysis.riccati import lyapunov, riccati
 
 SLOWER = 1e-3  # of the rate: a mode on the axis that nothing moves is no obstacle
 RIDGE = 1e-9  # of what is near one, where a matrix is singular

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analysis.lyapunov import lyapunov
-from ...analysis.riccati import riccati
+from ...analysis.riccati import lyapunov, riccati
 from ...runtime.time_limit import OutOfTime, check_time
 from .central import RIDGE, balanced, central, near_least, slower
 from .descent import descend, refine

@@ -1,0 +1,290 @@
+"""What follows from a request: its claims, its unknowns, and the sizes of P.
+
+A requirement whose blocks aren't homogeneous fixes the size of its P. Where
+several do, each has a P of its own: a multiple of the unknown P, which is that
+of the leader. Theorem 2.1's mu is such a multiple.
+"""
+
+import re
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from ..exact.definite import exact
+from ..language import Unknown
+from ..lmi.text import floats
+from ..plants.checks import is_word
+from ..plants.descriptor import coupled_pairs, twins
+from ..plants.kinds import every_plant
+from ..plants.near_box import NearBox
+from ..requirements.loop import Loop
+from ..requirements.stability import Stability
+from ..runtime.names import sane_name
+from ..runtime.time_limit import check_time_of_eigenvalues
+from .payments import pays
+from .probe import affine_in_quotient
+
+RESERVED = re.compile(r"P|P \d+|V|Y|size for .*")  # names of a request's unknowns
+
+
+class Derived:
+    """What follows from the fields of a `Request`."""
+
+    # its claims, and which pairs they need
+
+    @property
+    def covers_polytope(self):
+        """Whether the blocks say something about the whole polytope."""
+        if self.coupling != "vertices":
+            return True
+        return len(self.pairs) == len(self._pairs_of("pairs"))
+
+    @property
+    def at_corners(self):
+        """Whether the vertices are the corners of ranges, and nothing else is meant."""
+        return self.plant.family is not None and self.plant.family.multi_affine
+
+    def _pairs_of(self, coupling):
+        authors = [r for r in self.requirements if not r.of_package]
+        quotient = all(r.affine_in_quotient for r in self.requirements)
+        pairs = coupled_pairs(self.certain, coupling, quotient, self.at_corners)
+        if quotient and authors:  # what is left out must be more than their word
+            every = coupled_pairs(self.certain, coupling, False)
+            if every != pairs and not all(affine_in_quotient(r, self) for r in authors):
+                return every
+        return pairs
+
+    def statements(self):
+        """What the blocks prove: (words, requirement) each.
+
+        The one place where claims are made: each stands beside the requirement
+        that demands the blocks which prove it, and `demands` and the proofs' claims
+        come from here. What exactly repeats an earlier requirement rests on that
+        one's blocks. That an author's class implies stability is no proof of it.
+        """
+        N = len(self.vertices)
+        where = every_plant(self.plant)
+        if N > 1 and not self.covers_polytope:
+            where = f"each of the {N} vertices (not the plants between)"
+        under = ", under u = K x," if self.plant.m else ""
+        if self.law is not None:
+            under = f", under u = K y ({self.law.words(self.plant)}),"
+        implying = (r for r in self.requirements if r.implies_stability)
+        stable = next((r for r in implying if r.of_package), Stability())
+        said = [(f"{where}{under} is stable", stable)]
+        owners = []
+        for r in self.requirements:
+            owner = next((o for o in owners if r.of_package and r.repeats(o)), r)
+            owners.append(owner)
+            said.append((r.statement, owner))
+        return said
+
+    @cached_property
+    def demands(self):
+        """The requirements in the order of their blocks; stability joins.
+
+        Those with unknowns of their own come first.
+        """
+        (_, stable), *others = self.statements()
+        asked = {r.key: r for _, r in others}
+        if stable.key not in asked:
+            asked = {stable.key: stable} | asked
+        return tuple(sorted(asked.values(), key=lambda r: not r.unknowns(self)))
+
+    # where its blocks are written
+
+    def _near_box(self):
+        """The box near the vertices at whose corners the blocks are written, or None.
+
+        That is where these speak for the plants between, and the vertices don't.
+        """
+        common = is_word(self.coupling, ("auto", "pairs", "vertices"))
+        if not (common and self.law is None and all(map(pays, self.requirements))):
+            return None
+        near = NearBox.of(self.plant)
+        return near and near.ground(self.vertices, self.described) and near
+
+    @property
+    def ground(self):
+        """The vertices of the blocks: the plant's, or the corners near them."""
+        if self.near is None:
+            return self.vertices
+        return self.near.ground(self.vertices, self.described)[0]
+
+    @cached_property
+    def certain(self):
+        """The `ground`, such as E = diag(I, M - B K_A, I), free of rounding errors.
+
+        Whether two of them are equal, floats can't tell.
+        """
+        rounded = any(d.rounded for d in self.ground)
+        return [d.map(exact) for d in self.ground] if rounded else self.ground
+
+    # its unknowns by name
+
+    def unknowns(self, levels=()):
+        """Unknowns P, Y (P alone if the gain is given), sizes, the own ones.
+
+        With ``coupling="slack"`` P 1, P 2, ..., V, Y and so on. The own
+        ones of a requirement are multiplied by its size.
+
+        ``levels``: as in `leader`.
+        """
+        N = self.order
+        names = dict.fromkeys(self.lyapunov)
+        unknowns = [Unknown(name, N, symmetric=True) for name in names]
+        if self.coupling == "slack":
+            unknowns.append(Unknown("V", N, N))
+        if self.gain is None:
+            unknowns.append(Unknown("Y", self.plant.m, N))
+        for r in self.followers(self.leader(levels)):
+            unknowns.append(Unknown(r.size_name, 1))
+        for r in self.demands:
+            unknowns.extend(r.unknowns(self))
+        names = [u.name for u in unknowns]
+        if len(set(names)) < len(names):
+            raise ValueError(f"two unknowns have one name: {names}")
+        return unknowns
+
+    def _check_unknowns(self):
+        """A ValueError where a requirement's own unknown has a name that is taken."""
+        for r in self.requirements:
+            for name in (sane_name(u.name) for u in r.unknowns(self)):
+                if RESERVED.fullmatch(name):
+                    raise ValueError(
+                        f"{r.words}: an unknown of its own is called {name!r}, which "
+                        "is one of every problem: give it another name"
+                    )
+
+    @cached_property
+    def lyapunov(self):
+        """Names of the unknown Lyapunov matrices; equal vertices share one."""
+        if self.coupling != "slack":
+            return ("P",)
+        return tuple(f"P {i + 1}" for i in twins(self.certain))
+
+    def in_unknowns(self, frame, number=floats, levels=(), sizes=(), pairs=None):
+        """`blocks` in the `unknowns`.
+
+        ``frame``, ``number``, ``levels``: as in `blocks`; ``sizes``: numbers for some
+        of the unknown sizes, by their names; ``pairs``: as in `blocks`. Returns the
+        blocks by name, and what they are affine in.
+        """
+        unknowns = self.unknowns(levels)
+        unknowns = [u for u in unknowns if u.name not in sizes]
+        values = {u.name: u for u in unknowns} | dict(sizes)
+        return self.blocks_at(values, number, frame, levels, pairs), unknowns
+
+    def blocks_at(self, values, number=floats, frame=None, levels=(), pairs=None):
+        """`blocks` for values of the `unknowns`, by name, in a frame.
+
+        ``number`` brings data into an arithmetic; ``levels`` are the free
+        bounds, and ``pairs`` some of the pairs of vertices.
+        """
+        P, Y, V, own = self.taken_apart(values, number, frame)
+        return self.blocks(P, Y, number, frame, V, levels, own, pairs)
+
+    def taken_apart(self, values, number=floats, frame=None):
+        """P, Y, V and own, as `blocks` takes them, of ``values`` by name.
+
+        ``number`` and ``frame`` are as in `blocks`.
+        """
+        names = self.lyapunov
+        P = [values[name] for name in names]
+        values = {name: x for name, x in values.items() if name not in names}
+        for name, unit in () if frame is None else frame.own.items():
+            if name in values:
+                values[name] = values[name] * number(np.array(unit)).item()
+        V = values.pop("V", None)
+        if self.coupling != "slack":
+            (P,) = P
+        if self.gain is None:
+            Y = values.pop("Y")
+        else:
+            K = number(self.gain)
+            if frame is not None:
+                scale = number(np.array(frame.scale)).item()
+                K = K @ number(frame.T) / scale
+            Y = K @ (P if V is None else V).T
+        return P, Y, V, values
+
+    # the sizes of P, and the loop's rate
+
+    @cached_property
+    def typical_rate(self):
+        """A typical angular frequency of the closed loop, in rad/s."""
+        rates = filter(None, (r.rate() for r in self.requirements))
+        rank, rate = min(rates, default=(2, 1.0))
+        if rank < 2:
+            return rate
+        A, _, _ = self.mean.state_space()
+        check_time_of_eigenvalues(len(A))
+        return np.abs(np.linalg.eigvals(A)).max() or rate
+
+    @cached_property
+    def sized(self):
+        """The requirements that fix the size of P, lowest rank first.
+
+        Their blocks aren't zero where P, Y and their own unknowns are.
+        """
+        if self.coupling == "multipliers":  # each requirement has a P of its own
+            return ()
+        if self.coupling == "slack" and self.slack is None:
+            return replace(self, slack=1.0).sized
+        P = V = np.zeros((self.order, self.order))
+        Y = np.zeros((self.plant.m, self.order))
+        if self.coupling == "slack":
+            P = [P] * len(self.vertices)
+        own = {
+            u.name: np.zeros(u.shape) for r in self.demands for u in r.unknowns(self)
+        }
+        loop = Loop(self, floats, None, P, Y, V, (), own)
+        first = self._coupled(loop, *self.pairs[0])
+
+        def constants(r):
+            yield from (g for _, _, g in r.once(loop))
+            yield from (g for _, g in self._of_pair(r, loop, first, 0))
+
+        sized = [r for r in self.requirements if any(g.any() for g in constants(r))]
+        return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
+
+    @property
+    def ties(self):
+        """What holds the sizes of P together, in words: ("mu = 1",) or nothing."""
+        ties = tuple(r.tied for r in self.requirements if r.tied)
+        return ties if len(self.sized) > 1 else ()
+
+    @property
+    def condition(self):
+        """What a refusal is subject to: "for mu = 1"; else empty.
+
+        The slack scalar is such a condition, too.
+        """
+        ties = self.ties
+        if self.coupling == "slack" and self.slack is not None:
+            ties += (f"slack = {self.slack:g} s",)
+        return f"for {' and '.join(ties)}" if ties else ""
+
+    def untied(self):
+        """The request in which each requirement's P has its own size."""
+        return replace(self, requirements=tuple(r.untied() for r in self.requirements))
+
+    def leader(self, levels=()):
+        """The requirement whose P is the unknown P; None if none fixes its size.
+
+        ``levels``: parameters whose level is unknown: a level times an unknown size
+        isn't affine, so the first one's owner leads.
+        """
+        order = {name: place for place, name in enumerate(levels)}
+        return min(
+            self.sized,
+            key=lambda r: order.get(r.parameter and r.parameter.key, len(order)),
+            default=None,
+        )
+
+    def followers(self, leader):
+        """The requirements whose P is the leader's times an unknown size."""
+        if self.ties:
+            return ()
+        return tuple(r for r in self.sized if r is not leader)
