@@ -10,9 +10,8 @@ from numpy.testing import assert_allclose
 
 import sosbook as sos
 from sosbook.lmi import Unknown, block, eye, he
-from sosbook.solver.arrow import Arrow, ArrowMatrix, arrow_of
 from sosbook.solver.blocks import Blocks
-from sosbook.solver.dense import Dense
+from sosbook.solver.matrix import Arrow, ArrowMatrix, Dense, arrow_of
 from sosbook.solver.newton import Newton
 from sosbook.solver.settings import Settings
 from sosbook.solver.structure import UnknownLayout

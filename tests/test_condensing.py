@@ -11,7 +11,7 @@ import scipy.sparse.linalg
 
 from sosbook import SecondOrderSystem, design_pid
 from sosbook.plants import condense, load_plant
-from sosbook.plants.massless import massless
+from sosbook.plants.sparse import massless
 
 
 def beam(elements, E=9.81e7, length=0.3):

@@ -18,8 +18,7 @@ from sosbook import proofs
 from sosbook.exact.checker import verdict as check
 from sosbook.exact.definite import exact, semidefinite
 from sosbook.exact.proof import Examined
-from sosbook.exact.proof_file import ProofFile
-from sosbook.exact.proof_text import parse
+from sosbook.exact.proof_file import ProofFile, parse
 from sosbook.exact.rational import decimals
 from sosbook.language import named
 from sosbook.lmi import LMIProblem, Unknown, he

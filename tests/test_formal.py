@@ -10,7 +10,7 @@ import pytest
 
 import sosbook as sos
 from formal import gen, rocq
-from sosbook.exact.proof_text import parse
+from sosbook.exact.proof_file import parse
 from tests.oracles import version_1
 
 ONE_INPUT = [[0.0], [1.0]]

@@ -12,7 +12,7 @@ from sosbook.book.elements.scripts import script
 from sosbook.exact.checker import verdict as check
 from sosbook.exact.checker.verdict import checksum
 from sosbook.exact.definite import round_digits
-from sosbook.exact.proof_text import parse
+from sosbook.exact.proof_file import parse
 from sosbook.exact.rational import decimal
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.solver.barrier import Barrier

@@ -11,8 +11,7 @@ import scipy.sparse as sp
 from scipy.linalg import block_diag, eigh
 
 import sosbook as sos
-from sosbook.analysis.energy import energy_forms, least_eigenvalue
-from sosbook.analysis.pencil import Pencil
+from sosbook.analysis.large import Pencil, energy_forms, least_eigenvalue
 from sosbook.exact.checker import verdict
 from sosbook.plants import sparse
 from sosbook.plants.as_data import read_plant

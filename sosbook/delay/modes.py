@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
-from ..exact.adjoint import Slopes, adjoint
+from ..exact.adjoint import adjoint, slopes_at
 from ..exact.definite import exact, inverse, positive
 from ..plants.descriptor import Descriptor
 from ..plants.descriptor_system import DescriptorSystem
@@ -73,8 +73,8 @@ class Modes:
             balls = list(balls.values())
             changes = _arb_mat(np.hstack(changes)).transpose()  # a column a variable
             seen = [
-                each.at(i, j)
-                for each, rows in zip((Slopes(g, unknowns) for g in balls), lower)
+                slopes_at(g, unknowns, i, j)
+                for g, rows in zip(balls, lower)
                 for i, j in zip(*rows)
             ]
             M = _arb_mat(seen).transpose() * changes

@@ -3,6 +3,7 @@
 import numpy as np
 from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz, fmpz_mat
 
+from ..language.expression import Affine, Term
 from ..runtime.time_limit import check_time
 
 
@@ -99,53 +100,15 @@ def _sum_of_rationals(shape, products):
     return fmpq_mat(total) * fmpq(1, common)
 
 
-class Slopes:
-    """<G_a, Z> for multipliers Z with one entry and its mirror, entry by entry.
+def slopes_at(g, unknowns, i, j):
+    """The derivatives of <g, Z>, where Z has ones at i, j and j, i alone.
 
-    ``g``: a symmetric block; ``unknowns``: what it is affine in.
+    ``g``: a symmetric block; ``unknowns``: what it is affine in; ``i``, ``j``: row and
+    column. Returns array: one for each variable, as `adjoint` does.
     """
-
-    def __init__(self, g, unknowns):
-        ends = np.cumsum([0, *(u.size for u in unknowns)])
-        start = {id(u): int(k) for u, k in zip(unknowns, ends)}
-        self.variables = ends[-1]
-        self.terms = [
-            (start[id(t.unknown)], t, _nonzero(t.left), _nonzero(t.right.T))
-            for t in g.terms
-            if id(t.unknown) in start
-        ]
-
-    def at(self, i, j):
-        """<G_a, Z> for each variable a if Z has ones at i, j and j, i only.
-
-        ``i``, ``j``: row and column. Returns array: rationals; integers where nothing
-        is added.
-        """
-        check_time()
-        derivatives = np.zeros(self.variables, object)
-        weight = 1 if i == j else 2
-        for start, t, left, right in self.terms:
-            columns = [(q, weight * f) for q, f in right[j]]
-            for p, e in left[i]:
-                for q, f in columns:
-                    place = _place(t.unknown, *((q, p) if t.transposed else (p, q)))
-                    derivatives[start + place] += e * f
-        return derivatives
-
-
-def _nonzero(x):
-    """For each row (column, entry) of those entries that may differ from zero.
-
-    A ball around zero is neither equal to it nor unequal.
-    """
-    return [
-        [(k, e) for k, e in enumerate(row) if not bool(e == 0)] for row in x.tolist()
+    rows = sorted({i, j})
+    terms = [
+        Term(t.left[rows], t.unknown, t.transposed, t.right[:, rows]) for t in g.terms
     ]
-
-
-def _place(u, row, column):
-    """Where an unknown's entry is among its free ones."""
-    if not u.symmetric:
-        return row * u.shape[1] + column
-    low, high = sorted((row, column))
-    return high * (high + 1) // 2 + low
+    ones = np.eye(len(rows), dtype=int)[::-1]
+    return adjoint([Affine(ones, terms)], unknowns, [ones])

@@ -17,7 +17,7 @@ from ..runtime.time_limit import check_time
 from ..solver.blocks import Blocks
 from ..solver.leaves import leaves
 from ..solver.multipliers import refined
-from .adjoint import Slopes, adjoint
+from .adjoint import adjoint, slopes_at
 from .definite import definite, exact, in_floats
 from .rational import _matrix, round_digits
 
@@ -145,8 +145,9 @@ def _change(expressions, unknowns, stiff, residual, free):
     lead = np.sort(np.flatnonzero(held)[order])
     few = qr(white[order], mode="r", pivoting=True)[1]
     few = [entries[e] for e in few[: len(lead)]]
-    exactly = [Slopes(g, unknowns) for g in expressions]
-    exact_slopes = np.array([exactly[k].at(i, j)[free] for k, i, j in few]).T
+    exact_slopes = np.array(
+        [slopes_at(expressions[k], unknowns, i, j)[free] for k, i, j in few]
+    ).T
     residual = residual[free, None]
     check_time()
     try:

@@ -8,9 +8,8 @@ from scipy.sparse import csc_array, issparse
 
 from ..exact.rational import exact
 from .checks import checked_names, matrix
-from .massless import massless, massless_directions
 from .second_order import SecondOrderSystem
-from .sparse import MOST_DENSE, reader
+from .sparse import MOST_DENSE, massless, massless_directions, reader
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

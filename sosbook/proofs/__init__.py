@@ -19,7 +19,7 @@ from ..sampled.certificate import SampledCertificate
 from ..synthesis.certificates import Certificate, DesignRefusal
 from ..synthesis.fixed_mode import FixedModeRefusal, SingularMassRefusal
 from ..synthesis.known_certificate import KnownGainProof
-from ..synthesis.observer_certificate import ObserverCertificate, ObserverRefusal
+from ..synthesis.observer_problem import ObserverCertificate, ObserverRefusal
 from ..synthesis.regularity import MassRefusal, RegularityCertificate
 from ..synthesis.small_input_certificate import SmallInputRefusal
 from ..synthesis.structured.any_order import AnyOrder

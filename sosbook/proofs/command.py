@@ -15,8 +15,7 @@ from pathlib import Path
 from threading import Lock, Timer
 
 from ..exact.checker.verdict import AUTHOR, by_author
-from ..exact.proof_file import ProofFile, load
-from ..exact.proof_text import is_proof, laid_out, parse
+from ..exact.proof_file import ProofFile, is_proof, laid_out, load, parse
 from ..plants.as_data import plant_data
 from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant

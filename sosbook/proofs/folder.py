@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ..controllers.controller import checked_delay
 from ..controllers.report import report_texts
-from ..exact.proof_text import laid_out
+from ..exact.proof_file import laid_out
 from ..plants.as_data import plant_data
 from ..runtime.digests import digest
 from ..runtime.reading import named, read_bytes, read_json

@@ -18,7 +18,7 @@ from ..plants.checks import positive
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
-from ..runtime.kinds import OfKind
+from ..runtime.names import OfKind
 from ..runtime.read_only import ReadOnly
 from .known import KnownVertex
 from .loop import Loop

@@ -1,6 +1,7 @@
-"""Names and texts that are safe in messages, pages, files and verdicts."""
+"""Names that files may hold, and families of classes that they name by kind."""
 
 import re
+from typing import ClassVar
 
 NAME = re.compile(r"(?=[\w(])([\w (),#-]|[.](?! ))+(?<! )")
 
@@ -22,3 +23,68 @@ def sane_name(name):
             "and of _ ( ) , # and points inside words"
         )
     return name
+
+
+class OfKind:
+    """A member of a family, whose direct heirs are a family each.
+
+    A class that files can name declares its ``kind`` in its own body. A kind isn't
+    inherited in files: what a file says is read by the class that declared it,
+    whatever was derived from it since. Only a class of the same name and the same
+    module takes its place: a cell of a notebook that is run again.
+
+    Raises
+    ------
+    ValueError
+        When a class is made whose kind has another owner, or is no sane name.
+
+    Examples
+    --------
+    >>> class Shape(OfKind):
+    ...     "A family."
+    >>> class Disk(Shape):
+    ...     kind = "disk"
+    >>> class Large(Disk):
+    ...     "Files can't hold it: it declares no kind of its own."
+    >>> Shape.owner("disk") is Disk, Disk().owns_its_kind, Large().owns_its_kind
+    (True, True, False)
+    """
+
+    kind = ""
+    _owners: ClassVar[dict]
+
+    def __init_subclass__(cls, **more):
+        super().__init_subclass__(**more)
+        if OfKind in cls.__bases__:
+            cls._owners = {}
+        kind = vars(cls).get("kind", "")
+        if kind == "":
+            return
+        owner = cls._owners.setdefault(sane_name(kind), cls)
+        if _place(owner) != _place(cls):
+            raise ValueError(
+                f"{cls.__qualname__}: kind = {kind!r} is that of "
+                f"{owner.__module__}.{owner.__qualname__}, and what its files say must "
+                "not change: give the class another kind"
+            )
+        cls._owners[kind] = cls
+
+    @classmethod
+    def owner(cls, kind: str) -> type | None:
+        """The class of this family that declared a kind, or None."""
+        return cls._owners.get(kind)
+
+    @classmethod
+    def owners(cls) -> tuple:
+        """All classes of this family that declared a kind."""
+        return tuple(cls._owners.values())
+
+    @property
+    def owns_its_kind(self) -> bool:
+        """Whether its very class declared the kind, so that files can hold it."""
+        owner = self.owner(self.kind)
+        return owner is not None and _place(owner) == _place(type(self))
+
+
+def _place(cls):
+    return cls.__module__, cls.__qualname__

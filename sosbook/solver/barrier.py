@@ -12,7 +12,6 @@ from .newton import newton_of
 from .stacks import gram
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
-CLEAR_FALL = 1e-6  # of the largest entry: far above the rounding of a change
 MOST_DOUBLINGS = 30  # of a curve's length; there may be no end
 
 CONVERGES_BELOW = 0.25  # a decrement that each step squares (section 9.6.4)
@@ -180,18 +179,11 @@ class Barrier:
     def recedes(self, x, directions):
         """Whether all points from x, inside, along one of the directions are inside.
 
-        Then no block decreases along it: up to rounding no rate is negative. Most
-        directions are dismissed at sight.
+        Then no block decreases along it: up to rounding no rate is negative.
         """
-        roots, inside = self.roots(x), self.newton.at(x)
-        for direction in directions:
-            changes = self.newton.along(direction)
-            if not any(map(_falls, changes, inside)):
-                scaled = [N @ d @ N.mT for N, d in zip(roots, changes)]
-                rates = _rates(scaled)
-                if rates.min() > -RATE_ROUNDING * rates.max():
-                    return True
-        return False
+        roots = self.roots(x)
+        rates = (_rates(self.newton.scaled(roots, d)) for d in directions)
+        return any(r.min() > -RATE_ROUNDING * r.max() for r in rates)
 
     def _search(self, x, direction, slope, rates):
         """The s that minimises slope s - sum log(1 + s rate), and the ball's part.
@@ -258,17 +250,3 @@ def barrier_of(blocks):
     if "barrier" not in vars(blocks):
         blocks.barrier = Barrier(newton_of(blocks))
     return blocks.barrier
-
-
-def _falls(changes, blocks):
-    """Whether a diagonal entry or two rows tell that a matrix clearly falls.
-
-    ``changes`` is a stack of its changes in the units of a stack of ``blocks``.
-    """
-    units = np.sqrt(blocks.diagonal(0, 1, 2))
-    scaled = changes / (units[..., None] * units[:, None])
-    own, sizes = scaled.diagonal(0, 1, 2), np.abs(scaled)
-    largest = sizes.max(axis=(1, 2))
-    minors = own[..., None] * own[:, None] - sizes**2
-    falls = own.min(axis=1) < -CLEAR_FALL * largest
-    return bool((falls | (minors.min(axis=(1, 2)) < -CLEAR_FALL * largest**2)).any())

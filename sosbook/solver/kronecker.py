@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .dense import Dense
+from .matrix import Dense
 from .stacks import gram
 from .structure import Product
 

@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from ..runtime.time_limit import check_time
-from .arrow import ArrowMatrix, arrow_of
 from .kronecker import Hessian
+from .matrix import ArrowMatrix, arrow_of
 from .modal import Modal
 from .stacks import Stacked, gram
 from .sums import Sums

@@ -18,7 +18,7 @@ from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design
 from .error_loop import observed, observer_loop, vertices_of
-from .observer_certificate import ObserverCertificate, ObserverRefusal, refuse_observer
+from .observer_problem import ObserverCertificate, ObserverRefusal, refuse_observer
 from .pid import analyse_pid
 from .request import Request
 from .result import Result

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import issparse
 
-from ..analysis.energy import energy_forms, least_eigenvalue
-from ..analysis.pencil import RIGHTMOST, SAME, Pencil
+from ..analysis.large import RIGHTMOST, SAME, Pencil, energy_forms, least_eigenvalue
 from ..exact.definite import round_digits
 from ..exact.proof import DIGITS, Examined, Unproven
 from ..exact.proof_file import GainProof

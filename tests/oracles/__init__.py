@@ -5,7 +5,7 @@ no kernel: its blocks are matrices of fractions, formed in Python.
 """
 
 from sosbook.exact.checker import verdict
-from sosbook.exact.proof_text import laid_out
+from sosbook.exact.proof_file import laid_out
 
 __all__ = ["mended", "version_1", "without_text"]
 
