@@ -28,7 +28,7 @@ from sosbook.requirements.stability import Stability
 from sosbook.requirements.vocabulary import GAMMA, SIGMA, U_MAX
 from sosbook.requirements.weights import semidefinite_weight
 from sosbook.runtime.names import sane_name
-from sosbook.synthesis.probe import affine_in_quotient
+from sosbook.synthesis.derived import affine_in_quotient
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 from tests.hunt import truth

@@ -201,7 +201,7 @@ def test_a_singular_mass_is_no_obstacle():
 )
 def test_proof_over_a_polytope(low, high, proven):
     plants = sos.Polytope([two_masses(low), two_masses(high)])
-    assert proven_everywhere(plants, [[1, 0]]) == proven
+    assert bool(proven_everywhere(plants, np.array([[1, 0]]))) == proven
 
 
 def test_what_is_certified_is_a_file(tmp_path):
@@ -260,7 +260,7 @@ def test_halving_proves_what_one_matrix_cannot(monkeypatch):
             for S, B in zip(stiffness, inputs)
         ]
     )
-    U = [[1, 0, 0, 0]]
+    U = np.array([[1, 0, 0, 0]])
     assert proven_everywhere(plants, U)
     monkeypatch.setattr(integrators, "MOST_PIECES", 1)
     assert not proven_everywhere(plants, U)
@@ -277,7 +277,7 @@ def test_a_proof_of_integrators_knows_no_units():
                 for s, B in zip(S, inputs)
             ]
         )
-        assert proven_everywhere(plants, [[1, 0, 0]])
+        assert proven_everywhere(plants, np.array([[1, 0, 0]]))
 
 
 @pytest.mark.parametrize(

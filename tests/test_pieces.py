@@ -5,7 +5,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.plants import descriptors
-from sosbook.synthesis import pieces
+from sosbook.synthesis import slack as pieces
 from tests.cases import campaign
 from tests.test_uncertain import bicycle, drive
 

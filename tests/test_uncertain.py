@@ -22,7 +22,7 @@ from sosbook.exact.rational import exact, rational_matrix
 from sosbook.plants.bernstein import Box
 from sosbook.plants.parametric import ParameterError, parameters
 from sosbook.proofs import command
-from sosbook.synthesis import pieces
+from sosbook.synthesis import slack as pieces
 from tests.oracles import mended, without_text
 from tests.processes import alone
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.threads import one_thread
-from ..synthesis.pieces import in_pieces
+from ..synthesis.slack import in_pieces
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
 from .solve import first_design, solve_delay, within

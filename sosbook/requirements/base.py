@@ -58,7 +58,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         E^-1 [A B_u B_w], as if the plant were divided by E. Where all
         requirements are, the vertices of some polytopes suffice: see
         `sosbook.studies.polytopes.vertices_suffice`. Where the class isn't the
-        package's own, that is probed in rationals: see `sosbook.synthesis.probe`.
+        package's own, that is probed in rationals: see `sosbook.synthesis.derived`.
     rank : int
         Its place among the requirements of a request.
     promise : str

@@ -1,4 +1,4 @@
-"""What of each requirement is asked, proven with a P of its own, and true."""
+"""What is asked, proven with a P of its own, and true: of a design, or a neighbour."""
 
 from dataclasses import dataclass, replace
 from html import escape
@@ -6,10 +6,16 @@ from time import monotonic
 from typing import Any
 
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
+from .feasibility import guarded
 from .known_gain import Kept, least, worst
+from .objectives import at_optimum
 from .ranges import family
+from .slack import with_slack
+from .solution import Solution
 from .structured.any_order import best_excluded
 
+SECONDS = 60.0  # for a neighbouring design, and for what is true of it
+NEXT_BACKOFF = 0.01  # of its least bound, as everywhere
 BACKOFF = 0.001  # what is proven is so much easier than the truth, as a fraction
 DIGITS = 4  # of what is proven
 
@@ -117,3 +123,41 @@ def bounds_of(request, K, seconds):
         proven = part.requirement.bound if part.status == "feasible" else None
         found.append(Bound(r, r.bound, proven, float(bad.truth), part, *beyond))
     return Bounds(found)
+
+
+def neighbour(request, relaxed):
+    """What a design does for which one of the ``relaxed`` requirements is eased.
+
+    ``request``: what has no design; ``relaxed``: without any of these it has one. The
+    first with a bound that can be minimised is taken. Returns a sentence, or nothing.
+    """
+    r = next((r for r in relaxed if _minimised(r)), None)
+    if r is None or request.gain is not None:
+        return ""
+    key, objective = r.parameter.key, {r.parameter.key: 1.0}
+
+    def work():
+        settled = with_slack(request, objective)
+        if settled is None:
+            return Solution(request, "undecided")
+        return at_optimum(settled, objective, NEXT_BACKOFF)
+
+    found = guarded(request, SECONDS, work)
+    if found.status != "feasible":
+        return ""
+    table = bounds_of(found.request, found.K, SECONDS)
+    one = next(b for b in table if b.requirement.key == r.key)
+    text = f"With {key} = {one.asked:g} there is a design; of its loop {one.true:.4g} "
+    text += "is true"
+    if one.proven is None:
+        return f"{text}."
+    text += f", and {one.proven:.4g} proven with a P of its own"
+    rest = [b for b in table if b is not one]
+    if one.proven <= r.bound and all(b.proven is not None for b in rest):
+        text += f": its gain keeps {key} = {r.bound:g}, as was asked"
+    return f"{text}."
+
+
+def _minimised(r):
+    """Whether its bound can be minimised, and read again with a P of its own."""
+    return r.parameter is not None and r.parameter.power and r.takes_multipliers

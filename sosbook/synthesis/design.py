@@ -10,13 +10,12 @@ from ..exact.proof import Unproven, proven_within
 from ..exact.refusal import Refusal
 from ..laws import LawGain
 from ..runtime.time_limit import time_limit as limit_of_time
-from .bounds import Bounds, bounds_of
+from .bounds import Bounds, bounds_of, neighbour
 from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
-from .effort import Effort, effort_of
+from .equations import Effort, effort_of
 from .fixed_mode import FixedModeRefusal
 from .known_certificate import known_proof
-from .neighbour import neighbour
 from .slack import feasible
 from .solution import Solution
 from .whole import Found, found_on, proven_on

@@ -224,7 +224,7 @@ def _judge(plant, U):
     if good:
         distance = min(_distance(v, U) for v in plant.vertices)
     if isinstance(plant, Polytope):
-        proof = _everywhere(plant, U) if good else None
+        proof = proven_everywhere(plant, U) if good else None
         certified = proof is not None
     return IntegratorChoice(U, channels, good, distance, certified, proof)
 
@@ -250,10 +250,9 @@ def proven_everywhere(plant, U):
     row rank of every mixture: a vertex test that is sound. Where no X
     is found, the polytope is halved, and each half gets its own.
 
-    ``plant``: the plant, or the polytope of plants; ``U``, (a, n): the rows of U z are
-    integrated. Returns bool: True: proven in exact rational arithmetic. False:
-    disproven by a plant where the rank drops or a determinant changes sign, or not
-    proven with 64 pieces.
+    ``plant``: the polytope; ``U``, (a, n): the rows of U z are integrated. Returns the
+    `LMIProof`; None where a plant disproves it, whose rank drops or whose determinant
+    has another sign, or 64 pieces don't prove it.
 
     Both vertices pass, the plant halfway between them doesn't:
 
@@ -261,16 +260,10 @@ def proven_everywhere(plant, U):
     >>> def plant(s):
     ...     return SecondOrderSystem(np.eye(2), np.eye(2),
     ...                              [[2, -1], [-1, s]], [[1], [0]])
-    >>> proven_everywhere(Polytope([plant(1), plant(2)]), [[1, 0]])
+    >>> proven_everywhere(Polytope([plant(1), plant(2)]), np.array([[1, 0]])).proven
     True
-    >>> proven_everywhere(Polytope([plant(1), plant(-1)]), [[1, 0]])
-    False
+    >>> proven_everywhere(Polytope([plant(1), plant(-1)]), np.array([[1, 0]]))
     """
-    return _everywhere(plant, matrix("U", U, (None, plant.n))) is not None
-
-
-def _everywhere(plant, U):
-    """The `LMIProof` of `proven_everywhere`, or None."""
     corners = np.array([_zero_matrix(v, U) for v in plant.vertices])
     if any(map(rank_deficient, corners)):
         return None

@@ -20,11 +20,10 @@ from ..runtime.time_limit import OutOfTime
 from .bracket import bracketed
 from .design import Design
 from .feasibility import answer, follow, guarded
-from .idle import without_input
 from .objectives import Unattained, Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT
 from .points import FROM_STATES, at
-from .procedure import given
+from .procedure import given, without_input
 from .regularization import Regularization
 from .request import Request
 from .riccati_point import riccati_point

@@ -1,20 +1,27 @@
-"""From the keywords of the design functions to a request, and to who solves it."""
+"""From the keywords of the design functions to a request, and to who solves it.
+
+A request that a plant meets without any input has nothing left to minimise.
+"""
 
 from dataclasses import replace
+
+import numpy as np
 
 from ..laws import FullState, Law
 from ..plants.checks import count, is_word, positive
 from ..requirements.pole_region import LMIRegion
 from ..requirements.shorthand import asked_once, collected, moved
 from ..requirements.vocabulary import SIGMA
+from ..runtime.time_limit import check_time_of_eigenvalues
+from .bracket import rounded_up
 from .design import Design
-from .feasibility import guarded
-from .idle import without_input
+from .feasibility import answer, guarded
 from .known_gain import kept_or_broken
 from .objectives import objective_of
-from .pieces import in_pieces
 from .request import Request
-from .slack import designed, or_with_slack
+from .scaled_lmis import ScaledLMIs
+from .scaling import Frame
+from .slack import designed, in_pieces, or_with_slack, with_slack
 from .structured.design import by_law
 
 
@@ -166,3 +173,56 @@ def _checked_start(start, request, auto):
             "request: leave it out"
         )
     return start
+
+
+NEAR_ZERO = 1e-6  # of the unit in which a bound is sought
+
+
+def without_input(request, objective):
+    """The Solution with K = 0 whose minimised bounds are zero; else None.
+
+    Where a gain is given it is looked at instead of K = 0.
+
+    ``request``: what is asked of the plant; numbers stand in for the bounds;
+    ``objective``: the names of the parameters that are minimised, with weights.
+
+    A bound is positive, so what the request says is a millionth of the unit in
+    which the bound would be sought. Any other positive number will do as well.
+    """
+    K = request.gain
+    if K is None:
+        K = np.zeros((request.plant.m, request.order))
+    free = tuple(request.owner(name) for name in objective)
+    if not _meets(request, K, free):
+        return None
+    lmis = ScaledLMIs(request, Frame.of(request, tuple(objective)), free)
+    bounds = {
+        r.parameter.key: rounded_up(
+            NEAR_ZERO * r.parameter.bound(lmis.units[r.parameter.key] or 1.0)
+        )
+        for r in free
+    }
+    given = with_slack(replace(request.with_bounds(bounds), gain=K))
+    solution = given and answer(given, refuse=False)
+    if solution is None or solution.status != "feasible":
+        return None
+    names = " and ".join(bounds)
+    text = f"The least {names} is zero, any positive number will do"
+    if request.gain is None:
+        text = f"K = 0 keeps everything that is asked: {text[0].lower()}{text[1:]}"
+    asked = replace(solution.request, gain=request.gain)
+    return replace(solution, request=asked, reason=f"{text}.")
+
+
+def _meets(request, K, free):
+    """Whether the true values are zero where they are free, and good elsewhere."""
+    loops = request.vertices
+    for d in loops:
+        check_time_of_eigenvalues(len(d.E))
+        poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K))
+        if not poles.real.max() < 0:
+            return False
+    if any(r.truth(loops, K, request.K_A) != 0 for r in free):
+        return False
+    rest = [r for r in request.demands if r not in free]
+    return all(r.kept(r.truth(loops, K, request.K_A)) > 0 for r in rest)
