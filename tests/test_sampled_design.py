@@ -94,6 +94,9 @@ def test_the_fastest_loops_are_those_of_closed_forms():
     late = sos.design_sampled(lag, P, 0.3, 0.3, backoff=1e-3)  # z z - a z = (1 - a) K
     assert late.K.item() == pytest.approx(-(a**2) / 4 / (1 - a), rel=1e-2)
     assert np.exp(-late.sigma * 0.3) == pytest.approx(a / 2, rel=1e-2)
+    for sigma in (3.0, 3.01, 3.02, 3.03):  # what is proven is no less than asked
+        asked = sos.design_sampled(lag, P, 0.3, 0.3, sigma=sigma)
+        assert asked.certify().rate <= np.exp(-sigma * 0.3)
     cart = sos.SecondOrderSystem(1, 0, 0, 1)
     full = sos.PIDLaw(position=[[1]], velocity=[[1]])
     beat = sos.design_sampled(cart, full, 0.5)  # dead beat: -1 / T^2, -1.5 / T

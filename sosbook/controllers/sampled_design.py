@@ -199,7 +199,7 @@ def design_sampled(
     >>> print(design.certify())
     proven:
     - the sampled loop of the plant is stable: every motion decays at least as \
-0.904837^k
+0.904837418^k
     >>> design.controller().radius < 0.905
     True
     """
@@ -309,7 +309,7 @@ class _Work:
                 asked = [fast * (1 - k * self.backoff) for k in EASIER]
             for sigma in (x for x in asked if x > 0):
                 design = replace(self.design, K=self.continuous.K(kappa), sigma=sigma)
-                rate = float(f"{np.exp(-sigma * T) * (1 - 1e-6):.6g}")
+                rate = float(np.floor(np.exp(-sigma * T) * 1e9) / 1e9)
                 proof = design.controller().certify(rate=rate, cells=self.cells)
                 design = replace(design, proof=proof)
                 if proof.proven:
