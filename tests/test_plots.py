@@ -39,8 +39,7 @@ def pictures(design):
     t = np.linspace(0, 8, 401)
     wind = sos.Sine(5, 2, start=3, stop=6)
     answer = design.simulate(t, r=[1, 0.5], w=wind)
-    everything = plt.figure()
-    a, b, c = everything.subplots(1, 3)
+    everything, (a, b, c) = plt.subplots(1, 3)
     plots.margins(a, design.margins)
     plots.singular_values(b, design.closed_loop()[:2, :2], gamma=1.257)
     plots.ellipsoid(c, design.P, (0, 2), x0=design.request.saturation.x0)
@@ -61,8 +60,8 @@ def test_a_figure_without_alternative_text_is_refused(alt):
 def test_the_same_data_give_the_same_bytes(design):
     once, again = (
         {
-            name: plots.show(figure, alt=name).html
-            for name, figure in pictures(design).items()
+            kind: plots.show(made, alt=kind).html
+            for kind, made in pictures(design).items()
         }
         for _ in range(2)
     )
@@ -70,11 +69,10 @@ def test_the_same_data_give_the_same_bytes(design):
 
 
 def test_the_output_does_not_depend_on_the_reader_s_settings(design):
-    figure = plots.pole_map(design.poles())
-    expected = plots.show(figure, alt="poles").html
+    expected = plots.show(plots.pole_map(design.poles()), alt="poles").html
     plt.rcParams["svg.fonttype"] = "none"
     plt.rcParams["svg.hashsalt"] = None
-    assert plots.show(plots.pole_map(design.poles()), alt="poles").html == (expected)
+    assert plots.show(plots.pole_map(design.poles()), alt="poles").html == expected
 
 
 @pytest.mark.slow
@@ -105,15 +103,8 @@ def test_every_id_is_used_and_every_reference_is_there(design):
 
 
 def test_two_figures_of_a_page_share_no_id(design):
-    first, second = (
-        set(
-            re.findall(
-                r'\sid="([^"]+)"',
-                plots.show(plots.pole_map(design.poles()), alt=alt).html,
-            )
-        )
-        for alt in ("one", "two")
-    )
+    drawn = (plots.show(plots.pole_map(design.poles()), alt=alt) for alt in "12")
+    first, second = (set(re.findall(r'\sid="([^"]+)"', x.html)) for x in drawn)
     assert not first & second
 
 
@@ -161,15 +152,14 @@ def test_the_outline_is_the_boundary(name):
 
 
 def test_a_region_outside_the_window_has_no_outline():
-    region = sos.LMIRegion.half_plane(20)
-    assert plots.region_outline(region, (-5.0, 1.0, 3.0)).size == 0
+    assert not plots.region_outline(sos.LMIRegion.half_plane(20), (-5, 1, 3)).size
 
 
 def test_a_response_shows_each_channel_and_the_limit(design):
     t = np.linspace(0, 8, 401)
     answer = design.simulate(t, r=[1, 0.5])
-    figure = plots.response(answer, u_max=150)
-    panels = {ax.get_ylabel().split()[0]: ax for ax in figure.axes}
+    axes = plots.response(answer, u_max=150).axes
+    panels = {ax.get_ylabel().split()[0]: ax for ax in axes}
     first, second = panels["position"].lines
     assert first.get_ydata()[-1] == answer.z[0, -1]
     assert second.get_ydata()[-1] == answer.z[1, -1]
@@ -205,11 +195,9 @@ def test_the_ellipse_is_the_shadow_of_the_ellipsoid(design):
     assert np.isclose(np.abs(outline[0]).max(), np.sqrt(design.P[i, i]), rtol=1e-3)
 
 
-def test_signals_come_one_row_a_channel():
+def test_signals_come_one_row_a_channel(ax):
     t = np.linspace(0, 1, 5)
-    figure, ax = plt.subplots()
     plots.signal(ax, t, np.array([t, 2 * t]))
     assert [line.get_ydata()[-1] for line in ax.lines] == [1, 2]
     with pytest.raises(ValueError, match="one row a channel"):
         plots.signal(ax, t, np.array([t, 2 * t]).T)
-    plt.close(figure)

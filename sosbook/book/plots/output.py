@@ -79,7 +79,7 @@ def show(figure, alt=None, caption=""):
             "alt is missing: say in a sentence what the figure "
             "shows, show(figure, alt='...')"
         )
-    parts = _parts(figure)
+    cut = _fitted(figure)
     for ax in figure.axes:
         _swaying(ax, *getattr(ax, "sway", ((), 0)))
     buffer = io.StringIO()
@@ -89,14 +89,14 @@ def show(figure, alt=None, caption=""):
             format="svg",
             metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
         )
+    parts = _parts(figure) if cut else ()
     plt.close(figure)
-    return Figure(
-        _inline(buffer.getvalue(), alt.strip(), caption, parts), alt.strip(), caption
-    )
+    alt = alt.strip()
+    return Figure(_inline(buffer.getvalue(), alt, caption, parts), alt, caption)
 
 
-def _parts(figure):
-    """Where a phone may cut a figure: boxes (x, y, width, height) in points.
+def _fitted(figure):
+    """Make a figure's letters readable on a phone; say whether it can be cut there.
 
     A figure that can't be cut is made so narrow that its letters stay readable.
     """
@@ -104,12 +104,16 @@ def _parts(figure):
         text.set_fontsize(max(text.get_fontsize(), SMALLEST))
     figure.set_dpi(72)  # as an SVG has it: a layout depends on it by a point
     figure.draw_without_rendering()
-    boxes = _columns(figure)
-    if len(boxes) < 2:
+    cut = len(_columns(figure)) > 1
+    if not cut:
         _narrow(figure, *figure.get_size_inches())
-        return []
+    return cut
+
+
+def _parts(figure):
+    """Where a phone cuts a saved figure: boxes (x, y, width, height) in points."""
     over = [x for x in (*figure.legends, figure._suptitle) if x is not None]
-    boxes[:0] = [x.get_window_extent() for x in over]
+    boxes = [x.get_window_extent() for x in over] + _columns(figure)
     top = figure.bbox.height
     return [[x.x0, top - x.y1, x.width, x.height] for x in boxes]
 
@@ -212,10 +216,8 @@ def _inline(text, alt, caption, parts=()):
     )
 
 
-def _number(value, digits=2):
-    text = f"{value:.{digits}f}"
-    text = text.rstrip("0").rstrip(".") if "." in text else text
-    return "0" if text in ("-0", "") else text
+def _number(value):
+    return f"{round(value, 2) + 0.0:.2f}".rstrip("0").rstrip(".")
 
 
 def _short(path):
