@@ -60,7 +60,7 @@ def test_the_box_holds_as_much_as_the_ellipsoid(confidence, spread):
     assert 2 * found.radius < 0.5 * 4 * chi2.ppf(confidence, 4) ** 0.5
 
 
-def test_the_plants_between_the_corners_are_pendulums_of_the_simplex(fit, spread):
+def test_the_plants_between_the_corners_are_pendulums_of_the_box(fit, spread):
     """M, D, S and B are affine in c, e, f and I_w, with rotors too."""
     random = np.random.default_rng(4)
     rotors = Mip.from_ratios(**fit.ratios, rotors=True)
@@ -159,6 +159,19 @@ def test_a_running_robot_is_held_against_it(body, wheels, verdict, fit, spread):
     model = Model(fit.mip, Robot.shipped("thesis"), spread, None)
     found = Comparison(model, None, Tracked(body, wheels), ())
     assert found.within is verdict
+
+
+@pytest.mark.slow
+def test_a_refusal_names_the_ratio_that_the_logs_know_least(fit):
+    """Not the clock, which is fast enough for the robot in the middle."""
+    wide = FitSpread(np.diag([0.01, 0.01, 0.01, 0.2]) ** 2)
+    robot = Robot.shipped("thesis").but(law="observer")
+    with pytest.raises(ValueError, match="logs allow. Of .* e/a least.* the wheels"):
+        recommend(fit.mip, R=None, spread=wide, robot=robot)
+    unproven = recommend(fit.mip, spread=FitSpread(0.01**2 * np.eye(4)), robot=robot)
+    vars(unproven)["lacking"] = ("sampled, 0 ms late: undecided",)
+    with pytest.raises(ValueError, match="undecided. Of the five .* least, to 2.8 %"):
+        unproven.write("nowhere")
 
 
 def test_bad_input_is_named(fit, spread):
