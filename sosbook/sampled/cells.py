@@ -32,6 +32,7 @@ Geromel (1999) for G; this edition's for D.
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from flint import arb
@@ -46,6 +47,8 @@ __all__ = ["PlantCell", "gram_bound", "least_pivot"]
 
 #: Values of t that `PlantCell.least` may take.
 SHARES = tuple(10.0 ** (k / 4) for k in range(-24, 5))
+
+HUGE = 1e100  # no loop with such an entry is seen to fall, and floats overflow near it
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +99,9 @@ class PlantCell:
                 G = _turned(self.P.mean(axis=0) if G is None else G, self.turn)
         except ZeroDivisionError:  # some E in the hull is singular
             return -np.inf
+        known = chain(*several, (W for W in bent if W is not None))
+        if not all(abs(e) < HUGE for x in known for e in x.flat):
+            return -np.inf  # a hull so wide that nothing is known in it
         pivots = []
         for loops, W in zip(several, bent):
             if pivots and not min(pivots) > 0:

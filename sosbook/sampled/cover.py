@@ -146,8 +146,8 @@ class _Search:
         except ZeroDivisionError:  # the cell is too large to see that E is regular
             return None, None
         size = len(cell.L) * self.rate**2
-        if any(W is not None and np.trace(W) > HOPELESS * size for W in bent):
-            return None, None
+        if not all(W is None or np.trace(W) <= HOPELESS * size for W in bent):
+            return None, None  # a trace may be no number
         P, G = _multipliers(inside, bent, self.rate, self.family.held)
         if P is None:
             return None, None
