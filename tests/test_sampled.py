@@ -560,6 +560,24 @@ def test_a_mass_that_vanishes_inside_is_said():
     assert not proof.proven and "no regular mass" in proof.failed[0]
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_cell_too_wide_for_floats_is_undecided():
+    """A cart's pendulum with ranges of mass and length: m L^2 has six vertices."""
+
+    def cart(m, L):
+        return sos.SecondOrderSystem(
+            [[2 + m, m * L], [m * L, m * L * L]], [[0.1, 0], [0, 0.01]],
+            [[0, 0], [0, -9.81 * m * L]], [[1], [0]],
+        )  # fmt: skip
+
+    family = sos.Uncertain(cart, m=(0.25, 0.35), L=(0.45, 0.55))
+    law = sos.PIDLaw(position=np.eye(2), filter=0.03)
+    design = sos.design_pid(family, law=law, region=sos.PoleRegion(sigma=0.5))
+    proof = design.controller(T=0.01, delay=0.01).certify(cells=2)
+    assert not proof.proven
+    assert "undecided" in str(proof)
+
+
 def test_one_plant_written_twice_is_proven():
     twice = sos.Polytope(
         [sos.SecondOrderSystem([[s]], [[0]], [[0]], [[s]]) for s in (1, 4)]

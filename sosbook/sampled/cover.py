@@ -142,12 +142,13 @@ class _Search:
         try:
             for timing in self.timings:
                 W = cell.bent(self.clocks.at(timing))[0]
-                bent.append(None if W is None else turn.T @ middle(W) @ turn)
+                bent.append(None if W is None else middle(W))
         except ZeroDivisionError:  # the cell is too large to see that E is regular
             return None, None
         size = len(cell.L) * self.rate**2
         if not all(W is None or np.trace(W) <= HOPELESS * size for W in bent):
-            return None, None  # a trace may be no number
+            return None, None  # too much, or beyond floats
+        bent = [None if W is None else turn.T @ W @ turn for W in bent]
         P, G = _multipliers(inside, bent, self.rate, self.family.held)
         if P is None:
             return None, None
