@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from sosbook.exact.proof import ProofFile
+from sosbook.exact.proof_file import ProofFile
 
 
 def start(folder):

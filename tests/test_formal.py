@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from formal import gen, rocq
-from sosbook.exact.proof_file import parse
+from formal import collect, gen, rocq
+from sosbook.exact.proof_file import ProofFile, parse
 from tests.oracles import version_1
 
 ONE_INPUT = [[0.0], [1.0]]
@@ -73,6 +73,14 @@ def test_a_file_of_version_1_says_the_same(name):
     kind, data = parse(file_of(name))
     one, two = (gen.read(x) for x in (version_1(kind, data), file_of(name)))
     assert gen.written(one) == gen.written(two)
+
+
+def test_proofs_are_collected(tmp_path, monkeypatch):
+    """As `tasks.py archive` and `formal` do it, beside a program that makes them."""
+    monkeypatch.setattr(ProofFile, "of", ProofFile.of)
+    collect.start(tmp_path)
+    text = file_of("one plant")
+    assert [path.read_text() for path in tmp_path.iterdir()] == [text]
 
 
 @pytest.mark.slow

@@ -168,6 +168,7 @@ def check_rate(vertices, timing):
 
     An unstable pole p of the plant and d + 1 ticks from a sample to its effect leave
     every sampled controller a complementary sensitivity of at least e^(p T (d + 1)).
+    ``vertices`` are the plants, ``timing`` is a `SampleTiming`.
 
     Notes
     -----

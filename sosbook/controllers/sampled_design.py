@@ -120,7 +120,7 @@ class SampledDesign(ReadOnly):
         return controller_of(self, T=self.T, delay=self.delay, **asked)
 
     def certify(self, time_limit: Any = None) -> SampledCertificate | Unproven:
-        """The proof of the decay, which was found with the gain."""
+        """The proof, found with the gain; a ``time_limit`` has nothing to end."""
         if self.proof is None:
             return Unproven(f"the design is {self.status}. {self.reason}")
         return self.proof
@@ -131,7 +131,7 @@ class SampledDesign(ReadOnly):
         return self.request.plant.per_vertex(np.linalg.eigvals(loops))
 
     def report(self, folder: Any, *, controller: Any = None, **asked: Any) -> Any:
-        """One page of the controller, its proof and its program: see `Gains.report`."""
+        """A page in a ``folder``; what else is ``asked``: see `Gains.report`."""
         return write_report(self, controller or self.controller(), folder, **asked)
 
 
@@ -167,10 +167,12 @@ def design_sampled(
     backoff : float
         Which share of the fastest decay is given away for the proof; up to
         fifty times as much, where plants between the vertices need it.
-    starts, seed, time_limit
+    starts, seed
         As in `design_pid`.
     cells : int
         As in `certify_sampled`, which makes the proof.
+    time_limit : float
+        As in `design_pid`.
 
     Returns
     -------

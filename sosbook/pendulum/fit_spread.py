@@ -133,7 +133,7 @@ class FitSpread:
         return tuple(self._moved(mip, *corner) for corner in self.corners)
 
     def plants(self, mip):
-        """The plants of all pendulums of the box, as a `Polytope` of a family."""
+        """The plants of all pendulums of the box around ``mip``, of one family."""
         middle, changes = mip.plant(), {}
         for k, axis in enumerate(self.axes.T, 1):
             moved = self._moved(mip, *axis).plant()

@@ -14,7 +14,7 @@ SMALL = 1e-8  # of the weight, in every direction: so that all states count
 
 
 def checked_norm(norm):
-    """The bound of H-infinity, or a ValueError: authors' bounds say something else."""
+    """The ``norm``, an `HInfinity`; a ValueError for bounds that authors wrote."""
     own = type(norm).__module__.startswith("sosbook.requirements.")
     if not own or getattr(norm, "bounds_response", lambda: None)() is None:
         raise ValueError(f"norm must be an HInfinity with a bound, got {norm!r}")
@@ -31,7 +31,8 @@ def check_channel(X, k):
 def with_channel(norm, vertices, full, own):
     """The maps and the vertices of `SampledFamily.of` with w and z, and their number.
 
-    Both are as many: zeros join the fewer ones.
+    ``norm``: which bound, of which outputs; ``vertices``: the plants; ``full`` and
+    ``own``: the maps without w and z. Both are as many: zeros join the fewer ones.
     """
     seen = [norm.seen(d).map(exact) for d in vertices]
     first, bound = seen[0], exact(norm.bounds_response())
@@ -66,7 +67,7 @@ def with_channel(norm, vertices, full, own):
 
 
 def too_large(M, k):
-    """What to say where floats see the norm of a loop with k channels above one."""
+    """What to say where floats see the norm of a loop M with k channels above one."""
     if not k:
         return ""
     N = len(M) - k
@@ -79,7 +80,7 @@ def too_large(M, k):
 
 
 def equalled(M, N):
-    """Coordinates of N states in which what w does to them and they to z are equal."""
+    """Coordinates of a loop M's N states in which w's work is what z sees."""
     F, B, C = M[:N, :N], M[:N, N:], M[N:, :N]
     turn = np.eye(len(M))
     if abs(np.linalg.eigvals(F)).max() < 1:
@@ -95,7 +96,7 @@ def equalled(M, N):
 
 
 def joined_P(values, name, held):
-    """P of the state and of ``held`` channels, which have the size c."""
+    """P by its ``name`` among ``values``, and of ``held`` channels, of the size c."""
     P = values[name]
     return block([[P, 0], [0, kron(values["c"], eye(held))]]) if held else P
 

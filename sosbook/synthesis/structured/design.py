@@ -181,7 +181,11 @@ def _mean(request, weights):
 
 
 def record(task, loops, count, seed, between):
-    """The `Searched` of so many starts and plants between the vertices."""
+    """The `Searched` of a search.
+
+    ``task`` and ``loops``: what was searched; ``count``: the starts; ``seed``: of the
+    random ones; ``between``: how many plants between the vertices joined.
+    """
     limits, start = {}, 0
     for b in loops.form.blocks:
         some = task.limits[start : start + len(b.shares)]

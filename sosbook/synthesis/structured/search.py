@@ -122,7 +122,11 @@ def _norms(function, found, enough):
 
 
 def starting_points(task, loops, count, rng, near):
-    """(unit, x) of each start: given ones, projected ones, random ones."""
+    """(unit, x) of each start: given ones, projected ones, random ones.
+
+    ``task`` and ``loops``: what is searched; ``count``: how many that aren't given, of
+    which the random ones come from ``rng``; ``near``: the given ones.
+    """
     slow, fast = loops.rates
     rates = np.geomspace(min(slow, task.rate), SPREAD * max(fast, task.rate), 7)[1:-1]
     middle = loops.units(task.rate)
