@@ -131,7 +131,7 @@ class SampledDesign(ReadOnly):
         return self.request.plant.per_vertex(np.linalg.eigvals(loops))
 
     def report(self, folder: Any, *, controller: Any = None, **asked: Any) -> Any:
-        """A page in a ``folder``; what else is ``asked``: see `Gains.report`."""
+        """A page of a ``controller`` in a ``folder``; ``asked``: see `Gains.report`."""
         return write_report(self, controller or self.controller(), folder, **asked)
 
 
