@@ -57,7 +57,8 @@ def public():
     for module in modules():
         if module.__name__.startswith(CHECKER):
             continue
-        for name in getattr(module, "__all__", imported() & vars(module).keys()):
+        names_here = sorted(imported() & vars(module).keys())
+        for name in getattr(module, "__all__", names_here):
             thing = getattr(module, name)
             if not (inspect.isclass(thing) or inspect.isfunction(thing)):
                 continue
