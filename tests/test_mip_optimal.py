@@ -7,6 +7,7 @@ from sosbook.mip.compiled import Compiled
 from sosbook.mip.margins import SampledLoop
 
 from sosbook.pendulum.optimal import optimal_law
+from sosbook.pendulum.rest import Gears
 from sosbook.pendulum.tuning import design, recoverable_tilt
 from sosbook.proofs import load
 from sosbook.sampled import c2d, design_sampled_lqr
@@ -123,7 +124,7 @@ def test_a_clock_too_slow_for_a_gain_is_one_for_the_observer():
     assert recoverable_tilt(SLOW, LAZY.limit) > 0.3
     with pytest.raises(ValueError, match='law = "observer" would do'):
         recommend(SLOW, R=None, robot=LAZY)
-    seeing = design(SLOW, LAZY.but(law="observer"), 0.04, Q, None, 2.0)
+    seeing = design(SLOW, LAZY.but(law="observer"), 0.04, Q, None, 2.0, Gears())
     assert seeing.M.shape == (4, 3)
 
 

@@ -11,7 +11,7 @@ from sosbook.mip.deployment import Deployment
 
 from sosbook.pendulum.fit import Fit
 from sosbook.pendulum.optimal import optimal_law
-from sosbook.pendulum.rest import frictions, volts_at_rest
+from sosbook.pendulum.rest import Gears, volts_at_rest
 from tests.geared_robots import ALL, KINDS, stand
 from tests.six_robots import by_its_sheet
 from tests.test_mip_compare import pendulum
@@ -59,12 +59,13 @@ def test_no_robot_is_louder_than_what_is_said(name, share):
     machine = replace(ALL[name], friction=share * ALL[name].friction)
     law, robot = quiet(name).law, quiet(name).robot
     rub = 0.9 * machine.friction, 1.1 * machine.friction
-    said = volts_at_rest(asked(machine)[0], law, robot, 20.0, rub) / robot.limit
+    gears = replace(Gears.of(None, robot), frictions=rub)
+    said = volts_at_rest(asked(machine)[0], law, robot, 20.0, gears) / robot.limit
     assert loud(machine, law, robot) <= said < 2 * loud(machine, law, robot)
 
 
-def test_the_frictions_are_those_of_the_fits():
-    """Of both logs, 1.96 deviations either way; none is below zero."""
+def test_friction_and_play_are_those_of_the_fits():
+    """Of both logs, 1.96 deviations either way; a play may be described, too."""
     robot = asked(ALL["tele"])[1]
     fits = [
         Fit(names, np.array(values), np.eye(2) * 0.01, np.zeros(3))
@@ -74,8 +75,11 @@ def test_the_frictions_are_those_of_the_fits():
         )
     ]
     found = SimpleNamespace(body=fits[0], wheels=(fits[1], fits[0]))
-    assert frictions(found, robot) == pytest.approx((0, 0.296), abs=1e-3)
-    assert frictions(None, robot.but(compensation=0.3)) == (0.3, 0.3)
+    gears = Gears.of(found, robot)
+    assert gears.frictions == pytest.approx((0, 0.296), abs=1e-3)
+    assert gears.play == pytest.approx(1.196, abs=1e-3)
+    robot = robot.but(compensation=0.3, backlash_deg=2.0)
+    assert Gears.of(None, robot) == Gears((0.3, 0.3), np.radians(2.0))
 
 
 @pytest.mark.slow
@@ -104,7 +108,7 @@ def test_what_falls_is_as_loud_as_can_be():
     mip, robot = asked(ALL["tele"])
     law = optimal_law(mip, robot, np.eye(5), 1.0).law
     far = replace(mip, d=30 * mip.d)
-    assert volts_at_rest(far, law, robot, 3.0) == robot.limit
+    assert volts_at_rest(far, law, robot, 3.0, Gears()) == robot.limit
 
 
 @pytest.mark.slow

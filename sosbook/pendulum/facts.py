@@ -65,14 +65,15 @@ def _rest(deployment):
     """How loud it is at rest, with a warning where that is much."""
     robot, volts = deployment.robot, deployment.rest
     cure = ', or law = "observer"' if robot.law != "observer" else ""
-    low, high = deployment.frictions
+    gears = deployment.gears
+    low, high = gears.frictions
     rub = f"{high:.2g}" if low == high else f"{low:.2g} or {high:.2g}"
     words = (
         f"{volts:.2g} V rms, {100 * volts / robot.limit:.2g} % of the limit: "
         f"{LOUDER:g} times those of a simulated minute of the robot in the middle with "
-        f"{robot.counts:g} counts a turn, {robot.backlash_deg:g} degrees of play, "
-        f"{rub} V of dry friction and a bridge of {BRIDGE_STEPS} steps that gives "
-        f"nothing below {100 * DEAD_SHARE:g} %; this run decides, for describing "
+        f"{robot.counts:g} counts a turn, {np.degrees(gears.play):.3g} degrees of "
+        f"play, {rub} V of dry friction and a bridge of {BRIDGE_STEPS} steps that "
+        f"gives nothing below {100 * DEAD_SHARE:g} %; this run decides, for describing "
         "functions of a play foresee no cycle of robots that hum"
     )
     if volts <= QUIET_SHARE * robot.limit:

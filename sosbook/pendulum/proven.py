@@ -15,7 +15,7 @@ from .fit_spread import FitSpread
 from .law import PD_SIGNALS, PID_SIGNALS, SampledLaw
 from .model import Mip
 from .recovery import largest_tilt
-from .rest import frictions, volts_at_rest
+from .rest import Gears, volts_at_rest
 from .robot import Robot
 from .sensors import Sensors
 from .spread import polytope, triangles, vertices
@@ -132,7 +132,7 @@ class Deployment:
         proven.
         """
         return design(
-            self.mip, self.robot, self.spread, self.Q, self.R, self.peak, self.frictions
+            self.mip, self.robot, self.spread, self.Q, self.R, self.peak, self.gears
         )
 
     @cached_property
@@ -218,16 +218,14 @@ class Deployment:
         return float(tilts.min())
 
     @property
-    def frictions(self):
-        """The least and the largest dry friction that the logs allow, in V."""
-        return frictions(self.identified, self.robot)
+    def gears(self):
+        """The dry friction and the play that the logs allow."""
+        return Gears.of(self.identified, self.robot)
 
     @cached_property
     def rest(self):
         """The volts (rms) of the program at rest, by a minute's run; not proven."""
-        return volts_at_rest(
-            self.mip, self.law, self.robot, REST_SECONDS, self.frictions
-        )
+        return volts_at_rest(self.mip, self.law, self.robot, REST_SECONDS, self.gears)
 
     @cached_property
     def sampled(self):

@@ -1,5 +1,6 @@
 """How quiet a program is at rest, with counts, play, friction and a bridge."""
 
+from dataclasses import dataclass
 from math import radians
 
 import numpy as np
@@ -8,7 +9,7 @@ from .firmware import Firmware
 from .sensors import Sensors
 from .simulator import simulate
 
-__all__ = ["LOUDER", "QUIET_SHARE", "frictions", "volts_at_rest"]
+__all__ = ["LOUDER", "QUIET_SHARE", "Gears", "volts_at_rest"]
 
 QUIET_SHARE = 0.1  # of the limit, rms: a program that takes more at rest is loud
 #: Robots of other formulas, whose gears stick and whose batteries sag, take up to so
@@ -19,16 +20,32 @@ START_TILT = 0.02  # rad, from which it comes to rest
 ACCELEROMETER = 0.05  # m/s^2, their noise
 
 
-def frictions(identified, robot):
-    """The least and the largest dry friction that there may be, in V.
+@dataclass(frozen=True)
+class Gears:
+    """What there may be in a robot's gears.
 
-    By the fits of ``identified``, 1.96 standard deviations either way; what the
-    ``robot`` compensates, where none was fitted.
+    ``frictions``: dry ones, in V; ``play``: by which a wheel turns while its motor
+    rests, in rad.
     """
-    fits = (identified.body, *identified.wheels) if identified else ()
-    ends = [x.interval("friction") for x in fits if "friction" in x.names]
-    ends = np.ravel(ends or robot.compensation)
-    return max(float(ends.min()), 0.0), max(float(ends.max()), 0.0)
+
+    frictions: tuple = (0.0,)
+    play: float = 0.0
+
+    @classmethod
+    def of(cls, identified, robot):
+        """By the fits of ``identified``, 1.96 standard deviations either way.
+
+        Where no friction was fitted it is what the ``robot`` compensates; the play is
+        no less than in its description.
+        """
+        fits = (identified.body, *identified.wheels) if identified else ()
+
+        def ends(name):
+            return [end for x in fits if name in x.names for end in x.interval(name)]
+
+        rub = ends("friction") or [robot.compensation]
+        play = max([radians(robot.backlash_deg), *ends("play")])
+        return cls((max(min(rub), 0.0), max(*rub, 0.0)), float(play))
 
 
 class Bridged:
@@ -53,15 +70,15 @@ class Bridged:
         return np.where(abs(duty) < DEAD_SHARE, 0.0, duty * limit)
 
 
-def volts_at_rest(mip, law, robot, seconds, frictions=(0.0,)):
+def volts_at_rest(mip, law, robot, seconds, gears):
     """The root mean square of a program's volts in a run's last two thirds.
 
     Encoders have their counts, the gears their play, the motors a bridge with a dead
-    zone; the delay is the largest. It is the worst of some frictions, times `LOUDER`.
+    zone; the delay is the largest. It is the worst of the frictions, times `LOUDER`.
 
     ``mip``: the pendulum; ``law``: the law; ``robot``: its description; ``seconds``:
-    how long the run lasts; ``frictions``: dry ones, in V. Returns float: in V; the
-    limit, if the motors go off.
+    how long the run lasts; ``gears``: `Gears`. Returns float: in V; the limit, if the
+    motors go off.
     """
     sensors = Sensors(
         counts=robot.counts,
@@ -72,7 +89,7 @@ def volts_at_rest(mip, law, robot, seconds, frictions=(0.0,)):
         g=robot.g,
     )
     most = 0.0
-    for friction in sorted(set(frictions)):
+    for friction in sorted(set(gears.frictions)):
         program = Bridged(Firmware.of(law, robot))
         run = simulate(
             mip,
@@ -83,7 +100,7 @@ def volts_at_rest(mip, law, robot, seconds, frictions=(0.0,)):
             sensors,
             substeps=4,
             friction=friction,
-            backlash=radians(robot.backlash_deg),
+            backlash=gears.play,
         )
         if run.fell[0]:
             return robot.limit

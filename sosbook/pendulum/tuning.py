@@ -117,15 +117,15 @@ def recoverable_tilt(mip, limit):
     return float(abs(w @ B[:, 0] / w[0]) * limit / poles[k].real)
 
 
-def design(mip, robot, spread, Q, R, peak, frictions=(0.0,)):
+def design(mip, robot, spread, Q, R, peak, gears):
     """The `Design` of least cost or an `OptimalLaw`, for R or the smallest good one.
 
     ``mip``: the pendulum in the middle; ``robot``: the robot, whose law, T, delay and
     blend are used; ``spread``: the relative spread of e/c and e/a, or what a fit
     allows; ``Q``, (5, 5) array: the weight of the state and of the integral; ``R``:
     without it the smallest of 1, 2, 5, 10, ... with which all `loops` have a
-    sensitivity of at most ``peak``, and whose `volts_at_rest`, with dry ``frictions``,
-    are below a tenth of the limit; without such a one, the quietest of some that keep
+    sensitivity of at most ``peak``, and whose `volts_at_rest`, with its ``gears``, are
+    below a tenth of the limit; without such a one, the quietest of some that keep
     the peak; ``peak``: the largest sensitivity that is taken. Raises ValueError if
     there is no design, or no R will do; it says what clock would.
     """
@@ -163,7 +163,7 @@ def design(mip, robot, spread, Q, R, peak, frictions=(0.0,)):
     for j in range(k, min(k + LOUDER_WEIGHTS, len(WEIGHTS))):
         if j > k and not good(j):
             break
-        volts[j] = volts_at_rest(mip, laws[j], robot, QUIET_SECONDS, frictions)
+        volts[j] = volts_at_rest(mip, laws[j], robot, QUIET_SECONDS, gears)
         if volts[j] <= quiet:
             break
     return tried[min(volts, key=volts.get)]
