@@ -140,10 +140,11 @@ WRITERS = {
     "proofs.folder.check_folder",  # reads its own record, tried in test_command
     "proofs.folder.write_folder",
     "pendulum.comparison.write_comparison",
-    "controllers.compiled.CompiledCode.__init__",
     "controllers.compiler.build",
+    "controllers.compiler.loaded",
     "controllers.program.Code.write",
     "controllers.report.write_report",
+    "controllers.sampled_design.SampledDesign.report",
     "synthesis.gains.Gains.report",
     "pendulum.compiled.Compiled.__init__",
     "pendulum.log.Log.write",

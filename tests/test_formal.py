@@ -80,7 +80,7 @@ def test_proofs_are_collected(tmp_path, monkeypatch):
     monkeypatch.setattr(ProofFile, "of", ProofFile.of)
     collect.start(tmp_path)
     text = file_of("one plant")
-    assert [path.read_text() for path in tmp_path.iterdir()] == [text]
+    assert [path.read_text("utf-8") for path in tmp_path.iterdir()] == [text]
 
 
 @pytest.mark.slow

@@ -198,10 +198,10 @@ def design_sampled(
     >>> cart = sos.SecondOrderSystem(1, 0, 0, 1)
     >>> law = sos.PIDLaw(position=[[1]], filter=0.5)
     >>> design = sos.design_sampled(cart, law, T=0.5, delay=0.5, sigma=0.2)
-    >>> print(design.certify())
+    >>> print(design.certify())  # doctest: +NORMALIZE_WHITESPACE
     proven:
-    - the sampled loop of the plant is stable: every motion decays at least as \
-0.904837418^k
+    - the sampled loop of the plant is stable: every motion decays
+      at least as 0.904837418^k
     >>> design.controller().radius < 0.905
     True
     """
