@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from sosbook.mip import Mip, Robot, SampledLaw, polytope, tuning, vertices
 from sosbook.mip.deployment import recommend
+from sosbook.mip.rest import Gears
 from sosbook.mip.tuning import WEIGHTS, design, peak_of, prove, recoverable_tilt
 
 from sosbook.pendulum.facts import facts
@@ -22,7 +23,7 @@ Q, GEARS = np.eye(5), OTHER.but(law="gain")
 
 def peak(mip, robot, R):
     law = SampledLaw.of_gain(
-        named(design(mip, robot, 0.04, Q, R, 2.0).certify().K), robot.T
+        named(design(mip, robot, 0.04, Q, R, 2.0, Gears()).certify().K), robot.T
     )
     return peak_of((mip, *vertices(mip)), law, robot)
 
@@ -32,7 +33,7 @@ def peak(mip, robot, R):
     "mip, robot, R", [(Mip.printed(), THESIS, 20.0), (truth(GEARS), GEARS, 5.0)]
 )
 def test_the_smallest_weight_that_keeps_the_margin(mip, robot, R):
-    found = design(mip, robot, 0.04, Q, None, 2.0)
+    found = design(mip, robot, 0.04, Q, None, 2.0, Gears())
     assert found.request.cost.R[0, 0] == R
     assert peak(mip, robot, R) <= 2
     assert peak(mip, robot, WEIGHTS[WEIGHTS.index(R) - 1]) > 2
@@ -42,10 +43,10 @@ def test_the_smallest_weight_that_keeps_the_margin(mip, robot, R):
 def test_a_clock_that_is_too_slow_is_named_with_one_that_would_do():
     robot, mip = THESIS.but(T=0.04, delay=0.04), Mip.printed()
     with pytest.raises(ValueError, match=r"T = 40 ms .*About \d+ Hz") as e:
-        design(mip, robot, 0.04, Q, None, 2.0)
+        design(mip, robot, 0.04, Q, None, 2.0, Gears())
     hertz = float(str(e.value).split("About ")[1].split()[0])
     fast = robot.but(T=1.05 / hertz / 1.25, delay=0.04 * 25 / hertz / 1.3)
-    found = design(mip, fast, 0.04, Q, None, 2.0)
+    found = design(mip, fast, 0.04, Q, None, 2.0, Gears())
     assert peak(mip, fast, found.request.cost.R[0, 0]) <= 2
 
 
@@ -53,7 +54,7 @@ def test_a_clock_that_is_too_slow_is_named_with_one_that_would_do():
 def test_the_decay_is_lowered_until_it_is_proven():
     """Gear motors: proven at 0.2/s; at 50/s a smaller one is found."""
     mip = truth(GEARS)
-    K = design(mip, GEARS, 0.04, Q, 5.0, 2.0).certify().K
+    K = design(mip, GEARS, 0.04, Q, 5.0, 2.0, Gears()).certify().K
     found = prove(polytope(mip, 0.04), tuning.U, GEARS, K, 0.2)
     assert found.certify().proven
     assert found.request.delta == 0.2
@@ -65,7 +66,7 @@ def test_the_decay_is_lowered_until_it_is_proven():
 
 def test_an_unstable_loop_is_the_cause_that_is_named():
     late = THESIS.but(delay=0.2)
-    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0).certify().K
+    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0, Gears()).certify().K
     with pytest.raises(ValueError, match="unstable for a delay of .* ms"):
         prove(polytope(Mip.printed(), 0.04), tuning.U, late, K, 0.2)
 
@@ -75,7 +76,7 @@ def test_a_proof_that_lacks_means_says_so(monkeypatch):
         status = "undecided"
 
     monkeypatch.setattr(tuning, "solve_delay", lambda *a, **k: Undecided)
-    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0).certify().K
+    K = design(Mip.printed(), THESIS, 0.04, Q, 20.0, 2.0, Gears()).certify().K
     with pytest.raises(ValueError, match="0.64.* it is the proof that"):
         prove(polytope(Mip.printed(), 0.04), tuning.U, THESIS, K, 0.2)
 
