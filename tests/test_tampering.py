@@ -80,6 +80,14 @@ def test_floats_refuse_no_plant_of_a_file(name):
     assert accepted or name == "regular mass"
 
 
+def test_an_observer_s_outputs_have_as_many_noises():
+    """A column of zeros is no other covariance; the earlier checker refused it."""
+    whole = json.loads(without_text(proof_of("observer")))
+    wide = mended(put(whole, ("R_F",), [[*row, "0"] for row in whole["R_F"]]))
+    assert verdicts(wide) == (False, False)
+    assert before(json.dumps(wide)) is None
+
+
 @pytest.mark.parametrize(
     "name, most",
     [

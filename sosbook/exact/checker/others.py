@@ -68,6 +68,7 @@ class Observer:
         for i, _ in enumerate(vertices):
             t.put(f"noise.{i + 1}", d["noises"], i)
         q, p = len(d["C"]), len(d["noises"][0][0])
+        need([len(row) for row in d["R_F"]] == [q] * q, "R_F isn't square")
         for name, shape in (("P1", N), ("P2", N), ("J", p)):
             t.point(name, name, f"symmetric {shape}")
         t.write(
