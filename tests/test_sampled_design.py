@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import cont2discrete
 
 import sosbook as sos
-from sosbook.controllers import CompiledCode, code_fault
+from sosbook.controllers import CompiledCode, code_fault, sampled_design
 
 T = 0.4  # s, with modes at 0.57 and 1.6 rad/s; an answer is a tick late
 PID = sos.PIDLaw(position=[[0, 1]], filter=T)
@@ -149,6 +149,20 @@ def test_what_isnt_found_is_undecided_with_what_was_reached():
         assert not any(
             x in words for x in ("infeasible", "impossible", "no controller")
         )
+
+
+def test_a_rounding_that_is_too_coarse_leaves_the_next_one_its_digits(monkeypatch):
+    """The numbers of the second trial were those of the first."""
+    fast = sos.design_sampled(pair(), PID, T, T).sigma
+    monkeypatch.setattr(sampled_design, "DIGITS", (1,))
+    coarse = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast)
+    assert coarse.status == "undecided" and "It isn't proven" in coarse.reason
+    monkeypatch.setattr(sampled_design, "DIGITS", (1, 10))
+    asked = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast)
+    assert asked.status == "feasible" and asked.proof.verify()
+    monkeypatch.setattr(sampled_design, "round_digits", lambda x, digits: 9.81 * x)
+    unstable = sos.design_sampled(pair(), PID, T, T)
+    assert unstable.status == "undecided" and "fastest decay" in unstable.words
 
 
 def test_limits_are_those_of_the_numbers_at_the_ticks():

@@ -96,6 +96,8 @@ class SampledDesign(ReadOnly):
     @property
     def words(self) -> str:
         """What is asked of the loop."""
+        if not self.sigma:
+            return "the fastest decay at the ticks"
         return f"every motion decays at least as e^(-{self.sigma:.4g} t) at the ticks"
 
     @property
@@ -301,16 +303,20 @@ class _Work:
         return abs(np.linalg.eigvals(self.loops.at(kappa))).max()
 
     def _proven(self, kappa):
-        """The design with the free numbers in few digits that is proven."""
-        T = self.design.T
+        """The design with the free numbers in few digits that is proven.
+
+        Else the last one that was tried; None where each rounding is unstable.
+        """
+        T, design = self.design.T, None
         for digits in DIGITS:
-            kappa = round_digits(kappa, digits)
+            rounded = round_digits(kappa, digits)
             asked = [self.sigma]
             if self.sigma is None:
-                fast = -np.log(self._radius(kappa)) / T
+                fast = -np.log(self._radius(rounded)) / T
                 asked = [fast * (1 - k * self.backoff) for k in EASIER]
             for sigma in (x for x in asked if x > 0):
-                design = replace(self.design, K=self.continuous.K(kappa), sigma=sigma)
+                K = self.continuous.K(rounded)
+                design = replace(self.design, K=K, sigma=sigma)
                 rate = float(np.floor(np.exp(-sigma * T) * 1e9) / 1e9)
                 proof = design.controller().certify(rate=rate, cells=self.cells)
                 design = replace(design, proof=proof)
