@@ -11,10 +11,7 @@ from tests.random_plants import Case, Units
 
 
 def placed(plant, poles):
-    """The gain of one input that puts the poles there, as floats.
-
-    Ackermann's formula in rationals.
-    """
+    """The gain of one input for these poles, as floats: Ackermann's formula."""
     (d,) = Request(plant).vertices_in(exact)
     E, A, B = (fmpq_mat(*x.shape, list(x.ravel())) for x in (d.E, d.A, d.Bu))
     A, B = E.inv() * A, E.inv() * B
@@ -31,11 +28,7 @@ def placed(plant, poles):
 
 
 def attack(seed):
-    """A `Case` that is feasible, however large its gain.
-
-    A chain of masses that is pushed at one end, two masses that are
-    nearly alike, or any plant with one input.
-    """
+    """A feasible `Case` with a large gain: a chain, two equal masses, or any plant."""
     rng = np.random.default_rng([seed, 16])
     kind = rng.choice(["chain", "alike", "any"])
     while True:

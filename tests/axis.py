@@ -40,10 +40,7 @@ def axis():
 
 
 def rubbed(program, J2, r, seconds, lose=0, u_max=np.inf):
-    """(load's angle, torque) of a program on a drive with friction, by Runge and Kutta.
-
-    Written from the equations of motion, with nothing of the package.
-    """
+    """(load's angle, torque) of a program on a drive with friction, by RK4."""
     step = 2 * np.pi / 4096
     x, act, angles, torques = np.zeros(4), 0.0, [], []
 

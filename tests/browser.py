@@ -1,8 +1,4 @@
-"""A Chromium for the browser tests: find one that runs, or get one.
-
-Standard library only, because ``tasks.py`` uses it before the project's
-environment is ready.
-"""
+"""A Chromium for the browser tests; standard library only, for ``tasks.py``."""
 
 import os
 import shutil

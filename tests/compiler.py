@@ -1,8 +1,4 @@
-"""A C compiler for the tests of the generated code: find one, or get one.
-
-Standard library only, because ``tasks.py`` uses it before the project's
-environment is ready.
-"""
+"""A C compiler for generated code; standard library only, for ``tasks.py``."""
 
 import os
 import shlex
@@ -25,10 +21,7 @@ these will do:
 
 
 def find(python=sys.executable):
-    """Command of a C compiler that runs, as a list, or None.
-
-    ``$CC``, one on the PATH, or the one in the package ziglang.
-    """
+    """Command of a C compiler that runs: ``$CC``, of the PATH, of ziglang, or None."""
     places = [split(os.environ.get("CC", ""))]
     places += [[path] for name in NAMES if (path := shutil.which(name))]
     places.append([python, "-m", "ziglang", "cc"])

@@ -1,27 +1,13 @@
 """Fixtures of the browser tests.
 
-``site``     Path of the built pages. ``SOSBOOK_SITE=_build/html`` reuses a
-             build, or waits for one that is under way: it is ready when the
-             file ``SOSBOOK_BUILT`` appears and holds a 0. Without them the
-             book is built once in a scratch folder.
-``browser``  a headless Chromium (playwright), one for each process.
+``site``     the built pages: ``SOSBOOK_SITE=_build/html``, awaited until the file
+             ``SOSBOOK_BUILT`` holds a 0; without them the book is built once.
+``browser``  a headless Chromium (playwright), one for each process; it comes last,
+             for its event loop would disturb notebooks and clusters.
 ``kernel``   a page of it with the solver of the rendered book.
 ``tab``      the page ``sheet`` of a module; it leaves no error behind.
-``visit``    opens a page with the network cut and everything recorded::
-
-    def test_slider(site, visit):
-        tab = visit(site / "book" / "04_lmi_regions.html", width=390)
-        tab.page.locator("input[type=range]").first.fill("3")
-        assert tab.errors == []
-
-``visit`` takes a Path or an address, ``width`` and ``height`` in pixels, and
-``scheme`` "light" or "dark". ``tab.page`` is playwright's page, ``tab.errors``
-its console errors, warnings of scripts and failed requests, ``tab.requests``
-every address it asked for.
-
-Once there is a browser it stays: to start one takes a second, and two dozen modules
-ask for it. They come last, because playwright's event loop would disturb notebooks
-and clusters in the same process.
+``visit``    opens a Path or an address without a network: ``visit(page, width=390,
+             height=844, scheme="dark")`` has the attributes of `Tab`.
 """
 
 import importlib.util
@@ -67,12 +53,7 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Mark kinds of tests, set the timeouts, and bring notebooks first.
-
-    Modules with a browser are last: the book is built by then. Among equals those
-    that take long and those of many tests are first, so that at the end no process
-    waits long for another.
-    """
+    """Mark kinds, set timeouts; notebooks and long files first, browsers last."""
     if not config.getoption("--campaign", False):
         long = [x for x in items if x.get_closest_marker("campaign")]
         items[:] = [x for x in items if x not in long]

@@ -105,10 +105,7 @@ def assert_readable(tab, elements, inks=INKS):
 
 
 def assert_buttons(tab, visit, tag, label):
-    """Reset, a link that leads back, and a program; returns what it leaves behind.
-
-    The slider with this label is moved first.
-    """
+    """Reset, a link that leads back, and a program's names, after a slider moved."""
     element = tab.page.locator(tag).first
     readout, slider = (
         element.locator(".sos-readout"),
@@ -143,10 +140,7 @@ def green(tab, tag):
 
 
 def points(slider, *parts):
-    """Points of the window on a slider that is brought into it, at parts of its length.
-
-    What is done there by mouse or finger reaches whatever stands on top.
-    """
+    """Points of the window on a slider, at parts of its length, whatever is on top."""
     slider.scroll_into_view_if_needed()
     box = slider.bounding_box()
     y = box["y"] + box["height"] / 2

@@ -1,7 +1,4 @@
-"""A requirement that the package doesn't know: the file of chapter 32.
-
-Its cells are the file, so that the page and the tests read the same lines.
-"""
+"""A requirement that the package doesn't know: the cells of chapter 32."""
 
 from pathlib import Path
 

@@ -1,8 +1,4 @@
-"""What a page's layout may not do, asked inside the page.
-
-Each of these is a JavaScript function without arguments that returns a list
-of faults; an empty list is a good page.
-"""
+"""What a page's layout may not do: functions in JavaScript, lists of faults."""
 
 #: Text as wide as in DejaVu Sans or Verdana, the widest of the usual fonts: a
 #: reader has other fonts than the machine that runs the tests.

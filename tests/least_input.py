@@ -11,12 +11,7 @@ PRICE = 1e-6  # of P, which needs a bound: good modes want it infinite
 
 
 def least_input(request):
-    """The least u_max for which Theorem 2.2 and Lemma 2.2 have P and Y, or None.
-
-    Of all vertices together, without pairs. The LMIs are written here
-    again, in the plant's own coordinates. A little more than the least, for P
-    has a price. None where Clarabel fails.
-    """
+    """The least u_max of Theorem 2.2 and Lemma 2.2 for all vertices, or None."""
     N, m = request.order, request.plant.m
     P, Y = cvxpy.Variable((N, N), symmetric=True), cvxpy.Variable((m, N))
     level = cvxpy.Variable()

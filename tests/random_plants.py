@@ -1,19 +1,9 @@
-"""Random requests whose verdict is known before they are solved.
+"""Random requests whose verdict is known before they are solved, in random units.
 
-`random_case` makes one of three kinds from a seed:
-
-"feasible"    A gain and a Lyapunov matrix are known from a Riccati
-              equation; the requirements are backed off from what these
-              two fulfil.
-"infeasible"  A reason that needs no LMI excludes every gain, see
-              `Case.reason`; or a bound lies below an optimum that
-              Clarabel finds, and the coupling asked for is its own.
+"feasible"    A gain and P are known from a Riccati equation; bounds are backed off.
+"infeasible"  A reason without an LMI excludes every gain (`Case.reason`), or a bound
+              lies below an optimum that Clarabel finds.
 "marginal"    Either, within a fraction of 1e-3 to 1e-6 of the edge.
-
-Plants have 1 to 8 degrees of freedom and 1 to 4 vertices. All are made in
-plain units and then expressed in others (`Units`), which changes nothing
-but the numbers: time, displacements, forces and inputs are scaled by
-1e-6 to 1e6.
 """
 
 from dataclasses import dataclass, replace
@@ -40,18 +30,9 @@ ODD_POWERS = tuple(float(np.log10(x)) for x in (*ODD, 0.3, 2.2046))
 
 @dataclass(frozen=True, eq=False)
 class Units:
-    """Other units and coordinates for a plant and its requirements.
+    """Other units: w0 t, T z, u = Q v, rows by R, integrators by G, w by sqrt(w0).
 
-    Time tau = w0 t, displacements zeta = T z, u = Q v; the equation of
-    motion is multiplied by R, the integrators by G. ``w0`` also
-    measures the disturbance: w = sqrt(w0) v, which keeps its energy.
-
-    Parameters
-    ----------
-    w0 : float
-    T, R, Q, G : arrays
-        Regular; (n, n), (n, n), (m, m), (a, a). With gamma T must be,
-        with saturation Q must be, a multiple of an orthogonal matrix.
+    With gamma T must be, with saturation Q must be, a multiple of an orthogonal matrix.
     """
 
     w0: float
@@ -305,8 +286,6 @@ def _vertex_count(rng, n):
 
 
 # ---- feasible: backed off from a gain that is known
-
-
 def _backed_off(rng, largest, marginal):
     """Requirements that a gain from a Riccati equation fulfils."""
     found = _known(rng, largest)
@@ -466,8 +445,6 @@ class _Known:
 
 
 # ---- infeasible for a reason that needs no LMI
-
-
 def _around(rng, parts, spread, mass):
     """A polytope with the plant itself, which excludes every gain."""
     count = 2 if len(parts[0]) > 4 else int(rng.integers(2, 5))
@@ -476,11 +453,7 @@ def _around(rng, parts, spread, mass):
 
 
 def _mode(rng, largest, marginal):
-    """A mode that no input reaches, outside the region or inside.
-
-    Half of them after a rotation, where it is so up to rounding: then
-    a gain exists, but it is beyond floats.
-    """
+    """A mode that no input reaches, half of them rotated: so up to rounding."""
     if largest < 2:
         return None
     n = _degrees_of_freedom(rng, largest, 2)
@@ -540,10 +513,8 @@ def _extras(rng, asked):
 
 
 def _out_of_reach(rng, largest, marginal):
-    """gamma below what w does to the directions without input.
-
-    N'B = 0 gives N'(S + i omega D - omega^2 M) z = N'F w in every
-    loop, so that |z| is at least the least-norm solution.
+    """gamma below what w does without input: N'B = 0 gives, in every loop,
+    N'(S + i omega D - omega^2 M) z = N'F w; |z| is at least the least-norm solution.
     """
     base = _based(rng, largest, 2, True)
     if base is None:
@@ -564,11 +535,8 @@ def _out_of_reach(rng, largest, marginal):
 
 
 def _force(rng, largest, marginal):
-    """u_max too small for a mode: (a + sigma)|v x0| <= |v B| u_max.
-
-    v is a left eigenvector, of an eigenvalue with real part a. Both the
-    plant and its copy with the time factor exp(sigma t) stay in the
-    ellipsoid where |K x| <= u_max.
+    """u_max too small for a mode: (a + sigma)|v x0| <= |v B| u_max, with v a left
+    eigenvector, of real part a; the copy with exp(sigma t) stays in the ellipsoid, too.
     """
     base = _based(rng, largest)
     if base is None:
@@ -597,10 +565,8 @@ def _force(rng, largest, marginal):
 
 
 def _static(rng, largest, marginal):
-    """gamma against rho: det(S - B K_P) = det(M) times all poles.
-
-    So |det| < det(M) rho^2n, and with F = I the static response, of
-    norm 1 / (least singular value), exceeds (det(M) rho^2n)^(-1/n).
+    """gamma against rho: |det(S - B K_P)| is det(M) times all poles, < det(M) rho^2n;
+    with F = I the static response exceeds (det(M) rho^2n)^(-1/n).
     """
     base = _base(rng, largest)
     if base is None:
@@ -621,10 +587,7 @@ def _static(rng, largest, marginal):
 
 
 def _signs(rng, largest, marginal):
-    """B at one vertex, -B at the other: between them it is zero.
-
-    Exactly so: with -B / 3, say, rounded, a gain of 1e16 might do.
-    """
+    """B at one vertex, -B at the other: between them it is exactly zero, unrounded."""
     base = _base(rng, largest)
     if base is None:
         return None
@@ -649,8 +612,6 @@ def _signs(rng, largest, marginal):
 
 
 # ---- an edge that Clarabel finds
-
-
 def float_blocks(request, frame, levels=()):
     """The blocks of a request, with explicit slopes."""
     expressions, unknowns = request.in_unknowns(frame, levels=levels)
@@ -702,11 +663,7 @@ def _edge(rng, largest, marginal):
 
 
 class _Edge:
-    """Clarabel's smallest gamma or u_max, in the frame of a known gain.
-
-    ``asked``: requirements that the gain fulfils; ``which``: "gamma" or "saturation",
-    the bound in whose square the blocks are affine.
-    """
+    """Clarabel's smallest ``which`` ("gamma" or "saturation") in a gain's frame."""
 
     def __init__(self, known, asked, which):
         self.known, self.asked, self.which = known, asked, which

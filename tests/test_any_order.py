@@ -68,11 +68,7 @@ def test_a_controller_of_lower_order_begins_with_a_part_of_the_best():
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 8])
 def test_without_noise_no_more_is_excluded_than_little_noise_allows(seed):
-    """Noise can only make the norm larger: less and less of it comes down to it.
-
-    Where both inequalities matter and motions that aren't seen partly decay (2 and 8)
-    the multipliers aren't rational, and what is excluded is far below.
-    """
+    """Less and less noise comes down to it; but multipliers of 2, 8 aren't rational."""
     known, C_y = plant(seed)
     little = best_of_any_order(known.vertices[0], C_y, 0.3, 1e-3)
     gamma, proof = bound(known, sos.DynamicLaw(1, C_y), 1.5 * little)
@@ -99,10 +95,7 @@ def strange(kind, seed):
 
 @pytest.mark.parametrize("kind", ["any", "undamped", "a mode alone", "matched"])
 def test_no_controller_that_is_built_does_what_is_excluded(kind):
-    """Its norm is a bisection's, and near the least one: no proof of it is read.
-
-    Rational multipliers aren't found for each of the plants.
-    """
+    """Its norm is a bisection's; rational multipliers aren't found for each plant."""
     found = 0
     for seed in range(8):
         known, C_y = strange(kind, seed)
@@ -154,10 +147,7 @@ def test_free_masses_have_a_bound():
 
 
 def test_motions_that_sensors_do_not_see_are_the_largest_subspace():
-    """A chain of springs, pushed at its end and seen at its start: nothing hides.
-
-    Seen at the end that is pushed the other masses move as if it stood still.
-    """
+    """Seen at the pushed end, a chain's other masses move as if that stood still."""
     S = 2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1)
     A = exact(np.block([[np.zeros((3, 3)), np.eye(3)], [-S, -0.1 * np.eye(3)]]))
     B = exact(np.eye(6)[:, 5:])
@@ -174,11 +164,7 @@ def test_motions_that_sensors_do_not_see_are_the_largest_subspace():
 
 
 def test_what_is_sought_has_no_bound_that_is_refused():
-    """Three integrators, too many for order one: the least norm isn't below 1.
-
-    The loop's polynomial has no s^2. All is seen of x alone, so no mode is fixed; of a
-    place that isn't seen one is, which no controller moves.
-    """
+    """Three integrators, too many for order one: without s^2 the norm is 1."""
     one = np.eye(3)
     chain = sos.DescriptorSystem(one, np.eye(3, k=1), one[:, 2:], one, one)
     for asked in (dict(minimize="gamma"), dict(maximize="sigma")):

@@ -55,8 +55,6 @@ def request_at(robot, atlas, place):
 
 
 # ------------------------------------------------------------------ in Python
-
-
 @pytest.mark.slow
 def test_what_is_stored_is_what_is_solved(robot, atlas):
     n = 0
@@ -130,8 +128,6 @@ def test_a_grid_with_a_hole_is_refused():
 
 
 # -------------------------------------------------------------- in the browser
-
-
 first, say, held = (partial(f, tag="sos-atlas") for f in (first, say, held))
 
 

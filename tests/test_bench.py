@@ -540,11 +540,7 @@ def test_random_ranges_have_the_package_s_corners(tab, count):
 
 
 def typed_request(seed):
-    """A chain of masses as a reader may type it: one plant, ranges, or several.
-
-    Units, unsymmetric stiffness, instability, where forces act and what is bounded
-    are drawn, too.
-    """
+    """A chain of masses as readers type it: one plant, ranges, or several."""
     rng = np.random.default_rng([seed, 4])
     n = int(rng.integers(1, 4))
     mass, time = 10.0 ** rng.uniform([-3, -1.5], [2, 1])
@@ -605,11 +601,7 @@ VERDICT = """([texts, wanted, places]) => {
 @pytest.mark.timeout(3000)
 @pytest.mark.parametrize("count", [30, pytest.param(1000, marks=pytest.mark.campaign)])
 def test_page_and_package_give_the_same_verdict_on_what_is_typed(tab, count):
-    """One plant, ranges and several, with the gain where there is one.
-
-    What the page alone refuses is proven in its file, and it says where the package
-    has another form of LMIs; what the page alone leaves open is rare.
-    """
+    """With the gain; what the page alone refuses is proven, what it leaves is rare."""
     seen, apart = Counter(), []
     for seed in range(count):
         mine, names = tab.page.evaluate(VERDICT, [*typed_request(seed)]), {}

@@ -162,10 +162,7 @@ def test_a_wrong_answer_has_no_time_that_counts(monkeypatch):
 def test_a_clock_with_ticks_tells_the_time_of_a_short_call(
     monkeypatch, step, price, steady
 ):
-    """Linux may count a process's time in ticks: 4 ms, where a call takes 1.3.
-
-    Where another process takes the processor it counts once more in between.
-    """
+    """Linux may count in ticks of 4 ms, and once more after another process."""
     spent, known = 0.0, []
 
     def ticking():

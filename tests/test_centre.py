@@ -123,11 +123,7 @@ def test_a_ray_that_leaves_the_set_is_not_believed():
 
 
 def test_example_1_is_the_centre_that_cvxpy_finds():
-    """cvxpy and Clarabel maximise the sum of log det of the blocks.
-
-    In coordinates where P is the identity: in SI units Clarabel stops
-    early.
-    """
+    """The sum of log det where P is the identity: in SI units Clarabel stops early."""
     ex = sos.thesis.example_1()
     d = sos.design_pid(ex.plant, **ex.requirements)
     P = cvxpy.Variable((6, 6), symmetric=True)

@@ -135,8 +135,6 @@ def test_what_is_no_json_is_said(tmp_path, capsys, text):
 
 
 # ------------------------------------------- which plant and gain a proof is about
-
-
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     """A folder with a plant of one mass, its proof and what `design` printed."""
@@ -289,8 +287,6 @@ def controller(mass, rho=30):
 
 
 # ------------------------------------------------- nothing is lost, nothing is stale
-
-
 def test_only_a_proof_about_the_same_plant_is_replaced(small, tmp_path, capsys):
     plant, proof = tmp_path / "plant.json", tmp_path / "proof.json"
     text = (small / "plant.json").read_text("utf-8")
@@ -560,8 +556,6 @@ def test_a_controller_needs_a_folder(small, tmp_path, capsys):
 
 
 # ------------------------------------------------------------------ limits
-
-
 def spoilt(small, **changes):
     return json.dumps(mended(json.loads(plain(small / "proof.json")) | changes))
 
@@ -627,8 +621,6 @@ def test_the_time_is_a_number_of_seconds(small, capsys):
 
 
 # ---------------------------------------------------------------- what is printed
-
-
 @pytest.mark.skipif(os.name == "nt", reason="pipes of POSIX")
 @pytest.mark.parametrize("program", PROGRAMS)
 def test_a_reader_that_goes_away_is_no_error(small, program):

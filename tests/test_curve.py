@@ -41,10 +41,7 @@ CASES = [
 @pytest.mark.parametrize("times", [None, 1.02, 3.0])
 @pytest.mark.parametrize("family, size", CASES)
 def test_the_gradient_shrinks_evenly(family, size, times):
-    """At s it is 1 - s times that at the start, but for the terms that are left.
-
-    So it does within a ball that is so many ``times`` as wide as the point is far.
-    """
+    """At s it is 1 - s times that at the start, in a ball ``times`` the way."""
     first = search(case(family, size).request)
     newton = newton_of(first.problem.compiled)
     x = first.problem.packed(first.values)

@@ -70,10 +70,7 @@ def test_analysis_finds_a_proof_for_every_design():
 
 
 def test_smallest_gamma_of_a_given_gain_is_its_norm():
-    """Bounded real lemma, one degree of freedom, K = 0.
-
-    z'' + 2 z' + 3 z = w has the norm 1 / (2 zeta sqrt(1 - zeta^2) 3).
-    """
+    """z'' + 2 z' + 3 z = w has the norm 1 / (2 zeta sqrt(1 - zeta^2) 3)."""
     plant = sos.SecondOrderSystem(ONE, [[2.0]], [[3.0]], ONE, ONE)
     K, zeta = np.zeros((1, 2)), 1 / np.sqrt(3)
     norm = 1 / (2 * zeta * np.sqrt(1 - zeta**2) * 3)

@@ -49,10 +49,7 @@ def imported():
 
 @cache
 def public():
-    """Names of all public classes, functions, methods and properties.
-
-    A module without a list of its names shares what others take from it.
-    """
+    """All public classes, functions, methods; without __all__ what others import."""
     names = {}
     for module in modules():
         if module.__name__.startswith(CHECKER):

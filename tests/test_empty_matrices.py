@@ -1,8 +1,4 @@
-"""Zero and empty matrices are plants like others, in every way that solves them.
-
-Conjugate gradients begin near twenty degrees of freedom, and looking for fixed modes
-first near ten: both sides of each are asked.
-"""
+"""Zero and empty matrices are plants like others, below and above CG's twenty DOF."""
 
 import numpy as np
 import pytest

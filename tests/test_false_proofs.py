@@ -1,8 +1,4 @@
-"""No proof of what isn't so: claims, the blocks under them, and the words of others.
-
-Each file is read by the package and by the checker. Oracles are exact: Lyapunov's
-equation and characteristic polynomials in rationals.
-"""
+"""No proof of what isn't so, by package and checker; oracles are exact (rationals)."""
 
 import json
 import re
@@ -55,8 +51,6 @@ def agree(proof):
 
 
 # ---- what weighs a cost
-
-
 def true_cost(plant, Q):
     """tr W'XW with A'X + XA = -Q without control, in rationals."""
     still = np.zeros((plant.m, 2 * plant.n))
@@ -218,8 +212,6 @@ def test_weights_that_are_none_are_named(more, words):
 
 
 # ---- regions that are asked twice
-
-
 @pytest.mark.parametrize("sigma", [0.73, 0.739, 0.743, 0.744, 0.763])
 def test_a_wall_beside_a_wall_keeps_its_block(sigma):
     """The second one lies one float further, and a pole between the two."""
@@ -295,8 +287,6 @@ def test_a_claim_without_its_block_isnt_proven():
 
 
 # ---- multipliers in coordinates
-
-
 @pytest.mark.parametrize("name", ["left", "T", "back"])
 def test_singular_coordinates_exclude_nothing(name):
     """In them a block is singular whatever its unknowns are."""
@@ -426,8 +416,6 @@ def test_a_version_is_a_whole_number():
 
 
 # ---- classes of others
-
-
 def test_a_class_changes_no_proof_that_is_there():
     proof = sos.design_pid(
         PLANT, saturation=sos.Saturation(90, [0.1, 0, 0, 0])

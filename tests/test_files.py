@@ -330,8 +330,6 @@ def test_files_are_read_and_written_in_one_place_each():
 
 
 # ------------------------------------------------------------------- writing
-
-
 def test_a_full_disk_leaves_the_old_file_whole(tmp_path):
     """Under a limit of the size of files; nothing is left beside it."""
     pytest.importorskip("resource")

@@ -1,8 +1,4 @@
-"""One convention for code on the pages: what draws or imports is folded.
-
-The code that states, designs and proves stays in sight; the code of pictures, lists of
-imports, and the book's own tests of what it says, open on demand.
-"""
+"""Code that draws, imports or tests is folded; what states and proves is in sight."""
 
 import ast
 import re

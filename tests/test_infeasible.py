@@ -49,10 +49,7 @@ IMPOSSIBLE = {
 
 @pytest.mark.parametrize("name", IMPOSSIBLE)
 def test_the_certificate_is_a_proof(name):
-    """Z > 0, its adjoint is zero, its value isn't positive, as the checker reads it.
-
-    A design x would give 0 < sum <G_k(x), Z_k> = value <= 0.
-    """
+    """Z > 0, adjoint 0, value <= 0: a design would give 0 < sum <G_k, Z_k> = value."""
     asked, _ = IMPOSSIBLE[name]
     d = sos.design_pid(**asked)
     assert d.status == "infeasible" and d.K is None
@@ -96,11 +93,7 @@ def test_example_1_asked_too_much(change, words):
 
 
 def test_the_limit_of_the_force_is_where_physics_puts_it():
-    """z'' = z + u, |u| <= u_max from z(0) = 1: u_max = 1 is the limit.
-
-    Below it the multipliers of the whole plant are singular, because one mode
-    is stable; those of the other mode are not.
-    """
+    """z'' = z + u, z(0) = 1: u_max = 1; one mode alone has regular multipliers."""
 
     def design(u_max):
         limit = sos.Saturation(u_max, [1, 0])
@@ -193,10 +186,7 @@ def test_a_controllable_plant_is_feasible_for_its_poles():
 
 @pytest.mark.parametrize("gap", [1e-6, 1e-8, 1e-12])
 def test_two_masses_that_are_nearly_alike(gap):
-    """One force moves both: 1 / gap is the size of the gain, too large for floats.
-
-    There is one: nothing may say that there is none.
-    """
+    """One force moves both: a gain of size 1 / gap, too large for floats, is there."""
     S = np.diag([1, 1 + gap])
     plant = sos.SecondOrderSystem(np.eye(2), 0.01 * np.eye(2), S, [[1], [1]])
     d = sos.design_pid(plant, region=sos.PoleRegion(sigma=1))

@@ -153,10 +153,7 @@ def test_a_strange_mass_is_named_where_it_was_written(M, words):
 
 @pytest.mark.parametrize("factor", [1, 0.3, 1 / 9.81, 2.2046])
 def test_rows_that_were_divided_are_no_error(factor):
-    """A crane's load hangs on a rope of length l: its row divided by the load's mass.
-
-    So uncertain masses fill one row of M, and the warning doesn't call it an error.
-    """
+    """A crane's load: its row divided by its mass, so they fill one row of M."""
     m, load, g, rope = 100 * factor, 50 * factor, 9.81, 7.0
     lagrange = sos.SecondOrderSystem(
         [[m + load, load * rope], [load * rope, load * rope**2]],

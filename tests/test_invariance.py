@@ -1,10 +1,6 @@
-"""Units and coordinates don't change a design.
+"""Units and coordinates don't change a design: its gain transforms as a gain must.
 
-The feasible set's centre is the same in all coordinates, so the gain
-transforms as a gain must: time and units by 1e-6 to 1e6, other
-coordinates, other mixtures of inputs and integrators. A region alone
-leaves the set without a bound; the block "scale" that bounds it belongs
-to the frame, so there only units are tested, to the frame's digits.
+A region alone leaves the set without a bound: there only units are tested.
 """
 
 from functools import cache
@@ -130,10 +126,7 @@ def test_units(name, time, length, force, signal, integral):
 @some
 @given(seeds)
 def test_coordinates(name, seed):
-    """z -> T z, rows, inputs and integrators mixed.
-
-    T stays a rotation where gamma measures z, Q where u_max measures u.
-    """
+    """z -> T z, rows, inputs mixed; T turns where gamma measures, Q where u_max."""
     plant, asked = REQUESTS[name]
     n, m, a = size(plant, asked)
     rng = np.random.default_rng(seed)

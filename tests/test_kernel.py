@@ -1,7 +1,4 @@
-"""The kernel of proofs alone: what a text with data says, and what is refused.
-
-Oracles: numpy in floats, differences (each block is affine), eigenvalues.
-"""
+"""The kernel of proofs alone, against numpy, differences and eigenvalues."""
 
 import json
 from fractions import Fraction

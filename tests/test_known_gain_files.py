@@ -1,7 +1,4 @@
-"""Proof files of known gains: cells cover all plants, and nothing else is proven.
-
-What a file is changed to is refused by both readers, with its digests mended.
-"""
+"""Proof files of known gains: cells cover all plants; changed files are refused."""
 
 import json
 

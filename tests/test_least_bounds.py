@@ -19,10 +19,7 @@ def from_state(x0):
 
 
 def bicycle(slow, fast):
-    """The benchmark bicycle of Meijaard et al. (2007) between two speeds in m/s.
-
-    Its matrices are affine in v and v^2, which lie in a triangle.
-    """
+    """The bicycle of Meijaard et al. (2007) between two speeds in m/s: (v, v^2)."""
     M = np.array([[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]])
     C1 = np.array([[0, 33.86641391492494], [-0.85035641456978, 1.6854039739756]])
     K0 = np.array([[-80.95, -2.59951685249872], [-2.59951685249872, -0.80329488458618]])
@@ -82,10 +79,7 @@ def test_the_least_torque_of_a_bicycle(speeds):
 
 @pytest.mark.parametrize("power", [-2, -6, -8, -9])
 def test_the_norm_of_a_loop_with_a_slow_integral(power):
-    """The pole near 10^power makes P as large as that of the others is small.
-
-    From 10^-9.7 on roundings decide whether a point is found.
-    """
+    """A pole near 10^power makes P large; from 10^-9.7 on roundings decide."""
     d = sos.analyse_pid(ONE, [[0, 0, -(10.0**power)]], U=[[1]], minimize="gamma")
     assert d.status == "feasible"
     assert d.hinf() < d.gamma

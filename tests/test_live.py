@@ -51,10 +51,7 @@ PICTURE = ".jp-OutputArea-output .sos-result"
 
 @pytest.fixture(scope="module")
 def lab(tmp_path_factory):
-    """Address of a notebook in JupyterLab, by its name.
-
-    Each has a workspace of its own: one that is shared brings back others' tabs.
-    """
+    """Address of a notebook in JupyterLab, in a workspace of its own, by its name."""
     folder = tmp_path_factory.mktemp("lab")
     kernel = {"name": "python3", "display_name": "Python", "language": "python"}
     notebooks = {

@@ -28,11 +28,7 @@ REGION = sos.PoleRegion(sigma=0.4, theta=1.3, rho=20)
 
 
 def plants(seed=0, k=4, n=2, spread=0.15):
-    """2^k vertices: mass, damping and stiffness change in random directions.
-
-    The mass changes in all of them at once, so that no box of single columns says
-    that the vertices suffice.
-    """
+    """2^k vertices in random directions; in all the mass changes: no box of columns."""
     rng = np.random.default_rng(seed)
 
     def definite(size):
@@ -253,10 +249,7 @@ def bounded_input(k, n=8):
 
 @pytest.mark.parametrize("k", [3, 4, 5])
 def test_the_centre_of_many_vertices_depends_on_no_start(k, monkeypatch):
-    """Newton's method creeps there, pushed against the bound of the input.
-
-    It took the set for one without a centre, and returned that of a part.
-    """
+    """Newton's method creeps there; the set was once taken for one without a centre."""
     asked = bounded_input(k)
     design = sos.design_pid(**asked)
     request = design.request

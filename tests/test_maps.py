@@ -41,8 +41,6 @@ def harder(name, value, factor):
 
 
 # ------------------------------------------------------------------- edges
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_both_sides_are_proven_for_what_they_say(edges, name):
@@ -181,8 +179,6 @@ def test_gamma_needs_a_disturbance():
 
 
 # --------------------------------------------------------------- frontiers
-
-
 @pytest.mark.slow
 def test_a_frontier_is_a_monotone_staircase(force):
     assert force.values == (2, 1.2, 0.8, 0.6)
@@ -275,8 +271,6 @@ def test_bad_frontiers_are_named(robot, change, fault):
 
 
 # ------------------------------------------------------------------- atlas
-
-
 @pytest.fixture(scope="module")
 def atlas(force):
     arm = sos.thesis.example_4()
@@ -405,8 +399,6 @@ def test_reset_a_link_python_and_bands(visit, sheet, atlas, force):
 
 
 # -------------------------------------------------- beside designs alone
-
-
 def test_designs_with_a_law_are_those_of_design_pid():
     cart = sos.SecondOrderSystem(1, 0.1, 2, 1)
     law, region = sos.PIDLaw([[1]], filter=0.05), sos.PoleRegion(sigma=0.2)
@@ -427,10 +419,7 @@ def test_designs_with_a_law_are_those_of_design_pid():
 
 
 def test_a_gain_that_is_searched_has_an_edge():
-    """From an encoder s^2 + .1 s + 2 gets to the left of any line, with any torque.
-
-    A disk of fixed size, though, holds no faster decay than its radius.
-    """
+    """From an encoder s^2 + .1 s + 2 gets left of any line that a disk allows."""
     cart = sos.SecondOrderSystem(1, 0.1, 2, 1)
     asked = dict(law=sos.PIDLaw([[1]], filter=0.05), starts=1)
     region = sos.PoleRegion(sigma=0.3)
@@ -455,8 +444,6 @@ def test_with_either_coupling_an_edge_has_the_better_one():
 
 
 # ------------------------------------------------------------ many designs
-
-
 @pytest.fixture(scope="module")
 def specifications(robot):
     return [

@@ -110,10 +110,7 @@ def doyles(q):
 
 @pytest.mark.parametrize("q", [5, 60, 3000])
 def test_an_observer_may_leave_hardly_any_margin(q):
-    """Doyle's closed forms, with f = 2 + sqrt(4 + q): gains stay below 1 + 1 / f^2.
-
-    S(0) is the open loop's constant coefficient by the closed loop's, 1 + f^2.
-    """
+    """Doyle's closed forms, f = 2 + sqrt(4 + q): gain < 1 + 1 / f^2, S(0) = 1 + f^2."""
     design, f = doyles(q), 2 + np.sqrt(4 + q)
     assert design.K == pytest.approx(np.array([[-f, -f]]), rel=1e-6)
     assert design.L == pytest.approx(np.array([[-f], [-f]]), rel=1e-4)

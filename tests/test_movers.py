@@ -1,7 +1,4 @@
-"""Elements that compute in the page: their numbers, and mouse, keyboard, touch.
-
-One page holds the first of each kind that the book shows.
-"""
+"""Elements that compute in the page: their numbers, and mouse, keyboard, touch."""
 
 import re
 from dataclasses import replace
@@ -113,8 +110,6 @@ def distance(found, true):
 
 
 # ------------------------------------------------------------- linear algebra
-
-
 def test_the_pages_eigenvalues_are_numpys(desk):
     random = np.random.default_rng(5)
     matrices = [
@@ -155,8 +150,6 @@ def test_the_pages_functions_of_matrices_are_scipys(desk):
 
 
 # ---------------------------------------------------- every element, every hand
-
-
 @pytest.fixture
 def alone(desk, tag):
     """The desk with all but one element out of sight: no step lays out the others."""
@@ -273,8 +266,6 @@ def test_a_motion_plays_and_rests(desk):
 
 
 # -------------------------------------------------------- regulator (23 and 27)
-
-
 @pytest.mark.parametrize("design", [0, 1, 2, 3])
 def test_regulator_computes_what_the_package_computes(desk, design):
     middle = Mip.printed()
@@ -325,8 +316,6 @@ def test_where_the_regulator_of_the_middle_falls(desk):
 
 
 # ------------------------------------------------------------ fall (chapter 25)
-
-
 @pytest.mark.parametrize("rotors", [0, 1])
 def test_fall_is_the_packages(desk, rotors):
     place = {"angle": 33, "volts": -3.3, "pulse": 0.23, "rotors": rotors}
@@ -354,8 +343,6 @@ def test_fall_is_the_packages(desk, rotors):
 
 
 # ----------------------------------------------------- circulation (chapter 1)
-
-
 def test_circulation_has_the_poles_and_the_path_of_the_plant(desk):
     robot = thesis.example_1().plant
     symmetric, skew = (robot.S + robot.S.T) / 2, (robot.S - robot.S.T) / 2
@@ -376,8 +363,6 @@ def test_circulation_has_the_poles_and_the_path_of_the_plant(desk):
 
 
 # -------------------------------------------------------- integral (chapter 2)
-
-
 @pytest.mark.parametrize("factors", [(1, 1), (2.5, 0.3), (-0.1, 1)])
 def test_integral_is_the_packages_loop(desk, factors):
     example = thesis.example_1()
@@ -404,8 +389,6 @@ def test_without_integrals_the_error_is_the_theorems(desk):
 
 
 # ---------------------------------------------------- centre (chapters 3 and 17)
-
-
 def test_centre_is_the_solvers_and_the_edge_is_singular(desk):
     A = np.array([[0, 1], [-2, -3]])
     p, q, unit = Unknown("p", 1), Unknown("q", 1), np.ones((1, 1))
@@ -429,8 +412,6 @@ def test_no_point_is_feasible_beyond_the_true_rate(desk):
 
 
 # --------------------------------------------------------- segment (chapter 9)
-
-
 def test_segment_has_the_poles_and_the_inequality_between(desk):
     plants, P = counterexamples.mechanical()
     cases = [(counterexamples.rotation()), (descriptors(plants), P)]
@@ -924,8 +905,6 @@ def test_a_mass_is_chosen_by_mouse_and_finger(desk):
 
 
 # ------------------------------------------------- delayed (chapters 19 and 22)
-
-
 @pytest.mark.parametrize("h", [0, 0.4, 1.1, 1.6])
 def test_delayed_roots_are_the_packages(desk, h):
     for k, loop in enumerate(desk.data("sos-delayed")["loops"]):
@@ -954,8 +933,6 @@ def test_delayed_responses_are_the_packages(desk):
 
 
 # ----------------------------------------------------------- clock (chapter 28)
-
-
 @pytest.mark.parametrize("sensing", [0, 1])
 def test_clock_has_the_radius_of_the_sampled_loop(desk, sensing):
     middle, laws = Mip.printed(), desk.data("sos-clock")["laws"]
@@ -970,8 +947,6 @@ def test_clock_has_the_radius_of_the_sampled_loop(desk, sensing):
 
 
 # ------------------------------------------------------------- mass (chapter 8)
-
-
 def test_mass_is_the_chain_with_a_light_body(desk):
     chain = thesis.example_3().plant
     places = [
@@ -991,8 +966,6 @@ def test_mass_is_the_chain_with_a_light_body(desk):
 
 
 # ---------------------------------------------------------- kalman (chapter 24)
-
-
 def test_kalman_is_scipys_filter_and_the_loops_poles(desk):
     data = desk.data("sos-kalman")
     E, A, B = (np.array(data[x]) for x in "EAB")
@@ -1013,8 +986,6 @@ def test_kalman_is_scipys_filter_and_the_loops_poles(desk):
 
 
 # ----------------------------------------------------------- chirp (chapter 26)
-
-
 def test_chirp_is_the_packages_experiment_and_its_fit(desk):
     e, f, d = desk.data("sos-chirp")["truth"]
     places = [{"amplitude": 1.85, "noise": 0}, {"amplitude": 1, "noise": 3}]
@@ -1036,8 +1007,6 @@ def test_chirp_is_the_packages_experiment_and_its_fit(desk):
 
 
 # ---------------------------------------------------------- digits (chapter 30)
-
-
 def test_digits_are_pythons_and_numpys(desk):
     K = np.array(desk.data("sos-digits")["K"])
     places = [{"precision": k, "tilt": 7.5, "rate": -0.35} for k in (0, 1)]
@@ -1062,8 +1031,6 @@ def short(x):
 
 
 # ----------------------------------------------------------- chain (chapter 31)
-
-
 def test_chain_hands_on_what_the_package_computes(desk):
     ratios = {"e_c": 27.0, "f_c": 7.2, "d_c": 120.0, "e_a": 199.0}
     place = ratios | {"R": 10, "spread": 12, "late": 70}
@@ -1080,8 +1047,6 @@ def test_chain_hands_on_what_the_package_computes(desk):
 
 
 # ----------------------------------------------------------- trust (chapter 16)
-
-
 def test_trust_proves_what_exact_arithmetic_proves(desk):
     """Against floats where they are sure; the status alone is sometimes wrong."""
     places = [

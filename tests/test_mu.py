@@ -112,8 +112,6 @@ def test_the_printed_blocks_hold_with_the_mu_of_the_design(robot, asked):
 
 
 # ------------------------------------------ every pair that fixes the size of P
-
-
 COST = sos.QuadraticCost(np.eye(4), np.eye(2), noise="F", bound=8.0)
 SIZED = {
     "gamma": HInfinity(0.5),

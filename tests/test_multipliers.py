@@ -1,7 +1,5 @@
-"""A known gain: kept with a proof, or broken by a plant, compared with the truth.
-
-Oracles without an LMI: numpy's eigenvalues, gains on a grid of frequencies,
-Lyapunov's equation and the exponential of scipy, plants between the vertices.
+"""A known gain: kept with a proof, or broken by a plant, compared with the truth:
+numpy's eigenvalues, grids of frequencies, Lyapunov's equation, scipy's exponential.
 """
 
 import itertools

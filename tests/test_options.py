@@ -1,8 +1,7 @@
 """Every documented value of every option gets an answer, or an error that names it.
 
-The options are read from the package: sets in docstrings, ``{"pairs", "slack"}``,
-and ``Literal`` in signatures; "As in `f`" and "Keywords of `f`" lead to those of f.
-A public function with an option needs a small call here.
+They are read from docstrings (``{"pairs", "slack"}``; "As in `f`", "Keywords of `f`")
+and ``Literal`` in signatures. A public function with an option needs a call here.
 """
 
 import ast

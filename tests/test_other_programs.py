@@ -60,8 +60,6 @@ def into_mat(path, **matrices):
 
 
 # ------------------------------------------------------------- matrices by name
-
-
 def sparse(given):
     return {name: scipy.sparse.csr_array(x) for name, x in given.items()}
 
@@ -148,8 +146,6 @@ def test_one_sparse_matrix_is_no_plant(tmp_path):
 
 
 # ------------------------------------------------------------------ state space
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_second_order_is_recognised_in_any_order_of_rows(seed, tmp_path):
     given = frame(3, seed)
@@ -233,8 +229,6 @@ def test_a_state_space_that_is_none_is_named(given, words, tmp_path):
 
 
 # ----------------------------------------------------------------------- Abaqus
-
-
 def abaqus(path, name, x, half=True, head=""):
     """Node 7 before node 40, each with the dofs 1 and 2; zeros aren't written."""
     dofs = [(7, 1), (7, 2), (40, 1), (40, 2)]
@@ -361,8 +355,6 @@ def test_what_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
 
 
 # ------------------------------------------------------------------------- HDF5
-
-
 def hdf5(path, given, h5py, matlab):
     """As MATLAB 7.3 lays matrices out, or as h5py does."""
     with h5py.File(path, "w", userblock_size=512 if matlab else 0) as file:
@@ -403,8 +395,6 @@ def test_without_h5py_the_cure_is_named(tmp_path, monkeypatch):
 
 
 # --------------------------------------------------------------- the manual's page
-
-
 def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     given, B = frame(), np.eye(4)[:, :1]
     massless = given | {"M": np.diag([1.0, 0, 1, 0]), "C": np.zeros((4, 4))}

@@ -167,8 +167,6 @@ def test_blocks_of_a_size_and_of_a_level_are_those_of_the_class():
 
 
 # ------------------------------------------------------------------- in the page
-
-
 @pytest.fixture
 def tab(visit, tmp_path):
     tab = visit(write_page(tmp_path / "theorem.html", own_theorem().html), width=390)

@@ -1,9 +1,7 @@
 """What an element shows answers what its controls ask, whatever readers do.
 
-Every kind of element (once a week all of the book) is driven by random moves: sliders,
-lists, fields, keys and buttons. After each of them a text, a proof, code or a picture
-that answers another question must be marked, and its downloads gone. Settings are read
-from the controls themselves, not from what the elements know of them.
+After random moves of every control whatever answers another question must be marked,
+its downloads gone. Settings are read from the controls themselves.
 """
 
 import re

@@ -214,10 +214,7 @@ def test_the_thesis_s_examples_with_both_readings_of_mu(kernel, name):
 
 @pytest.mark.parametrize("noise", [None, "states", "F"])
 def test_every_block_is_the_theorem_s(kernel, noise):
-    """The products L X R against the blocks that the theorems write.
-
-    The page multiplies some from both sides, and says by what.
-    """
+    """The products L X R; the page says by what it multiplies some from both sides."""
     rng = np.random.default_rng(3)
     for n, m, a, vertices in ((1, 1, 1, 1), (2, 1, 1, 2), (2, 2, 2, 3), (4, 2, 2, 2)):
         plant = random_plant(rng, n, m, 2, vertices, 0.1)
@@ -317,8 +314,6 @@ def test_a_worker_from_the_disk_computes_without_a_network(visit, tmp_path):
 
 
 # ----------------------------------------------------------------- the parts
-
-
 def test_numbers_are_written_as_python_writes_them(kernel):
     rng = np.random.default_rng(9)
     numbers = [0.0, -0.0, 1.0, 150.0, 0.1, 1e-4, 1e-5, 1e15, 1e16, 1e22, 5e-324, -2.5]

@@ -1,7 +1,4 @@
-"""What stands below an element stays where it is while its controls are moved.
-
-And the room that this takes isn't blank: two lines at the most at the start.
-"""
+"""What stands below an element stays, without blank room, as controls move."""
 
 import re
 

@@ -1,8 +1,5 @@
-"""One primal-dual step against the equations that it solves, from scratch.
-
-The reference knows nothing of the module's scaling: its point is the geometric
-mean W of inv(S) and Z, its coordinates are those of the symmetric root of W, and
-its equations are solved with the dense matrix <G_a, W G_b W>.
+"""One primal-dual step against its equations, solved densely with <G_a, W G_b W>,
+where W is the geometric mean of inv(S) and Z.
 """
 
 from types import SimpleNamespace

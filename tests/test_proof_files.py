@@ -607,8 +607,6 @@ def test_the_checker_shares_nothing_with_the_package():
 
 
 # -------------------------------------------------- nothing stored is believed
-
-
 def test_a_certificate_cannot_be_made_by_hand():
     proof = proof_of("example 1")
     with pytest.raises(TypeError):
@@ -676,8 +674,6 @@ def test_arrays_stay_read_only(again):
 
 
 # ------------------------------------------------------------ exact comparison
-
-
 def test_inertias_are_compared_exactly():
     """1 - 1/3 and 2 - 4/3 are the same float, but not the same number."""
     third = 1 / 3
@@ -693,8 +689,6 @@ def test_inertias_are_compared_exactly():
 
 
 # -------------------------------------------------------------------- digits
-
-
 def test_certify_finds_its_digits():
     tight = sos.LMIRegion.disk(1e-3, -30.1234)  # no gain of few digits will do
     design = sos.design_pid(spring(), region=tight)
@@ -733,8 +727,6 @@ def test_digits_are_checked(certify, digits):
 
 
 # ------------------------------------------------------------- text of numbers
-
-
 @pytest.mark.parametrize("x", [0.1, 1 / 3, -2.5e-300, 1e22, 0.0, 123456.0, 1e16])
 def test_decimals_are_read_as_what_was_written(x):
     assert read_number(decimal(x)) == x

@@ -1,8 +1,4 @@
-"""Why there is no design, in words: each sentence is rendered here at least once.
-
-A sentence says what was shown. Those of delays and of LMIs of one's own are in
-`tests.test_delay_edge` and `tests.test_problem`.
-"""
+"""Why there is no design, in words: each sentence is rendered here at least once."""
 
 import inspect
 import re

@@ -102,8 +102,6 @@ def eigenvalues(plant, K):
 
 
 # ---- The part
-
-
 @pytest.mark.parametrize("unit", UNITS)
 def test_modes_are_the_slowest_and_the_gain_is_lifted(unit):
     whole = beam(unit=unit)
@@ -175,8 +173,6 @@ def test_balanced_states_keep_what_is_reached_and_seen():
 
 
 # ---- What a proof of it says
-
-
 def certificates(tmp_path):
     part = beam(4).reduce(modes=2)
     design = sos.design_pid(part, region=sos.PoleRegion(0.1, rho=60))
@@ -254,8 +250,6 @@ def test_a_part_isn_t_equal_to_the_same_matrices_and_is_not_reduced_again():
 
 
 # ---- The whole
-
-
 @pytest.mark.parametrize("plant", [beam(), beam(unit=0.3), rotor(300.0)], ids=repr)
 def test_what_is_found_is_the_rightmost_pole(plant):
     part = plant.reduce(modes=5)
@@ -490,8 +484,6 @@ def test_a_matrix_that_is_hardly_definite_is_decided_by_its_sign():
 
 
 # ---- What is refused
-
-
 def test_errors_name_the_argument_and_the_cure():
     whole, part = beam(), beam().reduce(modes=3)
     for wrong in (0, 24, 2.5, True):

@@ -64,8 +64,6 @@ def random_case(seed):
 
 
 # ------------------------------------------------------------ the theorem
-
-
 @pytest.mark.slow
 @few
 @given(seeds, st.sampled_from(["centre", "least norm"]))
@@ -116,8 +114,6 @@ def test_the_verdict_is_clarabels_and_refusals_are_proofs(seed):
 
 
 # ---------------------------------------------------------- which K_A
-
-
 def test_least_norm_of_one_mass():
     """M - B K > beta^2, raised by 1 %: K = (M - 1.01 beta^2) / B."""
     for M, B, beta in ((0.0, 2.0, 0.1), (-3.0, -0.5, 2.0), (1.0, 4.0, 3.0)):
@@ -196,8 +192,6 @@ def test_centre_of_no_mass_at_all_is_sized_by_beta(beta):
 
 
 # ------------------------------------------------------------ Example 3
-
-
 def test_example_3():
     ex = sos.thesis.example_3()
     assert prove_regular(ex.plant, ex.K_A, 0.1).proven
@@ -223,8 +217,6 @@ def test_a_tiny_mass_is_brought_back():
 
 
 # ----------------------------------------------- what the lemma refuses
-
-
 @pytest.mark.parametrize("M", [[[0, 1], [1, 0]], [[-1, 0], [0, 0]]])
 @pytest.mark.parametrize("beta", [1e-6, 1.0, 1e6])
 def test_only_sufficient(M, beta):
@@ -309,8 +301,6 @@ def test_advice_is_worth_following():
 
 
 # ------------------------------------------------- certificates, errors
-
-
 def test_tampering_is_noticed():
     ex = sos.thesis.example_3()
     found = regularize(ex.plant, 0.1, choose="least norm")
@@ -344,8 +334,6 @@ def test_bad_input():
 
 
 # ------------------------------------------------------ infinite modes
-
-
 def exact_degree(v):
     """Degree of det(s^2 M + s D + S), for integer matrices."""
     from flint import fmpz

@@ -360,8 +360,6 @@ def test_two_of_a_kind_are_refused():
 
 
 # ------------------------------------------------------- what used to crash
-
-
 def test_a_proven_bound_is_never_rounded_down():
     cost = sos.QuadraticCost(np.eye(2), [[1]], bound=1 + 1e-12)
     assert "below 1.000000000001 " in cost.claim()

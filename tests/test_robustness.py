@@ -30,10 +30,7 @@ def known(seed):
 
 @pytest.mark.parametrize("seed", [*SEEDS, *campaign(range(28, 84))])
 def test_the_answer_is_right_and_backed(seed):
-    """Certified, or excluded in exact arithmetic, or undecided.
-
-    Never decided wrongly, and never without a proof.
-    """
+    """Certified, excluded exactly or undecided: never wrong, nor without a proof."""
     case = known(seed)
     row = judge(case)
     assert not row.wrong, case.reason

@@ -77,10 +77,7 @@ def modules():
 
 
 def arrows(of=lambda module: module):
-    """From modules, or what ``of`` makes of them, to those that they import.
-
-    Imports in functions count like others: they hide a circle, no more.
-    """
+    """From modules, or ``of`` them, to their imports, in functions, too."""
     known = modules()
     graph = {of(module): set() for module in known}
     for module, file in known.items():

@@ -1,8 +1,4 @@
-"""The same request in other words: names, and equivalent ways to write a region.
-
-Every design function that takes a region or requirements is asked; the others
-take neither, which is looked up in their signatures.
-"""
+"""The same request in other words, of every function that takes a region."""
 
 import inspect
 from functools import cache

@@ -1,8 +1,4 @@
-"""coupling="slack" promises less data, never less truth.
-
-Blocks against matrices built by hand, verdicts against cvxpy and
-Clarabel, and hypothesis looking for a broken promise between vertices.
-"""
+"""coupling="slack" promises less data, never less truth: by hand, cvxpy, hypothesis."""
 
 from dataclasses import replace
 

@@ -1,12 +1,8 @@
-"""Every exercise has a solution, and the programs of solutions are cells.
+"""Every exercise has a solution, whose program is cells between two gates::
 
-A solution with a program stands between gates, in cells of its own::
-
-    :::{solution-start} ex-01-damping
-    :class: dropdown
-    :::
-
-so its output is stored, shown and derived again as that of any other cell.
+:::{solution-start} ex-01-damping
+:class: dropdown
+:::
 """
 
 import re

@@ -1,6 +1,4 @@
-"""The texts of proof files: written by hand, they say what the theorems say; no other
-text, data or set gets words that aren't so.
-"""
+"""Texts of proof files, by hand: they say what theorems say, and no other text does."""
 
 import json
 import re
@@ -94,8 +92,6 @@ def test_each_line_says_what_the_theorem_says(name):
 
 
 # ------------------------------------------------------------------- attacks
-
-
 def file_of(proof):
     return json.loads(proof.text)
 

@@ -241,10 +241,7 @@ def test_a_search_of_a_cost_that_is_stopped_answers(share, monkeypatch):
 
 
 def test_how_many_starts_found_nothing_is_said():
-    """A cart that its sensor hardly sees: z2 grows, whatever the gain k of z1.
-
-    For s^2 + s = p the poles have (p + 1 - k) (p - 1) = 0.01: one p is positive.
-    """
+    """For s^2 + s = p the poles have (p + 1 - k) (p - 1) = 0.01: one p is positive."""
     S, one = [[1, 0.1], [0.1, -1]], np.eye(2)
     plant = sos.SecondOrderSystem(one, one, S, one, one)
     law = sos.PIDLaw([[1, 0]], structure=[[1], [0]])

@@ -1,9 +1,7 @@
 """Hundreds of ways to spoil a proof file, and no false claim gets through.
 
-Each change is tried twice: as it is, and with its checksum mended. The
-first must always be refused. The second may only be accepted where the
-changed file is a proof in its own right: floats then find the poles of the
-changed loop where the claims say.
+With the old checksum it is refused; with a mended one it may be a proof in its own
+right, of a loop whose poles, by floats, lie where the claims say.
 """
 
 import json

@@ -1,7 +1,6 @@
 """Numbers of the thesis in the book: in one table, of one form, with a place.
 
-``python -m tests.test_thesis_references`` lists rows that no page mentions, and
-numbers that stand on a page without their T.
+``python -m tests.test_thesis_references`` lists rows that no page mentions.
 """
 
 import re

@@ -268,8 +268,6 @@ def test_the_blocks_of_the_page_are_those_of_the_texts(kernel):
 
 
 # -------------------------------------------- the texts of proof files, written by hand
-
-
 def proofs():
     """Certificates of designs, each with the theorems that its labels are of."""
     D, S = np.array([[0.4, -0.1], [-0.1, 0.2]]), np.array([[6.0, -2], [-2, 4]])

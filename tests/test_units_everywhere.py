@@ -1,10 +1,6 @@
 """No design function knows the units, the order of things or their names.
 
-`tests.test_invariance` asks `design_pid` more; here are all: designs and analyses,
-delayed inputs, observers, regulators, sampled loops, regular masses, integrators,
-regions of attraction, edges and maps. Time, length,
-force, input and integrators are measured in units from 1e-9 to 1e9, vertices
-come in another order or twice, coordinates and inputs in another order.
+Units from 1e-9 to 1e9; vertices, coordinates and inputs in another order or twice.
 """
 
 from dataclasses import dataclass
@@ -75,8 +71,6 @@ def weight(root, unit):
 
 
 # ---- each property takes a seed and the powers of ten of five units
-
-
 def designs(seed, powers, count=1):
     plant = falling_plant(seed, count)
     rng = np.random.default_rng([seed, 1])
@@ -373,10 +367,7 @@ def lower_bounds(seed, powers):
 
 @dataclass(frozen=True, eq=False)
 class ImpulseEnergy(Requirement):
-    """The energy of the impulse responses from w to z: the square of the H2 norm.
-
-    A requirement that gives no hint of its units, with an unknown of its own.
-    """
+    """The square of the H2 norm: a requirement without a hint of its units."""
 
     h2: float | None = None
 
@@ -406,10 +397,7 @@ class ImpulseEnergy(Requirement):
 
 
 def requirements_of_others(seed, powers, slack=None):
-    """Chapter 32's and the one above: the least bound, and a refusal below it.
-
-    The disturbance keeps its energy, so both have the unit of a length.
-    """
+    """The least bound, and a refusal below it; it is a length, for w keeps energy."""
     plant = falling_plant(seed, 2)
     x0 = np.random.default_rng(seed).standard_normal(2 * plant.n)
     best = sos.design_pid(

@@ -1,7 +1,4 @@
-"""What a page makes a reader load, and that its icons need no script.
-
-What a browser really loads and draws is read in the pages' visits (test_site).
-"""
+"""What a page makes a reader load, as test_site reads it; icons need no script."""
 
 import re
 from pathlib import Path

@@ -1,7 +1,4 @@
-"""What a type checker knows of a user's program; read by mypy, never run.
-
-``python3 tasks.py types`` checks it together with the package.
-"""
+"""What a type checker knows of a user's program; read by mypy, never run."""
 
 from typing import Any, assert_type
 

@@ -118,12 +118,7 @@ def loose(path, entries=None):
 
 
 def unsupported(reason, number):
-    """What is wrong with a reason, or None.
-
-    ``see PAGE``: an output of that page prints the number. ``in FILE``: the
-    number is a literal of that source file. ``cite KEY``: a source of the
-    bibliography. Anything else is a sentence of three words or more.
-    """
+    """What is wrong with a reason (see PAGE, in FILE, cite KEY, words), or None."""
     word, _, rest = reason.partition(" ")
     target = rest.split(":")[0].split(",")[0].strip()
     if word == "see":

@@ -1,8 +1,4 @@
-"""What of a text is prose, what is a formula, and what is neither.
-
-Everything else is blanked, character for character, so that a position in
-the result is the position in the source.
-"""
+"""What of a text is prose, what is a formula; all else is blanked, letter by letter."""
 
 import re
 

@@ -91,20 +91,9 @@ _HEDGE = re.compile(
 
 @dataclass(frozen=True)
 class Number:
-    """A number as it stands in a text.
-
-    Attributes
-    ----------
-    value : float
-        Without its sign.
-    step : float
-        One unit of the last digit that counts.
-    digits : int
-        Significant digits; zeros at the end of an integer don't count.
-    unit : str
-        What follows: ``%``, ``mm``, ``steps``; or empty.
-    exact : bool
-        A literal of a program.
+    """A number as it stands in a text: its value without sign, ``step``, one unit of
+    the last of its significant ``digits``, the ``unit`` that follows (%, mm, or
+    empty), and whether it is ``exact``, a program's literal.
     """
 
     written: str
@@ -132,11 +121,7 @@ class Number:
         return re.fullmatch(r"\d+|[A-Za-z-]+", self.written) is not None
 
     def agrees(self, other):
-        """Whether another number, rounded as this one is written, is this.
-
-        What a program sets (`exact`) is quoted and not rounded, unless three
-        digits or more are kept.
-        """
+        """Whether another number, rounded as this one, is it; exact ones are quoted."""
         mine, room = self.scaled, 0.5 * self.step / (self.value or 1)
         if other.exact:
             if self.unit in {"times", "fold"}:
@@ -244,10 +229,7 @@ def _unit_after(text, end):
 
 
 def literals(source):
-    """The numbers that a program sets, constant expressions evaluated.
-
-    Angles are given in degrees as well: ``np.pi / 4`` is 45 too.
-    """
+    """The numbers that a program sets, evaluated; angles in degrees as well."""
     try:
         tree = ast.parse(source)
     except SyntaxError:

@@ -189,12 +189,7 @@ def _thesis_of(text):
 
 
 def read(path):
-    """Read a notebook or a markdown page.
-
-    Returns
-    -------
-    Page
-    """
+    """The `Page` of a notebook or a markdown file."""
     path = Path(path).resolve()
     if path.suffix == ".md":
         cells = [nbformat.v4.new_markdown_cell(path.read_text(encoding="utf-8"))]

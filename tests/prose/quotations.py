@@ -1,8 +1,4 @@
-"""The thesis's own words, wherever the book quotes them.
-
-A phrase in quotation marks that speaks for the thesis must stand in one of
-these, word for word; the tests see to it. Formulas are left out.
-"""
+"""The thesis's own words, to the letter, wherever the book quotes them."""
 
 #: Sentence, or the part that is quoted: where the thesis has it.
 QUOTATIONS = {

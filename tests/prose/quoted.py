@@ -107,10 +107,7 @@ def _program_words():
 
 
 def is_quotation(phrase):
-    """Whether the thesis says a phrase in these words.
-
-    What stands in [brackets] is added by whoever quotes.
-    """
+    """Whether the thesis says a phrase in these words, but for [additions]."""
     own = re.sub(r"\[[^]]*\]", "", phrase)
     words = f" {plain(own)} "
     return any(words in f" {plain(quotation)} " for quotation in QUOTATIONS)

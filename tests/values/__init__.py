@@ -1,14 +1,8 @@
 """Outputs of notebooks compared by their values and not by their bytes.
 
-Another processor rounds otherwise: a contour gets a point more, a zero turns
-into -0, a last digit changes. None of it changes what a reader learns, and all
-of it changes bytes. `differences` says what a reader would notice; how texts
-are compared stands in `words`, pages and their data in `pages`, drawings in
-`figures`. `cells` has nbval use it.
-
-When a cell is red, the test's message lists what differs and names two files
-in _build/outputs, the stored output and the new one, to open side by side. To
-accept a new output, run the notebook again: python3 tasks.py run book/XX.ipynb
+Another processor rounds otherwise. `differences` says what a reader would notice:
+`words`, `pages`, `figures`; `cells` has nbval use it. A red cell names the stored
+and the new output in _build/outputs; to accept it: python3 tasks.py run book/XX.ipynb
 """
 
 from collections import defaultdict
@@ -26,27 +20,7 @@ SKIPPED = (
 
 
 def differences(stored, now):
-    """What two lists of outputs of a cell don't agree in.
-
-    Parameters
-    ----------
-    stored, now : sequence of dict
-        Outputs as in a notebook file.
-
-    Returns
-    -------
-    list of str
-        Empty if they agree.
-
-    Examples
-    --------
-    >>> def printed(text):
-    ...     return [{"output_type": "stream", "name": "stdout", "text": text}]
-    >>> differences(printed("phase -0 degrees"), printed("phase 0 degrees"))
-    []
-    >>> differences(printed("gamma 0.75"), printed("gamma 0.77"))
-    ['stdout: line 1, number 1: stored 0.75, now 0.77 (tolerance 0.01)']
-    """
+    """What two lists of outputs of a cell don't agree in, as sentences."""
     before, after = folded(stored), folded(now)
     faults = [
         f"{kind}: stored {len(before.get(kind, ()))} outputs, "
@@ -62,10 +36,7 @@ def differences(stored, now):
 
 
 def folded(outputs):
-    """The contents of outputs by stream or media type, each in its order.
-
-    What a cell prints into one stream is one text, however it came.
-    """
+    """The contents of outputs by stream (one text) or media type, in order."""
     found = defaultdict(list)
     for output in outputs:
         if output["output_type"] == "stream":

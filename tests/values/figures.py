@@ -1,11 +1,6 @@
-"""Two drawings in SVG, compared as a reader sees them.
+"""Two drawings in SVG, compared as a reader sees them: places may differ by one px.
 
-Elements, styles, colours, letters and the number of curves are the same;
-places may differ by one px, the unit of the viewBox (in matplotlib's figures a
-point, 1/72 inch, shown as 4/3 pixels of the screen).
-
-A curve is compared by its distance and not point by point (see paths). Curves
-and marks of the same look that follow each other may change their order.
+Curves and marks of one look that follow each other may change their order.
 """
 
 from difflib import SequenceMatcher

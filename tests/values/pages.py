@@ -1,8 +1,5 @@
-"""HTML compared as elements, texts, drawings and data.
-
-Elements and attributes are the same, names and addresses to the letter; other
-text is compared as in `words`, an svg as in `figures`, and data in a script as
-numbers and strings: floats to one unit of the last digit that is written.
+"""HTML compared as elements, names and addresses to the letter, other text as in
+`words`, an svg as in `figures`, data in a script as strings and rounded numbers.
 """
 
 import json
@@ -19,13 +16,7 @@ NAMES = {"class", "for", "href", "id", "name", "src", "type"}
 
 
 def differences(stored, now, limit=8):
-    """What two HTML fragments don't agree in: a list of str.
-
-    Examples
-    --------
-    >>> differences("<td>0.75</td><td>1.2</td>", "<td>0.76</td><td>1.5</td>")
-    ['td 2: line 1, number 1: stored 1.2, now 1.5 (tolerance 0.1)']
-    """
+    """What two HTML fragments don't agree in: a list of str."""
     now = without_shared(now)
     if stored == now:
         return []

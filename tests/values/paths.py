@@ -1,8 +1,4 @@
-"""Path data of SVG as polylines, and the distance of two of them.
-
-Lengths are in units of the viewBox: a point (1/72 inch) in matplotlib's
-figures, which a page shows as 4/3 pixels, and a pixel in the charts.
-"""
+"""Path data of SVG as polylines, and their distance in units of the viewBox."""
 
 import re
 from functools import lru_cache
@@ -20,22 +16,7 @@ T = np.linspace(0, 1, 9)[1:, None]
 
 @lru_cache(maxsize=8192)
 def lines(data):
-    """The subpaths of path data, curves flattened.
-
-    Parameters
-    ----------
-    data : str
-        The attribute d; all commands but the arc A.
-
-    Returns
-    -------
-    tuple of (n, 2) arrays
-
-    Examples
-    --------
-    >>> [line.tolist() for line in lines("M0 0h2v1z")]
-    [[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 0.0]]]
-    """
+    """The subpaths of path data as (n, 2) arrays, curves flattened; no arc A."""
     found, line = [], []
     pen = start = control = np.zeros(2)
     before = ""
@@ -103,28 +84,7 @@ def bounds(data):
 
 
 def distance(some, others, box):
-    """How far two sets of polylines are apart, as far as a box shows them.
-
-    The larger of both Hausdorff distances: each visible point of one set to
-    the nearest of the other. The number of points, the order of the subpaths,
-    where a closed one starts and which way it runs don't matter.
-
-    Parameters
-    ----------
-    some, others : sequence of (n, 2) arrays
-    box : (left, top, right, bottom)
-
-    Returns
-    -------
-    float
-        Up to 8; infinite if one set is seen and the other is not.
-
-    Examples
-    --------
-    >>> line = np.array([[0, 0], [10, 0]])
-    >>> float(distance([line], [line[::-1] + [0, 3]], (0, -5, 10, 5)))
-    3.0
-    """
+    """Hausdorff distance of two sets of polylines in a box; up to 8, or inf."""
     return max(_way(some, others, box), _way(others, some, box))
 
 

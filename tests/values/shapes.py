@@ -31,21 +31,10 @@ UNIT = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
 @dataclass
 class Shape:
-    """One thing drawn.
+    """One thing drawn: curve, mark (a path at many places), glyph, text or clip.
 
-    Attributes
-    ----------
-    kind : {"curve", "mark", "glyph", "text", "clip"}
-        A mark is a path drawn at many places, a glyph a letter as a path.
-    style : str
-        Everything of the element and of what it stands in but its place.
-    outline : str
-        Path data, in the element's own coordinates.
-    matrix : tuple of six floats
-        From these to the viewBox, as in SVG: x' = a x + c y + e, ...
-    text : str
-    box : (left, top, right, bottom)
-        Where it can be seen.
+    ``style`` has all but its place, ``outline`` path data in its own coordinates,
+    ``matrix`` leads from these to the viewBox, in whose ``box`` it can be seen.
     """
 
     kind: str
@@ -84,11 +73,7 @@ class Shape:
 
 
 def drawn(svg):
-    """All shapes of an svg element (a trees.Node), in the order of drawing.
-
-    Marks of one group are ordered by their look: which of two poles was
-    computed first can't be seen.
-    """
+    """All shapes of an svg Node in order of drawing; marks of a group by their look."""
     return Canvas(svg).shapes
 
 

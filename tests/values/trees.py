@@ -78,16 +78,7 @@ class Tolerant(HTMLParser):
 
 
 def parse(text):
-    """The root of an HTML fragment, a Node without a tag.
-
-    The fast parser of XML reads what is well formed, as drawings are; that of
-    HTML the rest.
-
-    Examples
-    --------
-    >>> parse("<p id='a'>0<br>1</p>").children[0].text
-    '01'
-    """
+    """The root of an HTML fragment, a Node without a tag: by XML's parser if it can."""
     try:
         builder = Builder()
         fast = expat.ParserCreate("utf-8")

@@ -1,18 +1,9 @@
-"""Text compared as words and numbers.
+"""Text compared as words, letter by letter, and numbers, to one unit of the last digit.
 
-Words are compared letter by letter. Two numbers agree if they differ by at
-most one unit of the last printed digit. Of two numbers with different numbers
-of digits the finer counts, because formats drop zeros at the end: what was
-0.75 may become 0.76 and not 0.8, but 1.0 and 0.99999 agree.
-
-A whole number below 10000 is a count, a year or a name and agrees only with
-itself; of more digits one unit is less than a ten-thousandth and is forgiven.
-The sign of a zero is ignored. Digits in a word (z1, x_3), a version, a date, a
-colour, a check sum, a reference (Table 4.3) or an equation's number (2.15) are
-letters.
-
-Lines are compared one by one, the spaces in them are not. A row of an array,
-from [ to ], counts as one line.
+Of two numbers the finer counts (formats drop zeros: 1.0 and 0.99999 agree). A whole
+number below 10000 agrees only with itself. The sign of a zero is ignored. Digits in a
+word, a version, a date, a colour, a reference (2.15) are letters. Lines are compared
+one by one, spaces are not; a row of an array, from [ to ], is one line.
 """
 
 import re
@@ -47,22 +38,7 @@ SHOWN = 100
 
 
 def differences(stored, now, limit=5):
-    """What two texts don't agree in.
-
-    Returns
-    -------
-    list of str
-        Empty if they agree; at most `limit` sentences.
-
-    Examples
-    --------
-    >>> differences("K = [0.75 -0.]", "K = [0.76  0.]")
-    []
-    >>> differences("0.75 feasible", "0.77 infeasible")
-    ... # doctest: +NORMALIZE_WHITESPACE
-    ['line 1, number 1: stored 0.75, now 0.77 (tolerance 0.01)',
-     "line 1: word 'feasible' became 'infeasible'"]
-    """
+    """What two texts don't agree in: at most `limit` sentences."""
     if stored == now:
         return []
     before, after = _lines(stored), _lines(now)
@@ -109,24 +85,12 @@ def _line(stored, now):
 
 
 def tokens(text):
-    """The words, numbers and other marks of a text.
-
-    Examples
-    --------
-    >>> tokens("z1 = -0.50j")
-    [('word', 'z1'), ('mark', '='), ('number', '-0.50'), ('word', 'j')]
-    """
+    """The words, numbers and other marks of a text, with their kinds."""
     return [(token.lastgroup, token[0]) for token in TOKEN.finditer(text)]
 
 
 def agree(stored, now):
-    """Whether two printed numbers may be roundings of the same value.
-
-    Examples
-    --------
-    >>> agree("0.75", "0.76"), agree("0.75", "0.77"), agree("-0.", "0.")
-    (True, False, True)
-    """
+    """Whether two printed numbers may be roundings of the same value."""
     if stored == now:
         return True
     a, b = _value(stored), _value(now)
