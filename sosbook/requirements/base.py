@@ -1,8 +1,8 @@
 """The protocol that every requirement keeps; consumers ask nothing else.
 
-A requirement is a frozen object: a bound of a norm, a region of the poles.
-It writes its own LMI blocks, says in words what a proof of them proves and
-computes the true value in a loop. A new one is a new file, here or elsewhere.
+A requirement is a frozen object: a bound of a norm, a region of the poles. It writes
+its own LMI blocks, says in words what a proof of them proves and computes the true
+value in a loop. A new one is a new file, here or elsewhere.
 """
 
 import json

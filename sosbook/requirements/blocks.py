@@ -2,11 +2,9 @@
 
 
 class BlockName(str):
-    """The label of a block, which also knows whose block it is.
-
-    Has ``requirement``: the key of its requirement; None for P itself; ``block``: the
-    requirement's own name of the block; ``vertices``: numbers of the vertex or of the
-    pair; empty for what is demanded once.
+    """The label of a block, with the key of its ``requirement`` (None for P itself),
+    that one's own name of the ``block``, and ``vertices``: numbers of the vertex or of
+    the pair, none for what is demanded once.
     """
 
     def __new__(cls, label, requirement, block, vertices):
@@ -20,21 +18,17 @@ class BlockName(str):
 
 
 class BlockTable:
-    """The one place where the blocks of a request come together.
-
-    Their keys are (requirement, block, vertices), so that no name that a
-    user chose can take the place of another block.
-
-    ``many``: whether labels show the vertices' numbers.
+    """The one place where the blocks of a request come together. Their keys are
+    (requirement, block, vertices), so that no name that a user chose can take the place
+    of another block; ``many`` is whether labels show the vertices' numbers.
     """
 
     def __init__(self, many):
         self.many, self.matrices, self.owners = many, {}, {}
 
     def add(self, requirement, block, vertices, matrix):
-        """Join a block of a requirement; refuse one that is there already.
-
-        It has a name, belongs to some vertices, and is a matrix.
+        """Join the ``matrix`` of a ``requirement``'s ``block`` at ``vertices``; refuse
+        a second one.
         """
         key = (requirement and requirement.key, block, tuple(dict.fromkeys(vertices)))
         if key in self.matrices:

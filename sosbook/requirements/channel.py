@@ -16,10 +16,9 @@ from .vocabulary import PARAMETERS, Parameter
 
 
 class Channel(Requirement):
-    """A bound of a norm from some disturbances to an output.
-
-    A class of it has the fields ``outputs``, ``inputs`` and ``name`` beside its bound,
-    and says in ``plain`` what its bound is called where nobody gave it a name.
+    """A bound of a norm from some disturbances to an output. A class of it has the
+    fields ``outputs``, ``inputs`` and ``name`` beside its bound, and says in ``plain``
+    what its bound is called where nobody gave it a name.
     """
 
     plain: Parameter
@@ -142,9 +141,8 @@ def _places(inputs):
 
 
 def _given_by_equations(seen: "Iterable[Descriptor]") -> bool:
-    """Whether one mixture of the equations gives what the output has of x'.
-
-    Then y is affine in the plant all the same.
+    """Whether one mixture of the equations gives what the output has of x'; then y is
+    affine in the plant all the same.
     """
     first, *others = seen
     if first.Ca is None:

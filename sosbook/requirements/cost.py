@@ -140,9 +140,8 @@ class QuadraticCost(Requirement):
 
     @cached_property
     def mixed(self) -> Any:
-        """N R^-1 in rationals; None without N.
-
-        The cost is that of v = u + (N R^-1)' x, weighed by R, and of the rest of Q.
+        """N R^-1 in rationals; None without N. The cost is that of v = u + (N R^-1)' x,
+        weighed by R, and of the rest of Q.
         """
         return None if self.N is None else exact(self.N) @ inverse(exact(self.R))
 
@@ -289,12 +288,8 @@ def noise_input(d, cost):
 
 
 def noise_cost(d, K, cost):
-    """The true cost of one vertex; infinite for an unstable loop.
-
-    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x; ``cost``:
-    the weights, and how the noise enters.
-
-    Source: thesis (2.30), (2.31), with W = I.
+    """The true cost of a vertex ``d`` under u = ``K`` x by the weights and noise of a
+    ``cost``, (2.30) and (2.31) with W = I; infinite for an unstable loop.
     """
     A = loop_matrix(d, K)
     if np.linalg.eigvals(A).real.max() >= 0:

@@ -22,14 +22,13 @@ KEYS = (*OBJECTS, *SEVERAL, "law", *VALUES, *OF_LAW)
 
 
 def asked_in_file(data: dict) -> dict:
-    """Keywords of `design_pid` from the contents of a plant file.
-
-    ``data``: keys among `KEYS`; "region", "saturation" and "cost" hold the parameters
-    of `PoleRegion`, `Saturation` and `QuadraticCost`, "hinf" and "h2" those of
-    `HInfinity` and `H2`, or lists of them. Their "outputs" are objects with the
-    parameters of `Output`, or lists of them, which are stacked. "law" holds those of
-    `PIDLaw` or, if "order" is among them, of `DynamicLaw`. Raises ValueError if a key
-    or a parameter isn't known; it names it.
+    """Keywords of `design_pid` from the ``data`` of a plant file, with keys among
+    `KEYS`; "region", "saturation" and "cost" hold the parameters of `PoleRegion`,
+    `Saturation` and `QuadraticCost`, "hinf" and "h2" those of `HInfinity` and `H2`, or
+    lists of them, whose "outputs" are objects with the parameters of `Output`, or lists
+    of them, which are stacked. "law" holds those of `PIDLaw` or, if "order" is among
+    them, of `DynamicLaw`. Raises ValueError if a key or a parameter isn't known; it
+    names it.
 
     >>> asked_in_file({"region": {"sigma": 0.5}, "gamma": 2})["region"]
     PoleRegion(sigma=0.5, theta=None, rho=None)

@@ -10,10 +10,9 @@ __all__ = ["theorem_data"]
 
 
 class TracedLoop:
-    """A `Loop` of symbols, for one requirement.
-
-    What it knows is what an author's blocks may speak of: P, Y, V, the requirement's
-    numbers and unknowns, whose names begin with ``own``, and a vertex or a pair.
+    """A `Loop` of symbols, for one ``requirement`` of a ``request``. What it knows is
+    what an author's blocks may speak of: P, Y, V, the requirement's numbers and
+    unknowns, whose names begin with ``own``, and a vertex or a pair.
     """
 
     def __init__(self, requirement, request, own):
@@ -54,14 +53,12 @@ class TracedLoop:
 
 
 def theorem_data(requirement, request, place, sized=False):
-    """The blocks of a requirement as text, and what a file says of it.
-
-    ``requirement``: of an author's own; ``request``: what is asked; ``place``: the
-    requirement's number among all, counted from one; ``sized``: whether the blocks are
-    those of P / s, times the unknown s. Returns dict or None: "numbers" by name, in
-    decimals; "unknowns" by name, with what the file calls them and their shapes;
-    "blocks": (where, name, text) each, where a text may speak of the names that the
-    text of a design defines. None if it can't be traced.
+    """The blocks of an author's ``requirement`` as text, and what a file says of it;
+    None if it can't be traced. It is the one with the number ``place``, from one, in a
+    ``request``; if it is ``sized``, its blocks are those of P / s, times the unknown s.
+    Returns "numbers" by name, in decimals, "unknowns" by name, with what the file calls
+    them and their shapes, and "blocks": (where, name, text) each, where a text may
+    speak of the names that the text of a design defines.
     """
     own = f"own.{place}."
     loop, size = TracedLoop(requirement, request, own), Traced.number(own + "size")

@@ -14,10 +14,7 @@ from ..runtime.read_only import ReadOnly
 
 @dataclass(frozen=True, eq=False)
 class KnownLoop(ReadOnly):
-    """The loop of one plant under u = K x, in rationals.
-
-    ``plant``: the plant, in rationals; ``K``, (m, N): the gain, in rationals.
-    """
+    """The loop of one ``plant`` under u = ``K`` x, (m, N), both in rationals."""
 
     plant: Descriptor
     K: np.ndarray
@@ -62,14 +59,11 @@ class KnownLoop(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class KnownVertex:
-    """What the theorems for a known gain ask of a vertex.
-
-    ``loop``: the loop at the vertex; ``P``, (N, N): the vertex has the Lyapunov
-    function x' P x of its own; ``F``, ``G``, (kN, kN): the multipliers, common to all
-    vertices; ``own``: the requirement's further unknowns by name, "mu" among them;
-    ``number``: brings data into the arithmetic of the blocks; ``left``, ``T``, (N, N):
-    coordinates x = T xi, in which the rows of the loop are multiplied from the left;
-    the plant's own without them.
+    """What the theorems for a known gain ask of a vertex with this ``loop``, the
+    Lyapunov function x' ``P`` x of its own, multipliers ``F`` and ``G``, (kN, kN),
+    common to all vertices, and the requirement's ``own`` unknowns by name, "mu" among
+    them. ``number`` brings data into the arithmetic; in coordinates x = ``T`` xi the
+    rows are multiplied by ``left``, the plant's own without them.
     """
 
     loop: KnownLoop

@@ -283,10 +283,9 @@ class LMIRegion(RegionForms, Region, Requirement):
     @property
     def _disk(self):
         """Radius and centre, however the matrices of a disk are written; else None.
-
-        With H = beta + beta', and j the entry 1, 2 of beta - beta', the
-        determinant at s = x + iy is det(alpha + x H) - j^2 y^2. That of a
-        disk is j^2 (rho^2 - |s - c|^2).
+        With H = beta + beta', and j the entry 1, 2 of beta - beta', the determinant at
+        s = x + iy is det(alpha + x H) - j^2 y^2. That of a disk is j^2 (rho^2 - |s -
+        c|^2).
         """
         if self.alpha.shape != (2, 2):
             return None
@@ -361,9 +360,8 @@ def _numerical_radius(beta):
 
 
 def by_matrices(requirement):
-    """A requirement as one that the kernel knows: an author's region by its matrices.
-
-    None if an author's says nothing of poles.
+    """A ``requirement`` as one that the kernel knows: an author's region by its
+    matrices, None if an author's says nothing of poles.
     """
     form = requirement.pole_matrices()
     if requirement.of_package or form is None:

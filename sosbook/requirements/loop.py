@@ -8,17 +8,15 @@ import numpy as np
 
 
 class Loop:
-    """What the blocks of a requirement are made of.
+    """What the blocks of a requirement are made of: ``request``, ``frame`` (None for
+    the plant's own coordinates), ``P``, ``Y``, ``V``, the unknowns of every request in
+    these (P one for each vertex where there is a slack matrix V), and the requirements'
+    ``own`` by name.
 
-    ``number`` brings data into the arithmetic of the blocks; ``levels`` are
-    those that are sought, by the key of their requirement.
-
-    Has ``P``, ``Y``, ``V``: the unknowns of every request, in these coordinates; P
-    holds one for each vertex where there is a slack matrix V; ``own``: the
-    requirements' own unknowns by name; ``plain``, ``vertices``: the vertices in the
-    plant's own coordinates and in these; ``epsilon``: the scalar of the slack LMIs;
-    None without a slack matrix; ``request``, ``frame``: the `Request` and the `Frame`
-    (None for the plant's own coordinates).
+    ``number`` brings data into the arithmetic of the blocks; ``levels`` are those that
+    are sought, by the key of their requirement. Has ``plain``, ``vertices``: the
+    vertices in the plant's own coordinates and in these; ``epsilon``: the scalar of the
+    slack LMIs, or None.
     """
 
     def __init__(self, request, number, frame, P, Y, V, levels, own):
@@ -47,8 +45,7 @@ class Loop:
         return self.number(np.array([1.0])).dtype == object
 
     def seen_by(self, requirement):
-        """The loop with the outputs and disturbances that a requirement is about.
-
+        """The loop with the outputs and disturbances that a ``requirement`` is about.
         With a common P the output has no x': the equation of the plant gives it.
         """
         rates = self.request.coupling in ("slack", "multipliers")
@@ -71,10 +68,9 @@ class Loop:
         return loop
 
     def measured(self, unit=1.0, size=None):
-        """The loop for a requirement whose P is measured apart.
-
-        ``unit``: in coordinates x = T unit xi its P is near the identity; ``size``: its
-        P, V and Y are those of the loop, divided by it.
+        """The loop for a requirement whose P is measured apart: in coordinates x = T
+        ``unit`` xi its P is near the identity, and its P, V and Y are those of the
+        loop, divided by ``size``.
         """
         loop = copy(self)
         if unit != 1.0:
@@ -123,9 +119,8 @@ class Loop:
 
 
 class OnDemand(Sequence):
-    """Items that are made when they are asked for, and kept.
-
-    ``make``: from an index to its item; ``count``: how many there are.
+    """As many items as ``count``, which ``make`` makes of their index when they are
+    asked for.
     """
 
     def __init__(self, make, count):

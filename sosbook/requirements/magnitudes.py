@@ -1,9 +1,9 @@
 """How large the unknowns of a requirement must be, read from its blocks.
 
-In coordinates x = T xi a loop is taken that decays evenly, xi' = -omega xi, with
-P = p I, a gain of size one and the requirement's own unknowns t I. Its blocks are
-affine in p, t and the level: the least p, t and level for which they hold, one after
-the other, have the units of what the blocks are made of, whatever these are.
+In coordinates x = T xi a loop is taken that decays evenly, xi' = -omega xi, with P = p
+I, a gain of size one and the requirement's own unknowns t I. Its blocks are affine in
+p, t and the level: the least ones for which they hold, one after the other, have the
+units of what the blocks are made of.
 """
 
 from dataclasses import replace
@@ -23,12 +23,9 @@ MOST_NOISE = 1e-12  # of a constant; a smaller slope is the rounding of a differ
 
 
 class Magnitudes:
-    """The least p, t and level, each zero where nothing bounds it from below.
-
-    They are the sizes of P, of the requirement's own unknowns and of its level.
-
-    ``requirement``: it writes the blocks; ``request``: with its plant; the coupling
-    doesn't matter; ``frame``: the coordinates.
+    """The least p, t and level, each zero where nothing bounds it from below: the sizes
+    of P, of the own unknowns of a ``requirement``, which writes the blocks, and of its
+    level, for a ``request``, whose coupling doesn't matter, in a ``frame``.
     """
 
     def __init__(self, requirement, request, frame):
@@ -73,9 +70,8 @@ class _Block:
         self.slopes = [np.where(np.abs(g) > noise, g, 0.0) for g in slopes]
 
     def least(self, known):
-        """The next value's least at which it holds; 0 if each will do, or none.
-
-        ``known`` are the values before; those after are infinite.
+        """The next value's least at which it holds, after those that are ``known``,
+        while the later ones are infinite; 0 if each will do, or none.
         """
         k = len(known)
         fixed = self.constant + sum(x * s for x, s in zip(known, self.slopes))

@@ -1,7 +1,7 @@
 """The well-known regions: how they are made, and what they are called.
 
-A region is made of floats, while its claim is read as decimals. Both are
-rounded inwards: the region that is proven lies inside the one that is named.
+A region is made of floats, while its claim is read as decimals. Both are rounded
+inwards: the region that is proven lies inside the one that is named.
 """
 
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, Inexact
@@ -169,11 +169,9 @@ def plain(x):
 
 
 def degrees(sin, cos):
-    """The angle whose sine and cosine these floats are, in degrees, as text.
-
-    It is rounded up to a hundredth: the words never promise more than is proven.
-
-    ``sin``, ``cos``: those of an angle between 0 and 90 degrees, rounded inwards.
+    """The angle, between 0 and 90 degrees, of these floats ``sin`` and ``cos``, in
+    degrees, as text, rounded up to a hundredth: the words never promise more than is
+    proven.
 
     >>> degrees(0.6, 0.8)
     '36.87'

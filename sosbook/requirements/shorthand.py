@@ -26,13 +26,10 @@ def collected(
     requirements=(),
 ):
     """Keywords and requirement objects as one tuple, in the order of their ranks.
-
-    ``region``: where the poles shall lie. This and the other keywords take the place of
-    what ``requirements`` holds of their kind; None leaves that out; ``gamma``: the
-    bound of the H-infinity norm; ``saturation``: the bound of the input; ``cost``: the
-    bound of a cost; ``mu``: see `HInfinity`; "free" is None in words; ``requirements``:
-    any others. Raises ValueError if an argument isn't what its name says, or two
-    requirements of one kind have one name.
+    ``region``, ``gamma``, ``saturation`` and ``cost`` take the place of what
+    ``requirements`` holds of their kind, and None leaves that out; ``mu`` is as in
+    `HInfinity`, "free" is None in words. Raises ValueError if an argument isn't what
+    its name says, or two requirements of one kind have one name.
     """
     chosen = []
     try:
@@ -89,11 +86,9 @@ def collected(
 
 
 def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
-    """`collected`, of a user who must not ask anything in two places.
-
-    ``requirements``, ``mu``, ``**keywords``: as in `collected`. Raises ValueError: also
-    if a keyword asks for what is among the ``requirements``, too: one of the two would
-    be dropped.
+    """`collected`, of a user who must not ask anything in two places: raises
+    ValueError, too, if one of the ``keywords`` asks for what is among the
+    ``requirements``, for one of the two would be dropped; ``mu`` is as there.
     """
     among = {_place(r) for r in collected(requirements=requirements)}
     for name, value in keywords.items():
@@ -167,9 +162,8 @@ def bounds(requirements):
 
 
 def moved(requirements, values):
-    """The requirements with other bounds; what is missing joins them.
-
-    ``requirements``: what is asked; ``values``: the bound for each parameter's name.
+    """The ``requirements`` with the bounds ``values``, by the parameters' names; what
+    is missing joins them.
     """
     chosen = list(requirements)
     for name, value in values.items():
@@ -227,9 +221,7 @@ class Shorthand:
         return None if hinf is None else hinf.mu
 
     def mu_of(self, own):
-        """The scalar of Theorem 2.1 that belongs to a solution.
-
-        ``own``: what the requirements' unknowns came out as. Returns float: 1 where
+        """The scalar of Theorem 2.1 at the unknowns ``own`` of a solution; 1 where
         nothing else fixes the size of P.
         """
         hinf = self._one(HInfinity)

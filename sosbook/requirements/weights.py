@@ -12,10 +12,9 @@ STEPS = 2.0 ** np.arange(-52, -39)  # relative, by which a diagonal is raised
 
 
 def symmetric_weight(name, Q):
-    """A weight that is exactly symmetric, in floats that are read as decimals.
-
-    ``name``: what an error calls it; ``Q``, (N, N): symmetric, but for rounding:
-    entries opposite each other are replaced by their mean.
+    """A weight ``Q``, ``name`` in errors, that is exactly symmetric in floats that are
+    read as decimals: entries opposite each other that differ by rounding get their
+    mean.
     """
     Q = matrix(name, Q)
     if Q.shape[0] != Q.shape[1]:
@@ -27,12 +26,10 @@ def symmetric_weight(name, Q):
 
 
 def semidefinite_weight(name, Q):
-    """A weight that is exactly symmetric and positive semidefinite.
-
-    ``name``: what an error calls it; ``Q``, (N, N): as in `symmetric_weight`, and
-    semidefinite but for rounding. Returns (N, N): Q where rationals prove that it is
-    semidefinite. Else its diagonal is larger, by as few roundings of each entry as it
-    takes: then x' Q x isn't smaller for any x. This is free of the states' units.
+    """A weight ``Q``, ``name`` in errors, that is exactly symmetric and positive
+    semidefinite as rationals prove; if it is so but for rounding its diagonal gets
+    larger, by as few roundings of each entry as it takes: then x' Q x isn't smaller for
+    any x. This is free of the states' units.
 
     >>> C = np.array([[0.3, 0.7]])
     >>> bool(semidefinite(exact(C.T @ C)))
@@ -72,10 +69,8 @@ def _raised(name, Q, rows):
 
 
 def square_factors(Q):
-    """Rationals L, W with Q = L W^-1 L', W diagonal and regular.
-
-    ``Q``, (N, N) of fmpq: positive semidefinite. Raises ValueError if it isn't: nothing
-    of Q is left out.
+    """Rationals L, W with ``Q`` = L W^-1 L', W diagonal and regular. Raises ValueError
+    if Q isn't positive semidefinite: nothing of it is left out.
     """
     remainder, columns, sizes = Q.copy(), [], []
     for k in range(len(Q)):

@@ -100,10 +100,8 @@ def _key(bound):
 
 
 def bounds_of(request, K, seconds):
-    """The `Bounds` of a gain K for what a request asks, after so many seconds.
-
-    Each requirement that has a number is looked at by itself, with multipliers: see
-    `sosbook.synthesis.known_gain.least`.
+    """The `Bounds` of a gain ``K`` for each bound of a ``request`` by itself, after so
+    many ``seconds``, with multipliers: see `sosbook.synthesis.known_gain.least`.
     """
     known = replace(request, gain=K, coupling="multipliers", slack=None)
     plants, found = family(known), []
@@ -126,10 +124,9 @@ def bounds_of(request, K, seconds):
 
 
 def neighbour(request, relaxed):
-    """What a design does for which one of the ``relaxed`` requirements is eased.
-
-    ``request``: what has no design; ``relaxed``: without any of these it has one. The
-    first with a bound that can be minimised is taken. Returns a sentence, or nothing.
+    """A sentence, or nothing, on a design for a ``request`` in which the first of the
+    ``relaxed`` requirements that can be minimised is eased; without any of these there
+    is one.
     """
     r = next((r for r in relaxed if _minimised(r)), None)
     if r is None or request.gain is not None:

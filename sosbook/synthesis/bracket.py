@@ -19,13 +19,9 @@ MOST_UPHILL = 3  # of the bounds that are tried in vain for a smaller gain
 
 
 def bracketed(request, bounds, best):
-    """The Solution of the smallest bounds that are kept, and what is known below.
-
-    All bounds are moved by one factor.
-
-    ``request``: what is asked of the plant; numbers stand in for the bounds;
-    ``bounds``: from a parameter's name to its bound, at the best point that is known;
-    ``best``: of the request with these bounds.
+    """The Solution of a ``request`` with the smallest bounds that are kept, and what is
+    known below: all ``bounds``, by the parameter's name, are moved by one factor.
+    ``best`` is the Solution with these.
     """
 
     def at(factor):
@@ -90,9 +86,8 @@ def bracketed(request, bounds, best):
 
 
 def _gentler(request, tried, kept, best):
-    """A larger factor and its Solution, where the gains of ``best`` are enormous.
-
-    The least factor whose gain is nearly the least one on the way up.
+    """A larger factor and its Solution where the gains of ``best`` are enormous: the
+    least one whose gain is nearly the least on the way up.
     """
     frame, found = Frame.of(request), [(kept, best)]
 

@@ -16,14 +16,11 @@ from .unreached import refuse_by_response
 
 
 def broken(request, r, plants, point):
-    """An exact proof that a plant doesn't keep a requirement; None if unknown.
-
-    It is about a polytope with that plant as a vertex: the request's own, or a part of
-    its family. Elsewhere it is about that plant alone, with its equations in whole
-    numbers, if floats can hold them.
-
-    ``request``, ``r``, ``plants``: as for `sosbook.synthesis.known_gain.decided`;
-    ``point``: where the plant is, in rationals.
+    """An exact proof that the plant at the rational ``point`` doesn't keep ``r``; None
+    if unknown. It is about a polytope with that plant as a vertex, the request's own or
+    a part of its family; elsewhere about that plant alone, its equations in whole
+    numbers, if floats can hold them. ``request``, ``r`` and ``plants`` are as for
+    `sosbook.synthesis.known_gain.decided`.
     """
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
     if request.law is not None:
@@ -61,9 +58,8 @@ def _broken_loop(request, r, loop):
 
 
 def alone(d, of):
-    """A plant or loop ``d`` in rationals as a system of these floats; None without one.
-
-    It is a part of what the plant ``of`` is a part of.
+    """A plant or loop ``d`` in rationals as a system of these floats, and a part of
+    what ``of`` is a part of; None without one.
     """
     d = _in_whole_numbers(d)
     floats = d.map(lambda x: x.astype(float))

@@ -22,9 +22,8 @@ MOST_PARAMETERS = 8  # of a box of vertices; it has 256 corners
 
 @dataclass(frozen=True, eq=False)
 class Cell(ReadOnly):
-    """A part of a family of loops: the hull of some of them holds it.
-
-    ``family``: where it lies; ``place``: its corners in the family's own terms.
+    """A part of a ``family`` of loops: the hull of some of them holds it. ``place``
+    holds its corners in the family's own terms.
     """
 
     family: Any
@@ -36,10 +35,8 @@ class Cell(ReadOnly):
         return self.family.loops_of(self.place)
 
     def way(self, T, rate, noisy):
-        """What moves the loop most, in coordinates T: an edge, or an axis.
-
-        ``T``, (N, N): in x = T xi; ``rate``: of the loop, in rad/s; ``noisy``: whether
-        it counts how B_w moves, too.
+        """What moves the loop most, an edge or an axis, in x = ``T`` xi and units of
+        the ``rate``, rad/s; ``noisy``: whether it counts how B_w moves, too.
         """
         ways = self.family.ways(self.place)
         moved = [_moved(T, rate, noisy, *ends) for _, ends in ways]
@@ -69,10 +66,7 @@ def _moved(T, rate, noisy, *ends):
 
 
 class Mixtures:
-    """All mixtures of some vertices; a cell is a simplex of weights.
-
-    ``loops``: the vertices.
-    """
+    """All mixtures of some ``loops``, the vertices; a cell is a simplex of weights."""
 
     def __init__(self, loops):
         self.loops = loops
@@ -172,8 +166,7 @@ class Mixtures:
 
 class Box(Mixtures):
     """Loops that are multi-affine in parameters from 0 to 1; a cell is a box of them.
-
-    ``corners``: the `KnownLoop` of each corner, by its zeros and ones; ``order``: the
+    ``corners`` has the `KnownLoop` of each corner, by its zeros and ones, ``order`` the
     corner of each vertex of the polytope.
     """
 
@@ -285,10 +278,9 @@ def known_loops(request):
 
 
 def corners_of_box(loops):
-    """The corner of each of some ``loops``, where they are a box of four or more.
-
-    The shortest changes from the first one come first: what isn't a sum of them is
-    the next of them.
+    """The corner of each of some ``loops``, where they are a box of four or more, else
+    None. The shortest changes from the first one come first: what isn't a sum of them
+    is the next.
     """
     count = len(loops).bit_length() - 1
     if not 1 < count <= MOST_PARAMETERS or len(loops) != 2**count:

@@ -1,9 +1,8 @@
 """The analytic centre of a request's LMIs, or the gain that comes nearest to one.
 
-A centre may be so far away that the frame in which it is sought has no digits left:
-then it is sought in a frame of its own. Where the solutions have no bound, there is
-none. Then P is kept below r I, and r grows until the gain settles, unless nothing
-bounds the gains either.
+A centre may be so far away that its frame has no digits left: then it is sought in one
+of its own. Where the solutions have no bound there is none; then P is kept below r I,
+and r grows until the gain settles, unless nothing bounds the gains either.
 """
 
 from dataclasses import replace
@@ -51,10 +50,8 @@ def too_many(request):
 
 
 def centred(lmis, values):
-    """The Solution that `finish` returns where the centre needs no bounds; else None.
-
-    So it doesn't depend on the frame of ``lmis``; ``values`` are those of a point
-    inside.
+    """The Solution of `finish` where the centre of ``lmis``, from ``values`` by name
+    inside, needs no bounds, so that it doesn't depend on the frame; else None.
     """
     if too_many(lmis.request):
         return finish(lmis, values)
@@ -63,14 +60,10 @@ def centred(lmis, values):
 
 
 def finish(lmis, values):
-    """The analytic centre as a Solution, from a point inside.
-
-    ``lmis``: the LMIs; ``values``: the point: the unknowns by name. Returns Solution:
-    where the LMIs have no centre: that of a bounded part. Its ``central`` and its
-    ``reason`` tell.
-
-    With more than a thousand pairs of vertices it is the centre of some
-    of their blocks: see `Cuts.centre`.
+    """The analytic centre of ``lmis`` as a Solution, from ``values`` by name inside;
+    where they have none, that of a bounded part, as its ``central`` and ``reason``
+    tell. With more than a thousand pairs of vertices it is the centre of some of their
+    blocks: see `Cuts.centre`.
     """
     x = lmis.packed(values)
     if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
@@ -93,9 +86,8 @@ def finish(lmis, values):
 
 
 def _solution(lmis, x, central, reason=""):
-    """The `Solution` at x; ``reason`` says why it isn't ``central``.
-
-    Of a given gain it is no matter which P proves it.
+    """The `Solution` at x; ``reason`` says why it isn't ``central``. Of a given gain it
+    is no matter which P proves it.
     """
     solution = lmis.solution(unpacked(lmis.unknowns, x))
     if lmis.request.gain is not None:
@@ -164,9 +156,8 @@ def _gain_alone(lmis):
 
 
 def _settles(lmis, x, r):
-    """Whether a centre x with P below r I has hardly another gain with a larger r.
-
-    One Newton step is towards the centre with a bound that is a little larger.
+    """Whether a centre x with P below r I has hardly another gain with a larger r, by
+    one Newton step towards the centre with a bound that is a little larger.
     """
     wider, _ = bounded(lmis.compiled, lmis.unknowns, x, 1.01 * r)
     try:
@@ -184,10 +175,9 @@ def _gain_inside(lmis, x):
 
 
 def _hints(lmis):
-    """What helps `centre` on its way from a point inside.
-
-    The blocks of many vertices push a point against those that belong to no vertex,
-    along which it moves slowly. The centres of a few vertices lead past that.
+    """What helps `centre` on its way from a point inside. The blocks of many vertices
+    push a point against those that belong to no vertex, along which it moves slowly;
+    the centres of a few vertices lead past that.
     """
 
     def elsewhere(x):
@@ -199,10 +189,9 @@ def _hints(lmis):
 
 
 def nearer(lmis, x):
-    """The point x of blocks lmis in a frame in which P, sizes and levels are one.
-
-    The guess of a size may be wrong by orders of magnitude, and what is
-    far away looks as if the set had no bound.
+    """The point ``x`` of blocks ``lmis`` in a frame in which P, sizes and levels are
+    one: the guess of a size may be wrong by orders of magnitude, and what is far away
+    looks as if the set had no bound.
     """
     values, levels = unpacked(lmis.unknowns, x), lmis.units
     request = lmis.request.with_bounds(lmis.bounds(values))

@@ -110,9 +110,8 @@ class Certificate(GainProof):
 
 
 def by_theorems(data):
-    """The request, K, the exact unknowns and the blocks of a file's data, by functions.
-
-    They are those of the theorems, beside which the texts of files are written.
+    """The request, K, the exact unknowns and the blocks of a file's ``data``, by the
+    functions of the theorems, beside which the texts of files are written.
     """
     request = read_request(data)
     K = read_array(data["K"], request.plant.m, request.order)
@@ -147,9 +146,8 @@ def _floats(rows):
 
 
 def _shapes(request, known):
-    """Shapes of a proof's matrices: P, V, the own ones, and sizes that it knows.
-
-    Whatever its size is, a requirement's P proves it: see `Request.blocks`.
+    """Shapes of a proof's matrices: P, V, the own ones, and sizes that it knows;
+    whatever its size is, a requirement's P proves it: see `Request.blocks`.
     """
     sizes = {r.size_name: (1, 1) for r in request.sized}
     shapes = {u.name: u.shape for u in request.unknowns() if u.name != "Y"}
@@ -163,17 +161,12 @@ def _key(name):
 
 
 def prove(request, K, P, digits=6, V=None, own=None):
-    """Check every block of a request in exact arithmetic.
-
-    Everything is built again from the primary data: the plant's matrices,
-    the requirements, K and P. Floats are read as decimals: 0.1 is 1/10.
-
-    ``request``: what is asked of the plant; ``K``, (m, N): rounded to ``digits``
-    significant digits before the proof; ``P``, (N, N): rounded too; must be symmetric.
-    With ``coupling="slack"`` one for each vertex; ``digits``: significant digits of the
-    gain. None tries 6, 8, 10, 12 and 17; for a request with a given gain, that very
-    gain; ``V``, (N, N): the slack matrix; rounded too; ``own``: the requirements' own
-    unknowns, by name; rounded too. Returns what was proven, and what failed.
+    """Check every block of a ``request`` in exact arithmetic, built again from the
+    primary data, where floats are read as decimals: 0.1 is 1/10. ``K``, (m, N), is
+    rounded to so many ``digits`` first (6, 8, 10, 12 and 17 are tried for None; a given
+    gain stays), and so are the symmetric ``P``, (N, N) (one for each vertex with
+    ``coupling="slack"``), the slack matrix ``V`` and, by name, the requirements'
+    ``own`` unknowns.
     """
     shape = (request.order, request.order)
     K = matrix("K", K, (request.plant.m, request.order))
@@ -253,9 +246,8 @@ class DesignRefusal(MultiplierRefusal):
 
 
 def excluding(free, claims, condition=""):
-    """What multipliers prove of some claims, in words.
-
-    ``free`` says whether the gain was sought, too; ``condition`` is what is held.
+    """What multipliers prove of some ``claims`` under a ``condition``, in words;
+    ``free`` says whether the gain was sought, too.
     """
     who = "no gain and no matrices prove" if free else "no matrices prove"
     which = "by these LMIs" + (f" {condition}" if condition else "")
@@ -263,9 +255,8 @@ def excluding(free, claims, condition=""):
 
 
 def frame_data(frame):
-    """The coordinates of a frame, as decimals.
-
-    "sizes" are lengths, in which the requirements measure their own P.
+    """The coordinates of a ``frame``, as decimals; "sizes" are lengths, in which the
+    requirements measure their own P.
     """
     return {
         **{name: decimals(getattr(frame, name)) for name in ("left", "T", "back")},
@@ -284,12 +275,8 @@ def read_frame(data, N):
 
 
 def refuse_design(request, frame, Z, pairs=None):
-    """Exact multipliers from float ones, where the repair succeeds.
-
-    ``request``: what is asked of the plant; ``frame``: the coordinates of the
-    multipliers; ``Z``: multipliers of the blocks in that frame; ``pairs``: the pairs of
-    vertices that they belong to; all of the request's without it. Returns the exact
-    multipliers.
+    """Exact multipliers of a ``request`` from float ones, ``Z``, of the blocks in a
+    ``frame``, for some ``pairs`` of vertices or all, where the repair succeeds.
     """
     expressions, unknowns = request.in_unknowns(frame, exact, pairs=pairs)
     data = DesignRefusal.contents(request, frame)

@@ -25,13 +25,10 @@ CLEARANCE = 0.1  # of the least margin of what is chosen; a pair that has less j
 
 
 class Cuts:
-    """The LMIs of many pairs of vertices, of which a few are solved at a time.
-
-    Blocks are written for the pairs that are chosen; what belongs to no pair,
-    such as P, is always there. All the pairs are looked at in floats, many in
-    one numpy call.
-
-    ``lmis``: with all the pairs.
+    """The LMIs of many pairs of vertices, ``lmis``, of which a few are solved at a
+    time. Blocks are written for the pairs that are chosen; what belongs to no pair,
+    such as P, is always there. All the pairs are looked at in floats, many in one numpy
+    call.
     """
 
     def __init__(self, lmis):
@@ -62,9 +59,8 @@ class Cuts:
         return Blocks.compiled(*zip(*(b for _, b in parts)), self.lmis.unknowns)
 
     def margins(self, x, below=np.inf):
-        """The least margin of the blocks of each pair at x, in their order.
-
-        What is larger than ``below`` may be infinite.
+        """The least margin of each pair's blocks at ``x``; above ``below`` it may be
+        infinite.
         """
         request, values = self.lmis.request, unpacked(self.lmis.unknowns, x)
         if request.coupling == "slack":
@@ -85,12 +81,10 @@ class Cuts:
         return once and bool(self.margins(x, 0.0).min() > 0)
 
     def join(self, margins, below, count=PAIRS_PER_CUT, ties=False, apart=False):
-        """Choose the pairs that have the least ``margins``.
-
-        ``margins``, (pairs,): as `margins` gives them; ``below``: only those of no
-        larger margin; ``count``: how many; ``ties``: and all others that have the
-        margin of the last one; ``apart``: of pairs that are alike rather one: the
-        others will hold with it. Returns bool: whether there was one more.
+        """Choose ``count`` of the pairs whose ``margins``, (pairs,), are the least and
+        not above ``below``; with ``ties`` all that have the margin of the last one,
+        too, with ``apart`` rather one of those that are alike, for the others will hold
+        with it. Returns whether there was one more.
         """
         pairs = self.lmis.request.pairs
         fresh = [
@@ -110,10 +104,9 @@ class Cuts:
         return True
 
     def _apart(self, fresh, depths, count):
-        """Some of the ``fresh`` pairs, the deepest of them that lie far apart.
-
-        One after the other it is that of the largest depth times squared distance to
-        the nearest one that is chosen, in `places`.
+        """Some of the ``fresh`` pairs that lie far apart, the deepest: one after the
+        other that of the largest depth times squared distance to the nearest one that
+        is chosen, in `places`.
         """
         places, found = self.places, []
         squared, free = np.ones(len(fresh)), np.ones(len(fresh), bool)
@@ -131,9 +124,8 @@ class Cuts:
 
     @cached_property
     def places(self):
-        """Where the pairs lie among all: a (pairs, k) array without units.
-
-        A pair's blocks are bilinear in its two vertices.
+        """Where the pairs lie among all, (pairs, k), without units: their blocks are
+        bilinear in two vertices.
         """
         request, frame, parts = self.lmis.request, self.lmis.frame, []
         vertices = request.vertices_at(frame)
@@ -148,14 +140,10 @@ class Cuts:
         return np.hstack([at[i] + at[j], at[i] * at[j]])
 
     def find(self, start, refuse=True):
-        """A point inside all blocks, or why there is none.
-
-        The centre of a few pairs' blocks; then those that it violates most
-        join them, until it violates none.
-
-        ``start``: the unknowns by name, where the search begins; ``refuse``: as for
-        `LMIProblem.find`. Returns LMISolution: a refusal is that of the pairs that were
-        chosen.
+        """A point inside all blocks, or the refusal of some pairs, as an LMISolution,
+        from the unknowns ``start`` by name. The centre of a few pairs' blocks; then
+        those that it violates most join them, until it violates none; ``refuse`` is as
+        for `LMIProblem.find`.
         """
         lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
         x = None if start is None else lmis.packed(start)
@@ -189,14 +177,9 @@ class Cuts:
         )
 
     def centre(self, x):
-        """The centre of the blocks that decide.
-
-        These are the blocks of the vertices, and of the pairs that come near
-        the edge at the centre of those before: so it doesn't depend on x, nor
-        on the order of the vertices.
-
-        ``x``: all blocks are positive definite there. Returns array: all blocks are
-        positive definite there, too.
+        """The centre, inside all blocks as x is, of the blocks that decide: those of
+        the vertices, and of the pairs that come near the edge at the centre of those
+        before. So it doesn't depend on ``x``, nor on the order of the vertices.
         """
         pairs, count = self.lmis.request.pairs, PAIRS_PER_CUT
         self.chosen = {(i, j): None for i, j in pairs if i == j}
@@ -212,11 +195,9 @@ class Cuts:
             count *= 2
 
     def least(self, x, work):
-        """Where ``work`` ends if it sees those blocks only that matter.
-
-        ``x``: all blocks are positive definite there; ``work``: from some `Blocks` and
-        x to another point inside them; it may raise a ValueError, and gets more blocks
-        then. Returns what ``work`` returned last.
+        """Where ``work``, from some `Blocks` and a point ``x`` inside all to another
+        point inside them, ends if it sees those blocks only that matter. It may raise a
+        ValueError, and gets more blocks then.
         """
         self.chosen, count, at_x = {}, PAIRS_PER_CUT, self.margins(x)
         self.join(at_x, np.inf)
@@ -234,9 +215,8 @@ class Cuts:
 
 
 def few_decide(request):
-    """Whether `Cuts` find a point of a request sooner than all blocks at once.
-
-    With a slack matrix they don't, for each vertex has a P of its own.
+    """Whether `Cuts` find a point of a ``request`` sooner than all blocks at once; not
+    with a slack matrix, for each vertex has a P of its own.
     """
     many = len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS
     return many and request.coupling != "slack"
@@ -253,9 +233,8 @@ def _key(name):
 
 
 def holds(lmis, values):
-    """Whether all blocks of ``lmis``, a `ScaledLMIs`, are positive definite.
-
-    That is at a point with these ``values`` of the unknowns, by name.
+    """Whether all blocks of ``lmis``, a `ScaledLMIs`, are definite at ``values`` by
+    name.
     """
     x = lmis.packed(values)
     if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:

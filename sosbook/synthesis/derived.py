@@ -1,8 +1,8 @@
 """What follows from a request: its claims, its unknowns, and the sizes of P.
 
-A requirement whose blocks aren't homogeneous fixes the size of its P. Where
-several do, each has a P of its own: a multiple of the unknown P, which is that
-of the leader. Theorem 2.1's mu is such a multiple.
+A requirement whose blocks aren't homogeneous fixes the size of its P. Where several do,
+each has a P of its own: a multiple of the unknown P, which is that of the leader.
+Theorem 2.1's mu is such a multiple.
 """
 
 import re
@@ -31,17 +31,14 @@ UNREADABLE = (TypeError, AttributeError, ValueError, LookupError, ArithmeticErro
 
 
 def affine_in_quotient(r, request):
-    """Whether the blocks of a requirement look as it says, at random points.
+    """Whether the blocks of ``r`` look as it says, at random points with the sizes of a
+    ``request``, in rationals, with a fixed seed.
 
-    ``r``: what is asked; ``request``: its plant gives the sizes, and what is the same
-    at all vertices.
-
-    Let q = E^-1 [A B_u B_w]. At E = I the block of the mean of two q must be the
-    mean of their blocks, entry by entry. With another E the blocks G(E, q) must be
-    T G(I, q) T' with one regular T for all q, P, Y and own unknowns: then
-    det sum_k c_k G(E, q_k) over det sum_k c_k G(I, q_k) is the same number for all
-    sums, and that is tried. In rationals nothing is rounded, and what isn't so
-    passes by an unlikely coincidence alone. The seed is fixed.
+    Let q = E^-1 [A B_u B_w]. At E = I the block of the mean of two q must be the mean
+    of their blocks, entry by entry. With another E the blocks G(E, q) must be T G(I, q)
+    T' with one regular T for all q, P, Y and own unknowns: then det sum_k c_k G(E, q_k)
+    over det sum_k c_k G(I, q_k) is the same number for all sums, and that is tried.
+    What isn't so passes by an unlikely coincidence alone.
     """
     try:
         return _affine(r, request, np.random.default_rng(20260))
@@ -138,12 +135,11 @@ class Derived:
         return pairs
 
     def statements(self):
-        """What the blocks prove: (words, requirement) each.
-
-        The one place where claims are made: each stands beside the requirement
-        that demands the blocks which prove it, and `demands` and the proofs' claims
-        come from here. What exactly repeats an earlier requirement rests on that
-        one's blocks. That an author's class implies stability is no proof of it.
+        """What the blocks prove: (words, requirement) each, the requirement that
+        demands the blocks which prove it. It is the one place where claims are made:
+        `demands` and the proofs' claims come from here. What exactly repeats an earlier
+        requirement rests on that one's blocks; that an author's class implies stability
+        is no proof of it.
         """
         N = len(self.vertices)
         where = every_plant(self.plant)
@@ -164,9 +160,8 @@ class Derived:
 
     @cached_property
     def demands(self):
-        """The requirements in the order of their blocks; stability joins.
-
-        Those with unknowns of their own come first.
+        """The requirements in the order of their blocks, those with unknowns of their
+        own first; stability joins.
         """
         (_, stable), *others = self.statements()
         asked = {r.key: r for _, r in others}
@@ -177,9 +172,8 @@ class Derived:
     # where its blocks are written
 
     def _near_box(self):
-        """The box near the vertices at whose corners the blocks are written, or None.
-
-        That is where these speak for the plants between, and the vertices don't.
+        """The box near the vertices at whose corners the blocks are written, where
+        these speak for the plants between and the vertices don't; or None.
         """
         common = is_word(self.coupling, ("auto", "pairs", "vertices"))
         if not (common and self.law is None and all(map(pays, self.requirements))):
@@ -196,9 +190,8 @@ class Derived:
 
     @cached_property
     def certain(self):
-        """The `ground`, such as E = diag(I, M - B K_A, I), free of rounding errors.
-
-        Whether two of them are equal, floats can't tell.
+        """The `ground`, such as E = diag(I, M - B K_A, I), free of rounding errors:
+        whether two of them are equal, floats can't tell.
         """
         rounded = any(d.rounded for d in self.ground)
         return [d.map(exact) for d in self.ground] if rounded else self.ground
@@ -206,12 +199,9 @@ class Derived:
     # its unknowns by name
 
     def unknowns(self, levels=()):
-        """Unknowns P, Y (P alone if the gain is given), sizes, the own ones.
-
-        With ``coupling="slack"`` P 1, P 2, ..., V, Y and so on. The own
-        ones of a requirement are multiplied by its size.
-
-        ``levels``: as in `leader`.
+        """Unknowns P, Y (P alone if the gain is given), sizes, the own ones, which a
+        requirement's size multiplies; with ``coupling="slack"`` P 1, P 2, ..., V, Y and
+        so on. ``levels`` are as in `leader`.
         """
         N = self.order
         names = dict.fromkeys(self.lyapunov)
@@ -247,11 +237,9 @@ class Derived:
         return tuple(f"P {i + 1}" for i in twins(self.certain))
 
     def in_unknowns(self, frame, number=floats, levels=(), sizes=(), pairs=None):
-        """`blocks` in the `unknowns`.
-
-        ``frame``, ``number``, ``levels``: as in `blocks`; ``sizes``: numbers for some
-        of the unknown sizes, by their names; ``pairs``: as in `blocks`. Returns the
-        blocks by name, and what they are affine in.
+        """`blocks` by name in the `unknowns`, which come, too. ``frame``, ``number``,
+        ``levels`` and ``pairs`` are as there; ``sizes`` has numbers for some of the
+        unknown sizes.
         """
         unknowns = self.unknowns(levels)
         unknowns = [u for u in unknowns if u.name not in sizes]
@@ -259,18 +247,15 @@ class Derived:
         return self.blocks_at(values, number, frame, levels, pairs), unknowns
 
     def blocks_at(self, values, number=floats, frame=None, levels=(), pairs=None):
-        """`blocks` for values of the `unknowns`, by name, in a frame.
-
-        ``number`` brings data into an arithmetic; ``levels`` are the free
-        bounds, and ``pairs`` some of the pairs of vertices.
+        """`blocks` for ``values`` of the `unknowns` by name; ``number``, ``frame``,
+        ``levels`` and ``pairs`` are as there.
         """
         P, Y, V, own = self.taken_apart(values, number, frame)
         return self.blocks(P, Y, number, frame, V, levels, own, pairs)
 
     def taken_apart(self, values, number=floats, frame=None):
-        """P, Y, V and own, as `blocks` takes them, of ``values`` by name.
-
-        ``number`` and ``frame`` are as in `blocks`.
+        """P, Y, V and own of ``values`` by name, as `blocks` takes them with ``number``
+        and ``frame``.
         """
         names = self.lyapunov
         P = [values[name] for name in names]
@@ -306,9 +291,8 @@ class Derived:
 
     @cached_property
     def sized(self):
-        """The requirements that fix the size of P, lowest rank first.
-
-        Their blocks aren't zero where P, Y and their own unknowns are.
+        """The requirements that fix the size of P, lowest rank first: their blocks
+        aren't zero where P, Y and their own unknowns are.
         """
         if self.coupling == "multipliers":  # each requirement has a P of its own
             return ()
@@ -339,10 +323,7 @@ class Derived:
 
     @property
     def condition(self):
-        """What a refusal is subject to: "for mu = 1"; else empty.
-
-        The slack scalar is such a condition, too.
-        """
+        """What a refusal is subject to, also a slack: "for mu = 1"; else empty."""
         ties = self.ties
         if self.coupling == "slack" and self.slack is not None:
             ties += (f"slack = {self.slack:g} s",)
@@ -353,10 +334,9 @@ class Derived:
         return replace(self, requirements=tuple(r.untied() for r in self.requirements))
 
     def leader(self, levels=()):
-        """The requirement whose P is the unknown P; None if none fixes its size.
-
-        ``levels``: parameters whose level is unknown: a level times an unknown size
-        isn't affine, so the first one's owner leads.
+        """The requirement whose P is the unknown P; None if none fixes its size. A
+        level times an unknown size isn't affine, so with unknown ``levels``, by the
+        parameters' names, the first one's owner leads.
         """
         order = {name: place for place, name in enumerate(levels)}
         return min(

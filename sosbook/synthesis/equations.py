@@ -1,8 +1,8 @@
 """Gains and Lyapunov matrices of one loop by equations, where a search is too long.
 
 Lightly damped modes with frequencies far apart kill the conjugate gradients that large
-blocks need. An equation gives a point of the blocks at once, in coordinates in which
-every mode has the size one; whether it is one is judged by the blocks.
+blocks need. An equation gives a point at once, in coordinates in which every mode has
+the size one; whether it is one is judged by the blocks.
 """
 
 from dataclasses import dataclass
@@ -24,11 +24,10 @@ SCHUR = 4.0  # times as long as the eigenvalues
 
 
 def balanced(plant, descriptor):
-    """Coordinates x = T xi in which every mode of an undamped plant has the size one.
-
-    ``plant``: one plant; ``descriptor``: its states [z; z'; x3]. Returns (N, N) or
-    None: of V / w and V, with V' M V = I and V' S V = w^2. A `Descriptor` is balanced
-    by powers of two. None where M isn't positive definite.
+    """T in x = T xi in which every mode of an undamped ``plant`` has the size one: V /
+    w and V, with V' M V = I and V' S V = w^2; the states of ``descriptor`` are [z; z';
+    x3]. A `Descriptor` is balanced by powers of two; None where M isn't positive
+    definite.
     """
     N = len(descriptor.E)
     check_time_of_eigenvalues(N)
@@ -50,13 +49,10 @@ def balanced(plant, descriptor):
 
 
 def of_modes(A):
-    """P > 0 that keeps every region of the poles which the eigenvalues of A keep.
-
-    With A V = V L the block of the region alpha, beta is (I x V) [alpha x I +
-    beta x L + beta' x L*] (I x V*), and the bracket is diagonal but for order: so
-    P = V V* keeps all regions at once. Columns of V have length one.
-
-    ``A``, (N, N): with N independent eigenvectors; near a defective one P is nearly
+    """P > 0 that keeps every region of the poles which the eigenvalues of ``A`` keep.
+    With A V = V L the block of the region alpha, beta is (I x V) [alpha x I + beta x L
+    + beta' x L*] (I x V*), and the bracket is diagonal but for order: so P = V V* keeps
+    all regions at once. Columns of V have length one; near a defective A it is nearly
     singular.
     """
     check_time_of_eigenvalues(len(A))
@@ -66,15 +62,11 @@ def of_modes(A):
 
 
 def deflated(A, B, out, design):
-    """The gain that moves some modes and leaves the others where they are.
-
-    W' A = A_b W' with orthonormal columns W, the ordered Schur vectors of A'. With
-    K = K_b W' the loop is block triangular in [W, its complement], with A_b + W'B K_b
-    and the modes that stay on its diagonal.
-
-    ``A``, ``B``, (N, N) and (N, m): x' = A x + B u; ``out``: from an eigenvalue to
-    whether it must move; of pairs it says the same; ``design``: from A_b and W'B to
-    K_b. Returns (m, N) int: K, and how many modes are moved.
+    """K, (m, N), that moves the modes of x' = ``A`` x + ``B`` u that are ``out`` (of
+    pairs it says the same) and no others, and how many these are. W' A = A_b W' with
+    orthonormal columns W, the ordered Schur vectors of A'; with K = K_b W' the loop is
+    block triangular in [W, its complement], with A_b + W'B K_b and the modes that stay
+    on its diagonal. ``design`` makes K_b of A_b and W'B.
     """
     check_time_of_eigenvalues(len(A), SCHUR)
     T, Q, count = schur(A.T, sort=lambda re, im: out(complex(re, im)))
@@ -85,11 +77,10 @@ def deflated(A, B, out, design):
 
 
 def least_effort(sigma):
-    """A design for `deflated`: of all gains the least that makes the decay sigma.
-
-    What is right of -sigma is mirrored there: F Y + Y F' = B B' with F = A + sigma I,
-    K = -B' Y^-1, and F + B K = -Y F' Y^-1. It minimises the integral of
-    |u|^2 exp(2 sigma t) from the worst state, whatever the units of x.
+    """A design for `deflated`: of all gains the least that makes the decay ``sigma``.
+    What is right of -sigma is mirrored there: F Y + Y F' = B B' with F = A + sigma I, K
+    = -B' Y^-1, and F + B K = -Y F' Y^-1. It minimises the integral of |u|^2 exp(2 sigma
+    t) from the worst state, whatever the units of x.
     """
 
     def design(A, B):
@@ -100,12 +91,10 @@ def least_effort(sigma):
 
 
 def in_disk(centre, radius):
-    """A design for `deflated`: into the disk about -centre goes what is outside.
-
-    ``centre``, ``radius``: in rad/s.
-
-    The discrete Riccati equation without a weight of the state mirrors it at the
-    circle. Source: K. Furuta and S. B. Kim, IEEE Trans. Automatic Control 32, 1987.
+    """A design for `deflated` into the disk of a ``radius`` about -``centre``, in
+    rad/s: the discrete Riccati equation without a weight of the state mirrors what is
+    outside at the circle. Source: K. Furuta and S. B. Kim, IEEE Trans. Automatic
+    Control 32, 1987.
     """
 
     def design(A, B):
@@ -118,14 +107,11 @@ def in_disk(centre, radius):
 
 
 def bounded_real(A, Bw, C, gamma):
-    """P of the bounded real lemma, well inside its block; None where there is none.
-
-    A P + P A' + Bw Bw' + P C'C P / gamma^2 = -e R with the largest power of ten e that
-    has a solution. R is what `of_modes` leaves of Lyapunov's equation, so that every
-    mode has room at its own rate.
-
-    ``A``, ``Bw``, ``C``, (N, N), (N, p) and (q, N): the loop; ``gamma``: more than its
-    norm.
+    """P of the bounded real lemma for ``A``, ``Bw``, ``C`` and a ``gamma`` above the
+    norm, well inside its block; None where there is none. A P + P A' + Bw Bw' + P C'C P
+    / gamma^2 = -e R with the largest power of ten e that has a solution. R is what
+    `of_modes` leaves of Lyapunov's equation, so that every mode has room at its own
+    rate.
     """
     P = of_modes(A)
     room = -(A @ P + P @ A.T)

@@ -66,12 +66,10 @@ def _joined(plant, K, L, C, closed):
 
 
 def observed(plant, K, L, C):
-    """The plant with its observer, opened where u enters the plant.
-
-    ``plant``, ``K``, ``L``, ``C``: as in `observer_loop`. Returns system: E x' = A x +
-    B u + B_w w with x = [e; state] and the plant's outputs. The observer is inside, and
-    is told K x^ whatever u is; gain, (m, 2N): [-K K]: u = K x^ closes the loop, which
-    is that of `observer_loop`.
+    """E x' = A x + B u + B_w w with x = [e; state] and the outputs of a ``plant`` with
+    its observer, opened where u enters the plant, and the gain [-K K], (m, 2N), that
+    closes it to `observer_loop`. The observer is told K x^ whatever u is; ``K``, ``L``
+    and ``C`` are as there.
     """
     K = np.array(K, float)
     return _joined(plant, K, L, C, closed=False), np.hstack([-K, K])

@@ -48,11 +48,8 @@ MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is 
 
 
 def guarded(request, seconds, work):
-    """What ``work`` returns; undecided where time or numbers give out.
-
-    ``request``: what is asked of the plant; ``seconds``: limit of the time; ``work``:
-    without arguments; returns a Solution. Returns the result of ``work``, or an
-    undecided Solution.
+    """The Solution that ``work`` returns, without arguments, for a ``request``;
+    undecided where numbers or so many ``seconds`` give out.
     """
     seconds, begun = checked_seconds(seconds, needed=True), monotonic()
     try:
@@ -82,12 +79,9 @@ def _odd_mass_named(solution):
 
 
 def search(request, free=(), whole=False):
-    """Any point of a request's LMIs, in up to four frames.
-
-    ``request``: what is asked of the plant; ``free``: those whose bounds are free;
-    numbers stand in for them; ``whole``: as for `find`. Returns LMISolution: its
-    problem is the `ScaledLMIs` in which a point was found, or in which the refusal
-    reaches furthest.
+    """The LMISolution of any point of a ``request``, in up to four frames, its problem
+    the `ScaledLMIs` where it was found, or where the refusal reaches furthest. Numbers
+    stand in for the bounds of the ``free`` requirements; ``whole`` is as for `find`.
     """
     names = tuple(r.parameter.key for r in free)
     lmis, tried = ScaledLMIs(request, Frame.of(request, names), free), []
@@ -107,11 +101,10 @@ def search(request, free=(), whole=False):
 
 
 def find(lmis, start=None, refuse=True, whole=False):
-    """A point of lmis, which are `ScaledLMIs`, or the lack of one, as an LMISolution.
-
-    With many pairs of vertices most blocks are only looked at, and a few exclude
-    what they exclude; ``whole`` takes all of them. ``start`` and ``refuse`` are as
-    for `LMIProblem.find`; without a start the frame guesses.
+    """A point of ``lmis``, which are `ScaledLMIs`, or the lack of one, as an
+    LMISolution. With many pairs of vertices most blocks are only looked at, and a few
+    exclude what they exclude; ``whole`` takes all of them. ``start`` and ``refuse`` are
+    as for `LMIProblem.find`; without a start the frame guesses.
     """
     request, first = lmis.request, None
     if few_refuse(request) and not whole:
@@ -126,12 +119,8 @@ def find(lmis, start=None, refuse=True, whole=False):
 
 
 def closer(lmis, near):
-    """A frame in which the least infeasible P is the identity.
-
-    A solution of bad condition in the first frame may be plain there.
-
-    ``lmis``: in which no point was found; ``near``: where the search ended, by the
-    unknowns' names.
+    """A frame in which the P ``near``, where the search in ``lmis`` ended, is the
+    identity: a solution of bad condition in the first frame may be plain there.
     """
     request, frame = lmis.request, lmis.frame
     P = sum(near[name] for name in request.lyapunov)
@@ -150,11 +139,9 @@ def closer(lmis, near):
 
 
 def answer(request, refuse=True, first=None, prefer=None):
-    """The Solution of a request that leaves nothing open.
-
-    ``request``: what is asked of the plant; ``refuse``: without it the Solution is
-    undecided where floats find no point: what excludes every point isn't looked for;
-    ``first``: what `search` has found, if it is known; ``prefer``: which gain, in
+    """The Solution of a ``request`` that leaves nothing open. Without ``refuse`` it is
+    undecided where floats find no point: what excludes every point isn't looked for.
+    ``first`` is what `search` has found, if known, and ``prefer`` which gain, in
     `design_pid`'s words.
     """
     found = None
@@ -216,9 +203,8 @@ def _searched(request, refuse, first):
 
 
 def _seems_placed(request):
-    """Whether the poles of a given gain seem to lie where they should.
-
-    Then their exact places, which take long, aren't looked for at first.
+    """Whether the poles of a given gain seem to lie where they should: then their exact
+    places, which take long, aren't looked for at first.
     """
     return request.gain is not None and all(
         r.kept(r.truth(request.vertices, request.gain, request.K_A)) > 0
@@ -240,12 +226,9 @@ def _too_thin(solution):
 
 
 def refused(first):
-    """The Solution of a request for which no point was found.
-
-    "infeasible" where exact arithmetic excludes every point: by a mode
-    that no gain moves, or by multipliers. Otherwise "undecided".
-
-    ``first``: of `ScaledLMIs`, without a point.
+    """The Solution of a request for which `search` found no point but ``first``:
+    "infeasible" where a mode that no gain moves, or multipliers, exclude every point in
+    exact arithmetic.
     """
     request, frame, Z = first.problem.request, first.problem.frame, first.multipliers
     if first.problem.pairs is not None:  # some blocks have none
@@ -267,9 +250,8 @@ def refused(first):
 
 
 def refused_by_input(request, refusal):
-    """The Solution of a request whose input bound is provably too small; else None.
-
-    ``refusal`` is an undecided Solution of it.
+    """The Solution of a ``request`` whose input bound is provably too small, from an
+    undecided one, ``refusal``; else None.
     """
     proof = refuse_by_input(request, search)
     if proof is None:
@@ -339,10 +321,9 @@ def _whose(request):
 
 
 def follow(request, start):
-    """The Solution of a request near another one, ``start``, or None.
-
-    What is infeasible or unbounded is left to the way that doesn't
-    depend on the start, and so is a start whose gain was proven without a common P.
+    """The Solution of a ``request`` near another one, ``start``, or None. What is
+    infeasible or unbounded is left to the way that doesn't depend on the start, and so
+    is a start whose gain was proven without a common P.
     """
     if start is None or start.status != "feasible" or start.frame is None:
         return None

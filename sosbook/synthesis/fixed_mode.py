@@ -63,11 +63,9 @@ class FixedModeRefusal(Refusal):
 
     @classmethod
     def of_mode(cls, request, place, part, root, requirement, law=None):
-        """The file for a root of a `FixedPart` that breaks a requirement.
-
-        ``request``: what is asked of the plant; ``place``: see `place`; ``part``: what
-        no input moves there; ``root``: a mode of it; ``requirement``: what the mode
-        breaks; ``law``: whose part it is.
+        """The file for a ``root``, a mode of a `FixedPart` ``part`` at a ``place`` (see
+        `place`) of a ``request``, which breaks a ``requirement``; ``law`` is whose part
+        it is.
         """
         h, V = _cyclic(part, root)
         requirement = by_matrices(requirement)
@@ -82,11 +80,9 @@ class FixedModeRefusal(Refusal):
 
     @classmethod
     def contents(cls, request, requirement, place, h, V, c, v):
-        """The data of the file.
-
-        ``request``, ``requirement``, ``place``: as in `of_mode`; ``h``: the polynomial
-        of the mode, and the rows V; ``V``, (k, N): the rows; ``c``: a point near the
-        mode; ``v``: the vector, or nothing at the boundary.
+        """The data of the file; ``request``, ``requirement`` and ``place`` are as in
+        `of_mode`, ``h`` is the polynomial of the mode, ``V``, (k, N), the rows, ``c`` a
+        point near it and ``v`` the vector, or nothing at the boundary.
         """
         stable = requirement.key == Stability().key
         return {
@@ -103,11 +99,10 @@ class FixedModeRefusal(Refusal):
 
 @dataclass(frozen=True, eq=False)
 class OfLaw:
-    """How a plant is read whose mode no gain of a law moves.
-
-    ``parts``: what the law joins; ``seen``: whether the plant is transposed, with the
-    sensors in the place of B: its modes that no input moves are those that no sensor
-    sees. Else it has the law's states.
+    """How a plant is read whose mode no gain of a law moves, which joins ``parts``. If
+    it is ``seen``, the plant is transposed, with the sensors in the place of B: its
+    modes that no input moves are those that no sensor sees. Else it has the law's
+    states.
     """
 
     parts: Parts
@@ -137,9 +132,9 @@ def _requirement(data):
 
 
 def plant_at(request, place, law=None):
-    """E, A, B in rationals at a place: the vertex (k, k), or halfway between (i, j).
-
-    With the given gain of a request there are no columns in B; ``law`` is an `OfLaw`.
+    """E, A, B in rationals at a ``place`` of a ``request``: the vertex (k, k), or
+    halfway between (i, j). With a given gain there are no columns in B; ``law`` is an
+    `OfLaw`.
     """
     first, *other = request.vertices_in(exact, dict.fromkeys(place))
     E, A, B = first.E, first.A, first.Bu
@@ -162,10 +157,9 @@ def _places(request):
 
 
 def refuse_by_mode(request, places=None, law=None):
-    """The `FixedModeRefusal` of a request, or None without one.
-
-    ``places`` are those that are looked at: see `FixedModeRefusal.place`; ``law``: an
-    `OfLaw`, of a request without it.
+    """The `FixedModeRefusal` of a ``request`` at some ``places``, see
+    `FixedModeRefusal.place`, or all; None without one. ``law`` is an `OfLaw`, of a
+    request without it.
     """
     # whatever else is asked, all claims say that it is stable
     asked = {r.key: r for r in (*request.demands, Stability())}.values()
@@ -251,10 +245,9 @@ def _witness(requirement, s):
 
 
 class SingularMassRefusal(Refusal):
-    """Two vertices between which the matrix E becomes singular.
-
-    ``text`` is that of a file with the plant and the two. Halfway det E is
-    zero, or it has other signs at the two: then it is zero in between.
+    """Two vertices between which the matrix E becomes singular, with the plant the
+    ``text`` of a file: halfway det E is zero, or it has other signs at the two, and
+    then it is zero in between.
     """
 
     kind = "singular mass"
@@ -271,10 +264,9 @@ class SingularMassRefusal(Refusal):
 
 
 def refuse_by_mass(request):
-    """The `SingularMassRefusal` of a request, or None without one.
-
-    A proof for the whole polytope would make a plant without mass there
-    stable; where only the vertices count, nothing is excluded.
+    """The `SingularMassRefusal` of a ``request``, or None. A proof for the whole
+    polytope would make a plant without mass there stable; where only the vertices
+    count, nothing is excluded.
     """
     vertices = request.vertices
     if request.coupling == "vertices" or all(

@@ -1,8 +1,8 @@
-"""Which errors can be integrated: the choice of U.
+"""Which errors can be integrated: the choice of U, which the thesis leaves open
+(section 5).
 
-The thesis leaves it open (section 5). The answer is a rank condition on
-S, B and U alone, [-S B; U 0] of full row rank: no transmission zero at
-s = 0 from u to U z. K_A, M and D have no part in it.
+The answer is a rank condition on S, B and U alone, [-S B; U 0] of full row rank: no
+transmission zero at s = 0 from u to U z. K_A, M and D have no part in it.
 """
 
 from collections.abc import Iterable
@@ -207,9 +207,8 @@ def _check_stabilisable(plant):
 
 
 def _regular(v):
-    """An acceleration gain that makes M - B K_A nonsingular.
-
-    It maps the null space of M onto what M leaves out.
+    """An acceleration gain that makes M - B K_A nonsingular: it maps the null space of
+    M onto what M leaves out.
     """
     left, sizes, right = np.linalg.svd(v.M)
     null = sizes < 1e-12 * max(sizes[0], 1e-300)

@@ -50,10 +50,9 @@ class KnownGainProof(GainProof):
 
     @classmethod
     def contents(cls, request, box, cells):
-        """The data of the file of a request, without the unknowns.
-
-        ``box`` are the vertices, from 1, as corners of a box, or None; ``cells`` kind,
-        name and cuts of each requirement.
+        """The data of the file of a ``request``, without the unknowns: ``box``, the
+        vertices, from 1, as corners of a box, or None; ``cells``, kind, name and cuts
+        of each requirement.
         """
         law = request.law
         if law is not None:
@@ -93,9 +92,8 @@ def known_by_theorems(data):
 
 
 class Joined(Law):
-    """The law of the ``data`` of a file, whose K has so many ``rows``.
-
-    It knows what it joins, and has no words.
+    """The law of a file's ``data``, whose K has so many ``rows``; it knows what it
+    joins, and has no words.
     """
 
     def __init__(self, data, rows):
@@ -181,9 +179,8 @@ def _values(left, place, corners):
 
 
 def known_proof(request, parts, digits=None):
-    """The `KnownGainProof` of a request, from its ``parts``: the `Kept` of each demand.
-
-    With ``digits`` that of the rounded gain, for which all is done again.
+    """The `KnownGainProof` of a ``request`` from its ``parts``, the `Kept` of each
+    demand; with ``digits`` that of the rounded gain, for which all is done again.
     """
     if digits is not None:
         K = round_digits(request.gain, digits)

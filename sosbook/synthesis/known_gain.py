@@ -76,10 +76,9 @@ class Kept(ReadOnly):
 
 
 def worst(request, r, plants, enough=False):
-    """The `Worst` plant for a requirement: a local search in floats.
-
-    ``request``, ``r``, ``plants``: as for `decided`; ``enough``: a plant that breaks it
-    ends the search.
+    """The `Worst` plant for a requirement by a local search in floats, which a plant
+    that breaks it ends, if it is ``enough``; ``request``, ``r`` and ``plants`` are as
+    for `decided`.
     """
     K, K_A = request.state_gain, request.K_A
 
@@ -102,9 +101,8 @@ def worst(request, r, plants, enough=False):
 
 
 def _search(plants, at):
-    """Ever worse plants: among given points, along coordinates, among random ones.
-
-    ``at``: from a point to the `Worst` there.
+    """Ever worse plants, where ``at`` tells of a point the `Worst` there: among given
+    points, along coordinates, among random ones.
     """
 
     def worse(points, *best):
@@ -143,15 +141,14 @@ def _room(r, bound, truth):
 
 
 def decided(request, r, plants, bad=None):
-    """The `Kept` of a requirement: kept, broken or undecided.
-
-    ``request``: with a given gain; ``r``: one of its demands; ``plants``: its loops:
-    see `sosbook.synthesis.ranges.family`; ``bad``: the worst plant, if it is known.
+    """The `Kept` of ``r``, a demand of a ``request`` with a given gain, whose loops are
+    ``plants`` (see `sosbook.synthesis.ranges.family`), ``bad`` the worst, if known:
+    kept, broken or undecided.
 
     A claim that holds strictly for the closed family is proven after finitely many
-    halvings: at one plant the LMIs with multipliers lose nothing, and they hold
-    around it with the same P, F and G. One that a plant breaks strictly is broken by
-    a rational one. Only at the edge neither need be found.
+    halvings: at one plant the LMIs with multipliers lose nothing, and they hold around
+    it with the same P, F and G. One that a plant breaks strictly is broken by a
+    rational one. Only at the edge neither need be found.
     """
     bad = bad or worst(request, r, plants)
     if bad.kept <= 0:
@@ -238,12 +235,10 @@ def _proven(r, loops):
 
 
 def kept_or_broken(request, objective=(), backoff=0.01, common=None, enough=False):
-    """The Solution of a request with a given gain, each demand by itself.
-
-    ``request``: with ``coupling="multipliers"``; ``objective``: the parameters whose
-    least bounds are sought; numbers stand in for them; ``backoff``: a fraction by which
-    a bound is above the worst true value that was found; ``common``: the same with a
-    common P. Where one is found that is the answer; ``enough``: see `worst`.
+    """The Solution of a ``request`` with a given gain and ``coupling="multipliers"``,
+    each demand by itself. The least bounds of an ``objective`` are sought, the fraction
+    ``backoff`` above the worst true value. ``common`` is the same with a common P:
+    where one is found that is the answer; ``enough`` is as in `worst`.
     """
     plants, parts = family(request), []
     bad = [
@@ -281,11 +276,10 @@ def _sought(r, objective):
 
 
 def least(request, r, plants, backoff, digits=3, bad=None):
-    """The `Kept` of a requirement with the best bound for which a proof is found.
-
-    ``request``, ``r``, ``plants``: as for `decided`; the bound of r is anything;
-    ``backoff``: a fraction by which the bound is easier than the worst true value;
-    ``digits``: of the bound; ``bad``: as for `decided`.
+    """The `Kept` of ``r`` with the best bound, of so many ``digits``, for which a proof
+    is found: the fraction ``backoff`` easier than the worst true value, if it can be.
+    ``request``, ``plants`` and ``bad`` are as for `decided`; the bound of r is
+    anything.
     """
     bad, harder = bad or worst(request, r, plants), r.parameter.harder
 

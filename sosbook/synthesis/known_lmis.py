@@ -15,9 +15,8 @@ from ..solver.loop import margin
 
 
 class KnownLMIs(TrustedProblem):
-    """The blocks of a requirement at some loops, in coordinates in which P is near I.
-
-    ``requirement``: it writes the blocks; ``loops``: the vertices.
+    """The blocks that a ``requirement`` writes at some ``loops``, the vertices, in
+    coordinates in which P is near I.
     """
 
     def __init__(self, requirement, loops):
@@ -38,9 +37,8 @@ class KnownLMIs(TrustedProblem):
         return range(len(self.loops))
 
     def write(self, values, number):
-        """The blocks by name, each scaled by the even loop's; see `LMIProblem`.
-
-        ``values`` are those of the unknowns, ``number`` brings in data.
+        """The blocks by name, each scaled by the even loop's, at ``values`` and with
+        data by ``number``; see `LMIProblem`.
         """
         blocks = self._written(values, number, self._vertex)
         return {name: self._scaled(name, g) for name, g in blocks.items()}
@@ -79,17 +77,15 @@ class KnownLMIs(TrustedProblem):
         return turn @ g @ turn
 
     def margin(self, values):
-        """The smallest eigenvalue of all blocks, their diagonals scaled to one.
-
-        ``values`` are those of the unknowns by name.
+        """The smallest eigenvalue of all blocks, their diagonals scaled to one, at
+        ``values``.
         """
         blocks = self.blocks(values).values()
         return min(margin(g) for g in blocks)
 
     def rounded(self, values):
-        """Values at which all blocks in rationals are definite; None if they aren't.
-
-        In the plant's own coordinates, of ``values`` that are rounded.
+        """Rounded ``values`` in the plant's own coordinates at which all blocks in
+        rationals are definite; None if they aren't.
         """
         natural = {name: self._natural(name, x) for name, x in values.items()}
         for places in PLACES:
@@ -114,10 +110,8 @@ class KnownLMIs(TrustedProblem):
 
 
 def rational_blocks(requirement, loops, values):
-    """The blocks of a requirement at some loops, in the plant's own coordinates.
-
-    ``requirement``: it writes the blocks; ``loops``: the corners; ``values``: the
-    unknowns by name, in rationals.
+    """The blocks of a ``requirement`` at some ``loops``, the corners, in the plant's
+    own coordinates, of rational ``values`` of the unknowns by name.
     """
     taken = (_taken(values, f"P {i}") for i, _ in enumerate(loops, 1))
     return _blocks(
@@ -141,10 +135,9 @@ def _taken(values, name):
 
 
 def coordinates(loops):
-    """T, left and a rate: in x = T xi, rows times left, the ``loops`` have P near I.
-
-    The P is that of Lyapunov's equation of the mean loop, a little slower or faster
-    than it is; E of the mean is I.
+    """T, left and a rate: in x = T xi, rows times left, the ``loops`` have P near I. It
+    is that of Lyapunov's equation of the mean loop, slowed down or sped up a little; E
+    of the mean is I.
     """
     E, A = (sum(d.in_floats[k] for d in loops) / len(loops) for k in (0, 1))
     quotient = np.linalg.solve(E, A)

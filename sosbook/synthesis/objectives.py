@@ -58,10 +58,8 @@ def _check_open(which, asked):
 
 
 def at_optimum(request, objective, backoff):
-    """The Solution whose bounds are the least ones and a fraction more.
-
-    ``request``, ``objective``: as in `optimum`; ``backoff``: what is added to the
-    optimal bounds, as a fraction.
+    """The Solution of a ``request`` whose bounds are the least for its ``objective``,
+    as in `optimum`, and the fraction ``backoff`` more.
     """
 
     def eased(bounds):
@@ -96,21 +94,16 @@ def _near(best, request, bounds):
 
 
 def optimum(request, objective, gap):
-    """The least weighted sum of levels.
+    """The bounds by parameter's name of the least weighted sum of levels (see
+    `Parameter`), and the point; None and the lack of a point where there is none with
+    any bounds. The ``objective`` has weights by name, numbers stand in for its bounds
+    in the ``request``, and ``gap`` is the sum's relative accuracy. Raises Unattained or
+    Unfinished where no minimum is found, or not in time; they hold a point.
 
-    ``request``: what is asked of the plant; numbers stand in for the bounds;
-    ``objective``: weights by the names of parameters: the weighted sum of their levels
-    (see `Parameter`) is minimised; ``gap``: relative accuracy of the weighted sum.
-    Returns bounds: from a parameter's name to its bound; None if there is no point with
-    any bounds; point: where they are attained, or the lack of a point. Raises
-    Unattained if no minimum is found; it has the best point that was; Unfinished if
-    time ends before it is found.
-
-    A level times an unknown size isn't affine. The requirement whose
-    level is minimised therefore leads (`Request.leader`): its P is the
-    unknown P, and one semidefinite program finds the optimum and the
-    sizes of the others. With two levels or more it finds whether there
-    is anything at all; then the sizes are searched, one by one.
+    A level times an unknown size isn't affine. The requirement whose level is minimised
+    therefore leads (`Request.leader`): its P is the unknown P, and one semidefinite
+    program finds the optimum and the sizes of the others. With two levels or more it
+    finds whether there is anything at all; then the sizes are searched, one by one.
     """
     probe = request.with_bounds(dict.fromkeys(objective, 1.0))
     free = tuple(probe.owner(name) for name in objective)
@@ -129,10 +122,9 @@ def optimum(request, objective, gap):
 
 
 def _least(lmis, objective, values, gap):
-    """Where the objective is least, as an LMISolution, from a point inside.
-
-    Where the first coordinates don't do, those of the best point may: there all that
-    is unknown is near one.
+    """Where the objective is least, as an LMISolution, from a point inside. Where the
+    first coordinates don't do, those of the best point may: there all that is unknown
+    is near one.
     """
     try:
         return _minimum(lmis, objective, lmis.packed(values), gap)
@@ -150,9 +142,8 @@ def _least(lmis, objective, values, gap):
 
 
 def _minimum(lmis, objective, x, gap):
-    """What `_least` finds in these coordinates, from a point x.
-
-    Where there are many pairs of vertices, with some of the blocks.
+    """What `_least` finds in these coordinates from x; of many pairs with some of the
+    blocks.
     """
     cost = lmis.weights(objective)
 
@@ -172,9 +163,8 @@ def _minimum(lmis, objective, x, gap):
 
 
 def _with_sizes(first, searched, objective, gap):
-    """`optimum` where the sizes of some requirements are searched.
-
-    Each is moved in shrinking steps until that helps no more.
+    """`optimum` where some sizes are searched, each in shrinking steps while that
+    helps.
     """
     lmis, known = first.problem, {}
 
@@ -217,9 +207,8 @@ def _at_sizes(lmis, sizes, objective, gap):
 
 
 class Unattained(ValueError):
-    """Raised where no minimum is found, which doesn't say that there is none.
-
-    ``point``: of `ScaledLMIs`: the best point that was found.
+    """Raised where no minimum is found, which doesn't say that there is none; ``point``
+    is the best of `ScaledLMIs` that was.
     """
 
     def __init__(self, point):
@@ -233,9 +222,8 @@ class Unattained(ValueError):
 
 
 class Unfinished(OutOfTime):
-    """Raised where time ends before a minimum is found; holds a point.
-
-    ``first``: of `ScaledLMIs`: a point inside, whose bounds are larger.
+    """Raised where time ends before a minimum is found; ``first`` is a point of
+    `ScaledLMIs` inside, whose bounds are larger.
     """
 
     def __init__(self, first):
@@ -254,12 +242,9 @@ class Unfinished(OutOfTime):
 
 
 def without_optimum(first):
-    """The Solution of a request for which no point has any bounds at all.
-
-    "infeasible" where what is asked beside the objective is, or where exact
-    multipliers exclude every bound.
-
-    ``first``: of `ScaledLMIs` with free levels, without a point.
+    """The Solution of a request for which no point has any bounds at all: "infeasible"
+    where what is asked beside the objective is, or where exact multipliers exclude
+    every bound. ``first`` is the lack of a point of `ScaledLMIs` with free levels.
     """
     request, minimized = first.problem.request, first.problem.free
     rest = request

@@ -28,10 +28,9 @@ __all__ = ["ObserverCertificate", "ObserverDesign", "ObserverResponse"]
 
 @dataclass(frozen=True, eq=False)
 class ObserverResponse(Response):
-    """Signals of a loop with an observer; columns belong to the times t.
-
-    ``t``, ``z``, ``dz``, ``e``, ``u``, ``x``, ``w``: as in `Response`; z is what the
-    plant's C picks, and e = z; ``estimate``, (N, k): x^, the observer's state.
+    """Signals of a loop with an observer; columns belong to the times. ``t``, ``z``,
+    ``dz``, ``e``, ``u``, ``x``, ``w``: as in `Response`; z is what the plant's C picks,
+    and e = z; ``estimate``, (N, k): x^, the observer's state.
     """
 
     estimate: np.ndarray | None = None

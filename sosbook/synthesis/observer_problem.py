@@ -28,15 +28,10 @@ OPTIMUM_GAP = 1e-8  # relative, to which the optimum is known
 
 
 class ObserverProblem:
-    """Theorem 2.5 in coordinates near those of its solution.
-
-    The dual state is T xi with T = diag(T1, T2), rounded to six digits
-    and read as exact.
-
-    ``plant``: as in `design_observer`, like K, Q_F, R_F and C; ``vertices``: the
-    plant's; ``K``, ``Q_F``, ``R_F``, ``C``: the state feedback, the weights and what is
-    measured; ``noises``, list of (N, p) arrays: B_w of each vertex. Raises ValueError
-    if there is no observer of the mean plant.
+    """Theorem 2.5 for the ``vertices`` of a ``plant`` and ``K``, ``Q_F``, ``R_F``,
+    ``C`` and ``noises``, B_w of each vertex, as in `design_observer`. The dual state is
+    T xi with T = diag(T1, T2), near the solution's coordinates, rounded to six digits
+    and read as exact. Raises ValueError if there is no observer of the mean plant.
     """
 
     def __init__(self, plant, vertices, K, Q_F, R_F, C, noises):
@@ -105,12 +100,9 @@ class ObserverProblem:
         return unknowns if L is None else [*unknowns[:2], unknowns[3]]
 
     def blocks(self, values, number=lambda x: x, L=None, bound=None):
-        """All blocks, by name.
-
-        ``values``: the unknowns by name: matrices, or expressions; ``number``: turns
-        the arrays of the problem into the numbers of ``values``; ``L``, (N, q): Y = L'
-        P1 is put in; ``bound``: of tr J. Returns dict: from a block's name to what must
-        be positive definite.
+        """All blocks by name at ``values`` of the unknowns, matrices or expressions,
+        with arrays by ``number``; with ``L``, (N, q), Y = L' P1 is put in, and
+        ``bound`` is that of tr J.
         """
         T1, T2 = map(number, self.T)
         T = block([[T1, 0], [0, T2]])
@@ -157,9 +149,8 @@ class ObserverProblem:
 
 
 class ObserverCertificate(ProofFile):
-    """An exact proof of Theorem 2.5 at the vertices, or its failure.
-
-    ``text`` is that of the file.
+    """An exact proof of Theorem 2.5 at the vertices, or its failure; ``text`` is a
+    file.
     """
 
     kind = "observer"
@@ -176,9 +167,8 @@ class ObserverCertificate(ProofFile):
 
     @classmethod
     def contents(cls, problem, L, bound, values):
-        """The data of the file for a problem, a rounded L and exact values.
-
-        ``bound`` is what tr J is below.
+        """The data of the file for a ``problem``, a rounded ``L``, the ``bound`` of tr
+        J and ``values``.
         """
         return {
             **problem.data(),
@@ -189,10 +179,7 @@ class ObserverCertificate(ProofFile):
 
 
 class ObserverRefusal(MultiplierRefusal):
-    """Multipliers that exclude every observer by Theorem 2.5; see `MultiplierRefusal`.
-
-    ``text`` is that of the file.
-    """
+    """Multipliers, in a file's ``text``, that exclude every observer by Theorem 2.5."""
 
     kind = "infeasible observer"
 
@@ -203,12 +190,10 @@ class ObserverRefusal(MultiplierRefusal):
 
 
 def refuse_observer(problem):
-    """The `ObserverRefusal` of a ``problem``, an `ObserverProblem`; or None.
-
-    P1, P2 and Y may be scaled down, and J up: what decides is whether
-    he(A'P + C'Y) < 0 at all. Y may be anything, so it decides only where
-    C e = 0. Multipliers of that, W Z W', are multipliers of all blocks.
-
+    """The `ObserverRefusal` of a ``problem``, an `ObserverProblem`; or None. P1, P2 and
+    Y may be scaled down, and J up: what decides is whether he(A'P + C'Y) < 0 at all. Y
+    may be anything, so it decides only where C e = 0; multipliers of that, W Z W', are
+    multipliers of all blocks.
     """
     lmi, N = problem.open(), len(problem.T[0])
     whole = lmi.in_unknowns(rationals)

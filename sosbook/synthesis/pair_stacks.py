@@ -18,9 +18,8 @@ FEWEST = 4  # pairs that are read at once
 
 
 def stacked(vertices):
-    """The matrices of all vertices, by name.
-
-    Arrays (vertices, rows, columns), or (1, rows, columns) where all are equal.
+    """The matrices of all ``vertices``, by name: arrays (vertices, rows, columns), or
+    (1, rows, columns) where all are equal.
     """
     stack = {}
     for name in MATRICES:
@@ -34,10 +33,9 @@ def stacked(vertices):
 
 
 def together(loop, stack, i, j):
-    """The `Coupled` of `Matrices` of many pairs of vertices.
-
-    ``loop``: in floats; ``stack``: its vertices, `stacked`; ``i``, ``j``, (pairs,):
-    indices of the vertices. They are equal in all the pairs, or in none.
+    """The `Coupled` of `Matrices` of many pairs of vertices, with the indices ``i`` and
+    ``j``, equal in all pairs or in none; ``stack`` are the vertices of a ``loop`` in
+    floats, `stacked`.
     """
     first = _at(stack, i)
     second = first if np.array_equal(i, j) else _at(stack, j)
@@ -56,12 +54,9 @@ def _at(stack, indices):
 
 
 def read(r, loop, coupled, i, j):
-    """The blocks of a requirement for many pairs, by name.
-
-    ``r``: what is asked; ``loop``, ``coupled``, ``i``, ``j``: as `together` takes and
-    gives them. Returns dict or None: from a block's name to the blocks of all pairs: an
-    array, or a list of `Affine` in unknowns. None where a theorem can't be read so, or
-    reads otherwise for a single pair.
+    """The blocks of ``r`` for many pairs, by name: an array, or a list of `Affine` in
+    unknowns; None where a theorem can't be read so, or reads otherwise for a single
+    pair. ``loop``, ``coupled``, ``i`` and ``j`` are as `together` takes and gives them.
     """
     try:
         blocks = {block: _each(g, len(i)) for block, g in r.pair(loop, coupled)}
@@ -77,10 +72,8 @@ def read(r, loop, coupled, i, j):
 
 
 def alone(r, loop, i, j):
-    """The blocks of a requirement for one pair, by name.
-
-    ``r``: what is asked; ``loop``: its loop, with all vertices; ``i``, ``j``: indices
-    of the pair's vertices.
+    """The blocks of ``r`` for one pair of a ``loop``'s vertices, ``i`` and ``j``, by
+    name.
     """
     pair = Coupled(loop.vertices[i], loop.vertices[j], loop.P, loop.Y)
     return dict(r.pair(loop, pair))
@@ -107,11 +100,9 @@ def _agree(one, other):
 
 
 def blocks_of_pairs(requirements, loops, pairs):
-    """The blocks of many pairs in unknowns, as far as they can be read at once.
-
-    ``requirements``: what is asked; ``loops``: the loop that each requirement sees, by
-    its key, in floats; ``pairs``: the pairs of vertices. Returns dict: from
-    (requirement's key, pair) to a dict of blocks by name.
+    """The blocks of ``requirements`` at many ``pairs`` in unknowns, as far as they can
+    be read at once: from (key, pair) to a dict by name. ``loops`` has, by key, the loop
+    that each requirement sees, in floats.
     """
     found, stacks = {}, {loop: stacked(loop.vertices) for loop in set(loops.values())}
     for single in (True, False):
@@ -134,16 +125,11 @@ BLOCK_ROWS = 4  # of a usual block, as a multiple of the states
 
 
 def pair_margins(request, P, Y, frame=None, levels=(), own=(), below=np.inf):
-    """The margins of the blocks of all pairs of vertices.
-
-    ``request``: without a slack matrix; ``P``, ``Y``, ``frame``, ``levels``, ``own``:
-    as for `Request.blocks`, in floats; ``below``: larger margins are reported as
-    infinite, which is faster. Returns dict: from (requirement's key, block) to an array
-    of one margin for each of the request's pairs: see
-    `sosbook.language.matrices.margins`.
-
-    The theorems are read with `Matrices`. A requirement that can't be read
-    so, or reads otherwise for a single pair, is read pair by pair.
+    """The margins of the blocks of all pairs of a ``request`` without a slack matrix,
+    from (key, block) to an array, see `sosbook.language.matrices.margins`; above
+    ``below`` they may be infinite, which is faster. ``P``, ``Y``, ``frame``, ``levels``
+    and ``own`` are as for `Request.blocks`, in floats. A requirement that can't be read
+    with `Matrices`, or reads otherwise for a single pair, is read pair by pair.
     """
     _, loops, _ = request.loops(P, Y, floats, frame, None, levels, own)
     stacks = {loop: stacked(loop.vertices) for loop in set(loops.values())}
@@ -175,11 +161,9 @@ def _margins(r, loop, coupled, i, j, below):
 
 
 def named_margins(request, P, Y, own=()):
-    """The margins of all blocks of a request, in the plant's own coordinates.
-
-    ``request``: without a slack matrix; ``P``, ``Y``, ``own``: as for `Request.blocks`,
-    in floats. Returns dict: from `BlockName` to the margin, in the order of
-    `Request.blocks`.
+    """The margins of all blocks of a ``request`` without a slack matrix, in the plant's
+    own coordinates, from `BlockName` in the order of `Request.blocks`; ``P``, ``Y`` and
+    ``own`` are as there, in floats.
     """
     first = request.pairs[0]
     found = pair_margins(request, P, Y, own=own)

@@ -22,26 +22,18 @@ def pays(r):
 
 
 def paid(request, blocks, P, Y, own=()):
-    r"""The blocks of a request, less what the vertices' distance from corners costs.
+    r"""The ``blocks`` of a ``request`` in the plant's units, by `BlockName` in floats,
+    less what the vertices' distance from a `NearBox` costs: what all plants of the
+    polytope keep where these are definite. ``P``, ``Y`` and ``own`` are as for
+    `Request.blocks`.
 
-    ``request``: what is asked of the plant; ``blocks``: by `BlockName`, in floats,
-    in the plant's own coordinates; ``P``, ``Y``, ``own``: as for
-    `Request.blocks`, in floats. Returns dict: if these are positive definite, all
-    plants of the polytope are what the requirements say. Without a `NearBox` they are
-    the blocks.
-
-    Each block is T G T' with G affine in the quotient X = E^-1 [A B_u B_w] and a
-    regular T that depends on E alone. Every plant has X = sum b_i (X_i + D) with the
-    corners' X_i, weights b_i and abs(D) <= the `reach`: so G > 0 there if, at each
-    corner, the block of E_i and E_i (X_i + D) is positive for all such D. Its entries
-    move by H_kl at most, which the theorem itself says when it is read with `Reaches`,
-    and for any d > 0
-
-    .. math:: \sum_{kl} H_{kl} |x_k| |x_l| \le
-        \sum_{kl} H_{kl} (d_k / d_l) \, x_k^2 .
-
-    So a diagonal is subtracted. d is the root of the block's diagonal: then the share
-    that is paid doesn't depend on units.
+    Each block is T G T' with G affine in X = E^-1 [A B_u B_w] and a regular T that
+    depends on E alone. Every plant has X = sum b_i (X_i + D) with the corners' X_i,
+    weights b_i and abs(D) <= the `reach`: so G > 0 there if at each corner the block of
+    E_i and E_i (X_i + D) is positive for all such D. Its entries move by H_kl at most,
+    which the theorem itself says when it is read with `Reaches`, and for any d > 0 sum
+    H_kl |x_k| |x_l| <= sum H_kl (d_k / d_l) x_k^2, so a diagonal is subtracted. With d
+    the root of the block's diagonal the share that is paid doesn't depend on units.
     """
     if request.near is None:
         return blocks

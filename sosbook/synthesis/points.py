@@ -1,8 +1,7 @@
-"""Points of a large plant's LMIs by equations, before anything is searched.
-
-For one plant of many states: K = 0 where that will do, else the least effort that
-moves what must be moved, else a Riccati equation. Each candidate is judged by the
-blocks, in coordinates in which every mode has the size one.
+"""Points of a large plant's LMIs by equations, before anything is searched: K = 0 where
+that will do, else the least effort that moves what must be moved, else a Riccati
+equation. Each is judged by the blocks, in coordinates in which every mode has the size
+one.
 """
 
 from dataclasses import replace
@@ -35,10 +34,9 @@ NOT_CENTRAL = "K is no analytic centre but found by an equation: {how}."
 
 
 def point(request):
-    """The Solution by an equation; None where no candidate is one.
-
-    ``request``: of any plant. Of several vertices that of the mean is tried at all
-    pairs; of many, or with a slack matrix, nothing is.
+    """The Solution of a ``request`` by an equation; None where no candidate is one. Of
+    several vertices the mean's is tried at all pairs; of many, or with a slack matrix,
+    nothing is.
     """
     if len(request.pairs) > MOST_PAIRS or request.coupling == "slack":
         return None
@@ -73,11 +71,8 @@ def odd_mass(request):
 
 
 def at(lmis, values):
-    """The Solution at a point, judged by the blocks in the frame; None outside.
-
-    In the plant's units the size of fast modes hides what slow ones keep.
-
-    ``lmis``: the blocks; ``values``: the unknowns by name.
+    """The Solution at ``values`` by name, judged by the blocks ``lmis`` in their frame,
+    for in the plant's units fast modes hide what slow ones keep; None outside.
     """
     margins = {name: margin(g) for name, g in lmis.blocks(values).items()}
     if not min(margins.values()) > CLEAR_MARGIN:

@@ -1,7 +1,4 @@
-"""From the keywords of the design functions to a request, and to who solves it.
-
-A request that a plant meets without any input has nothing left to minimise.
-"""
+"""From the keywords of the design functions to a request, and to who solves it."""
 
 from dataclasses import replace
 
@@ -30,12 +27,10 @@ def design_asked(
     U=None, K_A=None, gain=None, start=None, prefer=None, law=None, maximize=None,
     starts=16, seed=0, **asked,
 ):  # fmt: skip
-    """The Design of what the keywords of `design_pid` and its like ask.
-
-    ``plant``, ``coupling``, ``mu``, ``slack``, ``minimize``, ``backoff``,
-    ``time_limit``, ``U``, ``K_A``: as in `design_pid`; ``gain``, (m, N): one that is
-    known; without it one is sought; ``start``, ``prefer``, ``law``, ``maximize``,
-    ``starts``, ``seed``: as in `design_pid`; ``**asked``: its requirements by keyword.
+    """The Design of what the keywords of `design_pid` and its like ask: ``plant``,
+    ``coupling``, ``mu``, ``slack``, ``minimize``, ``backoff``, ``time_limit``, ``U``,
+    ``K_A``, ``start``, ``prefer``, ``law``, ``maximize``, ``starts``, ``seed`` and, by
+    keyword, the requirements ``asked``. ``gain``, (m, N), is one that is known.
     """
     U, law = _law_of(U, law)
     if law is not None:
@@ -146,9 +141,8 @@ def _one_objective(objective, maximize, asked):
 
 
 def _have_multipliers(request):
-    """Whether a known gain is asked of several vertices, in a way that has such LMIs.
-
-    A number for mu is about a common P.
+    """Whether a known gain is asked of several vertices in a way that has such LMIs: a
+    number for mu is about a common P.
     """
     takes = all(r.takes_multipliers for r in request.demands)
     return len(request.distinct) > 1 and takes and not request.ties
@@ -179,15 +173,10 @@ NEAR_ZERO = 1e-6  # of the unit in which a bound is sought
 
 
 def without_input(request, objective):
-    """The Solution with K = 0 whose minimised bounds are zero; else None.
-
-    Where a gain is given it is looked at instead of K = 0.
-
-    ``request``: what is asked of the plant; numbers stand in for the bounds;
-    ``objective``: the names of the parameters that are minimised, with weights.
-
-    A bound is positive, so what the request says is a millionth of the unit in
-    which the bound would be sought. Any other positive number will do as well.
+    """The Solution of a ``request`` with K = 0, or its given gain, whose minimised
+    bounds (the names in ``objective``) are zero; else None. A bound is positive, so
+    what the request says then is a millionth of the unit in which it would be sought:
+    any other number will do as well.
     """
     K = request.gain
     if K is None:

@@ -14,11 +14,8 @@ __all__ = ["family"]
 
 
 class Ranges(Box):
-    """The loops of a family with parameters; a cell is a box of them.
-
+    """The loops of a ``request`` for an `Uncertain`; a cell is a box of its parameters.
     A point of the search has shares of the ranges, one in rationals values.
-
-    ``request``: its plant is the polytope of an `Uncertain`.
     """
 
     def __init__(self, request):
@@ -107,9 +104,8 @@ class Ranges(Box):
 
 
 def family(request):
-    """The loops of a request with a given gain.
-
-    `Ranges` of its parameters, or a `Box` where its vertices are one.
+    """The loops of a ``request`` with a given gain: `Ranges`, a `Box` of vertices or
+    `Mixtures`.
     """
     if request.plant.family is not None:
         return Ranges(request)

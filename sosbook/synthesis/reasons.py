@@ -24,10 +24,7 @@ def _rounded_down(x):
 
 
 def why_refused(first):
-    """Words for what phase one has seen where no proof was found.
-
-    ``first``: of `ScaledLMIs`, without a point. Returns the reason, in a sentence.
-    """
+    """What phase one has seen, ``first``, without a point nor a proof: a sentence."""
     request = first.problem.request
     unknowns = "P" if request.gain is not None else "P, Y"
     if request.coupling == "slack":

@@ -15,9 +15,8 @@ from ..plants.checks import matrix, positive
 
 
 class RegularityCertificate(GainProof):
-    """An exact proof of (2.12) at all vertices, or its failure.
-
-    ``text`` is that of the file.
+    """An exact proof of (2.12) at all vertices, or its failure; ``text`` is that of the
+    file.
     """
 
     kind = "regularization"
@@ -34,11 +33,9 @@ class RegularityCertificate(GainProof):
 
 
 class MassRefusal(MultiplierRefusal):
-    """Multipliers that exclude every K_A; ``text`` is that of the file.
-
-    Z_k, (n, n) and positive semidefinite, with sum Z_k B_k = 0 and
-    value = sum <M_k - beta^2 I, Z_k> <= 0; a gain would make
-    sum <M_k - B_k K_A - beta^2 I, Z_k> positive.
+    """Multipliers that exclude every K_A; ``text`` is that of the file. Z_k, (n, n) and
+    positive semidefinite, with sum Z_k B_k = 0 and value = sum <M_k - beta^2 I, Z_k> <=
+    0; a gain would make sum <M_k - B_k K_A - beta^2 I, Z_k> positive.
     """
 
     kind = "infeasible regularization"
@@ -90,9 +87,8 @@ def prove_regular(plant, K_A, beta, digits=None):
 
 
 def mass_refusal(plant, beta, multipliers):
-    """The file of rational multipliers that exclude every K_A of a plant.
-
-    ``beta`` is the bound of Lemma 2.1.
+    """The file of rational ``multipliers`` that exclude every K_A of a ``plant`` and
+    ``beta``.
     """
     data = MassRefusal.contents(plant, beta)
     return MassRefusal.of(MassRefusal.written_from(data, multipliers, str))
@@ -103,9 +99,8 @@ STILL = 1e-3  # of |Z| |b|: an input b below is one that the multiplier annihila
 
 
 def refuse_regular(plant, beta, multipliers):
-    """Exact multipliers of all vertices of a plant together, where they exist.
-
-    ``beta`` is the bound of Lemma 2.1.
+    """Exact ``multipliers`` of all vertices of a ``plant`` and ``beta`` together, where
+    they exist.
     """
     pairs, n = mass_pairs(plant), plant.n
     Z = {name: z[:n, :n] for name, z in zip(pairs, multipliers)}
@@ -136,10 +131,8 @@ def refuse_regular(plant, beta, multipliers):
 
 
 def unreached(plant):
-    """A direction of a plant with no input and, nearly, the least v'Mv / v'v.
-
-    Returns name, v, mass: of the worst vertex, in rationals; None where inputs reach
-    all.
+    """Name, v, mass: a direction without an input at the worst vertex of a ``plant``
+    and, nearly, the least v'Mv / v'v, in rationals; None where inputs reach all.
     """
     worst = None, None, None
     for name, (M, B) in mass_pairs(plant).items():

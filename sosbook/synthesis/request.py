@@ -29,14 +29,11 @@ from .regularization import Regularization
 
 @dataclass(frozen=True, eq=False, init=False)
 class Request(Shorthand, Derived, ReadOnly):
-    """A plant and what is asked of its loop; makes the LMI blocks.
-
-    ``plant``, ``U``: as in `design_pid`; ``*asked``: what `design_pid` asks by the
-    arguments that follow: shorthand for requirements, see `collected`; ``K_A``,
-    ``coupling``, ``slack``: as in `design_pid`, where "auto" is the first that it
-    tries; ``gain``, (m, N): the K of `analyse_pid`; ``law``: what u depends on; K
-    multiplies its signals then. With a law there is a gain, which is zero without one;
-    ``**more``: what is asked, by name; ``requirements`` is a sequence of objects.
+    """A plant and what is asked of its loop; makes the LMI blocks. ``plant``, ``U``,
+    ``K_A``, ``coupling``, ``slack`` and ``law`` are as in `design_pid`, where "auto" is
+    the first that it tries; ``asked`` and ``more`` are shorthand for requirements, see
+    `collected`. ``gain``, (m, N), is the K of `analyse_pid`; with a law it is what
+    multiplies its signals, zero where none is given.
     """
 
     plant: Any
@@ -192,22 +189,18 @@ class Request(Shorthand, Derived, ReadOnly):
     def blocks(
         self, P, Y, number=floats, frame=None, V=None, levels=(), own=(), pairs=None
     ):
-        """All blocks that must be positive definite, by name.
+        """All blocks that must be positive definite, from `BlockName` to matrix, at
+        ``P``, ``Y``, ``V`` in the coordinates of a ``frame`` (the plant's own without
+        it) and in the arithmetic that ``number`` brings floats into. With
+        ``coupling="slack"`` P is a sequence, one for each vertex; ``levels`` (see
+        `Parameter`), by the parameter's name, take the place of the requirements';
+        ``own`` holds the requirements' own unknowns and sizes (see
+        `Requirement.size_name`) by name, a size that is missing is one; ``pairs`` are
+        those of the vertices whose blocks are written, all without it.
 
-        ``P``, ``Y``: in any arithmetic that the theorems can be read in. With
-        ``coupling="slack"`` P is a sequence, one for each vertex; ``number``: brings
-        floats into that arithmetic; ``frame``: coordinates of P, V and Y; the plant's
-        own without it; ``V``: the slack matrix; ``levels``: levels (see `Parameter`) by
-        the parameter's name that take the place of the requirements', scalars or 1 x 1
-        matrix-like; ``own``: the requirements' own unknowns by name, and the sizes (see
-        `Requirement.size_name`); a size that is missing is one; ``pairs``: some of the
-        request's pairs of vertices; the blocks of others are left out. Returns dict:
-        from `BlockName` to matrix.
-
-        A requirement demands G(P / s, Y / s) > 0, with G affine. Where s
-        is an unknown it demands s G(P / s, Y / s) > 0, which is jointly
-        affine in s, P, Y and s times its own unknowns: the constant of G
-        is multiplied by s, nothing else changes.
+        A requirement demands G(P / s, Y / s) > 0, with G affine. Where s is an unknown
+        it demands s G(P / s, Y / s) > 0, which is jointly affine in s, P, Y and s times
+        its own unknowns: the constant of G is multiplied by s, nothing else changes.
         """
         whole, loops, sizes = self.loops(P, Y, number, frame, V, levels, own)
         table = BlockTable(len(self.vertices) > 1)
@@ -251,12 +244,9 @@ class Request(Shorthand, Derived, ReadOnly):
         return table.named()
 
     def loops(self, P, Y, number, frame, V, levels, own):
-        """The loop in these coordinates, by requirement, and the unknown sizes.
-
-        ``P``, ``Y``, ``number``, ``frame``, ``V``, ``levels``, ``own``: as in `blocks`.
-        Returns whole: the loop for the blocks that belong to no requirement; loops: the
-        loop that each requirement sees, by its key; sizes: the sizes that ``own``
-        holds, by the requirement's key.
+        """The loop for blocks of no requirement, the loop that each requirement sees
+        and the unknown sizes in ``own``, both by the requirement's key. ``P``, ``Y``,
+        ``number``, ``frame``, ``V``, ``levels`` and ``own`` are as in `blocks`.
         """
         own = dict(own)
         sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}
@@ -277,18 +267,16 @@ class Request(Shorthand, Derived, ReadOnly):
         return r.slack(loop, c, i) if self.coupling == "slack" else r.pair(loop, c)
 
     def vertices_in(self, number, which=None):
-        """The vertices in the arithmetic of ``number``, without a rounding error.
-
-        ``which`` holds indices; without it these are all vertices.
+        """Those of the indices ``which``, or all, in the arithmetic of ``number``,
+        without a rounding error.
         """
         which = range(len(self.vertices)) if which is None else which
         return [self.vertices[k].map(number) for k in which]
 
     def vertices_at(self, frame, number=floats):
-        """The vertices in the coordinates of a `Frame`, or in the plant's own.
-
-        In floats they are made once for each frame; in another arithmetic, of
-        ``number``, those that are asked for.
+        """The vertices in the coordinates of a ``frame``, or in the plant's own: in
+        floats made once for each frame, in another arithmetic of ``number`` those that
+        are asked for.
         """
         if number is not floats:
             return self._vertices_at(frame, number)
@@ -356,10 +344,7 @@ def _measured(loop, r, size):
 
 
 def _times(g, size):
-    """The perspective s G(X / s) of an affine expression G(X) in unknowns.
-
-    Where the size is a number nothing is changed.
-    """
+    """s G(X / s) of an affine G(X) in unknowns; G itself where the size is a number."""
     if isinstance(size, Affine):
         return Affine(0 * g.constant, g.terms) + size * g.constant
     return g

@@ -25,9 +25,8 @@ def request_data(request):
 
 @as_written()
 def read_request(data, gain=None, law=None):
-    """The `Request` of the ``data`` that `request_data` writes.
-
-    ``gain`` is the K that is analysed, if there is one, and ``law`` its `Law`.
+    """The `Request` of the ``data`` that `request_data` writes, with a ``gain`` and its
+    ``law``.
     """
     plant = read_plant(data["plant"])
     if "box" in data:

@@ -1,9 +1,9 @@
 """The optima of one plant, from its Riccati equations.
 
-For one plant the optimum of Theorem 2.4 is known: P is the inverse of the
-equation's solution X, and tr J the trace of noise' X noise. So is that of
-Theorem 2.5, from the dual equation. What is left to the solver is a certificate
-of that gain, inside a bound that is a little larger.
+For one plant the optimum of Theorem 2.4 is known: P is the inverse of the equation's
+solution X, and tr J the trace of noise' X noise; so is that of Theorem 2.5, from the
+dual equation. What is left to the solver is a certificate of that gain, inside a bound
+that is a little larger.
 """
 
 from dataclasses import replace
@@ -21,13 +21,10 @@ UNLIKE_ONE = 1e-3  # an eigenvalue of X, in coordinates in which they are near o
 
 
 def riccati_point(request, bound_of, noise_input):
-    """The gain of least cost with a bound of it, and a point inside; or None.
-
-    ``request``: of a `QuadraticCost`; ``bound_of``: from the least cost to the bound
-    that is asked, which is larger; ``noise_input``: from a vertex and the requirement
-    to where its noise enters x'. Returns Solution or None: of the request with this
-    bound and this gain; None where more is asked than the cost of one plant, or where
-    the equation has no solution that is positive definite by far.
+    """The Solution with the gain of least cost, the bound that ``bound_of`` makes of
+    that cost, and a point inside; None where the ``request`` asks more than the cost of
+    one plant, or the equation's solution isn't positive definite by far.
+    ``noise_input`` tells, of a vertex and the cost, where the noise enters x'.
     """
     several = len(request.requirements) > 1 or len(request.distinct) > 1
     if several or request.coupling == "slack":
@@ -53,11 +50,9 @@ def riccati_point(request, bound_of, noise_input):
 
 
 def riccati_observer(problem, bound_of):
-    """The observer of least cost with a bound of it, and a point inside; or None.
-
-    ``problem``: theorem 2.5 in its coordinates; ``bound_of``: as in `riccati_point`.
-    Returns L, bound, values or None: of one plant: the gain, the bound, and the
-    unknowns by name.
+    """L, bound and unknowns by name of the observer of least cost, for an
+    `ObserverProblem` ``problem`` of one plant and ``bound_of`` as in `riccati_point`;
+    or None.
     """
     if len(set(twins(problem.vertices))) > 1:
         return None
@@ -117,11 +112,9 @@ def _inside(X, loop, noise, room):
 
 
 def _beside(loop, taken):
-    """P2 with loop X + X loop' + taken < 0 for its inverse X, well inside.
-
-    What is taken may be of low rank. The barrier is least where X falls short by
-    the inverse of G, the derivative of three times log det X; from a guess a few
-    steps lead near it.
+    """P2 with loop X + X loop' + taken < 0 for its inverse X, well inside; what is
+    taken may be of low rank. The barrier is least where X falls short by the inverse of
+    G, the derivative of three times log det X: from a guess a few steps lead near it.
     """
     n = len(taken)
     short = taken / 2 + FIRST_SHORT * np.trace(taken) / n * np.eye(n)

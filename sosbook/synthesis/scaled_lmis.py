@@ -1,8 +1,5 @@
-"""The LMIs of a request in well conditioned coordinates, as an `LMIProblem`.
-
-A `Request` says what is asked and writes the blocks; `ScaledLMIs` is where
-they are solved, refused and measured, and where a point of theirs becomes a
-`Solution` in the plant's own units.
+"""The LMIs of a request in well conditioned coordinates, as an `LMIProblem`: where they
+are solved, refused and measured, and a point becomes a `Solution` in the plant's units.
 """
 
 from dataclasses import replace
@@ -24,14 +21,10 @@ from .solution import Solution
 
 
 class ScaledLMIs(TrustedProblem):
-    """The blocks of a request in a frame.
-
-    ``request``: what is asked of the plant; ``frame``: the coordinates; ``free``: those
-    of the request whose levels (see `Parameter`) are unknowns, the last ones, in the
-    units of ``units``; ``sizes``: numbers for some of the unknown sizes, by their
-    names; ``pairs``: some of the request's pairs of vertices: the blocks of others are
-    left out; ``units``: the units of the free levels by their parameters' names;
-    estimated without.
+    """The blocks of a ``request`` in a ``frame``. The levels (see `Parameter`) of the
+    ``free`` requirements are unknowns, the last ones, in ``units`` by their parameters'
+    names, estimated without; ``sizes`` has numbers for some of the unknown sizes, by
+    name; ``pairs`` are those of the vertices whose blocks are written, all without it.
     """
 
     def __init__(self, request, frame, free=(), sizes=None, pairs=None, units=None):
@@ -48,26 +41,21 @@ class ScaledLMIs(TrustedProblem):
         super().__init__(None, [*self.matrices, *levels])
 
     def write(self, values, number):
-        """All blocks, for ``values`` of the unknowns by name; see `LMIProblem`.
-
-        ``number`` brings other data into their arithmetic.
-
-        Returns dict: from `BlockName` to matrix.
+        """All blocks from `BlockName` to matrix, at ``values`` and with data by
+        ``number``.
         """
         return self.written_for(self.pairs, values, number)
 
     def written_for(self, pairs, values, number=floats):
-        """The blocks of some pairs of vertices, by name, for values by name.
-
-        ``number`` brings data into their arithmetic.
+        """The blocks of some ``pairs`` of vertices, at ``values`` and with data by
+        ``number``.
         """
         (P, Y, V, own), levels = self.taken_apart(values, number)
         return self.request.blocks(P, Y, number, self.frame, V, levels, own, pairs)
 
     def taken_apart(self, values, number=floats):
-        """(P, Y, V, own) and levels, as `Request.blocks` takes them.
-
-        They are made of ``values`` by name, with data by ``number``.
+        """(P, Y, V, own) and levels of ``values``, as `Request.blocks` takes them, by
+        ``number``.
         """
         values = {**values, **self.sizes}
         levels = {
@@ -86,21 +74,17 @@ class ScaledLMIs(TrustedProblem):
         return work()  # `guarded` limits the time of a whole request
 
     def refuse(self, Z):
-        """The file of exact multipliers, see `refuse_design`.
-
-        ``Z``: float multipliers, one for each block.
+        """The file of exact multipliers from ``Z``, one for each block: see
+        `refuse_design`.
         """
         if self.free:  # a file speaks of numbers
             return super().refuse(Z)
         return refuse_design(self.request, self.frame, Z, self.pairs)
 
     def limit(self):
-        """The LMIs that remain where the free levels exceed all bounds.
-
-        A level is added to some rows of a block's diagonal: what is left of
+        """The LMIs, in the unknown `matrices`, that remain where the free levels exceed
+        all bounds. A level is added to some rows of a block's diagonal: what is left of
         the block without these rows is all that large levels leave of it.
-
-        Returns LMIProblem: its unknowns are the `matrices`.
         """
         kept, levels = {}, self.unknowns[len(self.matrices) :]
         for name, g in self.expressions.items():
@@ -117,8 +101,7 @@ class ScaledLMIs(TrustedProblem):
 
     def guess(self):
         """Unknowns to start from, by name: the frame's gain, else I; None without one.
-
-        In the frame the Riccati equation's P is I. So is a slack matrix near it.
+        In the frame the Riccati equation's P is I, and so is a slack matrix near it.
         """
         frame, one = self.frame, np.eye(self.request.order)
         values = dict.fromkeys(("V", *self.request.lyapunov), one)
@@ -128,10 +111,9 @@ class ScaledLMIs(TrustedProblem):
         return {u.name: values[u.name] for u in self.unknowns}
 
     def free_directions(self):
-        """Directions in which the points may have no end, (k,) arrays.
-
-        A mode v of the plant that lies where it is asked without any input lets P
-        grow by v v* forever, unless something else bounds P.
+        """Directions in which the points may have no end, (k,) arrays: a mode v of the
+        plant that lies where it is asked without any input lets P grow by v v* forever,
+        unless something else bounds P.
         """
         request, frame = self.request, self.frame
         if len(request.vertices) > 1 or request.gain is not None:
@@ -147,10 +129,8 @@ class ScaledLMIs(TrustedProblem):
                 yield self.packed(zero | dict.fromkeys(request.lyapunov, grown))
 
     def bounds(self, values):
-        """The bounds of the free requirements, by parameter.
-
-        At the point with these ``values`` of the unknowns. The unknown is
-        the level times the requirement's size.
+        """The bounds of the free requirements at ``values``, by parameter: the unknown
+        is the level times the requirement's size.
         """
         bounds = {}
         for r in self.free:
@@ -169,12 +149,8 @@ class ScaledLMIs(TrustedProblem):
         return cost / cost.max()
 
     def joined(self, values, sizes):
-        """The unknowns at a point that was found with numbers for some sizes.
-
-        An own unknown of a requirement is multiplied by its size here, and
-        so is its level.
-
-        ``values``: by name, without those sizes; ``sizes``: those numbers.
+        """The unknowns at a point of ``values`` that was found with numbers for some
+        ``sizes``: these multiply the own unknowns of a requirement here, and its level.
         """
         values = values | {name: np.array([[s]]) for name, s in sizes.items()}
         for r in self.request.demands:
@@ -196,10 +172,8 @@ class ScaledLMIs(TrustedProblem):
         return np.linalg.solve(self.frame.T.T, K.T).T * self.frame.scale
 
     def solution(self, values, request=None):
-        """The `Solution` of a point.
-
-        ``values``: the unknowns by name; ``request``: the same one with other bounds,
-        which the point keeps, too.
+        """The `Solution` at ``values`` of the unknowns, for the same ``request`` or one
+        with other bounds, which the point keeps, too.
         """
         request = request or self.request
         natural = self.in_plant_units(values)
@@ -219,11 +193,8 @@ class ScaledLMIs(TrustedProblem):
         return Solution(request, status, K, P, Y, V, margins, self.frame, own=own)
 
     def in_plant_units(self, values):
-        """K, P, Y, V and own, as in `Solution`, in the plant's units.
-
-        They are those of the ``values`` of the unknowns by name. P is that
-        of the last requirement in `Request.sized`; the sizes are relative
-        to it.
+        """K, P, Y, V and own of ``values`` in the plant's units, as in `Solution`. P is
+        that of the last requirement in `Request.sized`; the sizes are relative to it.
         """
         request, frame, K = self.request, self.frame, self.gain(values)
         one = np.ones((1, 1))
@@ -247,10 +218,9 @@ class ScaledLMIs(TrustedProblem):
         return dict(K=K, P=np.array(P) if slack else P[0], Y=Y, V=V, own=own)
 
     def point(self, solution):
-        """The unknowns at a Solution, by name; None if it lacks some.
-
-        The inverse of `in_plant_units`, for a solution of the same shape and
-        unknowns, whose bounds are those of its request.
+        """The unknowns at a ``solution`` of the same shape and unknowns, whose bounds
+        are those of its request, by name; None if it lacks some. The inverse of
+        `in_plant_units`.
         """
         values = in_unknowns_of(self.request, self.frame, solution, self.units)
         for r in self.free if values is not None else ():
@@ -264,11 +234,9 @@ class ScaledLMIs(TrustedProblem):
         return {u.name: values[u.name] for u in self.unknowns}
 
     def led(self, values, request):
-        """A point of free levels as one of a request without.
-
-        ``values``: the unknowns by name; ``request``: the same one, with bounds that
-        the point keeps. Returns ScaledLMIs: in a frame in which the unknown P is that
-        of ``request.leader()``; dict: its unknowns by name: all divided by the leader's
+        """A point of free levels, ``values``, as one of the same ``request`` with
+        bounds that it keeps: the LMIs in a frame in which the unknown P is that of
+        ``request.leader()``, and their unknowns by name, all divided by the leader's
         size.
         """
         frame, leader = self.frame, request.leader()

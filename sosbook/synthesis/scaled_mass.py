@@ -9,12 +9,9 @@ from .regularity import mass_pairs
 
 
 class ScaledMass:
-    """(2.12) of a plant and beta, with masses and inputs of size one.
-
-    The unknown is L.
-
-    K_A = root^2 diag(force) basis L. The default basis leaves out what
-    does nothing at any vertex: combinations of redundant inputs.
+    """(2.12) of a ``plant`` and ``beta``, with masses and inputs of size one, in the
+    unknown L: K_A = root^2 diag(force) basis L. The default basis leaves out what does
+    nothing at any vertex: combinations of redundant inputs.
     """
 
     def __init__(self, plant, beta):
@@ -31,9 +28,8 @@ class ScaledMass:
         self.basis = rows[:rank].T if rank < m else np.eye(m)
 
     def problem(self, basis=None, raised=1.0, size=None, more=()):
-        """(2.12) with beta^2 raised, and what ``size`` demands of L, in a basis.
-
-        There may be ``more`` unknowns.
+        """(2.12) in a ``basis`` with beta^2 ``raised``, what ``size`` demands of L, and
+        ``more`` unknowns.
         """
         basis = self.basis if basis is None else basis
         effect = self.force[:, None] * basis

@@ -15,17 +15,16 @@ from ..runtime.read_only import ReadOnly
 
 @dataclass(frozen=True, eq=False)
 class Frame(ReadOnly):
-    """Coordinates x = T xi, u = scale v in which the LMIs are solved.
+    """Coordinates x = ``T`` xi, u = ``scale`` v in which the LMIs are solved. The
+    blocks only undergo congruences: neither the feasible set nor its centre depends on
+    the frame, only the accuracy does.
 
-    The blocks only undergo congruences: neither the feasible set nor
-    its centre depends on the frame, only the accuracy does. Entries
-    are rounded to six digits, which keeps exact arithmetic short.
-    ``left`` multiplies x' from the left and ``back`` is the inverse of T, to
-    six digits (`inward` has all);
-    `gain` is that of the Riccati equation, v = gain xi. Requirements
-    that fix the size of P may want it larger or smaller by far: those in
-    `sizes`, by their `size_name`, have coordinates x = T c xi. Own unknowns of
-    requirements are measured in the units `own`, by their names.
+    Entries are rounded to six digits, which keeps exact arithmetic short. ``left``
+    multiplies x' from the left and ``back`` is the inverse of T, to six digits
+    (`inward` has all); ``gain`` is that of the Riccati equation, v = gain xi.
+    Requirements that fix the size of P may want it larger or smaller by far: those in
+    ``sizes``, by their `size_name`, have coordinates x = T c xi. Own unknowns of
+    requirements are measured in the units ``own``, by their names.
     """
 
     left: np.ndarray
@@ -44,10 +43,7 @@ class Frame(ReadOnly):
         return Frame(*moved, own=self.own)
 
     def inward(self, P):
-        """T^-1 P T'^-1 without the rounding of ``back``.
-
-        ``P``, (N, N): a matrix of the states x, such as a Lyapunov matrix.
-        """
+        """T^-1 ``P`` T'^-1 without the rounding of ``back``."""
         return np.linalg.solve(self.T, np.linalg.solve(self.T, P).T).T
 
     def owned(self, requirement):
@@ -56,9 +52,8 @@ class Frame(ReadOnly):
 
     @classmethod
     def of(cls, request, levels=()):
-        """The frame of a request, from the Riccati equation of the mean vertex.
-
-        ``request``: what is asked of the plant; ``levels``: as in `Request.leader`.
+        """The frame of a ``request``, from the Riccati equation of the mean vertex;
+        ``levels`` are as in `Request.leader`.
         """
         mean = _typical(request)
         A, B, _ = mean.state_space()
@@ -117,11 +112,10 @@ class Frame(ReadOnly):
 
     @classmethod
     def of_solution(cls, request, solution, unit=False, levels=()):
-        """Coordinates in which the P of a solution is a multiple of I.
-
-        ``request``: of the same shape and requirements as the solution's; ``solution``:
-        with a slack matrix the mean of its P is taken; ``unit``: the unknown P is I
-        itself, and every unknown size one; ``levels``: as in `Frame.of`.
+        """Coordinates for a ``request`` in which the P of a ``solution`` of the same
+        shape (with a slack matrix their mean) is a multiple of I; with ``unit`` the
+        unknown P is I itself, and every unknown size one. ``levels`` are as in
+        `Frame.of`.
         """
         P = solution.P if np.ndim(solution.P) == 2 else solution.P.mean(axis=0)
         T = np.linalg.cholesky(P)
@@ -158,12 +152,9 @@ class Frame(ReadOnly):
 
     @classmethod
     def at(cls, request, T, scale, gain=None, levels=(), sizes=None):
-        """A frame for a request with given coordinates T of x and scale of u.
-
-        ``request``: as in `Frame.of`; ``T``, (N, N): the states are x = T xi;
-        ``scale``: the inputs are u = scale v; ``gain``, (m, N): that of the Riccati
-        equation, if it is known; ``levels``: as in `Frame.of`; ``sizes``: estimated
-        without it.
+        """A frame for a ``request`` with x = ``T`` xi and u = ``scale`` v; ``gain``,
+        (m, N), is that of the Riccati equation, if it is known, and ``levels`` are as
+        in `Frame.of`. ``sizes`` are estimated without it.
         """
         T = round_digits(T, 6)
         left = inverse_by_rows(request.mean.E @ T)
@@ -250,10 +241,9 @@ def _energy(request, omega):
 
 
 def in_unknowns_of(request, frame, solution, levels=()):
-    """Values of a request's unknowns in a frame, from a Solution; None without some.
-
-    The inverse of `ScaledLMIs.in_plant_units`, for a solution of the same shape and
-    unknowns; ``levels`` are as in `Request.leader`.
+    """Values of a ``request``'s unknowns in a ``frame``, from a ``solution`` of the
+    same shape and unknowns; None if it lacks some. The inverse of
+    `ScaledLMIs.in_plant_units`; ``levels`` are as in `Request.leader`.
     """
     leader, known = request.leader(levels), solution.own or {}
     followers = request.followers(leader)

@@ -1,7 +1,4 @@
-"""The scalar of the slack LMIs: its line search, and what is known without one.
-
-The ranges of a family are cut into pieces while that helps.
-"""
+"""The scalar of the slack LMIs: its line search. Families that are cut into pieces."""
 
 from dataclasses import replace
 
@@ -27,14 +24,10 @@ WORTH = 0.95  # of the bound so far that one more cut must reach
 
 
 def in_pieces(request, objective, solve):
-    """The Solution for a family of plants, whose ranges are cut while that helps.
-
-    Powers of parameters have vertices that are no plants of the family, and come nearer
-    where a range is cut: see `Uncertain.cut`.
-
-    ``request``: what is asked of the plant; ``objective``: as in `optimum`; empty where
-    nothing is minimised. Without one the first Solution that is feasible is taken;
-    ``solve``: from such a request to its Solution.
+    """The Solution, by ``solve``, of a ``request`` for a family, whose ranges are cut
+    while that helps: powers of parameters have vertices that are no plants of the
+    family, and come nearer where a range is cut, see `Uncertain.cut`. ``objective`` is
+    as in `optimum`; without one the first feasible Solution is taken.
     """
     best, family = solve(request), request.plant.family
     while family is not None and not (best.status == "feasible" and not objective):
@@ -114,11 +107,9 @@ CLEARLY = 0.002  # a fraction by which another scalar has to be better
 
 
 def with_slack(request, objective=None):
-    """The request with a slack scalar where it needs one; None if none is found.
-
-    ``request``: what is asked of the plant; ``objective``: as in `optimum`. Then a
-    scalar is only tried to the end if some point has bounds clearly below the best ones
-    so far.
+    """The ``request`` with a slack scalar where it needs one; None if none is found.
+    With an ``objective``, as in `optimum`, a scalar is only tried to the end if some
+    point has bounds clearly below the best ones so far.
     """
     if request.coupling != "slack" or request.slack is not None:
         return request
@@ -168,9 +159,8 @@ class _Best:
 
 
 def point_with_slack(request):
-    """A point of a request with the first slack scalar that leaves one.
-
-    Returns LMISolution or None: of `search`, for the request with that scalar.
+    """A point of a ``request`` with the first slack scalar that leaves one, as `search`
+    gives it; or None.
     """
     for trial in _trials(request):
         check_time()
@@ -189,9 +179,8 @@ def _trials(request):
 
 
 def _rates(request):
-    """The rates whose times are tried: what is asked, and the plant's own if far away.
-
-    A structure that is hardly damped swings fast and settles slowly.
+    """The rates whose times are tried: what is asked, and the plant's own if far away,
+    for a structure that is hardly damped swings fast and settles slowly.
     """
     asked = request.typical_rate
     A, _, _ = request.mean.state_space()
@@ -201,10 +190,8 @@ def _rates(request):
 
 
 def _lower(request, bounds):
-    """Whether bounds that are all clearly below these leave a point.
-
-    Of several bounds one may rise while the others fall: those aren't
-    pruned.
+    """Whether bounds clearly below these leave a point. Of several bounds one may rise
+    while the others fall: those aren't pruned.
     """
     if len(bounds) > 1:
         return True
@@ -216,10 +203,9 @@ def _lower(request, bounds):
 
 
 def designed(request, objective, backoff, start, prefer):
-    """The Solution of a request with one of the couplings of a design.
-
-    ``request``: what is asked of the plant; ``objective``: as in `optimum`; empty where
-    nothing is minimised; ``backoff``, ``start``, ``prefer``: as in `design_pid`.
+    """The Solution of a ``request`` with one of the couplings of a design;
+    ``objective`` as in `optimum`, ``backoff``, ``start`` and ``prefer`` as in
+    `design_pid`.
     """
     settled, first = request, None
     if objective:
@@ -238,10 +224,9 @@ def designed(request, objective, backoff, start, prefer):
 
 
 def or_with_slack(first, request, objective, backoff, prefer):
-    """The first Solution, or one with a P for each vertex where it is none.
-
-    ``first``: with one P for all plants, unless what is asked has no such LMIs;
-    ``request``, ``objective``, ``backoff``, ``prefer``: as for `designed`.
+    """The ``first`` Solution, with one P for all plants unless what is asked has no
+    such LMIs, or one with a P for each vertex where it is none; ``request``,
+    ``objective``, ``backoff`` and ``prefer`` are as for `designed`.
     """
     own = all(r.takes_slack for r in request.demands)
     if request.coupling == "slack":
@@ -273,9 +258,8 @@ def or_with_slack(first, request, objective, backoff, prefer):
 
 
 def feasible(request, minimized=()):
-    """Whether phase one finds a solution of this very request.
-
-    The bounds of those requirements that shall be ``minimized`` are free.
+    """Whether phase one finds a solution of this very ``request``, the bounds of those
+    that shall be ``minimized`` free.
     """
     return _point(request, minimized) is not None
 
@@ -299,9 +283,8 @@ def _point(request, minimized=()):
 
 
 def without_slack(request, objective=()):
-    """The Solution of a request for which no slack scalar was found.
-
-    ``objective``: the parameters that were to be minimised: numbers stand in for them.
+    """The Solution of a ``request`` for which no slack scalar was found; numbers stand
+    in for what an ``objective`` was to minimise.
     """
     minimized = tuple(request.owner(name) for name in objective)
     for r in minimized:
@@ -321,12 +304,10 @@ def without_slack(request, objective=()):
 
 
 def refused_at_a_vertex(request):
-    """The Solution of a request that no slack scalar fulfils; None if unknown.
+    """The Solution of a ``request`` that no slack scalar fulfils; None if unknown.
 
-    Notes
-    -----
-    Let the LMIs hold with P_i, V and Y = K V'. At vertex i, P = V' P_i^-1 V
-    and Y = K P meet the LMIs without a slack matrix:
+    Let the LMIs hold with P_i, V and Y = K V'. At vertex i, P = V' P_i^-1 V and Y = K P
+    meet the LMIs without a slack matrix:
 
     - The blocks of the poles, the H-infinity norm and the decay of the cost
       are, after a congruence with V^-1, of the form Q + G N + N' G' with
@@ -337,8 +318,8 @@ def refused_at_a_vertex(request):
       blocks "x0" and "cost", which hold it, hold with P as well.
     - By Schur's complement |K V' P_i^-1 V K'| < u_max^2.
 
-    So a vertex whose own LMIs are refused refuses every scalar. (The other
-    way round it isn't so: K is the same at all vertices.)
+    So a vertex whose own LMIs are refused refuses every scalar. (The other way round it
+    isn't so: K is the same at all vertices.)
     """
     certain = without_lmis(request)
     if certain is not None:

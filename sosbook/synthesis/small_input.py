@@ -44,10 +44,8 @@ LEAST_BOUND = 1e-25  # relative; exact data leave no error at all
 
 
 def refuse_by_input(request, search):
-    """The `SmallInputRefusal` of a request, or None without one.
-
-    ``request``: what is asked of the plant; ``search``: from a Request to an
-    `LMISolution`.
+    """The `SmallInputRefusal` of a ``request``, or None; ``search`` makes an
+    `LMISolution` of a Request.
     """
     bound = input_bound(request)
     if bound is None or request.gain is not None or request.coupling == "slack":
@@ -91,9 +89,8 @@ class _Vertex:
         return least < -OUTSIDE * self.fastest
 
     def bases(self, count):
-        """Rows that begin with so many, those of the part; in the frame.
-
-        Eigenvectors keep an enclosure narrow; vectors of Schur always exist.
+        """Rows that begin with so many, those of the part; in the frame. Eigenvectors
+        keep an enclosure narrow; vectors of Schur always exist.
         """
         modes, vectors = np.linalg.eig(self.A)
         order = np.argsort([not self.bad(s) for s in modes], kind="stable")
@@ -171,12 +168,9 @@ def _rounded_up(x, room):
 
 
 def _multipliers(first, block, turn):
-    """Those of the part, in the basis of its rows.
-
-    ``first``: of the part in its real basis; ``block``: the name of the block of the
-    input bound; ``turn``, (k, k): from one basis to the other. Returns Z: of the poles'
-    blocks, by the requirement's key; U, Q, (k, k): of P in that block, and in "x0" as
-    well; N, (k, m): of Y' in that block.
+    """Those of the part in the basis of its rows, from the real one by ``turn``, (k,
+    k): Z of the poles' blocks, by the requirement's key, U of P in the ``block`` of the
+    input bound, Q in "x0" as well, and N, (k, m), of Y' in that block.
     """
     frame, k = first.problem.frame, len(turn)
     Z, back = {}, np.linalg.inv(turn)

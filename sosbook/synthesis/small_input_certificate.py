@@ -102,10 +102,8 @@ class ModesPart:
         return part
 
     def image(self):
-        """What the maps make of the bounds: those of X, times the gaps, and of L.
-
-        Returns spread, gaps, blur: every image of X lies within ``spread / gaps``, of L
-        - L0 in ``blur``.
+        """What the maps make of the bounds: every image of X lies within ``spread /
+        gaps``, of L - L0 in ``blur``.
         """
         k, K, J = self.k, self.K, self.J
         N, spread, blur = k + self.spread.shape[1], self.spread, self.blur
@@ -134,14 +132,10 @@ class ModesPart:
         return new_spread, gaps, new_blur
 
     def sums(self, demands, multipliers):
-        """What multipliers z of the poles' blocks leave of p and of y.
-
-        For all p and y = Y V' the sum of <G, z> is -tr(Q p) - 2 Re tr(N y).
-
-        ``demands``, list of (alpha, beta): the regions; ``multipliers``: in
-        `real_form`, (2qk, 2qk) for a region of size q. Returns Q, N: in `real_form`,
-        (2k, 2k) and (2k, 2m), at L0 and b0; Q_blur, N_blur: bounds of their errors, (k,
-        k) and (k, m).
+        """What ``multipliers`` z of the poles' blocks, in `real_form`, leave of p and
+        of y: for all p and y = Y V' the sum of <G, z> is -tr(Q p) - 2 Re tr(N y).
+        ``demands`` are the regions' (alpha, beta). Returns Q, (2k, 2k), and N, (2k,
+        2m), in `real_form` at L0 and b0, and bounds of their errors.
         """
         k, S, F = self.k, 0 * self.L, 0 * self.L
         for (alpha, beta), z in zip(demands, multipliers):
@@ -156,11 +150,9 @@ class ModesPart:
 
 
 class SmallInputRefusal(Refusal):
-    """An input bound that is too small for the modes outside of the region.
-
-    ``text`` is that of the file: the plant and what is asked of it, a
-    `ModesPart`, and multipliers of its LMIs. The numbers are decimals; complex
-    matrices are pairs of real and imaginary part.
+    """An input bound that is too small for the modes outside of the region. ``text`` is
+    that of the file: the plant and what is asked of it, a `ModesPart`, and multipliers
+    of its LMIs, in decimals; complex matrices are pairs of real and imaginary part.
     """
 
     kind = "small input"
@@ -181,13 +173,10 @@ class SmallInputRefusal(Refusal):
 
     @classmethod
     def contents(cls, request, vertex, bases, spread, blur, multipliers, share, price):
-        """The data of the file.
-
-        ``request``: what is asked of the plant; ``vertex``: which one has the modes;
-        ``bases``: T and R of `ModesPart`, each a pair of real and imaginary part;
-        ``spread``, ``blur``: as in `ModesPart`; ``multipliers``, (key, pair): of the
-        poles' blocks, by the requirement's key; ``share``, ``price``: U and the price
-        of `ModesPart`.
+        """The data of the file for the ``vertex`` of a ``request`` that has the modes:
+        ``bases``, T and R of `ModesPart` as pairs of real and imaginary part, its
+        ``spread`` and ``blur``, ``multipliers`` of the poles' blocks by key, ``share``,
+        which is U, and ``price``.
         """
 
         def pair(parts):

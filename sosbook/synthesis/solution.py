@@ -13,18 +13,9 @@ from .scaling import Frame
 
 @dataclass(frozen=True, eq=False)
 class Solution(ReadOnly):
-    """What `Design` knows of its LMIs.
-
-    Its fields are explained there, too.
-
-    ``request``, ``status``, ``K``, ``P``, ``Y``, ``V``, ``margins``, ``frame``,
-    ``multipliers``, ``own``: as in `Design`; ``minimized``: those whose least bounds
-    were sought in vain, with numbers in the place of the bounds; the request is without
-    them; ``reason``: why there is no design, in a sentence: what is proven, or what was
-    excluded and what was merely not found; or why the design isn't all that was asked,
-    or its gain no centre. Otherwise empty; ``infeasibility``: the exact proof of
-    "infeasible"; ``central``: as in `Design`; ``parts``: what is known of each demand,
-    with ``coupling="multipliers"``; ``searched``: how the gain of a law was searched.
+    """``request``, ``status``, ``K``, ``P``, ``Y``, ``V``, ``margins``, ``frame``,
+    ``multipliers``, ``own``, ``minimized``, ``reason``, ``infeasibility``, ``central``,
+    ``parts``, ``searched``: as in `Design`, which explains them.
     """
 
     request: Request

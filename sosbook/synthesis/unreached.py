@@ -36,11 +36,9 @@ class UnreachedResponseRefusal(Refusal):
 
     @classmethod
     def contents(cls, request, r, k, s, v, y):
-        """The data of the file.
-
-        ``request``: with the plant; ``r``: it bounds an H-infinity norm; ``k``: which
-        vertex, from 0; ``s``, ``v``, ``y``: two rows of rationals each, the real and
-        the imaginary parts.
+        """The data of the file for the vertex ``k``, from 0, of a ``request`` whose
+        ``r`` bounds an H-infinity norm; ``s``, ``v``, ``y`` are two rows of rationals
+        each, real and imaginary parts.
         """
         K, bound = request.gain, {"bound": decimal(r.bounds_response())}
         return {
@@ -72,10 +70,7 @@ def _matrices(request, r, k):
 
 
 def refuse_by_response(request, vertices=None):
-    """The `UnreachedResponseRefusal` of a request, or None without one.
-
-    ``vertices`` are the indices of those that are looked at.
-    """
+    """The `UnreachedResponseRefusal` of a ``request`` at some ``vertices``, or None."""
     vertices = request.distinct[:MOST_VERTICES] if vertices is None else vertices
     for r in request.requirements:
         bounds = request.law is None and r.bounds_response() is not None
@@ -124,9 +119,8 @@ def _at_vertex(request, r, k):
 
 
 def _loudest(sizes_at, points, enough):
-    """The frequency at which the size is largest, or ``enough``.
-
-    Of the ``points`` those louder than their neighbours are looked at closely.
+    """The frequency at which the size is largest, or ``enough``; of the ``points``
+    those louder than their neighbours are looked at closely.
     """
     points = np.unique(points)
     sizes = sizes_at(points)
@@ -150,11 +144,8 @@ def _loudest(sizes_at, points, enough):
 
 
 def _responses(loop, omegas):
-    """The largest |v B_w + y D_w| / |y| at each s = j omega, and its [v y].
-
-    ``loop``: E, A, B, B_w, C, D_u and D_w in floats; ``omegas``, (k,): the frequencies.
-    Returns sizes, rows, (k,) and (k, N + n): the sizes are zero where there is no such
-    [v y].
+    """The largest |v B_w + y D_w| / |y| at each s = j omega, (k,), and its [v y], (k, N
+    + n); zero without such [v y]. ``loop``: E, A, B, B_w, C, D_u and D_w in floats.
     """
     E, _, _, Bw, *_, Dw = loop
     rows, left, _ = _without_input(loop, omegas)
@@ -174,10 +165,9 @@ def _order(loop, omega):
 
 
 def _without_input(loop, omegas):
-    """Where neither x nor u counts at s = j omega: scales of the rows, and [v y].
-
-    Of the square arrays [v y] the first rows, as many as the third array says, are
-    zero; the others are orthonormal, of the balanced matrix.
+    """Where neither x nor u counts at s = j omega: scales of the rows, and square [v y]
+    whose first rows, as many as the third array says, are zero; the others are
+    orthonormal, of the balanced matrix.
     """
     E, A, B, _, C, Du, _ = loop
     N, s = len(E), 1j * np.asarray(omegas, float)[:, None, None]
@@ -192,10 +182,8 @@ def _without_input(loop, omegas):
 
 
 def _balanced(M):
-    """Scales of the rows of matrices M, and balanced M.
-
-    The first scales are those of `logarithmic_scales`: the same matrix comes out
-    whatever its units.
+    """Scales of the rows of matrices M, and balanced M. The first scales are those of
+    `logarithmic_scales`: the same matrix comes out whatever its units.
     """
     rows, columns = logarithmic_scales(M)
     M = M * columns[:, None, :] * rows[..., None]

@@ -74,10 +74,8 @@ class Found(ReadOnly):
 
 
 def lifted(design, whole):
-    """The gain of a design on a whole plant's state, and the U of its integrators.
-
-    ``design``: of a reduced plant; or of any plant of the whole's size; ``whole``: one
-    plant.
+    """The gain of a ``design`` of a part on a ``whole`` plant's state, and the U of its
+    integrators; a plant of the part's own size has them as they are.
     """
     request, K = design.request, design._gain()
     kind = DescriptorSystem if isinstance(request.plant, DescriptorSystem) else None
@@ -185,7 +183,6 @@ def _forms(request):
 
 def _outside(form, poles, doubts=0.0):
     """How far outside of a region each pole may lie; it is inside if that's negative.
-
     No region has its edge: a pole that floats can't tell from that is outside.
     """
     alpha, beta = form
@@ -196,12 +193,10 @@ def _outside(form, poles, doubts=0.0):
 
 
 def proven_on(design, whole, digits):
-    """An exact proof that the lifted gain keeps what is asked of the whole.
-
-    ``design``: what is asked of a part's poles is asked of the whole's; nothing else
-    is, for it is about the part's coordinates, and a warning says so. Of a design for
-    no part all is asked; ``whole``: one plant; ``digits``: of the lifted gain, which is
-    rounded; several are tried without.
+    """An exact proof that a ``design``'s gain, lifted and rounded to so many ``digits``
+    (several are tried without), keeps of one ``whole`` plant what is asked of the
+    part's poles; the rest is about the part's coordinates, and a warning says so. Of a
+    design for no part all is asked.
     """
     K, U = lifted(design, whole)
     seen = found_on(design, whole)
@@ -270,9 +265,8 @@ def _by_energy(whole, K, U, asked, digits):
 
 
 def _decay(requirements):
-    """The decay in rad/s that half-planes ask for, rounded up; None of other regions.
-
-    What is no half-plane isn't proven by an energy.
+    """The decay in rad/s that half-planes ask for, rounded up; None of other regions,
+    which no energy proves.
     """
     sigma = 0.0
     for r in requirements:
@@ -292,11 +286,10 @@ def _energy(whole, K, sigma, epsilon):
 
 
 class EnergyProof(GainProof):
-    """That the energy of a large plant decays under a gain: see `energy_forms`.
-
-    Its ``text`` is a file with the plant, whose sparse matrices have their entries,
-    the half-planes that are asked, the gain and epsilon, the weight of z' M z' in the
-    energy. It is decided by sparse factors in floats, with their rounding bounded.
+    """That the energy of a large plant decays under a gain: see `energy_forms`. Its
+    ``text`` is a file with the plant, whose sparse matrices have their entries, the
+    half-planes that are asked, the gain and epsilon, the weight of z' M z' in the
+    energy; it is decided by sparse factors in floats, with their rounding bounded.
     """
 
     kind = "energy"

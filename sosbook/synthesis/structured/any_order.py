@@ -30,21 +30,18 @@ BITS = 20  # of a rounded matrix of coordinates
 
 
 class AnyOrder(MultiplierRefusal):
-    """No linear controller with a law's sensors keeps a bound of the H-infinity norm.
-
-    The blocks are those of `sosbook.theorems.unseen`. ``text`` is that of a file with
-    the plant, what the law joins to it, the requirement, the motions and the
-    multipliers.
+    """No linear controller with a law's sensors keeps a bound of the H-infinity norm,
+    by the blocks of `sosbook.theorems.unseen`. ``text`` is a file with the plant, what
+    the law joins to it, the requirement, the motions and the multipliers.
     """
 
     kind = "infeasible any order"
 
     @classmethod
     def contents(cls, request, r, d, given):
-        """The data of the file, without the multipliers.
-
-        ``request``: with a law; ``r``: what it bounds; ``d``: one of its plants, in
-        rationals; ``given``: units and motions, from `_problems`.
+        """The data of the file, without the multipliers: of a ``request`` with a law,
+        what ``r`` bounds, one of its plants ``d`` in rationals, and units and motions,
+        ``given`` by `_problems`.
         """
         one, k = vertex_of(request, d)
         law = parts_data(request.law_parts)
@@ -58,11 +55,9 @@ class AnyOrder(MultiplierRefusal):
 
 
 def excluded(request, d, r, gamma):
-    """The refusal of every controller for a plant and a gamma, or None.
-
-    ``request``: with a law, whose sensors count; ``d``: one of its plants, without a
-    controller, in rationals; ``r``: it bounds an H-infinity norm; ``gamma``: that
-    bound.
+    """The refusal of every controller with the sensors of a ``request``'s law that
+    keeps ``gamma`` of ``r``, for one of its plants, ``d``, in rationals and without a
+    controller; or None.
     """
     some = slice(None) if r.inputs is None else list(r.inputs)
     plant, sensors = seen(r, d), request.law_parts
@@ -84,12 +79,10 @@ def excluded(request, d, r, gamma):
 
 
 def best_excluded(request, r, reached):
-    """The largest gamma found that no linear controller keeps, with its proof.
-
-    ``request``: with a law; ``r``: it bounds an H-infinity norm; ``reached``: what a
-    gain reaches: the answer lies below. Returns tuple: gamma and the `LMIRefusal`, or
-    None and None: multipliers in rationals aren't found everywhere. Where the time is
-    over, the best so far.
+    """The largest gamma found that no linear controller keeps, below what a gain
+    ``reached``, with its `LMIRefusal`: of ``r`` and a ``request`` with a law. None and
+    None where no multipliers in rationals are found; where the time is over, the best
+    so far.
     """
     best = None, None
     try:
@@ -131,14 +124,11 @@ def seen(r, d):
 
 
 def unseen_motions(A, B, C, D):
-    """V, and here, rate, push: motions of x' = A x + B w with C x + D w = 0.
-
-    x = V ``here`` stays in the range of V, the largest subspace for which there is a w,
-    and x' = V ``rate``; ``push`` is w. Everything is in rationals, in coordinates that
-    are near orthonormal.
-
-    Source: H. L. Trentelman, A. A. Stoorvogel and M. Hautus, Control theory for linear
-    systems, 2001, chapter 7: the weakly unobservable subspace.
+    """V, and here, rate, push: motions of x' = ``A`` x + ``B`` w with ``C`` x + ``D`` w
+    = 0, in rationals and coordinates near orthonormal. x = V here stays in the range of
+    V, the largest subspace for which there is a w, x' = V rate, and push is w. Source:
+    H. L. Trentelman, A. A. Stoorvogel and M. Hautus, Control theory for linear systems,
+    2001, chapter 7: the weakly unobservable subspace.
     """
     V = exact(np.eye(len(A)))
     while True:
@@ -171,12 +161,10 @@ def _rounded(T):
 
 
 def _problems(d, C, Dyw, gamma):
-    """Both inequalities with their coupling; each by itself, with P > 0 and without.
-
-    In units in which the plant is near one. Each comes with what a file says of units
-    and motions. What follows from fewer of them has multipliers that are zero in the
-    others: asked by itself, also of obstacles on the imaginary axis, it has them in
-    rationals.
+    """Both inequalities with their coupling; each by itself, with P > 0 and without, in
+    units in which the plant is near one, with what a file says of units and motions.
+    What follows from fewer of them has multipliers that are zero in the others: asked
+    by itself, also of obstacles on the imaginary axis, it has them in rationals.
     """
     back, m = inverse(d.E), d.Bu.shape[1]
     A, Bw, B, Cz = back @ d.A, back @ d.Bw, back @ d.Bu, d.C

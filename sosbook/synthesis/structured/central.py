@@ -17,9 +17,8 @@ ROOM = 1.02  # times the least level: there gains have no bound
 
 
 def near_least(*data):
-    """What `central` returns for a level near the least one; ``data``: its first seven.
-
-    Raises numpy.linalg.LinAlgError where there is no level.
+    """What `central` returns for a level near the least one, of its first seven
+    arguments, ``data``; raises numpy.linalg.LinAlgError where there is no level.
     """
     low, high = LEVELS
     for _ in range(HALVINGS):
@@ -33,10 +32,9 @@ def near_least(*data):
 
 
 def central(A, B, C, W, Z, D, V, more, level=np.inf):
-    """Feedback F, correction L and matrix of xc' = (...) xc - L y, u = F xc.
-
-    Of x' = A x + B u + W w, y = C x + V w and z = Z x + D u, with ``more`` weight of u
-    and noise of y, for a norm from w to z below ``level``. Raises
+    """Feedback F, correction L and matrix of xc' = (...) xc - L y, u = F xc, for x' =
+    ``A`` x + ``B`` u + ``W`` w, y = ``C`` x + ``V`` w and z = ``Z`` x + ``D`` u, with
+    ``more`` weight of u and noise of y, and a norm from w to z below ``level``. Raises
     numpy.linalg.LinAlgError where there is none.
     """
     X, F = _side(slower(A), B, Z, D, W, more, level)
@@ -72,9 +70,8 @@ def slower(A, more=SLOWER):
 
 
 def balanced(A, B, C):
-    """Coordinates in which what ``B`` moves is as large as what ``C`` sees.
-
-    ``A``: of the motion, with a shift where it isn't stable. The largest come first.
+    """Coordinates in which what ``B`` moves is as large as what ``C`` sees, the largest
+    first, of the motion of ``A``, with a shift where it isn't stable.
     """
     N = len(A)
     A = slower(A, max(np.linalg.eigvals(A).real.max(), 0) + 0.1)

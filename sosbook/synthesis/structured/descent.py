@@ -12,14 +12,12 @@ SHORT = 1e-10  # of the largest gradient: the hull of gradients holds zero
 
 
 def descend(f, x, steps, enough=-np.inf):
-    """(x, f(x)) after BFGS with a weak Wolfe line search.
-
-    ``f``: from x to a value, infinite where there is none, and its gradient; ``x``,
-    (k,): where it begins; ``steps``: at most so many; ``enough``: a value that ends it.
-
-    Source: A. S. Lewis and M. L. Overton, Nonsmooth optimization via quasi-Newton
-    methods, Math. Program. 141, 2013: the weak conditions let a step end behind a
-    kink, and the curvature that it finds there turns the next one along it.
+    """(x, f(x)) after at most so many ``steps`` of BFGS from ``x``, (k,), with a weak
+    Wolfe line search; ``f`` gives value, infinite where there is none, and gradient,
+    and a value of ``enough`` ends it. Source: A. S. Lewis and M. L. Overton, Nonsmooth
+    optimization via quasi-Newton methods, Math. Program. 141, 2013: the weak conditions
+    let a step end behind a kink, and the curvature that it finds there turns the next
+    one along it.
     """
     value, slope = f(x)
     if not np.isfinite(value):
@@ -75,13 +73,10 @@ def _line(f, x, value, slope, d):
 
 
 def refine(f, x, value, rng, rounds):
-    """(x, f(x)) after steps along the shortest vector in the hull of gradients nearby.
-
-    ``f``, ``x``, ``value``: as in `descend`; the value is that at x; ``rng``: where
-    "nearby" is; ``rounds``: at most so many steps.
-
-    Source: J. V. Burke, A. S. Lewis and M. L. Overton, A robust gradient sampling
-    algorithm, SIAM J. Optim. 15, 2005.
+    """(x, f(x)) after at most so many ``rounds`` of steps along the shortest vector in
+    the hull of gradients at random points of ``rng`` nearby; ``f`` and ``x`` are as in
+    `descend`, ``value`` that at x. Source: J. V. Burke, A. S. Lewis and M. L. Overton,
+    A robust gradient sampling algorithm, SIAM J. Optim. 15, 2005.
     """
     radius, k = 1e-2 * (1 + np.linalg.norm(x)), len(x)
     for _ in range(rounds):

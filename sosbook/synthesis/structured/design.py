@@ -62,12 +62,9 @@ class Searched(ReadOnly):
 
 
 def by_law(request, objective, backoff, starts, seed):
-    """The Solution of a design.
-
-    ``request``: with a law, and any gain of it; numbers stand in for what is sought;
-    ``objective``: the parameter that shall be as good as can be, or none; ``backoff``:
-    as in `design_pid`; ``starts``, ``seed``: how many descents there are, and the seed
-    of their random numbers.
+    """The Solution of a design for a ``request`` with a law, and any gain of it;
+    numbers stand in for an ``objective``, the parameter that shall be as good as can
+    be, if any. ``backoff``, ``starts`` and ``seed`` are as in `design_pid`.
     """
     for r in request.requirements:
         if not (r.takes_multipliers and (r.parameter or r.pole_matrices())):
@@ -181,10 +178,8 @@ def _mean(request, weights):
 
 
 def record(task, loops, count, seed, between):
-    """The `Searched` of a search.
-
-    ``task`` and ``loops``: what was searched; ``count``: the starts; ``seed``: of the
-    random ones; ``between``: how many plants between the vertices joined.
+    """The `Searched` of a search of a ``task`` over ``loops``, with ``count`` starts,
+    the ``seed`` of the random ones, and so many plants ``between`` the vertices.
     """
     limits, start = {}, 0
     for b in loops.form.blocks:

@@ -20,22 +20,19 @@ SECONDS = 20.0  # for the refusal of each plant by all of its state
 
 
 class SumOfPoles(Refusal):
-    """The poles' mean lies too far right, and no gain of the law moves it.
-
-    The sum of the poles is the trace of E^-1 (A + B K C_y), and every K_k of the law
-    has a product of trace zero there. ``text`` is that of a file with the plant, what
-    the law joins to it, the K_k and the half-plane.
+    """The poles' mean lies too far right, and no gain of the law moves it: the sum of
+    the poles is the trace of E^-1 (A + B K C_y), and every K_k of the law has a product
+    of trace zero there. ``text`` is that of a file with the plant, what the law joins
+    to it, the K_k and the half-plane.
     """
 
     kind = "sum of poles"
 
     @classmethod
     def contents(cls, request, r, k, directions):
-        """The data of the file.
-
-        ``request``: with the plant, and the law that joins something to it; ``r``: the
-        half-plane; ``k``: the plant's vertex that has the poles, from 0;
-        ``directions``: of the law's gains.
+        """The data of the file, of a ``request`` whose law is left to it: ``r`` is the
+        half-plane, ``k`` the vertex with the poles, from 0, and ``directions`` those of
+        the law's gains.
         """
         return {
             **loop_data(request),
@@ -47,10 +44,8 @@ class SumOfPoles(Refusal):
 
 
 def mean_pole(d, parts, directions):
-    """The mean of the poles of a plant d with a law; None if a gain moves it.
-
-    ``d``: without the law, in rationals; ``parts``: what the law joins; ``directions``:
-    of its gains.
+    """The mean of the poles of a plant ``d`` in rationals with the ``parts`` that a law
+    joins; None if a gain, of the ``directions``, moves it.
     """
     whole = parts.joined(d)
     back = inverse(whole.E)
@@ -61,9 +56,8 @@ def mean_pole(d, parts, directions):
 
 
 def refused_by_sum(request, loops):
-    """The Solution of a request whose decay the sum of the poles excludes; or None.
-
-    ``request``: with a law; ``loops``: its loops, whose structure is read.
+    """The Solution of a ``request`` with a law whose decay the sum of the poles
+    excludes; or None. ``loops`` are its own, whose structure is read.
     """
     asked = [r for r in request.requirements if r.parameter is SIGMA]
     if not asked:
@@ -81,11 +75,9 @@ def refused_by_sum(request, loops):
 
 
 def refused_by_mode(request, sought=None):
-    """The Solution of a request with a mode that no gain of the law moves; or None.
-
+    """The Solution of a ``request`` with a mode that no gain of the law moves; or None.
     Either its motion leaves the sensors still, or the input doesn't reach it, in the
-    plant or in that with the law's states. ``sought``: the requirement whose bound is
-    looked for, which refuses nothing.
+    plant or in that with the law's states; a bound that is ``sought`` refuses nothing.
     """
     parts = request.law_parts
     asked = [r for r in request.requirements if r.pole_matrices() and r is not sought]
@@ -115,10 +107,10 @@ def _refused(request, text, proof):
 
 
 def refused_by_a_door(request, sought=None):
-    """The Solution of a request that excludes every controller at a corner; or None.
-
-    One requirement at a time: by all of the state, and for a norm by every controller
-    that sees what the law sees. What is sought has no bound that could be refused.
+    """The Solution of a ``request`` that excludes every controller at a corner; or
+    None. One requirement at a time: by all of the state, and for a norm by every
+    controller that sees what the law sees; what is ``sought`` has no bound that could
+    be refused.
     """
     corners = corners_of(request)
     for where, d in corners.items():
@@ -137,10 +129,9 @@ def refused_by_a_door(request, sought=None):
 
 
 def _all_of_the_state(request, d, r):
-    """The refusal of a requirement of a plant d by a state feedback, or None.
-
-    Where x is measured without noise a static K does what any linear controller does:
-    poles that can be moved go anywhere, and for the norm see P. P. Khargonekar, I. R.
+    """The refusal of a requirement of a plant d by a state feedback, or None. Where x
+    is measured without noise a static K does what any linear controller does: poles
+    that can be moved go anywhere, and for the norm see P. P. Khargonekar, I. R.
     Petersen and M. A. Rotea, IEEE Trans. Automat. Control 33, 1988.
     """
     noisy = (request.law_parts.noise != 0).any()

@@ -15,10 +15,9 @@ TINY = 1e-9  # of the largest entry of G: below it a sensor doesn't see an input
 
 
 class Loops:
-    """x' = (A + B K C_y) x + (W + B K D_y) w, and what requirements see of it.
-
-    ``plants``: joined with the law's states, of floats; ``measured``, ``noisy``, (q, N)
-    and (q, p): C_y and D_y; ``form``: which gains are free.
+    """x' = (A + B K C_y) x + (W + B K D_y) w, and what requirements see of it, of
+    ``plants`` in floats, joined with the law's states. ``measured`` and ``noisy``, (q,
+    N) and (q, p), are C_y and D_y, and ``form`` says which gains are free.
     """
 
     def __init__(self, plants, measured, noisy, form):
@@ -48,9 +47,8 @@ class Loops:
         return np.split(np.array(solved), [N, N + m], axis=2)
 
     def channel(self, r, m):
-        """The stacks of W, C, D, D_w, and D_y, as a requirement ``r`` sees them.
-
-        Of ``m`` inputs u: the output knows no v.
+        """The stacks of W, C, D, D_w, and D_y, as ``r`` sees them, of ``m`` inputs u:
+        the output knows no v.
         """
         if r.key not in self._channels:
             own = []
@@ -100,8 +98,7 @@ class Loops:
         return loop, K[:m] @ self.measured
 
     def sizes(self, s):
-        """Units of u and y: in them the plant's answer at a real s is about one.
-
+        """Units of u and y: in them the plant's answer at a real ``s`` is about one, by
         Sinkhorn's scaling of its entries' logarithms: covariant in every unit.
         """
         A, B, *_ = (x.mean(axis=0) for x in self.matrices)
@@ -129,10 +126,10 @@ class Loops:
         return np.linalg.eigvals(self.matrices[0].mean(axis=0))
 
     def beside_poles(self, s):
-        """The real s, or the next one above, in steps of a half, that no pole is near.
-
-        At an unstable pole the plant's answer is infinite, and says nothing of units; a
-        pendulum's only rate is one. A quarter of s is far enough for a factor of four.
+        """The real ``s``, or the next one above, in steps of a half, that no pole is
+        near. At an unstable pole the plant's answer is infinite, and says nothing of
+        units; a pendulum's only rate is one. A quarter of s is far enough for a factor
+        of four.
         """
         while (np.abs(self.poles - s) < s / 4).any():
             s *= 1.5
@@ -149,8 +146,7 @@ class Loops:
 
 
 def corners_of(request):
-    """Plants of a request with a law: their `Descriptor` in rationals, by its name.
-
+    """Plants of a ``request`` with a law: their `Descriptor` in rationals, by name.
     They are the vertices that differ, or the corners of the ranges: with powers of
     parameters a vertex needn't be a plant of the family.
     """
@@ -180,9 +176,8 @@ def _float(x):
 
 
 def vertex_of(request, d, asked=()):
-    """A ``request`` of a plant without its law, and the vertex that is its corner d.
-
-    ``asked``: the requirements of the new request.
+    """What is ``asked`` of the plant of a ``request`` without its law, and the vertex
+    that is its corner ``d``.
     """
     one = replace(request, law=None, gain=None, requirements=asked, coupling="vertices")
     for k in range(len(one.vertices)):

@@ -19,12 +19,10 @@ WALL = 30.0  # of a gain's excess over its limit, as a fraction
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is sought of some loops.
-
-    ``regions``: where the poles shall lie; ``bounded``: others, which have a bound;
-    ``goal``: what shall be as good as can be; None where all shall be kept; ``rate``:
-    of the loop, in rad/s; ``limits``, (k,): the largest size of each free number;
-    ``m``: number of inputs u.
+    """What is sought of some loops: their poles in ``regions``, requirements
+    ``bounded`` otherwise, and a ``goal`` that shall be as good as can be, None where
+    all shall be kept. ``rate`` is the loop's, in rad/s, ``limits``, (k,), are the
+    largest sizes of the free numbers, and ``m`` is the number of inputs u.
     """
 
     regions: tuple
@@ -65,11 +63,10 @@ def _asked_rate(request):
 
 
 class Objective:
-    """A task's function of x, where kappa = unit x: value and slope.
-
-    ``task``: what is sought; ``loops``: of all plants that count; ``unit``, (k,): units
-    of the free numbers; ``norms``: whether more than poles count; unstable loops have
-    no value then. Has ``least``, ``at``: the least value so far, and where that was.
+    """The function of a ``task`` for the ``loops`` of all plants that count, of x with
+    kappa = ``unit`` x: value and slope. With ``norms`` more than poles count, and
+    unstable loops have no value. Has ``least``, ``at``: the least value so far, and
+    where.
     """
 
     def __init__(self, task, loops, unit, norms):

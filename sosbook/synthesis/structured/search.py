@@ -39,12 +39,10 @@ class Found:
 
 
 def search(task, loops, starts, seed, near=(), make=Objective, begin=None):
-    """The best `Found` of several starts.
-
-    ``task``: what is sought; ``loops``: of all plants that count; ``starts``: how many,
-    besides those ``near``; ``seed``: of numpy's generator: what is found depends on
-    nothing else but the time; ``near``: free numbers to start from; ``make``,
-    ``begin``: what makes the `Objective` and, as `starting_points`, the starts.
+    """The best `Found` of a ``task`` for the ``loops`` of all plants that count, from
+    so many ``starts`` besides those ``near``, free numbers. What is found depends on
+    the ``seed`` of numpy's generator and the time alone; ``make`` and ``begin`` make
+    the `Objective` and, as `starting_points`, the starts.
     """
     rng = np.random.default_rng(seed)
     bounded = bool(task.bounded) or task.goal not in (None, DECAY)
@@ -122,10 +120,8 @@ def _norms(function, found, enough):
 
 
 def starting_points(task, loops, count, rng, near):
-    """(unit, x) of each start: given ones, projected ones, random ones.
-
-    ``task`` and ``loops``: what is searched; ``count``: how many that aren't given, of
-    which the random ones come from ``rng``; ``near``: the given ones.
+    """(unit, x) of each start for a ``task`` and its ``loops``: given ones, ``near``,
+    then ``count`` projected and random ones, of ``rng``.
     """
     slow, fast = loops.rates
     rates = np.geomspace(min(slow, task.rate), SPREAD * max(fast, task.rate), 7)[1:-1]
@@ -159,7 +155,6 @@ def starting_points(task, loops, count, rng, near):
 
 def _observer(loops, rate, m, r=None):
     """The free numbers of a state feedback with an observer of the mean plant; or None.
-
     Near the least norm that a requirement ``r`` bounds, or, without one, of LQR, as in
     `_projected`. For a norm a controller of less than the plant's order has a part of
     it; otherwise there is none. States to spare decay by themselves.
@@ -199,9 +194,8 @@ def _observer(loops, rate, m, r=None):
 
 
 def _scaled(A, B, C, rate):
-    """A, B and C in units of the state and of time, and the state's units.
-
-    Covariant: a state is as large as inputs of size one make it at the rate.
+    """A, B and C in units of the state and of time, and the state's units: covariant,
+    for a state is as large as inputs of size one make it at the rate.
     """
     of_x = np.linalg.norm(np.linalg.solve(rate * np.eye(len(A)) - A, B), axis=1)
     of_x[of_x == 0] = 1.0
@@ -210,10 +204,9 @@ def _scaled(A, B, C, rate):
 
 
 def _projected(loops, rate, m):
-    """The free numbers nearest to a state feedback of the mean plant; or None.
-
-    The feedback is LQR's for signals of the sizes that they have at the rate, shifted
-    so that it needn't stabilise what it can't; near is what weighs least in its loop.
+    """The free numbers nearest to a state feedback of the mean plant; or None. The
+    feedback is LQR's for signals of the sizes that they have at the rate, shifted so
+    that it needn't stabilise what it can't; near is what weighs least in its loop.
     """
     A, B, *_ = (x.mean(axis=0) for x in loops.matrices)
     rate = loops.beside_poles(rate)

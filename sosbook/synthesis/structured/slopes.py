@@ -11,9 +11,8 @@ STEP = 1e-6  # of differences, of a free number's unit
 
 
 class Poles:
-    """The poles ``s`` of all ``loops``, (N, n), under the law's gain ``K``.
-
-    Infinite where they can't be computed.
+    """The poles ``s`` of all ``loops``, (N, n), under the law's gain ``K``; infinite
+    where they can't be computed.
     """
 
     def __init__(self, loops, K):
@@ -25,10 +24,8 @@ class Poles:
                 self.s, self.V = np.linalg.eig(A)
 
     def worst(self, regions):
-        """The largest violation of some regions, where, and its slope in that pole.
-
-        ``regions``, list of (alpha, beta, unit): regions alpha + beta s + beta' conj(s)
-        < 0 and the size of their violation.
+        """The largest violation of some ``regions``, (alpha, beta, unit of the
+        violation) each, where, and its slope in that pole.
         """
         s, worst = self.s, (-np.inf, None, None)
         for alpha, beta, unit in regions:
@@ -55,10 +52,9 @@ class Poles:
 
 
 def norm(loops, K, r, m):
-    """The largest H-infinity norm of stable ``loops``, and its slope in ``K``.
-
-    Of the channel of ``r``, with ``m`` inputs u. A search in frequency, no bound: what
-    is proven of the gain is proven elsewhere.
+    """The largest H-infinity norm of stable ``loops``, and its slope in ``K``, of the
+    channel of ``r``, with ``m`` inputs u. A search in frequency, no bound: what is
+    proven of the gain is proven elsewhere.
     """
     W, C, D, through, noisy = loops.channel(r, m)
     _, B, _ = loops.matrices
