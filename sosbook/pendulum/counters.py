@@ -22,9 +22,6 @@ class Counter:
     the other way round too, is like no other, or so long that it may as well go the
     other way; ``counts``, (N,): the counts of a counter that goes on, where no step is
     wild; else as given.
-
-    >>> Counter.of([250, 253, 255, 2, 4, 255, 251]).counts
-    array([-6., -3., -1.,  2.,  4., -1., -5.])
     """
 
     bits: int

@@ -20,13 +20,7 @@ BALANCED = 1e-6  # of what is left of the harmonics' balance
 
 
 def coulomb(amplitude, friction):
-    """The gain of friction * sign(v) for v = amplitude * sin.
-
-    Examples
-    --------
-    >>> round(coulomb(2.0, 0.5), 4)
-    0.3183
-    """
+    """The gain of friction * sign(v) for v = amplitude * sin."""
     return 4 * friction / (np.pi * amplitude)
 
 
@@ -34,11 +28,6 @@ def soft_sign(amplitude, compensation, width):
     """The gain of a compensation that is c beyond +-width and c u / width within.
 
     The sine of u has the ``amplitude``, in V.
-
-    Examples
-    --------
-    >>> soft_sign(1.0, 0.5, 2.0)
-    0.25
     """
     slope, share = compensation / width, min(width / amplitude, 1.0)
     if share == 1.0:
@@ -73,13 +62,6 @@ def limit_cycle(loop, friction, compensation=0.0):
     ``loop``: the loop without friction; ``friction``: the voltage that just overcomes
     it; ``compensation``: as in `Firmware`. Returns None where no amplitude and
     frequency balance.
-
-    >>> from sosbook.pendulum import PD_SIGNALS, Gain, Mip, SampledLaw
-    >>> from sosbook.pendulum.margins import SampledLoop
-    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
-    >>> law = SampledLaw.of_gain(gain, 0.01)
-    >>> limit_cycle(SampledLoop(Mip.printed(), law), 0.0) is None
-    True
     """
     for name, value in (("friction", friction), ("compensation", compensation)):
         if finite(name, value) < 0:

@@ -23,11 +23,6 @@ class Drive:
     fastest turn of the heading that is obeyed, in rad/s; ``turn_acceleration``: by
     which the set point of the turn rate moves, in rad/s^2. Raises ValueError if a
     number is negative or isn't finite.
-
-    >>> from sosbook.pendulum import Mip
-    >>> drive = Drive.of(Mip.printed(), 7.4)
-    >>> round(drive.speed, 1), round(drive.acceleration, 1)
-    (12.7, 6.5)
     """
 
     speed: float = 0.0
@@ -80,9 +75,6 @@ class Drive:
         ``count``: how many ticks; ``start``, (float, float): set points of phi and phi'
         before. Returns list of (float, float): a pair for each tick, as the programs
         compute it.
-
-        >>> Drive(2.0, 10.0).ramp(9.0, 0.1, 3)
-        [(0.1, 1.0), (0.30000000000000004, 2.0), (0.5, 2.0)]
         """
         wanted = min(max(wanted, -self.speed), self.speed)
         (target, rate), step, points = start, self.acceleration * T, []

@@ -26,10 +26,6 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
 
     Source: thesis sections 4.2.1 (1 Hz to 20 Hz) and 4.2.2 (0.3 Hz to
     30 Hz). That it is a sine, and linear, is our reading.
-
-    >>> t, V = chirp(1, 20)
-    >>> len(t), float(V.max())
-    (6000, 1.85)
     """
     asked = dict(
         first=first, last=last, seconds=seconds, rate=rate, amplitude=amplitude
@@ -59,12 +55,6 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
     ``steps`` isn't positive.
 
     Source: thesis (4.16) without linearisation, and (4.21).
-
-    A body that hangs, under one volt for a long time: sin q = e / d.
-
-    >>> q, w = motion(-30.52, 7.133, 110.6, [1.0] * 500, 0.01)
-    >>> round(float(np.sin(q[-1]) * 110.6), 2)
-    -30.52
     """
     e, f, d = finite("e", e), finite("f", f), finite("d", d)
     V = np.asarray(V, dtype=float)

@@ -21,11 +21,6 @@ class Fit:
     fit that has f/e of the wheels': e/f by its own log alone; ``misfit``: of a fit with
     a play: the residuals over the signal, rms. Its gears are a spring's and nobody's,
     so each value may be off by as much.
-
-    >>> fit = output_error(lambda x: x * np.ones(4), [0.9, 1.1, 0.9, 1.1],
-    ...                    {"level": 0.5})
-    >>> round(fit["level"], 6)
-    1.0
     """
 
     names: tuple

@@ -19,19 +19,10 @@ FEW = 24  # robots that go faster one by one in plain numbers than side by side
 class Push:
     """Two constant torques for a while.
 
-    Parameters
-    ----------
-    at, length : float
-        When the torques begin and how long they last, in s.
-    body, wheels : float
-        The torques on the equations of theta and phi, in N m. A horizontal
-        force F at the height h above the axle is body = h F cos(theta), wheels
-        = r F, and makes theta and phi grow.
-
-    Examples
-    --------
-    >>> Push(at=1.0, length=0.1, body=0.05).torques(1.05)
-    (0.05, 0.0)
+    ``at``, ``length``: when they begin and how long they last, in s; ``body``,
+    ``wheels``: on the equations of theta and phi, in N m. A horizontal force F at the
+    height h above the axle is body = h F cos(theta), wheels = r F, and makes theta and
+    phi grow.
     """
 
     at: float

@@ -96,11 +96,6 @@ def identify(log_body, log_wheels, counts=COUNTS_PER_TURN, friction=False, **rob
 
     Source: thesis section 4.2, with the pendulum's sine and the
     encoders' differencing in the models.
-
-    >>> from sosbook.pendulum.rig import shipped
-    >>> fit = identify(shipped("body"), shipped("wheels"))
-    >>> round(fit.mip.e, 4), round(fit.mip.f, 4)
-    (0.0294, 0.0069)
     """
     for name, log in (("log_body", log_body), ("log_wheels", log_wheels)):
         if not isinstance(log, Log):

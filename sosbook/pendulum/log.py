@@ -123,13 +123,7 @@ class Log:
         return [self.V[held], *(np.interp(t, self.t, y) for y in columns)]
 
     def part(self, rows):
-        """The log of some ``rows``, a slice.
-
-        Examples
-        --------
-        >>> Log(t=[0, 0.01, 0.02, 0.03], V=[0, 1, 1, 2]).part(slice(3)).V
-        array([0., 1., 1.])
-        """
+        """The log of some ``rows``, a slice."""
         columns = {x.name: getattr(self, x.name) for x in fields(self)}
         return Log(**{x: None if y is None else y[rows] for x, y in columns.items()})
 

@@ -48,10 +48,6 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
     wrong model, no gyro, or a log that gives no swinging body.
 
     Source: thesis (4.16), (4.18), (4.19).
-
-    >>> from sosbook.pendulum.rig import shipped
-    >>> round(fit_body(shipped("body"))["d_c"], 1)
-    110.6
     """
     if model not in BODY_MODELS:
         raise ValueError(f"model must be one of {BODY_MODELS}, got {model!r}")
@@ -139,12 +135,6 @@ def fit_wheel(
     wheel.
 
     Source: thesis (4.22).
-
-    >>> from sosbook.pendulum.rig import shipped
-    >>> fit = fit_wheel(shipped("wheels"))
-    >>> low, high = fit.interval("e_a")
-    >>> low < 208.8 < high
-    True
     """
     if differencing not in ("modelled", "plain"):
         raise ValueError(

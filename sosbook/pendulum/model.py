@@ -322,9 +322,6 @@ def accelerated(mip, sin, cos, dtheta, dphi, V, torques=(0.0, 0.0)):
     ``cos``: those of theta; ``dtheta``, ``dphi``: the rates, in rad/s; ``V``: volts;
     ``torques``, (float, float): what acts besides on the equations of theta and phi, in
     N m.
-
-    >>> [round(x, 2) for x in accelerated(Mip.printed(), 0.1, 0.995, 0, 0, 0)]
-    [14.99, -10.94]
     """
     both = mip.b * cos - mip.J
     torque = mip.e * V - mip.f * (dphi - dtheta)

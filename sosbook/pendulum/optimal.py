@@ -47,12 +47,6 @@ def optimal_law(mip, robot, Q, R):
     The regulator is `design_sampled_lqr`'s. The observer is the stationary
     Kalman filter in discrete time for a voltage that is disturbed from tick
     to tick; it is told the voltage after the limit.
-
-    >>> from sosbook.pendulum import Mip, Robot
-    >>> late = Robot.shipped("thesis")
-    >>> found = optimal_law(Mip.printed(), late, np.eye(5), 20)
-    >>> found.law.order, found.K.shape
-    (6, (1, 6))
     """
     T, plant = robot.T, mip.plant()
     K = design_sampled_lqr(plant, Q, [[R]], T, robot.delay, U).K

@@ -29,24 +29,10 @@ GYRO_RANGES = 250, 500, 1000, 2000  # deg/s, of the MPU-6050's four settings
 
 
 def sweeps(robot):
-    """The frequencies between which the two sines sweep.
+    """The ends in Hz between which each experiment's sine sweeps: body, wheels.
 
-    Parameters
-    ----------
-    robot : Robot
-        Its l and g say about how fast its body swings, its T which
-        frequencies the samples can show.
-
-    Returns
-    -------
-    dict
-        Two frequencies in Hz for "body" and for "wheels".
-
-    Examples
-    --------
-    >>> {name: [round(x, 1) for x in ends]
-    ...  for name, ends in sweeps(Robot.shipped("thesis")).items()}
-    {'body': [1.1, 21.1], 'wheels': [0.3, 30.0]}
+    A ``robot``'s l and g say about how fast its body swings, its T which frequencies
+    the samples can show.
     """
     swing = sqrt(robot.g / robot.l / INERTIA_GUESS) / (2 * pi)
     highest = HIGHEST_SHARE / robot.T
@@ -59,35 +45,13 @@ def sweeps(robot):
 
 
 def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
-    """The programs that record the logs, for every board that has one.
+    """The programs that record the logs of a ``robot``: from files' names to texts.
 
-    Parameters
-    ----------
-    robot : Robot
-        Its clock, limit, board and channels.
-    amplitude : float, optional
-        Both sines' amplitude, in V; without it `AMPLITUDE_SHARES` of the limit.
-    seconds : float
-        How long a sweep takes, either way, in s.
-
-    Returns
-    -------
-    dict
-        From the files' names to their texts: a sketch for Arduino, with
-        what it asks of a board; for a BeagleBone Blue also programs for
-        librobotcontrol and, where its channels are pyctrl's, for pyctrl.
-
-    Raises
-    ------
-    ValueError
-        If a number isn't positive, or the amplitude is above the limit.
-
-    Examples
-    --------
-    >>> list(recorders(Robot.shipped("gearmotors")))[0]
-    'identify/identify.ino'
-    >>> "rc_identify.c" in recorders(Robot.shipped("thesis"))
-    True
+    A sketch for Arduino, with what it asks of a board; for a BeagleBone Blue also
+    programs for librobotcontrol and, where its channels are pyctrl's, for pyctrl.
+    ``amplitude``: of both sines, in V; without it `AMPLITUDE_SHARES` of the limit;
+    ``seconds``: of a sweep, either way. A ValueError if a number isn't positive, or the
+    amplitude is above the limit.
     """
     if amplitude is not None and positive("amplitude", amplitude) > robot.limit:
         raise ValueError(

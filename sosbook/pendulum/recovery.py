@@ -68,13 +68,6 @@ def recover(robots, K, angle, t, limit=V_MAX):
     equally spaced times from 0, in s; each is a Runge-Kutta step; ``limit``: the
     motors' largest voltage, in V. Returns x: the states [theta; phi; theta'; phi'; x3];
     V: the voltages, after the limit.
-
-    >>> from sosbook import mip
-    >>> from sosbook.book import thesis
-    >>> t = np.linspace(0, 1, 401)
-    >>> x, V = recover([mip.Mip.printed()], thesis.mip().pd[5], 0.1, t)
-    >>> V[0, 0].round(3), abs(x[0, 0, -1]) < 0.02
-    (np.float64(2.127), np.True_)
     """
     fleet = Fleet(robots)
     K = np.asarray(K, float)

@@ -29,54 +29,16 @@ GRAVITY = 9.81  # m/s^2
 
 @dataclass(frozen=True)
 class Rig:
-    """A robot in its two experiments.
+    """A robot in the two experiments of sections 4.2.1 and 4.2.2.
 
-    Parameters
-    ----------
-    mip : Mip
-        The truth. It needs its ``I_w``.
-    noise : float
-        Standard deviation of the gyro's noise, in rad/s.
-    offset : float
-        What the gyro says at rest, in rad/s.
-    friction : float
-        Coulomb friction in the gearboxes: the voltage that just
-        overcomes it, in V.
-    second : (float, float)
-        The second wheel's e and f, relative to the first one's. The
-        default is the thesis's: (4.24) over (4.23).
-    amplitude : float
-        The amplitude of the chirps, in V.
-    rate : float
-        Samples per second.
-    seconds : float
-        How long a chirp sweeps, either way.
-    counts : float
-        An encoder's counts per turn of a wheel.
-    gyro_step : float
-        The step of the gyro's 16 bits, in rad/s.
-    ideal : bool
-        The sensors say the truth: no noise, offset or rounding.
-    seed : int
-        The seed of the noise.
-
-    Raises
-    ------
-    ValueError
-        If ``mip`` has no ``I_w``, or a number is negative.
-
-    Notes
-    -----
-    Source: thesis sections 4.2.1, 4.2.2. The sensors are those of a
-    small robot of this kind, for the thesis doesn't print its own: a
-    gyro of 16 bits over +-2000 deg/s, with 0.1 deg/s of noise and half
-    a degree per second at rest; 60 counts per turn of the motor.
-
-    Examples
-    --------
-    >>> log = Rig().body()
-    >>> len(log.t), log.T
-    (6000, 0.01)
+    ``mip``: the truth, with its I_w; ``noise``: standard deviation of the gyro's, in
+    rad/s; ``offset``: what the gyro says at rest, in rad/s; ``friction``: Coulomb's, in
+    the gearboxes, in V; ``second``: the second wheel's e and f over the first one's, by
+    default (4.24) over (4.23); ``amplitude``, ``rate``, ``seconds``: of the chirps: V,
+    samples per second, and how long one sweeps, either way; ``counts``: an encoder's,
+    per turn of a wheel; ``gyro_step``: of the gyro's 16 bits, in rad/s; ``ideal``: no
+    noise, offset or rounding; ``seed``: of the noise. The sensors are those of a small
+    robot of this kind, for the thesis doesn't print its own.
     """
 
     mip: Mip = field(default_factory=Mip.printed)
@@ -105,17 +67,10 @@ class Rig:
 
     @classmethod
     def of(cls, robot, mip, **changes):
-        """The rig of a described robot, whose wheels are alike.
+        """The rig of a described ``robot`` with equal wheels; ``mip`` is the truth.
 
-        The chirps have a quarter of its limit, as the thesis's have of 7.4 V.
-
-        ``robot``: its description: the clock, counts, gyro and limit; ``mip``: the
-        truth; ``**changes``: other parameters of `Rig`.
-
-        >>> from sosbook.pendulum import Robot
-        >>> rig = Rig.of(Robot.shipped("gearmotors"), gear_motors())
-        >>> rig.rate, rig.amplitude
-        (200.0, 3.0)
+        The chirps have a quarter of its limit, as the thesis's have of 7.4 V;
+        ``**changes``: other parameters of `Rig`.
         """
         own = dict(
             second=(1.0, 1.0),
@@ -185,17 +140,10 @@ class Rig:
 
 
 def gear_motors():
-    """The robot that ``gearmotors.toml`` describes, as its parts make it.
+    """The robot that ``gearmotors.toml`` describes, as its parts make it: a `Mip`.
 
-    What stands below is the truth of a simulation: two 12 V motors with
-    gears of 1:34 that stall at 0.5 N m and turn freely with 21 rad/s, disc
-    wheels, and a body whose inertia about the axle is 1.4 M_b l^2.
-
-    Returns Mip: with the rotors' J.
-
-    >>> mip = gear_motors()
-    >>> round(mip.e, 4), round(mip.f, 4), round(1e3 * mip.J, 3)
-    (0.0833, 0.0476, 0.925)
+    Two 12 V motors with gears of 1:34 that stall at 0.5 N m and turn freely with 21
+    rad/s, disc wheels, and a body whose inertia about the axle is 1.4 M_b l^2.
     """
     robot = read_toml(DATA / "gearmotors.toml")
     M_b, l, r, M_w = (robot[x] for x in ("M_b", "l", "r", "M_w"))
@@ -214,22 +162,7 @@ def gear_motors():
 
 
 def shipped(name):
-    """A log that the package ships.
-
-    Parameters
-    ----------
-    name : {"body", "wheels"}
-
-    Returns
-    -------
-    Log
-        The log of that experiment.
-
-    Examples
-    --------
-    >>> shipped("wheels").encoder2[:3]
-    array([0., 0., 0.])
-    """
+    """The shipped `Log` of an experiment, by ``name``: "body" or "wheels"."""
     if name not in ("body", "wheels"):
         raise ValueError(f"name must be 'body' or 'wheels', got {name!r}")
     return Log.read(DATA / f"{name}.csv")

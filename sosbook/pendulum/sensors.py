@@ -93,27 +93,13 @@ class Sensors:
         return one * (np.floor(angle / one + part) + 0.0)
 
     def tilt(self, x, ddz, noise=(0.0, 0.0)):
-        r"""The theta that the accelerometers measure, in rad.
+        """The theta in rad that the accelerometers measure at ``x``, (4, runs).
 
-        They feel the specific force at (-r phi - h sin theta,
-        h cos theta), and don't know gravity from acceleration:
+        They feel the specific force at (-r phi - h sin theta, h cos theta), and don't
+        know gravity from acceleration: atan2(g sin theta - r cos theta phi'' - h
+        theta'', g cos theta + r sin theta phi'' - h theta'^2). ``ddz``, (2, runs):
+        [theta''; phi'']; ``noise``, (2, runs): of variance 1.
 
-        .. math::
-            \mathrm{atan2}(g \sin\theta - r \cos\theta\, \ddot\varphi
-            - h \ddot\theta,\; g \cos\theta + r \sin\theta\,
-            \ddot\varphi - h \dot\theta^2)
-
-        Parameters
-        ----------
-        x : (4, runs) array_like
-            [theta; phi; theta'; phi'].
-        ddz : (2, runs) array_like
-            [theta''; phi''].
-        noise : (2, runs) array_like
-            Noise of variance 1.
-
-        Examples
-        --------
         >>> float(Sensors().tilt([0.2, 5, 0, 0], [0, 0]).round(12))
         0.2
         """

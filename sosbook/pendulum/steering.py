@@ -33,16 +33,6 @@ class Steering:
     the most that steering takes of the limit, above 0 and below 1; ``track``: the
     distance between the wheels, in m; ``r``: the wheels' radius, in m. Raises
     ValueError if a number is out of its range.
-
-    >>> from sosbook.pendulum import PD_SIGNALS, Gain, SampledLaw
-    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
-    >>> firmware = Firmware(SampledLaw.of_gain(gain, 0.01))
-    >>> steering = Steering(firmware, [[-1, -0.1, -0.5]], 0.25, 0.08, 0.034)
-    >>> steered = steering.controller()
-    >>> steered.start(left=0.0, right=0.0)
-    >>> left, right = steered.step([3.0], [0], left=0.0, right=0.1)
-    >>> left.round(3), right.round(3)
-    (array([3.55]), array([2.45]))
     """
 
     firmware: Firmware

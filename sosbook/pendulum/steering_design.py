@@ -31,28 +31,12 @@ class SteeringDesign:
     """A damped steering law with its proofs: the fastest with a good margin.
 
     Poles lie in a sector and decay, the rate is never fed back positively, and R is the
-    smallest that keeps the peak.
-
-    Parameters
-    ----------
-    robot : Robot
-        The robot's description, with its track.
-    robots : tuple of Mip
-        The pendulum in the middle, with its I_w, and those at the polytope's corners.
-    spread : float or FitSpread
-        As in `turning_plants`.
-    firmware : Firmware
-        What balances.
-    balance : SampledSystem
-        The same, from the true [theta, phi, theta', phi'] to V.
-    peak : float
-        The largest peak of the sensitivity.
-
-    Raises
-    ------
-    ValueError
-        From `design` on, if no decay and no weight from 1 on keep the peak, or none is
-        proven behind the hold.
+    smallest that keeps the peak. ``robot``: its description, with its track;
+    ``robots``: the pendulum in the middle, with its I_w, and those at the corners;
+    ``spread``: as in `turning_plants`; ``firmware``: what balances; ``balance``: the
+    same as a system from the true [theta, phi, theta', phi'] to V; ``peak``: the
+    largest of the sensitivity. From `design` on a ValueError if no decay and no weight
+    from 1 on keep the peak, or none is proven behind the hold.
     """
 
     robot: object

@@ -32,38 +32,16 @@ STEER_COLUMNS = "left", "right", "V_left", "V_right", "heading"
 class TickLog:
     """The ticks of a program from one start to its end.
 
-    Parameters
-    ----------
-    t : (N,) array
-        When the sensors were read, in s. The first row is the start: the
-        gyro's offset, the wheels and the tilt at rest.
-    gyro, wheels, tilt : (N,) arrays
-        What the program was given, in rad/s, rad and rad; not a number
-        where a sensor said nothing.
-    target, rate : (N,) arrays
-        Set points of phi and phi', in rad and rad/s.
-    V : (N,) array
-        What the program answered, in V.
-    theta : (N,) array
-        The program's estimate, in rad.
-    battery : (N,) array
-        In V; not a number where it isn't measured.
-    fault : (N,) array
-        `START` in the first row; then the index in `FAULTS`.
-    left, right : (N,) arrays, optional
-        The wheels' angles against the body, in rad. These and the following a
-        program has that steers: all of them, or none.
-    V_left, V_right : (N,) arrays, optional
-        What the motors were to get, in V.
-    heading : (N,) array, optional
-        The heading's set point, in rad, positive to the left.
-    late : (N,) array, optional
-        How many ticks came later than the clock may, so far.
-
-    Raises
-    ------
-    ValueError
-        If a column has another length, or time doesn't grow.
+    Each is (N,): ``t`` in s; ``gyro``, ``wheels``, ``tilt``: what the program was
+    given, in rad/s and rad, not a number where a sensor said nothing; ``target``,
+    ``rate``: set points of phi and phi', in rad and rad/s; ``V``: what it answered;
+    ``theta``: its estimate; ``battery`` in V, not a number where it isn't measured;
+    ``fault``: `START` in the first row, which has the gyro's offset, the wheels and the
+    tilt at rest, then the index in `FAULTS`. A program that steers has all of ``left``,
+    ``right``: the wheels' angles against the body; ``V_left``, ``V_right``: what the
+    motors were to get; ``heading``: its set point, positive to the left. ``late``: how
+    many ticks came later than the clock may, so far. A ValueError if a column has
+    another length, or time doesn't grow.
     """
 
     t: np.ndarray

@@ -43,11 +43,6 @@ def turning_plants(mip, robot, spread=0.04):
     ``mip``: the pendulum in the middle, with its I_w; ``robot``: the robot's
     description, with its track; ``spread``: as for `polytope`, whose pendulums'
     quotients the rectangle holds. Returns the rectangle, then its two triangles.
-
-    >>> from sosbook.pendulum import Mip, Robot
-    >>> robot = Robot.shipped("thesis").but(track=0.07)
-    >>> [part.N for part in turning_plants(Mip.printed(), robot)]
-    [4, 3, 3]
     """
     if mip.I_w is None:
         raise ValueError("mip has no I_w: say which part of a is geared")

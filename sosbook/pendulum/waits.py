@@ -15,32 +15,12 @@ LEAST = {"missing": 5, "frozen": 12}
 
 
 def fall_time(mip):
-    """The time in which a ``mip`` without voltage falls e times as far, in s.
-
-    ``mip``: the pendulum. Returns float: that of its unstable pole.
-
-    >>> from sosbook.pendulum import Mip
-    >>> round(fall_time(Mip.printed()), 3)
-    0.123
-    """
+    """The time in s in which a ``mip`` without voltage falls e times as far."""
     return float(1 / mip.plant().poles().real.max())
 
 
 def timed(robot, mip):
-    """The ``robot`` with a law and every wait: those not given are by its fall.
-
-    Parameters
-    ----------
-    robot : Robot
-        The description.
-    mip : Mip
-        The pendulum that falls.
-
-    Returns
-    -------
-    Robot
-        It bears each fault for a time that is given.
-    """
+    """A ``robot`` with a law and every wait: those not given by a ``mip``'s fall."""
     fall, told = fall_time(mip), {} if robot.law else {"law": DEFAULT_LAW}
     for name, falls in FALLS.items():
         if getattr(robot, name) is None:
