@@ -30,10 +30,8 @@ SAME = 1e-7  # of a pole's size, from another one that was found
 
 @dataclass(frozen=True, eq=False)
 class Pencil(ReadOnly):
-    """s^2 M + s D + S - B (K_P + s K_D + K_I U / s), whose zeros are the poles.
-
-    ``M``, ``D``, ``S``, (n, n) or sparse: of the plant; ``B``, (n, m): the inputs;
-    ``K``, (m, N): ``[K_P K_D K_I]``; ``U``, (a, n): what is integrated.
+    """s^2 M + s D + S - B (K_P + s K_D + K_I U / s), whose zeros are the poles, dense
+    or sparse, with ``K`` = ``[K_P K_D K_I]``.
     """
 
     M: object
@@ -48,9 +46,8 @@ class Pencil(ReadOnly):
         return self.K[:, :n], self.K[:, n : 2 * n], self.K[:, 2 * n :] @ self.U
 
     def solver(self, s):
-        """A function that solves the pencil at s for a right side.
-
-        Of a sparse one the plant is factored, and the gain, of low rank, added.
+        """A function that solves the pencil at s for a right side; of a sparse one the
+        plant is factored, and the gain, of low rank, added.
         """
         K_P, K_D, K_I = self._gains()
         whole = s * s * self.M + s * self.D + self.S
@@ -86,11 +83,10 @@ class Pencil(ReadOnly):
         return np.linalg.norm(left) / (size + np.linalg.norm(force) or 1.0)
 
     def refined(self, s, q):
-        """The pole near s by Newton's method from a vector q, and its doubt; or None.
-
-        Inverse iteration with the derivative: its error is that of a residual, and
-        not 1e-16 of the largest pole. Two poles that coincide at zero don't settle
-        for their size: the last step is their doubt.
+        """The pole near s by Newton's method (inverse iteration with the derivative)
+        from a vector q, and its doubt, or None. Its error is that of a residual, not
+        1e-16 of the largest pole. Two poles that coincide at zero don't settle: the
+        last step is their doubt.
         """
         step = s
         for _ in range(STEPS):
@@ -164,17 +160,14 @@ INFLATED = 1.0 + 1e-6  # for sums of bounds, which are rounded, too
 
 
 def least_eigenvalue(x, error):
-    """A proven lower bound of the least eigenvalue of a scaled sparse matrix.
+    """A proven lower bound of the least eigenvalue of a symmetric sparse matrix whose
+    entries differ from ``x`` by at most ``error``, with its diagonal scaled to about
+    one; -inf where x isn't shown to be positive definite.
 
-    ``x``, (n, n) sparse array: a symmetric matrix in floats; ``error``, (n, n) sparse
-    array: how far at most each entry of the matrix that is meant is from it. Returns
-    float: for the matrix with its diagonal scaled to about one: positive where x is
-    positive definite; -inf where that isn't shown.
-
-    With float factors L and d > 0 of x - c I the matrix L d L' is positive
-    semidefinite whatever they are, so the least eigenvalue is at least c less the
-    norm of the residual, of which the largest row sum is a bound. Its own rounding
-    is bounded by that of sums of products. Source: S. M. Rump, BIT 46, 2006.
+    With float factors L and d > 0 of x - c I the matrix L d L' is positive semidefinite
+    whatever they are, so the least eigenvalue is at least c less the norm of the
+    residual, of which the largest row sum is a bound. Its own rounding is bounded by
+    that of sums of products. Source: S. M. Rump, BIT 46, 2006.
 
     >>> one, none = (csc_array(c * np.eye(3)) for c in (2.0, 0.0))
     >>> bool(least_eigenvalue(one, none) > 0), least_eigenvalue(-one, none)
@@ -203,16 +196,14 @@ def least_eigenvalue(x, error):
 
 
 def energy_forms(plant, K, sigma, epsilon):
-    """What must be positive definite so that an energy decays as exp(-2 sigma t).
+    """What must be positive definite so that an energy decays as exp(-2 sigma t) under
+    K.
 
-    ``plant``: dense or sparse; ``K``, (m, 2n): the gain; ``sigma``, ``epsilon``: the
-    decay, and the weight of z' M z' in the energy; in rad/s. Returns dict or None: from
-    a name to a symmetric sparse matrix and a bound of its entries' errors; None where M
-    isn't symmetric.
-
-    With the symmetric and skew parts of S - B K_P = S_s + H and D - B K_D = D_s + G,
-    V = z'(S_s + e D_s) z + 2 e z' M z' + z'' M z' has the derivative -2 W with the
-    block W = [e S_s, (e G - H)/2; ., D_s - e M].
+    Returns symmetric sparse matrices and bounds of their entries' errors by name; None
+    where M of the ``plant`` isn't symmetric. With the symmetric and skew parts of S - B
+    K_P = S_s + H and D - B K_D = D_s + G, V = z'(S_s + e D_s) z + 2 e z' M z' + z'' M
+    z' has the derivative -2 W with the block W = [e S_s, (e G - H)/2; ., D_s - e M],
+    where e is ``epsilon``; all rates, as ``sigma``, are in rad/s.
     """
     n, B = plant.n, csc_array(plant.B)
     K_P, K_D = csc_array(K[:, :n]), csc_array(K[:, n:])

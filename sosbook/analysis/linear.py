@@ -18,16 +18,10 @@ def loop_matrix(d, K):
 
 
 def balancing(A):
-    """Units of the states, powers of two, in which A has rows like its columns.
-
-    ``A``, (N, N): in x' = A x. Returns (N,): the units: ``A / units[:, None] * units``
-    is balanced. It hardly depends on the units in which A was given.
+    """Units of the states, powers of two: ``A / units[:, None] * units`` has rows like
+    its columns, and hardly depends on the units in which A was given.
 
     Source: B. N. Parlett and C. Reinsch, Numer. Math. 13, 1969.
-
-    >>> import numpy as np
-    >>> balancing(np.array([[0, 1.0], [-(2.0**-40), -(2.0**-20)]]))
-    array([1.048576e+06, 1.000000e+00])
     """
     with np.errstate(all="ignore"):
         _, (units, _) = matrix_balance(A, permute=False, separate=True)
@@ -127,13 +121,8 @@ def hinf_norm(d, K):
 
 
 def peak_gain(A, B, C, D=0.0):
-    """The largest singular value of C (jw - A)^-1 B + D over all w.
-
-    ``A``, ``B``, ``C``, (N, N), (N, p) and (q, N): the system x' = A x + B w, z = C x +
-    D w; ``D``, (q, p) or 0: what passes directly from w to z. Returns the H-infinity
-    norm; infinite where A isn't stable.
-
-    Source: Bruinsma and Steinbuch (1990), as in `hinf_norm`.
+    """The largest singular value of C (jw - A)^-1 B + D over all w (D may be 0), the
+    H-infinity norm, as in `hinf_norm`; infinite where A isn't stable.
 
     >>> one = np.eye(1)
     >>> round(peak_gain(-one, one, one), 6), round(peak_gain(-one, one, -one, one), 6)

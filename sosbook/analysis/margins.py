@@ -1,8 +1,6 @@
-"""How far a loop is from instability at the plant's input.
-
-The loop is opened where u = K x enters the plant, in all inputs at once:
-L(s) = -K (s E - A)^-1 B_u. An acceleration gain K_A stays inside, and so does an
-observer, whose state is then part of x.
+"""How far a loop is from instability at the plant's input: opened where u = K x enters,
+in all inputs at once, L(s) = -K (s E - A)^-1 B_u. An acceleration gain stays inside, as
+does an observer, whose state is then part of x.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,5 @@
-"""Responses of a nonlinear plant under the linear PID controller.
-
-The plant is M z'' + D z' + S z + f(z, z') = B u + F w: a second-order
-system joined by a force f that no matrix holds, such as gravity on a
-swinging arm.
+"""Responses of M z'' + D z' + S z + f(z, z') = B u + F w under the linear PID
+controller, f a force that no matrix holds, such as gravity on a swinging arm.
 """
 
 from collections.abc import Callable

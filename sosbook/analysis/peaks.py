@@ -1,9 +1,7 @@
-"""The largest size of a signal that dies out.
-
-It is sampled closely enough for the fastest mode that is still alive. Between two
-samples a cubic of the squared size finds each maximum, and Newton's steps put it
-where the slope vanishes. The search ends when a bound excludes any larger value
-later on.
+"""The largest size of a signal that dies out, sampled closely enough for the fastest
+mode that is still alive. Between samples a cubic of the squared size finds each
+maximum, and Newton's steps make its slope vanish, until a bound excludes any larger
+value.
 """
 
 import numpy as np
@@ -22,13 +20,12 @@ LARGEST_CONDITION = 1e8  # of eigenvectors whose sums bound a signal
 
 
 def largest_size(motion, runs=MOST_RUNS):
-    """The largest |u(t)| for t >= 0.
+    """The largest |u(t)| for t >= 0; after so many ``runs`` the largest value so far.
 
-    ``motion``: with ``poles``, ``alive(top)`` for each of them, ``run(step)``, which
+    A ``motion`` has ``poles``, ``alive(top)`` for each of them, ``run(step)``, which
     returns u and u' at the samples of a run and goes on, ``near(k, t)``, which returns
     u, u' and u'' at a time t after the k-th sample of the last run, and ``bound()`` of
-    |u| from now on; ``runs``: after so many the largest value so far is taken. Returns
-    the largest size.
+    |u| from now on.
     """
     top = 0.0
     for _ in range(runs):
@@ -50,9 +47,8 @@ def largest_size(motion, runs=MOST_RUNS):
 
 
 def _cubic_top(g, dg, h, dh):
-    """Where in [0, 1] cubics have their maximum, and how large it is.
-
-    They have the values g and h and the slopes dg > 0 and dh < 0 at the ends.
+    """Where in [0, 1] cubics are largest, and how large: values g, h, slopes dg > 0, dh
+    < 0.
     """
     a, b = 3 * (dg + dh) + 6 * (g - h), -2 * (2 * dg + dh) - 6 * (g - h)
     root = np.sqrt(np.maximum(b * b - 4 * a * dg, 0.0))
@@ -74,13 +70,8 @@ def _refined(motion, k, t, step):
 
 
 class FreeMotion:
-    """u = C x of x' = A x from an initial state x, in floats.
-
-    Time is measured by the fastest mode and states are balanced, so that units
-    don't matter.
-
-    ``A``, (N, N): with eigenvalues left of the axis; ``C``, (m, N): what is looked at;
-    ``x``, (N,): the initial state.
+    """u = C x of x' = A x, stable, from an initial state x, in floats, timed by the
+    fastest mode, with balanced states: units don't matter.
     """
 
     def __init__(self, A, C, x):
@@ -126,10 +117,8 @@ class FreeMotion:
 
 
 def amplitude(parts, poles):
-    """The sum of the largest sizes of real waves, those of conjugate poles together.
-
-    ``parts``, (m, N): the signal is the sum of ``parts[:, k] exp(poles[k] t)``;
-    ``poles``, (N,): all of a real system's.
+    """The sum of the largest sizes of the real waves in the sum of ``parts[:, k]
+    exp(poles[k] t)``, those of conjugate ``poles`` together; parts are (m, N).
     """
     upper, real = poles.imag > 0, poles.imag == 0
     waves = np.stack([parts.real, parts.imag], axis=2).transpose(1, 0, 2)

@@ -1,7 +1,5 @@
-"""Poles, norms and peaks of loops that are too sensitive for floats.
-
-The loop's matrices are read as decimal numbers, its transfer functions are
-quotients of rational polynomials, and these are evaluated with many digits.
+"""Poles, norms and peaks of loops that are too sensitive for floats: quotients of
+rational polynomials, of matrices read as decimals, evaluated with many digits.
 """
 
 import numpy as np
@@ -20,16 +18,13 @@ MOST_RUNS = 100  # in search of a peak
 
 
 def sensitive(d, K):
-    """Whether rounding errors may show in the loop's poles.
+    """Whether rounding errors may show in the poles of a `Descriptor` d under u = K x:
+    an eigenvalue's error, to first order, exceeds 1e-5 of it or hides its real part's
+    sign.
 
-    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x. Returns
-    bool: True where an eigenvalue's error, estimated to first order from its condition
-    number, exceeds 1e-5 of it or hides the sign of its real part.
-
-    Source: Golub and Van Loan, Matrix Computations, section 7.2.2: to
-    first order an eigenvalue moves by |y| |x| / |y x| times the norm of a
-    change of the matrix. That norm is taken after balancing, and of the
-    terms A and B K before they cancel.
+    Source: Golub and Van Loan, Matrix Computations, section 7.2.2: an eigenvalue moves
+    by |y| |x| / |y x| times the norm of a change of the matrix. That norm is taken
+    after balancing, and of the terms A and B K before they cancel.
     """
     with np.errstate(all="ignore"):
         back = np.linalg.inv(d.E)
@@ -60,10 +55,7 @@ def in_rationals(d, K):
 
 
 class ExactLoop:
-    """The loop E x' = (A + B K) x + B_w w in rational arithmetic.
-
-    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x.
-    """
+    """The loop E x' = (A + B K) x + B_w w of a `Descriptor` d in rationals."""
 
     def __init__(self, d, K):
         E, A, B, gain, Bw, C = map(_flint, (d.E, d.A, d.Bu, K, d.Bw, d.C))
@@ -94,10 +86,8 @@ class ExactLoop:
         return np.array(poles)
 
     def hinf_norm(self):
-        """The largest gain from w to the output on the imaginary axis.
-
-        It is searched on a grid of frequencies, which is refined where it is
-        largest.
+        """The largest gain from w to the output on the imaginary axis, searched on a
+        grid of frequencies, which is refined where it is largest.
         """
         poles = self.poles()
         if poles.real.max() >= 0:
@@ -125,9 +115,8 @@ class ExactLoop:
         return float(max(_highest(gain, grid), np.linalg.norm(D, 2)))
 
     def peak_input(self, x0):
-        """The largest |K x(t)| of the free response from x0.
-
-        It is None where a pole is double.
+        """The largest |K x(t)| of the free response from x0; None where a pole is
+        double.
         """
         poles = self.poles()
         if poles.real.max() >= 0:

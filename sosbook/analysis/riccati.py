@@ -8,16 +8,11 @@ from ..runtime.time_limit import check_time_of_eigenvalues
 
 
 def lyapunov(A, Q):
-    """The X of A X + X A' = Q.
-
-    ``A``, ``Q``, (N, N): of real numbers. Returns (N, N): where two eigenvalues of A
-    sum to zero, to rounding, A is moved a little, without the warning of
+    """The X of A X + X A' = Q, real. Where two eigenvalues of A sum to zero, to
+    rounding, A is moved a little, without the warning of
     `scipy.linalg.solve_continuous_lyapunov`.
 
     Source: R. H. Bartels and G. W. Stewart, Comm. ACM 15, 1972, 820-826.
-
-    >>> lyapunov(np.array([[-0.5]]), np.array([[-3.0]]))
-    array([[3.]])
     """
     check_time_of_eigenvalues(len(A))
     T, U = schur(A, output="real")
@@ -30,19 +25,12 @@ RESIDUAL = 1e-10  # relative; what leaves more is solved by scipy
 
 
 def riccati(A, B, Q, R):
-    """The stabilising X of A' X + X A - X B R^-1 B' X + Q = 0.
+    """The stabilising X of A' X + X A - X B R^-1 B' X + Q = 0, R positive definite;
+    numpy.linalg.LinAlgError if there is none, to rounding.
 
-    ``A``, ``B``, (N, N) and (N, m): the system x' = A x + B u; ``Q``, ``R``, (N, N) and
-    (m, m): symmetric weights, R positive definite. Returns (N, N): the symmetric
-    solution. Raises numpy.linalg.LinAlgError if there is none, to rounding.
-
-    X maps the first half of the Hamiltonian's stable Schur vectors to the
-    second (Laub 1979). `scipy.linalg.solve_continuous_are`, which balances a
-    pencil, takes four times as long at N = 6; it has the word where the
-    result doesn't solve the equation.
-
-    >>> riccati(np.zeros((1, 1)), np.eye(1), np.eye(1), np.eye(1))
-    array([[1.]])
+    X maps the first half of the Hamiltonian's stable Schur vectors to the second (Laub
+    1979). `scipy.linalg.solve_continuous_are`, which balances a pencil, takes four
+    times as long at N = 6; it has the word where the result doesn't solve the equation.
     """
     N, push = len(A), B @ np.linalg.solve(R, B.T)
     check_time_of_eigenvalues(N, SCHUR)

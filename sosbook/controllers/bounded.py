@@ -62,9 +62,8 @@ class Bounded:
 
 
 def of_noise(c, off, output, seconds):
-    """The `Bounded` of an ``output`` where readings are ``off`` by so much, at most.
-
-    ``c``: the controller; ``seconds``: for the proof.
+    """The `Bounded` of an ``output`` of c where readings are ``off`` by so much at
+    most; ``seconds`` for the proof.
     """
     known_index("output", output, c.outputs)
     known = np.flatnonzero(off > 0)
@@ -84,10 +83,8 @@ def of_noise(c, off, output, seconds):
 
 
 def of_motion(c, x, size, set_point, output, seconds, peak=False):
-    """The `Bounded` of an ``output`` while a set point moves, or at its step (peak).
-
-    ``c``: the controller; ``x``: see `rest`; ``size``, a rational: of the step, or of
-    the motion of ``set_point`` in each tick; ``seconds``: for the proof.
+    """The `Bounded` of an ``output`` of c while ``set_point`` moves by ``size`` a tick,
+    or at its step (``peak``); x: see `rest`; ``seconds`` for the proof.
     """
     known_index("output", output, c.outputs)
     own, direct = c.B_r[:, [set_point]], c.D_r[:, [set_point]]

@@ -47,17 +47,15 @@ def four_digits(x, rounding):
 
 @work
 def bounded_output(c, own, direct, k, start=None, peak=False):
-    """A proven bound of an output after impulses of several inputs, or None.
+    """A proven bound of output ``k`` (or of a row of the loop's state) of a controller
+    c after impulses of several inputs, or None: the sum of |u_k| over all ticks and
+    inputs.
 
-    It is the sum of |u_k| over all ticks and inputs.
-
-    ``c``: the controller; ``own``, ``direct``, (l, j) and (m, j): how inputs act on its
-    memory and on u; the j sums are added. Floats are read as decimals; ``k``: which
-    output, or what else of the loop's state, by a row; ``start``: from balls that hold
-    F to balls that hold the states (N, j) from which the motions begin; without it they
-    are what the inputs leave; ``peak``: the largest |u_k| instead of their sum, with
-    one input. The work ends with ``MOST_CELLS``, not by a clock: a busy machine gives
-    the same answer.
+    ``own``, ``direct``, (l, j) and (m, j): how inputs act on the memory and on u, as
+    decimals; ``start``: from balls that hold F to balls of the states (N, j) at the
+    start, else what the inputs leave; ``peak``: the largest |u_k| of one input instead.
+    The work ends with ``MOST_CELLS``, not by a clock: a busy machine gives the same
+    answer.
     """
     joined = Joined(c, own, direct)
     alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
@@ -89,11 +87,10 @@ def rounded(x, way):
 
 
 def rest(c, j):
-    """The state of the loop of c at rest at one unit of set point j, of every plant.
-
-    In rationals (N, 1), proven: there no plant of the family is pushed and the
-    controller stays and asks nothing. None where there is no such state, as where
-    springs push back, or where rounded numbers leave a rest that isn't exactly so.
+    """The state of the loop of c at rest at one unit of set point j, of every plant: in
+    rationals (N, 1), proven that no plant is pushed there and the controller asks
+    nothing. None where springs push back, or rounded numbers leave a rest that isn't
+    exactly so.
     """
     n = len(c.vertices[0].A) // 2
     seen = exact(c.rows)[:, :n]
@@ -137,9 +134,8 @@ def settled(loop):
 
 
 def sizes_of(loop, G, direct, output):
-    """(ticks, k) sizes of an ``output`` after impulses; infinite if unstable.
-
-    G and ``direct`` say how they act on a ``loop``: see `Loop.impulses`.
+    """(ticks, k) sizes of an ``output`` of a ``loop`` after impulses by G and
+    ``direct`` (see `Loop.impulses`); infinite if unstable.
     """
     if loop.radius >= 1:
         return np.full((1, G.shape[1]), np.inf)
@@ -147,9 +143,8 @@ def sizes_of(loop, G, direct, output):
 
 
 def outputs_of(c):
-    """The rows that pick the outputs of a controller c from the state of its loop.
-
-    In rationals.
+    """The rows, rationals, that pick a controller c's outputs from the state of its
+    loop.
     """
     seen, C = exact(c.D) @ exact(c.rows), exact(c.C)
     older = c.timing.n_past_inputs * len(C)
@@ -157,9 +152,8 @@ def outputs_of(c):
 
 
 def longest_cut(joined, weights):
-    """Where a cell of `Joined` loops is halved: along its longest edge.
-
-    ``joined`` are the loops, ``weights`` the cell's corners.
+    """Where a cell of ``joined`` loops with corners ``weights`` is halved: its longest
+    edge.
     """
     F = [middle(joined.family.loop(w, joined.controller.timing)) for w in weights]
     shape = joined.family.shape
@@ -203,9 +197,8 @@ def _cell(joined, alone, weights, h, at_once, start, peak):
 
 
 def _enclosed(joined, weights, L, h, direct, start, used, head):
-    """The lemma's bound of a cell for a proven L, from balls around its loops.
-
-    Without ``used`` (1) it is that of the largest |u_k|.
+    """The lemma's bound of a cell for a proven L; without ``used`` (1) of the largest
+    |u_k|.
     """
     j, peak = joined.inputs, used == 1
     cell = joined.cell(weights, np.eye(len(L) + j))

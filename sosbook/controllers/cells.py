@@ -31,11 +31,8 @@ class _Exactly(SampledSystem):
 
 @dataclass(frozen=True, eq=False)
 class Joined:
-    """The loops of a `Controller` with inputs that act on its memory and on u.
-
-    ``controller``: the controller; ``own``, ``direct``, (l, k) and (m, k): how k inputs
-    act on its memory, and on u; floats are read as decimals; ``less``, int or fmpq: the
-    share of u that is taken away.
+    """The loops of a ``controller`` with k inputs on its memory by ``own``, (l, k), and
+    on u by ``direct``, (m, k), decimals; a share ``less`` of u is taken away.
     """
 
     controller: object
@@ -90,9 +87,8 @@ class JoinedCell:
         return self.cell.turn @ balls(self.cell.L), loops, bent
 
     def least(self, R):
-        """A positive number if F'PF < R in the whole cell, P = L'L of the cell.
-
-        R is symmetric, in balls: no rounding of it is left out.
+        """A positive number if F'PF < R, in balls and symmetric, in the whole cell, P =
+        L'L.
         """
         try:
             L, loops, bent = self._made

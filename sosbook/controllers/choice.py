@@ -13,11 +13,9 @@ DOUBTS = tuple(10.0**k for k in np.arange(-2, 7, 0.5))
 
 @dataclass(frozen=True, eq=False)
 class Chosen:
-    """An observer, and the worst that its loops do.
-
-    ``M``, (N, q): its gain; ``weights``, (vertices,): of the plant that it knows;
-    ``peak``: the largest sensitivity at the plant's input; ``radius``: the largest
-    spectral radius; ``noise``: the largest rms of u under the sensors' steps.
+    """An observer's gain ``M``, the ``weights`` of the plant that it knows, and the
+    worst of its loops: the ``peak`` sensitivity at the plant's input, the largest
+    spectral ``radius``, and the largest rms of u under the sensors' steps, ``noise``.
     """
 
     M: np.ndarray
@@ -28,15 +26,14 @@ class Chosen:
 
 
 def chosen_observer(plants, known, timing, rows, steps, names, gains, most, slowest):
-    """The quietest Kalman filter whose loops keep their sensitivity low, and decay.
+    """The quietest Kalman filter whose loops, with all ``plants``, keep their peak
+    sensitivity below ``most`` and their radius below ``slowest``; else that of the
+    lowest peak.
 
-    ``plants``: all loops are looked at; ``known``, (weights, Descriptor): plants that
-    the observer may know; ``timing``: when it samples and acts; ``rows``, (q, N): what
-    is measured; ``steps``, (q,): how fine it is measured; ``names``: of the plant's
-    state; ``gains``: K_x, K_I, what is integrated, T and K_r of `assembled`; ``most``:
-    the sensitivity may have this peak. If none keeps it, the one with the lowest peak
-    is taken; ``slowest``: and the loops this radius. Returns (Estimate, Chosen) or
-    None: none where no candidate keeps all loops stable.
+    ``known``, (weights, Descriptor): plants that it may know; ``timing``; ``rows``, (q,
+    N) and ``steps``, (q,): what is measured, how fine; ``names`` of the plant's state;
+    ``gains``: K_x, K_I, what is integrated, T and K_r of `assembled`. Returns
+    (Estimate, Chosen), or None where no candidate keeps all loops stable.
     """
     found = []
     for doubt in DOUBTS:

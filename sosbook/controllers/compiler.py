@@ -31,11 +31,8 @@ or set the environment variable CC to a compiler's command"""
 
 
 def compiler():
-    """The command of a C compiler.
-
-    Returns list of str: $CC if it is set; else cc, gcc or clang on the PATH; else the
-    one in the Python package ziglang. Raises RuntimeError if there is none; it names
-    the ways to get one.
+    """The command of a C compiler: $CC; else cc, gcc or clang on the PATH; else
+    ziglang's. A RuntimeError without one names the ways to get it.
     """
     command = shlex.split(os.environ.get("CC", ""), posix=os.name != "nt")
     command = [word.strip('"') for word in command]
@@ -54,9 +51,8 @@ def compiler():
 
 
 def build(folder, name, flags=FLAGS):
-    """Path of the shared library of <name>.c in a folder, made with these ``flags``.
-
-    RuntimeError if there is no compiler, or it refuses.
+    """The shared library of <name>.c in a folder, made with ``flags``, or a
+    RuntimeError.
     """
     library = folder / f"{name}.so"
     command = [
@@ -80,9 +76,7 @@ def build(folder, name, flags=FLAGS):
 
 def loaded(name, texts, folder=None, flags=FLAGS):
     """The library of <name>.c among some ``texts``, made with ``flags`` and loaded.
-
-    Without a ``folder`` its files are gone again: a loaded library needs none, but on
-    Windows, where they go with it.
+    Without a ``folder`` its files are gone again at once; on Windows with the library.
     """
     place = None
     if folder is None:

@@ -371,16 +371,7 @@ class Controller(Answers, ReadOnly):
 
 
 def quiet_set_point(U, K_P):
-    """The r with U r = I of which K_P r is least, (n, a); all of z without U.
-
-    Where there are more free entries than outputs the smallest r is taken.
-
-    Examples
-    --------
-    >>> quiet_set_point(np.array([[1.0, 0.0]]), np.array([[-4.0, 2.0]]))
-    array([[1.],
-           [2.]])
-    """
+    """The least r with U r = I of which K_P r is least, (n, a); all of z without U."""
     a, n = U.shape
     if not a:
         return np.eye(n)

@@ -47,10 +47,8 @@ class Cycle:
 
 
 def predicted_cycles(c, friction=None, backlash=None):
-    """The `Cycle` of each balance of a controller c, at all corners of its plant.
-
-    ``c``: the controller; ``friction``, (n,): Coulomb's friction on each coordinate, as
-    a force; ``backlash``: a gap between two coordinates.
+    """The `Cycle` of each balance of a controller c, at all corners of its plant, under
+    Coulomb's ``friction`` (a force on each coordinate) and a ``backlash`` between two.
     """
     if backlash is not None and not isinstance(backlash, Backlash):
         raise ValueError(f"backlash must be a Backlash, got {backlash!r}")

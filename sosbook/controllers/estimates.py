@@ -6,10 +6,8 @@ from ..sampled.system import SampledSystem
 
 
 def estimated(T, blend):
-    """From [theta, phi, theta', phi'] to what the program takes for them.
-
-    States: theta^, the gyro and the absolute angle, one tick T ago. The ``blend`` is
-    the accelerometers' share, whose tilt is taken for the truth.
+    """What the program takes for the ``states`` [theta, phi, theta', phi']: theta^, the
+    gyro and the absolute angle, one tick T ago; ``blend``: the accelerometers' share.
     """
     theta, phi, gyro, _ = np.eye(4)
     trust = 1 - blend
@@ -36,9 +34,8 @@ def balancing(gains):
 
 
 def heading(K, T):
-    """From [delta, delta'], the wheels' difference, to that of the volts.
-
-    ``K`` multiplies the error, its difference over T and its sum.
+    """From [delta, delta'] to the volts' one; K: of the error, its steps over T, its
+    sum.
     """
     k, k_rate, k_sum = K
     return SampledSystem(

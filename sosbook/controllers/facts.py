@@ -15,11 +15,8 @@ LOSE_EVERY = 97  # a tick: about one sample in a hundred
 
 
 def facts_of(c, time_limit):
-    """The three columns of a `Controller`'s header, and its proof files.
-
-    ``c``: of whose program they are; ``time_limit``: seconds for the proof of the
-    sampled loop. Returns tuple: ((title, lines), ...) and ((end of the name, text),
-    ...).
+    """The columns (title, lines) of the header of a `Controller` c, and its proof files
+    (end of the name, text); ``time_limit``: seconds for the sampled loop's proof.
     """
     sampled = c.certify(time_limit=time_limit)
     continuous = getattr(c.certificate, "kind", "") != getattr(sampled, "kind", "")
@@ -100,9 +97,8 @@ def bounded(c):
 
 
 def span(c, times=SPAN, most=MOST_TICKS):
-    """Seconds of so many ``times`` c's slowest time constant, after a ramp of one.
-
-    At ``most`` so many ticks.
+    """Seconds of ``times`` c's slowest time constant after a ramp, at ``most`` so many
+    ticks.
     """
     slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
     ramp = c.limits.ramp.min(initial=np.inf)

@@ -8,10 +8,8 @@ from .template import comment
 
 
 class Gains:
-    """The text of a <name>_gains.h, definition by definition.
-
-    ``name``: of the program, in lower case; ``precision``: of its numbers; ``about``:
-    lines that say what is known of it; ``columns``: more of them, under titles.
+    """The text of a <name>_gains.h, definition by definition, in this ``precision``;
+    ``name`` is the program's; ``about``, ``columns``: what is known of it.
     """
 
     def __init__(self, name, precision, about, columns=()):
@@ -49,9 +47,8 @@ class Gains:
         self.define(label, f"{{{self._row(values)}}}")
 
     def matrix(self, label, value, said, rows=()):
-        """A ``label`` with a matrix value, what is ``said`` of it, and of its ``rows``.
-
-        C has no array of nothing: there it has a zero.
+        """A ``label`` with a matrix value, what is ``said`` of it, and of its ``rows``;
+        where it is empty a zero, for C has no array of nothing.
         """
         full = np.zeros([max(n, 1) for n in value.shape])
         full[: value.shape[0], : value.shape[1]] = value

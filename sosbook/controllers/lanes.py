@@ -1,7 +1,5 @@
-"""Arithmetic of robots side by side: in arrays, or of one in plain numbers.
-
-What a program does at a tick is written once and does the same operations in
-the same order either way; one robot in plain numbers takes a sixth of the time.
+"""Arithmetic of robots side by side in arrays, or of one in plain numbers, in a sixth
+of the time: the same operations in the same order either way.
 """
 
 from functools import partial
@@ -13,10 +11,8 @@ from ..plants.checks import count
 
 
 class Lanes:
-    """The numbers that so many robots reckon with.
-
-    ``runs``: how many robots stand side by side; ``kind``: the precision of all
-    arithmetic.
+    """The numbers that so many robots (``runs``) reckon with, all in one precision
+    (``kind``).
 
     >>> lanes = Lanes(1, float)
     >>> volts = lanes.taken(lanes.array(3.0))

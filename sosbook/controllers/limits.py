@@ -16,9 +16,8 @@ TURNS |= dict.fromkeys(("deg", "degree", "degrees", "\N{DEGREE SIGN}"), 360.0)
 
 
 def per_signal(name, value, signals):
-    """A number for each of some signals, from a ``value`` or a dict by their names.
-
-    ``name`` is that of the argument.
+    """A number for each of the ``signals``, from a ``value`` or a dict; ``name`` is for
+    errors.
     """
     if value is None:
         return np.full(len(signals), np.inf)
@@ -33,12 +32,9 @@ def per_signal(name, value, signals):
 
 
 def quantum(counts, signals):
-    """How fine each of some signals is measured, from its counts; zero: unknown.
+    """How fine each of some ``signals`` is measured, from its ``counts``: so many a
+    turn of an angle, in rad without a unit, and a unit of others; zero: unknown.
 
-    They are so many a turn of an angle, in rad without a unit, and a unit of others.
-
-    Examples
-    --------
     >>> from sosbook.controllers.signals import Signal
     >>> signals = [Signal("a"), Signal("b"), Signal("c", "deg"), Signal("d", "m")]
     >>> quantum({"a": 4, "c": 4, "d": 4}, signals).round(3)

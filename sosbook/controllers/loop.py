@@ -21,15 +21,10 @@ def frequencies(T, F=None):
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """x+ = F x + noise n + set_point r + pushed f + limited (v - u), u = H x + ...
-
-    The state x is that of the plant, its older inputs, and the controller's own.
-
-    ``F``, (N, N): how the state moves; ``noise``, ``set_point``, ``pushed``,
-    ``limited``: what acts on the state: of the sensors, of the set point, a disturbance
-    at the plant's input, and what the limits take away; ``H``, (m, N): picks u;
-    ``direct``, ``direct_r``, (m, q) and (m, p): what of sensors and set point is seen
-    in u at once; ``T``: time between samples, in s.
+    """x+ = F x + noise n + set_point r + pushed f + limited (v - u), u = H x + direct n
+    + direct_r r, every T s. The state x is the plant's, its older inputs, and the
+    controller's; ``noise`` is the sensors', ``pushed`` a disturbance at the plant's
+    input, ``limited`` what the limits take away.
     """
 
     F: np.ndarray
@@ -44,11 +39,8 @@ class Loop:
 
     @classmethod
     def of(cls, parts, rows, timing, d):
-        """The loop of a controller's matrices with a plant d.
-
-        ``parts``: A, B, B_r, C, D, D_r, W: see `sosbook.controllers.memory`; ``rows``,
-        (q, N): what is measured of the plant's state; ``timing``: when it samples and
-        acts; ``d``: the plant.
+        """The loop of ``parts`` A, B, B_r, C, D, D_r, W (see
+        `sosbook.controllers.memory`), ``rows``, (q, N), and ``timing`` with a plant d.
         """
         A, B = timing.held(d)
         seen = np.hstack([rows, np.zeros((len(rows), len(A) - rows.shape[1]))])
@@ -82,9 +74,8 @@ class Loop:
         return float(np.linalg.norm(S, 2, axis=(1, 2)).max())
 
     def noise_rms(self, steps):
-        """(m,) array: rms of u if sensors have independent errors of some ``steps``.
-
-        A step of a quantiser is an error of step / sqrt(12).
+        """(m,) rms of u if sensors have independent errors of ``steps`` / sqrt(12), a
+        quantiser's.
         """
         G = self.noise * (steps / np.sqrt(12))
         X = discrete_lyapunov(self.F.T, G @ G.T)
@@ -93,9 +84,8 @@ class Loop:
         return np.sqrt(np.maximum(np.diag(total), 0))
 
     def impulses(self, G, direct, count):
-        """(count, m, k) array: u after an impulse in each of k inputs at tick 0.
-
-        They act on the state by G (N, k) and on u at once by ``direct`` (m, k).
+        """(count, m, k): u after an impulse in each of k inputs at tick 0, which act on
+        the state by G, (N, k), and on u at once by ``direct``, (m, k).
         """
         found, x = np.empty((count, len(self.H), G.shape[1])), G
         found[0] = direct

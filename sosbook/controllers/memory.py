@@ -1,7 +1,6 @@
-"""What a controller remembers: an estimate of the state, older outputs, integrals.
-
-All of it is one linear system, x+ = A x + B y + B_r r + W (v - u), u = C x + D y +
-D_r r, where v is what is left of u after its limits.
+"""What a controller remembers (an estimate of the state, older outputs, integrals), one
+linear system: x+ = A x + B y + B_r r + W (v - u), u = C x + D y + D_r r, where v is
+what is left of u after its limits.
 """
 
 from dataclasses import dataclass
@@ -22,25 +21,11 @@ REST = 1e-12  # of the noise of the process, on every state: no gain dies out
 class Estimate:
     """x^ = stay s + take y of a memory s+ = A s + B y + older v(k-1), ... + now v(k).
 
-    Parameters
-    ----------
-    stay, take : (N, l) and (N, q) arrays
-        How the estimate of the plant's state is made.
-    A, B : (l, l) and (l, q) arrays
-        How the memory moves.
-    older, now : (l, m d) and (l, m) arrays
-        How outputs act on it: those of ticks before, the last one first, and this.
-    start : (l, q) array
-        The memory at the start, of what is measured there.
-    states : tuple of str
-        What s is, in words.
-    words : str
-        What kind of estimate it is.
-    predicts : (q, l) array or None
-        What will be measured, of s; None: it is what was measured last.
-    errors : bool
-        Whether set points are those of the first readings, by `shifted`, rather than
-        of the coordinates.
+    ``older``, (l, m d), takes outputs of ticks before, the last first; the memory
+    begins at ``start`` times what is measured; ``states``: what s is, in words;
+    ``words``: what kind of estimate it is; ``predicts``, (q, l): what will be measured,
+    of s; None: as last; ``errors``: set points are those of the first readings, by
+    `shifted`, not of the coordinates.
     """
 
     stay: np.ndarray
@@ -82,12 +67,8 @@ def direct(rows, m):
 
 
 def filtered(rows, n, m, T, tracking, names):
-    """Rates by a filter of first order, where all coordinates are measured.
-
-    ``rows``, (q, 2n): what is measured of [z; z']; all z are; ``n``, ``m``: coordinates
-    and inputs; ``T``, ``tracking``: the time between samples and the filter's time
-    constant, in s; with zero it is the difference of two samples; ``names``: of the
-    coordinates.
+    """Rates by a filter of time constant ``tracking`` (zero: differences) every T s; of
+    [z; z'], n coordinates with ``names``, ``rows`` has all z; m inputs.
     """
     share = round_digits([1 - np.exp(-T / tracking) if tracking else 1.0], DIGITS)[0]
     q = len(rows)
@@ -114,11 +95,8 @@ def filtered(rows, n, m, T, tracking, names):
 
 
 def observed(d, timing, rows, M, names):
-    """A Kalman filter at the ticks: x^ = s + M (y - rows s), s predicted from x^.
-
-    ``d``: the plant that it knows; ``timing``: when it samples, and how late outputs
-    act; ``rows``, (q, N): what is measured; ``M``, (N, q): how far the estimate follows
-    what is measured; ``names``: of the plant's state.
+    """A Kalman filter at the ticks: x^ = s + M (y - rows s), s predicted from x^ by a
+    plant d that it knows, with ``timing`` and ``names`` of the plant's state.
     """
     A, B = timing.held(d)
     N = len(d.E)
@@ -145,11 +123,8 @@ def observed(d, timing, rows, M, names):
 
 
 def kalman(d, T, rows, noise, push):
-    """M of the stationary Kalman filter of a plant for a process noise.
-
-    ``d``: the plant; ``T``: time between samples, in s; ``rows``, (q, N): what is
-    measured; ``noise``, (q,): standard deviation of what is measured; ``push``: that of
-    the inputs and disturbances that nobody knows, from tick to tick.
+    """M of the stationary Kalman filter of d every T s: ``rows``, (q, N), have standard
+    deviations ``noise``, unknown inputs and disturbances ``push``, at each tick.
     """
     forced = np.hstack([d.Bu, d.Bw]) if d.Bw.size else d.Bu
     N = len(d.E)
@@ -167,14 +142,13 @@ def kalman(d, T, rows, noise, push):
 
 
 def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
-    """The matrices A, B, B_r, C, D, D_r, W of a controller, and what its states are.
+    """The matrices A, B, B_r, C, D, D_r, W of a controller by name, and what its states
+    are.
 
-    ``estimate``: of the plant's state; ``timing``: how late outputs act; ``K_x``,
-    ``K_I``, (m, N) and (m, a): gains of the state and of the integrals; ``sums``, (a,
-    q): what is integrated, of what is measured; ``T``: time between samples, in s;
-    ``K_r``, (m, p): how the set points act on u at once. Returns the matrices by name.
-    W has what the limits take away in the registers and in the estimate; the integrals
-    know nothing of it yet.
+    ``estimate`` is of the plant's state; ``timing``: how late outputs act; ``K_x``,
+    ``K_I``: gains of the state and of the integrals of ``sums``, (a, q), of what is
+    measured every T s; ``K_r``: set points act on u at once. W has what the limits take
+    away in the registers and in the estimate; the integrals know nothing of it yet.
     """
     m, a, p = len(K_x), K_I.shape[1], K_r.shape[1]
     l, q = estimate.A.shape[0], estimate.take.shape[1]
@@ -200,10 +174,8 @@ def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
 
 
 def shifted(parts, start, R):
-    """The ``parts`` of a controller that takes readings R r for zeros, exactly.
-
-    ``parts``: of `assembled`; ``start``, (l, q): the memory at rest, of what is
-    measured there; ``R``, (n, p): the first n readings for one unit of each set point.
+    """The ``parts`` of `assembled` that take readings R r for zeros, exactly:
+    ``start``, (l, q), is the memory at rest, R, (n, p), n readings for units of r.
     """
     l, n = len(start), len(R)
     A, B, C, D, rest, r = map(exact, (*(parts[x] for x in "ABCD"), start, R))
@@ -215,12 +187,8 @@ def shifted(parts, start, R):
 
 
 def forgetting(A, C, share):
-    """The least W for which all eigenvalues of A - W C are within a ``share`` of one.
-
-    So a memory x+ = A x + W (v - u), u = C x, forgets while its output is held.
-
-    Notes
-    -----
+    """The least W for which all eigenvalues of A - W C are within a ``share`` of one,
+    so that a memory x+ = A x + W (v - u), u = C x, forgets while its output is held.
     The gain of a Kalman filter without noise of the process mirrors what isn't within.
     """
     fast, rest = A / share, REST * np.eye(len(A))

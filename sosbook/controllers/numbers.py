@@ -8,10 +8,8 @@ BROKEN = 1e9  # of what the law answers: a number in it is broken
 
 
 def program_numbers(c):
-    """Arrays and numbers of a `Controller` c by their names in its program.
-
-    Names that stand for counts of ticks have ints; everything else is floats, exactly
-    those that the program is compiled with.
+    """Arrays and numbers of a `Controller` c by their names in its program: ints for
+    counts of ticks, everything else exactly the floats that it is compiled with.
     """
     q, p, m = len(c.measured), len(c.set_points), len(c.outputs)
     limits, ticks = c.limits, c.faults.ticks(c.T)

@@ -164,16 +164,12 @@ def between(vertices):
 
 
 def check_rate(vertices, timing):
-    """Refuse a clock with which no controller has a reasonable loop.
+    """Refuse a clock (``timing``) with which no controller has a reasonable loop.
 
-    An unstable pole p of the plant and d + 1 ticks from a sample to its effect leave
-    every sampled controller a complementary sensitivity of at least e^(p T (d + 1)).
-    ``vertices`` are the plants, ``timing`` is a `SampleTiming`.
-
-    Notes
-    -----
-    T(z) is 1 at z = e^(pT), and z^(d+1) T(z) is analytic outside the unit circle; the
-    maximum modulus principle.
+    An unstable pole p of the ``vertices`` and d + 1 ticks from a sample to its effect
+    leave a complementary sensitivity of at least e^(p T (d + 1)): T(z) is 1 at z =
+    e^(pT), z^(d+1) T(z) is analytic outside the unit circle, and the maximum modulus
+    principle.
     """
     whole = timing.whole_samples + 1
     for d in vertices:

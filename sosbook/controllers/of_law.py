@@ -31,11 +31,8 @@ INVERTIBLE = 1e-9  # of the largest singular value: what a memory forgets of rea
 
 
 def law_sensors(law, plant, measured, memory, filter_time):
-    """Names of a law's sensors and their rows on the plant's state.
-
-    ``law``: of a design; ``plant``: the design's; ``measured``, ``memory``,
-    ``filter_time``: as in `Gains.controller`: a ValueError where the law has decided
-    otherwise.
+    """Names of a ``law``'s sensors and their rows on the ``plant``'s state; a
+    ValueError where it has decided about ``measured``, ``memory`` or ``filter_time``.
     """
     parts = law.parts(plant)
     sensors = parts.sensors
@@ -54,13 +51,10 @@ def law_sensors(law, plant, measured, memory, filter_time):
 
 
 def law_memory(law, plant, K, T, at_ticks=False):
-    """What a law remembers at the ticks, what its gain multiplies, what is summed.
-
-    ``law``: of a design; ``plant``: the design's; ``K``, (m + free, q): its gain, read
-    as decimals; ``T``: time between samples, in s; ``at_ticks``: whether free dynamics
-    are from tick to tick already. Returns Estimate: its memory but for the integrals;
-    Gain: of its signals, and last of its integrals; (a, s): what is integrated of the
-    sensors.
+    """The `Estimate` that a ``law`` of a ``plant`` remembers every T s, without
+    integrals; the `Gain` of its signals, integrals last; and (a, s), what is integrated
+    of the sensors. ``K``, (m + free, q), is read as decimals; ``at_ticks``: free
+    dynamics are from tick to tick already.
     """
     parts, K = law.parts(plant), exact(np.asarray(K))
     A, B, C, D = parts.controller(K)

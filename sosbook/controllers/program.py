@@ -1,7 +1,5 @@
-"""A controller as a program in C99: <name>.h, <name>.c and what goes with them.
-
-The files of the folder templates are whole programs. They include <name>_gains.h, which
-alone is written here, and so are <name>_plants.h, the plants of the bench.
+"""A controller as a program in C99, whole files of the folder templates, which include
+the written ones: <name>_gains.h and, for the bench, <name>_plants.h.
 """
 
 import re

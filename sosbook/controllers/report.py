@@ -58,10 +58,8 @@ def write_report(design, controller, folder, name="axis", replace=False, pdf=Fal
 
 
 def report_texts(design, controller, name="axis"):
-    """The texts of `write_report` by the files' names.
-
-    They are the page, proofs and program of a ``design`` and its ``controller``, with
-    the program's ``name``.
+    """The texts of `write_report` by file: page, proofs and program of a ``design`` and
+    its ``controller``, with the program's ``name``.
     """
     code = controller.to_c(name)
     files = {f"{name}/{file}": text for file, text in code.texts.items()}

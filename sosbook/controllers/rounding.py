@@ -17,12 +17,9 @@ EPSILON = {"double": 2.0**-53, "single": 2.0**-24}
 
 
 def rounding_bound(c, precision, range, speed, output):
-    """The `Bounded` of what rounding does to an output.
-
-    ``c``: with one set point and no springs that push back at rest; ``precision``,
-    {"double", "single"}: of the program; ``range``: how far from zero the set point
-    goes; ``speed``: how fast it moves, per second; from rest at zero; ``output``: which
-    output.
+    """The `Bounded` of what rounding in this ``precision`` does to an ``output`` of c,
+    with one set point, no springs: from zero as far as ``range``, by ``speed`` a
+    second.
     """
     if precision not in EPSILON:
         raise ValueError(f"precision must be 'double' or 'single', got {precision!r}")

@@ -227,10 +227,8 @@ def design_sampled(
 
 
 class _Work:
-    """A search of gains at the ticks, and the proof of what it finds.
-
-    ``design``: with all but its gain; ``sigma``, ``backoff``, ``cells``: as in
-    `design_sampled`.
+    """A search of gains at the ticks, and the proof of what it finds, of a ``design``
+    without a gain; ``sigma``, ``backoff``, ``cells``: as in `design_sampled`.
     """
 
     def __init__(self, design, sigma, backoff, cells):
@@ -303,9 +301,8 @@ class _Work:
         return abs(np.linalg.eigvals(self.loops.at(kappa))).max()
 
     def _proven(self, kappa):
-        """The design with the free numbers in few digits that is proven.
-
-        Else the last one that was tried; None where each rounding is unstable.
+        """The design with the free numbers in few digits that is proven, else the last
+        that was tried; None where each rounding is unstable.
         """
         T, design = self.design.T, None
         for digits in DIGITS:
@@ -338,10 +335,8 @@ class _Work:
 
 
 class _Loops:
-    """Sampled loops of some plants, which are affine in the free numbers.
-
-    ``made``: the controllers without a gain, and with a step of each number; ``steps``:
-    these; ``form``: what the numbers are.
+    """Sampled loops, affine in the free numbers of a ``form``: controllers ``made``
+    without a gain, and with a step of each number, ``steps``.
     """
 
     def __init__(self, made, steps, form, plants):

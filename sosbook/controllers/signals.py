@@ -37,10 +37,9 @@ class Signal:
 
 
 def unit_of(name, units):
-    """The unit of a signal, from the ``units`` of the coordinates and the inputs.
+    """The unit of a signal of this ``name``, from the ``units`` of coordinates and
+    inputs.
 
-    Examples
-    --------
     >>> [unit_of(name, {"q1": "rad"}) for name in ("q1", "q1'", "integral of q1")]
     ['rad', 'rad/s', 'rad s']
     """
@@ -61,9 +60,8 @@ def signals_of(names, units):
 
 
 def identifiers(names):
-    """The end of a macro of C for each of some names.
-
-    Raises ValueError if a name can't be spelled, or two are spelled alike.
+    """The end of a macro of C for each of some ``names``; a ValueError if one can't be
+    spelled, or two are spelled alike.
 
     >>> identifiers(["q1", "q1'", "set point of q1"])
     ['Q1', 'Q1_RATE', 'REF_Q1']
@@ -86,10 +84,7 @@ def identifiers(names):
 
 
 def known_index(name, k, signals):
-    """A ValueError unless k is the index of one of some ``signals``.
-
-    ``name`` is that of the argument.
-    """
+    """A ValueError with the ``name`` unless k is the index of one of the signals."""
     if name == "set_point" and not signals:
         raise ValueError(NOTHING_TO_SET)
     if k not in range(len(signals)):

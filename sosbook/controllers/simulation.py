@@ -1,7 +1,5 @@
-"""A controller's program at work on its plants: sampled, late, in steps, with friction.
-
-Between two changes the linear plant is solved exactly. Friction and backlash are
-constant over a part of a tick.
+"""A controller's program at work on its plants: between two changes the linear plant is
+solved exactly; friction and backlash are constant over a part of a tick.
 """
 
 from dataclasses import dataclass
@@ -70,11 +68,8 @@ def simulate_controller(
     program=None,
     lose=None,
 ):
-    """Run a controller's program.
-
-    ``controller``: whose program it is; ``seconds``, ``r``, ``w``, ``x0``, ``plants``,
-    ``friction``, ``backlash``, ``program``, ``lose``: as in `Controller.simulate`,
-    which calls this.
+    """Run a ``controller``'s program; ``seconds``, ``r``, ``w``, ``x0``, ``plants``,
+    ``friction``, ``backlash``, ``program``, ``lose``: see `Controller.simulate`.
     """
     c = controller
     plants = c.vertices if plants is None else plants

@@ -40,9 +40,8 @@ def written_by():
 
 
 def replaced(pattern, text, new):
-    """The ``text`` with ``new`` in the one place that the ``pattern`` matches.
-
-    What the pattern's groups match stays before it.
+    """The ``text`` with ``new`` behind the ``pattern``'s groups in the one place of a
+    match.
     """
     text, count = re.subn(
         pattern, lambda match: "".join(match.groups()) + new, text, flags=re.M

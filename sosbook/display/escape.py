@@ -5,24 +5,17 @@ import json
 
 
 def page_text(words, quote=True):
-    """Words as text of a page or as the value of an attribute.
-
-    ``words``: its ``str`` is shown; ``quote``: escape quotation marks too, as
-    attributes need it.
-
-    >>> page_text("</script><b title='1'>")
-    '&lt;/script&gt;&lt;b title=&#x27;1&#x27;&gt;'
+    """The ``str`` of ``words`` as text of a page, or with ``quote`` as an attribute's
+    value.
     """
     return html.escape(str(words), quote=quote)
 
 
 def json_text(data):
-    """A value, ``data``, as JSON that may stand in a page's script element.
+    r"""A value, ``data``, as JSON that may stand in a page's script element.
 
-    Examples
-    --------
     >>> json_text({"name": "</script>"})
-    '{"name":"\\\\u003c/script>"}'
+    '{"name":"\\u003c/script>"}'
     """
     encoded = json.dumps(
         data, ensure_ascii=False, separators=(",", ":"), allow_nan=False

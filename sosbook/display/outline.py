@@ -6,16 +6,12 @@ RAYS = 360  # corners of an outline: one a degree
 
 
 def region_outline(region, window=(-10.0, 2.0, 6.0)):
-    """Corners of a polygon that traces a D-region within a window.
+    """Corners of a polygon that traces a ``region`` within a ``window`` (left, right,
+    height), as complex points; empty if it misses the window.
 
-    A region f(z) = alpha + beta z + beta' conj(z) < 0 is convex and symmetric
-    about the real axis.  From an interior point c the boundary along a
-    direction d is where f(c) + t (f(c + d) - f(c)) becomes singular: one
-    eigenvalue problem a ray, no search.
-
-    ``region``: the region to outline; ``window``, (left, right, height): the part of
-    the plane to trace, |Im s| <= height. Returns ndarray of complex, or an empty one if
-    the region misses the window: the corners, as points s of the complex plane.
+    A region f(z) = alpha + beta z + beta' conj(z) < 0 is convex and symmetric about the
+    real axis. From an interior point c the boundary along a direction d is where f(c) +
+    t (f(c + d) - f(c)) becomes singular: one eigenvalue problem a ray, no search.
     """
     left, right, height = window
     parts = region_parts(region)
@@ -77,10 +73,8 @@ def region_parts(region):
 
 
 def window_of(poles, region=None):
-    """A window (left, right, height) that shows the poles and the region.
+    """A window (left, right, height) that shows the ``poles`` and the ``region``.
 
-    Examples
-    --------
     >>> window_of([-1 + 1j, -1 - 1j])
     (-1.3, 0.325, 1.3)
     """

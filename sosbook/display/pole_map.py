@@ -11,14 +11,9 @@ LEFT, TOP, BOTTOM, RIGHT = 46.0, 8.0, 34.0, 10.0  # room around the axes, in pix
 
 
 def pole_map(rows, region=None, label="poles, rad/s"):
-    """An inline SVG of poles, drawn without any other library.
-
-    ``rows``: the poles, in rad/s, of each vertex; ``region``: the region to shade;
-    ``label``: what stands below the axes. Returns the text of an SVG element. Its
-    colours are the classes ``sos-region``, ``sos-axis``, ``sos-pole``.
-
-    >>> pole_map([[-1 + 1j, -1 - 1j]])[:55]
-    '<svg role="img" aria-label="2 poles, the rightmost at R'
+    """An inline SVG of poles, ``rows`` of each vertex in rad/s, and a ``region``,
+    ``label`` below; its colours are the classes ``sos-region``, ``sos-axis``,
+    ``sos-pole``.
     """
     rows = [np.asarray(row, complex) for row in rows]
     window = left, right, top = window_of(rows, region)

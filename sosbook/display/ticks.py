@@ -6,8 +6,6 @@ import numpy as np
 def round_ticks(low, high, most=5):
     """Round numbers from ``low`` to ``high``, about ``most`` of them.
 
-    Examples
-    --------
     >>> round_ticks(-1.3, 0.3).round(1) + 0.0
     array([-1. , -0.5,  0. ])
     """

@@ -249,10 +249,8 @@ def plain(plant, K_A=None):
 
 
 def sensor_rows(plant, position, velocity):
-    """The sensors' rows on the plant's state, their names, and how many are positions.
-
-    ``position``, ``velocity``, (q, n) or None: of a DescriptorSystem positions are rows
-    on x, and there are no velocities.
+    """The sensors' rows on the ``plant``'s state, their names, how many are positions,
+    of ``position`` and ``velocity``; of a DescriptorSystem all are positions.
     """
     first = isinstance(plant, DescriptorSystem)
     if first and velocity is not None:

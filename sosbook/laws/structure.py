@@ -12,10 +12,8 @@ __all__ = ["Block", "Structure", "placed"]
 
 @dataclass(frozen=True, eq=False)
 class Block(ReadOnly):
-    """A named part of K, such as K_P.
-
-    ``name``: its name; ``rows``, ``columns``: where it is; ``shares``, (k, rows,
-    columns): one slice for each free number: its share in each entry.
+    """A part of K with a ``name``, such as K_P, in some ``rows`` and ``columns``;
+    ``shares``, (k, rows, columns): the share of each free number in each entry.
     """
 
     name: str
@@ -104,11 +102,9 @@ class Structure(ReadOnly):
 
 
 def _shares(name, structure, rows, columns):
-    """The shares of a block: one matrix for each free number.
-
-    ``name``: the block's; ``structure``: None leaves all entries free. Entries: 0 for
-    none, 1 for a number of its own, a word for a number that others share, with "-"
-    before it for minus that; ``rows``, ``columns``: the block's shape.
+    """The shares of a block of this ``name`` and rows x columns, a matrix for each free
+    number. Entries of a ``structure`` are 0 for none, 1 for a number of its own, a word
+    for one that others share, "-" before it for minus that; None leaves all free.
     """
     if structure is None:
         structure = np.ones((rows, columns), int).tolist()
@@ -157,11 +153,9 @@ def _nested(structure):
 
 
 def placed(shape, places, form, limits):
-    """The `Structure` of blocks at their places.
-
-    ``shape``: of K; ``places``: the rows and columns of each block, from where to
-    where, by its name; ``form``: which entries are free: for all blocks, or by name;
-    ``limits``: the largest size of an entry, by name.
+    """The `Structure` of blocks in a K of this ``shape``; ``places``: rows and columns
+    of each block, from where to where, by name; ``form``: which entries are free, for
+    all blocks or by name; ``limits``: the largest size of an entry, by name.
     """
     by_name = form if isinstance(form, dict) else dict.fromkeys(places, form)
     for what, given in (("structure", by_name), ("limits", limits)):

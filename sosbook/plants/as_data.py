@@ -15,12 +15,9 @@ ALIASES = {"S": "K", "D": "C"}  # what programs for finite elements call them
 
 
 def plant_data(plant):
-    """The matrices of a plant, vertex by vertex.
-
-    Of a family they are polynomials in words, beside the ranges of its parameters:
-    the vertices are the coefficients of Bernstein's form, and follow from them.
-    Of a reduced plant they have how many coordinates are kept, of how many. Sparse
-    ones have their entries.
+    """The matrices of a plant, vertex by vertex; a family's are polynomials in words,
+    beside the ranges of its parameters. A reduced plant adds how many coordinates are
+    kept, of how many; sparse ones have their entries.
     """
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
@@ -109,14 +106,10 @@ def read_plant(data):
 
 
 def plant_of(data, where="plant"):
-    """The plant of plain data: its matrices by name, or vertices.
-
-    ``data``: M, D, S, B, perhaps F and ``"coordinates"`` (names of z); or a list of
-    such under ``"vertices"``; or with ranges under ``"parameters"``, ``{"m": [1, 2]}``,
-    and entries that may be polynomials in words, ``"0.5*m + 1"``; ``where``: what
-    errors call it. Returns SecondOrderSystem, Polytope or Uncertain: a polytope where
-    there are vertices, a family where there are parameters. Raises ValueError if a key
-    is missing or too many, or the matrices are no plant.
+    """The plant of plain ``data``, which errors call ``where``: M, D, S, B, perhaps F
+    and ``"coordinates"`` (names of z); a list of such under ``"vertices"`` (a
+    Polytope); or ranges under ``"parameters"``, ``{"m": [1, 2]}``, and entries that may
+    be polynomials in words, ``"0.5*m + 1"`` (an Uncertain). Raises ValueError.
     """
     if isinstance(data, dict) and "parameters" in data:
         return _family(where, data)

@@ -16,15 +16,10 @@ SHOWN = 10  # decimals of a rational in words; one with more is a fraction
 
 @dataclass(frozen=True)
 class Box:
-    """Ranges of named parameters.
+    """Ranges of named parameters: ``names``, and tuples of fmpq, ``low`` and ``high``.
 
-    ``names``: the parameters; ``low``, ``high``, tuples of fmpq: their ranges.
-
-    >>> box = Box.of(m=(1, 2), k=(0.5, 1.5))
-    >>> box
+    >>> Box.of(m=(1, 2), k=(0.5, 1.5))
     m in [1, 2] and k in [0.5, 1.5]
-    >>> [str(half) for half in box.halves("k")]
-    ['m in [1, 2] and k in [0.5, 1]', 'm in [1, 2] and k in [1, 1.5]']
     """
 
     names: tuple
@@ -62,10 +57,7 @@ class Box:
         return product(*zip(self.low, self.high))
 
     def point(self, values):
-        """The rationals of ``values`` by name, in the order of the names.
-
-        Raises ValueError where one is missing, unknown or out of its range.
-        """
+        """The rationals of ``values`` by name; a ValueError names a wrong one."""
         if values.keys() != set(self.names):
             raise ValueError(f"give a value of {', '.join(self.names)}, and no other")
         point = tuple(rational(name, values[name]) for name in self.names)
@@ -101,29 +93,21 @@ class Box:
         ]
 
     def bernstein(self, monomials, degrees, pieces=None):
-        r"""Bernstein coefficients of monomials on the box.
-
-        ``monomials``: exponents of each parameter; ``degrees``: that of each parameter
-        in the form, not below any exponent; ``pieces``: into how many equal pieces each
-        range is cut; one without it. Returns a row for each coefficient; the last
-        parameter's index runs first. A polynomial's values on the box lie in the hull
-        of its coefficients.
+        """Bernstein coefficients, by rows, of ``monomials`` (exponents) in Bernstein's
+        form of some ``degrees`` with each range cut into equal ``pieces``; the last
+        parameter's index runs first. A polynomial's values on the box lie in their
+        hull.
 
         :math:`t^e` has the blossom that is the mean of all products of e of d
-        arguments, and its coefficient i is that with i arguments at the upper end
-        and the others at the lower one. Where two pieces meet, the coefficient is
-        the mean of those beside it, as the slope is one; so it is left out.
+        arguments, and its coefficient i is that with i arguments at the upper end and
+        the others at the lower one. Where two pieces meet, the coefficient is the mean
+        of those beside it, as the slope is one; so it is left out.
 
         >>> box = Box.of(v=(1, 3))
-        >>> box.bernstein([(0,), (1,), (2,)], [2])
-        Rational([[1, 1, 1],
-                  [1, 2, 3],
-                  [1, 3, 9]], dtype=object)
-        >>> box.bernstein([(1,), (2,)], [2], [2])
-        Rational([[1, 1],
-                  [3/2, 2],
-                  [5/2, 6],
-                  [3, 9]], dtype=object)
+        >>> box.bernstein([(0,), (1,), (2,)], [2]).tolist()
+        [[1, 1, 1], [1, 2, 3], [1, 3, 9]]
+        >>> box.bernstein([(1,), (2,)], [2], [2]).tolist()
+        [[1, 1], [3/2, 2], [5/2, 6], [3, 9]]
         """
         pieces = pieces or [1] * len(degrees)
         ends = zip(degrees, self.low, self.high, pieces)
@@ -141,12 +125,12 @@ class Box:
         )
 
     def answers(self, terms, sure, never):
-        """What is so of a polynomial on the box: {True}, {False}, or both.
+        """What is so of a polynomial with coefficients ``terms``: {True}, {False}, or
+        both.
 
-        ``terms`` are its coefficients by exponents; ``sure`` and ``never`` say of two
-        numbers whether it is so, or isn't, of all between them. The box is halved where
-        neither is told by the Bernstein coefficients, and None is among the answers
-        where that doesn't end in ``MOST_CELLS``.
+        ``sure`` and ``never`` say of two numbers whether it is so, or isn't, of all
+        between. The box is halved until Bernstein's coefficients tell; beyond
+        ``MOST_CELLS`` None is added.
         """
         if not terms:
             return {sure(0, 0)}
@@ -195,10 +179,7 @@ def _blossom(i, power, degree, low, high):
 
 
 def rational(name, value):
-    """A number, the value, as a rational, or a ValueError with its name.
-
-    Floats are read as decimals.
-    """
+    """A number (its value) as a rational of decimals, or a ValueError with its name."""
     try:
         if isinstance(value, (bool, np.bool_)) or np.ndim(value):
             raise ValueError
@@ -238,13 +219,7 @@ def _range(name, given):
 
 
 def spelled(x):
-    """A rational x as the decimals it has, or as a fraction where they are many.
-
-    Examples
-    --------
-    >>> spelled(fmpq(3, 1000)), spelled(fmpq(-1, 3)), spelled(fmpq(12))
-    ('0.003', '-1/3', '12')
-    """
+    """A rational x as the decimals it has, or as a fraction where they are many."""
     whole = x * 10**SHOWN
     if whole.q != 1:
         return str(x)

@@ -18,13 +18,10 @@ MAKERS = frozenset(
 
 
 def built(builder, box):
-    """The plant that a builder makes of parameters.
-
-    ``builder``: takes the parameters by name and returns a plant; ``box``: their
-    ranges. Returns kind: the plant's class; matrices: by name, object arrays of
-    `Parametric`; rest: what else its constructor was given. Raises ParameterError where
-    the code isn't rational in a parameter. The text quotes the line; ValueError if the
-    builder has other arguments, or returns no plant.
+    """The plant's class, its matrices by name (object arrays of `Parametric`) and the
+    other arguments that a ``builder``'s plant has for all parameters of a ``box``.
+    Raises ParameterError, which quotes the line, where the code isn't rational in a
+    parameter, and ValueError where the builder has other arguments or returns no plant.
     """
     made = _called(builder, box)
     if not isinstance(made, Symbolic):
@@ -122,9 +119,8 @@ def _object_maker(function):
 
 
 def _remade(builder):
-    """The builder and the functions of its module, with such a numpy in their globals.
-
-    So ``S = np.zeros((n, n)); S[0, 0] += k`` works; nothing global is changed.
+    """The builder and its module's functions with such a numpy in their globals
+    (copies).
     """
     if not isinstance(builder, types.FunctionType):
         return builder
@@ -174,13 +170,10 @@ def _entries(name, given, one):
 
 
 def rows_in_canonical_form(matrices, names):
-    """Clear the denominators of each row, and divide it by what it has in common.
-
-    To multiply an equation changes no motion, but it changes the hull of the vertices.
-
-    ``matrices``: by name, object arrays of `Parametric`; changed in place; ``names``:
-    those whose rows are the plant's equations. Returns dict: by row, the `Parametric`
-    by which it was multiplied, where it isn't one.
+    """Clear the denominators of each row, and divide it by what it has in common: that
+    changes no motion, but the hull of the vertices. The ``matrices`` change in place;
+    ``names`` are those whose rows are equations. Returns by row the `Parametric` that
+    multiplied it.
     """
     there = [matrices[name] for name in names if name in matrices]
     changed = {}
@@ -215,10 +208,8 @@ def _common(entries):
 
 
 def check_by_numbers(builder, box, expected):
-    """Raise where floats give another plant than the parameters did.
-
-    ``builder``: as in `built`; ``box``: the ranges; ``expected``: from a point to
-    matrices by name, as the builder's own rows have them.
+    """Raise where floats give a ``builder`` another plant somewhere in its ``box`` than
+    ``expected``, from a point to matrices by name as the builder's own rows have them.
     """
     for point in (box.low, box.high, box.inner):
         plant = _with_numbers(builder, box, point)
@@ -260,11 +251,10 @@ def told(factor):
 
 
 def along(base, changes, rows):
-    """A builder and ranges, of a base to which multiples of p u w' are added.
+    """A builder and ranges, of a ``base`` to which multiples of p u w' are added.
 
-    ``base``: one plant; ``changes``: by name (low, high, [(u, w), ...]): see
-    `Uncertain.of`; ``rows``: by the kind of a plant the names of the matrices that its
-    equations have.
+    ``changes``: by name (low, high, [(u, w), ...]), see `Uncertain.of`; ``rows``: by
+    the kind of a plant the names of the matrices that its equations have.
     """
     if type(base) not in rows or len(base.vertices) > 1:
         raise ValueError(

@@ -17,13 +17,9 @@ _written = ContextVar("written", default=False)  # whether `as_written` is in fo
 
 @contextmanager
 def as_written():
-    """Take the numbers of a proof file as they are, whatever their sizes and ranks.
+    """Take the numbers of a proof file as they are, whatever their sizes and ranks:
+    floats judge a request for a clear error, exact arithmetic alone what a file proves.
 
-    Floats judge those of a request, so that its author gets a clear error. Of a file
-    exact arithmetic alone decides what it proves.
-
-    Examples
-    --------
     >>> with as_written():
     ...     matrix("M", [[1e-200]])
     array([[1.e-200]])
@@ -70,13 +66,7 @@ def _check_size(name, largest):
 
 
 def is_word(value, words):
-    """Whether a value is one of some words; anything may be asked of, an array too.
-
-    Examples
-    --------
-    >>> is_word("slack", ("pairs", "slack")), is_word(np.zeros(2), ("pairs", "slack"))
-    (True, False)
-    """
+    """Whether a value (anything, an array too) is one of some words."""
     return isinstance(value, str) and value in words
 
 
@@ -104,12 +94,8 @@ def not_negative(name, value, unit=""):
 
 
 def matrix(name, value, shape=None):
-    """A value as a read-only float matrix, or a ValueError that names it.
-
-    ``name`` is that of the argument; an entry None of ``shape`` is free.
-
-    Takes nested lists, arrays, scipy.sparse, and a number for a matrix
-    of one entry.
+    """A value as a read-only float matrix, or a ValueError with the argument's
+    ``name``. An entry None of ``shape`` is free; a number is a matrix of one entry.
     """
     if not isinstance(value, np.ndarray) and issparse(value):
         value = value.toarray()
@@ -142,10 +128,7 @@ def matrix(name, value, shape=None):
 
 
 def matrices_of(name, value):
-    """A list of matrices from a value of one or several, or a ValueError.
-
-    ``name`` is that of the argument.
-    """
+    """A list of matrices from one or several (value), or a ValueError with its name."""
     try:
         dimensions = np.ndim(value)
     except ValueError:  # several shapes
@@ -161,10 +144,7 @@ def matrices_of(name, value):
 
 
 def numbers(name, value):
-    """A value as a float array of any shape, or a ValueError that has its name.
-
-    ``name`` is that of the argument. NaN and infinite entries are left to the caller.
-    """
+    """A value as a float array, perhaps with NaN, or a ValueError with its name."""
     array = _floats(name, value, "must be real numbers")
     largest = np.abs(array[np.isfinite(array)]).max(initial=0.0)
     _check_size(f"the largest entry of {name}", max(largest, SIZE_LIMITS[0]))
@@ -213,20 +193,17 @@ def _holds(array, kinds):
 
 
 def logarithmic_scales(M):
-    """Factors of the rows and of the columns that bring the entries of M near one.
-
-    ``M``, (..., k, l): any matrix, or an array of such; its zeros don't count. Returns
-    rows, columns, (..., k) and (..., l): the least squares of the logarithms of
-    ``rows[i] |M[i, j]| columns[j]``. The scaled matrix is the same whatever the units
-    of rows and columns are.
+    """Factors of the rows and the columns of M, (..., k, l), that bring its entries
+    near one, in least squares of their logarithms; zeros don't count. The scaled matrix
+    is the same in all units of rows and columns.
 
     Source: A. R. Curtis and J. K. Reid, J. Inst. Maths Applics 10, 1972, 118-124.
 
     >>> import numpy as np
-    >>> rows, columns = logarithmic_scales(np.array([[1e-9, 1.0], [1.0, 1e9]]))
-    >>> (rows[:, None] * np.array([[1e-9, 1.0], [1.0, 1e9]]) * columns).round(6)
-    array([[1., 1.],
-           [1., 1.]])
+    >>> M = np.array([[1e-9, 1.0], [1.0, 1e9]])
+    >>> rows, columns = logarithmic_scales(M)
+    >>> (rows[:, None] * M * columns).round(6).tolist()
+    [[1.0, 1.0], [1.0, 1.0]]
     """
     entries = np.abs(M)
     there = entries > 0
@@ -242,12 +219,9 @@ def logarithmic_scales(M):
 
 
 def inverse_by_rows(M):
-    """The inverse of a matrix whose rows have units of their own.
-
-    Where rows differ by the digits that floats have, elimination loses them all;
-    powers of two bring the rows near one without a rounding error.
-
-    ``M``, (k, k): any regular matrix.
+    """The inverse of a regular M whose rows have units of their own: where they differ
+    by the digits of floats, elimination loses them all; powers of two bring them near
+    one.
 
     >>> import numpy as np
     >>> M = np.array([[1e-9, 2e-9], [3e9, 1e9]])
@@ -260,20 +234,17 @@ def inverse_by_rows(M):
 
 
 def check_rank(M, fault, tolerance=1e-10):
-    """Raise a ValueError with the words ``fault`` where M is `rank_deficient`.
-
-    That takes the ``tolerance``.
+    """A ValueError with the words ``fault`` where M is `rank_deficient`
+    (``tolerance``).
     """
     if not _written.get() and rank_deficient(M, tolerance):
         raise ValueError(fault)
 
 
 def rank_deficient(M, tolerance=1e-10):
-    """Whether M lacks rank but for rounding, its rows and columns of unit length.
-
-    Singular values below the ``tolerance`` count as zero. The units of rows and
-    columns don't matter, nor entries that are next to nothing: only what lacks rank
-    both with `logarithmic_scales` and without them does so.
+    """Whether M lacks rank, its rows and columns of unit length, both with
+    `logarithmic_scales` and without: so neither units nor entries that are next to
+    nothing matter. Singular values below the ``tolerance`` count as zero.
     """
     return _deficient(M.tobytes(), M.dtype, M.shape, tolerance)
 
@@ -290,9 +261,8 @@ def _deficient(entries, kind, shape, tolerance):
 
 
 def _lacks_rank(M, tolerance):
-    """Whether a singular value is below the tolerance, rows and columns of one length.
-
-    That is the length one for the columns of a square matrix; of others it can't be.
+    """Whether a singular value is below the tolerance, rows and columns of one length:
+    one, for the columns of a square matrix; of others it can't be.
     """
     for axis in 20 * (1, 0):
         lengths = np.sqrt((abs(M) ** 2).sum(axis=axis, keepdims=True))

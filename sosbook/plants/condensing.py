@@ -157,9 +157,8 @@ def _kept(basis):
 
 
 def _schur(left, right, L, k, square):
-    """right_k - left_k (L' left)^-1 L' right, to the float; None if that is singular.
-
-    The first columns, as many as ``square``, are S, which stays symmetric.
+    """right_k - left_k (L' left)^-1 L' right, to the float, or None; the first columns,
+    as many as ``square``, are S, which stays symmetric.
     """
     sizes = abs(right).max(axis=0).astype(float)
     sizes[:square] = sizes[:square].max()

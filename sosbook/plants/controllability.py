@@ -1,9 +1,9 @@
 """The modes that no input moves, found and proven in exact arithmetic.
 
-Popov, Belevitch and Hautus: s is out of the inputs' reach exactly if some
-row v has v (A - s E) = 0 and v B = 0. All such modes together are the
-eigenvalues of a matrix L with V A = L V E and V B = 0. The rows V are found
-modulo primes, lifted to rationals, and then these two equations are checked.
+Popov, Belevitch and Hautus: s is out of the inputs' reach exactly if some row v has v
+(A - s E) = 0 and v B = 0. All of them are the eigenvalues of a matrix L with V A = L V
+E and V B = 0; the rows V are found modulo primes, lifted to rationals, and then
+checked.
 """
 
 from dataclasses import dataclass
@@ -24,10 +24,8 @@ MOST_PRIMES = 400  # are tried before the rows count as too long to write
 
 @dataclass(frozen=True, eq=False)
 class FixedPart:
-    """The part of a plant that no input moves: d/dt (V E x) = L V E x.
-
-    ``rows``, fmpq_mat: V, (k, N), with V A = L V E and V B = 0; ``dynamics``, fmpq_mat:
-    L, (k, k); its eigenvalues are the fixed modes.
+    """The part of a plant that no input moves: ``rows`` V, (k, N), and ``dynamics`` L,
+    (k, k), with V A = L V E and V B = 0; L's eigenvalues are the fixed modes.
     """
 
     rows: fmpq_mat
@@ -45,19 +43,16 @@ class FixedPart:
 
 
 def fixed_part(E, A, B):
-    """What the inputs of E x' = A x + B u don't move.
+    """What the inputs of E x' = A x + B u don't move; everything where B has no
+    columns.
 
-    ``E``, ``A``, (N, N) of fmpq: the matrices; ``B``, (N, m) of fmpq: with m = 0
-    everything is fixed. Returns the part, without rows if the plant is controllable.
-    None where E is singular, or the rows have too many digits to be found.
+    ``E``, ``A``, ``B``, of fmpq. The part has no rows if the plant is controllable; it
+    is None where E is singular, or the rows have too many digits to be found.
 
     >>> from sosbook.exact.definite import exact
     >>> one, A = exact(np.eye(2)), exact(np.array([[0.1, 1], [0, -3]]))
-    >>> part = fixed_part(one, A, exact(np.array([[1.0], [0]])))
-    >>> [complex(s) for s in part.modes()]
+    >>> [complex(s) for s in fixed_part(one, A, exact(np.array([[1.0], [0]]))).modes()]
     [(-3+0j)]
-    >>> len(fixed_part(one, A, exact(np.array([[1.0], [1]]))))
-    0
     >>> [fixed_part(A - A, A, exact(np.eye(2))[:, :m]) for m in (0, 1)]  # E = 0
     [None, None]
     """
@@ -99,23 +94,16 @@ def matrix_of(x):
 
 
 def _seconds(X):
-    """About how long flint takes for a characteristic polynomial: no more than a guess.
-
-    Its numbers are longer the longer X has them, and the more of them aren't zero.
+    """A guess of flint's seconds for a characteristic polynomial, by X's digits and
+    entries.
     """
     sizes = [e.p.bit_length() + e.q.bit_length() for e in X.entries() if e != 0]
     return SECONDS_FOR_A_BIT * X.nrows() ** 2 * sum(sizes)
 
 
 def is_singular(E):
-    """Whether a square fmpq_mat, E, is singular: exact.
-
-    A determinant that isn't zero modulo one prime isn't zero, and far sooner found.
-
-    Examples
-    --------
-    >>> is_singular(fmpq_mat([[1, 2], [2, 4]])), is_singular(fmpq_mat([[1, 2], [3, 4]]))
-    (True, False)
+    """Whether a square fmpq_mat, E, is singular: exact. A determinant that isn't zero
+    modulo one prime isn't zero, and far sooner found.
     """
     whole = _scaled(E, _row_denominators(E))
     return nmod_mat(whole, next(_primes())).det() == 0 and whole.det() == 0
@@ -152,10 +140,8 @@ def _primes():
 
 
 def _modulo(E, A, B, p):
-    """The rows V modulo p: their pivots and their other entries.
-
-    Returns pivots, tuple of int; rows: the reduced echelon form. None instead of both
-    if E is singular modulo p.
+    """The pivots of the rows V modulo p, and their reduced echelon form's other
+    entries; None and None if E is singular modulo p.
     """
     N = E.nrows()
     check_time(SECONDS_FOR_AN_ENTRY * N**3)

@@ -1,8 +1,6 @@
-"""The plant with its integrator as a descriptor system.
-
-Sign convention of the whole package, the one that reproduces the
-thesis's printed poles: ``e = z - r``, ``x3 = + integral of U e``,
-``u = K x`` with ``x = [z; z'; x3]``. (Equation (2.7) prints a minus.)
+"""The plant with its integrator as a descriptor system, with the signs that reproduce
+the thesis's printed poles (equation (2.7) prints a minus): ``e = z - r``, ``x3 = +
+integral of U e``, ``u = K x`` with ``x = [z; z'; x3]``.
 """
 
 from dataclasses import dataclass, replace
@@ -172,10 +170,8 @@ def descriptors(plant, U=None, K_A=None):
 
 
 def _descriptor(v, U, K_A):
-    """The `Descriptor` of a vertex, the last one of which is kept with it.
-
-    A search asks for the same one at each of its values, and most of the time
-    would go into the checks.
+    """The `Descriptor` of a vertex, which keeps its last one: a search asks again at
+    each value, and most of the time would go into the checks.
     """
     key = U.shape, U.tobytes(), K_A.tobytes()
     kept = vars(v).get("_described")
@@ -217,9 +213,8 @@ def _checked_descriptor(v, U, K_A):
 
 
 def first_order(number, M, D, S, B, F, U, K_A):
-    """(2.8) in the arithmetic of ``number``, which all arguments have.
-
-    ``M``, ``D``, ``S``, ``B``, ``F``, ``U``, ``K_A``: as in `descriptors`.
+    """(2.8) of ``M``, ``D``, ``S``, ``B``, ``F``, ``U``, ``K_A`` in ``number``'s
+    arithmetic.
     """
     n, a = len(M), len(U)
     N, z, speed = 2 * n + a, slice(n), slice(n, 2 * n)
@@ -290,9 +285,8 @@ def mean_descriptor(vertices):
 
 
 def combined(vertices, function):
-    """The plant whose matrices a ``function`` makes of lists of the vertices' ones.
-
-    An output matrix that all share stays as it is.
+    """The plant whose matrices a ``function`` makes of lists of the ``vertices``' ones;
+    an output matrix that all share stays as it is.
     """
 
     def one(name):

@@ -10,10 +10,8 @@ SMALL = 1e-17  # radius of the balls, by the largest entry
 
 
 def exact_forms(d, K):
-    """The matrices of a loop x' = A x + B u + B_w w without a rounding error.
-
-    ``d``: the plant in descriptor form; its floats are read as decimals; ``K``, (m, N):
-    the gain of u = K x. Returns A, B, B_w: a with the gain inside.
+    """A + B K, B and B_w of a loop x' = A x + B u + B_w w, u = K x, without a rounding
+    error, of a ``Descriptor`` d in floats that are read as decimals.
     """
     d, K = d.map(exact), exact(K)
     back = inverse(d.E)
@@ -21,10 +19,7 @@ def exact_forms(d, K):
 
 
 def exact_flow(generator, span):
-    """e^(generator span) of rationals, in floats.
-
-    ``generator``: a square matrix; ``span``: in seconds.
-    """
+    """e^(generator span) of a rational ``generator``, ``span`` in s, in floats."""
     rows = (generator * exact(float(span))).tolist()
     for bits in BITS:
         with ctx.workprec(bits):

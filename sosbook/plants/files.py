@@ -129,12 +129,12 @@ def load_plant(
 
 
 def plant_and_asked(path):
-    """The plant of a file or folder, and what the file asks of its controller.
+    """The plant of a file or folder at ``path``, and what the file asks, a dict or
+    None.
 
-    ``path``: JSON or TOML whose key "plant" has matrices, the name of a file that
-    `load_plant` takes, or of one with its ``names``, ``without`` or ``condensed``,
-    ``{"file": "a.mat", "without": [1]}``; the other keys are what is asked, a dict.
-    Of whatever else `load_plant` takes that is None.
+    Only JSON or TOML asks: its key "plant" has matrices, the name of a file that
+    `load_plant` takes, or ``{"file": "a.mat", "without": [1]}``, with ``names``,
+    ``without`` or ``condensed``; its other keys are what is asked.
     """
     place = path_of(path)
     if place.is_dir() or place.suffix.lower() not in IN_WORDS:

@@ -67,12 +67,10 @@ class Gain(ReadOnly):
 
 
 def signals(plant, U=None, older=0):
-    """What the columns of a gain of this plant multiply: [z; z'; x3] by name.
+    """What the columns of a gain of this ``plant`` multiply: [z; z'; x3] by name.
 
-    ``plant``: its ``coordinates`` name z; without names they are z1, z2, ..., and the
-    state of a DescriptorSystem is x1, x2, ...; ``U``, (a, n): what is integrated: x3 is
-    the integral of U z; ``older``: how many older inputs a sampled gain multiplies,
-    too. Returns one for each column, in its order.
+    Without ``coordinates`` z are z1, z2, ..., the state of a DescriptorSystem x1, x2,
+    ...; x3 is the integral of U z; ``older`` inputs of a sampled gain are last.
 
     >>> from sosbook import SecondOrderSystem
     >>> cart = SecondOrderSystem(1, 0, 0, 1, coordinates=("place",))

@@ -9,8 +9,8 @@ from ..exact.rational import exact
 def quotient_in_hull(vertices, corners=False):
     """Whether E^-1 [A B_u B_w] of every plant is a mean of the vertices' ones.
 
-    Then LMIs that are affine in it hold for every plant of the polytope if
-    they hold at the vertices. It is so where
+    Then LMIs that are affine in it hold for every plant of the polytope if they hold at
+    the ``vertices`` (floats are read as decimals). It is so where
 
     - all vertices have the same E, or, with one output at all of them,
     - the differences of [E A B_u B_w] have multiples of one column only, as
@@ -18,33 +18,19 @@ def quotient_in_hull(vertices, corners=False):
     - the vertices are a box: all sums of some plants with the same E and of
       any of some changes, each of which has multiples of one column only. A
       mass does that, and whatever else stands in its row of the equations; or
-    - they are ``corners``, and each parameter of E changes multiples of one column,
-      whatever the others are: the column and the multiples may depend on them. Then it
-      is proven of the plants with parameters in their ranges, not of all means,
+    - they are ``corners`` of a box of parameters, the last of which changes first,
+      [E A B_u B_w] is affine in each, and each parameter of E changes multiples of
+      one column, whatever the others are: the column and the multiples may depend
+      on them. Then it is proven of the parameters' ranges, not of all means,
 
-    and where det E has one sign at all vertices.
+    and where det E has one sign at all vertices. True is proven; a polytope that has
+    the property for another reason may get False.
 
-    ``vertices``: in floats, or in rationals. Floats are read as decimals; ``corners``:
-    whether they are the corners of a box of parameters, of which [E A B_u B_w] is
-    affine in each; the last one changes first. Returns bool: True is proven. A polytope
-    that has the property for another reason may get False.
-
-    Source: the chapter on vertices of the book. With E + t u v' for E the
-    inverse moves on a segment (Sherman and Morrison), and so does the quotient
-    where A, B_u and B_w move along u, too. det E is affine in each t. From a plant
-    between corners go along one parameter after the other: its quotient is a mean of
-    two with that parameter at the ends, and at last of corners.
-
-    >>> from sosbook import Polytope, SecondOrderSystem
-    >>> from sosbook.plants import descriptors
-    >>> def plant(m, d):
-    ...     I = np.eye(2)
-    ...     return SecondOrderSystem(np.diag([m, 1]), d * I, I, I)
-    >>> box = [plant(m, d) for m in (1, 3) for d in (0.1, 0.2)]
-    >>> quotient_in_hull(descriptors(Polytope(box)))
-    True
-    >>> quotient_in_hull(descriptors(Polytope(box[::3])))  # both change together
-    False
+    Source: the chapter on vertices of the book. With E + t u v' for E the inverse moves
+    on a segment (Sherman and Morrison), and so does the quotient where A, B_u and B_w
+    move along u, too. det E is affine in each t. From a plant between corners go along
+    one parameter after the other: its quotient is a mean of two with that parameter at
+    the ends, and at last of corners.
     """
     wide = np.array([np.hstack([d.E, d.A, d.Bu, d.Bw]) for d in vertices])
     rows, columns = np.nonzero((wide != wide[0]).any(axis=0))
@@ -75,10 +61,8 @@ def _outputs(d):
 
 
 def _ranks_of_one(corners, places, of_E):
-    """Whether each parameter of E changes the rest by a rank of one.
-
-    Minors of two rows have degree two in each other parameter: they are zero if they
-    are at both ends and halfway.
+    """Whether each parameter of E changes the rest by a rank of one: minors of two rows
+    have degree two in each other parameter, so three places show that they are zero.
     """
     grid = np.array(corners, dtype=object)
     axes = len(grid).bit_length() - 1
@@ -98,10 +82,8 @@ def _ranks_of_one(corners, places, of_E):
 
 
 def _spanned(points, places, of_E):
-    """Whether changes of one column each make the ``points`` from some of one E.
-
-    The points are sorted, and E comes first: so each change has the first one
-    that isn't reached without it as its end.
+    """Whether changes of one column each make the ``points`` from some of one E;
+    sorted, the first point that isn't reached yet ends a change.
     """
     changes = [_difference(p, points[0]) for p in points[1:]]
     if _one_column(changes, places):

@@ -14,10 +14,8 @@ WORDS = {name: word for word, name in NAMES.items()}
 
 
 def joined_family(plants, function, U=None):
-    """The family of what a ``function`` makes of the ``plants``, an `Uncertain`.
-
-    The function takes and returns a `Descriptor` in rationals, and is affine: then each
-    monomial of the plants gives one of the result. ``U``: which errors are integrated.
+    """The family of an affine ``function`` of a `Descriptor` in rationals, monomial by
+    monomial of the ``plants``, an `Uncertain`, with ``U``.
     """
     constant = (0,) * len(plants.box.names)
     monomials = {constant} | {m for x in plants.parts.values() for m in x.monomials}

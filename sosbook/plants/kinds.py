@@ -9,11 +9,8 @@ Plant = SecondOrderSystem | Polytope | Uncertain | DescriptorSystem
 
 
 def checked_plant(plant, kinds=Plant):
-    """The plant, or a ValueError that says what to give instead.
-
-    The one place where a family with parameters becomes the polytope around it.
-
-    ``plant``: what was given for a plant; ``kinds``: what is taken.
+    """The ``plant``, if it is of the ``kinds``, or a ValueError that says what to give
+    instead. Here alone a family with parameters becomes the polytope around it.
 
     >>> checked_plant([SecondOrderSystem(1, 1, 1, 1)], SecondOrderSystem)
     Traceback (most recent call last):
@@ -39,10 +36,6 @@ def checked_plant(plant, kinds=Plant):
 def every_plant(plant):
     """Of which plants something is said that holds for a whole polytope.
 
-    Examples
-    --------
-    >>> every_plant(SecondOrderSystem(1, 1, 1, 1))
-    'the plant'
     >>> every_plant(Uncertain(lambda m: SecondOrderSystem(m, 1, 1, 1), m=(1, 2)))
     'every plant with m in [1, 2]'
     """

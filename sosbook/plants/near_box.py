@@ -22,15 +22,11 @@ ROUNDING = 1e-9  # of an entry: what sums and products of floats may lose by far
 
 @dataclass(frozen=True, eq=False)
 class NearBox(ReadOnly):
-    """An exact box near the vertices of a plant.
-
-    LMIs at its corners say something of the plants between, where the last bit of a
-    float, or the unit of force, takes that from the vertices themselves. How far these
-    are from the corners the blocks' margins pay for: see `reach`.
-
-    ``family``: the box, with parameters like near_vertex_2, which is 0 at the first
-    vertex and 1 near the second; ``corners``: for each vertex of the plant the corner
-    that it is near to.
+    """An exact box near the vertices of a plant: LMIs at its corners say something of
+    the plants between where the last bit of a float, or the unit of force, takes that
+    from the vertices. Their distance from the ``corners``, one for each vertex, the
+    blocks' margins pay for (see `reach`); ``family`` has parameters like near_vertex_2,
+    0 at the first vertex and 1 near the second.
     """
 
     family: Uncertain
@@ -38,9 +34,8 @@ class NearBox(ReadOnly):
 
     @classmethod
     def of(cls, plant):
-        """That of a plant, or None; of a plant in a file only the one that it names.
-
-        ``plant``: with vertices that were given as floats.
+        """That of a ``plant`` given in floats, or None; in a file only the one that it
+        names.
         """
         known = vars(plant)  # a search asks again for each of its values
         if "_near_box" not in known:
@@ -67,11 +62,8 @@ class NearBox(ReadOnly):
         vars(plant)["_near_box"] = cls(family, tuple(corners))
 
     def ground(self, given, describe):
-        """The corners near some vertices, in rationals, and their `reach`.
-
-        ``given``: the plant's vertices; ``describe``: from a plant to the `Descriptor`
-        of each vertex, as they were made. Returns None where LMIs at the corners say
-        nothing of the plants between.
+        """The corners near the ``given`` vertices, in rationals, and their `reach`, or
+        None; ``describe``: from a plant to its `Descriptor`s.
         """
         kept = vars(self).get("_ground")  # a search asks for the same at each value
         if kept is None or any(a is not b for a, b in zip(kept[0], given)):
@@ -93,16 +85,15 @@ def _ground(given, corners):
 def reach(given, corners):
     r"""How far the quotients of a polytope lie from the hull of those of a box.
 
-    ``given``, ``corners``: the polytope's vertices, and the corner that each is near
-    to, in rationals. Returns (N, N + m + p) or None: for each entry of E^-1 [A B_u B_w]
-    a bound. None where there is none.
+    ``given``, ``corners``: the vertices, and the corner that each is near to, in
+    rationals. Returns a bound for each entry of E^-1 [A B_u B_w], or None.
 
     Let Gamma bound the entries of all W_i - C_i for the vertices W = [E R] and their
     corners C, Q those of the corners' E^-1 and Xi those of their quotients E^-1 R. A
     plant of the polytope is W(a) = C(t) + G with C(t) in the box and abs(G) <= Gamma.
-    The quotient of C(t), and E^-1 of C(t), are means of the corners' ones. With
-    M = Q Gamma_E and (I - M)^-1 >= 0 the spectral radius of M is below one, so that
-    E = C_E(t) (I + C_E(t)^-1 G_E) is regular with abs(E^-1) <= (I - M)^-1 Q, and
+    The quotient of C(t), and E^-1 of C(t), are means of the corners' ones. With M = Q
+    Gamma_E and (I - M)^-1 >= 0 the spectral radius of M is below one, so that E =
+    C_E(t) (I + C_E(t)^-1 G_E) is regular with abs(E^-1) <= (I - M)^-1 Q, and
 
     .. math::  X - X(t) = E^{-1} (G_R - G_E X(t)), \quad
         |X - X(t)| \le (I - M)^{-1} Q (\Gamma_R + \Gamma_E \Xi).
@@ -174,30 +165,19 @@ def _polynomials(summands, powers):
 
 
 def near_box(vertices, order):
-    """The exact box near some vertices, or None.
+    """The exact box near some ``vertices`` [E ...] in floats, ``order`` columns of them
+    E.
 
-    Changes are taken from the first vertex to the others, the smallest first, unless
-    it is a sum of those before. Each has multiples of one column only, or leaves E as
-    it is. All their sums must be vertices, and all vertices such sums.
+    Changes are taken from the first vertex to the others, the smallest first, unless it
+    is a sum of those before. Each has multiples of one column only, or leaves E as it
+    is. All their sums must be near vertices, within ``ROUNDING`` of each entry's
+    largest value in any units, and all vertices near such sums.
 
-    ``vertices``, (k, rows, columns): of each vertex [E ...], in floats; ``order``: how
-    many of the columns belong to E. Returns base, (rows, columns) Rational: the first
-    vertex, its floats read as decimals; changes: matrices by the place of the vertex
-    that the first one and the change are near to. All sums of the first and of some
-    changes are near the vertices, within ``ROUNDING`` of the largest value that each
-    entry has, in any units; corners: for each vertex the sum that it is near to: 1
-    stands for the first change, 2 for the second, 3 for both, ...
-
-    Where the sums are the vertices themselves, or none is far from the first, there
-    is nothing to read: None.
-
-    A verdict by floats is no proof: what it says is proven by `reach` and the blocks.
-
-    >>> corners = [np.eye(2) + m * np.outer([1, 0.7], [1, 0.7]) for m in (0, 1 / 3)]
-    >>> base, changes, places = near_box(np.array(corners), 2)
-    >>> change = changes[1]
-    >>> bool(change[0, 0] * change[1, 1] == change[0, 1] * change[1, 0])
-    True
+    Returns the first vertex in rationals; the changes by the place of the vertex that
+    they lead to; and for each vertex the sum near it: 1 the first change, 2 the second,
+    3 both. None where there is no such box, the sums are the vertices themselves, or
+    none is far from the first. A verdict by floats is no proof: `reach` and the blocks
+    are.
     """
     if not 2 <= len(vertices) <= MOST_VERTICES:
         return None

@@ -30,14 +30,10 @@ class ParameterError(TypeError, ValueError):
 
 
 class Parametric:
-    """A quotient of polynomials in parameters, with rational coefficients.
-
-    ``num``, ``den``, fmpq_mpoly: numerator and denominator, which has no zero in the
-    box; ``box``: the ranges of the parameters: comparisons are answered where the
-    answer is the same in all of it.
-
-    It lives in object arrays, and has no ``__array_ufunc__`` and no priority: so
-    numpy takes it for a number.
+    """A quotient of polynomials in parameters, ``num`` / ``den``, without a zero of den
+    in the ``box``: comparisons are answered where the answer is the same in all of it.
+    It lives in object arrays, and without ``__array_ufunc__`` and priority numpy takes
+    it for a number.
 
     >>> from sosbook.plants.bernstein import Box
     >>> m, k = parameters(Box.of(m=(1, 2), k=(3, 4))).values()
@@ -57,9 +53,8 @@ class Parametric:
         self.num, self.den, self.box = num, den, box
 
     def read(self, x):
-        """Another number as a `Parametric` of the same parameters; None if it's none.
-
-        ``x`` may be a number, or an expression of sympy in symbols of their names.
+        """A number, or a sympy expression x, as a `Parametric` of these parameters, or
+        None.
         """
         if isinstance(x, np.ndarray) and x.ndim == 0:
             x = x[()]
@@ -266,9 +261,8 @@ def parameters(box):
 
 
 def made_of(entries, box):
-    """An object array of `Parametric` with parameters in a box.
-
-    Rows of its entries are coefficients by exponents.
+    """An object array of `Parametric` in a ``box``; rows of ``entries`` are
+    coefficients by exponents.
     """
     one = next(iter(parameters(box).values()))
     context, array = (
@@ -293,9 +287,8 @@ def _of_sympy(expression, known):
 
 
 class Symbolic:
-    """A plant whose matrices depend on parameters, as its constructor leaves it.
-
-    ``kind``: the plant's class; ``given``: what its constructor was given, by name.
+    """What a plant's constructor leaves where parameters are in it: its ``kind``, a
+    class, and what was ``given``, by name.
     """
 
     def __init__(self, kind, given):
@@ -309,9 +302,8 @@ class Symbolic:
 
 
 class MayBeSymbolic:
-    """A plant's base: its constructor leaves a `Symbolic` if a parameter is in it.
-
-    These are *args and **kwargs of the plant's own.
+    """A plant's base, which leaves a `Symbolic` if a parameter is among its args or
+    kwargs.
     """
 
     def __new__(cls, *args, **kwargs):

@@ -21,11 +21,8 @@ TERM = re.compile(rf"([-+]?)({FACTOR}(?:\*{FACTOR})*)")
 
 @dataclass(frozen=True)
 class Polynomials:
-    """A matrix of polynomials.
-
-    ``shape``: that of the matrix; ``monomials``: exponents of the parameters; at least
-    those of a constant; ``places``: where it isn't zero, row by row; ``coefficients``,
-    (monomials, places) Rational: of each monomial at each place.
+    """A matrix of this ``shape``: ``coefficients`` (monomials, places) of
+    ``monomials``, exponents with the constant's, at the ``places`` that aren't zero.
     """
 
     shape: tuple
@@ -59,9 +56,8 @@ class Polynomials:
         return self.mixed([box.powers(point, self.monomials)])[0]
 
     def vertices(self, box, degrees, pieces=None):
-        """The Bernstein coefficients, matrices: see `Box.bernstein` of the ``box``.
-
-        The degrees and pieces are those of each parameter.
+        """The Bernstein coefficients, matrices, of these ``degrees`` and ``pieces`` on
+        a ``box``.
         """
         return self.mixed(box.bernstein(self.monomials, degrees, pieces))
 
@@ -75,9 +71,7 @@ class Polynomials:
 
 
 def in_words(terms, names):
-    """A polynomial as text: "2*m^2 - 0.5*m*k + 1".
-
-    ``terms``: coefficients by exponents; ``names``: the parameters.
+    """A polynomial of coefficients by exponents, ``terms``, as text with ``names``.
 
     >>> in_words({(2, 0): fmpq(2), (1, 1): fmpq(-1, 2), (0, 0): fmpq(1)}, "mk")
     '2*m^2 - 0.5*m*k + 1'
@@ -96,11 +90,9 @@ def in_words(terms, names):
 
 
 def read_words(text, names):
-    """The coefficients by exponents of a polynomial that `in_words` might write.
-
-    ``text``: numbers and names of parameters, between ``+``, ``-``, ``*``, and whole
-    powers behind ``^``. Brackets aren't known; ``names``: the parameters. Raises
-    ValueError if it is something else; the text says where it ends to be a polynomial.
+    """The coefficients by exponents of a ``text`` that `in_words` might write: numbers
+    and ``names`` between ``+``, ``-``, ``*``, and whole powers behind ``^``; no
+    brackets. A ValueError says where it ends to be a polynomial.
 
     >>> read_words("2*m^2 - 1/2*k*m + 1e-1", ("m", "k"))
     {(2, 0): 2, (1, 1): -1/2, (0, 0): 1/10}
@@ -161,15 +153,13 @@ MOST_CELLS = 64  # boxes that are looked at
 
 
 def check_regular(name, part, box, degrees):
-    """Raise where a matrix is singular for some values of its parameters only.
+    """Raise where the matrix ``part`` of this ``name`` is singular for some parameters
+    only.
 
     Around a regular E_0 all E with He(E_0^-1 E) > 0 are regular, and these are convex:
-    the box is halved until the vertices have it. This is for a clear word in good
-    time; no LMI with a singular E has a solution. What isn't decided in so many boxes,
-    or is singular everywhere, passes.
-
-    ``name``: what errors call the matrix; ``part``: the matrix; ``box``: the ranges;
-    ``degrees``: of each parameter in Bernstein's form.
+    the ``box`` is halved until the vertices, of Bernstein's form of ``degrees``, have
+    it. What isn't decided in so many boxes passes: no LMI with a singular E has a
+    solution.
     """
     boxes, signs, last = [box], set(), box.inner
     for _ in range(MOST_CELLS):

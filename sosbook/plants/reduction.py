@@ -181,10 +181,8 @@ def _projected(plant, basis):
 
 
 def modal(M, S, modes):
-    """Basis and back of the slowest real modes, with back = basis' M.
-
-    ``M``, ``S``, (n, n) or sparse: M is symmetric and positive definite; of S the
-    symmetric part counts; ``modes``: how many.
+    """Basis and back = basis' M of so many of the slowest real ``modes``; ``M`` is
+    positive definite, of ``S`` the symmetric part counts; both may be sparse.
     """
     modes = _few("modes", modes, M.shape[0])
     M, S = ((x + x.T) / 2 for x in (M, S))
@@ -206,10 +204,8 @@ def modal(M, S, modes):
 
 
 def static(M, S, rows, modes):
-    """Basis and back of some ``rows`` of ``M`` and ``S``, and of modes with them held.
-
-    The other rows follow at rest (Guyan); with ``modes`` they may also move in those
-    that they have while the rows don't (Craig and Bampton).
+    """Basis and back of some ``rows`` of ``M`` and ``S``: others follow at rest
+    (Guyan), or move in ``modes`` with these held, too (Craig and Bampton).
     """
     n, rows = M.shape[0], np.asarray(rows)
     good = rows.ndim == 1 and rows.size and rows.dtype.kind in "iu"
@@ -240,12 +236,10 @@ def static(M, S, rows, modes):
 
 
 def balanced(d, states):
-    """Basis and back of the states that are reached and seen the most.
+    """Basis and back of so many ``states`` of a stable d, reached and seen the most:
+    from the square roots of both Gramians and the singular vectors of their product.
 
-    ``d``: a stable one with outputs; ``states``: how many.
-
-    Source: B. C. Moore, IEEE Trans. Automatic Control 26, 1981: the square roots of
-    both Gramians, and the singular vectors of their product.
+    Source: B. C. Moore, IEEE Trans. Automatic Control 26, 1981.
     """
     A, B, Bw = d.state_space()
     states = _few("states", states, len(A))

@@ -126,10 +126,8 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
 
 
 def simulate_open(d, t, x0=None, u=None, w=None):
-    """Simulate one vertex without a controller: see `SecondOrderSystem.simulate`.
-
-    ``d``: the plant in descriptor form; ``t``, ``x0``: as in `simulate`; ``u``: the
-    input; zero without it; ``w``: as in `simulate`.
+    """Simulate a vertex d without a controller at times ``t`` from ``x0`` under an
+    input ``u`` and a disturbance ``w``, as in `SecondOrderSystem.simulate`.
     """
     m, N = d.Bu.shape[1], len(d.E)
     signal_parts("u", u, m, "B")

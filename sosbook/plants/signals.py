@@ -133,11 +133,7 @@ class Steps:
 
 
 def steps(r, n):
-    """A set point as `Steps`: a constant is one step, None is zero.
-
-    ``r``, (n,) Step or Steps, or None: the set point; ``n``: how many displacements the
-    plant has.
-    """
+    """A set point r of n entries as `Steps`: a constant is one step, None is zero."""
     if isinstance(r, Step):
         height = numbers("height", r.height)
         if height.shape not in ((), (1,), (n,)):
@@ -157,11 +153,8 @@ def steps(r, n):
 
 
 def signal_parts(name, signal, size, column):
-    """Times on and off, amplitude and offset of a checked signal.
-
-    ``name``: the argument's name, for messages; ``signal``: what acts on the plant;
-    None is zero; ``size``: how many channels it drives; ``column``: the plant's matrix
-    through which it acts.
+    """Times on and off, amplitude and offset of a ``signal`` (None: zero) of so many
+    channels, its ``size``; errors have its ``name`` and ``column``.
     """
     if signal is None:
         return np.inf, np.inf, None, None

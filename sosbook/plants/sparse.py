@@ -14,26 +14,14 @@ WEIGHT = fmpq(355, 113)  # of damping beside mass: of no round ratio
 
 
 def massless(M, D):
-    """The rows in which square M and D are zero, as in the columns of these numbers.
-
-    Examples
-    --------
-    >>> massless(np.diag([1.0, 0.0, 0.0]), np.diag([0.0, 0.0, 2.0]))
-    array([1])
-    """
+    """The rows in which square M and D are zero, as in the columns of these numbers."""
     sums = [np.asarray((abs(M) + abs(D)).sum(axis=k)).ravel() for k in (0, 1)]
     return np.flatnonzero((sums[0] == 0) & (sums[1] == 0))
 
 
 def massless_directions(M, D):
-    """All z with M z = 0 and D z = 0, and all y with y' M = 0 and y' D = 0: exact.
-
-    ``M``, ``D``, (n, n): read as decimals. Returns N, L, (n, k) of fmpq: columns span
-    them; each is one in a row of its own, where the others are zero.
-
-    >>> N, L = massless_directions(np.full((2, 2), 0.3), np.zeros((2, 2)))
-    >>> N.tolist() == L.tolist() == [[-1], [1]]
-    True
+    """All z with M z = 0 and D z = 0, all y with y'M = 0 and y'D = 0, ``M`` and ``D``
+    read as decimals: columns of fmpq, each one in a row of its own.
     """
     rows = massless(M, D)
     rest = np.setdiff1d(np.arange(len(M)), rows)
@@ -54,14 +42,8 @@ def _full(M, D):
 
 
 def massless_cure(M, D):
-    """What to do about what is massless, for errors; empty where nothing is.
+    """What to do about what is massless in M and D, for errors; empty where nothing is.
 
-    M and D are those of the plant.
-
-    Examples
-    --------
-    >>> massless_cure(np.diag([1.0, 0.0]), np.eye(2))
-    ''
     >>> massless_cure(np.full((2, 2), 0.3), np.zeros((2, 2)))
     '; sosbook.plants.condense solves for the 1 direction without mass exactly'
     """
@@ -133,9 +115,8 @@ def check_small(v):
 
 
 def sparse_factor(x):
-    """SuperLU's factors of a sparse ``x`` without exchanges of rows; None without.
-
-    Where the matrix is symmetric, their diagonal has the signs of its eigenvalues.
+    """SuperLU's factors of a sparse ``x`` without exchanges of rows, or None: of a
+    symmetric matrix their diagonal has the signs of its eigenvalues.
     """
     options = dict(permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0)
     try:

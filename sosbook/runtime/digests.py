@@ -5,12 +5,8 @@ import json
 
 
 def digest(content):
-    """The SHA-256 of a content, in hexadecimal.
-
-    ``content``: the latter as JSON with sorted keys and no spaces.
-
-    >>> digest({"b": 1, "a": [2]}) == digest(b'{"a":[2],"b":1}')
-    True
+    """The SHA-256 of a ``content`` (bytes, or what JSON with sorted keys and no spaces
+    writes).
     """
     if not isinstance(content, bytes):
         text = json.dumps(content, sort_keys=True, separators=(",", ":"))
@@ -19,11 +15,5 @@ def digest(content):
 
 
 def short_digest(content):
-    """The first 12 letters of the `digest` of a content.
-
-    Examples
-    --------
-    >>> short_digest([["1"]])
-    'e28610836ab7'
-    """
+    """The first 12 letters of the `digest` of a content."""
     return digest(content)[:12]

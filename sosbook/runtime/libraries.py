@@ -1,8 +1,4 @@
-"""Libraries that only some uses of the package need.
-
-From a plant to a proof the package needs numpy, scipy and python-flint.
-Everything else is imported through `library`, where it is used.
-"""
+"""Libraries that some uses need: a proof asks for numpy, scipy and python-flint."""
 
 from importlib import import_module
 
@@ -19,14 +15,8 @@ EXTRAS = {
 
 
 def library(name):
-    """Import an optional library, or say how to install it.
-
-    ``name``: the module's name, such as "matplotlib.pyplot". Returns the imported
-    module. Raises ModuleNotFoundError if the library isn't installed. Its text has the
-    command that installs it.
-
-    >>> library("scipy.linalg").__name__
-    'scipy.linalg'
+    """Import an optional library of this ``name``, such as "matplotlib.pyplot", or
+    raise ModuleNotFoundError with the command that installs it.
     """
     try:
         return import_module(name)
@@ -43,11 +33,5 @@ def library(name):
 
 
 def extra_of(name):
-    """The extra that installs the library of this name, or None.
-
-    Examples
-    --------
-    >>> extra_of("cvxpy")
-    'cones'
-    """
+    """The extra that installs the library of this ``name``, or None."""
     return next((extra for extra, names in EXTRAS.items() if name in names), None)

@@ -1,7 +1,4 @@
-"""Matrices in files of other programs: NumPy, MATLAB, Matrix Market, Abaqus, Nastran.
-
-They are read within limits, as `reading` does; nothing in a file is ever executed.
-"""
+"""Matrices of NumPy, MATLAB, Matrix Market, Abaqus, Nastran, within limits."""
 
 import struct
 import zipfile
@@ -32,10 +29,7 @@ def _decoded(path, kind):
 
 
 def read_csv(path):
-    """The matrix in the text file at ``path``; errors name the line.
-
-    `load_plant` tells what may be between the numbers.
-    """
+    """The matrix in the text file at ``path`` of `load_plant`; errors name a line."""
     rows = []
     for place, line in enumerate(read_text(path, bom=True).splitlines(), 1):
         line = line.partition("#")[0].strip()
@@ -132,12 +126,10 @@ def read_mtx(path):
 
 
 def read_entries(path):
-    """The entries in a matrix file of Abaqus or CalculiX at ``path``.
-
-    Returns dict: from ((node, dof), (node, dof)) to the value, of both triangles: a
-    file that never has an entry and its mirror image holds one triangle of a symmetric
-    matrix. None if the file is one of Matrix Market. Raises ValueError: with the line
-    that isn't "node, dof, node, dof, value".
+    """The entries in a matrix file of Abaqus or CalculiX at ``path``: from ((node,
+    dof), (node, dof)) to the value, of both triangles, where the file holds one; None
+    of a Matrix Market file. A ValueError has the line that isn't "node, dof, node, dof,
+    value".
     """
     entries = {}
     for place, line in enumerate(read_text(path).splitlines(), 1):
@@ -227,9 +219,8 @@ def read_op4(path):
 
 
 def check_size(*shape, full=True):
-    """A ValueError for a matrix of a ``shape`` with more than `MOST_ENTRIES`.
-
-    One that isn't ``full`` has what the file has, and a number for each row or column.
+    """A ValueError for a ``shape`` of more than `MOST_ENTRIES`; one that isn't ``full``
+    has what the file has, and a number for each row or column.
     """
     if (prod if full else sum)(shape) > MOST_ENTRIES:
         size = " x ".join(map(str, shape))

@@ -7,13 +7,10 @@ NAME = re.compile(r"(?=[\w(])([\w (),#-]|[.](?! ))+(?<! )")
 
 
 def sane_name(name):
-    """A name that is safe in messages, pages, files and verdicts, or a ValueError.
+    """A name that is safe in messages, pages, files and verdicts, or a ValueError: it
+    begins with a letter, a digit or a bracket and ends with no space; a point stands
+    inside a word.
 
-    It begins with a letter, a digit or a bracket and ends with no space. A point
-    stands inside a word only: a name is no sentence.
-
-    Examples
-    --------
     >>> sane_name("decay 1,2"), sane_name("half-plane#2"), sane_name("Größe (A.6)")
     ('decay 1,2', 'half-plane#2', 'Größe (A.6)')
     """
@@ -29,17 +26,11 @@ class OfKind:
     """A member of a family, whose direct heirs are a family each.
 
     A class that files can name declares its ``kind`` in its own body. A kind isn't
-    inherited in files: what a file says is read by the class that declared it,
-    whatever was derived from it since. Only a class of the same name and the same
-    module takes its place: a cell of a notebook that is run again.
+    inherited in files: what a file says is read by the class that declared it, whatever
+    was derived from it since. Only a class of the same name and module takes its place:
+    a cell of a notebook that is run again. Raises ValueError when a class is made whose
+    kind has another owner, or is no sane name.
 
-    Raises
-    ------
-    ValueError
-        When a class is made whose kind has another owner, or is no sane name.
-
-    Examples
-    --------
     >>> class Shape(OfKind):
     ...     "A family."
     >>> class Disk(Shape):

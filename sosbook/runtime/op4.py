@@ -16,11 +16,8 @@ HALF = 1 << 16  # a string's head is its row and this times its words and one
 
 
 def matrices_of_op4(content, check_size):
-    """The matrices in the bytes ``content`` of an OUTPUT4 file, a dict of sparse ones.
-
-    ``check_size`` is called with the rows and columns of each before it is made.
-
-    Raises ValueError if the file ends early, isn't such a file, or a matrix is complex.
+    """The sparse matrices by name in an OUTPUT4 file's ``content``; ``check_size`` sees
+    rows and columns before each. A ValueError: it ends early, is none, or is complex.
     """
     for order in "<>":
         if len(content) > 4 and struct.unpack(order + "i", content[:4])[0] in HEAD:

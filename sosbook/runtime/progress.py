@@ -20,14 +20,8 @@ class _Silent:
 
 
 def bar(total, unit="it", progress=True):
-    """A context in which ``update()`` moves a progress bar.
-
-    ``total``: how many steps there are; ``unit``: what is counted; ``progress``: show
-    the bar, unless tqdm isn't installed or the environment variable TQDM_DISABLE is set
-    (which tqdm doesn't read in notebooks).
-
-    >>> with bar(2, progress=False) as done:
-    ...     done.update()
+    """A context in which ``update()`` moves a bar of ``total`` steps, each a ``unit``;
+    none without ``progress`` or tqdm, or with TQDM_DISABLE, unread in notebooks.
     """
     if not progress or WITHOUT_BARS.keys() & os.environ.keys():
         return _Silent()
@@ -39,14 +33,8 @@ def bar(total, unit="it", progress=True):
 
 
 def each(items, unit="it", progress=True):
-    """Yield the items of a sequence and show how many are done.
-
-    Each item counts as one ``unit``.
-
-    Examples
-    --------
-    >>> list(each("ab", progress=False))
-    ['a', 'b']
+    """Yield the ``items`` and show how many ``unit`` are done, unless ``progress`` is
+    false.
     """
     with bar(len(items), unit, progress) as done:
         for item in items:

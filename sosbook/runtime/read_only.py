@@ -4,9 +4,8 @@ import numpy as np
 
 
 class ReadOnly:
-    """A frozen dataclass whose arrays are read-only, as are its copies'.
-
-    ``copy``, ``dataclasses.replace`` and ``pickle`` keep them so.
+    """A frozen dataclass whose arrays are read-only, as are those of its copies and
+    pickles.
     """
 
     def __post_init__(self):
@@ -19,13 +18,7 @@ class ReadOnly:
 
 
 def frozen(value):
-    """A ``value`` that can't be written to: an array, or lists and dicts of them.
-
-    Examples
-    --------
-    >>> frozen({"P": np.eye(2)})["P"].flags.writeable
-    False
-    """
+    """A ``value`` that can't be written to: an array, or lists and dicts of them."""
     if isinstance(value, np.ndarray) and value.flags.writeable:
         value = value.copy()
         value.flags.writeable = False

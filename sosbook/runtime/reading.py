@@ -1,8 +1,6 @@
-"""Files of other people: read within limits, with errors that name the file.
-
-Whatever reads a file reads it here, or in `matrix_files`. The limits are those of
-`MOST_BYTES`, `DEEPEST` and `LONGEST_TEXT`; what is beyond them, or is no file of its
-kind, is a ValueError. Nothing in a file is ever executed.
+"""Files of other people, read here or in `matrix_files`: nothing in them is executed,
+and what is beyond `MOST_BYTES`, `DEEPEST` or `LONGEST_TEXT`, or is no file of its kind,
+is a ValueError that names the file.
 """
 
 import csv
@@ -25,16 +23,7 @@ DEEPEST = 200  # lists in lists
 
 @contextmanager
 def named(path):
-    """Let each ValueError inside begin with the name of the file at ``path``.
-
-    Examples
-    --------
-    >>> with named("plant.json"):
-    ...     raise ValueError("M is missing")
-    Traceback (most recent call last):
-        ...
-    ValueError: plant.json: M is missing
-    """
+    """Let each ValueError inside begin with the name of the file at ``path``."""
     try:
         yield
     except ValueError as error:
@@ -52,10 +41,8 @@ def path_of(path):
 
 
 def read_bytes(path):
-    """All bytes of the file at ``path``, a str or Path.
-
-    Raises OSError if it can't be read; it names the file; ValueError if it has more
-    than `MOST_BYTES` bytes, or ``path`` is no path.
+    """All bytes of the file at ``path``; an OSError names the file; ValueError if it
+    has more than `MOST_BYTES` bytes, or ``path`` is no path.
     """
     with path_of(path).open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -65,10 +52,7 @@ def read_bytes(path):
 
 
 def read_text(path, bom=False):
-    """The text of the file at ``path``, in UTF-8; see `read_bytes`.
-
-    A byte order mark in front, as some editors write, is left out if ``bom``.
-    """
+    """The text of `read_bytes` (a ``path``), less a byte order mark (``bom``)."""
     content = read_bytes(path)
     try:
         return content.decode("utf-8-sig" if bom else "utf-8")
@@ -91,13 +75,10 @@ def read_json(path):
 
 
 def parse_json(text):
-    """What a ``text`` in JSON holds.
+    """What a ``text`` in JSON holds; a ValueError also for a key that comes twice, for
+    NaN and Infinity, for numbers that no float is near, and beyond the limits of this
+    module.
 
-    Raises ValueError if it is no JSON; also for a key that comes twice, for NaN and
-    Infinity, for numbers that no float is near, and beyond the limits of this module.
-
-    >>> parse_json('{"M": [[1, 0.5]]}')
-    {'M': [[1, 0.5]]}
     >>> parse_json('{"M": [[1]], "M": [[2]]}')
     Traceback (most recent call last):
         ...
@@ -158,13 +139,10 @@ def _check_limits(content):
 
 
 def number(word):
-    """The float nearest to the decimal that a ``word`` spells; also nan and inf.
+    """The float nearest to the decimal that a ``word`` spells; also nan and inf. A
+    ValueError if it is no number in ASCII, or so large or so small that no float is
+    near.
 
-    Raises ValueError if it is no number in ASCII, or so large or so small that no float
-    is near.
-
-    >>> number("1.5e3")
-    1500.0
     >>> number("1_0")
     Traceback (most recent call last):
         ...
@@ -220,11 +198,8 @@ def read_rows(path):
 
 
 def numbers_of(path, rows, names):
-    """The numbers below the first of some ``rows`` of a CSV file.
-
-    ``path``: its name, for errors; ``rows``: as `read_rows` gives them; ``names``: what
-    the columns are called. Returns (N, k): k is the number of names. Raises ValueError:
-    with the line that is no row of k numbers.
+    """The numbers below the first of the ``rows`` of a CSV file at ``path``, (N, k)
+    with k ``names``; a ValueError has the line that isn't so.
     """
     table = []
     for line, row in enumerate(rows[1:], 2):

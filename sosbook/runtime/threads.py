@@ -1,7 +1,5 @@
-"""One thread of linear algebra to a process: more only get in each other's way.
-
-The matrices of an LMI are small. A BLAS that spreads their products over
-the cores spends more time on waiting than on computing.
+"""One thread of linear algebra to a process: the matrices of an LMI are small, and a
+BLAS that spreads them over the cores waits more than it computes.
 """
 
 import contextlib
@@ -62,10 +60,8 @@ def _limit():
 
 @functools.cache
 def _controller():
-    """The controller of threadpoolctl, which knows other kinds of BLAS too; or None.
-
-    It lets one thread of the program set limits at a time, and ignores
-    the others; that is why OpenBLAS itself is asked first.
+    """The controller of threadpoolctl, for other kinds of BLAS, or None; OpenBLAS
+    itself is asked first: threadpoolctl lets one thread at a time set limits.
     """
     import scipy.linalg  # noqa: F401  (has a BLAS of its own)
 

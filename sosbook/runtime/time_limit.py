@@ -18,10 +18,7 @@ _tick = ContextVar("tick", default=None)  # moves the bar in force
 
 
 class OutOfTime(Exception):
-    """Raised by the solver, with a message, where the time is over.
-
-    ``end`` is when that was or will be, by `monotonic`.
-    """
+    """Raised, with a message, where time is over; ``end`` is when, by `monotonic`."""
 
     def __init__(self, message="the time limit is over", end=inf):
         super().__init__(message)
@@ -38,10 +35,9 @@ class OutOfTime(Exception):
 
 @contextmanager
 def time_limit(seconds, progress=False):
-    """Let the solver raise `OutOfTime` after so many seconds.
-
-    ``seconds``: None sets no limit. An outer limit that ends sooner stays in force;
-    ``progress``: show a bar of the seconds that have passed.
+    """Let the solver raise `OutOfTime` after so many ``seconds``; None sets no limit.
+    An outer limit that ends sooner stays in force; ``progress``: show a bar of the
+    seconds.
 
     >>> with time_limit(60):
     ...     check_time()
@@ -61,9 +57,8 @@ def time_limit(seconds, progress=False):
 
 
 def checked_seconds(time_limit, needed=False):
-    """A ``time_limit`` as a float, or a ValueError.
-
-    None stays None, no limit, unless one is ``needed``.
+    """A ``time_limit`` as a float, or a ValueError; None is no limit, unless
+    ``needed``.
     """
     if time_limit is None and not needed:
         return None
@@ -96,9 +91,8 @@ def _clock(passed):
 
 
 def check_time(ahead=0.0):
-    """Raise `OutOfTime` where the limit in force is over; move the bar.
-
-    ``ahead`` is about how many seconds the next step takes that nothing can stop.
+    """Raise `OutOfTime` where the limit is over, or will be ``ahead`` of a step of so
+    many seconds that nothing can stop; move the bar.
     """
     tick = _tick.get()
     if tick is not None:
@@ -109,21 +103,13 @@ def check_time(ahead=0.0):
 
 
 def time_left():
-    """Seconds until the limit in force is over; infinite without one.
-
-    Examples
-    --------
-    >>> with time_limit(60):
-    ...     59 < time_left() < 60
-    True
-    """
+    """Seconds until the limit in force is over; infinite without one."""
     end = _end.get()
     return inf if end is None else end - monotonic()
 
 
 def check_time_of_eigenvalues(rows, times=1.0):
-    """`check_time` before a matrix of so many rows has its eigenvalues found.
-
-    Also before what takes some ``times`` as long.
+    """`check_time` before eigenvalues of so many ``rows``, or what takes some ``times``
+    as long.
     """
     check_time(times * SECONDS_OF_EIGENVALUES * float(rows) ** 3)

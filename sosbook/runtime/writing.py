@@ -8,19 +8,12 @@ from .reading import path_of, read_bytes
 
 
 def write_file(path, content, over=None):
-    """Write a file so that at any time the old one or the new one is there.
+    """Write a ``content`` (text in UTF-8) so that at any time the old file or the new
+    one is at ``path``, which is returned; a device, such as /dev/stdout, is written to.
 
-    ``path``: where it goes. A device, such as /dev/stdout, is written to; ``content``:
-    a text is written in UTF-8; ``over``: from the bytes of a file that is there to
-    whether it may be replaced. Any may without it. Returns Path: ``path``. Raises
-    FileExistsError if a file is there that may not be replaced; OSError if there is no
-    room, for example. A file that was there is still there, whole.
-
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_file(Path(folder) / "log.csv", "t,V").read_text()
-    't,V'
+    ``over``: from the bytes of a file that is there to whether it may be replaced; any
+    may without it. FileExistsError where it may not, OSError where there is no room,
+    for example: then a file that was there is still there, whole.
     """
     path = path_of(path)
     may_replace(path, over)
@@ -33,10 +26,7 @@ def write_file(path, content, over=None):
 
 
 def may_replace(path, over, cure="give another name, or move it away"):
-    """Raise FileExistsError for a file at ``path`` that may not be replaced.
-
-    ``over`` is as for `write_file`; the ``cure`` ends the error.
-    """
+    """A FileExistsError, with the ``cure``, if ``over`` keeps the file at ``path``."""
     path = path_of(path)
     if over is not None and path.is_file() and not over(read_bytes(path)):
         raise FileExistsError(
@@ -45,13 +35,11 @@ def may_replace(path, over, cure="give another name, or move it away"):
 
 
 def write_texts(folder, texts, replace=False):
-    """Write files into a folder: all of them, or none.
+    """Write ``texts`` by file name into a ``folder``, which is made: all of them, or
+    none.
 
-    ``folder``: made if it doesn't exist; ``texts``: from the files' names to their
-    texts; ``replace``: replace files that are there with another text. Else they stop
-    everything: a ``robot_io.cpp``, for example, may hold its owner's pins. Returns list
-    of Path: where the files stand. Raises FileExistsError if a file is there that may
-    not be replaced.
+    A file with another text that is there raises FileExistsError, for a
+    ``robot_io.cpp`` may hold its owner's pins, unless ``replace``. Returns the paths.
     """
     files = {path_of(folder) / name: text.encode() for name, text in texts.items()}
     for path, text in files.items():

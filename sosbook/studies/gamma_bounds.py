@@ -15,11 +15,10 @@ __all__ = ["GammaLowerBounds", "gamma_lower_bounds"]
 
 @dataclass(frozen=True)
 class GammaLowerBounds:
-    """Three lower bounds on what (2.15) and (2.21) can prove together.
-
-    ``norm``: the largest H-infinity norm from w to z: gamma > norm; ``energy``: the
-    largest integral of z'z of the free motion from x(0): gamma^2 > mu energy; ``mu``:
-    mu must be larger: else some w of energy 1 / mu drives |K x| from rest above u_max.
+    """Three lower bounds on what (2.15) and (2.21) can prove together: gamma is above
+    the largest H-infinity ``norm`` from w to z; gamma^2 > mu ``energy``, the largest
+    integral of z'z of the free motion from x(0); and mu is above ``mu``, else some w of
+    energy 1 / mu drives |K x| from rest above u_max.
     """
 
     norm: float

@@ -1,8 +1,4 @@
-"""Vertices, pairs or a slack matrix: what each proves, and what is true.
-
-Compares the three ways to demand an LMI over a polytope of plants, and
-checks their promises at plants between the vertices.
-"""
+"""Vertices, pairs or a slack matrix: what each proves, and what is true between."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -70,12 +66,8 @@ def scale_polytope(plants, factor):
 
 
 def sample_plants(plants, count=20, seed=0):
-    """Plants to look at: along all edges, and at random.
-
-    ``plants``: the polytope; ``count``: steps along each segment between two vertices,
-    ends included; with more than two vertices also so many random plants; ``seed``: the
-    seed of the random plants. Returns list of SecondOrderSystem or DescriptorSystem:
-    the drawn plants.
+    """Plants to look at: ``count`` along each segment between two of the ``plants``'
+    vertices, and with more than two as many at random (``seed``).
     """
     samples, count, plants = [], whole("count", count, 2), _several(plants)
     corners = np.eye(len(plants.vertices))

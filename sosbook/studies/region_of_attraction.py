@@ -1,9 +1,6 @@
-"""How far a nonlinear loop may start from rest, by one ellipsoid.
-
-A polytope stands for a nonlinear plant only while some output stays
-within its range: sin(phi) = phi * factor has its factor in
-[sinc(phi_max), 1] while |phi| <= phi_max. A common Lyapunov matrix P
-decides how long that is.
+"""How far a nonlinear loop may start from rest, by one ellipsoid: a polytope stands for
+it only while an output stays in its range (sin(phi) = phi * factor has its factor in
+[sinc(phi_max), 1] while |phi| <= phi_max), and a common P decides how long.
 """
 
 from dataclasses import dataclass
@@ -144,9 +141,8 @@ def region_of_attraction(
 
 
 class _Ellipsoids:
-    """Invariant ellipsoids x' P^-1 x <= 1 within |c x| <= bound.
-
-    Parameters are those of `region_of_attraction`; the request holds the gain.
+    """Invariant ellipsoids x' P^-1 x <= 1 within |c x| <= bound; the request holds the
+    gain.
     """
 
     def __init__(self, request, row, bound, start):
@@ -163,9 +159,8 @@ class _Ellipsoids:
         return blocks | {"row": control_bound(P, row @ P, bound**2)}
 
     def farthest(self, frame, near):
-        """The P that reaches farthest along the start, and how far; None without.
-
-        ``near`` is a P of such an ellipsoid.
+        """The P that reaches farthest along the start, found ``near`` another, and how
+        far.
         """
         ray = np.linalg.solve(frame.T, self.start)  # frame.back has six digits only
         length = np.linalg.norm(ray)

@@ -1,9 +1,6 @@
-"""Feasibility maps: how much can be asked, proven from both sides.
-
-`edge` pushes one requirement, `frontier` two: its ``status`` decides every cell of
-a map. `farthest` pushes the range of a parameter. `designs` solves many
-specifications, each from the last; `sweep` runs any function over many points
-in parallel.
+"""Feasibility maps, proven from both sides: `edge` pushes one requirement, `frontier`
+two: its ``status`` decides every cell. `farthest` pushes the range of a parameter,
+`designs` solves many specifications, `sweep` runs any function over many points.
 """
 
 from .edges import Edge, edge, request

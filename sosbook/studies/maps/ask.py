@@ -16,11 +16,8 @@ from ...synthesis.solution import Solution
 
 
 class Ask:
-    """A request in which any bound can be moved.
-
-    ``plant``, ``U``: as in `design_pid`; ``asked``: keywords of `design_pid` that ask
-    something; ``options``: its other keywords; those that ask something are found here
-    too.
+    """A request in which any bound can be moved: ``plant``, ``U`` and keywords of
+    `design_pid`: those that ask something, ``asked``, and ``options``.
     """
 
     def __init__(self, plant, U, asked, options):
@@ -80,11 +77,9 @@ class Ask:
         return near is not None and near.P is not None and near.V is None
 
     def trial(self, near=None, /, **values):
-        """What phase one finds for these ``values`` in one frame: an `LMISolution`.
-
-        A bisection needs no more at most of its places: no multipliers are looked
-        for. The frame is that of a design or trial ``near`` if there is one. None
-        where nothing can be said so soon.
+        """What phase one finds for these ``values`` in the frame of a design or trial
+        ``near``: an `LMISolution`, without multipliers; None where nothing can be said
+        so soon. A bisection needs no more at most of its places.
         """
         if self.empty(values):
             return None
@@ -98,9 +93,8 @@ class Ask:
         return first if isinstance(first, LMISolution) else None
 
     def finished(self, first, /, **values):
-        """What `solve` returns for these ``values``.
-
-        It is there sooner where ``first``, a trial of them, has found a point.
+        """What `solve` returns, sooner where ``first``, a trial of the ``values``,
+        found a point.
         """
         if seen(first) and first.problem.pairs is None:
             request = first.problem.request
@@ -111,11 +105,10 @@ class Ask:
         return self.solve(**values)
 
     def solve(self, near=None, /, **values):
-        """A Design for these ``values``, or None where they exclude each other.
-
-        With a design ``near``, in coordinates in which its P is I: close
-        to the edge they are the better ones. With ``coupling="auto"`` a refusal is one
-        of both couplings, for it holds at a vertex alone.
+        """A Design for these ``values``, or None where they exclude each other, in the
+        coordinates in which the P of a design ``near`` is I: close to the edge they are
+        the better ones. With ``coupling="auto"`` a refusal is one of both couplings: it
+        holds at a vertex alone.
         """
         if self.empty(values):
             return None
@@ -159,9 +152,8 @@ def point(first):
 
 
 def _coordinates(request, near):
-    """The `ScaledLMIs` of a request near a design, and where to start in them.
-
-    Near a point that a trial has found, too; the request's own with None.
+    """The `ScaledLMIs` of a request near a design, or a trial's point, and where to
+    start in them; the request's own with None.
     """
     if near is None:
         return ScaledLMIs(request, Frame.of(request)), None

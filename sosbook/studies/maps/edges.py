@@ -1,9 +1,8 @@
 """Edges of requirements, proven from both sides.
 
-Asking for more never turns an infeasible request feasible (chapter 15), so
-each requirement has an edge.  A certified design stands on its feasible side
-and exact multipliers, which exclude every design, on the other.  Both stand
-on round numbers: what is printed is what is proven.
+Asking for more never turns an infeasible request feasible (chapter 15). A certified
+design stands on the edge's feasible side and exact multipliers, which exclude every
+design, on the other, both on round numbers: what is printed is what is proven.
 """
 
 from dataclasses import dataclass
@@ -153,9 +152,8 @@ def _blocks_at(request, frame, x):
 
 
 def _least_violation(request, frame):
-    """The unknowns and multipliers where phase one attains its optimum.
-
-    In the ``frame`` P and Y aren't much larger than I; none is above `WIDE` there.
+    """The unknowns and multipliers where phase one attains its optimum, in a ``frame``
+    in which P and Y aren't much larger than I: none is above `WIDE`.
     """
     blocks, unknowns = _listed(request.in_unknowns(frame))
     sizes = Blocks(blocks, unknowns).diagonal_scales
@@ -185,10 +183,8 @@ def _least_violation(request, frame):
 
 
 def _saddle_point(blocks, cost, x, gap):
-    """A minimum of cost.x over blocks, from x inside, with its multipliers.
-
-    The point of the central path at which the minimum is known to the relative
-    accuracy ``gap``.
+    """A minimum of cost.x over ``blocks``, from x inside, with its multipliers: the
+    point of the central path at which it is known to the relative accuracy ``gap``.
     """
     newton = newton_of(blocks)
     weight = blocks.degree / abs(cost @ x)

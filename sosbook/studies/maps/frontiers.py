@@ -63,10 +63,7 @@ class Frontier:
         return np.array([np.nan if f is None else f for f in values])
 
     def design(self, x, y):
-        """The certified design that keeps x and y, or None.
-
-        Of those that do, it is the one that asks for least.
-        """
+        """The certified design that keeps x and y and asks for least, or None."""
         for value, e in zip(self.values, self.edges):
             if (
                 e.design is not None

@@ -70,9 +70,8 @@ def sweep(function, points, n_jobs=None, progress=True, retries=3):
 
 
 def finished(function, points, n_jobs=None, retries=3):
-    """Yield (place, value) of a function at points, as they are completed: see `sweep`.
-
-    ``n_jobs``: how many workers; ``retries``: how often a dead one is replaced.
+    """Yield (place, value) of a function at points, as they are completed by ``n_jobs``
+    workers, whose death is forgiven ``retries`` times: see `sweep`.
     """
     if n_jobs is not None and (not isinstance(n_jobs, int) or n_jobs == 0):
         raise ValueError(

@@ -9,10 +9,8 @@ from .ask import point, seen
 
 
 class Search:
-    """Bisection over round numbers of one parameter of an `Ask`, by its name.
-
-    The other requirements stand in ``ask``. The numbers with so many digits
-    are counted, and a larger count, or place, asks for more.
+    """Bisection over counted round numbers of so many ``digits`` of one parameter of an
+    `Ask`, ``ask``, by its name; a larger count, or place, asks for more.
     """
 
     def __init__(self, ask, name, digits):
@@ -85,9 +83,8 @@ class Search:
         return design is None or design.status == "infeasible"
 
     def edge(self, easier=None, harder=None):
-        """The two sides and their designs, as in `Edge`, and the reason.
-
-        Between the edges of easier and harder surroundings, if given.
+        """The sides, designs and reason of an `Edge`, between those of ``easier`` and
+        ``harder``.
         """
         good = bad = None
         if harder is not None and harder.feasible is not None:
@@ -122,9 +119,8 @@ class Search:
         return self.result(top, bottom)
 
     def so_far(self, reason):
-        """What is proven among the places that were tried, as in `edge`.
-
-        The ``reason`` says why no more were.
+        """What is proven among the places tried, as in `edge`, and the ``reason`` for
+        no more.
         """
         points = {k: point(g) for k, g in self.trials.items() if seen(g)}
         self.seen = points | self.seen
@@ -161,10 +157,7 @@ class Search:
         return top
 
     def stands(self, place):
-        """Whether a place has a certified design.
-
-        In its own coordinates if it can be: they are the sharper ones.
-        """
+        """Whether a place has a certified design, in its own coordinates if it can."""
         design = self.at(place)
         if not _feasible(design):
             return False
@@ -176,9 +169,8 @@ class Search:
         return certified(design)
 
     def first_refusal(self, top, bad, near):
-        """The first place from ``top`` to ``bad`` that is refused with a proof.
-
-        None without one; a design ``near`` serves as for `refused`.
+        """The first place from ``top`` to ``bad`` refused with a proof, or None;
+        ``near`` as there.
         """
         if bad is None:
             return None
@@ -198,9 +190,8 @@ class Search:
         return _first(lambda k: self.refused(k, near), last, bottom)
 
     def refused(self, place, near):
-        """Whether the request at a place is refused with a proof.
-
-        If need be in the coordinates of a design ``near``.
+        """Whether a place is refused with a proof, perhaps in the coordinates of
+        ``near``.
         """
         design = self.at(place)
         if design is None:
@@ -250,9 +241,8 @@ def _number(rank, digits):
 
 
 def round_numbers(which, low, high, digits):
-    """The round numbers from ``low`` to ``high``, the least demanding first.
-
-    They have so many digits in the unit shown of a `Parameter`, ``which``.
+    """The round numbers from ``low`` to ``high``, of so many ``digits`` in the unit of
+    a `Parameter`, ``which``, the least demanding first.
     """
     ends = [_rank(which.shown(end), digits) for end in (low, high)]
     numbers = [_number(k, digits) for k in range(ends[0], ends[1] + 1)]
@@ -262,10 +252,7 @@ def round_numbers(which, low, high, digits):
 
 
 def shown(name, value):
-    """A value of the parameter of this name, in the unit shown.
-
-    Angles are shown in degrees.
-    """
+    """A value of the parameter of this name in the unit shown, degrees for an angle."""
     return parameter(name).shown(value)
 
 
