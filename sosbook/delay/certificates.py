@@ -15,12 +15,11 @@ from .request import DelayedLoop, DelayRequest
 
 
 class DelayCertificate(GainProof):
-    """An exact proof of a decay rate under delay, or its failure.
+    """An exact proof of a decay rate under delay, or its failure; ``text`` is its file.
 
-    Its ``text`` is a file with the plant, the delay, the gain and the
-    matrices of the functional as decimals, in the coordinates of the LMIs.
-    The exponentials of the theorem are rounded to rationals on the side on
-    which the theorem stays true.
+    It has the plant, the delay, the gain and the matrices of the functional as
+    decimals, in the coordinates of the LMIs. The exponentials of the theorem are
+    rounded to rationals on the side on which the theorem stays true.
     """
 
     kind = "delay"
@@ -72,12 +71,7 @@ class DelayRefusal(MultiplierRefusal):
 
 
 def prove_delay(request, K, unknowns, digits=None):
-    """Every block of a request in exact arithmetic, for a rounded gain K.
-
-    ``unknowns`` are matrices by name, and K has so many ``digits``.
-
-    Returns what was proven, and what failed.
-    """
+    """The proof of a ``request``, of K in ``digits`` and ``unknowns`` by name."""
 
     def attempt(digits, places):
         values = {

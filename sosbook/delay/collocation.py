@@ -23,10 +23,7 @@ def balanced(A, A_d, growth=1.0):
 
 
 def rightmost_roots(A, A_d, delay, count):
-    """What `characteristic_roots` returns, of checked matrices A and A_d.
-
-    That is the ``count`` rightmost roots for a constant ``delay``.
-    """
+    """`characteristic_roots` of checked A, A_d and ``delay``: ``count`` of them."""
     if delay == 0 or not A_d.any():
         roots = eigvals(A + A_d)
         return _paired(roots[roots.imag >= 0], count)
@@ -110,10 +107,10 @@ def _differentiation(nodes):
 def root_radius(A, A_d, c):
     """Roots right of c, for delay 1, lie within this radius.
 
-    They are eigenvalues of A + A_d z with abs(z) <= e^-c, and by the
-    maximum principle that circle has the largest. Where it is large, only
-    eigenvalues that aren't clearly left of c count: fast stable modes
-    don't. A tenth is added for what lies between the samples.
+    They are eigenvalues of A + A_d z with abs(z) <= e^-c, and by the maximum principle
+    that circle has the largest. Where it is large, only eigenvalues that aren't clearly
+    left of c count: fast stable modes don't. A tenth is added for what lies between
+    samples.
     """
     z = np.exp(-c + 1j * np.linspace(0, np.pi, 17))
     size = abs(np.linalg.eigvals(A + A_d * z[:, None, None]))

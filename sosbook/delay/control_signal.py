@@ -24,8 +24,8 @@ def _hermite(s):
 class ControlSignal:
     """The control signal u so far; a step's cubic is a row of ``table``.
 
-    ``nodes``, (k + 1,): ends of the steps; ``K``, (m, N): the gain; ``level``, (m,): K
-    [r; 0; 0]; ``past``: the state before t = 0; ``tolerance``: in seconds.
+    ``nodes``: ends of the steps; K: the gain; ``level``: K [r; 0; 0]; ``past``: the
+    state before t = 0; ``tolerance``: in seconds.
     """
 
     def __init__(self, nodes, K, level, past, tolerance):
@@ -39,9 +39,9 @@ class ControlSignal:
         return fixed + (weights[..., None] * self.table[row]).sum(-2)
 
     def look_up(self, s, late):
-        """Row of the table, weights of its entries, and what is known.
+        """Row of the table, weights of its entries, what is known: of u at s.
 
-        Of u at the times s, from the controller where ``late``.
+        It is the controller's where ``late``.
         """
         # of rounding, and of jumps that a delay doesn't tell
         s = np.where(late, np.maximum(s, 0), np.minimum(s, 0))
@@ -57,13 +57,12 @@ class ControlSignal:
         return row, weights, fixed
 
     def march(self, A, B, x0, asked, late, h, kind, flow, weights, push, outside):
-        """The state at the nodes.
+        """The state at the nodes, from x0.
 
-        A, B are the plant's matrices, x0 the start, ``asked`` the times whose
-        input arrives, from the controller where ``late``, h the steps and
-        ``kind`` theirs; ``flow``, ``weights`` and ``push`` are what the state,
-        the input and the disturbance do in a step, ``outside`` what isn't fed
-        back in x'.
+        A, B are the plant's matrices, ``asked`` the times whose input arrives, from the
+        controller where ``late``, h the steps and ``kind`` theirs; ``flow``,
+        ``weights`` and ``push`` are what the state, the input and the disturbance do in
+        a step, ``outside`` what isn't fed back in x'.
         """
         K, table, points = self.K, self.table, len(GAUSS_POINTS)
         (N, m), count = B.shape, len(h)
@@ -122,14 +121,11 @@ class ControlSignal:
         return x
 
     def solutions(self, implicit, inside, cubic, h, KA, KB, weights, kind):
-        """Of an implicit step: from the input's known part to the input.
+        """From the input's known part to the input, of each ``implicit`` step.
 
-        The arguments ``implicit`` (which steps), ``inside`` (which of their
-        points), ``cubic``, h, KA = K A, KB = K B, ``weights`` and ``kind`` are
-        those of `march`.
-
-        The cubic of the step itself depends on the input that it gives:
-        its end value on all of it, its slopes also directly.
+        Its own cubic depends on the input that it gives: its end value on all of it,
+        its slopes also directly. ``inside``: which of its points; KA = K A, KB = K B;
+        ``cubic``, h, ``weights`` and ``kind`` are those of `march`.
         """
         steps, m = np.flatnonzero(implicit), len(KB)
         W, size = weights[kind[steps]], h[steps, None, None, None]

@@ -21,23 +21,20 @@ def stable_delays(A, A_d, longest):
     Returns
     -------
     list of (float, float)
-        Intervals (low, high) in [0, longest], in order, within which all
-        roots have negative real part. At an end other than 0 and
-        ``longest`` a root lies on the imaginary axis. Two intervals
-        share an end where a root only touches the axis.
+        Intervals (low, high) in [0, longest], in order, within which all roots have
+        negative real part. At an end other than 0 and ``longest`` a root lies on the
+        imaginary axis. Two intervals share an end where a root only touches the axis.
 
     Notes
     -----
-    Delays with a root j w solve a problem without delay: A + A_d z has
-    the eigenvalue j w for a z on the unit circle, and w is among the
-    eigenvalues of a matrix of order 2 N r, with r the rank of A_d
-    (Louisell, IEEE Trans. Automat. Control 46, 2001; for r = 1 it is the
-    Hamiltonian matrix of the transfer function that the delay closes).
-    Then h = (-arg z + 2 pi k) / w. Between two such delays the number of
-    unstable roots can't change, and the rightmost root in the middle
-    decides. A root that stays at 0 or on the axis for every delay (A +
-    A_d singular, say) leaves no stable delay, nor does one within
-    rounding of the axis. Where ``A_d`` is zero the answer is all or
+    Delays with a root j w solve a problem without delay: A + A_d z has the eigenvalue j
+    w for a z on the unit circle, and w is among the eigenvalues of a matrix of order 2
+    N r, with r the rank of A_d (Louisell, IEEE Trans. Automat. Control 46, 2001; for r
+    = 1 it is the Hamiltonian matrix of the transfer function that the delay closes).
+    Then h = (-arg z + 2 pi k) / w. Between two such delays the number of unstable roots
+    can't change, and the rightmost root in the middle decides. A root that stays at 0
+    or on the axis for every delay (A + A_d singular, say) leaves no stable delay, nor
+    does one within rounding of the axis. Where ``A_d`` is zero the answer is all or
     nothing.
 
     Examples

@@ -39,8 +39,7 @@ class DelayDesign(Gains[DelayCertificate], ReadOnly):
         From a block's name to its smallest eigenvalue, after scaling
         its diagonal to one.
     infeasibility : DelayRefusal or ModesRefusal or None
-        The exact proof that the LMIs have no solution, with status
-        "infeasible".
+        The exact proof that the LMIs have no solution, with status "infeasible".
     reason : str
         Of "undecided", in words; of a feasible design: which of the gains K is.
     central : bool or None
@@ -160,8 +159,7 @@ class DelayDesign(Gains[DelayCertificate], ReadOnly):
     ) -> Any:
         """The `DelayedResponse` of the loop; a list of them, one a vertex.
 
-        The arguments t, delay, r, w, x0 and history are those of
-        `simulate_delay`.
+        The arguments t, delay, r, w, x0 and history are those of `simulate_delay`.
 
         Without a delay it is the constant one, tau.
         """

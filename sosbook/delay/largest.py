@@ -27,17 +27,15 @@ class Largest:
     ----------
     name : {"tau", "mu", "delta"}
     value : float or None
-        The largest one that has a certificate; None where even a tiny
-        one has none.
+        The largest one that has a certificate; None where even a tiny one has none.
     beyond : float or None
         The next round number, which wasn't found to have one; None where
         the parameter's own limit was reached (mu = tau).
     design : DelayDesign or None
         At ``value``.
     refused : DelayDesign or None
-        At ``beyond``: "infeasible" where it is proven exactly that there
-        is no certificate, "undecided" where the search gave up; then its
-        ``reason`` says why.
+        At ``beyond``: "infeasible" where it is proven exactly that there is no
+        certificate, "undecided" where the search gave up; then its ``reason`` says why.
     """
 
     name: str
@@ -92,8 +90,7 @@ def largest(
     U, tau, mu, delta
         As in `design_delay_pid` and `analyse_delay`.
     alpha : float, optional
-        In seconds. Without it every value is tried with several
-        multiples of its tau.
+        In seconds. Without it every value is tried with several multiples of its tau.
     method, order
         As in `analyse_delay`.
     digits : int

@@ -1,8 +1,7 @@
 r"""The functional behind a design, along a simulated motion.
 
-Theorem A.3 says that :math:`e^{2\delta t} V(t)` never grows. A motion on
-which it does would refute a certificate; where it shrinks fast, the
-certificate has room to spare.
+Theorem A.3 says that :math:`e^{2\delta t} V(t)` never grows. A motion on which it does
+would refute a certificate; where it shrinks fast, the certificate has room to spare.
 """
 
 import numpy as np
@@ -42,18 +41,16 @@ def lyapunov_values(design, response):
 
     Notes
     -----
-    Between two times x is taken for the parabola through x, x' at the
-    first and x at the second, and that is integrated exactly: the error
-    is of order three in the step where jumps of x', which jumps of the
-    delay cause, are among the times (``delay.jumps``), else of order
-    one at these jumps. Rounding errors are near 1e-14 of the largest
-    :math:`e^{2\delta t} V`.
+    Between two times x is taken for the parabola through x, x' at the first and x at
+    the second, and that is integrated exactly: the error is of order three in the step
+    where jumps of x', which jumps of the delay cause, are among the times
+    (``delay.jumps``), else of order one at these jumps. Rounding errors are near 1e-14
+    of the largest :math:`e^{2\delta t} V`.
 
-    The functional is that of `sosbook.theorems.delay`, with x in the
-    design's own coordinates and tau as the unit of time. A design's
-    matrices have a bar: :math:`P = \bar F^{-1} \bar P \bar F^{-\top}`.
-    With "shift" it is that of :math:`y(s) = e^{\delta(s-t)} x(s)`: y for
-    x, and delta = 0.
+    The functional is that of `sosbook.theorems.delay`, with x in the design's own
+    coordinates and tau as the unit of time. A design's matrices have a bar: :math:`P =
+    \bar F^{-1} \bar P \bar F^{-\top}`. With "shift" it is that of :math:`y(s) =
+    e^{\delta(s-t)} x(s)`: y for x, and delta = 0.
 
     Examples
     --------

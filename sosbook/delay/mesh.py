@@ -6,14 +6,11 @@ MOST_STEPS = 1_000_000  # of one simulation
 
 
 def time_mesh(t, delay, switches, step, tolerance):
-    """Ends of the steps, and which of them are the times t.
+    """Ends of the steps under a ``delay``, and which of them are the times t.
 
-    ``delay`` is the signal, ``switches`` are times at which the input jumps,
-    ``step`` is the longest step, and times within ``tolerance`` are one.
-
-    u jumps at 0, x' where u arrives, x'' where that comes back, and so
-    on. Three rounds leave only jumps that the order of the method
-    doesn't see.
+    The input jumps at ``switches``, ``step`` is the longest, and times within
+    ``tolerance`` are one. u jumps at 0, x' where u arrives, x'' where that comes back,
+    and so on: three rounds leave only jumps that the order of the method doesn't see.
     """
     if not np.isreal(step) or not np.isfinite(step) or step <= 0:
         raise ValueError(f"step must be a positive time, got {step!r}")
@@ -85,7 +82,7 @@ def _arrivals(marks, delay, samples, asked, tolerance):
 def step_kinds(active, h):
     """One representative of each kind of step; the kind of each step.
 
-    Steps of the same length h between the same ``active`` jumps are of one kind.
+    One kind has one length h and the same ``active`` jumps.
     """
     mantissa, exponent = np.frexp(h)
     rounded = np.ldexp(np.round(mantissa * 2.0**36), exponent)

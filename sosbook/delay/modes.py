@@ -26,9 +26,9 @@ BALL_BITS = 256  # of the balls' midpoints; a double has 53
 class Modes:
     """Some modes of a plant.
 
-    ``eigenvalues``: those on or above the real axis, as floats; ``pivots``: for each of
-    them the entry of its left vector that is one; ``Lam``, (k, k) of arb: balls that
-    hold Lambda; ``B``, (k, m) of arb: balls that hold W' B.
+    ``eigenvalues``: those on or above the real axis, as floats; ``pivots``: for each
+    the entry of its left vector that is one; ``Lam``, ``B``: balls that hold Lambda and
+    W' B.
     """
 
     eigenvalues: tuple
@@ -49,16 +49,12 @@ class Modes:
         )
 
     def refused(self, request, multipliers):
-        """Whether multipliers for the midpoints refuse the modes too.
+        """Whether ``multipliers`` of a ``request`` for `plant` refuse the modes.
 
-        ``request``: for `plant`; ``multipliers``: Z_k > 0 of its blocks, with sum
-        <G_ka, Z_k> = 0.
-
-        With the modes themselves that sum isn't quite zero. Adding
-        sum_a c_a Z_k G_ka Z_k, with the midpoints' G_ka, makes it zero;
-        c solves linear equations between balls. Z_k stays positive
-        definite if it is so after the change's row sums are taken off its
-        diagonal (Gershgorin).
+        With the modes themselves sum <G_ka, Z_k> isn't quite zero. Adding sum_a c_a Z_k
+        G_ka Z_k, with the midpoints' G_ka, makes it zero; c solves linear equations
+        between balls. Z_k stays positive definite if it is so after the change's row
+        sums are taken off its diagonal (Gershgorin).
         """
         expressions, unknowns = request.in_unknowns()
         slopes = Blocks(expressions.values(), unknowns).slopes
@@ -98,11 +94,10 @@ class Modes:
 
 
 def slow_modes(vertex, rate):
-    """The modes of a plant that are slower than a rate.
+    """The modes of a plant, ``vertex``, that are slower than a ``rate`` in 1/s.
 
-    ``vertex``: the plant; ``rate``: in 1/s. Yields the integrators with each slow mode,
-    the slowest first, and then with all of them. Nothing where eigenvalues can't be
-    isolated.
+    Yields the integrators with each slow mode, the slowest first, and then with all of
+    them. Nothing where eigenvalues can't be isolated.
     """
     A, B, roots = _enclosed(vertex)
     with ctx.workprec(BALL_BITS):
@@ -120,11 +115,9 @@ def slow_modes(vertex, rate):
 
 
 def modes_near(vertex, eigenvalues, pivots):
-    """The `Modes` of a plant that are nearest to some numbers.
+    """The `Modes` of a ``vertex`` nearest to ``eigenvalues``, of these ``pivots``.
 
-    ``vertex``: the plant; ``eigenvalues``: roughly where they lie; ``pivots``: as in
-    `Modes`. Raises ValueError if two are nearest to the same one, or one can't be
-    enclosed.
+    Raises ValueError if two are nearest to the same one, or one can't be enclosed.
     """
     A, B, roots = _enclosed(vertex)
     mids = np.array([complex(s.mid()) for s in roots])
@@ -139,9 +132,9 @@ def modes_near(vertex, eigenvalues, pivots):
 
 
 def _enclosed(vertex):
-    """A and B of a plant x' = A x + B u, and balls around its eigenvalues.
+    """A and B of x' = A x + B u, and balls of eigenvalues with Im s >= 0.
 
-    Those above the real axis and on it; none where they can't be isolated.
+    None of these where they can't be isolated.
     """
     E, A, B = (exact(x) for x in (vertex.E, vertex.A, vertex.Bu))
     back = inverse(E)
@@ -187,9 +180,9 @@ def _in_floats(s):
 
 
 def _left_vector(A, s, k=None):
-    """Balls that hold w with w' A = s w', whose entry k is 1; and k.
+    """Balls of w with w' A = s w' and w_k = 1, and k, of the largest without it.
 
-    Without k the largest entry; without balls None.
+    Without balls w is None.
     """
     floats, near = A.astype(float), complex(s)
     left = np.linalg.svd(floats.T - near * np.eye(len(A)))[2][-1].conj()

@@ -26,9 +26,9 @@ BALLS = (
 class ModesRefusal(MultiplierRefusal):
     """Multipliers that exclude a design for some modes of a plant alone.
 
-    Its ``text`` is a file with the plant, the modes in floats and multipliers
-    for these floats. The modes themselves are irrational: `verify` encloses
-    them in balls and mends the multipliers, see `Modes.refused`.
+    Its ``text`` is a file with the plant, the modes in floats and multipliers for
+    these. The modes themselves are irrational: `verify` encloses them in balls and
+    mends the multipliers, see `Modes.refused`.
     """
 
     kind = "infeasible delay modes"
@@ -70,11 +70,9 @@ class ModesRefusal(MultiplierRefusal):
 
     @classmethod
     def contents(cls, request, vertex, modes, small):
-        """The data of the file, without the multipliers.
+        """The data of a ``request``'s file for ``modes`` of a ``vertex``.
 
-        ``request``: what is asked of the plant; ``vertex``: which vertex has the modes,
-        from 0; ``modes``: the modes; ``small``: the same for them alone, at floats near
-        them.
+        It counts from 0; ``small`` is the same request for floats near the modes alone.
         """
         (d,) = small.vertices
         asked = {**problem_data(request), "K": None}

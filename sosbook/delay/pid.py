@@ -70,9 +70,8 @@ def design_delay_pid(
     Raises
     ------
     ValueError
-        On bad input. Acceleration feedback through a delay makes a
-        neutral loop, M z''(t) - B K_A z''(t - d), which the theorems
-        don't cover.
+        On bad input. Acceleration feedback through a delay makes a neutral loop, M
+        z''(t) - B K_A z''(t - d), which the theorems don't cover.
 
     Notes
     -----
@@ -148,9 +147,8 @@ def analyse_delay(
     Returns
     -------
     DelayDesign
-        With this very K; "infeasible" is proven exactly, and says that
-        no functional of this form proves the rate, not that the loop is
-        slower.
+        With this very K; "infeasible" is proven exactly, and says that no functional of
+        this form proves the rate, not that the loop is slower.
 
     Notes
     -----

@@ -29,16 +29,13 @@ OF_SOME = "K is that of some solution, not of a centre."
 
 
 def problem_of(request):
-    """The `TrustedProblem` of a request, and its blocks."""
+    """The `TrustedProblem` of a ``request``, and its blocks."""
     problem = TrustedProblem(request.blocks, request.unknowns())
     return problem, problem.compiled
 
 
 def deep_points(request):
-    """The problem of a request, its blocks and deep points, as far as there are any.
-
-    The last of at most two `Deepest` is the more accurate one.
-    """
+    """The problem of a ``request``, its blocks and a `Deepest`, twice if it may be."""
     problem, blocks = problem_of(request)
     check_time()
     for accuracy in (ROUGHLY, 1.0):
@@ -60,12 +57,10 @@ def solvable(request):
 
 
 def first_gain(request, problem, blocks, x, centred):
-    """A point inside the LMIs of a request and its gain, if there is one.
+    """Fields of a `DelayDesign` for a point inside the LMIs of a ``request``, or None.
 
-    ``request``: what is asked of the plant; ``problem``, ``blocks``: of `problem_of`;
-    ``x``: the unknowns at a point inside, as floats see it; ``centred``: begin with the
-    centre; without it any point will do. Returns dict or None: fields of a
-    `DelayDesign`.
+    ``problem``, ``blocks``: of `problem_of`; x is inside, as floats see it;
+    ``centred``: begin with the centre, else any point will do.
     """
     fields = (
         _at(request, problem, *candidate)
@@ -91,10 +86,7 @@ def _candidates(blocks, unknowns, x, centred):
 
 
 def _at(request, problem, x, which):
-    """Fields of the design at a point, or None where its blocks aren't positive.
-
-    ``which`` of the points it is, in words.
-    """
+    """Fields of the design at a point, ``which`` in words; None if it isn't inside."""
     values = unpacked(problem.unknowns, x)
     margins = problem.margins(values)
     if min(margins.values()) <= 0:

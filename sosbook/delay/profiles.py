@@ -1,11 +1,10 @@
 """Delays d(t) of a control signal: the plant receives u(t - d(t)).
 
-Every signal can be called with times t >= 0 in seconds and gives the
-delays there, those after the jump where d jumps. ``low`` and ``high``
-bound its values, ``jumps(end)`` are the times inside (0, end) at which
-d or its slope jumps, and ``rate`` is its fastest angular frequency
-between them, in rad/s. A new kind of delay needs no more than these
-(no rate where it is zero).
+Every signal can be called with times t >= 0 in seconds and gives the delays there,
+those after the jump where d jumps. ``low`` and ``high`` bound its values,
+``jumps(end)`` are the times inside (0, end) at which d or its slope jumps, and ``rate``
+is its fastest angular frequency between them, in rad/s. A new kind of delay needs no
+more than these (no rate where it is zero).
 """
 
 from dataclasses import dataclass

@@ -1,10 +1,9 @@
 """Exact proofs that the LMIs of a request have no solution.
 
-Multipliers Z_k > 0 with sum <G_ka, Z_k> = 0 exclude a solution. Where the
-boundary of the LMIs is touched anyway, by a mode that decays by itself or
-by an equation of the loop that no delay enters, no such Z_k are regular.
-Then the blocks are compressed first, to what remains to be decided:
-W' G W > 0 is necessary for G > 0.
+Multipliers Z_k > 0 with sum <G_ka, Z_k> = 0 exclude a solution. Where the boundary of
+the LMIs is touched anyway, by a mode that decays by itself or by an equation of the
+loop that no delay enters, no such Z_k are regular. Then the blocks are compressed
+first, to what remains to be decided: W' G W > 0 is necessary for G > 0.
 """
 
 from dataclasses import replace
@@ -27,11 +26,7 @@ _REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
 
 
 def refusal_of(request, Z):
-    """A proof that there is no solution, or None.
-
-    ``request``: what is asked; ``Z``: multipliers from floats, for the request's own
-    blocks.
-    """
+    """A proof that a ``request`` has no solution, by multipliers Z, or None."""
     ways = [lambda: _directly(request, Z)]
     if request.misprints:
         return ways[0]()

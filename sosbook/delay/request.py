@@ -174,10 +174,7 @@ class DelayRequest(ReadOnly):
         return Frame.of(self.free)
 
     def times(self, number=lambda x: x):
-        """`Times` with tau as the unit; exponentials are rounded down.
-
-        ``number`` brings them into an arithmetic.
-        """
+        """`Times` in units of tau, read by ``number``; exponentials round down."""
         return Times(*(_read(q, number) for q in self._rational_times))
 
     @cached_property
@@ -190,10 +187,7 @@ class DelayRequest(ReadOnly):
         return fmpq(1), mu, delta, *decays
 
     def factors(self, number=lambda x: x):
-        """Bounds of e^(delta d), which multiplies the shifted input.
-
-        ``number`` brings them into an arithmetic.
-        """
+        """Bounds of e^(delta d), the input's factor, read by ``number``."""
         if not FORMS[self.method].shifted:
             return [("", 1)]
         delta, tau, mu = map(exact, (self.delta, self.tau, self.mu))
@@ -223,31 +217,22 @@ class DelayRequest(ReadOnly):
         return FORMS[self.method].blocks(self, values, number, loops)
 
     def in_unknowns(self, number=lambda x: x, vertices=None):
-        """`blocks` in `unknowns`: a dict of them, and a list.
-
-        ``number`` brings the data into an arithmetic; ``vertices`` stand for
-        those of the plant.
-        """
+        """`blocks` in `unknowns`, and these; ``number``, ``vertices`` as there."""
         unknowns = self.unknowns()
         values = {u.name: u for u in unknowns}
         return self.blocks(values, number, vertices), unknowns
 
     def closed_loops(self, number=lambda x: x):
-        """(block's name, (E, A, A_d)) of each loop under the given gain.
-
-        ``number`` brings the data into an arithmetic.
-        """
+        """(block's name, (E, A, A_d)) of each loop, read by ``number``."""
         K = self.scaled_gain(number)
         for tag, d in self.loops(number):
             yield "decay" + tag, (d.E, d.A, d.Bu @ K)
 
     def loops(self, number, vertices=None):
-        """(tag, Descriptor) in the frame; with the shift, per factor.
+        """(tag, Descriptor) in the frame, per factor; read by ``number``.
 
-        A vertex of the plant that repeats an earlier one has no loop.
-
-        ``number`` brings the data into an arithmetic; ``vertices`` stand for
-        those of the plant.
+        A vertex of the plant that repeats an earlier one has no loop; ``vertices``
+        stand for those of the plant.
         """
         left, T, scale, tau, delta = (
             number(np.array(x))
@@ -317,10 +302,7 @@ def _read(q, number):
 
 
 def exp_bound(x, up=False, digits=12):
-    """A rational just below (or above) e^x.
-
-    ``x``, fmpq: the exponent; ``up``: whether to round up, or down; ``digits``:
-    significant decimal digits. Returns fmpq: certified by ball arithmetic; 1 for x = 0.
+    """A rational just below e^x, or above if ``up``, of so many ``digits``: by balls.
 
     >>> exp_bound(fmpq(1), digits=4), exp_bound(fmpq(1), True, digits=4)
     (1359/500, 2719/1000)

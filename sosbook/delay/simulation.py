@@ -64,10 +64,9 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None, step=N
         s <= 0; then u(s) = K history(s) for s < 0. Without it the
         controller was off: u(s) = 0 for s < 0, also where x0 is given.
     step : float, optional
-        Longest step, in seconds. Without it a step that suits the rates
-        of loop, delay and disturbance: about eight digits. A plant with
-        a very fast mode needs very short ones; give a longer step where
-        that mode doesn't matter.
+        Longest step, in seconds. Without it a step that suits the rates of loop, delay
+        and disturbance: about eight digits. A plant with a very fast mode needs very
+        short ones; give a longer step where that mode doesn't matter.
 
     Returns
     -------
@@ -77,19 +76,16 @@ def simulate_delay(d, K, t, delay, r=None, w=None, x0=None, history=None, step=N
     Raises
     ------
     ValueError
-        On wrong shapes, a delay that is none, a step that isn't
-        positive or asks for more than a million steps, and where the
-        motion runs away to infinity.
+        On wrong shapes, a delay that is none, a step that isn't positive or asks for
+        more than a million steps, and where the motion runs away to infinity.
 
     Notes
     -----
-    Method of steps with an exponential integrator. In each step a
-    parabola through three Gauss points stands for the late input; the
-    rest, matrix exponential and disturbance, is exact. The past of u is
-    read off cubic Hermite polynomials: order four in the step. Jumps of
-    the input, and the times at which these come back late, are ends of
-    steps. Where t - d(t) lies within the step, a linear system is
-    solved.
+    Method of steps with an exponential integrator. In each step a parabola through
+    three Gauss points stands for the late input; the rest, matrix exponential and
+    disturbance, is exact. The past of u is read off cubic Hermite polynomials: order
+    four in the step. Jumps of the input, and the times at which these come back late,
+    are ends of steps. Where t - d(t) lies within the step, a linear system is solved.
 
     Examples
     --------
@@ -206,9 +202,8 @@ def _default_step(A, BK, delay, omega, end):
 def _exponentials(A, B, columns, omega, h):
     """What a step makes of the state, of [1, sin, cos] and of the input.
 
-    The state is joined by these three and by the input's parabola
-    (three values, one after the other, of m entries each); the time is
-    measured in steps.
+    The state is joined by these three and by the input's parabola (three values, one
+    after the other, of m entries each); the time is measured in steps.
     """
     (N, m), h = B.shape, h[:, None, None]
     joined = np.zeros((len(h), N + 3 + 3 * m, N + 3 + 3 * m))

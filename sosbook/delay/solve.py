@@ -23,9 +23,8 @@ def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=Fa
     request : DelayRequest
         What is asked of the plant.
     refuse : bool
-        Look for an exact proof that there is no solution where none is
-        found; that takes longer, and only with it the status can be
-        "infeasible".
+        Look for an exact proof that there is no solution where none is found; that
+        takes longer, and only with it the status can be "infeasible".
     time_limit : float, optional
         In seconds. Whatever isn't finished then is "undecided".
     centred : bool
@@ -43,7 +42,7 @@ def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=Fa
 
 
 def within(seconds, request, work, progress=False):
-    """What ``work()`` returns for a request, "undecided" after some ``seconds``.
+    """What ``work()`` returns for a ``request``, "undecided" after some ``seconds``.
 
     With ``progress`` a bar shows them.
     """
@@ -75,11 +74,7 @@ def _solved(request, refuse, centred):
 
 
 def centred_design(design):
-    """The centre of a request's LMIs, from a `DelayDesign` of any point inside.
-
-    ``design``: a feasible one, of `solve_delay` with ``centred=False``. Returns the
-    same as `solve_delay` finds; the given one where it finds none.
-    """
+    """The centre of a request's LMIs from a feasible ``design``, or that one."""
     problem, blocks = problem_of(design.request)
     x = np.concatenate([u.pack(design.values[u.name]) for u in problem.unknowns])
     fields = first_gain(design.request, problem, blocks, x, True)
@@ -103,11 +98,10 @@ def _reason(deep):
 
 
 def first_design(request, refuse=True, time_limit=None, centred=True, progress=False):
-    """`solve_delay`, with the first alpha of a search if none is given.
+    """`solve_delay` of a ``request``, with the first alpha that will do.
 
-    ``request``: what is asked of the plant; ``refuse``, ``time_limit``, ``centred``,
-    ``progress``: as in `solve_delay`. A search of alpha can't exclude a solution.
-    Returns DelayDesign: the first that is feasible, or one that says why there is none.
+    A search of alpha can't exclude a solution. ``refuse``, ``time_limit``, ``centred``
+    and ``progress`` as there. Returns the first that is feasible, or why there is none.
     """
     if request.alpha is not None or not request.needs_alpha:
         return solve_delay(request, refuse, time_limit, centred, progress)

@@ -62,12 +62,11 @@ def characteristic_roots(A, A_d, delay, count=10):
     Returns
     -------
     (k,) complex array
-        In rad/s, by falling real part, the upper root of a pair first;
-        a multiple root as often as its multiplicity. No root right of
-        the last one is missing. There are fewer than ``count`` where
-        the loop has only finitely many, or where rounding errors in A_d
-        decide about those further left; N where the delay is below 1e-8
-        of the loop's own times, and the others are far away.
+        In rad/s, by falling real part, the upper root of a pair first; a multiple root
+        as often as its multiplicity. No root right of the last one is missing. There
+        are fewer than ``count`` where the loop has only finitely many, or where
+        rounding errors in A_d decide about those further left; N where the delay is
+        below 1e-8 of the loop's own times, and the others are far away.
 
     Raises
     ------
@@ -77,17 +76,14 @@ def characteristic_roots(A, A_d, delay, count=10):
 
     Notes
     -----
-    Chebyshev collocation of the infinitesimal generator (Breda, Maset,
-    Vermiglio, SIAM J. Sci. Comput. 27, 2005), of the delayed signals
-    only: A_d of rank r gives an eigenvalue problem of order N + r k,
-    with k nodes. Roots right of c lie in the disk whose radius is the
-    largest spectral radius of A + A_d e^(-c delay + j theta); k is
-    raised until that disk is resolved, for c of the last root found (Wu
-    and Michiels, J. Comput. Appl. Math. 236, 2012). Newton's method on
-    the smallest singular value of the characteristic matrix polishes
-    each root; what it leaves with a residual is dropped.
-    Entries of A_d below rounding of its largest singular value count as
-    zero.
+    Chebyshev collocation of the infinitesimal generator (Breda, Maset, Vermiglio, SIAM
+    J. Sci. Comput. 27, 2005), of the delayed signals only: A_d of rank r gives an
+    eigenvalue problem of order N + r k, with k nodes. Roots right of c lie in the disk
+    whose radius is the largest spectral radius of A + A_d e^(-c delay + j theta); k is
+    raised until that disk is resolved, for c of the last root found (Wu and Michiels,
+    J. Comput. Appl. Math. 236, 2012). Newton's method on the smallest singular value of
+    the characteristic matrix polishes each root; what it leaves with a residual is
+    dropped. Entries of A_d below rounding of its largest singular value count as zero.
 
     Examples
     --------
@@ -105,9 +101,8 @@ def characteristic_roots(A, A_d, delay, count=10):
 def spectral_abscissa(A, A_d, delay):
     """Real part of the rightmost root of x' = A x + A_d x(t - delay), in 1/s.
 
-    Minus this number is the loop's exponential decay rate under that
-    constant delay. Parameters, errors and method as in
-    `characteristic_roots`.
+    Minus this number is the loop's exponential decay rate under that constant delay.
+    Parameters, errors and method as in `characteristic_roots`.
 
     Examples
     --------
@@ -138,11 +133,10 @@ def slowest_decay(A, A_d, low, high):
 
     Notes
     -----
-    A grid with 16 steps to a period of the fastest root that can be the
-    rightmost (32 to 2000 steps in all), then Brent's method around each
-    local minimum of the grid. The rate is attained at ``delay``, so the
-    true minimum is no greater. That it is no smaller holds as far as
-    the grid sees each dip; it isn't proven.
+    A grid with 16 steps to a period of the fastest root that can be the rightmost (32
+    to 2000 steps in all), then Brent's method around each local minimum of the grid.
+    The rate is attained at ``delay``, so the true minimum is no greater. That it is no
+    smaller holds as far as the grid sees each dip; it isn't proven.
 
     Examples
     --------

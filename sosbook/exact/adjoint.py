@@ -8,14 +8,10 @@ from ..runtime.time_limit import check_time
 
 
 def adjoint(expressions, unknowns, Z):
-    """sum_k <G_ka, Z_k> for each variable a of the ``unknowns``.
+    """sum_k <G_ka, Z_k> for each variable a of the ``unknowns``: rationals, or balls.
 
-    ``expressions``: the blocks G_k, with arrays of rationals, integers or balls;
-    ``unknowns``: what the blocks are affine in; ``Z``: a symmetric matrix for each
-    block. Returns array: rationals; balls if there is a ball among the entries. Raises
-    TypeError if an array has floats.
-
-    A term L X R contributes L' Z R' to the derivative by X. The sums are sums of
+    ``expressions`` G_k have arrays of rationals, integers or balls; a TypeError if of
+    floats. A term L X R contributes L' Z R' to the derivative by X. The sums are of
     integers, with one denominator as long as those of the terms divide it.
 
     >>> from sosbook.exact.definite import exact
@@ -101,11 +97,7 @@ def _sum_of_rationals(shape, products):
 
 
 def slopes_at(g, unknowns, i, j):
-    """The derivatives of <g, Z>, where Z has ones at i, j and j, i alone.
-
-    ``g``: a symmetric block; ``unknowns``: what it is affine in; ``i``, ``j``: row and
-    column. Returns array: one for each variable, as `adjoint` does.
-    """
+    """The derivatives of <g, Z> by ``unknowns``; Z is one at i, j and j, i alone."""
     rows = sorted({i, j})
     terms = [
         Term(t.left[rows], t.unknown, t.transposed, t.right[:, rows]) for t in g.terms

@@ -28,20 +28,13 @@ class _Factor:
 
 @dataclass(frozen=True, eq=False)
 class Root:
-    """A root of a polynomial with rational coefficients.
-
-    ``of``: one of its roots; ``index``: which of the balls with ``BALL_BITS[0]`` bits
-    holds it.
-    """
+    """A root ``of`` a `_Factor`: ``index`` says in which of the first balls it is."""
 
     of: _Factor
     index: int
 
     def ball(self, bits=BALL_BITS[0]):
-        """A ball of complex numbers that holds this root and no other.
-
-        Its arithmetic has a precision of so many ``bits`` or more.
-        """
+        """A complex ball, of ``bits`` or more, with this root and no other."""
         first = self.of.balls(BALL_BITS[0])[self.index]
         if bits == BALL_BITS[0]:
             return first
@@ -58,11 +51,9 @@ class Root:
         return complex(float(mid.real), float(mid.imag))
 
     def inside(self, alpha, beta):
-        """Whether alpha + beta s + beta' conj(s) is negative definite.
+        """Whether alpha + beta s + beta' conj(s) is negative definite: proven, or None.
 
-        ``alpha``, ``beta``, (k, k) of fmpq: the matrices of the region. Returns bool or
-        None: True and False are proven; None where the root is on the boundary or too
-        close to it to tell.
+        None where the root is on the boundary, or too close to it to tell.
 
         >>> root, = roots_of(fmpq_poly([3, 1]))
         >>> root.inside([[fmpq(2)]], [[fmpq(1)]])  # Re s < -1
@@ -105,10 +96,7 @@ class Root:
 
 
 def roots_of(polynomial):
-    """The distinct roots of a polynomial.
-
-    ``polynomial``, fmpq_poly: its coefficients are rational. Returns list of Root: each
-    root once.
+    """The distinct roots of a ``polynomial`` with rational coefficients, each once.
 
     >>> [complex(r) for r in roots_of(fmpq_poly([0, 2, 1]))]
     [0j, (-2+0j)]
@@ -127,10 +115,7 @@ def roots_of(polynomial):
 
 
 def _definite(alpha, beta, s, conjugate, zero):
-    """Whether -(alpha + beta s + beta' conj(s)) > 0, by its pivots.
-
-    True, False, or None where a ball holds zero.
-    """
+    """Whether -(alpha + beta s + beta' conj(s)) > 0; None where balls can't tell."""
     k = len(alpha)
     rows = [
         [
@@ -153,11 +138,9 @@ def _definite(alpha, beta, s, conjugate, zero):
 
 
 def reflections(alpha, beta):
-    """What mirrors polynomials, and points, at the boundary of a region.
+    """What mirrors roots, and balls, at the boundary of a region alpha, beta.
 
-    ``alpha``, ``beta``, (k, k) of fmpq: the matrices of the region. Returns mirror,
-    reflect: from a polynomial to one with the reflected roots, and from a ball to its
-    image; both None but for half-planes (one row) and disks.
+    Both are None but for half-planes (one row) and disks.
     """
     if len(alpha) == 1 and beta[0][0] != 0:
         line = -alpha[0][0] / (2 * beta[0][0])

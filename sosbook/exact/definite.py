@@ -28,11 +28,10 @@ AT_ONCE_UP_TO_ROWS = 12  # elimination takes no time that could run out
 
 
 def pivots(x):
-    """Pivots of the exact LDL factorisation of a rational matrix.
+    """Pivots of the exact LDL factorisation of x, a symmetric matrix of rationals.
 
-    ``x``, (q, q) of fmpq: a symmetric matrix. Returns list of fmpq: all q pivots if the
-    matrix is positive definite; otherwise the list ends with the first pivot that isn't
-    positive. Raises ValueError if the matrix isn't exactly symmetric.
+    All of them if it is positive definite; else the list ends with the first that isn't
+    positive. Raises ValueError if it isn't exactly symmetric.
 
     >>> pivots(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
     [2, 3/2]
@@ -88,23 +87,19 @@ SHORT_BITS = 128  # after the point, of a matrix whose sign alone is asked
 
 
 def definite(x):
-    """Whether a rational matrix is positive definite: an exact verdict.
+    """Whether a symmetric rational x is positive definite, and how clearly.
 
-    ``x``, (q, q) of fmpq: a symmetric matrix. Returns proven: True if it is, False if
-    it isn't. Both are proven; measure, fmpq: a measure of how clearly. Up to 24 rows it
-    is the smallest of `pivots`. In a larger positive definite matrix it is a lower
-    bound of the smallest pivot, at most 1e-6 of it too small. In a larger matrix that
-    isn't positive definite it is a value v' x v <= 0 of some v whose last nonzero entry
-    is 1. Raises ValueError if the matrix isn't exactly symmetric.
+    Both verdicts are proven. The measure, fmpq, is the smallest of `pivots` up to 24
+    rows; in a larger positive definite matrix a lower bound of it, at most 1e-6 of it
+    too small; in another one a value v' x v <= 0 of some v whose last nonzero entry is
+    1. Raises ValueError if x isn't exactly symmetric.
 
-    Floats only suggest a lower triangular W with powers of two on its
-    diagonal; T = W x W' is computed exactly. By Sylvester's law x is
-    positive definite exactly if T is. A diagonal entry of T that isn't
-    positive decides one way. Strict diagonal dominance (Gershgorin's
-    theorem, after a diagonal scaling) decides the other way, and a
-    row's surplus bounds the pivot from below: elimination of a row
-    keeps the surplus of the others. Without a decision T itself is
-    treated in the same way. It is better conditioned than x.
+    Floats only suggest a lower triangular W with powers of two on its diagonal; T = W x
+    W' is exact. By Sylvester's law x is positive definite exactly if T is. A diagonal
+    entry of T that isn't positive decides one way. Strict diagonal dominance
+    (Gershgorin, after a diagonal scaling) decides the other way, and a row's surplus
+    bounds the pivot from below: elimination of a row keeps the surplus of the others.
+    Without a decision T, which is better conditioned, is treated in the same way.
 
     >>> definite(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
     (True, 3/2)
@@ -172,12 +167,10 @@ def _ratio(e, unit):
 
 
 def _eliminator(T):
-    """Lower triangular W, 2^k on its diagonal, with W T W' near one.
+    """W, lower triangular with 2^k on its diagonal, for W T W' near one; and the k.
 
-    Up to the first pivot that is lost in rounding errors; the rows from
-    there on are only freed of the columns before it.
-
-    Returns W, (q, q) array; k, list of int.
+    Up to the first pivot that is lost in rounding errors; the rows from there on are
+    only freed of the columns before it.
     """
     q = len(T)
     L, failed = dpotrf(T, lower=1)
@@ -198,19 +191,12 @@ def _eliminator(T):
 
 
 def positive(x):
-    """Whether a rational matrix is positive definite: an exact verdict.
+    """The verdict of `definite` alone, sooner where x has thousands of digits.
 
-    The verdict of `definite` without its measure, and much sooner where the
-    entries have thousands of digits.
-
-    ``x``, (q, q) of fmpq: a symmetric matrix. Returns bool: True if it is, False if it
-    isn't. Both are proven. Raises ValueError if the matrix isn't exactly symmetric.
-
-    Scaled to a diagonal of about one, x is rounded down to
-    `SHORT_BITS` bits after the point. The rest is symmetric with entries
-    of [0, 1) in the last place, so no eigenvalue of it is below -q. Where
-    the rounded matrix less q in the last place isn't positive definite,
-    `definite` decides.
+    Scaled to a diagonal of about one, x is rounded down to `SHORT_BITS` bits after the
+    point. The rest has entries of [0, 1) in the last place, so no eigenvalue of it is
+    below -q. Where the rounded matrix less q there isn't positive definite, `definite`
+    decides.
 
     >>> x = exact(np.array([[2.0, 1.0], [1.0, 2.0]]))
     >>> positive(x / 3), positive(x - exact(2 * np.eye(2)))
@@ -238,16 +224,11 @@ def _shifted(e, k):
 
 
 def semidefinite(x):
-    """Whether a symmetric matrix of rationals is positive semidefinite.
+    """Whether x, a symmetric matrix of rationals, is positive semidefinite.
 
-    Notes
-    -----
-    Let the columns in J be a basis of those of x. Then x[J, J] is regular,
-    and x = Y' x[J, J] Y for some Y: x is positive semidefinite exactly if
-    x[J, J] is positive definite.
+    Where the columns in J are a basis of those of x, x[J, J] is regular, and x = Y'
+    x[J, J] Y for some Y: so exactly if x[J, J] is positive definite.
 
-    Examples
-    --------
     >>> x = exact(np.array([[1.0, 2.0], [2.0, 4.0]]))
     >>> semidefinite(x), semidefinite(-x), semidefinite(x - exact(np.diag([1.0, 0])))
     (True, False, False)

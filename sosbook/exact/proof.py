@@ -17,11 +17,9 @@ PLACES = (12, 17)  # of the matrices that only the proof needs
 
 
 def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
-    """The first proof that succeeds, or the last one that doesn't.
+    """The first proof of ``attempt(gain digits, matrix digits)``, or its last try.
 
-    ``attempt``: from the gain's digits, and those of the other matrices, to a proof;
-    ``digits``: tries this number of digits of the gain only; ``tries``, ``places``:
-    what else is tried.
+    With ``digits`` the gain has these only; ``tries`` and ``places`` are what is tried.
     """
     if digits is not None:
         tries = (digit_count(digits),)
@@ -38,11 +36,9 @@ def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
 class Examined:
     """What was found out about some blocks.
 
-    ``claims``: what is proven, in words; empty without a proof; ``blocks``: from a
-    block's name to its smallest pivot, as a float (in large blocks to six digits: see
-    `sosbook.exact.definite.definite`); ``failed``: names of the blocks that aren't
-    positive definite, or what else is wrong; ``value``: of multipliers, see
-    `sosbook.exact.refusal.MultiplierRefusal`.
+    ``claims``: what is proven, in words; ``blocks``: each one's smallest pivot by name,
+    in large blocks to six digits; ``failed``: names of those that aren't positive
+    definite, or what else is wrong; ``value``: see `MultiplierRefusal`.
     """
 
     claims: tuple
@@ -59,9 +55,8 @@ class Examined:
     def of(cls, matrices, claims):
         """Decide for each of the ``matrices`` of rationals, by name.
 
-        ``claims`` are what they prove: pairs of words and the names of the blocks
-        that prove them. Words alone rest on all of the blocks. A claim for which a
-        block is missing, or that rests on none, fails.
+        ``claims`` are words, which rest on all blocks, or pairs of words and names of
+        blocks. One for which a block is missing, or that rests on none, fails.
         """
         verdicts = {}
         for name, g in matrices.items():
@@ -154,9 +149,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Unproven(Verdict):
-    """The answer of a result that has nothing to prove; it excludes nothing either.
-
-    ``why``: why there is nothing, in words.
+    """The answer of a result without a proof, and ``why``; it excludes nothing.
 
     >>> print(Unproven("the design is undecided"))
     not proven: the design is undecided
@@ -184,20 +177,16 @@ class Unproven(Verdict):
 
 
 class Stopped(Unproven):
-    """What `proven_within` returns where the time was over before a proof was done.
-
-    ``seconds``: the limit of the time.
-    """
+    """What `proven_within` returns where the ``seconds`` are over."""
 
     def __init__(self, seconds):
         super().__init__(f"stopped after {seconds:g} s; raise time_limit")
 
 
 def proven_within(seconds, work, progress=False):
-    """The proof that ``work()`` returns, or `Stopped` after some ``seconds``.
+    """The proof that ``work()`` returns, examined, or `Stopped` after some ``seconds``.
 
-    ``seconds``: None sets no limit; ``work``: without arguments; examines the proof
-    that it returns; ``progress``: show a bar of the seconds that have passed.
+    None sets no limit. With ``progress`` a bar shows the seconds that have passed.
 
     >>> print(proven_within(1e-9, lambda: first_proven(None)))
     not proven: stopped after 1e-09 s; raise time_limit

@@ -25,11 +25,7 @@ MADE = ("claims", "blocks")  # of version 2 these are made from what is asked
 
 
 def written(kind, data):
-    """The text of a proof of some kind, and what `verdict.written` says; else None.
-
-    ``kind``: the kind of the proof; ``data``: lists, words, numbers as text, True,
-    False and None.
-    """
+    """The text of a proof of a ``kind`` and ``data``; `verdict.written`'s or None."""
     asked = {"kind": kind} | {k: v for k, v in data.items() if k not in MADE}
     try:
         whole, *said = verdict.written(asked)
@@ -60,10 +56,7 @@ def spread(whole):
 
 
 def parse(text):
-    """The kind of a proof and its data, from its text.
-
-    Raises ValueError if it is no proof file.
-    """
+    """A proof's kind and data, from its ``text``; a ValueError if it is none."""
     whole = parse_json(text)
     if not isinstance(whole, dict) or whole.get("format") != FORMAT:
         raise ValueError(f'there is no "format": "{FORMAT}"')
@@ -94,10 +87,7 @@ def same(a, b):
 
 
 def laid_out(value, indent=""):
-    """A ``value`` as JSON with each row of a matrix on a line of its own.
-
-    The lines stand behind this ``indent``.
-    """
+    """A ``value`` as JSON behind an ``indent``, a matrix's rows on their own lines."""
     deeper = indent + " "
     if isinstance(value, dict) and value:
         lines = (

@@ -18,15 +18,11 @@ FRACTION = rf"-?\d{{1,{MOST_DIGITS}}}(/\d{{1,{MOST_DIGITS}}})?"
 
 
 class Rational(np.ndarray):
-    """An array of fmpq (dtype object) whose matrix products are flint's.
+    """An array of fmpq (dtype object), by `exact`, whose matrix products are flint's.
 
-    Made by `exact`; the constructor's shape, buffer, offset, strides and order
-    are those of numpy's ndarray.
+    Everything else is numpy's, as are the constructor's shape, buffer, offset, strides
+    and order.
 
-    Everything else is numpy's, entry by entry.
-
-    Examples
-    --------
     >>> A = exact(np.array([[0.5, 0.1], [0.2, 1.0]]))
     >>> A @ A
     Rational([[27/100, 3/20],
@@ -81,10 +77,7 @@ def _array(matrix):
 
 
 def exact(x):
-    """Decimal reading of floats: 0.1 becomes 1/10.
-
-    ``x``: floats, integers or rationals. Returns fmpq, or `Rational` array of them: the
-    same numbers as rationals.
+    """The fmpq of a number x, or `Rational` array of those of an array.
 
     >>> exact(0.1)
     1/10
@@ -124,9 +117,7 @@ def digit_count(digits):
 
 
 def round_digits(x, digits):
-    """Round the numbers x to so many significant digits.
-
-    Raises ValueError if ``digits`` isn't an integer above 0.
+    """The numbers x rounded to so many significant ``digits``; a ValueError below one.
 
     >>> round_digits(np.array([123.456, 0.00123456]), 4)
     array([1.235e+02, 1.235e-03])
@@ -139,8 +130,6 @@ def round_digits(x, digits):
 def inverse(x):
     """The inverse of a matrix x of floats or of rationals, or traced.
 
-    Examples
-    --------
     >>> inverse(exact(np.array([[2.0, 1.0], [1.0, 1.0]])))
     Rational([[1, -1],
               [-1, 2]], dtype=object)
@@ -158,8 +147,6 @@ def inverse(x):
 def decimal(x):
     """A float x as the shortest decimal that is read back as it.
 
-    Examples
-    --------
     >>> decimal(0.1), decimal(150.0), decimal(-0.0), decimal(1e-7)
     ('0.1', '150', '0', '1e-07')
     """
@@ -169,12 +156,8 @@ def decimal(x):
 
 
 def echelon(x):
-    """The rows of the reduced echelon form of a matrix x, and their leading columns.
+    """Rows of the reduced echelon form of x, and their leading columns.
 
-    Entries of x are rationals, or floats that are read as decimals.
-
-    Examples
-    --------
     >>> rows, lead = echelon(np.array([[0.0, 2.0, 4.0], [0.0, 0.1, 0.2]]))
     >>> [[str(e) for e in row] for row in rows], lead
     ([['0', '1', '2']], [1])
@@ -206,10 +189,7 @@ def _decimals(x):
 
 
 def read_number(text):
-    """The float of a decimal ``text``, if `decimal` would write it so.
-
-    Raises ValueError otherwise.
-    """
+    """The float of a decimal ``text`` as `decimal` writes it; else a ValueError."""
     if isinstance(text, str) and re.fullmatch(r"[-+.e0-9]{1,30}", text, re.ASCII):
         try:
             if decimal(float(text)) == text:
@@ -220,10 +200,7 @@ def read_number(text):
 
 
 def read_array(rows, *shape):
-    """The read-only array of ``rows``, nested lists of decimals.
-
-    None in its ``shape`` is any length.
-    """
+    """The read-only array of nested decimals ``rows``; a None in ``shape`` is free."""
     if not shape:
         return read_number(rows)
     if not isinstance(rows, list) or shape[0] not in (None, len(rows)):
@@ -275,12 +252,10 @@ def fraction(text):
 
 
 def exact_margin(g):
-    """The smallest eigenvalue of a positive definite g, its diagonal scaled to one.
+    """The least eigenvalue of a positive definite g, its diagonal scaled to one.
 
-    It is that of the inverse, whose largest eigenvalue floats know, however small
-    its own is. The diagonal is scaled by powers of four.
-
-    ``g``, (q, q) of fmpq and int: positive definite.
+    It is that of the inverse, whose largest eigenvalue floats know, however small its
+    own is. The diagonal is scaled by powers of four.
 
     >>> thin = exact(np.array([[1.0, 0.99999999999999], [0.99999999999999, 1.0]]))
     >>> round(exact_margin(thin) * 1e14, 6)
@@ -295,7 +270,7 @@ def exact_margin(g):
 def _inverse_in_floats(matrix):
     """The inverse of a regular fmpq_mat: floats of at most one, and their unit, an arb.
 
-    It is made of balls, with as many digits as it takes: rationals take far longer.
+    By balls, with as many digits as it takes: rationals take far longer.
     """
     size, bits = matrix.nrows(), BITS
     while True:

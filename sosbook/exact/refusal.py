@@ -14,10 +14,7 @@ from .repair import repair_multipliers
 
 
 class Refusal(ProofFile):
-    """An exact proof that there is none of what is asked, by its kind's own theorem.
-
-    ``text`` is that of the file.
-    """
+    """A proof, ``text``, that there is none of what is asked, by its own theorem."""
 
 
 def written_lmis(expressions, unknowns):
@@ -40,12 +37,10 @@ def written_lmis(expressions, unknowns):
 
 
 class MultiplierRefusal(Refusal):
-    """Multipliers that exclude every point of some LMIs, by duality.
+    """Multipliers that exclude every point of some LMIs, by duality: a ``text``.
 
-    ``text`` is that of the file.
-
-    Z_k >= 0 for blocks G_k, not all zero, sum <G_k, Z_k> is the same number at
-    every point, and it isn't positive: so the G_k aren't all positive definite.
+    Z_k >= 0 for blocks G_k, not all zero, sum <G_k, Z_k> is the same number at every
+    point, and it isn't positive: so the G_k aren't all positive definite.
     """
 
     @classmethod
@@ -66,10 +61,10 @@ class MultiplierRefusal(Refusal):
 
     @classmethod
     def mended(cls, data, expressions, unknowns, Z, keyed):
-        """The file of float multipliers Z made exact; None where that fails.
+        """The file of float multipliers Z of the ``expressions`` made exact, or None.
 
-        They belong to the ``expressions`` in the ``unknowns``; ``data`` and ``keyed``
-        are the file's data and the blocks' keys.
+        They are in ``unknowns``; ``data`` and ``keyed`` are the file's data and blocks'
+        keys.
         """
         if len(Z) != len(expressions) or not all(np.isfinite(z).all() for z in Z):
             raise ValueError(
@@ -99,10 +94,7 @@ class MultiplierRefusal(Refusal):
 
     @property
     def multipliers(self):
-        """dict from a block's name to Z_k, in rationals.
-
-        They belong to the coordinates in which the LMIs were solved.
-        """
+        """From a block's name to Z_k in rationals, in the solution's coordinates."""
         data = self.data
         keys, Z = zip(*data["multipliers"])
         return dict(zip(self.named(data, keys), map(_fractions, Z), strict=True))
@@ -113,20 +105,14 @@ def _fractions(rows):
 
 
 def excluded_radius(expressions, unknowns, Z, digits=17):
-    """How far multipliers exclude every point, where they don't cancel.
+    """A norm that points of ``expressions`` in ``unknowns`` have at least, by Z.
 
-    At a point x the sum of all <G_k(x), Z_k> would be positive, and it
-    is value + r.x with value = sum <G_k0, Z_k> and r_a = sum <G_ka, Z_k>.
-    So no point is shorter than -value / |r|. If every block is
-    homogeneous, a point may be scaled: then the first block, G > 0, is
-    read as G > I.
-
-    ``expressions``: from a block's name to its `Affine` expression in rationals;
-    ``unknowns``: what the blocks are affine in; ``Z``: float multipliers, one for each
-    block; ``digits``: to so many significant digits Z is rounded first. Returns float:
-    every x with all blocks positive definite has a larger norm, the root of the sum of
-    squares of the unknowns' free entries. Rounded down from an exact figure; 0 where
-    the multipliers say nothing.
+    At a point x the sum of all <G_k(x), Z_k> would be positive, and it is value + r.x
+    with value = sum <G_k0, Z_k>, r_a = sum <G_ka, Z_k>. So no point is shorter than
+    -value / |r|. Where every block is homogeneous a point may be scaled: then the first
+    one, G > 0, is read as G > I. Z is rounded to ``digits``; the norm is the 2-norm of
+    free entries, rounded down from an exact figure; 0 where the multipliers say
+    nothing.
     """
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
     if not all(map(positive, Z)):

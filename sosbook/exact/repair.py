@@ -25,16 +25,12 @@ MOST_NUMBERS = 2e8  # of the slopes by entries that are held at once: 1.6 GB
 
 
 def repair_multipliers(expressions, unknowns, Z, digits=15, free=None):
-    """Make float multipliers satisfy sum <G_ka, Z_k> = 0 exactly.
+    """Exact Z_k near floats Z with sum <G_ka, Z_k> = 0 and sum <G_k0, Z_k> <= 0.
 
-    Only as many entries are changed as there are equations, in each part: those
-    that the smallest eigenvalues of the Z_k leave the most room to change.
-
-    ``expressions``: the blocks G_k, with exact arrays; ``unknowns``: what the blocks
-    are affine in; ``Z``: float multipliers, one for each block; ``digits``: significant
-    digits to which they are rounded first; ``free``: variables on whose slopes those of
-    all others depend linearly. Returns (multipliers, value) or None: exact positive
-    definite Z_k, and sum <G_k0, Z_k> <= 0; None if the repaired Z_k prove nothing.
+    The ``expressions`` G_k are exact, in ``unknowns``; Z is rounded to ``digits``
+    first. On the slopes of the variables ``free`` those of all others depend linearly.
+    In each part only as many entries change as there are equations: those that the
+    smallest eigenvalues of the Z_k leave the most room. None if they prove nothing.
     """
     Z = refined(Blocks([in_floats(g) for g in expressions], unknowns), Z)
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
@@ -66,10 +62,7 @@ class _Part:
 
 
 def _parts(expressions, unknowns):
-    """The `_Part` of each leaf, where they take the least time; a list of one or none.
-
-    Each holds all unknowns of the border that any block of a leaf holds.
-    """
+    """The `_Part` of each leaf with its border, where that pays: a list of one."""
     index = {u: k for k, u in enumerate(unknowns)}
     held = [
         {index[t.unknown] for t in g.terms if t.unknown in index} for g in expressions
@@ -164,9 +157,8 @@ def _change(expressions, unknowns, stiff, residual, free):
 def _stays_positive(near, far):
     """Whether ``far`` is positive definite because ``near`` is.
 
-    With short rationals in ``near``, and c_i above the sum over j of
-    |far - near|_ij w_j / w_i, near - diag(c) > 0 implies far > 0
-    (Gershgorin, after a diagonal scaling by any w > 0).
+    With c_i above the sum over j of |far - near|_ij w_j / w_i, near - diag(c) > 0
+    implies far > 0 (Gershgorin, for any w > 0); near has short rationals.
     """
     lowered = near.copy()
     w = [2.0 ** -round(np.log2(float(e)) / 2) for e in near.diagonal()]

@@ -28,11 +28,10 @@ class LMIProblem(LMIText):
     Parameters
     ----------
     write : callable
-        ``write(values, number)`` returns the blocks by name, for the
-        unknowns' values by name. The values are unknowns, floats,
-        rationals or cvxpy variables; ``number`` brings the data (floats,
-        arrays, nested lists) into that arithmetic. Integers need no
-        ``number``. Write `block`, `he` and `eye` as in a theorem.
+        ``write(values, number)`` returns the blocks by name, for the unknowns' values
+        by name. The values are unknowns, floats, rationals or cvxpy variables;
+        ``number`` brings the data (floats, arrays, nested lists) into that arithmetic.
+        Integers need no ``number``. Write `block`, `he` and `eye` as in a theorem.
     unknowns : sequence of Unknown
         What the blocks are affine in.
     time_limit : float, optional
@@ -178,8 +177,7 @@ class LMIProblem(LMIText):
         Unbounded
             If no minimum is found: it may be zero, or not be attained.
         ValueError
-            If a weight has no unknown or another shape, or if ``start``
-            isn't inside.
+            If a weight has no unknown or another shape, or if ``start`` isn't inside.
         """
         cost = self._cost(weights)
         if start is None:

@@ -28,12 +28,9 @@ def grows(before, decrement):
 
 
 class Barrier:
-    """Newton's method for weight * cost.x - sum log det G_k(x).
+    """Newton's method for weight * cost.x - sum log det G_k(x) of ``newton``.
 
-    With a radius the barrier -log(radius^2 - x.x) of a ball is added.
-
-    ``newton``: the blocks G_k, affine in x; ``radius``: the radius of the ball; without
-    it there is none.
+    With a ``radius`` the barrier -log(radius^2 - x.x) of a ball is added.
     """
 
     def __init__(self, newton, radius=None):
@@ -56,10 +53,7 @@ class Barrier:
         return factors
 
     def roots(self, x):
-        """Inverse Cholesky factors of all blocks at x; a LinAlgError outside.
-
-        A point whose blocks have positive eigenvalues may be outside by rounding.
-        """
+        """Inverse Cholesky factors at x; a LinAlgError if rounding sees it outside."""
         factors = self.factors(x)
         if factors is None:
             raise np.linalg.LinAlgError("the point isn't inside")
@@ -69,16 +63,15 @@ class Barrier:
 
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def step(self, x, cost, tolerance=0.1):
-        """One damped Newton step from x; returns the new x and the decrement.
+        """One damped Newton step from x for a ``cost``: the new x and the decrement.
 
-        ``cost`` is a (k,) array; ``tolerance`` is that of conjugate gradients.
-
-        The gradient of the barrier is -adjoint(inv(G)); the direction solves
-        H d = -gradient, and the decrement is sqrt(-gradient.d), the length of
-        d in the norm of H (section 9.5). Where H has a factor the step follows
-        a `Curve` on which the barrier falls by half the decrement's square, as by
-        Newton's quadratic model, or by a few decrements where it is large; else one
-        on which it falls by more than on the straight line, or that line.
+        The direction solves H d = -gradient, that of the barrier being
+        -adjoint(inv(G)), and conjugate gradients to a ``tolerance``; the decrement
+        sqrt(-gradient.d) is the length of d in the norm of H (9.5). Where H has a
+        factor the step follows a `Curve` on which the barrier falls by half the
+        decrement's square, as by Newton's quadratic model, or by a few decrements where
+        it is large; else one on which it falls by more than on the straight line, or
+        that line.
         """
         roots = self.roots(x)
         factors = self.factors(x)
@@ -121,8 +114,8 @@ class Barrier:
     def _along(self, curve, factors, cost, length, least):
         """A point on a curve where the barrier rises by less than ``least``, or None.
 
-        ``length`` is that of a step on the straight line. Farther and farther points
-        are looked at while it goes on falling.
+        Farther and farther points are looked at while it goes on falling; ``length`` is
+        that of a step on the straight line.
         """
         if least == np.inf:
             moved = curve(curve.end)
@@ -188,8 +181,8 @@ class Barrier:
     def _search(self, x, direction, slope, rates):
         """The s that minimises slope s - sum log(1 + s rate), and the ball's part.
 
-        Newton's method on the derivative, kept within an interval: an exact
-        line search costs nothing once the rates are known (section 9.7.1).
+        Newton's method on the derivative, within an interval: once the rates are known
+        an exact line search costs nothing (9.7.1).
         """
         limit = np.inf
         if rates.min() < 0:
@@ -217,10 +210,9 @@ class Barrier:
         return min(s, 0.99 * limit)
 
     def descend(self, x, cost, tolerance, most=100):
-        """At most ``most`` steps from x, until the decrement is below a tolerance.
+        """``most`` steps for a ``cost`` from x, or to a decrement below ``tolerance``.
 
-        ``cost`` is a (k,) array, and the last x is returned. That is soon where
-        rounding keeps the decrement from falling (see `grows`).
+        It ends soon where rounding keeps the decrement from falling (see `grows`).
         """
         growths, decrement = 0, np.inf
         for _ in range(most):
@@ -238,10 +230,7 @@ class Barrier:
 
 
 def _rates(changes):
-    """Eigenvalues r of the blocks' scaled ``changes`` along a direction.
-
-    There det G(x + s d) = det G(x) prod (1 + s r).
-    """
+    """Eigenvalues r of scaled ``changes``: det G(x + s d) = det G(x) prod (1 + s r)."""
     return np.concatenate([np.linalg.eigvalsh(d).ravel() for d in changes])
 
 

@@ -10,12 +10,10 @@ from .structure import structure
 
 
 class Blocks:
-    """Symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka that are `Affine` expressions.
+    """Symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka, of `Affine` ``expressions``.
 
-    ``expressions``: the blocks, which keep their structure; each is symmetric whatever
-    the unknowns are; ``unknowns``: their free entries, one unknown after the other, are
-    the variables. Has ``constants``, list of (q, q) arrays: the blocks where all
-    variables are zero; ``settings``: how they are solved.
+    The variables are the free entries of the ``unknowns``, one after the other;
+    ``constants``: the G_k0, (q, q) arrays; ``settings``: how they are solved.
     """
 
     settings = DEFAULTS
@@ -27,10 +25,7 @@ class Blocks:
 
     @classmethod
     def compiled(cls, expressions, blocks, unknowns):
-        """Blocks whose structure is known.
-
-        ``expressions``, ``unknowns``: as for the class; ``blocks``: their structures.
-        """
+        """``expressions`` in ``unknowns`` whose structures, ``blocks``, are known."""
         self = cls(expressions, unknowns)
         layouts, scalars, _ = structure([], self.unknowns)
         self.structure = layouts, scalars, list(blocks)
@@ -68,10 +63,7 @@ class Blocks:
         return structure(self.expressions, self.unknowns)
 
     def adjoint(self, Z):
-        """sum_k <G_ka, Z_k> for each variable a: a (k,) array.
-
-        ``Z`` has one symmetric matrix for each block.
-        """
+        """sum_k <G_ka, Z_k> for each variable a, of symmetric Z: a (k,) array."""
         gradients = {u: np.zeros(u.shape) for u in self.unknowns}
         for g, z in zip(self.expressions, Z):
             for t in g.terms:
@@ -103,10 +95,7 @@ class Blocks:
 
     @cached_property
     def diagonal_scales(self):
-        """For each block the powers of two d with d_i d_j G_ij near one.
-
-        A list of (q,) arrays. Multiplying by powers of two doesn't round.
-        """
+        """Powers of two d for each block with d_i d_j G_ij near one; none rounds."""
         magnitudes = newton_of(self).diagonal_magnitudes()
         ends = np.cumsum([len(m) for m in magnitudes])
         flat = np.concatenate(magnitudes)

@@ -22,8 +22,7 @@ def unpacked(unknowns, x):
 def any_centre(blocks, unknowns, x, enough=None, **hints):
     """The analytic centre from x, of a bounded part if there is no other.
 
-    The ``blocks`` are affine in the ``unknowns``; ``enough`` and the other ``hints``
-    are as for `centre`.
+    ``blocks`` are affine in ``unknowns``; ``enough`` and ``hints`` as for `centre`.
     """
     if any(c.any() for c in blocks.constants):  # else a cone, which has none
         try:
@@ -38,15 +37,11 @@ def any_centre(blocks, unknowns, x, enough=None, **hints):
 
 
 def any_minimum(blocks, unknowns, cost, x, gap):
-    """A point where cost.x is least over the blocks, from x inside.
+    """A point of ``blocks`` where cost.x is nearly least, as by `minimize`.
 
-    The minimum may be attained at infinity only in directions that cost
-    nothing: then it is that of a bounded part.
-
-    ``blocks``: the blocks G_k; ``unknowns``: those that may be bounded; ``cost``, (k,):
-    the linear objective; ``x``, (k,): a strictly feasible point; ``gap``: as in
-    `minimize`. Returns (k,): strictly feasible, nearly optimal. Raises Unbounded if no
-    minimum is found, with the best point that doesn't go far for it.
+    A minimum may be attained at infinity in directions that ``cost`` nothing: then it
+    is that of a part with bounded ``unknowns``. Raises Unbounded if none is found to
+    the accuracy ``gap``, with the best point that doesn't go far for it.
     """
     try:
         return minimize(blocks, cost, x, gap)[0]
@@ -70,11 +65,10 @@ def any_minimum(blocks, unknowns, cost, x, gap):
 def bounded(blocks, unknowns, x, r=16.0, size=None):
     """The blocks, joined by blocks "scale" that bound the unknowns.
 
-    P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every
-    block is homogeneous the gain doesn't depend on r, and a multiple of x
-    lies inside: that of a ``size`` below r, if one is asked for. Else r grows
-    until there is a point inside, which is returned too: x or a multiple if
-    that will do.
+    P is joined with Y in [[r I - P, Y'], [Y, r I]] > 0. Where every block is
+    homogeneous the gain doesn't depend on r, and a multiple of x lies inside: that of a
+    ``size`` below r, if one is asked for. Else r grows until there is a point inside,
+    which is returned too: x or a multiple if that will do.
     """
     while r < 1e16:
         joined = blocks.joined(lambda values: _bounds(values, unknowns, r))  # noqa: B023

@@ -29,13 +29,10 @@ import numpy as np
 class Curve:
     """The curve of the module's head, as a function of t = s / (1 - s rho).
 
-    ``newton``: the blocks G_k, affine in x; ``roots``: inverse Cholesky factors N of
-    the blocks at x; ``x``, ``direction``, (k,): the point, and Newton's direction
-    there; ``change``: the blocks' change along the direction, `scaled <Stacked.scaled>`
-    by the roots; ``solve``: ``solve(g)`` is the d with H d = g; ``small``: the length,
-    in the norm of H, of a term of the sum that is the last; ``radius``: of a ball whose
-    barrier -log(radius^2 - x.x) belongs to the gradient; ``end``: the t that belongs to
-    the centre.
+    At x, with ``newton``'s blocks and their ``roots``, ``direction`` is Newton's,
+    ``change`` the `Stacked.scaled` blocks along it, and ``solve(g)`` the d with H d =
+    g. A term shorter than ``small`` in the norm of H is the last; with a ``radius`` a
+    ball's barrier belongs to the gradient. ``end`` is the t of the centre.
     """
 
     def __init__(self, newton, roots, x, direction, change, solve, small, radius=None):

@@ -1,18 +1,16 @@
 """The deepest ray of a cone: phase one where every block is homogeneous.
 
-Blocks G_k(x) without constant terms hold on a cone. Phase one that reads
-"positive definite" as "larger than the identity" has to walk along the
-cone until it finds room, and a narrow cone has room far away only. Here
-the size is fixed instead: with the blocks in units D_k in which their
-diagonals are near one,
+Blocks G_k(x) without constant terms hold on a cone. Phase one that reads "positive
+definite" as "larger than the identity" has to walk along the cone until it finds room,
+and a narrow cone has room far away only. Here the size is fixed instead: with the
+blocks in units D_k in which their diagonals are near one,
 
     maximise t  subject to  G_k(x) >= t D_k,  sum <G_k(x), inv(D_k)> <= degree.
 
-The depth t lies between 0 and 1. It is positive exactly if the LMIs have
-a solution, and the point that is found fits into floats however narrow
-the cone is. Where the depth is zero the dual point tends to multipliers
-that exclude every solution. With z that of the last constraint and Z_k those
-of the blocks the dual equations are
+The depth t lies between 0 and 1. It is positive exactly if the LMIs have a solution,
+and the point that is found fits into floats however narrow the cone is. Where the depth
+is zero the dual point tends to multipliers that exclude every solution. With z that of
+the last constraint and Z_k those of the blocks the dual equations are
 
     sum <G_ka, Z_k - z inv(D_k)> = 0 for each variable a,  sum <D_k, Z_k> = 1.
 
@@ -33,12 +31,10 @@ STALLED = 0.5  # the gap by minus the depth: it is one or more, but for rounding
 
 @dataclass(frozen=True, eq=False)
 class Deepest:
-    """How deep a cone of LMIs is.
+    """How deep a cone of LMIs is: its best point ``x``, at the ``depth`` t.
 
-    ``x``, (k,): the best point, in the normalisation of the module's head; ``depth``:
-    the t of the module's head. Where it is positive, x satisfies all blocks; ``gap``:
-    no point is deeper than depth + gap, up to rounding errors; ``Z``: the dual point:
-    multipliers of the blocks.
+    Where that is positive, x satisfies all blocks. No point is deeper than depth +
+    ``gap``, up to rounding errors; ``Z`` are multipliers of the blocks.
     """
 
     x: np.ndarray
@@ -48,13 +44,11 @@ class Deepest:
 
 
 def deepest(blocks, accuracy=1.0, watch=None):
-    """The deepest point of homogeneous blocks.
+    """The `Deepest` point of homogeneous ``blocks``; a ValueError of others.
 
-    ``blocks``: with constants zero; ``accuracy``: stop when the
-    depth is known to this relative accuracy; ``watch``: called after each step with a
-    dict (step, x, t, gap, ...); it may raise an exception to stop the search. Returns
-    the point, its depth and the multipliers. Raises ValueError if a block has a
-    constant term.
+    It stops when the depth is known to a relative ``accuracy``; ``watch`` gets a dict
+    after each step (step, x, t, gap, ...), and may raise an exception to stop the
+    search.
     """
     if any(c.any() for c in blocks.constants):
         raise ValueError("blocks must be homogeneous: a constant isn't zero")

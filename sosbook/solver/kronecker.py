@@ -1,10 +1,9 @@
 """The dense Hessian of the barrier: sums of Kronecker products.
 
-The Hessian of -sum log det G_k(x) at inverse blocks W_k has the entries
-H_ab = sum_k <G_ka, W_k G_kb W_k> (Boyd and Vandenberghe 2004, appendix A.4.3:
-the second derivative of log det). In Nesterov and Todd's method W is the
-scaling point instead, and the same matrix is the Schur complement of Newton's
-equations (Todd, Toh and Tütüncü 1998).
+The Hessian of -sum log det G_k(x) at inverse blocks W_k has the entries H_ab = sum_k
+<G_ka, W_k G_kb W_k> (Boyd and Vandenberghe 2004, appendix A.4.3: the second derivative
+of log det). In Nesterov and Todd's method W is the scaling point instead, and the same
+matrix is the Schur complement of Newton's equations (Todd, Toh and Tütüncü 1998).
 
 A block's change is a few products with their transposes. For two of them,
 dG = L dX R + R' dX' L' and dF = M dY S + S' dY' M', with vec the rows of a
@@ -30,13 +29,11 @@ from .structure import Product
 
 
 class Hessian:
-    """The matrix H_ab = sum_k <G_ka, W_k G_kb W_k>.
+    """The matrix H_ab = sum_k <G_ka, W_k G_kb W_k> of the blocks ``stacked``.
 
-    With V = [L1 R1' L2 R2' ..] all the small matrices of a block are
-    submatrices of M = V' W V. Two of them make one Kronecker product.
-
-    ``stacked``: the blocks; ``matrix``: what it is written to each time; without it a
-    `Dense`.
+    With V = [L1 R1' L2 R2' ..] all the small matrices of a block are submatrices of M =
+    V' W V, and two make a Kronecker product. It is written to ``matrix`` each time, a
+    `Dense` without one.
     """
 
     def __init__(self, stacked, matrix=None):
@@ -67,10 +64,7 @@ class Hessian:
         return self.upper(roots).whole()
 
     def upper(self, roots):
-        """The same for ``roots``, as a `Dense` or an `ArrowMatrix`.
-
-        It stands in one place each time: large arrays take long to be made.
-        """
+        """The same for ``roots``, a `Dense` or `ArrowMatrix`, in one place."""
         if self.slopes is not None:  # N G_a N' are the rows of F in H = F F'
             flat = [
                 (N @ s @ N.mT).reshape(len(s), -1) for s, N in zip(self.slopes, roots)
@@ -167,10 +161,9 @@ def _pairs(layouts, plan):
 
 
 class _Term(NamedTuple):
-    """A product A kron B of two submatrices of M = V' W V, for all blocks of a form.
+    """A product A kron B of submatrices of M = V' W V, for blocks of one form.
 
-    ``form``: which blocks: an index of the plan; ``A``, ``B``, (slice, slice): rows and
-    columns; ``transposed``: whether the transposes of both are meant.
+    ``form`` is an index of the plan; ``transposed``: the transposes of both are meant.
     """
 
     form: int
@@ -179,10 +172,7 @@ class _Term(NamedTuple):
     transposed: bool
 
     def vectors(self, grams):
-        """vec(A) and vec(B) of each block by rows, from the M of each form.
-
-        They are the same array where A is B.
-        """
+        """vec(A) and vec(B) of each block by rows; the same array where A is B."""
         M = grams[self.form]
         A = self._vectors(M[:, *self.A])
         B = A if self.A == self.B else self._vectors(M[:, *self.B])
@@ -194,11 +184,7 @@ class _Term(NamedTuple):
 
 
 def _sum_of(terms, grams):
-    """The sum of some terms, from the M of each form.
-
-    That of A kron A is a product of a matrix with its transpose, which takes half of
-    the time.
-    """
+    """The sum of terms, from each form's M; A kron A takes half of the time."""
     squares, others, total = [], ([], []), 0.0
     for t in terms:
         A, B = t.vectors(grams)
@@ -217,10 +203,9 @@ def _sum_of(terms, grams):
 
 
 def _distinct(some, q):
-    """The different ones of L1, R1', L2, R2', .. side by side, and where each begins.
+    """The different L1, R1', L2, R2', .. side by side, and where each begins.
 
-    They have q rows, some of them zero where a block is padded. Of some blocks that
-    are `Alike`. Most factors are rows of an identity, which many products share.
+    They have q rows, zero where a block is padded. Most are rows of an identity.
     """
     columns, width, found, starts = [], 0, {}, []
     for t in some.products:
@@ -258,9 +243,8 @@ def _packed(layout, rows):
 class Alike:
     """Those of many blocks whose products have the same unknowns and shapes.
 
-    ``indices``, (b,) of int: which blocks; ``products``: those of all b blocks at once.
-    The factors are arrays (b, rows, columns); an array (1, rows, columns) is the same
-    in all of them.
+    ``indices`` says which b blocks; the factors of their ``products`` are arrays (b,
+    rows, columns), or (1, rows, columns) where all have the same.
     """
 
     indices: np.ndarray
@@ -268,10 +252,7 @@ class Alike:
 
 
 def alike(blocks):
-    """The `Alike` of some blocks, a list; each block is in one of them.
-
-    ``blocks``: the blocks.
-    """
+    """The `Alike` of some ``blocks``, a list; each block is in one of them."""
     forms = {}
     for index, b in enumerate(blocks):
         form = tuple(

@@ -6,14 +6,12 @@ from scipy.sparse.csgraph import connected_components
 
 
 def leaves(held, count):
-    """Leaves of things that share no block, for one border after another.
+    """Leaves of ``count`` things that share no block, for one border after another.
 
-    What shares blocks with many others belongs to the border. How many is too many,
-    the caller has to find out.
-
-    ``held``: what each block holds: indices below ``count``; ``count``: how many things
-    there are. Yields (count,) of int: the leaf of each, 0, 1, ..., or -1 for the
-    border. What no block holds is a leaf of its own.
+    What shares blocks with many others belongs to the border; how many is too many, the
+    caller finds out. ``held``: the indices that each block holds. Yields a (count,)
+    array: the leaf of each, 0, 1, ..., or -1 for the border. What no block holds is a
+    leaf.
 
     >>> [leaf.tolist() for leaf in leaves([{0, 1}, {1, 2}, {1, 3}], 5)]
     [[0, -1, 1, 2, 3], [0, 0, 0, 0, 1]]

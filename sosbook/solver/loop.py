@@ -35,10 +35,9 @@ NO_LEAST = "no minimum was found: perhaps it isn't attained"
 
 
 class Unbounded(ValueError):
-    """Raised where no analytic centre or no minimum is found: there may be none.
+    """Raised with a ``message`` where no centre or minimum is found.
 
-    ``message``: what wasn't found; ``x``: the best point that was: strictly feasible,
-    not optimal. None where a direction is known in which the set has no end.
+    ``x`` is the best point that was found; None where the set has no end for certain.
     """
 
     def __init__(self, message, x=None):
@@ -48,13 +47,11 @@ class Unbounded(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Phase:
-    """Outcome of phase one.
+    """Outcome of phase one: the ``verdict``, "feasible", "infeasible" or "undecided".
 
-    ``verdict``, {"feasible", "infeasible", "undecided"}: what is known of the blocks;
-    ``x``: a strictly feasible point; ``Z``: multipliers of an infeasibility proof: Z_k
-    > 0, sum <G_ka, Z_k> = 0 for all a, sum <G_k0, Z_k> <= 0; ``last_iterate``: the last
-    iterate, where no feasible point was found; ``excluded_radius``: no feasible x has a
-    smaller 2-norm than this.
+    ``x`` lies inside. Without it ``Z`` may hold multipliers that exclude it: Z_k > 0,
+    sum <G_ka, Z_k> = 0, sum <G_k0, Z_k> <= 0; the search ended at ``last_iterate``, and
+    no feasible point is shorter than ``excluded_radius``.
     """
 
     verdict: str
@@ -66,21 +63,16 @@ class Phase:
 
 @one_thread
 def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=True):
-    """Find x with all G_k(x) > 0, or multipliers that exclude it.
+    """Find x with all G_k(x) > 0 in ``blocks``, or multipliers that exclude it.
 
-    It maximises t subject to G_k(x) > t I along the central path, inside
-    the ball |x| < radius, and stops as soon as t is known to be positive or
-    known to stay negative: phase one of section 11.4. Where all blocks are
-    homogeneous the first one, X > 0, is read as X > I, which changes nothing
-    but excludes x = 0. Where only the ball stands in the way, the larger
-    ball ``wide`` is tried. "infeasible" says that no solution is shorter than
-    ``excluded_radius``, half the radius or more, and that none was found beyond.
-
-    ``blocks``: the blocks G_k, affine in x; ``radius``, ``wide``: radii of the two
-    balls; ``start``: where to start from, if that is better than 0; ``watch``: called
-    after each step, as by `maximize_t`; ``multipliers``: False saves their search: what
-    isn't found feasible is "undecided". Returns the verdict, with a point or with
-    multipliers.
+    It maximises t subject to G_k(x) > t I along the central path, from ``start`` if
+    that is better than 0, inside the ball |x| < radius, until t is known to be positive
+    or to stay negative (section 11.4). Where all blocks are homogeneous the first one,
+    X > 0, is read as X > I, which excludes x = 0 alone. Where only the ball stands in
+    the way, that of radius ``wide`` is tried. "infeasible" says that no solution is
+    shorter than ``excluded_radius``, half the ``radius`` or more, and that none was
+    found beyond. ``watch`` as in `maximize_t`; without ``multipliers`` what isn't found
+    feasible is "undecided".
     """
     if start is not None and positive(newton_of(blocks).at(start)):
         return Phase("feasible", x=start)
@@ -155,16 +147,12 @@ def _central_path(asked, blocks, newton, x, weight, radius, wide):
 
 @one_thread
 def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
-    """The analytic centre, which maximises sum log det G_k (section 8.5.3).
+    """The analytic centre of ``blocks``, from x: it maximises sum log det G_k.
 
-    ``blocks``: the blocks G_k; ``x``, (k,): a strictly feasible point to start from;
-    ``watch``: called after each Newton step with a dict: step, x, decrement and the
-    iterations of conjugate gradients; ``enough``: stop at a smaller decrement than
-    this; ``directions``: without arguments: directions, (k,) arrays, in which the set
-    may be unbounded. They are looked at where a centre is slow to show itself;
-    ``elsewhere``: from x to another strictly feasible point, or to None. It is asked
-    for where Newton's method is slow. Returns (k,): the centre. Raises Unbounded if no
-    centre is found: an unbounded set has none.
+    ``watch`` gets a dict after each step: step, x, decrement, iterations of conjugate
+    gradients. A decrement below ``enough`` ends it. Where it is slow, ``directions()``
+    are looked at, (k,) arrays in which the set may be unbounded, and ``elsewhere(x)``
+    is asked for another point inside, or None. Raises Unbounded if no centre is found.
     """
     barrier = barrier_of(blocks)
     newton, use = barrier.newton, blocks.settings
@@ -208,17 +196,12 @@ def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
 
 @one_thread
 def minimize(blocks, cost, x, gap=1e-6):
-    """Minimise cost.x over the blocks, from a strictly feasible point.
+    """Minimise cost.x over ``blocks``, from x, to the relative accuracy ``gap``.
 
-    The primal-dual method goes first; where it doesn't reach the accuracy, the
-    barrier method (section 11.3) does: at a centre the optimum is at least
-    cost.x - nu / weight.
-
-    ``blocks``: the blocks G_k; ``cost``, (k,): the linear objective; ``x``, (k,): a
-    strictly feasible point to start from; ``gap``: stop when the optimum is known to
-    this relative accuracy. Returns x: strictly feasible, nearly optimal; bound: a lower
-    bound of the optimum. Raises Unbounded if no such point is found, with the last one;
-    the infimum may be zero, or not be attained.
+    The primal-dual method goes first; where it doesn't reach that, the barrier method
+    (section 11.3): at a centre the optimum is at least cost.x - nu / weight. Returns x
+    and a lower bound of the optimum. Raises Unbounded, with the last point, if there is
+    none: for a ``cost`` the infimum may be zero, or not be attained.
     """
     newton = newton_of(blocks)
     barrier = Barrier(newton)

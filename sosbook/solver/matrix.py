@@ -23,10 +23,7 @@ from .leaves import leaves
 
 
 class Dense:
-    """A symmetric matrix, of which only the diagonal and what is above is read.
-
-    ``entries``, (k, k): it is written to.
-    """
+    """A symmetric (k, k) array ``entries``, of which the triangle above is read."""
 
     def __init__(self, entries):
         self.entries = entries
@@ -36,10 +33,7 @@ class Dense:
         self.entries.fill(0)
 
     def part(self, u, v):
-        """The place of the derivatives by two unknowns, to be written to.
-
-        A (size of ``u``, size of ``v``) array, for two `UnknownLayout`.
-        """
+        """Where derivatives by two unknowns of layouts ``u``, ``v`` are written."""
         if u.start > v.start:
             return self.part(v, u).T
         rows, cols = u.start + u.size, v.start + v.size
@@ -60,10 +54,7 @@ class Dense:
         own += number
 
     def fill_empty(self):
-        """Put ones on the diagonal where nothing was written.
-
-        Raises LinAlgError if a diagonal entry is negative or no number.
-        """
+        """Put ones on the diagonal where nothing was written; see the function."""
         fill_empty(self.entries)
 
     def copy(self):
@@ -75,10 +66,9 @@ class Dense:
         return np.triu(self.entries) + np.triu(self.entries, 1).T
 
     def factor(self, ridge):
-        """A function that solves H d = g, or None where there is no factor.
+        """A function that solves H d = g, or None; the factor takes the matrix's place.
 
-        The factor takes the matrix's place. The diagonal grows by ``ridge``, a
-        fraction.
+        The diagonal grows by ``ridge``, a fraction.
         """
         own = diagonal(self.entries)
         own *= 1 + ridge
@@ -94,7 +84,7 @@ def diagonal(matrix):
 
 
 def fill_empty(matrix):
-    """Put ones where a ``matrix`` has zeros on its diagonal; all must be positive."""
+    """Put ones where a ``matrix`` has zeros on its diagonal, none being negative."""
     own = diagonal(matrix)
     own[own == 0] = 1.0  # variables that no block depends on
     if not own.min(initial=1.0) > 0:
@@ -104,8 +94,7 @@ def fill_empty(matrix):
 def cholesky(matrix):
     """The lower factor of a ``matrix``, or None.
 
-    The triangle above the diagonal is read, and the factor takes its place: as
-    LAPACK reads columns, it is below the diagonal there.
+    It takes the place of the triangle above the diagonal: LAPACK reads columns.
     """
     factor, failed = dpotrf(matrix.T, lower=1, clean=0, overwrite_a=1)
     return None if failed else factor
@@ -115,13 +104,12 @@ FEWEST_LEAVES = 2
 
 
 class Arrow:
-    """Which variables belong to a leaf, and which to the border.
+    """Which variables of ``stacked`` belong to a leaf, and which to the border.
 
-    ``stacked``: the blocks. Their scalar variables belong to the border; ``leaf``,
-    (unknowns,) of int: the leaf of each unknown matrix, 0, 1, ..., or -1 for the
-    border. Has ``sizes``: how many variables each leaf has; ``inner``, ``border``: the
-    variables of all leaves, one leaf after the other, and of the border; ``places``:
-    from an unknown's start to its leaf, and where it begins there.
+    ``leaf`` has each unknown matrix's leaf, or -1: the border, where scalars are, too.
+    Of the leaves ``sizes`` and ``inner`` variables, one after the other, those of the
+    ``border``, and in ``places`` from an unknown's start its leaf, and where it begins
+    there.
     """
 
     def __init__(self, stacked, leaf):
@@ -157,13 +145,10 @@ class Arrow:
 
 
 class ArrowMatrix:
-    """A symmetric matrix of an `Arrow`, written part by part like a `Dense`.
+    """A symmetric matrix of an ``arrow``, written part by part like a `Dense`.
 
-    Of the leaves and of the corner only the diagonal and what is above is read.
-
-    ``arrow``: which variables belong where; ``parts``: the leaves' entries in a row,
-    the border beside them and the corner; without them it has room for these;
-    ``columns``, list of (k,) arrays: those of U.
+    ``parts``: the leaves' entries in a row, the border beside them, the corner;
+    ``columns``: those of U. Of leaves and corner the triangle above is read.
     """
 
     def __init__(self, arrow, parts=None, columns=()):
@@ -180,16 +165,13 @@ class ArrowMatrix:
             at, row = at + s * s, row + s
 
     def clear(self):
-        """Write zeros everywhere."""
+        """As `Dense.clear`."""
         for part in self.parts:
             part.fill(0)
         self.columns = []
 
     def part(self, u, v):
-        """The place of the derivatives by two unknowns, ``u`` and ``v``.
-
-        As in `Dense.part`.
-        """
+        """As `Dense.part`, for ``u`` and ``v``."""
         (k, i), (m, j) = self.arrow.places[u.start], self.arrow.places[v.start]
         if (k < 0, i) > (m < 0, j):
             return self.part(v, u).T
@@ -221,11 +203,11 @@ class ArrowMatrix:
             fill_empty(matrix)
 
     def copy(self):
-        """Another one with the same entries."""
+        """As `Dense.copy`."""
         return ArrowMatrix(self.arrow, [p.copy() for p in self.parts], self.columns)
 
     def whole(self):
-        """The (k, k) array with both triangles."""
+        """As `Dense.whole`."""
         k, inner, border = self.arrow.variables, self.arrow.inner, self.arrow.border
         H = np.zeros((k, k))
         for leaf, span in zip(self.leaves, self.spans):
@@ -301,8 +283,8 @@ class _Solver:
 def arrow_of(stacked):
     """The `Arrow` of a `Stacked`, ``stacked``; None where a `Dense` is as good.
 
-    An unknown matrix that shares blocks with many others belongs to the border. How
-    many is too many is tried out; the factor must take half of the products or less.
+    An unknown that shares blocks with many others belongs to the border. How many is
+    too many is tried out; the factor must take half of the products or less.
     """
     count, fewest = len(stacked.layouts), stacked.settings.arrow_from_variables
     if count <= FEWEST_LEAVES or stacked.variables < fewest:

@@ -1,11 +1,10 @@
 """A preconditioner: the Hessian's diagonal in modal coordinates.
 
-In coordinates where the metric of P > 0 is the identity a well damped
-closed loop is nearly a normal matrix: its Schur vectors U make all blocks
-nearly diagonal. So the Hessian acts on U' dP U nearly entry by entry.
-The method is this package's own; that Lyapunov inequalities have such a
-structure, and that conjugate gradients use it, is due to Vandenberghe and
-Boyd (1995).
+In coordinates where the metric of P > 0 is the identity a well damped closed loop is
+nearly a normal matrix: its Schur vectors U make all blocks nearly diagonal. So the
+Hessian acts on U' dP U nearly entry by entry. The method is this package's own; that
+Lyapunov inequalities have such a structure, and that conjugate gradients use it, is due
+to Vandenberghe and Boyd (1995).
 """
 
 import numpy as np
@@ -19,9 +18,8 @@ UNMOVED = 1e-12  # of the largest entry of the diagonal; smaller ones are roundi
 class Modal:
     """Approximate inverse of the Hessian in P, in Y = K P and in scalars.
 
-    ``stacked``: the blocks; `fits` says whether their unknowns are of this kind; ``W``:
-    the metric: the Hessian is the sum of <G_ka, W_k G_kb W_k>; ``x``, (k,): the point
-    at which the gain K = Y inv(P) is taken.
+    The blocks ``stacked`` must be such that `fits` says so; W is the metric: the
+    Hessian is the sum of <G_ka, W_k G_kb W_k>; at x the gain K = Y inv(P) is taken.
     """
 
     def __init__(self, stacked, W, x):
@@ -54,10 +52,7 @@ class Modal:
 
     @staticmethod
     def fits(stacked):
-        """Whether the unknowns of a `Stacked`, ``stacked``, are of this kind.
-
-        These are P, perhaps Y, and some scalars.
-        """
+        """Whether the unknowns of ``stacked`` are P, perhaps Y, and scalars."""
         return _layouts(stacked) is not None and any(
             _is_P(b) for s in stacked.stacks for b in s.blocks
         )
@@ -117,10 +112,7 @@ class Modal:
 
 
 class _Block:
-    """A block's factors for dP and dY = K dP + Z, and its metric w.
-
-    ``w``, (q, q) array; ``factors``: as `_factors` returns them.
-    """
+    """A block's ``factors``, see `_factors`, for dP and dY = K dP + Z; metric w."""
 
     def __init__(self, w, factors, K):
         self.w = w

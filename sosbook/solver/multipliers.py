@@ -6,11 +6,9 @@ MOST_SLOPES = 2e7  # entries of all slopes that `refined` may make, thrice: 500 
 
 
 def excluded_radius(blocks, Z):
-    """The 2-norm that every feasible x has at least, if all Z_k > 0.
+    """A 2-norm that every feasible x of ``blocks`` exceeds, by multipliers Z > 0.
 
-    A feasible x has 0 <= sum <G_k(x), Z_k> = value + residual.x.
-
-    ``blocks``: the blocks G_k; ``Z``: the multipliers, one for each block.
+    It has 0 <= sum <G_k(x), Z_k> = value + residual.x.
     """
     value, residual = blocks.value(Z), blocks.adjoint(Z)
     norm = np.linalg.norm(residual)
@@ -18,14 +16,11 @@ def excluded_radius(blocks, Z):
 
 
 def refined(blocks, Z):
-    """Multipliers that satisfy sum <G_ka, Z_k> = 0 more closely.
+    """Multipliers Z of ``blocks`` that satisfy sum <G_ka, Z_k> = 0 more closely.
 
-    Each Z_k = L L' becomes L (I + X_k) L' with X_k of the least 2-norm, which
-    spares the small eigenvalues of Z_k.
-
-    ``blocks``: the blocks whose slopes are G_ka; ``Z``: the multipliers, one for each
-    block. Returns the refined ones; Z itself where they wouldn't be positive definite,
-    or where there are too many slopes to hold them all.
+    Each Z_k = L L' becomes L (I + X_k) L' with X_k of the least 2-norm, which spares
+    small eigenvalues; Z itself where that isn't positive definite, or slopes are too
+    many.
     """
     if blocks.variables * sum(z.size for z in Z) > MOST_SLOPES:
         return Z

@@ -22,11 +22,10 @@ RIDGES = [10.0**k for k in range(-15, 1)]  # that are added, relative to the dia
 
 
 class Newton(Stacked):
-    """Blocks with the means to solve Newton's equations.
+    """``blocks`` with the means to solve Newton's equations.
 
-    ``blocks``: the blocks G_k, affine in k variables. Has ``iterative``: whether
-    conjugate gradients are used; False from where they fail; ``iterations``: iterations
-    of conjugate gradients, one entry for each solution.
+    ``iterative``: by conjugate gradients; False from where they fail; ``iterations``:
+    how many each solution took.
     """
 
     def __init__(self, blocks):
@@ -76,13 +75,11 @@ class Newton(Stacked):
         return self
 
     def solver(self, roots, x, radius=None):
-        """A function that solves H d = g.
+        """A function that solves H d = g, H = sum of <G_ka, W_k G_kb W_k>.
 
-        ``roots``: N with W = N' N in H = sum of <G_ka, W_k G_kb W_k>; ``x``, (k,): the
-        point, which the preconditioner and the ball need; ``radius``: with it the
-        barrier of the ball, -log(radius^2 - x.x), is added. Returns callable:
-        ``solve(g, tolerance)``, valid until the next solver is made; a dense matrix
-        ignores the tolerance. Raises OutOfTime if a `time_limit` is over.
+        ``roots``: N with W = N' N; x: the point, for the preconditioner and the ball,
+        whose barrier -log(radius^2 - x.x) a ``radius`` adds. ``solve(g, tolerance)`` is
+        valid until the next solver is made; a dense matrix ignores the tolerance.
         """
         check_time()
         if self.iterative:
@@ -161,12 +158,11 @@ def newton_of(blocks):
 
 
 def _conjugate_gradients(times, g, precondition, tolerance, most):
-    """Solve H d = g by preconditioned conjugate gradients.
+    """Solve H d = g by preconditioned conjugate gradients (Vandenberghe and Boyd 1995).
 
-    They stop when the residual, in the preconditioner's norm, has fallen to
-    ``tolerance`` times what it was, and return None for d where H isn't
-    positive definite to rounding, or ``most`` iterations aren't enough.
-    Vandenberghe and Boyd (1995) solve Lyapunov inequalities in this way.
+    They stop when the residual, in the preconditioner's norm, has fallen by
+    ``tolerance``; d is None where H isn't positive definite to rounding, or ``most``
+    aren't enough.
     """
     d, r = np.zeros_like(g), g.copy()
     z = precondition(r)

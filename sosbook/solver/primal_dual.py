@@ -35,15 +35,13 @@ LARGEST_SHIFT = 1e-7  # of a minimum, relative, that rounding leaves uncertain
 class _Scaling:
     """Nesterov and Todd's scaling of the blocks S and the multipliers Z.
 
-    With S = L L', Z = M M' and the singular value decomposition
-    M' L = U Lambda V',
+    With S = L L', Z = M M' and the singular value decomposition M' L = U Lambda V'
 
-        R = L V Lambda^(-1/2),   inv(R) = Lambda^(-1/2) U' M',
+        R = L V Lambda^(-1/2),   inv(R) = Lambda^(-1/2) U' M'
 
-    give inv(R) S inv(R') = R' Z R = Lambda, and W = inv(R') inv(R) is the
-    scaling point: W S W = Z (Todd, Toh and Tütüncü 1998). Near the central
-    path, where Lambda is near a multiple of I, the eigenvalues and vectors
-    L' Z L = V Lambda^2 V' are as accurate, and inv(R) = Lambda^(-3/2) V' L' Z.
+    give inv(R) S inv(R') = R' Z R = Lambda, and W = inv(R') inv(R) is the scaling
+    point: W S W = Z. Where Lambda is near a multiple of I, the eigenvectors L' Z L = V
+    Lambda^2 V' are as accurate, and inv(R) = Lambda^(-3/2) V' L' Z.
     """
 
     def __init__(self, S, Z):
@@ -73,10 +71,7 @@ class _Scaling:
         return self.R_inv.mT / self.lam[..., None, :] @ self.R_inv
 
     def rates(self, change):
-        """Eigenvalues r of Lambda^(-1/2) change Lambda^(-1/2), for a scaled change.
-
-        Lambda + a change > 0 holds where 1 + a r > 0.
-        """
+        """The r of a scaled ``change``: Lambda + a change > 0 where 1 + a r > 0."""
         return np.linalg.eigvalsh(
             self.root[..., None] * change * self.root[..., None, :]
         )
@@ -89,12 +84,10 @@ class _Scaling:
 def maximize_t(newton, x, watch=None):
     """Raise t, the last variable, until all blocks hold with t = 0.
 
-    ``newton``: the blocks G_k(x) - t D_k with D_k > 0; ``x``, (k + 1,): a start at
-    which all of them are positive definite; ``watch``: called after each step with a
-    dict: step, x, t, gap, residual, the step lengths and the iterations of conjugate
-    gradients. Returns verdict, {"feasible", "infeasible", "undecided"}: "infeasible" is
-    a guess: a dual point, which isn't exact, says that t can't be raised to zero; x, (k
-    + 1,): the last point.
+    In ``newton`` are blocks G_k(x) - t D_k with D_k > 0, positive definite at x;
+    ``watch`` gets a dict after each step: step, x, t, gap, residual, step lengths,
+    iterations. Returns (verdict, x): "feasible", "undecided", or "infeasible", which is
+    a guess by a dual point that isn't exact.
     """
     cost = np.zeros(len(x))
     cost[-1] = -1.0
@@ -117,14 +110,10 @@ def maximize_t(newton, x, watch=None):
 
 
 def minimize_linear(newton, x, cost, gap, weight):
-    """Minimise cost.x over the blocks, from a point inside.
+    """(x, bound) of a minimum of cost.x over ``newton``'s blocks, or None.
 
-    ``newton``: the blocks G_k(x) > 0; ``x``, (k,): a start at which all of them are
-    positive definite; ``cost``, (k,): the linear objective; ``gap``: stop when the
-    optimum is known to this relative accuracy; ``weight``: of the cost, as in
-    `interior_steps`. Returns (x, bound) or None: a nearly optimal point and a lower
-    bound of the optimum; None where that accuracy isn't reached, for there may be no
-    minimum.
+    The optimum is known to the relative accuracy ``gap``, else the answer is None:
+    there may be no minimum. ``weight``: of the ``cost``, as in `interior_steps`.
     """
     near, count, most = None, 0, newton.settings.minimum_steps
     for state in interior_steps(newton, x, cost, weight, most):
@@ -145,14 +134,10 @@ def minimize_linear(newton, x, cost, gap, weight):
 
 
 def near_centre(newton, x):
-    """A point next to the analytic centre, or None where none is seen.
+    """A point near the analytic centre of ``newton``'s blocks, from x, or None.
 
-    At the centre S Z = I with sum <G_ka, Z_k> = 0. Where Newton's steps are
-    short, such as far from a centre of many vertices, steps of S and of Z take some
-    twenty.
-
-    ``newton``: the blocks G_k(x) > 0; ``x``, (k,): a start at which all of them are
-    positive definite.
+    At the centre S Z = I with sum <G_ka, Z_k> = 0. Where Newton's steps are short, as
+    far from a centre of many vertices, steps of S and of Z take some twenty.
     """
     zero, most = np.zeros(len(x)), newton.settings.centre_steps
     for state in interior_steps(newton, x, zero, 1.0, most, target=1.0):
@@ -166,18 +151,13 @@ def near_centre(newton, x):
 
 
 def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
-    """Yield what is known after each step, until no step helps.
+    """Yield what is known after each step from x inside, until no step helps.
 
-    The start is the dual point of the central path at this weight of the
-    cost: Z = inv(S) / weight (Boyd and Vandenberghe 2004, section 11.6).
-
-    ``newton``: the blocks G_k(x) > 0; ``x``, (k,): a start at which all of them are
-    positive definite; ``cost``, (k,): the linear objective; ``weight``: the weight of
-    the cost at the start; ``most``: the largest number of steps; ``target``: the steps
-    go towards S Z = target I, else towards S Z = 0; ``Z``: the dual point to start
-    from, instead of that of the central path. Yields dict: step, x, the dual point Z
-    (stacked), gap = sum <G_k(x), Z_k>, residual (of the dual equations), primal and
-    dual (the lengths of the step) and the iterations of conjugate gradients.
+    At most ``most`` steps of ``newton``'s blocks, towards S Z = target I, without a
+    ``target`` S Z = 0. They start from ``Z``, else from the central path's dual point
+    at this ``weight`` of the ``cost``, inv(S) / weight (Boyd and Vandenberghe 2004,
+    section 11.6). Each dict has step, x, Z (stacked), gap = sum <G_k(x), Z_k>, the dual
+    equations' residual, the lengths primal and dual, and iterations.
     """
     S = newton.at(x)
     if Z is None:
@@ -211,29 +191,27 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
 
 
 def _inverses(S):
-    """The inverses of matrices that are positive definite, a list of stacks S."""
+    """Inverses of the positive definite matrices in a list of stacks S."""
     return gram([np.linalg.inv(np.linalg.cholesky(s)) for s in S])
 
 
 def _direction(newton, scalings, x, mu, cost, target=None):
-    """Mehrotra's predictor and corrector: dx, dZ and both step lengths.
-
-    ``mu`` is <S, Z> / nu.
+    """Mehrotra's predictor and corrector: dx, dZ and both lengths; mu = <S, Z> / nu.
 
     In scaled coordinates Newton's equations for S Z = target read
 
         dS + dZ = T,   dS = inv(R) (sum_a dx_a G_a) inv(R'),
         sum <G_a, Z + dZ> = cost_a,
 
-    where T solves the Lyapunov equation (Lambda T + T Lambda) / 2 = target -
-    Lambda^2 - (the second-order term): it is target inv(Lambda) - Lambda, less the
-    term's part. Eliminating dS and dZ leaves
+    where T solves (Lambda T + T Lambda) / 2 = target - Lambda^2 - (the second-order
+    term): it is target inv(Lambda) - Lambda, less the term's part. Eliminating dS and
+    dZ leaves
 
         H dx = adjoint(inv(R') (T + Lambda) inv(R)) - cost
 
-    with the H of `Newton.solver` at W = inv(R') inv(R), and inv(R') (T + Lambda)
-    inv(R) is target inv(S) without that term. Towards a given target conjugate
-    gradients spare the predictor: its second-order term isn't worth another solution.
+    with the H of `Newton.solver` at W = inv(R') inv(R); without that term inv(R') (T +
+    Lambda) inv(R) is target inv(S). Towards a given target conjugate gradients spare
+    the predictor: its second-order term isn't worth another solution.
     """
     solve = newton.solver([s.R_inv for s in scalings], x)
 

@@ -1,9 +1,8 @@
 """Values and adjoints of blocks, many blocks in one numpy call.
 
 Small blocks are padded with identities and stacked with others of similar size into
-arrays (blocks, q, q). Wherever this module,
-`newton` and `primal_dual` speak of a list of stacks, it is one matrix for each
-block, arranged so.
+arrays (blocks, q, q). Wherever this module, `newton` and `primal_dual` speak of a list
+of stacks, it is one matrix for each block, arranged so.
 """
 
 from copy import copy
@@ -23,29 +22,12 @@ def gram(roots):
 
 
 class Stacked:
-    """Blocks as stacks, and their adjoint.
+    """Blocks G_k of k ``variables`` as stacks, and their adjoint.
 
-    Parameters
-    ----------
-    blocks : Blocks
-        The blocks G_k, affine in k variables.
-
-    Attributes
-    ----------
-    layouts : list of UnknownLayout
-        The layouts of the unknown matrices.
-    scalars : (s,) array
-        Indices of the scalar variables.
-    stacks : list
-        The constants and slopes of the blocks of one size.
-    variables : int
-        Number of the variables.
-    settings : Settings
-        Those of the blocks.
-    degree : int
-        Sum of the sizes of the blocks, padding included.
-    values : Sums or _Table
-        What computes the blocks at points, their changes and adjoints.
+    ``blocks``: a `Blocks`, which gives ``layouts`` of unknown matrices, indices of the
+    ``scalars`` and the ``settings``. ``stacks`` hold constants and slopes of one size;
+    ``degree`` is the sum of sizes, padding included; ``values``, a `Sums` or `_Table`,
+    computes blocks at points, changes and adjoints.
     """
 
     def __init__(self, blocks):
@@ -61,11 +43,10 @@ class Stacked:
         self.values = (_Table if entries <= most or not self.layouts else Sums)(self)
 
     def joined(self, slopes, row=None):
-        """The blocks with one more scalar variable, the last.
+        """The blocks with one more scalar, the last, whose ``slopes`` are by block.
 
-        ``slopes``, list of (q, q) arrays: its slopes, one for each block; ``row``: one
-        more block, the last: the number c + g.x for a row (c, g). Returns Stacked: of
-        the same class; what it can share with this one, it shares.
+        With a ``row`` (c, g) the number c + g.x is one more block. What it can share
+        with this one, it shares.
         """
         joined = copy(self)
         joined.variables += 1
@@ -78,23 +59,18 @@ class Stacked:
         return joined
 
     def with_constants(self, constants):
-        """The blocks with other ``constants``, a list of (q, q) arrays.
-
-        It is of the same class, and shares what depends on the slopes alone.
-        """
+        """The blocks with other ``constants``, a list of (q, q) arrays."""
         changed = copy(self)
         changed.stacks = [s.with_constants(constants) for s in self.stacks]
         changed.values = self.values.moved(changed)
         return changed
 
     def diagonal_magnitudes(self):
-        """How large each diagonal entry of a block may become.
+        """How large each diagonal entry of a block may become: a (q,) array for each.
 
-        It is the constant's entry plus the 2-norm of the entry's derivatives,
-        which bounds the entry for all variables of norm one. Where products
-        cancel and leave nothing but rounding, it is zero.
-
-        Returns list of (q,) arrays: one for each block.
+        It is the constant's entry plus the 2-norm of its derivatives, which bounds it
+        for variables of norm one; zero where products cancel and leave nothing but
+        rounding.
         """
         squares = self.values.diagonal_squares()
         large = [
@@ -151,11 +127,7 @@ class Stacked:
         return self._by_block(Z, lambda z, k: z[:k, :k])
 
     def stacked_diagonals(self, diagonals):
-        """Diagonals of all blocks by stack, padded with ones.
-
-        ``diagonals``, list of (q,) arrays: one for each block. Returns list of (blocks,
-        q) arrays: one for each stack.
-        """
+        """(q,) ``diagonals`` of all blocks, padded with ones, by stack."""
         stacks = [np.ones(s.constant.shape[:2]) for s in self.stacks]
         for s, stack in zip(self.stacks, stacks):
             for row, index, k in zip(stack, s.indices, s.sizes):
@@ -200,9 +172,9 @@ class _Stack:
     def before_cancelling(self):
         """How large diagonal entries were if no product cancelled another: (b, q).
 
-        Of what was added up no product is left. What doesn't cancel in its row is
-        as large then, or in rows of another unit as large as in a block that is
-        positive, where |g_ij|^2 <= g_ii g_jj.
+        Of what was added up no product is left. What doesn't cancel in its row is as
+        large then, or in rows of another unit as large as in a block that is positive,
+        where |g_ij|^2 <= g_ii g_jj.
         """
         large = np.abs(self.constant.diagonal(0, 1, 2))
         squares = (self.slopes**2).sum(axis=0)

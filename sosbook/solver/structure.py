@@ -1,8 +1,7 @@
 """The structure of LMI blocks: G(X) = C + sum of (L X R + its transpose).
 
-General cones forget that the unknowns are matrices. Here they stay
-matrices: the few factors L and R of each block are all that Newton's
-method needs to know.
+General cones forget that the unknowns are matrices. Here they stay matrices: the few
+factors L and R of each block are all that Newton's method needs to know.
 """
 
 from dataclasses import dataclass, replace
@@ -15,10 +14,9 @@ from ..language.expression import lower_triangle
 
 @dataclass(frozen=True)
 class UnknownLayout:
-    """Where an unknown matrix lies in the vector of all variables.
+    """Where a (rows, cols) unknown begins (``start``) among the free entries of all.
 
-    ``start``: index of its first free entry among the variables; ``rows``, ``cols``:
-    shape of the matrix; ``symmetric``: whether only the lower triangle is free.
+    Of a ``symmetric`` one the lower triangle is free.
     """
 
     start: int
@@ -64,11 +62,7 @@ def _lower(n):
 
 @dataclass(frozen=True, eq=False)
 class Product:
-    """The term ``left @ X @ right`` plus its transpose.
-
-    ``unknown``: index of X among the unknown matrices; ``left``, ``right``: the factors
-    of shapes (q, rows) and (cols, q).
-    """
+    """``left @ X @ right`` plus its transpose; ``unknown``: the index of X."""
 
     unknown: int
     left: np.ndarray
@@ -77,11 +71,9 @@ class Product:
 
 @dataclass(frozen=True, eq=False)
 class StructuredBlock:
-    """One block: a constant, products, and slopes of scalar variables.
+    """One (q, q) block: ``constant``, `Product` ``products``, (s, q, q) ``slopes``.
 
-    ``constant``, (q, q): the block where all unknowns are zero; ``products``: the terms
-    in the unknown matrices; ``slopes``, (s, q, q): derivatives by the ``s`` scalar
-    variables.
+    The latter are derivatives by the s scalar variables.
     """
 
     constant: np.ndarray
@@ -105,11 +97,7 @@ class StructuredBlock:
         return replace(self, constant=constant)
 
     def diagonal_squares(self, layouts):
-        """Sums of squares of the diagonal entries' derivatives.
-
-        ``layouts``: the layouts of the unknown matrices. Returns (q,): by the unknown
-        matrices, without the scalar variables.
-        """
+        """Squares of the diagonal entries' derivatives, summed, for ``layouts``."""
         squares = np.zeros(len(self.constant))
         pairs = {}
         for t in self.products:
@@ -120,10 +108,7 @@ class StructuredBlock:
 
 
 def _row_squares(pairs, symmetric):
-    """For each row r the sum of squares of the entries of sum L_r' R_r.
-
-    Where the unknown is symmetric these are the factors of its free entries.
-    """
+    """For each row the squares of sum L_r' R_r added; of free entries if symmetric."""
     total = 0.0
     for L, R in pairs:
         for left, right in pairs:
@@ -137,12 +122,9 @@ def _row_squares(pairs, symmetric):
 
 
 def structure(expressions, unknowns):
-    """Write affine expressions as products of matrices.
+    """Affine ``expressions`` as matrix products: layouts, scalars, blocks.
 
-    ``expressions``: the blocks; ``unknowns``: those of shape (1, 1) become scalar
-    variables. Returns layouts: one for each unknown matrix; scalars, (s,) of int:
-    indices of the scalar variables among all variables; blocks: one for each
-    expression.
+    ``unknowns`` of shape (1, 1) become scalar variables, the others have a layout.
     """
     layouts, scalars, matrices, start = [], [], [], 0
     for u in unknowns:
@@ -166,10 +148,7 @@ def structure(expressions, unknowns):
 
 
 def _structured(g, matrices, single):
-    """The `StructuredBlock` of an expression.
-
-    Of several expressions, see `Affine.each`, it holds arrays with one more axis.
-    """
+    """The `StructuredBlock` of an expression, with one more axis if it is several."""
     constant = g.constant.astype(float)
     slopes = np.zeros((len(single), *constant.shape))
     for slope, u in zip(slopes, single):
@@ -189,8 +168,7 @@ def _structured(g, matrices, single):
 def _factors(g, unknown):
     """Factors (L, R) of an expression's terms in one unknown.
 
-    A term in the transpose, L X' R, is written as R' X L', its mirror. Terms
-    with the same R become one with the sum of their L.
+    L X' R is written as R' X L', its mirror. The L of one R are added up.
     """
     factors = {}
     for t in g.terms:

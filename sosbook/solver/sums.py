@@ -11,10 +11,7 @@ import numpy as np
 
 
 class Sums:
-    """Values of blocks at points and along directions, and their adjoint.
-
-    ``owner``: the blocks.
-    """
+    """Values of an ``owner``'s blocks, their changes, and their adjoint."""
 
     def __init__(self, owner):
         self.layouts = owner.layouts
@@ -100,10 +97,7 @@ class Sums:
         return changes
 
     def adjoint(self, Z):
-        """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z.
-
-        It is added up in double precision.
-        """
+        """sum_k <G_ka, Z_k> for each variable a, for a list of stacks Z."""
         gathered = [
             np.zeros((len(tall), right.shape[1]))
             for tall, (_, right) in zip(self.lefts, self.rights)
@@ -131,11 +125,7 @@ class Sums:
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """What one block of a stack adds at one place: rows of a product.
-
-    ``place``, (slice, slice): the rows and columns; ``right``: whose product: an index
-    of the right factors; ``rows``: which rows.
-    """
+    """What a stack's ``block`` adds at a ``place``: ``rows`` of product ``right``."""
 
     block: int
     place: tuple
