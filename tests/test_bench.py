@@ -725,14 +725,6 @@ def test_the_plant_is_drawn_as_its_matrices_have_it(tab):
     assert tab.page.locator(".sos-machine animateTransform").count() == 2
 
 
-def test_several_plants_have_one_gain(tab):
-    type_in(tab, **DRIVE | {"M": "0.0025 0\n0 0.004\n\n0.0025 0\n0 0.006"})
-    assert len(design(tab)["poles"]) == 2
-    names = {}
-    exec(program(tab, "As Python"), names)
-    assert [v.M[1, 1] for v in names["plant"].vertices] == [0.004, 0.006]
-
-
 def test_what_is_too_large_for_the_page_is_written_for_the_package(tab):
     one = str(np.eye(7).tolist())
     type_in(tab, M=one, D=one, S=one, B=one, F="", U="")

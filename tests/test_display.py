@@ -23,6 +23,7 @@ HOSTILE = [
     "a\"b' onmouseover='x",
     "a\nb",
     "a`b${c}",
+    "a&b",
     "../up",
     "",
     " ",

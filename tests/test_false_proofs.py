@@ -27,6 +27,7 @@ from sosbook.runtime.names import sane_name
 from sosbook.synthesis.derived import affine_in_quotient
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
+from tests.cases import campaign
 from tests.hunt import truth
 from tests.hunt.tampering import verdicts
 from tests.oracles import mended, without_text
@@ -86,29 +87,18 @@ def low_rank(seed):
     return C, rng
 
 
-def weights_of_outputs(seeds):
-    for seed in seeds:
-        C, _ = low_rank(seed)
-        given = C.T @ C
-        design = sos.design_lqr(PLANT, given, ONE)
-        cost = design.request.cost
-        assert semidefinite(exact(cost.Q)) and semidefinite(
-            exact(cost.Q) - exact((given + given.T) / 2)
-        )
-        assert np.allclose(cost.Q, given, rtol=1e-12, atol=0)
-        assert agree(design.certify()), seed
-        bound = cost.with_bound(0.98 * cost.bound)
-        refused = sos.design_pid(PLANT, cost=bound).infeasibility
-        assert agree(refused), seed
-
-
-def test_weights_of_outputs_are_read_alike():
-    weights_of_outputs(range(25))
-
-
-@pytest.mark.campaign
-def test_two_hundred_weights_of_outputs_are_read_alike():
-    weights_of_outputs(range(25, 225))
+@pytest.mark.parametrize("seed", [*range(25), *campaign(range(25, 225))])
+def test_weights_of_outputs_are_read_alike(seed):
+    C, _ = low_rank(seed)
+    given = C.T @ C
+    design = sos.design_lqr(PLANT, given, ONE)
+    cost = design.request.cost
+    assert semidefinite(exact(cost.Q))
+    assert semidefinite(exact(cost.Q) - exact((given + given.T) / 2))
+    assert np.allclose(cost.Q, given, rtol=1e-12, atol=0)
+    assert agree(design.certify())
+    refused = sos.design_pid(PLANT, cost=cost.with_bound(0.98 * cost.bound))
+    assert agree(refused.infeasibility)
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -12,7 +12,7 @@ from sosbook.plants.checks import rank_deficient
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis import integrators
 from sosbook.synthesis.integrators import admissible_U, proven_everywhere
-from tests.cases import random_plant
+from tests.cases import by_hand, random_plant
 from tests.random_plants import ODD, random_case
 from tests.test_proof_files import checker
 
@@ -52,15 +52,9 @@ def integer_plant(seed):
 
 def augmented(plant, U):
     """x' = A x + B u of plant and integrators, made by hand."""
-    n, a = plant.n, len(U)
-    A = np.zeros((2 * n + a, 2 * n + a))
-    A[:n, n : 2 * n] = np.eye(n)
-    A[n : 2 * n, :n] = -np.linalg.solve(plant.M, plant.S)
-    A[n : 2 * n, n : 2 * n] = -np.linalg.solve(plant.M, plant.D)
-    A[2 * n :, :n] = U
-    B = np.zeros((2 * n + a, plant.m))
-    B[n : 2 * n] = np.linalg.solve(plant.M, plant.B)
-    return A, B
+    (A, B), a = by_hand(plant), len(U)
+    rows = np.hstack([U, np.zeros((a, plant.n + a))])
+    return np.vstack([np.pad(A, ((0, 0), (0, a))), rows]), np.pad(B, ((0, a), (0, 0)))
 
 
 def unreached(A, B):

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import sosbook as sos
 from sosbook.exact.rational import exact
+from tests.cases import by_hand
 
 
 def joint(J, k):
@@ -25,13 +26,9 @@ PID = sos.PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
 GAINS = {"K_P": [[-8.0]], "K_D": [[-3.0]], "K_I": [[-2.0]]}
 
 
-def by_hand(plant, rows, c):
+def joined(plant, rows, c):
     """The poles of a plant and a controller, joined by python-control."""
-    n = plant.n
-    back = np.linalg.inv(plant.M)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-back @ plant.S, -back @ plant.D]])
-    B = np.vstack([np.zeros_like(plant.B), back @ plant.B])
-    G = control.ss(A, B, rows, np.zeros((len(rows), plant.m)))
+    G = control.ss(*by_hand(plant), rows, np.zeros((len(rows), plant.m)))
     C = control.ss(*(x.astype(float) for x in (c.A, c.B, c.C, c.D)))
     return np.sort_complex(control.feedback(G, C, sign=1).poles())
 
@@ -68,7 +65,7 @@ def test_a_law_makes_the_loop_that_python_control_makes(seed):
         if law.velocity is not None:
             rows = np.vstack([rows, np.hstack([zero[:1], C[:1]])])
         for plant, poles in zip(plants, d.poles()):
-            same(by_hand(plant, rows, law.controller(plant, K)), poles)
+            same(joined(plant, rows, law.controller(plant, K)), poles)
         assert (law.gain(plants[0], form.named(K)) == K).all()
 
 
@@ -130,11 +127,7 @@ def test_margins_are_those_where_u_enters_the_plant():
     plant = joint(1, 8)
     d = sos.analyse_pid(plant, GAINS, law=PID)
     c = PID.controller(plant, d.K)
-    A = np.block([
-        [np.zeros((2, 2)), np.eye(2)],
-        [-np.linalg.solve(plant.M, plant.S), -np.linalg.solve(plant.M, plant.D)],
-    ])  # fmt: skip
-    G = control.ss(A, [[0], [0], [1], [0]], [[1, 0, 0, 0]], 0)
+    G = control.ss(*by_hand(plant), [[1, 0, 0, 0]], 0)
     C = control.ss(*(x.astype(float) for x in (c.A, c.B, c.C, c.D)))
     S = control.feedback(control.ss([], [], [], [[1]]), -C * G)
     assert d.sensitivity_peak() == pytest.approx(control.system_norm(S, "inf"), 1e-3)
@@ -152,11 +145,7 @@ def test_products_are_of_rationals():
 
 def test_an_observer_with_a_state_feedback_is_a_dynamic_law():
     plant = joint(1.5, 10)
-    A = np.block([
-        [np.zeros((2, 2)), np.eye(2)],
-        [-np.linalg.solve(plant.M, plant.S), -np.linalg.solve(plant.M, plant.D)],
-    ])  # fmt: skip
-    B, C = np.array([[0], [0], [1.0], [0]]), np.array([[1.0, 0, 0, 0]])
+    (A, B), C = by_hand(plant), np.array([[1.0, 0, 0, 0]])
     K, _, _ = control.lqr(A, B, np.eye(4), [[1]])
     L = control.lqr(A.T, C.T, np.eye(4), [[1]])[0].T
     K, L = -K.round(6), L.round(6)

@@ -5,7 +5,6 @@ numpy's eigenvalues, grids of frequencies, Lyapunov's equation, scipy's exponent
 import itertools
 import re
 
-import cvxpy
 import numpy as np
 import pytest
 from scipy.linalg import expm, solve_continuous_lyapunov
@@ -14,7 +13,6 @@ import sosbook as sos
 from sosbook import theorems
 from sosbook.exact.checker import verdict
 from sosbook.exact.definite import exact
-from sosbook.lmi import Unknown
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.requirements.known import KnownLoop, KnownVertex
 from sosbook.synthesis import known_gain
@@ -240,25 +238,6 @@ def texts(loop, values, number):
         "lqr": theorems.free_lqr_decay(c, np.eye(3, dtype=int)),
         "noise": theorems.free_gramian(c, values["J"], values["H"]),
     }
-
-
-def test_the_theorems_in_four_readings():
-    loop, values = vertex()
-    wanted = texts(loop, values, lambda x: x)
-    unknowns = {n: Unknown(n, *x.shape, symmetric=n in "PJ") for n, x in values.items()}
-    found = texts(loop, unknowns, lambda x: x)
-    point = {u: values[n] for n, u in unknowns.items()}
-    variables = {n: cvxpy.Variable(x.shape) for n, x in values.items()}
-    for n, variable in variables.items():
-        variable.value = values[n]
-    readings = (
-        {name: g.value(point) for name, g in found.items()},
-        texts(loop, {n: exact(x) for n, x in values.items()}, exact),
-        {n: g.value for n, g in texts(loop, variables, lambda x: x).items()},
-    )
-    for reading in readings:
-        for name, g in wanted.items():
-            assert np.allclose(np.asarray(reading[name], float), g, rtol=1e-12), name
 
 
 @pytest.mark.parametrize("seed", range(5))

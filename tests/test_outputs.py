@@ -11,7 +11,7 @@ from sosbook.exact.checker import verdict
 from sosbook.plants import descriptors, filtered
 from sosbook.proofs.command import main
 from sosbook.requirements.base import Requirement
-from tests.cases import norm_on_a_grid
+from tests.cases import by_hand, norm_on_a_grid
 
 
 def plant(rng, n=2, m=1, p=2):
@@ -25,17 +25,11 @@ def plant(rng, n=2, m=1, p=2):
 
 def standard(one, U, K):
     """A, B and what gives z, z', z'', x3, u, w of the loop, written out."""
-    n, a, p = one.n, len(U), one.p
-    back = np.linalg.inv(one.M)
-    zero = np.zeros
-    A = np.block([
-        [zero((n, n)), np.eye(n), zero((n, a))],
-        [-back @ one.S, -back @ one.D, zero((n, a))],
-        [U, zero((a, n + a))],
-    ])  # fmt: skip
-    B = np.vstack([zero((n, one.m)), back @ one.B, zero((a, one.m))])
-    W = np.vstack([zero((n, p)), back @ one.F, zero((a, p))])
-    A = A + B @ K
+    n, a, p, zero = one.n, len(U), one.p, np.zeros
+    A, B = by_hand(one)
+    A = np.block([[A, zero((2 * n, a))], [U, zero((a, n + a))]])
+    A = A + np.vstack([B, zero((a, one.m))]) @ K
+    W = np.vstack([zero((n, p)), np.linalg.solve(one.M, one.F), zero((a, p))])
     x, nothing = np.eye(2 * n + a), zero((2 * n + a, p))
     parts = {
         "position": (x[:n], nothing[:n]),

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.__main__ import main
 from sosbook.book.elements.scripts import script
 from sosbook.exact.checker import verdict as check
 from sosbook.exact.checker.verdict import checksum
@@ -22,7 +21,6 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import random_cost_request, random_plant, random_request
 from tests.elements import write_page
-from tests.oracles import mended
 from tests.page_requests import page_request
 from tests.test_hull import MISLEAD, SUFFICE, box
 
@@ -350,54 +348,6 @@ def test_the_checksum_is_python_s(kernel):
             "t => (globalThis.kernel ??= sosKernel()).sha256(t)", plain
         )
         assert mine == checksum(data)
-
-
-TOO_MUCH = {
-    "1": {"sigma": 2.3},
-    "2": {"sigma": 10.5},
-    "3": {"sigma": 14.0},
-    "4": {"sigma": 10.5},
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("tied", [True, False])
-@pytest.mark.parametrize("name", TOO_MUCH)
-def test_a_refusal_of_the_page_passes_both_checkers(
-    kernel, name, tied, tmp_path, capsys
-):
-    example = EXAMPLES[name]()
-    region = example.requirements["region"]
-    region = sos.PoleRegion(**TOO_MUCH[name], theta=region.theta, rho=region.rho)
-    asked = {"plant": example.plant} | example.requirements | {"region": region}
-    if "gamma" not in asked:
-        assert not asked.get("mu")
-    elif not tied:
-        asked.pop("mu", None)
-    (r,) = solved(kernel, [asked])
-    assert r["status"] == "infeasible"
-    refusal = DesignRefusal(r["refusal"])
-    assert proven(refusal.text) and refusal.value <= 0
-    path = tmp_path / "refusal.json"
-    path.write_text(r["refusal"], "utf8")
-    assert main(["verify", str(path)]) == 0
-    assert "no gain and no matrices prove" in capsys.readouterr().out
-    if name in "14":
-        assert check.check(r["refusal"]) == list(refusal.claims)
-
-
-def test_a_refusal_of_another_plant_is_none(kernel):
-    example = sos.thesis.example_4()
-    region = sos.PoleRegion(10.5, np.pi / 3, 15)
-    asked = {"plant": example.plant, "U": example.U, "region": region}
-    data = json.loads(solved(kernel, [asked])[0]["refusal"])
-    for name in data["data"]:
-        if name.startswith("B."):
-            data["data"][name][0][0] = "1.5"
-    data = mended(data)
-    assert not DesignRefusal(json.dumps(data)).proven
-    with pytest.raises(check.Refused):
-        check.check(json.dumps(data))
 
 
 def test_multipliers_that_are_not_exact_refuse_nothing(kernel):

@@ -24,20 +24,8 @@ def test_the_programs_in_the_readme_design_proven_controllers(capsys):
     assert "admissible" in capsys.readouterr().out
 
 
-def test_files_that_the_readme_names_exist():
-    targets = re.findall(r"\]\(([\w./-]+)\)", README)
-    assert len(targets) >= 5
-    for target in targets:
-        assert (ROOT / target).exists(), target
-
-
 def test_what_the_readme_names_is_there():
     named = set(re.findall(r"\bsos\.([a-zA-Z_.]+[a-zA-Z_])", README))
     assert {"Uncertain", "plants.load_plant", "maps.edge"} <= named
     for name in named:
         attrgetter(name)(sos)
-
-
-def test_the_readme_names_the_two_commands():
-    assert "python3 tasks.py book" in README
-    assert "python3 tasks.py test" in README

@@ -151,11 +151,7 @@ def test_a_polytope_is_reduced_to_modes_of_its_mean():
 def test_balanced_states_keep_what_is_reached_and_seen():
     plant = beam()
     n = plant.n
-    A = np.block(
-        [[np.zeros((n, n)), np.eye(n)],
-         [-np.linalg.solve(plant.M, plant.S), -np.linalg.solve(plant.M, plant.D)]]
-    )  # fmt: skip
-    B = np.vstack([np.zeros((n, 1)), np.linalg.solve(plant.M, plant.B)])
+    A, B = by_hand(plant)
     C = np.eye(2 * n)[[n - 2]]
     whole = sos.DescriptorSystem(np.eye(2 * n), A, B, C=C)
     part = whole.reduce(states=8)

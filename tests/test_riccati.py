@@ -8,7 +8,7 @@ from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 import sosbook as sos
 from sosbook.analysis.riccati import lyapunov, riccati
 from sosbook.plants.descriptor import descriptors
-from tests.cases import random_plant
+from tests.cases import by_hand, random_plant
 
 
 def system(seed):
@@ -16,13 +16,7 @@ def system(seed):
     rng = np.random.default_rng(seed)
     n, m = int(rng.integers(1, 6)), int(rng.integers(1, 4))
     plant = random_plant(rng, n, m)
-    A = np.block(
-        [
-            [np.zeros((n, n)), np.eye(n)],
-            [-np.linalg.solve(plant.M, x) for x in (plant.S, plant.D)],
-        ]
-    )
-    B = np.vstack([np.zeros((n, m)), np.linalg.solve(plant.M, plant.B)])
+    A, B = by_hand(plant)
     unit = 10.0 ** rng.uniform(-1, 1, 2 * n)
     roots = rng.standard_normal((2 * n, n)), rng.standard_normal((m, m))
     Q, R = (x @ x.T for x in roots)

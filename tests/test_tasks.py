@@ -122,32 +122,6 @@ def test_a_book_that_does_not_build_fails_the_tests(
         conftest.wait_for(tmp_path / "book.status")
 
 
-class Item:
-    """What the hook sees of a test."""
-
-    def __init__(self, path, *fixtures):
-        self.path, self.fixturenames, self.marks = Path(path), fixtures, {}
-
-    def get_closest_marker(self, name):
-        return None
-
-    def add_marker(self, mark):
-        self.marks[mark.mark.name] = mark.mark.args
-
-
-def test_kinds_are_marked_and_files_with_a_browser_are_last(pytestconfig):
-    page, beside = (
-        Item("tests/test_maps.py", "visit", "browser"),
-        Item("tests/test_maps.py"),
-    )
-    plain, cell = Item("tests/test_design.py"), Item("book/01_first.ipynb")
-    items = [page, plain, beside, cell]
-    conftest.pytest_collection_modifyitems(pytestconfig, items)
-    assert items == [cell, plain, page, beside]
-    assert "browser" in page.marks and plain.marks == {}
-    assert cell.marks == {"timeout": (conftest.CELL,)}
-
-
 # Tools on other systems
 
 
@@ -216,7 +190,8 @@ def test_each_job_calls_commands_that_exist(job, called, monkeypatch):
 def test_ci_runs_the_test_command_of_the_readme():
     text = (ROOT / ".ci" / "run").read_text("utf-8")
     assert text.splitlines()[-1] == "exec python3 tasks.py test"
-    assert "python3 tasks.py test " in (ROOT / "README.md").read_text("utf-8")
+    readme = (ROOT / "README.md").read_text("utf-8")
+    assert "python3 tasks.py test " in readme and "python3 tasks.py book" in readme
 
 
 def test_the_lock_ends_in_the_project_and_names_no_index():
@@ -289,7 +264,8 @@ def test_the_version_is_written_once_and_cited():
 
 
 def test_what_contributors_read_names_files_and_commands_that_exist():
-    for path in (ROOT / "CONTRIBUTING.md", *(ROOT / ".github").rglob("*.md")):
+    pages = (ROOT / "README.md", ROOT / "CONTRIBUTING.md")
+    for path in (*pages, *(ROOT / ".github").rglob("*.md")):
         text = path.read_text("utf-8")
         for target in re.findall(r"\]\(([\w./-]+)\)", text):
             assert (ROOT / target).exists(), target

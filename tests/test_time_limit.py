@@ -209,17 +209,6 @@ def test_wherever_the_time_ends_there_is_an_answer(name, monkeypatch):
         assert next(ticks) - begun < limit + 20  # and soon
 
 
-def test_lmis_of_ones_own_too(monkeypatch):
-    def write(values, number):
-        A = number(np.array([[0.0, 1], [-2, 3]]))
-        return {"P": values["P"], "decay": -he(A @ values["P"])}
-
-    problem = LMIProblem(write, [Unknown("P", 2, symmetric=True)], time_limit=1)
-    ticks = itertools.count()
-    monkeypatch.setattr(clock, "monotonic", lambda: next(ticks))
-    assert problem.solve().status == "undecided"
-
-
 LATE = sos.SecondOrderSystem(*[[[1.0]]] * 5)
 PROVEN = {
     "design": lambda: sos.design_pid(ONE),
@@ -243,10 +232,6 @@ def test_a_proof_that_has_no_time_says_so(name):
         result.certify(time_limit=0)
     with clock.time_limit(1e-9), pytest.raises(clock.OutOfTime):
         result.certify(time_limit=600)  # the outer limit is somebody else's
-
-
-def test_a_long_proof_shows_its_bar(capsys):
-    assert sos.design_pid(ONE).certify(time_limit=600, progress=True).proven
 
 
 def test_an_observer_takes_a_limit():

@@ -437,7 +437,6 @@ def requirements_of_others_with_slack(seed, powers):
 
 
 PROPERTIES = (
-    designs,
     designs_of_polytopes,
     delayed_designs,
     delayed_designs_by_a_shift,

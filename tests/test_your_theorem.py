@@ -50,20 +50,6 @@ def test_its_own_tests_pass_outside_the_package(folder):
     assert "3 passed" in done.stdout
 
 
-@pytest.mark.slow
-def test_a_design_with_the_file_alone(folder):
-    text = """
-from energy_to_peak import *
-plant = sos.SecondOrderSystem([[1]], [[0.1]], [[1]], [[1]], [[1]])
-found = sos.design_pid(plant, requirements=[EnergyToPeak(0.5)],
-                       saturation=sos.Saturation(50, [0.1, 0]))
-print(found.status, found.certify())
-"""
-    done = run(folder, "-c", text)
-    assert done.stdout.startswith("feasible proven:"), done.stderr
-    assert "|z(t)| < 0.5 from rest for w of energy one" in done.stdout
-
-
 SLIPS = {
     "gust in the slack": [
         ("epsilon * c.Bw],", "0 * c.Bw],"),
