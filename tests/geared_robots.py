@@ -46,13 +46,6 @@ class Geared(Machine):
     left: float = 1.0  # what the left motor does of its half; 0 if it is dead
     right: float = 1.0
 
-    @property
-    def truth(self):
-        """The five ratios, of the stiff robot."""
-        c, a = self.I_o + self.J, 2 * self.I_w + self.J
-        over = dict(e_c=self.e / c, f_c=self.f / c, d_c=self.weight / c)
-        return over | dict(e_a=self.e / a, f_a=self.f / a)
-
     def bridge(self, V):
         """The volts at the motors where V is asked for."""
         duty = round(self.bits * max(-1.0, min(1.0, V / self.V_n))) / self.bits

@@ -1,6 +1,6 @@
 """Six robots by an independent simulator: own equations, own sensors.
 
-No equation here comes from the package: Lagrange's equations of a body, two
+No equation of motion here comes from the package: Lagrange's equations of a body, two
 wheels and two motors with rotors that turn against the body, Coulomb
 friction in the gears, a gyro and encoders with steps, and
 accelerometers that feel how the body moves. q = (theta, phi), phi the
@@ -12,7 +12,7 @@ from functools import cached_property
 from math import cos, sin, tanh
 
 import numpy as np
-from sosbook.mip import Robot
+from sosbook.mip import Mip, Robot
 
 G = 9.81
 
@@ -77,6 +77,13 @@ class Machine:
     def lever(self):
         return self.M_b * self.l * self.r
 
+    @property
+    def truth(self):
+        """The five ratios, of the stiff robot."""
+        c, a = self.I_o + self.J, 2 * self.I_w + self.J
+        over = dict(e_c=self.e / c, f_c=self.f / c, d_c=self.weight / c)
+        return over | dict(e_a=self.e / a, f_a=self.f / a)
+
     def torque(self, V, speed):
         """Of both motors between body and wheels, gears' friction off."""
         rub = self.friction and self.e * self.friction * tanh(speed / 0.05)
@@ -131,29 +138,31 @@ def sweep(first, last, seconds, T, amplitude):
     return t, np.round(amplitude * np.sin(2 * np.pi * turns), 3)
 
 
+def moved(rate, volts, T):
+    """Angle and rate at the samples of an experiment, from rest."""
+    x, path = np.zeros(2), []
+    for u in volts:
+        path.append(x)
+        x = advance(rate, x, u, T, 8)
+    return np.array(path).T
+
+
 def logs(machine, seed=0, seconds=10.0):
     """(t, V, gyro) and (t, V, counts, counts), as a computer logs them."""
     random = np.random.default_rng(seed)
     volts = max(0.35 * machine.V_n, 3 * machine.friction)
     swing = np.sqrt(G / machine.l / machine.shape) / 2 / np.pi
     t, V = sweep(0.3 * swing, 6 * swing, seconds, machine.T, volts)
-    x, gyro = np.zeros(2), []
-    for u in V:
-        gyro.append(x[1])
-        x = advance(machine.hanging, x, u, machine.T, 8)
     step = np.deg2rad(1000) / 2**15
-    gyro = np.array(gyro) + 0.007 + 0.002 * random.standard_normal(len(t))
+    gyro = 0.007 + moved(machine.hanging, V, machine.T)[1]
+    gyro = gyro + 0.002 * random.standard_normal(len(t))
     gyro = step * np.round(gyro / step)
     corner = machine.f / (2 * machine.I_w + machine.J) / 2 / np.pi
     t2, V2 = sweep(
         0.1 * corner, min(4 * corner, 0.2 / machine.T), seconds, machine.T, volts
     )
-    x, angle = np.zeros(2), []
-    for u in V2:
-        angle.append(x[0])
-        x = advance(machine.spinning, x, u, machine.T, 8)
-    turn = 2 * np.pi / machine.counts
-    counts = [np.floor(np.array(angle) / turn + random.random()) for _ in range(2)]
+    angle = moved(machine.spinning, V2, machine.T)[0] * machine.counts / (2 * np.pi)
+    counts = [np.floor(angle + random.random()) for _ in range(2)]
     return (t, V, gyro), (t2, V2, *counts)
 
 
@@ -163,14 +172,27 @@ def write(path, names, columns):
 
 
 #: What a machine of the tests and a robot's description call alike.
-ALIKE = "name", "M_b", "l", "r", "M_w", "counts", "T", "delay"
+PARTS = "M_b", "l", "r", "M_w", "counts"
 
 
 def by_its_sheet(machine, **more):
     """As its owner describes it: the sheet's numbers, and a pair of scales."""
-    facts = {key: getattr(machine, key) for key in ALIKE}
+    facts = {key: getattr(machine, key) for key in (*PARTS, "name", "T", "delay")}
     own = dict(gyro_range=34.9, limit=machine.V_n, rotors=True, jitter=0.0005)
     return Robot(**facts | own | more)
+
+
+def wired(machine, **more):
+    """The thesis's robot with a machine's parts."""
+    facts = {key: getattr(machine, key) for key in PARTS}
+    return Robot.shipped("thesis").but(**facts, rotors=True, g=G, **more)
+
+
+def pendulum(m):
+    """The machine's own numbers."""
+    a = m.r**2 * (m.M_b + 2 * m.M_w) + 2 * m.I_w + m.J
+    I_w = m.I_w + m.J / 2
+    return Mip(a, m.lever, m.I_o + m.J, m.weight, m.e, m.f, I_w=I_w, J=m.J)
 
 
 def stand(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
-from sosbook.mip import Firmware, Mip, Robot, SampledLaw
+from sosbook.mip import Firmware, Robot, SampledLaw
 from sosbook.mip.__main__ import main
 from sosbook.mip.comparison import compare
 from sosbook.mip.drive import Drive
@@ -15,16 +15,9 @@ from sosbook.mip.ticks import FORMATS, START, TickLog
 from sosbook import thesis
 from tests import test_mip_export as programs
 from tests.gains import named
-from tests.six_robots import SIX, G, advance
+from tests.six_robots import SIX, advance, pendulum
 
 MACHINE = SIX[0]
-
-
-def pendulum(m):
-    """The machine's own numbers."""
-    a = m.r**2 * (m.M_b + 2 * m.M_w) + 2 * m.I_w + m.J
-    b, d = m.M_b * m.l * m.r, m.M_b * G * m.l
-    return Mip(a, b, m.I_o + m.J, d, m.e, m.f, I_w=m.I_w + m.J / 2, J=m.J)
 
 
 MODEL = Model(

@@ -55,15 +55,6 @@ def test_in_the_gap_the_motors_turn_themselves_and_at_its_ends_the_wheels(mip):
         )
 
 
-def test_a_command_gets_half_of_itself_or_all_of_the_friction():
-    law = SampledLaw.of_gain(named([[1.0, 0, 0, 0]]), 0.01)
-    steps = np.array([0.0, 0.1, 0.5, 0.7, -0.2, -0.8])
-    each = Firmware(law, compensation=0.3).controller(len(steps))
-    each.start(steps)
-    extra = each.step(np.zeros(6), np.zeros(6)) - steps
-    assert extra == pytest.approx([0, 0.05, 0.25, 0.3, -0.1, -0.3])
-
-
 @pytest.mark.parametrize("volts", [-0.1, 7.4, np.nan])
 def test_a_compensation_out_of_range_is_refused(volts):
     with pytest.raises(ValueError, match="compensation"):

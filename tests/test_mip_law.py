@@ -1,9 +1,9 @@
-"""Sampled laws: against what they stand for, step by step."""
+"""Sampled laws and firmware: against what they stand for, step by step."""
 
 import control
 import numpy as np
 import pytest
-from sosbook.mip import Gain, Mip, SampledLaw, polytope
+from sosbook.mip import Firmware, Gain, Mip, SampledLaw, polytope
 from sosbook.mip.law import PD_SIGNALS, PID_SIGNALS, pendulum_gain
 
 import sosbook as sos
@@ -217,3 +217,59 @@ def test_a_gain_is_read_only_and_compared_by_numbers_and_names():
     assert gain == Gain([1, 2], ["a", "b"]) != Gain([[1, 2]], ("b", "a"))
     assert gain.but([[3, 4]]) == Gain([[3, 4]], gain.signals) != "gain"
     assert not gain.K.flags.writeable
+
+
+# The firmware: what the motors get, whatever the sensors say
+
+K = [[16.0, 0.5, 1.4, 0.7, 0.2]]
+LAW = SampledLaw.of_gain(named(K), T)
+
+
+def test_while_the_encoder_is_silent_the_wheels_roll_on():
+    controller = Firmware(SampledLaw.of_gain(named([[0, 0, 0, 1]]), T)).controller()
+    controller.start(0.0)
+    rates = [controller.step(0.0, w)[0] for w in (0.02, 0.04, np.nan, np.nan, 0.10)]
+    assert np.allclose(rates, 2.0)
+
+
+@pytest.mark.parametrize("kind", [float, np.float32])
+def test_robots_side_by_side_do_what_each_does_alone(kind):
+    random = np.random.default_rng(3)
+    gyro = random.normal(0, 2, (300, 7))
+    wheels = np.cumsum(random.normal(0, 0.05, (300, 7)), 0)
+    gyro[random.random((300, 7)) < 0.05] = np.nan
+    tilts = np.linspace(-0.3, 0.3, 7)
+    firmware = Firmware(LAW, missing=1)
+    fleet = firmware.controller(7, kind)
+    fleet.start(tilts)
+    together = np.array([fleet.step(g, w) for g, w in zip(gyro, wheels)])
+    for k, tilt in enumerate(tilts):
+        one = firmware.controller(1, kind)
+        one.start(tilt)
+        alone = [one.step(g, w)[0] for g, w in zip(gyro[:, k], wheels[:, k])]
+        assert alone == together[:, k].tolist()
+    assert len(set(fleet.fault)) > 1
+
+
+@pytest.mark.parametrize(
+    "asked, words",
+    [
+        (dict(limit=0), "limit"),
+        (dict(tip=-1), "tip"),
+        (dict(blend=1.5), "blend"),
+        (dict(missing=-1), "missing"),
+        (dict(stall=0.5), "stall"),
+        (dict(frozen=-2), "frozen"),
+        (dict(fastest=np.nan), "fastest"),
+    ],
+)
+def test_bad_settings_are_named(asked, words):
+    with pytest.raises(ValueError, match=words):
+        Firmware(LAW, **asked)
+    with pytest.raises(ValueError, match="law"):
+        Firmware(K)
+
+
+def test_a_controller_that_is_not_started_says_so():
+    with pytest.raises(ValueError, match="start"):
+        Firmware(LAW).controller().step(0.0, 0.0)

@@ -21,19 +21,11 @@ import tests.test_mip_export as programs
 from tests.compiler import run
 from tests.corrupted import SPOILT
 from tests.processes import process
-from tests.six_robots import SIX, advance
+from tests.six_robots import SIX, advance, wired
 from tests.test_mip_robot import THESIS, text
 
 MACHINE = SIX[0]
-WIRED = THESIS.but(
-    M_b=MACHINE.M_b,
-    l=MACHINE.l,
-    r=MACHINE.r,
-    M_w=MACHINE.M_w,
-    counts=MACHINE.counts,
-    rotors=True,
-    g=9.81,
-)
+WIRED = wired(MACHINE)
 SECONDS = 6.0
 LOGS = "body", "wheels"
 
@@ -66,17 +58,7 @@ def good(folder, robot):
         recording = check_recording(path, robot)
         assert recording.usable, recording.report
     found = identify(*map(Log.read, paths), **robot.identification)
-    machine = MACHINE
-    a, c = 2 * machine.I_w + machine.J, machine.I_o + machine.J
-    d = machine.M_b * 9.81 * machine.l
-    truth = dict(
-        e_c=machine.e / c,
-        f_c=machine.f / c,
-        d_c=d / c,
-        e_a=machine.e / a,
-        f_a=machine.f / a,
-    )
-    assert found.ratios == pytest.approx(truth, rel=0.01)
+    assert found.ratios == pytest.approx(MACHINE.truth, rel=0.01)
     return Log.read(paths[0]), Log.read(paths[1])
 
 

@@ -8,8 +8,7 @@ from sosbook.mip.deployment import deploy
 from sosbook.mip.gate import widened
 
 from tests.compiler import find, refuse
-from tests.six_robots import OTHERS, SIX, by_its_sheet, logs, stand, write
-from tests.test_mip_compare import pendulum
+from tests.six_robots import OTHERS, SIX, by_its_sheet, logs, pendulum, stand, write
 
 
 def described(machine):
@@ -18,17 +17,11 @@ def described(machine):
 
 #: Each robot takes a minute: the gate takes one, the others run once a week.
 #: Gear motors run from logs to programs in test_mip_robot, too.
-GATE = ("Balboa-like",)
-
-
-def marks(name):
-    """Those of a robot's campaign."""
-    return [] if name in GATE else [pytest.mark.campaign]
-
-
-def test_the_gate_takes_one_of_them():
-    assert set(GATE) < {m.name for m in SIX}
-    assert sum(not marks(m.name) for m in SIX) == len(GATE)
+GATE = "Balboa-like"
+MACHINES = [
+    pytest.param(m, id=m.name, marks=[pytest.mark.campaign] * (m.name != GATE))
+    for m in SIX + OTHERS
+]
 
 
 def identified(machine, folder, **asked):
@@ -42,17 +35,12 @@ def identified(machine, folder, **asked):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "machine", [pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX + OTHERS]
-)
+@pytest.mark.parametrize("machine", MACHINES)
 def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
     found = identified(machine, tmp_path)
-
-    inertia = {"c": machine.I_o + machine.J, "a": 2 * machine.I_w + machine.J}
-    torque = {"e": machine.e, "f": machine.f, "d": machine.M_b * 9.81 * machine.l}
     ratios = found.identified.ratios
     for (name, value), sd in zip(ratios.items(), widened(found.identified)):
-        truth = torque[name[0]] / inertia[name[-1]]
+        truth = machine.truth[name]
         assert abs(value - truth) < 3.5 * sd + 5e-4 * truth, name
     assert found.mip.J == pytest.approx(machine.J, rel=0.1)
 
@@ -105,14 +93,11 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)  # one takes 40 s of a processor, the others six
-@pytest.mark.parametrize(
-    "machine", [pytest.param(m, id=m.name, marks=marks(m.name)) for m in SIX + OTHERS]
-)
+@pytest.mark.parametrize("machine", MACHINES)
 def test_it_is_proven_for_all_that_its_fit_allows(machine, tmp_path):
     """All five ratios are uncertain, and the machine is one of the pendulums."""
     found = identified(machine, tmp_path, confidence=0.99)
     assert found.sensitivity <= 2 and found.proven, found.lacking
-    mip = found.mip
-    truth = [machine.I_o + machine.J, machine.e, machine.f, machine.I_w + machine.J / 2]
-    moved = np.divide(truth, [mip.c, mip.e, mip.f, mip.I_w]) - 1
+    truth, mip = pendulum(machine), found.mip
+    moved = [getattr(truth, x) / getattr(mip, x) - 1 for x in ("c", "e", "f", "I_w")]
     assert (abs(found.spread.places(moved)) <= 1).all(), moved

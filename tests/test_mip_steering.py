@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, Mip, Robot, SampledLaw, recommend
+from sosbook.mip import Firmware, Robot, SampledLaw, recommend
 from sosbook.mip.compiled import FLAGS, Compiled
 from sosbook.mip.drive import Drive
 from sosbook.mip.export import Program as Written
@@ -23,37 +23,17 @@ from sosbook.proofs import load
 from tests.compiler import run
 from tests.gains import named
 from tests.geared_robots import ALL
-from tests.test_mip_compare import pendulum
+from tests.six_robots import by_its_sheet, pendulum, wired
 from tests.test_mip_recording import cpp, live_sketch, sketch_program
 from tests.test_mip_robot import told
-from tests.test_mip_six_robots import by_its_sheet
 from tests.test_mip_sketch import BOARD
 from tests.turning import TURNER, advance, drive, steer_functions
 
 assert cpp  # a fixture
 fake_pyctrl = programs.fake_pyctrl
 MACHINE = TURNER.machine
-ROBOT = Robot.shipped("thesis").but(
-    M_b=MACHINE.M_b,
-    l=MACHINE.l,
-    r=MACHINE.r,
-    M_w=MACHINE.M_w,
-    g=9.81,
-    counts=MACHINE.counts,
-    delay=MACHINE.delay,
-    rotors=True,
-    track=TURNER.track,
-)
-MIP = Mip(
-    a=MACHINE.r**2 * (MACHINE.M_b + 2 * MACHINE.M_w) + 2 * MACHINE.I_w + MACHINE.J,
-    b=MACHINE.M_b * MACHINE.l * MACHINE.r,
-    c=MACHINE.I_o + MACHINE.J,
-    d=MACHINE.M_b * 9.81 * MACHINE.l,
-    e=MACHINE.e,
-    f=MACHINE.f,
-    I_w=MACHINE.I_w + MACHINE.J / 2,
-    J=MACHINE.J,
-)
+ROBOT = wired(MACHINE, delay=MACHINE.delay, track=TURNER.track)
+MIP = pendulum(MACHINE)
 FIRMWARE = Firmware(
     SampledLaw.of_gain(named(programs.PRINTED.pid[5]), 0.01), blend=0.02, limit=7.4
 )
