@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from benchmarks import ablation, clock, maps, masses, run, waiting
+from benchmarks import ablation, clock, maps, masses, run, verify, waiting
 from benchmarks.catalogue import FAMILIES, case
 from benchmarks.clock import Job, trial
 from benchmarks.competitors import COMPETITORS, Competitor
@@ -19,6 +19,7 @@ from benchmarks.questions import Lqr, NoAnswer, Pid, right
 from benchmarks.records import FIELDS
 from benchmarks.robustness import SYSTEMS, asked_in_units
 from benchmarks.truth import broken, poles
+from benchmarks.verify_plants import FAMILIES as KNOWN
 from sosbook.book.plots import profiles
 
 HOME = Path(run.__file__).parent
@@ -336,3 +337,18 @@ def test_the_stored_ablation_has_all_paths():
     assert all(r.keys() == stored["fields"].keys() for r in stored["records"])
     stays = [p for p in ablation.PATHS if p not in ablation.KEPT]
     assert all(ablation.summary(p, stored["records"])["stays"] for p in stays)
+
+
+def test_a_family_of_known_gains_is_measured():
+    case = next(f for f in KNOWN if f.name == "quarter car")
+    decay, norm = (verify.measured(case, what) for what in ("decay", "norm"))
+    assert 0.98 <= decay["proven"] < 1 < norm["proven"] <= 1.02
+    for record in (decay, norm):
+        assert record["held"] and record["broken"]
+
+
+def test_the_stored_figures_of_known_gains():
+    stored = json.loads(verify.TARGET.read_text("utf8"))
+    assert stored["summary"] == verify.summary(stored["records"])
+    assert {r["family"] for r in stored["records"]} == {f.name for f in KNOWN}
+    assert stored["summary"]["proofs that a sample breaks"] == 0

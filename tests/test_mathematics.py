@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cases import campaign
-from tests.test_weight import PAGES
+from tests.test_site import PAGES
 
 ROOT = Path(__file__).resolve().parent.parent
 LINK = re.compile(r'<a class="[^"]*reference[^"]*" href="([\w./]*\.html)#([^"]+)"')

@@ -30,6 +30,7 @@ from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
 from tests.axis import design as axis_design
 from tests.axis import drive as axis_drive
+from tests.conftest import Tab
 from tests.elements import write_page
 from tests.gains import named
 from tests.test_page_elements import FIRST
@@ -49,18 +50,8 @@ def sheet(tmp_path_factory):
     return write_page(page, *MOVERS.values())
 
 
-class Sheet:
+class Sheet(Tab):
     """The page, and what the elements on it say and compute."""
-
-    def __init__(self, page):
-        self.page, self.errors = page, []
-        page.on("pageerror", lambda e: self.errors.append(str(e)))
-        page.on("console", lambda m: m.type == "error" and self.errors.append(m.text))
-        page.on("request", lambda r: self.errors.append(r.url))
-
-    def visit(self, path):
-        self.page.goto(path.as_uri())
-        self.errors.remove(path.as_uri())
 
     def compute(self, tag, places):
         """What an element computes at places, from where it starts."""
@@ -96,9 +87,9 @@ class Sheet:
 def desk(browser, sheet):
     context = browser.new_context(reduced_motion="reduce", has_touch=True)
     desk = Sheet(context.new_page())
-    desk.visit(sheet)
+    desk.page.goto(sheet.as_uri())
     yield desk
-    assert desk.errors == []
+    assert desk.errors == [] and desk.requests == [sheet.as_uri()]
     context.close()
 
 

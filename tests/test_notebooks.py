@@ -1,5 +1,6 @@
 """What nbval cannot say about the notebooks: see sosbook.notebooks.problems."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -40,11 +41,16 @@ CHAPTER = re.compile(r"\[([^\]\n]*)\]\((\w+\.(?:ipynb|md)|\d\d_\w+)(#[\w-]+)?\)"
 TEXTS = [*FILES, *sorted((ROOT / "book").glob("*.md"))]
 
 
-def words(path):
+def passages(path):
+    """The prose of a page: its Markdown cells, or all of it."""
     if path.suffix == ".md":
-        return path.read_text("utf-8")
+        return [path.read_text("utf-8")]
     cells = notebooks.read(path).cells
-    return "\n\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+    return [cell.source for cell in cells if cell.cell_type == "markdown"]
+
+
+def words(path):
+    return "\n\n".join(passages(path))
 
 
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
@@ -308,3 +314,97 @@ def test_a_prediction_asks_for_nothing_that_only_jupyter_can_do(path):
     for k, cell in enumerate(cells):
         asks = cell.cell_type == "markdown" and "**Predict, then run.**" in cell.source
         assert not asks or any(later.get("outputs") for later in cells[k : k + 5]), k
+
+
+# what draws, imports or tests is folded; what states and proves is in sight
+DRAWN = ('<figure class="sos-figure"', "<sos-")
+AGREES = re.compile(r"\b(allclose|isclose|array_equal|same)\(")
+CONTROL = re.compile(r"\bsos\.design_\w+\(|\.(certify|prove|refuse)\(")
+
+
+def cells(path):
+    """The cells of code that are on the page, each with the text before it."""
+    before = ""
+    for cell in notebooks.read(path).cells:
+        if cell.cell_type == "markdown":
+            before = cell.source
+        elif "remove-input" not in cell.metadata.get("tags", []):
+            yield cell, before
+
+
+def folded(cell):
+    return "hide-input" in cell.metadata.get("tags", [])
+
+
+def draws(cell):
+    """Whether the cell shows a figure or an element of the page."""
+    shown = (output.get("data", {}).get("text/html", "") for output in cell.outputs)
+    return any(html.startswith(DRAWN) for html in shown)
+
+
+def imports(cell):
+    """Whether the cell does nothing but import, and set the style of figures."""
+    return all(
+        isinstance(line, (ast.Import, ast.ImportFrom))
+        or "use_book_style" in ast.unparse(line)
+        for line in ast.parse(cell.source).body
+    )
+
+
+def agrees(cell):
+    """Whether all that the cell shows is that two computations agree."""
+    said = "".join(output.get("text", "") for output in cell.outputs).strip()
+    true = all(line.endswith("True") for line in said.split("\n"))
+    claims = CONTROL.search(cell.source) or "proven" in cell.source
+    return bool(AGREES.search(cell.source)) and true and not claims
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_what_draws_or_imports_is_folded_and_control_is_not(path):
+    for cell, before in cells(path):
+        solution = "{solution" in before
+        said = "".join(output.get("text", "") for output in cell.outputs)
+        assert said.strip() not in ("True", "False"), cell.source
+        if draws(cell) or imports(cell) or (agrees(cell) and not solution):
+            assert folded(cell), cell.source
+        if folded(cell) and not solution and not cell.source.count("_atlas("):
+            assert not CONTROL.search(cell.source), cell.source
+
+
+# nothing is said twice in a row, and no row of a table stands twice
+FORMULAS = re.compile(r"```.*?```|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", re.DOTALL)
+AGAIN = re.compile(r"\b(\w[\w'’]*(?:[ \n]\w[\w'’]*){1,5})[\s:]+\1\b")
+RULE = re.compile(r"\|[\s:|-]+\|")
+
+
+def phrases(text):
+    """Phrases of two words and more that follow themselves; letters may."""
+    prose = FORMULAS.sub("\N{SECTION SIGN}", text)
+    found = [match[1] for match in AGAIN.finditer(prose)]
+    return [phrase for phrase in found if max(map(len, phrase.split())) > 1]
+
+
+def rows(text):
+    """Rows that a table has twice; each table begins with its own header."""
+    found, table, lines = [], set(), text.split("\n")
+    for line, below in zip(lines, [*lines[1:], ""], strict=True):
+        if not line.startswith("|") or RULE.fullmatch(below.strip()):
+            table = set()
+        elif line.strip("| ") and not RULE.fullmatch(line.strip()):
+            found += [line] * (line in table)
+            table.add(line)
+    return found
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+def test_nothing_is_said_twice(path):
+    for text in passages(path):
+        assert not phrases(text)
+        assert not rows(text)
+
+
+@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+def test_a_reference_to_an_exercise_says_exercise_once(path):
+    """Its own text is "Exercise 9.3"."""
+    for text in passages(path):
+        assert not re.search(r"exercise\s+\{ref\}`ex-", text, re.IGNORECASE)

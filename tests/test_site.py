@@ -10,13 +10,14 @@ import pytest
 
 from sosbook.book import notebooks
 from tests import layout
-from tests.test_weight import assert_light
 
 ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
 PAGES = re.findall(r"^.*\b(?:root|file): *(\S+)", CONTENTS, re.MULTILINE)
 EXTRA = ["search", "genindex"]
 LIGHT, DARK = "rgb(255, 255, 255)", "rgb(18, 18, 18)"
+#: Bytes, uncompressed: the first page, and any other.
+FIRST, ANY = 1_500_000, 2_500_000
 each_page = pytest.mark.parametrize("page", PAGES + EXTRA)
 
 #: Every element of the page, those inside custom elements too.
@@ -145,6 +146,12 @@ def loaded(tab):
     return {Path(unquote(urlsplit(url).path)) for url in tab.requests}
 
 
+def assert_light(files, page):
+    """Not more than a reader of this page should load."""
+    weight = sum(file.stat().st_size for file in files)
+    assert weight <= (FIRST if page == "book/intro" else ANY)
+
+
 def assert_accessible(tab, axe):
     """Axe has no objection, on a phone in the dark and on a desk in the light."""
     tab.page.evaluate(layout.BARE)
@@ -240,6 +247,12 @@ def test_links_lead_somewhere(site, page):
             if unquote(parts.fragment) not in links_of(target).anchors:
                 broken.append(address)
     assert broken == []
+
+
+@each_page
+def test_icons_need_no_script(site, page):
+    assert "fontawesome" not in (site / f"{page}.html").read_text("utf-8")
+    assert not list((site / "_static" / "scripts").glob("fontawesome*"))
 
 
 def test_first_page_leads_to_the_introduction(site):

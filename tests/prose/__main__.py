@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from . import check, numerals, pages
+from . import check, pages
 
 
 def report(path):
@@ -12,19 +12,7 @@ def report(path):
     lines = [f"{path.name}: {len(found)} loose numbers, {len(stale)} stale entries"]
     lines += [str(loose) for loose in found]
     lines += [f"stale in tests/given/{path.stem}.toml: {phrase}" for phrase in stale]
-    lines += list(vague(path))
     return "\n".join(lines)
-
-
-def vague(path):
-    """What only a reader can compare: twice, a third, half of."""
-    for passage in check.read(path).passages:
-        for match in numerals.VAGUE.finditer(passage.prose):
-            around = passage.source[max(0, match.start() - 60) : match.end() + 60]
-            yield (
-                f"    by eye, cell {passage.cell}, line "
-                f"{passage.line_of(match.start())}: {' '.join(around.split())}"
-            )
 
 
 def main():

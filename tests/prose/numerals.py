@@ -76,12 +76,6 @@ _LOOKS = re.compile(
     "|set_size_inches|size|subplots|subplots_adjust|text|width_ratios|xlim|xytext"
     "|ylim|zorder"
 )
-#: Words that say a number in passing. Nobody can compare them but a reader.
-VAGUE = re.compile(
-    r"(?i)\b(?:twice|thrice|double[sd]?|halve[sd]?|dozens?|hundreds?|thousands?"
-    r"|(?:a|one|two|three) (?:third|quarter|fifth|tenth|twentieth|hundredth)s?\b"
-    r"|half (?:of |the |as |its |an? (?!tick|sample|turn|step|metre|degree)))"
-)
 _HEDGE = re.compile(
     r"(?i)(?:\b(?:about|around|nearly|almost|roughly|some|over|under|above|"
     r"below|than|to|approximately|beyond|near|within|by|close to)"
