@@ -19,7 +19,7 @@ from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
 from ..runtime.names import OfKind
-from ..runtime.read_only import ReadOnly
+from ..runtime.read_only import ReadOnly, put
 from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import Parameter
@@ -82,7 +82,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     def __post_init__(self):
         if self.bound is not None:
             key = self.parameter.key
-            object.__setattr__(self, key, positive(key, self.bound))
+            put(self, **{key: positive(key, self.bound)})
 
     # what a theorem needs
 

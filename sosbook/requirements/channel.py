@@ -11,6 +11,7 @@ from ..plants.checks import count, positive
 from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
 from ..runtime.names import sane_name
+from ..runtime.read_only import put
 from .base import Requirement
 from .vocabulary import PARAMETERS, Parameter
 
@@ -26,16 +27,16 @@ class Channel(Requirement):
     inputs: Any
 
     def __post_init__(self):
-        put, key = object.__setattr__, self.plain.key
         if self.bound is not None:
-            put(self, key, positive(key, self.bound))
+            key = self.plain.key
+            put(self, **{key: positive(key, self.bound)})
         if self.outputs is not None and not isinstance(self.outputs, Output):
             raise ValueError(
                 f"outputs must be an Output, got {type(self.outputs).__name__}: stack "
                 "several by &"
             )
         if self.inputs is not None:
-            put(self, "inputs", _places(self.inputs))
+            put(self, inputs=_places(self.inputs))
         if sane_name(self.name) in PARAMETERS and self.named:
             raise ValueError(
                 f"name={self.name!r} is that of another bound: take one of its own"
@@ -111,8 +112,8 @@ class Channel(Requirement):
             data["outputs"] = self.outputs.data()
         if self.inputs is not None:
             data["inputs"] = list(self.inputs)
-        own = ("outputs", "inputs")
-        return {k: x for k, x in data.items() if k not in own or x is not None}
+        empty = [k for k in ("outputs", "inputs") if data[k] is None]
+        return {k: x for k, x in data.items() if k not in empty}
 
     @classmethod
     def of_data(cls, data: dict) -> "Requirement":

@@ -17,6 +17,7 @@ from ..language import Unknown, eye, he
 from ..plants.checks import is_word, matrix, numbers, positive
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
+from ..runtime.read_only import put
 from ..theorems import (
     free_gramian,
     free_lqr_decay,
@@ -104,28 +105,27 @@ class QuadraticCost(Requirement):
         ) -> None: ...
 
     def __post_init__(self):
-        put = object.__setattr__
         if (self.Q is None) == (self.C is None):
             raise ValueError("give one of Q and C: the cost weighs x' Q x, or |C x|^2")
         if self.R is None:
             raise ValueError("R is missing: it weighs the input")
         if self.C is not None:
-            put(self, "C", matrix("C", self.C))
-            put(self, "Q", semidefinite_weight("C' C", self.C.T @ self.C))
+            put(self, C=matrix("C", self.C))
+            put(self, Q=semidefinite_weight("C' C", self.C.T @ self.C))
         else:
-            put(self, "Q", semidefinite_weight("Q", self.Q))
+            put(self, Q=semidefinite_weight("Q", self.Q))
         R = numbers("R", self.R)
         R = R if R.size else np.zeros((0, 0))  # [] for a loop without an input
         R = symmetric_weight("R", R)
         if len(R) and not definite(exact(R))[0]:
             raise ValueError("R must be positive definite")
-        put(self, "R", R)
+        put(self, R=R)
         if self.N is not None:
             self._mix()
         if not is_word(self.noise, ("F", "states")):
             raise ValueError(f'noise must be "F" or "states", got {self.noise!r}')
         if self.bound is not None:
-            put(self, "bound", positive("bound", self.bound))
+            put(self, bound=positive("bound", self.bound))
 
     def _mix(self):
         """Check N, and mend [Q N; N' R] until it is semidefinite as it is written."""
@@ -135,8 +135,7 @@ class QuadraticCost(Requirement):
         N = matrix("N", self.N, (k, len(self.R)))
         whole = np.block([[self.Q, N], [N.T, self.R]])
         whole = semidefinite_weight("[Q N; N' R]", whole)
-        for name, part in (("Q", whole[:k, :k]), ("R", whole[k:, k:]), ("N", N)):
-            object.__setattr__(self, name, part.copy())
+        put(self, Q=whole[:k, :k].copy(), R=whole[k:, k:].copy(), N=N.copy())
 
     @cached_property
     def mixed(self) -> Any:
@@ -219,13 +218,11 @@ class QuadraticCost(Requirement):
         yield "trace", trace_bound(J, c.level(self) * c.mu)
 
     def known_unknowns(self, c: KnownVertex) -> dict:
-        rate = np.linalg.norm(np.linalg.solve(c.E, c.A), 2)
-        mu = rate / np.linalg.norm(self._known_weight(c), 2)
+        mu = c.rate / np.linalg.norm(self._known_weight(c), 2)
         units = {Unknown("mu", 1, symmetric=True): mu}
         if self.noise == "F":
-            reach = np.linalg.norm(np.linalg.solve(c.E, c.B), 2)
             N, p = c.B.shape
-            units[Unknown("J", p, symmetric=True)] = reach**2 or 1.0
+            units[Unknown("J", p, symmetric=True)] = c.reach**2 or 1.0
             units[Unknown("H", N, N)] = 1.0
         return units
 

@@ -25,8 +25,6 @@ from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import H2_NORM
 
-__all__ = ["H2"]
-
 
 @dataclass(frozen=True, eq=False)
 class H2(Channel):
@@ -119,12 +117,10 @@ class H2(Channel):
         yield "trace", trace_bound(c.own["J"], c.level(self) * c.mu)
 
     def known_unknowns(self, c: KnownVertex) -> dict:
-        rate = np.linalg.norm(np.linalg.solve(c.E, c.A), 2)
-        reach = np.linalg.norm(np.linalg.solve(c.E, c.B), 2)
         N, p = c.B.shape
         return {
-            Unknown("mu", 1, symmetric=True): rate / np.linalg.norm(c.C, 2) ** 2,
-            Unknown("J", p, symmetric=True): reach**2 or 1.0,
+            Unknown("mu", 1, symmetric=True): c.rate / np.linalg.norm(c.C, 2) ** 2,
+            Unknown("J", p, symmetric=True): c.reach**2 or 1.0,
             Unknown("H", N, N): 1.0,
         }
 

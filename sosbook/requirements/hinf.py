@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ..analysis.linear import hinf_norm
 from ..exact.rational import decimal
 from ..language import Unknown
 from ..plants.checks import positive
 from ..plants.outputs import Output
+from ..runtime.read_only import put
 from ..theorems import bounded_real, free_bounded_real, slack_bounded_real
 from .channel import Channel
 from .vocabulary import GAMMA
@@ -65,7 +64,7 @@ class HInfinity(Channel):
     def __post_init__(self):
         super().__post_init__()
         if self.mu is not None:
-            object.__setattr__(self, "mu", positive("mu", self.mu))
+            put(self, mu=positive("mu", self.mu))
 
     @property
     def tied(self) -> str:
@@ -90,9 +89,7 @@ class HInfinity(Channel):
         yield "hinf", free_bounded_real(c, c.level(self))
 
     def known_unknowns(self, c):
-        rate = np.linalg.norm(np.linalg.solve(c.E, c.A), 2)
-        reach = np.linalg.norm(np.linalg.solve(c.E, c.B), 2)
-        return {Unknown("mu", 1, symmetric=True): reach**2 / rate or 1.0}
+        return {Unknown("mu", 1, symmetric=True): c.reach**2 / c.rate or 1.0}
 
     def truth(self, loops, K, K_A=None):
         return max(hinf_norm(self.seen(d), K) for d in loops)

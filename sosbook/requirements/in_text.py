@@ -6,8 +6,6 @@ from ..exact.rational import decimal
 from ..language.traced import Traced
 from ..language.trees import scaled_constants
 
-__all__ = ["theorem_data"]
-
 
 class TracedLoop:
     """A `Loop` of symbols, for one ``requirement`` of a ``request``. What it knows is

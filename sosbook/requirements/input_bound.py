@@ -14,6 +14,7 @@ from ..language import Unknown, block, eye
 from ..plants.checks import matrix, numbers
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
+from ..runtime.read_only import put
 from ..theorems import (
     control_bound,
     free_stability,
@@ -64,8 +65,7 @@ class Saturation(Requirement):
         x0 = numbers("x0", self.x0)
         if x0.ndim != 1:
             raise ValueError("x0 must be a vector of finite numbers")
-        x0 = matrix("x0", [x0])[0]
-        object.__setattr__(self, "x0", x0)
+        put(self, x0=matrix("x0", [x0])[0])
         if not isinstance(self.acceleration, bool):
             raise ValueError(
                 f"acceleration must be True or False, got {self.acceleration!r}"
@@ -111,10 +111,8 @@ class Saturation(Requirement):
         return ()
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
-        yield (
-            "x0",
-            slack_initial_state(loop.near(c.P), loop.near(c.V), loop.state(self.x0)),
-        )
+        x0 = loop.state(self.x0)
+        yield "x0", slack_initial_state(loop.near(c.P), loop.near(c.V), x0)
         yield "u_max", self._bound(loop, c.P, c.V.T, c.Y, i)
 
     @property
@@ -126,10 +124,8 @@ class Saturation(Requirement):
         K = c.mu * c.rows(c.loop.K)
         yield "decay", free_stability(c)
         yield "x0", c.mu - x0.T @ c.P @ x0
-        yield (
-            "u_max",
-            block([[c.P, K.T], [K, c.level(self) * c.mu * eye(len(c.loop.K))]]),
-        )
+        limit = c.level(self) * c.mu * eye(len(c.loop.K))
+        yield "u_max", block([[c.P, K.T], [K, limit]])
 
     def known_unknowns(self, c: KnownVertex) -> dict:
         x0 = c.state(exact(self.x0)[:, None])

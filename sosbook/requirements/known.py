@@ -126,6 +126,16 @@ class KnownVertex:
         """C_a, or 0."""
         return 0 if self.loop.plant.Ca is None else self.matrices[5]
 
+    @property
+    def rate(self):
+        """How large E^-1 A is, for units."""
+        return np.linalg.norm(np.linalg.solve(self.E, self.A), 2)
+
+    @property
+    def reach(self):
+        """How large E^-1 B is, for units."""
+        return np.linalg.norm(np.linalg.solve(self.E, self.B), 2)
+
     def rows(self, X):
         """A rational matrix X that multiplies the state from the left."""
         if self.exact:

@@ -15,6 +15,7 @@ from ..plants.checks import matrix
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..runtime.names import sane_name
+from ..runtime.read_only import put
 from ..theorems import free_pole_region, pole_region, slack_pole_region
 from .base import Requirement
 from .known import KnownVertex
@@ -65,7 +66,7 @@ class Region:
             parts.append(part)
         if not parts:
             raise ValueError("parts is empty: a region needs an LMIRegion")
-        object.__setattr__(self, "parts", tuple(parts))
+        put(self, parts=tuple(parts))
 
     def __and__(self, other):
         if not isinstance(other, Region):
@@ -139,11 +140,7 @@ class LMIRegion(RegionForms, Region, Requirement):
         if not beta.any():
             raise ValueError("beta is zero: the region has no boundary")
         sane_name(name)
-        object.__setattr__(self, "alpha", alpha)
-        object.__setattr__(self, "beta", beta)
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "text", text or name)
-        object.__setattr__(self, "parts", (self,))
+        put(self, alpha=alpha, beta=beta, name=name, text=text or name, parts=(self,))
 
     def __repr__(self):
         alpha, beta = self.alpha.tolist(), self.beta.tolist()
@@ -163,14 +160,13 @@ class LMIRegion(RegionForms, Region, Requirement):
 
     @classmethod
     def of_data(cls, data: dict) -> "LMIRegion":
-        make = FORMS.get(data["form"])
-        if make is None:
+        if data["form"] not in FORMS:
             k = len(data["alpha"])
             sizes = [read_array(data[x], k, k) for x in ("alpha", "beta")]
             return cls(*sizes, data["name"])
         fixed = ("kind", "name", "form", "degrees", "alpha", "beta")
         sizes = {k: read_number(v) for k, v in data.items() if k not in fixed}
-        return getattr(cls, make)(**sizes, name=data["name"])
+        return cls._of_form(data["form"], sizes, data["name"])
 
     @property
     def implies_stability(self) -> bool:
@@ -191,9 +187,10 @@ class LMIRegion(RegionForms, Region, Requirement):
         return {"": self.name + symbol}
 
     def with_bound(self, bound: float) -> "Requirement":
-        if self._again is None:
+        if self.parameter is None:
             return super().with_bound(bound)
-        return self._again(bound)
+        sizes = self._sizes | {self.parameter.key: bound}
+        return self._of_form(self._form, sizes, self.name)
 
     def repeats(self, other: Any) -> bool:
         if not isinstance(other, LMIRegion) or other.alpha.shape != self.alpha.shape:
@@ -225,12 +222,8 @@ class LMIRegion(RegionForms, Region, Requirement):
         yield "", pole_region(c, loop.number(self.alpha), loop.number(self.beta))
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
-        yield (
-            "",
-            slack_pole_region(
-                c, loop.number(self.alpha), loop.number(self.beta), loop.epsilon
-            ),
-        )
+        alpha, beta = loop.number(self.alpha), loop.number(self.beta)
+        yield "", slack_pole_region(c, alpha, beta, loop.epsilon)
 
     def known(self, c: KnownVertex) -> Iterable:
         alpha, beta = c.number(self.alpha), c.number(self.beta)
@@ -255,8 +248,7 @@ class LMIRegion(RegionForms, Region, Requirement):
 
         The poles are those of all ``loops`` under K and K_A.
         """
-        spectra = np.array([poles(d, K) for d in loops])
-        return self.distance(spectra).min()
+        return self.distance(np.array([poles(d, K) for d in loops])).min()
 
     def reached(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
@@ -265,8 +257,7 @@ class LMIRegion(RegionForms, Region, Requirement):
 
         The poles are those of all ``loops`` under K and K_A.
         """
-        spectra = np.array([poles(d, K) for d in loops])
-        return self.bound_of(spectra)
+        return self.bound_of(np.array([poles(d, K) for d in loops]))
 
     def kept(self, truth: float) -> float:
         return truth
@@ -290,9 +281,8 @@ class LMIRegion(RegionForms, Region, Requirement):
         if self.alpha.shape != (2, 2):
             return None
         if np.array_equal(self.beta, [[0, 1], [0, 0]]):
-            return (
-                tuple(-self.alpha[0]) if self.alpha[0, 0] == self.alpha[1, 1] else None
-            )
+            usual = self.alpha[0, 0] == self.alpha[1, 1]
+            return tuple(-self.alpha[0]) if usual else None
         H, j = self.beta + self.beta.T, self.beta[0, 1] - self.beta[1, 0]
         size = np.abs(self.beta).max() ** 2
         if abs(np.linalg.det(H) + j**2) > ROUNDING * size or j**2 < ROUNDING * size:
@@ -323,15 +313,7 @@ class LMIRegion(RegionForms, Region, Requirement):
 
 
 ROUNDING = 1e-10  # relative, of a disk whose matrices were turned
-
-FORMS = {  # which method makes them
-    "half-plane": "half_plane",
-    "sector": "sector",
-    "disk": "disk",
-    "strip": "strip",
-    "horizontal strip": "horizontal_strip",
-    "ellipse": "ellipse",
-}
+FORMS = "half-plane", "sector", "disk", "strip", "horizontal strip", "ellipse"
 
 
 def _of_size_one(part):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..plants.checks import finite, positive
+from ..runtime.read_only import put
 from .lmi_region import LMIRegion, Region
 
 __all__ = ["LMIRegion", "PoleRegion", "Region"]
@@ -103,10 +104,7 @@ class PoleRegion(Region):
             raise ValueError(
                 f"the region is empty: rho = {rho} must exceed sigma = {sigma}"
             )
-        for name, value in dict(
-            sigma=sigma, theta=theta, rho=rho, parts=tuple(parts)
-        ).items():
-            object.__setattr__(self, name, value)
+        put(self, sigma=sigma, theta=theta, rho=rho, parts=tuple(parts))
 
     @classmethod
     def of(cls, parts: Sequence[LMIRegion]) -> Region:

@@ -5,7 +5,7 @@ inwards: the region that is proven lies inside the one that is named.
 """
 
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal, Inexact
-from functools import partial, reduce
+from functools import reduce
 from typing import Self
 
 import numpy as np
@@ -14,9 +14,8 @@ from flint import arb, ctx, fmpq
 from ..exact.checker.requirements import claim
 from ..exact.rational import exact
 from ..plants.checks import finite, positive
+from ..runtime.read_only import put
 from .vocabulary import RHO, SIGMA, THETA
-
-__all__ = ["RegionForms", "degrees"]
 
 BALL_BITS = 200  # of the angles of sectors
 EXACT = Context(prec=4000, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[Inexact])
@@ -25,7 +24,6 @@ EXACT = Context(prec=4000, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[Inexact])
 class RegionForms:
     """Constructors of an `LMIRegion`, which remembers its form."""
 
-    _again = None  # makes the same region with another bound
     _form = "matrices"  # which constructor made it, of what
     _sizes: dict[str, float] = {}
 
@@ -34,10 +32,8 @@ class RegionForms:
         """Re s < -sigma (2.18), under a name."""
         alpha = [[at_least(2, finite("sigma", sigma))]]
         text = f"{name} Re s < {plain(0.0 - sigma)}"
-        region = cls(alpha, [[1]], name, text)._movable(
-            SIGMA, float(sigma), partial(cls.half_plane, name=name), 10
-        )
-        return region._made("half-plane", sigma=float(sigma))
+        region = cls(alpha, [[1]], name, text)
+        return region._made("half-plane", SIGMA, 10, sigma=float(sigma))
 
     @classmethod
     def sector(cls, theta: float, apex: float = 0.0, name: str = "sector") -> Self:
@@ -57,9 +53,8 @@ class RegionForms:
                 "half-angle of the sector, in radians; PoleRegion takes "
                 "degrees as theta_deg=..."
             )
-        angle = min(
-            exact(theta), fmpq(*theta.as_integer_ratio())
-        )  # files hold decimals
+        # files hold decimals
+        angle = min(exact(theta), fmpq(*theta.as_integer_ratio()))
         with ctx.workprec(BALL_BITS):  # correctly rounded: the same on every machine
             sin, cos = (float(x.mid()) for x in arb(angle).sin_cos())
         sin *= 1 - 4 * np.finfo(float).eps
@@ -70,10 +65,8 @@ class RegionForms:
         text = f"{name} of half-angle {degrees(sin, cos)} degrees"
         if apex:
             text += f" with apex {plain(apex)}"
-        region = cls(alpha * np.eye(2), beta, name, text)._movable(
-            THETA, theta, partial(cls.sector, apex=apex, name=name), 11
-        )
-        return region._made("sector", theta=theta, apex=apex)
+        region = cls(alpha * np.eye(2), beta, name, text)
+        return region._made("sector", THETA, 11, theta=theta, apex=apex)
 
     @classmethod
     def disk(cls, rho: float, centre: float = 0.0, name: str = "disk") -> Self:
@@ -82,10 +75,8 @@ class RegionForms:
         centre = finite("centre", centre)
         alpha = [[-rho, -centre], [-centre, -rho]]
         text = f"{name} of radius {plain(rho)} around {plain(centre)}"
-        region = cls(alpha, [[0, 1], [0, 0]], name, text)._movable(
-            RHO, rho, partial(cls.disk, centre=centre, name=name), 12
-        )
-        return region._made("disk", rho=rho, centre=centre)
+        region = cls(alpha, [[0, 1], [0, 0]], name, text)
+        return region._made("disk", RHO, 12, rho=rho, centre=centre)
 
     @classmethod
     def strip(cls, left: float, right: float, name: str = "strip") -> Self:
@@ -133,21 +124,18 @@ class RegionForms:
         region = cls(alpha, beta, name, text)
         return region._made("ellipse", centre=centre, a=a, b=b)
 
-    def _made(self, form, **sizes):
-        """Remember the constructor; proofs say its form in words."""
-        object.__setattr__(self, "_form", form)
-        object.__setattr__(self, "_sizes", sizes)
+    def _made(self, form, parameter=None, rank=None, **sizes):
+        """Remember the constructor, for proofs, and the parameter of its bound."""
+        put(self, _form=form, _sizes=sizes)
+        if parameter is not None:
+            put(self, parameter=parameter, bound=sizes[parameter.key], rank=rank)
         return self
 
-    def _movable(self, parameter, bound, again, rank):
-        for name, value in (
-            ("parameter", parameter),
-            ("bound", bound),
-            ("_again", again),
-            ("rank", rank),
-        ):
-            object.__setattr__(self, name, value)
-        return self
+    @classmethod
+    def _of_form(cls, form, sizes, name):
+        """The region that the constructor of a form makes."""
+        make = form.replace("-", "_").replace(" ", "_")
+        return getattr(cls, make)(**sizes, name=name)
 
     def bound_of(self, poles: np.ndarray) -> float:
         """The bound with which the outermost of some poles lies on the boundary."""
@@ -164,7 +152,7 @@ class RegionForms:
 
 
 def plain(x):
-    """A float with all its digits, but 5 instead of 5.0."""
+    """A float x with all its digits, but 5 instead of 5.0."""
     return repr(float(x)).removesuffix(".0")
 
 

@@ -9,12 +9,16 @@ class ReadOnly:
     """
 
     def __post_init__(self):
-        for name, value in vars(self).items():
-            object.__setattr__(self, name, frozen(value))
+        put(self, **frozen({**vars(self)}))
 
     def __setstate__(self, state):
-        for name, value in state.items():
-            object.__setattr__(self, name, frozen(value))
+        put(self, **frozen({**state}))
+
+
+def put(thing, /, **values):
+    """Give a frozen ``thing`` some ``values`` of its fields, in its constructor."""
+    for name, value in values.items():
+        object.__setattr__(thing, name, value)
 
 
 def frozen(value):

@@ -24,18 +24,21 @@ from ..requirements.in_text import theorem_data
 from .request_as_data import read_request, request_data
 from .scaling import Frame
 
-__all__ = [
-    "Certificate",
-    "DesignRefusal",
-    "excluding",
-    "frame_data",
-    "prove",
-    "read_frame",
-    "refuse_design",
-]
+
+class Blocks:
+    """What the files share that speak of a request's blocks."""
+
+    @classmethod
+    def named(cls, data, keys):
+        """Names of the blocks of a file's ``data`` that have these ``keys``."""
+        table = BlockTable(len(given_vertices(data["plant"])) > 1)
+        for kind, name, block, *vertices in keys:
+            owner = SimpleNamespace(kind=kind, name=name, key=(kind, name))
+            table.add(owner if kind else None, block, vertices, None)
+        return list(table.named())
 
 
-class Certificate(GainProof):
+class Certificate(Blocks, GainProof):
     """An exact proof that a gain does what was asked, or its failure.
 
     Its ``text`` is a file with the plant, the requirements, the gain and the
@@ -79,10 +82,6 @@ class Certificate(GainProof):
         return self.measured(exact_margin) if self.proven else None
 
     @classmethod
-    def named(cls, data, keys):
-        return block_names(data, keys)
-
-    @classmethod
     def examine(cls, data):
         # by the functions of an author's theorem, which can't be traced
         request, K, values, blocks = by_theorems(data)
@@ -121,15 +120,6 @@ def by_theorems(data):
     Y = exact(K) @ (P[0] if V is None else V.T)
     P = P[0] if V is None else P
     return request, K, values, request.blocks(P, Y, exact, V=V, own=values)
-
-
-def block_names(data, keys):
-    """Names of the blocks of a file's data that have these keys."""
-    table = BlockTable(len(given_vertices(data["plant"])) > 1)
-    for kind, name, block, *vertices in keys:
-        owner = SimpleNamespace(kind=kind, name=name, key=(kind, name))
-        table.add(owner if kind else None, block, vertices, None)
-    return list(table.named())
 
 
 def _theorem(requirement, request, place, unknowns):
@@ -209,7 +199,7 @@ def claims(request):
     return tuple(words for words, _ in request.statements())
 
 
-class DesignRefusal(MultiplierRefusal):
+class DesignRefusal(Blocks, MultiplierRefusal):
     """Multipliers that exclude every design; see `MultiplierRefusal` for the text."""
 
     kind = "infeasible design"
@@ -218,10 +208,6 @@ class DesignRefusal(MultiplierRefusal):
     def condition(self):
         """What the refusal is subject to: "for mu = 1"; else empty."""
         return read_request(self.data, gain=self.data["K"]).condition
-
-    @classmethod
-    def named(cls, data, keys):
-        return block_names(data, keys)
 
     @classmethod
     def rebuilt(cls, data):

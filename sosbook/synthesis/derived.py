@@ -169,6 +169,16 @@ class Derived:
             asked = {stable.key: stable} | asked
         return tuple(sorted(asked.values(), key=lambda r: not r.unknowns(self)))
 
+    @property
+    def of_poles(self):
+        """The `demands` that are regions of the poles."""
+        return [r for r in self.demands if r.pole_matrices() is not None]
+
+    def kept_by(self, K, some):
+        """Whether the loops of the vertices keep ``some`` demands under ``K``."""
+        loops = self.vertices
+        return all(r.kept(r.truth(loops, K, self.K_A)) > 0 for r in some)
+
     # where its blocks are written
 
     def _near_box(self):
@@ -212,12 +222,16 @@ class Derived:
             unknowns.append(Unknown("Y", self.plant.m, N))
         for r in self.followers(self.leader(levels)):
             unknowns.append(Unknown(r.size_name, 1))
-        for r in self.demands:
-            unknowns.extend(r.unknowns(self))
+        unknowns.extend(u for _, u in self.owned)
         names = [u.name for u in unknowns]
         if len(set(names)) < len(names):
             raise ValueError(f"two unknowns have one name: {names}")
         return unknowns
+
+    @property
+    def owned(self):
+        """(r, u) of each own unknown u of a requirement r, as `demands` has them."""
+        return [(r, u) for r in self.demands for u in r.unknowns(self)]
 
     def _check_unknowns(self):
         """A ValueError where a requirement's own unknown has a name that is taken."""
@@ -302,9 +316,7 @@ class Derived:
         Y = np.zeros((self.plant.m, self.order))
         if self.coupling == "slack":
             P = [P] * len(self.vertices)
-        own = {
-            u.name: np.zeros(u.shape) for r in self.demands for u in r.unknowns(self)
-        }
+        own = {u.name: np.zeros(u.shape) for _, u in self.owned}
         loop = Loop(self, floats, None, P, Y, V, (), own)
         first = self._coupled(loop, *self.pairs[0])
 
@@ -328,6 +340,10 @@ class Derived:
         if self.coupling == "slack" and self.slack is not None:
             ties += (f"slack = {self.slack:g} s",)
         return f"for {' and '.join(ties)}" if ties else ""
+
+    def subject(self, text):
+        """A ``text`` with the `condition` at its end."""
+        return " ".join(filter(None, (text, self.condition)))
 
     def untied(self):
         """The request in which each requirement's P has its own size."""

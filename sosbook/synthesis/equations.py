@@ -217,10 +217,7 @@ def effort_of(solution):
     )
     alone = shares.sum() > 0 and shares[pair].sum() > MOST_FORCE * shares.sum()
     return Effort(
-        all(
-            r.kept(r.truth(request.vertices, np.zeros_like(K), request.K_A)) > 0
-            for r in request.demands
-        ),
+        request.kept_by(np.zeros_like(K), request.demands),
         int((apart > same).sum()),
         len(A),
         stiffness,

@@ -27,16 +27,6 @@ from .small_input_certificate import input_bound
 from .solution import Solution
 from .unreached import refuse_by_response
 
-__all__ = [
-    "answer",
-    "follow",
-    "guarded",
-    "refused",
-    "refused_by",
-    "search",
-    "without_lmis",
-]
-
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 CENTRE_SECONDS = 5.0  # for a centre, where an equation has answered already
 ODD_MASS = (
@@ -166,8 +156,10 @@ def answer(request, refuse=True, first=None, prefer=None):
 
 def _searched(request, refuse, first):
     """The Solution that a search finds, or a refusal; see `answer`."""
-    large = request.order > MODES_FIRST_ABOVE_STATES
-    if large and not _seems_placed(request):  # sooner known than phase one begins
+    # where the poles of a given gain seem to lie right, their exact places take long
+    K, large = request.gain, request.order > MODES_FIRST_ABOVE_STATES
+    placed = large and K is not None and request.kept_by(K, request.of_poles)
+    if large and not placed:  # sooner known than phase one begins
         mode = refuse_by_mode(request)
         if mode is not None:
             return refused_by(request, mode)
@@ -196,33 +188,16 @@ def _searched(request, refuse, first):
     mode = refuse_by_mode(request)
     if mode is not None:
         return refused_by(request, mode)
-    reason = _too_thin(solution)
-    if min(solution.margins.values()) < -ROUNDING_MARGIN:  # no point at all
+    least = min(solution.margins, key=solution.margins.get)
+    reason = (
+        f"The numerics found a point whose margin, {solution.margins[least]:.1g} of "
+        f"the block {str(least)!r}, is below what floats can tell from zero; exact "
+        "arithmetic doesn't confirm it."
+    )
+    reason = reason if request.near is None else NOT_PAID
+    if solution.margins[least] < -ROUNDING_MARGIN:  # no point at all
         return Solution(request, "undecided", request.gain, reason=reason)
     return replace(solution, reason=reason)
-
-
-def _seems_placed(request):
-    """Whether the poles of a given gain seem to lie where they should: then their exact
-    places, which take long, aren't looked for at first.
-    """
-    return request.gain is not None and all(
-        r.kept(r.truth(request.vertices, request.gain, request.K_A)) > 0
-        for r in request.demands
-        if r.pole_matrices() is not None
-    )
-
-
-def _too_thin(solution):
-    """Why a point that phase one has found isn't good enough."""
-    if solution.request.near is not None:
-        return NOT_PAID
-    least = min(solution.margins, key=solution.margins.get)
-    return (
-        f"The numerics found a point whose margin, {solution.margins[least]:.1g} of "
-        f"the block {str(least)!r}, is below what floats can tell from zero; "
-        "exact arithmetic doesn't confirm it."
-    )
 
 
 def refused(first):
@@ -240,7 +215,7 @@ def refused(first):
     proof = first.infeasibility
     if proof is not None:
         text = "Exact multipliers of the LMIs exclude every solution"
-        text = " ".join(filter(None, (text, request.condition))) + "."
+        text = f"{request.subject(text)}."
         if len(request.distinct) > 1 and len(request.lyapunov) == 1:
             text = f"{text} {NO_COMMON_P}"
         return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
@@ -279,17 +254,18 @@ def without_lmis(request):
     if response is not None:
         claim = response.claims[0]
         text = f"{claim[0].upper()}{claim[1:]}: no input reaches that response."
-        return Solution(
-            request, "infeasible", request.gain, reason=text, infeasibility=response
-        )
+        return _infeasible(request, text, response)
     mass = refuse_by_mass(request)
     if mass is None:
         return None
     i, j = (k + 1 for k in mass.vertices)
     text = f"Between the vertices {i} and {j} a plant has a singular mass matrix."
-    return Solution(
-        request, "infeasible", request.gain, reason=text, infeasibility=mass
-    )
+    return _infeasible(request, text, mass)
+
+
+def _infeasible(request, text, proof):
+    solution = Solution(request, "infeasible", request.gain, reason=text)
+    return replace(solution, infeasibility=proof)
 
 
 def refused_by(request, certificate):
@@ -299,25 +275,15 @@ def refused_by(request, certificate):
     where = (
         f" of vertex {i}" if i == j else f" halfway between the vertices {i} and {j}"
     )
-    if len(request.vertices) == 1:
-        where = ""
-    text = (
-        f"No gain moves the mode{where} at {mode:.4g} rad/s: it is uncontrollable"
-        if request.gain is None
-        else f"{_whose(request)} a pole{where} at {mode:.4g} rad/s"
-    )
-    return Solution(
-        request,
-        "infeasible",
-        request.gain,
-        reason=f"{text}, which violates {certificate.requirement}.",
-        infeasibility=certificate,
-    )
-
-
-def _whose(request):
-    """Who has a pole: the loop of a gain, or one that is closed already."""
-    return "This gain leaves" if request.plant.m else "This loop has"
+    where = "" if len(request.vertices) == 1 else where
+    whose = "This gain leaves" if request.plant.m else "This loop has"
+    text = f"{whose} a pole{where} at {mode:.4g} rad/s"
+    if request.gain is None:
+        text = (
+            f"No gain moves the mode{where} at {mode:.4g} rad/s: it is uncontrollable"
+        )
+    text = f"{text}, which violates {certificate.requirement}."
+    return _infeasible(request, text, certificate)
 
 
 def follow(request, start):

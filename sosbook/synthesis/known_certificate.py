@@ -18,8 +18,6 @@ from .known_lmis import rational_blocks
 from .ranges import Ranges, family
 from .request_as_data import loop_data, read_request
 
-__all__ = ["Joined", "KnownGainProof", "known_proof"]
-
 
 class KnownGainProof(GainProof):
     """An exact proof that a known gain does what was asked, by free multipliers.

@@ -258,8 +258,7 @@ def without_optimum(first):
     proof = first.problem.limit().find().infeasibility
     if proof is not None:
         text = f"Exact multipliers of the LMIs exclude every {names}"
-        text = " ".join(filter(None, (text, request.condition))) + "."
+        text = f"{request.subject(text)}."
         return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
     text = f"No point was found from where {names} could be minimised"
-    text = " ".join(filter(None, (text, request.condition))) + "."
-    return replace(refusal, reason=text)
+    return replace(refusal, reason=f"{request.subject(text)}.")

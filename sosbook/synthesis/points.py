@@ -100,8 +100,7 @@ class _Loop:
         self.reserve = ONE if len(request.distinct) == 1 else SEVERAL
         self.forms = [
             tuple(np.array(x, float) for x in r.pole_matrices())
-            for r in request.demands
-            if r.pole_matrices() is not None
+            for r in request.of_poles
         ]
         responses = [r.bounds_response() for r in request.demands]
         self.response = min((g for g in responses if g is not None), default=None)

@@ -213,5 +213,4 @@ def _meets(request, K, free):
             return False
     if any(r.truth(loops, K, request.K_A) != 0 for r in free):
         return False
-    rest = [r for r in request.demands if r not in free]
-    return all(r.kept(r.truth(loops, K, request.K_A)) > 0 for r in rest)
+    return request.kept_by(K, [r for r in request.demands if r not in free])

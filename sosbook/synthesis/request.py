@@ -20,7 +20,7 @@ from ..requirements.blocks import BlockTable
 from ..requirements.loop import Loop, OnDemand
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
-from ..runtime.read_only import ReadOnly
+from ..runtime.read_only import ReadOnly, put
 from ..runtime.time_limit import check_time
 from .derived import Derived
 from .pair_stacks import blocks_of_pairs
@@ -67,24 +67,21 @@ class Request(Shorthand, Derived, ReadOnly):
         if not isinstance(plant, DescriptorSystem):  # which takes neither
             U = None if U is None else matrix("U", U, (None, plant.n))
             K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, plant.n))
-        for name, value in dict(
-            plant=plant,
-            U=U,
-            requirements=collected(*asked, **more),
-            K_A=K_A,
-            coupling=coupling,
-            law=law,
-        ).items():
-            object.__setattr__(self, name, value)
+        put(self, plant=plant, U=U, K_A=K_A, coupling=coupling, law=law)
+        put(self, requirements=collected(*asked, **more))
         if law is not None:
-            object.__setattr__(self, "gain", law.gain(plant, gain))
-        vertices = self._descriptors(gain)
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "near", self._near_box())
-        if is_word(coupling, ("auto",)):
-            coupling = self._first_coupling(gain)
-            object.__setattr__(self, "coupling", coupling)
-        object.__setattr__(self, "pairs", tuple(self._pairs_of(coupling)))
+            put(self, gain=law.gain(plant, gain))
+        elif isinstance(plant, DescriptorSystem):
+            self._check_system(gain)
+        put(self, vertices=self.described(plant))
+        put(self, near=self._near_box())
+        if is_word(coupling, ("auto",)):  # one P, unless what is asked has no such LMIs
+            put(self, pairs=tuple(self._pairs_of("pairs")))
+            one_P = gain is not None or all(
+                r.fits_one_P(self) for r in self.requirements
+            )
+            coupling = "pairs" if one_P else "slack"
+        put(self, coupling=coupling, pairs=tuple(self._pairs_of(coupling)))
         if slack is not None:
             slack = positive("slack", slack)
             if coupling != "slack":
@@ -111,34 +108,21 @@ class Request(Shorthand, Derived, ReadOnly):
             raise ValueError(
                 'coupling="multipliers" is for a given gain: take "slack" for a design'
             )
-        object.__setattr__(self, "slack", slack)
-        object.__setattr__(self, "gain", gain)
+        put(self, slack=slack, gain=gain)
         for r in self.requirements:
             r.check(self)
         self._check_unknowns()
 
-    def _first_coupling(self, gain):
-        """One P for all plants, unless what is asked has no such LMIs."""
-        object.__setattr__(self, "pairs", tuple(self._pairs_of("pairs")))
-        one_P = gain is not None or all(r.fits_one_P(self) for r in self.requirements)
-        return "pairs" if one_P else "slack"
-
-    def _descriptors(self, gain):
-        plant = self.plant
-        if self.law is not None:
-            return self.described(plant)
-        if not isinstance(plant, DescriptorSystem):
-            return descriptors(plant, self.U, self.K_A)
+    def _check_system(self, gain):
         if self.U is not None or self.K_A is not None:
             raise ValueError(
                 "a DescriptorSystem takes no U and no K_A: put them into its matrices"
             )
-        if plant.m == 0 and gain is None:
+        if self.plant.m == 0 and gain is None:
             raise ValueError(
                 "plant has no B, so there is nothing to design: give B, "
                 "or analyse the loop with analyse_loop(E, A)"
             )
-        return plant.vertices
 
     def described(self, plant):
         """The `Descriptor` of each vertex of another ``plant`` of these shapes."""
@@ -278,13 +262,8 @@ class Request(Shorthand, Derived, ReadOnly):
         floats made once for each frame, in another arithmetic of ``number`` those that
         are asked for.
         """
-        if number is not floats:
-            return self._vertices_at(frame, number)
-        if frame not in self._moved:
-            self._moved[frame] = list(self._vertices_at(frame, number))
-        return self._moved[frame]
-
-    def _vertices_at(self, frame, number):
+        if number is floats and frame in self._moved:
+            return self._moved[frame]
         factors = () if frame is None else (frame.left, frame.T, frame.scale)
         factors = [number(np.array(f)) for f in factors]
 
@@ -295,7 +274,8 @@ class Request(Shorthand, Derived, ReadOnly):
             left, T, scale = factors
             return d.change(left, T, scale.item())
 
-        return OnDemand(make, len(self.vertices))
+        made = OnDemand(make, len(self.vertices))
+        return self._moved.setdefault(frame, list(made)) if number is floats else made
 
     @cached_property
     def _moved(self):
@@ -306,11 +286,8 @@ class Request(Shorthand, Derived, ReadOnly):
 
     def owner(self, name):
         """The requirement that a parameter of this name belongs to."""
-        return next(
-            r
-            for r in self.requirements
-            if r.parameter is not None and r.parameter.key == name
-        )
+        owners = (r for r in self.requirements if r.parameter is not None)
+        return next(r for r in owners if r.parameter.key == name)
 
     def with_bounds(self, values):
         """The request with other bounds, the ``values`` of parameters by name."""
@@ -323,9 +300,8 @@ class Request(Shorthand, Derived, ReadOnly):
             raise ValueError(
                 f"{len(gone)} requirements are called {one!r}: give the object instead"
             )
-        return replace(
-            self, requirements=tuple(r for r in self.requirements if r not in gone)
-        )
+        rest = tuple(r for r in self.requirements if r not in gone)
+        return replace(self, requirements=rest)
 
     @property
     def names(self):

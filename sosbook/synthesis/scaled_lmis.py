@@ -153,12 +153,10 @@ class ScaledLMIs(TrustedProblem):
         ``sizes``: these multiply the own unknowns of a requirement here, and its level.
         """
         values = values | {name: np.array([[s]]) for name, s in sizes.items()}
-        for r in self.request.demands:
-            names = [u.name for u in r.unknowns(self.request)]
-            if r in self.free:
-                names.append(_level(r.parameter.key))
-            for name in names:
-                values[name] = values[name] * sizes.get(r.size_name, 1.0)
+        names = [(r, u.name) for r, u in self.request.owned]
+        names += [(r, _level(r.parameter.key)) for r in self.free]
+        for r, name in names:
+            values[name] = values[name] * sizes.get(r.size_name, 1.0)
         return values
 
     # from the frame to the plant's units, and back
@@ -209,8 +207,7 @@ class ScaledLMIs(TrustedProblem):
             u.name: values[u.name]
             / size.get(r.size_name, 1.0)
             * frame.own.get(u.name, 1.0)
-            for r in request.demands
-            for u in r.unknowns(request)
+            for r, u in request.owned
         }
         if not request.ties:
             own.update({n: np.array([[s / shrink]]) for n, s in zip(natural, others)})

@@ -140,8 +140,7 @@ class Frame(ReadOnly):
         scale = np.linalg.norm(solution.K @ T, 2) or 1.0
         own = {
             u.name: np.abs(values[u.name]).max() / values.get(r.size_name, one).item()
-            for r in request.demands
-            for u in r.unknowns(request)
+            for r, u in request.owned
             if u.name in frame.own
         }
         own = {
@@ -185,12 +184,11 @@ def _reaches(request, T):
 
 def _own(request, T):
     """See `Frame.own`."""
-    return {
-        u.name: float(round_digits(Magnitudes(r, request, _plain(request, T)).own, 2))
-        or 1.0
-        for r in request.demands
-        for u in r.unknowns(request)
-    }
+    plain, own = _plain(request, T), {}
+    for r, u in request.owned:
+        size = float(round_digits(Magnitudes(r, request, plain).own, 2))
+        own[u.name] = size or 1.0
+    return own
 
 
 def _size(request, T, levels):
@@ -259,8 +257,7 @@ def in_unknowns_of(request, frame, solution, levels=()):
             u.name: known[u.name]
             * size.get(r.size_name, 1.0)
             / frame.own.get(u.name, 1.0)
-            for r in request.demands
-            for u in r.unknowns(request)
+            for r, u in request.owned
         }
     except KeyError:
         return None

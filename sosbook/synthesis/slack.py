@@ -74,8 +74,6 @@ def value(solution, objective):
     )
 
 
-__all__ = ["designed", "feasible", "or_with_slack", "with_slack"]
-
 ADVICE = 60.0  # seconds for each requirement that is left out on trial
 
 # epsilon in units of 1 / (typical rate), in the order of trial

@@ -118,7 +118,10 @@ def _found(design, whole):
     K, U = lifted(design, whole)
     pencil = _pencil(whole, K, U)
     poles = pencil.everywhere() if not issparse(pencil.S) else _looked(design, pencil)
-    forms = _forms(design.request)
+    forms = [  # what is asked of the poles, in words, and its alpha and beta
+        (r.statement, [np.array(x, float) for x in r.pole_matrices()])
+        for r in design.request.of_poles
+    ]
     out = {words: _outside(form, [s for s, _ in poles]) for words, form in forms}
     if not issparse(pencil.S):  # all are there, and few need be refined
         few = {*np.argsort([-s.real for s, _ in poles])[:RIGHTMOST].tolist()}
@@ -170,15 +173,6 @@ def _looked(design, pencil):
     shifts = [*(c * slow for c in SHIFTS), *(c * fast for c in SHIFTS), top]
     shifts += np.geomspace(slow, top, len(SHIFTS) + 2)[1:-1].tolist()
     return [pair for w in shifts for pair in pencil.near(1j * w)]
-
-
-def _forms(request):
-    """What is asked of the poles, in words, and its alpha and beta."""
-    return [
-        (r.statement, [np.array(x, float) for x in r.pole_matrices()])
-        for r in request.demands
-        if r.pole_matrices() is not None
-    ]
 
 
 def _outside(form, poles, doubts=0.0):
