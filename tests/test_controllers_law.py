@@ -2,17 +2,24 @@
 
 import functools
 import re
+from html.parser import HTMLParser
+from shutil import which
 
 import control
 import numpy as np
 import pytest
+from pypdf import PdfReader
 from scipy.linalg import expm
 from scipy.signal import cont2discrete, dlsim
 
 import sosbook as sos
 from sosbook.controllers import CompiledCode, code_fault
 from sosbook.controllers.compiler import FLAGS
+from sosbook.controllers.report import CHROMIUMS
+from sosbook.runtime.digests import digest
 from tests.axis import UNITS, T, drive
+from tests.axis import axis as full
+from tests.axis import design as of_states
 from tests.cases import by_hand
 from tests.test_controllers_code import KINDS, same
 
@@ -301,3 +308,61 @@ def test_a_program_whose_sensor_mixes_coordinates_is_held_to_its_proof():
     assert "aren't the proof's" in code_fault(proof, forged, c.rows)
     single = c.to_c("axis", "single").texts["axis_gains.h"]
     assert "in double precision" in code_fault(proof, single)
+
+
+# The page that an engineer hands on
+
+VOID = {"meta"}
+
+
+class Nested(HTMLParser):
+    """Raises where an element isn't closed by its own tag."""
+
+    def __init__(self):
+        super().__init__()
+        self.open = []
+
+    def handle_starttag(self, tag, attrs):
+        self.open += [tag] * (tag not in VOID)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+@pytest.mark.slow
+def test_the_page_stands_alone_and_says_what_is_known(tmp_path):
+    c = full().set_point(ramp=6).limit(2.0)
+    path = of_states().report(tmp_path, controller=c, name="arm")
+    page = path.read_text("utf-8")
+    parser = Nested()
+    parser.feed(page)
+    assert parser.open == []
+    assert not re.search(r"(src|href)=", page) and "<script" not in page
+    for title in ("What was asked", "The plant", "The gain", "proven and true"):
+        assert title in page
+    assert "<li>its poles lie in the half-plane Re s &lt; -5</li>" in page
+    # two corners: motor, load and torque of a step and of a load, with dashes
+    charts = re.findall(r"<svg role=.img. aria-label=.([^\"]*)", page)
+    assert sum("over time" in label for label in charts) == 6
+    assert page.count("<polyline") == 12
+    assert f"{c.gain.K[0, 0]:.6g}" in page and "arm_step(" in page
+    proof = (tmp_path / "arm" / "proof_arm_sampled.json").read_bytes()
+    assert digest(proof) in page
+    with pytest.raises(FileExistsError):
+        of_states().report(tmp_path, controller=full().limit(1.5), name="arm")
+
+
+@pytest.mark.slow
+def test_a_chromium_prints_the_page(tmp_path, monkeypatch):
+    c = full().limit(2.0)
+    with monkeypatch.context() as m:
+        m.setenv("PATH", "")
+        with pytest.raises(FileNotFoundError, match="pdf=True needs a Chromium"):
+            of_states().report(tmp_path / "none", controller=c, pdf=True)
+    assert not (tmp_path / "none").exists()
+    if not any(map(which, CHROMIUMS)):
+        pytest.skip("there is no Chromium on the PATH")
+    path = of_states().report(tmp_path, controller=c, pdf=True)
+    pages = PdfReader(path.with_suffix(".pdf")).pages
+    text = "".join(page.extract_text() for page in pages)
+    assert "What was asked" in text and "axis_step(" in text

@@ -3,6 +3,7 @@
 import pickle
 import sys
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from flint import acb, acb_mat
 import sosbook as sos
 from sosbook.delay import DelayedLoop, DelayRequest, analyse_delay, largest, solve_delay
 from sosbook.delay.modes import slow_modes
+from sosbook.exact.checker import verdict
 from sosbook.exact.definite import exact, inverse
 from sosbook.lmi import Unknown, block, he
 from sosbook.solver.blocks import Blocks
@@ -97,6 +99,20 @@ def test_largest_finds_the_edge_and_proves_it(example, start, changes, value):
     assert found.value == value
     assert found.proven
     assert "is proven to have none" in repr(found)
+
+
+@pytest.mark.parametrize(
+    "method, bad", [("functional", "rounded"), ("shift", "factor")]
+)
+@pytest.mark.parametrize("k, off", [(0, 2), (1, 0.5)])
+def test_an_exponential_on_the_wrong_side_is_refused(method, bad, k, off):
+    proof = analyse_delay(SCALAR, tau=1.0, delta=0.1, method=method).certify()
+    asked = {"kind": proof.kind, **proof.data}
+    assert verdict.law(asked)[1] == list(proof.claims)
+    given = list(asked["exponentials"])
+    given[k] = str(Fraction(given[k]) * (Fraction(off) if method == "shift" else 2))
+    with pytest.raises(verdict.Refused, match=bad):
+        verdict.law(asked | {"exponentials": given})
 
 
 def test_a_mode_is_enclosed():

@@ -382,9 +382,6 @@ def test_slowest_decay_at_one_delay():
     assert rate == pytest.approx(-w_roots(0, -1, 0.25)[0].real)
 
 
-# ---- the thesis's loops
-
-
 # ---- bad input
 
 

@@ -50,14 +50,18 @@ def test_gccs_analyser_finds_nothing(folder):
         silent(gcc, *flags, "-I", folder, "-c", source, "-o", folder / "a.o")
 
 
-def test_cppcheck_finds_nothing(folder):
-    cppcheck = shutil.which("cppcheck")
-    if cppcheck is None:
+@pytest.fixture
+def cppcheck():
+    """It reads no float.h, and would stop at the first #error without a word."""
+    path = shutil.which("cppcheck")
+    if path is None:
         pytest.skip("no cppcheck")
-    checks = ["--enable=warning,performance,portability", "--error-exitcode=1", "-q"]
-    # it reads no float.h, and would stop at the first #error without a word
-    known = ["-DFLT_EVAL_METHOD=0", "-DDBL_MANT_DIG=53", "-DFLT_MANT_DIG=24"]
-    silent(cppcheck, *checks, *known, *sorted(folder.glob("*.c")))
+    return path, "-q", "-DFLT_EVAL_METHOD=0", "-DDBL_MANT_DIG=53", "-DFLT_MANT_DIG=24"
+
+
+def test_cppcheck_finds_nothing(folder, cppcheck):
+    checks = "--enable=warning,performance,portability", "--error-exitcode=1"
+    silent(*cppcheck, *checks, *sorted(folder.glob("*.c")))
 
 
 #: What the docstring of `Program` says isn't met.
@@ -74,12 +78,10 @@ MISRA_STEERING = MISRA | {"10.4", "10.8"}
         ("single_steer", MISRA_STEERING),
     ],
 )
-def test_the_rules_of_misra_that_are_not_met_are_those_named(name, allowed, folder):
-    cppcheck = shutil.which("cppcheck")
-    if cppcheck is None:
-        pytest.skip("no cppcheck")
-    known = ["-DFLT_EVAL_METHOD=0", "-DDBL_MANT_DIG=53", "-DFLT_MANT_DIG=24"]
-    command = [cppcheck, "--addon=misra", "--enable=style", "-q", *known]
+def test_the_rules_of_misra_that_are_not_met_are_those_named(
+    name, allowed, folder, cppcheck
+):
+    command = *cppcheck, "--addon=misra", "--enable=style"
     done = process(*command, folder / f"{name}.c", timeout=200)
     if "misra.py" in done.stderr:
         pytest.skip("cppcheck has no addon misra")

@@ -188,18 +188,6 @@ def test_librobotcontrols_program_logs_what_it_did(gcc, tmp_path):
     assert abs(TickLog.read(tmp_path / "log.csv").rate).max() == 3.0
 
 
-def test_it_says_why_it_waits(gcc, tmp_path):
-    robot = programs.Robot(gcc, tmp_path, Firmware(programs.LAWS["PD"]))
-    rest = programs.REST[0]
-    for row, words in (
-        (("t", -0.1, *rest[2:]), "hold it upright"),
-        ((*rest[:2], 9.0, *rest[3:]), "its offset is large"),
-    ):
-        assert words in robot.live([row] * 130)[1]
-    rolls = [(*rest[:3], 100 + 20 * k, -140 - 20 * k, 8.0) for k in range(130)]
-    assert "hold its wheels still" in robot.live(rolls)[1]
-
-
 @pytest.mark.slow
 def test_a_ramp_is_driven_without_a_fault():
     """As fast as it is allowed to, on the nonlinear machine."""

@@ -22,7 +22,7 @@ from sosbook import thesis
 from tests.compiler import run
 from tests.gains import named
 from tests.processes import process
-from tests.test_mip_compiled import observer
+from tests.test_mip_compiled import LAWS
 
 T = 0.01
 PRINTED = thesis.mip()
@@ -48,11 +48,9 @@ HOSTILE = (
 )
 
 
-LAWS = {
-    "PD": SampledLaw.of_gain(named(PRINTED.pd[5]), T),
+LAWS = LAWS | {
     "PID": SampledLaw.of_gain(named(PRINTED.pid[5]), T),
     "Appendix B": SampledLaw.appendix_b(named(PRINTED.pid[5]), T),
-    "(4.30)": observer(),
 }
 
 
@@ -72,7 +70,9 @@ TEXTS.append(lambda program: program.rc_balance["rc_balance.c"])
 
 def test_the_text_is_the_same_every_time_and_free_of_dates():
     for make in TEXTS:
-        texts = [make(Program(Firmware(observer(), note=("about",)))) for _ in range(2)]
+        texts = [
+            make(Program(Firmware(LAWS["(4.30)"], note=("about",)))) for _ in range(2)
+        ]
         assert texts[0] == texts[1]
         assert not re.search(r"\b20[2-9]\d\b", texts[0])
         assert texts[0].isascii() and texts[0].endswith("\n")
@@ -544,17 +544,25 @@ def test_the_robots_duty_is_the_controllers_volts(precision, kind, gcc, tmp_path
     assert output.splitlines()[-2:] == ["asked 100 1 112 1", "end 1 1 0 0"]
 
 
-def test_it_waits_for_rest_near_upright(gcc, tmp_path):
-    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+@pytest.fixture(scope="module")
+def robot(gcc, tmp_path_factory):
+    """A robot's program, compiled once."""
+    return Robot(gcc, tmp_path_factory.mktemp("robot"), Firmware(LAWS["PD"]))
+
+
+def test_it_waits_for_rest_near_upright_and_says_why(robot):
     good = REST[0]
-    for restless in (
-        ("t", -0.1, 0.5, *good[3:]),
-        ("t", -0.45, 7.0, *good[3:]),
-        ("t", -0.45, 0.5, 160, -140, 8.0),
-        ("t", float("nan"), 0.5, *good[3:]),
+    for restless, words in (
+        (("t", -0.1, 0.5, *good[3:]), "hold it upright"),
+        (("t", -0.45, 7.0, *good[3:]), "its offset is large"),
+        (("t", -0.45, 0.5, 160, -140, 8.0), ""),
+        (("t", float("nan"), 0.5, *good[3:]), ""),
     ):
         ticks, _ = robot.live([*REST[:90], restless, *REST[:90], restless])
         assert {standby for *_, standby in ticks} == {1}
+        assert words in robot.live(130 * [restless])[1]
+    rolls = [(*good[:3], 100 + 20 * k, -140 - 20 * k, 8.0) for k in range(130)]
+    assert "hold its wheels still" in robot.live(rolls)[1]
     ticks, _ = robot.live([*REST[:40], restless, *REST[:102]])
     assert [standby for *_, standby in ticks].index(0) == 140
 
@@ -600,22 +608,19 @@ def test_late_ticks_are_counted_and_too_many_of_them_stop_it(gcc, tmp_path):
     assert [standby for *_, standby in ticks[101:]] == [0] * 3 + [1] * 4
 
 
-def test_pause_stops_a_running_robot(gcc, tmp_path):
-    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+def test_pause_stops_a_running_robot(robot):
     ticks, _ = robot.live([*REST, *moves(2), ("p", *REST[0][1:]), *REST])
     assert [s for *_, s in ticks[101:]] == [0, 0, *[1] * 102]
 
 
-def test_a_silent_imu_ends_the_program_with_the_motors_off(gcc, tmp_path):
-    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+def test_a_silent_imu_ends_the_program_with_the_motors_off(robot):
     quiet = [("s", *REST[0][1:])] * 9
     ticks, output = robot.live([*REST, *moves(3), *quiet, *moves(50)])
     assert ticks[-1][2] == 0 and len(ticks) == 104
     assert output.splitlines()[-1] == "end 1 1 0 0"
 
 
-def test_the_check_of_signs_never_moves_a_motor(gcc, tmp_path):
-    robot = Robot(gcc, tmp_path, Firmware(LAWS["PD"]))
+def test_the_check_of_signs_never_moves_a_motor(robot):
     press = ("p", *REST[0][1:])
     ticks, output = robot.live([*REST, press, *REST, *moves(9)], "check")
     assert set(ticks) == {(0.0, 0.0, 1)}

@@ -12,26 +12,12 @@ from sosbook.pendulum.tuning import design, recoverable_tilt
 from sosbook.proofs import load
 from sosbook.sampled import c2d, design_sampled_lqr
 from tests.compiler import find, refuse
+from tests.six_robots import ALL, by_its_sheet
 
 MIP, THESIS, Q = Mip.printed(), Robot.shipped("thesis"), np.eye(5)
 #: Its motors settle in 24 ms, its clock is 20 ms.
 SLOW = Mip(0.0147, 0.01536, 0.0653, 2.511, 0.3667, 0.4, I_w=0.00416, J=0.008)
-LAZY = Robot(
-    name="1:100 at 50 Hz",
-    M_b=1.6,
-    l=0.16,
-    r=0.06,
-    M_w=0.09,
-    counts=4800,
-    gyro_range=34.9,
-    limit=12.0,
-    rotors=True,
-    friction=False,
-    T=0.02,
-    delay=0.004,
-    jitter=0.0005,
-    law="gain",
-)
+LAZY = by_its_sheet(ALL["1:100 at 50 Hz"], friction=False, law="gain")
 
 
 def contains(many, few):

@@ -344,6 +344,10 @@ def test_what_a_run_says_of_itself():
         (dict(controller=object()), "firmware or a T"),
         (dict(controller=Source(np.nan)), "must be finite"),
         (dict(controller=FIRMWARE.controller(3)), "is for 3 runs"),
+        (dict(battery=0.0), "battery must"),
+        (dict(battery=lambda t: -1.0), "battery must"),
+        (dict(nominal=7.4), "give battery"),
+        (dict(battery=7.4, nominal=-1.0), "nominal must"),
     ],
 )
 def test_bad_input_is_named(change, words):
@@ -367,16 +371,8 @@ def test_bad_sensors_are_named(change, words):
 
 
 def test_an_edge_just_after_a_tick_is_a_step_of_its_own():
-    firmware = Firmware(SampledLaw.of_gain(named(thesis.mip().pd[5]), 0.01))
     plain, hair = (
-        simulate(
-            Mip.printed(),
-            firmware,
-            [0.1],
-            0.3,
-            push=Push(0.1 + late, 0.05, 0.01),
-            delay=late,
-        )
+        simulate(MIP, FIRMWARE, 0.1, 0.3, late, push=Push(0.1 + late, 0.05, 0.01))
         for late in (0.0, 5e-10)
     )
     assert np.allclose(plain.x, hair.x, atol=1e-6)
@@ -396,14 +392,3 @@ def test_a_battery_gives_what_it_has():
         run = simulate(MIP, Source(asked), 0.1, 0.05, sensors=IDEAL, **supply)
         same = simulate(MIP, Source(got), 0.1, 0.05, sensors=IDEAL)
         assert np.array_equal(run.x, same.x) and (run.V == asked).all()
-
-
-def test_a_bad_battery_is_named():
-    for supply, words in (
-        (dict(battery=0.0), "battery must"),
-        (dict(battery=lambda t: -1.0), "battery must"),
-        (dict(nominal=7.4), "give battery"),
-        (dict(battery=7.4, nominal=-1.0), "nominal must"),
-    ):
-        with pytest.raises(ValueError, match=words):
-            simulate(MIP, FIRMWARE, 0.1, 0.1, **supply)

@@ -201,6 +201,16 @@ def swapped():
     yield "no rows", mode | {"rows": [["0"] * 4] * len(mode["rows"])}
     yield "another point", mode | {"point": ["5", "0"]}
     yield "a double pole", mode | {"polynomial": ["0", "0", "1"]}
+    mass = json.loads(without_text(proof_of("a singular mass")))
+    yield "a mass that is regular", mass | {"between": [0, 0]}
+    reached = json.loads(without_text(proof_of("a response out of reach")))
+    said = [c.replace("0.4", "40") for c in reached["claims"]]
+    yield "a norm that is reached", reached | {"bound": "40", "claims": said}
+    for what, file in {"moves a mode": mode, "reaches an output": reached}.items():
+        moved = [v | {"B": [[str(k)] for k, _ in enumerate(v["B"], 1)]}
+                 for v in file["plant"]["vertices"]]  # fmt: skip
+        plant = file["plant"] | {"vertices": moved}
+        yield f"an input that {what}", file | {"plant": plant}
     beside = json.loads(without_text(proof_of("a mode beside a sector")))
     wide = beside["requirement"] | {"theta": "1.5", "degrees": "86"}
     yield "a wider sector", beside | {"requirement": wide}
