@@ -67,19 +67,6 @@ def test_uncertain_mass_is_refused():
         sos.design_pid(seat.plant, **asked)
 
 
-def test_slack_bounds_it_too(chain):
-    start = chain.saturation.x0
-    d = sos.design_pid(
-        chain.plant,
-        chain.U,
-        K_A=chain.K_A,
-        coupling="slack",
-        saturation=sos.Saturation(120, start, acceleration=True),
-    )
-    assert d.status == "feasible" and d.peak_input() <= 120
-    assert d.certify().proven
-
-
 @pytest.mark.parametrize("coupling", ["pairs", "slack"])
 def test_the_block_holds_the_signal_of_the_loop(chain, coupling):
     """Its corner is (K + K_A [z'' per x]) P, or V' with a slack matrix."""

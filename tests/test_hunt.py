@@ -11,7 +11,6 @@ from sosbook.exact.rational import decimal
 from tests.hunt import differences
 from tests.hunt.differences import Hunt
 from tests.hunt.readers import Page
-from tests.hunt.requests import request
 from tests.hunt.tampering import late_roots
 from tests.test_proof_files import proof_of
 
@@ -30,14 +29,6 @@ def test_package_checker_and_page_agree(kernel):
     assert not hunt.differences
     for what in ("changed files", "requests in other units", "requests on a page"):
         assert hunt.counts[what] > 3, what
-
-
-def test_a_seed_makes_the_same_request_again():
-    one, other = (request(11) for _ in range(2))
-    assert str(one) == str(other)
-    for v, w in zip(one.vertices, other.vertices, strict=True):
-        assert (v.S == w.S).all()
-    assert str(request(12)) != str(one)
 
 
 def a_lax_checker(monkeypatch):

@@ -10,7 +10,6 @@ from sosbook.exact.checker import verdict
 from sosbook.exact.checker.verdict import check
 from sosbook.exact.definite import exact
 from sosbook.runtime.time_limit import OutOfTime
-from sosbook.studies.maps import edge
 from sosbook.synthesis import objectives
 from sosbook.synthesis.feasibility import closer
 from sosbook.synthesis.request import Request
@@ -274,13 +273,6 @@ def test_a_minimum_that_time_cuts_short_still_has_a_design(monkeypatch):
     assert d.status == "feasible"
     assert "Stopped before the least gamma" in d.reason
     assert d.certify().proven and d.hinf() < d.gamma
-
-
-def test_an_edge_that_time_cuts_short():
-    ex = sos.thesis.example_1()
-    asked = dict(ex.requirements)
-    side = edge("rho", ex.plant, **asked, time_limit=1e-6)
-    assert side.feasible is None and side.reason == "stopped after 1e-06 s"
 
 
 @pytest.mark.parametrize(

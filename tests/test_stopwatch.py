@@ -66,18 +66,6 @@ def test_another_plant_ends_a_measurement(tab):
     assert tab.page.get_by_role("button", name="Move every slider").is_enabled()
 
 
-def test_a_link_leads_to_its_own_plant(tab, visit):
-    tab.page.locator("sos-stopwatch select").select_option("1")
-    ready(tab, 2)
-    tab.page.get_by_role("button", name="Link to this").click()
-    again = visit(tab.page.url)
-    ready(again, 2)
-    assert again.page.locator("sos-stopwatch select").input_value() == "1"
-    again.page.locator("sos-stopwatch select").select_option("0")
-    ready(again, 1)
-    assert again.page.locator(".sos-more").inner_text() == "" and again.errors == []
-
-
 @pytest.mark.parametrize("examples", [(), (4,), (1, 9)])
 def test_examples_that_have_no_stopwatch(examples):
     with pytest.raises(ValueError, match="examples must be some of"):

@@ -228,8 +228,6 @@ def test_a_proof_that_has_no_time_says_so(name):
     stopped = result.certify(time_limit=1e-9)
     assert not stopped.proven and not stopped.verify() and stopped.claims == ()
     assert str(stopped) == "not proven: stopped after 1e-09 s; raise time_limit"
-    with pytest.raises(ValueError, match="time_limit must be positive"):
-        result.certify(time_limit=0)
     with clock.time_limit(1e-9), pytest.raises(clock.OutOfTime):
         result.certify(time_limit=600)  # the outer limit is somebody else's
 
@@ -243,8 +241,6 @@ def test_an_observer_takes_a_limit():
     stopped = sos.design_observer(plant, **asked, time_limit=1e-9)
     assert stopped.status == "undecided" and stopped.L is None
     assert "1e-09 s: raise time_limit" in stopped.reason == stopped.advice
-    with pytest.raises(ValueError, match="time_limit must be positive"):
-        sos.design_observer(plant, **asked, time_limit=0)
     with clock.time_limit(1e-9), pytest.raises(clock.OutOfTime):
         sos.design_observer(plant, **asked)  # the outer limit is somebody else's
 

@@ -137,28 +137,12 @@ def test_two_units_of_any_printed_number_are_found():
             assert values.differences(printed(text), printed(other)), (name, other)
 
 
-def test_a_red_cell_names_its_faults_and_two_pages(tmp_path, monkeypatch):
-    monkeypatch.setattr(cells, "FOLDER", tmp_path)
-
-    class Parent:
-        path = "03_page.ipynb"
-
-    class Cell:
-        parent, cell_num = Parent, 7
-
-    assert cells.compare(Cell, printed("0.76"), printed("0.75"))
-    assert not cells.compare(Cell, printed("0.77 <b>"), printed("0.75 <b>"))
-    fault, _, _, old, new = Cell.comparison_traceback
-    assert "stored 0.75, now 0.77" in fault
-    assert "0.75 &lt;b>" in Path(old).read_text("utf-8")
-    assert "0.77 &lt;b>" in Path(new).read_text("utf-8")
-
-
 def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
     """With the conftest.py of the checkout and no more words than --nbval."""
     shutil.copy(ROOT / "conftest.py", tmp_path)
     path = tmp_path / "red_on_purpose.ipynb"
-    code, texts = "print('phase', -0.0, 0.75)", ("phase 0.0 0.76", "phase 0.0 0.77")
+    code = "print('phase', -0.0, 0.75, '<b>')"
+    texts = "phase 0.0 0.76 <b>", "phase 0.0 0.77 <b>"
     made = [
         v4.new_code_cell(
             code, execution_count=k, outputs=[v4.new_output("stream", text=f"{text}\n")]
@@ -169,7 +153,11 @@ def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
     words = "--nbval", "-q", "-pno:cacheprovider", f"--rootdir={tmp_path}"
     command = sys.executable, "-m", "pytest", *words, path
     done = process(*command, cwd=ROOT)
-    for page in cells.FOLDER.glob("red_on_purpose-*.html"):
+    red = sorted(cells.FOLDER.glob("red_on_purpose-*.html"))
+    now, then = (page.read_text("utf-8") for page in red)
+    assert "0.75 &lt;b>" in now and "0.77 &lt;b>" in then
+    for page in red:
         page.unlink()
+        assert str(page) in done.stdout
     assert "1 failed, 1 passed" in done.stdout
     assert "number 2: stored 0.77, now 0.75 (tolerance 0.01)" in done.stdout
