@@ -9,7 +9,6 @@ import pytest
 import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.solver.barrier import CONVERGES_BELOW, Barrier
-from sosbook.solver.newton import newton_of
 from sosbook.synthesis import centre
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import chain, random_cost_request, random_request
@@ -45,7 +44,7 @@ def decrement(design):
     """Newton's decrement of all blocks of a request at a design."""
     lmis = ScaledLMIs(design.request, design.frame)
     x = lmis.packed(lmis.point(design))
-    return Barrier(newton_of(lmis.compiled)).step(x, 0 * x)[1]
+    return Barrier(lmis.compiled.newton).step(x, 0 * x)[1]
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.3, 1 / 9.81, 2.2046])

@@ -11,7 +11,6 @@ from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import Unbounded, centre, minimize, phase_one
-from sosbook.solver.newton import newton_of
 from sosbook.solver.settings import DEFAULTS
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
@@ -45,7 +44,7 @@ def test_a_point_outside_by_rounding_is_an_error_that_callers_know(ask):
     P = Unknown("P", 1, symmetric=True)
     blocks = Blocks([block([[P]]), block([[eye(1) - P]])], [P])
     with pytest.raises(np.linalg.LinAlgError, match="isn't inside"):
-        ask(Barrier(newton_of(blocks)), np.array([2.0]))
+        ask(Barrier(blocks.newton), np.array([2.0]))
 
 
 def test_a_plant_at_its_edge_gets_an_answer_in_small_units():

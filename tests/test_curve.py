@@ -8,7 +8,6 @@ from benchmarks.catalogue import case
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.curve import Curve
 from sosbook.solver.loop import centre
-from sosbook.solver.newton import newton_of
 from sosbook.solver.stacks import gram
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
@@ -43,7 +42,7 @@ CASES = [
 def test_the_gradient_shrinks_evenly(family, size, times):
     """At s it is 1 - s times that at the start, in a ball ``times`` the way."""
     first = search(case(family, size).request)
-    newton = newton_of(first.problem.compiled)
+    newton = first.problem.compiled.newton
     x = first.problem.packed(first.values)
     radius = None if times is None else times * np.linalg.norm(x)
     curve = curve_at(newton, x, radius=radius)
@@ -59,7 +58,7 @@ def test_the_gradient_shrinks_evenly(family, size, times):
 
 def test_a_short_sum_ends_early():
     first = search(case("grounded chain", 4).request)
-    newton = newton_of(first.problem.compiled)
+    newton = first.problem.compiled.newton
     x = centre(first.problem.compiled, first.problem.packed(first.values))
     near = x * (1 + 1e-3)
     assert len(curve_at(newton, near, small=0.1).terms) == 2
@@ -104,7 +103,7 @@ def test_long_valleys_take_few_steps(n):
             blocks, x, steps.append, directions=first.problem.free_directions
         )
         assert len(steps) <= 13
-        newton = newton_of(blocks)
+        newton = blocks.newton
         roots = [np.linalg.inv(np.linalg.cholesky(g)) for g in newton.at(found)]
         slope = newton.adjoint(gram(roots))
         assert abs(slope @ newton.solver(roots, found)(slope)) < 1e-16
@@ -116,7 +115,7 @@ def test_so_do_they_within_a_ball(n):
     for seed in range(6):
         plant, asked = valley(seed, n)
         first = search(Request(plant, **asked))
-        newton = newton_of(first.problem.compiled)
+        newton = first.problem.compiled.newton
         x = first.problem.packed(first.values)
         barrier = Barrier(newton, 10 * np.linalg.norm(x))
         cost, decrements = np.zeros(len(x)), [1.0]

@@ -12,7 +12,7 @@ from sosbook.lmi import Unknown, he
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.bounded import any_centre, bounded
 from sosbook.solver.loop import centre, phase_one
-from sosbook.solver.newton import Newton, newton_of
+from sosbook.solver.newton import Newton
 from sosbook.solver.settings import Settings
 from sosbook.solver.sums import Sums
 from sosbook.synthesis.request import Request
@@ -121,7 +121,7 @@ def centre_of(request, conjugate, monkeypatch):
     monkeypatch.setattr(Blocks, "settings", GRADIENTS if conjugate else DENSE)
     blocks = request_of(*request)
     x = phase_one(blocks).x
-    newton = newton_of(blocks)
+    newton = blocks.newton
     found = centre(blocks, x)
     assert newton.iterative == conjugate
     return found

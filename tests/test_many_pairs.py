@@ -16,7 +16,6 @@ from sosbook.requirements.stability import Stability
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import margin
-from sosbook.solver.newton import newton_of
 from sosbook.synthesis import centre, certificates, cutting, feasibility, pair_stacks
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_stacks import named_margins, pair_margins
@@ -166,7 +165,7 @@ def test_expressions_of_many_pairs_are_those_of_each_alone(asked, monkeypatch):
     x = np.random.default_rng(0).standard_normal(many.variables)
     for mine, plain in zip(many(x), one_by_one(x), strict=True):
         assert_allclose(mine, plain, rtol=0, atol=1e-11 * abs(plain).max())
-    found, wanted = newton_of(many).at(x), newton_of(one_by_one).at(x)
+    found, wanted = many.newton.at(x), one_by_one.newton.at(x)
     for mine, plain in zip(found, wanted, strict=True):
         assert_allclose(mine, plain, rtol=0, atol=1e-11 * abs(plain).max())
 
@@ -254,7 +253,7 @@ def test_the_centre_of_many_vertices_depends_on_no_start(k, monkeypatch):
     design = sos.design_pid(**asked)
     request = design.request
     lmis = ScaledLMIs(request, Frame.of_solution(request, design))
-    newton = newton_of(lmis.compiled)
+    newton = lmis.compiled.newton
     x = lmis.packed(lmis.point(design))
     _, decrement = Barrier(newton).step(x, np.zeros(len(x)))
     assert decrement < 1e-6

@@ -15,7 +15,6 @@ from sosbook.exact.proof_file import parse
 from sosbook.exact.rational import decimal
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.solver.barrier import Barrier
-from sosbook.solver.newton import newton_of
 from sosbook.synthesis.certificates import Certificate, DesignRefusal
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
@@ -176,7 +175,7 @@ def test_a_centre_at_the_end_of_a_long_valley_is_found(kernel, seed):
     assert off(r["K"], design.K) < 1e-9
     lmis = ScaledLMIs(design.request, design.frame)
     x = lmis.packed(lmis.point(design))
-    _, decrement = Barrier(newton_of(lmis.compiled)).step(x, 0 * x)
+    _, decrement = Barrier(lmis.compiled.newton).step(x, 0 * x)
     assert decrement < 0.1  # rounding leaves no less of it in the plant's units
 
 

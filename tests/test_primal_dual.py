@@ -10,7 +10,6 @@ from scipy.linalg import block_diag, sqrtm
 
 from sosbook.lmi import Unknown, eye, he
 from sosbook.solver.blocks import Blocks
-from sosbook.solver.newton import newton_of
 from sosbook.solver.primal_dual import _direction, _Scaling
 
 
@@ -20,7 +19,7 @@ def lyapunov(n, seed):
     A = random.standard_normal((n, n)) - 2.5 * n**0.5 * np.eye(n)
     P = Unknown("P", n, symmetric=True)
     blocks = Blocks([P, 20 * eye(n) - P, -he(A @ P) + eye(n)], [P])
-    newton = newton_of(blocks)
+    newton = blocks.newton
     x = np.zeros(newton.variables)
     for a in range(newton.variables):  # x of P = I
         change = newton.along(np.eye(newton.variables)[a])[0][0]

@@ -18,10 +18,10 @@ from ..language import Unknown, block, he
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
 from .certificates import delay_refusal, refuse_delay
-from .modes import slow_modes
-from .modes_certificate import ModesRefusal
+from .modes import ModesRefusal, slow_modes
 from .request import DelayedLoop
 
+TOO_SINGULAR = np.linalg.LinAlgError, IndexError, ValueError  # multipliers in floats
 _REPLACED = {"R1", "R2", "R3", "F", "G"}  # by less, where equations hold
 
 
@@ -45,17 +45,29 @@ def _directly(request, Z):
     """A `DelayRefusal`, which is a file, or None."""
     try:
         return refuse_delay(request, Z)
-    except (np.linalg.LinAlgError, IndexError, ValueError):
-        return None  # the float multipliers are too singular
+    except TOO_SINGULAR:
+        return None
 
 
-def _exact(expressions, unknowns, Z):
-    """The multipliers Z, which are floats, made exact; by name, or None."""
+def _excluding(floats, exactly):
+    """Exact multipliers by name, of (expressions, unknowns) read twice; or None.
+
+    None where `deepest` finds a solution, or no multipliers.
+    """
+    deep = deepest(Blocks(floats[0].values(), floats[1]))
+    if deep.depth > 0 or deep.Z is None:
+        return None
+    expressions, unknowns = exactly
     try:
-        repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
-    except (np.linalg.LinAlgError, IndexError, ValueError):
-        return None  # the float multipliers are too singular
+        repaired = repair_multipliers(list(expressions.values()), unknowns, deep.Z)
+    except TOO_SINGULAR:
+        return None
     return None if repaired is None else dict(zip(expressions, repaired[0]))
+
+
+def _of_part(small):
+    """Exact multipliers of a smaller request by name, or None."""
+    return _excluding(small.in_unknowns(), small.in_unknowns(exact))
 
 
 def _proven(proof):
@@ -67,10 +79,7 @@ def _by_modes(request):
     for k, vertex in enumerate(request.vertices):
         for modes in slow_modes(vertex, request.delta):
             small = replace(request, plant=modes.plant(), U=None)
-            deep = _deepest(*small.in_unknowns())
-            if deep is None:
-                continue
-            Z = _exact(*small.in_unknowns(exact), deep.Z)
+            Z = _of_part(small)
             if Z is not None:
                 contents = ModesRefusal.contents(request, k, modes, small)
                 contents = ModesRefusal.written_from(contents, Z, str)
@@ -78,12 +87,6 @@ def _by_modes(request):
                 if certificate is not None:
                     return certificate
     return None
-
-
-def _deepest(expressions, unknowns):
-    """`deepest`, or None where it finds a solution or no multipliers."""
-    deep = deepest(Blocks(expressions.values(), unknowns))
-    return None if deep.depth > 0 or deep.Z is None else deep
 
 
 def _by_states(request):
@@ -102,10 +105,7 @@ def _by_states(request):
             continue
         at = np.ix_(some, some)
         small = request.at(plant=DelayedLoop(A[at], Ad[at]), gain=None)
-        deep = _deepest(*small.in_unknowns())
-        if deep is None:
-            continue
-        Z = _exact(*small.in_unknowns(exact), deep.Z)
+        Z = _of_part(small)
         if Z is None:
             continue
         whole = {name: _embedded(z, np.array(some), len(A)) for name, z in Z.items()}
@@ -168,10 +168,7 @@ def _without_fixed_equations(request):
             expressions[name] -= he(moving.T @ multipliers[key] @ rho)
     unknowns += [R, *(H for H in multipliers.values() if H.size)]
     floats = {name: in_floats(g) for name, g in expressions.items()}
-    deep = _deepest(floats, unknowns)
-    if deep is None:
-        return None
-    Z = _exact(expressions, unknowns, deep.Z)
+    Z = _excluding((floats, unknowns), (expressions, unknowns))
     if Z is None:
         return None
     for name, W in back.items():

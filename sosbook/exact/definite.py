@@ -104,16 +104,14 @@ def definite(x):
     >>> definite(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
     (True, 3/2)
     """
-    if len(x) <= ELIMINATION_UP_TO_ROWS:
-        diagonal = pivots(x)
-        return diagonal[-1] > 0, min(diagonal)
-    verdict = _by_congruence(x)
-    if verdict is None:  # singular, or close to it
-        if _matrix(x).rank() < len(x):
+    if len(x) > ELIMINATION_UP_TO_ROWS:
+        verdict = _by_congruence(x)
+        if verdict is not None:
+            return verdict
+        if _matrix(x).rank() < len(x):  # else it is close to a singular one
             return False, fmpq(0)
-        diagonal = pivots(x)
-        verdict = diagonal[-1] > 0, min(diagonal)
-    return verdict
+    diagonal = pivots(x)
+    return diagonal[-1] > 0, min(diagonal)
 
 
 def _by_congruence(x, passes=8):

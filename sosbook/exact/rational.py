@@ -181,11 +181,7 @@ def null_basis(rows):
 
 def decimals(x):
     """An array x of floats as nested lists of decimals."""
-    return _decimals(np.asarray(x, float).tolist())
-
-
-def _decimals(x):
-    return [_decimals(row) for row in x] if isinstance(x, list) else decimal(x)
+    return np.vectorize(decimal, otypes=[object])(np.asarray(x, float)).tolist()
 
 
 def read_number(text):

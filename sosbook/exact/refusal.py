@@ -9,7 +9,7 @@ from .checker.verdict import law
 from .definite import adjoint, exact, positive, round_digits
 from .proof import Examined
 from .proof_file import ProofFile
-from .rational import fraction, fractions, rational_matrix
+from .rational import fractions, read_fractions
 from .repair import repair_multipliers
 
 
@@ -49,8 +49,7 @@ class MultiplierRefusal(Refusal):
         return {
             **data,
             "multipliers": [
-                [keyed(name), [[str(e) for e in row] for row in z.tolist()]]
-                for name, z in multipliers.items()
+                [keyed(name), fractions(z)] for name, z in multipliers.items()
             ],
         }
 
@@ -81,7 +80,7 @@ class MultiplierRefusal(Refusal):
     def examine(cls, data):
         again, expressions, unknowns, keyed = cls.rebuilt(data)
         named = {str(keyed(name)): name for name in expressions}
-        Z = {named[str(key)]: _fractions(rows) for key, rows in data["multipliers"]}
+        Z = {named[str(key)]: read_fractions(rows) for key, rows in data["multipliers"]}
         blocks = written_lmis(expressions, unknowns) | {"kind": "infeasible lmi"}
         text, _ = law(cls.written_from(blocks, Z, str))
         again = cls.written_from(again, Z, keyed)
@@ -97,11 +96,7 @@ class MultiplierRefusal(Refusal):
         """From a block's name to Z_k in rationals, in the solution's coordinates."""
         data = self.data
         keys, Z = zip(*data["multipliers"])
-        return dict(zip(self.named(data, keys), map(_fractions, Z), strict=True))
-
-
-def _fractions(rows):
-    return rational_matrix([[fraction(e) for e in row] for row in rows])
+        return dict(zip(self.named(data, keys), map(read_fractions, Z), strict=True))
 
 
 def excluded_radius(expressions, unknowns, Z, digits=17):

@@ -14,9 +14,8 @@ import numpy as np
 from scipy.linalg import qr
 
 from ..runtime.time_limit import check_time
-from ..solver.blocks import Blocks
-from ..solver.leaves import leaves
-from ..solver.multipliers import refined
+from ..solver.blocks import Blocks, refined
+from ..solver.matrix import leaves
 from .adjoint import adjoint, slopes_at
 from .definite import definite, exact, in_floats
 from .rational import _matrix, round_digits

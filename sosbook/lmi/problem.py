@@ -12,7 +12,6 @@ from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from ..solver.bounded import any_centre, bounded, unpacked
 from ..solver.loop import Unbounded, centre, minimize, phase_one
-from ..solver.newton import newton_of
 from .certificates import LMIProof, LMIRefusal
 from .solution import LMISolution
 from .text import LMIText, rationals
@@ -318,7 +317,7 @@ class LMIProblem(LMIText):
 
     def _inside(self, start):
         x = self.packed(start)
-        if newton_of(self.compiled).least(x).min() > 0:
+        if self.compiled.newton.least(x).min() > 0:
             return x
         margins = self.margins(start)
         least = min(margins, key=margins.get)

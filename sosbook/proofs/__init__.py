@@ -10,7 +10,7 @@ energies of large plants (sparse factors in floats). These
 """
 
 from ..delay.certificates import DelayCertificate, DelayRefusal
-from ..delay.modes_certificate import ModesRefusal
+from ..delay.modes import ModesRefusal
 from ..exact.checker import CHECKER
 from ..exact.proof_file import ProofFile, kinds, load
 from ..exact.refusal import Refusal

@@ -8,7 +8,6 @@ of Boyd and Vandenberghe (2004), where each step is derived.
 import numpy as np
 
 from .curve import Curve
-from .newton import newton_of
 from .stacks import gram
 
 RATE_ROUNDING = 1e-10  # of the largest rate: a smaller one may be zero
@@ -232,10 +231,3 @@ class Barrier:
 def _rates(changes):
     """Eigenvalues r of scaled ``changes``: det G(x + s d) = det G(x) prod (1 + s r)."""
     return np.concatenate([np.linalg.eigvalsh(d).ravel() for d in changes])
-
-
-def barrier_of(blocks):
-    """The `Barrier` of a `Blocks`, made once and kept with these blocks."""
-    if "barrier" not in vars(blocks):
-        blocks.barrier = Barrier(newton_of(blocks))
-    return blocks.barrier

@@ -1,12 +1,16 @@
 """Blocks G_k(x) > 0 that are affine in a vector of variables."""
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from .newton import newton_of
+from .barrier import Barrier
+from .newton import Newton
 from .settings import DEFAULTS
 from .structure import structure
+
+MOST_SLOPES = 2e7  # entries of all slopes that `refined` may make, thrice: 500 MB
 
 
 class Blocks:
@@ -62,6 +66,16 @@ class Blocks:
         """Layouts, indices of the scalars, blocks: see `structure`."""
         return structure(self.expressions, self.unknowns)
 
+    @cached_property
+    def newton(self):
+        """The `Newton` of these blocks."""
+        return Newton(self)
+
+    @cached_property
+    def barrier(self):
+        """The `Barrier` of these blocks, without a ball."""
+        return Barrier(self.newton)
+
     def adjoint(self, Z):
         """sum_k <G_ka, Z_k> for each variable a, of symmetric Z: a (k,) array."""
         gradients = {u: np.zeros(u.shape) for u in self.unknowns}
@@ -83,20 +97,20 @@ class Blocks:
         changed = object.__new__(type(self))
         changed.__dict__.update(self.__dict__, constants=list(constants))
         layouts, scalars, blocks = self.structure
-        vars(changed).pop("diagonal_scales", None)
-        if "newton" in vars(self):
-            changed.newton = self.newton.with_constants(changed.constants)
+        for known in ("diagonal_scales", "barrier"):
+            vars(changed).pop(known, None)
+        changed.newton = self.newton.with_constants(changed.constants)
         changed.structure = (
             layouts,
             scalars,
-            [b.with_constant(c) for b, c in zip(blocks, constants)],
+            [replace(b, constant=c) for b, c in zip(blocks, constants)],
         )
         return changed
 
     @cached_property
     def diagonal_scales(self):
         """Powers of two d for each block with d_i d_j G_ij near one; none rounds."""
-        magnitudes = newton_of(self).diagonal_magnitudes()
+        magnitudes = self.newton.diagonal_magnitudes()
         ends = np.cumsum([len(m) for m in magnitudes])
         flat = np.concatenate(magnitudes)
         flat[flat == 0] = 1
@@ -118,3 +132,53 @@ class Blocks:
     def value(self, Z):
         """The number sum_k <G_k0, Z_k> for a list Z of one matrix a block."""
         return sum((c * z).sum() for c, z in zip(self.constants, Z))
+
+
+def excluded_radius(blocks, Z):
+    """A 2-norm that every feasible x of ``blocks`` exceeds, by multipliers Z > 0.
+
+    It has 0 <= sum <G_k(x), Z_k> = value + residual.x.
+    """
+    value, residual = blocks.value(Z), blocks.adjoint(Z)
+    norm = np.linalg.norm(residual)
+    return 0.0 if value >= 0 else (-value / norm if norm else np.inf)
+
+
+def refined(blocks, Z):
+    """Multipliers Z of ``blocks`` that satisfy sum <G_ka, Z_k> = 0 more closely.
+
+    Each Z_k = L L' becomes L (I + X_k) L' with X_k of the least 2-norm, which spares
+    small eigenvalues; Z itself where that isn't positive definite, or slopes are too
+    many.
+    """
+    if blocks.variables * sum(z.size for z in Z) > MOST_SLOPES:
+        return Z
+    slopes = [s.astype(float) for s in blocks.slopes]
+    try:
+        factors = [np.linalg.cholesky(z) for z in Z]
+    except np.linalg.LinAlgError:
+        return Z
+    rows = np.hstack([_vectors(L.T @ s @ L) for L, s in zip(factors, slopes)])
+    norms = np.linalg.norm(rows, axis=1)
+    rows = rows[norms > 0] / norms[norms > 0, None]  # others occur in no block
+    ones = np.concatenate([_vectors(np.eye(len(L))[None])[0] for L in factors])
+    X = -np.linalg.lstsq(rows, rows @ ones, rcond=1e-12)[0]
+    ends = np.cumsum([len(L) * (len(L) + 1) // 2 for L in factors])[:-1]
+    changes = [_symmetric(x, len(L)) for L, x in zip(factors, np.split(X, ends))]
+    if min(np.linalg.eigvalsh(x)[0] for x in changes) <= -1:
+        return Z
+    return [L @ (np.eye(len(L)) + x) @ L.T for L, x in zip(factors, changes)]
+
+
+def _vectors(matrices):
+    """Symmetric matrices, (k, q, q), as the rows of an array, of the same norms."""
+    i, j = np.tril_indices(matrices.shape[-1])
+    return matrices[:, i, j] * np.where(i == j, 1.0, np.sqrt(2))
+
+
+def _symmetric(vector, q):
+    """The symmetric (q, q) matrix of a vector, see `_vectors`."""
+    i, j = np.tril_indices(q)
+    matrix = np.zeros((q, q))
+    matrix[i, j] = matrix[j, i] = vector / np.where(i == j, 1.0, np.sqrt(2))
+    return matrix

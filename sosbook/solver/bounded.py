@@ -4,7 +4,6 @@ import numpy as np
 
 from ..language.expression import block, eye
 from .loop import NO_LEAST, Unbounded, centre, minimize, phase_one
-from .newton import newton_of
 
 MINIMUM_BOUNDS = 1e5, 1e7  # of the unknowns, between which a minimum has to be the same
 
@@ -72,7 +71,7 @@ def bounded(blocks, unknowns, x, r=16.0, size=None):
     """
     while r < 1e16:
         joined = blocks.joined(lambda values: _bounds(values, unknowns, r))  # noqa: B023
-        newton, near = newton_of(joined), x
+        newton, near = joined.newton, x
         reach = _reach(newton, len(blocks.constants), x)
         if size is not None or reach >= r:  # else x keeps this bound
             near = x * ((size or r / 2) / reach)

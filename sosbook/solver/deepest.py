@@ -22,7 +22,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .newton import newton_of
 from .primal_dual import FARTHEST_POINT, interior_steps, positive
 
 ZERO_DEPTH = 1e-13  # a smallest eigenvalue that floats can't tell from zero
@@ -55,7 +54,7 @@ def deepest(blocks, accuracy=1.0, watch=None):
     units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
     size = blocks.adjoint([np.diag(d**2) for d in blocks.diagonal_scales])
     size_bound = float(blocks.degree), -size
-    newton = newton_of(blocks).joined([-d for d in units], size_bound)
+    newton = blocks.newton.joined([-d for d in units], size_bound)
     x, cost = np.zeros(newton.variables), np.zeros(newton.variables)
     x[-1] = cost[-1] = -1.0
     multipliers = _Multipliers(newton, blocks)

@@ -18,9 +18,8 @@ from functools import partial
 import numpy as np
 
 from ..runtime.threads import one_thread
-from .barrier import MOST_GROWTHS, Barrier, barrier_of, grows
-from .multipliers import excluded_radius, refined
-from .newton import newton_of
+from .barrier import MOST_GROWTHS, Barrier, grows
+from .blocks import excluded_radius, refined
 from .primal_dual import (
     FARTHEST_POINT,
     maximize_t,
@@ -74,7 +73,7 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
     found beyond. ``watch`` as in `maximize_t`; without ``multipliers`` what isn't found
     feasible is "undecided".
     """
-    if start is not None and positive(newton_of(blocks).at(start)):
+    if start is not None and positive(blocks.newton.at(start)):
         return Phase("feasible", x=start)
     asked = blocks
     if not any(c.any() for c in blocks.constants):
@@ -82,7 +81,7 @@ def phase_one(blocks, radius=1e4, wide=1e8, start=None, watch=None, multipliers=
         blocks = blocks.with_constants([first, *blocks.constants[1:]])
     # t is raised in units in which the blocks' diagonals are near one
     units = [np.diag(1 / d**2) for d in blocks.diagonal_scales]
-    newton = newton_of(blocks).joined([-D for D in units])
+    newton = blocks.newton.joined([-D for D in units])
     x = np.zeros(blocks.variables)
     scales = newton.stacked_diagonals(blocks.diagonal_scales)
     least, below = newton.least(np.append(x, 0.0), scales).min(), 1.0
@@ -154,7 +153,7 @@ def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
     are looked at, (k,) arrays in which the set may be unbounded, and ``elsewhere(x)``
     is asked for another point inside, or None. Raises Unbounded if no centre is found.
     """
-    barrier = barrier_of(blocks)
+    barrier = blocks.barrier
     newton, use = barrier.newton, blocks.settings
     zero, decrement, left, growths, alone = np.zeros(len(x)), 1.0, 1.0, 0, 0
     ways = [elsewhere, partial(near_centre, newton)]
@@ -203,7 +202,7 @@ def minimize(blocks, cost, x, gap=1e-6):
     and a lower bound of the optimum. Raises Unbounded, with the last point, if there is
     none: for a ``cost`` the infimum may be zero, or not be attained.
     """
-    newton = newton_of(blocks)
+    newton = blocks.newton
     barrier = Barrier(newton)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     try:  # the primal-dual method is slow from a point near the boundary

@@ -150,13 +150,6 @@ class Newton(Stacked):
         return solve
 
 
-def newton_of(blocks):
-    """The `Newton` of a `Blocks`, made once and kept with these blocks."""
-    if "newton" not in vars(blocks):
-        blocks.newton = Newton(blocks)
-    return blocks.newton
-
-
 def _conjugate_gradients(times, g, precondition, tolerance, most):
     """Solve H d = g by preconditioned conjugate gradients (Vandenberghe and Boyd 1995).
 

@@ -6,6 +6,7 @@ of stacks, it is one matrix for each block, arranged so.
 """
 
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -196,7 +197,7 @@ class _Stack:
         """The stack with those of other ``constants`` that are its blocks'."""
         changed = copy(self)
         changed.blocks = [
-            b.with_constant(constants[k]) for b, k in zip(self.blocks, self.indices)
+            replace(b, constant=constants[k]) for b, k in zip(self.blocks, self.indices)
         ]
         changed.constant = changed._filled()
         return changed

@@ -4,7 +4,7 @@ General cones forget that the unknowns are matrices. Here they stay matrices: th
 factors L and R of each block are all that Newton's method needs to know.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -91,10 +91,6 @@ class StructuredBlock:
             [Product(t.unknown, of(t.left), of(t.right)) for t in self.products],
             self.slopes[:, k] if self.slopes.ndim == 4 else self.slopes,
         )
-
-    def with_constant(self, constant):
-        """The block with another ``constant``."""
-        return replace(self, constant=constant)
 
     def diagonal_squares(self, layouts):
         """Squares of the diagonal entries' derivatives, summed, for ``layouts``."""

@@ -46,15 +46,13 @@ class Sums:
         self.slopes = [s.slopes for s in owner.stacks]
         self.gradients = [s.gradient for s in owner.stacks]
 
-    def joined(self, owner):
-        """The same with one more scalar variable, which the ``owner`` has."""
-        return self.moved(owner)
-
     def moved(self, owner):
-        """The same slopes with the constants of an ``owner``."""
+        """The same slopes with the constants, or one more scalar, of an ``owner``."""
         moved = copy(self)
         moved._belong(owner)
         return moved
+
+    joined = moved
 
     def diagonal_squares(self):
         """Sums of squares of each diagonal entry's derivatives, by stack."""

@@ -10,10 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..lmi.solution import CLEAR_MARGIN
-from ..solver.barrier import CONVERGES_BELOW, Barrier, barrier_of
+from ..solver.barrier import CONVERGES_BELOW, Barrier
 from ..solver.bounded import bounded, unpacked
 from ..solver.loop import Unbounded, centre
-from ..solver.newton import newton_of
 from .cutting import CENTRE_UP_TO_PAIRS, Cuts, few_refuse, holds
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -73,13 +72,13 @@ def finish(lmis, values):
     if too_many(lmis.request):
         cuts = Cuts(lmis)
         x = cuts.centre(x)
-        _, decrement = barrier_of(cuts.some()).step(x, np.zeros(len(x)))
+        _, decrement = cuts.some().barrier.step(x, np.zeros(len(x)))
         central = bool(decrement < CONVERGES_BELOW)
         reason = "" if central else NO_BOUND.format(end=STILL_MOVES)
         return _solution(lmis, x, central, reason)
     if not any(c.any() for c in lmis.compiled.constants):
         return _of_small_part(lmis, x, NO_SIZE)
-    if barrier_of(lmis.compiled).recedes(x, [_gain_alone(lmis)]):
+    if lmis.compiled.barrier.recedes(x, [_gain_alone(lmis)]):
         return _of_small_part(lmis, x, NO_GAIN_BOUND)
     found = _centre(lmis, x)
     return _of_part(lmis, x) if found is None else _solution(*found, True)
@@ -161,7 +160,7 @@ def _settles(lmis, x, r):
     """
     wider, _ = bounded(lmis.compiled, lmis.unknowns, x, 1.01 * r)
     try:
-        moved, _ = Barrier(newton_of(wider)).step(x, np.zeros(len(x)))
+        moved, _ = Barrier(wider.newton).step(x, np.zeros(len(x)))
     except np.linalg.LinAlgError:
         return False
     there, here = (_gain_inside(lmis, y) for y in (moved, x))

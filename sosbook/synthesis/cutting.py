@@ -11,7 +11,6 @@ from ..runtime.time_limit import check_time
 from ..solver.blocks import Blocks
 from ..solver.bounded import any_centre, unpacked
 from ..solver.loop import margin, phase_one
-from ..solver.newton import newton_of
 from .pair_stacks import pair_margins
 
 # pairs of vertices
@@ -77,7 +76,7 @@ class Cuts:
     def holds(self, x):
         """Whether all blocks are positive definite at x."""
         self.chosen = {}
-        once = not self._written[()] or newton_of(self.some()).least(x).min() > 0
+        once = not self._written[()] or self.some().newton.least(x).min() > 0
         return once and bool(self.margins(x, 0.0).min() > 0)
 
     def join(self, margins, below, count=PAIRS_PER_CUT, ties=False, apart=False):
@@ -186,7 +185,7 @@ class Cuts:
         while True:
             check_time()
             some = self.some()
-            newton = newton_of(some)
+            newton = some.newton
             centre = any_centre(some, self.lmis.unknowns, x)
             least = min(map(margin, newton.unstacked(newton.at(centre))))
             near = CLEARANCE * max(least, 0.0)
@@ -239,4 +238,4 @@ def holds(lmis, values):
     x = lmis.packed(values)
     if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
         return Cuts(lmis).holds(x)
-    return bool(newton_of(lmis.compiled).least(x).min() > 0)
+    return bool(lmis.compiled.newton.least(x).min() > 0)

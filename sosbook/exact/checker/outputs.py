@@ -118,7 +118,7 @@ class Channel:
         if many or (
             self.d.slack and len(self.d.few) > 1
         ):  # a mean of E has its inverse
-            same = f"{self.names['H']} inv(E.i) == {first(self.names['H'])} inv(E.1)"
+            same = f"{self.names['H']} inv(E.i) == {at(1, self.names['H'])} inv(E.1)"
             lines.append(f"solved.{self.k}.i: {same}")
         t.write(*lines, loop="i in vertices")
         self.names["H"] = ""
@@ -148,7 +148,7 @@ class Channel:
             return f"{u}EP {C}'" + (f" + {u}EY {D}'" if D else "")
         left, X, Y = (d.frame[x] for x in ("left", "X", "Y"))
         one = f"{X} {C}'" + (f" + {Y}' {D}'" if D else "")
-        other = f"{X} {at_j(C)}'" + (f" + {Y}' {at_j(D)}'" if D else "")
+        other = f"{X} {at('j', C)}'" + (f" + {Y}' {at('j', D)}'" if D else "")
         return f"{u}{left}(E.i ({other}) + E.j ({one}))/2"
 
     def rates(self, u):
@@ -162,7 +162,7 @@ class Channel:
             return "0"
         if self.d.slack or Z[-2:] != ".i":
             return f"{s}{Z}{S}"
-        return f"{s}({Z} + {at_j(Z)}){S}/2"
+        return f"{s}({Z} + {at('j', Z)}){S}/2"
 
 
 def names_of(t, plant):
@@ -185,11 +185,6 @@ def at_vertex(t, d, sizes, r, k):
     return *names, channel.S, channel.height
 
 
-def at_j(name):
-    """A name at the other vertex of a pair."""
-    return name[:-2] + ".j" if name[-2:] == ".i" else name
-
-
-def first(name):
-    """A name at the first vertex."""
-    return name[:-2] + ".1" if name[-2:] == ".i" else name
+def at(vertex, name):
+    """A name at another vertex than i."""
+    return f"{name[:-2]}.{vertex}" if name[-2:] == ".i" else name

@@ -17,7 +17,6 @@ from ...runtime.time_limit import time_limit as limited
 from ...solver.blocks import Blocks
 from ...solver.bounded import unpacked
 from ...solver.loop import Unbounded
-from ...solver.newton import newton_of
 from ...solver.primal_dual import interior_steps
 from ...synthesis.design import Design
 from ...synthesis.request import Request
@@ -186,7 +185,7 @@ def _saddle_point(blocks, cost, x, gap):
     """A minimum of cost.x over ``blocks``, from x inside, with its multipliers: the
     point of the central path at which it is known to the relative accuracy ``gap``.
     """
-    newton = newton_of(blocks)
+    newton = blocks.newton
     weight = blocks.degree / abs(cost @ x)
     for state in interior_steps(newton, x, cost, weight, STEPS_TO_SADDLE):
         x, goal = state["x"], gap * abs(cost @ state["x"])
