@@ -10,15 +10,8 @@ ENDS = np.vander([0.0, 1.0], 3, increasing=True) @ PARABOLAS
 
 def _hermite(s):
     """Weights of [value, slope] at 0 and at 1, last axis."""
-    return np.stack(
-        [
-            (1 + 2 * s) * (1 - s) ** 2,
-            s * (1 - s) ** 2,
-            s**2 * (3 - 2 * s),
-            s**2 * (s - 1),
-        ],
-        -1,
-    )
+    first, last = [(1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2], s**2
+    return np.stack([*first, last * (3 - 2 * s), last * (s - 1)], -1)
 
 
 class ControlSignal:
@@ -135,10 +128,7 @@ class ControlSignal:
             "mn,kjnl->kmjl", KA, W.transpose(0, 2, 1, 3)
         )
         c = (cubic * inside[..., None])[steps][..., None, None, None]
-        part = (
-            c[:, :, 1] * ends[0][:, None]
-            + c[:, :, 2] * end[:, None]
-            + c[:, :, 3] * ends[1][:, None]
-        )
+        ends = ends[0], end, ends[1]
+        part = sum(c[:, :, k] * e[:, None] for k, e in enumerate(ends, 1))
         part = part.reshape(len(steps), 3 * m, 3 * m)
         return dict(zip(steps.tolist(), np.linalg.inv(np.eye(3 * m) - part)))

@@ -4,8 +4,7 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from ..plants.checks import not_negative
-from .collocation import EPS, rank_factors
-from .spectrum import checked_pair, decays
+from .spectrum import EPS, checked_pair, decays, rank_factors
 
 
 def stable_delays(A, A_d, longest):
@@ -123,11 +122,8 @@ def _crossings(A, A_d):
     near = (abs(s.real) < 1e-4 * size) & (s.imag > 1e-10 * size)
     crossings = []
     for omega in s[near].imag:
-        alpha, beta = eigvals(
-            1j * omega * np.eye(len(A)) - A,
-            A_d.astype(complex),
-            homogeneous_eigvals=True,
-        )
+        pencil = 1j * omega * np.eye(len(A)) - A, A_d.astype(complex)
+        alpha, beta = eigvals(*pencil, homogeneous_eigvals=True)
         unit = abs(abs(alpha) - abs(beta)) < 0.1 * abs(beta)
         for z in alpha[unit] / beta[unit]:
             crossing = _refine(A, A_d, omega, -np.angle(z))
@@ -147,9 +143,8 @@ def _refine(A, A_d, omega, phase):
         if sigma[-1] <= 4 * EPS * size:
             break
         slopes = np.array([1j * u @ v, 1j * u @ late @ v])
-        step = np.linalg.lstsq(np.array([slopes.real, slopes.imag]), [-sigma[-1], 0.0])[
-            0
-        ]
+        rows = np.array([slopes.real, slopes.imag])
+        step = np.linalg.lstsq(rows, [-sigma[-1], 0.0])[0]
         omega, phase = omega + step[0], phase + step[1]
         if not abs(omega - start) <= 0.01 * size:
             return None

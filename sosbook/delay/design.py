@@ -90,6 +90,10 @@ class DelayDesign(Gains[DelayCertificate], ReadOnly):
         K = self._gain()
         return [spectrum.delayed_loop(d, K) for d in self.request.vertices]
 
+    def _roots(self, delay, count):
+        loops = self._loops()
+        return [spectrum.characteristic_roots(*each, delay, count) for each in loops]
+
     def _each(self, results):
         return self.request.plant.per_vertex(results)
 
@@ -109,10 +113,7 @@ class DelayDesign(Gains[DelayCertificate], ReadOnly):
             As `roots` has them, cut to the shortest of the vertices.
         """
         delay = self.request.tau if delay is None else delay
-        rows = [
-            spectrum.characteristic_roots(A, Ad, delay, count)
-            for A, Ad in self._loops()
-        ]
+        rows = self._roots(delay, count)
         shortest = min(map(len, rows))
         return self._each(np.array([row[:shortest] for row in rows]))
 
@@ -121,12 +122,7 @@ class DelayDesign(Gains[DelayCertificate], ReadOnly):
 
         A list of arrays, one per vertex, for a Polytope.
         """
-        return self._each(
-            [
-                spectrum.characteristic_roots(A, Ad, delay, count)
-                for A, Ad in self._loops()
-            ]
-        )
+        return self._each(self._roots(delay, count))
 
     def slowest_decay(self) -> tuple[float, float]:
         """The true decay rate over all constant delays of the interval.

@@ -4,18 +4,8 @@ A form writes the theorem's block matrices for a `DelayRequest`. What it
 gets are loops in the request's coordinates, with tau as the unit of time.
 """
 
+from .. import theorems
 from ..language import Unknown
-from ..theorems import (
-    Functional,
-    delay_decay,
-    delay_functional,
-    delay_stabilization,
-    interval_decay,
-    interval_functional,
-    interval_kernel,
-    legendre_decay,
-    legendre_functional,
-)
 
 
 def _symmetric(name, size):
@@ -51,22 +41,22 @@ class Krasovskii:
 
     def blocks(self, request, values, number, loops):
         t, v = request.times(number), {"Z": 0 * values["S"]} | values
-        functional = Functional(
+        functional = theorems.Functional(
             *(v[name] for name in ("P", "Q", "S", "R1", "R2", "R3", "Z"))
         )
-        whole, rates = delay_functional(functional, t)
+        whole, rates = theorems.delay_functional(functional, t)
         blocks = {"functional": whole, "R": rates}
         if request.mu and "sign" not in request.misprints:
             blocks["Z"] = v["Z"]
         alpha, misprints = request.relative_alpha(number), request.misprints
         for tag, d in loops:
             if request.gain is None:
-                form = delay_stabilization(
+                form = theorems.delay_stabilization(
                     d, functional, v["F"], v["X"], t, alpha, misprints
                 )
             else:
                 Ad = d.Bu @ request.scaled_gain(number)
-                form = delay_decay(
+                form = theorems.delay_decay(
                     d.E, d.A, Ad, functional, v["F"], v["G"], t, misprints, alpha
                 )
             blocks["decay" + tag] = form
@@ -88,12 +78,12 @@ class Legendre:
 
     def blocks(self, request, values, number, loops):
         t, order, v = request.times(number), request.order, dict(values)
-        blocks = {"functional": legendre_functional(v["P"], v["S"], order, t)}
+        blocks = {"functional": theorems.legendre_functional(v["P"], v["S"], order, t)}
         blocks |= {name: v[name] for name in ("S", "R", "Z") if name in v}
         v.setdefault("Z", 0 * v["S"])
         for tag, d in loops:
             Ad = d.Bu @ request.scaled_gain(number)
-            blocks["decay" + tag] = legendre_decay(
+            blocks["decay" + tag] = theorems.legendre_decay(
                 d.A, Ad, v["P"], v["S"], v["R"], v["Z"], order, t
             )
         return blocks
@@ -119,15 +109,15 @@ class Interval:
         P, Q1, Q2, R1, R2, T = (
             values.get(name) for name in ("P", "Q1", "Q2", "R1", "R2", "T")
         )
-        blocks = {"functional": interval_functional(P, Q1, Q2, order, t)}
+        blocks = {"functional": theorems.interval_functional(P, Q1, Q2, order, t)}
         blocks |= {k: v for k, v in values.items() if k in ("Q1", "Q2", "R1", "R2")}
         if T is not None:
-            blocks["kernel"] = interval_kernel(R2, T, order)
+            blocks["kernel"] = theorems.interval_kernel(R2, T, order)
         ends = ((" early", 0), (" late", 1)) if order and T is not None else (("", 0),)
         for tag, d in loops:
             Ad = d.Bu @ request.scaled_gain(number)
             for end, late in ends:
-                blocks["decay" + tag + end] = interval_decay(
+                blocks["decay" + tag + end] = theorems.interval_decay(
                     d.A, Ad, P, Q1, Q2, R1, R2, T, order, t, late
                 )
         return blocks

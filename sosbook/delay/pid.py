@@ -9,6 +9,7 @@ from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.threads import one_thread
 from ..synthesis.slack import in_pieces
+from ..theorems import MISPRINTS
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
 from .solve import first_design, solve_delay, within
@@ -169,18 +170,8 @@ def analyse_delay(
     check_loop(plant, K, U)
     if alpha is not None and not printed:
         raise ValueError("alpha stands in the printed (A.20) only: leave it out")
-    request = DelayRequest(
-        plant,
-        U,
-        tau,
-        mu,
-        delta,
-        alpha,
-        method,
-        order,
-        ("sign", "transpose", "alpha") if printed else (),
-        K,
-    )
+    asked = plant, U, tau, mu, delta, alpha, method, order
+    request = DelayRequest(*asked, MISPRINTS if printed else (), K)
     return _in_pieces(request, solve_delay, time_limit, progress)
 
 

@@ -234,17 +234,9 @@ class DelayRequest(ReadOnly):
         A vertex of the plant that repeats an earlier one has no loop; ``vertices``
         stand for those of the plant.
         """
-        left, T, scale, tau, delta = (
-            number(np.array(x))
-            for x in (
-                self.frame.left,
-                self.frame.T,
-                self.frame.scale,
-                self.tau,
-                self.delta,
-            )
-        )
-        scale, tau, delta = scale.item(), tau.item(), delta.item()
+        left, T = number(self.frame.left), number(self.frame.T)
+        numbers = self.frame.scale, self.tau, self.delta
+        scale, tau, delta = (number(np.array(x)).item() for x in numbers)
         if vertices is None:
             vertices = self.vertices
             few = sorted(set(twins(vertices)))

@@ -71,9 +71,7 @@ def _packed(products, unknowns, total):
     for u in unknowns:
         entries = np.empty(u.shape, object)
         entries.flat = total(u.shape, by_unknown[id(u)]).entries()
-        if u.symmetric:
-            entries = entries + np.tril(entries.T, -1)
-        packed.append(u.pack(entries))
+        packed.append(u.gradient(entries))
     return np.concatenate(packed)
 
 

@@ -138,20 +138,14 @@ def _by_congruence(x, passes=8):
                 fmpq(e, 2 ** (top - s) * 4**p) / denominator
                 for (e, _), s, p in zip(surplus, sizes, power)
             )
-        W, doublings = _eliminator(
-            np.array(
-                [
-                    [_ratio(e, 1 << s + t) for e, t in zip(row, sizes)]
-                    for row, s in zip(rows, sizes)
-                ]
-            )
-        )
-        factor = fmpz_mat(
-            [
-                [round(w) << top - s for w, s in zip(row, sizes)]
-                for row in (W * 2.0**FACTOR_BITS).tolist()
-            ]
-        )
+        floats = [
+            [_ratio(e, 1 << s + t) for e, t in zip(row, sizes)]
+            for row, s in zip(rows, sizes)
+        ]
+        W, doublings = _eliminator(np.array(floats))
+        W = (W * 2.0**FACTOR_BITS).tolist()
+        W = [[round(w) << top - s for w, s in zip(row, sizes)] for row in W]
+        factor = fmpz_mat(W)
         T = factor * T * factor.transpose()
         power = [
             p + d + FACTOR_BITS + top - s for p, d, s in zip(power, doublings, sizes)

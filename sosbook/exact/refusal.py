@@ -19,21 +19,15 @@ class Refusal(ProofFile):
 
 def written_lmis(expressions, unknowns):
     """What a file says of blocks, Affine ``expressions`` by name in some unknowns."""
-    return {
-        "shapes": [[u.name, *u.shape, u.symmetric] for u in unknowns],
-        "expressions": [
-            [
-                str(name),
-                fractions(g.constant),
-                [
-                    [t.unknown.name, t.transposed]
-                    + [fractions(x) for x in (t.left, t.right)]
-                    for t in g.terms
-                ],
-            ]
-            for name, g in expressions.items()
-        ],
-    }
+    written = []
+    for name, g in expressions.items():
+        terms = [
+            [t.unknown.name, t.transposed, fractions(t.left), fractions(t.right)]
+            for t in g.terms
+        ]
+        written.append([str(name), fractions(g.constant), terms])
+    shapes = [[u.name, *u.shape, u.symmetric] for u in unknowns]
+    return {"shapes": shapes, "expressions": written}
 
 
 class MultiplierRefusal(Refusal):
@@ -46,12 +40,8 @@ class MultiplierRefusal(Refusal):
     @classmethod
     def written_from(cls, data, multipliers, keyed):
         """The file of a problem's data and of multipliers ``keyed`` by block."""
-        return {
-            **data,
-            "multipliers": [
-                [keyed(name), fractions(z)] for name, z in multipliers.items()
-            ],
-        }
+        Z = [[keyed(name), fractions(z)] for name, z in multipliers.items()]
+        return {**data, "multipliers": Z}
 
     @classmethod
     def rebuilt(cls, data):

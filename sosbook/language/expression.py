@@ -243,6 +243,10 @@ class Unknown(Affine):
         matrix[i, j] = matrix[j, i] = entries
         return matrix
 
+    def gradient(self, matrix):
+        """Derivatives by the free entries, of those by all entries, a ``matrix``."""
+        return self.pack(matrix + np.tril(matrix.T, -1) if self.symmetric else matrix)
+
     def pack(self, matrix):
         """The free entries of a matrix."""
         matrix = np.asarray(matrix)

@@ -9,7 +9,7 @@ from ..exact.proof import PLACES
 from ..exact.refusal import excluded_radius
 from ..runtime.libraries import library
 from ..runtime.threads import one_thread
-from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
+from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
 from ..solver.bounded import any_centre, bounded, unpacked
 from ..solver.loop import Unbounded, centre, minimize, phase_one
 from .certificates import LMIProof, LMIRefusal
@@ -190,9 +190,8 @@ class LMIProblem(LMIText):
 
         def least():
             inside = x
-            if (
-                start is None and np.abs(x).max() > FARTHEST_START
-            ):  # a cone: begin near zero
+            if start is None and np.abs(x).max() > FARTHEST_START:
+                # a cone: begin near zero
                 inside = bounded(self.compiled, self.unknowns, x)[1]
             return self._at(*minimize(self.compiled, cost, inside, gap))
 
@@ -343,13 +342,7 @@ class LMIProblem(LMIText):
                     f"the weight of {u.name} has the shape {weight.shape}, "
                     f"needs {u.shape}"
                 )
-            gradient = np.zeros(u.size)
-            for k in range(u.size if weight.any() else 0):
-                check_time()
-                one = np.zeros(u.size)
-                one[k] = 1.0
-                gradient[k] = (weight * u.unpack(one)).sum()
-            gradients.append(gradient)
+            gradients.append(u.gradient(weight.reshape(u.shape)))
         return np.concatenate(gradients)
 
 

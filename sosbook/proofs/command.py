@@ -6,15 +6,12 @@ says what the blocks of his own theorem mean.
 """
 
 import argparse
-import os
 import re
 import sys
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from threading import Lock, Timer
 
-from ..exact.checker.verdict import AUTHOR, by_author
+from ..exact.checker.verdict import AUTHOR, MOST_VERTICES, SECONDS, at_most, by_author
 from ..exact.proof_file import ProofFile, is_proof, laid_out, load, parse
 from ..plants.as_data import plant_data
 from ..plants.files import plant_and_asked
@@ -40,12 +37,10 @@ from .subject import compare_code, compare_gain, compare_plant, proofs_beside, s
 __all__ = ["main"]
 
 PROVEN, NOT_PROVEN, BAD_INPUT, NOT_DECIDED = 0, 1, 2, 4
-SECONDS = 600.0  # that verify takes at most
 OF_OTHERS = (
     "names, without and condensed stand in a file for design: "
     '{"plant": {"file": "plant.mat", "names": {"S": "K"}}, "region": {"sigma": 1}}'
 )
-MOST_VERTICES = 4096  # their pairs fill the memory
 
 
 def main(arguments: list | None = None) -> int:
@@ -122,7 +117,8 @@ def verify(asked):
             for file in proofs_beside(asked.code)
         ]
         return next((x for x in answers if x != PROVEN), PROVEN)
-    with at_most(checked_seconds(asked.time_limit, needed=True)):
+    limit = checked_seconds(asked.time_limit, needed=True)
+    with at_most(limit, "this says nothing about the proof; "):
         proof = load(asked.proof)
         data = proof.data
         many = vertices_of(data)
@@ -157,31 +153,6 @@ def vertices_of(data):
     plant = data.get("plant")
     vertices = plant.get("vertices") if isinstance(plant, dict) else None
     return len(vertices) if isinstance(vertices, list) else 0
-
-
-@contextmanager
-def at_most(seconds):
-    """End the program after some ``seconds``: nothing else stops one long call."""
-    last_word = Lock()
-
-    def give_up():
-        last_word.acquire()
-        try:
-            say(
-                f"not decided within {seconds:g} s: this says nothing about the proof; "
-                "give more by --time-limit"
-            )
-        finally:
-            os._exit(NOT_DECIDED)
-
-    watch = Timer(seconds, give_up)
-    watch.daemon = True
-    watch.start()
-    try:
-        yield
-    finally:
-        last_word.acquire()
-        watch.cancel()
 
 
 def design(asked):

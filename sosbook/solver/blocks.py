@@ -85,12 +85,7 @@ class Blocks:
                     left, right = t.left.astype(float), t.right.astype(float)
                     of_X = left.T @ z @ right.T
                     gradients[t.unknown] += of_X.T if t.transposed else of_X
-        return np.concatenate(
-            [
-                u.pack(X + np.tril(X.T, -1) if u.symmetric else X)
-                for u, X in gradients.items()
-            ]
-        )
+        return np.concatenate([u.gradient(X) for u, X in gradients.items()])
 
     def with_constants(self, constants):
         """Blocks with the same slopes and these constants."""
@@ -100,11 +95,8 @@ class Blocks:
         for known in ("diagonal_scales", "barrier"):
             vars(changed).pop(known, None)
         changed.newton = self.newton.with_constants(changed.constants)
-        changed.structure = (
-            layouts,
-            scalars,
-            [replace(b, constant=c) for b, c in zip(blocks, constants)],
-        )
+        blocks = [replace(b, constant=c) for b, c in zip(blocks, constants)]
+        changed.structure = layouts, scalars, blocks
         return changed
 
     @cached_property

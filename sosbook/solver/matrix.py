@@ -22,11 +22,33 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 
-class Dense:
+class _Matrix:
+    """What is said of the diagonals of all ``squares`` on that of a matrix."""
+
+    def add_diagonal(self, number):
+        """Add ``number`` times I."""
+        for matrix in self.squares:
+            own = diagonal(matrix)
+            own += number
+
+    def fill_empty(self):
+        """Put ones on the diagonal where no block wrote anything.
+
+        Raises LinAlgError if a diagonal entry is negative or no number.
+        """
+        for matrix in self.squares:
+            own = diagonal(matrix)
+            own[own == 0] = 1.0
+            if not own.min(initial=1.0) > 0:
+                raise np.linalg.LinAlgError("the Hessian isn't positive definite")
+
+
+class Dense(_Matrix):
     """A symmetric (k, k) array ``entries``, of which the triangle above is read."""
 
     def __init__(self, entries):
         self.entries = entries
+        self.squares = [entries]
 
     def clear(self):
         """Write zeros everywhere: large arrays take long to be made."""
@@ -48,22 +70,13 @@ class Dense:
         """Add g g', for a (k,) array ``g``."""
         dsyr(1.0, g, lower=1, a=self.entries.T, overwrite_a=1)
 
-    def add_diagonal(self, number):
-        """Add ``number`` times I."""
-        own = diagonal(self.entries)
-        own += number
-
-    def fill_empty(self):
-        """Put ones on the diagonal where nothing was written; see the function."""
-        fill_empty(self.entries)
-
     def copy(self):
         """Another one with the same entries."""
         return Dense(self.entries.copy())
 
     def whole(self):
         """The (k, k) array with both triangles."""
-        return np.triu(self.entries) + np.triu(self.entries, 1).T
+        return _mirrored(self.entries)
 
     def factor(self, ridge):
         """A function that solves H d = g, or None; the factor takes the matrix's place.
@@ -81,14 +94,6 @@ class Dense:
 def diagonal(matrix):
     """The diagonal of a square ``matrix``, to be written to."""
     return np.einsum("ii->i", matrix)
-
-
-def fill_empty(matrix):
-    """Put ones where a ``matrix`` has zeros on its diagonal, none being negative."""
-    own = diagonal(matrix)
-    own[own == 0] = 1.0  # variables that no block depends on
-    if not own.min(initial=1.0) > 0:
-        raise np.linalg.LinAlgError("the Hessian isn't positive definite")
 
 
 def cholesky(matrix):
@@ -144,7 +149,7 @@ class Arrow:
         return leaves + inner * border**2 + border**3 / 3
 
 
-class ArrowMatrix:
+class ArrowMatrix(_Matrix):
     """A symmetric matrix of an ``arrow``, written part by part like a `Dense`.
 
     ``parts``: the leaves' entries in a row, the border beside them, the corner;
@@ -163,6 +168,7 @@ class ArrowMatrix:
             self.leaves.append(self.own[at : at + s * s].reshape(s, s))
             self.spans.append(slice(row, row + s))
             at, row = at + s * s, row + s
+        self.squares = [*self.leaves, self.corner]
 
     def clear(self):
         """As `Dense.clear`."""
@@ -190,17 +196,6 @@ class ArrowMatrix:
     def add_square(self, g):
         """Add g g', for a (k,) array ``g``, as one more column of U."""
         self.columns.append(g)
-
-    def add_diagonal(self, number):
-        """Add ``number`` times I."""
-        for matrix in (*self.leaves, self.corner):
-            own = diagonal(matrix)
-            own += number
-
-    def fill_empty(self):
-        """As `Dense.fill_empty`."""
-        for matrix in (*self.leaves, self.corner):
-            fill_empty(matrix)
 
     def copy(self):
         """As `Dense.copy`."""

@@ -95,9 +95,8 @@ def maximize_t(newton, x, watch=None):
     inverses = _inverses(newton.at(x))
     weight = -newton.adjoint(inverses)[-1]  # so that sum <D_k, Z_k> = 1
     Z = [w / weight for w in inverses]
-    for state in interior_steps(
-        newton, x, cost, weight, newton.settings.phase_one_steps, Z=Z
-    ):
+    most = newton.settings.phase_one_steps
+    for state in interior_steps(newton, x, cost, weight, most, Z=Z):
         x = state["x"]
         if watch is not None:
             watch(state | {"t": x[-1]})
@@ -178,16 +177,8 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
         Z = [(z + z.mT) / 2 for z in Z]
         S = newton.at(x)
         gap, residual = newton.inner(S, Z), cost - newton.adjoint(Z)
-        yield dict(
-            step=count + 1,
-            x=x,
-            Z=Z,
-            gap=gap,
-            primal=primal,
-            residual=residual,
-            dual=dual,
-            iterations=newton.iterations[-2:],
-        )
+        lengths = dict(primal=primal, dual=dual, iterations=newton.iterations[-2:])
+        yield dict(step=count + 1, x=x, Z=Z, gap=gap, residual=residual, **lengths)
 
 
 def _inverses(S):
@@ -233,13 +224,9 @@ def _direction(newton, scalings, x, mu, cost, target=None):
         rates = [s.rates(d) for s, d in zip(scalings, dS)]
         primal = min(1.0, _longest(rates))
         dual = min(1.0, _longest([-1 - r for r in rates]))
-        predicted = (
-            newton.inner(
-                [h + primal * d for h, d in zip(lam, dS)],
-                [h + dual * d for h, d in zip(lam, dZ)],
-            )
-            / newton.degree
-        )
+        S = [h + primal * d for h, d in zip(lam, dS)]
+        Z = [h + dual * d for h, d in zip(lam, dZ)]
+        predicted = newton.inner(S, Z) / newton.degree
         target = min(max(predicted / mu, 0.0), 1.0) ** 3 * mu
     # corrector: towards the target, less the error dS dZ of the predictor
     T = [_diagonal(target / s.lam - s.lam) for s in scalings]

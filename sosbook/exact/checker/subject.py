@@ -27,15 +27,8 @@ def about(asked):
 
 
 def subject(asked):
-    """What a proof is about: digests, and numbers or sizes.
+    """What a proof is about, of its data ``asked``: digests, and numbers or sizes.
 
-    Parameters
-    ----------
-    asked : dict
-        The data of the plant, the gain and the start, by name.
-
-    Examples
-    --------
     >>> subject({"K": [["1", "-2"]], "U": []})
     'K e31ba7a7b60d = [[1, -2]]'
     """

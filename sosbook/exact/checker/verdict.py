@@ -18,6 +18,7 @@ import argparse
 import json
 import os
 import sys
+from contextlib import contextmanager
 from threading import Lock, Timer
 
 from . import kernel
@@ -34,7 +35,7 @@ from .subject import about, digest, subject, wanted_gain, wanted_plant
 
 SECONDS = 600.0  # unless told otherwise
 AUTHOR = 5  # the exit code of what is proven of an author's blocks
-MOST_VERTICES, DEEPEST = 4096, 200
+MOST_VERTICES, DEEPEST = 4096, 200  # pairs of more vertices fill the memory
 FORMAT = "sosbook proof"
 
 LOOP, HEAD = "plant U K_A K ", ("format", "version", "kind", "checksum", "claims")
@@ -84,13 +85,7 @@ def printed(text):
 
 
 def law(asked):
-    """What is asked as a text with data, and the words that it proves.
-
-    Parameters
-    ----------
-    asked : dict
-        The kind of the proof, and its keys.
-    """
+    """What is ``asked``, a kind and its keys, as a text, and the words it proves."""
     whole = str(asked["kind"])
     if whole in BEYOND:
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
@@ -278,23 +273,32 @@ def main(arguments):
     asked = parser.parse_args(arguments)
     if not 0 < asked.time_limit < 1e9:
         parser.error("--time-limit must be positive, a number of seconds")
+    with at_most(asked.time_limit):
+        code, lines = verdict(asked)
+    say(*lines)
+    return code
+
+
+@contextmanager
+def at_most(seconds, words=""):
+    """End the program after some seconds: nothing else stops one long call."""
     last_word = Lock()
 
     def give_up():
         last_word.acquire()
-        say(f"not decided within {asked.time_limit:g} s: give more by --time-limit")
-        os._exit(4)
+        try:
+            say(f"not decided within {seconds:g} s: {words}give more by --time-limit")
+        finally:
+            os._exit(4)
 
-    watch = Timer(asked.time_limit, give_up)
+    watch = Timer(seconds, give_up)
     watch.daemon = True
     watch.start()
     try:
-        code, lines = verdict(asked)
+        yield
     finally:
         last_word.acquire()
         watch.cancel()
-    say(*lines)
-    return code
 
 
 def verdict(asked):
