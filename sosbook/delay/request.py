@@ -202,16 +202,10 @@ class DelayRequest(ReadOnly):
         return FORMS[self.method].unknowns(self)
 
     def blocks(self, values, number=lambda x: x, vertices=None):
-        """All blocks that must be positive definite, by name.
+        """All blocks that must be positive, by name, for ``values`` of the unknowns.
 
-        Parameters
-        ----------
-        values : dict
-            From an unknown's name to a matrix-like.
-        number : callable
-            Brings floats into the arithmetic of the values.
-        vertices : tuple of Descriptor, optional
-            To be taken for those of the plant.
+        ``number`` brings floats into their arithmetic; ``vertices`` stand for the
+        plant's.
         """
         loops = self.loops(number, vertices)
         return FORMS[self.method].blocks(self, values, number, loops)

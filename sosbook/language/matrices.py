@@ -73,8 +73,6 @@ class Reaches(Matrices):
     What is added or subtracted adds its bounds, so that no entry of an expression in
     matrices that move moves farther than its second part says. Plain matrices stay.
 
-    Examples
-    --------
     >>> x = Reaches(np.array([[[3.0]], [[0.1]]]))
     >>> (x - 2 * x.T).array.ravel(), (np.array([[-2.0]]) @ x).array.ravel()
     (array([9. , 0.3]), array([6. , 0.2]))
