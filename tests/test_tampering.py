@@ -10,6 +10,7 @@ import pytest
 
 from sosbook.exact.checker.verdict import asked_of as asked
 from sosbook.exact.proof_file import load
+from tests.hunt.readers import before
 from tests.hunt.tampering import (
     CLASSES,
     leaves,
@@ -78,10 +79,11 @@ def test_floats_refuse_no_plant_of_a_file(name):
 
 
 def test_an_observer_s_outputs_have_as_many_noises():
-    """A column of zeros is no other covariance."""
+    """A column of zeros is no other covariance; the earlier checker refused it."""
     whole = json.loads(without_text(proof_of("observer")))
     wide = mended(put(whole, ("R_F",), [[*row, "0"] for row in whole["R_F"]]))
     assert verdicts(wide) == (False, False)
+    assert before(json.dumps(wide)) is None
 
 
 @pytest.mark.parametrize(
@@ -102,6 +104,8 @@ def test_no_tampering_gets_a_false_claim_through(name, most):
         assert verdicts(changed) == (False, False), path
         changed = mended(changed)
         package, alone = verdicts(changed)
+        earlier = before(json.dumps(changed)) not in (None, "beyond")
+        assert earlier == alone, path
         tried += 1
         if not (package or alone):
             continue

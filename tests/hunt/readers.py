@@ -1,6 +1,9 @@
 """The three readers of a request or a proof: the package, its checker, the page."""
 
+from functools import partial
+
 from sosbook.exact.proof_file import load
+from tests.oracles import check_version_1
 from tests.page_requests import page_request
 from tests.test_proof_files import checker
 
@@ -23,14 +26,18 @@ def package(file):
     return tuple(proof.claims) if proof.verify() else None
 
 
-def alone(text):
-    """What the checker reads in a text: claims, None, or "beyond"."""
+def read_by(program, text):
+    """What a checker reads in a text: claims, None, or "beyond"."""
     try:
-        return tuple(checker.check(text))
-    except checker.Beyond:
+        return tuple(program.check(text))
+    except program.Beyond:
         return "beyond"
-    except (checker.Refused, *checker.MALFORMED):
+    except (program.Refused, *program.MALFORMED):
         return None
+
+
+alone = partial(read_by, checker)
+before = partial(read_by, check_version_1)  # which tests alone still have
 
 
 def on_pages(asked):

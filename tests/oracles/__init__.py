@@ -1,4 +1,8 @@
-"""Proof files that the project no longer writes, and such as were changed."""
+"""What tests hold the project against: programs that it no longer ships.
+
+``check_version_1`` is the checker of files without a text. It writes no text and has
+no kernel: its blocks are matrices of fractions, formed in Python.
+"""
 
 from sosbook.exact.checker import verdict
 from sosbook.exact.proof_file import laid_out
