@@ -334,22 +334,22 @@ def test_fall_is_the_packages(desk, rotors):
 
 
 # ----------------------------------------------------- circulation (chapter 1)
-def test_circulation_has_the_poles_and_the_path_of_the_plant(desk):
+def circulating(kappa, damping=1):
+    """Example 1 with so much of its circulatory forces and of its damping."""
     robot = thesis.example_1().plant
-    symmetric, skew = (robot.S + robot.S.T) / 2, (robot.S - robot.S.T) / 2
+    S = (robot.S + robot.S.T) / 2 + kappa * (robot.S - robot.S.T) / 2
+    return sos.SecondOrderSystem(robot.M, damping * robot.D, S, robot.B)
+
+
+def test_circulation_has_the_poles_and_the_path_of_the_plant(desk):
     places = [{"kappa": 0, "damping": 1}, {"kappa": 1.37, "damping": 0.55}]
     for place, here in zip(places, desk.compute("sos-circulation", places)):
-        plant = sos.SecondOrderSystem(
-            robot.M,
-            place["damping"] * robot.D,
-            symmetric + place["kappa"] * skew,
-            robot.B,
-        )
+        plant, still = circulating(**place), circulating(0)
         assert distance(here["poles"], plant.poles()) < 1e-9
         run = plant.simulate(np.linspace(0, 60, 1201), x0=[0.2, 0.2, 0, 0])
         assert np.allclose(np.transpose(here["z"]), run.z, atol=1e-7)
-        energy = sum((v * (robot.M @ v)).sum() for v in [run.dz[:, 500]])
-        energy += run.z[:, 500] @ symmetric @ run.z[:, 500]
+        z, v = run.z[:, 500], run.dz[:, 500]
+        energy = v @ still.M @ v + z @ still.S @ z
         assert np.isclose(here["energy"][500], energy / 2, rtol=1e-6)
 
 
@@ -1047,12 +1047,8 @@ def test_trust_proves_what_exact_arithmetic_proves(desk):
         for tolerance in (-9, -2)
     ]
     seen = desk.compute("sos-trust", places)
-    robot = thesis.example_1().plant
-    symmetric, skew = (robot.S + robot.S.T) / 2, (robot.S - robot.S.T) / 2
     for place, here in zip(places, seen):
-        plant = sos.SecondOrderSystem(
-            robot.M, robot.D, symmetric + place["kappa"] * skew, robot.B
-        )
+        plant = circulating(place["kappa"])
         assert here["stable"] == (plant.poles().real.max() < 0)
         assert here["stable"] or not here["proven"]  # a proof never lies
         assert here["floats"] == here["proven"] or abs(min(here["least"])) < 1e-9

@@ -7,6 +7,7 @@ from sosbook.mip import Mip, vertices
 from sosbook.reproduction import mip
 
 import sosbook as sos
+from tests.cases import by_hand
 
 PRINT = sos.thesis.mip()
 
@@ -24,14 +25,10 @@ def numbers(text):
 @pytest.mark.parametrize("R", [1, 2, 5])
 def test_the_tables_are_regulators_of_one_vertex(rows, law, vertex, R):
     plant = vertices(Mip.printed())[vertex].plant()
-    N = 4 if law == "PD" else 5
-    A, B = np.zeros((N, N)), np.zeros((N, 1))
-    A[:2, 2:4] = np.eye(2)
-    A[2:4, :4] = -np.linalg.solve(plant.M, np.hstack([plant.S, plant.D]))
-    B[2:4] = np.linalg.solve(plant.M, plant.B)
+    A, B = by_hand(plant)
     if law == "PID":
-        A[4, 1] = 1
-    K = -control.lqr(A, B, np.eye(N), [[R]])[0]
+        A, B = np.vstack([np.pad(A, ((0, 0), (0, 1))), np.eye(5)[1]]), np.vstack([B, 0])
+    K = -control.lqr(A, B, np.eye(len(A)), [[R]])[0]
     row = find(rows, f"{law} gains, R = {R}")
     assert row.verdict == "reproduced"
     assert np.allclose(numbers(row.ours), K[0], atol=1e-4)
