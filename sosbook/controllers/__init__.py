@@ -3,9 +3,9 @@
 from .bounded import Bounded
 from .code import code_fault, read_gains
 from .compiled import CompiledCode
-from .controller import FAULTS, Controller
+from .controller import Controller
 from .describing import Cycle
-from .limits import Faults, Limits
+from .limits import FAULTS, Faults, Limits
 from .of_design import controller_of
 from .program import Code
 from .replay import Replay

@@ -1,7 +1,7 @@
 """What is asked of a controller: its loop, proofs, bounds, motions and program."""
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -60,15 +60,9 @@ class Answers:
         A point in a name is "_" there: "z1 - 0_5 z2".
         """
         inputs = [s.name.replace(".", "_") for s in (*self.measured, *self.set_points)]
-        return library("control").ss(
-            self.A,
-            np.hstack([self.B, self.B_r]),
-            self.C,
-            np.hstack([self.D, self.D_r]),
-            self.T,
-            inputs=inputs,
-            outputs=[s.name for s in self.outputs],
-        )
+        names = dict(inputs=inputs, outputs=[s.name for s in self.outputs])
+        B, D = np.hstack([self.B, self.B_r]), np.hstack([self.D, self.D_r])
+        return library("control").ss(self.A, B, self.C, D, self.T, **names)
 
     def loop(self, d: Any) -> Loop:
         """The sampled loop with a plant d, a `Descriptor` without integrators."""
@@ -308,10 +302,7 @@ class Answers:
             As for `ramp`.
         """
         unit = self.outputs[output].unit
-
-        def work():
-            return rounding_bound(self, precision, range, speed, output)
-
+        work = partial(rounding_bound, self, precision, range, speed, output)
         return Bounded.within(time_limit, work, np.nan, unit)
 
     def cycles(self, friction: Any = None, backlash: Any = None) -> list:

@@ -19,8 +19,6 @@ from ..sampled.loops import BALL_BITS, SampledFamily
 from ..sampled.system import SampledSystem
 from ..sampled.timing import TimeBox
 
-__all__ = ["BALL_BITS", "Joined", "JoinedCell"]
-
 
 class _Exactly(SampledSystem):
     """One in rationals, none of which is rounded."""

@@ -13,13 +13,20 @@ from ..runtime.read_only import ReadOnly
 from ..sampled.discretize import SampleTiming
 from .answers import Answers
 from .bounds import settled
-from .limits import FAULTS, Faults, Limits, per_signal
+from .limits import Faults, Limits, per_signal
 from .memory import DIGITS, ROUNDING, Estimate, assembled, forgetting, shifted
 from .signals import NOTHING_TO_SET, signals_of
 
-__all__ = ["FAULTS", "Controller"]
-
 COARSE = 0.5  # of the limit, that steps of the sensors may ask by themselves
+
+
+def _part(name: str, about: str) -> Any:
+    """A property: the matrix of this name among a controller's parts."""
+
+    def part(self):
+        return self.parts[name]
+
+    return property(part, doc=about)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,15 +145,10 @@ class Controller(Answers, ReadOnly):
     @cached_property
     def _made(self):
         K_P = self.K_x[:, : len(self.R)]
-        parts, words = assembled(
-            self.estimate,
-            self.timing,
-            self.K_x,
-            self.K_I,
-            self.sums,
-            self.T,
-            self._silent(-K_P @ self.R),
-        )
+        K_r, size = -K_P @ self.R, abs(K_P) @ abs(self.R)
+        K_r = np.where(abs(K_r) <= ROUNDING * size, 0.0, K_r) + 0.0
+        gains = self.K_x, self.K_I, self.sums, self.T, K_r
+        parts, words = assembled(self.estimate, self.timing, *gains)
         if self.estimate.errors:
             parts = shifted(parts, self.estimate.start, self.R)
         a = self.K_I.shape[1]
@@ -159,45 +161,13 @@ class Controller(Answers, ReadOnly):
             W = forgetting(parts["A"], parts["C"], share)
         return parts | {"W": W}, words
 
-    def _silent(self, K_r):
-        """K_r without what is zero but for rounding."""
-        size = abs(self.K_x[:, : len(self.R)]) @ abs(self.R)
-        return np.where(abs(K_r) <= ROUNDING * size, 0.0, K_r) + 0.0
-
-    @property
-    def A(self) -> np.ndarray:
-        """How the memory moves, (l, l)."""
-        return self.parts["A"]
-
-    @property
-    def B(self) -> np.ndarray:
-        """How y acts on it, (l, q)."""
-        return self.parts["B"]
-
-    @property
-    def B_r(self) -> np.ndarray:
-        """How r acts on it, (l, p)."""
-        return self.parts["B_r"]
-
-    @property
-    def C(self) -> np.ndarray:
-        """How it acts on u, (m, l)."""
-        return self.parts["C"]
-
-    @property
-    def D(self) -> np.ndarray:
-        """How y acts on u, (m, q)."""
-        return self.parts["D"]
-
-    @property
-    def D_r(self) -> np.ndarray:
-        """How r acts on u, (m, p)."""
-        return self.parts["D_r"]
-
-    @property
-    def W(self) -> np.ndarray:
-        """How v - u acts on it, (l, m)."""
-        return self.parts["W"]
+    A = _part("A", "How the memory moves, (l, l).")
+    B = _part("B", "How y acts on it, (l, q).")
+    B_r = _part("B_r", "How r acts on it, (l, p).")
+    C = _part("C", "How it acts on u, (m, l).")
+    D = _part("D", "How y acts on u, (m, q).")
+    D_r = _part("D_r", "How r acts on u, (m, p).")
+    W = _part("W", "How v - u acts on it, (l, m).")
 
     @property
     def order(self) -> int:
@@ -209,12 +179,10 @@ class Controller(Answers, ReadOnly):
         """A `Signal` for each set point."""
         if not self.R.shape[1]:
             return ()
+        names = self.gain.signals[: len(self.R)]
         if self.U is not None and len(self.U):
             sums = self.gain.signals[len(self.estimate.take) :]
             names = [name.removeprefix("integral of ") for name in sums]
-        else:
-            n = len(self.R)
-            names = [self.gain.signals[k] for k in range(n)]
         return signals_of([f"set point of {x}" for x in names], self.units)
 
     @property

@@ -15,13 +15,9 @@ def estimated(T, blend):
     new = trust * T / 2 * gyro + blend * theta
     wheel = phi - theta + new
     rate = np.array([angle]) / T - [[0, 0, 1 / T]]
-    return SampledSystem(
-        [angle, [0, 0, 0], angle],
-        [new, gyro, wheel],
-        np.vstack([angle, angle, [0, 0, 0], rate]),
-        [new, wheel, gyro, wheel / T],
-        T,
-    )
+    A, B = [angle, [0, 0, 0], angle], [new, gyro, wheel]
+    C, D = np.vstack([angle, angle, [0, 0, 0], rate]), [new, wheel, gyro, wheel / T]
+    return SampledSystem(A, B, C, D, T)
 
 
 def balancing(gains):
@@ -38,10 +34,5 @@ def heading(K, T):
     sum.
     """
     k, k_rate, k_sum = K
-    return SampledSystem(
-        [[0, 0], [0, 1]],
-        [[1, 0], [T, 0]],
-        [[-k_rate / T, k_sum]],
-        [[k + k_rate / T, 0]],
-        T,
-    )
+    A, B = [[0, 0], [0, 1]], [[1, 0], [T, 0]]
+    return SampledSystem(A, B, [[-k_rate / T, k_sum]], [[k + k_rate / T, 0]], T)

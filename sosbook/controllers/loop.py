@@ -46,17 +46,10 @@ class Loop:
         seen = np.hstack([rows, np.zeros((len(rows), len(A) - rows.shape[1]))])
         B_c, C, D = parts["B"], parts["C"], parts["D"]
         F = np.block([[A + B @ D @ seen, B @ C], [B_c @ seen, parts["A"]]])
-        return cls(
-            F,
-            np.vstack([B @ D, B_c]),
-            np.vstack([B @ parts["D_r"], parts["B_r"]]),
-            np.vstack([B, np.zeros_like(parts["W"])]),
-            np.vstack([B, parts["W"]]),
-            np.hstack([D @ seen, C]),
-            D,
-            parts["D_r"],
-            float(timing.T),
-        )
+        D_r, W = parts["D_r"], parts["W"]
+        pairs = (B @ D, B_c), (B @ D_r, parts["B_r"]), (B, np.zeros_like(W)), (B, W)
+        H = np.hstack([D @ seen, C])
+        return cls(F, *map(np.vstack, pairs), H, D, D_r, float(timing.T))
 
     @cached_property
     def radius(self):

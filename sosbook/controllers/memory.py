@@ -55,15 +55,9 @@ class Estimate:
 def direct(rows, m):
     """The estimate where ``rows`` pick the whole state of a plant with m inputs."""
     (q, N), none = rows.shape, np.zeros((0, 0))
-    return Estimate(
-        np.zeros((N, 0)),
-        np.linalg.inv(rows),
-        none,
-        np.zeros((0, q)),
-        none,
-        np.zeros((0, m)),
-        np.zeros((0, q)),
-    )
+    seen, given = np.zeros((0, q)), np.zeros((0, m))
+    back = np.linalg.inv(rows)
+    return Estimate(np.zeros((N, 0)), back, none, seen, none, given, seen)
 
 
 def filtered(rows, n, m, T, tracking, names):
@@ -81,17 +75,9 @@ def filtered(rows, n, m, T, tracking, names):
         take[n + k] = share / T * picks[j]
         stay[n + k, j] = -share / T
     what = f"a filter of {tracking:g} s" if tracking else "the difference of samples"
-    return Estimate(
-        stay,
-        take,
-        (1 - share) * np.eye(len(late)),
-        share * picks,
-        np.zeros((len(late), 0)),
-        np.zeros((len(late), m)),
-        picks,
-        tuple(f"{names[k]}, filtered" for k in late),
-        f"rates by {what}",
-    )
+    A, now = (1 - share) * np.eye(len(late)), np.zeros((len(late), m))
+    words = tuple(f"{names[k]}, filtered" for k in late), f"rates by {what}"
+    return Estimate(stay, take, A, share * picks, now[:, :0], now, picks, *words)
 
 
 def observed(d, timing, rows, M, names):
@@ -108,18 +94,10 @@ def observed(d, timing, rows, M, names):
     moves = np.linalg.solve(d.E, d.A)
     start = start - free @ (np.linalg.pinv(moves @ free) @ (moves @ start))
     start = np.where(abs(start) > ROUNDING * abs(start).max(), start, 0.0)
-    return Estimate(
-        stay,
-        M,
-        flow @ stay,
-        flow @ M,
-        A[:N, N:],
-        B[:N],
-        round_digits(start, DIGITS),
-        tuple(f"{name}, predicted" for name in names),
-        "an observer at the ticks",
-        rows,
-    )
+    start = round_digits(start, DIGITS)
+    words = tuple(f"{name}, predicted" for name in names), "an observer at the ticks"
+    moved = flow @ stay, flow @ M, A[:N, N:], B[:N]
+    return Estimate(stay, M, *moved, start, *words, predicts=rows)
 
 
 def kalman(d, T, rows, noise, push):

@@ -17,25 +17,16 @@ def program_numbers(c):
     guess = np.zeros((q, len(c.A)))
     if predicts is not None:
         guess[:, : predicts.shape[1]] = predicts
+    moved = dict(SLEW=limits.slew, RAMP=limits.ramp, JUMP=c.fastest)  # per second
+    bounds = {"LIMIT": limits.u_max} | {k: x * c.T for k, x in moved.items()}
+    bounds = {k: np.where(np.isfinite(x), x, NONE) + 0.0 for k, x in bounds.items()}
     return {
-        "A": c.A,
-        "B": c.B,
-        "BR": c.B_r,
-        "W": c.W,
-        "C": c.C,
-        "D": c.D,
-        "DR": c.D_r,
-        "GUESS": guess,
-        "START": c.start,
-        "LIMIT": _finite(limits.u_max),
-        "SLEW": _finite(limits.slew * c.T),
-        "RAMP": _finite(limits.ramp * c.T),
+        **dict(A=c.A, B=c.B, BR=c.B_r, W=c.W, C=c.C, D=c.D, DR=c.D_r),
+        **dict(GUESS=guess, START=c.start, TICK=c.T, SLACK=c.faults.slack * c.T),
+        **bounds,
         "RANGE": np.full(q, OUT_OF_RANGE),
-        "JUMP": _finite(c.fastest * c.T),
         "REACH": np.full(p, OUT_OF_RANGE),
         "TRUSTED": np.full(m, BROKEN),
-        "TICK": c.T,
-        "SLACK": c.faults.slack * c.T,
         "PREDICTS": int(predicts is not None),
         "SLEWS": int(np.isfinite(limits.slew).any()),
         "RAMPS": int(np.isfinite(limits.ramp).any()),
@@ -44,7 +35,3 @@ def program_numbers(c):
         "MOST_FULL": ticks["stall"],
         "MOST_SILENT": ticks["silence"],
     }
-
-
-def _finite(values):
-    return np.where(np.isfinite(values), values, NONE) + 0.0

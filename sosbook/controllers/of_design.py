@@ -1,5 +1,7 @@
 """From a design to its controller: what is measured, and how the rest is estimated."""
 
+from functools import partial
+
 import numpy as np
 
 from ..exact.rational import round_digits
@@ -71,10 +73,9 @@ def controller_of(
     steps = quantum(counts, seen)
     certificate = design.certify(time_limit=time_limit)
     at_ticks = getattr(design, "at_ticks", False)
+    K = design.K if at_ticks else round_digits(design.K, DIGITS)
     if certificate.proven and not at_ticks:
         K = certificate.K
-    else:
-        K = design.K if at_ticks else round_digits(design.K, DIGITS)
     timing = SampleTiming.of(T, delay)
     check_rate(vertices, timing)
     if law is not None:
@@ -87,33 +88,21 @@ def controller_of(
         R = np.zeros((0, 0))
         if second_order:
             R = quiet_set_point(_integrated(U, rows, names, wanted), gain.K[:, :n])
-    about = dict(
-        plant=plant,
-        vertices=vertices,
-        gain=gain,
-        U=U,
-        sums=sums,
-        T=T,
-        delay=delay,
-        measured=seen,
-        outputs=signals_of(outputs, units),
-        rows=rows,
-        steps=steps,
-        R=R,
-        limits=Limits(*_free(m, m, R.shape[1])),
-        units=units,
-        certificate=certificate,
+    given, free = signals_of(outputs, units), np.full(m, np.inf)
+    limits = Limits(free, free, np.full(R.shape[1], np.inf))
+    made = partial(
+        Controller, plant, vertices, gain, U, sums, T, delay, seen, given, rows, steps
     )
+    made = partial(made, R=R, limits=limits, units=units, certificate=certificate)
     plants = (*vertices, *between(vertices))
     if law is not None:
-        return Controller(**about, estimate=estimate)
+        return made(estimate)
     kind = _kind(memory, filter_time, rows, N // 2 if second_order else 0)
     if kind == "direct":
-        return Controller(**about, estimate=direct(rows, m))
+        return made(direct(rows, m))
     if kind == "filter":
         tracking = 0.0 if filter_time == 0 else positive("filter_time", filter_time)
-        estimate = filtered(rows, N // 2, m, T, tracking, names)
-        return Controller(**about, estimate=estimate)
+        return made(filtered(rows, N // 2, m, T, tracking, names))
     _observable(vertices, rows, names)
     gains = _gains(gain.K, N, U, rows, T, R)
     known = [(w, _mixed(vertices, w)) for w in np.eye(len(vertices))]
@@ -128,31 +117,17 @@ def controller_of(
             f"at T = {T:g} s, delay = {delay:g} s this gain is unstable even if "
             f"everything is measured: spectral radius {at_best:.4f}. {CURE}"
         )
-    found = chosen_observer(
-        plants,
-        known,
-        timing,
-        rows,
-        np.where(steps > 0, steps, FINE),
-        names,
-        gains,
-        positive("peak", peak),
-        at_best**SHARE_OF_DECAY,
-    )
+    fine, worst = np.where(steps > 0, steps, FINE), positive("peak", peak)
+    worst = worst, at_best**SHARE_OF_DECAY
+    found = chosen_observer(plants, known, timing, rows, fine, names, gains, *worst)
     if found is None:
         raise ValueError(
             f"no observer that was tried keeps every loop stable with this gain at T = "
             f"{T:g} s, delay = {delay:g} s. {CURE}"
         )
-    estimate, chosen = found
-    estimate = observed(
-        _mixed(vertices, chosen.weights),
-        timing,
-        rows,
-        round_digits(chosen.M, DIGITS),
-        names,
-    )
-    return Controller(**about, estimate=estimate, chosen=chosen)
+    _, chosen = found
+    d, M = _mixed(vertices, chosen.weights), round_digits(chosen.M, DIGITS)
+    return made(observed(d, timing, rows, M, names), chosen=chosen)
 
 
 def between(vertices):
@@ -219,7 +194,14 @@ def _observable(vertices, rows, names):
 
 def _measured(measured, names):
     """Names of what is measured, and its rows on a plant's state with these names."""
-    wanted = tuple(names) if measured is None else _names("measured", measured)
+    words = (measured,) if isinstance(measured, str) else measured
+    try:
+        wanted = tuple(names if words is None else words)
+    except TypeError:
+        wanted = ()
+    known = all(isinstance(word, str) for word in wanted)
+    if not wanted or not known or len(set(wanted)) < len(wanted):
+        raise ValueError(f"measured must name signals, each once, got {measured!r}")
     if strange := [x for x in wanted if x not in names]:
         raise ValueError(
             f"measured names {strange[0]!r}, which is none of {', '.join(names)}"
@@ -253,24 +235,9 @@ def _gains(K, N, U, rows, T, R):
 
 def _mixed(vertices, weights):
     """The mixture of some vertices in descriptor form."""
-    d = vertices[0]
-
-    def mean(name):
-        return sum(w * getattr(v, name) for w, v in zip(weights, vertices))
-
-    return type(d)(mean("E"), mean("A"), mean("Bu"), mean("Bw"), d.C)
-
-
-def _names(name, value):
-    words = (value,) if isinstance(value, str) else value
-    try:
-        words = tuple(words)
-    except TypeError:
-        words = ()
-    strange = not all(isinstance(word, str) for word in words)
-    if not words or strange or len(set(words)) < len(words):
-        raise ValueError(f"{name} must name signals, each once, got {value!r}")
-    return words
+    parts = zip(*((v.E, v.A, v.Bu, v.Bw) for v in vertices))
+    means = (sum(w * x for w, x in zip(weights, some)) for some in parts)
+    return type(vertices[0])(*means, vertices[0].C)
 
 
 def _units(units, coordinates, outputs):
@@ -282,7 +249,3 @@ def _units(units, coordinates, outputs):
                 f"{', '.join((*coordinates, *outputs))}; rates follow from these"
             )
     return known
-
-
-def _free(*sizes):
-    return (np.full(size, np.inf) for size in sizes)

@@ -92,22 +92,8 @@ def law_memory(law, plant, K, T, at_ticks=False):
         push, now, start = np.eye(s) - flow, now @ X, np.eye(s)
     words = f"{law.words(plant)}, between samples as for readings in straight lines"
     none = np.zeros((l - a, m))
-    return (
-        Estimate(
-            now,
-            at_once,
-            flow,
-            push,
-            none[:, :0],
-            none,
-            start,
-            parts.states[a:],
-            words,
-            errors=True,
-        ),
-        gain,
-        sums,
-    )
+    known = now, at_once, flow, push, none[:, :0], none, start, parts.states[a:], words
+    return Estimate(*known, errors=True), gain, sums
 
 
 def _ramped(A, B, T):

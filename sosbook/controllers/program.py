@@ -126,11 +126,8 @@ class Code:
     def texts(self) -> dict:
         """The text of each file by its name."""
         name, c = self.name, self.controller
-        files = {
-            f"{name}.h": "axis.h",
-            f"{name}.c": "axis.c",
-            f"{name}_tick.h": "axis_tick.h",
-            f"{name}_bench.c": "axis_bench.c",
+        ends = ".h", ".c", "_tick.h", "_bench.c"
+        files = {f"{name}{end}": f"axis{end}" for end in ends} | {
             "CMakeLists.txt": "CMakeLists.txt",
             f"{name}_sketch/{name}_sketch.ino": "axis.ino",
             f"{name}_sketch/platformio.ini": "platformio.ini",
@@ -163,14 +160,10 @@ class Code:
         written.define("DELAY_TICKS", c.timing.whole_samples, said)
         us = f"{round(1e6 * float(c.timing.remainder))}UL"
         written.define("DELAY_REST_US", us, "whole ticks, and what is left")
-        for kind, signals in (
-            ("IN", c.measured),
-            ("SET", c.set_points),
-            ("OUT", c.outputs),
-        ):
-            for k, (word, signal) in enumerate(
-                zip(identifiers([s.name for s in signals]), signals)
-            ):
+        kinds = ("IN", c.measured), ("SET", c.set_points), ("OUT", c.outputs)
+        for kind, signals in kinds:
+            words = identifiers([s.name for s in signals])
+            for k, (word, signal) in enumerate(zip(words, signals)):
                 written.define(f"{kind}_{word}", k, str(signal))
         for label in ("TICK", "SLACK"):
             written.number(label, values[label], "s")

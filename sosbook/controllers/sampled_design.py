@@ -75,16 +75,10 @@ class SampledDesign(ReadOnly):
 
     def _repr_html_(self):
         found = self.K is not None
-        return card(
-            "SampledDesign",
-            self.status,
-            np.atleast_2d(self.poles()) if found else (),
-            self._region(),
-            tuple(self.gains.items()) if found else (),
-            None,
-            (self.reason,),
-            "poles, from tick to tick",
-        )
+        poles = np.atleast_2d(self.poles()) if found else ()
+        gains, axis = self.gains.items() if found else (), "poles, from tick to tick"
+        about = self._region(), tuple(gains), None, (self.reason,), axis
+        return card("SampledDesign", self.status, poles, *about)
 
     @property
     def _law(self):
@@ -245,24 +239,16 @@ class _Work:
         steps = limits / LARGEST
         gains = [self.continuous.K(x) for x in (0 * steps, *np.diag(steps))]
         made = [replace(design, K=K).controller() for K in gains]
-        plants = [
-            d.map(lambda x: x.astype(float)) for d in corners_of(request).values()
-        ]
+        corners = corners_of(request).values()
+        plants = [d.map(lambda x: x.astype(float)) for d in corners]
         self.loops = _Loops(made, steps, form, plants)
 
     def done(self, starts, seed, seconds):
         best, found, stopped = None, Found(None, np.inf, 0), ""
         try:
             with time_limit(seconds):
-                found = search(
-                    self.task,
-                    self.loops,
-                    starts,
-                    seed,
-                    (),
-                    self._objective,
-                    self._begin,
-                )
+                ways = (), self._objective, self._begin
+                found = search(self.task, self.loops, starts, seed, *ways)
                 stopped = STOPPED * found.stopped
                 if self._radius(found.kappa) < min(self.asked, 1 - EDGE):
                     best = self._proven(found.kappa)

@@ -139,20 +139,12 @@ class _Forces:
     def __init__(self, plants, friction, backlash):
         N = len(plants[0].E)
         self.n = n = N // 2
-        self.friction = np.zeros(n)
-        if friction is not None:
-            self.friction = np.broadcast_to(np.asarray(friction, float), (n,))
-        self.entry = (
-            np.eye(N)[:, n:]
-            if (friction is not None or backlash)
-            else (np.zeros((N, 0)))
-        )
-        E = np.array([d.E for d in plants])
-        self.heavy = (
-            1 / np.array([np.diag(np.linalg.inv(e[n:, n:])) for e in E])
-            if self.entry.size
-            else None
-        )
+        self.entry = np.eye(N)[:, n if friction is not None or backlash else N :]
+        if self.entry.size:
+            light = [np.diag(np.linalg.inv(d.E[n:, n:])) for d in plants]
+            self.heavy = 1 / np.array(light)
+        friction = 0.0 if friction is None else friction
+        self.friction = np.broadcast_to(np.asarray(friction, float), (n,))
         self.backlash = backlash
         if backlash is not None:
             i, j = backlash.first, backlash.second

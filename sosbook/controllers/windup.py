@@ -21,6 +21,7 @@ Source: the circle criterion in a region, as in S. Tarbouriech et al., Stability
 Stabilization of Linear Systems with Saturating Actuators (2011), chapter 3.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import ROUND_FLOOR
 
@@ -86,14 +87,11 @@ def proven_reach(c, j, seconds=30.0):
     best = Reach(None, None, 0, unit)
     if at_rest is None:
         return best
-    try:
-        with time_limit(seconds):
-            for kappa in SECTORS:
-                step, cells = _covered(c, kappa, at_rest, best.step or 0.0)
-                if step is not None and step > (best.step or 0.0):
-                    best = Reach(step, kappa, cells, unit)
-    except OutOfTime:
-        pass
+    with suppress(OutOfTime), time_limit(seconds):
+        for kappa in SECTORS:
+            step, cells = _covered(c, kappa, at_rest, best.step or 0.0)
+            if step is not None and step > (best.step or 0.0):
+                best = Reach(step, kappa, cells, unit)
     return best
 
 
@@ -143,8 +141,7 @@ def _cell(joined, weights, H, kappa, at_rest):
         if joined.cell(weights, L).least(R) > 0:
             size = Lx @ balls(at_rest)
             length = sum((e.abs_upper() ** 2 for e in size.flat), arb(0)).sqrt()
-            step = 1 / ((1 - arb(exact(kappa))) * length)
-            return rounded(step, 0)
+            return rounded(1 / ((1 - arb(exact(kappa))) * length), 0)
     return None
 
 
@@ -174,10 +171,8 @@ def _common(both, H, kappa, g, room):
     found = problem.find(refuse=False).values
     if found is None:
         return None
-    try:
+    with suppress(Unbounded):
         found = problem.minimize({"X": W}, 1e-3, found).values
-    except Unbounded:
-        pass
     return scale.T @ found["X"] @ scale
 
 

@@ -19,8 +19,6 @@ from .base import (
 )
 from .structure import Structure, placed
 
-__all__ = ["DynamicLaw"]
-
 NAMES = "A_c", "B_c", "C_c", "D_c"
 MOST_STATES = 100  # whose A_c has 10,000 numbers, more than any search moves
 

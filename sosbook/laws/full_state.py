@@ -5,8 +5,6 @@ from typing import Any
 
 from ..runtime.read_only import ReadOnly
 
-__all__ = ["FullState"]
-
 
 @dataclass(frozen=True, eq=False)
 class FullState(ReadOnly):

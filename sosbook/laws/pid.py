@@ -19,8 +19,6 @@ from .base import (
 )
 from .structure import Structure, placed
 
-__all__ = ["PIDLaw"]
-
 NAMES = "K_P", "K_D", "K_I"
 
 
@@ -145,20 +143,9 @@ class PIDLaw(Law):
             of_sensors[s : s + f, :q], of_states[s : s + f, a:] = fast, -fast
             lagged = [f"filtered {w}" for w in words[:q]]
         rates = [f"rate of {w}" for w in words[:q]] if f else []
-        return Parts(
-            rows,
-            noise_rows(self.noise, s, q, plant.p),
-            exact(E),
-            exact(A),
-            exact(B),
-            of_sensors,
-            of_states,
-            0,
-            words,
-            (*names, *lagged),
-            (*words, *rates, *names),
-            a,
-        )
+        noise, moves = noise_rows(self.noise, s, q, plant.p), map(exact, (E, A, B))
+        said = words, (*names, *lagged), (*words, *rates, *names)
+        return Parts(rows, noise, *moves, of_sensors, of_states, 0, *said, a)
 
     def structure(self, plant: Any) -> Structure:
         q = len(self._positions())

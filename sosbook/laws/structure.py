@@ -7,8 +7,6 @@ import numpy as np
 from ..plants.checks import is_word, matrix
 from ..runtime.read_only import ReadOnly
 
-__all__ = ["Block", "Structure", "placed"]
-
 
 @dataclass(frozen=True, eq=False)
 class Block(ReadOnly):

@@ -15,8 +15,6 @@ from .polynomials import Polynomials
 from .second_order import SecondOrderSystem
 from .uncertain import MOST_VERTICES, ROWS, Uncertain
 
-__all__ = ["NearBox", "near_box"]
-
 ROUNDING = 1e-9  # of an entry: what sums and products of floats may lose by far
 
 
