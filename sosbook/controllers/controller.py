@@ -182,7 +182,7 @@ class Controller(Answers, ReadOnly):
         names = self.gain.signals[: len(self.R)]
         if self.U is not None and len(self.U):
             sums = self.gain.signals[len(self.estimate.take) :]
-            names = [name.removeprefix("integral of ") for name in sums]
+            names = tuple(name.removeprefix("integral of ") for name in sums)
         return signals_of([f"set point of {x}" for x in names], self.units)
 
     @property

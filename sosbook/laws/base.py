@@ -108,18 +108,12 @@ class Parts(ReadOnly):
         whole, m = self.joined(d), d.Bu.shape[1]
         pushed, through = whole.Bu[:, m:] @ K[m:], K[:m] @ self.noisy
         noise = pushed @ self.noisy + whole.Bu[:, :m] @ through
-        Dw = d.Dw
-        if d.Du is not None and (through != 0).any():
+        Dw, Uw = d.Dw, through if (through != 0).any() else None
+        if d.Du is not None and Uw is not None:
             Dw = d.Du @ through if Dw is None else Dw + d.Du @ through
-        return replace(
-            whole,
-            A=whole.A + pushed @ self.measured,
-            Bu=whole.Bu[:, :m],
-            Bw=whole.Bw + noise,
-            Du=d.Du,
-            Dw=Dw,
-            Uw=through if (through != 0).any() else None,
-        )
+        A, Bw = whole.A + pushed @ self.measured, whole.Bw + noise
+        Bu = whole.Bu[:, :m]
+        return replace(whole, A=A, Bu=Bu, Bw=Bw, Du=d.Du, Dw=Dw, Uw=Uw)
 
     def state_gain(self, K):
         """The gain of u = K' [x; x_c], from the law's K, both in rationals."""
@@ -141,17 +135,14 @@ class Parts(ReadOnly):
 
     def controller(self, K):
         """A, B, C, D from y_m to u, in rationals, for the gain K in rationals."""
-        m, back = len(K) - self.free, inverse(self.E) if len(self.E) else self.E
-        push = back @ self.entry @ K[m:] if len(self.E) else exact(np.zeros((0, 0)))
+        m = len(K) - self.free
+        C, D = K[:m] @ self.of_states, K[:m] @ self.of_sensors
         if not len(self.E):
-            empty = exact(np.zeros((0, len(self.rows))))
-            return self.E, empty, K @ self.of_states, K @ self.of_sensors
-        return (
-            back @ self.A + push @ self.of_states,
-            back @ self.B + push @ self.of_sensors,
-            K[:m] @ self.of_states,
-            K[:m] @ self.of_sensors,
-        )
+            return self.E, exact(np.zeros((0, len(self.rows)))), C, D
+        back = inverse(self.E)
+        push = back @ self.entry @ K[m:]
+        A = back @ self.A + push @ self.of_states
+        return A, back @ self.B + push @ self.of_sensors, C, D
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,21 +250,19 @@ def sensor_rows(plant, position, velocity):
             "its state x"
         )
     n = plant.order if first else plant.n
-    blocks, names = [], signals(plant)
-    for name, rows in (("position", position), ("velocity", velocity)):
-        rows = np.zeros((0, n)) if rows is None else matrix(name, rows, (None, n))
-        blocks.append(rows)
-    whole = blocks[0]
+    seen, moved = (
+        np.zeros((0, n)) if rows is None else matrix(name, rows, (None, n))
+        for name, rows in (("position", position), ("velocity", velocity))
+    )
+    whole = seen
     if not first:
-        upper = [[blocks[0], np.zeros_like(blocks[0])]]
-        lower = [[np.zeros_like(blocks[1]), blocks[1]]]
-        whole = np.block(upper + lower)
-    words = tuple(row_words(row, names) for row in whole)
-    rows = whole.tolist()
+        whole = np.block([[seen, 0 * seen], [0 * moved, moved]]) + 0.0
+    names = signals(plant)
+    words, rows = tuple(row_words(row, names) for row in whole), whole.tolist()
     for row, twice in zip(rows, words):
         if rows.count(row) > 1:
             raise ValueError(f"two sensors measure {twice}: leave one out")
-    return exact(whole), words, len(blocks[0])
+    return exact(whole), words, len(seen)
 
 
 def checked_sensors(name, rows, columns=None):

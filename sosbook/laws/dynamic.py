@@ -116,19 +116,11 @@ class DynamicLaw(Law):
         rows, words, q = sensor_rows(plant, self.position, self.velocity)
         s, c = len(rows), self.order
         states = tuple(f"xc{k + 1}" for k in range(c))
-        return Parts(
-            rows,
-            noise_rows(self.noise, s, q, plant.p),
-            exact(np.eye(c)),
-            exact(np.zeros((c, c))),
-            exact(np.zeros((c, s))),
-            exact(np.eye(s + c, s)),
-            exact(np.eye(s + c, c, -s)),
-            c,
-            words,
-            states,
-            (*words, *states),
-        )
+        seen, eye, zero = s + c, np.eye, np.zeros
+        parts = eye(c), zero((c, c)), zero((c, s)), eye(seen, s), eye(seen, c, -s)
+        E, A, B, take, stay = map(exact, parts)
+        noise, said = noise_rows(self.noise, s, q, plant.p), (*words, *states)
+        return Parts(rows, noise, E, A, B, take, stay, c, words, states, said)
 
     def structure(self, plant: Any) -> Structure:
         m, c = plant.m, self.order

@@ -143,9 +143,10 @@ class PIDLaw(Law):
             of_sensors[s : s + f, :q], of_states[s : s + f, a:] = fast, -fast
             lagged = [f"filtered {w}" for w in words[:q]]
         rates = [f"rate of {w}" for w in words[:q]] if f else []
-        noise, moves = noise_rows(self.noise, s, q, plant.p), map(exact, (E, A, B))
+        E, A, B = map(exact, (E, A, B))
+        seen = rows, noise_rows(self.noise, s, q, plant.p)
         said = words, (*names, *lagged), (*words, *rates, *names)
-        return Parts(rows, noise, *moves, of_sensors, of_states, 0, *said, a)
+        return Parts(*seen, E, A, B, of_sensors, of_states, 0, *said, a)
 
     def structure(self, plant: Any) -> Structure:
         q = len(self._positions())

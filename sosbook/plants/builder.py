@@ -106,16 +106,17 @@ class _Numpy(types.ModuleType):
     """numpy, but new arrays of floats can hold expressions."""
 
     def __getattr__(self, name):
-        function = getattr(np, name)
-        return _object_maker(function) if name in MAKERS else function
+        return _object_maker(getattr(np, name))
 
 
 def _object_maker(function):
+    """A function of numpy, whose new array can hold expressions if it makes one."""
+
     def make(*args, **kwargs):
         array = function(*args, **kwargs)
         return array.astype(object) if array.dtype == float else array
 
-    return make
+    return make if getattr(function, "__name__", "") in MAKERS else function
 
 
 def _remade(builder):
@@ -212,7 +213,12 @@ def check_by_numbers(builder, box, expected):
     ``expected``, from a point to matrices by name as the builder's own rows have them.
     """
     for point in (box.low, box.high, box.inner):
-        plant = _with_numbers(builder, box, point)
+        token = building.set([])
+        try:
+            given = {k: int(x.p) / int(x.q) for k, x in zip(box.names, point)}
+            plant = builder(**given)
+        finally:
+            building.reset(token)
         if isinstance(plant, Symbolic):  # made of symbols of sympy, not of arguments
             return
         for name, mine in expected(point).items():
@@ -233,14 +239,6 @@ def _matrix_of(vertex, name):
     if hasattr(vertex, "Bu"):
         name = OF_ARGUMENTS.get(name, name)
     return getattr(vertex, name)
-
-
-def _with_numbers(builder, box, point):
-    token = building.set([])
-    try:
-        return builder(**{k: int(x.p) / int(x.q) for k, x in zip(box.names, point)})
-    finally:
-        building.reset(token)
 
 
 def told(factor):

@@ -111,8 +111,7 @@ def is_singular(E):
 
 def _row_denominators(*matrices):
     """For each row the least common multiple of its denominators."""
-    denominators = []
-    tables = []
+    denominators, tables = [], []
     for X in matrices:
         check_time()
         tables.append(X.table())
@@ -163,16 +162,15 @@ def _modulo(E, A, B, p):
             break
         check_time()
         reached, power = further, power * power
-    null, k = reached.nullspace() if rank else (_identity(N, p), N)
+    null, k = reached.nullspace() if rank else (nmod_mat(N, N, p), N)
+    if not rank:
+        for i in range(N):
+            null[i, i] = 1
     columns = [[int(null[i, j]) for i in range(N)] for j in range(k)]
     V = nmod_mat(k, N, [e for row in columns for e in row], p) * inverse_E
     V, _ = V.rref()
     rows = [[int(e) for e in row] for row in V.table()]
     return tuple(next(j for j, e in enumerate(row) if e) for row in rows), rows
-
-
-def _identity(N, p):
-    return nmod_mat(N, N, [int(i == j) for i in range(N) for j in range(N)], p)
 
 
 def _basis(rows):
@@ -203,13 +201,11 @@ class _Lift:
             self.modulus, self.used = p, 1
         elif pivots == current:
             inverse = pow(self.modulus, -1, p)
-            self.rows = [
-                [
+            for both in zip(self.rows, rows):
+                both[0][:] = [
                     old + self.modulus * ((new - old) * inverse % p)
                     for old, new in zip(*both)
                 ]
-                for both in zip(self.rows, rows)
-            ]
             self.modulus, self.used = self.modulus * p, self.used + 1
 
     @property
@@ -221,12 +217,10 @@ class _Lift:
         """The rows as rationals, or None if an entry has none."""
         limit, rationals = int(fmpz(self.modulus // 2).isqrt()), []
         for row in self.rows:
-            rationals.append([])
-            for entry in row:
-                value = _fraction(entry, self.modulus, limit)
-                if value is None:
-                    return None
-                rationals[-1].append(value)
+            values = [_fraction(entry, self.modulus, limit) for entry in row]
+            if None in values:
+                return None
+            rationals.append(values)
         return rationals
 
 

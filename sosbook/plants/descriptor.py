@@ -69,14 +69,10 @@ class Descriptor(ReadOnly):
         d = vars(self).get("_exactly", self)
         if isinstance(d, tuple):
             d = first_order(exact, *map(exact, d))
-        parts = (getattr(d, name) for name in MATRICES[1:])
-        return Descriptor(
-            E if d is self else function(d.E),
-            *(x if x is None else function(x) for x in parts),
-            Uw=None if self.Uw is None else function(d.Uw),
-            n=self.n,
-            a=self.a,
-        )
+        E = E if d is self else function(d.E)
+        parts = (getattr(d, name) for name in (*MATRICES[1:], "Uw"))
+        made = (x if x is None else function(x) for x in parts)
+        return Descriptor(E, *made, self.n, self.a)
 
     @property
     def rounded(self):
@@ -98,30 +94,17 @@ class Descriptor(ReadOnly):
         if self.Ca is None:
             return self
         L = self.Ca @ inverse(self.E)
-
-        def joined(x, y):
-            return y if x is None else x + y
-
-        return replace(
-            self,
-            C=self.C + L @ self.A,
-            Du=joined(self.Du, L @ self.Bu),
-            Dw=joined(self.Dw, L @ self.Bw),
-            Ca=None,
-        )
+        C, Du, Dw = self.C + L @ self.A, L @ self.Bu, L @ self.Bw
+        Du = Du if self.Du is None else self.Du + Du
+        Dw = Dw if self.Dw is None else self.Dw + Dw
+        return replace(self, C=C, Du=Du, Dw=Dw, Ca=None)
 
     def change(self, left, T, scale=1):
         """The system in coordinates x = T xi, u = scale v, its rows times ``left``."""
-        return Descriptor(
-            left @ self.E @ T,
-            left @ self.A @ T,
-            left @ self.Bu * scale,
-            left @ self.Bw,
-            self.C @ T,
-            None if self.Du is None else self.Du * scale,
-            self.Dw,
-            None if self.Ca is None else self.Ca @ T,
-        )
+        moved = left @ self.E @ T, left @ self.A @ T, left @ self.Bu * scale
+        Du = None if self.Du is None else self.Du * scale
+        Ca = None if self.Ca is None else self.Ca @ T
+        return Descriptor(*moved, left @ self.Bw, self.C @ T, Du, self.Dw, Ca)
 
     def state_space(self):
         """E^-1 [A Bu Bw], the standard form."""

@@ -75,15 +75,14 @@ def filtered(
         vertices = checked.vertices
     else:
         vertices = descriptors(checked, U)
+
+    def one(d):
+        return _joined(output.seen(d), num, den)
+
     if checked.family is not None:
-
-        def one(d):
-            return _joined(output.seen(d), num, den)
-
         return joined_family(checked.family, one, U).polytope()
-    joined = [_joined(output.seen(d), num, den) for d in vertices]
-    part = Reduction.in_states(checked, len(joined[0].E))
-    return DescriptorSystem.of(joined, part)
+    joined = [*map(one, vertices)]
+    return DescriptorSystem.of(joined, Reduction.in_states(checked, len(joined[0].E)))
 
 
 def _coefficients(name, value):
@@ -98,7 +97,7 @@ def _joined(d, num, den):
     q, N, k = len(d.C), len(d.E), len(den) - 1
     number = exact if d.E.dtype == object else np.asarray
 
-    def zero(shape):
+    def zero(*shape):
         return number(np.zeros(shape))
 
     num = np.concatenate([np.zeros(k + 1 - len(num)), num])
@@ -109,20 +108,15 @@ def _joined(d, num, den):
     if k:
         chain[-1, -1], last[-1] = den[0], -den[:0:-1]
     into = number(np.kron(np.eye(q), np.eye(k)[:, -1:]) if k else np.zeros((0, q)))
-    chain, last, seen = (
-        number(np.kron(np.eye(q), x)) for x in (chain, last, rest[:0:-1][None])
-    )
+    several = chain, last, rest[:0:-1][None]
+    chain, last, seen = (number(np.kron(np.eye(q), x)) for x in several)
     direct = number(np.array([[direct]]))[0, 0]
-    Du = zero((q, d.Bu.shape[1])) if d.Du is None else d.Du
-    Dw = zero((q, d.Bw.shape[1])) if d.Dw is None else d.Dw
-    Ca = zero((q, N)) if d.Ca is None else d.Ca
-    return Descriptor(
-        np.block([[d.E, zero((N, q * k))], [-into @ Ca, chain]]),
-        np.block([[d.A, zero((N, q * k))], [into @ d.C, last]]),
-        np.vstack([d.Bu, into @ Du]),
-        np.vstack([d.Bw, into @ Dw]),
-        np.hstack([direct * d.C, seen]),
-        direct * Du,
-        direct * Dw,
-        np.hstack([direct * Ca, zero((q, q * k))]),
-    )
+    Du = zero(q, d.Bu.shape[1]) if d.Du is None else d.Du
+    Dw = zero(q, d.Bw.shape[1]) if d.Dw is None else d.Dw
+    Ca = zero(q, N) if d.Ca is None else d.Ca
+    E = np.block([[d.E, zero(N, q * k)], [-into @ Ca, chain]])
+    A = np.block([[d.A, zero(N, q * k)], [into @ d.C, last]])
+    Bu, Bw = np.vstack([d.Bu, into @ Du]), np.vstack([d.Bw, into @ Dw])
+    C = np.hstack([direct * d.C, seen])
+    Ca = np.hstack([direct * Ca, zero(q, q * k)])
+    return Descriptor(E, A, Bu, Bw, C, direct * Du, direct * Dw, Ca)

@@ -20,15 +20,11 @@ def checked_plant(plant, kinds=Plant):
         plant = plant.polytope()
     if isinstance(plant, kinds):
         return plant
-    cure = ""
-    if isinstance(plant, (list, tuple)):
-        cure = ": wrap it in Polytope([...])"
-    elif hasattr(plant, "regular"):
+    cure = ": wrap it in Polytope([...])" if isinstance(plant, (list, tuple)) else ""
+    if hasattr(plant, "regular"):
         cure = ": give its .regular, the plant with K_A inside"
-    *first, last = (
-        f"{'an' if kind is Uncertain else 'a'} {kind.__name__}"
-        for kind in getattr(kinds, "__args__", (kinds,))
-    )
+    kinds = getattr(kinds, "__args__", (kinds,))
+    *first, last = (f"{'an' if x is Uncertain else 'a'} {x.__name__}" for x in kinds)
     names = f"{', '.join(first)} or {last}" if first else last
     raise ValueError(f"plant must be {names}, got {type(plant).__name__}{cure}")
 

@@ -96,11 +96,12 @@ def reach(given, corners):
     .. math::  X - X(t) = E^{-1} (G_R - G_E X(t)), \quad
         |X - X(t)| \le (I - M)^{-1} Q (\Gamma_R + \Gamma_E \Xi).
     """
-    N = len(corners[0].E)
-    gap = _largest(_wide(v) - _wide(c) for v, c in zip(given, corners))
-    inverses = [inverse(c.E) for c in corners]
+    N, several = len(corners[0].E), (given, corners)
+    given, corners = ([np.hstack([d.E, d.A, d.Bu, d.Bw]) for d in x] for x in several)
+    gap = _largest(v - c for v, c in zip(given, corners))
+    inverses = [inverse(c[:, :N]) for c in corners]
     Q = _largest(inverses)
-    Xi = _largest(i @ _wide(c)[:, N:] for i, c in zip(inverses, corners))
+    Xi = _largest(i @ c[:, N:] for i, c in zip(inverses, corners))
     try:
         near = inverse(exact(np.eye(N)) - Q @ gap[:, :N])
     except ZeroDivisionError:
@@ -108,10 +109,6 @@ def reach(given, corners):
     if (near < 0).any():
         return None
     return (near @ (Q @ (gap[:, N:] + gap[:, :N] @ Xi))).astype(float)
-
-
-def _wide(d):
-    return np.hstack([d.E, d.A, d.Bu, d.Bw])
 
 
 def _largest(several):
@@ -198,9 +195,8 @@ def near_box(vertices, order):
         there = [exact(vertices[0])]
         for change in found.values():
             there += [s + change for s in there]
-        if {tuple(s.ravel()) for s in there} != set(
-            map(tuple, exact(vertices).reshape(len(vertices), -1).tolist())
-        ):
+        given = exact(vertices).reshape(len(vertices), -1).tolist()
+        if {tuple(s.ravel()) for s in there} != {*map(tuple, given)}:
             places = [int(np.argmax(_among(s, sums, sizes))) for s in steps]
             return there[0], found, tuple(places)
     return None

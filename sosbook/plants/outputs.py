@@ -201,29 +201,22 @@ class Output(ReadOnly):
                 if name in own and len(own[name]) == len(full):
                     full = full + own[name]
                 own[name] = full
-            counts = {k: len(x) for k, x in own.items()}
-            if len(set(counts.values())) > 1 or not min(counts.values()):
+            counts = {len(x) for x in own.values()}
+            if len(counts) > 1 or not min(counts):
                 raise ValueError(
                     f"{in_words(*part.data())}: a number stands for a multiple of the "
                     "identity, which has other rows here: give a matrix"
                 )
             used |= own.keys()
-            widths = {"C": order, "Ca": order, "Du": m, "Dw": p}
-            for name, width in widths.items():
-                zero = np.zeros((next(iter(counts.values())), width))
-                stacked[name].append(own.get(name, zero))
+            for name, width in {"C": order, "Ca": order, "Du": m, "Dw": p}.items():
+                stacked[name].append(own.get(name, np.zeros((*counts, width))))
         return {k: np.vstack(x) if k in used else None for k, x in stacked.items()}
 
     def seen(self, d: Descriptor) -> Descriptor:
         """The plant ``d``, a `Descriptor`, with this output."""
         n, N, number = d.n, len(d.E), exact if d.E.dtype == object else np.array
-        places = {}
-        if n:
-            places = {
-                "position": slice(0, n),
-                "velocity": slice(n, 2 * n),
-                "integral": slice(2 * n, 2 * n + d.a),
-            }
+        ends = zip(("position", "velocity", "integral"), (0, n, 2 * n), (n, n, d.a))
+        places = {name: slice(k, k + size) for name, k, size in ends} if n else {}
         found = self.rows(places, N, d.Bu.shape[1], d.Bw.shape[1])
         found = {k: None if x is None else number(x) for k, x in found.items()}
         return _with_noise(replace(d, **found))

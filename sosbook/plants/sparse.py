@@ -49,9 +49,8 @@ def massless_cure(M, D):
     """
     rows = massless(M, D)
     if len(rows):
-        named = ", ".join(map(str, rows[:MOST_NAMED])) + ", ..." * (
-            len(rows) > MOST_NAMED
-        )
+        more = ", ..." * (len(rows) > MOST_NAMED)
+        named = ", ".join(map(str, rows[:MOST_NAMED])) + more
         return f"; sosbook.plants.condense solves for z[{named}] exactly"
     count = 0 if issparse(M) else massless_directions(M, D)[0].shape[1]
     if not count:

@@ -97,12 +97,10 @@ class Uncertain:
                         f"{name} has the denominator {x.words(x.den)}, and no equation "
                         "to multiply by it: give the quotient a range of its own"
                     )
-        parts = {
-            name: Polynomials.of(
-                matrix.shape, [x.num.to_dict() for x in matrix.flat], len(box.names)
-            )
-            for name, matrix in matrices.items()
-        }
+        parts, count = {}, len(box.names)
+        for name, matrix in matrices.items():
+            terms = [x.num.to_dict() for x in matrix.flat]
+            parts[name] = Polynomials.of(matrix.shape, terms, count)
         self._fill(kind, box, parts, rest)
         self.rows = {i + 1: told(factor) for i, factor in factors.items()}
         if kind is DescriptorSystem:  # of a mass K_A may decide
@@ -292,10 +290,10 @@ class Uncertain:
         rng = np.random.default_rng(whole("seed", seed))
         shares = rng.random((whole("count", count), len(self.box.names))).round(9)
         ends = list(zip(self.box.low, self.box.high))
-        points = [
-            [a + (b - a) * s for (a, b), s in zip(ends, r)] for r in exact(shares)
+        return [
+            self._plant(self._at([a + (b - a) * s for (a, b), s in zip(ends, r)]))
+            for r in exact(shares)
         ]
-        return [self._plant(self._at(point)) for point in points]
 
     @property
     def vertices(self) -> tuple:
@@ -326,9 +324,8 @@ class Uncertain:
     def _plant(self, matrices, kept=False):
         """A plant of floats next to rationals, which it keeps in mind if they are."""
         with as_written():  # a vertex needn't be a plant of the family
-            plant = self.kind(
-                **{name: x.astype(float) for name, x in matrices.items()}, **self._rest
-            )
+            floats = {name: x.astype(float) for name, x in matrices.items()}
+            plant = self.kind(**floats, **self._rest)
         if kept:
             plant.vertices[0].keep(matrices)
         return plant
