@@ -80,9 +80,8 @@ def infinite_modes(
     if isinstance(plant, Polytope):
         return tuple(infinite_modes(v) for v in plant.vertices)  # type: ignore[misc]
     E, A = _scaled_pencil(plant)
-    if all(
-        rank_deficient(s * E - A, 1e-12) for s in (0.31 + 1.7j, -2.3 + 0.6j, 0.9 - 1.1j)
-    ):
+    points = 0.31 + 1.7j, -2.3 + 0.6j, 0.9 - 1.1j
+    if all(rank_deficient(s * E - A, 1e-12) for s in points):
         raise ValueError(
             "plant has a singular pencil: det(s^2 M + s D + S) vanishes "
             "for every s, so u doesn't determine the motion; use the "
@@ -97,11 +96,9 @@ def infinite_modes(
         if W.shape[1] == dimensions[-1]:
             break
         dimensions.append(W.shape[1])
-    infinite = dimensions[-1]
-    algebraic = dimensions[min(1, len(dimensions) - 1)]
-    return InfiniteModes(
-        len(E) - infinite, infinite, infinite - algebraic, len(dimensions) - 1
-    )
+    infinite, index = dimensions[-1], len(dimensions) - 1
+    impulses = infinite - dimensions[min(1, index)]
+    return InfiniteModes(len(E) - infinite, infinite, impulses, index)
 
 
 def _scaled_pencil(plant):
@@ -121,8 +118,5 @@ def _scaled_pencil(plant):
     M, D = M * omega**2, D * omega
     size = max(np.linalg.norm(x, 2) for x in (M, D, S)) or 1.0
     M, D, S = M / size, D / size, S / size
-    n = plant.n
-    zero, one = np.zeros((n, n)), np.eye(n)
-    E = np.block([[one, zero], [zero, M]])
-    A = np.block([[zero, one], [-S, -D]])
-    return E, A
+    zero, one = np.zeros_like(M), np.eye(plant.n)
+    return np.block([[one, zero], [zero, M]]), np.block([[zero, one], [-S, -D]])

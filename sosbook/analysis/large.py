@@ -94,10 +94,9 @@ class Pencil(ReadOnly):
             try:
                 y = self.solver(s)(self.slope(s, q))
             except (LinAlgError, LinAlgWarning, RuntimeError, ZeroDivisionError):
-                step = 0.0  # singular to the last bit
-                break
+                y = np.inf
             if not np.isfinite(y).all():
-                step = 0.0
+                step = 0.0  # singular to the last bit
                 break
             step = (q.conj() @ q) / (q.conj() @ y)
             s, q = s - step, y / np.linalg.norm(y)
@@ -113,19 +112,18 @@ class Pencil(ReadOnly):
         K_D, K_I = self.K[:, n : 2 * n], self.K[:, 2 * n :]
         solve = self.solver(shift)
 
-        def inverse(x):  # of the first-order form [z; z'; x3]
+        def back(x):  # through the first-order form [z; z'; x3]
             check_time()
             z, v, i = np.split(x, [n, 2 * n])
             force = self.M @ (v + shift * z) + self.D @ z - self.B @ (K_D @ z)
             if a:
                 force = force + self.B @ (K_I @ i) / shift
             q = solve(-force)
-            return np.concatenate(
-                [q, z + shift * q, (self.U @ q - i) / shift][: 2 + (a > 0)]
-            )
+            parts = q, z + shift * q, (self.U @ q - i) / shift
+            return np.concatenate(parts[: 2 + (a > 0)])
 
         size = 2 * n + a
-        operator = LinearOperator((size, size), inverse, dtype=complex)
+        operator = LinearOperator((size, size), back, dtype=complex)
         start = np.random.default_rng(0).normal(size=size)
         try:
             values, vectors = eigs(operator, AT_ONCE, v0=start, maxiter=RESTARTS)
@@ -225,25 +223,22 @@ def energy_forms(plant, K, sigma, epsilon):
     (S_s, H), (D_s, G) = halves(S), halves(D)
     S_off, D_off = ((x + x.T) / 2 for x in (S_off, D_off))
     e, s = epsilon, sigma
-    corner = (e * G - H) / 2 - s * e * M
-    blocks = [[(e - s) * S_s - s * e * D_s, corner], [corner.T, D_s - (e + s) * M]]
-    off = e * D_off + S_off + s * e * M_off
-    errors = [
-        [e * S_off + s * S_off + s * e * D_off, off],
-        [off.T, D_off + (e + s) * M_off],
-    ]
-    whole = csc_array(block_array(blocks))
+
+    def symmetric(first, corner, last):
+        return csc_array(block_array([[first, corner], [corner.T, last]]))
+
+    corner, off = (e * G - H) / 2 - s * e * M, e * D_off + S_off + s * e * M_off
+    decay = symmetric((e - s) * S_s - s * e * D_s, corner, D_s - (e + s) * M)
+    first = e * S_off + s * S_off + s * e * D_off
+    decay_off = symmetric(first, off, D_off + (e + s) * M_off)
+    first = (e + s) * abs(S_s) + s * e * abs(D_s)
+    sizes = symmetric(first, abs(corner), abs(D_s) + (e + s) * abs(M))
     energy = S_s + e * D_s - e * e * M
     energy_off = S_off + e * D_off + e * e * M_off
-    sizes = [
-        [(e + s) * abs(S_s) + s * e * abs(D_s), abs(corner)],
-        [abs(corner).T, abs(D_s) + (e + s) * abs(M)],
-    ]
     size = abs(S_s) + e * abs(D_s) + e * e * abs(M)
-    errors = csc_array(block_array(errors) + 8 * EPS * block_array(sizes))
     forms = {
         "mass": (M, M_off),
         "energy": (energy, energy_off + 8 * EPS * size),
-        "decay": (whole, errors),
+        "decay": (decay, decay_off + 8 * EPS * sizes),
     }
     return {name: ((x + x.T) / 2, csc_array(off)) for name, (x, off) in forms.items()}

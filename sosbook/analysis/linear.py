@@ -52,19 +52,14 @@ def open_loop(d):
     n, N = len(d.C), len(d.E)
     A, B, Bw = d.state_space()
     m, p = B.shape[1], Bw.shape[1]
-    names = {
-        "inputs": [f"u{k + 1}" for k in range(m)]
-        + [f"w{k + 1}" for k in range(p)]
-        + [f"r{k + 1}" for k in range(n)],
-        "outputs": [f"x{k + 1}" for k in range(N)],
-    }
-    return library("control").ss(
-        A,
-        np.hstack([B, Bw, _set_point(d)]),
-        np.eye(N),
-        np.zeros((N, m + p + n)),
-        **names,
-    )
+    names = {"inputs": _named(u=m, w=p, r=n), "outputs": _named(x=N)}
+    B, D = np.hstack([B, Bw, _set_point(d)]), np.zeros((N, m + p + n))
+    return library("control").ss(A, B, np.eye(N), D, **names)
+
+
+def _named(**counts):
+    """The signals of some letters: u1, u2, ..., w1, ..."""
+    return [f"{x}{k + 1}" for x, count in counts.items() for k in range(count)]
 
 
 def _set_point(d):
@@ -91,15 +86,9 @@ def closed_loop(d, K):
     K_P = K[:, :n]
     D = np.zeros((n + len(K), d.Bw.shape[1] + n))
     D[n:, d.Bw.shape[1] :] = -K_P
-    names = {
-        "inputs": [f"w{k + 1}" for k in range(d.Bw.shape[1])]
-        + [f"r{k + 1}" for k in range(n)],
-        "outputs": [f"z{k + 1}" for k in range(n)]
-        + [f"u{k + 1}" for k in range(len(K))],
-    }
-    return library("control").ss(
-        A, np.hstack([Bw, _set_point(d) - B @ K_P]), np.vstack([d.C, K]), D, **names
-    )
+    names = {"inputs": _named(w=Bw.shape[1], r=n), "outputs": _named(z=n, u=len(K))}
+    B, C = np.hstack([Bw, _set_point(d) - B @ K_P]), np.vstack([d.C, K])
+    return library("control").ss(A, B, C, D, **names)
 
 
 def hinf_norm(d, K):

@@ -35,18 +35,14 @@ def sensitive(d, K):
         balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
         terms = terms * np.outer(1 / scale, scale)
         try:
-            poles, right_vectors = np.linalg.eig(balanced)
-            left_vectors = np.linalg.inv(right_vectors)
+            poles, right = np.linalg.eig(balanced)
+            both = (np.linalg.inv(right), 1), (right, 0)
         except np.linalg.LinAlgError:
             return True
-        condition = np.linalg.norm(left_vectors, axis=1) * np.linalg.norm(
-            right_vectors, axis=0
-        )
-        error = np.finfo(float).eps * np.linalg.norm(terms) * condition
-        doubtful = (error > LARGEST_POLE_ERROR * np.abs(poles)) | (
-            error > np.abs(poles.real)
-        )
-        return bool(doubtful.any())
+        left, right = (np.linalg.norm(x, axis=k) for x, k in both)
+        error = np.finfo(float).eps * np.linalg.norm(terms) * (left * right)
+        known = np.minimum(LARGEST_POLE_ERROR * np.abs(poles), np.abs(poles.real))
+        return bool((error > known).any())
 
 
 def in_rationals(d, K):
@@ -99,19 +95,14 @@ class ExactLoop:
         def gain(log_omega):
             with ctx.workprec(POLYNOMIAL_BITS):
                 s = acb(0, float(np.exp(log_omega)))
-                below = self._denominator(s)
-                values = [
-                    [complex((n(s) / below).mid()) for n in row] for row in numerators
-                ]
-            return np.linalg.norm(np.array(values) + D, 2)
+                below = acb_poly(self.chi)(s)
+                table = [[(n(s) / below).mid() for n in row] for row in numerators]
+            return np.linalg.norm(np.array(table, complex) + D, 2)
 
         sizes = np.abs(poles)
-        grid = np.linspace(
-            np.log(sizes.min()) - 7, np.log(sizes.max()) + 7, SEARCH_POINTS
-        )
-        grid = np.sort(
-            [*grid, *np.log(sizes), *np.log(np.abs(poles.imag) + sizes / 1e3)]
-        )
+        ends = np.log(sizes.min()) - 7, np.log(sizes.max()) + 7
+        near = *np.log(sizes), *np.log(np.abs(poles.imag) + sizes / 1e3)
+        grid = np.sort([*np.linspace(*ends, SEARCH_POINTS), *near])
         return float(max(_highest(gain, grid), np.linalg.norm(D, 2)))
 
     def peak_input(self, x0):
@@ -141,24 +132,13 @@ class ExactLoop:
 
         def numerator(i, j):
             # the polynomial part of chi(s) (h0 / s + h1 / s^2 + ...)
-            return fmpq_poly(
-                [
-                    sum(
-                        (chi[p + 1 + k] * markov[k][i][j] for k in range(N - p)),
-                        fmpq(0),
-                    )
-                    for p in range(N)
-                ]
-            )
+            h = [table[i][j] for table in markov]
+            terms = ([x * y for x, y in zip(chi[p + 1 :], h)] for p in range(N))
+            return acb_poly(fmpq_poly([sum(x, fmpq(0)) for x in terms]))
 
+        rows, columns = range(C.nrows()), range(B.ncols())
         with ctx.workprec(POLYNOMIAL_BITS):
-            return [
-                [acb_poly(numerator(i, j)) for j in range(B.ncols())]
-                for i in range(C.nrows())
-            ]
-
-    def _denominator(self, s):
-        return acb_poly(self.chi)(s)
+            return [[numerator(i, j) for j in columns] for i in rows]
 
 
 class _Waves:

@@ -6,9 +6,9 @@ import numpy as np
 
 from ..plants.checks import count
 from .compiler import FLAGS, loaded
+from .numbers import FLOAT_TYPES
 from .program import Code
 from .replay import COUNTERS
-from .spelling import FLOAT_TYPES
 
 
 class CompiledCode:

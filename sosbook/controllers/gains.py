@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from .numbers import NONE
-from .spelling import literal
+from .numbers import NONE, literal
 from .template import comment
 
 

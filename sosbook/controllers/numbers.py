@@ -1,10 +1,13 @@
-"""The numbers of a controller's program, the same for Python and for C."""
+"""The numbers of a controller's program, for Python, and as C spells them."""
+
+import re
 
 import numpy as np
 
 NONE = 1e30  # in the place of a limit that there isn't; single precision has it, too
 OUT_OF_RANGE = 1e6  # of a reading or set point, in its unit: its wire is broken
 BROKEN = 1e9  # of what the law answers: a number in it is broken
+FLOAT_TYPES = {"double": float, "single": np.float32}
 
 
 def program_numbers(c):
@@ -35,3 +38,34 @@ def program_numbers(c):
         "MOST_FULL": ticks["stall"],
         "MOST_SILENT": ticks["silence"],
     }
+
+
+def literal(value, precision):
+    """The exact hexadecimal literal of C for a value in double or single precision."""
+    with np.errstate(over="ignore"):
+        rounded = float(FLOAT_TYPES[precision](value))
+    if not np.isfinite(rounded):
+        raise ValueError(
+            f"{value:.9g} is too large for {precision} precision: scale "
+            "the law's states"
+        )
+    text = re.sub(r"\.?0*p", "p", rounded.hex())
+    return text + ("f" if precision == "single" else "")
+
+
+def single(value):
+    """A ``value`` as a decimal literal of C in single precision."""
+    return f"{float(value)!r}f"
+
+
+def braces(value, precision):
+    """An array ``value`` of C in a ``precision``, with the decimals beside it."""
+    if value.ndim == 1:
+        rows = [f"    {literal(x, precision)},  /* {x:.9g} */\n" for x in value]
+    else:
+        rows = [
+            f"    {{{', '.join(literal(x, precision) for x in row)}}},\n"
+            f"    /* {', '.join(f'{x:.9g}' for x in row)} */\n"
+            for row in value
+        ]
+    return "{\n" + "".join(rows) + "}"

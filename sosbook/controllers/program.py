@@ -12,9 +12,8 @@ import numpy as np
 from ..runtime.writing import write_texts
 from .facts import span
 from .gains import Gains
-from .numbers import program_numbers
+from .numbers import FLOAT_TYPES, literal, program_numbers
 from .signals import identifiers
-from .spelling import FLOAT_TYPES, literal
 from .template import comment, noted, read, renamed, written_by
 
 #: Words of C99 and of its libraries that a file's name would collide with.

@@ -17,7 +17,5 @@ def json_text(data):
     >>> json_text({"name": "</script>"})
     '{"name":"\\u003c/script>"}'
     """
-    encoded = json.dumps(
-        data, ensure_ascii=False, separators=(",", ":"), allow_nan=False
-    )
-    return encoded.replace("<", "\\u003c")
+    short = dict(ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return json.dumps(data, **short).replace("<", "\\u003c")

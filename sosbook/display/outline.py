@@ -15,28 +15,17 @@ def region_outline(region, window=(-10.0, 2.0, 6.0)):
     """
     left, right, height = window
     parts = region_parts(region)
-    pairs = [
-        (np.asarray(part.alpha, float), np.asarray(part.beta, float)) for part in parts
-    ]
-    one = np.ones((1, 1))
-    pairs += [
-        (left * one, -one / 2),
-        (-right * one, one / 2),
-        (np.diag([-height, -height]) + 0.0, np.array([[0, 1], [-1, 0]]) / 2),
-    ]
+    pairs = [(np.asarray(x.alpha, float), np.asarray(x.beta, float)) for x in parts]
+    one, turned = np.ones((1, 1)), np.array([[0, 1], [-1, 0]]) / 2
+    pairs += [(left * one, -one / 2), (-right * one, one / 2)]
+    pairs += [(np.diag([-height, -height]) + 0.0, turned)]
 
     def values(points):
-        worst = []
+        z, worst = points[:, None, None], []
         for alpha, beta in pairs:
-            f = (
-                alpha
-                + beta * points[:, None, None]
-                + beta.T * points[:, None, None].conj()
-            )
-            worst.append(
-                np.linalg.eigvalsh(f)[:, -1]
-                / (np.linalg.norm(alpha) + np.linalg.norm(beta))
-            )
+            size = np.linalg.norm(alpha) + np.linalg.norm(beta)
+            f = alpha + beta * z + beta.T * z.conj()
+            worst.append(np.linalg.eigvalsh(f)[:, -1] / size)
         return np.max(worst, axis=0)
 
     a, b = left, right
@@ -49,17 +38,14 @@ def region_outline(region, window=(-10.0, 2.0, 6.0)):
         return np.empty(0, complex)
     centre = grid[k]
     directions = np.exp(2j * np.pi * (np.arange(RAYS) + 0.5) / RAYS)
-    reach = np.full(RAYS, np.inf)
+    z, reach = directions[:, None, None], np.full(RAYS, np.inf)
     for alpha, beta in pairs:
         at_centre = alpha + centre * (beta + beta.T)
         root = np.linalg.inv(np.linalg.cholesky(-at_centre))
-        slope = (
-            beta * directions[:, None, None] + beta.T * directions[:, None, None].conj()
-        )
+        slope = beta * z + beta.T * z.conj()
         top = np.linalg.eigvalsh(root @ slope @ root.T)[:, -1]
-        reach = np.minimum(
-            reach, np.where(top > 1e-12, 1 / np.maximum(top, 1e-12), np.inf)
-        )
+        far = np.where(top > 1e-12, 1 / np.maximum(top, 1e-12), np.inf)
+        reach = np.minimum(reach, far)
     return centre + reach * directions
 
 
@@ -78,11 +64,8 @@ def window_of(poles, region=None):
     >>> window_of([-1 + 1j, -1 - 1j])
     (-1.3, 0.325, 1.3)
     """
-    points = (
-        np.concatenate([np.ravel(np.asarray(p, complex)) for p in poles])
-        if len(poles)
-        else np.array([-1 + 1j])
-    )
+    poles = poles if len(poles) else [-1 + 1j]
+    points = np.concatenate([np.ravel(np.asarray(p, complex)) for p in poles])
     points = points[np.isfinite(points)]
     far = max(np.max(np.abs(points.real)), np.max(np.abs(points.imag)), 1e-9)
     rho = getattr(region, "rho", None)

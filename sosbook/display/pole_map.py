@@ -4,7 +4,6 @@ import numpy as np
 
 from .escape import page_text
 from .outline import region_outline, window_of
-from .ticks import round_ticks
 
 AXES_HEIGHT = 230.0  # in pixels
 LEFT, TOP, BOTTOM, RIGHT = 46.0, 8.0, 34.0, 10.0  # room around the axes, in pixels
@@ -77,3 +76,17 @@ def _words(rows, region):
         sentence += "; all lie in the shaded region" if inside else "; some lie outside"
         sentence += "" if inside else " the shaded region"
     return sentence
+
+
+def round_ticks(low, high, most=5):
+    """Round numbers from ``low`` to ``high``, about ``most`` of them.
+
+    >>> round_ticks(-1.3, 0.3).round(1) + 0.0
+    array([-1. , -0.5,  0. ])
+    """
+    step = 10.0 ** np.floor(np.log10((high - low) / 3))
+    for factor in (1, 2, 5, 10):
+        if (high - low) / (factor * step) <= most + 0.5:
+            break
+    step *= factor
+    return step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)

@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 
 from ..controllers.compiler import FLAGS, compiler, loaded
-from ..controllers.spelling import FLOAT_TYPES
+from ..controllers.numbers import FLOAT_TYPES
 from .export import Program
 from .firmware import COUNTERS, NUMBERS
 

@@ -8,8 +8,8 @@ import re
 from dataclasses import dataclass, replace
 
 from ..controllers.gains import Gains
+from ..controllers.numbers import FLOAT_TYPES, single
 from ..controllers.program import MATRICES, SINGLE
-from ..controllers.spelling import FLOAT_TYPES, single
 from ..controllers.template import noted, read, renamed, written_by
 from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired
 from .drive import Drive

@@ -5,7 +5,7 @@ They come before any fit, so they take nothing but the robot's description.
 
 from math import pi, radians, sqrt
 
-from ..controllers.spelling import single
+from ..controllers.numbers import single
 from ..controllers.template import written_by
 from ..plants.checks import positive
 from ..runtime.writing import write_texts

@@ -3,16 +3,17 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from flint import arb, arb_mat, ctx
 from scipy.linalg import expm
 
+from ..exact.definite import exact
 from ..exact.rational import inverse
 from .checks import numbers
 from .signals import signal_parts, steps
 
-__all__ = ["Response", "simulate", "simulate_open", "sort_poles"]
-
-
 RESPONSES = ("z", "dz", "e", "x")  # what superposition adds
+BITS = 256, 1024, 4096  # of the balls, until they are small enough
+SMALL = 1e-17  # radius of the balls, by the largest entry
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +83,7 @@ def simulate(d, K, t, r=None, w=None, x0=None, K_A=None, precise=False):
     # the state joined by [1, sin(omega t), cos(omega t)]
     number, flow, forms = np.asarray, _flow, (A, B, Bw)
     if precise:
-        from ..exact.definite import exact as number
-        from .exact_motion import exact_flow as flow
-        from .exact_motion import exact_forms
-
-        forms = exact_forms(d, K)
+        number, flow, forms = exact, exact_flow, exact_forms(d, K)
     given, gain = d.map(number), number(K)
     pushes = [_constant(given, forms[1], gain, number(x)) for x in r.levels]
     quiet = number(np.zeros((N + 3, N + 3)))
@@ -177,3 +174,25 @@ def sort_poles(poles):
         return np.sort(poles.real)
     order = np.lexsort((poles.imag, np.round(poles.real, 9)))
     return poles[order]
+
+
+def exact_forms(d, K):
+    """A + B K, B and B_w of a loop x' = A x + B u + B_w w, u = K x, without a rounding
+    error, of a ``Descriptor`` d in floats that are read as decimals.
+    """
+    d, K = d.map(exact), exact(K)
+    back = inverse(d.E)
+    return back @ (d.A + d.Bu @ K), back @ d.Bu, back @ d.Bw
+
+
+def exact_flow(generator, span):
+    """e^(generator span) of a rational ``generator``, ``span`` in s, in floats."""
+    rows = (generator * exact(float(span))).tolist()
+    for bits in BITS:
+        with ctx.workprec(bits):
+            power = arb_mat([[arb(e) for e in row] for row in rows]).exp().table()
+            middle = np.array([[float(e.mid()) for e in row] for row in power])
+            radius = max(float(e.rad()) for row in power for e in row)
+        if radius <= SMALL * np.abs(middle).max():
+            break
+    return middle

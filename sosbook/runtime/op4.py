@@ -82,12 +82,8 @@ def _of_records(content, order):
         name = head[4 * word.itemsize :].decode("ascii").strip()
         real = np.dtype(order + _kind(name, kind))
         real = max(real, np.dtype(f"{order}f{word.itemsize}"), key=lambda x: x.itemsize)
-        yield (
-            name,
-            abs(rows),
-            columns,
-            _columns(name, rest, columns, rows < 0, word, real),
-        )
+        entries = _columns(name, rest, columns, rows < 0, word, real)
+        yield name, abs(rows), columns, entries
 
 
 def _columns(name, records, columns, large, word, real):

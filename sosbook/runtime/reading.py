@@ -27,10 +27,8 @@ def named(path):
     try:
         yield
     except ValueError as error:
-        text = str(error)
-        if not text.startswith(str(path)):
-            text = f"{path}: {text}"
-        raise ValueError(text) from None
+        before = "" if str(error).startswith(str(path)) else f"{path}: "
+        raise ValueError(f"{before}{error}") from None
 
 
 def path_of(path):
@@ -85,13 +83,8 @@ def parse_json(text):
     ValueError: the key 'M' comes twice
     """
     try:
-        content = json.loads(
-            text,
-            object_pairs_hook=_unique,
-            parse_constant=_refused,
-            parse_int=_integer,
-            parse_float=number,
-        )
+        hooks = dict(object_pairs_hook=_unique, parse_constant=_refused)
+        content = json.loads(text, **hooks, parse_int=_integer, parse_float=number)
     except RecursionError:
         raise ValueError("its lists are nested too deeply") from None
     _check_limits(content)
@@ -190,8 +183,7 @@ def read_rows(path):
     """The rows of a CSV file at ``path``: lists of words; see `read_bytes`."""
     text, rows = read_text(path, bom=True), []
     try:
-        for row in csv.reader(StringIO(text, newline="")):
-            rows.append(row)
+        rows.extend(csv.reader(StringIO(text, newline="")))
     except csv.Error as error:
         raise ValueError(f"{path}: line {len(rows) + 1}: {error}") from None
     return rows

@@ -1,5 +1,6 @@
 """A request in which any bound can be moved, and the ways to answer it."""
 
+from copy import copy
 from functools import cached_property, partial
 
 from ...lmi.solution import LMISolution
@@ -25,16 +26,12 @@ class Ask:
         self.law = options.get("law")
         if self.law is None:
             self.options.setdefault("coupling", "pairs")
-        asked = asked | {
-            name: self.options.pop(name)
-            for name in options
-            if name in KEYWORDS and name != "mu"
-        }
+        names = [name for name in options if name in KEYWORDS and name != "mu"]
+        asked = asked | {name: self.options.pop(name) for name in names}
         if not isinstance(options.get("mu"), str):  # for what joins later too
             asked["mu"] = options.get("mu")
-        self.requirements = collected(
-            **{name: value for name, value in asked.items() if value is not None}
-        )
+        asked = {name: value for name, value in asked.items() if value is not None}
+        self.requirements = collected(**asked)
 
     @property
     def known(self):
@@ -43,10 +40,8 @@ class Ask:
 
     def at(self, **values):
         """The same with other ``values`` of its parameters."""
-        ask = object.__new__(Ask)
-        ask.__dict__.update(
-            self.__dict__, requirements=moved(self.requirements, values)
-        )
+        ask = copy(self)
+        ask.requirements = moved(self.requirements, values)
         return ask
 
     def request(self):

@@ -62,14 +62,11 @@ class Edge:
     reason: str = ""
 
     def __repr__(self):
-        sides = [
-            "none" if side is None else f"{self.parameter.shown(side):.6g}"
-            for side in (self.feasible, self.infeasible)
-        ]
-        if None in (self.feasible, self.infeasible):
-            tried = next((s for s in sides if s != "none"), None)
+        there = [x for x in (self.feasible, self.infeasible) if x is not None]
+        sides = [f"{self.parameter.shown(x):.6g}" for x in there]
+        if len(sides) < 2:
             word = "feasible" if self.infeasible is None else "infeasible"
-            side = f"{self.name} = {tried} is {word}" if tried else f"no {self.name}"
+            side = f"{self.name} = {sides[0]} is {word}" if sides else f"no {self.name}"
             return f"<Edge: {side}; {self.reason}>"
         return f"<Edge: {self.name} = {sides[0]} is feasible, {sides[1]} is not>"
 
@@ -124,15 +121,11 @@ class Edge:
         step, contributions = 1e-4, {}
         for name, value in bounds.items():
             high, low = (
-                _blocks_at(near, frame, x)
-                for near in (
-                    request.with_bounds({name: value * factor})
-                    for factor in (1 + step, 1 - step)
-                )
+                _blocks_at(request.with_bounds({name: value * factor}), frame, x)
+                for factor in (1 + step, 1 - step)
             )
-            contributions[name] = abs(
-                sum(((h - k) * z).sum() for h, k, z in zip(high, low, Z))
-            )
+            moved = (((h - k) * z).sum() for h, k, z in zip(high, low, Z))
+            contributions[name] = abs(sum(moved))
         whole = sum(contributions.values())
         return {name: float(x / whole) for name, x in contributions.items()}
 
@@ -171,10 +164,8 @@ def _least_violation(request, frame):
     values = {u: np.zeros(u.shape) for u in [*unknowns, t]}
     values |= {u: 2 * np.eye(u.shape[0]) for u in P}
     start = np.concatenate([u.pack(value) for u, value in values.items()])
-    least = min(
-        np.linalg.eigvalsh(g * np.outer(d, d))[0] for g, d in zip(lifted(start), sizes)
-    )
-    start[-1] = min(least, 0.0) - 1.0
+    scaled = (g * np.outer(d, d) for g, d in zip(lifted(start), sizes))
+    start[-1] = min(0.0, *(np.linalg.eigvalsh(g)[0] for g in scaled)) - 1.0
     cost = np.zeros(lifted.variables)
     cost[-1] = -1.0
     x, Z = _saddle_point(lifted, cost, start, SADDLE_GAP)
@@ -256,10 +247,8 @@ def edge(
     >>> fastest.proven, fastest.feasible < 5
     (True, True)
     """
-    ask = Ask(
-        plant, U, dict(region=region, gamma=gamma, saturation=saturation), options
-    )
-    search = Search(ask, name, digits)
+    asked = dict(region=region, gamma=gamma, saturation=saturation)
+    search = Search(Ask(plant, U, asked, options), name, digits)
     seconds = checked_seconds(time_limit, needed=True)
     try:
         with limited(seconds):

@@ -40,9 +40,8 @@ class Frontier:
     digits: int
 
     def __repr__(self):
-        solved = {
-            id(d) for e in self.edges for d in (e.design, e.excluded) if d is not None
-        }
+        designs = (d for e in self.edges for d in (e.design, e.excluded))
+        solved = {id(d) for d in designs if d is not None}
         return (
             f"<Frontier: {self.y} over {len(self.values)} values of "
             f"{self.x}, {len(solved)} proofs>"

@@ -42,9 +42,8 @@ class Search:
     def at(self, place):
         """The design at a place, solved once."""
         if place not in self.seen:
-            self.seen[place] = self.ask.finished(
-                self.trials.get(place), **{self.name: self.value(place)}
-            )
+            asked = {self.name: self.value(place)}
+            self.seen[place] = self.ask.finished(self.trials.get(place), **asked)
         return self.seen[place]
 
     def holds(self, place):
@@ -212,19 +211,13 @@ class Search:
             least = self.number(self.ends[0])
             reason = f"no design {back} to {self.name} = {least:.6g}"
         elif bottom is None:
-            reason = (
-                f"nothing is proven infeasible {on} to {self.name} = "
-                f"{self.number(self.ends[1]):.6g}"
-            )
+            most = f"{self.name} = {self.number(self.ends[1]):.6g}"
+            reason = f"nothing is proven infeasible {on} to {most}"
         elif self.at(bottom) is None:
             reason = "beyond the edge the region is empty"
-        return (
-            None if top is None else self.value(top),
-            None if bottom is None else self.value(bottom),
-            None if top is None else self.at(top),
-            None if bottom is None else self.at(bottom),
-            reason,
-        )
+        ends = top, bottom
+        values = [None if k is None else self.value(k) for k in ends]
+        return *values, *(None if k is None else self.at(k) for k in ends), reason
 
 
 def _rank(value, digits):
