@@ -56,16 +56,3 @@ def literal(value, precision):
 def single(value):
     """A ``value`` as a decimal literal of C in single precision."""
     return f"{float(value)!r}f"
-
-
-def braces(value, precision):
-    """An array ``value`` of C in a ``precision``, with the decimals beside it."""
-    if value.ndim == 1:
-        rows = [f"    {literal(x, precision)},  /* {x:.9g} */\n" for x in value]
-    else:
-        rows = [
-            f"    {{{', '.join(literal(x, precision) for x in row)}}},\n"
-            f"    /* {', '.join(f'{x:.9g}' for x in row)} */\n"
-            for row in value
-        ]
-    return "{\n" + "".join(rows) + "}"
