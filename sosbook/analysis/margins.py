@@ -58,13 +58,11 @@ def sensitivity_peak(d, K):
 
 
 def disk_margin(d, K):
-    """The `DiskMargin` of a loop.
+    """The `DiskMargin` of a loop, a lower bound with several inputs.
 
-    ``d``, ``K``: as for `sensitivity_peak`. Its radius is the inverse of the peak of S
-    - I / 2, S being the sensitivity. With several inputs this is a lower bound.
-
-    Source: Seiler, Packard and Gahinet, An introduction to disk margins
-    (2020), for the skew 0.
+    ``d``, ``K``: as for `sensitivity_peak`. Its radius is the inverse of the peak of
+    S - I / 2, S being the sensitivity. Source: Seiler, Packard and Gahinet, An
+    introduction to disk margins (2020), for the skew 0.
     """
     peak = _peak(d, K, 0.5)
     return DiskMargin(0.0 if peak == np.inf else float(1 / peak))

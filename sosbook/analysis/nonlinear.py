@@ -146,16 +146,8 @@ def simulate_nonlinear(
     state = x0
     for now, then in zip(ends, ends[1:]):
         rate = rates(r.levels[r.index(now)], w is not None and w.start <= now < w.stop)
-        done = solve_ivp(
-            rate,
-            (now, then),
-            state,
-            "DOP853",
-            dense_output=True,
-            rtol=rtol,
-            atol=1e-3 * rtol,
-            events=_far,
-        )
+        how = dict(rtol=rtol, atol=1e-3 * rtol, events=_far, dense_output=True)
+        done = solve_ivp(rate, (now, then), state, "DOP853", **how)
         if done.status != 0:
             raise ValueError(
                 f"the motion can't be followed beyond t = {done.t[-1]:.3g} "
@@ -163,9 +155,8 @@ def simulate_nonlinear(
             )
         inside = (t >= now) & (t <= then)
         x[:, inside] = done.sol(t[inside])
-        dx[:, inside] = np.transpose(
-            [rate(s, y) for s, y in zip(t[inside], x[:, inside].T)]
-        )
+        moved = zip(t[inside], x[:, inside].T)
+        dx[:, inside] = np.transpose([rate(s, y) for s, y in moved])
         state = done.y[:, -1]
     goal = r(t)
     u = K @ x - K[:, :n] @ goal

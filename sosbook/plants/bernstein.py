@@ -111,18 +111,13 @@ class Box:
         """
         pieces = pieces or [1] * len(degrees)
         ends = zip(degrees, self.low, self.high, pieces)
-        return rational_matrix(
-            [
-                [
-                    prod(
-                        (_blossom(i, e, *end) for (i, *end), e in zip(place, powers)),
-                        start=fmpq(1),
-                    )
-                    for powers in monomials
-                ]
-                for place in product(*(_places(*end) for end in ends))
-            ]
-        )
+        places = product(*(_places(*end) for end in ends))
+
+        def entry(place, powers):
+            each = (_blossom(i, e, *end) for (i, *end), e in zip(place, powers))
+            return prod(each, start=fmpq(1))
+
+        return rational_matrix([[entry(x, m) for m in monomials] for x in places])
 
     def answers(self, terms, sure, never):
         """What is so of a polynomial with coefficients ``terms``: {True}, {False}, or

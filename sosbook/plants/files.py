@@ -282,13 +282,8 @@ def _of_state_space(path, matrices, asked):
         D_u = None
     E = np.eye(len(A)) if E is None else E
     system = DescriptorSystem(E, A, B, B_w, C, D_u)
-    shapes = {np.shape(x) for x in (A, B, C)}
-    if (
-        len(A) > 1
-        and len(shapes) == 1
-        and not asked
-        and (system.C != np.eye(len(A))).any()
-    ):
+    alike = len({np.shape(x) for x in (A, B, C)}) == 1 and len(A) > 1
+    if alike and not asked and (system.C != np.eye(len(A))).any():
         raise ValueError(
             f"A, B and C are all {len(A)} x {len(A)}: for A z'' + B z' + C z pass "
             "names={'M': 'A', 'D': 'B', 'S': 'C'}, for a state space names={'A': 'A'}"

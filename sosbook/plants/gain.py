@@ -83,12 +83,10 @@ def signals(plant, U=None, older=0):
         return (*(f"x{k + 1}" for k in range(plant.order)), *late)
     z = plant.coordinates or tuple(f"z{k + 1}" for k in range(plant.n))
     rows = () if U is None else np.atleast_2d(np.asarray(U, float))
-    sums = [
-        " + ".join(
-            name if share == 1 else f"{share:g} {name}"
-            for share, name in zip(row, z)
-            if share
-        )
-        for row in rows
-    ]
-    return (*z, *(f"{x}'" for x in z), *(f"integral of {x}" for x in sums), *late)
+
+    def mixed(row):
+        there = [(share, name) for share, name in zip(row, z) if share]
+        return " + ".join(name if x == 1 else f"{x:g} {name}" for x, name in there)
+
+    sums = (f"integral of {mixed(row)}" for row in rows)
+    return (*z, *(f"{x}'" for x in z), *sums, *late)

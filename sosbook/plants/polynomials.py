@@ -78,9 +78,8 @@ def in_words(terms, names):
     """
     said = []
     for powers, c in sorted(terms.items(), reverse=True):
-        factors = [
-            name if e == 1 else f"{name}^{e}" for name, e in zip(names, powers) if e
-        ]
+        there = [(name, e) for name, e in zip(names, powers) if e]
+        factors = [name if e == 1 else f"{name}^{e}" for name, e in there]
         if abs(c) != 1 or not factors:
             factors.insert(0, spelled(abs(c)))
         sign = ("-" if c < 0 else "+") if said or c < 0 else ""
@@ -124,29 +123,29 @@ def read_words(text, names):
 
 
 def read_entries(rows, names):
-    """The coefficients of a matrix of a file, ``rows``, for ``names`` of parameters."""
-    return [[_read(x, names) for x in row] for row in rows]
+    """The coefficients of a matrix of a file, ``rows``, for ``names`` of parameters:
+    its entries are numbers or polynomials in words.
+    """
+
+    def read(entry):
+        if isinstance(entry, str):
+            return read_words(entry, names)
+        value = rational("an entry", entry)
+        return {(0,) * len(names): value} if value else {}
+
+    return [[*map(read, row)] for row in rows]
 
 
 def read_ranges(given):
     """The `Box` of ranges ``given`` in a file, and how often some are cut, by name."""
-    box = Box.of(**{name: _ends(*ends) for name, *ends in (x[:3] for x in given)})
+
+    def end(x):  # a number, or a text that spells one
+        return sum(read_words(x, ()).values()) if isinstance(x, str) else x
+
+    box = Box.of(**{name: [*map(end, x)] for name, *x in (x[:3] for x in given)})
     if len(box.names) < len(given):
         raise ValueError("two parameters have one name")
     return box, {name: cells for name, _, _, cells in (x for x in given if len(x) > 3)}
-
-
-def _read(entry, names):
-    """The coefficients of an entry in a file, a number or a polynomial in words."""
-    if isinstance(entry, str):
-        return read_words(entry, names)
-    value = rational("an entry", entry)
-    return {(0,) * len(names): value} if value else {}
-
-
-def _ends(*ends):
-    """The ends of a range in a file: numbers, or texts that spell them."""
-    return [sum(read_words(x, ()).values()) if isinstance(x, str) else x for x in ends]
 
 
 MOST_CELLS = 64  # boxes that are looked at

@@ -52,16 +52,11 @@ def scale_polytope(plants, factor):
     """
     finite("factor", factor)
     mean = _polytope(plants).mean
+    several = [
+        [(getattr(mean, x), getattr(v, x)) for x in "MDSBF"] for v in plants.vertices
+    ]
     return Polytope(
-        [
-            SecondOrderSystem(
-                *(
-                    getattr(mean, x) + factor * (getattr(v, x) - getattr(mean, x))
-                    for x in "MDSBF"
-                )
-            )
-            for v in plants.vertices
-        ]
+        [SecondOrderSystem(*(a + factor * (b - a) for a, b in x)) for x in several]
     )
 
 
@@ -143,16 +138,10 @@ def compare(plant, couplings=COUPLINGS, **asked):
     >>> [compared[name].status for name in ("vertices", "pairs", "slack")]
     ['feasible', 'infeasible', 'feasible']
     """
-    slack = asked.pop("slack", None)
-    couplings = _names(couplings)
+    only = {"slack": {"slack": asked.pop("slack", None)}}
     return {
-        name: design_pid(
-            plant,
-            coupling=name,
-            **asked,
-            **({"slack": slack} if name == "slack" else {}),
-        )
-        for name in couplings
+        name: design_pid(plant, coupling=name, **asked, **only.get(name, {}))
+        for name in _names(couplings)
     }
 
 
@@ -187,9 +176,8 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     worst = {name: [] for name in couplings}
     for plants in each([_several(plants) for plants in polytopes], "polytope"):
         for name, design in compare(plants, couplings, **asked).items():
-            kept = np.nan
-            if design.K is not None:
-                kept = min(verify_on_samples(design).values())
+            found = design.K is not None
+            kept = min(verify_on_samples(design).values()) if found else np.nan
             worst[name].append(kept)
     return {name: np.array(kept) for name, kept in worst.items()}
 

@@ -64,22 +64,14 @@ class Frontier:
     def design(self, x, y):
         """The certified design that keeps x and y and asks for least, or None."""
         for value, e in zip(self.values, self.edges):
-            if (
-                e.design is not None
-                and self._harder(self.x, value, x) >= 0
-                and self._harder(self.y, e.feasible, y) >= 0
-            ):
+            if e.design is not None and self._no_less((value, e.feasible), (x, y)):
                 return e.design
         return None
 
     def excluded(self, x, y):
         """A request that asks for no more than (x, y) and is proven infeasible."""
         for value, e in reversed(list(zip(self.values, self.edges))):
-            if (
-                e.excluded is not None
-                and self._harder(self.x, x, value) >= 0
-                and self._harder(self.y, y, e.infeasible) >= 0
-            ):
+            if e.excluded is not None and self._no_less((x, y), (value, e.infeasible)):
                 return e.excluded
         return None
 
@@ -87,8 +79,10 @@ class Frontier:
         """The `Parameter` of this name, x or y: words, unit, direction."""
         return parameter(name, self.request.requirements)
 
-    def _harder(self, name, a, b):
-        return self.parameter(name).harder_than(a, b)
+    def _no_less(self, some, others):
+        """Whether some values of x and y ask for no less than others."""
+        each = zip((self.x, self.y), some, others)
+        return all(self.parameter(name).harder_than(a, b) >= 0 for name, a, b in each)
 
     def status(self, x, y):
         """What the proofs say of (x, y): "feasible", "infeasible" or "undecided".
@@ -144,9 +138,8 @@ def frontier(
         A staircase. The proofs of one value of x bracket the next; where
         they leave nothing open they serve there as well.
     """
-    ask = Ask(
-        plant, U, dict(region=region, gamma=gamma, saturation=saturation), options
-    )
+    asked = dict(region=region, gamma=gamma, saturation=saturation)
+    ask = Ask(plant, U, asked, options)
     if x == y:
         raise ValueError(f'x and y are both "{x}": name two requirements')
     for name in (x, y):
@@ -169,11 +162,7 @@ def frontier(
             for place, edge_there in finished(solve, tasks, n_jobs):
                 by_place[tasks[place][0]] = edge_there
                 done.update()
-            ends = sorted(by_place)
-            tasks = [
-                ((a + b) // 2, by_place[a], by_place[b])
-                for a, b in pairwise(ends)
-                if b - a > 1
-            ]
+            wide = [(a, b) for a, b in pairwise(sorted(by_place)) if b - a > 1]
+            tasks = [((a + b) // 2, by_place[a], by_place[b]) for a, b in wide]
     edges = tuple(by_place[k] for k in range(len(values)))
     return Frontier(x, y, tuple(values), edges, ask.request(), digits)

@@ -123,10 +123,10 @@ def _run(function, batch, n_jobs):
         yield from (call(*item) for item in batch)
         return
     config = joblib.parallel_config  # acts when it is made
+    how = dict(batch_size=1, return_as="generator_unordered")
     with config("loky", inner_max_num_threads=1) if local else nullcontext():
-        yield from joblib.Parallel(
-            n_jobs=n_jobs, batch_size=1, return_as="generator_unordered"
-        )(joblib.delayed(call)(*item) for item in batch)
+        workers = joblib.Parallel(n_jobs=n_jobs, **how)
+        yield from workers(joblib.delayed(call)(*item) for item in batch)
 
 
 def _on_cluster(client, call, batch):
@@ -156,6 +156,5 @@ def _without_joblib(n_jobs):
 
 def _died(error):
     """Whether a worker died, here or on a Dask cluster."""
-    return (
-        isinstance(error, BrokenProcessPool) or type(error).__name__ == "KilledWorker"
-    )
+    dead = type(error).__name__ == "KilledWorker"
+    return dead or isinstance(error, BrokenProcessPool)

@@ -68,12 +68,9 @@ def designs(plant, specifications, n_jobs=None, progress=True):
                 raise
             designs_of_run.append(design)
             # next to a refusal the next one is probably refused, too
-            feasible = design.status == "feasible"
-            last[key] = design if feasible else None
+            last[key] = design if design.status == "feasible" else None
         return designs_of_run
 
-    runs = [
-        specifications[k : k + DESIGNS_PER_PROCESS]
-        for k in range(0, len(specifications), DESIGNS_PER_PROCESS)
-    ]
+    starts = range(0, len(specifications), DESIGNS_PER_PROCESS)
+    runs = [specifications[k : k + DESIGNS_PER_PROCESS] for k in starts]
     return [d for run in sweep(solve, runs, n_jobs, progress) for d in run]
