@@ -41,13 +41,9 @@ def poles(d, K):
 
 
 def open_loop(d):
-    """The plant with its integrators as python-control's StateSpace.
-
-    ``d``: the plant in descriptor form. Returns control.StateSpace: inputs u (m of
-    them), w (p), r (n). Outputs the state x = [z; z'; x3]: the feedback u = K (x - [r;
-    0; 0]) closes the loop.
-
-    Source: thesis (2.8), with x3 = + integral of U e.
+    """The plant d with its integrators as python-control's StateSpace, thesis (2.8):
+    inputs u, w and r, outputs x = [z; z'; x3], so that u = K (x - [r; 0; 0]) closes the
+    loop; x3 is + the integral of U e.
     """
     n, N = len(d.C), len(d.E)
     A, B, Bw = d.state_space()
@@ -71,14 +67,10 @@ def _set_point(d):
 
 
 def closed_loop(d, K):
-    """The loop as python-control's StateSpace.
-
-    ``d``: the plant in descriptor form; ``K``, (m, N): the gain of u = K x. Returns
-    control.StateSpace: inputs w (p of them), then r (n). Outputs z (n), then u = K_P e
-    + K_D e' + K_I x3 (m), for r constant (r' = 0); an acceleration term K_A e'' is
-    inside the loop but not in this u.
-
-    Source: thesis (2.8), with x3 = + integral of U e.
+    """The loop of d under u = K x as python-control's StateSpace, thesis (2.8): inputs
+    w, then r; outputs z, then u = K_P e + K_D e' + K_I x3 for r constant (r' = 0); x3
+    is + the integral of U e. An acceleration term K_A e'' is in the loop but not in
+    this u.
     """
     n = len(d.C)
     _, B, Bw = d.state_space()

@@ -47,9 +47,7 @@ def largest_size(motion, runs=MOST_RUNS):
 
 
 def _cubic_top(g, dg, h, dh):
-    """Where in [0, 1] cubics are largest, and how large: values g, h, slopes dg > 0, dh
-    < 0.
-    """
+    """Where in [0, 1] cubics with ends g, h and slopes dg > 0, dh < 0 are largest."""
     a, b = 3 * (dg + dh) + 6 * (g - h), -2 * (2 * dg + dh) - 6 * (g - h)
     root = np.sqrt(np.maximum(b * b - 4 * a * dg, 0.0))
     t = np.clip(2 * dg / (root - b), 0.0, 1.0)  # of a t^2 + b t + dg

@@ -106,9 +106,7 @@ class ExactLoop:
         return float(max(_highest(gain, grid), np.linalg.norm(D, 2)))
 
     def peak_input(self, x0):
-        """The largest |K x(t)| of the free response from x0; None where a pole is
-        double.
-        """
+        """The largest |K x(t)| of the free response from x0; None of a double pole."""
         poles = self.poles()
         if poles.real.max() >= 0:
             return np.inf

@@ -143,18 +143,14 @@ def sizes_of(loop, G, direct, output):
 
 
 def outputs_of(c):
-    """The rows, rationals, that pick a controller c's outputs from the state of its
-    loop.
-    """
+    """The rows, rationals, that pick c's outputs from the state of its loop."""
     seen, C = exact(c.D) @ exact(c.rows), exact(c.C)
     older = c.timing.n_past_inputs * len(C)
     return np.hstack([seen, exact(np.zeros((len(C), older))), C])
 
 
 def longest_cut(joined, weights):
-    """Where a cell of ``joined`` loops with corners ``weights`` is halved: its longest
-    edge.
-    """
+    """The longest edge of a cell of ``joined`` loops, by its corners' ``weights``."""
     F = [middle(joined.family.loop(w, joined.controller.timing)) for w in weights]
     shape = joined.family.shape
     if shape.axes:
@@ -197,7 +193,7 @@ def _cell(joined, alone, weights, h, at_once, start, peak):
 
 
 def _enclosed(joined, weights, L, h, direct, start, used, head):
-    """The lemma's bound of a cell for a proven L; without ``used`` (1) of the largest
+    """The lemma's bound of a cell for a proven L; if ``used`` is 1 of the largest
     |u_k|.
     """
     j, peak = joined.inputs, used == 1

@@ -85,9 +85,7 @@ class JoinedCell:
         return self.cell.turn @ balls(self.cell.L), loops, bent
 
     def least(self, R):
-        """A positive number if F'PF < R, in balls and symmetric, in the whole cell, P =
-        L'L.
-        """
+        """A positive number if F'PF < R, in balls, in the whole cell, P = L'L."""
         try:
             L, loops, bent = self._made
         except ZeroDivisionError:

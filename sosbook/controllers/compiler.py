@@ -51,9 +51,7 @@ def compiler():
 
 
 def build(folder, name, flags=FLAGS):
-    """The shared library of <name>.c in a folder, made with ``flags``, or a
-    RuntimeError.
-    """
+    """The shared library of <name>.c in a folder by ``flags``; a RuntimeError."""
     library = folder / f"{name}.so"
     command = [
         *compiler(),

@@ -30,9 +30,7 @@ def balancing(gains):
 
 
 def heading(K, T):
-    """From [delta, delta'] to the volts' one; K: of the error, its steps over T, its
-    sum.
-    """
+    """From [delta, delta'] to the volts; K: of the error, its steps over T, its sum."""
     k, k_rate, k_sum = K
     A, B = [[0, 0], [0, 1]], [[1, 0], [T, 0]]
     return SampledSystem(A, B, [[-k_rate / T, k_sum]], [[k + k_rate / T, 0]], T)

@@ -97,9 +97,7 @@ def bounded(c):
 
 
 def span(c, times=SPAN, most=MOST_TICKS):
-    """Seconds of ``times`` c's slowest time constant after a ramp, at ``most`` so many
-    ticks.
-    """
+    """Seconds of ``times`` c's slowest time constant and a ramp; at ``most`` ticks."""
     slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
     ramp = c.limits.ramp.min(initial=np.inf)
     return min(times * slowest + 1 / ramp, most * c.T)

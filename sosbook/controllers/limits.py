@@ -16,9 +16,7 @@ TURNS |= dict.fromkeys(("deg", "degree", "degrees", "\N{DEGREE SIGN}"), 360.0)
 
 
 def per_signal(name, value, signals):
-    """A number for each of the ``signals``, from a ``value`` or a dict; ``name`` is for
-    errors.
-    """
+    """A number for each of the ``signals``, of a ``value`` or dict called ``name``."""
     if value is None:
         return np.full(len(signals), np.inf)
     if not isinstance(value, dict):

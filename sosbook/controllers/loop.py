@@ -67,9 +67,7 @@ class Loop:
         return float(np.linalg.norm(S, 2, axis=(1, 2)).max())
 
     def noise_rms(self, steps):
-        """(m,) rms of u if sensors have independent errors of ``steps`` / sqrt(12), a
-        quantiser's.
-        """
+        """(m,) rms of u if sensors have independent errors of steps / sqrt(12)."""
         G = self.noise * (steps / np.sqrt(12))
         X = discrete_lyapunov(self.F.T, G @ G.T)
         direct = self.direct * (steps / np.sqrt(12))

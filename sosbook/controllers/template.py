@@ -40,9 +40,7 @@ def written_by():
 
 
 def replaced(pattern, text, new):
-    """The ``text`` with ``new`` behind the ``pattern``'s groups in the one place of a
-    match.
-    """
+    """The ``text`` with ``new`` behind the groups of the ``pattern``'s one match."""
     text, count = re.subn(
         pattern, lambda match: "".join(match.groups()) + new, text, flags=re.M
     )

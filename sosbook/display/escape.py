@@ -5,9 +5,7 @@ import json
 
 
 def page_text(words, quote=True):
-    """The ``str`` of ``words`` as text of a page, or with ``quote`` as an attribute's
-    value.
-    """
+    """The ``str`` of ``words`` as text of a page; in an attribute with ``quote``."""
     return html.escape(str(words), quote=quote)
 
 

@@ -120,9 +120,7 @@ def _object_maker(function):
 
 
 def _remade(builder):
-    """The builder and its module's functions with such a numpy in their globals
-    (copies).
-    """
+    """Copies of the builder and its module's functions with such a numpy."""
     if not isinstance(builder, types.FunctionType):
         return builder
     around: dict = {}

@@ -234,9 +234,7 @@ def inverse_by_rows(M):
 
 
 def check_rank(M, fault, tolerance=1e-10):
-    """A ValueError with the words ``fault`` where M is `rank_deficient`
-    (``tolerance``).
-    """
+    """A ValueError, ``fault``, where M is `rank_deficient` (``tolerance``)."""
     if not _written.get() and rank_deficient(M, tolerance):
         raise ValueError(fault)
 

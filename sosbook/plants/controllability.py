@@ -43,11 +43,9 @@ class FixedPart:
 
 
 def fixed_part(E, A, B):
-    """What the inputs of E x' = A x + B u don't move; everything where B has no
-    columns.
-
-    ``E``, ``A``, ``B``, of fmpq. The part has no rows if the plant is controllable; it
-    is None where E is singular, or the rows have too many digits to be found.
+    """What the inputs of E x' = A x + B u, of fmpq, don't move: everything if ``E`` is
+    regular and ``B`` has no columns, no rows if all is controllable; None where E is
+    singular, or the rows have too many digits to be found. ``A`` is square.
 
     >>> from sosbook.exact.definite import exact
     >>> one, A = exact(np.eye(2)), exact(np.array([[0.1, 1], [0, -3]]))
@@ -94,9 +92,7 @@ def matrix_of(x):
 
 
 def _seconds(X):
-    """A guess of flint's seconds for a characteristic polynomial, by X's digits and
-    entries.
-    """
+    """A guess of flint's seconds for a characteristic polynomial, by X's digits."""
     sizes = [e.p.bit_length() + e.q.bit_length() for e in X.entries() if e != 0]
     return SECONDS_FOR_A_BIT * X.nrows() ** 2 * sum(sizes)
 

@@ -196,9 +196,7 @@ def _checked_descriptor(v, U, K_A):
 
 
 def first_order(number, M, D, S, B, F, U, K_A):
-    """(2.8) of ``M``, ``D``, ``S``, ``B``, ``F``, ``U``, ``K_A`` in ``number``'s
-    arithmetic.
-    """
+    """(2.8) of ``M``, ``D``, ``S``, ``B``, ``F``, ``U``, ``K_A``, each a ``number``."""
     n, a = len(M), len(U)
     N, z, speed = 2 * n + a, slice(n), slice(n, 2 * n)
     E, A = number(np.eye(N)), number(np.zeros((N, N)))

@@ -32,9 +32,7 @@ class NearBox(ReadOnly):
 
     @classmethod
     def of(cls, plant):
-        """That of a ``plant`` given in floats, or None; in a file only the one that it
-        names.
-        """
+        """That of a ``plant`` in floats, or None; in a file only the one it names."""
         known = vars(plant)  # a search asks again for each of its values
         if "_near_box" not in known:
             if plant.family is not None or len(plant.vertices) < 2 or as_in_a_file():

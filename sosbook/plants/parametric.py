@@ -53,9 +53,7 @@ class Parametric:
         self.num, self.den, self.box = num, den, box
 
     def read(self, x):
-        """A number, or a sympy expression x, as a `Parametric` of these parameters, or
-        None.
-        """
+        """A number or sympy's expression x as such a `Parametric`, or None."""
         if isinstance(x, np.ndarray) and x.ndim == 0:
             x = x[()]
         if isinstance(x, Parametric):
@@ -261,9 +259,7 @@ def parameters(box):
 
 
 def made_of(entries, box):
-    """An object array of `Parametric` in a ``box``; rows of ``entries`` are
-    coefficients by exponents.
-    """
+    """An array of `Parametric` in a ``box``; ``entries``: terms by exponents."""
     one = next(iter(parameters(box).values()))
     context, array = (
         one.num.context(),
@@ -287,9 +283,7 @@ def _of_sympy(expression, known):
 
 
 class Symbolic:
-    """What a plant's constructor leaves where parameters are in it: its ``kind``, a
-    class, and what was ``given``, by name.
-    """
+    """What a plant's constructor (its ``kind``) leaves of parameters ``given`` it."""
 
     def __init__(self, kind, given):
         self.kind, self.given = kind, given
@@ -302,9 +296,7 @@ class Symbolic:
 
 
 class MayBeSymbolic:
-    """A plant's base, which leaves a `Symbolic` if a parameter is among its args or
-    kwargs.
-    """
+    """A plant's base; it leaves a `Symbolic` if args or kwargs hold a parameter."""
 
     def __new__(cls, *args, **kwargs):
         if building.get() is not None:

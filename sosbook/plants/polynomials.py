@@ -56,9 +56,7 @@ class Polynomials:
         return self.mixed([box.powers(point, self.monomials)])[0]
 
     def vertices(self, box, degrees, pieces=None):
-        """The Bernstein coefficients, matrices, of these ``degrees`` and ``pieces`` on
-        a ``box``.
-        """
+        """Bernstein coefficients, of ``degrees`` and ``pieces`` on a ``box``."""
         return self.mixed(box.bernstein(self.monomials, degrees, pieces))
 
     def words(self, names):
@@ -123,9 +121,7 @@ def read_words(text, names):
 
 
 def read_entries(rows, names):
-    """The coefficients of a matrix of a file, ``rows``, for ``names`` of parameters:
-    its entries are numbers or polynomials in words.
-    """
+    """The coefficients of numbers or words in ``rows``; ``names`` are parameters."""
 
     def read(entry):
         if isinstance(entry, str):

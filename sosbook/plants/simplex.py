@@ -16,9 +16,7 @@ def checked_weights(weights, vertices):
 
 
 def random_weights(vertices, count, seed):
-    """``count`` rows of weights of so many ``vertices``, uniform over the simplex
-    (``seed``).
-    """
+    """``count`` uniform weights of so many ``vertices``, one a row, by ``seed``."""
     rng = np.random.default_rng(whole("seed", seed))
     return rng.dirichlet(np.ones(vertices), size=whole("count", count))
 

@@ -5,9 +5,7 @@ import json
 
 
 def digest(content):
-    """The SHA-256 of a ``content`` (bytes, or what JSON with sorted keys and no spaces
-    writes).
-    """
+    """The SHA-256 of a ``content``: bytes, or JSON with sorted keys and no spaces."""
     if not isinstance(content, bytes):
         text = json.dumps(content, sort_keys=True, separators=(",", ":"))
         content = text.encode()

@@ -15,9 +15,7 @@ EXTRAS = {
 
 
 def library(name):
-    """Import an optional library of this ``name``, such as "matplotlib.pyplot", or
-    raise ModuleNotFoundError with the command that installs it.
-    """
+    """Import an optional library, ``name``, or say what command installs it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

@@ -33,9 +33,7 @@ def bar(total, unit="it", progress=True):
 
 
 def each(items, unit="it", progress=True):
-    """Yield the ``items`` and show how many ``unit`` are done, unless ``progress`` is
-    false.
-    """
+    """Yield the ``items``, and count each ``unit`` in a bar if ``progress``."""
     with bar(len(items), unit, progress) as done:
         for item in items:
             yield item

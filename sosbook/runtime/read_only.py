@@ -4,9 +4,7 @@ import numpy as np
 
 
 class ReadOnly:
-    """A frozen dataclass whose arrays are read-only, as are those of its copies and
-    pickles.
-    """
+    """A frozen dataclass with read-only arrays, also in its copies and pickles."""
 
     def __post_init__(self):
         put(self, **frozen({**vars(self)}))

@@ -57,9 +57,7 @@ def time_limit(seconds, progress=False):
 
 
 def checked_seconds(time_limit, needed=False):
-    """A ``time_limit`` as a float, or a ValueError; None is no limit, unless
-    ``needed``.
-    """
+    """A ``time_limit`` as a float or a ValueError; None if no limit is ``needed``."""
     if time_limit is None and not needed:
         return None
     if isinstance(time_limit, np.ndarray) and time_limit.ndim == 0:
@@ -109,7 +107,5 @@ def time_left():
 
 
 def check_time_of_eigenvalues(rows, times=1.0):
-    """`check_time` before eigenvalues of so many ``rows``, or what takes some ``times``
-    as long.
-    """
+    """`check_time` before eigenvalues of so many ``rows``, some ``times`` over."""
     check_time(times * SECONDS_OF_EIGENVALUES * float(rows) ** 3)

@@ -141,9 +141,7 @@ def region_of_attraction(
 
 
 class _Ellipsoids:
-    """Invariant ellipsoids x' P^-1 x <= 1 within |c x| <= bound; the request holds the
-    gain.
-    """
+    """Ellipsoids x' P^-1 x <= 1 within |c x| <= bound; the request holds the gain."""
 
     def __init__(self, request, row, bound, start):
         self.request, self.row, self.bound, self.start = request, row, bound, start
@@ -159,9 +157,7 @@ class _Ellipsoids:
         return blocks | {"row": control_bound(P, row @ P, bound**2)}
 
     def farthest(self, frame, near):
-        """The P that reaches farthest along the start, found ``near`` another, and how
-        far.
-        """
+        """The P that reaches farthest along the start, ``near`` another; how far."""
         ray = np.linalg.solve(frame.T, self.start)  # frame.back has six digits only
         length = np.linalg.norm(ray)
         ray = ray[:, None] / length

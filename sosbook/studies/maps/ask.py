@@ -88,9 +88,7 @@ class Ask:
         return first if isinstance(first, LMISolution) else None
 
     def finished(self, first, /, **values):
-        """What `solve` returns, sooner where ``first``, a trial of the ``values``,
-        found a point.
-        """
+        """What `solve` returns, sooner of a point of ``first``, at these ``values``."""
         if seen(first) and first.problem.pairs is None:
             request = first.problem.request
             work = partial(centred, first.problem, first.values)

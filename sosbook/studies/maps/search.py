@@ -82,9 +82,7 @@ class Search:
         return design is None or design.status == "infeasible"
 
     def edge(self, easier=None, harder=None):
-        """The sides, designs and reason of an `Edge`, between those of ``easier`` and
-        ``harder``.
-        """
+        """An `Edge`'s sides, designs, reason, between ``easier`` and ``harder``."""
         good = bad = None
         if harder is not None and harder.feasible is not None:
             good = self.place(self.parameter.shown(harder.feasible))
@@ -118,9 +116,7 @@ class Search:
         return self.result(top, bottom)
 
     def so_far(self, reason):
-        """What is proven among the places tried, as in `edge`, and the ``reason`` for
-        no more.
-        """
+        """What is proven among the places tried, and the ``reason`` for no more."""
         points = {k: point(g) for k, g in self.trials.items() if seen(g)}
         self.seen = points | self.seen
         tried = {k: d for k, d in self.seen.items() if d is not None}
@@ -168,9 +164,7 @@ class Search:
         return certified(design)
 
     def first_refusal(self, top, bad, near):
-        """The first place from ``top`` to ``bad`` refused with a proof, or None;
-        ``near`` as there.
-        """
+        """The first refused place from ``top`` to ``bad``, or None; see ``near``."""
         if bad is None:
             return None
         low = self.ends[0] - 1 if top is None else top
@@ -189,9 +183,7 @@ class Search:
         return _first(lambda k: self.refused(k, near), last, bottom)
 
     def refused(self, place, near):
-        """Whether a place is refused with a proof, perhaps in the coordinates of
-        ``near``.
-        """
+        """Whether a place is refused with a proof, perhaps as ``near`` scales it."""
         design = self.at(place)
         if design is None:
             return True
