@@ -1,14 +1,11 @@
 // Matrices {rows, cols, at} of numbers of a ring: floats, or fractions. A number is one with
 // `scalar`. (Its name is before that of reader.js, as a page's one script has them in order.)
+import {divisor} from "./exact.js";
 import {odd} from "./grammar.js";
 
-const gcd = (a, b) => {
-  while (b) [a, b] = [b, a % b];
-  return a < 0n ? -a : a;
-};
 const fraction = (n, d) => {
   if (!d) throw new Error("a division by zero");
-  const g = gcd(n, d) * (d < 0n ? -1n : 1n);
+  const g = d < 0n ? -divisor(-d, n) : divisor(d, n);
   return g === 1n ? [n, d] : [n / g, d / g];
 };
 

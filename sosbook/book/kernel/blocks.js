@@ -28,14 +28,8 @@ export class Blocks {
     }
     const d = size.map(x => 2 ** Math.round(-Math.log2(x || 1) / 2));
     const both = X => mapped(X, (x, i, j) => x * d[i] * d[j]);
-    const block = {
-      name,
-      q,
-      d,
-      multiplied,
-      constant: both(constant),
-      slopes: slopes.map(([key, G]) => ({of: index(key), G: both(G)}))
-    };
+    const scaled = slopes.map(([key, G]) => ({of: index(key), G: both(G)}));
+    const block = {name, q, d, multiplied, constant: both(constant), slopes: scaled};
     block.terms = terms.map(([key, L, R]) => {
       const left = mapped(L, (x, i) => x * d[i]), right = mapped(R, (x, _, j) => x * d[j]);
       return {of: index(key), L: left, R: right, Lt: transposed(left), Rt: transposed(right)};

@@ -9,6 +9,10 @@ import {eigenvalues} from "./spectrum.js";
 const MARGIN_IN_FLOATS = 1e-9;  // a smaller one is no proof in floats
 const RETRIES = 2;              // in closer frames, where nothing is decided
 const LARGEST_UNKNOWN = 1e3;    // beyond it unknowns are measured in a bad unit
+const NO_COMMON_P =
+  " There is no common P in this form of the rows; the package goes on with one for each vertex.";
+const FLOATS_ALONE =
+  "Multipliers exclude every solution of these LMIs in floating point, and no exact ones were found.";
 
 // {status, K, P, sizes, margins, poles, scale, ...}; `start` is an earlier result of a
 // plant of the same shape: faster, the answer is the same. "infeasible" is proven in exact
@@ -35,28 +39,13 @@ export function design(request, start = null, hasty = false) {
     const refusal = found.verdict === "infeasible" && !hasty && !asked.text
       ? refusalOf(request, frame, blocks, found.Z)
       : null;
-    const steps = [found.steps, 0], seen = "Multipliers exclude every solution of these LMIs";
-    if (refusal)
-      return {
-        status: "infeasible",
-        refusal,
-        steps,
-        reason: `Exact multipliers of the LMIs exclude every solution${conditionOf(asked)}.` +
-          (pairs.length > 1
-              ? " There is no common P in this form of the rows; the package goes on with one for each vertex."
-              : "")
-      };
-    if (found.verdict === "undecided")
-      return {
-        status: "undecided",
-        steps,
-        reason: "Neither a design nor a proof that there is none was found."
-      };
-    return {
-      status: hasty ? "infeasible" : "undecided",
-      steps,
-      reason: `${seen} in floating point, and no exact ones were found.`
-    };
+    const reason = refusal ? `Exact multipliers of the LMIs exclude every solution${conditionOf(asked)}.${
+                               pairs.length > 1 ? NO_COMMON_P : ""}`
+      : found.verdict === "undecided" ? "Neither a design nor a proof that there is none was found."
+                                      : FLOATS_ALONE;
+    const refused = refusal || (hasty && found.verdict === "infeasible");
+    const more = refusal ? {refusal} : {};
+    return {status: refused ? "infeasible" : "undecided", ...more, steps: [found.steps, 0], reason};
   }
   let at = {frame, blocks, x: found.x};
   if (blocks.unknowns.length > 2 && Math.max(...Array.from(found.x, Math.abs)) > LARGEST_UNKNOWN)
@@ -189,19 +178,12 @@ function inPlantUnits(frame, blocks, x) {
 function finished(plain, pairs, asked, {frame, blocks, x, bounded, steps}, searched) {
   const point = inPlantUnits(frame, blocks, x), margins = marginsOf(plain, pairs, asked, point);
   const {K, P, sizes} = point;
-  const least = Math.min(...Object.values(margins)), good = least > MARGIN_IN_FLOATS;
-  return {
-    status: good ? "feasible" : "undecided",
-    ...point,
-    K: rowsOf(K),
-    margins,
-    bounded,
-    frame,
-    naturalP: scaled(1 / (sizes[sized(asked).pop()] || 1), P),
-    reason: good ? "" : "The margins are too small for floating point.",
-    poles: plain.map(d => poles(d, K)),
-    steps: [searched, steps]
-  };
+  const good = Math.min(...Object.values(margins)) > MARGIN_IN_FLOATS,
+        naturalP = scaled(1 / (sizes[sized(asked).pop()] || 1), P);
+  const said = good ? {status: "feasible", reason: ""}
+                    : {status: "undecided", reason: "The margins are too small for floating point."};
+  const more = {naturalP, poles: plain.map(d => poles(d, K)), steps: [searched, steps]};
+  return {...point, ...said, K: rowsOf(K), margins, bounded, frame, ...more};
 }
 
 // The smallest eigenvalue of each block, its diagonal scaled to one, in the plant's own

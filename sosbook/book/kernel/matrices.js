@@ -103,6 +103,7 @@ export function place(X, top, left, Y, ...factors) {
 }
 
 // What the blocks of a request are laid out with; exact.js has the same for decimals.
+const known = X => floatsOf(X);
 export const FLOATS = {
   matrix,
   zeros,
@@ -112,7 +113,7 @@ export const FLOATS = {
   scaled,
   combined,
   place,
-  known: X => floatsOf(X)
+  known
 };
 
 export function symmetrized(X) {

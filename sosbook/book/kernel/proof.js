@@ -34,18 +34,10 @@ function examined(request, K, P, own, J) {
   const failed = blocks.filter(([, G]) => !definite(G)).map(([key]) => key);
   const bare = ([, kind, name]) => !blocks.some(([key]) => key[0] === kind && key[1] === name);
   failed.push(...statementsOf(request).filter(bare));  // a claim rests on blocks of its own
-  const unknowns = {
-    P: decimals(P),
-    ...(J && {J: decimals(J)}),
-    ...Object.fromEntries(Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]))
-  };
-  return {
-    proven: !failed.length,
-    failed,
-    claims: failed.length ? [] : claims,
-    blocks: blocks.map(([key]) => key),
-    text: fileOf("design", request, requirements(request.asked), {K: decimals(K), unknowns})
-  };
+  const proven = !failed.length, sizes = Object.entries(own).map(([k, s]) => [k, [[decimal(s)]]]);
+  const unknowns = {P: decimals(P), ...(J && {J: decimals(J)}), ...Object.fromEntries(sizes)};
+  const text = fileOf("design", request, requirements(request.asked), {K: decimals(K), unknowns});
+  return {proven, failed, claims: proven ? claims : [], blocks: blocks.map(([key]) => key), text};
 }
 
 // What a file says of the requirements: words and decimals, by field.

@@ -39,73 +39,55 @@ export class Reader extends Arithmetic {
 
   value([op, ...parts]) {
     const same = X => X;
-    switch (op) {
-      case "number":
-        return this.number(this.ring.of(parts[0]));
-      case "name":
-        return this.env[parts[0]] ?? odd(`${parts[0]} isn't known`);
-      case "block":
-        return this.block(parts[0]);
-      case "I":
-        return {X: this.unit(this.size(parts[0])), terms: []};
-      case "O":
-        return {X: this.zeros(this.size(parts[0]), this.size(parts[1])), terms: []};
-      case "pick": {
-        const [k, p, n] = parts.map(x => this.size(x));
-        const row = this.matrix(1, p, (_, j) => j + 1 === k ? this.ring.one : this.ring.zero);
-        return {X: this.kronecker(row, this.unit(n)), terms: []};
-      }
-      case "pow": {
-        const x = this.certain(this.value(parts[0]), "a power"), k = this.size(parts[1]);
-        if (!x.scalar) odd("a power of a matrix");
-        return this.number(Array(k).fill(x.at[0]).reduce(this.ring.times, this.ring.one));
-      }
+    const row = (n, k) => this.matrix(1, n, (_, j) => j === k ? this.ring.one : this.ring.zero);
+    if (op === "number") return this.number(this.ring.of(parts[0]));
+    if (op === "name") return this.env[parts[0]] ?? odd(`${parts[0]} isn't known`);
+    if (op === "block") return this.block(parts[0]);
+    if (op === "I") return {X: this.unit(this.size(parts[0])), terms: []};
+    if (op === "O") return {X: this.zeros(this.size(parts[0]), this.size(parts[1])), terms: []};
+    if (op === "pick") {
+      const [k, p, n] = parts.map(x => this.size(x));
+      return {X: this.kronecker(row(p, k - 1), this.unit(n)), terms: []};
+    }
+    if (op === "pow") {
+      const x = this.certain(this.value(parts[0]), "a power"), k = this.size(parts[1]);
+      if (!x.scalar) odd("a power of a matrix");
+      return this.number(Array(k).fill(x.at[0]).reduce(this.ring.times, this.ring.one));
     }
     const a = this.value(parts[0]), minus = this.ring.of("-1"), negative = X => this.scaled(minus, X);
-    switch (op) {
-      case "neg":
-        return this.mapped(a, negative, negative, same);
-      case "T":
-        return this.mirrored(a);
-      case "he":
-        return this.added(a, this.mirrored(a));
-      case "rows":
-        return this.number(this.ring.of(String(a.X.rows)));
-      case "cols":
-        return this.number(this.ring.of(String(a.X.cols)));
-      case "inv": {
-        const X = this.certain(a, "the inverse");
-        return X.scalar ? this.number(this.ring.over(X.at[0])) : {X: this.inverse(X), terms: []};
+    if (op === "neg") return this.mapped(a, negative, negative, same);
+    if (op === "T") return this.mirrored(a);
+    if (op === "he") return this.added(a, this.mirrored(a));
+    if (op === "rows" || op === "cols") return this.number(this.ring.of(String(a.X[op])));
+    if (op === "inv") {
+      const X = this.certain(a, "the inverse");
+      return X.scalar ? this.number(this.ring.over(X.at[0])) : {X: this.inverse(X), terms: []};
+    }
+    if (op === "at") {
+      const X = this.certain(a, "an entry"), [i, j] = parts.slice(1).map(x => this.size(x));
+      return i < 1 || j < 1 || i > X.rows || j > X.cols ? odd("no such entry")
+                                                        : this.number(X.at[(i - 1) * X.cols + j - 1]);
+    }
+    if (op === "tr") {
+      const n = a.X.rows;
+      if (n !== a.X.cols) odd("the trace of a matrix that isn't square");
+      let total = this.number(this.ring.zero);
+      for (let k = 0; k < n; k++) {
+        const e = row(n, k), left = X => this.product(e, X), right = X => this.product(X, this.turned(e));
+        total = this.added(total, this.mapped(a, X => ({...right(left(X)), scalar: true}), left, right));
       }
-      case "at": {
-        const X = this.certain(a, "an entry"), [i, j] = parts.slice(1).map(x => this.size(x));
-        return i < 1 || j < 1 || i > X.rows || j > X.cols ? odd("no such entry")
-                                                          : this.number(X.at[(i - 1) * X.cols + j - 1]);
-      }
-      case "tr": {
-        const n = a.X.rows, e = k => this.matrix(1, n, (_, j) => j === k ? this.ring.one : this.ring.zero);
-        if (n !== a.X.cols) odd("the trace of a matrix that isn't square");
-        let total = this.number(this.ring.zero);
-        for (let k = 0; k < n; k++) {
-          const cut = X => this.product(this.product(e(k), X), this.turned(e(k)));
-          total = this.added(total,
-            this.mapped(a, X => ({...cut(X), scalar: true}), L => this.product(e(k), L),
-              R => this.product(R, this.turned(e(k)))));
-        }
-        return total;
-      }
+      return total;
     }
     const b = this.value(parts[1]);
     if (op === "add") return this.added(a, b);
     if (op === "kron") {
       const F = this.certain(a, "kron"), {X, terms} = b,
             column = j => this.matrix(F.rows, 1, i => F.at[i * F.cols + j]);
-      const row = j => this.matrix(1, F.cols, (_, k) => j === k ? this.ring.one : this.ring.zero);
+      const cut = (t, j) =>
+        ({...t, L: this.kronecker(column(j), t.L), R: this.kronecker(row(F.cols, j), t.R)});
       return {
         X: this.kronecker(F, X),
-        terms: terms.flatMap(
-          t => Array.from({length: F.cols},
-            (_, j) => ({...t, L: this.kronecker(column(j), t.L), R: this.kronecker(row(j), t.R)})))
+        terms: terms.flatMap(t => Array.from({length: F.cols}, (_, j) => cut(t, j)))
       };
     }
     if (op === "div") {

@@ -216,18 +216,9 @@ export function refusalFile(request, {list, Z, scale, frame}) {
     for (let i = 0; i < q; i++) rows.push(X.at.slice(i * q, (i + 1) * q).map(x => ratio(x, below)));
     return [key, rows];
   });
-  const coordinates = {
-    left: decimals(rowsOf(left)),
-    T: decimals(rowsOf(T)),
-    back: decimals(rowsOf(back)),
-    scale: decimal(frame.scale),
-    sizes: {}
-  };
-  return {
-    proven: true,
-    claims,
-    blocks: list.map(({key}) => key),
-    text:
-      fileOf("infeasible design", request, requirements(request.asked), {K: null, coordinates, multipliers})
-  };
+  const [l, t, b] = [left, T, back].map(X => decimals(rowsOf(X)));
+  const coordinates = {left: l, T: t, back: b, scale: decimal(frame.scale), sizes: {}};
+  const text =
+    fileOf("infeasible design", request, requirements(request.asked), {K: null, coordinates, multipliers});
+  return {proven: true, claims, blocks: list.map(({key}) => key), text};
 }

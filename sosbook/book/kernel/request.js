@@ -48,11 +48,12 @@ export function conditionOf(asked, written = mu => String(+mu.toPrecision(6))) {
   return sized(asked).length > 1 && !followersOf(asked).length ? ` for mu = ${written(asked.mu)}` : "";
 }
 
+// In the words of a proof file.
 export const KINDS = {
   gamma: ["gamma", "gamma"],
   cost: ["cost", "cost"],
   u_max: ["input", "saturation"]
-};  // in the words of a proof file
+};
 // The kind and the name of a requirement whose blocks demand Re s < 0; undefined without one.
 export const impliesStability = ({sigma, gamma, cost}) => sigma >= 0 ? ["region", "half-plane"]
   : gamma !== undefined                                              ? KINDS.gamma
@@ -73,13 +74,8 @@ export function laidOut(plain, pairs, asked, parts, frame, followers = followers
   const unknowns = {P: {rows: N, cols: N, symmetric: true}, Y: {rows: m, cols: N}};
   for (const name of followers) unknowns[sizeName(name)] = {rows: 1, cols: 1};
   if (asked.cost !== undefined) unknowns.J = {rows: channels, cols: channels, symmetric: true};
-  list.push({
-    name: "P",
-    key: ["", "", "P"],
-    terms: [["P", identity(N, 0.5), identity(N)]],
-    constant: zeros(N, N),
-    slopes: []
-  });
+  const itself = [["P", identity(N, 0.5), identity(N)]];
+  list.push({name: "P", key: ["", "", "P"], terms: itself, constant: zeros(N, N), slopes: []});
   for (const name of followers) {
     const kind = KINDS[name], key = [...kind, sizeName([...new Set(kind)].join(" "))];
     list.push(

@@ -96,15 +96,17 @@ function* interiorSteps(blocks, x, cost, weight, target = null, most = 60) {
 
 // ---------------------------------------------------------------- phase one
 // The blocks with one more scalar t: G_k(x) - t I.
+const LIFT = {
+  name: "t",
+  rows: 1,
+  cols: 1,
+  symmetric: false,
+  size: 1,
+  scalar: true
+};
 function lifted(blocks) {
   const more = new Blocks({});
-  Object.assign(more, {
-    size: blocks.size + 1,
-    unknowns: [
-      ...blocks.unknowns,
-      {name: "t", rows: 1, cols: 1, symmetric: false, from: blocks.size, size: 1, scalar: true}
-    ]
-  });
+  Object.assign(more, {size: blocks.size + 1, unknowns: [...blocks.unknowns, {...LIFT, from: blocks.size}]});
   const cone = blocks.homogeneous, of = blocks.unknowns.length;
   more.list = blocks.list.map((block, k) => ({
     ...block,

@@ -2,7 +2,7 @@
 import {FRACTIONS, NUMBERS} from "./arithmetic.js";
 import {Blocks} from "./blocks.js";
 import {changed} from "./descriptor.js";
-import {definite} from "./exact.js";
+import {definite, divisor} from "./exact.js";
 import {FLOATS, matrix, times} from "./matrices.js";
 import {Reader} from "./reader.js";
 
@@ -74,10 +74,6 @@ export function unproven(text, sets, data) {
 // The multiple of a matrix of fractions by their common denominator.
 function integers({rows, at}) {
   let over = 1n;
-  for (const [, d] of at) over = over / common(over, d) * d;
+  for (const [, d] of at) over = over / divisor(over, d) * d;
   return {rows, at: at.map(([n, d]) => n * (over / d))};
-}
-function common(a, b) {
-  while (b) [a, b] = [b, a % b];
-  return a;
 }

@@ -1,4 +1,4 @@
-import {announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, number, PageElement, panel, panels, places, printed, READOUT, slider, steady, withConjugates} from "./kit.js";
+import {announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, inPairs, number, PageElement, panel, panels, places, printed, READOUT, slider, steady, withConjugates} from "./kit.js";
 import {add, apply, mul, pushed} from "./linalg.js";
 import {Plot, S_PLANE} from "./plot.js";
 import * as python from "./program.js";
@@ -164,17 +164,8 @@ export class Atlas extends PageElement {
     const stored = this.stored(), asked = {...this.data.fixed, ...this.asked};
     if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
     const [gain, poles, [block, margin], norm, peak] = stored;
-    const pairs = [];
-    for (let k = 0; k < poles.length; k += 2) pairs.push([poles[k], poles[k + 1]]);
-    return {
-      status: "feasible",
-      asked,
-      K: gainRows(gain, this.data.shape),
-      poles: pairs,
-      margin: [this.data.blocks[block], margin],
-      norm,
-      peak
-    };
+    const K = gainRows(gain, this.data.shape), least = [this.data.blocks[block], margin];
+    return {status: "feasible", asked, K, poles: inPairs(poles), margin: least, norm, peak};
   }
 
   // Designs that a move of one slider reaches, the nearest first.

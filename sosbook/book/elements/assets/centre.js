@@ -8,15 +8,11 @@ const det = ([[a, b], [c, d]]) => a * d - b * c;
 const /** @type {any} */ least = ([[a, b], [, d]]) => (a + d) / 2 - Math.hypot((a - d) / 2, b);
 
 class Centre extends Mover {
-  figures() {
-    return [
-      [
-        "set",
-        "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre."
-      ],
-      ["bars", "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."]
-    ];
-  }
+  figures = {
+    set:
+      "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre.",
+    bars: "The smallest eigenvalues of both blocks at your point. One bar below zero: not feasible."
+  };
 
   // P and -(A P + P A^T + 2 sigma P) for P = P(p, q), and their slopes.
   blocks(sigma) {
@@ -25,11 +21,8 @@ class Centre extends Mover {
       const X = mul(shifted, P);
       return scale(-1, add(X, transpose(X)));
     };
-    const write = ([p, q]) => {
-      const P = [[p, q], [q, 1]];
-      return [P, rate(P)];
-    };
-    return {write, slopes: SLOPES.map(P => [P, rate(P)])};
+    const both = P => [P, rate(P)];
+    return {write: ([p, q]) => both([[p, q], [q, 1]]), slopes: SLOPES.map(both)};
   }
 
   // The Newton step of -log det of both blocks at x, and its decrement.
@@ -68,15 +61,9 @@ class Centre extends Mover {
     const open = rightmost(eigenvalues(shifted)) < -1e-9;
     const P = open ? lyapunov(transpose(shifted), eye(2)) : null;
     const own = open ? this.walk(blocks, [P[0][0] / P[1][1], P[0][1] / P[1][1]]) : [];
-    const centre = own.length ? own.at(-1).x : null;
-    return {
-      eigen,
-      feasible,
-      centre,
-      path: feasible ? this.walk(blocks, [p, q]) : [],
-      edge: centre ? this.edge(blocks, centre) : [],
-      schur: p - q * q
-    };
+    const centre = own.length ? own.at(-1).x : null, edge = centre ? this.edge(blocks, centre) : [];
+    const path = feasible ? this.walk(blocks, [p, q]) : [];
+    return {eigen, feasible, centre, path, edge, schur: p - q * q};
   }
 
   // The edge of the set, along rays from its centre.

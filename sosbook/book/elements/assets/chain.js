@@ -12,12 +12,10 @@ function pendulum({e_c, f_c, d_c, e_a}, {M_b, l, r, M_w, g}) {
 }
 
 class Chain extends Mover {
-  figures() {
-    return [
-      ["links", "Each link hands its numbers to the next; what changed with your last move is framed."],
-      ["radius", "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."]
-    ];
-  }
+  figures = {
+    links: "Each link hands its numbers to the next; what changed with your last move is framed.",
+    radius: "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."
+  };
 
   good({radius, right}) { return right < 0 && radius.every(r => r < 1); }
   get means() { return "the loop is stable"; }
@@ -29,12 +27,8 @@ class Chain extends Mover {
       const [A, B] = linear(robot, 5);
       return eigenvalues(add(A, mul(B, [K])));
     });
-    return {
-      mip,
-      K,
-      radius: robots.map(robot => spectralRadius(eigenvalues(sampledLoop(robot, K, T, late / 100 * T)[0]))),
-      right: rightmost(poles)
-    };
+    const steps = robots.map(robot => sampledLoop(robot, K, T, late / 100 * T)[0]);
+    return {mip, K, radius: steps.map(A => spectralRadius(eigenvalues(A))), right: rightmost(poles)};
   }
 
   show({mip, K, radius, right}, old, place) {
@@ -63,13 +57,10 @@ class Chain extends Mover {
               .join(" ") +
             "</div>")
         .join(`<div class="sos-then" aria-hidden="true">↓</div>`);
-    this.curves("radius", {
+    this.curves("radius", ["vertex", "largest modulus"], "Largest modulus at the four vertices", [], {
       x: [0.5, 4.5],
       y: [Math.min(0.95, ...radius) - 0.01, Math.max(1.02, ...radius) + 0.01],
-      labels: ["vertex", "largest modulus"],
-      label: "Largest modulus at the four vertices",
       rules: [1],
-      lines: [],
       marks: radius.map((r, k) => [[k + 1, r], r < 1 ? "--sos-region" : "--sos-bad", r < 1 ? 1 : 0])
     });
   }

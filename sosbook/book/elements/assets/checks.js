@@ -3,7 +3,7 @@
 import {weightFactors} from "../../kernel/exact.js";
 
 import {number} from "./kit.js";
-import {leastEigenvalue, solve, transpose} from "./linalg.js";
+import {dot, leastEigenvalue, solve, transpose} from "./linalg.js";
 
 const SIZES = [1e-100, 1e100], SAME = 1.2, RIDGE = 1e-9;  // as in the package's plants/checks.py
 const ROUNDING = 1e-12,
@@ -95,7 +95,7 @@ function matrix(name, X, rows, columns) {
 
 // Singular values by rotations that make rows orthogonal (Hestenes 1958).
 function singularValues(X) {
-  const rows = X.map(row => [...row]), dot = (p, q) => p.reduce((sum, x, k) => sum + x * q[k], 0);
+  const rows = X.map(row => [...row]);
   for (let turned = true, count = 0; turned && count < 60; count++) {
     turned = false;
     for (let i = 0; i < rows.length; i++) {

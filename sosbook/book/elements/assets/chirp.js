@@ -37,13 +37,11 @@ class Chirp extends Mover {
   get horizon() { return T * STEPS; }
   get still() { return 3; }
 
-  figures() {
-    return [
-      ["scene", "The body hangs; the motors shake it."],
-      ["log", "What the gyro says (solid) and the fitted models: pendulum (dashed), linear (dotted)."],
-      ["bars", "Error of the fitted ratios. Left: the pendulum; right: its linear model."]
-    ];
-  }
+  figures = {
+    scene: "The body hangs; the motors shake it.",
+    log: "What the gyro says (solid) and the fitted models: pendulum (dashed), linear (dotted).",
+    bars: "Error of the fitted ratios. Left: the pendulum; right: its linear model."
+  };
 
   voltage(amplitude) {
     const {low, high} = this.data, end = T * STEPS;
@@ -71,14 +69,10 @@ class Chirp extends Mover {
           off[1].map(x => number(x, " %", 2)).join(", ")}.</p>`);
     const line = (values, colour, dash) => ({points: series(values, T, 3), colour, dash});
     const speeds = (x, linear) => swing(x, V, linear).map(s => s[1]);
-    this.curves("log", {
-      labels: "θ′ (rad/s)",
-      label: "The gyro and two fits",
-      lines: [
-        line(y), line(speeds(fits[1], true), "--sos-second", "2 2"),
-        line(speeds(fits[0], false), "--sos-region", "6 4")
-      ]
-    });
+    this.curves("log", "θ′ (rad/s)", "The gyro and two fits", [
+      line(y), line(speeds(fits[1], true), "--sos-second", "2 2"),
+      line(speeds(fits[0], false), "--sos-region", "6 4")
+    ]);
     const top = Math.max(2, ...off.flat().map(Math.abs)), bars = names.map((name, i) => {
       const errors = off.map((row, j) => bar(50 + 95 * i + 32 * j, 28, 120, 90 * clamp(row[i] / top, -1, 1),
                                j ? "--sos-second" : "--sos-region"));

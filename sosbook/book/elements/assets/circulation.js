@@ -1,23 +1,20 @@
 import {clean, define} from "./kit.js";
-import {apply, combine, eigenvalues, exponential, motion, rightmost, scale, stable} from "./linalg.js";
+import {apply, combine, dot, eigenvalues, exponential, motion, rightmost, scale, stable} from "./linalg.js";
 import {Mover, number, series, verdict} from "./mover.js";
 import {Plot} from "./plot.js";
 
 const T = 0.05, STEPS = 1200;  // s
-const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 
 class Circulation extends Mover {
   get horizon() { return T * STEPS; }
   get still() { return 60; }
   get pace() { return 6; }
 
-  figures() {
-    return [
-      ["path", "The robot's hand in the plane, from (0.2, 0.2) at rest; six times as fast."],
-      ["poles", "Poles in the upper half-plane. Right of the axis: unstable."],
-      ["energy", "Energy of masses and springs. Damping takes, circulation gives."]
-    ];
-  }
+  figures = {
+    path: "The robot's hand in the plane, from (0.2, 0.2) at rest; six times as fast.",
+    poles: "Poles in the upper half-plane. Right of the axis: unstable.",
+    energy: "Energy of masses and springs. Damping takes, circulation gives."
+  };
 
   good({poles}) { return stable(poles); }
   get means() { return "it comes to rest"; }
@@ -47,12 +44,8 @@ class Circulation extends Mover {
     plot.body += `<circle class="sos-hand" r="6" style="fill:var(--sos-first)"/>`;
     this.draw("path", plot, `Path of the hand to (${z.at(-1).map(x => clean(x)).join(", ")})`);
     const curve = list => ({points: series(list, T, 4)});
-    this.curves("energy", {
-      labels: "energy",
-      label: "Energy over time",
-      ghosts: ghost && [curve(ghost.energy)],
-      lines: [curve(energy)]
-    });
+    this.curves(
+      "energy", "energy", "Energy over time", [curve(energy)], {ghosts: ghost && [curve(ghost.energy)]});
   }
 
   pose({z}, time) {

@@ -2,7 +2,7 @@ import {clean, define, degrees} from "./kit.js";
 import {apply, eigenvalues, spectralRadius} from "./linalg.js";
 import {Mover, number, stairs, verdict} from "./mover.js";
 import {sampledLoop} from "./pendulum.js";
-import {mark, Plot} from "./plot.js";
+import {markAll, Plot} from "./plot.js";
 
 const TILT = 2 * Math.PI / 180;
 
@@ -11,13 +11,11 @@ class Clock extends Mover {
   get still() { return 0.6; }
   get pace() { return 0.2; }
 
-  figures() {
-    return [
-      ["circle", "Eigenvalues of the sampled loop of the middle robot. Outside the circle: unstable."],
-      ["tilt", "Tilt from 2°, a fifth of the true speed."],
-      ["volts", "Voltage: held from tick to tick, late by the delay. No limit is at work here."]
-    ];
-  }
+  figures = {
+    circle: "Eigenvalues of the sampled loop of the middle robot. Outside the circle: unstable.",
+    tilt: "Tilt from 2°, a fifth of the true speed.",
+    volts: "Voltage: held from tick to tick, late by the delay. No limit is at work here."
+  };
 
   good({radius}) { return radius.every(r => r < 1); }
   get means() { return "all five robots are stable"; }
@@ -40,10 +38,7 @@ class Clock extends Mover {
     const plot = new Plot({x: [-1.6, 1.6], y: [-1.6, 1.6], labels: ["Re z", "Im z"]});
     plot.body += `<ellipse class="sos-target" style="fill:none" cx="${plot.X(0)}" cy="${plot.Y(0)}" rx="${
       plot.X(1) - plot.X(0)}" ry="${plot.Y(0) - plot.Y(1)}"/>`;
-    for (const [list, more] of [[ghost?.poles ?? [], "opacity:.3"], [poles, ""]]) {
-      list.filter(p => Math.hypot(...p) > 1e-9 && plot.has(p))
-        .forEach(p => mark(plot, p, "--sos-first", 0, more));
-    }
+    markAll(plot, ...[ghost?.poles ?? [], poles].map(all => all.filter(p => Math.hypot(...p) > 1e-9)));
     const good = this.good({radius}), [middle, ...others] = radius;
     this.draw("circle", plot, `Eigenvalues of the sampled loop, the largest of size ${clean(middle)}`);
     this.tell(good ? "feasible" : "infeasible",
@@ -52,19 +47,10 @@ class Clock extends Mover {
         `<p>Sampled at ${number(1 / T, " Hz")}, late by ${
           number(1000 * late, " ms")}. Largest modulus: middle robot ${number(middle, "", 4)}, worst vertex ${
           number(Math.max(...others), "", 4)}.</p>`);
-    this.curves("tilt", {
-      y: [-4, 4],
-      labels: "θ (degrees)",
-      label: "Tilt at the ticks",
-      ghosts: ghost && [{points: ghost.theta}],
-      lines: [{points: theta}]
-    });
-    this.curves("volts", {
-      y: [-4, 4],
-      labels: "V (volts)",
-      label: "Voltage over time",
-      lines: [{points: stairs(V, this.horizon), colour: "--sos-second"}]
-    });
+    this.curves("tilt", "θ (degrees)", "Tilt at the ticks", [{points: theta}],
+      {y: [-4, 4], ghosts: ghost && [{points: ghost.theta}]});
+    this.curves("volts", "V (volts)", "Voltage over time",
+      [{points: stairs(V, this.horizon), colour: "--sos-second"}], {y: [-4, 4]});
   }
 }
 

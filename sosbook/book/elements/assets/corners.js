@@ -72,12 +72,8 @@ export function plants(texts) {
       Object.fromEntries(NAMES.map(name => [name, blocks[name][blocks[name].length > 1 ? k : 0] ?? []])));
   const [typed] = listed;
   const found = count > 1 ? listed.map(plant => cornersOf(plant, [])) : [cornersOf(typed, box)];
-  return {
-    vertices: found.flatMap(({vertices}) => vertices),
-    box,
-    typed,
-    rounded: found.some(({rounded}) => rounded)
-  };
+  const vertices = found.flatMap(({vertices}) => vertices), rounded = found.some(({rounded}) => rounded);
+  return {vertices, box, typed, rounded};
 }
 
 function cornersOf(typed, box) {

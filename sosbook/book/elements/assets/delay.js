@@ -1,6 +1,6 @@
 import {Atlas} from "./atlas.js";
 import {delayedRun} from "./history.js";
-import {buttons, clean, controls, define, escape, gainRows, gains, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
+import {buttons, clean, controls, define, escape, gainRows, gains, inPairs, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 import {list, program} from "./program.js";
@@ -38,12 +38,9 @@ const sign = (colour, text) => `<span class="sos-mark" style="color:var(${colour
 class DelayAtlas extends Atlas {
   markup() {
     const roots = DELAYS.map((name, k) => sign(COLOURS[k], `${SIGNS[k]} ${name}`)).join(", ");
-    return controls("Requirements", this.sliders() + select({
-      id: `${this.name}-kind`,
-      key: "kind",
-      label: "How the delay varies",
-      names: this.data.kinds
-    })) +
+    const words = {label: "How the delay varies", names: this.data.kinds};
+    return controls(
+             "Requirements", this.sliders() + select({id: `${this.name}-kind`, key: "kind", ...words})) +
       panels(panel("map", `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`) +
         panel("step", escape(this.data.caption)) +
         panel("input",
@@ -82,19 +79,11 @@ class DelayAtlas extends Atlas {
 
   /** @returns {any} */
   get design() {
-    const stored = this.stored(), asked = {...this.asked};
-    asked.mu = asked.tau * asked.ratio;
+    const stored = this.stored(), asked = {...this.asked, mu: this.asked.tau * this.asked.ratio};
     if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
     const [gain, [block, margin], [rate, at], roots] = stored;
-    return {
-      status: "feasible",
-      asked,
-      rate,
-      at,
-      K: gainRows(gain, this.data.shape),
-      margin: [this.data.blocks[block], margin],
-      roots: roots.map(row => row.flatMap((re, k) => k % 2 ? [] : [[re, row[k + 1]]]))
-    };
+    const K = gainRows(gain, this.data.shape), least = [this.data.blocks[block], margin];
+    return {status: "feasible", asked, rate, at, K, margin: least, roots: roots.map(inPairs)};
   }
 
   update() {

@@ -1,5 +1,5 @@
 import {delayedRun} from "./history.js";
-import {define} from "./kit.js";
+import {define, withConjugates} from "./kit.js";
 import {apply, combine, eigenvalues, eye, make, scale, solve, trace} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
 
@@ -45,7 +45,7 @@ function roots(A, Ad, h, n) {
       !found.some(r => Math.hypot(r[0] - s[0], r[1] - s[1]) < 1e-6 * (1 + Math.hypot(...s))))
       found.push(s);
   }
-  return found.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, 0]]).sort((p, q) => q[0] - p[0]);
+  return withConjugates(found).sort((p, q) => q[0] - p[0]);
 }
 
 const LATE = {
@@ -62,13 +62,11 @@ class Delayed extends Mover {
   get still() { return this.horizon; }
   get pace() { return this.horizon / 6; }
 
-  figures() {
-    return [
-      ["roots", "Characteristic roots for the constant delay h. The chain behind them goes on for ever."],
-      ["time", "The first state, from 1 and at rest before. Dashed: what arrives late."],
-      ["delay", "The delay."]
-    ];
-  }
+  figures = {
+    roots: "Characteristic roots for the constant delay h. The chain behind them goes on for ever.",
+    time: "The first state, from 1 and at rest before. Dashed: what arrives late.",
+    delay: "The delay."
+  };
 
   compute({loop, h, gain, kind}) {
     const {loops, rest, steps} = this.data, {A, Ad: full} = loops[loop ?? 0], N = A.length;
@@ -78,12 +76,8 @@ class Delayed extends Mover {
       return u.map((value, i) => value + v[i]);
     };
     const run = delayedRun(rate, A.map((_, i) => i ? 0 : 1), late, this.horizon, steps);
-    return {
-      ...run,
-      roots: roots(A, Ad, h, [24, 24, 20, 16, 14, 12][N] ?? 10),
-      x: run.x.map(v => v[0]),
-      old: run.old.map(v => v[0])
-    };
+    const [x, old] = [run.x, run.old].map(all => all.map(v => v[0]));
+    return {...run, roots: roots(A, Ad, h, [24, 24, 20, 16, 14, 12][N] ?? 10), x, old};
   }
 
   show({roots: all, t, x, old, d}, ghost, {h, kind}) {
@@ -101,19 +95,10 @@ class Delayed extends Mover {
       "roots", {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
     const line = (values, colour, dash) =>
       ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % 3 === 0), colour, dash});
-    this.curves("time", {
-      y: [-top, top],
-      labels: "x₁",
-      label: "The first state over time",
-      ghosts: ghost && [line(ghost.x)],
-      lines: [line(old, "--sos-second", "5 4"), line(x)]
-    });
-    this.curves("delay", {
-      y: [0, 1.15 * Math.max(h, 0.1)],
-      labels: "d (s)",
-      label: "The delay over time",
-      lines: [line(d, "--sos-third")]
-    });
+    this.curves("time", "x₁", "The first state over time", [line(old, "--sos-second", "5 4"), line(x)],
+      {y: [-top, top], ghosts: ghost && [line(ghost.x)]});
+    this.curves(
+      "delay", "d (s)", "The delay over time", [line(d, "--sos-third")], {y: [0, 1.15 * Math.max(h, 0.1)]});
   }
 }
 

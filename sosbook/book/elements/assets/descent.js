@@ -1,26 +1,24 @@
 // Local minima of functions that aren't smooth: BFGS with weak Wolfe steps (Lewis and
 // Overton 2013).
+import {dot, eye} from "./linalg.js";
+
 const TRIALS = 30;                          // of a line search
 const [DECREASE, CURVATURE] = [1e-4, 0.9];  // of the weak Wolfe conditions
 const FIRST = 0.1;                          // the first step's length
 
-const dot = (x, y) => x.reduce((sum, a, k) => sum + a * y[k], 0);
-/** @type {(n: number) => number[][]} */
-const unit = n => Array.from({length: n}, (_, i) => Array.from({length: n}, (_, j) => i === j ? 1 : 0));
-
 // The points of a descent with the value at its end. `f` has a value at a point, and a function
 // that finds its slope there.
 export function descend(f, start, steps) {
-  let x = start, [value, slope] = f(x), g = slope(), H = unit(x.length), first = true;
+  let x = start, [value, slope] = f(x), g = slope(), H = eye(x.length), first = true;
   const path = [x];
   for (let count = 0; count < steps; count++) {
     let d = H.map(row => -dot(row, g));
-    if (!(dot(d, g) < 0)) [H, d] = [unit(x.length), g.map(t => -t)];
+    if (!(dot(d, g) < 0)) [H, d] = [eye(x.length), g.map(t => -t)];
     if (first) d = d.map(t => t * FIRST / (Math.hypot(...g) || 1));
     const found = line(f, x, value, g, d);
     if (!found) {
       if (first) break;
-      [H, first] = [unit(x.length), true];
+      [H, first] = [eye(x.length), true];
       continue;
     }
     const s = found.x.map((t, k) => t - x[k]), y = found.g.map((t, k) => t - g[k]), sy = dot(s, y);

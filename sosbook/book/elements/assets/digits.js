@@ -14,31 +14,18 @@ function hex(x) {
 }
 
 class Digits extends Mover {
-  figures() {
-    return [
-      ["table", "One tick: gain times state, entry by entry, as the program has it."],
-      [
-        "bits",
-        "The bits of the chosen gain: sign, exponent, fraction. Pale bits are dropped in single precision."
-      ]
-    ];
-  }
+  figures = {
+    table: "One tick: gain times state, entry by entry, as the program has it.",
+    bits: "The bits of the chosen gain: sign, exponent, fraction. Pale bits are dropped in single precision."
+  };
 
   compute({precision, tilt, rate, entry}) {
     const round = precision ? Math.fround : x => x, {K} = this.data;
     const state = [tilt * Math.PI / 180, 0.5, rate, -0.3, 0.1], gains = K.map(round);
     const sum = (gain, keep) => gain.reduce((total, k, i) => keep(total + keep(k * keep(state[i]))), 0);
-    const exact = sum(K, x => x);
-    const single = sum(K.map(Math.fround), Math.fround);
-    return {
-      gains,
-      hex: gains.map(hex),
-      literal: hex(gains[entry]),
-      state,
-      exact,
-      single,
-      most: Math.max(...K.map(k => Math.abs(Math.fround(k) / k - 1)))
-    };
+    const exact = sum(K, x => x), single = sum(K.map(Math.fround), Math.fround);
+    const most = Math.max(...K.map(k => Math.abs(Math.fround(k) / k - 1)));
+    return {gains, hex: gains.map(hex), literal: hex(gains[entry]), state, exact, single, most};
   }
 
   show({gains, hex: all, state, exact, single, most}, _, {precision, entry}) {

@@ -15,13 +15,11 @@ class Drive extends Mover {
   get still() { return 0.25; }
   get pace() { return 0.5; }
 
-  figures() {
-    return [
-      ["scene", "Motor, shaft and load; the short mark is where the load shall be. Half as fast."],
-      ["angle", "The load's angle; dotted the set point, dashed what the encoder's side does."],
-      ["torque", "Torque that the program gives; dotted the motor's limit."]
-    ];
-  }
+  figures = {
+    scene: "Motor, shaft and load; the short mark is where the load shall be. Half as fast.",
+    angle: "The load's angle; dotted the set point, dashed what the encoder's side does.",
+    torque: "Torque that the program gives; dotted the motor's limit."
+  };
 
   // The plant's step over one tick: of the state, the motor's torque and the load's.
   plant(J, T) {
@@ -43,15 +41,10 @@ class Drive extends Mover {
       goal += Math.max(-ramp, Math.min(ramp, r - goal));
       const u = apply(C, m)[0] + D[0][0] * y + D_r[0][0] * goal;
       const v = limit ? Math.max(-u_max, Math.min(u_max, u)) : u;
-      const full = v !== u;
-      const moved = apply(A, m);
+      const full = v !== u, moved = apply(A, m);
       m = moved.map((value, i) => value + B[i][0] * y + B_r[i][0] * goal + W[i][0] * (v - u));
-      if (k % every === 0) {
-        result.t.push(k * T);
-        result.z.push(x[1]);
-        result.q.push(x[0]);
-        result.u.push(v);
-      }
+      const now = {t: k * T, z: x[1], q: x[0], u: v};
+      for (const name in k % every ? {} : now) result[name].push(now[name]);
       if (k > 0.9 * ticks) result.rest.push(v);
       result.full += full ? T : 0;
       result.peak = Math.max(result.peak, Math.abs(v));
@@ -112,22 +105,15 @@ class Drive extends Mover {
         `<p><strong>Proven, in fractions and balls, by the package</strong></p>${list(certain)}` +
         `<p><strong>Simulated in this page, one load</strong></p>${list(seen)}`);
     const curve = (values, more) => ({points: result.t.map((t, k) => [t, values[k]]), ...more});
-    this.curves("angle", {
-      y: [-0.6 * r, 2.2 * r],
-      labels: "angle (rad)",
-      label: "The load's angle over time",
-      rules: [r],
-      ghosts: ghost ? [{points: ghost.t.map((t, k) => [t, ghost.z[k]])}] : [],
-      lines: [curve(result.q, {colour: "--sos-second", dash: "5 3"}), curve(result.z)]
-    });
+    this.curves("angle", "angle (rad)", "The load's angle over time",
+      [curve(result.q, {colour: "--sos-second", dash: "5 3"}), curve(result.z)], {
+        y: [-0.6 * r, 2.2 * r],
+        rules: [r],
+        ghosts: ghost ? [{points: ghost.t.map((t, k) => [t, ghost.z[k]])}] : []
+      });
     const most = limit ? 1.2 * this.data.u_max : Math.max(1.2 * this.data.u_max, 1.05 * peak);
-    this.curves("torque", {
-      y: [-most, most],
-      labels: "torque (N m)",
-      label: "The torque over time",
-      rules: [-this.data.u_max, this.data.u_max],
-      lines: [curve(result.u, {colour: "--sos-third"})]
-    });
+    this.curves("torque", "torque (N m)", "The torque over time", [curve(result.u, {colour: "--sos-third"})],
+      {y: [-most, most], rules: [-this.data.u_max, this.data.u_max]});
     this.goal = r;
     this.size = 26 + 14 * (place.J - this.data.loads[0]) / (this.data.loads[1] - this.data.loads[0]);
   }

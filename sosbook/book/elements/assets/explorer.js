@@ -28,15 +28,9 @@ export class Explorer extends Atlas {
 
   // ---------------------------------------------------------------- controls
   sliders() {
-    return this.data.sliders
-      .map((s, k) => this.control(k, slider({
-        id: `${this.name}-${k}`,
-        key: s.key,
-        label: s.label,
-        max: STEPS,
-        step: "any",
-        value: placeOf(s, s.value)
-      })))
+    const made = (s, k) =>
+      ({id: `${this.name}-${k}`, key: s.key, label: s.label, value: placeOf(s, s.value)});
+    return this.data.sliders.map((s, k) => this.control(k, slider({...made(s, k), max: STEPS, step: "any"})))
       .join("");
   }
 
@@ -284,19 +278,10 @@ export class Explorer extends Atlas {
     const poles =
       vertices.flatMap(() => [...Array(N >> 1).fill([-88.8, 88.8]), ...Array(N % 2).fill([-88.8, 0])]);
     const K = Array.from({length: m}, () => Array(N).fill(-0.08888));
-    return [
-      at.readout({
-        status: "feasible",
-        asked,
-        K,
-        poles,
-        margin: ["half-plane 8,8", number],
-        norm: this.data.request.vertices[0].F ? number : null,
-        peak: x0 && number,
-        cost: cost && asked.cost ? number : null
-      }),
-      at.readout({status: "infeasible", asked})
-    ];
+    const margin = ["half-plane 8,8", number], norm = this.data.request.vertices[0].F ? number : null;
+    const truth = {norm, peak: x0 && number, cost: cost && asked.cost ? number : null};
+    const states = [{status: "feasible", K, poles, margin, ...truth}, {status: "infeasible"}];
+    return states.map(state => at.readout({...state, asked}));
   }
 
   readout(design) {

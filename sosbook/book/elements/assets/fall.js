@@ -11,12 +11,11 @@ class Fall extends Mover {
   get still() { return 0.3; }
   get pace() { return 0.25; }
 
-  figures() {
-    return [
-      ["scene", "Solid: the pendulum. Dashed: its linear model. A quarter of the true speed."],
-      ["tilt", "Tilt θ; dashed the linear model."], ["wheel", "Wheels' angle φ; dashed the linear model."]
-    ];
-  }
+  figures = {
+    scene: "Solid: the pendulum. Dashed: its linear model. A quarter of the true speed.",
+    tilt: "Tilt θ; dashed the linear model.",
+    wheel: "Wheels' angle φ; dashed the linear model."
+  };
 
   compute({angle, volts, pulse, rotors}) {
     const mip = this.data.robots[rotors], start = [angle * Math.PI / 180, 0, 0, 0];
@@ -25,26 +24,18 @@ class Fall extends Mover {
     const line = samples(A, B, start, V.map(v => [v]), T), all = [start];
     for (const v of V) all.push(runge(x => slope(mip, x, v), all.at(-1), T));
     const apart = all.findIndex((x, k) => Math.abs(x[0] - line[k][0]) > 5 * Math.PI / 180);
-    return {
-      theta: all.map(x => x[0]),
-      phi: all.map(x => x[1]),
-      lineTheta: line.map(x => x[0]),
-      linePhi: line.map(x => x[1]),
-      apart: apart < 0 ? null : apart * T
-    };
+    const [theta, phi, lineTheta, linePhi] = [all, line].flatMap(run => [0, 1].map(i => run.map(x => x[i])));
+    return {theta, phi, lineTheta, linePhi, apart: apart < 0 ? null : apart * T};
   }
 
   show({theta, phi, lineTheta, linePhi, apart}, ghost) {
-    const plot = (name, label, y, line, curve, old) => this.curves(name, {
-      y,
-      labels: `${label} (degrees)`,
-      label: `${label} (degrees)`,
-      ghosts: old && [{points: series(old.map(degrees), T)}],
-      lines: [
-        {points: series(line.map(degrees), T), colour: "--sos-second", dash: "6 4"},
-        {points: series(curve.map(degrees), T)}
-      ]
-    });
+    const plot = (name, label, y, line, curve, old) =>
+      this.curves(name, `${label} (degrees)`, `${label} (degrees)`,
+        [
+          {points: series(line.map(degrees), T), colour: "--sos-second", dash: "6 4"},
+          {points: series(curve.map(degrees), T)}
+        ],
+        {y, ghosts: old && [{points: series(old.map(degrees), T)}]});
     plot("tilt", "θ", [-120, 120], lineTheta, theta, ghost?.theta);
     const far = phi.map(x => 1.2 * degrees(x)), turned = [Math.min(-90, ...far), Math.max(90, ...far)];
     plot("wheel", "φ", turned, linePhi, phi, ghost?.phi);

@@ -141,8 +141,8 @@ function chosen(there, name) {
   return Object.fromEntries(NAMES.filter(name => all[name]?.[0].length).map(name => [name, all[name]]));
 }
 
-const READERS = {
-  json: bytes => JSON.parse(text(bytes)),
+const json = bytes => JSON.parse(text(bytes)), READERS = {
+  json,
   csv: table,
   txt: table,
   mtx,

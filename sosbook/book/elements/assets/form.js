@@ -71,6 +71,7 @@ export function requestOf(texts, wanted) {
   if (r.length && r.length !== (U.length || M.length))
     refuse(`r has ${r.length} numbers, needs ${U.length || M.length}`);
   if (wanted.gamma && !F.length) refuse(checks.said("disturbance"));
+  const weight = (name, size) => checks.weight(name, parsed(name, texts[name]), size);
   const entry = text => Number.isNaN(number(text)) ? text : number(text);
   const named = plant =>
     Object.fromEntries(Object.entries(plant).filter(([name, X]) => name !== "F" || X.length));
@@ -88,36 +89,27 @@ export function requestOf(texts, wanted) {
     outputs: outputs.length ? outputs : null,
     clock: wanted.clock ? clockOf(texts, U, law) : null,
     x0: wanted.u_max ? checks.start(parsed("x0", texts.x0), N) : null,
-    cost: wanted.cost ? {
-      Q: checks.weight("Q", parsed("Q", texts.Q), N),
-      R: checks.weight("R", parsed("R", texts.R), B[0].length),
-      noise: F.length ? "F" : "states"
-    }
+    cost: wanted.cost ? {Q: weight("Q", N), R: weight("R", B[0].length), noise: F.length ? "F" : "states"}
                       : null
   };
 }
 
 // What the explorer needs to know of a plant.
 export function dataOf(found, wanted) {
-  const {request, x0, cost, r, clock, law, outputs} = found, loops = descriptors(request).map(typicalRate);
+  const {request, r} = found, loops = descriptors(request).map(typicalRate);
   const [{omega, B}] = loops, a = request.U.length, {M} = request.vertices[0], n = M.length;
   if (!loops.every(({A, B}) => [...A.at, ...B.at].every(isFinite)) || omega > 1e98 || omega < 1e-98)
     refuse(STRANGE);  // the package's bounds end at 1e100
   const far = 10 * omega, s = [...Array(2 * n).fill(0), ...(a ? r : []).map(x => -x)];
   const steps = request.U.length ? "the set point of U z" : "the set point";
   return {
-    request,
-    x0,
-    cost,
-    clock,
-    law,
-    outputs,
+    ...found,
     mu: null,
-    goal: r,
-    sliders: sliders(found, omega, wanted),
     fixed: {},
     shownFixed: {},
     also: [],
+    goal: r,
+    sliders: sliders(found, omega, wanted),
     shape: [n, B.cols, a],
     r: quiet(request.U, [Array(2 * n + a).fill(0)], r),
     horizon: Number((40 / omega).toPrecision(2)),

@@ -10,16 +10,12 @@ class Integral extends Mover {
   get still() { return 12; }
   get pace() { return 3; }
 
-  figures() {
-    return [
-      [
-        "scene",
-        "The two masses and their set points (dashed); three times as fast. From 10 s on a force pushes both."
-      ],
-      ["poles", "Poles of the loop."],
-      ["time", "Displacements z₁ (solid) and z₂ (dashed). The set point is 1."]
-    ];
-  }
+  figures = {
+    scene:
+      "The two masses and their set points (dashed); three times as fast. From 10 s on a force pushes both.",
+    poles: "Poles of the loop.",
+    time: "Displacements z₁ (solid) and z₂ (dashed). The set point is 1."
+  };
 
   good({poles}) { return rightmost(poles) < -1e-9; }
   get means() { return "the loop is stable"; }
@@ -59,14 +55,8 @@ class Integral extends Mover {
       dash: i ? "6 4" : "",
       colour: i ? "--sos-second" : "--sos-first"
     }));
-    this.curves("time", {
-      y: [-0.5, 2.5],
-      labels: "z₁, z₂",
-      label: "Displacements over time",
-      rules: [1],
-      ghosts: ghost && pair(ghost.z),
-      lines: pair(z)
-    });
+    this.curves("time", "z₁, z₂", "Displacements over time", pair(z),
+      {y: [-0.5, 2.5], rules: [1], ghosts: ghost && pair(ghost.z)});
     const cart = (k, y) =>
       `<path class="sos-thin" d="M10 ${y + 25}H330"/><path class="sos-target" d="M200 ${y - 30}V${
         y + 25}"/><g><rect class="sos-part" style="stroke:var(${k ? "--sos-second" : "--sos-first"})" ` +

@@ -9,16 +9,12 @@ class Kalman extends Mover {
   get still() { return 0.4; }
   get pace() { return 0.4; }
 
-  figures() {
-    return [
-      [
-        "tilt",
-        "The tilt (solid) and what the observer believes (dashed). It starts at 5°; the observer believes in 0°."
-      ],
-      ["volts", "Voltage K x̂."],
-      ["poles", "Poles of the loop with the observer, as far as the window shows them."]
-    ];
-  }
+  figures = {
+    tilt:
+      "The tilt (solid) and what the observer believes (dashed). It starts at 5°; the observer believes in 0°.",
+    volts: "Voltage K x̂.",
+    poles: "Poles of the loop with the observer, as far as the window shows them."
+  };
 
   good({poles}) { return stable(poles); }
   get means() { return "the loop with the observer is stable"; }
@@ -66,20 +62,11 @@ class Kalman extends Mover {
         "</p>");
     const curve = (list, colour, dash) => ({points: series(list, T), colour, dash});
     const tilt = (list, ...look) => curve(list.map(degrees), ...look);
-    this.curves("tilt", {
-      y: [-15, 15],
-      labels: "θ (degrees)",
-      label: "Tilt and its estimate",
-      ghosts: ghost && [tilt(ghost.belief, "--sos-second")],
-      lines: [tilt(belief, "--sos-second", "5 3"), tilt(theta)]
-    });
-    this.curves("volts", {
-      y: [-8, 8],
-      labels: "V (volts)",
-      label: "Voltage over time",
-      rules: [-7.4, 7.4],
-      lines: [curve(V, "--sos-third")]
-    });
+    this.curves("tilt", "θ (degrees)", "Tilt and its estimate",
+      [tilt(belief, "--sos-second", "5 3"), tilt(theta)],
+      {y: [-15, 15], ghosts: ghost && [tilt(ghost.belief, "--sos-second")]});
+    this.curves(
+      "volts", "V (volts)", "Voltage over time", [curve(V, "--sos-third")], {y: [-8, 8], rules: [-7.4, 7.4]});
     this.poleMap("poles",
       {x: [-40, 10], y: [-20, 20], label: "Poles of the loop with the observer", poles, ghost: ghost?.poles});
   }

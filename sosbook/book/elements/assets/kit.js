@@ -18,6 +18,8 @@ export const number = text =>
 export const escape = text => String(text).replace(/[&<>"']/g, c => `&#${c.charCodeAt(0)};`);
 export const capital = word => word[0].toUpperCase() + word.slice(1);
 export const complex = (re, im) => im === 0 ? clean(re) : `${clean(re)} ± ${clean(im)}j`;
+// Numbers re, im, re, im, ... two by two.
+export const inPairs = list => list.flatMap((re, k) => k % 2 ? [] : [[re, list[k + 1]]]);
 export const withConjugates = pairs => pairs.flatMap(([re, im]) => im ? [[re, im], [re, -im]] : [[re, im]]);
 
 export const degrees = x => x * 180 / Math.PI;

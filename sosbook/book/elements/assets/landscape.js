@@ -15,15 +15,11 @@ const SAME = 0.01;  // 1/s and parts of the map: two ends are one minimum
 const SURE = 1e-9;  // 1/s: less than that to the left says nothing
 
 class Landscape extends Mover {
-  figures() {
-    return [
-      [
-        "map",
-        "Contours of the largest real part; drag the round handle. Filled: stable. Line: the descent from there; crosses: where descents end."
-      ],
-      ["cut", "The same function on two lines through the handle: to the right (first) and upwards (second)."]
-    ];
-  }
+  figures = {
+    map:
+      "Contours of the largest real part; drag the round handle. Filled: stable. Line: the descent from there; crosses: where descents end.",
+    cut: "The same function on two lines through the handle: to the right (first) and upwards (second)."
+  };
 
   // From the map's parts of one to gains.
   gain(part) { return part.map((t, k) => this.ends[k][0] + t * (this.ends[k][1] - this.ends[k][0])); }
@@ -68,16 +64,10 @@ class Landscape extends Mover {
       else minima.push({end, value, count: 1});
     }
     minima.sort((a, b) => a.value - b.value);
-    const gains = part => this.gain(part);
-    return {
-      here,
-      right: this.height(here),
-      end: gains(own.end),
-      value: own.value,
-      path: own.path.map(gains),
-      runs: runs.map(run => run.path.map(gains)),
-      minima: minima.map(m => ({...m, end: gains(m.end)}))
-    };
+    const gains = part => this.gain(part), right = this.height(here), {value} = own;
+    const [path, ...others] = [own, ...runs].map(run => run.path.map(gains));
+    const best = minima.map(m => ({...m, end: gains(m.end)}));
+    return {here, right, end: gains(own.end), value, path, runs: others, minima: best};
   }
 
   show(result, _ghost, {x, y, many}) {

@@ -13,10 +13,11 @@ export const zeros = (n, m) => make(n, m, () => 0);
 export const transpose = A => make(A[0].length, A.length, (i, j) => A[j][i]);
 export const mul = (...factors) => factors.reduce(
   (A, B) => make(A.length, B[0].length, (i, j) => A[i].reduce((sum, a, k) => sum + a * B[k][j], 0)));
+export const dot = (x, y) => x.reduce((sum, a, k) => sum + a * y[k], 0);
 export const combine = (a, A, b, B) => A.map((row, i) => row.map((x, j) => a * x + b * B[i][j]));
 export const add = (A, B) => combine(1, A, 1, B);
 export const scale = (a, A) => A.map(row => row.map(x => a * x));
-export const apply = (A, x) => A.map(row => row.reduce((sum, a, k) => sum + a * x[k], 0));
+export const apply = (A, x) => A.map(row => dot(row, x));
 export const block = rows => rows.flatMap(row => row[0].map((_, i) => row.flatMap(A => A[i])));
 export const part = (A, [top, bottom], [left, right]) =>
   A.slice(top, bottom).map(row => row.slice(left, right));

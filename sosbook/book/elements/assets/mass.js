@@ -10,16 +10,12 @@ class Mass extends Mover {
   get still() { return 0.05; }
   get pace() { return 0.01; }
 
-  figures() {
-    return [
-      [
-        "scene",
-        "The chain; the last body is pushed with 1 N. A hundred times slower, motions as large as they fit."
-      ],
-      ["speed", "Velocity of the last body."],
-      ["size", "The largest pole over the mass. The mark is here; dashed b₄/m and dotted √(k₄/m)."]
-    ];
-  }
+  figures = {
+    scene:
+      "The chain; the last body is pushed with 1 N. A hundred times slower, motions as large as they fit.",
+    speed: "Velocity of the last body.",
+    size: "The largest pole over the mass. The mark is here; dashed b₄/m and dotted √(k₄/m)."
+  };
 
   plant({b4}, mass) {
     const {D, S, k4} = this.data, more = b4 - k4.damper;
@@ -46,30 +42,23 @@ class Mass extends Mover {
                  : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
         `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` +
         `Acceleration feedback lends ${number(lent, " kg")}: ${number(mass, " kg")} are felt.</p>`);
-    this.curves("speed", {
+    this.curves("speed", "velocity (m/s)", "Velocity of the last body", [{points: series(v, T)}], {
       y: [Math.min(0, 1.1 * Math.min(...v)), Math.max(0.06, 1.1 * peak)],
-      labels: "velocity (m/s)",
-      label: "Velocity of the last body",
       rules: limit ? [limit] : [],
-      ghosts: ghost && [{points: series(ghost.v, T)}],
-      lines: [{points: series(v, T)}]
+      ghosts: ghost && [{points: series(ghost.v, T)}]
     });
     const log = list => list.map(p => p.map(Math.log10)), masses = curve.map(([m]) => m);
-    this.curves("size", {
-      x: [-5, 0],
-      y: [0, 7],
-      labels: ["log₁₀ of the mass in kg", "log₁₀ of |s| in rad/s"],
-      label: "Largest pole over the mass",
-      lines: [
-        ...(b4 ? [{points: log(masses.map(m => [m, b4 / m])), dash: "6 4", colour: "--sos-second"}] : []), {
-          points: log(masses.map(m => [m, Math.sqrt(this.data.k4.spring / m)])),
-          dash: "2 3",
-          colour: "--sos-third"
-        },
-        {points: log(curve)}
+    const limitLine = (f, dash, colour) => ({points: log(masses.map(m => [m, f(m)])), dash, colour});
+    this.curves("size", ["log₁₀ of the mass in kg", "log₁₀ of |s| in rad/s"], "Largest pole over the mass",
+      [
+        ...(b4 ? [limitLine(m => b4 / m, "6 4", "--sos-second")] : []),
+        limitLine(m => Math.sqrt(this.data.k4.spring / m), "2 3", "--sos-third"), {points: log(curve)}
       ],
-      marks: log([[Math.min(1, mass), size]]).map(point => [point, "--sos-first", 1])
-    });
+      {
+        x: [-5, 0],
+        y: [0, 7],
+        marks: log([[Math.min(1, mass), size]]).map(point => [point, "--sos-first", 1])
+      });
     this.grow = 18 / Math.max(1e-9, ...z.flat().map(Math.abs));
     const body = (k, w) => `<g><rect class="sos-part" x="${- w / 2}" y="-18" width="${w}" height="36" rx="4"${
       k === 3 ? ` style="stroke:var(--sos-first)" stroke-dasharray="${mass < 0.01 ? "4 3" : ""}"`

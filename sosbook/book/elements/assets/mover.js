@@ -1,7 +1,7 @@
 // What the elements have in common that compute what they show: sliders from data,
 // a hint, buttons, a motion that plays, and the last setting as a ghost.
 import {announce, band, buttons, clamp, clean, complex, controls, drag, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
-import {mark, Plot, S_PLANE} from "./plot.js";
+import {mark, markAll, Plot, S_PLANE} from "./plot.js";
 
 // Room for the longest of the words that a slider may show: its label doesn't break anew.
 const roomy = (input, texts) => {
@@ -27,8 +27,9 @@ export class Mover extends PageElement {
   /** @type {any} */
   plot;  // whose handles are dragged
 
-  // What a subclass has of its own. Of each panel its name, caption and kind:
-  figures() { return []; }
+  // What a subclass has of its own. The caption of each panel, empty where `pose` writes it;
+  /** @type {any} */
+  figures = {};
   // numbers alone, and what draws and tells them;
   /** @returns {any} */
   compute(_place) { return {}; }
@@ -59,7 +60,10 @@ export class Mover extends PageElement {
                       escape(this.means)}, while the others stay.</p>`
                   : "") +
       buttons(this.buttons, this.option) +
-      panels(this.figures().map(([name, caption, kind]) => panel(name, caption, kind)).join("")) + READOUT;
+      panels(Object.entries(this.figures)
+          .map(([name, caption]) => panel(name, caption, caption ? "" : " sos-live"))
+          .join("")) +
+      READOUT;
   }
 
   ticks(named) {
@@ -241,16 +245,15 @@ export class Mover extends PageElement {
     const plot = new Plot({x, y, labels});
     if (x[0] < 0 && x[1] > 0) plot.rule("sos-axis", [0, 0], y);
     draw?.(plot);
-    for (const [list, more] of [[ghost ?? [], "opacity:.3"], [poles, ""]]) {
-      list.filter(p => plot.has(p)).forEach(p => mark(plot, p, "--sos-first", 0, more));
-    }
+    markAll(plot, ghost, poles);
     const slow = poles.filter(([, im]) => im >= 0).sort((p, q) => q[0] - p[0]).slice(0, FEW);
     this.draw(name, plot, `${label}, the slowest at ${slow.map(p => complex(...p)).join(", ")}`);
   }
 
   // Curves {points, colour, dash} and their pale `ghosts` over x, or over time, whose axis
   // needs no label; y fits unless it is given.
-  curves(name, {x = null, y = null, labels, label, lines, ghosts = [], rules = [], marks = []}) {
+  /** @type {(name: string, labels: any, label: string, lines: any, more?: any) => void} */
+  curves(name, labels, label, lines, {x = null, y = null, ghosts = [], rules = [], marks = []} = {}) {
     const values = lines.flatMap(({points}) => points.map(p => p[1])).filter(Number.isFinite);
     const plot = new Plot({
       x: x ?? [0, this.horizon],

@@ -130,3 +130,8 @@ export const mark = (plot, [x, y], colour, shape = 0, more = "") => {
   plot.body += `<path class="sos-pole" style="stroke:var(${colour});${more}" transform="translate(${
     plot.X(x)} ${plot.Y(y)})" d="${SHAPES[shape]}"/>`;
 };
+// Crosses at the points that a plot holds; those of the ghost are pale.
+export const markAll = (plot, ghost, points) => {
+  for (const [list, more] of [[ghost ?? [], "opacity:.3"], [points, ""]])
+    list.filter(p => plot.has(p)).forEach(p => mark(plot, p, "--sos-first", 0, more));
+};

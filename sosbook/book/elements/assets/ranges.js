@@ -16,15 +16,11 @@ class Ranges extends Mover {
   get still() { return 0; }
   get pace() { return 2; }
 
-  figures() {
-    return [
-      [
-        "map",
-        "Loads and ropes; drag a round handle of the box. Filled: proven cells. Dots: there a pole lies right of −σ."
-      ],
-      ["scene", "The worst plant of the box that was found, and pale the one in its middle. Twice as fast."]
-    ];
-  }
+  figures = {
+    map:
+      "Loads and ropes; drag a round handle of the box. Filled: proven cells. Dots: there a pole lies right of −σ.",
+    scene: "The worst plant of the box that was found, and pale the one in its middle. Twice as fast."
+  };
 
   // E and A + B K of a plant, in floats or in decimals.
   loop(plant, ring) { return [this.data.E, this.data.gains[this.chosen]].map(X => affine(X, plant, ring)); }
@@ -51,16 +47,8 @@ class Ranges extends Mover {
     let step = work.next();
     while (!step.done) step = work.next();
     const {done, open} = step.value;
-    return {
-      box,
-      worst,
-      right: right(worst),
-      broken,
-      done,
-      open,
-      at: this.poles(worst),
-      runs: [worst, middle(box)].map(plant => this.swing(plant))
-    };
+    const runs = [worst, middle(box)].map(plant => this.swing(plant));
+    return {box, worst, right: right(worst), broken, done, open, at: this.poles(worst), runs};
   }
 
   // The crane's place and the rope's angle over time, let go with the rope turned.

@@ -13,18 +13,12 @@ class Reach extends Mover {
   get pace() { return 0.4; }
   get still() { return 0.1; }
 
-  figures() {
-    return [
-      [
-        "scene",
-        "Choose a mass: the motor u pushes there. Pale: without it. Solid: with the best of all inputs at this frequency. Slowed down, and grown so that the pale motion has one size."
-      ],
-      [
-        "curve",
-        "Motion for each newton of w. Orange, dashed: without the motor. Blue: with the best input at each frequency. Dotted: what you ask. Pale: before your last move."
-      ]
-    ];
-  }
+  figures = {
+    scene:
+      "Choose a mass: the motor u pushes there. Pale: without it. Solid: with the best of all inputs at this frequency. Slowed down, and grown so that the pale motion has one size.",
+    curve:
+      "Motion for each newton of w. Orange, dashed: without the motor. Blue: with the best input at each frequency. Dotted: what you ask. Pale: before your last move."
+  };
 
   // The motion for a unit of w that swings with ω: without a motor, and with the best of all inputs.
   at({motor, gust}, omega) {
@@ -80,16 +74,15 @@ class Reach extends Mover {
         `<p>At ${clean(place.omega)} rad/s: ${free} without the motor, ${left} with the best input.</p><p>${
           modes ? `The motor doesn't move the mode at ${modes} rad/s.` : "The motor moves every mode."}</p>`);
     const {curves} = result, top = Math.max(...curves.free.map(p => p[1]));
-    this.curves("curve", {
-      x: [0, this.data.top],
-      y: [0, 1.05 * top],
-      labels: ["frequency ω (rad/s)", "motion (mm/N)"],
-      label: "Motion over frequency without the motor, and with the best input",
-      lines: [{points: curves.free, colour: "--sos-second", dash: "5 3"}, {points: curves.left}],
-      ghosts: ghost ? [{points: ghost.curves.left}] : [],
-      rules: [place.gamma],
-      marks: [[[place.omega, Math.min(1.05 * top, MILLI * size(result.left))], "--sos-first", 1]]
-    });
+    this.curves("curve", ["frequency ω (rad/s)", "motion (mm/N)"],
+      "Motion over frequency without the motor, and with the best input",
+      [{points: curves.free, colour: "--sos-second", dash: "5 3"}, {points: curves.left}], {
+        x: [0, this.data.top],
+        y: [0, 1.05 * top],
+        ghosts: ghost ? [{points: ghost.curves.left}] : [],
+        rules: [place.gamma],
+        marks: [[[place.omega, Math.min(1.05 * top, MILLI * size(result.left))], "--sos-first", 1]]
+      });
     this.scene(place);
   }
 

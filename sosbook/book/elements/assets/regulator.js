@@ -27,12 +27,15 @@ class Regulator extends Mover {
   get still() { return 0.1; }
   get pace() { return 0.5; }
 
-  figures() {
-    return [
-      ["scene", "The four extreme pendulums of the spread, at half speed. The bar is the voltage."],
-      ["poles", `Poles of the four loops right of ${LEFT} s⁻¹.`.replace("-", "−")],
-      ["strips", `Tilt and voltage. Dashed: the motors' limit of ${this.data.limit} V.`]
-    ];
+  figures = {
+    scene: "The four extreme pendulums of the spread, at half speed. The bar is the voltage.",
+    poles: `Poles of the four loops right of ${LEFT} s⁻¹.`.replace("-", "−"),
+    strips: ""
+  };
+
+  markup() {
+    this.figures.strips = `Tilt and voltage. Dashed: the motors' limit of ${this.data.limit} V.`;
+    return super.markup();
   }
 
   // The gain of the setting, and where it comes from.
@@ -62,11 +65,8 @@ class Regulator extends Mover {
     const loops = vertices(mip, place.spread / 100).map(robot => {
       const [A, B] = linear(robot, N), loop = add(A, mul(B, [K])), poles = eigenvalues(loop);
       const weight = combine(1, eye(N), place.R, mul(transpose([K]), [K]));
-      return {
-        poles,
-        cost: stable(poles) ? trace(lyapunov(loop, weight)) : null,
-        ...recover(robot, K, place.tilt * Math.PI / 180, limit, horizon)
-      };
+      const cost = stable(poles) ? trace(lyapunov(loop, weight)) : null;
+      return {poles, cost, ...recover(robot, K, place.tilt * Math.PI / 180, limit, horizon)};
     });
     const ends = loops.map(
       ({theta}) => Math.max(...theta.slice(-80).map(Math.abs)) < Math.max(place.tilt / 2, 1) * Math.PI / 180);

@@ -1,5 +1,5 @@
 import {clean, define, round} from "./kit.js";
-import {add, make, motion, mul, samples, scale, solve, zeros} from "./linalg.js";
+import {add, dot, make, motion, mul, samples, scale, solve, zeros} from "./linalg.js";
 import {Mover, number, series, verdict} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
@@ -13,14 +13,12 @@ class Ride extends Mover {
   get still() { return 0.07; }
   get pace() { return 0.3; }
 
-  figures() {
-    return [
-      ["scene", "The car over a bump of 5 cm, a third as fast as it is. Heights are stretched."],
-      ["felt", "Acceleration of the body; dashed without a force."],
-      ["stroke", "Stroke, body minus wheel; dashed without a force."],
-      ["force", "Force between body and wheel."]
-    ];
-  }
+  figures = {
+    scene: "The car over a bump of 5 cm, a third as fast as it is. Heights are stretched.",
+    felt: "Acceleration of the body; dashed without a force.",
+    stroke: "Stroke, body minus wheel; dashed without a force.",
+    force: "Force between body and wheel."
+  };
 
   // What was designed here; its gain is missing where nothing was found.
   design({made, stroke}) {
@@ -40,13 +38,8 @@ class Ride extends Mover {
     const A = K ? add(free, [...zeros(2, 4), ...mul(solve(M, B), [K])]) : free;
     const w = make(1, STEPS + 1, (_, k) => this.road((k + 0.5) * T, bump))[0];
     const x = samples(A, [...zeros(2, 1), ...driven], [0, 0, 0, 0], w.slice(0, -1).map(v => [v]), T);
-    const dot = (row, v) => row.reduce((sum, a, k) => sum + a * v[k], 0);
-    return {
-      z: x.map(v => v.slice(0, 2)),
-      a: x.map((v, k) => dot(A[2], v) + driven[0][0] * w[k]),
-      s: x.map(v => v[0] - v[1]),
-      u: x.map(v => K ? dot(K, v) : 0)
-    };
+    const a = x.map((v, k) => dot(A[2], v) + driven[0][0] * w[k]), u = x.map(v => K ? dot(K, v) : 0);
+    return {z: x.map(v => v.slice(0, 2)), a, s: x.map(v => v[0] - v[1]), u};
   }
 
   compute(place) {
@@ -71,15 +64,10 @@ class Ride extends Mover {
         ...(K ? [{points: points({a, s, u}[key])}] : [])
       ];
     };
-    this.curves(
-      "felt", {labels: "acceleration (m/s²)", label: "Acceleration of the body", lines: beside("a")});
-    this.curves("stroke", {labels: "stroke (mm)", label: "Stroke over time", lines: beside("s", 1000)});
-    this.curves("force", {
-      y: [Math.min(-0.1, 1.1 * Math.min(...u)), Math.max(0.1, 1.1 * Math.max(...u))],
-      labels: "force (kN)",
-      label: "Force between body and wheel",
-      lines: [{points: series(u, T)}]
-    });
+    this.curves("felt", "acceleration (m/s²)", "Acceleration of the body", beside("a"));
+    this.curves("stroke", "stroke (mm)", "Stroke over time", beside("s", 1000));
+    this.curves("force", "force (kN)", "Force between body and wheel", [{points: series(u, T)}],
+      {y: [Math.min(-0.1, 1.1 * Math.min(...u)), Math.max(0.1, 1.1 * Math.max(...u))]});
     this.find("scene").innerHTML = picture(190, "A car's body on a wheel on a road with a bump",
       `<path class="sos-thin sos-road"/><path class="sos-thin sos-springs"/>` +
         `<rect class="sos-part sos-body" x="${AT - 55}" y="-42" width="110" height="42" rx="6"/>` +

@@ -137,12 +137,14 @@ class Animation extends Mover {
     const [play, ...others] = super.buttons;
     return [play, ["push", "Push"], ...others];
   }
-  figures() {
+
+  markup() {
     const tick = clean(1000 * this.data.T);
-    return [
-      ["scene", "", " sos-live"],
-      ["strips", `Tilt, and the voltage asked for at every tick of ${tick} ms. Dashed: the limit.`]
-    ];
+    this.figures = {
+      scene: "",
+      strips: `Tilt, and the voltage asked for at every tick of ${tick} ms. Dashed: the limit.`
+    };
+    return super.markup();
   }
 
   wire() {

@@ -5,16 +5,12 @@ import {Mover, number, verdict} from "./mover.js";
 const POINTS = 100;
 
 class Segment extends Mover {
-  figures() {
-    return [
-      ["poles", "Poles on the way from one vertex to the other (dots), and here (crosses)."],
-      ["right", "Real part of the rightmost pole. Above zero: unstable."],
-      [
-        "lmi",
-        "Smallest eigenvalue of −L for the common P. Below zero the inequality fails; dashed: the pair's inequality −L₁₂ − L₂₁."
-      ]
-    ];
-  }
+  figures = {
+    poles: "Poles on the way from one vertex to the other (dots), and here (crosses).",
+    right: "Real part of the rightmost pole. Above zero: unstable.",
+    lmi:
+      "Smallest eigenvalue of −L for the common P. Below zero the inequality fails; dashed: the pair's inequality −L₁₂ − L₂₁."
+  };
 
   at({E, A}, a) { return [combine(1 - a, E[0], a, E[1]), combine(1 - a, A[0], a, A[1])]; }
 
@@ -35,11 +31,8 @@ class Segment extends Mover {
     const all = Array.from({length: POINTS + 1}, (_, k) => this.look(chosen, k / POINTS));
     const {E, A, P} = chosen;
     const pair = add(mul(A[0], P, transpose(E[1])), mul(A[1], P, transpose(E[0])));
-    return {
-      ...this.look(chosen, weight),
-      way: all,
-      pair: leastEigenvalue(scale(-1, add(pair, transpose(pair))))
-    };
+    const least = leastEigenvalue(scale(-1, add(pair, transpose(pair))));
+    return {...this.look(chosen, weight), way: all, pair: least};
   }
 
   show({poles, least, way, pair}, ghost, {plant, weight}) {
@@ -65,30 +58,25 @@ class Segment extends Mover {
     });
     const curve = f => way.map((w, k) => [k / POINTS, f(w)]), axis = {x: [0, 1]};
     const label = "weight of the second vertex";
-    this.curves("right", {
-      ...axis,
-      labels: [label, "Re s (s⁻¹)"],
-      label: "Rightmost pole along the segment",
-      rules: [0],
-      lines: [{points: curve(w => rightmost(w.poles))}],
-      marks: [
-        [[weight, right], "--sos-first", 0],
-        ...[0, 1].map(a => [[a, rightmost(way[a * POINTS].poles)], "--sos-region", 1])
-      ]
-    });
-    this.curves("lmi", {
-      ...axis,
-      labels: [label, "eigenvalue"],
-      label: "Smallest eigenvalue of the inequality along the segment",
-      rules: [0],
-      lines: [
-        {points: [[0, pair], [1, pair]], colour: "--sos-second", dash: "5 4"}, {points: curve(w => w.least)}
-      ],
-      marks: [
-        [[weight, least], "--sos-first", 0],
-        ...[0, 1].map(a => [[a, way[a * POINTS].least], "--sos-region", 1])
-      ]
-    });
+    this.curves("right", [label, "Re s (s⁻¹)"], "Rightmost pole along the segment",
+      [{points: curve(w => rightmost(w.poles))}], {
+        ...axis,
+        rules: [0],
+        marks: [
+          [[weight, right], "--sos-first", 0],
+          ...[0, 1].map(a => [[a, rightmost(way[a * POINTS].poles)], "--sos-region", 1])
+        ]
+      });
+    this.curves("lmi", [label, "eigenvalue"], "Smallest eigenvalue of the inequality along the segment",
+      [{points: [[0, pair], [1, pair]], colour: "--sos-second", dash: "5 4"}, {points: curve(w => w.least)}],
+      {
+        ...axis,
+        rules: [0],
+        marks: [
+          [[weight, least], "--sos-first", 0],
+          ...[0, 1].map(a => [[a, way[a * POINTS].least], "--sos-region", 1])
+        ]
+      });
   }
 }
 

@@ -6,8 +6,7 @@ import {capital, clamp, clean, complex, define, drag, round} from "./kit.js";
 import {eigenvalues, mul, rightmost, samples, spectralRadius, trace} from "./linalg.js";
 import {Mover, number, series, verdict, wide} from "./mover.js";
 import {hatching, mark, picture, Plot} from "./plot.js";
-import {driven, hidden, sought} from "./sought.js";
-import {law, loop, ticked, unit} from "./ticked.js";
+import {driven, hidden, law, loop, sought, ticked, unit} from "./sought.js";
 
 const SECONDS = 3, STEPS = 600;
 const PAIRS = [[0, 0], [1, 0], [0, 1], [1, 1]], TICKS = ["p1", "p2", "v1", "v2"];
@@ -36,19 +35,14 @@ class Sensors extends Mover {
   get still() { return 0.12; }
   get idles() { return true; }
 
-  figures() {
-    return [
-      [
-        "scene",
-        "Tick a sensor, drag the shaft. Blue hand: the slowest plant; pale: the middle one. True speed."
-      ],
-      ["map", "Loads and shafts that may be. Drag the ends of the range. Filled: proven cells."],
-      ["decays", "Decay σ (s⁻¹) of the slowest plant. Hatched: out of reach for these sensors."],
-      ["choices", "Decay (s⁻¹) that the page finds for each choice of sensors. Choose a cell."],
-      ["poles", "Crosses: slowest plant, circles: the middle one. Shaded: proven. Dotted: a fixed mean."],
-      ["angle", "The load's angle φ₂ from 1 rad at rest. Blue: slowest plant, orange: the middle one."]
-    ];
-  }
+  figures = {
+    scene: "Tick a sensor, drag the shaft. Blue hand: the slowest plant; pale: the middle one. True speed.",
+    map: "Loads and shafts that may be. Drag the ends of the range. Filled: proven cells.",
+    decays: "Decay σ (s⁻¹) of the slowest plant. Hatched: out of reach for these sensors.",
+    choices: "Decay (s⁻¹) that the page finds for each choice of sensors. Choose a cell.",
+    poles: "Crosses: slowest plant, circles: the middle one. Shaded: proven. Dotted: a fixed mean.",
+    angle: "The load's angle φ₂ from 1 rad at rest. Blue: slowest plant, orange: the middle one."
+  };
 
   // From the lightest load and the softest shaft to the others.
   box({J0, J1, k0, k1}) {
@@ -90,23 +84,12 @@ class Sensors extends Mover {
     const start = [1, 1, 0, 0, ...unit(N - 4, -1)];
     if (!ticked(place, "v").length) ticked(place, "p").forEach((_, k) => { start[N - 1 - k] = 1; });
     const runs = loops.map(A => samples(A, A.map(() => [0]), start, Array(STEPS).fill([0]), SECONDS / STEPS));
-    return {
-      box,
-      names,
-      gains,
-      worst,
-      decay,
-      poles: loops.map(eigenvalues),
-      limit: moved ? null : Math.min(...means.map(x => -x)),
-      means,
-      unseen: hidden(F.slice(0, 4).map(row => row.slice(0, 4)), b.slice(0, 4), seen)
-        .map(pole => pole.map(x => Math.abs(x) > STILL * this.size ? x : 0)),
-      full: this.best({...place, ...Object.fromEntries(TICKS.map(key => [key, 1]))}).decay,
-      angles: runs.map(run => run.map(x => x.slice(0, 2))),
-      sigma: 0,
-      cells: [],
-      tried: false
-    };
+    const unseen = hidden(F.slice(0, 4).map(row => row.slice(0, 4)), b.slice(0, 4),
+      seen).map(pole => pole.map(x => Math.abs(x) > STILL * this.size ? x : 0));
+    const all = Object.fromEntries(TICKS.map(key => [key, 1])), full = this.best({...place, ...all}).decay;
+    const limit = moved ? null : Math.min(...means.map(x => -x)), poles = loops.map(eigenvalues);
+    const angles = runs.map(run => run.map(x => x.slice(0, 2))), proof = {sigma: 0, cells: [], tried: false};
+    return {box, names, gains, worst, decay, poles, limit, means, unseen, full, angles, ...proof};
   }
 
   // When nothing moves: the proof, from smaller claims to larger ones; then the other choices.
@@ -174,15 +157,13 @@ class Sensors extends Mover {
     this.bars(result);
     this.choices(place);
     this.plane(result, ghost);
-    this.curves("angle", {
-      y: [-1.3, 1.3],
-      labels: "φ₂ (rad)",
-      label: "The load's angle over time, of the slowest plant and the one in the middle",
-      lines: [...result.angles].reverse().map((run, k) => ({
+    this.curves("angle", "φ₂ (rad)",
+      "The load's angle over time, of the slowest plant and the one in the middle",
+      [...result.angles].reverse().map((run, k) => ({
         points: series(run.map(x => x[1]), SECONDS / STEPS, 3),
         colour: k ? "--sos-first" : "--sos-second"
-      }))
-    });
+      })),
+      {y: [-1.3, 1.3]});
   }
 
   said({names, gains, worst, decay, limit, unseen, full, sigma, cells, tried}) {

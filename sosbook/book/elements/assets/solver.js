@@ -7,6 +7,8 @@ const {sosKernel} = globalThis;  // the kernel's modules as one function
 
 // The worker's program: {id, key, kind, request} in, {id, ...} out.
 function program(kernel, send) {
+  const STRANGE =
+    "The page's solver can't compute with these numbers: choose other units, or take the package.";
   const last = new Map();  // the last design of each element, to start from
   return ({id, key, kind, request}) => {
     const begun = performance.now();
@@ -25,11 +27,7 @@ function program(kernel, send) {
       send({...answer, ms: performance.now() - begun});
     } catch (fault) {
       console.error(fault);
-      send({
-        id,
-        status: "undecided",
-        reason: "The page's solver can't compute with these numbers: choose other units, or take the package."
-      });
+      send({id, status: "undecided", reason: STRANGE});
     }
   };
 }

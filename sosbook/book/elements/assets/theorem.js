@@ -29,15 +29,11 @@ function fileOf({file, mark}, lines, words, numbers, K, P) {
 }
 
 class Theorem extends Mover {
-  figures() {
-    return [
-      [
-        "reach",
-        "The farthest that a gust of energy one can move z until t: with the design, and pale without. Dashed: the number peak."
-      ],
-      ["text", "The proof as a text: yours are the lines in bold. The numbers stand beside it in the file."]
-    ];
-  }
+  figures = {
+    reach:
+      "The farthest that a gust of energy one can move z until t: with the design, and pale without. Dashed: the number peak.",
+    text: "The proof as a text: yours are the lines in bold. The numbers stand beside it in the file."
+  };
 
   markup() {
     const {lines, words, known} = this.data, id = `${this.name}-lines`;
@@ -135,15 +131,9 @@ class Theorem extends Mover {
     this.areas.lines.ariaInvalid = String(Boolean(fault));
     const truth = held?.at(-1)[1], over = truth > peak;
     const most = 1.15 * Math.max(peak, free.at(-1)[1]);
-    this.curves("reach", {
-      x: [0, SECONDS],
-      y: [0, most],
-      labels: ["t (s)", "farthest |z|"],
-      label: "The farthest that a gust can move z until t",
-      lines: held ? [{points: held, colour: over ? "--sos-second" : "--sos-first"}] : [],
-      ghosts: [{points: free, colour: "--sos-soft"}],
-      rules: [peak]
-    });
+    this.curves("reach", ["t (s)", "farthest |z|"], "The farthest that a gust can move z until t",
+      held ? [{points: held, colour: over ? "--sos-second" : "--sos-first"}] : [],
+      {x: [0, SECONDS], y: [0, most], ghosts: [{points: free, colour: "--sos-soft"}], rules: [peak]});
     this.find("text").innerHTML = this.proof(result.file);
     if (status === "fault")
       this.tell("undecided", verdict("These lines can't be read yet.") + "<p>The design waits for them.</p>");

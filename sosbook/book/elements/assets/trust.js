@@ -7,14 +7,10 @@ import {block, combine, eigenvalues, eye, leastEigenvalue, lyapunov, rightmost, 
 import {Mover, number, verdict} from "./mover.js";
 
 class Trust extends Mover {
-  figures() {
-    return [
-      [
-        "rungs", "Four rungs of the ladder, for this P. The proof multiplies integers, so it has no rounding."
-      ],
-      ["poles", "The truth: poles of the plant."]
-    ];
-  }
+  figures = {
+    rungs: "Four rungs of the ladder, for this P. The proof multiplies integers, so it has no rounding.",
+    poles: "The truth: poles of the plant."
+  };
 
   plant(kappa) {
     const {M, D, S, K} = this.data, n = M.length;
@@ -36,14 +32,9 @@ class Trust extends Mover {
     const P = scale(1 / trace(X), X).map(row => row.map(x => Number(x.toPrecision(digits))));
     const [L, exact] = [FLOATS, EXACT].map(ring => decreasing([E, A, P].map(X => ring.matrix(X)), 0, ring));
     const least = [P, rowsOf(L)].map(leastEigenvalue);
-    return {
-      poles,
-      least,
-      status: Math.min(...least) > -(10 ** tolerance),
-      floats: Math.min(...least) > 0,
-      proven: definite(EXACT.matrix(P)) && definite(exact),
-      stable: stable(poles)
-    };
+    const status = Math.min(...least) > -(10 ** tolerance), floats = Math.min(...least) > 0;
+    const proven = definite(EXACT.matrix(P)) && definite(exact);
+    return {poles, least, status, floats, proven, stable: stable(poles)};
   }
 
   show({poles, least, status, floats, proven, stable}, ghost, {tolerance}) {

@@ -64,19 +64,10 @@ export function rest({M, S, B}, U, r) {
 
 // Two digits are enough for the end of a slider.
 const plain = x => Number(x.toPrecision(2));
-const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) => ({
-  key,
-  label,
-  symbol,
-  unit,
-  looser,
-  min: plain(min),
-  max: plain(max),
-  value: plain(value),
-  degrees: false,
-  log: true,
-  ...more
-});
+const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) => {
+  const ends = {min: plain(min), max: plain(max), value: plain(value)};
+  return {key, label, symbol, unit, looser, ...ends, degrees: false, log: true, ...more};
+};
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
 export function beyond({request: {vertices}, x0, cost, law, outputs}) {
