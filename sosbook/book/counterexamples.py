@@ -160,11 +160,9 @@ def actuated():
     2
     """
     plants, _ = mechanical()
+    one = np.eye(2)
     return Polytope(
-        [
-            SecondOrderSystem(v.M, v.D, v.S, np.eye(2), np.eye(2))
-            for v in plants.vertices
-        ]
+        [SecondOrderSystem(v.M, v.D, v.S, one, one) for v in plants.vertices]
     )
 
 
@@ -187,17 +185,9 @@ def slower_corners():
     ...  for a in (0, 0.7, 1)]
     [16.5, 18.2, 15.8]
     """
-    return Polytope(
-        [
-            SecondOrderSystem(
-                M=M,
-                D=[[6.28, -3.62], [3.47, 0.07]],
-                S=[[1.15, 0.87], [-0.27, 2.69]],
-                B=np.zeros((2, 1)),
-            )
-            for M in ([[0.39, 0.3], [0.3, 3.29]], [[0.32, 0.14], [0.14, 0.22]])
-        ]
-    )
+    D, S = [[6.28, -3.62], [3.47, 0.07]], [[1.15, 0.87], [-0.27, 2.69]]
+    masses = [[0.39, 0.3], [0.3, 3.29]], [[0.32, 0.14], [0.14, 0.22]]
+    return Polytope([SecondOrderSystem(M, D, S, np.zeros((2, 1))) for M in masses])
 
 
 def random_chain(seed, masses=2, spread=0.3, box=True):
@@ -238,19 +228,9 @@ def random_chain(seed, masses=2, spread=0.3, box=True):
     else:
         pattern = (-1) ** np.arange(masses)
         signs = [pattern, -pattern]
-    one = np.eye(masses)
-    return Polytope(
-        [
-            SecondOrderSystem(
-                np.diag(nominal * (1 + spread * np.asarray(s))),
-                _links(dampers),
-                _links(springs),
-                one,
-                one[:, -1:],
-            )
-            for s in signs
-        ]
-    )
+    one, D, S = np.eye(masses), _links(dampers), _links(springs)
+    M = [np.diag(nominal * (1 + spread * np.asarray(s))) for s in signs]
+    return Polytope([SecondOrderSystem(m, D, S, one, one[:, -1:]) for m in M])
 
 
 def _links(k):

@@ -71,86 +71,56 @@ class Table:
 
 def reproduction(rows, caption="Printed numbers and claims"):
     """A `Table` with a caption of rows, which are `Row` objects."""
-    return Table(
-        caption,
-        ["What and where", "Printed", "Ours", "Verdict", "Why"],
-        [
-            [
-                f"{_link(r.chapter, r.item)}<br>{_text(r.place)}",
-                *map(_text, (r.printed, r.ours)),
-                _verdict(r.verdict),
-                _text(r.why),
-            ]
-            for r in rows
-        ],
-    )
+    heads = ["What and where", "Printed", "Ours", "Verdict", "Why"]
+    cells = []
+    for r in rows:
+        where = f"{_link(r.chapter, r.item)}<br>{_text(r.place)}"
+        numbers = map(_text, (r.printed, r.ours))
+        cells.append([where, *numbers, _verdict(r.verdict), _text(r.why)])
+    return Table(caption, heads, cells)
 
 
 def errata(errata, caption="Corrections to the printed text"):
     """A `Table` with a caption of errata, which are `Erratum` objects."""
-    return Table(
-        caption,
-        ["Where", "Kind", "Printed", "Correct", "Evidence"],
-        [
-            [
-                _link(e.chapter, e.place),
-                *map(_text, (e.kind, e.printed, e.correct, e.evidence)),
-            ]
-            for e in errata
-        ],
-    )
+    heads = ["Where", "Kind", "Printed", "Correct", "Evidence"]
+    texts = [(e.kind, e.printed, e.correct, e.evidence) for e in errata]
+    links = [_link(e.chapter, e.place) for e in errata]
+    return Table(caption, heads, [[x, *map(_text, t)] for x, t in zip(links, texts)])
 
 
 def checked(checked, caption="Checked and found right"):
     """A `Table` of `sosbook.reproduction.checked` with a caption."""
-    return Table(
-        caption,
-        ["Where", "What", "How"],
-        [[_link(c.chapter, c.place), _text(c.what), _text(c.how)] for c in checked],
-    )
+    cells = [[_link(c.chapter, c.place), *map(_text, (c.what, c.how))] for c in checked]
+    return Table(caption, ["Where", "What", "How"], cells)
 
 
 def assumptions(figures, caption="What each figure is redrawn with"):
     """A `Table` with a caption of figures: `sosbook.reproduction.assumptions`."""
-    heads = ["Start", "Disturbance", "Set point", "Delay", "Else"]
+    heads = ["Figures", "Start", "Disturbance", "Set point", "Delay", "Else"]
     parts = ("start", "channels", "reference", "delay", "rest")
-    return Table(
-        caption,
-        ["Figures", *heads],
-        [
-            [_link(f["chapter"], f["place"]), *(_text(f[part]) for part in parts)]
-            for f in figures
-        ],
-    )
+    cells = [
+        [_link(f["chapter"], f["place"]), *(_text(f[x]) for x in parts)]
+        for f in figures
+    ]
+    return Table(caption, heads, cells)
 
 
 def ledger(entries, caption="The best that is known of the printed gains"):
     """A `Table` with a caption of entries: `sosbook.book.ledger.entries`."""
-    return Table(
-        caption,
-        ["What", "Printed", "Proven", "Not true", "By"],
-        [
-            [
-                _link(e.chapter, e.what),
-                "" if e.printed is None else f"{e.printed:.4g}{_text(e.unit)}",
-                *(f"{value:.3g}{_text(e.unit)}" for value in (e.proven, e.false)),
-                _text(e.method),
-            ]
-            for e in entries
-        ],
-    )
+    cells = []
+    for e in entries:
+        printed = "" if e.printed is None else f"{e.printed:.4g}{_text(e.unit)}"
+        known = (f"{value:.3g}{_text(e.unit)}" for value in (e.proven, e.false))
+        cells.append([_link(e.chapter, e.what), printed, *known, _text(e.method)])
+    return Table(caption, ["What", "Printed", "Proven", "Not true", "By"], cells)
 
 
 def readings(readings, caption="Readings that would decide"):
     """A `Table` with a caption of readings: `sosbook.reproduction.readings`."""
-    return Table(
-        caption,
-        ["Where", "Look for", "What it decides"],
-        [
-            [_link(r["chapter"], r["place"]), _text(r["read"]), _text(r["then"])]
-            for r in readings
-        ],
-    )
+    heads, parts = ["Where", "Look for", "What it decides"], ("read", "then")
+    places = [_link(r["chapter"], r["place"]) for r in readings]
+    texts = [[_text(r[part]) for part in parts] for r in readings]
+    return Table(caption, heads, [[x, *t] for x, t in zip(places, texts)])
 
 
 def kinds(errata):
@@ -167,14 +137,12 @@ def verdicts(rows):
     """A `Table` that explains the verdicts and counts claims and rows."""
     count = Counter(r.verdict for r in rows)
     claims = Counter(verdict for _, verdict in {(r.about, r.verdict) for r in rows})
-    return Table(
-        "Verdicts and how often they are given",
-        ["Verdict", "Claims", "Rows", "Meaning"],
-        [
-            [_verdict(v), str(claims[v]), str(count[v]), _text(meaning)]
-            for v, meaning in VERDICTS.items()
-        ],
-    )
+    heads = ["Verdict", "Claims", "Rows", "Meaning"]
+    cells = [
+        [_verdict(v), str(claims[v]), str(count[v]), _text(meaning)]
+        for v, meaning in VERDICTS.items()
+    ]
+    return Table("Verdicts and how often they are given", heads, cells)
 
 
 def _text(words):

@@ -163,14 +163,8 @@ def delay_atlas(
 
 def request_of(example, tau, ratio, delta, alpha=None):
     """The `DelayRequest` of a point of the grid."""
-    return DelayRequest(
-        example.plant,
-        example.U,
-        tau,
-        ratio * tau,
-        delta,
-        example.alpha if alpha is None else alpha,
-    )
+    alpha = example.alpha if alpha is None else alpha
+    return DelayRequest(example.plant, example.U, tau, ratio * tau, delta, alpha)
 
 
 def _steps(plant, horizon):
@@ -187,15 +181,9 @@ def _steps(plant, horizon):
 
 def _window(records, delta):
     """[left, right, height] that holds the rightmost roots of them all."""
-    rightmost = np.array(
-        [
-            pair
-            for stored in records
-            if not isinstance(stored, int)
-            for roots in stored[3]
-            for pair in np.reshape(roots, (-1, 2))[:3]
-        ]
-    ).reshape(-1, 2)
+    held = [roots for x in records if not isinstance(x, int) for roots in x[3]]
+    first = [np.reshape(roots, (-1, 2))[:3] for roots in held]
+    rightmost = np.concatenate([np.empty((0, 2)), *first])
     left = min(rightmost[:, 0].min(initial=-1.0), -2 * delta)
     height = rightmost[:, 1].max(initial=1.0)
     return significant([1.1 * left, -0.15 * left, 1.15 * height], 2)

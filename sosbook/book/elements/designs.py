@@ -67,13 +67,9 @@ class Slider:
 
     def data(self):
         """What the page needs to know."""
-        return {
-            "key": self.key,
-            "label": self.label,
-            "texts": self.texts,
-            "values": significant(self.values, 8),
-            "looser": self.looser,
-        }
+        names = "key", "label", "texts", "values", "looser"
+        data = {name: getattr(self, name) for name in names}
+        return data | {"values": significant(self.values, 8)}
 
 
 class Atlas(PageElement):
@@ -247,11 +243,8 @@ def _solve_grid(sliders, solve, progress, blocks):
             continue
         values = {s.key: s.values[at] for s, at in zip(sliders, place)}
         design = solve(values)
-        if design is None:
-            designs[place] = 0
-            continue
-        designs[place] = record(design, blocks)
-        if design.status == "feasible":
+        designs[place] = 0 if design is None else record(design, blocks)
+        if design is not None and design.status == "feasible":
             reach = max(reach, np.abs(design.poles()).max())
     return designs, reach
 

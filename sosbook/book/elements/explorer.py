@@ -126,14 +126,8 @@ def design_explorer(
         cost_bound = cost.bound
     if (cost is None) != (cost_bound is None):
         raise ValueError("a cost needs both cost=QuadraticCost(Q, R) and a cost_bound")
-    asked = {
-        "sigma": sigma,
-        "theta": theta,
-        "rho": rho,
-        "gamma": gamma,
-        "cost": cost_bound,
-        "u_max": u_max,
-    }
+    asked = dict(sigma=sigma, theta=theta, rho=rho, gamma=gamma)
+    asked |= dict(cost=cost_bound, u_max=u_max)
     asked = {key: value for key, value in asked.items() if value is not None}
     start = dict(start or {})
     sliders = [
@@ -148,24 +142,12 @@ def design_explorer(
     fixed = {key: float(value) for key, value in asked.items() if not np.ndim(value)}
     tops = {s["key"]: s["max"] for s in sliders}
     far = tops.get("rho", fixed.get("rho")) or 4 * tops.get("sigma", 2.5)
-    request = Request(
-        plant,
-        U,
-        K_A=K_A,
-        coupling=coupling,
-        saturation=saturation and saturation.with_bound(1.0),
-        cost=cost and cost.with_bound(1.0),
-    )
-    return Explorer(
-        {
-            "title": title,
-            "sliders": sliders,
-            **page_loop(request, r, horizon),
-            **shown(fixed, (), far),
-            **program_data(request),
-            "mu": hinf.mu,
-        }
-    )
+    saturation, cost = (x and x.with_bound(1.0) for x in (saturation, cost))
+    sizes = dict(saturation=saturation, cost=cost)
+    request = Request(plant, U, K_A=K_A, coupling=coupling, **sizes)
+    data = page_loop(request, r, horizon) | shown(fixed, (), far)
+    data |= program_data(request) | {"mu": hinf.mu}
+    return Explorer({"title": title, "sliders": sliders} | data)
 
 
 def _slider(key, ends, value):
@@ -182,15 +164,7 @@ def _slider(key, ends, value):
     value = significant(middle if value is None else which.shown(value), 6)
     if not low <= value <= high:
         raise ValueError(f"start: {key} lies outside of its slider")
-    return {
-        "key": key,
-        "label": which.label,
-        "symbol": which.symbol,
-        "unit": which.unit,
-        "degrees": which.degrees,
-        "min": low,
-        "max": high,
-        "value": value,
-        "looser": -which.harder,
-        "log": bool(wide),
-    }
+    names = "label", "symbol", "unit", "degrees"
+    words = {"key": key} | {name: getattr(which, name) for name in names}
+    where = {"min": low, "max": high, "value": value}
+    return words | where | {"looser": -which.harder, "log": bool(wide)}

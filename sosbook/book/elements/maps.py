@@ -54,17 +54,10 @@ class MapAtlas(PageElement):
 def _map(frontier, blocks):
     """What the page needs to know of a frontier; new blocks join the list."""
     x, y = map(frontier.parameter, (frontier.x, frontier.y))
-    designs, refusals = [], []
-    rows = []
+    designs, refusals, rows = [], [], []
     for e in frontier.edges:
-        rows.append(
-            [
-                _side(y, e.feasible),
-                _side(y, e.infeasible),
-                _index(designs, e.design),
-                _index(refusals, e.excluded),
-            ]
-        )
+        kept = _index(designs, e.design), _index(refusals, e.excluded)
+        rows.append([_side(y, e.feasible), _side(y, e.infeasible), *kept])
     weights = {
         id(e.excluded): e.shares
         for e in frontier.edges
@@ -72,59 +65,39 @@ def _map(frontier, blocks):
     }
     asked = requirements(frontier.request)
     which = {name: frontier.parameter(name) for name in asked}
+    others = [name for name in asked if name not in (frontier.x, frontier.y)]
+
+    def shares(d):
+        largest_first = sorted(weights.get(id(d), {}).items(), key=lambda p: -p[1])
+        found = [[which[name].label, round(x, 2)] for name, x in largest_first]
+        return [pair for pair, (_, x) in zip(found, largest_first) if x >= 0.005]
+
     return {
         "x": _axis(x, frontier.values),
         "y": _axis(y, _steps(frontier, y)),
         "asked": [_side(p, asked[p.key]) for p in (x, y)],
-        "held": [
-            which[name].text(value)
-            for name, value in asked.items()
-            if name not in (frontier.x, frontier.y)
-        ],
+        "held": [which[name].text(asked[name]) for name in others],
         "bounds": {name: _side(which[name], value) for name, value in asked.items()},
         "program": program_data(frontier.request),
         "rows": rows,
         "shape": _shape(frontier.request),
         "designs": [_asked(d, (x, y)) | map_record(d, blocks) for d in designs],
-        "refusals": [
-            _asked(d, (x, y))
-            | {
-                "shares": [
-                    [which[name].label, round(share, 2)]
-                    for name, share in sorted(
-                        weights.get(id(d), {}).items(), key=lambda p: -p[1]
-                    )
-                    if share >= 0.005
-                ]
-            }
-            for d in refusals
-        ],
+        "refusals": [_asked(d, (x, y)) | {"shares": shares(d)} for d in refusals],
     }
 
 
 def _axis(which, values):
-    return {
-        "key": which.key,
-        "label": which.label,
-        "symbol": which.symbol,
-        "unit": which.unit,
-        "harder": which.harder,
-        "values": [_side(which, v) for v in values],
-    }
+    names = "key", "label", "symbol", "unit", "harder"
+    words = {name: getattr(which, name) for name in names}
+    return words | {"values": [_side(which, v) for v in values]}
 
 
 def _steps(frontier, which):
     """Round numbers of y around the staircase, hardest last."""
-    bounds = [
-        v
-        for v in (
-            *frontier.feasible,
-            *frontier.infeasible,
-            requirements(frontier.request)[frontier.y],
-        )
-        if np.isfinite(v)
-    ]
-    low, high = min(bounds) / 1.3, max(bounds) * 1.3
+    asked = requirements(frontier.request)[frontier.y]
+    bounds = np.array([*frontier.feasible, *frontier.infeasible, asked], float)
+    bounds = bounds[np.isfinite(bounds)]
+    low, high = float(min(bounds)) / 1.3, float(max(bounds)) * 1.3
     steps = round_numbers(which, low, high, frontier.digits)
     thin = -(-len(steps) // 80)
     return steps[::thin]

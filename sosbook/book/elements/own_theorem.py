@@ -48,13 +48,8 @@ def own_theorem(title="A theorem of your own"):
     OwnTheorem
         It designs for two carts, proves in fractions and saves the proof as a file.
     """
-    plant = SecondOrderSystem(
-        np.eye(2),
-        [[0.5, -0.2], [-0.2, 0.2]],
-        [[5, -4], [-4, 4]],
-        [[1], [0]],
-        [[0], [1]],
-    )
+    D, S = [[0.5, -0.2], [-0.2, 0.2]], [[5, -4], [-4, 4]]
+    plant = SecondOrderSystem(np.eye(2), D, S, [[1], [0]], [[0], [1]])
     limit = Saturation(120, [0.1, 0.1, 0, 0])
     request = Request(plant, requirements=[limit])
     theorem = {"numbers": {"own.2.peak": "0.6"}, "unknowns": {}, "blocks": []}

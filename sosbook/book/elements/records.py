@@ -14,28 +14,14 @@ from .page import significant
 
 NOT_FEASIBLE = {"infeasible": 0, "undecided": 1}  # the record of no design
 #: Titles of the blocks that every page knows; others join a page's own list.
-BLOCKS = (
-    "P > 0",
-    *(
-        title
-        for r in (
-            *PoleRegion(1, 1, 2).parts,
-            HInfinity(1),
-            Saturation(1, [1]),
-            Stability(),
-        )
-        for title in r.titles.values()
-    ),
-    "scale",
-)
+_OWNERS = (*PoleRegion(1, 1, 2).parts, HInfinity(1), Saturation(1, [1]), Stability())
+BLOCKS = ("P > 0", *(x for r in _OWNERS for x in r.titles.values()), "scale")
 #: What a request under delay can move; "ratio" is mu / tau.
 DELAY_PARAMETERS = {
     p.key: p
     for p in (
         Parameter("tau", "delay tau", "Nominal delay τ", "τ", " s"),
-        Parameter(
-            "mu", "variation mu", "Variation of the delay μ", "μ", " s", harder=1
-        ),
+        Parameter("mu", "variation mu", "Variation of the delay μ", "μ", " s", 1),
         Parameter("ratio", "variation mu / tau", "Variation μ/τ", "μ/τ", harder=1),
         Parameter("delta", "decay rate delta", "Decay rate δ", "δ", " 1/s", harder=1),
         Parameter("alpha", "scalar alpha", "Scalar α", "α", " s"),

@@ -63,14 +63,9 @@ def stopwatch(examples=(1, 2, 3), title="How long does a move take on your compu
 
 def _explorer(example, title):
     """The data of an explorer whose sliders go around what is printed."""
-    region = example.region
-    printed = {
-        "sigma": region.sigma,
-        "theta": region.theta,
-        "rho": region.rho,
-        "gamma": example.gamma,
-        "u_max": example.saturation.u_max,
-    }
+    region, limit = example.region, example.saturation
+    printed = {name: getattr(region, name) for name in ("sigma", "theta", "rho")}
+    printed |= {"gamma": example.gamma, "u_max": limit.u_max}
     given = example.requirements
     ends = {key: (x * (1 - SHARE), x * (1 + SHARE)) for key, x in printed.items()}
     ends["theta"] = (ends["theta"][0], min(ends["theta"][1], np.pi / 2))

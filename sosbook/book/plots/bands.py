@@ -128,24 +128,14 @@ def pole_cloud(ax, poles, values, region=None, window=None, name="value"):
         )
     window = window or window_of([rows], region)
     draw_axes(ax, region, window)
+    line = dict(color=BLUE, ls="-", lw=2, alpha=0.6, zorder=2.5)
     for branch in rows.T:
-        ax.plot(
-            branch.real, branch.imag, color=BLUE, ls="-", lw=2, alpha=0.6, zorder=2.5
-        )
+        ax.plot(branch.real, branch.imag, **line)
     ends = ((0, "o", "none", BLUE), (-1, "x", VERMILLION, VERMILLION))
     for k, marker, face, edge in ends:
-        ax.plot(
-            rows[k].real,
-            rows[k].imag,
-            ls="none",
-            marker=marker,
-            mfc=face,
-            mec=edge,
-            ms=5.5,
-            mew=1.3,
-            zorder=3,
-            label=f"{name} = {values[k]:g}",
-        )
+        look = dict(ls="none", marker=marker, mfc=face, mec=edge, ms=5.5, mew=1.3)
+        label = f"{name} = {values[k]:g}"
+        ax.plot(rows[k].real, rows[k].imag, **look, zorder=3, label=label)
     frame_plane(ax, window)
     legend_above(ax, 3)
     return ax

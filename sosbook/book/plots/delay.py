@@ -3,16 +3,8 @@
 import numpy as np
 
 from ...delay.spectrum import spectral_abscissa
-from .style import (
-    BLUE,
-    COLOURS,
-    DASHES,
-    GREY,
-    MARKERS,
-    ORANGE,
-    VERMILLION,
-    legend_above,
-)
+from .regions import cross
+from .style import BLUE, COLOURS, DASHES, GREY, LIMIT, MARKERS, SPAN, legend_above
 
 
 def root_map(ax, roots, delta=None, label=None, colour=None):
@@ -44,30 +36,14 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
     roots = np.ravel(np.asarray(roots, complex))
     drawn = len(ax.collections)
     if not drawn:
-        for line in (ax.axhline, ax.axvline):
-            line(0, color=GREY, lw=0.7, ls="-", zorder=1.5)
-        ax.set_xlabel("Re s (1/s)")
-        ax.set_ylabel("Im s (rad/s)")
+        cross(ax)
     colour, marker = colour or COLOURS[drawn % 6], MARKERS[drawn % 6]
-    face = (
-        {"c": colour}
-        if marker in "x+"
-        else {"facecolors": "none", "edgecolors": colour}
-    )
-    ax.scatter(
-        roots.real,
-        roots.imag,
-        s=26,
-        marker=marker,
-        linewidths=1.4,
-        label=label,
-        zorder=3,
-        **face,
-    )
+    hollow = {"facecolors": "none", "edgecolors": colour}
+    face = {"c": colour} if marker in "x+" else hollow
+    look = dict(s=26, marker=marker, linewidths=1.4, zorder=3, **face)
+    ax.scatter(roots.real, roots.imag, label=label, **look)
     if delta is not None:
-        ax.axvline(
-            -delta, color=VERMILLION, ls=(0, (1, 1)), label=f"Re s = {0 - delta:g}"
-        )
+        ax.axvline(-delta, **LIMIT, label=f"Re s = {0 - delta:g}")
     legend_above(ax, 4)
     return ax
 
@@ -103,25 +79,14 @@ def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
     drawn = sum(line.get_gid() == "curve" for line in ax.lines)
     values = [spectral_abscissa(A, A_d, h) for h in delays]
     if interval is not None:
-        ax.axvspan(
-            *interval, color=ORANGE, alpha=0.15, lw=0, label="interval of delays"
-        )
+        ax.axvspan(*interval, **SPAN, label="interval of delays")
     if not drawn:
         ax.axhline(0, color=GREY, lw=0.7, ls="-")
-        ax.set_xlabel("constant delay h (s)")
-        ax.set_ylabel("rightmost Re s (1/s)")
+        ax.set(xlabel="constant delay h (s)", ylabel="rightmost Re s (1/s)")
     if delta is not None:
-        ax.axhline(
-            -delta, color=VERMILLION, ls=(0, (1, 1)), label=f"−δ = {0 - delta:g}"
-        )
-    ax.plot(
-        delays,
-        values,
-        color=COLOURS[drawn % 6],
-        ls=DASHES[drawn % 6],
-        label=label,
-        gid="curve",
-    )
+        ax.axhline(-delta, **LIMIT, label=f"−δ = {0 - delta:g}")
+    look = dict(color=COLOURS[drawn % 6], ls=DASHES[drawn % 6], gid="curve")
+    ax.plot(delays, values, label=label, **look)
     ax.margins(x=0)
     legend_above(ax, 4)
     return ax
@@ -158,9 +123,8 @@ def delay_signal(ax, delay, t_end):
         inside = piece.clip(None, end - 1e-9 * (end - start))
         t += [*piece, end]
         d += [*delay(inside), np.nan]
-    ax.axhspan(delay.low, delay.high, color=ORANGE, alpha=0.15, lw=0)
+    ax.axhspan(delay.low, delay.high, **SPAN)
     ax.plot(t[:-1], np.round(d[:-1], 8), color=BLUE, ls="-")
     ax.margins(x=0)
-    ax.set_xlabel("time t (s)")
-    ax.set_ylabel("delay d (s)")
+    ax.set(xlabel="time t (s)", ylabel="delay d (s)")
     return ax

@@ -31,8 +31,8 @@ def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
         ax.plot(x[:, i], x[:, j], color=INK, ls="-", lw=1.1, label="x(t)")
     if x0 is not None:
         ax.plot(x0[i], x0[j], marker="o", ls="none", color=VERMILLION, label="x(0)")
-    ax.set_xlabel((names or (f"x{subscript(i + 1)}",) * 2)[0])
-    ax.set_ylabel((names or ("", f"x{subscript(j + 1)}"))[1])
+    x_name, y_name = names or [f"x{subscript(k + 1)}" for k in plane]
+    ax.set(xlabel=x_name, ylabel=y_name)
     legend_above(ax, 3)
     return ax
 

@@ -43,25 +43,13 @@ def margins(ax, margins, labels=None):
     top = max(floor, np.max(sizes, initial=0.0)) * 30
     places = np.arange(len(keys))[::-1]
     for place, length, good in zip(places, np.maximum(sizes, floor), held):
-        ax.barh(
-            place,
-            length - floor,
-            left=floor,
-            height=0.62,
-            color=BLUE if good else "white",
-            lw=1,
-            ec=BLUE if good else VERMILLION,
-            hatch=None if good else "////",
-        )
-        ax.text(
-            length * 1.15,
-            place,
-            f"{length:.1e}" if good else f"violated by {length:.1e}",
-            va="center",
-            fontsize=8,
-        )
-    ax.set_xscale("log")
-    ax.set_xlim(floor, top)
+        look = dict(color="white", ec=VERMILLION, hatch="////")
+        if good:
+            look = dict(color=BLUE, ec=BLUE)
+        ax.barh(place, length - floor, 0.62, floor, lw=1, **look)
+        said = f"{length:.1e}" if good else f"violated by {length:.1e}"
+        ax.text(length * 1.15, place, said, va="center", fontsize=8)
+    ax.set(xscale="log", xlim=(floor, top))
     ax.set_yticks(places, [names.get(key, key) for key in keys])
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("smallest scaled eigenvalue")

@@ -177,25 +177,16 @@ def _inline(text, alt, caption, parts=()):
     body = re.sub(r"<!--.*?-->", "", body, flags=re.S)
     # This rule would reach the whole page; the root's attributes do instead.
     body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, flags=re.S)
-    body = re.sub(
-        r'(<path[^>]*? d=")([^"]*)"',
-        lambda match: match[1] + _short(match[2]) + '"',
-        body,
-        flags=re.S,
-    )
-    body = re.sub(
-        r'(\s(?:x|y|width|height)=")(-?[\d.]+)"',
-        lambda match: f'{match[1]}{_number(float(match[2]))}"',
-        body,
-    )
-    body = re.sub(
-        r"translate\(([^)]*)\)", lambda match: f"translate({_short(match[1])})", body
-    )
-    body = re.sub(
-        r'style="([^"]*)"',
-        lambda match: 'style="' + re.sub(r"([:;]) ", r"\1", match[1]) + '"',
-        body,
-    )
+    for pattern, shorter in (
+        (r'(?s:(<path[^>]*? d=")([^"]*)")', lambda m: f'{m[1]}{_short(m[2])}"'),
+        (
+            r'(\s(?:x|y|width|height)=")(-?[\d.]+)"',
+            lambda m: m[1] + _number(m[2]) + '"',
+        ),
+        (r"translate\(([^)]*)\)", lambda m: f"translate({_short(m[1])})"),
+        (r'style="[^"]*"', lambda m: re.sub(r"([:;]) ", r"\1", m[0])),
+    ):
+        body = re.sub(pattern, shorter, body)
     body = re.sub(
         r'id="sway (\d) (\S+) (\S+) (\S+)"',
         r'class="sos-sway-\1" style="--by:\2px;--more:\3;--from:\4px"',
@@ -217,12 +208,12 @@ def _inline(text, alt, caption, parts=()):
 
 
 def _number(value):
-    return f"{round(value, 2) + 0.0:.2f}".rstrip("0").rstrip(".")
+    return f"{round(float(value), 2) + 0.0:.2f}".rstrip("0").rstrip(".")
 
 
 def _short(path):
     """Path data with two decimals: a hundredth of a point can't be seen."""
-    path = re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda match: _number(float(match[0])), path)
+    path = re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda match: _number(match[0]), path)
     path = re.sub(r"\s+", " ", path).strip()
     return re.sub(r" ?([A-Za-z]) ?", r"\1", path)
 

@@ -174,9 +174,7 @@ def curves(ax, factors, most=100.0):
         y = [share(factors[name], tau) for tau in x]
         colour, dash, _ = look_of(name)
         ax.step(x, y, where="post", color=colour, ls=dash)
-    ax.set_xscale("log")
-    ax.set_xlim(1, most)
-    ax.set_ylim(0, 1.03)
+    ax.set(xscale="log", xlim=(1, most), ylim=(0, 1.03))
     ax.set_xlabel("time over the best one's, at most")
     return ax
 
@@ -196,12 +194,10 @@ def growth(ax, records, field="cpu_s"):
         sizes = sorted(points)
         y = [points[s] for s in sizes]
         ax.plot(sizes, y, color=colour, ls=dash, marker=marker, ms=4)
-    ax.set_xscale("log")
-    ax.set_yscale("log")
+    ax.set(xscale="log", yscale="log", xlabel="n")
     ticks = [s for s in (2, 4, 8, 16, 32, 64, 128, 200) if s <= max_size(known)]
     ax.set_xticks(ticks, [str(s) for s in ticks])
     ax.minorticks_off()
-    ax.set_xlabel("n")
     return ax
 
 

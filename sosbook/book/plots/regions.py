@@ -32,18 +32,21 @@ def draw_axes(ax, region, window):
     """Draw both axes of the complex plane on ax, over a region shaded in a window."""
     if region is not None:
         shade_region(ax, region, window)
-    ax.axhline(0, color=GREY, lw=0.7, ls="-", zorder=1.5)
-    ax.axvline(0, color=GREY, lw=0.7, ls="-", zorder=1.5)
+    cross(ax)
+
+
+def cross(ax):
+    """Draw both axes of the complex plane on ax, and name them."""
+    for line in (ax.axhline, ax.axvline):
+        line(0, color=GREY, lw=0.7, ls="-", zorder=1.5)
+    ax.set(xlabel="Re s (1/s)", ylabel="Im s (rad/s)")
 
 
 def frame_plane(ax, window):
-    """Limit ax to a window (left, right, height) of the complex plane; label it."""
+    """Limit ax to a window (left, right, height) of the complex plane."""
     left, right, height = window
-    ax.set_xlim(left, right)
-    ax.set_ylim(-height, height)
+    ax.set(xlim=(left, right), ylim=(-height, height))
     ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("Re s (1/s)")
-    ax.set_ylabel("Im s (rad/s)")
 
 
 def poles(ax, poles, region=None, window=None, label="closed loop"):
@@ -69,19 +72,9 @@ def poles(ax, poles, region=None, window=None, label="closed loop"):
     for (name, values), k in zip(sets.items(), order):
         values = np.ravel(np.asarray(values, complex))
         marker, colour = MARKERS[k % 6], COLOURS[k % 6]
-        hollow = {} if marker in "x+" else {"mfc": "none"}
-        ax.plot(
-            values.real,
-            values.imag,
-            ls="none",
-            marker=marker,
-            color=colour,
-            ms=6,
-            mew=1.4,
-            label=name,
-            zorder=3,
-            **hollow,
-        )
+        look = dict(ls="none", marker=marker, color=colour, ms=6, mew=1.4, zorder=3)
+        look |= {} if marker in "x+" else {"mfc": "none"}
+        ax.plot(values.real, values.imag, label=name, **look)
     frame_plane(ax, window)
     legend_above(ax, len(sets) + (region is not None))
     return ax

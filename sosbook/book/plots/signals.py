@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...runtime.libraries import library
-from .style import COLOURS, DASHES, GREY, ORANGE, VERMILLION, legend_above, subscript
+from .style import COLOURS, DASHES, GREY, LIMIT, SPAN, legend_above, subscript
 
 plt = library("matplotlib.pyplot")
 
@@ -54,16 +54,12 @@ def signal(ax, t, values, name="z", disturbance=None, points=400):
     step = max(1, len(t) // points)
     keep = np.unique(np.r_[np.arange(0, len(t), step), len(t) - 1])
     if disturbance is not None:
-        ax.axvspan(*disturbance, color=ORANGE, alpha=0.15, lw=0, label="disturbance")
+        ax.axvspan(*disturbance, **SPAN, label="disturbance")
     for k, row in enumerate(values):
         mark = subscript(k + 1) if len(values) > 1 else ""
-        ax.plot(
-            t[keep],
-            row[keep],
-            color=COLOURS[k % 6],
-            ls=DASHES[k % 6],
-            label=name.rstrip("′") + mark + "′" * name.endswith("′"),
-        )
+        label = name.rstrip("′") + mark + "′" * name.endswith("′")
+        look = dict(color=COLOURS[k % 6], ls=DASHES[k % 6])
+        ax.plot(t[keep], row[keep], label=label, **look)
     ax.margins(x=0)
     return ax
 
@@ -73,7 +69,7 @@ def input_limit(ax, t, u, u_max):
     norm = np.linalg.norm(_rows(t, u), axis=0)
     step = max(1, len(t) // 400)
     ax.plot(np.asarray(t)[::step], norm[::step], color=GREY, ls="-", lw=1, label="‖u‖")
-    ax.axhline(u_max, color=VERMILLION, ls=(0, (1, 1)), lw=1.4, label="u_max")
+    ax.axhline(u_max, **LIMIT, lw=1.4, label="u_max")
     return ax
 
 

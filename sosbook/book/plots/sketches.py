@@ -27,9 +27,7 @@ __all__ = [
 
 def canvas(ax, width, height):
     """Make the axes ax bare and equal, from (0, 0) to (width, height)."""
-    ax.set_xlim(0, width)
-    ax.set_ylim(0, height)
-    ax.set_aspect("equal")
+    ax.set(xlim=(0, width), ylim=(0, height), aspect="equal")
     ax.set_axis_off()
     return ax
 
@@ -50,16 +48,11 @@ def mass(ax, centre, text, size=(1.6, 0.8), weightless=False):
     It is dashed and empty if it is weightless.
     """
     (x, y), (w, h) = centre, size
-    ax.fill(
-        x + w * np.array([-0.5, 0.5, 0.5, -0.5]),
-        y + h * np.array([-0.5, -0.5, 0.5, 0.5]),
-        fc="white" if weightless else SKY,
-        ec=INK,
-        ls="--" if weightless else "-",
-        lw=1.2,
-        alpha=1.0 if weightless else 0.55,
-        zorder=2,
-    )
+    corners = x + w * np.array([-1, 1, 1, -1]) / 2, y + h * np.array([-1, -1, 1, 1]) / 2
+    look = dict(fc=SKY, ls="-", alpha=0.55)
+    if weightless:
+        look = dict(fc="white", ls="--", alpha=1.0)
+    ax.fill(*corners, ec=INK, lw=1.2, zorder=2, **look)
     ax.text(x, y, text, **CENTRED, zorder=3)
 
 
@@ -103,13 +96,7 @@ def force(ax, tip, vector, text, colour=VERMILLION):
     It is drawn on ax in one colour.
     """
     tail = np.subtract(tip, vector)
-    ax.annotate(
-        "",
-        tip,
-        tail,
-        zorder=4,
-        arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0},
-    )
+    _head(ax, tip, tail, colour)
     away = tail - 0.22 * np.asarray(vector) / np.linalg.norm(vector)
     ax.text(*away, text, color=colour, **CENTRED)
 
@@ -120,12 +107,14 @@ def displacement(ax, tail, vector, text):
     It is drawn on ax, with a text beside it.
     """
     force(ax, np.add(tail, vector), vector, "", BLUE)
-    ax.text(
-        *(np.add(tail, vector) + 0.25 * np.asarray(vector) / np.linalg.norm(vector)),
-        text,
-        color=BLUE,
-        **CENTRED,
-    )
+    away = np.add(tail, vector) + 0.25 * np.asarray(vector) / np.linalg.norm(vector)
+    ax.text(*away, text, color=BLUE, **CENTRED)
+
+
+def _head(ax, tip, tail, colour):
+    """An arrow from its tail to its tip."""
+    look = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
+    ax.annotate("", tip, tail, zorder=4, arrowprops=look)
 
 
 def _stroke(ax, start, end, along, across, colour=INK):
@@ -155,14 +144,8 @@ def wheel(ax, centre, radius=0.22):
 
 def rod(ax, start, end, width=5):
     """A stiff link on ax from ``start`` to ``end``, of a line width in points."""
-    ax.plot(
-        *np.transpose([start, end]),
-        color=GREY,
-        ls="-",
-        lw=width,
-        solid_capstyle="round",
-        zorder=2,
-    )
+    look = dict(color=GREY, ls="-", lw=width, solid_capstyle="round", zorder=2)
+    ax.plot(*np.transpose([start, end]), **look)
 
 
 def angle(ax, centre, radius, between, text, colour=BLUE):
@@ -174,17 +157,11 @@ def angle(ax, centre, radius, between, text, colour=BLUE):
     turn = np.radians(np.linspace(*between, 40))
     x, y = centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn)
     ax.plot(x[:-3], y[:-3], color=colour, ls="-", lw=1.2, zorder=4)
-    head = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
-    ax.annotate("", (x[-1], y[-1]), (x[-4], y[-4]), zorder=4, arrowprops=head)
-    far = 1 + 0.25 / radius
-    middle = np.radians(np.mean(between))
-    ax.text(
-        centre[0] + far * radius * np.cos(middle),
-        centre[1] + far * radius * np.sin(middle),
-        text,
-        color=colour,
-        **CENTRED,
-    )
+    _head(ax, (x[-1], y[-1]), (x[-4], y[-4]), colour)
+    far, middle = 1 + 0.25 / radius, np.radians(np.mean(between))
+    u = centre[0] + far * radius * np.cos(middle)
+    v = centre[1] + far * radius * np.sin(middle)
+    ax.text(u, v, text, color=colour, **CENTRED)
 
 
 def disc(ax, centre, axes, colour, zorder, alpha=1.0, corners=41):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .style import COLOURS, DASHES, VERMILLION, legend_above
+from .style import COLOURS, DASHES, LIMIT, legend_above
 
 
 def singular_values(ax, systems, gamma=None):
@@ -22,22 +22,15 @@ def singular_values(ax, systems, gamma=None):
     moduli = np.abs(np.concatenate([system.poles() for system in systems]))
     frequency = np.geomspace(max(moduli.min(), 1e-3) / 20, moduli.max() * 10, 120)
     for k, system in enumerate(systems):
-        values = largest_singular_value(
-            system.A, system.B, system.C, system.D, frequency
-        )
-        ax.plot(
-            frequency,
-            values,
-            color=COLOURS[k % 6],
-            ls=DASHES[k % 6],
-            label="σ_max" if len(systems) == 1 else f"vertex {k + 1}",
-        )
+        matrices = system.A, system.B, system.C, system.D
+        values = largest_singular_value(*matrices, frequency)
+        label = "σ_max" if len(systems) == 1 else f"vertex {k + 1}"
+        look = dict(color=COLOURS[k % 6], ls=DASHES[k % 6])
+        ax.plot(frequency, values, label=label, **look)
     if gamma is not None:
-        ax.axhline(gamma, color=VERMILLION, ls=(0, (1, 1)), label="bound γ")
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.set_xlabel("frequency ω (rad/s)")
-    ax.set_ylabel("largest singular value")
+        ax.axhline(gamma, **LIMIT, label="bound γ")
+    ax.set(xscale="log", yscale="log")
+    ax.set(xlabel="frequency ω (rad/s)", ylabel="largest singular value")
     legend_above(ax, 4)
     return ax
 
@@ -52,11 +45,6 @@ def largest_singular_value(A, B, C, D, frequency):
     """
     A, B, C, D = (np.atleast_2d(np.asarray(X, float)) for X in (A, B, C, D))
     points = 1j * np.asarray(frequency, float)[:, None, None]
-    gain = (
-        C
-        @ np.linalg.solve(
-            points * np.eye(len(A)) - A, np.broadcast_to(B, (len(points), *B.shape))
-        )
-        + D
-    )
+    inputs = np.broadcast_to(B, (len(points), *B.shape))
+    gain = C @ np.linalg.solve(points * np.eye(len(A)) - A, inputs) + D
     return np.linalg.svd(gain, compute_uv=False)[:, 0]

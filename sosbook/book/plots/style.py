@@ -10,6 +10,9 @@ PURPLE, SKY, GREY, INK = "#CC79A7", "#56B4E9", "#767676", "#1f2328"
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
 MARKERS = ("x", "o", "+", "s", "d", "^")
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)))
+#: The looks of a bound's line, and of a span of time.
+LIMIT = {"color": VERMILLION, "ls": (0, (1, 1))}
+SPAN = {"color": ORANGE, "alpha": 0.15, "lw": 0}
 
 STYLE = {
     "svg.fonttype": "path",
@@ -63,12 +66,6 @@ def subscript(number):
 def legend_above(ax, columns):
     """A legend with so many columns over the axes ax, where it hides nothing."""
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(
-            loc="lower left",
-            bbox_to_anchor=(0, 1.0),
-            borderaxespad=0.2,
-            ncols=columns,
-            handlelength=1.8,
-            columnspacing=0.9,
-            handletextpad=0.5,
-        )
+        place = dict(loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.2)
+        room = dict(handlelength=1.8, columnspacing=0.9, handletextpad=0.5)
+        ax.legend(**place, **room, ncols=columns)

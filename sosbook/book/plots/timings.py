@@ -63,23 +63,18 @@ def seconds(ax, records, label="competitor"):
             said = words(x) + (", scaled" if scaled else "")
             mark(ax, x, k, r["competitor"], hollow=scaled)
         place = x or min(times)
-        leftwards = place > middle
-        ax.annotate(
-            said,
-            (place, k),
-            (-7 if leftwards else 7, 0),
-            va="center",
-            textcoords="offset points",
-            fontsize=8,
-            ha="right" if leftwards else "left",
-            bbox=LABEL_BOX,
-            color=INK if x else GREY,
-        )
-    ax.set_xscale("log")
-    ax.set_xlim(min(times) / 3, max(times) * 3)
-    ax.set_yticks(range(len(records)), [r[label] for r in records])
-    ax.set_ylim(len(records) - 0.4, -0.6)
-    ax.set_xlabel("seconds")
+        far, side = (-7, "right") if place > middle else (7, "left")
+        look = dict(va="center", ha=side, fontsize=8, bbox=LABEL_BOX)
+        look |= dict(textcoords="offset points", color=INK if x else GREY)
+        ax.annotate(said, (place, k), (far, 0), **look)
+    ax.set(xscale="log", xlim=(min(times) / 3, max(times) * 3), xlabel="seconds")
+    return _listed(ax, [r[label] for r in records])
+
+
+def _listed(ax, names):
+    """Axes with a name for each row, the first on top."""
+    ax.set_yticks(range(len(names)), names)
+    ax.set_ylim(len(names) - 0.4, -0.6)
     return ax
 
 
@@ -104,23 +99,15 @@ def shares(ax, records, limit=0.025):
         for (_, colour), part in zip(SHARE_COLOURS, parts):
             ax.barh(y, part * scale, 0.36, end, color=colour, ec="white", lw=0.4)
             end += part * scale
-        ax.text(
-            end,
-            y,
-            " warm" if warm else " cold",
-            va="center",
-            fontsize=7,
-            bbox=LABEL_BOX,
-        )
+        said = " warm" if warm else " cold"
+        ax.text(end, y, said, va="center", fontsize=7, bbox=LABEL_BOX)
     for name, colour in SHARE_COLOURS:
         ax.barh(0, 0, color=colour, label=name)
     ax.axvline(1e3 * limit, color=VERMILLION, ls="--", label=f"{1e3 * limit:.0f} ms")
-    ax.set_yticks(range(len(cases)), cases)
-    ax.set_ylim(len(cases) - 0.4, -0.6)
     ax.set_xlim(0, 1.12 * max(1e3 * limit, *(1e3 * r["median_s"] for r in moves)))
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("milliseconds of a move, median")
-    return ax
+    return _listed(ax, cases)
 
 
 def verdicts(ax, counts):
@@ -141,29 +128,13 @@ def verdicts(ax, counts):
     )
     ends = dict.fromkeys(rows, 0)
     for answer in shown:
+        look = dict(color=colours.get(answer, VERMILLION), ec="white")
+        look |= dict(hatch="////" if answer == "infeasible" else None)
         for k, (kind, row) in enumerate(rows.items()):
             count = row.get(answer, 0)
-            ax.barh(
-                k,
-                count,
-                0.7,
-                ends[kind],
-                ec="white",
-                lw=0.5,
-                color=colours.get(answer, VERMILLION),
-                hatch={"infeasible": "////"}.get(answer),
-            )
+            ax.barh(k, count, 0.7, ends[kind], lw=0.5, **look)
             ends[kind] += count
-        ax.barh(
-            0,
-            0,
-            color=colours.get(answer, VERMILLION),
-            ec="white",
-            hatch={"infeasible": "////"}.get(answer),
-            label=answer,
-        )
-    ax.set_yticks(range(len(rows)), list(rows))
-    ax.set_ylim(len(rows) - 0.4, -0.6)
+        ax.barh(0, 0, label=answer, **look)
     ax.grid(axis="y", visible=False)
     ax.set_xlabel("requests")
-    return ax
+    return _listed(ax, list(rows))

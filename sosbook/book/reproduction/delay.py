@@ -39,15 +39,10 @@ def _theorems():
         loop = request.plant
         low, high = request.tau - request.mu, request.tau + request.mu
         rate, at = slowest_decay(loop.A, loop.A_d, low, high)
-        yield evaluate(
-            f"delay-{name}",
-            not (accepts and rate < 0),
-            not (mended and rate < 0),
-            accepts="accepts" if accepts else "refuses",
-            root=-rate,
-            at=at,
-            mended="accepted" if mended else "refused",
-        )
+        holds = [not (x and rate < 0) for x in (accepts, mended)]
+        words = dict(accepts="accepts" if accepts else "refuses", root=-rate, at=at)
+        words |= dict(mended="accepted" if mended else "refused")
+        yield evaluate(f"delay-{name}", *holds, **words)
 
 
 def _truth(ex):
@@ -96,17 +91,10 @@ def _wing():
     )
     apart = np.linalg.norm(own.K - wing.K) / np.linalg.norm(wing.K)
     _, reason = solution(wing.K, own.K, 1e-3, provable, proven(own))
-    yield evaluate(
-        "wing-gains",
-        # of the LMIs that print asks, and of those with a smaller mu
-        all(solved),
-        provable and proven(own),
-        printed=shown(wing.K),
-        ours=shown(own.K),
-        small=small,
-        reason=reason,
-        apart=apart,
-    )
+    # of the LMIs that print asks, and of those with a smaller mu
+    holds = all(solved), provable and proven(own)
+    words = dict(printed=shown(wing.K), ours=shown(own.K), small=small)
+    yield evaluate("wing-gains", *holds, **words, reason=reason, apart=apart)
     yield _tracks("wing-tracks", wing, 40)
 
 

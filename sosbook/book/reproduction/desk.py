@@ -84,12 +84,9 @@ def _limits(runs, gentle, volts_at_rest):
 def _rests(runs):
     sway = _each(runs, lambda run: np.degrees(np.abs(run.x[0, :, TICKS_AT_REST])).max())
     away = _each(runs, lambda run: np.abs(run.x[1, :, TICKS_AT_REST]).max())
-    lead = _each(
-        runs,
-        lambda run: (
-            run.x[3, :, :50].max(axis=1).min() + run.x[3, :, :50].min(axis=1).min()
-        ),
-    )
+    rates = _each(runs, lambda run: run.x[3, :, :50].max(axis=1).min())
+    back = _each(runs, lambda run: run.x[3, :, :50].min(axis=1).min())
+    lead = {name: rates[name] + back[name] for name in runs}
     both = ("PID 5", "LQE 2")
     for name, names in (("desk-quickly", ("PD 5", "PID 5")), ("desk-alike", both)):
         holds = max(sway[n].max() for n in names) < 0.6
@@ -106,15 +103,9 @@ def _drift():
     printed, plants = thesis.mip(), polytope(Mip.printed())
     for name, U in (("PD", None), ("PID", [[0, 1]])):
         gain = printed.gains[name][5]
-        run = simulate(
-            Mip.printed(),
-            Firmware(SampledLaw.of_gain(gain, T)),
-            0.0,
-            10.0,
-            substeps=2,
-            sensors=Sensors(ideal=True),
-            bias=-np.deg2rad(0.1),
-        )
+        firmware = Firmware(SampledLaw.of_gain(gain, T))
+        gyro = dict(sensors=Sensors(ideal=True), bias=-np.deg2rad(0.1))
+        run = simulate(Mip.printed(), firmware, 0.0, 10.0, substeps=2, **gyro)
         speeds[name] = np.degrees(run.x[1, 0, -1] - run.x[1, 0, -101])
         loop = analyse_pid(plants, gain.K, U, coupling="vertices")
         ends[name] = max(abs(x.dcgain()[1, 0]) for x in loop.closed_loop()) / 1000
@@ -193,17 +184,10 @@ def without_the_fast(controller, edge=200):
 def _runs(law, *tilts):
     """The four vertices at each delay, for each of the tilts; all in one go."""
     robots, firmware = vertices(Mip.printed()), Firmware(law, stall=NEVER_STALLED)
-    n = len(robots)
+    n, four = len(robots), len(tilts) * list(robots)
+    start = np.repeat(tilts, n)
     beside = [
-        simulate(
-            len(tilts) * list(robots),
-            firmware,
-            np.repeat(tilts, n),
-            END_TIME,
-            late,
-            substeps=2,
-        )
-        for late in DELAYS
+        simulate(four, firmware, start, END_TIME, late, substeps=2) for late in DELAYS
     ]
     return [
         [_some(run, slice(k * n, (k + 1) * n)) for run in beside]

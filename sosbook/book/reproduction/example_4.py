@@ -54,10 +54,8 @@ def _tabulated(ex):
 
     passes = labelled(-np.pi / 2, np.pi / 2), labelled(0.0, np.pi / 2)
     yield evaluate("example-4-labels", *passes)
-    S11, missed = (
-        ex.plant.vertices[1].S[0, 0],
-        _off(second, _poles(ex, thesis.arm(0.64))),
-    )
+    S11 = ex.plant.vertices[1].S[0, 0]
+    missed = _off(second, _poles(ex, thesis.arm(0.64)))
     yield evaluate("example-4-S11", 50.64, S11, ours=f"{S11:.4f}", missed=missed)
 
 
@@ -77,19 +75,10 @@ def _promises(ex):
 
 
 def _swing(ex):
-    region = region_of_attraction(
-        ex.plant,
-        ex.K,
-        ex.U,
-        3.0,
-        row=[1, 0, 0, 0, 0],
-        bound=np.pi / 2,
-        start=[1, 1, 0, 0, 0],
-    )
-    reach = np.degrees(region.reach)
-    return evaluate(
-        "example-4-swing", region.proven, proof=said(region.proven), reach=reach
-    )
+    asked = dict(row=[1, 0, 0, 0, 0], bound=np.pi / 2, start=[1, 1, 0, 0, 0])
+    region = region_of_attraction(ex.plant, ex.K, ex.U, 3.0, **asked)
+    words = dict(proof=said(region.proven), reach=np.degrees(region.reach))
+    return evaluate("example-4-swing", region.proven, **words)
 
 
 def _tracks(ex):
@@ -98,20 +87,10 @@ def _tracks(ex):
     slow = proven(analyse_pid(every, ex.K, ex.U, region=rate, coupling="pairs"), 8)
     t = np.linspace(0, 15, 1501)
     times = [3.0 * k for k in range(len(SET_POINTS))]
-    run = simulate_nonlinear(
-        thesis.arm(0.0),
-        arm_gravity,
-        ex.K,
-        t,
-        ex.U,
-        Steps(times, np.stack([SET_POINTS, SET_POINTS], axis=1)),
-    )
+    goal = Steps(times, np.stack([SET_POINTS, SET_POINTS], axis=1))
+    run = simulate_nonlinear(thesis.arm(0.0), arm_gravity, ex.K, t, ex.U, goal)
     error = np.degrees(max(np.abs(run.e[1, k + 299]) for k in range(0, 1500, 300)))
     widest = np.abs(run.z[0]).max()
-    return evaluate(
-        "example-4-tracks",
-        error < 0.06 and widest < np.pi / 2 and slow,
-        error=below(error, 0.06),
-        proof=said(slow),
-        widest=np.degrees(widest),
-    )
+    holds = error < 0.06 and widest < np.pi / 2 and slow
+    words = dict(error=below(error, 0.06), proof=said(slow), widest=np.degrees(widest))
+    return evaluate("example-4-tracks", holds, **words)

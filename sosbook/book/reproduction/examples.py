@@ -31,14 +31,8 @@ def _promises(number, ex, digits=4, note=""):
     own = design_pid(ex.plant, **ex.requirements)
     yield evaluate(f"example-{number}-gains", ex.K, own.K, proof, proven(own, 7))
     norm = hinf_norm(d, ex.K)
-    yield evaluate(
-        f"example-{number}-norm",
-        norm < ex.gamma,
-        gamma=ex.gamma,
-        ours=f"{norm:.{digits}f}",
-        times=ex.gamma / norm,
-        note=note,
-    )
+    words = dict(gamma=ex.gamma, times=ex.gamma / norm, ours=f"{norm:.{digits}f}")
+    yield evaluate(f"example-{number}-norm", norm < ex.gamma, **words, note=note)
     largest = peak_input(d, ex.K, start)
     yield evaluate(f"example-{number}-peak", largest <= limit, limit=limit, u=largest)
 
@@ -47,15 +41,8 @@ def _robot(ex):
     (d,) = descriptors(ex.plant, ex.U)
     yield evaluate("example-1-open", ex.open_loop_poles, ex.plant.poles())
     yield evaluate("example-1-poles", ex.closed_loop_poles, poles(d, ex.K))
-    smallest = design_pid(
-        ex.plant,
-        ex.U,
-        region=ex.region,
-        gamma=None,
-        saturation=ex.saturation,
-        minimize="gamma",
-        mu=1.0,
-    )
+    asked = ex.requirements | {"gamma": None, "minimize": "gamma"}
+    smallest = design_pid(ex.plant, **asked)
     yield from _promises(1, ex, digits=5, note=f"{smallest.gamma:g}")
     t = np.linspace(0, ex.t_end, 3001)
     answer = simulate(d, ex.K, t, r=ex.set_point, w=ex.disturbance)
@@ -162,14 +149,8 @@ def _signals(ex, d):
     reference = np.concatenate([ex.set_point, np.zeros(d.E.shape[0] - 4)])
     alone = np.linalg.norm(ex.K @ (answer.x.T - reference).T, axis=0).max()
     norms = np.linalg.norm(answer.u, axis=0)
-    yield evaluate(
-        "example-3-input",
-        alone <= limit,
-        norms.max() <= limit,
-        limit=limit,
-        alone=alone,
-        whole=norms.max(),
-        over=t[norms > limit].max() if (norms > limit).any() else 0.0,
-    )
+    whole, over = norms.max(), t[norms > limit].max(initial=0.0)
+    words = dict(limit=limit, alone=alone, whole=whole, over=over)
+    yield evaluate("example-3-input", alone <= limit, whole <= limit, **words)
     last = np.abs(answer.e[:, -1]).max()
     yield evaluate("example-3-error", last < 1e-3, error=last, end=ex.t_end)

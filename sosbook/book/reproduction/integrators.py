@@ -14,12 +14,8 @@ def rows():
         yield _example(number, getattr(thesis, f"example_{number}")())
     wheel, body = admissible_U(_pendulum())
     (both,) = admissible_U(_pendulum(), [np.eye(2)])
-    holds = (
-        wheel.admissible
-        and wheel.channels == (1,)
-        and not body.admissible
-        and not both.admissible
-    )
+    holds = wheel.admissible and wheel.channels == (1,)
+    holds = holds and not (body.admissible or both.admissible)
     yield evaluate("U-pendulum", holds, ours=_words((wheel, body, both)))
 
 
@@ -31,21 +27,12 @@ def _example(number, example):
     place = f"number {better + 1} of {len(same)} with a = {theirs.a}"
     if len(same) == 1:
         place = f"the only one with a = {theirs.a}"
-    more = {
-        None: "",
-        True: "; this one is proven for the whole polytope",
-        False: "; this one isn't proven for the whole polytope",
-    }[theirs.certified]
-    return evaluate(
-        "U-example",
-        theirs.admissible and theirs.certified is not False,
-        number=number,
-        good=sum(c.admissible for c in choices),
-        all=len(choices),
-        more=more,
-        distance=theirs.distance,
-        rank=place,
-    )
+    proven = {None: "", True: "is", False: "isn't"}[theirs.certified]
+    more = proven and f"; this one {proven} proven for the whole polytope"
+    holds = theirs.admissible and theirs.certified is not False
+    words = dict(number=number, good=sum(c.admissible for c in choices), more=more)
+    words |= dict(all=len(choices), distance=theirs.distance, rank=place)
+    return evaluate("U-example", holds, **words)
 
 
 def _words(choices):

@@ -33,13 +33,9 @@ def _experiments(printed):
     apart = max(abs(second / first - 1) for first, second in zip(*printed.wheels))
     yield evaluate("mip-wheels", apart < spread, percent=100 * apart)
     body, wheels = (ratios["e_c"] / ratios["f_c"], ratios["e_a"] / ratios["f_a"])
-    yield evaluate(
-        "mip-one-robot",
-        wheels / body < (1 + spread) / (1 - spread),
-        body=body,
-        wheels=wheels,
-        percent=100 * (wheels / body - 1),
-    )
+    holds = wheels / body < (1 + spread) / (1 - spread)
+    words = dict(body=body, wheels=wheels, percent=100 * (wheels / body - 1))
+    yield evaluate("mip-one-robot", holds, **words)
 
 
 def _range(x, s, geared):
@@ -68,25 +64,12 @@ def _identified(printed):
         compare(x["a"][1:], _range(x, s, 2 * I_w), 1.5e-7)[0] == "reproduced"
         for I_w in (ours["I_w"], mended)
     )
-    yield evaluate(
-        "mip-torque",
-        *explains,
-        d=x["d"],
-        I_w=ours["I_w"],
-        mended=mended,
-        torque=torque,
-        percent=100 * (1 - torque / x["d"]),
-    )
+    words = dict(d=x["d"], I_w=ours["I_w"], percent=100 * (1 - torque / x["d"]))
+    yield evaluate("mip-torque", *explains, **words, mended=mended, torque=torque)
     arm = torque / constants["g"]
     M_b = arm**2 / (torque / q["d_c"] - ours["I_b"])
-    yield evaluate(
-        "mip-M_b",
-        *(abs(M_b / constants[name] - 1) < 5e-3 for name in ("M_b", "M_w")),
-        **constants,
-        mass=M_b,
-        arm=arm,
-        l=arm / M_b,
-    )
+    fits = (abs(M_b / constants[name] - 1) < 5e-3 for name in ("M_b", "M_w"))
+    yield evaluate("mip-M_b", *fits, **constants, mass=M_b, arm=arm, l=arm / M_b)
 
 
 def _letters(printed):
@@ -124,14 +107,9 @@ def _known(printed):
         gaps = np.array(ours) / [x["a"][0], x["b"], x["d"]] - 1
         positive = x["c"] - M_b * l**2 > 0  # I_b
         fits.append(positive and np.abs(gaps).max() <= 2e-3)
-    return evaluate(
-        "mip-known",
-        *fits,
-        **x | {"a": x["a"][0]},
-        arm=x["b"] / r,
-        total=(x["a"][0] - geared) / r**2,
-        sets=" and ".join(", ".join(f"{v:g}" for v in s) for s in PARAMETER_SETS),
-    )
+    sets = " and ".join(", ".join(f"{v:g}" for v in s) for s in PARAMETER_SETS)
+    words = x | dict(a=x["a"][0], arm=x["b"] / r, total=(x["a"][0] - geared) / r**2)
+    return evaluate("mip-known", *fits, **words, sets=sets)
 
 
 def _matrices(printed):
@@ -173,11 +151,6 @@ def _claims(printed):
     hangs = poles[abs(poles) > 1e-6].real.max()  # nothing holds the wheels' angle
     held = np.roots([robot.c, robot.f, robot.d])
     rises = up.poles().real.max()
-    yield evaluate(
-        "mip-equilibria",
-        rises > 1e-6 and hangs < 0 and held.real.max() < 0,
-        up=rises,
-        down=hangs,
-        real=held[0].real,
-        imag=abs(held[0].imag),
-    )
+    holds = rises > 1e-6 and hangs < 0 and held.real.max() < 0
+    words = dict(up=rises, down=hangs, real=held[0].real, imag=abs(held[0].imag))
+    yield evaluate("mip-equilibria", holds, **words)

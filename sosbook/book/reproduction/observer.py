@@ -49,23 +49,10 @@ def rows():
 def controller(R, form="natural", printed=None):
     """The controller of Table 4.3, in continuous time, for u = H y.
 
-    Parameters
-    ----------
-    R : {1, 2}
-    form : {"natural", "printed"}
-        Whose mean the observer contains: of `sosbook.pendulum.reduced`, or of
-        the matrices of (4.25), with their digits. The plants are the
-        same, their means aren't.
-    printed : sosbook.book.thesis.MipPrint, optional
-        The thesis's data.
+    ``R``: 1 or 2; ``form``: whose mean the observer contains, "natural", of
+    `sosbook.pendulum.reduced`, or "printed", of the matrices of (4.25) with their
+    digits: the plants are the same, their means aren't; ``printed``: the thesis's data.
 
-    Returns
-    -------
-    control.StateSpace
-        The controller.
-
-    Examples
-    --------
     >>> np.sort(controller(2, "printed").poles().real).round(2)
     array([-1694.17,   -10.45,    -5.04])
     """
@@ -75,13 +62,9 @@ def controller(R, form="natural", printed=None):
     K, L = printed.lqe[R]
     if form == "printed":
         M = printed.M.mean(axis=0)[0, 0]  # times the identity
-        A = np.vstack(
-            [
-                [0, 1, 0],
-                np.hstack([printed.S.mean(axis=0)[:, :1], printed.D.mean(axis=0)]) / M,
-            ]
-        )
-        B = np.vstack([[0], printed.B.mean(axis=0) / M])
+        S, D, B = (getattr(printed, x).mean(axis=0) for x in "SDB")
+        A = np.vstack([[0, 1, 0], np.hstack([S[:, :1], D]) / M])
+        B = np.vstack([[0], B / M])
     else:
         A, B, _ = mean_descriptor(reduced(Mip.printed()).vertices).state_space()
     return control.ss(A + B @ K + L @ np.array(printed.C), -L, K, np.zeros((1, 2)))
@@ -112,13 +95,8 @@ def _weights(printed):
     def fits(Q_F, R_F):
         return Q_F[0] == states and R_F[0] == outputs
 
-    return evaluate(
-        "observer-weights",
-        fits(square, stacked),
-        fits(stacked, square),
-        states=states,
-        outputs=outputs,
-    )
+    passes = fits(square, stacked), fits(stacked, square)
+    return evaluate("observer-weights", *passes, states=states, outputs=outputs)
 
 
 def _reduced(printed):
@@ -138,12 +116,9 @@ def _design(R):
     first, mean = plant.vertices[0], mean_descriptor(plant.vertices)
     alone = DescriptorSystem(first.E, first.A, first.Bu)
     noise = 2 * np.linalg.solve(mean.E, mean.Bu)
-    return design_observer(
-        plant,
-        design_lqr(alone, np.eye(3), [[R]]).K,
-        np.vstack([noise, 0 * noise]),
-        np.sqrt(np.diag([0.01, 0.1])),
-    )
+    K = design_lqr(alone, np.eye(3), [[R]]).K
+    weights = np.vstack([noise, 0 * noise]), np.sqrt(np.diag([0.01, 0.1]))
+    return design_observer(plant, K, *weights)
 
 
 def _gains(printed, R):
@@ -216,13 +191,8 @@ def _compared(printed):
         return f"{abs(dB).max():.2g} dB and {abs(degrees).max():.2g} degrees"
 
     verdict, gap = compare(np.ones(2), ratios(0).real, 5e-4)
-    return evaluate(
-        "reduced-bode",
-        verdict == "reproduced",
-        gap=gap,
-        slow=apart(10),
-        fast=apart(np.pi / T),
-    )
+    words = dict(gap=gap, slow=apart(10), fast=apart(np.pi / T))
+    return evaluate("reduced-bode", verdict == "reproduced", **words)
 
 
 def _discrete(printed):

@@ -67,32 +67,17 @@ def _theorem(printed, plants, law, R):
             asked = dict(noise=noise, coupling=coupling)
             forms.append(design_lqr(of, np.eye(N), [[R]], U, **asked).K)
     first, *others = (_off(K, ours) for ours in forms)
-    return evaluate(
-        "regulator-theorem",
-        *(gap <= DIGITS for gap in (first, *others)),
-        law=law,
-        R=R,
-        table=table,
-        printed=shown(K),
-        ours=shown(forms[0]),
-        first=100 * first,
-        least=100 * min(others),
-        most=100 * max(others),
-    )
+    holds = (gap <= DIGITS for gap in (first, *others))
+    words = dict(law=law, R=R, table=table, printed=shown(K), ours=shown(forms[0]))
+    gaps = dict(first=100 * first, least=100 * min(others), most=100 * max(others))
+    return evaluate("regulator-theorem", *holds, **words, **gaps)
 
 
 def _robust(printed, plants, law, R):
     table, name, U, N, _ = LAWS[law]
-    found = analyse_pid(
-        plants,
-        getattr(printed, name)[R],
-        U,
-        coupling="slack",
-        slack=0.003,
-        minimize="cost",
-        cost=QuadraticCost(np.eye(N), [[R]]),
-        backoff=1e-3,
-    )
+    asked = dict(cost=QuadraticCost(np.eye(N), [[R]]), minimize="cost", backoff=1e-3)
+    asked |= dict(coupling="slack", slack=0.003)
+    found = analyse_pid(plants, getattr(printed, name)[R], U, **asked)
     proof, words = proven(found), dict(law=law, R=R, table=table, bound=0, worst=0)
     if proof:
         words["bound"] = found.request.cost.bound
@@ -115,10 +100,8 @@ def _size_of_W():
         A -= (np.linalg.eigvals(A).real.max() + 1) * np.eye(2)
         W, psi = root @ root.T, solve_continuous_lyapunov(A.T, -np.eye(2))
         cost = np.trace(W @ psi)
-        for name, factor in (
-            ("norm", np.linalg.norm(W, 2)),
-            ("determinant", np.linalg.det(W)),
-        ):
+        sizes = dict(norm=np.linalg.norm(W, 2), determinant=np.linalg.det(W))
+        for name, factor in sizes.items():
             holds[name] &= bool(cost <= factor * np.trace(psi) * (1 + 1e-9))
     words = (f"with the {name}: {'yes' if ok else 'no'}" for name, ok in holds.items())
     return evaluate("size-of-W", *holds.values(), ours="; ".join(words))

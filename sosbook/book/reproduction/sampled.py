@@ -30,20 +30,13 @@ def rows():
     def worst(law, ticks, sensing):
         return max(SampledLoop(r, law, ticks * T, sensing).radius for r in robots)
 
-    gains = {
-        f"{law} R = {R}": gain
-        for law, table in printed.gains.items()
-        for R, gain in table.items()
-    }
+    tables = printed.gains.items()
+    gains = {f"{law} R = {R}": K for law, table in tables for R, K in table.items()}
     rates = np.random.default_rng(0).normal(size=(50, 2))
     gap = max(_gap(gain, rates) for gain in gains.values())
     yield evaluate("sampled-program", gap < 1e-9, gap=below(gap, 1e-9))
     lost = {
-        way: [
-            name
-            for name, gain in gains.items()
-            if worst(law_of(gain, T), ticks, sensing) >= 1
-        ]
+        way: [x for x, K in gains.items() if worst(law_of(K, T), ticks, sensing) >= 1]
         for way, law_of, ticks, sensing in WAYS
     }
     ours = "; ".join(f"{way}: {', '.join(x) or 'none'}" for way, x in lost.items())
@@ -74,17 +67,7 @@ def _random(printed):
     (_, (far, _)), (fast, *_) = printed.controller[1:]
     w = 1j * np.pi / T  # half of the sampling rate
     lag = -np.degrees(np.angle((1 - w / far) / (1 - w / fast)))
-    gap = np.abs(
-        np.sort(held.poles().real)
-        - np.sort(np.exp(T * controller(2, "printed").poles().real))
-    ).max()
-    return evaluate(
-        "sampled-random",
-        gap > 1e-6,
-        lag > 0,
-        gap=below(gap, 1e-6),
-        fast=fast,
-        hold=np.exp(fast * T),
-        far=far,
-        lag=lag,
-    )
+    ours = np.exp(T * controller(2, "printed").poles().real)
+    gap = np.abs(np.sort(held.poles().real) - np.sort(ours)).max()
+    words = dict(gap=below(gap, 1e-6), fast=fast, hold=np.exp(fast * T))
+    return evaluate("sampled-random", gap > 1e-6, lag > 0, **words, far=far, lag=lag)

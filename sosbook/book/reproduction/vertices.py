@@ -1,6 +1,7 @@
 """The claim that it suffices to check the vertices."""
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ...plants.descriptor import descriptors
 from ...plants.second_order import Polytope, SecondOrderSystem
@@ -47,13 +48,7 @@ def _lqr(plants, P, right):
     corners = []
     for d in descriptors(plants):
         theta, EPQ = d.A @ P @ d.E.T, d.E @ P @ Q_F
-        g = np.block(
-            [
-                [theta + theta.T, EPQ, np.zeros((4, 1))],
-                [EPQ.T, -np.eye(4), np.zeros((4, 1))],
-                [np.zeros((1, 8)), -R_F],
-            ]
-        )
+        g = block_diag(np.block([[theta + theta.T, EPQ], [EPQ.T, -np.eye(4)]]), -R_F)
         corners.append(np.linalg.eigvalsh(g)[-1] < 0)
     verb = "holds" if all(corners) else "fails"
     holds = right < 0 or not all(corners)

@@ -50,29 +50,14 @@ def segment(cases):
     Segment: plant, weight
     """
     plants = []
-    for name, ((first, second), P) in cases.items():
-        E, A = (
-            [x.tolist() for x in pair]
-            for pair in zip((first.E, first.A), (second.E, second.A), strict=True)
-        )
-        ways = [
-            np.linalg.eigvals(
-                np.linalg.solve(
-                    (1 - a) * first.E + a * second.E, (1 - a) * first.A + a * second.A
-                )
-            )
-            for a in np.linspace(0, 1, 41)
-        ]
-        poles = np.ravel(ways)
-        plants.append(
-            {
-                "name": name,
-                "E": E,
-                "A": A,
-                "P": np.asarray(P).tolist(),
-                "window": [_window(poles.real), _window(poles.imag)],
-            }
-        )
+    way = np.linspace(0, 1, 41)[:, None, None]
+    for name, (ends, P) in cases.items():
+        given = {x: [getattr(d, x).tolist() for d in ends] for x in "EA"}
+        E, A = ((1 - way) * first + way * second for first, second in given.values())
+        poles = np.linalg.eigvals(np.linalg.solve(E, A)).ravel()
+        window = [_window(poles.real), _window(poles.imag)]
+        given |= {"P": np.asarray(P).tolist(), "window": window}
+        plants.append({"name": name} | given)
     return Mover(
         "segment",
         "Walk from one vertex to the other",

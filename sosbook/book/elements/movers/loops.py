@@ -80,7 +80,7 @@ def mass(chain):
     >>> mass(thesis.example_3().plant)
     Mass: m4, b4, lent
     """
-    damper, spring = chain.D[3, 3], chain.S[3, 3]
+    damper, spring, lent = chain.D[3, 3], chain.S[3, 3], (" kg", (0, 1))
     return Mover(
         "mass",
         "A mass that vanishes",
@@ -89,9 +89,7 @@ def mass(chain):
         [
             slider("m4", "Mass m₄", " kg", (-5, 0), 0.05, 0.01, "log"),
             slider("b4", "Damper b₄", " Ns/m", (0, 40), 1, damper),
-            slider(
-                "lent", "Mass lent by acceleration feedback", " kg", (0, 1), 0.01, 0
-            ),
+            slider("lent", "Mass lent by acceleration feedback", *lent, 0.01, 0),
         ],
         answer={"m4": 1e-5, "b4": 0},
         **matrices(chain, "DS"),
@@ -113,6 +111,7 @@ def kalman(plant, K, spread):
     Kalman: gyro, wheels, push, plant
     """
     vertices = plant.vertices
+    noise = " rad/s/√Hz", (-3, 1)
     names = [f"vertex {k} of ±{spread:g} %" for k in range(1, len(vertices) + 1)]
     return Mover(
         "kalman",
@@ -121,15 +120,7 @@ def kalman(plant, K, spread):
         "do? Then give the loop a plant that the observer doesn't have in mind.",
         [
             slider("gyro", "Gyro's noise", " rad/s/√Hz", (-3, 0), 0.05, 0.1, "log"),
-            slider(
-                "wheels",
-                "Noise of the wheels' rate",
-                " rad/s/√Hz",
-                (-3, 1),
-                0.05,
-                0.316,
-                "log",
-            ),
+            slider("wheels", "Noise of the wheels' rate", *noise, 0.05, 0.316, "log"),
             slider("push", "Knocks, as a voltage", " V/√Hz", (-1, 1), 0.05, 2, "log"),
             choice("plant", "The plant is", ["the mean itself", *names]),
         ],

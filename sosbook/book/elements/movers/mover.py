@@ -6,18 +6,10 @@ from ..page import PageElement
 class Mover(PageElement):
     """A page element with controls that computes what it shows; put it last in a cell.
 
-    Parameters
-    ----------
-    script : str
-        The name of its script, and of its tag: "sos-" and that.
-    title : str
-        The heading of the element.
-    hint : str
-        What to try, in a sentence or two.
-    controls : list of dict
-        Made by `slider`, `choice` and `tick`, in their order.
-    **given
-        What the page computes with, as JSON has it; and ``answer``, as for `task`.
+    ``script``: the name of its script, and behind "sos-" of its tag; ``title``: the
+    heading; ``hint``: what to try, in a sentence or two; ``controls``: made by
+    `slider`, `choice` and `tick`, in their order; ``**given``: what the page computes
+    with, as JSON has it, and ``answer``, as for `task`.
     """
 
     sheets = ("mover",)
@@ -35,41 +27,19 @@ class Mover(PageElement):
 def slider(key, label, unit, ends, step, start, scale="linear"):
     """A slider as the page needs it.
 
-    Parameters
-    ----------
-    key : str
-        The name of the value in the script.
-    label : str
-        What stands above the slider.
-    unit : str
-        What stands behind the value, with its space: " s".
-    ends : (float, float)
-        Both ends; powers of ten of the value where the scale is "log".
-    step : float
-        From one position to the next, in the same measure.
-    start : float
-        The value at first.
-    scale : {"linear", "log"}
-        Whether the positions are values or their logarithms to base 10.
+    ``key``: the name of the value in the script; ``label``: what stands above;
+    ``unit``: what stands behind the value, with its space: " s"; ``start``: the value
+    at first; ``ends``, ``step``: both ends, and from one position to the next, of the
+    value, or of its logarithm to base 10 where the ``scale`` isn't "linear" but "log".
 
-    Examples
-    --------
     >>> slider("R", "Weight R", "", (-1, 2), 0.5, 1, "log")["max"]
     2
     """
     if scale not in ("linear", "log"):
         raise ValueError(f'scale must be "linear" or "log", got {scale!r}')
-    low, high = ends
-    return {
-        "key": key,
-        "label": label,
-        "unit": unit,
-        "min": low,
-        "max": high,
-        "step": step,
-        "start": start,
-        "scale": scale,
-    }
+    words = {"key": key, "label": label, "unit": unit}
+    where = {"min": ends[0], "max": ends[1], "step": step, "start": start}
+    return words | where | {"scale": scale}
 
 
 def choice(key, label, names, start=0):

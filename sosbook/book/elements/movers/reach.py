@@ -26,15 +26,9 @@ def reach(plant, top):
     The page computes what the best input leaves at each frequency. What is refused
     and what can be kept is proven here, for each pair of places.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem
-        With an input at each mass, and a disturbance at each.
-    top : float
-        The largest frequency, in rad/s.
+    ``plant``: with an input at each mass, and a disturbance at each; ``top``: the
+    largest frequency, in rad/s.
 
-    Examples
-    --------
     >>> one = np.eye(2)
     >>> chain = SecondOrderSystem(one, one, [[2, -1], [-1, 2]], one, one)
     >>> reach(chain, 5)
