@@ -1,12 +1,13 @@
 """The boards that there are whole programs for: their pins, clocks and signs."""
 
+import re
+
 import numpy as np
 
-from ..controllers.template import written_by
+from ..controllers.template import noted, read, replaced, written_by
 from .robot import Robot
-from .template import fill
 
-__all__ = ["dmp_rate", "pyctrl_signs", "rc_robot", "wired", "wired_as_pyctrl"]
+__all__ = ["dmp_rate", "fill", "pyctrl_signs", "rc_robot", "wired", "wired_as_pyctrl"]
 
 PYCTRL_COUNTS_PER_TURN = 60 * 35.557  # of a wheel, as pyctrl has it
 PYCTRL_WIRING = {  # which can't be changed from outside
@@ -17,6 +18,23 @@ PYCTRL_WIRING = {  # which can't be changed from outside
 }
 #: Rates in Hz of the motion processor in the IMU.
 DMP_RATES = (200, 100, 50, 40, 25, 20, 10, 8, 5, 4)
+
+
+def fill(template, note, values, name="balance"):
+    """The program of a robot from a ``template``, a file of the folder templates.
+
+    It runs as it stands, with an example's numbers. In ``#define NAME 0``, ``static
+    const int NAME = 0;`` or ``NAME = 0`` the value is replaced by that of ``values``.
+    ``note``: lines that say where the program comes from; ``name``: what stands for
+    "balance" in the names of files and of functions.
+    """
+    text = read("sosbook.pendulum", template)
+    for label, value in values.items():
+        defines = rf"^(#define {label} |(?:static .*\b)?{label}(?:\[\w*\])* = )"
+        text = replaced(rf"{defines}[^;\n]*?(?=;|  ?/\*|  #|$)", text, str(value))
+    text = re.sub(r"\bbalance(?=_|\.(?:c|h|py|ino)\b)|(?<=_)balance\b", name, text)
+    text = re.sub(r"\bBALANCE(?=_)", name.upper(), text)
+    return noted(text, note)
 
 
 def wired(robot):

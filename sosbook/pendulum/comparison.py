@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from ..display.escape import page_text
-from .finding import Finding
 from .fit_spread import FitSpread
-from .heading import Heading, track_heading
+from .log_checks import Subject
 from .modelled import Model
 from .report import PAGE, curve, write_page
 from .ticks import TickLog
-from .tracking import Tracking, track
+from .tracking import Heading, Tracking, track, track_heading
 from .turning import turning_plants
 
 __all__ = ["Comparison", "compare"]
@@ -192,12 +191,12 @@ def compare(log, model):
     speed = float(np.sqrt(np.nanmean(step**2))) * robot.counts / (2 * np.pi)
     if speed < LEAST_COUNTS:
         text = f"the wheels turn by {speed:.2g} counts a tick, too little to fit"
-        findings.append(Finding("warning", "the motion", text))
+        findings.append(Subject("the motion").warned(text))
     else:
         try:
             tracking = track(log, model.mip, model.law.T, robot.counts)
         except ValueError as error:
-            findings.append(Finding("warning", "the motion", str(error)))
+            findings.append(Subject("the motion").warned(str(error)))
     if tracking:
         findings += _motion(tracking, robot)
     turning = None
@@ -206,7 +205,7 @@ def compare(log, model):
         try:
             turning = track_heading(log, model.law.T, robot.counts, late)
         except ValueError as error:
-            findings.append(Finding("warning", "the heading", str(error)))
+            findings.append(Subject("the heading").warned(str(error)))
     return Comparison(model, log, tracking, tuple(findings), turning)
 
 
@@ -255,7 +254,7 @@ def _clock(log, robot):
             f"{100 * share:.2g} % of the ticks are late by more than jitter = "
             f"{1000 * robot.jitter:g} ms, the worst by {1000 * late.max():.3g} ms"
         )
-    return [Finding("warning", "the clock", text) for text in found]
+    return [*map(Subject("the clock").warned, found)]
 
 
 def _program(log, model):
@@ -280,7 +279,7 @@ def _program(log, model):
                 "law gives for the logged readings: another program ran, or the log "
                 "has gaps"
             )
-    return [Finding("warning", "the program", text) for text in texts]
+    return [*map(Subject("the program").warned, texts)]
 
 
 def _limits(log, model):
@@ -301,7 +300,7 @@ def _limits(log, model):
             f"the battery sinks to {low:.3g} V, below limit = {robot.limit:g} V: "
             "the program asks for more than there is"
         )
-    return [Finding("warning", "the run", text) for text in found]
+    return [*map(Subject("the run").warned, found)]
 
 
 def _motion(tracking, robot):
@@ -319,7 +318,7 @@ def _motion(tracking, robot):
             f"the gears eat {tracking.values['friction']:.2g} V by friction, which no "
             "proof has: a small oscillation about upright comes from it"
         )
-    return [Finding("warning", "the motion", text) for text in found]
+    return [*map(Subject("the motion").warned, found)]
 
 
 def write_comparison(comparison, folder):

@@ -11,14 +11,13 @@ from ..controllers.gains import Gains
 from ..controllers.numbers import FLOAT_TYPES, single
 from ..controllers.program import MATRICES, SINGLE
 from ..controllers.template import noted, read, renamed, written_by
-from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired
+from .boards import PYCTRL_COUNTS_PER_TURN, fill, pyctrl_signs, rc_robot, wired
 from .drive import Drive
 from .firmware import Firmware
 from .law import PD_SIGNALS
 from .recording import board_files
 from .robot import Robot
 from .steering import Steering
-from .template import fill
 
 __all__ = ["Program"]
 

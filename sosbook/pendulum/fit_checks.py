@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from .experiments import STICTION_SPEED
-from .finding import refusal, warning
+from .log_checks import Subject
 from .srivc import respond
 
 __all__ = ["check_fit", "check_fits", "lateness", "wheel_lateness", "widened"]
@@ -54,42 +54,38 @@ def check_fits(identified, body, wheels, robot):
 
 def _together(identified, robot):
     """Whether both logs are of one robot, and of one that can be."""
-    kappa, both = identified.contradiction, "both logs"
+    kappa, both = identified.contradiction, Subject("both logs")
     (low, high), (least, most) = CONTRADICTION_LIMITS
     if identified.body.alone is not None:
         if not low <= kappa <= high:
-            yield warning(
-                both,
+            yield both.warned(
                 f"f/e is the wheels' log's, which explains the body's as well as its "
                 f"own that is {kappa:.3g} times as much: friction or play hides it in "
-                "the body's motion. A larger amplitude says more",
+                "the body's motion. A larger amplitude says more"
             )
     elif not low <= kappa <= high:
-        yield (warning if least <= kappa <= most else refusal)(
-            both,
+        yield (both.warned if least <= kappa <= most else both.refused)(
             f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
             "should be one on one robot: wrong counts per turn, a gyro in "
             "another unit, late or askew, V as a duty in one log, swapped "
             "columns, friction that is ignored, or play in the gears, beside which "
-            "the motion is small: take friction = true and a larger amplitude",
+            "the motion is small: take friction = true and a larger amplitude"
         )
     for name, value in identified.ratios.items():
         least, most = PLAUSIBLE_RATIOS[name]
         if not least <= value <= most:
-            yield refusal(
-                both,
+            yield both.refused(
                 f"{name.replace('_', '/')} = {value:.4g} is beyond any such robot's "
                 f"({least:g} to {most:g}): check the units of V, of the sensors and "
-                "of t",
+                "of t"
             )
     free = robot.limit * identified.mip.e / identified.mip.f
     least, most = PLAUSIBLE_SPEEDS
     if not least <= free <= most:
-        yield refusal(
-            both,
+        yield both.refused(
             f"with limit = {robot.limit:g} V free wheels would turn at "
             f"{free:.3g} rad/s, and such motors' turn at {least:g} to {most:g}: "
-            "is V a duty in both logs, or in mV, or limit another motor's?",
+            "is V a duty in both logs, or in mV, or limit another motor's?"
         )
     yield from _outside(identified.mip, free * 30 / np.pi, robot)
 
@@ -98,40 +94,35 @@ def _outside(mip, rpm, robot):
     """Whether a sheet and a stopwatch, where they are described, say the same."""
     sheet, swings = robot.free_rpm, 20 * np.pi * np.sqrt(mip.c / mip.d)
     if sheet and abs(np.log(rpm / sheet)) > SHEET_SHARE:
-        yield refusal(
-            "both logs",
+        yield Subject("both logs").refused(
             f"by them a free wheel turns at {rpm:.0f} rpm under limit, and by the "
-            f"sheet at {sheet:g}: is V what a motor gets, and the battery the sheet's?",
+            f"sheet at {sheet:g}: is V what a motor gets, and the battery the sheet's?"
         )
     if robot.ten_swings and abs(np.log(swings / robot.ten_swings)) > WATCH_SHARE:
-        yield refusal(
-            "log of the body",
+        yield Subject("log of the body").refused(
             f"by it ten swings take {swings:.1f} s, and by the stopwatch "
             f"{robot.ten_swings:g}: is it this body's, and t in seconds of a clock "
-            "that is right?",
+            "that is right?"
         )
 
 
 def _description(mip, robot):
     """Whether the described masses and lengths fit the pendulum of the logs."""
-    described, rim = "the description", robot.M_w * robot.r**2
+    described, rim = Subject("the description"), robot.M_w * robot.r**2
     if robot.l**2 * robot.M_b * 8 < mip.c:
-        yield warning(
-            described,
+        yield described.warned(
             f"the body's inertia about the axle, {mip.c:.3g} kg m^2, is over eight "
-            "times M_b l^2: check l, and that M_b is in kg",
+            "times M_b l^2: check l, and that M_b is in kg"
         )
     if not 1e-4 <= mip.e / robot.M_b <= 10:
-        yield refusal(
-            described,
+        yield described.refused(
             f"e = {mip.e:.3g} N m/V for a body of {robot.M_b:g} kg: "
-            "check that M_b is in kg and V in volts",
+            "check that M_b is in kg and V in volts"
         )
     if mip.I_w < LEAST_WHEEL * rim:
-        yield refusal(
-            described,
+        yield described.refused(
             f"by the logs a wheel has the inertia {mip.I_w:.3g} kg m^2, and no wheel "
-            f"with M_w r^2 = {rim:.3g} kg m^2 has so little: check M_b, M_w and r",
+            f"with M_w r^2 = {rim:.3g} kg m^2 has so little: check M_b, M_w and r"
         )
 
 
@@ -140,7 +131,7 @@ def check_fit(experiment, fits, log, counts):
 
     A turn of a wheel has so many ``counts``. It returns findings.
     """
-    subject = f"log of the {experiment}"
+    subject = Subject(f"log of the {experiment}")
     if experiment == "body":
         (fit,) = fits
         return [
@@ -152,7 +143,7 @@ def check_fit(experiment, fits, log, counts):
     findings, one = [], 2 * np.pi / counts / log.T
     for k, fit in enumerate(fits, 1):
         y = np.diff(*log.need(f"encoder{k}")) * one
-        which = f"{subject}, encoder{k}" if len(fits) > 1 else subject
+        which = Subject(f"{subject}, encoder{k}") if len(fits) > 1 else subject
         findings += _residuals(which, fit, y, one)
         late = wheel_lateness(fit, y, log)
         findings += _late(subject, f"encoder{k}", late, fit)
@@ -168,14 +159,13 @@ def _residuals(subject, fit, y, quantum):
     if fit.rms < 0.5 * quantum:
         return  # coarse counts explain it
     if relative > RESIDUAL_LIMITS[1]:
-        yield refusal(subject, text + ": the model isn't this log's")
+        yield subject.refused(text + ": the model isn't this log's")
     elif relative > RESIDUAL_LIMITS[0] and fit.rms > 1.5 * quantum:
-        yield warning(subject, f"{text}: {UNMODELLED}?")
+        yield subject.warned(f"{text}: {UNMODELLED}?")
     elif fit.rms > STRUCTURED_RESIDUAL * floor and relative > 0.005:
-        yield warning(
-            subject,
+        yield subject.warned(
             f"{text}, {fit.rms / floor:.1f} times its own noise: something isn't "
-            f"modelled ({UNMODELLED})",
+            f"modelled ({UNMODELLED})"
         )
 
 
@@ -187,10 +177,9 @@ def _start(subject, fit, log):
         return
     first, last = (float(np.sqrt(np.mean(x**2))) for x in (early, later))
     if first > MOVES * last and first > RESIDUAL_LIMITS[0] * np.std(log.gyro):
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"in the first second the model is off by {first:.2g} rad/s, later by "
-            f"{last:.2g}: the body moves when the log begins. Start it at rest",
+            f"{last:.2g}: the body moves when the log begins. Start it at rest"
         )
 
 
@@ -206,32 +195,30 @@ def _each(subject, fit, log):
     said = f"alone, the {name} motor moves the body {share:.2g} times as much as the "
     if share < WEAK_MOTOR:
         why = "is it dead, unplugged or reversed, or does its wheel slip?"
-        yield refusal(subject, f"{said}{other} one: {why}")
+        yield subject.refused(f"{said}{other} one: {why}")
     elif share < UNEQUAL_MOTORS:
         why = "gears that rub, or motors that differ: unequal in robot.toml bears it"
-        yield warning(subject, f"{said}{other} one: {why}")
+        yield subject.warned(f"{said}{other} one: {why}")
 
 
 def _alike(subject, fits):
     """Whether both wheels, by their ``fits``, turn alike under the same voltage."""
     ratio = fits[0]["e_a"] / fits[-1]["e_a"]
     if not 1 / MOST_APART <= ratio <= MOST_APART:
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"under the same V encoder1 moves {ratio:.3g} times as much as encoder2: "
             "has one lost a channel, or other counts per turn? Does a wheel touch "
-            "something?",
+            "something?"
         )
 
 
 def _late(subject, column, late, fit):
     """What to say of a column that is so many samples late; play may do it."""
     if late:
-        yield (warning if "play" in fit.names else refusal)(
-            subject,
+        yield (subject.warned if "play" in fit.names else subject.refused)(
             f"{column} seems to be {abs(late):g} sample(s) "
             f"{'late' if late > 0 else 'early'} against V: read the sensors "
-            "before V acts, in the same row",
+            "before V acts, in the same row"
         )
 
 

@@ -6,10 +6,9 @@ their agreement are held against what a working robot does.
 
 from dataclasses import dataclass
 
-from .finding import Finding, refused
 from .fit_checks import check_fits, widened
 from .identify import identify
-from .log_checks import check_log
+from .log_checks import Finding, check_log, refused
 
 __all__ = ["Finding", "Inspection", "check_fits", "check_log", "refused", "widened"]
 

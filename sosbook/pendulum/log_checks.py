@@ -1,13 +1,13 @@
 """What can be seen in one log before any fit."""
 
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
 
 from .counters import Counter
-from .finding import refusal, warning
 
-__all__ = ["check_log"]
+__all__ = ["Finding", "Subject", "check_log", "refused"]
 
 SPIKE_STEPS = 12.0  # times the usual step away from both neighbours
 CLIPPED_SAMPLES = 4  # samples in a row at the very largest value
@@ -19,6 +19,39 @@ PLAUSIBLE_VOLTS = 0.2, 60.0  # of a plausible chirp
 PLAUSIBLE_T = 1e-3, 0.1  # s, between two samples
 
 
+@dataclass(frozen=True)
+class Finding:
+    """Something about the logs that a working robot doesn't do.
+
+    ``severity``, {"refused", "warning"}: whether it forbids a program; ``subject``: the
+    log or the fit; ``text``: what is wrong, and what it may come from.
+    """
+
+    severity: str
+    subject: str
+    text: str
+
+    def __str__(self):
+        return f"{self.subject}: {self.text}"
+
+
+class Subject(str):
+    """A log or a fit by its name, about which there are findings."""
+
+    def refused(self, text):
+        """A `Finding` that forbids a program; the ``text`` says why."""
+        return Finding("refused", str(self), text)
+
+    def warned(self, text):
+        """A `Finding` that forbids nothing; the ``text`` says what."""
+        return Finding("warning", str(self), text)
+
+
+def refused(findings):
+    """The findings that forbid a program, unless it is forced."""
+    return [f for f in findings if f.severity == "refused"]
+
+
 def check_log(name, log, robot=None):
     """Look at one log before any fit.
 
@@ -28,7 +61,7 @@ def check_log(name, log, robot=None):
     """
     if name not in ("body", "wheels"):
         raise ValueError(f"name must be 'body' or 'wheels', got {name!r}")
-    subject = f"log of the {name}"
+    subject = Subject(f"log of the {name}")
     findings = [*_whole(subject, log, robot)]
     if name == "body":
         return findings + [*_gyro(subject, log, *log.need("gyro"), robot)]
@@ -42,47 +75,42 @@ def _whole(subject, log, robot):
     """What time and voltage say of a log."""
     low, high = PLAUSIBLE_T
     if not low <= log.T <= high:
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"samples are {log.T:g} s apart, which is no robot's "
-            "clock: t must be in seconds (not in ms)",
+            "clock: t must be in seconds (not in ms)"
         )
     for column, lost in log.filled.items():
-        yield warning(
-            subject,
+        yield subject.warned(
             f"{column} says nothing in {lost} sample(s), which lines fill: look at its "
-            "bus",
+            "bus"
         )
     top = abs(log.V).max()
     if not PLAUSIBLE_VOLTS[0] <= top <= PLAUSIBLE_VOLTS[1]:
-        yield refusal(
-            subject, f"V reaches {top:g}: it must be in volts, not a duty or mV"
+        yield subject.refused(
+            f"V reaches {top:g}: it must be in volts, not a duty or mV"
         )
     elif robot and top > 1.05 * robot.limit:
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"V reaches {top:g} V, but limit = {robot.limit:g} V: "
-            "are V and the description about the same motors?",
+            "are V and the description about the same motors?"
         )
     if abs(log.V[:SAMPLES_AT_REST]).max() == 0 and len(set(log.V)) < 5:
-        yield refusal(subject, "V hardly changes: it needs a chirp")
+        yield subject.refused("V hardly changes: it needs a chirp")
 
 
 def _gyro(subject, log, y, robot):
     """What a gyro's column y says."""
     if (y == np.round(y)).all() and np.ptp(y) > 10:
-        yield refusal(
-            subject,
+        yield subject.refused(
             "gyro has whole numbers: is it raw, or an encoder's column? It must be in "
-            "rad/s",
+            "rad/s"
         )
     still = np.flatnonzero(np.diff(y))
     longest = np.diff(np.concatenate([[0], still + 1, [len(y)]])).max()
     if longest > max(FROZEN_SHARE * len(y), CLIPPED_SAMPLES):
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"gyro says the same for {longest} samples: it is frozen, or the body is "
-            "blocked. Look at its wires and record it anew",
+            "blocked. Look at its wires and record it anew"
         )
         return
     yield from _fast(subject, "gyro", y, "is it in deg/s? It must be in rad/s")
@@ -90,29 +118,26 @@ def _gyro(subject, log, y, robot):
     for end in (y.max(), y.min()):
         longest = max(len([*run]) for at, run in groupby(y == end) if at)
         if longest >= CLIPPED_SAMPLES and abs(end) > 0.5 * top and top > 0:
-            yield refusal(
-                subject,
+            yield subject.refused(
                 f"gyro stays at {end:.4g} rad/s for {longest} samples: it is clipped. "
-                "Widen its range or lower V",
+                "Widen its range or lower V"
             )
             break
     else:
         if robot and top > 0.98 * robot.gyro_range:
             beyond = top > 1.01 * robot.gyro_range
             words = "more than" if beyond else "it is clipped at"
-            yield refusal(
-                subject,
+            yield subject.refused(
                 f"gyro reads {top:.3g} rad/s: {words} gyro_range = "
-                f"{robot.gyro_range:g} rad/s",
+                f"{robot.gyro_range:g} rad/s"
             )
     spikes, jumps = _spikes(y)
     if len(jumps) and _goes_over(y, jumps):
         before, after = y[jumps[0]], y[jumps[0] + 1]
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"gyro jumps from {before:.4g} to {after:.4g} rad/s, the first time in "
             f"{_row(log, jumps[0] + 1)}: the body turns faster than its number can "
-            "say, which goes on at the other end. Widen the gyro's range or lower V",
+            "say, which goes on at the other end. Widen the gyro's range or lower V"
         )
     else:
         yield from _glitches(subject, log, "gyro", spikes)
@@ -122,36 +147,32 @@ def _encoder(subject, log, column, y, robot):
     """What an encoder's ``column`` y says."""
     counter = log.unwrapped.get(column)
     if counter is not None:
-        yield warning(
-            subject,
+        yield subject.warned(
             f"{column} is of a counter of {counter.bits} bits, which goes over its end "
             f"{len(counter.wraps)} time(s), first in {_row(log, counter.wraps[0])}: "
-            "it is read as one that goes on",
+            "it is read as one that goes on"
         )
     elif (counter := Counter.of(y)) is not None:  # it isn't known how far it went
         if counter.too_fast:
-            yield refusal(
-                subject,
+            yield subject.refused(
                 f"{column} seems to be of a counter of {counter.bits} bits, which goes "
                 f"over its end {len(counter.wraps)} times, first in "
                 f"{_row(log, counter.wraps[0])}, and by too much between two samples "
-                "to say how far: read it more often, count in more bits, or lower V",
+                "to say how far: read it more often, count in more bits, or lower V"
             )
         else:
             apart = np.diff(counter.wild, prepend=-2) > 1
             yield from _glitches(subject, log, column, counter.wild[apart])
         return
     if (y != np.round(y)).any():
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"{column} has fractions: it must be in counts, not in rad or degrees, "
-            "and no gyro's column",
+            "and no gyro's column"
         )
     if np.ptp(y) == 0:
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"{column} says the same all the time: is the motor or the encoder dead, "
-            "or V too small to turn the wheel?",
+            "or V too small to turn the wheel?"
         )
         return
     turn = 2 * np.pi / (robot.counts if robot else 2000.0)
@@ -164,9 +185,8 @@ def _fast(subject, column, rate, question):
     """Ask a ``question`` about a ``column`` whose ``rate`` no such robot has."""
     fast = np.quantile(abs(rate), 0.98)
     if fast > FASTEST_RATE:
-        yield refusal(
-            subject,
-            f"{column} means {fast:.3g} rad/s, faster than such robots are: {question}",
+        yield subject.refused(
+            f"{column} means {fast:.3g} rad/s, faster than such robots are: {question}"
         )
 
 
@@ -186,11 +206,10 @@ def _spikes(y, least=1e-12):
 def _glitches(subject, log, column, spikes):
     """What to say of so many ``spikes``."""
     if len(spikes):
-        yield refusal(
-            subject,
+        yield subject.refused(
             f"{column} has {len(spikes)} spike(s), the first in "
             f"{_row(log, spikes[0])}: a glitch of the bus? Cut the log there or record "
-            "it anew",
+            "it anew"
         )
 
 

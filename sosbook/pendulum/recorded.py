@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 from .deployment import described_or_none
-from .finding import refusal, refused, warning
 from .fit_checks import check_fit
 from .identify import fitted
 from .log import Log
-from .log_checks import check_log
+from .log_checks import Subject, check_log, refused
 
 __all__ = ["Recording", "check_recording"]
 
@@ -79,15 +78,15 @@ def check_recording(path, robot=None, experiment=None):
     if experiment not in EXPERIMENTS:
         raise ValueError(f"experiment must be one of {EXPERIMENTS}, got {experiment!r}")
     findings = check_log(experiment, log, robot)
-    fits, subject = (), f"log of the {experiment}"
+    fits, subject = (), Subject(f"log of the {experiment}")
     if robot is None and experiment == "wheels":
         presumed = f"no description: e/a is for {UNDESCRIBED_COUNTS:g} counts a turn"
-        findings.append(warning(subject, presumed))
+        findings.append(subject.warned(presumed))
     counts = robot.counts if robot else UNDESCRIBED_COUNTS
     try:
         fits = fitted(experiment, log, counts, robot is not None and robot.friction)
     except ValueError as error:
-        findings.append(refusal(subject, str(error)))
+        findings.append(subject.refused(str(error)))
     else:
         findings += check_fit(experiment, fits, log, counts)
     for fit in fits:
@@ -103,7 +102,6 @@ def _vague(fit, subject):
         if "_" in name and 1.96 * sd > VAGUE * abs(fit[name])
     ]
     if wide:
-        yield warning(
-            subject,
-            f"it gives {', '.join(wide)} only: sweep longer, or with a larger V",
+        yield subject.warned(
+            f"it gives {', '.join(wide)} only: sweep longer, or with a larger V"
         )

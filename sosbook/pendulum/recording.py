@@ -9,9 +9,14 @@ from ..controllers.numbers import single
 from ..controllers.template import written_by
 from ..plants.checks import positive
 from ..runtime.writing import write_texts
-from .boards import PYCTRL_COUNTS_PER_TURN, pyctrl_signs, rc_robot, wired_as_pyctrl
+from .boards import (
+    PYCTRL_COUNTS_PER_TURN,
+    fill,
+    pyctrl_signs,
+    rc_robot,
+    wired_as_pyctrl,
+)
 from .robot import Robot
-from .template import fill
 
 __all__ = ["board_files", "recorders", "sweeps", "write_recorders"]
 
