@@ -1,6 +1,6 @@
 """Families of plants that the solvers are timed on.
 
-``python -m benchmarks.families`` lists and times them.
+``python -m benchmarks`` lists and times them.
 
 Half of them are for tuning the solver: whoever changes it may look at them as
 often as he likes. The other half is held back: it is only run to report. No

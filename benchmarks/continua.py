@@ -1,7 +1,7 @@
 """Beams, plates and rotors of finite elements.
 
 Each function gives a plant and what is asked of it, by the arguments of
-the kind of request that `benchmarks.families` names. Units are such that
+the kind of request that `benchmarks.catalogue` names. Units are such that
 the lowest frequencies are of the order of one to ten.
 """
 

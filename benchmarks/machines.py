@@ -1,7 +1,7 @@
 """Pendulums, arms and bicycles.
 
 Each function gives a plant and what is asked of it, by the arguments of
-the kind of request that `benchmarks.families` names.
+the kind of request that `benchmarks.catalogue` names.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Plants made of masses and springs: chains, grids, trees, buildings, modes.
 
 Each function gives a plant and what is asked of it, by the arguments of
-the kind of request that `benchmarks.families` names. Those with a ``seed``
+the kind of request that `benchmarks.catalogue` names. Those with a ``seed``
 draw masses and stiffnesses, so that no size is like another.
 """
 

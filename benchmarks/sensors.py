@@ -18,7 +18,7 @@ import numpy as np
 
 import sosbook as sos
 
-from .masses import network
+from . import verify_plants as known
 from .records import store
 from .run import machine
 
@@ -26,133 +26,53 @@ RESULTS = Path(__file__).with_name("sensors.json")
 SAMPLES = 400  # random plants between the vertices
 
 
-def chain(springs, wall, masses, damping=0.05):
-    """M, D, S of masses in a row, the first one also on a spring to a wall."""
-    ties = [(i, i + 1, k) for i, k in enumerate(springs)]
-    S = network(len(masses), [*ties, (0, None, wall)])
-    return np.diag(np.array(masses, float)), damping * S, S
-
-
-def some(n, *at):
-    """Rows of the identity."""
-    return np.eye(n)[list(at)]
-
-
-def family(build, **ranges):
-    """The polytope of the corners of some ranges."""
-    corners = product(*ranges.values())
-    return sos.Polytope([build(**dict(zip(ranges, c))) for c in corners])
-
-
-def three_masses(k):
-    return sos.SecondOrderSystem(
-        *chain([k, k], 1, (1, 1, 1)), some(3, 0).T, some(3, 2).T
-    )
-
-
-def two_masses(m):
-    return sos.SecondOrderSystem(*chain([1], 0.5, (1, m)), some(2, 0).T, some(2, 1).T)
-
-
-def carts(m, k):
-    return sos.SecondOrderSystem(*chain([k], 1, (1, m)), np.eye(2), some(2, 1).T)
-
-
-def quarter_car(m):
-    k, c, tyre, wheel = 16e3, 1e3, 160e3, 45.0
-    D, S = [[c, -c], [-c, c]], [[k, -k], [-k, k + tyre]]
-    return sos.SecondOrderSystem(np.diag([m, wheel]), D, S, [[1], [-1]], [[0], [tyre]])
-
-
-def cart_and_pendulum(m):
-    cart, long, g = 1.0, 0.5, 9.81
-    M = [[cart + m, m * long], [m * long, m * long**2]]
-    S = [[0, 0], [0, -m * g * long]]
-    return sos.SecondOrderSystem(M, np.diag([0.1, 0.01]), S, [[1], [0]], [[0], [1]])
-
-
-def flexible_joint(J, k):
-    D, S = [[0.15, -0.05], [-0.05, 0.05]], [[k, -k], [-k, k]]
-    return sos.SecondOrderSystem(np.diag([1, J]), D, S, [[1], [0]], [[0], [1]])
-
-
-def rotor(speed):
-    D = 0.02 * np.eye(2) + 0.6 * speed * np.array([[0, 1], [-1, 0]])
-    return sos.SecondOrderSystem(np.eye(2), D, -4 * np.eye(2), np.eye(2), np.eye(2))
-
-
-def building(a, b):
-    parts = chain([100 * b, 80 * b], 120 * b, (a, a, 0.8 * a), 0.002)
-    B = [[1, 0], [0, -1], [0, 1]]
-    return sos.SecondOrderSystem(*parts, B, np.ones((3, 1)))
-
-
-def damped_masses(m, k, d):
-    D, S = [[0.1 + d, -d], [-d, d]], [[1 + k, -k], [-k, k]]
-    return sos.SecondOrderSystem(np.diag([1, m]), D, S, [[1], [0]], [[0], [1]])
-
-
-def five_masses(m, k):
-    parts = chain([k] * 4, 1, (1, 1, m, 1, 1))
-    return sos.SecondOrderSystem(*parts, some(5, 0, 2, 4).T, some(5, 1).T)
-
-
-def hovering_body(m):
-    M = np.diag([m, 0.1 + 0.05 * (m - 1), 0.2]) + 0.02 * (m - 1)
-    B = [[1, 1, 1], [0.3, -0.3, 0], [0.2, 0.2, -0.4]]
-    return sos.SecondOrderSystem(M, 0.02 * np.eye(3), np.zeros((3, 3)), B, np.eye(3))
-
-
-def benchmark(k):
-    S = k * np.array([[1, -1], [-1, 1]])
-    return sos.SecondOrderSystem(np.eye(2), np.zeros((2, 2)), S, [[1], [0]], [[0], [1]])
+def family(parts, **ranges):
+    """The polytope of the corners of some ranges; one plant without any."""
+    plants = []
+    for values in product(*ranges.values()):
+        made = parts(**dict(zip(ranges, values)))
+        plants.append(sos.SecondOrderSystem(*(np.array(x, float) + 0.0 for x in made)))
+    return sos.Polytope(plants) if ranges else plants[0]
 
 
 def _plants():
     """(name, plant, law) of each."""
-    PID, both = sos.PIDLaw, np.eye(2)
-    one = some(3, 0)
-    k3 = family(three_masses, k=(0.8, 1.25))
+    PID, both, stroke, drifts = sos.PIDLaw, np.eye(2), [[1, -1]], known.DRIFTS
+    one, first, far = known.pick(3, 0), known.FIRST, known.SECOND
+    k3 = family(known.three_masses, k=(0.8, 1.25))
     mk = dict(m=(0.5, 1.5), k=(0.8, 1.6))
     yield "three masses, z1 and z1', PID", k3, PID(one, one, integrate=True)
     yield "three masses, z1, PID", k3, PID(one, integrate=True, filter=0.05)
-    first = some(2, 0)
-    yield "two masses, mass, PD", family(two_masses, m=(0.5, 1.5)), PID(first, first)
+    yield "two masses, mass, PD", family(known.pair, m=(0.5, 1.5)), PID(first, first)
+    carts = family(known.carts, **mk)
     law = PID(both, both, integrate=True, structure="diagonal")
-    yield "carts, mass and spring, decentralised PID", family(carts, **mk), law
+    yield "carts, mass and spring, decentralised PID", carts, law
     law = PID(both, integrate=True, filter=0.1, structure="diagonal")
-    yield "carts, positions, decentralised PID", family(carts, **mk), law
-    stroke = [[1, -1]]
-    yield (
-        "quarter car, stroke, PD",
-        family(quarter_car, m=(250, 350)),
-        PID(stroke, stroke),
-    )
-    cart = family(cart_and_pendulum, m=(0.1, 0.3))
+    yield "carts, positions, decentralised PID", carts, law
+    car = family(known.car, m=(250, 350))
+    yield "quarter car, stroke, PD", car, PID(stroke, stroke)
+    cart = family(known.pendulum_on_cart, m=(0.1, 0.3))
     yield "cart and pendulum, positions, PD", cart, PID(both, filter=0.01)
-    arm = family(flexible_joint, J=(1, 2), k=(8, 12))
+    arm = family(known.joint, J=(1, 2), k=(8, 12))
     yield "flexible joint, motor, PID", arm, PID(first, integrate=True, filter=0.02)
     law = PID(both, integrate=True, filter=0.02, structure=[["a", 0], [0, "a"]])
-    yield "rotor, equal gains, positions, PID", family(rotor, speed=(0, 8)), law
-    drifts = [[1, 0, 0], [0, -1, 1]]
-    house = family(building, a=(0.85, 1.15), b=(0.8, 1.2))
-    yield (
-        "building, drifts and rates, PD",
-        house,
-        PID(drifts, drifts, structure="diagonal"),
-    )
-    mkd = dict(m=(0.7, 1.4), k=(0.7, 1.4), d=(0.02, 0.1))
+    rotor = family(known.bearings, speed=(0, 8))
+    yield "rotor, equal gains, positions, PID", rotor, law
+    house = family(known.building, a=(0.85, 1.15), b=(0.8, 1.2))
+    law = PID(drifts, drifts, structure="diagonal")
+    yield "building, drifts and rates, PD", house, law
+    damped = family(known.two, m=(0.7, 1.4), k=(0.7, 1.4), d=(0.02, 0.1))
     law = PID(first, first, integrate=True)
-    yield "two masses, m, k and d, PID", family(damped_masses, **mkd), law
-    three = some(5, 0, 2, 4)
-    five = family(five_masses, m=(0.6, 1.6), k=(0.8, 1.3))
-    yield "five masses, decentralised PD", five, PID(three, three, structure="diagonal")
-    body = family(hovering_body, m=(1, 2))
+    yield "two masses, m, k and d, PID", damped, law
+    five = family(known.five_masses, m=(0.6, 1.6), k=(0.8, 1.3))
+    law = PID(known.OUTER, known.OUTER, structure="diagonal")
+    yield "five masses, decentralised PD", five, law
+    body = family(known.hover, m=(1, 2))
     yield "hovering body, positions, full PD", body, PID(np.eye(3), filter=0.05)
-    far = some(2, 1)
-    pair = family(benchmark, k=(0.5, 2))
+    pair = family(known.free_masses, k=(0.5, 2))
     yield "two masses, the far one, order 3", pair, sos.DynamicLaw(3, far)
-    yield "two masses, k = 1, order 2", benchmark(1), sos.DynamicLaw(2, far)
+    pair = family(known.free_masses)
+    yield "two masses, k = 1, order 2", pair, sos.DynamicLaw(2, far)
 
 
 PLANTS = tuple(_plants())

@@ -100,85 +100,66 @@ def pick(n, *places):
     return np.eye(n)[list(places)]
 
 
-def chain(tau=None):
-    def plant(k):
-        springs = row(3, [k, k], 1)
-        return law(*springs, pick(3, 0).T, pick(3, 2).T, pick(3, 0), pick(3, 2), 1, tau)
-
-    return plant
+OUTER = pick(5, 0, 2, 4)
 
 
-def carts(tau=None):
-    def plant(m, k):
-        springs = row(2, [k], 1, (1, m))
-        return law(*springs, I2, pick(2, 1).T, I2, pick(2, 1), 2, tau)
+def three_masses(k):
+    return *row(3, [k, k], 1), pick(3, 0).T, pick(3, 2).T
 
-    return plant
+
+def carts(m, k):
+    return *row(2, [k], 1, (1, m)), I2, pick(2, 1).T
 
 
 def pair(m):
-    springs = row(2, [1], 0.5, (1, m))
-    return law(*springs, pick(2, 0).T, pick(2, 1).T, pick(2, 0), pick(2, 1))
+    return *row(2, [1], 0.5, (1, m)), pick(2, 0).T, pick(2, 1).T
 
 
 def car(m):
     D, S = [[1000, -1000], [-1000, 1000]], [[16000, -16000], [-16000, 176000]]
     M = np.array([[m, 0], [0, 45]], dtype=object)
-    return law(M, D, S, [[1], [-1]], [[0], [160000]], [[1, -1]], [[1, 0]])
+    return M, D, S, [[1], [-1]], [[0], [160000]]
 
 
 def pendulum_on_cart(m):
     M = [[1 + m, m / 2], [m / 2, m / 4]]
     S = [[0, 0], [0, -4.905 * m]]
-    D = [[0.1, 0], [0, 0.01]]
-    return law(M, D, S, [[1], [0]], [[0], [1]], I2, pick(2, 1), tau=0.01)
+    return M, [[0.1, 0], [0, 0.01]], S, [[1], [0]], [[0], [1]]
 
 
 def joint(J, k):
     D = [[0.15, -0.05], [-0.05, 0.05]]
-    M, S = [[1, 0], [0, J]], [[k, -k], [-k, k]]
-    return law(M, D, S, [[1], [0]], [[0], [1]], [[1, 0]], [[0, 1]], 1, 0.02)
+    return [[1, 0], [0, J]], D, [[k, -k], [-k, k]], [[1], [0]], [[0], [1]]
 
 
 def bearings(speed):
     D = [[0.02, 0.6 * speed], [-0.6 * speed, 0.02]]
-    return law(I2, D, -4 * I2, I2, I2, I2, I2, 2, 0.02)
+    return I2, D, -4 * I2, I2, I2
 
 
 def building(a, b):
-    M, D, S = row(3, [100 * b, 80 * b], 120 * b, (a, a, 0.8 * a), 0.002)
-    drifts = [[1, 0, 0], [0, -1, 1]]
-    outputs = [[1, 0, 0], [-1, 1, 0], [0, -1, 1]]
-    return law(M, D, S, [[1, 0], [0, -1], [0, 1]], np.ones((3, 1)), drifts, outputs)
+    parts = row(3, [100 * b, 80 * b], 120 * b, (a, a, 0.8 * a), 0.002)
+    return *parts, [[1, 0], [0, -1], [0, 1]], np.ones((3, 1))
 
 
-def two(m, k, d, integrals=0):
+def two(m, k, d):
     D, S = [[0.1 + d, -d], [-d, d]], [[1 + k, -k], [-k, k]]
-    M = [[1, 0], [0, m]]
-    return law(M, D, S, [[1], [0]], [[0], [1]], [[1, 0]], [[0, 1]], integrals)
+    return [[1, 0], [0, m]], D, S, [[1], [0]], [[0], [1]]
 
 
 def five_masses(m, k):
-    springs = row(5, [k] * 4, 1, (1, 1, m, 1, 1))
-    some = pick(5, 0, 2, 4)
-    return law(*springs, some.T, pick(5, 1).T, some, pick(5, 1))
+    return *row(5, [k] * 4, 1, (1, 1, m, 1, 1)), OUTER.T, pick(5, 1).T
 
 
 def hover(m):
     M = np.diag([m, 0.05 * m + 0.05, 0.2]) + (m - 1) * 0.02 * np.ones((3, 3))
     B = [[1, 1, 1], [0.3, -0.3, 0], [0.2, 0.2, -0.4]]
-    three = np.eye(3)
-    return law(M, 0.02 * three, 0 * three, B, three, three, three, tau=0.05)
+    return M, 0.02 * np.eye(3), 0 * np.eye(3), B, np.eye(3)
 
 
-def free_masses(order):
-    def plant(k):
-        S = k * np.array([[1, -1], [-1, 1]])
-        zero = np.zeros((2, 2))
-        one = pick(2, 1)
-        return law(I2, zero, S, [[1], [0]], one.T, one, one, order=order)
-
-    return plant
+def free_masses(k=1):
+    S = k * np.array([[1, -1], [-1, 1]])
+    return I2, np.zeros((2, 2)), S, [[1], [0]], pick(2, 1).T
 
 
 def bicycle(v):
@@ -186,18 +167,17 @@ def bicycle(v):
     K0, K2 = [[-80.95, -2.5995], [-2.5995, -0.80329]], [[0, 76.597], [0, 2.6543]]
     C1 = np.array([[0, 33.866], [-0.85035, 1.6854]])
     S = 9.81 * np.array(K0) + v**2 * np.array(K2)
-    return law(M, v * C1, S, [[0], [1]], [[1], [0]], I2, [[1, 0]])
+    return M, v * C1, S, [[0], [1]], [[1], [0]]
 
 
 def crane(m, rope):
     M = [[1000 + m, m * rope], [m * rope, m * rope**2]]
-    S = [[0, 0], [0, 9.81 * m * rope]]
-    return law(M, 0 * I2, S, [[1], [0]], [[1], [0]], I2, [[1, 0]])
+    return M, 0 * I2, [[0, 0], [0, 9.81 * m * rope]], [[1], [0]], [[1], [0]]
 
 
 def five_numbers(m1, m2, k1, k2, d):
     D, S = [[0.3 + d, -d], [-d, d]], [[k1 + k2, -k2], [-k2, k2]]
-    return law([[m1, 0], [0, m2]], D, S, [[1], [0]], [[0], [1]], I2, [[0, 1]])
+    return [[m1, 0], [0, m2]], D, S, [[1], [0]], [[0], [1]]
 
 
 def rotor(speed, k):
@@ -207,22 +187,26 @@ def rotor(speed, k):
     S = np.zeros((4, 4), dtype=object)
     S[:2, :2], S[2:, 2:] = k * I2, 0.3 * k * I2
     S[:2, 2:] = S[2:, :2] = 0.1 * I2
-    M = np.diag([1, 1, 0.2, 0.2])
-    return law(M, D, S, pick(4, 0, 1).T, pick(4, 2).T, np.eye(4), pick(4, 0, 1))
+    return np.diag([1, 1, 0.2, 0.2]), D, S, pick(4, 0, 1).T, pick(4, 2).T
 
 
 def arm(load, c):
     """Two links; c is the cosine of the angle between them."""
     M = np.array([[1.2 + 0.41 * load, 0.1], [0.1, 0.2 + 0.16 * load]], dtype=object)
     M = M + c * (0.2 * load + 0.1) * np.array([[2, 1], [1, 0]])
-    return law(M, 0.1 * I2, 0 * I2, I2, I2, I2, I2)
+    return M, 0.1 * I2, 0 * I2, I2, I2
 
 
 def whirling(k, c):
     """A shaft with circulatory forces, in units of 0.3 and 9.81: S isn't symmetric."""
     M, D = 0.3 * 9.81 * I2, 0.9 * I2
-    S = [[9.81 * k, 9.81 * c], [-9.81 * c, 7 * k]]
-    return law(M, D, S, I2, [[1], [0]], I2, I2)
+    return M, D, [[9.81 * k, 9.81 * c], [-9.81 * c, 7 * k]], I2, [[1], [0]]
+
+
+def inside(**v):
+    """The damping is least between the ends of the ranges: its hull is below zero."""
+    d = sum((0.05 + (x - 0.4) ** 2 for x in v.values()), start=0)
+    return [[1, 0], [0, 1]], d * I2, [[2, -1], [-1, 2]], [[1], [0]], [[0], [1]]
 
 
 def heated(c1, c2, h):
@@ -232,81 +216,86 @@ def heated(c1, c2, h):
     return E, A, [[1], [0], [0]], [[0], [0], [1]], [[0, 0, 1]]
 
 
-def inside(**v):
-    """The damping is least between the ends of the ranges: its hull is below zero."""
-    d = sum((0.05 + (x - 0.4) ** 2 for x in v.values()), start=0)
-    M, S = [[1, 0], [0, 1]], [[2, -1], [-1, 2]]
-    return law(M, d * I2, S, [[1], [0]], [[0], [1]], I2, [[0, 1]])
+def known(name, parts, K, sensors, outputs, *more, squares=False, **ranges):
+    """A `Known` of the ``parts`` M, D, S, B, F; ``more`` is that of `law`."""
+
+    def matrices(**values):
+        return law(*parts(**values), sensors, outputs, *more)
+
+    return Known(name, matrices, K, ranges, squares)
 
 
-def known(name, builder, K, squares=False, **ranges):
-    """A `Known` of a builder and its ranges."""
-    return Known(name, builder, K, ranges, squares)
-
-
-def two_with_integral(m, k, d):
-    return two(m, k, d, 1)
-
-
+FIRST, SECOND = pick(2, 0), pick(2, 1)
+DRIFTS = [[1, 0, 0], [0, -1, 1]]
 FAMILIES = [
-    known("three masses, z1 and z1', PID", chain(),
-          [[0.61779, 0, 0, -1.2743, 0, 0, -0.032709]], k=(0.8, 1.25)),
-    known("three masses, z1 only, filter", chain(0.05),
-          [[-24.293, 0, 0, 0, 0, 0, -0.030293, 24.939]], k=(0.8, 1.25)),
-    known("two masses, PD", pair, [[-0.20864, 0, -1.8427, 0]], m=(0.5, 1.5)),
-    known("carts, decentralised PID", carts(),
+    known("three masses, z1 and z1', PID", three_masses,
+          [[0.61779, 0, 0, -1.2743, 0, 0, -0.032709]], pick(3, 0), pick(3, 2), 1,
+          k=(0.8, 1.25)),
+    known("three masses, z1 only, filter", three_masses,
+          [[-24.293, 0, 0, 0, 0, 0, -0.030293, 24.939]],
+          pick(3, 0), pick(3, 2), 1, 0.05, k=(0.8, 1.25)),
+    known("two masses, PD", pair, [[-0.20864, 0, -1.8427, 0]], FIRST, SECOND,
+          m=(0.5, 1.5)),
+    known("carts, decentralised PID", carts,
           [[-9.3547, 0, -5.6799, 0, -9.9995, 0], [0, -9.9999, 0, -5.455, 0, -8.993]],
-          m=(0.5, 1.5), k=(0.8, 1.6)),
-    known("carts, positions only", carts(0.1),
+          I2, SECOND, 2, m=(0.5, 1.5), k=(0.8, 1.6)),
+    known("carts, positions only", carts,
           [[-46.471, 0, 0, 0, -10, 0, 39.406, 0],
-           [0, -51.868, 0, 0, 0, -10, 0, 42.586]], m=(0.5, 1.5), k=(0.8, 1.6)),
-    known("quarter car", car, [[-19952, 19952, -4912.5, 4912.5]], m=(250, 350)),
+           [0, -51.868, 0, 0, 0, -10, 0, 42.586]], I2, SECOND, 2, 0.1,
+          m=(0.5, 1.5), k=(0.8, 1.6)),
+    known("quarter car", car, [[-19952, 19952, -4912.5, 4912.5]], [[1, -1]], FIRST,
+          m=(250, 350)),
     known("cart and pendulum, positions only", pendulum_on_cart,
-          [[3176.2, 2468.5, 0, 0, -3125, -2353.4]], m=(0.1, 0.3)),
+          [[3176.2, 2468.5, 0, 0, -3125, -2353.4]], I2, SECOND, 0, 0.01, m=(0.1, 0.3)),
     known("flexible joint, motor angle only", joint,
-          [[-306.75, 0, 0, 0, -2.1307, 300.73]], J=(1, 2), k=(8, 12)),
+          [[-306.75, 0, 0, 0, -2.1307, 300.73]], FIRST, SECOND, 1, 0.02,
+          J=(1, 2), k=(8, 12)),
     known("magnetic bearings, equal gains", bearings,
           [[-750.83, 0, 0, 0, -187.77, 0, 660.83, 0],
-           [0, -750.83, 0, 0, 0, -187.77, 0, 660.83]], speed=(0, 8)),
+           [0, -750.83, 0, 0, 0, -187.77, 0, 660.83]], I2, I2, 2, 0.02, speed=(0, 8)),
     known("building, decentralised PD", building,
           [[54.506, 0, 0, -22.589, 0, 0], [0, 51.028, -51.028, 0, 44.27, -44.27]],
-          a=(0.85, 1.15), b=(0.8, 1.2)),
-    known("two masses, m k d, PID", two_with_integral,
+          DRIFTS, [[1, 0, 0], [-1, 1, 0], [0, -1, 1]], a=(0.85, 1.15), b=(0.8, 1.2)),
+    known("two masses, m k d, PID", two,
           [[0.35809, 0, -1.7099, 0, -0.08562]],
-          m=(0.7, 1.4), k=(0.7, 1.4), d=(0.02, 0.1)),
+          FIRST, SECOND, 1, m=(0.7, 1.4), k=(0.7, 1.4), d=(0.02, 0.1)),
     known("five masses, decentralised PD", five_masses,
           [[-0.12121, 0, 0, 0, 0, -1.0052, 0, 0, 0, 0],
            [0, 0, -1.1615, 0, 0, 0, 0, -4.4913, 0, 0],
-           [0, 0, 0, 0, -1.2306, 0, 0, 0, 0, -1.3993]], m=(0.6, 1.6), k=(0.8, 1.3)),
+           [0, 0, 0, 0, -1.2306, 0, 0, 0, 0, -1.3993]], OUTER, pick(5, 1),
+          m=(0.6, 1.6), k=(0.8, 1.3)),
     known("hovering body, positions only", hover,
           [[-182.3, -51.851, -7.1831, 0, 0, 0, 183.51, 27.175, -14.041],
            [-266.91, 108.71, -13.796, 0, 0, 0, 242.18, -83.983, -10.075],
-           [-139.19, 1.1659, 92.385, 0, 0, 0, 114.46, -7.0375, -76.831]], m=(1, 2)),
-    known("two free masses, order 3", free_masses(3),
+           [-139.19, 1.1659, 92.385, 0, 0, 0, 114.46, -7.0375, -76.831]],
+          np.eye(3), np.eye(3), 0, 0.05, m=(1, 2)),
+    known("two free masses, order 3", free_masses,
           [[0, 0, 0, 0, -4.4598, 3.4906, -6.4375],
            [0, 1.7721, 0, 0, -1.9109, -0.29641, -0.64557],
            [0, 0.18948, 0, 0, 2.1696, -2.1193, 2.7871],
-           [0, -5.8934, 0, 0, 0.76169, 3.9305, -9.976]], k=(0.5, 2)),
-    known("two free masses, order 2, k = 1", lambda: free_masses(2)(1),
+           [0, -5.8934, 0, 0, 0.76169, 3.9305, -9.976]], SECOND, SECOND, 0, None, 3,
+          k=(0.5, 2)),
+    known("two free masses, order 2, k = 1", free_masses,
           [[0, 0, 0, 0, 0.95224, -0.50659], [0, -1.6092, 0, 0, -0.61477, -1.2098],
-           [0, -0.028654, 0, 0, 0.93701, -1.079]]),
-    known("bicycle, 5 to 10 m/s", bicycle, [[25, -20, 6, -4]], v=(5, 10)),
-    known("bicycle, 3 to 30 m/s", bicycle, [[40, -30, 8, -6]], v=(3, 30)),
-    known("crane, load and rope", crane, [[-600, 4000, -1800, 0]],
+           [0, -0.028654, 0, 0, 0.93701, -1.079]], SECOND, SECOND, 0, None, 2),
+    known("bicycle, 5 to 10 m/s", bicycle, [[25, -20, 6, -4]], I2, FIRST, v=(5, 10)),
+    known("bicycle, 3 to 30 m/s", bicycle, [[40, -30, 8, -6]], I2, FIRST, v=(3, 30)),
+    known("crane, load and rope", crane, [[-600, 4000, -1800, 0]], I2, FIRST,
           m=(100, 4000), rope=(3, 20)),
-    known("two masses, m k d wide, PD", two, [[-0.5, 0.2, -1.2, -0.1]],
+    known("two masses, m k d wide, PD", two, [[-0.5, 0.2, -1.2, -0.1]], FIRST, SECOND,
           m=(0.4, 2), k=(0.4, 2), d=(0.02, 0.2)),
     known("two masses, five numbers", five_numbers, [[-0.5, 0.2, -1.2, -0.1]],
-          m1=(0.8, 1.2), m2=(0.8, 1.2), k1=(0.8, 1.2), k2=(0.8, 1.2), d=(0.05, 0.1)),
+          I2, SECOND, m1=(0.8, 1.2), m2=(0.8, 1.2), k1=(0.8, 1.2), k2=(0.8, 1.2),
+          d=(0.05, 0.1)),
     known("rotor, speed and stiffness", rotor,
           [[-4, 0, 0, 0, -2, 0, 0, 0], [0, -4, 0, 0, 0, -2, 0, 0]],
-          speed=(0, 80), k=(3, 5)),
+          np.eye(4), pick(4, 0, 1), speed=(0, 80), k=(3, 5)),
     known("robot arm, load and angle", arm,
-          [[-9, -1, -6, -0.5], [-1, -4, -0.5, -2]], load=(0, 3), c=(-0.9, 0.9)),
+          [[-9, -1, -6, -0.5], [-1, -4, -0.5, -2]], I2, I2, load=(0, 3), c=(-0.9, 0.9)),
     known("whirling shaft", whirling, [[-3, 0, -4, 0], [0, -2, 0, -5]],
-          k=(1, 4), c=(0, 0.9)),
-    known("heated rooms", heated, [[-2, -0.3, -0.1]],
-          c1=(0.5, 3), c2=(1, 9.81), h=(0.3, 1.2)),
-    *(known(f"least damping inside, {k}", inside, [[-1, 0, -0.1, 0]], True,
-            **{f"v{i}": (0, 1) for i in range(k)}) for k in (1, 2, 3)),
+          I2, I2, k=(1, 4), c=(0, 0.9)),
+    Known("heated rooms", heated, [[-2, -0.3, -0.1]],
+          dict(c1=(0.5, 3), c2=(1, 9.81), h=(0.3, 1.2))),
+    *(known(f"least damping inside, {k}", inside, [[-1, 0, -0.1, 0]], I2, SECOND,
+            squares=True, **{f"v{i}": (0, 1) for i in range(k)}) for k in (1, 2, 3)),
 ]  # fmt: skip
