@@ -15,7 +15,7 @@ from sosbook.mip.modelled import Model
 from sosbook.mip.rig import COUNTS_PER_TURN, DATA
 
 from sosbook.pendulum.robot import STEERING
-from sosbook.pendulum.waits import timed
+from sosbook.pendulum.tuning import timed
 
 THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
 

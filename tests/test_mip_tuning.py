@@ -10,7 +10,7 @@ from sosbook.mip.rest import Gears
 from sosbook.mip.tuning import WEIGHTS, design, peak_of, prove, recoverable_tilt
 
 from sosbook.pendulum.facts import facts
-from sosbook.pendulum.waits import fall_time, timed
+from sosbook.pendulum.tuning import fall_time, timed
 from tests.gains import named
 from tests.six_robots import SIX, pendulum, stand
 from tests.test_mip_robot import GEARS as OTHER

@@ -105,10 +105,6 @@ class SampledLaw:
             While the voltage is at its limit, K_I x3 follows what is
             withheld with this time constant, in s.
 
-        Returns
-        -------
-        SampledLaw
-
         Raises
         ------
         ValueError
@@ -159,10 +155,6 @@ class SampledLaw:
         T : float
             Time between samples, in s.
 
-        Returns
-        -------
-        SampledLaw
-
         Notes
         -----
         Source: thesis (4.26), Appendix B.
@@ -198,10 +190,6 @@ class SampledLaw:
             Time between samples, in s.
         W, start : array_like, optional
             As in `SampledLaw`.
-
-        Returns
-        -------
-        SampledLaw
 
         Notes
         -----

@@ -15,10 +15,8 @@ from .srivc import respond, srivc
 __all__ = ["fit_body", "fit_wheel", "speed"]
 
 BODY_MODELS = ("pendulum", "linear", "free zero")
-SHARPER_STICTION = (
-    0.15,
-    0.05,
-)  # rad/s, tried beside `STICTION_SPEED` where friction is fitted
+#: rad/s, tried beside `STICTION_SPEED` where friction is fitted.
+SHARPER_STICTION = 0.15, 0.05
 AGAIN = 20  # rounds of such a fit, which starts from one that is found
 STEPS_PER_TIME_CONSTANT = 2.0  # of wheels; Runge and Kutta's run away below 0.36
 COARSE_SHARE = 0.5  # of the samples bring a count; of fewer the angles are fitted
@@ -81,11 +79,8 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
     simulated = linear if model in BODY_MODELS[1:] else pendulum
     fit = output_error(simulated, gyro, start)
     if friction:
-        start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER_STICTION:
-            how = dict(steps=4, stick=stick)
-            fits.append(output_error(pendulum, gyro, start, rounds=AGAIN))
-        fit = best(fits)
+        how["steps"] = 4
+        fit = sharper(fit, pendulum, gyro, how)
     if share is not None:
 
         def loose(e, f, d, rub, offset, play):
@@ -182,11 +177,7 @@ def fit_wheel(
     y = turn * (middle - middle[0]) if coarse else rate
     fit = output_error(simulated, y, start)
     if friction:
-        start, fits = dict(zip(fit.names, fit.values)), [fit]
-        for stick in SHARPER_STICTION:
-            how["stick"] = stick
-            fits.append(output_error(rubbing, y, start, rounds=AGAIN))
-        fit = best(fits)
+        fit = sharper(fit, rubbing, y, how)
     if coarse:
         speeds = rate - np.diff(y - fit.residuals) / steps[:-1]
         fit = replace(fit, residuals=speeds)
@@ -203,23 +194,22 @@ def fit_wheel(
     return signs(fit, "wheels", why)
 
 
-def best(fits):
-    """The closest of some fits, as uncertain as those as good make it.
+def sharper(fit, model, y, how):
+    """The closest of a fit and those with sharper friction, of what is as uncertain.
 
-    Nobody knows how sharply the gears stick: what a fit says under
-    other assumptions that explain the log as well widens its
-    intervals.
+    ``how`` has the speed below which the ``model`` lets friction fade. Nobody knows how
+    sharply gears stick: what a fit says under other assumptions that explain the log y
+    as well widens its intervals.
     """
+    start, fits = dict(zip(fit.names, fit.values)), [fit]
+    for how["stick"] in SHARPER_STICTION:
+        fits.append(output_error(model, y, start, rounds=AGAIN))
     first = min(fits, key=lambda fit: fit.rms)
     good = [fit for fit in fits if fit.rms < AS_GOOD_RATIO * first.rms]
     apart = np.array([fit.values - first.values for fit in good])
     more = np.abs(apart).max(axis=0)
-    return Fit(
-        first.names,
-        first.values,
-        first.covariance + np.diag((more / 2) ** 2),
-        first.residuals,
-    )
+    wider = first.covariance + np.diag((more / 2) ** 2)
+    return replace(first, covariance=wider)
 
 
 def looser(fit, model, y, starts=None):

@@ -123,10 +123,6 @@ class Mip:
         rotors : bool
             Set J to 2 I_w - M_w r^2, which (4.6) says is 2 R_g^2 I_a.
 
-        Returns
-        -------
-        Mip
-
         Raises
         ------
         ValueError
@@ -192,11 +188,6 @@ class Mip:
             Disturbance torques, in N m per unit of w. Without it, one
             w acts on both equations of motion.
 
-        Returns
-        -------
-        SecondOrderSystem
-            The linear plant with one input.
-
         Notes
         -----
         Source: thesis (4.12), linearised by (4.14).
@@ -229,11 +220,6 @@ class Mip:
         F : (2, p) array_like or None
             As (4.25) has it: here w / (a c - b^2) is an acceleration
             of both angles.
-
-        Returns
-        -------
-        SecondOrderSystem
-            The same plant in the thesis's form.
 
         Notes
         -----

@@ -23,13 +23,14 @@ from .steering_design import SteeringDesign
 from .tuning import (
     U,
     design,
+    fall_time,
     loops,
     prove,
     prove_sampled,
     prove_varying,
     recoverable_tilt,
+    timed,
 )
-from .waits import fall_time, timed
 from .written import check, texts
 
 __all__ = ["Deployment"]

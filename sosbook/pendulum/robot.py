@@ -14,18 +14,13 @@ __all__ = ["BOARDS", "LAWS", "Robot"]
 BOARDS = ("beaglebone", "other")
 EDGES = (1, 2, 4)  # of an encoder's period, which a counter may count
 LAWS = ("gain", "observer")
-#: How long a fault is borne, in s: what `waits` says where a robot doesn't.
+#: How long a fault is borne, in s: what `timed` says where a robot doesn't.
 WAITS = "missing", "frozen", "stall", "deaf", "late"
 TILT_MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
 #: Keys that only the programs for a known board take.
 BOARD_KEYS = (
-    "mount",
-    "nominal",
-    "battery",
-    "motor_channels",
-    "motor_polarities",
-    "encoder_channels",
-    "encoder_polarities",
+    *("mount", "nominal", "battery", "motor_channels", "motor_polarities"),
+    *("encoder_channels", "encoder_polarities"),
 )
 
 #: Keys that a robot with a track takes, and what they are without being given.
@@ -170,15 +165,15 @@ class Robot:
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name.strip():
             raise ValueError(f"name must be a few words in quotes, got {self.name!r}")
-        if self.board not in BOARDS:
-            raise ValueError(f"board must be one of {BOARDS}, got {self.board!r}")
+        for name, known in (("board", BOARDS), ("law", LAWS)):
+            value = getattr(self, name)
+            if value not in known and (name, value) != ("law", None):
+                raise ValueError(f"{name} must be one of {known}, got {value!r}")
         if type(self.edges) is not int or self.edges not in EDGES:
             raise ValueError(
                 f"edges (of an encoder's period, in counts) must be one of {EDGES}, "
                 f"got {self.edges!r}"
             )
-        if self.law not in (None, *LAWS):
-            raise ValueError(f"law must be one of {LAWS}, got {self.law!r}")
         self._check_board()
         self._check_steering()
         if self.blend is None:
@@ -240,20 +235,14 @@ class Robot:
         Messages name the ``source`` of the description.
         """
         keys = {x.name: x for x in fields(cls)}
-        for name in table:
-            if name not in keys:
-                near = get_close_matches(name, keys, 1)
-                hint = (
-                    f"; do you mean {near[0]}?"
-                    if near
-                    else (f": the keys are {', '.join(keys)}")
-                )
-                raise ValueError(f"{source}: unknown key {visible(name)}{hint}")
+        for name in (name for name in table if name not in keys):
+            hint = f": the keys are {', '.join(keys)}"
+            if near := get_close_matches(name, keys, 1):
+                hint = f"; do you mean {near[0]}?"
+            raise ValueError(f"{source}: unknown key {visible(name)}{hint}")
         lost = [
-            ", ".join(
-                filter(None, (f"{x.name} ({x.metadata['text']}", x.metadata["unit"]))
-            )
-            for x in fields(cls)
+            f"{x.name} ({x.metadata['text']}, {x.metadata['unit']}".removesuffix(", ")
+            for x in keys.values()
             if x.name not in table and x.default is MISSING
         ]
         if lost:
@@ -337,40 +326,30 @@ def _number(robot, name):
     return float(value)
 
 
+#: By the end of a key's name: what its two numbers must be, an example, and their type.
+PAIRS = {
+    "polarities": ("1 or -1 for left and right", [1, -1], int),
+    "channels": ("two different channels from 1 to 4", [3, 2], int),
+    "battery": ("two voltages, low and high", [5.0, 9.0], (int, float)),
+    "turning": ("two inertias, least and largest", [0.0004, 0.0009], (int, float)),
+}
+
+
 def _pair(name, value):
-    """Two numbers: channels, polarities or an interval of volts."""
-    what, example, good, kind = {
-        "polarities": (
-            "1 or -1 for left and right",
-            [1, -1],
-            lambda v: v in (1, -1),
-            int,
-        ),
-        "channels": (
-            "two different channels from 1 to 4",
-            [3, 2],
-            lambda v: 1 <= v <= 4 and len(set(value)) == 2,
-            int,
-        ),
-        "battery": (
-            "two voltages, low and high",
-            [5.0, 9.0],
-            lambda v: 0 < v <= float_info.max,
-            (int, float),
-        ),
-        "turning": (
-            "two inertias, least and largest",
-            [0.0004, 0.0009],
-            lambda v: 0 <= v <= float_info.max and value[0] <= value[1],
-            (int, float),
-        ),
-    }[name.split("_")[-1]]
-    if not (
-        isinstance(value, (list, tuple))
-        and len(value) == 2
-        and all(
-            isinstance(v, kind) and not isinstance(v, bool) and good(v) for v in value
-        )
-    ):
+    """Two numbers: channels, polarities or an interval of volts or inertias."""
+    key, most = name.split("_")[-1], float_info.max
+    what, example, kind = PAIRS[key]
+    good = isinstance(value, (list, tuple)) and len(value) == 2
+    if good and all(isinstance(v, kind) and not isinstance(v, bool) for v in value):
+        one, other = value
+        good = {
+            "polarities": {*value} <= {1, -1},
+            "channels": {*value} <= {1, 2, 3, 4} and one != other,
+            "battery": 0 < one <= most and 0 < other <= most,
+            "turning": 0 <= one <= other <= most,
+        }[key]
+    else:
+        good = False
+    if not good:
         raise ValueError(f"{name} must be {what}, such as {example}; got {value!r:.80}")
     return tuple(value) if kind is int else tuple(map(float, value))

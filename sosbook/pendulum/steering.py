@@ -63,22 +63,17 @@ class Steering:
         return self.share * self.firmware.limit
 
     @property
-    def reach(self):
-        """The most by which the difference changes in a tick, in rad."""
-        return 2 * self.firmware.fastest * self.firmware.law.T
-
-    @property
-    def unwinding(self):
-        """How what the limit withheld acts on the sum, in rad s per V."""
-        return self.firmware.law.T / (TRACKING_TIME * self.K[0, 2])
-
-    @property
     def numbers(self):
-        """What a program is told of it beside its firmware's numbers, by name."""
+        """What a program is told of it beside its firmware's numbers, by name.
+
+        STEER_REACH: the most by which the difference changes in a tick, in rad; UNWIND:
+        how what the limit withheld acts on the sum, in rad s per V.
+        """
+        T = self.firmware.law.T
         return {
             "SHARE": self.volts,
-            "STEER_REACH": self.reach,
-            "UNWIND": self.unwinding,
+            "STEER_REACH": 2 * self.firmware.fastest * T,
+            "UNWIND": T / (TRACKING_TIME * self.K[0, 2]),
             "PER_RADIAN": self.per_radian,
             "K": self.K[0],
         }
@@ -143,16 +138,11 @@ class Steered:
         n, lanes, where = self._n, self._lanes, self._lanes.where
         turned, since = right - left, lanes.counted(now.lost + 1)
         started = within(now.turned, n.TRUSTED)  # with a reading
-        zero, before = (
-            where(started, now.zero, turned),
-            where(started, now.turned, turned),
-        )
+        zero = where(started, now.zero, turned)
+        before = where(started, now.turned, turned)
         seen = lanes.believable(turned - before, n.STEER_REACH, now.lost)
-        y = [
-            turned - zero - target,
-            (turned - before) * n.HERTZ / since - rate,
-            now.sum,
-        ]
+        turning = (turned - before) * n.HERTZ / since
+        y = [turned - zero - target, turning - rate, now.sum]
         u = lanes.total((n.K, y))
         rest = n.LIMIT - abs(V)
         W = lanes.cut(u, 2 * where(rest < n.SHARE, rest, n.SHARE))

@@ -18,16 +18,19 @@ from .law import PID_SIGNALS, SampledLaw
 from .margins import SampledLoop
 from .optimal import optimal_law
 from .rest import QUIET_SHARE, volts_at_rest
+from .robot import WAITS
 from .spread import polytope, vertices
 
 __all__ = [
     "DELAY_SHARES",
     "design",
+    "fall_time",
     "peak_of",
     "prove",
     "prove_sampled",
     "prove_varying",
     "recoverable_tilt",
+    "timed",
 ]
 
 U = [[0, 1]]  # integrate phi
@@ -35,17 +38,32 @@ DELAY_SHARES = (0.0, 0.5, 1.0)  # of the largest delay, at which a loop is looke
 QUIET_SECONDS = 20.0  # of a simulation at rest, which tells whether a weight is loud
 LOUDER_WEIGHTS = 9  # that are tried beyond the smallest: a thousand times as large
 WEIGHTS = tuple(m * 10.0**k for k in range(-4, 6) for m in (1, 2, 5))
-DECAY_SHARES = (
-    1,
-    0.5,
-    0.2,
-    0.1,
-    0.05,
-    0.0,
-)  # of the decay that is asked for, one after the other
-CLOCK_SHARES = 0.8 ** np.arange(
-    1, 16
-)  # of T and the delay, to say which clock would do
+#: Of the decay that is asked for, one after the other.
+DECAY_SHARES = 1, 0.5, 0.2, 0.1, 0.05, 0.0
+#: Of T and the delay, to say which clock would do.
+CLOCK_SHARES = 0.8 ** np.arange(1, 16)
+DEFAULT_LAW = "observer"  # quiet where gears have play and encoders are coarse
+
+#: Fall times: the error of a bridged reading grows by half, one of a frozen gyro or a
+#: late clock by e, before the motors go off; encoders that rest may be at a wall; and
+#: a rescue from 98 % of the tilt that no law exceeds is at its limit for log 50 = 3.9.
+FALLS = dict(zip(WAITS, (0.4, 1.0, 4.0, 2.0, 1.0)))
+#: Ticks, at least: by chance a sensor is silent, or a gyro repeats itself, so often.
+LEAST = {"missing": 5, "frozen": 12}
+
+
+def fall_time(mip):
+    """The time in s in which a ``mip`` without voltage falls e times as far."""
+    return float(1 / mip.plant().poles().real.max())
+
+
+def timed(robot, mip):
+    """A ``robot`` with a law and every wait: those not given by a ``mip``'s fall."""
+    fall, told = fall_time(mip), {} if robot.law else {"law": DEFAULT_LAW}
+    for name, falls in FALLS.items():
+        if getattr(robot, name) is None:
+            told[name] = round(max(falls * fall, LEAST.get(name, 0) * robot.T), 3)
+    return robot.but(**told) if told else robot
 
 
 def loops(robots, law, robot):
