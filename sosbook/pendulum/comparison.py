@@ -178,10 +178,24 @@ class Comparison:
 
 
 def compare(log, model):
-    """Hold the ``log`` of a running program, a `TickLog` or its file, to its ``model``.
+    """Hold the log of a running program against its model.
 
-    That is a `Model`, or the folder of its programs. A file that is something else is a
-    ValueError.
+    Parameters
+    ----------
+    log : TickLog or path_like
+        What a program logged, or its file.
+    model : Model or path_like
+        What it was made for, or the folder with its programs.
+
+    Returns
+    -------
+    Comparison
+        The robot in the log, and what differs.
+
+    Raises
+    ------
+    ValueError
+        If a file isn't what it should be.
     """
     log = log if isinstance(log, TickLog) else TickLog.read(log)
     model = model if isinstance(model, Model) else Model.read(model)

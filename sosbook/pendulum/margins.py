@@ -30,12 +30,26 @@ INTEGRATION_TOLERANCE = 1e-9  # from one: a nearer eigenvalue counts as one
 def sensing(kind, T, blend=0.0):
     """The system from the true [theta, phi, theta', phi'] to what the law is given.
 
-    Of a ``kind``: "exact" is the truth; in "differenced" phi' is the encoders'
-    difference over ``T`` plus the gyro at this tick; in "raw" the encoders' angle phi -
-    theta, and its difference, stand for phi and phi'; "firmware" is as `Firmware` does
-    it, theta by the trapezoidal rule, with its ``blend`` of accelerometers that say the
-    truth, and phi' as the difference of absolute angles.
+    Parameters
+    ----------
+    kind : {"exact", "differenced", "raw", "firmware"}
+        "exact": the truth. "differenced": phi' is the encoders'
+        difference over T plus the gyro at this tick. "raw": the
+        encoders' angle phi - theta, and its difference, stand for phi
+        and phi'. "firmware": as `Firmware` does it, theta by the
+        trapezoidal rule and phi' as the difference of absolute angles.
+    T : float
+        Time between samples, in s.
+    blend : float
+        As in `Firmware`, with accelerometers that say the truth.
 
+    Returns
+    -------
+    SampledSystem
+        A system with four inputs and four outputs, sampled with T.
+
+    Examples
+    --------
     >>> sensing("raw", 0.01).D
     array([[   1.,    0.,    0.,    0.],
            [  -1.,    1.,    0.,    0.],

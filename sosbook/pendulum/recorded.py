@@ -56,11 +56,36 @@ class Recording:
 
 
 def check_recording(path, robot=None, experiment=None):
-    """Look at one log, a CSV file at ``path``, before the other experiment is done.
+    """Look at one log alone, before the other experiment is done.
 
-    Without the ``robot``, or its file, counts, gyro range and limit can't be checked.
-    Without the ``experiment`` a log with a gyro is the body's, one with encoders the
-    wheels'. A ValueError if the file is no log, or may be of either.
+    Parameters
+    ----------
+    path : str or Path
+        A CSV file, as `Log.read` takes it.
+    robot : Robot or path_like, optional
+        The robot's description. Without it counts, the gyro's range and
+        the motors' limit can't be checked.
+    experiment : {"body", "wheels"}, optional
+        Without it a log with a gyro is the body's, one with encoders the
+        wheels'.
+
+    Returns
+    -------
+    Recording
+        The log, its fits and what speaks against it.
+
+    Raises
+    ------
+    ValueError
+        If the file is no log, or may be of either experiment.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum.rig import DATA
+    >>> print(check_recording(DATA / "body.csv").report)
+    log of the body: 6000 samples, 60.0 s at 100 Hz, V up to 1.85 V
+      e/c = 30.519 +- 0.0013, f/c = 7.133 +- 0.00042, d/c = 110.6 +- 0.0031
+      usable
     """
     log = Log.read(path)
     robot = described_or_none(robot)

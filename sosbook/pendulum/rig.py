@@ -162,7 +162,22 @@ def gear_motors():
 
 
 def shipped(name):
-    """The shipped `Log` of an experiment, by ``name``: "body" or "wheels"."""
+    """A log that the package ships.
+
+    Parameters
+    ----------
+    name : {"body", "wheels"}
+
+    Returns
+    -------
+    Log
+        The log of that experiment.
+
+    Examples
+    --------
+    >>> shipped("wheels").encoder2[:3]
+    array([0., 0., 0.])
+    """
     if name not in ("body", "wheels"):
         raise ValueError(f"name must be 'body' or 'wheels', got {name!r}")
     return Log.read(DATA / f"{name}.csv")
