@@ -108,7 +108,7 @@ def known(found):
     if found.steering:
         ours = found.steering.law
         derived += [ours.per_radian, ours.volts]
-            derived += [ours.numbers[x] for x in ("STEER_REACH", "UNWIND")]
+        derived += [ours.numbers[x] for x in ("STEER_REACH", "UNWIND")]
         derived += [*ours.K[0], MOST_COUNTED, drive.turn, drive.turn_acceleration]
     every = [*described, *sizes, *derived, *linear, *letters, *facts, *given]
     return np.array([abs(v) for v in flat(*every, *bench.law.D)])
