@@ -117,7 +117,10 @@ def _of_part(lmis, x):
     found, reason = None, NO_BOUND.format(end=STILL_MOVES)
     for r in LARGE_BOUNDS:
         near = _below(lmis, x if found is None else found, r)
-        if near is None or _margin(lmis, near) <= CLEAR_MARGIN:
+        if near is None:
+            break
+        margins = lmis.solution(unpacked(lmis.unknowns, near)).margins
+        if min(margins.values()) <= CLEAR_MARGIN:
             break
         found = near
         if _settles(lmis, found, r):
@@ -131,10 +134,6 @@ def _of_part(lmis, x):
 def _of_small_part(lmis, x, reason):
     found = _below(lmis, x, SMALL_BOUND)  # without one: a degenerate set
     return _solution(lmis, x if found is None else found, False, reason)
-
-
-def _margin(lmis, x):
-    return min(lmis.solution(unpacked(lmis.unknowns, x)).margins.values())
 
 
 def _below(lmis, x, r):

@@ -1,6 +1,7 @@
 """Procedures 2.3 and 2.4: PID and PD controllers of least quadratic cost."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Literal
 
@@ -11,7 +12,7 @@ from ..exact.definite import exact
 from ..plants.controllability import fixed_part
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
-from ..requirements.cost import QuadraticCost, noise_input
+from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import asked_once
@@ -26,14 +27,13 @@ from .points import FROM_STATES, at
 from .procedure import given, without_input
 from .regularization import Regularization
 from .request import Request
-from .riccati_point import riccati_point
+from .riccati_point import bound_of, riccati_point
 from .scaled_lmis import ScaledLMIs
 from .slack import with_slack, without_slack
 from .solution import Solution
 
 # relative accuracies to which the optimum is sought; the first that is reached
 OPTIMUM_GAPS = 1e-10, 1e-8, 1e-6
-BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 UNSETTLED = "Give states that the open loop doesn't settle a weight in Q."
 
 
@@ -119,7 +119,7 @@ def design_lqr(
 
 def _least(request, name):
     """The Solution of least cost."""
-    near = riccati_point(request, _bound, noise_input)
+    near = riccati_point(request)
     if near is not None:
         solution = None
         if request.order < FROM_STATES:
@@ -133,11 +133,10 @@ def _least(request, name):
     idle = without_input(request, objective)
     if idle is not None:
         return idle
-    settled = with_slack(request, objective)
+    settled, attained = with_slack(request, objective), True
     if settled is None:
         return without_slack(request, objective)
     request = settled
-    attained = True
     try:
         bounds, best = _first_optimum(request, objective)
     except Unfinished as stopped:
@@ -147,7 +146,7 @@ def _least(request, name):
     if bounds is None:
         return without_optimum(best)
     gain = best.problem.gain(best.values)
-    bound = {name: _bound(bounds[name])}
+    bound = {name: bound_of(bounds[name])}
     asked = request.with_bounds(bound)
     given = replace(asked, gain=gain)
     natural = best.problem.in_plant_units(best.values)
@@ -163,17 +162,10 @@ def _explained(solution, cost):
     """The Solution, with a reason where certainly no gain attains the least cost."""
     request = solution.request
     alone = len(request.requirements) == len(request.distinct) == 1
-    if (
-        solution.status != "feasible"
-        or not alone
-        or cost.noise != "states"
-        or cost.N is not None
-    ):
-        return solution
-    try:
-        mode = _unseen(request, cost.Q)
-    except OutOfTime:
-        return solution
+    plain, mode = cost.noise == "states" and cost.N is None, None
+    if solution.status == "feasible" and alone and plain:
+        with suppress(OutOfTime):
+            mode = _unseen(request, cost.Q)
     if mode is None:
         return solution
     place = f"±{abs(complex(mode)):.4g}j" if abs(complex(mode)) else "0"
@@ -198,10 +190,6 @@ def _unseen(request, Q):
         if mode.inside(zero, one) is mode.inside(zero, -one) is False:
             return mode
     return None
-
-
-def _bound(least):
-    return float(f"{least * (1 + BOUND_BACKOFF):.5e}")
 
 
 def _with_any_gain(solution):

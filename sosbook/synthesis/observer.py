@@ -19,7 +19,7 @@ from .observer_design import ObserverDesign
 from .observer_problem import ObserverProblem
 from .pid import TIME_LIMIT
 from .points import FROM_STATES
-from .riccati_point import riccati_observer
+from .riccati_point import bound_of, riccati_observer
 
 REFUSED = (
     "Exact multipliers of the LMIs exclude every observer with this K by Theorem 2.5; "
@@ -37,7 +37,6 @@ TOO_THIN = (
     "The numerics found an observer whose margins are below what floats can tell from "
     "zero."
 )
-BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 
 
 @one_thread
@@ -139,7 +138,7 @@ def design_observer(
 
 def _solved(problem):
     """The design of an `ObserverProblem`, by an equation or by the LMIs."""
-    near = riccati_observer(problem, _bound)
+    near = riccati_observer(problem)
     if near is not None:
         design = _certain(problem, *near)
         if design.status == "feasible":
@@ -149,8 +148,7 @@ def _solved(problem):
         reason = NOTHING_FOUND
         if optimum.verdict == "infeasible":
             reason = REFUSED_IN_FLOATS
-        multipliers = optimum.multipliers
-        refused = _undecided(problem, reason, multipliers=multipliers)
+        refused = _design(problem, reason=reason, multipliers=optimum.multipliers)
         if refused.infeasibility is not None:
             return replace(refused, status="infeasible", reason=REFUSED)
         return refused
@@ -159,7 +157,7 @@ def _solved(problem):
     L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
     least = float(np.trace(known["J"])) * problem.unit**2
     known = {name: x for name, x in known.items() if name != "Y"}
-    return _certain(problem, L, _bound(least), known)
+    return _certain(problem, L, bound_of(least), known)
 
 
 def _certain(problem, L, bound, near):
@@ -171,32 +169,12 @@ def _certain(problem, L, bound, near):
         solution = lmis.solve(start=near)
     if solution.values is None:
         reason = f"The numerics found an observer, but no proof of tr J < {bound:g}."
-        return _undecided(problem, reason)
-    return ObserverDesign(
-        problem.plant,
-        problem.K,
-        problem.C,
-        solution.status,
-        L,
-        bound,
-        solution.margins,
-        solution.values,
-        problem,
-        reason="" if solution.status == "feasible" else TOO_THIN,
-    )
+        return _design(problem, reason=reason)
+    reason = "" if solution.status == "feasible" else TOO_THIN
+    known = dict(L=L, bound=bound, margins=solution.margins, values=solution.values)
+    return _design(problem, solution.status, reason=reason, **known)
 
 
-def _undecided(problem, reason, **known):
-    return ObserverDesign(
-        problem.plant,
-        problem.K,
-        problem.C,
-        "undecided",
-        problem=problem,
-        reason=reason,
-        **known,
-    )
-
-
-def _bound(least):
-    return float(f"{least * (1 + BOUND_BACKOFF):.5e}")
+def _design(problem, status="undecided", **known):
+    asked = problem.plant, problem.K, problem.C
+    return ObserverDesign(*asked, status, problem=problem, **known)

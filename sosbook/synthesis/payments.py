@@ -69,5 +69,4 @@ def _price(reaches, g):
     """The diagonal for a block g, in its arithmetic."""
     sizes = np.sqrt(np.abs(np.diagonal(g).astype(float)))
     sizes[sizes == 0] = 1.0  # this block isn't positive
-    price = ROUNDED * sizes * (reaches @ (1 / sizes))
-    return price
+    return ROUNDED * sizes * (reaches @ (1 / sizes))

@@ -7,7 +7,7 @@ one.
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import LinAlgError
+from scipy.linalg import LinAlgError, block_diag
 
 from ..analysis.riccati import riccati
 from ..lmi.solution import CLEAR_MARGIN
@@ -23,9 +23,8 @@ from .solution import Solution
 FROM_STATES = 40  # a smaller plant has its centre in less than a second
 MOST_PAIRS = 21  # of six vertices; of more Cuts look at few
 ROUNDING = 1e-12  # of the largest entry of M
-WEIGHTS = 10.0 ** np.arange(
-    4, -9, -1
-)  # of the input in the Riccati equation of a bounded response
+# of the input in the Riccati equation of a bounded response
+WEIGHTS = 10.0 ** np.arange(4, -9, -1)
 INSIDE = 1.01, 1.1, 1.5  # decays asked of the modes that move, relative to sigma
 ONE, SEVERAL = 1e-3, 0.2  # of a mode's place, to the edge: nearer ones move, too
 DISKS = 6  # centres that are tried, where a decay alone won't do
@@ -43,7 +42,9 @@ def point(request):
     T = balanced(request.plant.vertices[0], request.vertices[0])
     if T is None:
         return None
-    lmis = ScaledLMIs(request, Frame.at(request, T, _unit_of_input(request, T)))
+    push = np.linalg.solve(T, request.vertices[0].state_space()[1])
+    unit_of_input = request.typical_rate / (np.linalg.norm(push, 2) or 1.0)
+    lmis = ScaledLMIs(request, Frame.at(request, T, unit_of_input))
     if {u.name for u in lmis.unknowns} - {"P", "Y"}:
         return None
     loop = _Loop(request, lmis.frame)
@@ -84,11 +85,6 @@ def at(lmis, values):
     )
 
 
-def _unit_of_input(request, T):
-    push = np.linalg.solve(T, request.vertices[0].state_space()[1])
-    return request.typical_rate / (np.linalg.norm(push, 2) or 1.0)
-
-
 class _Loop:
     """The plant in a frame, and what may do for it."""
 
@@ -122,7 +118,8 @@ class _Loop:
         """Those that move the poles outside of the regions, and no others."""
         words = "the least effort moves {} of {} modes, and no other"
         sigma = self._decay()
-        for s in sigma * np.array(INSIDE) if sigma else [self._slowest() / 10]:
+        slowest = np.abs(self.poles).min() or np.median(np.abs(self.poles))
+        for s in sigma * np.array(INSIDE) if sigma else [slowest / 10]:
             yield from self._deflated(least_effort(s), words)
         sizes = np.abs(self.poles)
         words = "a disk takes in {} of {} modes, and no other moves"
@@ -151,21 +148,14 @@ class _Loop:
 
     def _decay(self):
         """The largest sigma of half-planes Re s < -sigma that the regions demand."""
-        return max(
-            (a[0, 0] / (2 * b[0, 0]) for a, b in self._half_planes()), default=0.0
-        )
-
-    def _half_planes(self):
-        return [
-            (a[i : i + 1, i : i + 1], b[i : i + 1, i : i + 1])
+        sigmas = [
+            a[i, i] / (2 * b[i, i])
             for a, b in self.forms
             for i in range(len(a))
             if b[i, i] > 0
             and not (np.delete(b[i], i).any() or np.delete(a[i], i).any())
         ]
-
-    def _slowest(self):
-        return np.abs(self.poles).min() or np.median(np.abs(self.poles))
+        return max(sigmas, default=0.0)
 
     def _radius(self, c):
         """The largest radius of a disk about -c in all regions; None if it is tiny."""
@@ -177,18 +167,14 @@ class _Loop:
 
     def _of_riccati(self):
         """Those of the H-infinity Riccati equation with less and less weight of u."""
-        d, one = self.d, np.eye(self.B.shape[1])
+        d, one, of_w = self.d, *(np.eye(x.shape[1]) for x in (self.B, self.Bw))
         words = "of the H-infinity Riccati equation"
         output = d.C.T @ d.C
         for weight in WEIGHTS:
             size = weight * np.linalg.norm(d.C, 2) ** 2
+            signs = block_diag(size * one, -(self.response**2) * of_w)  # of [u; w]
             try:
-                X = riccati(
-                    self.A,
-                    np.hstack([self.B, self.Bw]),
-                    output,
-                    _signs(size * one, self.response, self.Bw.shape[1]),
-                )
+                X = riccati(self.A, np.hstack([self.B, self.Bw]), output, signs)
             except (LinAlgError, ValueError):
                 continue
             yield words, -(self.B.T @ X) / size
@@ -204,9 +190,3 @@ class _Loop:
         P = bounded_real(A, self.Bw, self.d.output(K), self.response)
         if P is not None:
             yield P
-
-
-def _signs(R, bound, p):
-    """The weight diag(R, -bound^2 I) of [u; w]."""
-    zero = np.zeros((len(R), p))
-    return np.block([[R, zero], [zero.T, -(bound**2) * np.eye(p)]])

@@ -37,11 +37,8 @@ def why_refused(first):
             "found that there is none at all."
         )
     if first.verdict == "infeasible":
-        size = (
-            "however large"
-            if np.isinf(first.excluded_radius)
-            else f"up to {first.excluded_radius:.0e}"
-        )
+        radius = first.excluded_radius
+        size = "however large" if np.isinf(radius) else f"up to {radius:.0e}"
         return (
             f"No {unknowns} {size} in the solver's coordinates, by multipliers "
             "in floating point; no exact proof was found."

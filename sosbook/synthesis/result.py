@@ -128,10 +128,9 @@ class Result(ABC, Generic[Proven]):
 
     def _next(self):
         """What to do next, in sentences."""
-        if self.status == "feasible":
-            more = "certify() proves it in exact arithmetic, simulate(t) shows it."
-            return (getattr(self, "reason", ""), more)
-        return (getattr(self, "reason", ""), self.advice)
+        more = "certify() proves it in exact arithmetic, simulate(t) shows it."
+        more = more if self.status == "feasible" else self.advice
+        return getattr(self, "reason", ""), more
 
     def _nothing_to_prove(self):
         """What `certify` answers where there is no design."""

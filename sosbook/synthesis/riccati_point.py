@@ -12,19 +12,25 @@ import numpy as np
 
 from ..analysis.riccati import lyapunov, riccati
 from ..plants.descriptor import twins
+from ..requirements.cost import noise_input
 from .scaling import Frame
 from .solution import Solution
 
+BOUND_BACKOFF = 1e-4  # a fraction: the proven bound exceeds the optimum by this
 FIRST_SHORT = 1e-5  # of the mean of what is taken, in every direction
 STEPS_BESIDE = 2
 UNLIKE_ONE = 1e-3  # an eigenvalue of X, in coordinates in which they are near one
 
 
-def riccati_point(request, bound_of, noise_input):
-    """The Solution with the gain of least cost, the bound that ``bound_of`` makes of
-    that cost, and a point inside; None where the ``request`` asks more than the cost of
-    one plant, or the equation's solution isn't positive definite by far.
-    ``noise_input`` tells, of a vertex and the cost, where the noise enters x'.
+def bound_of(least):
+    """The bound that is asked for the ``least`` cost: it exceeds that a little."""
+    return float(f"{least * (1 + BOUND_BACKOFF):.5e}")
+
+
+def riccati_point(request):
+    """The Solution with the gain of least cost, the `bound_of` that cost, and a point
+    inside; None where the ``request`` asks more than the cost of one plant, or the
+    equation's solution isn't positive definite by far.
     """
     several = len(request.requirements) > 1 or len(request.distinct) > 1
     if several or request.coupling == "slack":
@@ -49,10 +55,9 @@ def riccati_point(request, bound_of, noise_input):
     return Solution(given, "feasible", K, P, K @ P, frame=frame, own={"J": J})
 
 
-def riccati_observer(problem, bound_of):
-    """L, bound and unknowns by name of the observer of least cost, for an
-    `ObserverProblem` ``problem`` of one plant and ``bound_of`` as in `riccati_point`;
-    or None.
+def riccati_observer(problem):
+    """L, bound and unknowns by name of the observer of least cost, for a ``problem``,
+    an `ObserverProblem`, of one plant; or None.
     """
     if len(set(twins(problem.vertices))) > 1:
         return None

@@ -44,14 +44,8 @@ class AnyOrder(MultiplierRefusal):
         ``given`` by `_problems`.
         """
         one, k = vertex_of(request, d)
-        law = parts_data(request.law_parts)
-        return {
-            **loop_data(one),
-            "law": law,
-            "requirement": r.data(),
-            "vertex": k,
-            **given,
-        }
+        law = {"law": parts_data(request.law_parts), "requirement": r.data()}
+        return {**loop_data(one), **law, "vertex": k, **given}
 
 
 def excluded(request, d, r, gamma):

@@ -89,7 +89,9 @@ def by_law(request, objective, backoff, starts, seed):
     try:
         for again in range(AGAIN):
             check_time()
-            with time_limit(_seconds_of_search()):
+            left = time_left()
+            seconds = None if np.isinf(left) else max(SEARCH * left, LEAST_TIME)
+            with time_limit(seconds):
                 found = search(task, loops, FEW if again else starts, seed, near)
             count, near = count + found.starts, (found.kappa,)
             by = record(task, loops, count, seed, between)
@@ -117,11 +119,6 @@ def by_law(request, objective, backoff, starts, seed):
     if best is not None and best.status == "feasible":
         return replace(best, reason=STOPPED) if stopped and objective else best
     return _undecided(request, task, loops, found, best, by)
-
-
-def _seconds_of_search():
-    left = time_left()
-    return None if np.isinf(left) else max(SEARCH * left, LEAST_TIME)
 
 
 def _better(solution, best, objective):

@@ -21,12 +21,8 @@ class Loops:
     """
 
     def __init__(self, plants, measured, noisy, form):
-        self.plants, self.measured, self.noisy, self.form = (
-            plants,
-            measured,
-            noisy,
-            form,
-        )
+        self.plants, self.form = plants, form
+        self.measured, self.noisy = measured, noisy
         self.directions = form.directions
         self._channels = {}
 

@@ -35,10 +35,9 @@ class Task:
     @classmethod
     def of(cls, request, loops, goal):
         """The task of a ``request`` for its ``loops``; the ``goal``'s bound is open."""
-        regions = [r for r in request.requirements if r.pole_matrices() is not None]
-        bounded = [
-            r for r in request.requirements if r not in regions and r is not goal
-        ]
+        asked = request.requirements
+        regions = [r for r in asked if r.pole_matrices() is not None]
+        bounded = [r for r in asked if r not in regions and r is not goal]
         slow, fast = loops.rates
         rate = _asked_rate(request) or float(np.sqrt(slow * fast))
         largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
@@ -117,9 +116,8 @@ class Objective:
         goal = task.goal
         for r in task.bounded:
             level, T = self._level(r, K)
-            if goal is None or level > value:
-                if level > value:
-                    value, S = level, T
+            if level > value:
+                value, S = level, T
         if goal is None:
             return value, S
         level, T = self._level(goal, K)

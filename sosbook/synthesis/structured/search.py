@@ -140,11 +140,8 @@ def starting_points(task, loops, count, rng, near):
         check_time()
         kappa = guess(loops, rate, task.m)
         if kappa is not None and k < count:
-            k += 1
-            yield (
-                loops.units(rate),
-                np.clip(kappa, -task.limits, task.limits) / (loops.units(rate)),
-            )
+            k, unit = k + 1, loops.units(rate)
+            yield unit, np.clip(kappa, -task.limits, task.limits) / unit
     while k < count:
         unit = loops.units(rates[k % len(rates)])
         x = rng.normal(size=len(unit)) * 10 ** rng.uniform(-2.5, 0.5)
