@@ -221,12 +221,11 @@ class DesignRefusal(Blocks, MultiplierRefusal):
     @classmethod
     def contents(cls, request, frame):
         """The data of the file for a request in a frame, without the multipliers."""
+        free = request.gain is None
         return {
-            "claims": [
-                excluding(request.gain is None, claims(request), request.condition)
-            ],
+            "claims": [excluding(free, claims(request), request.condition)],
             **request_data(request),
-            "K": None if request.gain is None else decimals(request.gain),
+            "K": None if free else decimals(request.gain),
             "coordinates": frame_data(frame),
         }
 

@@ -52,13 +52,14 @@ class FixedModeRefusal(Refusal):
     def part(self):
         """The `FixedPart` with the rows V and the matrix L."""
         data = self.data
-        h, V = fmpq_poly(_fractions(data["polynomial"])), _rows(data)
+        h, V = fmpq_poly([*map(fraction, data["polynomial"])]), _rows(data)
         return FixedPart(matrix_of(V), matrix_of(_companion(h)))
 
     @property
     def requirement(self):
         """What the mode breaks, in words."""
-        r = _requirement(self.data)
+        asked = self.data["requirement"]
+        r = Stability() if asked is None else Requirement.read(asked)
         return r.words or r.name
 
     @classmethod
@@ -126,11 +127,6 @@ def parts_data(parts):
     return {name: fractions(getattr(parts, name)) for name in LAW}
 
 
-def _requirement(data):
-    asked = data["requirement"]
-    return Stability() if asked is None else Requirement.read(asked)
-
-
 def plant_at(request, place, law=None):
     """E, A, B in rationals at a ``place`` of a ``request``: the vertex (k, k), or
     halfway between (i, j). With a given gain there are no columns in B; ``law`` is an
@@ -177,12 +173,8 @@ def refuse_by_mode(request, places=None, law=None):
     return None
 
 
-def _fractions(texts):
-    return [fraction(x) for x in texts]
-
-
 def _rows(data):
-    rows = [_fractions(row) for row in data["rows"]]
+    rows = [[*map(fraction, row)] for row in data["rows"]]
     if len({len(row) for row in rows}) != 1:
         raise ValueError("the rows differ in length")
     return rational_matrix(rows)

@@ -11,6 +11,7 @@ from ..exact.proof_file import GainProof
 from ..exact.rational import decimals, read_array, read_fractions
 from ..laws.base import Law, Parts
 from ..laws.structure import placed
+from ..runtime.read_only import put
 from .cells import Box, Mixtures, known_loops
 from .fixed_mode import LAW, parts_data
 from .known_gain import kept_or_broken
@@ -52,9 +53,7 @@ class KnownGainProof(GainProof):
         vertices, from 1, as corners of a box, or None; ``cells``, kind, name and cuts
         of each requirement.
         """
-        law = request.law
-        if law is not None:
-            law = parts_data(request.law_parts)
+        law = None if request.law is None else parts_data(request.law_parts)
         return {
             "claims": [words for words, _ in _statements(request)],
             **loop_data(request),
@@ -97,8 +96,7 @@ class Joined(Law):
     def __init__(self, data, rows):
         wide = dict.fromkeys(LAW, 0) | {"B": len(data["rows"])}
         parts = {name: read_fractions(data[name], wide[name]) for name in LAW}
-        object.__setattr__(self, "known", parts)
-        object.__setattr__(self, "rows", rows)
+        put(self, known=parts, rows=rows)
 
     def parts(self, plant):
         shapes = {name: x.shape for name, x in self.known.items()}
@@ -188,9 +186,8 @@ def known_proof(request, parts, digits=None):
     plants = family(request)
     box, cells, unknowns = None, [], {}
     if type(plants) is Box:
-        box = [
-            request.distinct[plants.order.index(c)] + 1 for c in sorted(plants.order)
-        ]
+        order = plants.order
+        box = [request.distinct[order.index(c)] + 1 for c in sorted(order)]
     for q, part in enumerate(parts, 1):
         cells.append([*part.requirement.key, [_way(x) for x in part.cuts]])
         for c, values in enumerate(part.values, 1):

@@ -80,8 +80,7 @@ class KnownLMIs(TrustedProblem):
         """The smallest eigenvalue of all blocks, their diagonals scaled to one, at
         ``values``.
         """
-        blocks = self.blocks(values).values()
-        return min(margin(g) for g in blocks)
+        return min(map(margin, self.blocks(values).values()))
 
     def rounded(self, values):
         """Rounded ``values`` in the plant's own coordinates at which all blocks in

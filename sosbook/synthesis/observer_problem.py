@@ -71,16 +71,12 @@ class ObserverProblem:
 
     def data(self):
         """The plant and what was asked, as decimals."""
+        mean = mean_descriptor(self.vertices)
         return {
             "plant": plant_data(self.plant),
-            **{
-                name: decimals(getattr(self, name)) for name in ("K", "C", "Q_F", "R_F")
-            },
+            **{x: decimals(getattr(self, x)) for x in ("K", "C", "Q_F", "R_F")},
             "noises": [decimals(w) for w in self.noises],
-            "model": {
-                name: decimals(getattr(mean_descriptor(self.vertices), name))
-                for name in ("E", "A", "Bu")
-            },
+            "model": {x: decimals(getattr(mean, x)) for x in ("E", "A", "Bu")},
             "coordinates": {
                 "T": [decimals(x) for x in self.T],
                 "left": decimals(self.left),

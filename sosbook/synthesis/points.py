@@ -167,12 +167,14 @@ class _Loop:
 
     def _of_riccati(self):
         """Those of the H-infinity Riccati equation with less and less weight of u."""
-        d, one, of_w = self.d, *(np.eye(x.shape[1]) for x in (self.B, self.Bw))
+        d, one = self.d, np.eye(self.B.shape[1])
         words = "of the H-infinity Riccati equation"
         output = d.C.T @ d.C
         for weight in WEIGHTS:
             size = weight * np.linalg.norm(d.C, 2) ** 2
-            signs = block_diag(size * one, -(self.response**2) * of_w)  # of [u; w]
+            signs = block_diag(
+                size * one, -(self.response**2) * np.eye(self.Bw.shape[1])
+            )  # of [u; w]
             try:
                 X = riccati(self.A, np.hstack([self.B, self.Bw]), output, signs)
             except (LinAlgError, ValueError):

@@ -132,12 +132,8 @@ class Regularization(Result[RegularityCertificate], ReadOnly):
         concave function of M and B.
         """
         gain = self._gain()
-        return float(
-            min(
-                np.linalg.eigvalsh(he(v.M - v.B @ gain) / 2)[0]
-                for v in self.plant.vertices
-            )
-        )
+        masses = (he(v.M - v.B @ gain) / 2 for v in self.plant.vertices)
+        return float(min(np.linalg.eigvalsh(mass)[0] for mass in masses))
 
     def applied(
         self, K_A: ArrayLike | None = None

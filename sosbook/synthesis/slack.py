@@ -291,14 +291,12 @@ def without_slack(request, objective=()):
     if certain is not None:
         return certain
     tried = ", ".join(f"{step:g}" for step in sorted(STEPS))
-    return Solution(
-        request,
-        "undecided",
-        request.gain,
-        minimized=minimized,
-        reason="Nothing was found with the slack scalars that were tried: "
-        f"{tried} of the time constants of what is asked and of the plant.",
+    text = (
+        f"Nothing was found with the slack scalars that were tried: {tried} of the "
+        "time constants of what is asked and of the plant."
     )
+    solution = Solution(request, "undecided", request.gain, minimized=minimized)
+    return replace(solution, reason=text)
 
 
 def refused_at_a_vertex(request):
@@ -337,13 +335,8 @@ def refused_at_a_vertex(request):
         alone = None if first.values is not None else refused(first)
         if alone is not None and alone.status == "infeasible":
             where = f"At vertex {k + 1} alone, and so for every slack scalar"
-            return replace(
-                alone,
-                request=request,
-                frame=None,
-                multipliers=None,
-                reason=f"{where}: {alone.reason}",
-            )
+            alone = replace(alone, request=request, frame=None, multipliers=None)
+            return replace(alone, reason=f"{where}: {alone.reason}")
     return None
 
 

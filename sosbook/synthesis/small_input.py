@@ -156,15 +156,12 @@ def _enclosed(request, k, bases, count):
         new_spread = new_spread / gaps
         if (new_spread <= spread).all() and (new_blur <= blur).all():
             return part.within(exact(spread), exact(blur))
-        spread = _rounded_up(np.maximum(spread, new_spread + LEAST_BOUND), room)
-        blur = _rounded_up(np.maximum(blur, new_blur + least), room)
+        spread = np.maximum(spread, new_spread + LEAST_BOUND)
+        spread = round_digits(room * spread, 3)
+        blur = round_digits(room * np.maximum(blur, new_blur + least), 3)
         if not max(spread.max(), blur.max() / np.abs(near.K).max()) < 1:
             return None
     return None
-
-
-def _rounded_up(x, room):
-    return round_digits(room * x, 3)
 
 
 def _multipliers(first, block, turn):
