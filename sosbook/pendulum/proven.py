@@ -37,7 +37,7 @@ __all__ = ["Deployment"]
 
 BENCH_VOLTS = 2.0  # V, at most, while the wheels hang free: enough to see them turn
 MOST_CELLS = 600  # of the uncertain parameters, for one proof of the sampled loop
-FIT_CELLS = 45  # of those of a fit, each of which has 16 corners
+FIT_CELLS = 150  # of those of a fit, each of which has 16 corners
 LARGEST_DECAY = 0.2  # 1/s, the most that the proof with the hold is asked for
 LEAST_TILT = np.deg2rad(5)  # rad; a robot must be able to come back from here
 REST_SECONDS = 60.0  # of a simulation at rest, before anything is written
@@ -71,7 +71,7 @@ class Deployment:
     peak : float
         The largest peak of the sensitivity; above it nothing is written.
     cells : int, optional
-        As for `certify_sampled`, at most; 600 without it, or 45 of a `FitSpread`, each
+        As for `certify_sampled`, at most; 600 without it, or 150 of a `FitSpread`, each
         of which takes longer.
     patience : float
         Seconds, at most, for a proof that lets delays and ticks vary; without any

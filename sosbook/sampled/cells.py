@@ -30,7 +30,7 @@ With P_i = G = I it is the statement that F'F < r^2 I. Source: Oliveira, Bernuss
 Geromel (1999) for G; this edition's for D.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
@@ -158,16 +158,38 @@ class PlantCell:
         for timing in box.corners:
             across = None
             if len(self.weights) > 1:
-                across = self._across(L, timing)
+                across = self._across(timing)
             bent.append(_sum(along, across))
         return bent
 
-    def _across(self, L, timing):
+    def _across(self, timing):
         """The bound of D for a change of the plant."""
+        key = self._key, "across", timing
+        return self.family.remember(key, lambda: gram_bound(self._bends(timing)))
+
+    def _bends(self, timing):
+        key, L = (self._key, timing), self._frame[0]
         return self.family.remember(
-            (self._key, timing),
-            lambda: gram_bound(self.family.bends(self.weights, self.last, L, timing)),
+            key, lambda: self.family.bends(self.weights, self.last, L, timing)
         )
+
+    def expected(self, timing):
+        """W of a clock's ``timing`` in floats, as if the bends were exact; or None."""
+        if len(self.weights) == 1:
+            return None
+        W = gram_bound([(n, balls_of(middle(H))) for n, H in self._bends(timing)])
+        turn = middle(self.turn)
+        return None if W is None else turn.T @ middle(W) @ turn
+
+    def widest(self, timing):
+        """The axis along which a box's loops with a ``timing`` bend most."""
+        return int(np.argmax([float(size(H)) for _, H in self._bends(timing)]))
+
+    def halves(self, cut):
+        """The two cells on either side of a ``cut``, with the mixed P."""
+        weights = self.family.shape.halves(self.weights, cut)
+        several = self.family.shape.halves(self.P, cut)
+        return [replace(self, weights=w, P=x) for w, x in zip(weights, several)]
 
 
 def _sum(first, second):

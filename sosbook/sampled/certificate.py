@@ -35,10 +35,11 @@ class SampledCertificate(ProofFile):
 
     It holds a tree of cells: halves of the simplex, or the box, of the plants'
     vertices. A leaf has coordinates L x and in them a Lyapunov matrix P for each of
-    its corners, the identity without it. Where the clock varies it has a tree of its
-    own, of halves of the intervals and of the delays, whose leaves may have a
-    multiplier G. ``blocks`` has, for each leaf, the smallest pivot of the theorem's
-    blocks (see `sosbook.sampled.cells`).
+    its corners, the identity without it; or a cell that is halved has them, and a new
+    corner of its halves has the mean P of the two beside it. Where the clock varies a
+    leaf has a tree of its own, of halves of the intervals and of the delays, whose
+    leaves may have a multiplier G. ``blocks`` has, for each leaf, the smallest pivot
+    of the theorem's blocks (see `sosbook.sampled.cells`).
     """
 
     kind = "sampled"
@@ -189,24 +190,34 @@ def _examined(blocks, claims):
 
 def _leaves(tree, shape):
     """(weights, L, last, P, times) of each cell of plants, as they are proven."""
-    queue = [(shape.whole(), tree)]
+    queue = [(shape.whole(), tree, None)]
     while queue:
-        weights, node = queue.pop()
+        weights, node, above = queue.pop()
         many = len(weights)
-        if "halve" not in node:
-            if not {"L", "last"} <= node.keys() <= {"L", "last", "P", "times"}:
+        own = {key: node[key] for key in node.keys() - {"halve", "halves"}}
+        if above is None and ("L" in own or "halve" not in node):
+            if not {"L", "last"} <= own.keys() <= {"L", "last", "P", "times"}:
                 raise ValueError("a cell needs L and last, and may have P and times")
-            if node["last"] not in range(many):
+            if own["last"] not in range(many):
                 raise ValueError("last must be a corner")
-            L, P = read_array(node["L"], None, None), None
-            if "P" in node:
-                P = read_array(node["P"], many, len(L), len(L))
+            L, P = read_array(own["L"], None, None), None
+            if "P" in own:
+                P = read_array(own["P"], many, len(L), len(L))
                 if (P != P.transpose(0, 2, 1)).any():
                     raise ValueError("a Lyapunov matrix P isn't symmetric")
-            yield weights, L, node["last"], P, node.get("times", {})
+            above = L, own["last"], P
+        elif not own.keys() <= ({"times"} if above else set()):
+            raise ValueError("a part of a cell with L may have times alone")
+        if "halve" not in node:
+            yield weights, *above, own.get("times", {})
             continue
-        cut = node["halve"]
-        queue += zip(shape.halves(weights, shape.checked_cut(cut)), _halves(node))
+        if "times" in own or (above and above[2] is None):
+            raise ValueError("a cell whose L is its halves' needs P, and no times")
+        cut, both = shape.checked_cut(node["halve"]), [above, above]
+        halves = _halves({key: node[key] for key in node.keys() - own.keys()})
+        if above:
+            both = [(*above[:2], P) for P in shape.halves(above[2], cut)]
+        queue += zip(shape.halves(weights, cut), halves, both)
 
 
 def _halves(node):

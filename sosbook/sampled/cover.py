@@ -1,5 +1,7 @@
 """The search for cells of plants and clocks that prove a sampled loop."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import matrix_balance
 
@@ -17,6 +19,7 @@ __all__ = ["cover", "lyapunov", "too_slow"]
 
 LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded matrices
 ROUNDS = 12  # times that clocks which a P doesn't hold for join the search for it
+DEPTH = 8  # times that a cell is halved for one set of Lyapunov matrices
 HOPELESS = 4.0  # W's trace, times r^2 N, above which no multiplier is looked for
 
 
@@ -87,12 +90,12 @@ class _Search:
             far = _distances(inside[0])
             last = int(np.argsort(far.sum(axis=0), kind="stable")[0])
             cell = PlantCell(self.family, weights, L, self.clocks, last)
-            found, timing = self._times(cell, [None])
+            found, timing = self._alone(cell)
             plain = not (self.clocks.varies or self.family.held)
             if found is None and len(weights) > 1 and plain:
                 L = lyapunov(loops[0], self.rate, centred=False)  # a plant bends less
                 other = PlantCell(self.family, weights, L, self.clocks, last)
-                found, _ = self._times(other, [None])
+                found, _ = self._alone(other)
             if found is None and len(weights) > 1 and timing is None:
                 found, timing = self._with_multipliers(cell, inside)
             if found is not None:
@@ -138,25 +141,52 @@ class _Search:
 
     def _with_multipliers(self, cell, inside):
         """As `_times`, with P at each corner and G that an LMI finds."""
-        turn, bent = middle(cell.turn), []
         try:
-            for timing in self.timings:
-                W = cell.bent(self.clocks.at(timing))[0]
-                bent.append(None if W is None else middle(W))
+            bent = [cell.expected(timing) for timing in self.timings]
         except ZeroDivisionError:  # the cell is too large to see that E is regular
             return None, None
         size = len(cell.L) * self.rate**2
         if not all(W is None or np.trace(W) <= HOPELESS * size for W in bent):
             return None, None  # too much, or beyond floats
-        bent = [None if W is None else turn.T @ W @ turn for W in bent]
         P, G = _multipliers(inside, bent, self.rate, self.family.held)
         if P is None:
             return None, None
-        cell = PlantCell(cell.family, cell.weights, cell.L, cell.clocks, cell.last, P)
-        return self._times(cell, [*G, None])
+        return self._parts(replace(cell, P=P), [*G, None])
+
+    def _parts(self, cell, multipliers):
+        """As `_times`, for a cell or for its halves with the P that it has."""
+        tree, budget, whole = {}, self.budget, cell
+        queue = [(cell, tree, 0)]
+        while queue:
+            check_time()
+            cell, node, depth = queue.pop()
+            times, timing = self._times(cell, multipliers)
+            if times is not None:
+                node.update(times)
+                continue
+            at = self.timings[-1]
+            if (
+                timing is not None
+                or not cell.family.shape.axes
+                or depth == DEPTH
+                or len(queue) + 2 > self.budget
+                or not all(self._holds(cell, t, multipliers) for t in self.timings)
+            ):
+                self.budget = budget
+                return None, timing
+            self.budget -= 1
+            cut = cell.widest(at)
+            node.update(halve=cut, halves=[{}, {}])
+            queue += zip(cell.halves(cut), node["halves"], (depth + 1,) * 2)
+        return _leaf(whole) | tree, None
+
+    def _alone(self, cell):
+        """As `_times`, with what a leaf has beside its clocks."""
+        times, timing = self._times(cell, [None])
+        return None if times is None else _leaf(cell) | times, timing
 
     def _times(self, cell, multipliers):
-        """A leaf for all clocks, or None and the clock that P doesn't hold for."""
+        """A leaf's clocks, or None and the clock that P doesn't hold for."""
         tree, budget, good = {}, self.budget, set()
         queue = [(self.clocks, tree)]
         while queue:
@@ -188,13 +218,8 @@ class _Search:
                     good.add(timing)
                 node.update(halve=box.wider, halves=[{}, {}])
                 queue += zip(box.halves(box.wider), node["halves"])
-        leaf = {"L": decimals(cell.L), "last": cell.last}
-        if cell.P is not None:
-            leaf["P"] = decimals(cell.P)
-        if tree:
-            leaf["times"] = tree
         self.budget = budget
-        return leaf, None
+        return {"times": tree} if tree else {}, None
 
     def _holds(self, cell, timing, multipliers):
         """Whether P does at one clock, in floats, if the plants' loops didn't bend."""
@@ -208,6 +233,11 @@ class _Search:
             all(_least(x, G, F, self.rate) > 0 for x, F in zip(P, loops))
             for G in several
         )
+
+
+def _leaf(cell):
+    several = {} if cell.P is None else {"P": decimals(cell.P)}
+    return {"L": decimals(cell.L), "last": cell.last} | several
 
 
 def _said(timing):

@@ -1,0 +1,113 @@
+"""Boxes of plants whose halves are proven with the Lyapunov matrices of the whole."""
+
+import copy
+
+import numpy as np
+import pytest
+from scipy.linalg import solve_discrete_are
+
+import sosbook as sos
+from sosbook.sampled import SampledCertificate, c2d, certify_sampled, sampled_loop
+from sosbook.sampled import cover as search
+
+RANGES = dict(c=(0.94, 1.06), a=(0.6, 0.68), f=(2.7, 3.3), e=(0.9, 1.1))
+T = 0.02
+
+
+def pendulum(c, a, f, e, unit=1.0):
+    """A body on two wheels: c and a are on the diagonal, f brakes, e drives."""
+    return sos.SecondOrderSystem(
+        unit * np.array([[c, 0.6], [0.6, a]]),
+        unit * f * np.array([[1, -1], [-1, 1]]),
+        unit * np.array([[-10.0, 0], [0, 0]]),
+        unit * e * np.array([[-1.0], [1]]),
+    )
+
+
+MIDDLE = {name: sum(ends) / 2 for name, ends in RANGES.items()}
+
+
+def gain(delay=0.0):
+    """Least squares for the plant in the middle, with u before where it is late."""
+    (d,) = c2d(pendulum(**MIDDLE), T, delay)
+    Q = np.eye(len(d.A)) * 1.0
+    P = solve_discrete_are(d.A, d.B, Q, [[0.1]])
+    return -np.linalg.solve(0.1 + d.B.T @ P @ d.B, d.B.T @ P @ d.A).round(6)
+
+
+def box(**changed):
+    return sos.Uncertain(lambda c, a, f, e: pendulum(c, a, f, e), **RANGES | changed)
+
+
+def worst(plants, K, delay, rng, count=200):
+    """The largest radius of loops of plants of a box, its corners among them."""
+    found = 0.0
+    for k in range(count):
+        share = rng.integers(0, 2, 4) if k % 2 else rng.random(4)
+        where = {
+            name: low + x * (high - low)
+            for x, (name, (low, high)) in zip(share, plants)
+        }
+        (F,) = sampled_loop(pendulum(**where), K, T, delay)
+        found = max(found, abs(np.linalg.eigvals(F)).max())
+    return found
+
+
+def leaves(node):
+    return sum(map(leaves, node["halves"])) if "halves" in node else 1
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.001])
+def test_one_search_for_lyapunov_matrices_proves_a_box(delay, monkeypatch):
+    """Each of its halves asked for a search of its own, six times as slow."""
+    searches = []
+    found = search._multipliers
+    monkeypatch.setattr(
+        search, "_multipliers", lambda *x: searches.append(1) or found(*x)
+    )
+    K = gain(delay)
+    proof = certify_sampled(box(), K, T, delay)
+    tree = proof.data["cells"]
+    assert proof.proven, proof.failed
+    assert len(searches) == 1 and "P" in tree and leaves(tree) > 1
+    assert worst(RANGES.items(), K, delay, np.random.default_rng(0)) < 1
+    assert len(proof.cells) == leaves(tree)
+    assert SampledCertificate(proof.text).verify()
+
+
+def test_forged_parts_prove_nothing():
+    proof = certify_sampled(box(), gain(), T)
+
+    def forged(change):
+        data = copy.deepcopy(proof.data)
+        change(data["cells"])
+        try:
+            return SampledCertificate.of(data).proven
+        except ValueError:
+            return False
+
+    assert forged(lambda tree: None)
+    assert not forged(lambda tree: tree.pop("P"))
+    assert not forged(lambda tree: tree.pop("L"))
+    assert not forged(lambda tree: tree["P"][3][0].__setitem__(0, "-1"))
+    assert not forged(lambda tree: tree["halves"][0].update(L=tree["L"]))
+    assert not forged(lambda tree: tree["halves"][0].update(P=tree["P"]))
+    assert not forged(lambda tree: tree.update(times={}))
+    assert not forged(lambda tree: tree["halves"].pop())
+    assert not forged(lambda tree: [tree.pop(x) for x in ("halve", "halves")])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_box_with_an_unstable_loop_is_proven(seed):
+    """Gains by chance, some too weak for some of the plants."""
+    rng = np.random.default_rng(seed)
+    K = (gain() * rng.uniform(0.25, 1.3, (1, 4))).round(5)
+    radius = worst(RANGES.items(), K, 0.0, rng)
+    proof = certify_sampled(box(), K, T, cells=20)
+    assert not (proof.proven and radius >= 1), radius
+
+
+@pytest.mark.parametrize("unit", [0.3, 9.81])
+def test_the_units_of_a_box_change_no_verdict(unit):
+    plants = sos.Uncertain(lambda c, a, f, e: pendulum(c, a, f, e, unit=unit), **RANGES)
+    assert certify_sampled(plants, gain(), T).proven
