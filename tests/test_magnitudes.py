@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.requirements.cost import noise_input
 from sosbook.requirements.magnitudes import Magnitudes
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
@@ -54,7 +53,7 @@ def test_the_own_unknown_of_a_cost_has_the_size_of_the_noise(noise):
         asked = Request(as_units(plant, powers, 0).plant(plant), requirements=[cost])
         frame = Frame.of(asked)
         found = Magnitudes(cost, asked, frame)
-        share = np.linalg.norm(frame.back @ noise_input(asked.mean, cost), 2) ** 2
+        share = np.linalg.norm(frame.back @ cost.noise_input(asked.mean), 2) ** 2
         assert found.P == 0  # any will do
         assert 1e-2 * share < found.own < 1e2 * share
 

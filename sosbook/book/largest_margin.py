@@ -125,13 +125,30 @@ def region_margin(example):
 def delay_margin(example, mu=None, second=1.0, misprints=()):
     """The largest margin of an example with a delayed input, by Theorem 2.3.
 
-    ``example``: as `sosbook.thesis.delay_example_2`; ``mu``: the tolerance of the delay
-    in seconds, if not the example's; ``second``: so many units of time make a second:
-    1000 measures all times in milliseconds; ``misprints``: a collection that may hold
-    "sign": what to leave as it is printed, see `sosbook.theorems`. The gain is
-    ``K = X inv(F')`` in the units of the example, the blocks are (2.22) to (2.25) of
-    the thesis, corrected. Raises ValueError if there is no point inside, as for the
-    wing with its printed mu; RuntimeError as `largest_margin`.
+    Parameters
+    ----------
+    example : DelayExample
+        As `sosbook.thesis.delay_example_2`.
+    mu : float, optional
+        The tolerance of the delay in seconds, if not the example's.
+    second : float
+        So many units of time make a second: 1000 measures all times in
+        milliseconds.
+    misprints : collection of {"sign"}
+        What to leave as it is printed, see `sosbook.theorems`.
+
+    Returns
+    -------
+    LargestMargin
+        With the gain ``K = X inv(F')`` in the units of the example. The
+        blocks are (2.22) to (2.25) of the thesis, corrected.
+
+    Raises
+    ------
+    ValueError
+        If there is no point inside, as for the wing with its printed mu.
+    RuntimeError
+        As `largest_margin`.
     """
     if not {"sign"}.issuperset(misprints):
         raise ValueError(f'misprints may hold "sign", got {misprints!r}')

@@ -80,8 +80,9 @@ class Tracking(Known):
     """What a loop's own log says of the pendulum in it.
 
     ``values``: body, wheels and back-EMF: the factors of e/c, of e/a and of f; delay in
-    s; friction in V; ``innovations``, (2, N): what the gyro (rad/s) and the wheels
-    (rad) said beyond the prediction; ``t``, (N,): their times, in s.
+    s; friction in V; ``sd``: their deviations; ``innovations``, (2, N): what the gyro
+    (rad/s) and the wheels (rad) said beyond the prediction; ``t``, (N,): their times,
+    in s.
     """
 
     innovations: np.ndarray
@@ -94,8 +95,8 @@ class Heading(Known):
 
     ``values``: inertia, a_d / e, and damping, f / e, in V per rad/s^2 and rad/s;
     stronger and braking, the shares by which the right motor's e and f are above the
-    mean; friction in V; ``residuals``, (N,): what the wheels' difference was beyond
-    the simulation, in rad.
+    mean; friction in V; ``sd``: their deviations; ``residuals``, (N,): what the wheels'
+    difference was beyond the simulation, in rad.
     """
 
     residuals: np.ndarray

@@ -264,8 +264,14 @@ class QuadraticCost(Requirement):
     ) -> float:
         return max(noise_cost(d, K, self) for d in loops)
 
+    def noise_input(self, d: Descriptor) -> np.ndarray:
+        """Where the noise enters x' of a vertex ``d``, (N, q)."""
+        if self.noise == "states":
+            return np.eye(len(d.E))
+        return np.linalg.solve(d.E, d.Bw)
+
     def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
-        A, noise = loop_matrix(d, K), noise_input(d, self)
+        A, noise = loop_matrix(d, K), self.noise_input(d)
         X = lyapunov(A.T, -_weight(self, K))
         Y = lyapunov(A, -noise @ noise.T)
         of_noise = 2 * X @ noise if self.noise == "F" else 0 * d.Bw
@@ -277,13 +283,6 @@ class QuadraticCost(Requirement):
         return Q, self.R
 
 
-def noise_input(d, cost):
-    """Where the noise of a cost enters x' of a `Descriptor` d, (N, q)."""
-    if cost.noise == "states":
-        return np.eye(len(d.E))
-    return np.linalg.solve(d.E, d.Bw)
-
-
 def noise_cost(d, K, cost):
     """The true cost of a vertex ``d`` under u = ``K`` x by the weights and noise of a
     ``cost``, (2.30) and (2.31) with W = I; infinite for an unstable loop.
@@ -292,7 +291,7 @@ def noise_cost(d, K, cost):
     if np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
     X = lyapunov(A.T, -_weight(cost, K))
-    noise = noise_input(d, cost)
+    noise = cost.noise_input(d)
     return float(np.trace(noise.T @ X @ noise))
 
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..analysis.riccati import lyapunov, riccati
 from ..plants.descriptor import twins
-from ..requirements.cost import noise_input
 from .scaling import Frame
 from .solution import Solution
 
@@ -39,7 +38,7 @@ def riccati_point(request):
     frame = Frame.of(request)
     d, T, R = request.vertices[0], frame.T, cost.R
     A, B, _ = d.change(frame.left, T).state_space()
-    noise = np.linalg.solve(T, noise_input(d, cost))
+    noise = np.linalg.solve(T, cost.noise_input(d))
     Q = T.T @ cost.Q @ T
     try:
         X = _near_one(riccati(A, B, Q, R))

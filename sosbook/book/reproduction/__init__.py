@@ -7,8 +7,21 @@ What is written stands in three tables: ``rows.toml``, ``corrections.toml`` and
 """
 
 from functools import cache
-from importlib import import_module
 
+from . import (
+    delay,
+    desk,
+    example_4,
+    examples,
+    integrators,
+    mip,
+    observer,
+    regulators,
+    remarks,
+    sampled,
+    singular_mass,
+    vertices,
+)
 from .corrections import assumptions, checked, errata, readings
 from .table import KINDS, VERDICTS, Erratum, Row
 
@@ -24,15 +37,23 @@ __all__ = [
     "rows",
 ]
 
-#: The modules of this folder that compute rows, in the order of the thesis.
 _SUBJECTS = (
-    *("singular_mass", "vertices", "examples", "example_4", "integrators", "delay"),
-    *("regulators", "observer", "mip", "sampled", "desk", "remarks"),
+    singular_mass,
+    vertices,
+    examples,
+    example_4,
+    integrators,
+    delay,
+    regulators,
+    observer,
+    mip,
+    sampled,
+    desk,
+    remarks,
 )
 
 
 @cache
 def rows():
     """All rows, computed, in the order of the thesis."""
-    subjects = (import_module(f".{name}", __name__) for name in _SUBJECTS)
-    return tuple(row for subject in subjects for row in subject.rows())
+    return tuple(row for subject in _SUBJECTS for row in subject.rows())

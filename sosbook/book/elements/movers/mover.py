@@ -27,11 +27,25 @@ class Mover(PageElement):
 def slider(key, label, unit, ends, step, start, scale="linear"):
     """A slider as the page needs it.
 
-    ``key``: the name of the value in the script; ``label``: what stands above;
-    ``unit``: what stands behind the value, with its space: " s"; ``start``: the value
-    at first; ``ends``, ``step``: both ends, and from one position to the next, of the
-    value, or of its logarithm to base 10 where the ``scale`` isn't "linear" but "log".
+    Parameters
+    ----------
+    key : str
+        The name of the value in the script.
+    label : str
+        What stands above the slider.
+    unit : str
+        What stands behind the value, with its space: " s".
+    ends : (float, float)
+        Both ends; powers of ten of the value where the scale is "log".
+    step : float
+        From one position to the next, in the same measure.
+    start : float
+        The value at first.
+    scale : {"linear", "log"}
+        Whether the positions are values or their logarithms to base 10.
 
+    Examples
+    --------
     >>> slider("R", "Weight R", "", (-1, 2), 0.5, 1, "log")["max"]
     2
     """
