@@ -110,6 +110,7 @@ def test_a_description_survives_its_file(robot, tmp_path):
         ({"M_w": 27.0}, "M_w .*at most 20 kg"),
         ({"l": 40.0}, "l .*at most 2 m"),  # in mm
         ({"M_b": "1"}, "M_b"),
+        ({"track": 0.1, "turning": [1, "1"]}, "turning must be two inertias"),
         ({"M_b": True}, "M_b"),
         ({"l": float("nan")}, "l .from the axle"),
         ({"T": 0}, "T .time between"),
