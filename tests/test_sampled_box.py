@@ -1,4 +1,4 @@
-"""Boxes of plants whose halves are proven with the Lyapunov matrices of the whole."""
+"""Plants whose halves are proven with the Lyapunov matrices of the whole."""
 
 import copy
 
@@ -107,3 +107,65 @@ def test_no_box_with_an_unstable_loop_is_proven(seed):
 @pytest.mark.parametrize("unit", [0.3, 9.81])
 def test_the_units_of_a_box_change_no_verdict(unit):
     assert certify_sampled(box(unit), gain(), T).proven
+
+
+CORNERS = np.array([[0.94, 1.1], [1.06, 0.9], [1.06, 1.1]])  # c and e
+
+
+def triangle(unit=1.0):
+    """Three plants far apart, of which all mixtures are plants, too."""
+    several = [MIDDLE | dict(c=c, e=e) for c, e in CORNERS]
+    return sos.Polytope([pendulum(**x, unit=unit) for x in several])
+
+
+CLOCK = (0.018, 0.022), (0.0, 0.002)
+
+
+@pytest.mark.parametrize("unit", [0.3, 1, 9.81])
+def test_one_search_proves_a_simplex_whose_clock_varies(unit, monkeypatch):
+    """It asked for one in each of its cells, and in each it asked several times."""
+    searches, found = [], search._multipliers
+    monkeypatch.setattr(
+        search, "_multipliers", lambda *x: searches.append(1) or found(*x)
+    )
+    proof = certify_sampled(triangle(unit), gain(), *CLOCK)
+    tree = proof.data["cells"]
+    assert proof.proven and "P" in tree and leaves(tree) > 1
+    assert len(searches) == 1 and SampledCertificate(proof.text).verify()
+    for change in (
+        lambda tree: tree.update(halve=[0, 0]),
+        lambda tree: tree.update(halve=[1, 3]),
+        lambda tree: tree.pop("P"),
+    ):
+        data = copy.deepcopy(proof.data)
+        change(data["cells"])
+        try:
+            assert not SampledCertificate.of(data).proven
+        except ValueError:
+            pass
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_pattern_of_clocks_grows_where_a_simplex_is_proven(seed):
+    """Gains by chance; plants by chance and patterns of up to six ticks, repeated."""
+    rng, worst = np.random.default_rng(seed), 0.0
+    K = (gain() * rng.uniform(0.4, 1.2, (1, 4))).round(5)
+    proof = certify_sampled(triangle(), K, *CLOCK, cells=6)
+    for k in range(100):
+        c, e = (rng.dirichlet([0.3] * 3) if k > 2 else np.eye(3)[k]) @ CORNERS
+        plant, count = pendulum(**MIDDLE | dict(c=c, e=e)), rng.integers(1, 7)
+        word = np.eye(5)
+        for _ in range(count):
+            T, late = (rng.choice(x) if k % 2 else rng.uniform(*x) for x in CLOCK)
+            word = sampled_loop(plant, K, T, max(late, 1e-9))[0] @ word
+        worst = max(worst, abs(np.linalg.eigvals(word)).max() ** (1 / count))
+    assert not (proof.proven and worst >= 1), worst
+
+
+def test_multipliers_are_found_for_slow_loops():
+    """The identity is one for them; from elsewhere none was found."""
+    rng = np.random.default_rng(0)
+    turns = [np.linalg.qr(rng.standard_normal((14, 14)))[0] for _ in range(3)]
+    loops = [[(1 - 1e-4) * turn for turn in turns]]
+    P, G = search._multipliers(loops, [1e-9 * np.eye(14)], 1.0)
+    assert P is not None and len(G) == 1

@@ -151,19 +151,29 @@ class PlantCell:
 
     def bent(self, box):
         """W of the theorem for each corner of a box of clocks; None where D = 0."""
-        along, (L, _) = None, self._frame
-        if box.varies:
-            along = gram_bound(self.family.time_bends(self.weights, L, box))
-        bent = []
-        for timing in box.corners:
-            across = None
-            if len(self.weights) > 1:
-                across = self._across(timing)
-            bent.append(_sum(along, across))
-        return bent
+        along = self._along(box)
+        return [_sum(along, self._across(timing)) for timing in box.corners]
+
+    def _along(self, box):
+        """The bound of D for a change of the clock."""
+        if not box.varies:
+            return None
+        key, L = (self._key, "along", box), self._frame[0]
+        return self.family.remember(
+            key, lambda: gram_bound(self.family.time_bends(self.weights, L, box))
+        )
+
+    def bends_across(self, box):
+        """Whether several plants with P bend more than clocks do in their box."""
+        if self.P is None:
+            return False
+        along = _trace(self._along(box))
+        return any(_trace(self._across(timing)) > along for timing in box.corners)
 
     def _across(self, timing):
         """The bound of D for a change of the plant."""
+        if len(self.weights) == 1:
+            return None
         key = self._key, "across", timing
         return self.family.remember(key, lambda: gram_bound(self._bends(timing)))
 
@@ -182,8 +192,20 @@ class PlantCell:
         return None if W is None else turn.T @ middle(W) @ turn
 
     def widest(self, timing):
-        """The axis along which a box's loops with a ``timing`` bend most."""
-        return int(np.argmax([float(size(H)) for _, H in self._bends(timing)]))
+        """Where loops with a ``timing`` bend most: an axis of a box, or two corners."""
+        bends = [H for _, H in self._bends(timing)]
+        if self.family.shape.axes:
+            return int(np.argmax([float(size(H)) for H in bends]))
+        rest = [k for k in range(len(self.weights)) if k != self.last]
+        pairs = [(j, k) for j in range(len(rest)) for k in range(j + 1)]
+        found = dict(zip(pairs, map(middle, bends)))
+        far = {}
+        for j, k in pairs:
+            H, ends = found[j, j], (self.last, rest[j])
+            if j != k:
+                H, ends = H + found[k, k] - 2 * found[j, k], (rest[k], rest[j])
+            far[ends] = np.linalg.norm(H)
+        return list(max(far, key=far.get))
 
     def halves(self, cut):
         """The two cells on either side of a ``cut``, with the mixed P."""
@@ -196,10 +218,14 @@ def _sum(first, second):
     """A matrix above (D + H)'(D + H), from those above D'D and H'H."""
     if first is None or second is None:
         return second if first is None else first
-    one, other = (float(sum(x.diagonal(), arb(0)).mid()) for x in (first, second))
+    one, other = map(_trace, (first, second))
     share = np.sqrt(other / one) if one > 0 and other > 0 else 1.0
     t = arb(exact(float(share))) if 1e-9 < share < 1e9 else arb(1)
     return (1 + t) * first + (1 + 1 / t) * second
+
+
+def _trace(W):
+    return 0.0 if W is None else float(sum(W.diagonal(), arb(0)).mid())
 
 
 def _turned(X, turn):

@@ -20,6 +20,7 @@ __all__ = ["cover", "lyapunov", "too_slow"]
 LYAPUNOV_DIGITS = 12  # significant decimal digits of the rounded matrices
 ROUNDS = 12  # times that clocks which a P doesn't hold for join the search for it
 DEPTH = 8  # times that a cell is halved for one set of Lyapunov matrices
+PARTS = 1, 1 / 16, 1 / 256  # of W, for a cell, and for halves and quarters of its edges
 HOPELESS = 4.0  # W's trace, times r^2 N, above which no multiplier is looked for
 
 
@@ -66,8 +67,7 @@ class _Search:
         """Where a cell is, by the weights of the plant's vertices."""
         mean = np.zeros(weights.shape[1])
         mean[self.family.shape.order] = weights.astype(float).mean(axis=0)
-        weights = np.array2string(mean, np.inf, precision=3, separator=", ")
-        return f"weights {weights}"
+        return "weights " + np.array2string(mean, np.inf, precision=3, separator=", ")
 
     def around(self, weights):
         """The same, for a cell about a place."""
@@ -148,10 +148,12 @@ class _Search:
         size = len(cell.L) * self.rate**2
         if not all(W is None or np.trace(W) <= HOPELESS * size for W in bent):
             return None, None  # too much, or beyond floats
-        P, G = _multipliers(inside, bent, self.rate, self.family.held)
-        if P is None:
-            return None, None
-        return self._parts(replace(cell, P=P), [*G, None])
+        for share in PARTS:
+            part = [None if W is None else share * W for W in bent]
+            P, G = _multipliers(inside, part, self.rate, self.family.held)
+            if P is not None:
+                return self._parts(replace(cell, P=P), [*G, None])
+        return None, None
 
     def _parts(self, cell, multipliers):
         """As `_times`, for a cell or for its halves with the P that it has."""
@@ -164,10 +166,8 @@ class _Search:
             if times is not None:
                 node.update(times)
                 continue
-            at = self.timings[-1]
             if (
                 timing is not None
-                or not cell.family.shape.axes
                 or depth == DEPTH
                 or len(queue) + 2 > self.budget
                 or not all(self._holds(cell, t, multipliers) for t in self.timings)
@@ -175,7 +175,7 @@ class _Search:
                 self.budget = budget
                 return None, timing
             self.budget -= 1
-            cut = cell.widest(at)
+            cut = cell.widest(self.timings[-1])
             node.update(halve=cut, halves=[{}, {}])
             queue += zip(cell.halves(cut), node["halves"], (depth + 1,) * 2)
         return _leaf(whole) | tree, None
@@ -201,19 +201,16 @@ class _Search:
                     break
             else:
                 budget -= 1
-                if not self.clocks.varies or len(queue) + 2 > budget:
+                few = len(queue) + 2 > budget or not self.clocks.varies
+                if few or cell.bends_across(box):
                     return None, None
                 for timing in box.corners:
-                    if timing.remainder > timing.T:
-                        continue
-                    if timing in good:
+                    if timing in good or timing.remainder > timing.T:
                         continue
                     if not self._holds(cell, timing, multipliers):
                         return None, timing
                     point = self.clocks.at(timing)
-                    if not any(
-                        cell.least(point, self.rate, G) > 0 for G in multipliers
-                    ):
+                    if all(cell.least(point, self.rate, G) <= 0 for G in multipliers):
                         return None, None  # the plants are too many
                     good.add(timing)
                 node.update(halve=box.wider, halves=[{}, {}])
@@ -368,7 +365,12 @@ def _multipliers(loops, bent, rate, held=0):
         return blocks
 
     problem = LMIProblem(write, unknowns)
-    found = problem.solve(refuse=False, within_bounds=True).values
+    sizes = {"P": N - held, "G": N}  # the identity is near, where s is large
+    start = {x.name: np.eye(sizes.get(x.name[0], 1)) for x in unknowns}
+    for j, W in enumerate(bent):
+        if W is not None:
+            start[f"s{j}"] /= np.sqrt(max(np.linalg.norm(W, 2), 1e-30))
+    found = problem.solve(refuse=False, within_bounds=True, start=start).values
     if found is None:
         return None, None
     P = np.array([np.eye(N)] * count)
