@@ -50,6 +50,18 @@ def test_a_robot_by_chance_is_fitted_as_its_intervals_say(seed):
         assert abs(off) < half < 12, name
 
 
+@pytest.mark.campaign
+@pytest.mark.parametrize("name", ["n20", "hub", "tele", "lego"])
+def test_all_robots_that_a_log_allows_are_proven(name, tmp_path):
+    """In a box of 16 corners; short logs make it wide."""
+    for key, log in recorded(ALL[name], SECONDS).items():
+        log.write(tmp_path / f"{key}.csv")
+    logs = tmp_path / "body.csv", tmp_path / "wheels.csv"
+    found = deploy(*logs, described(ALL[name]), confidence=0.99)
+    assert found.proven
+    assert len(found.robots) == 17  # the fit and the corners
+
+
 def test_the_stored_rate_is_that_of_its_records():
     stored = json.loads(RESULTS.read_text("utf-8"))
     assert stored["summary"] == summary(stored["records"])
