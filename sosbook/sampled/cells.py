@@ -39,7 +39,7 @@ from flint import arb
 from scipy.linalg import solve_triangular
 
 from ..exact.definite import exact
-from .balls import balls, balls_of, middle, orthonormal, solve
+from .balls import balls, balls_of, middle, orthonormal, product, solve
 from .loops import SampledFamily, key_of, within
 from .timing import TimeBox
 
@@ -235,8 +235,8 @@ def _turned(X, turn):
 
 def _blocks(pace, P, G, loops, W):
     """The theorem's matrices at the corners of one clock, with the best s."""
-    GG, rests = G @ G.T, [G + G.T - x for x in P]
-    cross = [G @ F for F in loops]
+    GG, rests = product(G, G.T), [G + G.T - x for x in P]
+    cross = [product(G, F) for F in loops]
     s = None if W is None else arb(exact(_best_s(pace, P, GG, rests, cross, W)))
     for x, rest, C in zip(P, rests, cross):
         top = pace**2 * x
@@ -279,8 +279,8 @@ def least_pivot(S):
     except np.linalg.LinAlgError:
         return -np.inf
     W = solve_triangular(root, np.eye(len(root)), lower=True)
-    W = np.array([[arb(e) for e in row] for row in W.tolist()], object)  # any will do
-    S = W @ S @ W.T
+    W = balls_of(W)  # any will do
+    S = product(W, S, W.T)
     if not all(2 * row[i] > sum(map(abs, row)) for i, row in enumerate(S)):
         return -np.inf
     return float(root.diagonal().min() ** 2)
