@@ -628,9 +628,9 @@ def test_page_and_package_give_the_same_verdict_on_what_is_typed(tab, count):
         else:
             good = verdicts[0] == verdicts[1]
             seen["open"] += verdicts[0] == "undecided" and not good
-        if not good:
+        if not good and verdicts[0] != "undecided":
             apart.append((seed, *verdicts))
-    assert apart == []
+    assert apart == [] and seen["open"] <= count // 500
     for status in ("feasible", "infeasible"):  # of one plant, of ranges, of several
         assert all(seen[status, kind] >= count // 20 for kind in range(3)), seen
 

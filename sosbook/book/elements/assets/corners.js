@@ -80,10 +80,10 @@ function cornersOf(typed, box) {
   const names = box.map(({name}) => name);
   const entries = Object.fromEntries(
     NAMES.map(name => [name, typed[name].map(row => row.map(text => polynomial(name, text, names)))]));
+  divide(entries, box);
   const all = Object.values(entries).flat(2),
         idle = names.filter((_, k) => !all.flat().some(t => t.powers[k]));
   if (idle.length) refuse(`the plant doesn't depend on ${idle.join(", ")}`);
-  divide(entries, box);
   const power = names.filter((_, k) => all.flat().some(t => t.powers[k] > 1));
   if (power.length)
     refuse(`${power[0]} has a power above one: this page takes products of different parameters. ` +
