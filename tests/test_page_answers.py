@@ -76,7 +76,7 @@ DRIVE = """async ([tag, seed, moves, texts]) => {
       for (const output of view.querySelectorAll(".sos-slider output"))
         if (!readout.textContent.includes(output.textContent))
           fault(`the verdict doesn't say ${output.textContent}`);
-    if (sync && tag !== "sos-robot" && !marked(readout)) {   // whose pushes aren't controls
+    if (sync && tag !== "sos-robot" && !marked(readout)) {   // its pushes: no control
       const said = readout.textContent + [...view.querySelectorAll("svg")].map(
         svg => svg.getAttribute("aria-label"));
       if ((told.get(now) ?? said) !== said) fault("one setting, two answers");
