@@ -67,7 +67,7 @@ def solve(A, B):
 
 
 def product(*several):
-    """The product of some matrices of balls, faster than theirs as arrays."""
+    """The product of ``several`` matrices of balls, faster than theirs as arrays."""
     return entries(reduce(mul, map(_matrix, several)))
 
 
