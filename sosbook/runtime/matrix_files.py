@@ -1,4 +1,7 @@
-"""Matrices of NumPy, MATLAB, Matrix Market, Abaqus, Nastran, within limits."""
+"""Matrices of NumPy, MATLAB, Matrix Market, Abaqus, Nastran, within limits.
+
+Nothing in a file is ever executed.
+"""
 
 import struct
 import zipfile
