@@ -243,7 +243,7 @@ def test_a_search_that_finds_nothing_says_so(broken, monkeypatch):
         def __init__(self, *given):
             pass
 
-        def solve(self, start=None):
+        def solve(self, start=None, refuse=True):
             return LMISolution(None, None)
 
         def minimize(self, *given):

@@ -477,6 +477,21 @@ def test_many_examples(law, seed, powers):
     law(seed, powers)
 
 
+@pytest.mark.parametrize(
+    ("law", "seed", "powers"),
+    [
+        (regulators, 4, [-6, 3, 5, -5, -4]),  # a weight that took the units' part
+        (regulators, 784, [8, 7, 8, 9, 6]),  # an equation that lost its digits
+        (regulators, 784, [0] * 5),  # many gains of least cost
+        (observers, 39, [0, -5, 0, 0, 0]),
+        (observers, 7, [0] * 5),  # many observers of least cost
+        (observers, 22, [0, -8, -5, 7, 3]),  # a rate and a row without a unit
+    ],
+)
+def test_what_units_once_turned(law, seed, powers):
+    law(seed, powers)
+
+
 REGIONS = {  # of rates a hundred times and a tenth of w
     "strip": lambda w: sos.LMIRegion.strip(-100 * w, -0.1 * w),
     "horizontal strip": lambda w: sos.LMIRegion.horizontal_strip(10 * w),

@@ -1,7 +1,7 @@
 """Lyapunov's and Riccati's equations."""
 
 import numpy as np
-from scipy.linalg import schur, solve_continuous_are
+from scipy.linalg import matrix_balance, schur, solve_continuous_are
 from scipy.linalg.lapack import dgees, dtrsyl
 
 from ..runtime.time_limit import check_time_of_eigenvalues
@@ -29,24 +29,52 @@ def riccati(A, B, Q, R):
     numpy.linalg.LinAlgError if there is none, to rounding.
 
     X maps the first half of the Hamiltonian's stable Schur vectors to the second (Laub
-    1979). `scipy.linalg.solve_continuous_are`, which balances a pencil, takes four
-    times as long at N = 6; it has the word where the result doesn't solve the equation.
+    1979), in units of the states that balance the Hamiltonian, so that it doesn't
+    depend on those in which A was given. `scipy.linalg.solve_continuous_are`, of a
+    pencil, takes four times as long at N = 6; it has the word where the result doesn't
+    solve the equation.
     """
-    N, push = len(A), B @ np.linalg.solve(R, B.T)
+    N, H = len(A), _hamiltonian(A, B, Q, R)
     check_time_of_eigenvalues(N, SCHUR)
-    H = np.empty((2 * N, 2 * N))
-    H[:N, :N], H[:N, N:], H[N:, :N], H[N:, N:] = A, -push, -Q, -A.T
-    X = _by_schur_vectors(H) if np.isfinite(H).all() else None
+    if not np.isfinite(H).all():
+        raise np.linalg.LinAlgError("the equation isn't finite")
+    units = _balancing(H)  # x = units xi
+    both, squares = np.append(units, 1 / units), np.outer(units, units)
+    H = H / both[:, None] * both
+    A, push, Q = H[:N, :N], -H[:N, N:], -H[N:, :N]
+    X = _by_schur_vectors(H)
     if X is not None:
         XA, bent = X @ A, X @ push @ X
         size = max(np.abs(x).max() for x in (XA, bent, Q))
         if np.abs(XA + XA.T - bent + Q).max() < RESIDUAL * size:
-            return X
+            return X / squares
     check_time_of_eigenvalues(N, PENCIL)
     try:
-        return solve_continuous_are(A, B, Q, R)
+        return solve_continuous_are(A, B / units[:, None], Q, R) / squares
     except ValueError as error:  # the pencil's stable half can't be sorted out
         raise np.linalg.LinAlgError(str(error)) from None
+
+
+def balanced_units(A, B, Q, R):
+    """Units of x, powers of two, in which the Hamiltonian of `riccati` is balanced."""
+    return _balancing(_hamiltonian(A, B, Q, R))
+
+
+def _hamiltonian(A, B, Q, R):
+    return np.block([[A, -B @ np.linalg.solve(R, B.T)], [-Q, -A.T]])
+
+
+def _balancing(H):
+    """Units of x, powers of two, that balance a Hamiltonian ``H`` of [x; p], where p
+    has the inverse units.
+
+    Source: P. Benner, Linear Algebra and its Applications 330, 2001.
+    """
+    N = len(H) // 2
+    with np.errstate(all="ignore"):
+        _, (scale, _) = matrix_balance(np.abs(H), permute=False, separate=True)
+    powers = np.log2(scale)
+    return 2.0 ** np.round((powers[:N] - powers[N:]) / 2)
 
 
 def _by_schur_vectors(H):

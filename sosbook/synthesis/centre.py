@@ -54,7 +54,7 @@ def centred(lmis, values):
     """
     if too_many(lmis.request):
         return finish(lmis, values)
-    found = _centre(lmis, lmis.packed(values))
+    found = analytic_centre(lmis, lmis.packed(values))
     return None if found is None else _solution(*found, True)
 
 
@@ -80,7 +80,7 @@ def finish(lmis, values):
         return _of_small_part(lmis, x, NO_SIZE)
     if lmis.compiled.barrier.recedes(x, [_gain_alone(lmis)]):
         return _of_small_part(lmis, x, NO_GAIN_BOUND)
-    found = _centre(lmis, x)
+    found = analytic_centre(lmis, x)
     return _of_part(lmis, x) if found is None else _solution(*found, True)
 
 
@@ -94,7 +94,7 @@ def _solution(lmis, x, central, reason=""):
     return replace(solution, central=central, reason=reason)
 
 
-def _centre(lmis, x):
+def analytic_centre(lmis, x):
     """`ScaledLMIs` and their analytic centre in them, from x inside; or None."""
     for _ in range(MOST_FRAMES):
         blocks = lmis.compiled

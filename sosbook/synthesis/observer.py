@@ -143,7 +143,7 @@ def _solved(problem):
         design = _certain(problem, *near)
         if design.status == "feasible":
             return design
-    optimum = problem.optimum()
+    least, optimum = problem.optimum()
     if optimum.values is None:
         reason = NOTHING_FOUND
         if optimum.verdict == "infeasible":
@@ -153,9 +153,7 @@ def _solved(problem):
             return replace(refused, status="infeasible", reason=REFUSED)
         return refused
     known = optimum.values
-    T1 = problem.T[0]
-    L = np.linalg.solve(T1.T, np.linalg.solve(known["P1"], known["Y"].T))
-    least = float(np.trace(known["J"])) * problem.unit**2
+    L = problem.gain(known)
     known = {name: x for name, x in known.items() if name != "Y"}
     return _certain(problem, L, bound_of(least), known)
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import cholesky
 
-from ..analysis.linear import balancing
-from ..analysis.riccati import lyapunov, riccati
+from ..analysis.riccati import balanced_units, lyapunov, riccati
 from ..exact.definite import exact, in_floats, inverse, round_digits
 from ..exact.proof_file import ProofFile, significant
 from ..exact.rational import decimal, decimals, null_basis, read_array
@@ -25,6 +24,7 @@ from ..theorems.lqr import trace_bound
 from .error_loop import error_loop
 
 OPTIMUM_GAP = 1e-8  # relative, to which the optimum is known
+AMID = 100.0  # times that accuracy: less room is lost in it, more costs more
 
 
 class ObserverProblem:
@@ -40,17 +40,19 @@ class ObserverProblem:
         mean = mean_descriptor(vertices)
         A, B, _ = mean.state_space()
         N = len(A)
-        units = balancing(A + B @ K)  # x = units xi
+        check_rank(R_F, "R_F must be regular: each output has noise")
+        noise, R = Q_F[:N] @ Q_F[:N].T, R_F @ R_F.T
+        units = 1 / balanced_units(A.T, C.T, noise, R)  # x = units xi
         A, B = A / units[:, None] * units, B / units[:, None]
         K, C = K * units, C * units
-        source = Q_F[:N] @ Q_F[:N].T / np.outer(units, units)
+        source = noise / np.outer(units, units)
         small = 1e-6 * (np.trace(source) / N or 1.0) * np.eye(N)
         if np.linalg.eigvals(A + B @ K).real.max() >= 0:
             raise ValueError("K doesn't stabilise the mean plant: design it first")
-        check_rank(R_F, "R_F must be regular: each output has noise")
         try:
-            X = riccati(A.T, C.T, source + small, R_F @ R_F.T)
-            errors = A - X @ C.T @ np.linalg.solve(R_F @ R_F.T, C)
+            X = riccati(A.T, C.T, source + small, R)
+            gain = np.linalg.solve(R, C @ X)  # L' = -gain
+            errors = A - gain.T @ C
             if not np.linalg.eigvals(errors).real.max() < 0:
                 raise np.linalg.LinAlgError("the error doesn't decay")
         except np.linalg.LinAlgError:
@@ -59,11 +61,13 @@ class ObserverProblem:
                 "on the imaginary axis): measure more, or take that state "
                 "out"
             ) from None
-        rest = lyapunov(A + B @ K, -X)
+        rest = lyapunov(A + B @ K, errors @ X + X @ errors.T)
         self.T = [
             round_digits(np.linalg.inv(cholesky(x, lower=True)).T / units[:, None], 6)
             for x in (X, rest)
         ]
+        sizes = np.linalg.norm(gain * units @ self.T[0], axis=1)
+        self.sizes = round_digits(np.where(sizes > 0, sizes, 1.0), 2)  # of Y's rows
         self.left = round_digits(inverse_by_rows(mean.E @ self.T[0]), 6)
         self.unit = float(
             round_digits(max(np.linalg.norm(self.left @ w, 2) for w in noises), 2)
@@ -97,8 +101,8 @@ class ObserverProblem:
 
     def blocks(self, values, number=lambda x: x, L=None, bound=None):
         """All blocks by name at ``values`` of the unknowns, matrices or expressions,
-        with arrays by ``number``; with ``L``, (N, q), Y = L' P1 is put in, and
-        ``bound`` is that of tr J.
+        with arrays by ``number``; with ``L``, (N, q), Y = L' P1 is put in, else it is
+        the unknown, whose rows have their ``sizes``; ``bound`` is that of tr J.
         """
         T1, T2 = map(number, self.T)
         T = block([[T1, 0], [0, T2]])
@@ -106,7 +110,10 @@ class ObserverProblem:
         left, unit = number(self.left), number(np.array(self.unit)).item()
         C, Q_F, R_F = number(self.C) @ back1, number(self.Q_F), self.R_F
         P1, P2, J = (values[name] for name in ("P1", "P2", "J"))
-        Y = values["Y"] if L is None else (number(L).T @ T1) @ P1
+        if L is None:
+            Y = number(np.diag(self.sizes)) @ values["Y"]
+        else:
+            Y = (number(L).T @ T1) @ P1
         blocks = {"P1": P1, "P2": P2}
         if bound is not None:
             limit = number(np.array(bound)).item() / unit**2
@@ -131,13 +138,27 @@ class ObserverProblem:
         """The `LMIProblem` with L to be found and no bound of tr J."""
         return TrustedProblem(self.blocks, self.unknowns())
 
+    def gain(self, values):
+        """L at ``values`` of the unknowns: L' = Y P1^-1 in the plant's coordinates."""
+        Y = self.sizes[:, None] * values["Y"]
+        return np.linalg.solve(self.T[0].T, np.linalg.solve(values["P1"], Y.T))
+
     def optimum(self):
-        """The `LMISolution` of least tr J."""
+        """The least tr J in the plant's units, and the `LMISolution`. Many observers
+        may have it: of those that miss it by less than `AMID` times its accuracy it is
+        the analytic centre, which neither units nor the order of vertices change.
+        """
         channels = self.noises[0].shape[1]
-        return self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
+        best = self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
+        if best.values is None:
+            return None, best
+        least = float(np.trace(best.values["J"])) * self.unit**2
+        nearly = (1 + AMID * OPTIMUM_GAP) * least
+        amid = self.bounded(None, nearly).solve(refuse=False, start=best.values)
+        return least, best if amid.values is None else amid
 
     def bounded(self, L, bound):
-        """The `LMIProblem` of this L and a bound of tr J."""
+        """The `LMIProblem` of this L, None to be found, and a bound of tr J."""
         return TrustedProblem(
             lambda values, number: self.blocks(values, number, L, bound),
             self.unknowns(L),

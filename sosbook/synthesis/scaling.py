@@ -5,12 +5,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.linalg import matrix_balance
 
-from ..analysis.riccati import lyapunov, riccati
+from ..analysis.riccati import balanced_units, lyapunov, riccati
 from ..exact.definite import round_digits
 from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.magnitudes import Magnitudes
 from ..runtime.read_only import ReadOnly
+
+LEAST_WEIGHT = 1e-6  # of a state, by its own: no mode is unseen, and X hardly moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +87,11 @@ class Frame(ReadOnly):
     @classmethod
     def _of_riccati(cls, request, A, B, Q, R, levels):
         """From the equation that a requirement is about: its P is near I."""
+        # what isn't weighed gets a little, in units that balance the equation
+        square = balanced_units(A, B, Q, R) ** 2
+        weight = Q.diagonal() * square
+        floor = np.maximum(weight, LEAST_WEIGHT * weight.max()) / square
+        Q = Q + LEAST_WEIGHT * np.diag(floor)
         try:
             X = riccati(A, B, Q, R)
             T = np.linalg.inv(np.linalg.cholesky(X)).T
