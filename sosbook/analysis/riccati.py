@@ -56,7 +56,9 @@ def riccati(A, B, Q, R):
 
 
 def balanced_units(A, B, Q, R):
-    """Units of x, powers of two, in which the Hamiltonian of `riccati` is balanced."""
+    """Units of x, (N,), powers of two, that balance the Hamiltonian of `riccati` for A,
+    B, Q and R.
+    """
     return _balancing(_hamiltonian(A, B, Q, R))
 
 

@@ -95,7 +95,9 @@ def _solution(lmis, x, central, reason=""):
 
 
 def analytic_centre(lmis, x):
-    """`ScaledLMIs` and their analytic centre in them, from x inside; or None."""
+    """The analytic centre of ``lmis`` from x inside, after the `ScaledLMIs` in whose
+    coordinates it is; or None.
+    """
     for _ in range(MOST_FRAMES):
         blocks = lmis.compiled
         try:
