@@ -80,7 +80,8 @@ def design_lqr(
     -------
     Design
         K is the optimum of Theorem 2.4; for one plant it is the gain of
-        the Riccati equation. Its certificate is of K and a bound one in
+        the Riccati equation. Where several gains have the least cost it is the central
+        one of them. Its certificate is of K and a bound one in
         ten thousand above the optimum: ``.request.cost.bound``. Where no optimum
         is found, ``reason`` says what is known of smaller bounds. Where Q
         doesn't see a mode on the imaginary axis no gain attains the optimum:
