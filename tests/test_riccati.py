@@ -57,25 +57,26 @@ def test_scipy_has_the_word_where_the_schur_vectors_are_lost(monkeypatch):
     assert_allclose(riccati(A, B, Q, R), wanted, atol=1e-9 * abs(wanted).max())
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(60))
 def test_it_is_the_same_in_any_units(seed):
-    """Of states, of time and of cost; scipy's own is lost in about a third of them."""
+    """Of states, of time and of cost; scipy's own fails in some."""
     rng = np.random.default_rng(seed)
     n, m = int(rng.integers(2, 9)), int(rng.integers(1, 3))
     A, B = rng.standard_normal((n, n)), rng.standard_normal((n, m))
     root = rng.standard_normal((n, n))
     Q, R = root @ root.T + 0.1 * np.eye(n), np.eye(m)
-    unit = 10.0 ** rng.uniform(-9, 9, n)
-    time, cost = 10.0 ** rng.uniform(-9, 9, 2)
-    there = riccati(
-        unit[:, None] * A / unit * time,
-        unit[:, None] * B * time,
-        Q / np.outer(unit, unit) * time * cost,
-        R * time * cost,
-    )
     wanted = solve_continuous_are(A, B, Q, R)
-    back = there * np.outer(unit, unit) / cost
-    assert_allclose(back, wanted, atol=1e-9 * abs(wanted).max())
+    apart, together = 10.0 ** rng.uniform(-9, 9, n), 10.0 ** rng.uniform(-9, 9)
+    for unit in (apart, np.full(n, together)):
+        time, cost = 10.0 ** rng.uniform(-9, 9, 2)
+        there = riccati(
+            unit[:, None] * A / unit * time,
+            unit[:, None] * B * time,
+            Q / np.outer(unit, unit) * time * cost,
+            R * time * cost,
+        )
+        back = there * np.outer(unit, unit) / cost
+        assert_allclose(back, wanted, atol=1e-7 * abs(wanted).max())
 
 
 FREE = sos.SecondOrderSystem(
