@@ -486,6 +486,8 @@ def test_many_examples(law, seed, powers):
         (observers, 39, [0, -5, 0, 0, 0]),
         (observers, 7, [0] * 5),  # many observers of least cost
         (observers, 22, [0, -8, -5, 7, 3]),  # a rate and a row without a unit
+        (sampled_designs, 0, [0, 5, 0, 9, 0]),  # a discrete equation, too
+        (sampled_designs, 0, [0, 5, 0, -6, 0]),
     ],
 )
 def test_what_units_once_turned(law, seed, powers):

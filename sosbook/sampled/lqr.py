@@ -9,6 +9,7 @@ from flint import fmpq
 from numpy.typing import ArrayLike
 from scipy.linalg import expm, matrix_balance, solve_discrete_are
 
+from ..analysis.riccati import balanced_units
 from ..exact.proof import Stopped
 from ..plants.checks import matrix, numbers, rank_deficient
 from ..plants.descriptor_system import DescriptorSystem
@@ -250,21 +251,35 @@ def design_sampled_lqr(
     (d,) = vertices
     Q, R = _weights(Q, R, d)
     _check_stabilisable(d, timing)
-    A, B = timing.held(d)
-    H, m = _stage_cost(timing, d, Q, R), d.Bu.shape[1]
-    parts = H[:-m, :-m], H[-m:, -m:], H[:-m, -m:]
-    X = None
+    known = None
     with suppress(np.linalg.LinAlgError, ValueError):  # no stable half is found
-        X = solve_discrete_are(A, B, parts[0], parts[1], s=parts[2])
-        K = -np.linalg.solve(parts[1] + B.T @ X @ B, B.T @ X @ A + parts[2].T)
-        X = _cost_matrix(d, K, Q, R, timing)
-    if X is None:
+        known = _least(d, Q, R, timing)
+    if known is None:
         raise ValueError(
             "the Riccati equation has no stabilising solution in floats: "
             "Q doesn't see a mode on the unit circle (weight it), or T is "
             "out of scale with the plant (take another)"
         )
-    return SampledLQR(plant, U, Q, R, float(timing.T), float(delay), K, X)
+    return SampledLQR(plant, U, Q, R, float(timing.T), float(delay), *known)
+
+
+def _least(d, Q, R, timing):
+    """K and X of the discrete Riccati equation, solved in units of states and inputs,
+    powers of two, that balance the continuous one; None for an unstable loop.
+    """
+    m, (A, B, _) = len(R), d.state_space()
+    units = balanced_units(A, B, Q, R)
+    force = 2.0 ** np.round(-np.log2(R.diagonal()) / 2)
+    d = d.change(np.diag(1 / units), np.diag(units), force)
+    Q, R = Q * np.outer(units, units), R * np.outer(force, force)
+    A, B = timing.held(d)
+    H = _stage_cost(timing, d, Q, R)
+    parts = H[:-m, :-m], H[-m:, -m:], H[:-m, -m:]
+    X = solve_discrete_are(A, B, parts[0], parts[1], s=parts[2])
+    K = -np.linalg.solve(parts[1] + B.T @ X @ B, B.T @ X @ A + parts[2].T)
+    X = _cost_matrix(d, K, Q, R, timing)
+    both = np.append(units, np.tile(force, timing.n_past_inputs))
+    return None if X is None else (force[:, None] * K / both, X / np.outer(both, both))
 
 
 def _stage_cost(timing, d, Q, R):
