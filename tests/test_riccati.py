@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.analysis.riccati import lyapunov, riccati
+from sosbook.analysis.riccati import balanced_units, lyapunov, riccati
 from sosbook.plants.descriptor import descriptors
 from tests.cases import by_hand, random_plant
 
@@ -59,7 +59,7 @@ def test_scipy_has_the_word_where_the_schur_vectors_are_lost(monkeypatch):
 
 @pytest.mark.parametrize("seed", range(60))
 def test_it_is_the_same_in_any_units(seed):
-    """Of states, of time and of cost; scipy's own fails in some."""
+    """Of states, of time and of cost, each from 1e-9 to 1e9."""
     rng = np.random.default_rng(seed)
     n, m = int(rng.integers(2, 9)), int(rng.integers(1, 3))
     A, B = rng.standard_normal((n, n)), rng.standard_normal((n, m))
@@ -77,6 +77,21 @@ def test_it_is_the_same_in_any_units(seed):
         )
         back = there * np.outer(unit, unit) / cost
         assert_allclose(back, wanted, atol=1e-7 * abs(wanted).max())
+
+
+def test_what_overflows_has_no_solution():
+    """B R^-1 B' isn't a float; nor is the frame of such a request."""
+    one = np.eye(1)
+    for equation in (riccati, balanced_units):
+        with (
+            pytest.raises(np.linalg.LinAlgError, match="finite"),
+            np.errstate(all="ignore"),
+        ):
+            equation(one, 1e200 * one, one, one)
+    far = sos.SecondOrderSystem(1e-60, 0, 0, 1e100)
+    with np.errstate(all="ignore"):
+        design = sos.design_lqr(far, np.eye(2), one)
+    assert design.status != "infeasible"
 
 
 FREE = sos.SecondOrderSystem(

@@ -36,8 +36,6 @@ def riccati(A, B, Q, R):
     """
     N, H = len(A), _hamiltonian(A, B, Q, R)
     check_time_of_eigenvalues(N, SCHUR)
-    if not np.isfinite(H).all():
-        raise np.linalg.LinAlgError("the equation isn't finite")
     units = _balancing(H)  # x = units xi
     both, squares = np.append(units, 1 / units), np.outer(units, units)
     H = H / both[:, None] * both
@@ -57,7 +55,7 @@ def riccati(A, B, Q, R):
 
 def balanced_units(A, B, Q, R):
     """Units of x, (N,), powers of two, that balance the Hamiltonian of `riccati` for A,
-    B, Q and R.
+    B, Q and R; numpy.linalg.LinAlgError where it isn't finite.
     """
     return _balancing(_hamiltonian(A, B, Q, R))
 
@@ -72,6 +70,8 @@ def _balancing(H):
 
     Source: P. Benner, Linear Algebra and its Applications 330, 2001.
     """
+    if not np.isfinite(H).all():
+        raise np.linalg.LinAlgError("the equation isn't finite")
     N = len(H) // 2
     with np.errstate(all="ignore"):
         _, (scale, _) = matrix_balance(np.abs(H), permute=False, separate=True)

@@ -23,6 +23,7 @@ MOST_FRAMES = 2  # one after the other, on the way to a centre
 SMALL_BOUND = 16.0  # of P, where any other would change the gain as much
 LARGE_BOUNDS = 16.0**4, 16.0**6  # floats lose larger ones
 SETTLED = 1e-3  # of a gain: what a bound e times as large changes
+AMID = 100.0  # times an optimum's accuracy: less leaves no room, more costs more
 SMALLEST_GAIN = 0.1  # in a frame, where that of the Riccati equation is about one
 
 NO_SIZE = (

@@ -21,7 +21,7 @@ from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime
 from ..solver.bounded import unpacked
 from .bracket import bracketed
-from .centre import analytic_centre, too_many
+from .centre import AMID, analytic_centre, too_many
 from .design import Design
 from .feasibility import answer, follow, guarded
 from .objectives import Unattained, Unfinished, optimum, without_optimum
@@ -37,7 +37,6 @@ from .solution import Solution
 
 # relative accuracies to which the optimum is sought; the first that is reached
 OPTIMUM_GAPS = 1e-10, 1e-8, 1e-6
-AMID = 100.0  # times that accuracy: less room is lost in it, more costs more
 UNSETTLED = "Give states that the open loop doesn't settle a weight in Q."
 
 
@@ -81,7 +80,7 @@ def design_lqr(
     Design
         K is the optimum of Theorem 2.4; for one plant it is the gain of
         the Riccati equation. Where several gains have the least cost it is the central
-        one of them. Its certificate is of K and a bound one in
+        one, if that is found. Its certificate is of K and a bound one in
         ten thousand above the optimum: ``.request.cost.bound``. Where no optimum
         is found, ``reason`` says what is known of smaller bounds. Where Q
         doesn't see a mode on the imaginary axis no gain attains the optimum:

@@ -82,7 +82,7 @@ def design_observer(
     -----
     Source: thesis (2.43)-(2.45), Procedure 2.5. With Q_F and R_F as
     section 4.3.2 uses them (it prints them under each other's name).
-    Where several observers have the least cost it is the central one.
+    Where several observers have the least cost it is the central one, if that is found.
     The theorem divides by E, so neither its vertices nor their pairs
     say anything about the plants between: see `ObserverDesign.analyse`.
 

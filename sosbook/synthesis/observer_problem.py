@@ -21,10 +21,10 @@ from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
 from ..theorems import observer_cost, observer_decay
 from ..theorems.lqr import trace_bound
+from .centre import AMID
 from .error_loop import error_loop
 
 OPTIMUM_GAP = 1e-8  # relative, to which the optimum is known
-AMID = 100.0  # times that accuracy: less room is lost in it, more costs more
 
 
 class ObserverProblem:

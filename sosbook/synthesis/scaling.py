@@ -87,13 +87,12 @@ class Frame(ReadOnly):
     @classmethod
     def _of_riccati(cls, request, A, B, Q, R, levels):
         """From the equation that a requirement is about: its P is near I."""
-        # what isn't weighed gets a little, in units that balance the equation
-        square = balanced_units(A, B, Q, R) ** 2
-        weight = Q.diagonal() * square
-        floor = np.maximum(weight, LEAST_WEIGHT * weight.max()) / square
-        Q = Q + LEAST_WEIGHT * np.diag(floor)
         try:
-            X = riccati(A, B, Q, R)
+            # what isn't weighed gets a little, in units that balance the equation
+            square = balanced_units(A, B, Q, R) ** 2
+            weight = Q.diagonal() * square
+            floor = np.maximum(weight, LEAST_WEIGHT * weight.max()) / square
+            X = riccati(A, B, Q + LEAST_WEIGHT * np.diag(floor), R)
             T = np.linalg.inv(np.linalg.cholesky(X)).T
         except np.linalg.LinAlgError:  # a mode that no weight sees
             return cls.at(request, np.eye(len(A)), 1.0, None, levels)
