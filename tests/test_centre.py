@@ -11,6 +11,8 @@ from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import Unbounded, centre, minimize, phase_one
+from sosbook.solver.newton import Newton
+from sosbook.solver.primal_dual import interior_steps
 from sosbook.solver.settings import DEFAULTS
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
@@ -177,3 +179,13 @@ def test_phase_one_starts_inside_its_ball():
     assert phase.verdict != "infeasible"  # x = -1e6 is feasible
     blocks = Blocks([g, np.eye(1) + 1e-3 * x], [x])
     assert phase_one(blocks).x is None  # x > -1e3 excludes it
+
+
+def test_nothing_goes_along_a_direction_that_overflows(monkeypatch):
+    def solver(newton, *where):
+        return lambda right, tolerance: np.full(len(right), -np.inf)
+
+    monkeypatch.setattr(Newton, "solver", solver)
+    x = Unknown("x", 1)
+    newton = Newton(Blocks([eye(1) + x, eye(1) - x], [x]))
+    assert not list(interior_steps(newton, np.zeros(1), np.ones(1), 1.0, 3))

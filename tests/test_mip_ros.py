@@ -77,15 +77,15 @@ def test_it_reads_what_the_program_writes(gcc, tmp_path):
         gcc, tmp_path, FIRMWARE, stub=LINES, drive=LIMITS, steering=STEERING
     )
     space, moves = node(), programs.moves(200)
+    before = set(space["threading"].enumerate())
     process, lines = space["started"](robot.folder / "rc_balance", tmp_path / "log.csv")
     for row in [*programs.REST, *moves]:
         words = (x if isinstance(x, str) else repr(x) for x in row)
         process.stdin.write(" ".join(words) + "\n")
     process.stdin.close()
     assert process.wait(60) == 0
-    for thread in space["threading"].enumerate():
-        if thread.daemon:
-            thread.join(10)
+    for thread in {*space["threading"].enumerate()} - before:
+        thread.join(10)
     odometer = space["Odometer"]()
     assert sum(map(odometer.read, lines)) == 201
     (left, right), (at_left, at_right) = heard(moves)[-1], heard(programs.REST)[-1]

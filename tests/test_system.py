@@ -101,9 +101,8 @@ def test_poles_of_a_polytope_lie_where_its_plants_poles_lie():
         assert np.allclose(getattr(mixed, x), np.tensordot(weights, parts, 1))
     A = np.block([[np.zeros((2, 2)), I2], [-mixed.S, -mixed.D]])
     E = np.block([[I2, np.zeros((2, 2))], [np.zeros((2, 2)), mixed.M]])
-    assert np.allclose(
-        np.sort_complex(mixed.poles() + 0j), np.sort_complex(eigvals(A, E))
-    )
+    apart = np.abs(np.subtract.outer(mixed.poles(), eigvals(A, E)))
+    assert apart.min(axis=0).max() < 1e-8 and apart.min(axis=1).max() < 1e-8
 
 
 def test_samples_are_repeatable_and_inside():

@@ -40,6 +40,8 @@ NAMES = "body", "wheels", "back-EMF", "delay", "friction"
 SMALLEST = np.array([-0.5, -0.5, -0.5, 0.0, 0.0])
 LARGEST = np.array([0.5, 0.5, 0.5, 1.0, 5.0])
 SIZES = np.array([0.1, 0.1, 0.1, 0.3, 0.1])
+#: Of differences: shorter ones divide the rounding of the filter's Riccati equation.
+STEPS = 1e-4 * SIZES
 #: Of the fit to how it turns.
 STRETCH = 2.0  # s, which is simulated from a start of its own
 LEAST_COUNTS = 0.3  # a tick, rms: wheels that turn slower say too little
@@ -133,9 +135,13 @@ def track(log, mip, T, counts):
                 return np.full(2 * predictor.told, 1e3)
             return np.ravel(e / scale[:, None])
 
-        return least_squares(
-            residuals, start, bounds=(SMALLEST, LARGEST), x_scale=SIZES, max_nfev=25
-        )
+        def slopes(x):
+            steps = np.where(x + STEPS > LARGEST, -STEPS, STEPS)
+            moved = [residuals(x + step) for step in np.diag(steps)]
+            return ((moved - residuals(x)) / steps[:, None]).T
+
+        bounds, scales = (SMALLEST, LARGEST), dict(x_scale=SIZES, max_nfev=25)
+        return least_squares(residuals, start, slopes, bounds, **scales)
 
     found = []
     for disturbance in DISTURBANCES:

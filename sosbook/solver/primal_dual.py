@@ -170,7 +170,7 @@ def interior_steps(newton, x, cost, weight, most, target=None, Z=None):
             )
         except np.linalg.LinAlgError:
             return
-        if max(primal, dual) < SHORTEST_STEP or not np.isfinite(dx).all():
+        if max(primal, dual) < SHORTEST_STEP:
             return
         x = x + primal * dx
         Z = [z + dual * d for z, d in zip(Z, dz)]
@@ -209,6 +209,8 @@ def _direction(newton, scalings, x, mu, cost, target=None):
     def step_towards(T, raised):
         """dx and the scaled dS and dZ with dS + dZ = T and no dual residual."""
         dx = solve(raised - cost, newton.settings.direction_tolerance)
+        if not np.isfinite(dx).all():
+            raise np.linalg.LinAlgError("no finite step")
         dS = [s.scaled(d) for s, d in zip(scalings, newton.along(dx))]
         return dx, dS, [t - d for t, d in zip(T, dS)]
 
