@@ -90,7 +90,8 @@ def test_the_norm_of_a_loop_with_a_slow_integral(power):
 def test_a_norm_that_falls_with_growing_gains(coupling):
     d = sos.design_pid(ONE, minimize="gamma", coupling=coupling)
     assert d.status == "feasible" and d.certify().proven
-    assert d.hinf() < d.gamma < 0.1 and np.abs(d.K).max() < 1e7
+    assert d.hinf() < d.gamma < 0.1 and np.abs(d.K).max() < 1e4
+    assert d.gamma < 15 * d.hinf()  # it was 19.8 for a norm of 0.0022 on one processor
     assert "No least gamma was found" in d.reason and "can be kept, too" in d.reason
 
 

@@ -15,7 +15,7 @@ FALL = 0.1  # from one bound that is tried to the next
 MOST_FALLS = 4
 HALVINGS = 5  # of a fall, for either side
 LARGE_GAIN = 1e3  # times one in the request's frame: smaller bounds need larger ones
-MOST_UPHILL = 3  # of the bounds that are tried in vain for a smaller gain
+MOST_UPHILL = 6  # of the bounds that are tried in vain for a smaller gain
 
 
 def bracketed(request, bounds, best):
@@ -60,7 +60,7 @@ def bracketed(request, bounds, best):
         if excluded is not None:
             excluded, _ = _edge(tried, "infeasible", excluded, excluded / FALL)
         elif request.gain is None:
-            gentle, solution = _gentler(request, tried, kept, best)
+            gentle, solution = _gentler(request, tried, at, kept, best)
             if solution is not best:
                 smaller, kept, best = smaller or kept, gentle, solution
     except OutOfTime:
@@ -85,9 +85,10 @@ def bracketed(request, bounds, best):
     return replace(best, reason=f"{text}.")
 
 
-def _gentler(request, tried, kept, best):
-    """A larger factor and its Solution where the gains of ``best`` are enormous: the
-    least one whose gain is nearly the least on the way up.
+def _gentler(request, tried, at, kept, best):
+    """A factor and its Solution with a moderate gain, where that of ``best`` is
+    enormous: bounds are eased until the gain is moderate, or nearly the least on the
+    way up, and fall again to what this gain keeps.
     """
     frame, found = Frame.of(request), [(kept, best)]
 
@@ -102,7 +103,14 @@ def _gentler(request, tried, kept, best):
             break
         found.append((factor, eased))
         least = min(least, gain(eased))
-    return next((f, s) for f, s in found if gain(s) <= 2 * least)
+    factor, solution = next((f, s) for f, s in found if gain(s) <= 2 * least)
+    given = replace(request, gain=solution.K)
+    while factor * FALL > kept:
+        lower = answer(given.with_bounds(at(factor * FALL)), refuse=False)
+        if lower.status != "feasible":
+            break
+        factor, solution = factor * FALL, lower
+    return factor, solution
 
 
 def _edge(tried, status, inside, outside, best=None):
