@@ -6,6 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import objectives
+from sosbook.synthesis.feasibility import answer
 from tests.cases import campaign, falling_plant
 from tests.random_plants import ODD_POWERS, as_units
 
@@ -93,6 +94,17 @@ def test_a_norm_that_falls_with_growing_gains(coupling):
     assert d.hinf() < d.gamma < 0.1 and np.abs(d.K).max() < 1e4
     assert d.gamma < 15 * d.hinf()  # it was 19.8 for a norm of 0.0022 on one processor
     assert "No least gamma was found" in d.reason and "can be kept, too" in d.reason
+
+
+def test_a_gain_whose_lower_bounds_floats_give_up_keeps_its_own(monkeypatch):
+    def answered(request, *refuse):
+        if request.gain is not None:
+            raise np.linalg.LinAlgError
+        return answer(request, *refuse)
+
+    monkeypatch.setattr("sosbook.synthesis.bracket.answer", answered)
+    d = sos.design_pid(ONE, minimize="gamma")
+    assert d.status == "feasible" and d.certify().proven and np.abs(d.K).max() < 1e4
 
 
 @pytest.mark.parametrize("x0", [[0, 0], [1, -(1 + 5**0.5) / 2]])

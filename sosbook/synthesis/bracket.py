@@ -15,7 +15,9 @@ FALL = 0.1  # from one bound that is tried to the next
 MOST_FALLS = 4
 HALVINGS = 5  # of a fall, for either side
 LARGE_GAIN = 1e3  # times one in the request's frame: smaller bounds need larger ones
-MOST_UPHILL = 6  # of the bounds that are tried in vain for a smaller gain
+# of the bounds that are tried in vain for a smaller gain: where gains are enormous
+# roundings move them, and after three it was the processor that chose a bound
+MOST_UPHILL = 6
 
 
 def bracketed(request, bounds, best):
@@ -31,12 +33,7 @@ def bracketed(request, bounds, best):
 
     @cache
     def tried(factor):
-        asked = request.with_bounds(at(factor))
-        try:
-            return answer(asked)
-        except (ArithmeticError, np.linalg.LinAlgError):
-            text = "The numerics gave up."
-            return Solution(asked, "undecided", request.gain, reason=text)
+        return _decided(request.with_bounds(at(factor)))
 
     def words(factor):
         return " and ".join(f"{name} = {b:g}" for name, b in at(factor).items())
@@ -85,6 +82,15 @@ def bracketed(request, bounds, best):
     return replace(best, reason=f"{text}.")
 
 
+def _decided(request, refuse=True):
+    """The Solution of a ``request``, undecided where floats give up."""
+    try:
+        return answer(request, refuse)
+    except (ArithmeticError, np.linalg.LinAlgError):
+        text = "The numerics gave up."
+        return Solution(request, "undecided", request.gain, reason=text)
+
+
 def _gentler(request, tried, at, kept, best):
     """A factor and its Solution with a moderate gain, where that of ``best`` is
     enormous: bounds are eased until the gain is moderate, or nearly the least on the
@@ -106,7 +112,7 @@ def _gentler(request, tried, at, kept, best):
     factor, solution = next((f, s) for f, s in found if gain(s) <= 2 * least)
     given = replace(request, gain=solution.K)
     while factor * FALL > kept:
-        lower = answer(given.with_bounds(at(factor * FALL)), refuse=False)
+        lower = _decided(given.with_bounds(at(factor * FALL)), refuse=False)
         if lower.status != "feasible":
             break
         factor, solution = factor * FALL, lower
