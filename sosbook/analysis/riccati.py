@@ -32,7 +32,8 @@ def riccati(A, B, Q, R):
     1979), in units of the states that balance the Hamiltonian, so that it doesn't
     depend on those in which A was given. `scipy.linalg.solve_continuous_are`, of a
     pencil, takes four times as long at N = 6; it has the word where the result doesn't
-    solve the equation.
+    solve the equation, or is so large that rounding moves its loop's eigenvalues by
+    more than their distance from the axis.
     """
     N, H = len(A), _hamiltonian(A, B, Q, R)
     check_time_of_eigenvalues(N, SCHUR)
@@ -40,11 +41,13 @@ def riccati(A, B, Q, R):
     both, squares = np.append(units, 1 / units), np.outer(units, units)
     H = H / both[:, None] * both
     A, push, Q = H[:N, :N], -H[:N, N:], -H[N:, :N]
-    X = _by_schur_vectors(H)
+    X, eigenvalues = _by_schur_vectors(H)
     if X is not None:
         XA, bent = X @ A, X @ push @ X
         size = max(np.abs(x).max() for x in (XA, bent, Q))
-        if np.abs(XA + XA.T - bent + Q).max() < RESIDUAL * size:
+        solves = np.abs(XA + XA.T - bent + Q).max() < RESIDUAL * size
+        error = abs(np.trace(A - push @ X) - eigenvalues.sum())
+        if solves and error < -eigenvalues.max():
             return X / squares
     check_time_of_eigenvalues(N, PENCIL)
     try:
@@ -80,13 +83,15 @@ def _balancing(H):
 
 
 def _by_schur_vectors(H):
-    """The symmetric X of a Hamiltonian H, unless its stable half is lost."""
+    """The symmetric X of a Hamiltonian H, unless its stable half is lost, and the real
+    parts of its loop's eigenvalues.
+    """
     N = len(H) // 2
-    _, stable, _, _, U, _, failed = dgees(lambda re, im: re < 0, H, sort_t=1)
+    _, stable, real, _, U, _, failed = dgees(lambda re, im: re < 0, H, sort_t=1)
     if failed or stable != N:
-        return None
+        return None, real
     try:
         X = np.linalg.solve(U[:N, :N].T, U[N:, :N].T)
     except np.linalg.LinAlgError:
-        return None
-    return (X + X.T) / 2
+        return None, real
+    return (X + X.T) / 2, real[:N]

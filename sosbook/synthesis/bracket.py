@@ -10,7 +10,9 @@ from .feasibility import answer
 from .scaling import Frame
 from .solution import Solution
 
-EASIER = 1.1, 2.0, 16.0  # times the bounds, where a point is too near the edge
+# times the bounds, where a point is too near the edge; of one that falls to zero even
+# sixteen times is below what floats tell from zero
+EASIER = 1.1, 2.0, 16.0, 1e3, 1e6
 FALL = 0.1  # from one bound that is tried to the next
 MOST_FALLS = 4
 HALVINGS = 5  # of a fall, for either side
