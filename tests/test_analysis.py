@@ -110,6 +110,7 @@ def oscillator(damping, omega):
     return d, np.array([[k, 0.0]]), peak
 
 
+@pytest.mark.last_digits
 @pytest.mark.parametrize("omega", [1e-9, 1e-3, 1.0, 3.3e4, 1e9])
 @pytest.mark.parametrize("damping", [0.5, 1e-2, 1e-6, 1e-8])
 def test_norm_and_peak_of_a_resonance_against_closed_forms(damping, omega):

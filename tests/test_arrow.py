@@ -92,6 +92,7 @@ def written(matrix, layouts, scalars, H):
     return matrix
 
 
+@pytest.mark.last_digits
 @few
 @given(st.integers(0, 10**6), st.sampled_from([0, 1, 2]), st.sampled_from([0, 6, 12]))
 def test_random_arrows_are_solved_like_whole_matrices(seed, columns, digits):

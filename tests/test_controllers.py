@@ -84,6 +84,7 @@ def test_loops_of_random_plants_in_odd_units(seed, memory):
     assert theirs == pytest.approx(c.radius, abs=1e-7) and theirs < 1
 
 
+@pytest.mark.last_digits
 def test_a_program_without_limits_is_the_linear_loop():
     c = axis().set_point(r=[[1], [1]])
     c = Controller(**{**vars_of(c), "steps": np.zeros(1)})

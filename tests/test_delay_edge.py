@@ -239,6 +239,7 @@ def test_the_deepest_ray_of_a_narrow_cone():
         assert found.gap < max(found.depth, 1e-12)
 
 
+@pytest.mark.last_digits
 def test_a_cone_without_inside_is_left_as_soon_as_multipliers_exclude_it():
     """A P + P A' < 0 and P > 0, where every mode of A grows."""
     P, steps = Unknown("P", 3, symmetric=True), []

@@ -115,6 +115,7 @@ def test_a_state_from_which_no_input_is_needed(x0):
     assert d.request.saturation.u_max < 1e-4 and "isn't known" in d.reason
 
 
+@pytest.mark.last_digits  # where the Riccati solution is singular
 @COUPLINGS
 def test_a_cost_that_is_zero_or_not_attained(coupling):
     Q, R = np.zeros((2, 2)), [[1]]

@@ -199,7 +199,7 @@ def test_a_loop_that_breaks_it_is_of_a_part_in_states():
     """With a filter, of a channel, of a filtered plant: two rows are four states."""
     one = np.eye(3)
     S, B = np.diag([1, 4, 9]), [[1], [0.5], [1]]
-    part = sos.SecondOrderSystem(one, 0.1 * one, S, B, one[:, :1]).reduce(modes=2)
+    part = sos.SecondOrderSystem(one, 0.1 * one, S, B, one[:, :1]).reduce(rows=[0, 1])
     law, gains = sos.PIDLaw([[1, 0]], filter=0.1), {"K_P": [[-1]], "K_D": [[-1]]}
     seen = sos.HInfinity(1e-3, outputs=sos.Output(position=[[1, 0]]))
     rest, region = np.zeros((1, 4)), sos.PoleRegion(3)

@@ -166,6 +166,9 @@ def test_a_report_says_what_failed_where(tmp_path):
     assert "Nothing depends" in rehearsal.failures({"Haswell": good})
 
 
+UNITS = "not book and not browser and not live"
+
+
 @pytest.mark.parametrize("status, exit_status", [(0, 0), (1, 1), (3, 1)])
 def test_the_exit_status_tells_of_failures_and_of_a_broken_pytest(
     monkeypatch, capsys, status, exit_status
@@ -180,12 +183,11 @@ def test_the_exit_status_tells_of_failures_and_of_a_broken_pytest(
     assert rehearsal.main(["--worlds", "noise-1", "--unit", "--", "03"]) == exit_status
     assert ran == [
         ("noise-1", "notebooks", ["--nbval", "book/03_lmis_in_ten_minutes.ipynb"]),
-        (
-            "noise-1",
-            "unit",
-            ["-m", "not book and not browser and not live", "tests", "sosbook"],
-        ),
+        ("noise-1", "unit", ["-m", f"{UNITS} and not last_digits", "tests", "sosbook"]),
     ]
     assert ("pytest itself failed" in capsys.readouterr().out) == (status == 3)
+    assert rehearsal.lanes(rehearsal.arguments(["--only-unit"]), "kernels") == {
+        "unit": ["-m", UNITS, "tests", "sosbook"]
+    }
     with pytest.raises(SystemExit, match="no notebook's name starts with 99"):
         rehearsal.main(["--worlds", "noise", "--", "99"])

@@ -314,7 +314,7 @@ def test_doors_are_about_plants_of_a_family_with_powers():
 
 
 def test_an_output_of_the_law_s_states_has_no_door_of_the_plant():
-    seen = sos.HInfinity(1e-4, outputs=sos.Output(integral=1))
+    seen = sos.HInfinity(1e-8, outputs=sos.Output(integral=1))
     design = sos.design_pid(joint(1, 9), law=LAW, requirements=[seen], starts=1)
     assert design.status == "undecided"
 
