@@ -213,8 +213,7 @@ class Observer:
         return list(self.lmis.in_unknowns().values()), self.lmis.unknowns
 
     def home(self, values):
-        P1, Y = values["P1"], values["Y"]
-        return dict(L=np.linalg.solve(self.problem.T[0].T, np.linalg.solve(P1, Y.T)))
+        return dict(L=self.problem.gain(values))
 
     def design(self):
         found = sos.design_observer(self.plant, **self.asked)

@@ -55,7 +55,9 @@ def test_cone_data_are_the_blocks(name, framed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["grid", "tree", "pendulums", "delayed chain"])
+@pytest.mark.parametrize(
+    "kind", ["grid", "tree", "pendulums", "delayed chain", "observed beam"]
+)
 @pytest.mark.parametrize("name", COMPETITORS)
 def test_every_competitor_solves_every_kind(name, kind):
     if not COMPETITORS[name].installed():

@@ -31,10 +31,15 @@ class Magnitudes:
     def __init__(self, requirement, request, frame):
         if request.coupling == "slack":
             request = request.apart
-        zero = _blocks(requirement, request, frame, 0.0, 0.0, 0.0)
+        even = _even(requirement.seen(request.mean), request, frame)
+
+        def blocks(p, t, level):
+            return _blocks(requirement, request, frame, even, p, t, level)
+
+        zero = blocks(0.0, 0.0, 0.0)
         there = True, requirement.unknowns(request), _has_level(requirement)
         parts = [
-            [g - g0 for g, g0 in zip(_blocks(requirement, request, frame, *at), zero)]
+            [g - g0 for g, g0 in zip(blocks(*at), zero)]
             if some
             else [np.zeros_like(g) for g in zero]
             for some, at in zip(there, np.eye(3))
@@ -115,13 +120,17 @@ def _definite(g):
     return positive([scaled])
 
 
-def _blocks(requirement, request, frame, p, t, level):
-    """The blocks of the even loop at p, t and a level, as arrays."""
+def _even(mean, request, frame):
+    """The loop that decays evenly, with the outputs and disturbances of a ``mean``."""
     N, m = request.order, request.plant.m
-    mean = requirement.seen(request.mean)
     mean = mean.change(frame.left, frame.T, frame.scale)
     rate = -request.typical_rate * np.eye(N)
-    even = replace(mean, E=np.eye(N), A=rate, Bu=np.zeros((N, m))).explicit()
+    return replace(mean, E=np.eye(N), A=rate, Bu=np.zeros((N, m))).explicit()
+
+
+def _blocks(requirement, request, frame, even, p, t, level):
+    """The blocks of the ``even`` loop at p, t and a level, as arrays."""
+    N, m = request.order, request.plant.m
     own = {
         u.name: t * np.eye(*u.shape) if u.symmetric else np.zeros(u.shape)
         for u in requirement.unknowns(request)

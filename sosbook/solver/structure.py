@@ -202,8 +202,11 @@ def _merged(pairs, symmetric):
 
 def _normal(L, R):
     """The pair with R scaled to a largest entry 1, and a key for that R."""
-    flat = R.reshape(*R.shape[:-2], 1, -1)
-    top = np.take_along_axis(flat, abs(flat).argmax(axis=-1, keepdims=True), axis=-1)
-    top = np.where(top == 0, 1, top)  # one of several factors may be zero
+    if R.ndim == 2:
+        top = R.ravel()[abs(R).argmax()] or 1.0
+    else:
+        flat = R.reshape(*R.shape[:-2], 1, -1)
+        top = np.take_along_axis(flat, abs(flat).argmax(-1, keepdims=True), axis=-1)
+        top = np.where(top == 0, 1, top)  # one of several factors may be zero
     R = R / top
     return L * top, R, (R.shape, (R.round(12) + 0.0).tobytes())

@@ -148,23 +148,26 @@ class Derived:
         under = ", under u = K x," if self.plant.m else ""
         if self.law is not None:
             under = f", under u = K y ({self.law.words(self.plant)}),"
+        owners = self._owners()
+        said = [f"{where}{under} is stable", *(r.statement for r in self.requirements)]
+        return list(zip(said, owners, strict=True))
+
+    def _owners(self):
+        """The requirements whose blocks prove stability and what is required."""
         implying = (r for r in self.requirements if r.implies_stability)
-        stable = next((r for r in implying if r.of_package), Stability())
-        said = [(f"{where}{under} is stable", stable)]
-        owners = []
+        owners = [next((r for r in implying if r.of_package), Stability())]
         for r in self.requirements:
-            owner = next((o for o in owners if r.of_package and r.repeats(o)), r)
-            owners.append(owner)
-            said.append((r.statement, owner))
-        return said
+            owned = (o for o in owners[1:] if r.of_package and r.repeats(o))
+            owners.append(next(owned, r))
+        return owners
 
     @cached_property
     def demands(self):
         """The requirements in the order of their blocks, those with unknowns of their
         own first; stability joins.
         """
-        (_, stable), *others = self.statements()
-        asked = {r.key: r for _, r in others}
+        stable, *others = self._owners()
+        asked = {r.key: r for r in others}
         if stable.key not in asked:
             asked = {stable.key: stable} | asked
         return tuple(sorted(asked.values(), key=lambda r: not r.unknowns(self)))

@@ -190,6 +190,8 @@ def _reaches(request, T):
 
 def _own(request, T):
     """See `Frame.own`."""
+    if not request.owned:
+        return {}
     plain, own = _plain(request, T), {}
     for r, u in request.owned:
         size = float(round_digits(Magnitudes(r, request, plain).own, 2))
