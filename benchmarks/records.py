@@ -21,7 +21,6 @@ FIELDS = {
     "solves": "how many LMI problems were solved",
     "agreement": "share of verdicts that equal the one-by-one verdicts",
     "share_solver": "of the time, slider moves",
-    "share_simulation": "of the time: poles and response",
     "share_drawing": "of the time: SVG and tables as text",
 }
 

@@ -12,7 +12,7 @@ from .style import BLUE, GREY, INK, ORANGE, VERMILLION
 
 __all__ = ["pick", "seconds", "shares", "two", "verdicts", "words"]
 
-SHARE_COLOURS = (("solver", BLUE), ("simulation", ORANGE), ("drawing", GREY))
+SHARE_COLOURS = (("solver", BLUE), ("drawing", GREY))
 LABEL_BOX = dict(fc="white", ec="none", pad=0.4)
 UNITS = ((86400, "d"), (3600, "h"), (60, "min"), (1, "s"), (1e-3, "ms"), (1e-6, "µs"))
 
@@ -79,7 +79,7 @@ def _listed(ax, names):
 
 
 def shares(ax, records, limit=0.025):
-    """Stacked bars of slider moves: solver, simulation, drawing.
+    """Stacked bars of slider moves: solver and drawing.
 
     For each case the upper bar starts cold, the lower one warm. The median
     shares are scaled so that a bar is as long as the median move.
