@@ -215,6 +215,29 @@ def test_a_loop_that_breaks_it_is_of_a_part_in_states():
         assert design.infeasibility.verify() and states in design._repr_html_()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_loop_whose_numbers_no_float_holds_is_refused(seed, tmp_path):
+    """Modes of all digits times a gain and a filter: the file has the rationals."""
+    rng = np.random.default_rng(seed)
+    one, S = np.eye(5), np.diag([1, 4, 9, 20, 30.0]) + 0.1
+    whole = sos.SecondOrderSystem(
+        one, 0.1 * one, S, rng.normal(size=(5, 1)), one[:, :1]
+    )
+    part, law = whole.reduce(modes=2), sos.PIDLaw([[1, 0]], filter=0.3)
+    gains = {"K_P": [[-1]], "K_D": [[-9.81]]}
+    seen = sos.HInfinity(1e-3, outputs=sos.Output(position=[[1, 0]]))
+    for k, asked in enumerate(
+        (dict(region=sos.PoleRegion(3)), dict(gamma=1e-3), dict(requirements=[seen]))
+    ):
+        design = sos.analyse_pid(part, gains, law=law, **asked)
+        assert design.status == "infeasible" and design.infeasibility.verify()
+        file = tmp_path / f"{k}.json"
+        design.infeasibility.save(file)
+        again = load(file)
+        assert again.proven and again.claims == design.infeasibility.claims
+        assert again.claims[0].startswith("of the reduced model (5 of 11): the ")
+
+
 def test_the_command_and_the_checker_say_it(tmp_path, capsys):
     design = sos.design_pid(beam(4).reduce(modes=2))
     proof = design.certify()

@@ -79,10 +79,7 @@ def read_plant(data):
     if "parameters" in data:
         matrices = {k: rows for k, rows in data.items() if k not in ("kind", "reduced")}
         kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
-        plant = Uncertain.read(kinds[data["kind"]], matrices).polytope()
-        for v in plant.vertices:
-            object.__setattr__(v, "reduction", part)
-        return plant
+        return Uncertain.read(kinds[data["kind"]], matrices, reduction=part).polytope()
     vertices = data["vertices"]
     if data["kind"] == "descriptor":
         several: dict = {

@@ -150,6 +150,9 @@ class Box:
         return found | {None}
 
 
+NO_RANGES = Box((), (), ())
+
+
 def _places(degree, low, high, pieces):
     """(i, degree, low, high) of each coefficient, but those where two pieces meet."""
     step = (high - low) / pieces

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..exact.rational import exact
+from .bernstein import NO_RANGES
 from .descriptor import MATRICES, Descriptor, first_order
 from .descriptor import OF_ARGUMENTS as NAMES
 from .descriptor_system import DescriptorSystem
@@ -45,3 +46,17 @@ def joined_family(plants, function, U=None):
         shape, count = zero.shape, len(constant)
         result[WORDS.get(name, name)] = Polynomials.of(shape, entries, count)
     return Uncertain.made(DescriptorSystem, plants.box, result).cut(**plants.pieces)
+
+
+def of_one(d, reduction=None):
+    """A plant ``d`` in rationals, a `Descriptor`, perhaps with a `Reduction`: as the
+    family without a parameter, whose files have each number as it is.
+    """
+    parts = {}
+    for name in MATRICES:
+        x = getattr(d, name)
+        if x is not None:
+            entries = [{(): c} if c else {} for c in x.flat]
+            parts[WORDS.get(name, name)] = Polynomials.of(x.shape, entries, 0)
+    family = Uncertain.made(DescriptorSystem, NO_RANGES, parts, reduction=reduction)
+    return family.polytope()

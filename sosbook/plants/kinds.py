@@ -36,6 +36,6 @@ def every_plant(plant):
     'every plant with m in [1, 2]'
     """
     family = plant if isinstance(plant, Uncertain) else plant.family
-    if family is not None:
+    if family is not None and family.box.names:
         return f"every plant with {family.box}"
     return "every plant of the polytope" if len(plant.vertices) > 1 else "the plant"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..exact.rational import exact
-from .bernstein import Box, spelled
+from .bernstein import NO_RANGES, Box, spelled
 from .builder import along, built, check_by_numbers, rows_in_canonical_form, told
 from .checks import as_written, checked_names
 from .checks import count as whole
@@ -132,7 +132,7 @@ class Uncertain:
     @property
     def multi_affine(self) -> bool:
         """Whether no parameter has a power above one: the vertices are the corners."""
-        return max(self.degree.values()) == 1
+        return max(self.degree.values(), default=1) == 1
 
     @property
     def count(self) -> int:
@@ -220,7 +220,7 @@ class Uncertain:
         rows : bool
             Whether rows are brought into canonical form.
         **rest
-            With ``rows``, what else a plant has: ``coordinates``.
+            What else a plant has: ``coordinates``, ``reduction``.
 
         Examples
         --------
@@ -230,7 +230,8 @@ class Uncertain:
         >>> plants.at(m=2).D
         array([[1.2]])
         """
-        box, cut = read_ranges(data["parameters"])
+        one = not rows and not data["parameters"]  # a plant of rationals
+        box, cut = (NO_RANGES, {}) if one else read_ranges(data["parameters"])
         entries: dict = {}
         for name, matrix in data.items():
             if name != "parameters":
@@ -247,7 +248,7 @@ class Uncertain:
             shape = len(several), len(several[0]) if several else order
             flat = [x for row in several for x in row]
             parts[name] = Polynomials.of(shape, flat, len(box.names))
-        return cls.made(kind, box, parts).cut(**cut)
+        return cls.made(kind, box, parts, **rest).cut(**cut)
 
     def _at(self, point):
         """The matrices at a point of rationals, by name, in rationals."""
@@ -382,7 +383,8 @@ class Uncertain:
     def _around(self):
         several = [v.vertices[0] for v in self._corners]
         one = self.kind is SecondOrderSystem
-        plants = Polytope(several) if one else DescriptorSystem.of(several)
+        part = self._rest.get("reduction")
+        plants = Polytope(several) if one else DescriptorSystem.of(several, part)
         object.__setattr__(plants, "family", self)
         return plants
 

@@ -1,14 +1,12 @@
 """A plant that breaks what is asked of a known gain, in exact arithmetic."""
 
 from dataclasses import replace
-from math import gcd, lcm
 
 import numpy as np
-from flint import fmpq
 
 from ..exact.definite import exact
 from ..plants.descriptor import MATRICES, Descriptor
-from ..plants.descriptor_system import DescriptorSystem
+from ..plants.joined import of_one
 from ..plants.reduction import Reduction
 from .fixed_mode import refuse_by_mode
 from .request import Request
@@ -18,9 +16,8 @@ from .unreached import refuse_by_response
 def broken(request, r, plants, point):
     """An exact proof that the plant at the rational ``point`` doesn't keep ``r``; None
     if unknown. It is about a polytope with that plant as a vertex, the request's own or
-    a part of its family; elsewhere about that plant alone, its equations in whole
-    numbers, if floats can hold them. ``request``, ``r`` and ``plants`` are as for
-    `sosbook.synthesis.known_gain.decided`.
+    a part of its family; elsewhere about that plant alone, in rationals. ``request``,
+    ``r`` and ``plants`` are as for `sosbook.synthesis.known_gain.decided`.
     """
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
     if request.law is not None:
@@ -58,31 +55,10 @@ def _broken_loop(request, r, loop):
 
 
 def alone(d, of):
-    """A plant or loop ``d`` in rationals as a system of these floats, and a part of
-    what ``of`` is a part of; None without one.
+    """A plant or loop ``d`` in rationals by itself, and a part of what ``of`` is a part
+    of; None without one.
     """
-    d = _in_whole_numbers(d)
-    floats = d.map(lambda x: x.astype(float))
-    for name in MATRICES:  # what is written is what is meant
-        mine, written = getattr(d, name), getattr(floats, name)
-        if mine is not None and (exact(written) != mine).any():
-            return None
     try:
-        return DescriptorSystem(
-            *(getattr(floats, name) for name in MATRICES),
-            reduction=Reduction.in_states(of, len(d.E)),
-        )
+        return of_one(d, Reduction.in_states(of, len(d.E)))
     except ValueError:  # its E is singular
         return None
-
-
-def _in_whole_numbers(d):
-    """A plant in rationals with each row of its equations multiplied: no fractions."""
-    names = ("E", "A", "Bu", "Bw")
-    rows = np.hstack([getattr(d, name) for name in names])
-    scales = []
-    for row in rows:
-        below, above = lcm(*(int(x.q) for x in row)), gcd(*(int(x.p) for x in row))
-        scales.append(fmpq(below, above or 1))
-    turn = np.diag(scales).view(type(d.E))
-    return replace(d, **{name: turn @ getattr(d, name) for name in names})

@@ -91,7 +91,7 @@ def places(cells, degrees):
 
 def vertex_words(plant, k, many):
     """The k-th of many vertices, from 1: of ranges a corner by its parameters."""
-    if "parameters" in plant:
+    if plant.get("parameters"):
         _, cells, degrees, _ = ranges(plant)
         place = places(cells, degrees)[k - 1]
         if all(x in ((0, 0), (n - 1, d)) for x, n, d in zip(place, cells, degrees)):
