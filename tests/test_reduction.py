@@ -236,6 +236,10 @@ def test_a_loop_whose_numbers_no_float_holds_is_refused(seed, tmp_path):
         again = load(file)
         assert again.proven and again.claims == design.infeasibility.claims
         assert again.claims[0].startswith("of the reduced model (5 of 11): the ")
+        loop = read_plant(again.data["plant"])
+        assert str(loop.reduction) == "5 of 11" and "no parameter" in repr(loop.family)
+        known = sos.analyse_pid(loop, np.zeros((0, 5)), gamma=1e3)
+        assert known.status == "feasible" and known.certify().proven
 
 
 def test_the_command_and_the_checker_say_it(tmp_path, capsys):

@@ -35,6 +35,8 @@ class Box:
         return cls(tuple(ranges), *zip(*ends))
 
     def __repr__(self):
+        if not self.names:
+            return "no parameter"
         *most, last = (
             f"{name} in [{spelled(low)}, {spelled(high)}]"
             for name, low, high in zip(self.names, self.low, self.high)
