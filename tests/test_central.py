@@ -198,3 +198,15 @@ def test_the_command_line_says_it_too(bounded, tmp_path, capsys):
     answer = json.loads(capsys.readouterr().out)
     assert answer["central"] is bounded
     assert answer["reason"] == ("" if bounded else centre.NO_SIZE)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_plant_without_inputs_keeps_a_loose_bound(seed):
+    """Its solutions have no centre, and it has no gain that could settle."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(6, 6)) * 10.0 ** rng.uniform(-2, 2, (6, 1))
+    A -= (np.linalg.eigvals(A).real.max() + 0.05) * np.eye(6)
+    w, y = rng.normal(size=(6, 1)), rng.normal(size=(1, 6))
+    plant = sos.DescriptorSystem(np.eye(6), A, B_w=w, C=y)
+    design = sos.analyse_pid(plant, np.zeros((0, 6)), gamma=1e8)
+    assert design.status == "feasible" and design.certify().proven

@@ -166,8 +166,8 @@ def _settles(lmis, x, r):
     except np.linalg.LinAlgError:
         return False
     there, here = (_gain_inside(lmis, y) for y in (moved, x))
-    change = np.abs(there - here).max()
-    return change <= 0.01 * SETTLED * max(np.abs(here).max(), SMALLEST_GAIN)
+    change, size = (np.abs(x).max(initial=0.0) for x in (there - here, here))
+    return change <= 0.01 * SETTLED * max(size, SMALLEST_GAIN)
 
 
 def _gain_inside(lmis, x):
