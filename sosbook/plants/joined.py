@@ -49,8 +49,8 @@ def joined_family(plants, function, U=None):
 
 
 def of_one(d, reduction=None):
-    """A plant ``d`` in rationals, a `Descriptor`, perhaps with a `Reduction`: as the
-    family without a parameter, whose files have each number as it is.
+    """A plant ``d`` in rationals, a `Descriptor`, as the family without a parameter,
+    whose files have each number as it is; ``reduction``: of what it is a part, or None.
     """
     parts = {}
     for name in MATRICES:
