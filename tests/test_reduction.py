@@ -13,6 +13,8 @@ from scipy.linalg import block_diag, eigh
 import sosbook as sos
 from sosbook.analysis.large import Pencil, energy_forms, least_eigenvalue
 from sosbook.exact.checker import verdict
+from sosbook.exact.checker.arithmetic import Refused
+from sosbook.exact.checker.families import whole_vertices
 from sosbook.plants import sparse
 from sosbook.plants.as_data import read_plant
 from sosbook.plants.reduction import Reduction
@@ -199,7 +201,7 @@ def test_a_loop_that_breaks_it_is_of_a_part_in_states():
     """With a filter, of a channel, of a filtered plant: two rows are four states."""
     one = np.eye(3)
     S, B = np.diag([1, 4, 9]), [[1], [0.5], [1]]
-    part = sos.SecondOrderSystem(one, 0.1 * one, S, B, one[:, :1]).reduce(rows=[0, 1])
+    part = sos.SecondOrderSystem(one, 0.1 * one, S, B, one[:, :1]).reduce(modes=2)
     law, gains = sos.PIDLaw([[1, 0]], filter=0.1), {"K_P": [[-1]], "K_D": [[-1]]}
     seen = sos.HInfinity(1e-3, outputs=sos.Output(position=[[1, 0]]))
     rest, region = np.zeros((1, 4)), sos.PoleRegion(3)
@@ -240,6 +242,19 @@ def test_a_loop_whose_numbers_no_float_holds_is_refused(seed, tmp_path):
         assert str(loop.reduction) == "5 of 11" and "no parameter" in repr(loop.family)
         known = sos.analyse_pid(loop, np.zeros((0, 5)), gamma=1e3)
         assert known.status == "feasible" and known.certify().proven
+
+
+@pytest.mark.parametrize("nothing", [{}, ""])
+def test_no_parameter_is_an_empty_list(nothing):
+    one = [["1/3"]]
+    given = {"E": one, "A": [["-1"]], "B": [[]], "B_w": one, "C": one}
+    plant = {"kind": "descriptor", "parameters": [], **given}
+    assert read_plant(plant).vertices[0].E == pytest.approx(1 / 3)
+    assert whole_vertices(plant)[0]["E"] == one
+    with pytest.raises(ValueError, match="no parameter"):
+        read_plant(plant | {"parameters": nothing})
+    with pytest.raises(Refused, match="a list"):
+        whole_vertices(plant | {"parameters": nothing})
 
 
 def test_the_command_and_the_checker_say_it(tmp_path, capsys):

@@ -48,12 +48,23 @@ def test_what_no_input_settles_has_no_solution():
         riccati(A, np.array([[0.0], [1.0]]), np.eye(2), np.eye(1))
 
 
-def test_scipy_has_the_word_where_the_schur_vectors_are_lost(monkeypatch):
-    A, B, Q, R = system(3)
-    wanted = solve_continuous_are(A, B, Q, R)
-    lost = 2 * wanted, np.full(len(A), -1e9)
-    monkeypatch.setattr("sosbook.analysis.riccati._by_schur_vectors", lambda H: lost)
-    assert_allclose(riccati(A, B, Q, R), wanted, atol=1e-9 * abs(wanted).max())
+@pytest.mark.parametrize("factor, pole, lost", [(1, -2, 0), (2, -2, 1), (1, -0.1, 1)])
+def test_scipy_has_the_word_where_the_schur_vectors_are_lost(
+    factor, pole, lost, monkeypatch
+):
+    """Where X leaves a residual, or its loop has other eigenvalues than were sorted."""
+    A, B, Q, R = np.array([[-1.0]]), np.eye(1), 3 * np.eye(1), np.eye(1)
+    found = factor * np.eye(1), np.array([pole])
+    asked = []
+
+    def scipys(*given):
+        asked.append(given)
+        return solve_continuous_are(*given)
+
+    monkeypatch.setattr("sosbook.analysis.riccati._by_schur_vectors", lambda H: found)
+    monkeypatch.setattr("sosbook.analysis.riccati.solve_continuous_are", scipys)
+    assert_allclose(riccati(A, B, Q, R), np.eye(1), rtol=1e-12)
+    assert len(asked) == lost
 
 
 @pytest.mark.parametrize("seed", range(60))

@@ -32,8 +32,8 @@ def riccati(A, B, Q, R):
     1979), in units of the states that balance the Hamiltonian, so that it doesn't
     depend on those in which A was given. `scipy.linalg.solve_continuous_are`, of a
     pencil, takes four times as long at N = 6; it has the word where the result doesn't
-    solve the equation, or is so large that rounding moves its loop's eigenvalues by
-    more than their distance from the axis.
+    solve the equation, or is so large that rounding moves the sum of its loop's
+    eigenvalues by more than their distance from the axis.
     """
     N, H = len(A), _hamiltonian(A, B, Q, R)
     check_time_of_eigenvalues(N, SCHUR)

@@ -230,7 +230,7 @@ class Uncertain:
         >>> plants.at(m=2).D
         array([[1.2]])
         """
-        one = not rows and not data["parameters"]  # a plant of rationals
+        one = not rows and data["parameters"] == []  # a plant of rationals
         box, cut = (NO_RANGES, {}) if one else read_ranges(data["parameters"])
         entries: dict = {}
         for name, matrix in data.items():

@@ -31,7 +31,7 @@ def main(words=None):
     asked = arguments(words)
     try:
         chosen = worlds.choose(asked.worlds, asked.seeds)
-        lanes(asked)  # a name that none has, before anything runs
+        runs = {world.kind: lanes(asked, world.kind) for world in chosen}
     except KeyError as error:
         sys.exit(error.args[0])
     if asked.list:
@@ -39,7 +39,7 @@ def main(words=None):
         return 0
     results, broken = {world.name: {} for world in chosen}, []
     for world in chosen:
-        for name, words in lanes(asked, world.kind).items():
+        for name, words in runs[world.kind].items():
             status, outcome = run(world, name, words, asked.n)
             results[world.name] |= outcome
             broken += [world.name] * (status not in (0, 1))
@@ -66,7 +66,7 @@ def arguments(words):
     return parser.parse_args(words)
 
 
-def lanes(asked, kind=None):
+def lanes(asked, kind):
     """{name: pytest's words} of the runs in a world of this kind."""
     less = " and not last_digits" if kind == "noise" else ""
     units = ["-m", f"not book and not browser and not live{less}"]

@@ -108,6 +108,7 @@ def ranges(plant):
     may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
     keys(may | plant, "kind parameters " + names)
     ends, cells = {}, []
+    need(isinstance(plant["parameters"], list), "parameters are a list")
     for name, a, b, *more in plant["parameters"]:
         need(name not in ends, "a parameter comes twice")
         a, b = ends[name] = single(a), single(b)
