@@ -10,8 +10,10 @@ from sosbook.requirements.lmi_region import LMIRegion
 PRICE = 1e-6  # of P, which needs a bound: good modes want it infinite
 
 
-def least_input(request):
-    """The least u_max of Theorem 2.2 and Lemma 2.2 for all vertices, or None."""
+def least_input(request, vertices=None):
+    """The least u_max of Theorem 2.2 and Lemma 2.2 for all vertices, or for those that
+    are given; None where it isn't found.
+    """
     N, m = request.order, request.plant.m
     P, Y = cvxpy.Variable((N, N), symmetric=True), cvxpy.Variable((m, N))
     level = cvxpy.Variable()
@@ -24,7 +26,7 @@ def least_input(request):
         cvxpy.bmat([[np.eye(1), x0.T], [x0, P]]) >> 0,
         cvxpy.bmat([[P, Y.T], [Y, level * np.eye(m)]]) >> 0,
     ]
-    for d in request.vertices:
+    for d in request.vertices if vertices is None else vertices:
         A, B = (np.linalg.solve(d.E, x) for x in (d.A, d.Bu))
         Theta = A @ P + B @ Y
         for alpha, beta in asked:

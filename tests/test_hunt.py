@@ -11,7 +11,7 @@ from sosbook.exact.rational import decimal
 from tests.hunt import differences
 from tests.hunt.differences import Hunt
 from tests.hunt.readers import Page
-from tests.hunt.tampering import late_roots
+from tests.hunt.tampering import late_roots, true_claims
 from tests.test_proof_files import proof_of
 
 
@@ -76,3 +76,15 @@ def test_a_delay_that_is_too_long_is_seen():
     whole["K"] = [[decimal(-float(x)) for x in row] for row in whole["K"]]
     (root, *_) = late_roots(whole)
     assert root.real > 1
+
+
+def test_a_small_input_is_judged_by_the_vertex_that_it_names():
+    """What a changed file makes of the others is no matter: one may have no mass."""
+    whole = asked(json.loads(proof_of("little force for a fast fall").text))
+    first, vertices = whole["vertex"], whole["plant"]["vertices"]
+    zero = [["0"] * len(row) for row in vertices[first]["M"]]
+    vertices.append(vertices[first] | {"M": zero})
+    assert true_claims(whole) is True
+    (bound,) = (r for r in whole["requirements"] if r["kind"] == "input")
+    bound["u_max"] = decimal(100 * float(bound["u_max"]))
+    assert true_claims(whole) is False

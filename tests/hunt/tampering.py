@@ -167,7 +167,8 @@ def true_claims(whole):
         return true_mode(whole)
     if whole["kind"] == "small input":
         request = read_request(whole)
-        least = least_input(request)
+        # the others can't help it, whatever they are: one may have no mass
+        least = least_input(request, [request.vertices[whole["vertex"]]])
         return None if least is None else least > 0.999 * request.saturation.u_max
     if whole["kind"] == "unreached response":
         plant = vertices_in(whole)[whole["vertex"]]
