@@ -384,6 +384,9 @@ EXCLUDED = {
     "sum of poles": lambda: sos.design_pid(
         TWO, law=sos.PIDLaw(position=[[1]]), region=sos.PoleRegion(5)
     ),
+    "sum of poles at zero": lambda: sos.design_pid(
+        spring(D=0.0), law=sos.PIDLaw(position=[[1]]), gamma=9.0
+    ),
     "no controller of any order": lambda: sos.design_pid(
         pushed(), law=sos.DynamicLaw(1, [[1, 0]], noise=[[0.5]]), gamma=0.7
     ),

@@ -411,6 +411,71 @@ def test_a_sum_of_poles_is_a_file_that_says_no_more_than_is_true(kind, filtered)
     assert changed(lambda d: None) == proof
 
 
+UNDAMPED = {
+    "a norm": dict(gamma=10.0),
+    "the least norm": dict(minimize="gamma"),
+    "the fastest decay": dict(maximize="sigma"),
+    "a sector": dict(region=sos.PoleRegion(theta=1.0)),
+    "an input bound": dict(saturation=sos.Saturation(9, [1, 0, 0, 0])),
+}
+
+
+@pytest.mark.parametrize("asked", UNDAMPED)
+@pytest.mark.parametrize("unit", [1.0, 0.3e-3, 9.81e3])
+def test_positions_alone_never_damp_what_is_undamped(asked, unit, tmp_path):
+    """Whatever is asked, the loop is stable; the sum of its poles stays zero."""
+    M, S, B = np.diag([1, 2]), np.array([[2, -1], [-1, 2]]), [[unit], [0]]
+    free = sos.SecondOrderSystem(unit * M, np.zeros((2, 2)), unit * S, B, F=[[0], [1]])
+    law = sos.PIDLaw(np.eye(2))
+    design = sos.design_pid(free, law=law, starts=2, **UNDAMPED[asked])
+    proof = design.infeasibility
+    assert design.status == "infeasible" and isinstance(proof, SumOfPoles)
+    assert proof.claims[0].endswith("its poles lie left of the imaginary axis")
+    held_against(free, proof, tmp_path)
+    data = copy.deepcopy(proof.data)
+    data["plant"]["vertices"][0]["D"][0][0] = "0.001"
+    assert not SumOfPoles.of(data).proven
+
+
+def test_the_sum_of_the_poles_refuses_what_only_their_mean_would_keep():
+    """All poles left of their mean there are none: the theorem has no gap at it."""
+    cart = sos.SecondOrderSystem([[0.3]], [[0.3]], [[9.81]], [[1]])
+    for sigma, status in ((0.5, "infeasible"), (0.499, "feasible")):
+        design = sos.design_pid(
+            cart, law=sos.PIDLaw([[1]]), region=sos.PoleRegion(sigma=sigma)
+        )
+        assert design.status == status
+
+
+def test_a_search_goes_on_where_a_norm_is_lost(monkeypatch):
+    """At a pole on the axis, to rounding, the pencil is singular: that point is bad."""
+    honest, asked = slopes.norm, itertools.count(1)
+
+    def norm(*words):
+        if next(asked) % 5 == 0:
+            raise np.linalg.LinAlgError("Singular matrix")
+        return honest(*words)
+
+    monkeypatch.setattr(slopes, "norm", norm)
+    cart = sos.SecondOrderSystem([[0.3]], [[0.3]], [[9.81]], [[1]], F=[[1]])
+    law = sos.PIDLaw([[1]], filter=0.1)
+    design = sos.design_pid(cart, law=law, minimize="gamma", starts=2)
+    assert next(asked) > 20 and design.status == "feasible"
+
+
+def test_free_masses_that_are_seen_badly_are_no_matter_of_units():
+    slow = sos.SecondOrderSystem(
+        [[10.6362, 0.162475], [0.162475, 2.94623]],
+        [[0.0073884, -0.00608104], [-0.00608104, 0.0495649]],
+        np.zeros((2, 2)),
+        [[-0.938927, 1.01095], [-2.17173, 0.161174]],
+        F=[[1.35351], [-0.0585743]],
+    )
+    law = sos.DynamicLaw(1, [[0, -2.03], [-0.78, 0.69]])
+    design = sos.design_pid(slow, law=law, gamma=6180.0, starts=2, seed=1)
+    assert "gave up" not in design.reason
+
+
 HUNG = sos.SecondOrderSystem(  # the second and third angle turn together
     np.diag([0.3, 0.5, 2.2046]), np.diag([0.1, 0, 0]),
     [[9.81, -1, 1], [0.7, 3, -3], [-0.2, -3, 3]], [[1], [0.3], [0]],

@@ -17,6 +17,7 @@ from .requirements import STABILITY
 from .text import Text, mat, number, ratio, sane
 
 CLOSE = Fraction(1, 10**6)  # of |s|, of which six digits are said
+STABLE = "its poles lie left of the imaginary axis"
 
 
 class SingularMass:
@@ -53,7 +54,7 @@ def joined(t, law, size, mean, f):
 class SumOfPoles:
     """The sum of the poles, tr E^-1 (A + B K C_y), is moved by no K of a law.
 
-    Their mean lies right of what is asked, so one of them does.
+    Their mean lies right of a half-plane, or of the left one: so does one of them.
     """
 
     def __init__(self, d):
@@ -63,15 +64,17 @@ class SumOfPoles:
         k, asked = vertex_of(t, d["vertex"]), d["requirement"]
         f = len(d["gains"][0]) - size[1]
         N, _ = joined(t, d["law"], size, f"{{}}.{k}", f)
-        need(asked["form"] == "half-plane", "a half-plane is needed")
-        words = region(asked)[2]
-        t.put_number("sigma", asked, "sigma")
+        words, reach = STABLE, "mean"
+        if asked is not None:
+            need(asked["form"] == "half-plane", "a half-plane is needed")
+            words, reach = region(asked)[2], "mean + sigma"
+            t.put_number("sigma", asked, "sigma")
         t.sets["gains"] = [[str(i)] for i, _ in enumerate(d["gains"], 1)]
         for i, _ in enumerate(d["gains"]):
             t.put(f"G.{i + 1}", d["gains"], i, entry=ratio)
         t.write("y = [law.of_sensors law.rows, law.of_states]", "back = inv(E)")
         t.write("still.i: tr(back Bu G.i y) == 0", loop="i in gains")
-        t.write(f"mean = tr(back A)/{N}", "beyond: mean + sigma > 0")
+        t.write(f"mean = tr(back A)/{N}", f"beyond: {reach} >= 0")
         where = vertex_words(d["plant"], k, len(vertices))
         least = downwards(t.values()["mean"])
         self.claims = [f"no gain of the law moves the sum of the poles of {where}; one "
@@ -168,7 +171,7 @@ class FixedMode:
                 f"mode: V {A} == L V E")  # fmt: skip
         if d["K"] is None:
             t.write(f"still: V Bu == O({k}, {m})")
-        asked, text = d["requirement"], "its poles lie left of the imaginary axis"
+        asked, text = d["requirement"], STABLE
         if asked is not None:
             if asked["kind"] != "region":
                 raise Beyond(

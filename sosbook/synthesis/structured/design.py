@@ -75,13 +75,11 @@ def by_law(request, objective, backoff, starts, seed):
     loops = loops_of(request)
     some = np.ones(len(loops.directions))
     replace(request, gain=loops.K(some))  # raises where noise in u is infinite
-    goal, refused = None, None
+    goal, owner = None, None
     if objective:
         owner = request.owner(next(iter(objective)))
         goal = DECAY if owner.parameter is SIGMA else owner
-    else:
-        refused = refused_by_sum(request, loops)
-    refused = refused or refused_by_mode(request, objective and owner)
+    refused = refused_by_sum(request, loops, owner) or refused_by_mode(request, owner)
     if refused is not None:
         return refused
     task = Task.of(request, loops, goal)

@@ -31,14 +31,14 @@ class SumOfPoles(Refusal):
     @classmethod
     def contents(cls, request, r, k, directions):
         """The data of the file, of a ``request`` whose law is left to it: ``r`` is the
-        half-plane, ``k`` the vertex with the poles, from 0, and ``directions`` those of
-        the law's gains.
+        half-plane, None where it is the left one, ``k`` the vertex with the poles, from
+        0, and ``directions`` those of the law's gains.
         """
         return {
             **loop_data(request),
             "law": parts_data(request.law_parts),
             "gains": [fractions(exact(K)) for K in directions],
-            "requirement": r.data(),
+            "requirement": None if r is None else r.data(),
             "vertex": k,
         }
 
@@ -55,17 +55,17 @@ def mean_pole(d, parts, directions):
     return (back @ whole.A).trace() / len(whole.E)
 
 
-def refused_by_sum(request, loops):
-    """The Solution of a ``request`` with a law whose decay the sum of the poles
-    excludes; or None. ``loops`` are its own, whose structure is read.
+def refused_by_sum(request, loops, sought=None):
+    """The Solution of a ``request`` with a law whose decay, or whose stability, the sum
+    of the poles excludes; or None. ``loops`` are its own, whose structure is read; a
+    bound that is ``sought`` refuses nothing.
     """
-    asked = [r for r in request.requirements if r.parameter is SIGMA]
-    if not asked:
-        return None
-    r = max(asked, key=lambda r: r.bound)
+    asked = [r for r in request.requirements if r.parameter is SIGMA and r.bound > 0]
+    r = max((r for r in asked if r is not sought), key=lambda r: r.bound, default=None)
+    sigma = exact(0.0 if r is None else r.bound)  # the loop is stable in any case
     for d in corners_of(request).values():
         mean = mean_pole(d, request.law_parts, loops.directions)
-        if mean is None or mean + exact(r.bound) <= 0:
+        if mean is None or mean + sigma < 0:
             continue
         _, k = vertex_of(request, d)
         proof = SumOfPoles.of(SumOfPoles.contents(request, r, k, loops.directions))

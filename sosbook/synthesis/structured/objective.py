@@ -135,9 +135,12 @@ class Objective:
         return sign * float(np.log(reached / bound)), sign * S / reached
 
     def _reached(self, r, K):
-        if r.bounds_response() is not None:
-            return slopes.norm(self.loops, K, r, self.task.m)
-        return slopes.reached(self.loops, K, r, self.task.m, self.unit)
+        try:
+            if r.bounds_response() is not None:
+                return slopes.norm(self.loops, K, r, self.task.m)
+            return slopes.reached(self.loops, K, r, self.task.m, self.unit)
+        except np.linalg.LinAlgError:  # a pole on the axis, to rounding
+            return np.inf, 0 * K
 
 
 def _size(r):
