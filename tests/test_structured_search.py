@@ -460,7 +460,8 @@ def test_a_search_goes_on_where_a_norm_is_lost(monkeypatch):
     cart = sos.SecondOrderSystem([[0.3]], [[0.3]], [[9.81]], [[1]], F=[[1]])
     law = sos.PIDLaw([[1]], filter=0.1)
     design = sos.design_pid(cart, law=law, minimize="gamma", starts=2)
-    assert next(asked) > 20 and design.status == "feasible"
+    assert next(asked) > 20 and design.searched is not None
+    assert "gave up" not in design.reason
 
 
 def test_free_masses_that_are_seen_badly_are_no_matter_of_units():
