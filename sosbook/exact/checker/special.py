@@ -54,7 +54,7 @@ def joined(t, law, size, mean, f):
 class SumOfPoles:
     """The sum of the poles, tr E^-1 (A + B K C_y), is moved by no K of a law.
 
-    Their mean lies right of a half-plane, or of the left one: so does one of them.
+    Their mean isn't in the half-plane that is asked, or in the left one: nor are all.
     """
 
     def __init__(self, d):

@@ -20,10 +20,10 @@ SECONDS = 20.0  # for the refusal of each plant by all of its state
 
 
 class SumOfPoles(Refusal):
-    """The poles' mean lies too far right, and no gain of the law moves it: the sum of
-    the poles is the trace of E^-1 (A + B K C_y), and every K_k of the law has a product
-    of trace zero there. ``text`` is that of a file with the plant, what the law joins
-    to it, the K_k and the half-plane.
+    """The poles' mean isn't left of what is asked, and no gain of the law moves it: the
+    sum of the poles is the trace of E^-1 (A + B K C_y), and every K_k of the law has a
+    product of trace zero there. ``text`` is that of a file with the plant, what the law
+    joins to it, the K_k and the half-plane, None for the left one.
     """
 
     kind = "sum of poles"
@@ -55,7 +55,7 @@ def mean_pole(d, parts, directions):
     return (back @ whole.A).trace() / len(whole.E)
 
 
-def refused_by_sum(request, loops, sought=None):
+def refused_by_sum(request, loops, sought):
     """The Solution of a ``request`` with a law whose decay, or whose stability, the sum
     of the poles excludes; or None. ``loops`` are its own, whose structure is read; a
     bound that is ``sought`` refuses nothing.
