@@ -11,6 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 from mpmath import mp
+from scipy.linalg import block_diag, eigvals
 
 import sosbook as sos
 from sosbook.exact.checker.families import given_vertices
@@ -184,6 +185,10 @@ def true_claims(whole):
         return all(x > -1e-12 for x in least_eigenvalues(whole))
     if whole["kind"] == "observer":
         return observed(whole)
+    if whole["kind"] in ("known gain", "energy"):
+        return true_poles(whole)
+    if whole["kind"] == "sum of poles":
+        return all(x > -1e-12 for x in means_of_poles(whole))
     return None  # no oracle here
 
 
@@ -269,6 +274,62 @@ def least_eigenvalues(whole):
 
 def in_floats(rows):
     return np.array([[float(Fraction(e)) for e in row] for row in rows])
+
+
+def law_loop(whole, vertex, K):
+    """E and A of E x' = A x, a plant under u = K y and a law's states, in floats."""
+    if "E" in vertex:
+        E, A, pushed = (in_floats(vertex[x]) for x in "EAB")
+    else:
+        M, D, S, B = (in_floats(vertex[x]) for x in "MDSB")
+        one, none = np.eye(len(M)), np.zeros((len(M), len(M)))
+        E, A = block_diag(one, M), np.block([[none, one], [-S, -D]])
+        pushed = np.vstack([0 * B, B])
+    law, (N, m) = whole.get("law"), pushed.shape
+    if law is None:
+        U = in_floats(whole["U"]).reshape(-1, N // 2) @ np.eye(N // 2, N)
+        A = block_diag(A, np.zeros((len(U), len(U))))
+        A[N:, :N] = U
+        pushed = np.vstack([pushed, np.zeros((len(U), m))])
+        return block_diag(E, np.eye(len(U))), A + pushed @ K
+    c, f = len(law["E"]), len(K) - m  # the last f of the law's rates are free
+    seen = in_floats(law["rows"])
+    square = {x: in_floats(law[x]).reshape(c, c) for x in "EA"}
+    of_y, of_xi = (in_floats(law[x]) for x in ("of_sensors", "of_states"))
+    A = np.block([
+        [A, np.zeros((N, c))],
+        [in_floats(law["B"]).reshape(c, len(seen)) @ seen, square["A"]],
+    ])  # fmt: skip
+    free = np.vstack([np.zeros((c - f, f)), np.eye(f)])
+    y = np.hstack([of_y @ seen, of_xi.reshape(len(of_y), c)])
+    return block_diag(E, square["E"]), A + block_diag(pushed, free) @ K @ y
+
+
+def true_poles(whole):
+    """Whether the poles of a known gain lie where they are asked, at the vertices."""
+    if "parameters" in whole["plant"]:
+        return None  # Bernstein's vertices needn't be plants
+    loops = [law_loop(whole, v, in_floats(whole["K"])) for v in vertices_in(whole)]
+    poles = np.hstack([eigvals(A, E) for E, A in loops])
+    poles = poles[abs(poles) < 1e10]  # of a singular mass some are infinite
+    regions = [sos.LMIRegion.half_plane(0.0)] + [
+        Requirement.read(r) for r in whole["requirements"] if r["kind"] == "region"
+    ]
+    sizes = 1 + abs(poles)
+    inside = [d / sizes for r in regions for d in r.distances(poles).values()]
+    return bool(np.min(inside) > -1e-7)
+
+
+def means_of_poles(whole):
+    """How far right of its place the poles' mean is, for its size, with K and -K."""
+    vertex, asked = vertices_in(whole)[whole["vertex"]], whole["requirement"]
+    gains = np.array([in_floats(G) for G in whole["gains"]])
+    sigma = 0.0 if asked is None else float(asked["sigma"])
+    for weights in np.random.default_rng(0).standard_normal((3, len(gains))):
+        for K in np.tensordot([weights, -weights], gains, 1):
+            E, A = law_loop(whole, vertex, K)
+            A = np.linalg.solve(E, A)
+            yield (np.trace(A) / len(A) + sigma) / (1 + abs(A).max())
 
 
 def observed(whole):
