@@ -81,14 +81,20 @@ def key_in(proof, said, block):
 
 @pytest.mark.parametrize("name", PROOFS)
 def test_each_line_says_what_the_theorem_says(name):
-    """The two writings of a block are one matrix, but for its size."""
+    """The two writings of a block are one matrix, but for its requirement's size.
+
+    A number of any size is one; so its size is 1 or that of a matrix beside it.
+    """
     proof = proof_of(name)
     said = proof.measured(lambda block: block)
+    sizes = {True: {fmpq(1)}, False: set()}
     for block, matrix in blocks_of(proof).items():
         mine = said[key_in(proof, said, block)]
         size = mine[0, 0] / matrix[0, 0]
         assert size > 0 and mine.shape == matrix.shape
         assert (mine == size * matrix).all()
+        sizes[len(mine) > 1].add(size)
+    assert sizes[False] <= sizes[True]
 
 
 # ------------------------------------------------------------------- attacks

@@ -174,6 +174,24 @@ def test_the_mean_of_the_poles_is_in_no_half_plane_that_begins_there(sigma):
     assert true_claims(changed) == true and verdicts(changed) == (true, true)
 
 
+@pytest.mark.parametrize(
+    "name, key, bound, true",
+    [
+        ("little force for a fast fall", "u_max", "1.99", True),  # 2 holds the fall
+        ("little force for a fast fall", "u_max", "2.01", False),
+        ("a response out of reach", "bound", "0.96", True),  # 0.9624 by least_norm
+        ("a response out of reach", "bound", "0.97", False),
+    ],
+)
+def test_a_bound_that_can_be_kept_is_not_refuted(name, key, bound, true):
+    whole = json.loads(without_text(proof_of(name)))
+    path, old = next((p, x) for p, x in leaves(whole) if p[-1] == key)
+    said = [c.replace(old, bound) for c in whole["claims"]]
+    assert said != whole["claims"]
+    changed = mended(put(whole, path, bound) | {"claims": said})
+    assert true_claims(changed) == true and verdicts(changed) == (true, true)
+
+
 def swapped():
     """Whole parts of one proof in the place of another's."""
     one = json.loads(without_text(proof_of("H-infinity, pairs")))
