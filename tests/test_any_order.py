@@ -45,6 +45,8 @@ def test_with_noise_and_weight_the_best_of_all_is_met(seed, time):
     law = sos.DynamicLaw(1, C_y, noise=[[0, 0.5]])
     gamma, proof = bound(known, law, 1.5 * best)
     assert 0.98 * best < gamma < best and proof.verify()
+    more = proof.data["requirement"] | {"gamma": str(1.001 * best)}
+    assert not AnyOrder.of(proof.data | {"requirement": more}).proven
 
 
 @pytest.mark.parametrize("seed", range(5))

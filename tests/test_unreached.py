@@ -1,5 +1,7 @@
 """A gamma below what no input reaches is refused, and no other."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -114,3 +116,19 @@ def test_an_output_that_is_always_zero_hides_nothing():
     design = sos.design_pid(plant, gamma=0.1)
     assert design.status == "infeasible"
     assert isinstance(design.infeasibility, UnreachedResponseRefusal)
+
+
+@pytest.mark.parametrize("s, proven", [(0, True), ("1/1000", True), ("-9/10", False)])
+def test_a_response_left_of_the_axis_bounds_no_norm(s, proven):
+    """1 / (1 + s) (2 + s) is never above 1/2 in the right half-plane, but 9 at -0.9."""
+    one = sos.SecondOrderSystem([[1]], [[3]], [[2]], [[1]], [[1]])
+    s = Fraction(s)
+    there = 1 / ((1 + s) * (2 + s))
+    gamma = float(0.999 * there)
+    request = sos.analyse_pid(one, [[0.0, 0.0]], gamma=gamma).request
+    v, y = [[(3 + s) * there, there], [0, 0]], [[1], [0]]
+    data = UnreachedResponseRefusal.contents(
+        request, request.owner("gamma"), 0, [[s], [0]], v, y
+    )
+    file = UnreachedResponseRefusal.of(data)
+    assert file.proven == file.verify() == proven
