@@ -141,7 +141,7 @@ def test_the_command_writes_a_page(same, tmp_path, capsys):
     for name in FORMATS:
         columns = getattr(found.log, name), getattr(same.log, name)
         assert columns[0] == pytest.approx(columns[1], rel=1e-8, abs=1e-6), name
-    # a search that ends at ftol = 1e-8 is up to .006 deviations beside the best
+    # a search ends where its cost changes by 1e-8, far less than a deviation away
     for name, sd in same.tracking.sd.items():
         values = found.tracking.values[name], same.tracking.values[name]
         assert values[0] == pytest.approx(values[1], rel=0, abs=sd / 20), name

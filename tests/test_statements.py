@@ -83,7 +83,7 @@ def key_in(proof, said, block):
 def test_each_line_says_what_the_theorem_says(name):
     """The two writings of a block are one matrix, but for its requirement's size.
 
-    A number of any size is one; so its size is 1 or that of a matrix beside it.
+    Any two numbers are, so theirs must be 1 or the size of a matrix in the same file.
     """
     proof = proof_of(name)
     said = proof.measured(lambda block: block)
