@@ -246,6 +246,8 @@ def test_a_proof_is_held_against_a_program(tmp_path, capsys):
     other = controller(0.31)
     other.certify(time_limit=60).save(tmp_path / "other.json")
     softer = other.to_c("cart").gains
+    capsys.readouterr()
+    assert verify() == 0 and "compared: all other files" in capsys.readouterr().out
     digit = re.search(r"(?s)CART_D .*?(0x1\.[0-9a-f]+)", good)[1]
     changed = digit[:-1] + ("1" if digit[-1] != "1" else "2")
     wrong = {
@@ -471,7 +473,7 @@ def test_what_is_in_a_folder_is_not_lost(designed, tmp_path):
     gains.write_bytes(before)
     own.write_text("years", "utf-8")  # beside an answer it is left alone
     code, out, err = designed()  # the same plant: no program stays beside new gains
-    assert code == 0 and err.count("is removed") == 15
+    assert code == 0 and err.count("is removed") == 16
     mine = {"gains.json", "proof.json", "index.html"}
     assert names_in(folder) == mine | {"thesis.txt"}
     (folder / "axis" / "axis.c").write_text("mine", "utf-8")

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -72,12 +73,23 @@ def test_the_proofs_lie_beside_the_programs(found, folder):
 def test_the_sampled_proofs_are_held_against_the_program(found, folder, tmp_path):
     """Its law with its estimates and its clock; another of them is refused."""
     text = (folder / "balance_gains.h").read_text("utf-8")
-    file, other = folder / "proof_balance_sampled_6.json", tmp_path / "other_gains.h"
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    file, other = folder / "proof_balance_sampled_6.json", tmp_path / "balance_gains.h"
+    record = tmp_path / "program_balance.json"
 
     def held(text):
         other.write_text(text, "utf-8")
         return verify(["verify", str(file), "--code", str(other)])
 
+    assert held(text) == 0
+    for name in ("balance_run.c", "balance_tick.h", "balance.h"):
+        whole = (tmp_path / name).read_bytes()
+        (tmp_path / name).write_bytes(whole.replace(b"int ", b"long "))
+        assert (folder / name).read_bytes() != (tmp_path / name).read_bytes()
+        assert held(text) == 1
+        (tmp_path / name).write_bytes(whole)
+    assert held(text.replace("BALANCE_LIMIT 0x1.", "BALANCE_LIMIT 0x1.1")) == 1
+    record.unlink()  # what follows, the law alone notices
     assert held(text) == 0
     for name, value in (
         ("BLEND", found.robot.blend * 1.01),

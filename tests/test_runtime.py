@@ -14,6 +14,8 @@ import threadpoolctl
 
 import sosbook as sos
 from sosbook.runtime import libraries, progress, threads
+from sosbook.runtime.reading import read_bytes, read_json
+from sosbook.runtime.writing import write_file
 from tests.processes import process
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -186,3 +188,9 @@ def test_a_process_of_one_thread_says_so_before_numpy():
     free = {k: v for k, v in os.environ.items() if k not in threads.ONE_THREAD}
     done = process(sys.executable, "-c", code, check=True, env=free)
     assert done.stdout.strip() == "{1}"
+
+
+def test_a_folder_in_the_place_of_a_file_is_named(tmp_path):
+    for ask in (read_bytes, read_json, lambda path: write_file(path, "text")):
+        with pytest.raises(IsADirectoryError, match="is a folder: give the name"):
+            ask(tmp_path)

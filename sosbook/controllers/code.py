@@ -6,9 +6,9 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..exact.rational import read_number
-from ..plants.checks import matrix
 from ..runtime.digests import digest
 from .estimates import balancing, heading
+from .signals import identifiers
 
 MATRICES = ("A", "B", "C", "D")
 NUMBERS = "TICK", "SINGLE", "STATES", "MEASURED", "OUTPUTS", "TICK_US"
@@ -45,33 +45,72 @@ def read_gains(text):
         If one is missing or can't be read, or the text has more than comments and
         definitions, each once.
     """
-    if not isinstance(text, str):
-        raise ValueError(f"text must be that of a file, got {type(text).__name__}")
-    lines = [line.strip() for line in _without_comments(text).split("\n")]
-    lines = [LINE.fullmatch(line) or _refuse(line) for line in lines if line]
-    given, guard = {}, lines[0].string.removeprefix("#ifndef ") if lines else ""
-    for line in lines[1:-1]:
-        if line["name"] is None or line["name"] in given:
-            _refuse(line.string)
-        given[line["name"]] = (line["value"] or "").strip()
-    prefix = guard.removesuffix("GAINS_H")
-    named = {name: given.get(prefix + name) for name in (*MATRICES, *NUMBERS)}
+    given = definitions(text)
+    named = {name: given.get(name) for name in (*MATRICES, *NUMBERS)}
     if lost := sorted(name for name, value in named.items() if value is None):
         raise ValueError(f"the text defines no {', '.join(lost)}")
     found = {name: _matrix(named[name]) for name in MATRICES}
     found |= {name: _number(named[name]) for name in NUMBERS}
-    more = [x for x in (*DELAYS, *ROBOTS) if prefix + x in given]
-    found |= {x: _number(given[prefix + x]) for x in more}
-    if prefix + "K" in given:
-        found["K"] = _matrix("{" + given[prefix + "K"] + "}")[0]
-    if prefix + ROWS in given:
-        found[ROWS] = _matrix(given[prefix + ROWS])
+    found |= {x: _number(given[x]) for x in (*DELAYS, *ROBOTS) if x in given}
+    if "K" in given:
+        found["K"] = _matrix("{" + given["K"] + "}")[0]
+    if ROWS in given:
+        found[ROWS] = _matrix(given[ROWS])
     l, q, m = (int(found[name]) for name in ("STATES", "MEASURED", "OUTPUTS"))
     room = max(l, 1)  # C has no array of nothing
     for name, shape in zip(MATRICES, ((room, room), (room, q), (m, room), (m, q))):
         if found[name].shape != shape:
             raise ValueError(f"{name} has not the {shape} numbers of its sizes")
+    if ROWS in found and len(found[ROWS]) != q:
+        raise ValueError(f"{ROWS} has not a row for each of the {q} sensors")
     return found
+
+
+def definitions(text):
+    """What the text of a <name>_gains.h defines, as it stands there.
+
+    Returns a dict from each label, without the program's name in front, to its value.
+    Raises ValueError if the text has anything else than comments and definitions,
+    each once, and each with the program's name in front.
+    """
+    if not isinstance(text, str):
+        raise ValueError(f"text must be that of a file, got {type(text).__name__}")
+    lines = [line.strip() for line in _without_comments(text).split("\n")]
+    lines = [LINE.fullmatch(line) or _refuse(line) for line in lines if line]
+    guard = lines[0].string.removeprefix("#ifndef ") if lines else ""
+    prefix, given = guard.removesuffix("GAINS_H"), {}
+    for line in lines[1:-1]:
+        name = line["name"] or _refuse(line.string)
+        label = name.removeprefix(prefix)
+        if name == label or label in given:
+            _refuse(line.string)
+        given[label] = re.sub(r"\s+", " ", line["value"] or "").strip()
+    if lines and given.pop("GAINS_H", None) != "":
+        _refuse(lines[0].string)
+    return given
+
+
+def columns_fault(text):
+    """What keeps the names of a program's columns from being those of its rows; or "".
+
+    ``text``: of a <name>_gains.h. Sensors, set points and outputs are numbered in their
+    order, and the comment of a row of ROWS names its sensor.
+    """
+    given = definitions(text)
+    if lost := {"SET_POINTS", ROWS} - given.keys():
+        return f"the text defines no {', '.join(sorted(lost))}"
+    for kind, size in (("IN", "MEASURED"), ("SET", "SET_POINTS"), ("OUT", "OUTPUTS")):
+        labels = [x for x in given if x.startswith(f"{kind}_") and x != "SET_POINTS"]
+        if [given[x] for x in labels] != [str(k) for k in range(int(given[size]))]:
+            return f"its {kind}_ numbers aren't 0, 1, ... in their order"
+        if kind == "IN":
+            seen = [x.removeprefix("IN_") for x in labels]
+    block = re.search(rf"_{ROWS} {{ \\\n(.*?)\n}}", text.replace("\r", ""), re.S)
+    said = re.findall(r"/\* (.*): [^:]* \*/", block[1] if block else "")
+    said = [re.sub(r" \([^()]*\)$", "", words) for words in said]  # without its unit
+    if not said or identifiers(said) != seen:
+        return f"its IN_ names aren't those of its {ROWS}"
+    return ""
 
 
 def _refuse(line):
@@ -111,7 +150,7 @@ def _matrix(text):
     return np.array(rows)
 
 
-def code_fault(data, text, rows=None):
+def code_fault(data, text):
     """What keeps a program's loop from being that of a proof; empty if nothing does.
 
     Parameters
@@ -121,49 +160,50 @@ def code_fault(data, text, rows=None):
         must then apply at once, with sums of T U times what is measured.
     text : str
         Of the program's <name>_gains.h. The digest of the plant counts, where it has
-        one. Its set points, limits and faults are no part of a proof; nor is which
-        sensor a column of B and D belongs to, which the names of its columns say.
-    rows : (q, N) array_like, optional
-        What each column of B and D measures of the plant's state, the ``rows`` of a
-        `Controller`; without them those that the text has. Where a sensor mixes
-        coordinates the proof has the products B R and D R, rounded to doubles: then
-        they are needed, in double precision.
+        one. Its set points, limits and faults are no part of a proof.
+
+    Notes
+    -----
+    A proof has the law as a function of the plant's state x. A program has it as a
+    function of its sensors y = R x, where R is its matrix ROWS. So C and A must be
+    those of the proof, and B R and D R must be its B and D, entry by entry, rounded to
+    doubles. In single precision a program can be compared only if each of its sensors
+    is a coordinate as it is.
     """
     law = data.get("K")
     if law is None or data.get("law") or "L" in data:
         return "the proof is about no gain and no sampled controller"
     try:
         mine = read_gains(text)
+        robot = "BLEND" in mine
+        fault = "" if robot else columns_fault(text)
     except ValueError as error:
         return str(error)
+    if fault:
+        return fault
     plant = PLANT.search(text)
     about = DIGEST.findall(plant[1]) if plant else ()
     if about and not digest(data.get("plant")).startswith(tuple(about)):
         return f"it is about another plant, sha256 {', '.join(about)}"
     kind = np.float32 if mine["SINGLE"] else float
+    if not robot:
+        if mine["SINGLE"] and _mixes(mine[ROWS]):
+            return "its sensors mix coordinates: hold the program in double precision"
+        mine |= {
+            name: np.asarray(exact(mine[name]) @ exact(mine[ROWS]), float)
+            for name in "BD"
+        }
     if not isinstance(law, dict):
         return _gain_fault(data, mine, kind)
     if fault := _clock_fault(data, mine, kind):
         return fault
-    if "BLEND" in mine:
+    if robot:
         return _robot_fault(law, mine)
     law = {name: _read(law[name], kind) for name in MATRICES}
-    for name in "AC":
+    for name in MATRICES:
         if not _same(law[name], mine[name]):
-            return f"its {name} isn't the proof's"
-    # the proof has a column of B and D for each state, and those that aren't measured
-    # are zero; in which order a program measures is no part of a proof
-    rows = mine.get(ROWS) if rows is None else rows
-    if rows is not None and _mixes(rows):
-        if mine["SINGLE"]:
-            return "its sensors mix coordinates: hold the program in double precision"
-        mixed = matrix("rows", rows, (mine["D"].shape[1], law["D"].shape[1]))
-        products = {k: exact(mine[k]) @ exact(mixed) for k in "BD"}
-        mine |= {k: np.asarray(product, float) for k, product in products.items()}
-    columns = [_columns(law), _columns(mine)]
-    if columns[0] != columns[1]:
-        more = "" if rows is not None else ", or its sensors mix coordinates: give rows"
-        return f"its B and D aren't the proof's{more}"
+            seen = "" if name in "AC" else f" {ROWS}"
+            return f"its {name}{seen} isn't the proof's {name}"
     return ""
 
 
@@ -255,11 +295,3 @@ def _mixes(rows):
     """Whether one of the rows is more than one coordinate as it is."""
     rows = np.asarray(rows, float)
     return not ((rows == 0) | (rows == 1)).all() or (rows.sum(axis=1) != 1).any()
-
-
-def _columns(law):
-    """The columns of B and D that aren't zero, sorted."""
-    D = law["D"]
-    B = law["B"] if law["B"].shape[1:] == D.shape[1:] else np.zeros((0, D.shape[1]))
-    both = np.vstack([B if B.any() else B[:0], D])
-    return sorted(column.tolist() for column in both.T if column.any())

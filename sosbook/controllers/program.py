@@ -15,15 +15,22 @@ from .gains import Gains
 from .numbers import FLOAT_TYPES, literal, program_numbers
 from .signals import identifiers
 from .template import comment, noted, read, renamed, written_by
+from .written import CONTROLLER, law_texts, record
 
-#: Words of C99 and of its libraries that a file's name would collide with.
+#: Words of C99, headers of its library and of Arduino, what a sketch defines, and
+#: devices of Windows: a file's name, or a function's, would collide with them.
 # fmt: off
 TAKEN = {
-    "auto", "break", "case", "char", "const", "continue", "default", "do", "double",
-    "else", "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long",
-    "main", "math", "register", "restrict", "return", "short", "signed", "sizeof",
-    "static", "stdio", "struct", "switch", "typedef", "union", "unsigned", "void",
-    "volatile", "while",
+    "arduino", "assert", "auto", "aux", "break", "case", "char", "com0", "com1", "com2",
+    "com3", "com4", "com5", "com6", "com7", "com8", "com9", "complex", "con", "const",
+    "continue", "ctype", "default", "do", "double", "else", "enum", "errno", "extern",
+    "fenv", "float", "for", "goto", "if", "inline", "int", "inttypes", "iso646",
+    "limits", "locale", "long", "loop", "lpt0", "lpt1", "lpt2", "lpt3", "lpt4", "lpt5",
+    "lpt6", "lpt7", "lpt8", "lpt9", "main", "math", "nul", "prn", "register",
+    "restrict", "return", "setjmp", "setup", "short", "signal", "signed", "sizeof",
+    "static", "stdarg", "stdbool", "stddef", "stdint", "stdio", "stdlib", "string",
+    "struct", "switch", "tgmath", "time", "typedef", "union", "unsigned", "void",
+    "volatile", "wchar", "wctype", "while",
 }
 # fmt: on
 FOLDER = "sosbook.controllers"
@@ -125,14 +132,16 @@ class Code:
     def texts(self) -> dict:
         """The text of each file by its name."""
         name, c = self.name, self.controller
-        ends = ".h", ".c", "_tick.h", "_bench.c"
-        files = {f"{name}{end}": f"axis{end}" for end in ends} | {
+        files = {
+            f"{name}_bench.c": "axis_bench.c",
             "CMakeLists.txt": "CMakeLists.txt",
             f"{name}_sketch/{name}_sketch.ino": "axis.ino",
             f"{name}_sketch/platformio.ini": "platformio.ini",
         }
         note = [written_by()]
-        texts = {
+        law = law_texts(CONTROLLER, name)
+        texts = {f"{name}{end}": text for end, text in law.items()}
+        texts |= {
             file: noted(renamed(read(FOLDER, t), "axis", name), note)
             for file, t in files.items()
         }
@@ -141,7 +150,7 @@ class Code:
         texts |= {f"proof_{name}{end}.json": text for end, text in self.proofs}
         for part in (".h", ".c", "_tick.h", "_gains.h"):
             texts[f"{name}_sketch/{name}{part}"] = texts[f"{name}{part}"]
-        return texts
+        return texts | {f"program_{name}.json": record(texts, name)}
 
     @cached_property
     def gains(self) -> str:

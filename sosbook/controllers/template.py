@@ -32,11 +32,16 @@ def python_comment(lines):
     return comment(lines, "").replace("\\", "/").replace('"""', "'''")
 
 
-def written_by():
-    """The first line of every written program."""
-    return (
-        f"Written by sosbook {version('sosbook')}; write it again rather than edit it."
-    )
+def written_by(edition=None):
+    """The first line of every program that this ``edition`` of sosbook wrote."""
+    edition = edition or version("sosbook")
+    return f"Written by sosbook {edition}; write it again rather than edit it."
+
+
+def version_in(text):
+    """The edition of sosbook that wrote a program with this ``text``, or None."""
+    found = re.search(r"Written by sosbook (\S+); write it again", text)
+    return found and found[1]
 
 
 def replaced(pattern, text, new):

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 
 from ..controllers.gains import Gains
 from ..controllers.numbers import FLOAT_TYPES, single
-from ..controllers.program import MATRICES, SINGLE
-from ..controllers.template import noted, read, renamed, written_by
+from ..controllers.program import MATRICES, SINGLE, TAKEN
+from ..controllers.template import written_by
+from ..controllers.written import ROBOT, STEERING, law_texts
 from .boards import PYCTRL_COUNTS_PER_TURN, fill, pyctrl_signs, rc_robot, wired
 from .drive import Drive
 from .firmware import Firmware
@@ -21,7 +22,7 @@ from .steering import Steering
 
 __all__ = ["Program"]
 
-TAKEN_NAMES = {"float", "math", "rc", "robotcontrol", "stdint", "stdio"}
+TAKEN_NAMES = TAKEN | {"rc", "robotcontrol"}
 CLOCK_SHARE = 0.05  # of T, by which any clock's ticks may be late: its own steps
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
 TICKS = "missing", "frozen", "deaf", "stall"  # the fields of `Firmware` that count them
@@ -192,14 +193,10 @@ class Program:
         steering two more hold the heading: they add and take as much voltage on either
         side, of what the limit leaves, and <name>.c stays as it is.
         """
-        parts = ["", "_run"] + ["_steer"] * (self.steering is not None)
-        ends = [part + end for part in parts for end in (".h", ".c")]
-        note, tick = [written_by()], read("sosbook.controllers", "axis_tick.h")
-        name, texts = self.name, {}
-        for end in ends:
-            texts[f"{name}{end}"] = fill(f"balance{end}", note, {}, name)
-        tick = noted(renamed(tick, "axis", name), note)
-        return texts | {f"{name}_tick.h": tick, f"{name}_gains.h": self.gains}
+        files = ROBOT | (STEERING if self.steering else {})
+        texts = law_texts(files, self.name)
+        texts = {f"{self.name}{end}": text for end, text in texts.items()}
+        return texts | {f"{self.name}_gains.h": self.gains}
 
     @property
     def rc_balance(self):

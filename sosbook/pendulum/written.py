@@ -2,6 +2,7 @@
 
 import json
 
+from ..controllers.written import record
 from ..exact.checker import in_one_file
 from .boards import wired_as_pyctrl
 from .export import Program
@@ -83,7 +84,8 @@ def texts(deployment, name):
             files |= program.ros
     else:
         files |= program.sketch
-    return files | _proofs(deployment, name)
+    files |= _proofs(deployment, name)
+    return files | {f"program_{name}.json": record(files, name)}
 
 
 def _proofs(deployment, name):

@@ -58,7 +58,10 @@ def main(arguments: list | None = None) -> int:
     )
     verifying.add_argument("--plant", help="refuse a proof about another plant")
     verifying.add_argument("--gain", help='refuse another gain: JSON, {"K": [[..]]}')
-    verifying.add_argument("--code", help="refuse another program in C: its .h or .c")
+    verifying.add_argument(
+        "--code",
+        help="refuse another program in C: its .c or .h, with the files beside it",
+    )
     verifying.add_argument(
         "--time-limit",
         type=float,
@@ -128,13 +131,13 @@ def verify(asked):
             )
             return NOT_DECIDED
         proven = proof.proven
-    trouble = ""
+    trouble, compared = "", []
     if proven and asked.plant is not None:
         trouble = compare_plant(data, asked.plant)
     if proven and not trouble and asked.gain is not None:
         trouble = compare_gain(data, asked.gain)
     if proven and not trouble and asked.code is not None:
-        trouble = compare_code(proof, asked.code)
+        trouble, compared = compare_code(proof, asked.code)
     if trouble:
         say(f"refused: {trouble}. It is about {subject(data) or 'no plant'}")
         return NOT_PROVEN
@@ -142,7 +145,8 @@ def verify(asked):
     about = subject(data) if proven else ""
     if about:
         first = f"{first.removesuffix(':')}, of {about}:"
-    say("\n".join([first, *claims]))
+    said = [f"of {asked.code}, compared: {words}" for words in compared]
+    say("\n".join([first, *claims, *said]))
     if proven and by_author(data):
         return AUTHOR
     return PROVEN if proven else NOT_PROVEN

@@ -7,6 +7,7 @@ what it is about, and it is held against the reader's own files.
 import re
 
 from ..controllers.code import code_fault, read_gains
+from ..controllers.written import changes
 from ..exact.checker.verdict import subject
 from ..exact.proof_file import load
 from ..exact.rational import decimals
@@ -75,18 +76,21 @@ def compare_gain(data, path):
 
 
 def compare_code(proof, path):
-    """What keeps a proof from being about the program of a file; or "".
+    """What keeps a proof from being about a program, and what was compared.
 
-    ``proof``: what was read; ``path``: A <name>_gains.h that `Controller.to_c` writes,
-    or a pendulum's `Program`, or the <name>.h or <name>.c beside it.
+    ``proof``: what was read; ``path``: the <name>_gains.h, <name>_tick.h, <name>.c or
+    <name>.h that `Controller.to_c` or a pendulum's `Program` writes; the others lie
+    beside it. Returns (str, list of str): the fault, or "", and each comparison.
     """
-    text, path = _numbers(path)
+    text, gains, name = _numbers(path)
     if fault := code_fault(proof.data, text):
-        return f"{fault}: {path}"
+        return f"{fault}: {gains}", []
     files = FILES.findall(text)
     if files and digest(proof.text.encode()) not in files:
-        return f"the numbers are the proof's, but {path} names other proof files"
-    return ""
+        return f"the numbers are the proof's, but {gains} names other proof files", []
+    faults, said = changes(gains.parent, name)
+    own = "its law, tick and delay: those of the proof, number by number"
+    return "; ".join(faults), [own, *said]
 
 
 def proofs_beside(path):
@@ -94,7 +98,7 @@ def proofs_beside(path):
 
     ``path``: as for `compare_code`. Raises ValueError if there is none.
     """
-    text, path = _numbers(path)
+    text, path, _ = _numbers(path)
     known, faults = FILES.findall(text), []
     files = [
         p for p in sorted(path.parent.glob("*.json")) if digest(read_bytes(p)) in known
@@ -113,11 +117,17 @@ def proofs_beside(path):
 
 
 def _numbers(path):
-    """The text of a program's <name>_gains.h, and where it lies."""
-    text, path = read_text(path), path_of(path)
-    beside = path.with_name(f"{path.stem}_gains.h")
-    if beside.is_file():
-        text, path = read_text(beside), beside
-    with named(path):
+    """The text of a program's <name>_gains.h, where it lies, and the program's name."""
+    path, ends = path_of(path), ("_gains.h", "_tick.h", ".c", ".h")
+    read_bytes(path)
+    name = next((path.name.removesuffix(x) for x in ends if path.name.endswith(x)), "")
+    gains = path.with_name(f"{name}_gains.h")
+    if not name or not gains.is_file():
+        raise ValueError(
+            f"{path} is no file of a program's law: give <name>.c, <name>.h, "
+            "<name>_tick.h or <name>_gains.h, with the others beside it"
+        )
+    text = read_text(gains)
+    with named(gains):
         read_gains(text)
-    return text, path
+    return text, gains, name

@@ -42,7 +42,10 @@ def read_bytes(path):
     """All bytes of the file at ``path``; an OSError names the file; ValueError if it
     has more than `MOST_BYTES` bytes, or ``path`` is no path.
     """
-    with path_of(path).open("rb") as file:
+    path = path_of(path)
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder: give the name of a file in it")
+    with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise ValueError(f"{path} has more than {MOST_BYTES} bytes: too large to read")

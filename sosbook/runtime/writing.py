@@ -16,6 +16,8 @@ def write_file(path, content, over=None):
     for example: then a file that was there is still there, whole.
     """
     path = path_of(path)
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} is a folder: give the name of a file in it")
     may_replace(path, over)
     content = content.encode() if isinstance(content, str) else content
     if path.exists() and not path.is_file():

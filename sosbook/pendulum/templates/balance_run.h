@@ -64,7 +64,7 @@ int balance_run_tick(balance_run *s, balance_real gyro, balance_real left,
 /* The motors are off: wait for rest again. */
 void balance_run_stop(balance_run *s);
 
-/* The volts of each motor from a battery of so many: balance is first. */
+/* The volts of each motor from a battery of so many: standing comes first. */
 void balance_run_volts(const balance_run *s, balance_real battery,
     balance_real volts[2]);
 
