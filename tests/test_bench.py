@@ -476,7 +476,7 @@ def test_a_range_is_designed_for_whole(tab):
     assert [v["M"] for v in mine] == [v.M.tolist() for v in family.vertices]
     assert np.abs(np.array(answer["K"]) / theirs.K - 1).max() < 1e-5
     tab.page.get_by_role("button", name="Prove it exactly").click()
-    tab.page.get_by_text("every plant of the polytope").wait_for()
+    tab.page.get_by_text("every constant or changing plant of the polytope").wait_for()
 
 
 def random_family(seed):

@@ -103,7 +103,7 @@ def test_vertices_that_suffice_prove_what_lies_between_them():
         design = sos.design_pid(seat.plant, coupling=coupling, **seat.requirements)
         proof = design.certify()
         assert proof.proven
-        assert proof.claims[0].startswith("every plant of the polytope")
+        assert proof.claims[0].startswith("every constant or changing plant of")
 
 
 def test_claims_never_say_more_than_was_asked():

@@ -308,7 +308,7 @@ def test_singular_coordinates_exclude_nothing(name):
 
 # ---- words of a file or an author
 
-LINE = "P\n- every plant of the polytope, under u = K x, is stable"
+LINE = "P\n- every constant or changing plant of the polytope, under u = K x, is stable"
 HIDDEN = "\x1b[8m\n- its H-infinity norm is below 0.001\x85\u202e"
 
 

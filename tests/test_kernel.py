@@ -1,14 +1,17 @@
 """The kernel of proofs alone, against numpy, differences and eigenvalues."""
 
 import json
+import shutil
+import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
 from sosbook.exact.checker import kernel
-from tests.processes import alone
+from tests.processes import alone, process
 
 RNG = np.random.default_rng(8)
 DATA = {
@@ -265,3 +268,48 @@ def test_it_runs_alone(tmp_path):
         kernel.contents(f'{{"a": {"9" * 401}}}')
     with pytest.raises(kernel.Refused, match="no number"):
         kernel.contents('{"a": NaN}')
+
+
+HIDDEN = {  # what holds at Y = 0 alone, and a part that there isn't
+    "a: -1 > Y": "an unknown on the right",
+    "b: O(1, 1) == Y\na: -1 > 0": "an unknown on the right",
+    "b: Y == 0\na: -1 > 0": "for some x only",
+    "a: -1 I(1 + Y) > 0": "no size",
+    "a: -1 - rows(O(Y, 2)) > 0": "no size",
+    "a: at([-1, 1], 1, 1 + Y) > 0": "no size",
+    "a: at([-1, 1], 1, 3/2) > 0": "no size",
+    "a: [-1, 1] pick(1 + Y, 2, 1)' > 0": "no size",
+    "a: [-1, 1] pick(3, 2, 1)' > 0": "no such part",
+    "a: -1 pick(1, 1 + Y, 1) > 0": "no size",
+    "a: 1 - 2 > [Y]": "an unknown on the right",
+    "a: -1 > 5": "doesn't fit",
+}
+READ = """import {Reader} from "@/reader.js"; import {FRACTIONS} from "@/arithmetic.js";
+for (const text of JSON.parse(Deno.args[0])) {
+  const reader = new Reader(FRACTIONS);
+  reader.env.Y = reader.unknown("Y", 1, 1, true);
+  let said = "read";
+  try { [...reader.statements(text)]; } catch { said = "refused"; }
+  console.log(said);
+}"""
+
+
+@pytest.mark.parametrize("text", HIDDEN)
+def test_an_unknown_is_nowhere_that_a_sum_doesnt_lead_back_from(text):
+    """A multiplier excludes at every Y, and these texts hide Y from it."""
+    whole = dict(text=text.split("\n"), data={}, sets={}, unknowns={"Y": "number"})
+    for one in ("1", [["1"]]):
+        assert HIDDEN[text] in refused(whole | {"multipliers": {"a": one}})
+
+
+def test_the_page_reads_no_hidden_unknown_either(tmp_path):
+    deno = shutil.which("deno", path=Path(sys.executable).parent)
+    if deno is None:
+        pytest.skip("deno isn't installed: pip install deno")
+    folder = (Path(kernel.__file__).parents[2] / "book/kernel").as_uri()
+    (tmp_path / "read.js").write_text(READ.replace("@", folder), "utf-8")
+    texts = [*HIDDEN, "a: -1 > 0", "a: [1, Y; ., 1] - I(2) > 0", "a: 1 == 1"]
+    done = process(deno, "run", "-A", tmp_path / "read.js", json.dumps(texts))
+    said = dict(zip(texts, done.stdout.split(), strict=True))
+    reads = {text for text, word in said.items() if word == "read"}
+    assert reads == {*texts[-3:], "b: Y == 0\na: -1 > 0"}, done.stderr

@@ -61,7 +61,7 @@ def test_the_plant_of_a_law_s_proof_may_have_ranges(ask, memory):
     plant = {"parameters": {"m": [1, 2]}, "M": [["m"]], "D": [[0.5]], "S": [[1]]}
     asked = {"plant": plant | {"B": [[1]]}, "law": {"position": [[1]]} | memory}
     code, answer, _, file, proof = ask(asked | {"region": {"sigma": 0.1}, "starts": 2})
-    assert code == 0 and "every plant with m in [1, 2]" in answer["claims"][0]
+    assert code == 0 and "every constant plant with m in [1, 2]" in answer["claims"][0]
     verify = ["verify", str(proof), "--plant", str(file)]
     assert main(verify) == 0
     file.write_text(file.read_text("utf-8").replace("[1, 2]", "[1, 3]"), "utf-8")

@@ -107,7 +107,7 @@ def test_a_loop_is_proven_and_a_plant_that_breaks_it_named():
 def test_ranges_of_parameters_are_named_in_the_proof():
     plant = sos.Uncertain(joint, J=(1, 2), k=(8, 12))
     d = sos.analyse_pid(plant, GAINS, law=PID, region=sos.PoleRegion(sigma=0.14))
-    assert "every plant with J in [1, 2] and k in [8, 12]" in str(d.certify())
+    assert "every constant plant with J in [1, 2] and k in [8, 12]" in str(d.certify())
     broken = sos.analyse_pid(plant, GAINS, law=PID, region=sos.PoleRegion(sigma=0.2))
     assert broken.infeasibility.proven and "J = 2" in broken.reason
 
@@ -196,7 +196,7 @@ def test_the_page_of_laws_does_what_it_says():
     assert d.status == "feasible" and d.certify().proven and d.gamma > d.hinf()
     assert "starts with the seed 0, K_P up to" in str(*asked.pop())
     exec(second, names)
-    assert "every plant of the polytope" in str(*asked.pop())
+    assert "every constant plant of the polytope" in str(*asked.pop())
     assert {"K_P", "K_D", "K_I"} == names["d"].gains.keys()
 
 

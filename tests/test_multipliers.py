@@ -271,7 +271,7 @@ def test_a_family_is_halved_by_its_ranges_and_broken_by_its_parameters():
     assert min(corners) < 0 < true  # of Bernstein's form, which aren't plants
     kept = sos.analyse_pid(plants, K, region=sos.PoleRegion(0.99 * true))
     assert kept.certify().proven and kept.parts[-1].cells > 1
-    assert kept.certify().claims[0].startswith("every plant with v in [0, 1] and m in")
+    assert kept.certify().claims[0].startswith("every constant plant with v in")
     broken = sos.analyse_pid(plants, K, region=sos.PoleRegion(1.001 * true))
     assert breaks(broken, plants, 1.001 * true)
     assert "The plant with v = 0.4" in broken.reason and "vertex" not in broken.reason

@@ -582,5 +582,5 @@ def test_filters_join_every_plant_of_ranges(num, den, U):
     place = filtered(plants, sos.Output(position=[[0, 1]]), num, den, U)
     proof = sos.design_pid(place, gamma=9.0, region=sos.PoleRegion(rho=40)).certify()
     assert proof.claims[0].startswith(
-        "every plant with m in [1, 2] and k in [0.5, 1.5]"
+        "every constant or changing plant with m in [1, 2] and k in [0.5, 1.5]"
     )

@@ -66,7 +66,7 @@ def test_a_stranger_checks_the_blocks_and_quotes_the_author(proof, tmp_path):
     proof.save(tmp_path / "peak.json")
     for code, said in strangers(tmp_path / "peak.json"):
         assert code == AUTHOR, said
-        assert "every plant of the polytope, under u = K x, is stable" in said
+        assert "plant of the polytope, under u = K x, is stable" in said
         words = '"|z(t)| < 0.6 from rest for w of energy one"'
         assert f"peak, by its author's theorem: {words}" in said
 

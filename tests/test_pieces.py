@@ -28,7 +28,7 @@ def in_one_piece(monkeypatch, *given, **how):
 
 def check(plants, proof, u_max):
     """Random plants of the family, by eigenvalues and simulated peaks."""
-    assert proof.proven and proof.claims[0].startswith("every plant with v in")
+    assert proof.proven and proof.claims[0].startswith("every constant plant with v in")
     request = sos.design_pid(
         plants, region=SLOW, saturation=sos.Saturation(u_max, START), coupling="slack"
     ).request

@@ -336,7 +336,7 @@ def test_pendulum_polytope_is_proven_and_its_lyapunov_functions_hold(delay):
     found = certify_sampled(family, ROBUST, 0.01, delay, U)
     assert found.proven, found
     assert found.claims == (
-        "the sampled loop of every plant of the polytope is stable",
+        "the sampled loop of every constant plant of the polytope is stable",
     )
     assert ratios(found, family, found.K, 0.01, delay, U) < 1
 
@@ -402,7 +402,7 @@ def test_a_family_with_squares_is_cut_until_its_vertices_are_stable():
     (K, T), whole = ([[0, -0.001]], 0.01), sos.Polytope(plants.vertices)
     assert not certify_sampled(whole, K, T)
     found = certify_sampled(plants, K, T)
-    assert found.proven and "every plant with v in [0, 1] is" in found.claims[0]
+    assert found.proven and "constant plant with v in [0, 1] is" in found.claims[0]
     assert not certify_sampled(plants, [[0, 0.6]], T)  # at v = 0.4 it isn't stable
 
 

@@ -73,9 +73,9 @@ class Reach:
         return (
             f"steps up to {four_digits(self.step, ROUND_FLOOR)} {self.unit} from rest "
             "settle with the limit, "
-            f"for every plant: proven, the limit may take away {100 * self.sector:g} % "
-            "of the output. Slew, ramps, faults, sensors' steps and friction are "
-            "no part of it"
+            "for every constant plant: proven, the limit may take away "
+            f"{100 * self.sector:g} % of the output. Slew, ramps, faults, sensors' "
+            "steps and friction are no part of it"
         )
 
 

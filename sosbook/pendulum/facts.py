@@ -220,8 +220,8 @@ def _sampled(deployment):
     if not all(x.proven for row in proofs.values() for x in row):
         return "none"
     words = (
-        "every plant of the polytope, with this law and its estimates of theta, phi "
-        "and phi', is stable for "
+        "every constant plant of the polytope, with this law and its estimates of "
+        "theta, phi and phi', is stable for "
     )
     T, late = 1000 * robot.T, 1000 * robot.jitter
     varies = (

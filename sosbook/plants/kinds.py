@@ -1,5 +1,6 @@
 """What the design functions take for a plant, and what they say to others."""
 
+from ..exact.checker.families import every
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
@@ -29,13 +30,17 @@ def checked_plant(plant, kinds=Plant):
     raise ValueError(f"plant must be {names}, got {type(plant).__name__}{cure}")
 
 
-def every_plant(plant):
-    """Of which plants something is said that holds for a whole polytope.
+def every_plant(plant, coupling):
+    """Of which plants a proof of a ``coupling`` speaks: see `every`.
 
-    >>> every_plant(Uncertain(lambda m: SecondOrderSystem(m, 1, 1, 1), m=(1, 2)))
-    'every plant with m in [1, 2]'
+    >>> family = Uncertain(lambda m: SecondOrderSystem(m, 1, 1, 1), m=(1, 2))
+    >>> every_plant(family, "multipliers")
+    'every constant plant with m in [1, 2]'
+    >>> every_plant(family, "pairs")
+    'every constant or changing plant with m in [1, 2]'
     """
     family = plant if isinstance(plant, Uncertain) else plant.family
     if family is not None and family.box.names:
-        return f"every plant with {family.box}"
-    return "every plant of the polytope" if len(plant.vertices) > 1 else "the plant"
+        return every(f"with {family.box}", coupling)
+    many = len(plant.vertices) > 1
+    return every("of the polytope", coupling) if many else "the plant"

@@ -105,13 +105,13 @@ def certify_sampled(
     ...     SecondOrderSystem([[M]], [[0]], [[0]], [[1]]) for M in (1, 2)])
     >>> print(certify_sampled(cart, [[-1, -1.5]], T=0.2, delay=0.1))
     proven:
-    - the sampled loop of every plant of the polytope is stable
+    - the sampled loop of every constant plant of the polytope is stable
     >>> print(certify_sampled(cart, [[-1, -1.5]], T=(0.1, 0.3), delay=(0, 0.1)))
     ... # doctest: +NORMALIZE_WHITESPACE
     proven:
-    - the sampled loop of every plant of the polytope is stable for every sequence of
-      sampling intervals in [0.1, 0.3] s and delays in [0.0, 0.1] s, none longer than
-      its interval
+    - the sampled loop of every constant plant of the polytope is stable for every
+      sequence of sampling intervals in [0.1, 0.3] s and delays in [0.0, 0.1] s, none
+      longer than its interval
     """
     rate, centre = _rate(rate), finite("centre", centre)
     plant = checked_plant(plant)

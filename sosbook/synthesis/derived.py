@@ -142,7 +142,7 @@ class Derived:
         is no proof of it.
         """
         N = len(self.vertices)
-        where = every_plant(self.plant)
+        where = every_plant(self.plant, self.coupling)
         if N > 1 and not self.covers_polytope:
             where = f"each of the {N} vertices (not the plants between)"
         under = ", under u = K x," if self.plant.m else ""

@@ -225,11 +225,12 @@ def analyse_pid(
         ``"multipliers"``: each requirement has Lyapunov matrices of its own, one
         for each vertex, and free multipliers; where that isn't enough the polytope
         is halved. A plant that breaks what is asked is looked for first. It is for
-        plants that don't change with time, as is ``"slack"``. ``"auto"`` takes it
-        for several vertices where ``"pairs"``, which covers moving plants too,
-        finds nothing, or something is minimised; but ``"pairs"`` where a requirement
-        has no such LMIs, or is tied by a number ``mu``. ``request.coupling`` says
-        which it was. The others are as in `design_pid`.
+        plants that don't change with time, as is ``"slack"``: claims say "every
+        constant plant". ``"auto"`` takes it for several vertices where ``"pairs"``,
+        which covers plants that change, too, finds nothing, or something is
+        minimised; but ``"pairs"`` where a requirement has no such LMIs, or is tied by
+        a number ``mu``. ``request.coupling`` says which it was. The others are as in
+        `design_pid`.
     mu, slack, minimize, backoff, cost, requirements
         As in `design_pid`.
     law : Law, optional
@@ -263,7 +264,7 @@ def analyse_pid(
     'multipliers'
     >>> print(kept.certify())
     proven:
-    - every plant of the polytope, under u = K x, is stable
+    - every constant plant of the polytope, under u = K x, is stable
     - its poles lie in the half-plane Re s < -0.52
     >>> broken = analyse_pid(carts, [[-3, -2]], region=PoleRegion(sigma=0.53))
     >>> broken.status, broken.infeasibility.proven
@@ -329,7 +330,7 @@ def analyse_loop(
     >>> loop = analyse_loop(np.eye(2), [[[0, 1], [-2, -3]],
     ...                                 [[0, 1], [-3, -2]]])
     >>> loop.certify().claims
-    ('every plant of the polytope is stable',)
+    ('every constant plant of the polytope is stable',)
     """
     asked = {k: x for k, x in locals().items() if k not in ("E", "A", "B_w", "C")}
     loop = DescriptorSystem(E, A, None, B_w, C)

@@ -25,7 +25,7 @@ def without_text(proof):
             more = {"blocks": list(text.labels)}
     except verdict.Beyond:
         claims = proof.claims
-    return version_1(proof.kind, {"claims": list(claims), **data, **more})
+    return version_1(proof.kind, {"claims": verdict.earlier(claims), **data, **more})
 
 
 def mended(whole):

@@ -69,7 +69,7 @@ function statementsOf(request) {
   const {vertices, asked} = request, count = vertices.length;
   const whole = coupledPairs(request).length === coupledPairs(request, "pairs").length;
   const where = count === 1 ? "the plant"
-    : whole                 ? "every plant of the polytope"
+    : whole                 ? "every constant or changing plant of the polytope"  // one P for all
                             : `each of the ${count} vertices (not the plants between)`;
   const {sigma, theta, rho, gamma, cost, u_max} = asked, said = [];
   const say = (bound, words, ...owner) => bound === undefined || said.push([words(bound), ...owner]);

@@ -28,7 +28,10 @@ export class Reader extends Arithmetic {
 
   certain(value, words) { return value.terms.length ? odd(`${words} of an unknown`) : value.X; }
   size(x) {
-    const {X: {at: [n]}} = this.value(x), k = Array.isArray(n) ? Number(n[0]) / Number(n[1]) : n;
+    const X = this.certain(this.value(x), "a size"), [n] = X.at,
+          k = !X.scalar  ? NaN
+      : Array.isArray(n) ? Number(n[0]) / Number(n[1])
+                         : n;
     return Number.isInteger(k) && k >= 0 && k < 2000 ? k : odd("no size");
   }
 
@@ -47,6 +50,7 @@ export class Reader extends Arithmetic {
     if (op === "O") return {X: this.zeros(this.size(parts[0]), this.size(parts[1])), terms: []};
     if (op === "pick") {
       const [k, p, n] = parts.map(x => this.size(x));
+      if (k < 1 || k > p) odd("no such part");
       return {X: this.kronecker(row(p, k - 1), this.unit(n)), terms: []};
     }
     if (op === "pow") {
@@ -177,8 +181,8 @@ export class Reader extends Arithmetic {
     return {X: total, terms};
   }
 
-  equal({X}, {X: Y}) {
-    return X.rows === Y.rows && X.cols === Y.cols &&
+  equal({X, terms}, {X: Y, terms: others}) {
+    return !terms.length && !others.length && X.rows === Y.rows && X.cols === Y.cols &&
       this.sum(X, this.scaled(this.ring.of("-1"), Y)).at.every(this.ring.none);
   }
 
@@ -213,6 +217,10 @@ export class Reader extends Arithmetic {
     if (mark === "=" && given.includes(called(name))) return;
     const value = this.value(renamed(x));
     if (mark === "=") this.env[called(name)] = value;
-    else yield {name: called(name), mark, value, right: this.value(renamed(right))};
+    else {
+      const other = this.value(renamed(right)), X = this.certain(other, "on the right of a statement");
+      if (mark !== "==" && !(X.scalar && this.ring.none(X.at[0]))) odd("a matrix is positive, or it isn't");
+      yield {name: called(name), mark, value, right: other};
+    }
   }
 }

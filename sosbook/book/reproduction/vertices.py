@@ -38,7 +38,7 @@ def rows():
         own = design_pid(ex.plant, **ex.requirements, coupling="vertices")
         proof, kept = own.certify(), min(verify_on_samples(own).values())
         holds = vertices_suffice(ex.plant, ex.U, ex.K_A) and kept > 0
-        holds &= proof.proven and proof.claims[0].startswith("every plant")
+        holds &= proof.proven and proof.claims[0].startswith("every ")
         yield evaluate(f"vertices-example-{number}", holds)
 
 

@@ -161,7 +161,7 @@ class Delay:
         d, mu = self.d, self.mu
         if self.printed:
             return "the LMIs as printed hold: that proves nothing about the loop"
-        who = every_plant(d["plant"], self.many)
+        who = every_plant(d["plant"], self.many, "functional")
         who += ", under u = K x(t - d),"
         who = "the loop" if self.loop else who
         how = "is exponentially stable"

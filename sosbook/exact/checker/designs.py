@@ -54,7 +54,7 @@ class Design:
                 raise Beyond(f"the theorem of a {r['kind']!r} isn't known here")
             if r["kind"] not in BLOCKS and self.refuted:
                 raise Beyond("a refusal by an author's theorem isn't a text")
-        where = every_plant(d["plant"], self.many)
+        where = every_plant(d["plant"], self.many, d["coupling"])
         if not self.whole:
             where = f"each of the {self.many} vertices (not the plants between)"
         under = ", under u = K x," if self.m else ""

@@ -68,7 +68,7 @@ class Known:
         else:
             t.write("Ku = K")
             t.write(*PLAIN, loop="i in vertices")
-        stable = every_plant(d["plant"], self.many)
+        stable = every_plant(d["plant"], self.many, "multipliers")
         stable += f", under u = K {'y' if law else 'x'}," * bool(self.m) + " is stable"
         signal = "u" if law else "K x"
         self.claims, asked = stated(stable, d["requirements"], signal)

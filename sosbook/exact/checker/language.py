@@ -252,7 +252,7 @@ class Reader:
         return Val(a.v ** size(k))
 
     def op_at(self, a, i, j):
-        i, j = int(i.v) - 1, int(j.v) - 1
+        i, j = size(i) - 1, size(j) - 1
         need(a.back is None and 0 <= i < a.v.r and 0 <= j < a.v.c, "no such entry")
         return Val(a.v.at(i, j))
 
@@ -264,7 +264,8 @@ class Reader:
 
     def op_pick(self, k, parts, n):
         """The k-th of some parts of n rows."""
-        row = [int(j + 1 == k.v) for j in range(size(parts))]
+        row = [int(j + 1 == size(k)) for j in range(size(parts))]
+        need(any(row), "no such part")
         return Val(kron(Mat(1, len(row), [row]), eye(size(n))))
 
     def block(self, table):
@@ -317,12 +318,14 @@ class Reader:
                 self.at = {}
             else:
                 left, right = map(self.value, step[2:])
+                need(right.back is None, f"an unknown on the right of {step[1]}")
                 self.form = step[1]
                 yield step[0], self.name(step[1]), left, right
 
 
 def size(n):
-    need(scalar(n.v) and n.v.denominator == 1 and 0 <= n.v < LARGEST, "no size")
+    good = n.back is None and scalar(n.v)
+    need(good and n.v.denominator == 1 and 0 <= n.v < LARGEST, "no size")
     return int(n.v)
 
 

@@ -38,7 +38,8 @@ class Chain extends Mover {
           : right < 0 ? "Stopped: the loop is unstable at 100 Hz."
                       : "Stopped: the loop is unstable for a vertex.") +
         `<p>Rightmost pole at a vertex ${number(right, " s⁻¹")}, largest modulus at 100 Hz ${
-          number(Math.max(...radius), "", 4)}. The real chain proves it for every plant between.</p>`);
+          number(
+            Math.max(...radius), "", 4)}. The real chain proves it for every constant plant between.</p>`);
     const links = [
       ["ratios", [["e/c", place.e_c], ["f/c", place.f_c], ["d/c", place.d_c], ["e/a", place.e_a]]],
       ["letters (× 10³)", "abcdef".split("").map(x => [x, 1000 * mip[x], old && 1000 * old.mip[x]])],

@@ -68,9 +68,10 @@ class Ranges extends Mover {
     const claim = `σ = ${number(sigma, " s⁻¹")}`;
     this.tell(state,
       verdict(broken ? `Broken: a plant of the box is slower than ${claim}.`
-          : open.length ? `Undecided for ${claim} within this page's number of cells.`
-                        : `Kept by every plant of the box: ${claim} is proven, in exact arithmetic, with ${
-                            done.length} ${done.length === 1 ? "cell" : "cells"}.`) +
+          : open.length
+          ? `Undecided for ${claim} within this page's number of cells.`
+          : `Kept by every constant plant of the box: ${claim} is proven, in exact arithmetic, with ${
+              done.length} ${done.length === 1 ? "cell" : "cells"}.`) +
         `<p>${found}</p><p>Proven cells ${number(done.length)}, open ${
           number(open.length)}. True decay of the box, as far as was looked: ${number(-right, " s⁻¹")}.</p>`);
     this.map(box, worst, broken, done, open, sigma);

@@ -173,8 +173,9 @@ class Sensors extends Mover {
     const words = !stable && pole ? `No controller of any order moves ${left}: ${
                                       names.length ? "these sensors don't see it" : "nothing is measured"}.`
       : !stable ? "Undecided: the search found no gains that are stable in the whole range."
-      : sigma   ? `Proven for every plant of the range: σ = ${rate(sigma)}, in exact arithmetic, with ${
-                    cells.length} ${cells.length === 1 ? "cell" : "cells"}.`
+      : sigma
+      ? `Proven for every constant plant of the range: σ = ${rate(sigma)}, in exact arithmetic, with ${
+          cells.length} ${cells.length === 1 ? "cell" : "cells"}.`
       : tried ? `Stable as far as was looked; ${MOST} cells prove nothing.`
               : "Stable as far as was looked. The proof comes when nothing moves.";
     const kinds = [...new Set(names)].map(
