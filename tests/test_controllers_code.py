@@ -232,7 +232,7 @@ def redefined(text, label, value):
         (lambda t, d: redefined(t, "TICK_US", "9000UL"), "TICK_US"),
         (lambda t, d: redefined(t, "MEASURED", "0"), "of its sizes"),
         (lambda t, d: redefined(t, "STATES", "2"), "of its sizes"),
-        (lambda t, d: "", "defines no A"),
+        (lambda t, d: "", "defines nothing"),
         (lambda t, d: None, "text must be"),
     ],
 )

@@ -15,6 +15,8 @@ import pytest
 
 import sosbook
 from sosbook import proofs
+from sosbook.controllers import Code
+from sosbook.controllers.written import changes
 from sosbook.pendulum import comparison, deployment, recorded, recording
 from sosbook.pendulum.__main__ import main
 from sosbook.pendulum.log import Log
@@ -33,6 +35,7 @@ from sosbook.proofs.subject import (
 from sosbook.runtime import matrix_files, reading
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file, write_texts
+from tests.axis import axis
 from tests.broken_files import BROKEN, ESC
 from tests.processes import process
 
@@ -50,6 +53,22 @@ def in_folder(ending):
         return load_plant(path.parent)
 
     return read
+
+
+def as_gains(ask):
+    """Ask about the program whose numbers are in this file."""
+
+    def read(path):
+        return ask(path.rename(path.with_name("axis_gains.h")))
+
+    return read
+
+
+def as_record(path):
+    """Ask whether a program was changed since this record of it was written."""
+    texts = Code(axis(), "axis").texts
+    write_texts(path.parent, {k: t for k, t in texts.items() if "program" not in k})
+    return changes(path.rename(path.with_name("program_axis.json")).parent, "axis")
 
 
 def numbers_in(path):
@@ -83,8 +102,12 @@ READERS = {
         )
     ],
     "proofs.subject.compare_gain": [("json", lambda x: compare_gain({}, x))],
-    "proofs.subject.compare_code": [("h", lambda x: compare_code(None, x))],
-    "proofs.subject.proofs_beside": [("h", proofs_beside)],
+    "proofs.subject.compare_code": [("h", as_gains(lambda x: compare_code(None, x)))],
+    "proofs.subject.proofs_beside": [("h", as_gains(proofs_beside))],
+    "controllers.written.changes": [
+        ("h", as_gains(lambda x: changes(x.parent, "axis"))),
+        ("json", as_record),
+    ],
     "exact.proof_file.load": [("json", proofs.load)],
     "exact.proof_file.ProofFile.load": [("json", proofs.Certificate.load)],
     "pendulum.log.Log.read": [("csv", Log.read)],

@@ -77,7 +77,9 @@ def definitions(text):
         raise ValueError(f"text must be that of a file, got {type(text).__name__}")
     lines = [line.strip() for line in _without_comments(text).split("\n")]
     lines = [LINE.fullmatch(line) or _refuse(line) for line in lines if line]
-    guard = lines[0].string.removeprefix("#ifndef ") if lines else ""
+    if not lines:
+        raise ValueError("the text defines nothing")
+    guard = lines[0].string.removeprefix("#ifndef ")
     prefix, given = guard.removesuffix("GAINS_H"), {}
     for line in lines[1:-1]:
         name = line["name"] or _refuse(line.string)
@@ -85,7 +87,7 @@ def definitions(text):
         if name == label or label in given:
             _refuse(line.string)
         given[label] = re.sub(r"\s+", " ", line["value"] or "").strip()
-    if lines and given.pop("GAINS_H", None) != "":
+    if given.pop("GAINS_H", None) != "":
         _refuse(lines[0].string)
     return given
 

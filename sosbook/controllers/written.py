@@ -8,7 +8,7 @@ forger.
 
 from ..exact.proof_file import laid_out
 from ..runtime.digests import digest
-from ..runtime.reading import read_bytes, read_json
+from ..runtime.reading import named, read_bytes, read_json
 from .code import definitions
 from .template import noted, read, renamed, version_in, written_by
 
@@ -24,18 +24,18 @@ ROBOT = {x: ("sosbook.pendulum", f"balance{x}") for x in (".h", ".c")} | {
 STEERING = {x: ("sosbook.pendulum", f"balance{x}") for x in ("_steer.h", "_steer.c")}
 
 
-def law_texts(files, name, note=None):
-    """The texts of the ``files`` that carry a law out, by the ends of their names.
+def law_texts(templates, name, note=None):
+    """The texts of the files that carry a law out, by the ends of their names.
 
-    ``files``: such as `CONTROLLER`; ``name``: of the program; ``note``: the line that
-    says who wrote it, this version without it.
+    ``templates``: such as `CONTROLLER`; ``name``: of the program; ``note``: the line
+    that says who wrote it, this version without it.
     """
     return {
         end: noted(
             renamed(read(package, file), file.removesuffix(end), name),
             [note or written_by()],
         )
-        for end, (package, file) in files.items()
+        for end, (package, file) in templates.items()
     }
 
 
@@ -61,7 +61,8 @@ def changes(folder, name):
     list of str): each change, and each comparison, in words.
     """
     text = _text(folder / f"{name}{GAINS}")
-    numbers = definitions(text)
+    with named(folder / f"{name}{GAINS}"):
+        numbers = definitions(text)
     files = CONTROLLER
     if "BLEND" in numbers:
         files = ROBOT | (STEERING if numbers.get("STEERS") == "1" else {})
@@ -76,9 +77,10 @@ def changes(folder, name):
     if faults and version and written_by(version) != written_by():
         faults.append(f"sosbook {version} wrote it: compare it with that version")
     said = [f"{', '.join(f'{name}{x}' for x in files)}: as sosbook writes them"]
-    records = [p for p in sorted(folder.glob("program_*.json")) if _names(p, name)]
-    for path in records:
-        faults += _changed(folder, read_json(path), name, numbers)
+    records = {p: _record(p, name) for p in sorted(folder.glob("program_*.json"))}
+    records = {path: found for path, found in records.items() if found}
+    for path, found in records.items():
+        faults += _changed(folder, found, name, numbers)
         said.append(f"all other files and numbers: as they were written ({path.name})")
     if not records:
         said.append(
@@ -91,7 +93,7 @@ def changes(folder, name):
 def _changed(folder, record, name, numbers):
     """What differs from a ``record``: numbers by their labels, and files."""
     own = f"{name}{GAINS}"
-    written = record.get("numbers", {}).get(own, {})
+    written = record["numbers"][own]
     for label in sorted({*numbers, *written}):
         now, then = (x.get(label, "nothing") for x in (numbers, written))
         if now != then:
@@ -106,15 +108,28 @@ def _changed(folder, record, name, numbers):
             yield f"{file} was changed since it was written"
 
 
-def _names(path, name):
-    """Whether a file is the record of a program with this name."""
+def _record(path, name):
+    """The record in a file, if it is that of a program with this ``name``, or None."""
     try:
-        record = read_json(path)
-        if not isinstance(record, dict) or record.get("format") != FORMAT:
-            return False
-        return f"{name}{GAINS}" in record["files"]
-    except (ValueError, KeyError, TypeError):
-        return False
+        found = read_json(path)
+    except ValueError:
+        if path.name == f"program_{name}.json":
+            raise
+        return None
+    own = f"{name}{GAINS}"
+    files, numbers = (
+        found.get(key) if isinstance(found, dict) else None
+        for key in ("files", "numbers")
+    )
+    if isinstance(files, dict) and isinstance(numbers, dict) and own in files:
+        texts = numbers.get(own)
+        if isinstance(texts, dict) and all(
+            isinstance(x, str) for x in (*files.values(), *texts.values())
+        ):
+            return found
+    if path.name == f"program_{name}.json":
+        raise ValueError(f"{path} is no record of a program: write the program again")
+    return None
 
 
 def _text(path):
