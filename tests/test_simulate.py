@@ -163,6 +163,26 @@ def test_signals_are_checked(design, bad, words):
         design.simulate([0, 1], **bad)
 
 
+def test_a_function_is_refused_and_the_advice_is_its_cure(design):
+    """Its values as `Steps` follow the function as finely as they are given."""
+    t = np.linspace(0, 2, 401)
+
+    def ramp(time):
+        return np.array([0.3 * time, -9.81 * time])
+
+    with pytest.raises(ValueError, match=r"as Steps\(times, levels\)"):
+        design.simulate(t, r=ramp)
+    middle = ramp(t + 0.0025).T  # of each piece
+    found = design.simulate(t, r=sos.Steps(t, middle))
+    none = sos.Step([0.0, 0.0])
+
+    def following(time, x):
+        return second_order(design, ramp(time), none)(time, x)
+
+    done = solve_ivp(following, (0, 2), np.zeros(6), rtol=1e-9, atol=1e-10)
+    assert np.abs(done.y[:2, -1] - found.z[:, -1]).max() < 1e-3 * np.abs(ramp(2)).max()
+
+
 def test_a_disturbance_needs_f():
     one = [[1.0]]
     d = sos.design_pid(sos.SecondOrderSystem(one, one, one, one))

@@ -142,6 +142,11 @@ def steps(r, n):
         corners = [(0.0, none), (max(r.start, 0.0), up), (max(r.stop, 0.0), none)]
         levels = {time: level for time, level in corners if np.isfinite(time)}
         return Steps(sorted(levels), [levels[time] for time in sorted(levels)])
+    if callable(r) and not isinstance(r, Steps):
+        raise ValueError(
+            "r must be constant piece by piece: give the values of a function as "
+            "Steps(times, levels), with a row of levels for each time"
+        )
     if not isinstance(r, Steps):
         r = np.zeros(n) if r is None else numbers("r", r)
         if r.shape != (n,) or not np.isfinite(r).all():
