@@ -1,6 +1,5 @@
 """What is asked of a controller: its loop, proofs, bounds, motions and program."""
 
-from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -9,8 +8,8 @@ from flint import arb
 
 from ..exact.rational import exact
 from ..plants.checks import positive
+from ..plants.gain import signals
 from ..runtime.libraries import library
-from ..sampled.discretize import SampleTiming
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
 from .bounded import SECONDS, Bounded, of_motion, of_noise
@@ -43,6 +42,7 @@ class Answers:
     outputs: tuple
     parts: Any
     plant: Any
+    noise_rows: Any
     rows: Any
     set_points: Any
     steps: Any
@@ -53,6 +53,18 @@ class Answers:
     def sampled(self) -> SampledSystem:
         """From y to u, as `certify_sampled` takes a controller of x = y."""
         return SampledSystem(self.A, self.B, self.C, self.D, self.T)
+
+    @cached_property
+    def of_state(self) -> SampledSystem:
+        """From the plant's state x, and from w by what is read, to u: see `certify`."""
+
+        def of(rows):
+            return (np.asarray(exact(M) @ exact(rows), float) for M in (self.B, self.D))
+
+        B, D = of(self.rows)
+        B_w, D_w = of(self.noise_rows) if self.noise_rows.any() else (None, None)
+        names = signals(self.plant)
+        return SampledSystem(self.A, B, self.C, D, self.T, B_w, D_w, names)
 
     def to_ss(self) -> Any:
         """python-control's StateSpace from [y; r] to u, with names.
@@ -66,7 +78,7 @@ class Answers:
 
     def loop(self, d: Any) -> Loop:
         """The sampled loop with a plant d, a `Descriptor` without integrators."""
-        return Loop.of(self.parts, self.rows, self.timing, d)
+        return Loop.of(self.parts, self.rows, self.timing, d, self.noise_rows)
 
     @cached_property
     def loops(self) -> list:
@@ -98,13 +110,11 @@ class Answers:
         -------
         SampledCertificate
             Of the linear loop: limits and quantisation are no part of it. B R and D R
-            are rounded to doubles, as its file shows them.
+            are rounded to doubles, as its file shows them; so are B N and D N of a
+            law whose ``noise`` N brings w into the readings.
         """
-        rows = exact(self.rows)
-        B, D = (np.asarray(exact(M) @ rows, float) for M in (self.B, self.D))
-        whole = SampledSystem(self.A, B, self.C, D, self.T)
         T, delay = asked.pop("T", self.T), asked.pop("delay", self.delay)
-        return certify_sampled(self.plant, whole, T, delay, **asked)
+        return certify_sampled(self.plant, self.of_state, T, delay, **asked)
 
     def static(self, r: Any = None, w: Any = None) -> tuple:
         """Where every vertex comes to rest, and what it asks there.
@@ -114,7 +124,7 @@ class Answers:
         r : (p,) array_like, optional
             Set points.
         w : (p_w,) array_like, optional
-            Constant disturbances, of the plant's F.
+            Constant disturbances, of the plant's F and of what is measured.
 
         Returns
         -------
@@ -127,14 +137,10 @@ class Answers:
             p = self.R.shape[1]
             r_now = self._vector("r", r, p)
             w_now = self._vector("w", w, d.Bw.shape[1])
-            push = loop.set_point @ r_now
-            if w_now.size:
-                forced = replace(d, Bu=d.Bw)
-                load = SampleTiming.of(self.T, 0.0).held(forced)[1][: len(d.E)]
-                push[: len(d.E)] += load @ w_now
+            push = loop.set_point @ r_now + loop.load @ w_now
             rest = np.linalg.solve(np.eye(len(loop.F)) - loop.F, push)
             x.append(rest[: len(d.E)])
-            u.append(loop.H @ rest + loop.direct_r @ r_now)
+            u.append(loop.H @ rest + loop.direct_r @ r_now + loop.direct_w @ w_now)
         return np.array(x), np.array(u)
 
     @staticmethod

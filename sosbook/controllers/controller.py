@@ -53,8 +53,8 @@ class Controller(Answers, ReadOnly):
         Time between samples, and from a sample to the actuator, in s.
     measured, outputs : tuple of Signal
         What goes in and what comes out.
-    rows : (q, N) array
-        What is measured of the plant's state.
+    rows, noise_rows : (q, N) and (q, p_w) arrays
+        What is measured: y = rows x + noise_rows w.
     steps : (q,) array
         How fine it is measured, in its unit; zero where nobody said.
     estimate : Estimate
@@ -98,6 +98,7 @@ class Controller(Answers, ReadOnly):
     measured: tuple
     outputs: tuple
     rows: np.ndarray
+    noise_rows: np.ndarray
     steps: np.ndarray
     estimate: Estimate
     R: np.ndarray

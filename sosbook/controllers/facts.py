@@ -57,8 +57,10 @@ def facts_of(c, time_limit):
 
 def _whole(c, K):
     """Whether a proof is of a controller K that is c to the last digit."""
-    pairs = (c.B, K.B), (c.D, K.D)
-    return all((exact(M) @ exact(c.rows) == exact(N)).all() for M, N in pairs)
+    pairs = [(c.B, c.rows, K.B), (c.D, c.rows, K.D)]
+    if K.D_w is not None:
+        pairs += [(c.B, c.noise_rows, K.B_w), (c.D, c.noise_rows, K.D_w)]
+    return all((exact(M) @ exact(x) == exact(N)).all() for M, x, N in pairs)
 
 
 def bounded(c):

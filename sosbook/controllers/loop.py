@@ -1,10 +1,11 @@
 """The sampled loop of a controller with one plant, in floats."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ..sampled.discretize import SampleTiming
 from ..sampled.lyapunov import discrete_lyapunov
 
 GRID = 160  # frequencies from a thousandth of Nyquist's to it
@@ -21,10 +22,12 @@ def frequencies(T, F=None):
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """x+ = F x + noise n + set_point r + pushed f + limited (v - u), u = H x + direct n
-    + direct_r r, every T s. The state x is the plant's, its older inputs, and the
-    controller's; ``noise`` is the sensors', ``pushed`` a disturbance at the plant's
-    input, ``limited`` what the limits take away.
+    """x+ = F x + noise n + set_point r + load w + pushed f + limited (v - u), u = H x +
+    direct n + direct_r r + direct_w w, every T s. The state x is the plant's, its older
+    inputs, and the controller's; ``noise`` is the sensors', ``load`` that of w, which
+    is held over a tick, pushes the ``plant`` and enters its readings by ``read``, (q,
+    p); ``pushed`` is a disturbance at the plant's input, ``limited`` what the limits
+    take away.
     """
 
     F: np.ndarray
@@ -36,11 +39,14 @@ class Loop:
     direct: np.ndarray
     direct_r: np.ndarray
     T: float
+    plant: object
+    read: np.ndarray
 
     @classmethod
-    def of(cls, parts, rows, timing, d):
+    def of(cls, parts, rows, timing, d, read=None):
         """The loop of ``parts`` A, B, B_r, C, D, D_r, W (see
-        `sosbook.controllers.memory`), ``rows``, (q, N), and ``timing`` with a plant d.
+        `sosbook.controllers.memory`) and ``timing`` with a plant d, of which rows x +
+        read w is measured: ``rows``, (q, N); ``read``, zero without it.
         """
         A, B = timing.held(d)
         seen = np.hstack([rows, np.zeros((len(rows), len(A) - rows.shape[1]))])
@@ -49,7 +55,23 @@ class Loop:
         D_r, W = parts["D_r"], parts["W"]
         pairs = (B @ D, B_c), (B @ D_r, parts["B_r"]), (B, np.zeros_like(W)), (B, W)
         H = np.hstack([D @ seen, C])
-        return cls(F, *map(np.vstack, pairs), H, D, D_r, float(timing.T))
+        known = H, D, D_r, float(timing.T), d
+        read = np.zeros((len(rows), d.Bw.shape[1])) if read is None else read
+        return cls(F, *map(np.vstack, pairs), *known, read)
+
+    @cached_property
+    def load(self):
+        """How a w that is held over a tick acts on the state."""
+        found, d = self.noise @ self.read, self.plant
+        if d.Bw.size:
+            held = SampleTiming.of(self.T, 0.0).held(replace(d, Bu=d.Bw))[1]
+            found[: len(d.E)] += held[: len(d.E)]
+        return found
+
+    @property
+    def direct_w(self):
+        """How w acts on u at once."""
+        return self.direct @ self.read
 
     @cached_property
     def radius(self):

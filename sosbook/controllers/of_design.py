@@ -7,7 +7,7 @@ import numpy as np
 
 from ..exact.rational import round_digits
 from ..plants.checks import positive
-from ..plants.gain import Gain, signals
+from ..plants.gain import Gain, input_names, signals
 from ..plants.simplex import random_weights
 from ..sampled.discretize import SampleTiming, input_vertices
 from .controller import Controller, checked_delay, quiet_set_point
@@ -62,13 +62,14 @@ def controller_of(
     second_order = not hasattr(plant, "order")
     vertices = input_vertices(plant, None)
     N, m = vertices[0].Bu.shape
-    outputs = ["u"] if m == 1 else [f"u{k + 1}" for k in range(m)]
+    outputs = input_names(m)
     law = getattr(design, "_law", None)
     known = names[: N // 2] if second_order else names
     if law is None:
         wanted, rows = _measured(measured, names)
+        noise = np.zeros((len(rows), plant.p))
     else:
-        wanted, rows = law_sensors(law, plant, measured, memory, filter_time)
+        wanted, rows, noise = law_sensors(law, plant, measured, memory, filter_time)
         known = (*known, *(x for x in wanted if x not in names))
     units = _units(units, known, outputs)
     seen = signals_of(wanted, units)
@@ -92,9 +93,8 @@ def controller_of(
             R = quiet_set_point(_integrated(U, rows, names, wanted), gain.K[:, :n])
     given, free = signals_of(outputs, units), np.full(m, np.inf)
     limits = Limits(free, free, np.full(R.shape[1], np.inf))
-    made = partial(
-        Controller, plant, vertices, gain, U, sums, T, delay, seen, given, rows, steps
-    )
+    known = plant, vertices, gain, U, sums, T, delay, seen, given, rows, noise, steps
+    made = partial(Controller, *known)
     made = partial(made, R=R, limits=limits, units=units, certificate=certificate)
     plants = (*vertices, *between(vertices))
     if law is not None:

@@ -31,8 +31,9 @@ INVERTIBLE = 1e-9  # of the largest singular value: what a memory forgets of rea
 
 
 def law_sensors(law, plant, measured, memory, filter_time):
-    """Names of a ``law``'s sensors and their rows on the ``plant``'s state; a
-    ValueError where it has decided about ``measured``, ``memory`` or ``filter_time``.
+    """Names of a ``law``'s sensors, their rows on the ``plant``'s state, and how w
+    enters them; a ValueError where it has decided about ``measured``, ``memory`` or
+    ``filter_time``.
     """
     parts = law.parts(plant)
     sensors = parts.sensors
@@ -47,7 +48,7 @@ def law_sensors(law, plant, measured, memory, filter_time):
                 f"{name} is for a gain of the whole state: the design's law has a "
                 "memory of its own"
             )
-    return sensors, np.asarray(parts.rows, float)
+    return sensors, *(np.asarray(x, float) for x in (parts.rows, parts.noise))
 
 
 def law_memory(law, plant, K, T, at_ticks=False):

@@ -86,7 +86,8 @@ def simulate_controller(
     xs, us = np.empty((runs, ticks, N)), np.empty((runs, ticks, m))
     faults = np.empty((runs, ticks), int)
     for k in range(ticks):
-        y = (x @ c.rows.T).T
+        force = _at(w, k * c.T, plants[0].Bw.shape[1])
+        y = (x @ c.rows.T + c.noise_rows @ force).T
         exact = c.steps <= 0
         fine = np.where(exact, 1.0, c.steps)[:, None]
         y = np.where(exact[:, None], y, fine * np.floor(y / fine + 0.5))
@@ -98,7 +99,6 @@ def simulate_controller(
         u = program.step(y, np.repeat(now[:, None], runs, axis=1))
         xs[:, k], us[:, k], seen[:, k], faults[:, k] = x, u.T, y.T, program.fault
         queue = [u.T, *queue[:-1]]
-        force = _at(w, k * c.T, plants[0].Bw.shape[1])
         acting = queue[late + 1], queue[late]
         for (Phi, G_u, G_w, G_f, span), held in zip(flows, acting):
             for _ in range(PARTS if span else 0):

@@ -16,7 +16,7 @@ from ..exact.rational import exact, inverse
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import signals
+from ..plants.gain import input_names, signals
 from ..runtime.read_only import ReadOnly
 from .structure import Structure
 
@@ -224,9 +224,7 @@ class Law(ABC, ReadOnly):
         """
         parts = self.parts(plant)
         A, B, C, D = parts.controller(exact(np.asarray(K)))
-        m = plant.m
-        inputs = ("u",) if m == 1 else tuple(f"u{k + 1}" for k in range(m))
-        return LawGain(A, B, C, D, parts.sensors, inputs, parts.states)
+        return LawGain(A, B, C, D, parts.sensors, input_names(plant.m), parts.states)
 
 
 def plain(plant, K_A=None):

@@ -1,6 +1,6 @@
 """The sampled loop of a pendulum and a law, about upright."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -9,7 +9,7 @@ from ..controllers.estimates import estimated
 from ..plants.checks import positive
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.system import SampledSystem
-from .law import SampledLaw
+from .law import PD_SIGNALS, SampledLaw
 from .model import Mip
 
 __all__ = [
@@ -138,9 +138,10 @@ class SampledLoop:
     def controller(self):
         """The system from the true [theta, phi, theta', phi'] to the voltage."""
         law = self.law
-        return sensing(self.sensing, law.T, self.blend).then(
+        whole = sensing(self.sensing, law.T, self.blend).then(
             SampledSystem(law.A, law.B, law.C, law.D, law.T)
         )
+        return replace(whole, inputs=PD_SIGNALS, outputs=("u",))
 
     @property
     def open_loop(self):

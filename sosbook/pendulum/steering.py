@@ -5,7 +5,7 @@ psi = r delta / track, positive to the left. Half the voltages' difference
 W = V_R - V_L goes on top on the right and off on the left.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -81,7 +81,8 @@ class Steering:
     @property
     def system(self):
         """The `SampledSystem` from the true [delta, delta'] to W."""
-        return heading(self.K[0], self.firmware.law.T)
+        system = heading(self.K[0], self.firmware.law.T)
+        return replace(system, inputs=("delta", "delta'"), outputs=("u",))
 
     def controller(self, runs=1, kind=float):
         """A `Steered` for ``runs`` robots; ``kind`` is float or np.float32."""

@@ -13,6 +13,7 @@ from ..sampled.system import SampledSystem
 from ..synthesis.lqr import design_lqr
 from .firmware import Firmware
 from .margins import held, loop_radius, peak_sensitivity
+from .model import COORDINATES
 from .steering import Steering
 from .tuning import DELAY_SHARES, WEIGHTS, prove, prove_sampled
 from .turning import inertia_bounds, turning_plants, unequal_plant
@@ -219,4 +220,6 @@ def _both(balance, steering):
     B, D = np.zeros((p + q, 6)), np.zeros((2, 6))
     B[:p, [0, 1, 3, 4]], B[p:, [2, 5]] = balance.B, steering.B
     D[0, [0, 1, 3, 4]], D[1, [2, 5]] = balance.D[0], steering.D[0]
-    return SampledSystem(A, B, C, D, balance.dt)
+    angles = (*COORDINATES, "delta")
+    names = (*angles, *(f"{angle}'" for angle in angles)), ("u1", "u2")
+    return SampledSystem(A, B, C, D, balance.dt, None, None, *names)

@@ -66,6 +66,11 @@ class Gain(ReadOnly):
         return self.K[:, [self.signals.index(name) for name in signals]]
 
 
+def input_names(m):
+    """What the m inputs of a plant are called: u, or u1, u2, ..."""
+    return ("u",) if m == 1 else tuple(f"u{k + 1}" for k in range(m))
+
+
 def signals(plant, U=None, older=0):
     """What the columns of a gain of this ``plant`` multiply: [z; z'; x3] by name.
 
@@ -77,8 +82,7 @@ def signals(plant, U=None, older=0):
     >>> signals(cart, [[1]], older=1)
     ('place', "place'", 'integral of place', 'u(k-1)')
     """
-    inputs = ["u"] if plant.m == 1 else [f"u{k + 1}" for k in range(plant.m)]
-    late = [f"{u}(k-{k + 1})" for k in range(older) for u in inputs]
+    late = [f"{u}(k-{k + 1})" for k in range(older) for u in input_names(plant.m)]
     if not hasattr(plant, "coordinates"):
         return (*(f"x{k + 1}" for k in range(plant.order)), *late)
     z = plant.coordinates or tuple(f"z{k + 1}" for k in range(plant.n))

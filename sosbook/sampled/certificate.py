@@ -9,6 +9,7 @@ from ..exact.proof_file import ProofFile
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
+from ..plants.gain import input_names, signals
 from ..plants.kinds import every_plant
 from ..requirements.base import Requirement
 from .cells import PlantCell
@@ -26,7 +27,11 @@ RATIONALS = (
     "balls; python -m sosbook verify does"
 )
 
+NAMES = "inputs", "outputs"  # of a controller: the plant's states, and its inputs
+OF_READINGS = "B_w", "D_w"  # how w enters a controller by what it reads
+
 HELD = "with a w that is held from tick to tick"
+READ = " and is part of what K reads"
 
 
 class SampledCertificate(ProofFile):
@@ -68,7 +73,7 @@ class SampledCertificate(ProofFile):
     @property
     def K(self):
         """The gain (rounded to the printed digits) or controller."""
-        return _read_controller(self.data)
+        return _read_controller(self.data, self._plant()[0].p)
 
     @property
     def norm(self):
@@ -103,7 +108,7 @@ class SampledCertificate(ProofFile):
     def examine(cls, data):
         plant, U = _read_plant(data)
         T, delay = (_read_range(data[x]) for x in ("T", "delay"))
-        rate, K = read_number(data["rate"]), _read_controller(data)
+        rate, K = read_number(data["rate"]), _read_controller(data, plant.p)
         tree, failed = data["cells"], data["undecided"]
         centre = read_number(data.get("centre", "0"))
         norm = _read_norm(data)
@@ -142,11 +147,14 @@ class SampledCertificate(ProofFile):
         where = every_plant(plant, "sampled")
         if plant.family is None and hasattr(plant, "sample"):
             where = every("of the polytope", "sampled")  # also of one vertex
+        where += in_order(K, plant, U)
         said = claim(f"the sampled loop of {where}", rate, words(T, delay))
         if centre:
             disk = f"|z - {centre!r}| < {rate!r}"
             said = f"all eigenvalues of the sampled loop of {where} are in {disk}"
-        more = [] if norm is None else [f"{norm.claim()}, at the ticks, {HELD}"]
+        more, held = [], HELD + READ * (getattr(K, "D_w", None) is not None)
+        if norm is not None:
+            more = [f"{norm.claim()}, at the ticks, {held}"]
         return {
             "claims": [said, *more],
             "plant": plant_data(plant),
@@ -161,6 +169,14 @@ class SampledCertificate(ProofFile):
             "undecided": failed,
             "note": RATIONALS,
         }
+
+
+def in_order(K, plant, U):
+    """What to say of a controller K whose inputs and outputs nobody named."""
+    if not is_controller(K) or getattr(K, "inputs", ()):
+        return ""
+    states, given = ", ".join(signals(plant, U)), ", ".join(input_names(plant.m))
+    return f", where K makes {given} of {states}, in this order,"
 
 
 def claim(name, rate, clocks=""):
@@ -265,17 +281,24 @@ def _controller_data(K):
     if not is_controller(K):
         return decimals(K)
     contents = {name: decimals(getattr(K, name)) for name in "ABCD"}
+    contents |= {x: list(getattr(K, x)) for x in NAMES if getattr(K, x, ())}
+    if getattr(K, "D_w", None) is not None:
+        contents |= {name: decimals(getattr(K, name)) for name in OF_READINGS}
     return contents | {"dt": K.dt if K.dt in (None, True) else decimal(K.dt)}
 
 
-def _read_controller(data):
+def _read_controller(data, p):
     K = data["K"]
     if not isinstance(K, dict):
         return read_array(K, None, None)
-    if K.keys() != {"A", "B", "C", "D", "dt"}:
+    if K.keys() - {*NAMES, *OF_READINGS} != {"A", "B", "C", "D", "dt"}:
         raise ValueError("a controller needs A, B, C, D and dt")
     order, inputs, outputs = len(K["A"]), len(K["D"][0]), len(K["D"])
     shapes = (order, order), (order, inputs), (outputs, order), (outputs, inputs)
     sizes = (read_array(K[name], *shape) for name, shape in zip("ABCD", shapes))
     dt = K["dt"] if K["dt"] is None or K["dt"] is True else read_number(K["dt"])
-    return SampledSystem(*sizes, dt)
+    read = None, None
+    if K.keys() & set(OF_READINGS):
+        shapes = (order, p), (outputs, p)
+        read = (read_array(K[name], *shape) for name, shape in zip(OF_READINGS, shapes))
+    return SampledSystem(*sizes, dt, *read, *(K.get(name, ()) for name in NAMES))

@@ -28,11 +28,12 @@ def check_channel(X, k):
         raise ValueError("a Lyapunov matrix weighs the norm's channels otherwise")
 
 
-def with_channel(norm, vertices, full, own):
+def with_channel(norm, vertices, full, own, read=None):
     """The maps and the vertices of `SampledFamily.of` with w and z, and their number.
 
     ``norm``: which bound, of which outputs; ``vertices``: the plants; ``full`` and
-    ``own``: the maps without w and z. Both are as many: zeros join the fewer ones.
+    ``own``: the maps without w and z; ``read``: see `SampleTiming.read`. Both are as
+    many: zeros join the fewer ones.
     """
     seen = [norm.seen(d).map(exact) for d in vertices]
     first, bound = seen[0], exact(norm.bounds_response())
@@ -58,6 +59,11 @@ def with_channel(norm, vertices, full, own):
     full = np.vstack([np.hstack([full, zero(len(full), k)]), zero(k, order + k)])
     full[-k:, order:] = exact(np.eye(k))
     own = np.hstack([own, zero(len(own), k)])
+    if read is not None:
+        some = slice(None) if norm.inputs is None else list(norm.inputs)
+        at_once, later = (x[:, some] for x in read)
+        full[-k - m : -k, order : order + p] = at_once
+        own[:, order : order + p] = later
     own = np.vstack([own, rows @ full, zero(k - q, order + k)])
     wide = [
         replace(d.map(exact), Bu=np.hstack([s.Bu, s.Bw, zero(N, k - p)]))
@@ -85,7 +91,7 @@ def equalled(M, N):
     turn = np.eye(len(M))
     if abs(np.linalg.eigvals(F)).max() < 1:
         X, Y = (
-            discrete_lyapunov(A, W + SMALL * np.trace(W) * np.eye(N))
+            discrete_lyapunov(A, W + SMALL * (np.trace(W) or 1.0) * np.eye(N))
             for A, W in ((F, C.T @ C), (F.T, B @ B.T))
         )
         R = root(X)

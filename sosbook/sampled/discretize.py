@@ -4,6 +4,7 @@ At t = 0, T, 2 T, ... the computer measures the state and computes u(k).
 The plant gets it ``delay`` seconds later and holds it for T seconds.
 """
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,16 @@ from scipy.linalg import expm
 
 from ..exact.definite import exact
 from ..plants.checks import finite, matrix, positive
+from ..plants.gain import input_names, signals
 from ..plants.kinds import checked_plant
 from ..runtime.libraries import library
 from ..synthesis.request import Request
+from .system import SampledSystem
 
 __all__ = ["SampleTiming", "c2d", "generators", "input_vertices", "sampled_loop"]
 
 LONGEST_DELAY_IN_SAMPLES = 1000  # samples that a delay may last
+OF_NOBODY = re.compile(r"[uy]\[\d+\]")  # a name that python-control made
 WHOLE_SAMPLE_TOLERANCE = fmpq(1, 10**9)  # of a sample; nearer delays are whole
 
 
@@ -105,6 +109,7 @@ def sampled_loop(plant, K, T, delay=0.0, U=None):
     True
     """
     timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
+    K = by_name(K, checked_plant(plant), U)
     full, own = timing.feedback(K, vertices[0])
     return tuple(
         np.vstack([np.hstack(held) @ full, own]) for held in map(timing.held, vertices)
@@ -192,6 +197,19 @@ class SampleTiming:
         own, u = np.split(rows, [K.nstates])
         return number(np.vstack([same, u])), number(own)
 
+    def read(self, K, d):
+        """How w enters u(k) and own(k + 1) by what a controller K of a plant d reads,
+        in rationals; None of one that reads no w.
+        """
+        B, D = getattr(K, "B_w", None), getattr(K, "D_w", None)
+        if D is None:
+            return None
+        if D.shape[1] != d.Bw.shape[1]:
+            raise ValueError(
+                f"K reads {D.shape[1]} disturbances, but the plant has {d.Bw.shape[1]}"
+            )
+        return exact(D), exact(B)
+
     def selector(self, N, m):
         """For N states and m inputs, from [x; older; u(k)] to [x; first; second].
 
@@ -242,6 +260,51 @@ def generators(A, B):
     before[:N, :N] = after[:N, :N] = A
     before[:N, N : N + m] = after[:N, N + m :] = B
     return before, after
+
+
+def by_name(K, plant, U=None):
+    """A gain or controller K of a ``plant`` with integrators ``U``, found by names.
+
+    A Controller is taken from the plant's state. The inputs of a sampled controller are
+    the states and its outputs the plant's inputs, in any order, where they were named;
+    what nobody named (python-control writes u[0], y[0]) is taken in order, and the
+    claim says so. Raises ValueError where names don't fit.
+
+    >>> from sosbook import SecondOrderSystem
+    >>> K = SampledSystem([[0]], [[1, 2]], [[1]], [[3, 4]], 0.1, inputs=("z1'", "z1"))
+    >>> by_name(K, SecondOrderSystem(1, 0, 0, 1)).D
+    array([[4., 3.]])
+    """
+    K = getattr(K, "of_state", K)
+    if not is_controller(K):
+        return K
+    states, given = signals(plant, U), input_names(plant.m)
+    columns, rows = _found(K, "input", states), _found(K, "output", given)
+    if columns is None and rows is None:
+        return K
+    known = columns is not None and (rows is not None or len(given) == 1)
+    columns = np.arange(K.ninputs) if columns is None else columns
+    rows = np.arange(K.noutputs) if rows is None else rows
+    C, D, D_w = np.asarray(K.C)[rows], np.asarray(K.D)[rows], getattr(K, "D_w", None)
+    read = getattr(K, "B_w", None), None if D_w is None else D_w[rows]
+    matrices = K.A, np.asarray(K.B)[:, columns], C, D[:, columns], K.dt, *read
+    return SampledSystem(*matrices, *((states, given) if known else ()))
+
+
+def _found(K, what, names):
+    """Where each of these ``names`` is among K's inputs or outputs; None unnamed."""
+    found = getattr(K, f"{what}_labels", None) or getattr(K, f"{what}s", ()) or ()
+    if isinstance(found, int) or all(OF_NOBODY.fullmatch(x) for x in found):
+        return None
+    words = [x.replace(".", "_") for x in names]  # python-control has no points
+    at = [words.index(x) for x in (y.replace(".", "_") for y in found) if x in words]
+    if len(found) != len(words) or sorted(at) != list(range(len(words))):
+        raise ValueError(
+            f"K has the {what}s {', '.join(found)}; the loop is closed by the names "
+            f"{', '.join(names)}: rename K's {what}s, each once. A Controller proves "
+            "its own loop: controller.certify(...)"
+        )
+    return np.argsort(at)
 
 
 def is_controller(K):

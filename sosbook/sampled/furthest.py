@@ -5,12 +5,12 @@ from typing import Any
 from ..bisection import narrowed
 from ..exact.proof import Stopped
 from ..plants.checks import positive
-from ..plants.kinds import Plant
+from ..plants.kinds import Plant, checked_plant
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .certificate import SampledCertificate
 from .channel import checked_norm
-from .discretize import is_controller
+from .discretize import by_name, is_controller
 from .proof import certify_sampled
 
 __all__ = ["furthest_sampled"]
@@ -61,6 +61,7 @@ def furthest_sampled(
     >>> proof.proven, round(proof.T[1], 2)
     (True, 1.73)
     """
+    K = by_name(K, checked_plant(plant), asked.get("U"))
     ranges = {"T": T, "delay": delay, "rate": (asked.pop("rate", 1.0), 0.0)}
     norm = asked.get("norm")
     if norm is not None:

@@ -45,7 +45,8 @@ class SampledFamily:
         """
         maps, held = timing.feedback(K, vertices[0], exact), 0
         if norm is not None:
-            *maps, vertices, held = with_channel(norm, vertices, *maps)
+            read = timing.read(K, vertices[0])
+            *maps, vertices, held = with_channel(norm, vertices, *maps, read)
         shape = PlantShape.of(plant, vertices)
         numbers = [x for pair in shape.corners for x in pair]
         whole = timing.whole_samples, shape.axes, ctx.prec, centre, held

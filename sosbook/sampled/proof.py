@@ -16,7 +16,7 @@ from ..synthesis.request import Request
 from .certificate import SampledCertificate
 from .channel import checked_norm
 from .cover import cover
-from .discretize import input_vertices, is_controller
+from .discretize import by_name, input_vertices, is_controller
 from .loops import BALL_BITS, SampledFamily
 from .timing import TimeBox
 
@@ -46,9 +46,11 @@ def certify_sampled(
     ----------
     plant
         As for `c2d`. All floats are read as decimals.
-    K : (m, N) or (m, N + m d) array_like, SampledSystem or control.StateSpace
+    K : (m, N) or (m, N + m d) array_like, Controller or control.StateSpace
         A gain is rounded to ``digits`` significant digits before the proof; of a
-        sampled controller, of any memory, all digits are taken.
+        sampled controller, of any memory, all digits are taken. Its inputs are the
+        plant's states and its outputs the plant's inputs: they are found by name, in
+        any order. Without names they are taken in order, and the claim says so.
     T : float or (low, high)
         Time between samples, in s. A range: every sequence of intervals in it. A
         controller's ``dt`` is one of them, and its matrices stay what they are.
@@ -126,7 +128,7 @@ def certify_sampled(
         if rate != 1 or centre:
             raise ValueError("norm is proven with rate=1 and centre=0: leave them out")
         Request(plant, U, requirements=[norm])  # raises where widths are wrong
-    cells = count("cells", cells, least=1)
+    cells, K = count("cells", cells, least=1), by_name(K, plant, U)
     for timing, d in product(clocks.corners, floats):
         timing.held(d)  # raises where a motion overflows
     timing = clocks.of_controller(K)

@@ -26,6 +26,10 @@ class SampledSystem:
         How the input is seen at once.
     dt : float
         Time between samples, in s.
+    B_w, D_w : (N, p_w) and (p, p_w) array_like, optional
+        Of a controller: how the plant's disturbance w enters it by what it reads.
+    inputs, outputs : tuple of str, optional
+        What they are called; a loop is closed by these names.
 
     Examples
     --------
@@ -40,6 +44,10 @@ class SampledSystem:
     C: np.ndarray
     D: np.ndarray
     dt: float
+    B_w: np.ndarray | None = None
+    D_w: np.ndarray | None = None
+    inputs: tuple = ()
+    outputs: tuple = ()
 
     def __post_init__(self):
         D = matrix("D", self.D)
@@ -54,6 +62,19 @@ class SampledSystem:
             if not value.size:  # [] for a matrix without rows or columns
                 value = value.reshape(shape)
             object.__setattr__(self, name, matrix(name, value, shape))
+        if (self.B_w is None) != (self.D_w is None):
+            raise ValueError("B_w and D_w say together how w is read: give both")
+        if self.D_w is not None:
+            object.__setattr__(self, "D_w", matrix("D_w", self.D_w, (len(D), None)))
+            width, B_w = self.D_w.shape[1], np.asarray(self.B_w, float)
+            B_w = matrix("B_w", B_w.reshape(N, width), (N, width))
+            object.__setattr__(self, "B_w", B_w)
+        for name, size in (("inputs", D.shape[1]), ("outputs", len(D))):
+            words = getattr(self, name)
+            good = isinstance(words, (list, tuple)) and len(words) in (0, size)
+            if not good or len(set(map(str, words))) < len(words):
+                raise ValueError(f"{name} must name each of the {size} once, or none")
+            object.__setattr__(self, name, tuple(map(str, words)))
 
     @property
     def nstates(self):
