@@ -12,6 +12,7 @@ import numpy as np
 import sosbook as sos
 from sosbook.exact.checker.verdict import asked_of as what_it_asks
 from sosbook.requirements.base import Requirement
+from tests.hunt.laws import questions, searched
 from tests.hunt.readers import alone, before, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request
 from tests.hunt.tampering import tampered, true_claims, vertices_in
@@ -20,6 +21,7 @@ from tests.oracles import mended, without_text
 
 LIMIT = 10  # seconds for one answer
 CHANGES = 8  # of each proof file
+LAWS, SPOILT = 0.4, 0.2  # of the requests: with known gains, and their files changed
 BETWEEN = 6  # plants between the vertices that a claim is tried on
 
 
@@ -66,6 +68,8 @@ class Hunt:
             self._read(asked, proof.text, rng, f"the proof of {what}")
             self._tamper(asked, proof, rng)
         self._elsewhere(asked, design, rng)
+        if rng.random() < LAWS:
+            self._known(asked, rng)
         if self.page is not None and on_pages(asked):
             self._on_page(asked, design, rng)
 
@@ -150,7 +154,8 @@ class Hunt:
             if other.get("version") == 1:
                 self.counts["changed files that the earlier checker reads"] += 1
                 old, no = before(text), (None, "beyond")
-                if (old in no) != (theirs in no) and "box" not in other:  # a newer key
+                newer = "box" in other or other.get("law") or '"h2"' in text
+                if (old in no) != (theirs in no) and not newer:
                     self._differs(asked, f"{what}: {theirs}, and {old} before")
 
     def _elsewhere(self, asked, design, rng):
@@ -168,6 +173,32 @@ class Hunt:
                 self._differs(there, f"{again.status}, and {design.status} before")
         elif design.status != again.status:
             self.counts["units with an answer less or more"] += 1
+
+    def _known(self, asked, rng):
+        """Gains that are known are asked on both sides of the truth, laws searched."""
+        for question in questions(asked, rng):
+            design = question.answer(LIMIT)
+            side = "kept" if question.kept else "broken"
+            self.counts[f"known gains that a plant {side}: {design.status}"] += 1
+            if fault := question.contradicts(design):
+                self._differs(asked, fault)
+            self._spoilt(asked, design, rng, question.words)
+        words, design, fault = searched(asked, rng)
+        self.counts[f"laws: {design.status}"] += 1
+        if fault:
+            self._differs(asked, fault)
+        self._spoilt(asked, design, rng, words)
+
+    def _spoilt(self, asked, design, rng, words):
+        """All readers take the proof of an answer, and what is changed in it."""
+        proof = design.infeasibility
+        if design.status == "feasible":
+            proof = design.certify(time_limit=LIMIT)
+        if proof is None or not proof.proven:
+            return
+        self._read(asked, proof.text, rng, f"the proof of {words}")
+        if rng.random() < SPOILT:
+            self._tamper(asked, proof, rng)
 
     def _on_page(self, asked, design, rng):
         self.counts["requests on a page"] += 1

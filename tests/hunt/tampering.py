@@ -20,6 +20,7 @@ from sosbook.exact.rational import decimal
 from sosbook.plants.checks import as_written
 from sosbook.requirements.base import Requirement
 from sosbook.synthesis.request_as_data import read_request
+from tests.hunt import laws
 from tests.least_input import least_input
 from tests.least_norm import least_norm
 from tests.test_proof_files import checker
@@ -164,6 +165,9 @@ def true_claims(whole):
         return all(
             abs(np.linalg.eigvals(F)).max() < float(whole["rate"]) for F in loops
         )
+    refuses = whole["kind"] in ("fixed mode", "unreached response")
+    if refuses and (whole["K"] is not None or whole["plant"]["kind"] == "descriptor"):
+        return laws.true_refusal(whole)
     if whole["kind"] == "fixed mode":
         return true_mode(whole)
     if whole["kind"] == "small input":
