@@ -117,7 +117,7 @@ def load_plant(
             "for each matrix (M.csv, M.mtx, M.npy, M.npz, ...)"
         )
     else:
-        there = arrays[kind](place)
+        there = arrays[kind](place, lambda t: _chosen(place, t, names or {}).values())
         chosen = _chosen(place, there, names or {})
         matrices = {n: there[own] for n, own in chosen.items()}
     with named(path):

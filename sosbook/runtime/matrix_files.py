@@ -1,6 +1,8 @@
 """Matrices of NumPy, MATLAB, Matrix Market, Abaqus, Nastran, within limits.
 
-Nothing in a file is ever executed.
+Nothing in a file is ever executed, and no other file is opened. A reader of a file with
+several matrices asks ``wanted`` which of them to read: a function of a dict from each
+name to what it is if it is no matrix of numbers ("a struct"), else to "".
 """
 
 import struct
@@ -17,6 +19,16 @@ from .op4 import matrices_of_op4
 from .reading import MOST_BYTES, number, read_bytes, read_text
 
 MOST_ENTRIES = 20_000_000  # of a matrix in a file; of a full one its zeros, too
+MOST_WORDS = 5_000_000  # numbers of a table, lines of Abaqus: each is an object
+FLOAT = 8  # bytes of one; numbers of fewer become floats
+NOT_READ = {  # by MATLAB's names of what holds no matrix
+    "struct": "a struct",
+    "cell": "a cell",
+    "opaque": "an object",
+    "object": "an object",
+    "function": "a function",
+}
+SHORTEST = 2  # bytes of a number in a text, with what parts it from the next
 PACKED = 15  # the kind of what is compressed in a file of MATLAB
 HDF5 = b"\x89HDF\r\n\x1a\n"  # begins such a file, and after 512 bytes MATLAB's own
 
@@ -33,8 +45,10 @@ def _decoded(path, kind):
 
 def read_csv(path):
     """The matrix in the text file at ``path`` of `load_plant`; errors name a line."""
-    rows = []
-    for place, line in enumerate(read_text(path, bom=True).splitlines(), 1):
+    rows, text = [], read_text(path, bom=True)
+    if sum(map(text.count, ";, \t")) > MOST_WORDS:
+        raise ValueError(f"{path} has more than {MOST_WORDS} numbers: save it as .npy")
+    for place, line in enumerate(text.splitlines(), 1):
         line = line.partition("#")[0].strip()
         if not line:
             continue
@@ -86,21 +100,20 @@ def _array(content):
     return np.load(stream, allow_pickle=False)
 
 
-def read_npz(path):
+def read_npz(path, wanted=list):
     """The arrays in an archive of NumPy at ``path``, a dict; see `read_npy`."""
     content = read_bytes(path)
     with _decoded(path, "an archive of NumPy"):
-        archive = zipfile.ZipFile(BytesIO(content))
-        size = sum(part.file_size for part in archive.infolist())
-        if size > MOST_BYTES:
-            raise ValueError(f"it unpacks to {size} bytes, more than {MOST_BYTES}")
-        arrays = {}
+        archive, parts = zipfile.ZipFile(BytesIO(content)), {}
         for part in archive.infolist():
             name = part.filename.removesuffix(".npy")
-            if name in arrays:
+            if name in parts:
                 raise ValueError(f"{name!r:.80} is there twice")
-            arrays[name] = _array(archive.read(part))
-        return arrays
+            parts[name] = part
+    names = wanted(dict.fromkeys(parts, ""))
+    with _decoded(path, "an archive of NumPy"):
+        _check_bytes(parts[name].file_size for name in names)
+        return {name: _array(archive.read(parts[name])) for name in names}
 
 
 def read_sparse(path):
@@ -112,7 +125,7 @@ def read_sparse(path):
         if not {"format", "shape"} <= arrays.keys():
             raise ValueError(f"it holds {', '.join(arrays) or 'nothing'}")
         check_size(*arrays["shape"].tolist(), full=False)
-        return load_npz(BytesIO(read_bytes(path)))
+        return _sound(load_npz(BytesIO(read_bytes(path))))
 
 
 def read_mtx(path):
@@ -121,11 +134,15 @@ def read_mtx(path):
 
     content = read_bytes(path)
     with _decoded(path, "a matrix of Matrix Market"):
-        rows, columns, _, form, field, _ = mminfo(BytesIO(content))
+        rows, columns, count, form, field, _ = mminfo(BytesIO(content))
         check_size(rows, columns, full=form == "array")
         if field == "pattern":
             raise ValueError("it has a pattern and no numbers")
-        return mmread(BytesIO(content))
+        least = SHORTEST * (1 if form == "array" else 3)
+        if (count // 2 if form == "array" else count) * least > len(content):
+            raise ValueError(f"it promises {count} entries and has {len(content)} bytes")
+        found = mmread(BytesIO(content))
+        return found if form == "array" else once(found)
 
 
 def read_entries(path):
@@ -134,8 +151,10 @@ def read_entries(path):
     of a Matrix Market file. A ValueError has the line that isn't "node, dof, node, dof,
     value".
     """
-    entries = {}
-    for place, line in enumerate(read_text(path).splitlines(), 1):
+    entries, text = {}, read_text(path)
+    if not text.startswith("%%MatrixMarket") and text.count("\n") > MOST_WORDS:
+        raise ValueError(f"{path} has more than {MOST_WORDS} lines: save it as .mat")
+    for place, line in enumerate(text.splitlines(), 1):
         if line.startswith("%%MatrixMarket"):
             return None
         words = [word.strip() for word in line.split(",")]
@@ -159,20 +178,27 @@ def read_entries(path):
     return entries
 
 
-def read_mat(path):
+def read_mat(path, wanted=list):
     """The arrays in a file of MATLAB at ``path``, a dict; also of HDF5, by h5py."""
     from scipy.io import loadmat, whosmat
+    from scipy.io.matlab import matfile_version
 
     content = read_bytes(path)
     if HDF5 in (content[:8], content[512:520]):
-        with _decoded(path, "a file of MATLAB 7.3 or HDF5 (or save with '-v7')"):
-            return _hdf5(content)
-    with _decoded(path, "a file of MATLAB (save with the option '-v7')"):
-        for _, shape, kind in whosmat(BytesIO(content)):
-            check_size(*shape, full=kind != "sparse")
-        _check_unpacked(content)
-        found = loadmat(BytesIO(content))
-        return {k: x for k, x in found.items() if not k.startswith("__")}
+        return _hdf5(path, content, wanted)
+    kind = "a file of MATLAB (save with the option '-v7')"
+    with _decoded(path, kind):
+        shapes = {name: (shape, form) for name, shape, form in whosmat(BytesIO(content))}
+    names = wanted({name: NOT_READ.get(form, "") for name, (_, form) in shapes.items()})
+    with _decoded(path, kind):
+        kept = [shapes[name] for name in names]
+        for shape, form in kept:
+            check_size(*shape, full=form != "sparse")
+        _check_bytes(prod(x) * FLOAT for x, form in kept if form != "sparse")
+        if matfile_version(BytesIO(content))[0]:  # the fourth's never packed
+            _check_unpacked(content)
+        found = loadmat(BytesIO(content), variable_names=[*names])
+        return {name: _sound(found[name]) for name in names}
 
 
 def _check_unpacked(content):
@@ -189,36 +215,93 @@ def _check_unpacked(content):
         place += count
 
 
-def _hdf5(content):
+def _hdf5(path, content, wanted):
     """The matrices in bytes of HDF5; those of MATLAB are transposed there."""
+    kind = "a file of MATLAB 7.3 or HDF5 (or save with '-v7')"
+    with _decoded(path, kind):
+        h5py = library("h5py")
+        file = h5py.File(BytesIO(content), "r")
+    with file:
+        with _decoded(path, kind):
+            own = [x for x in file if isinstance(file.get(x, getlink=True), h5py.HardLink)]
+            groups = [x for x in own if isinstance(file[x], h5py.Group)]
+            strange = [x for x in groups if "MATLAB_sparse" not in file[x].attrs]
+        names = wanted({x: "a struct" if x in strange else "" for x in own})
+        with _decoded(path, kind):
+            parts = {
+                name: {x: _plain(file[name], x, h5py) for x in ("data", "ir", "jc")}
+                if name in groups
+                else {"": _plain(file, name, h5py)}
+                for name in names
+            }
+            _check_bytes(
+                prod(x.shape) * max(x.dtype.itemsize, FLOAT)
+                for several in parts.values()
+                for x in several.values()
+                if x is not None
+            )
+            return {name: _of_datasets(file[name], x) for name, x in parts.items()}
+
+
+def _plain(parent, name, h5py):
+    """A dataset of numbers in this very file, or None: no guard stands elsewhere."""
+    if not isinstance(parent.get(name, getlink=True), h5py.HardLink):
+        return None  # it would open another file
+    item = parent[name]
+    if not isinstance(item, h5py.Dataset) or item.dtype.kind not in "iufcV":
+        raise ValueError(f"{name} holds no numbers")
+    if item.external or item.is_virtual:
+        raise ValueError(f"the numbers of {name} are in another file")
+    check_size(*item.shape)
+    return item
+
+
+def _of_datasets(item, parts):
+    """A matrix of HDF5, full or sparse, of its datasets."""
     from scipy.sparse import csc_array
 
-    h5py, arrays = library("h5py"), {}
-    with h5py.File(BytesIO(content), "r") as file:
-        for name in file:
-            if not isinstance(file.get(name, getlink=True), h5py.HardLink):
-                continue  # it would open another file
-            item = file[name]
-            matlab = "MATLAB_class" in item.attrs
-            if isinstance(item, h5py.Dataset):
-                if item.external or item.is_virtual:
-                    raise ValueError(f"the numbers of {name} are in another file")
-                check_size(*item.shape)
-                arrays[name] = item[()].T if matlab else item[()]
-            elif "MATLAB_sparse" in item.attrs:
-                shape = int(item.attrs["MATLAB_sparse"]), len(item["jc"]) - 1
-                check_size(*shape, full=False)
-                check_size(len(item["data"]) if "data" in item else 0)
-                parts = [item[x][()] if x in item else [] for x in ("data", "ir", "jc")]
-                arrays[name] = csc_array(tuple(parts), shape=shape)
-    return arrays
+    read = {key: [] if x is None else x[()] for key, x in parts.items()}
+    if "" in read:
+        x = read[""].T if "MATLAB_class" in item.attrs else read[""]
+        return x["real"] + 1j * x["imag"] if x.dtype.names else x
+    shape = int(item.attrs["MATLAB_sparse"]), len(read["jc"]) - 1
+    check_size(*shape, full=False)
+    return _sound(csc_array((read["data"], read["ir"], read["jc"]), shape=shape))
 
 
-def read_op4(path):
+def read_op4(path, wanted=list):
     """The matrices in a file of Nastran's OUTPUT4 at ``path``, a dict."""
     content = read_bytes(path)
     with _decoded(path, "a file of Nastran (OUTPUT4)"):
-        return matrices_of_op4(content, check_size)
+        found = matrices_of_op4(content, check_size)
+    return {name: found[name] for name in wanted(dict.fromkeys(found, ""))}
+
+
+def _sound(x):
+    """A matrix ``x``; of a sparse one no index lies outside, where compiled code would
+    read and write.
+    """
+    if hasattr(x, "check_format"):
+        x.check_format(full_check=True)
+    return x
+
+
+def once(x):
+    """A sparse matrix ``x`` as it is; a ValueError where it has an entry twice, which
+    one program adds and another overwrites.
+    """
+    places = x.row * np.int64(x.shape[1]) + x.col
+    order = np.sort(places)
+    if (twice := order[1:][order[1:] == order[:-1]]).size:
+        row, column = divmod(int(twice[0]), x.shape[1])
+        raise ValueError(f"the entry in row {row + 1}, column {column + 1} is there twice")
+    return x
+
+
+def _check_bytes(sizes):
+    """A ValueError where the matrices of a file take more than `MOST_BYTES` bytes."""
+    if (size := sum(sizes)) > MOST_BYTES:
+        raise ValueError(f"it unpacks to {size} bytes, more than {MOST_BYTES} bytes")
 
 
 def check_size(*shape, full=True):

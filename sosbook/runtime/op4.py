@@ -30,16 +30,18 @@ def matrices_of_op4(content, check_size):
         if name in found:
             raise ValueError(f"{name!r:.20} is there twice")
         check_size(rows, columns, full=False)
-        found[name] = _matrix(name, rows, columns, entries)
+        found[name] = _matrix(name, rows, columns, entries, check_size)
     if not found:
         raise ValueError("there is no matrix")
     return found
 
 
-def _matrix(name, rows, columns, entries):
+def _matrix(name, rows, columns, entries, check_size):
     """A sparse matrix of (first row, column, values), from 1."""
-    i, j, v = [], [], []
+    i, j, v, count = [], [], [], 0
     for row, column, values in entries:
+        count += len(values)
+        check_size(count)
         if not (row >= 1 and row + len(values) - 1 <= rows and 1 <= column <= columns):
             raise ValueError(f"{name} has an entry outside of {rows} x {columns}")
         i.append(np.arange(row - 1, row - 1 + len(values)))
@@ -49,7 +51,7 @@ def _matrix(name, rows, columns, entries):
         return coo_array((rows, columns))
     places = np.concatenate(i), np.concatenate(j)
     whole = coo_array((np.concatenate(v), places), shape=(rows, columns))
-    if len({*zip(*places)}) < len(places[0]):
+    if len(np.unique(places[0] * columns + places[1])) < len(places[0]):
         raise ValueError(f"{name} has an entry twice")
     return whole
 
