@@ -385,6 +385,71 @@ def test_hdf5_is_read(matlab, tmp_path):
     assert same(load_plant(file), given)
 
 
+@pytest.mark.parametrize("part", ["data", "ir", "jc", "S"])
+def test_no_dataset_of_hdf5_reads_another_file(part, tmp_path):
+    h5py = pytest.importorskip("h5py")
+    x = scipy.sparse.csc_array(np.diag([2.0, 9.81]))
+    parts = {"data": x.data, "ir": x.indices, "jc": x.indptr, "S": x.toarray()}
+    secret = tmp_path / "secret.bin"
+    secret.write_bytes(parts[part].tobytes())
+    place, kind = [(str(secret), 0, h5py.h5f.UNLIMITED)], dict(dtype=parts[part].dtype)
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        for name in "MDB":
+            file[name] = np.eye(2)
+        home = file if part == "S" else file.create_group("S")
+        home.attrs["MATLAB_sparse"] = 2
+        for key in parts.keys() - {part, "S"} if part != "S" else ():
+            home[key] = parts[key]
+        home.create_dataset(part, parts[part].shape, external=place, **kind)
+    with pytest.raises(ValueError, match=f"numbers of {part} are in another file"):
+        load_plant(tmp_path / "x.h5")
+
+
+def test_of_a_file_only_the_plant_is_read_within_a_budget(tmp_path, monkeypatch):
+    """Of datasets without numbers a few bytes promise gigabytes."""
+    h5py = pytest.importorskip("h5py")
+    for name, more in (("x", ()), ("y", "MDS")):
+        with h5py.File(tmp_path / f"{name}.h5", "w") as file:
+            for key in "MDSB":
+                large = (5000, 4000) if key in more else (1, 1)
+                file.create_dataset(key, large, dtype="f4", fillvalue=1)
+            for k in range(3):
+                file.create_dataset(f"unused {k}", 20_000_000, dtype="S200")
+    with pytest.raises(ValueError, match="unpacks to 48000000. bytes"):
+        load_plant(tmp_path / "y.h5")
+    monkeypatch.setattr(reading, "MOST_BYTES", 5_000_000)  # else room for so much
+    tracemalloc.start()
+    with pytest.warns(UserWarning, match="left out: unused 0"):
+        assert load_plant(tmp_path / "x.h5").n == 1
+    assert tracemalloc.get_traced_memory()[1] < 2e7
+    tracemalloc.stop()
+    np.savez_compressed(tmp_path / "x.npz", **frame(), unused=np.zeros(26_000_000))
+    with pytest.warns(UserWarning, match="left out: unused"):
+        assert load_plant(tmp_path / "x.npz").n == 4
+    for name in "MDB":
+        np.save(tmp_path / f"{name}.npy", ONE)
+    for head, words in {
+        "2 2 4000000000\n1 1 1": "promises 4000000000 entries and has",
+        "2 2 2\n1 1 1\n1 1 5": "row 1, column 1 is there twice",
+    }.items():
+        text = f"%%MatrixMarket matrix coordinate real general\n{head}\n"
+        (tmp_path / "S.mtx").write_text(text, "utf-8")
+        with pytest.raises(ValueError, match=words):
+            load_plant(tmp_path)
+
+
+@pytest.mark.parametrize("index", [10**6, -7])
+def test_an_index_outside_of_a_sparse_matrix_is_refused(index, tmp_path):
+    """Compiled code read and wrote there, which ended Python."""
+    x = scipy.sparse.csc_array(ONE)
+    x.indices[1] = index
+    scipy.sparse.save_npz(tmp_path / "x.npz", x)
+    into_mat(tmp_path, M=x)
+    for name, read in (("x.npz", "read_sparse"), ("plant.mat", "read_mat")):
+        with pytest.raises(ValueError, match="indices must be"):
+            getattr(matrix_files, read)(tmp_path / name)
+
+
 def test_without_h5py_the_cure_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "h5py", None)
     for name in ("plant.mat", "plant.h5"):

@@ -11,6 +11,10 @@ from scipy.sparse import issparse
 SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
+HYSTERETIC = (
+    "; of hysteretic damping give their real part, and imag(S) / omega for D, at the "
+    "frequency omega that matters, or with a range of it"
+)
 
 _written = ContextVar("written", default=False)  # whether `as_written` is in force
 
@@ -162,7 +166,7 @@ def _floats(name, value, what="must be a real matrix"):
             raise TypeError("its rows have different lengths")
         raw = np.asarray(value)
         if raw.dtype.kind == "c":
-            raise TypeError("it has complex entries")
+            raise TypeError(f"it has complex entries{HYSTERETIC * (name == 'S')}")
         if raw.dtype.kind in "US" or _holds(raw, (str, bytes)):
             raise TypeError("it holds text; write numbers without quotes")
         if raw.dtype.kind == "b" or _holds(raw, bool) or _says_true(value):

@@ -5,11 +5,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from flint import arb, arb_mat, ctx, fmpq_mat
 from scipy.sparse import csc_array, issparse
+from scipy.sparse.linalg import splu
 
 from ..exact.rational import exact
-from .checks import checked_names, matrix
+from ..runtime.saying import warn_outside
+from .checks import checked_names, matrix, not_negative
+from .massless import Massless, constraints, empty_rows, empty_words, kept, listed
 from .second_order import SecondOrderSystem
-from .sparse import MOST_DENSE, massless, massless_directions, reader
+from .sparse import MOST_DENSE, reader
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -20,6 +23,7 @@ BITS = 256, 1024, 4096  # of balls; a long chain loses a bit or two a link
 SHARP = 120  # bits that an entry needs, lest neighbours of one value round apart
 NO_MASS = "M and D are zero: no displacement has a mass or damping"
 MOST_TOUCHED = 2 * MOST_DENSE  # rows of a large plant; they fill its S
+MOST_FULL = 5000  # rows that floats may fill of a large plant
 NOTHING = 2.0**-100  # of the largest: an entry below that is zero
 
 
@@ -30,6 +34,8 @@ def condense(
     B: "Matrix",
     F: "Matrix | None" = None,
     coordinates: "Iterable[str] | None" = None,
+    *,
+    tolerance: float = 0.0,
 ) -> SecondOrderSystem:
     r"""The plant without the displacements that have neither mass nor damping.
 
@@ -42,6 +48,12 @@ def condense(
         As `SecondOrderSystem` takes them. Rows z are condensed where M and D are zero
         in the row and in the column, and so is every mixture of rows for which they
         are, exactly, as decimals. In a large sparse plant no mixture is looked for.
+        Where M alone is zero, and D is a positive multiple of S there with no entry of
+        B and F (Rayleigh), they are condensed as without damping.
+    tolerance : float
+        Masses and damping up to so much of the largest count as none: for files that
+        have ten digits, 1e-9. What is left out is in a warning. In a large sparse plant
+        floats may solve, to a residual of so much.
 
     Returns
     -------
@@ -58,13 +70,21 @@ def condense(
         On bad input, if no row is left, or if :math:`S_{zz}` is singular: its rows
         move freely.
 
+    Warns
+    -----
+    UserWarning
+        Of the masses and damping that a ``tolerance`` leaves out.
+
     Notes
     -----
     With :math:`S_{zz} q_z = B_z u + F_z w - S_{zk} q_k` the rows k have
     :math:`S_{kk} - S_{kz} S_{zz}^{-1} S_{zk}` for S and
     :math:`B_k - S_{kz} S_{zz}^{-1} B_z` for B. With mixtures N, where
     :math:`M N = D N = 0`, and L of the rows, they are :math:`S_{zz} = L^T S N`,
-    :math:`S_{kz} = (S N)_k` and :math:`S_{zk} = (L^T S)_k`.
+    :math:`S_{kz} = (S N)_k` and :math:`S_{zk} = (L^T S)_k`. With
+    :math:`D_{zz} = \beta S_{zz}` and so on, :math:`D - \beta S` is zero there, and
+    :math:`\beta` times the new S is added; what is left out decays with
+    :math:`1/\beta`, whatever the others do.
 
     Examples
     --------
@@ -82,78 +102,130 @@ def condense(
     for name, value in dict(D=D, S=S, B=B, F=F).items():
         made = read if name in "DS" else matrix
         given[name] = made(name, value, (n, n if name in "DS" else None))
-    if issparse(given["M"]):
-        return _in_part(given, coordinates)
-    N, L = massless_directions(given["M"], given["D"])
-    if not N.shape[1] or N.shape != L.shape:
-        return SecondOrderSystem(**given, coordinates=coordinates)
-    if N.shape[1] == n:
+    names, tolerance = (
+        checked_names(coordinates, n),
+        not_negative("tolerance", tolerance),
+    )
+    there = Massless.of(given, tolerance)
+    if there is None:
+        return SecondOrderSystem(**given, coordinates=names)
+    if there.count == n:
         raise ValueError(NO_MASS)
+    damping = given["D"] - there.beta * given["S"] if there.beta else given["D"]
+    part = (_in_part if issparse(given["M"]) else _without)(
+        given | {"D": damping}, there, names, tolerance
+    )
+    if there.beta:
+        part["D"] = part["D"] + there.beta * part["S"]
+    return condense(**part, tolerance=tolerance)  # what else has no mass then
+
+
+def _without(given, there, names, tolerance):
+    """What is left of a plant, by argument."""
+    N, L, n = there.N, there.L, len(there.N)
+    _say(tolerance, given, N.astype(float), L.astype(float))
     # z = N zeta + what is kept; zeta stands in rows of its own, which go
-    rows, (columns, gone) = _kept(L)[0], _kept(N)
+    rows, (columns, gone) = kept(L)[0], kept(N)
     S, *pushes = (exact(given[x]) for x in "SBF")
     right = np.hstack([S[:, columns], *pushes])
     parts = _schur(S @ N, right, L, rows, len(columns))
     if parts is None:
-        raise _singular(gone)
+        raise _singular(given, gone)
     ends = len(columns), len(columns) + given["B"].shape[1]
     parts = dict(zip("SBF", np.split(parts, ends, axis=1)))
     inertia = {name: given[name][np.ix_(rows, columns)] for name in "MD"}
-    names = checked_names(coordinates, n)
-    alone = not N[columns].any()
-    kept = [names[i] for i in columns] if names and alone else None
-    return SecondOrderSystem(**inertia, **parts, coordinates=kept)
+    alone = not N[columns].any() and n == len(rows) + len(gone)
+    left = [names[i] for i in columns] if names and alone else None
+    return dict(**inertia, **parts, coordinates=left)
 
 
-def _singular(gone):
+def _say(tolerance, given, N, L):
+    """Warn of the masses and damping that a tolerance leaves out."""
+    sizes = {
+        name: max(abs(X @ N).max(), abs(L.T @ X).max()) / abs(X).max()
+        for name, X in ((name, given[name]) for name in "MD")
+        if tolerance and X.any()
+    }
+    for name, size in sizes.items():
+        if size > 0:
+            warn_outside(
+                f"condense leaves out {size:.1g} of {name} in {N.shape[1]} directions: "
+                "the plant that is left is another one by so much"
+            )
+
+
+def _singular(given, gone):
     """The error where nothing holds what is without mass, in these rows."""
-    named = ", ".join(map(str, gone))
+    if empty := empty_rows({name: given[name] for name in "MDS"}):
+        return ValueError(empty_words(empty, "M, D and S"))
     return ValueError(
-        f"S is singular in the rows and columns {named}, which have neither mass "
-        f"nor damping, or nearer to it than {BITS[-1]} bits tell: what holds them?"
+        f"S is singular in the rows and columns {listed(gone)}, which have neither "
+        f"mass nor damping, or nearer to it than {BITS[-1]} bits tell: what holds them?"
+        f"{constraints(given, np.array(gone))}"
     )
 
 
-def _in_part(given, names):
+def _in_part(given, there, names, tolerance):
     """A large plant without its massless rows: what they don't touch stays as it is."""
     M, D, S, B, F = (given[name] for name in "MDSBF")
-    n = M.shape[0]
-    gone, names = massless(M, D), checked_names(names, n)
-    if not len(gone):
-        return SecondOrderSystem(**given, coordinates=names)
-    if len(gone) == n:
-        raise ValueError(NO_MASS)
+    n, gone = M.shape[0], there.N
+    left = np.setdiff1d(np.arange(n), gone)
     near = abs(S[gone]).sum(axis=0) + abs(S[:, gone]).sum(axis=1)
     near = np.setdiff1d(np.flatnonzero(near), gone)
     count = len(near) + len(gone)
-    if count > MOST_TOUCHED:
+    if count > MOST_TOUCHED and not tolerance:
         raise ValueError(
             f"the {len(gone)} displacements without mass and damping touch {count} "
             f"rows of S, which would be full there: at most {MOST_TOUCHED} are solved "
-            "for exactly. Condense them in the program that they come from"
+            "for exactly. "
+            + (
+                "With tolerance=1e-9 floats solve for them, to that residual"
+                if len(near) <= MOST_FULL and there.solvable(given)
+                else "Condense them in the program that they come from"
+            )
         )
-    touched = np.concatenate([near, gone])
-    pushes = [exact(x[touched]) for x in (B, F)]
-    local = exact(S[touched][:, touched].toarray())
-    k = len(near)
-    units = exact(np.eye(count))[:, k:]
-    right = np.hstack([local[:, :k], *pushes])
-    parts = _schur(local[:, k:], right, units, np.arange(k), k)
-    if parts is None:
-        raise _singular(gone)
-    new, B_near, F_near = np.split(parts, (k, k + B.shape[1]), axis=1)
+    if count > MOST_TOUCHED:
+        new, B_near, F_near = _by_floats(given, gone, near, tolerance)
+    else:
+        touched = np.concatenate([near, gone])
+        pushes = [exact(x[touched]) for x in (B, F)]
+        local = exact(S[touched][:, touched].toarray())
+        k = len(near)
+        units = exact(np.eye(count))[:, k:]
+        right = np.hstack([local[:, :k], *pushes])
+        parts = _schur(local[:, k:], right, units, np.arange(k), k)
+        if parts is None:
+            raise _singular(given, gone)
+        new, B_near, F_near = np.split(parts, (k, k + B.shape[1]), axis=1)
     S, B, F = S.tolil(), B.copy(), F.copy()
     S[np.ix_(near, near)], B[near], F[near] = new, B_near, F_near
-    left = np.setdiff1d(np.arange(n), gone)
     M, D, S = (csc_array(x)[left][:, left] for x in (M, D, S))
     kept = [names[i] for i in left] if names else None
-    return SecondOrderSystem(M, D, S, B[left], F[left], coordinates=kept)
+    return dict(M=M, D=D, S=S, B=B[left], F=F[left], coordinates=kept)
 
 
-def _kept(basis):
-    """The rows in which a basis isn't the identity, and the others, in its order."""
-    own = [int(np.flatnonzero(column)[-1]) for column in (basis != 0).T]
-    return np.setdiff1d(np.arange(len(basis)), own), own
+def _by_floats(given, gone, near, tolerance):
+    """S, B and F in the rows ``near`` those that are gone, to a residual."""
+    S, B, F = (given[name] for name in "SBF")
+    inner = csc_array(S[gone][:, gone])
+    driven = np.hstack([S[gone][:, near].toarray(), B[gone], F[gone]])
+    try:
+        moved = splu(inner).solve(driven)
+    except RuntimeError:
+        raise _singular(given, gone) from None
+    residual = abs(inner @ moved - driven).max() / abs(driven).max()
+    if not residual <= tolerance:
+        raise ValueError(
+            f"floats solve for the massless displacements to {residual:.1g} only: give "
+            "a tolerance as large, or condense them in the program that they come from"
+        )
+    rows = np.hstack([S[near][:, near].toarray(), B[near], F[near]])
+    parts = rows - S[near][:, gone] @ moved
+    same = not (S != S.T).nnz
+    k = len(near)
+    if same:
+        parts[:, :k] = (parts[:, :k] + parts[:, :k].T) / 2
+    return np.split(parts, (k, k + B.shape[1]), axis=1)
 
 
 def _schur(left, right, L, k, square):

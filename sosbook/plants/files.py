@@ -1,6 +1,5 @@
 """Plants from files of other programs, and of JSON."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from os import PathLike
 
@@ -8,6 +7,7 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array, issparse
 
 from ..runtime.matrix_files import (
+    COORDINATES,
     check_size,
     read_csv,
     read_entries,
@@ -19,17 +19,28 @@ from ..runtime.matrix_files import (
     read_sparse,
 )
 from ..runtime.reading import named, path_of, read_data
+from ..runtime.saying import warn_outside
 from .as_data import ALIASES, NAMES, OPTIONAL, plant_of
 from .checks import matrix
 from .condensing import condense
 from .descriptor_system import DescriptorSystem
+from .massless import empty_rows, listed
 from .second_order import Polytope, SecondOrderSystem
 from .sparse import MOST_DENSE
+from .state_space import BLOCK, LETTERS, STEPS, plant_of_state_space
+from .suspicions import half_fault, suspicion
 from .uncertain import Uncertain
 
-STATE = "E", "A", "B", "B_w", "C", "D"  # of a state space
+FROM_ELSEWHERE = {  # what a program of finite elements hasn't
+    "B": "add B, a column for each actuator with ones in the rows that it pushes",
+    "D": "add D, zeros or a M + b S (Rayleigh)",
+}
 ENDS = ".csv", ".mtx", ".npy", ".npz"
 IN_WORDS = ".json", ".toml"
+HINTS = {  # by endings of files that hold plants, and aren't read
+    ".pch": "; a punch file of Nastran isn't read: write OUTPUT4 (.op4)",
+    ".sti": COORDINATES,
+}
 PENALTY = 1e30  # on a diagonal: supports of Abaqus have 1e36, no structure has so much
 
 
@@ -53,8 +64,10 @@ def load_plant(
         these names: ``.npz``, ``.mat``, ``.h5`` (that and MATLAB 7.3 by h5py),
         ``.op4`` (Nastran's OUTPUT4, ASCII or binary), ``.json`` or ``.toml``. Where S
         or D isn't there, ``K`` of the size of M is the stiffness and ``C`` the damping.
-        Without M, but with ``A``, they are a state space E x' = A x + B u + B_w w,
-        y = C x + D u, where only A is needed. JSON and TOML have M, D, S, B and F
+        Without M, but with ``A``, or with ``ABCD`` and ``nx`` (Modelica), they are a
+        state space E x' = A x + B u + B_w w, y = C x + D u, where only A is needed; one
+        of discrete time (``dt``, ``Ts`` or ``T``) is refused. Small letters serve where
+        there are no large ones. JSON and TOML have M, D, S, B and F
         alone, or a list of such plants under ``"vertices"``, or ranges under
         ``"parameters"``; they may be the file of ``python -m sosbook design``, whose
         ``"plant"`` may be the name of another file, beside it.
@@ -85,7 +98,8 @@ def load_plant(
     Warns
     -----
     UserWarning
-        If a state space is of second order and its C is left out.
+        If a state space is of second order and its C is left out, the file has more
+        than the plant, M isn't symmetric or M, D or S is half of a symmetric matrix.
 
     Examples
     --------
@@ -97,35 +111,8 @@ def load_plant(
     ...     load_plant(folder).poles()
     array([-1. , -0.5])
     """
-    place = path_of(path)
-    kind = place.suffix.lower()
-    arrays = {".npz": read_npz, ".mat": read_mat, ".h5": read_mat, ".op4": read_op4}
-    if place.is_dir():
-        there = _folder(place)
-        chosen = _chosen(place, there, names or {})
-        matrices = {n: _matrix(place, there[own]) for n, own in chosen.items()}
-    elif not place.exists():
-        raise FileNotFoundError(f"{path}: there is no such file or folder")
-    elif kind in IN_WORDS:
-        if names or len(without) or condensed:
-            raise ValueError(f"{path}: {kind} takes no names, without or condensed")
-        return plant_and_asked(place)[0]
-    elif kind not in arrays:
-        known = ", ".join((*arrays, *IN_WORDS))
-        raise ValueError(
-            f"{path}: give a file of the kind {known}, or a folder with a file "
-            "for each matrix (M.csv, M.mtx, M.npy, M.npz, ...)"
-        )
-    else:
-        there = arrays[kind](place, lambda t: _chosen(place, t, names or {}).values())
-        chosen = _chosen(place, there, names or {})
-        matrices = {n: there[own] for n, own in chosen.items()}
-    with named(path):
-        if "A" in matrices:
-            if len(without) or condensed:
-                raise ValueError("there is A: without and condensed are for M, D, S")
-            return _of_state_space(path, matrices, asked="A" in (names or {}))
-        return _of_structure(matrices, chosen, without, condensed)
+    plant, _, odd = _read(path, names or {}, without, condensed)
+    return _said(path, plant, odd)
 
 
 def plant_and_asked(path):
@@ -136,13 +123,68 @@ def plant_and_asked(path):
     `load_plant` takes, or ``{"file": "a.mat", "without": [1]}``, with ``names``,
     ``without`` or ``condensed``; its other keys are what is asked.
     """
+    plant, asked, odd = _read(path, {})
+    return _said(path, plant, odd), asked
+
+
+def _said(path, plant, odd):
+    """The plant; a warning of what the file at a path says that may be wrong."""
+    if odd:
+        warn_outside(f"{path}: {odd}")
+    return plant
+
+
+def _read(path, names, without=(), condensed=False):
+    """The plant, what is asked or None, and what isn't used or may be wrong."""
     place = path_of(path)
-    if place.is_dir() or place.suffix.lower() not in IN_WORDS:
-        return load_plant(path), None
-    data = read_data(place)
+    kind = place.suffix.lower()
+    arrays = {".npz": read_npz, ".mat": read_mat, ".h5": read_mat, ".op4": read_op4}
+    chosen, left = {}, []
+
+    def wanted(there):
+        chosen.update(_chosen(place, there, names))
+        left.extend(x for x in there if x not in chosen.values())
+        return [*chosen.values()]
+
+    if place.is_dir():
+        files = _folder(place)
+        there = {own: _matrix(place, files[own]) for own in wanted(files)}
+    elif not place.exists():
+        raise FileNotFoundError(f"{path}: there is no such file or folder")
+    elif kind in IN_WORDS:
+        if names or len(without) or condensed:
+            raise ValueError(f"{path}: {kind} takes no names, without or condensed")
+        return _of_words(place)
+    elif kind not in arrays:
+        known = ", ".join((*arrays, *IN_WORDS))
+        raise ValueError(
+            f"{path}: give a file of the kind {known}, or a folder with a file "
+            f"for each matrix (M.csv, M.mtx, M.npy, M.npz, ...){HINTS.get(kind, '')}"
+        )
+    else:
+        there = arrays[kind](place, wanted)
+    matrices = {n: there[own] for n, own in chosen.items()}
     with named(path):
+        if {"A", "ABCD"} & matrices.keys():
+            if len(without) or condensed:
+                raise ValueError("there is A: without and condensed are for M, D, S")
+            for name in matrices.keys() - {*STEPS}:
+                matrices[name] = _matrix_of(name, matrices[name])
+            plant = plant_of_state_space(path, matrices, asked="A" in names)
+            odd = ""
+        else:
+            plant = _of_structure(matrices, chosen, without, condensed)
+            odd = suspicion({name: getattr(plant, name) for name in "MDSBF"})
+    unread = f"left out: {_listed(left)}" if left else ""
+    return plant, None, "; ".join(filter(None, (odd, unread)))
+
+
+def _of_words(place):
+    """As `_read`, of JSON or TOML."""
+    data = read_data(place)
+    with named(place):
         if not isinstance(data, dict) or data.keys() & {*NAMES, "vertices"}:
-            return plant_of(data), None
+            return _judged(data, None)
         if "plant" not in data:
             raise ValueError(
                 '"plant" is missing: give {"M": .., "D": .., "S": .., "B": ..}, '
@@ -153,11 +195,28 @@ def plant_and_asked(path):
             plant = {"file": plant}
         with named("plant"):
             other = isinstance(plant, dict) and "file" in plant
-            return _of_file(place, **plant) if other else plant_of(plant), data
+            if not other:
+                return _judged(plant, data)
+            plant, odd = _of_file(place, **plant)
+            return plant, data, odd
+
+
+def _judged(data, asked):
+    """The plant of plain data, what is asked, and what may be wrong with it."""
+    plant = plant_of(data)
+    if isinstance(plant, Uncertain):
+        middle = plant.at(
+            **{k: (x + y) / 2 for k, (x, y) in data["parameters"].items()}
+        )
+        return plant, asked, half_fault(vars(middle))
+    odd = (suspicion({x: getattr(v, x) for x in "MDSBF"}) for v in plant.vertices)
+    return plant, asked, next(filter(None, odd), "")
 
 
 def _of_file(place, /, file, names=None, without=(), condensed=False, **unknown):
-    """The plant of a ``file`` that is named by the one at a ``place``."""
+    """The plant of a ``file`` that is named by the one at a ``place``, and what may be
+    wrong with it.
+    """
     if unknown:
         raise ValueError(
             f"{next(iter(unknown))!r:.80} isn't known: beside file there may be "
@@ -170,35 +229,38 @@ def _of_file(place, /, file, names=None, without=(), condensed=False, **unknown)
         raise ValueError("without must be a list of rows, from 0")
     other = place.parent / path_of(file)
     if other.suffix.lower() not in IN_WORDS:
-        return load_plant(other, names, without=without, condensed=condensed)
+        return _read(other, names or {}, without, condensed)[::2]
     with named(other):  # one that asks for something would not be heard
-        return plant_of(read_data(other))
+        return _judged(read_data(other), None)[::2]
 
 
 def _chosen(place, there, names):
     """From each matrix to what it is called among the names that are there."""
     for name, own in names.items():
-        if name not in (*NAMES, *STATE):
-            raise ValueError(f"names: {name!r:.40} is none of M, D, S, B, F, {STATE}")
+        if name not in (*NAMES, *LETTERS):
+            raise ValueError(f"names: {name!r:.40} is none of M, D, S, B, F, {LETTERS}")
         if own not in there:
             raise ValueError(f"{place}: {own} isn't there, but {_listed(there)}")
-    own = {n: n for n in (*NAMES, *STATE) if n in there and n not in names.values()}
-    chosen = own | dict(names)
+    letters = _letters(there)
+    own = {n: x for n, x in letters.items() if n in (*NAMES, *LETTERS)}
+    chosen = {n: x for n, x in own.items() if x not in names.values()} | dict(names)
+    if "A" not in chosen and "M" not in chosen and {*BLOCK} <= {*there}:
+        return {n: n for n in (*BLOCK, *STEPS) if n in there}
     if "A" in chosen and "M" not in chosen:
-        return {n: own for n, own in chosen.items() if n in STATE}
+        steps = {n: n for n in STEPS if n in there}
+        return {n: own for n, own in chosen.items() if n in LETTERS} | steps
     chosen = {n: own for n, own in chosen.items() if n in NAMES}
-    if "S" not in chosen and {"C", "D", "K"} <= {*there} and "D" not in names:
+    if "S" not in chosen and {"C", "D", "K"} <= letters.keys() and "D" not in names:
         raise ValueError(
             f"{place}: beside K, is C or D the damping? Pass names={{'D': 'C'}} or "
             "names={'D': 'D'}"
         )
     for name, alias in ALIASES.items():
-        if name not in chosen and alias in there:
-            chosen[name] = alias
-    _refuse_small_letters(place, there)
+        if name not in chosen and alias in letters:
+            chosen[name] = letters[alias]
+    _refuse_small_letters(place, there, chosen)
     if missing := [n for n in NAMES if n not in chosen and n not in OPTIONAL]:
-        pass_on = ", ".join(f"{n!r}: '...'" for n in missing)
-        cure = f"{_listed(there)} is there: pass names={{{pass_on}}} for other names"
+        cure = _cure_of(missing, there)
         if place.is_dir():
             *some, last = (f"{missing[0]}{end}" for end in ENDS)
             raise FileNotFoundError(
@@ -206,6 +268,31 @@ def _chosen(place, there, names):
             )
         raise ValueError(f"{place}: {', '.join(missing)} is missing; {cure}")
     return chosen
+
+
+def _letters(there):
+    """What matrices are called: by capital letters, or all of them by small ones."""
+    known = *NAMES, *LETTERS, *ALIASES.values()
+    large = {n: n for n in known if n in there}
+    return large or {n: n.lower() for n in known if n.lower() in there}
+
+
+def _cure_of(missing, there):
+    """What to do about matrices that are missing, where others are there."""
+    pass_on = ", ".join(f"{n!r}: '...'" for n in missing)
+    strange = [(n, what) for n, what in there.items() if what and isinstance(what, str)]
+    for name, what in strange:
+        if what == "a struct":
+            return (
+                f"{name} is a struct: save('plant.mat', '-struct', '{name}') writes it"
+            )
+        return f"{name} is {what}, which only MATLAB opens: save its matrices by names"
+    cure = f"{_listed(there)} is there: pass names={{{pass_on}}} for other names"
+    if len(missing) < len(NAMES) - len(OPTIONAL):
+        cure += "".join(
+            f"; {words}" for n, words in FROM_ELSEWHERE.items() if n in missing
+        )
+    return cure
 
 
 def _listed(there):
@@ -216,10 +303,12 @@ def _listed(there):
 def _of_structure(matrices, chosen, without, condensed):
     """The plant of M, D, S, B and perhaps F, some of which may be Abaqus's."""
     dofs = _assemble(matrices)
-    matrices = {name: _read(name, x, name in "MDS") for name, x in matrices.items()}
+    matrices = {
+        name: _matrix_of(name, x, name in "MDS") for name, x in matrices.items()
+    }
     n = matrices["M"].shape[0]
     for name, alias in ALIASES.items():
-        if chosen[name] == alias and matrices[name].shape != (n, n):
+        if chosen[name] in (alias, alias.lower()) and matrices[name].shape != (n, n):
             size = " x ".join(map(str, matrices[name].shape))
             raise ValueError(
                 f"{alias} is {size} and M has {n} rows, so it isn't taken for "
@@ -241,6 +330,11 @@ def _of_structure(matrices, chosen, without, condensed):
                 f"{name} has {matrices[name][held[0], held[0]]:g} on its diagonal: "
                 f"penalties instead of supports. Pass without={held.tolist()}{where}"
             )
+    fit = all(x.shape[0] == n for x in matrices.values())
+    if fit and (empty := empty_rows(matrices)):
+        where = f" ({listed([dofs[k] for k in empty])})" if dofs else ""
+        some = ", ".join(matrices)
+        raise ValueError(f"rows are empty in {some}: pass without={empty}{where}")
     if condensed:
         return condense(**matrices, coordinates=dofs)
     try:
@@ -250,7 +344,7 @@ def _of_structure(matrices, chosen, without, condensed):
         raise ValueError(f"{error}{cure}") from None
 
 
-def _read(name, x, large=False):
+def _matrix_of(name, x, large=False):
     """A matrix of a file; one that may be ``large`` stays sparse then."""
     if issparse(x):
         if large and max(x.shape) > MOST_DENSE:
@@ -273,58 +367,10 @@ def _assemble(matrices):
     return [f"{node}.{dof}" for node, dof in dofs] or None
 
 
-def _of_state_space(path, matrices, asked):
-    """The plant of A and others; of second order where it can be."""
-    read = {name: _read(name, x) for name, x in matrices.items()}
-    A, D_u = read["A"], read.get("D")
-    E, B, B_w, C = (read.get(name) for name in ("E", "B", "B_w", "C"))
-    if D_u is not None and not D_u.any():
-        D_u = None
-    E = np.eye(len(A)) if E is None else E
-    system = DescriptorSystem(E, A, B, B_w, C, D_u)
-    alike = len({np.shape(x) for x in (A, B, C)}) == 1 and len(A) > 1
-    if alike and not asked and (system.C != np.eye(len(A))).any():
-        raise ValueError(
-            f"A, B and C are all {len(A)} x {len(A)}: for A z'' + B z' + C z pass "
-            "names={'M': 'A', 'D': 'B', 'S': 'C'}, for a state space names={'A': 'A'}"
-        )
-    plant = _second_order(*system.vertices)
-    if plant is None:
-        return system
-    if C is not None:
-        warnings.warn(
-            f"{path} is of second order, and its C is left out: outputs are z; "
-            "design_observer takes another as C=",
-            stacklevel=3,
-        )
-    return plant
-
-
-def _second_order(d):
-    """The plant with x = [z; z'] in any order, or None."""
-    N, half = len(d.A), len(d.A) // 2
-    inputs = np.hstack([d.Bu, d.Bw])
-    if d.Du is not None or not d.Bu.size or (d.E != np.eye(N)).any():
-        return None
-    target = {  # rows x_i' = x_j
-        i: int(row.argmax())
-        for i, row in enumerate(d.A)
-        if not inputs[i].any() and np.count_nonzero(row) == 1 and row.max() == 1
-    }
-    other = [i for i, j in target.items() if j not in target]
-    for z in list(range(half)), list(range(0, N, 2)), other:
-        v = [target.get(i, -1) for i in z]
-        if sorted(z + v) == list(range(N)):
-            D, S = (0.0 - d.A[np.ix_(v, x)] for x in (v, z))
-            F = d.Bw[v] if d.Bw.size else None
-            return SecondOrderSystem(np.eye(half), D, S, d.Bu[v], F)
-    return None
-
-
-def _refuse_small_letters(where, names):
+def _refuse_small_letters(where, names, chosen):
     """An f isn't dropped as if no F were meant."""
     for name in OPTIONAL:
-        if name not in names and name.lower() in names:
+        if name not in chosen and name.lower() in names:
             raise ValueError(f"{where}: {name.lower()} isn't read: call it {name}")
 
 

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import eigsh, splu
 
 from ..runtime.read_only import ReadOnly
 from .checks import count, matrix
+from .massless import definite_cure
 
 SHIFT = 1e-8  # of |S| / |M|: so far to the left of zero no rigid mode is singular
 STABLE_BY = 1e-12  # of the largest pole's size
@@ -103,6 +104,10 @@ class Reduction(ReadOnly):
         return np.hstack([*(x @ self.back for x in parts[:2]), *parts[2:]])
 
 
+class NoModes(ValueError):
+    """A mass that isn't definite."""
+
+
 class Reducible:
     """Second-order plants, and polytopes of them, that can be reduced."""
 
@@ -156,7 +161,11 @@ class Reducible:
             rows = list(rows)
             basis, back = static(mean.M, mean.S, rows, modes)
         elif modes is not None:
-            basis, back = modal(mean.M, mean.S, modes)
+            try:
+                basis, back = modal(mean.M, mean.S, modes)
+            except NoModes as fault:
+                cure = definite_cure({name: getattr(mean, name) for name in "MDSBF"})
+                raise ValueError(f"{fault}{cure}") from None
         else:
             raise ValueError("modes is missing: say how many are kept, or give rows=")
         names = mean.coordinates or [f"z{k + 1}" for k in range(mean.n)]
@@ -195,10 +204,7 @@ def modal(M, S, modes):
         try:
             V = eigh(S, M, subset_by_index=(0, modes - 1))[1]
         except np.linalg.LinAlgError:
-            raise ValueError(
-                "M isn't positive definite, so that it has no real modes: condense "
-                "the massless displacements (sosbook.plants.condense), or give rows="
-            ) from None
+            raise NoModes("M isn't positive definite: it has no real modes") from None
     V = V * np.sign(V[abs(V).argmax(axis=0), range(modes)])  # the same everywhere
     return V, V.T @ M
 

@@ -20,13 +20,16 @@ from .reduction import Reducible, Reduction
 from .response import simulate_open, sort_poles
 from .signals import Sine, Step
 from .simplex import checked_weights, random_weights
-from .sparse import check_mass, check_small, mass_fault, reader, same_matrix
+from .sparse import check_mass, check_small, reader, same_matrix
+from .suspicions import suspicion
 
 Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
 
 
 class MassWarning(UserWarning):
-    """A mass matrix that isn't symmetric, or has a negative eigenvalue."""
+    """A mass matrix that isn't symmetric, has a negative eigenvalue or one that is lost
+    in its digits; or half of a symmetric M, D or S.
+    """
 
 
 class _Plant(Reducible):
@@ -133,7 +136,9 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
     -----
     MassWarning
         If M isn't symmetric, or has a negative eigenvalue: the theorems
-        hold all the same, but in Lagrange's equations it is neither.
+        hold all the same, but in Lagrange's equations it is neither. If a
+        mass is lost in its digits, or all entries of M, D or S are on one
+        side of the diagonal, as in half of a symmetric matrix.
 
     Notes
     -----
@@ -189,14 +194,15 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
         object.__setattr__(self, "coordinates", checked_names(self.coordinates, n))
         if self.m == 0:
             raise ValueError("B has no column: the plant has no input")
-        check_mass(self.M, self.D, self.B)
-        self._warn()
+        given = {name: getattr(self, name) for name in "MDSBF"}
+        check_mass(given)
+        self._warn(given)
 
-    def _warn(self):
-        """Warn of a strange M, unless this package itself has made the plant."""
+    def _warn(self, given):
+        """Warn of what is odd, unless this package itself has made the plant."""
         caller = sys._getframe(3).f_globals.get("__name__", "")  # of __init__
         if caller.split(".")[0] != __package__.split(".")[0]:
-            if fault := mass_fault(self.M):
+            if fault := suspicion(given):
                 warnings.warn(fault, MassWarning, stacklevel=4)
 
     def __repr__(self):

@@ -13,6 +13,7 @@ from io import BytesIO
 from math import prod
 
 import numpy as np
+from scipy.sparse import issparse
 
 from .libraries import library
 from .op4 import matrices_of_op4
@@ -28,6 +29,11 @@ NOT_READ = {  # by MATLAB's names of what holds no matrix
     "object": "an object",
     "function": "a function",
 }
+COORDINATES = (
+    "; of lines 'row column value' it becomes Matrix Market by two lines above them: "
+    "'%%MatrixMarket matrix coordinate real symmetric' (general, if both halves are "
+    "there), and 'rows columns entries'"
+)
 SHORTEST = 2  # bytes of a number in a text, with what parts it from the next
 PACKED = 15  # the kind of what is compressed in a file of MATLAB
 HDF5 = b"\x89HDF\r\n\x1a\n"  # begins such a file, and after 512 bytes MATLAB's own
@@ -101,7 +107,7 @@ def _array(content):
 
 
 def read_npz(path, wanted=list):
-    """The arrays in an archive of NumPy at ``path``, a dict; see `read_npy`."""
+    """The arrays, ``wanted``, in an archive of NumPy at ``path``; see `read_npy`."""
     content = read_bytes(path)
     with _decoded(path, "an archive of NumPy"):
         archive, parts = zipfile.ZipFile(BytesIO(content)), {}
@@ -140,7 +146,9 @@ def read_mtx(path):
             raise ValueError("it has a pattern and no numbers")
         least = SHORTEST * (1 if form == "array" else 3)
         if (count // 2 if form == "array" else count) * least > len(content):
-            raise ValueError(f"it promises {count} entries and has {len(content)} bytes")
+            raise ValueError(
+                f"it promises {count} entries and has {len(content)} bytes"
+            )
         found = mmread(BytesIO(content))
         return found if form == "array" else once(found)
 
@@ -165,6 +173,7 @@ def read_entries(path):
             raise ValueError(
                 f"{where}: {line!r:.60} is neither 'node, dof, node, dof, value' of "
                 "Abaqus nor has the file Matrix Market's first line, %%MatrixMarket"
+                f"{COORDINATES * (len(line.split()) == 3)}"
             )
         row, column = tuple(map(int, words[:2])), tuple(map(int, words[2:4]))
         if (row, column) in entries:
@@ -179,7 +188,7 @@ def read_entries(path):
 
 
 def read_mat(path, wanted=list):
-    """The arrays in a file of MATLAB at ``path``, a dict; also of HDF5, by h5py."""
+    """The arrays, ``wanted``, in a file of MATLAB at ``path``, or of HDF5 by h5py."""
     from scipy.io import loadmat, whosmat
     from scipy.io.matlab import matfile_version
 
@@ -188,7 +197,9 @@ def read_mat(path, wanted=list):
         return _hdf5(path, content, wanted)
     kind = "a file of MATLAB (save with the option '-v7')"
     with _decoded(path, kind):
-        shapes = {name: (shape, form) for name, shape, form in whosmat(BytesIO(content))}
+        shapes = {
+            name: (shape, form) for name, shape, form in whosmat(BytesIO(content))
+        }
     names = wanted({name: NOT_READ.get(form, "") for name, (_, form) in shapes.items()})
     with _decoded(path, kind):
         kept = [shapes[name] for name in names]
@@ -223,7 +234,9 @@ def _hdf5(path, content, wanted):
         file = h5py.File(BytesIO(content), "r")
     with file:
         with _decoded(path, kind):
-            own = [x for x in file if isinstance(file.get(x, getlink=True), h5py.HardLink)]
+            own = [
+                x for x in file if isinstance(file.get(x, getlink=True), h5py.HardLink)
+            ]
             groups = [x for x in own if isinstance(file[x], h5py.Group)]
             strange = [x for x in groups if "MATLAB_sparse" not in file[x].attrs]
         names = wanted({x: "a struct" if x in strange else "" for x in own})
@@ -270,7 +283,7 @@ def _of_datasets(item, parts):
 
 
 def read_op4(path, wanted=list):
-    """The matrices in a file of Nastran's OUTPUT4 at ``path``, a dict."""
+    """The matrices, ``wanted``, in a file of Nastran's OUTPUT4 at ``path``."""
     content = read_bytes(path)
     with _decoded(path, "a file of Nastran (OUTPUT4)"):
         found = matrices_of_op4(content, check_size)
@@ -283,6 +296,8 @@ def _sound(x):
     """
     if hasattr(x, "check_format"):
         x.check_format(full_check=True)
+    if issparse(x):
+        once(x.tocoo())
     return x
 
 
@@ -294,7 +309,9 @@ def once(x):
     order = np.sort(places)
     if (twice := order[1:][order[1:] == order[:-1]]).size:
         row, column = divmod(int(twice[0]), x.shape[1])
-        raise ValueError(f"the entry in row {row + 1}, column {column + 1} is there twice")
+        raise ValueError(
+            f"the entry in row {row + 1}, column {column + 1} is there twice"
+        )
     return x
 
 

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 
 
 def one_line(text):
@@ -27,3 +28,12 @@ def say(text, stream=None):
         print(visible(str(text)), file=stream, flush=True)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def warn_outside(words, category=UserWarning):
+    """Warn of ``words``, in a ``category``, at the line outside that called us."""
+    package, level = __name__.partition(".")[0], 2
+    frame = sys._getframe(1)
+    while frame and frame.f_globals.get("__name__", "").split(".")[0] == package:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(words, category, stacklevel=level)

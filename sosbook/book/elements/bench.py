@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from ...plants.second_order import SecondOrderSystem
-from ...plants.sparse import mass_fault
+from ...plants.suspicions import mass_fault
 from ...synthesis.request import Request
 from ..thesis import example_1
 from .explorer import Explorer

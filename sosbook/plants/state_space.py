@@ -1,0 +1,94 @@
+"""State spaces of other programs: of continuous time, of second order if they can."""
+
+import numpy as np
+
+from ..runtime.saying import warn_outside
+from .descriptor_system import DescriptorSystem
+from .second_order import SecondOrderSystem
+
+LETTERS = "E", "A", "B", "B_w", "C", "D"
+STEPS = "dt", "Ts", "T"  # what programs call the time between two samples
+BLOCK = "ABCD", "nx"  # as Modelica writes a state space, and its number of states
+
+
+def plant_of_state_space(where, given, asked):
+    """The plant of ``given`` A and others; of second order where it can be. ``asked``:
+    whether what errors call ``where`` is known to be a state space.
+    """
+    steps = {name: np.asarray(given[name]) for name in STEPS if name in given}
+    if "ABCD" in given:
+        given = _parts(*(given[name] for name in BLOCK))
+    for name, step in steps.items():
+        if step.size == 1 and step.item():
+            raise ValueError(_sampled(name, step.item(), given))
+    A, D_u = given["A"], given.get("D")
+    E, B, B_w, C = (given.get(name) for name in ("E", "B", "B_w", "C"))
+    if D_u is not None and not D_u.any():
+        D_u = None
+    E = np.eye(len(A)) if E is None else E
+    system = DescriptorSystem(E, A, B, B_w, C, D_u)
+    alike = len({np.shape(x) for x in (A, B, C)}) == 1 and len(A) > 1
+    if alike and not asked and (system.C != np.eye(len(A))).any():
+        raise ValueError(
+            f"A, B and C are all {len(A)} x {len(A)}: for A z'' + B z' + C z pass "
+            "names={'M': 'A', 'D': 'B', 'S': 'C'}, for a state space names={'A': 'A'}"
+        )
+    plant = second_order(*system.vertices)
+    if plant is None:
+        return system
+    if C is not None:
+        warn_outside(
+            f"{where} is of second order, and its C is left out: outputs are z; "
+            "design_observer takes another as C="
+        )
+    return plant
+
+
+def second_order(d):
+    """The plant of a vertex ``d`` with x = [z; z'] in any order, or None."""
+    N, half = len(d.A), len(d.A) // 2
+    inputs = np.hstack([d.Bu, d.Bw])
+    if d.Du is not None or not d.Bu.size or (d.E != np.eye(N)).any():
+        return None
+    target = {  # rows x_i' = x_j
+        i: int(row.argmax())
+        for i, row in enumerate(d.A)
+        if not inputs[i].any() and np.count_nonzero(row) == 1 and row.max() == 1
+    }
+    other = [i for i, j in target.items() if j not in target]
+    for z in list(range(half)), list(range(0, N, 2)), other:
+        v = [target.get(i, -1) for i in z]
+        if sorted(z + v) == list(range(N)):
+            D, S = (0.0 - d.A[np.ix_(v, x)] for x in (v, z))
+            F = d.Bw[v] if d.Bw.size else None
+            return SecondOrderSystem(np.eye(half), D, S, d.Bu[v], F)
+    return None
+
+
+def _parts(whole, states):
+    """A, B, C and D of the matrix [A B; C D]."""
+    n = int(states.item()) if states.size == 1 else 0
+    if not 1 <= n <= min(whole.shape) or n != states.item():
+        raise ValueError(f"nx must say how many rows of ABCD {whole.shape} are A's")
+    parts = whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:]
+    return {name: x for name, x in zip("ABCD", parts) if x.size}
+
+
+def _sampled(name, step, given):
+    """What to do about a state space of discrete time."""
+    A = given["A"]
+    words = (
+        f"{name} = {step}: the state space is of discrete time, and plants here are of "
+        "continuous time. Bring the one that was sampled"
+    )
+    if step is True or not step > 0 or "E" in given or A.shape[0] != A.shape[1]:
+        return words
+    values = np.linalg.eigvals(A)
+    real = values.real[abs(values.imag) <= 1e-12 * abs(values).max(initial=0.0)]
+    if (real <= 0).any():
+        return f"{words}: no real matrix has this A as its exponential"
+    held = "np.block([[A, B], [0 * B.T, np.eye(B.shape[1])]])" if "B" in given else "A"
+    return (
+        f"{words}; or, if its inputs were held, use MATLAB's d2c, or "
+        f"scipy.linalg.logm({held}) / {name}, whose first {len(A)} rows are A and B"
+    )

@@ -1,0 +1,74 @@
+"""What is odd about a plant's matrices, and may be right all the same."""
+
+import numpy as np
+from scipy.sparse import issparse
+
+from .massless import ROUNDED, light, light_cure
+from .sparse import sparse_factor
+
+
+def suspicion(given):
+    """What is odd about ``given`` M, D, S, B and F, by name, in a sentence; else empty.
+
+    >>> M, D, S = np.eye(3), np.eye(3), np.triu(np.ones((3, 3)))
+    >>> suspicion(dict(M=M, D=D, S=S))[:49]
+    'all entries of S beside its diagonal are above it'
+    """
+    return half_fault(given) or mass_fault(given["M"]) or _light(given)
+
+
+def half_fault(given):
+    """The words of `suspicion` where of ``given`` M, D and S one has entries in one
+    triangle alone. Of two rows that takes two: one may couple in one direction.
+    """
+    sides = {name: side for name in "MDS" if (side := _side(given[name]))}
+    if not sides or (given["M"].shape[0] == 2 and len(sides) < 2):
+        return ""
+    part = {"above": "triu({}, 1).T", "below": "tril({}, -1).T"}
+    return "; ".join(
+        f"all entries of {name} beside its diagonal are {side} it: is it half of a "
+        f"symmetric matrix? The whole one is {name} + {part[side].format(name)}"
+        for name, side in sides.items()
+    )
+
+
+def _side(x):
+    """Where the entries beside the diagonal are, if all are on one side."""
+    i, j = x.nonzero()
+    above, below = (i < j).any(), (i > j).any()
+    return "" if above == below else "above" if above else "below"
+
+
+def mass_fault(M):
+    """Why M is no mass matrix, in words; else empty."""
+    largest = abs(M).max()
+    skew = abs(M - M.T).max()
+    if skew > ROUNDED * largest:
+        return (
+            f"M isn't symmetric: it differs from its transpose by {skew:.3g}. That is "
+            "right where equations were divided or combined, and every theorem holds; "
+            "Lagrange's equations have a symmetric M"
+        )
+    if issparse(M):
+        least = sparse_factor(M).U.diagonal().min()
+        which = "a negative eigenvalue"
+    else:
+        least = np.linalg.eigvalsh((M + M.T) / 2)[0]
+        which = f"the negative eigenvalue {least:.3g}"
+    if least < -ROUNDED * largest:
+        return f"M has {which}, which no kinetic energy has: is a sign wrong?"
+    return ""
+
+
+def _light(given):
+    """Masses that are lost in the digits with which they were printed."""
+    M = given["M"]
+    if issparse(M):
+        return ""
+    least = light((M + M.T) / 2)
+    if least is None:
+        return ""
+    return (
+        f"a direction has next to no mass, {least:.3g} of the others: ten digits don't "
+        f"tell it from none{light_cure(given)}"
+    )

@@ -1,0 +1,255 @@
+"""What is odd about a plant is said, and the cure that is named works on that plant."""
+
+import re
+import warnings
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.linalg
+import scipy.sparse as sp
+from numpy.testing import assert_allclose
+
+import sosbook as sos
+from sosbook.plants import condense, load_plant
+from tests.test_condensing import finite_poles
+
+PUSH = np.array([[1.0], [0]])
+K3 = np.array([[3.0, -1, 0], [-1, 2, -1], [0, -1, 1]])  # frequencies .403, 1.126, 1.799
+M3, C3 = np.diag([1, 2, 1.5]), 0.1 * np.eye(3)
+THIRDS = np.array([[1, 0.6666666667], [0.6666666667, 0.4444444444]])  # of rank one
+SPRINGS = np.array([[2.0, -1], [-1, 2]])
+
+
+def refusal(do, *given, **more):
+    with pytest.raises(ValueError) as error:
+        do(*given, **more)
+    return str(error.value)
+
+
+def sizes(poles):
+    return np.sort(abs(poles))
+
+
+@pytest.mark.parametrize("key", ["dt", "Ts", "T"])
+@pytest.mark.parametrize("save", [scipy.io.savemat, lambda x, y: np.savez(x, **y)])
+def test_a_state_space_of_discrete_time_is_refused(key, save, tmp_path):
+    A, B = np.array([[0, 1], [-4, -0.4]]), np.array([[0.0], [9.81]])
+    held = scipy.linalg.expm(0.05 * np.block([[A, B], [np.zeros((1, 3))]]))[:2]
+    file = tmp_path / ("x.mat" if save is scipy.io.savemat else "x.npz")
+    given = {"A": held[:, :2], "B": held[:, 2:]}
+    save(file, given | {key: 0.05})
+    text = refusal(load_plant, file)
+    call = re.search(r"scipy\.linalg\.logm\(.*?\) / \w+", text)[0]
+    found = eval(call, {"scipy": scipy, "np": np, key: 0.05, **given})[:2]
+    save(file, {"A": found[:, :2], "B": found[:, 2:], key: 0.0})
+    (v,) = load_plant(file).vertices
+    assert_allclose(v.A, A, atol=1e-9)
+    assert_allclose(v.Bu, B, atol=1e-9)
+    save(file, {"A": -given["A"], "B": given["B"], key: 0.05, "E": np.eye(2)})
+    assert "logm" not in refusal(load_plant, file)
+    save(file, {"A": np.diag([0.5, -0.5]), "B": given["B"], key: 0.05})
+    assert "no real matrix" in refusal(load_plant, file)
+
+
+def test_a_block_and_small_letters_are_read(tmp_path):
+    A, B, C = np.array([[0.0, 2], [-9.81, -0.3]]), np.array([[0.0], [1]]), np.eye(2)
+    block = np.block([[A, B], [C, np.zeros((2, 1))]])
+    scipy.io.savemat(tmp_path / "x.mat", {"ABCD": block, "nx": 2.0}, format="4")
+    (v,) = load_plant(tmp_path / "x.mat").vertices
+    assert (v.A == A).all() and (v.Bu == B).all() and (v.C == C).all()
+    scipy.io.savemat(tmp_path / "x.mat", {"ABCD": block, "nx": 2, "Ts": 0.1})
+    assert "Ts = 0.1" in refusal(load_plant, tmp_path / "x.mat")
+    for nx in (0, 5, 1.5):
+        scipy.io.savemat(tmp_path / "x.mat", {"ABCD": block, "nx": nx})
+        assert "nx must say" in refusal(load_plant, tmp_path / "x.mat")
+    scipy.io.savemat(
+        tmp_path / "x.mat", {"m": M3, "c": C3, "k": K3, "b": PUSH[[0, 1, 1]]}
+    )
+    assert load_plant(tmp_path / "x.mat") == sos.SecondOrderSystem(
+        M3, C3, K3, PUSH[[0, 1, 1]]
+    )
+
+
+@pytest.mark.parametrize("side", [np.triu, np.tril])
+def test_half_of_a_symmetric_matrix_is_named(side, tmp_path):
+    given = dict(M=M3, D=C3, S=side(K3), B=np.eye(3)[:, :1])
+    with pytest.warns(sos.MassWarning, match="half of a symmetric matrix") as said:
+        sos.SecondOrderSystem(**given)
+    sum_ = re.search(r"S \+ (\w+)(\(.*\)\.T)", str(said[0].message))
+    whole = eval(f"S + np.{sum_[1]}{sum_[2]}", {"np": np, **given})
+    assert_allclose(
+        np.sqrt(scipy.linalg.eigvalsh(whole, M3)), [0.403, 1.126, 1.799], atol=1e-3
+    )
+    scipy.io.savemat(tmp_path / "x.mat", {**given, "G": 1})
+    with pytest.warns(UserWarning, match="x.mat: all entries of S .* left out: G"):
+        load_plant(tmp_path / "x.mat")
+    for x in "MDS":
+        scipy.io.mmwrite(
+            tmp_path / f"{x}.mtx", sp.coo_array(given[x]), symmetry="general"
+        )
+    np.save(tmp_path / "B.npy", given["B"])
+    with pytest.warns(UserWarning, match="half of a symmetric"):
+        load_plant(tmp_path)
+    large = {x: sp.block_diag([given[x]] * 400) for x in "MDS"}
+    with pytest.warns(sos.MassWarning, match="half of a symmetric"):
+        sos.SecondOrderSystem(**large, B=np.eye(1200)[:, :1])
+    follower = dict(M=np.eye(2), D=np.eye(2), S=side([[2, 1], [1, 2]]), B=np.eye(2))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # one of two rows may push in one direction
+        sos.SecondOrderSystem(**follower)
+    with pytest.warns(sos.MassWarning, match="half of a symmetric"):
+        sos.SecondOrderSystem(**follower | {"D": side([[2, 1], [1, 2]])})
+
+
+def test_empty_rows_are_left_out(tmp_path):
+    given = dict(M=np.diag([2.0, 0]), D=np.diag([0.3, 0]), S=np.diag([9.81, 0]), B=PUSH)
+    assert "row 1 is empty in M, D, S, B" in refusal(sos.SecondOrderSystem, **given)
+    scipy.io.savemat(tmp_path / "x.mat", given)
+    for condensed in (False, True):
+        text = refusal(load_plant, tmp_path / "x.mat", condensed=condensed)
+        without = eval(re.search(r"without=(\[.*?\])", text)[1])
+        plant = load_plant(tmp_path / "x.mat", without=without, condensed=condensed)
+        assert_allclose(sizes(plant.poles()), sizes(np.roots([2, 0.3, 9.81])))
+
+
+def test_constraints_are_kept_by_the_coordinates_that_are_named():
+    """Two masses that move alike, and a third: rows of multipliers say so."""
+    G = np.array([[1.0, -1, 0]])
+    S = np.block([[K3, G.T], [G, np.zeros((1, 1))]])
+    M, D = (scipy.linalg.block_diag(x, 0) for x in (M3, C3))
+    B, names = (
+        np.eye(4)[:, :1],
+        {"scipy": scipy, "M": M, "D": D, "S": S, "r": [3], "k": [0, 1, 2]},
+    )
+    for do in (sos.SecondOrderSystem, condense):
+        text = refusal(do, M, D, S, B)
+        assert "rows r = [3] are constraints" in text and "condense solves" not in text
+    names["Q"] = eval(re.search(r"Q = (scipy.*?\]\))", text)[1], names)
+    call = re.search(r"(Q\.T @ )M(\[k\]\[:, k\] @ Q)", text)
+    parts = [eval(call[1] + x + call[2], names) for x in "MDS"]
+    plant = sos.SecondOrderSystem(*parts, names["Q"].T @ B[:3])
+    rigid = np.array([[1.0, 0], [1, 0], [0, 1]])  # by hand
+    by_hand = [rigid.T @ x @ rigid for x in (M3, C3, K3)]
+    assert_allclose(sizes(plant.poles()), finite_poles(*by_hand, None), rtol=1e-9)
+    S[0, 3] += 1  # the multiplier pushes along the motion that is left
+    assert "constraints" not in refusal(sos.SecondOrderSystem, M, D, S, B)
+
+
+@pytest.mark.parametrize("large", [False, True])
+def test_rayleigh_damping_goes_with_what_has_no_mass(large):
+    """What is left out has the poles -1 / beta, and the rest keeps its own."""
+    n, beta = (1202, 0.03) if large else (4, 0.01)
+    S = 9.81 * (2.2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    gone = [1, n - 1]
+    mass = np.ones(n)
+    mass[gone] = 0
+    M = np.diag(mass)
+    D = 0.3 * M + beta * S
+    B = np.eye(n)[:, :1]
+    store = sp.csc_array if large else np.asarray
+    given = [store(x) for x in (M, D, S)]
+    assert f"condense solves for z[{', '.join(map(str, gone))}]" in refusal(
+        sos.SecondOrderSystem, *given, B
+    )
+    plant, undamped = condense(*given, B), condense(given[0], 0 * given[0], given[2], B)
+    left = np.setdiff1d(np.arange(n), gone)
+    schur = S[np.ix_(left, left)] - S[np.ix_(left, gone)] @ np.linalg.solve(
+        S[np.ix_(gone, gone)], S[np.ix_(gone, left)]
+    )
+    dense = [x.toarray() if large else x for x in (plant.D, plant.S, undamped.S)]
+    assert_allclose(dense[1], schur, atol=1e-12)
+    assert_allclose(dense[0], 0.3 * np.eye(len(left)) + beta * schur, atol=1e-12)
+    assert (dense[1] == dense[2]).all()
+    for wrong in ({"D": given[1] - 0.02 * given[2] * 5}, {"B": B + 1}):
+        words = dict(zip("MDS", given)) | {"B": B} | wrong
+        try:
+            assert condense(**words).n == n  # it is a plant as it is
+        except ValueError as error:
+            assert "condense solves" not in str(error)
+
+
+def test_a_mass_of_ten_digits_is_named_and_rounded():
+    true = np.array([[1, 2 / 3], [2 / 3, 4 / 9]])
+    B = np.eye(2)
+    with pytest.warns(sos.MassWarning, match="a direction has next to no mass") as said:
+        plant = sos.SecondOrderSystem(THIRDS, 0 * B, SPRINGS, B)
+    more = eval(
+        re.search(r"condense\(\.\.\., (.*?)\)", str(said[0].message))[1].join(
+            ["dict(", ")"]
+        )
+    )
+    text = refusal(plant.reduce, modes=1)
+    assert "condense(..., tolerance=1e-09)" in text
+    assert condense(THIRDS, 0 * B, SPRINGS, B) == plant  # no mass is lost exactly
+    with pytest.warns(UserWarning, match="leaves out .* of M in 1 direction"):
+        part = condense(THIRDS, 0 * B, SPRINGS, B, **more)
+    frequency = 1 / np.sqrt(np.linalg.eigvals(np.linalg.solve(SPRINGS, true)).max())
+    assert_allclose(abs(part.poles()), 2 * [frequency], rtol=1e-8)
+    with pytest.warns(sos.MassWarning, match="next to no mass") as said:
+        sos.SecondOrderSystem(THIRDS, 0.05 * B, SPRINGS, B)
+    assert "condense" not in str(said[0].message)  # its damping stays
+    units = np.diag([1e-7, 1e7])  # no matter of size
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sos.SecondOrderSystem(units @ M3[:2, :2] @ units, B, SPRINGS, B)
+        sos.SecondOrderSystem(true.round(1) * 0 + np.diag([1, 0]), B, SPRINGS, B)
+
+
+@pytest.mark.parametrize("D, cure", [(1, r"rows=\[0, 1\]"), (0, r"z\[2\]")])
+def test_where_there_are_no_modes_the_cure_is_tried(D, cure):
+    given = [np.diag([1, 2, 0.0]), np.diag([0.1, 0.1, D]), K3 + np.eye(3), np.eye(3)]
+    whole = sos.SecondOrderSystem(*given)
+    assert re.search(cure, refusal(whole.reduce, modes=1))
+    part = whole.reduce(rows=[0, 1]) if D else condense(*given)
+    assert part.n == 2 and (D or part.reduce(modes=1).n == 1)
+
+
+def test_floats_condense_what_would_fill_a_large_plant():
+    n = 2502
+    T = (
+        sp.diags([-np.ones(n - 1), 2.2 * np.ones(n), -np.ones(n - 1)], [-1, 0, 1])
+        * 9.81
+    )
+    mass, B = sp.diags(np.arange(n) % 2 * 0.3), np.eye(n)[:, :1]
+    more = re.search(
+        r"With (\w+)=(\S+) floats", refusal(condense, mass, 0 * mass, T, B)
+    )
+    plant = condense(mass, 0 * mass, T, B, **{more[1]: float(more[2])})
+    whole = sp.linalg.spsolve(T.tocsc(), B)
+    assert plant.n == n // 2
+    assert_allclose(plant.S @ whole[1::2], plant.B[:, 0], atol=1e-12)
+    loose = sp.block_diag([[[2.0, -1], [-1, 0.5]]] * (n // 2)).tolil()
+    loose[0, 0] = 0
+    assert "S is singular" in refusal(
+        condense, mass, 0 * mass, loose, B, tolerance=1e-9
+    )
+    assert "tolerance" not in refusal(condense, mass, 0 * mass, loose, B)
+
+
+def test_what_a_program_calls_otherwise_has_its_own_words(tmp_path):
+    scipy.io.savemat(tmp_path / "x.mat", {"sys": {"M": M3, "D": C3, "S": K3, "B": M3}})
+    assert "save('plant.mat', '-struct', 'sys')" in refusal(
+        load_plant, tmp_path / "x.mat"
+    )
+    scipy.io.savemat(tmp_path / "x.mat", {"M": M3, "C": C3, "K": K3})
+    assert "add B, a column for each actuator" in refusal(
+        load_plant, tmp_path / "x.mat"
+    )
+    scipy.io.savemat(
+        tmp_path / "x.mat", {"M": M3, "K": (1 + 0.03j) * K3, "C": C3, "B": M3}
+    )
+    assert "hysteretic damping" in refusal(load_plant, tmp_path / "x.mat")
+    (tmp_path / "x.mat").unlink()
+    for name, X in dict(M=M3, D=C3, B=M3).items():
+        np.savetxt(tmp_path / f"{name}.csv", X)
+    lines = [f"{i + 1} {j + 1} {K3[i, j]}" for i, j in zip(*np.tril(K3).nonzero())]
+    (tmp_path / "S.mtx").write_text("\n".join(lines), "utf-8")
+    head = re.search(r"'(%%.*?)'", refusal(load_plant, tmp_path))[1]
+    (tmp_path / "S.mtx").write_text(
+        "\n".join([head, f"3 3 {len(lines)}", *lines]), "utf-8"
+    )
+    assert (load_plant(tmp_path).S == K3).all()
+    for kind, words in ((".pch", "OUTPUT4"), (".sti", "%%MatrixMarket")):
+        (tmp_path / f"x{kind}").touch()
+        assert words in refusal(load_plant, tmp_path / f"x{kind}")
