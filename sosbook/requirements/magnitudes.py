@@ -80,9 +80,9 @@ class _Block:
         """
         k = len(known)
         fixed = self.constant + sum(x * s for x, s in zip(known, self.slopes))
-        raised = sum(s.diagonal() > 0 for s in self.slopes[k + 1 :])
+        raised = np.any([s.diagonal() > 0 for s in self.slopes[k + 1 :]], axis=0)
         used = (fixed != 0) | (self.slopes[k] != 0)
-        rows = np.flatnonzero(used.any(axis=1) & ~(raised > 0))
+        rows = np.flatnonzero(used.any(axis=1) & ~raised)
         fixed, slope = (g[np.ix_(rows, rows)] for g in (fixed, self.slopes[k]))
         if not len(rows) or not slope.any():
             return 0.0
