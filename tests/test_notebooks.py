@@ -408,3 +408,81 @@ def test_a_reference_to_an_exercise_says_exercise_once(path):
     """Its own text is "Exercise 9.3"."""
     for text in passages(path):
         assert not re.search(r"exercise\s+\{ref\}`ex-", text, re.IGNORECASE)
+
+
+def in_sight(after):
+    """Whether the first of these cells that shows anything is code or its output."""
+    for cell in after:
+        if cell.cell_type != "code" or "opening" in cell.metadata.get("tags", []):
+            return False  # the built page shows an opening below its title
+        if cell.outputs or not folded(cell):
+            return True
+    return False
+
+
+def announces(text):
+    """Whether a text's last line ends with a colon; ::: ends a box."""
+    lines = [x for x in text.split("\n") if x.strip() and not x.startswith(":::")]
+    return bool(lines) and lines[-1].rstrip().endswith(":")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_what_a_colon_announces_follows_in_sight(path):
+    found = notebooks.read(path).cells
+    for k, cell in enumerate(found, 1):
+        if cell.cell_type == "markdown" and announces(cell.source):
+            assert in_sight(found[k:]), cell.source
+
+
+def parsed(path):
+    return [
+        ast.parse(c.source) for c in notebooks.read(path).cells if "code" in c.cell_type
+    ]
+
+
+def said(call):
+    """The words that a call of print has typed, without those of its keys."""
+    keys = {id(n.slice) for n in ast.walk(call) if isinstance(n, ast.Subscript)}
+    typed = (n for n in ast.walk(call) if isinstance(n, ast.Constant))
+    return " ".join(str(n.value) for n in typed if id(n) not in keys)
+
+
+def keys_of_words(call):
+    """Typed keys of two words and more whose value a call of print shows."""
+    for node in ast.walk(call):
+        key = getattr(getattr(node, "slice", None), "value", "")
+        if isinstance(key, str) and " " in key:
+            yield key
+
+
+@pytest.mark.parametrize(
+    "path", [p for p in FILES if p.name > "32"], ids=lambda p: p.stem
+)
+def test_a_printed_label_says_what_its_value_is_the_value_of(path):
+    """Chapter 36 once called a law with a tachometer a PD law with a filter."""
+    for tree in parsed(path):
+        for call in ast.walk(tree):
+            if isinstance(call, ast.Call) and ast.unparse(call.func) == "print":
+                for key in keys_of_words(call):
+                    assert set(re.findall(r"\w+", key)) <= set(
+                        re.findall(r"\w+", said(call))
+                    ), ast.unparse(call)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_family_of_two_parameters_is_no_list_of_some_of_its_plants(path):
+    """Between typed plants lie means of them: a trolley's m s² has no corners."""
+    for tree in parsed(path):
+        for call in ast.walk(tree):
+            if isinstance(call, ast.Call) and "Polytope" in ast.unparse(call.func):
+                assert varying(call) < 2, ast.unparse(call)
+
+
+def varying(call):
+    """How many arguments differ in a typed list of one function's plants."""
+    plants = getattr(call.args[0], "elts", []) if call.args else []
+    made = [p for p in plants if isinstance(p, ast.Call)]
+    if len({ast.unparse(p.func) for p in made}) != 1:
+        return 0
+    places = zip(*([ast.unparse(x) for x in p.args] for p in made), strict=False)
+    return sum(len(set(values)) > 1 for values in places)
