@@ -77,6 +77,9 @@ def test_sizes_that_do_not_fit_are_refused():
         block([[X, 0], [0, 0]])
     with pytest.raises(ValueError, match="symmetric but not square"):
         Unknown("Z", 2, 3, symmetric=True)
+    for shape in ((2, 6), 2.0, -1, "2"):
+        with pytest.raises(ValueError, match=r'as in Unknown\("Y", 2, 6\)'):
+            Unknown("Y", shape)
     with pytest.raises(ValueError, match="1 x 1"):
         X * np.ones((2, 2))
 

@@ -2,11 +2,13 @@
 
 import inspect
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.exact.refusal import Refusal
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import feasibility, objectives, reasons, regularization, slack
@@ -147,3 +149,17 @@ def test_advice_on_a_mass_says_no_more_than_is_known(monkeypatch):
     assert "nothing proves that there is no gain" in never.advice
     refused = made(two(1.0, 2.0), 0.1, "infeasible")
     assert "No common K_A serves all vertices" in refused.advice
+
+
+def kinds(of):
+    """The kinds of all refusals of the package below a class."""
+    for one in of.__subclasses__():
+        if one.kind and one.__module__.startswith("sosbook."):
+            yield one.kind
+        yield from kinds(one)
+
+
+def test_chapter_41_has_every_reason_of_a_refusal():
+    page = Path(__file__).parents[1] / "book" / "41_limits.ipynb"
+    table = page.read_text("utf-8").split("| Its words |")[1].split(":::")[0]
+    assert {k for k in kinds(Refusal) if f"`{k}`" not in table} == set()

@@ -16,6 +16,7 @@ scalars. It is written once and read with
 
 from functools import lru_cache
 from itertools import accumulate
+from numbers import Integral
 
 import numpy as np
 
@@ -222,6 +223,11 @@ class Unknown(Affine):
         self.name = name
         self.symmetric = symmetric
         cols = rows if cols is None else cols
+        if not all(isinstance(n, Integral) and n >= 0 for n in (rows, cols)):
+            raise ValueError(
+                f"unknown {name}: rows and cols must be whole numbers, as in "
+                f'Unknown("{name}", 2, 6); got {rows!r}, {cols!r}'
+            )
         if symmetric and rows != cols:
             raise ValueError(f"unknown {name}: symmetric but not square")
         term = Term(eye(rows), self, False, eye(cols))
