@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.plants.gain import Gain
 from sosbook.sampled import certify_sampled, furthest_sampled, sampled_loop
+from sosbook.studies.gamma_bounds import gamma_lower_bounds
 
 SPRUNG = sos.SecondOrderSystem(1, 0.05, 4, 1)
 PID = sos.PIDLaw(position=[[1]], filter=0.3, integrate=True)
@@ -102,3 +104,95 @@ def test_names_are_of_each_signal_or_none():
     for name in ("inputs", "outputs"):
         with pytest.raises(ValueError, match=re.escape(f"{name} must name each")):
             sos.sampled.SampledSystem([], [], [], [[1.0]], 0.1, **{name: ("a", "b")})
+
+
+REGION = dict(region=sos.PoleRegion(0.2))
+NAMED = sos.SecondOrderSystem(
+    np.diag([1, 2.2046]), 9.81 * np.eye(2), [[2, -0.5], [0.3, 1]], np.eye(2),
+    F=[[1], [0]], coordinates=["arm", "tip"],
+)  # fmt: skip
+ROWS = [[1, 0], [0, 1], [0, 0], [0, 0]]
+TAKERS = {
+    "analyse_pid": lambda p, K: sos.analyse_pid(p, K, **REGION).K,
+    "analyse_delay": lambda p, K: sos.analyse_delay(p, K, tau=0.01, delta=0.1).K,
+    "certify_sampled": lambda p, K: certify_sampled(p, K, 0.01, digits=17).K,
+    "sampled_loop": lambda p, K: sampled_loop(p, K, 0.01)[0],
+    "sampled_cost": lambda p, K: sos.sampled.sampled_cost(
+        p, K, np.eye(4), np.eye(2), 0.01
+    ),
+    "design_observer": lambda p, K: sos.design_observer(
+        p, K, Q_F=np.eye(8, 4), R_F=np.eye(2), C=np.eye(2, 4)
+    ).L,
+    "observer_loop": lambda p, K: sos.observer_loop(
+        p, K, np.eye(4, 2), np.eye(2, 4)
+    ).vertices[0].A,
+    "gamma_lower_bounds": lambda p, K: np.array(
+        gamma_lower_bounds(p, K, saturation=sos.Saturation(1e4, [1, 0, 0, 0])).norm
+    ),
+    "simulate_nonlinear": lambda p, K: sos.simulate_nonlinear(
+        p, lambda z, dz: 0 * z, K, [0, 0.5], x0=[1, 0, 0, 0]
+    ).z,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TAKERS)
+def test_a_gain_that_knows_its_signals_is_taken_by_their_names(name):
+    take, design = TAKERS[name], sos.design_pid(NAMED, **REGION)
+    want = take(NAMED, design.K)
+    order = [3, 1, 0, 2]
+    names = [design.gain.signals[k] for k in order]
+    shuffled = Gain(design.K[:, order], names)
+    for K in (design, design.gain, design.gains, shuffled):
+        np.testing.assert_array_equal(take(NAMED, K), want)
+    other = Gain(design.K, ("arm", "tip", "arm'", "speed"))
+    of_law = sos.design_pid(
+        NAMED, law=sos.PIDLaw(np.eye(2), filter=0.1), region=sos.PoleRegion(0.05)
+    )
+    for K, words in (
+        (other, "K is a gain of arm, tip, arm', speed, but this plant's is of arm,"),
+        (Gain(np.eye(2), ["arm", "tip"]), "K is a gain of arm, tip"),
+        (of_law, "K is a gain of"),
+        (of_law.gains, "give law="),
+        (dict(design.gains), "K is a dict of gains by name"),
+        (dict(K_P=np.eye(2), K_D=np.eye(2)), "K is a dict of gains by name"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            take(NAMED, K)
+    controller = design.controller(T=0.01)
+    if not name.startswith(("certify", "sampled_loop")):
+        with pytest.raises(ValueError, match="K is a Controller"):
+            take(NAMED, controller)
+
+
+def test_a_laws_gain_is_taken_by_its_names_too():
+    law = sos.PIDLaw(np.eye(2), filter=0.1)
+    design = sos.design_pid(NAMED, law=law, region=sos.PoleRegion(0.05))
+    want = sos.analyse_pid(NAMED, design.K, law=law, region=sos.PoleRegion(0.05))
+    order = list(np.random.default_rng(1).permutation(design.K.shape[1]))
+    parts = law.parts(NAMED).signals
+    shuffled = Gain(design.K[:, order], [parts[k] for k in order])
+    for K in (design.gains, dict(design.gains), shuffled):
+        found = sos.analyse_pid(NAMED, K, law=law, region=sos.PoleRegion(0.05))
+        assert found.status == want.status and np.array_equal(found.K, want.K)
+    with pytest.raises(ValueError, match="but the law's is of"):
+        full = sos.design_pid(NAMED, **REGION).gain
+        sos.analyse_pid(NAMED, full, law=law, region=sos.PoleRegion(0.05))
+
+
+def test_an_acceleration_gain_isnt_lost_on_the_way():
+    light = sos.SecondOrderSystem(np.diag([1, 0]), np.eye(2), np.eye(2), np.eye(2))
+    design = sos.design_pid(light, K_A=[[0, 0], [0, -1]], **REGION)
+    for K in (design, design.gains):
+        with pytest.raises(ValueError, match="acceleration gain|give law="):
+            certify_sampled(SPRUNG, K, 0.1)
+
+
+def test_a_robots_controller_is_taken_by_its_rates():
+    one = [[0.5]], [[0.2, 0.1]], [[-0.4]], [[-1.0, -1.2]], 0.1
+    turned = [[0.5]], [[0.1, 0.2]], [[-0.4]], [[-1.2, -1.0]], 0.1
+    law = sos.mip.SampledLaw.of_controller
+    first = law(control.ss(*one), 0.1)
+    second = law(control.ss(*turned, inputs=["phi'", "theta'"]), 0.1)
+    assert np.array_equal(first.B, second.B) and np.array_equal(first.D, second.D)
+    with pytest.raises(ValueError, match="closed by the names theta', phi'"):
+        law(control.ss(*one, inputs=["theta", "phi"]), 0.1)

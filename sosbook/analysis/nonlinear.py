@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
+from ..plants.gain import gain_of
 from ..plants.response import Response, times, vector
 from ..plants.second_order import SecondOrderSystem
 from ..plants.signals import Sine, Step, Steps, signal_parts, steps
@@ -106,7 +107,7 @@ def simulate_nonlinear(
         )
     (d,) = descriptors(plant, U, K_A)
     n, N, p = plant.n, len(d.E), plant.p
-    K = matrix("K", K, (plant.m, N))
+    K = matrix("K", gain_of(K, plant, U), (plant.m, N))
     t, r, x0 = times(t), steps(r, n), vector("x0", x0, N)
     K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, n))
     if not FINEST <= positive("rtol", rtol) < 1:

@@ -89,9 +89,13 @@ class Loop:
         return float(np.linalg.norm(S, 2, axis=(1, 2)).max())
 
     def noise_rms(self, steps):
-        """(m,) rms of u if sensors have independent errors of steps / sqrt(12)."""
+        """(m,) rms of u if sensors have independent errors of steps / sqrt(12);
+        infinite where floats don't hold it.
+        """
         G = self.noise * (steps / np.sqrt(12))
         X = discrete_lyapunov(self.F.T, G @ G.T)
+        if not np.isfinite(X).all():
+            return np.full(len(self.H), np.inf)
         direct = self.direct * (steps / np.sqrt(12))
         total = self.H @ X @ self.H.T + direct @ direct.T
         return np.sqrt(np.maximum(np.diag(total), 0))

@@ -52,7 +52,13 @@ def controller_of(
     T, delay = checked_delay(T, delay)
     request = design.request
     plant, U = request.plant, request.U
-    if request.K_A is not None and np.any(request.K_A):
+    if design.K is None:
+        raise ValueError(
+            f"the design is {design.status}: there is no gain to make a controller of; "
+            f"its reason says why. {design.reason}"
+        )
+    K_A = getattr(request, "K_A", None)  # no loop with a delay has one
+    if K_A is not None and np.any(K_A):
         raise ValueError(
             "the design has an acceleration gain K_A, which no sampled controller "
             "holds: design without"

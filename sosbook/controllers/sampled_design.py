@@ -11,6 +11,7 @@ from ..exact.definite import round_digits
 from ..exact.proof import Unproven
 from ..laws import Law
 from ..plants.checks import count, positive
+from ..plants.gain import GainParts
 from ..plants.kinds import Plant
 from ..requirements.pole_region import LMIRegion
 from ..requirements.vocabulary import SIGMA
@@ -96,12 +97,16 @@ class SampledDesign(ReadOnly):
 
     @property
     def gains(self) -> dict[str, np.ndarray]:
-        """The parts of K by name; those of a `DynamicLaw` are from tick to tick."""
-        return self._law.structure(self.request.plant).named(self._found())
+        """The parts of K by name, {} without K; a `DynamicLaw`'s from tick to tick."""
+        form = self._law.structure(self.request.plant)
+        return GainParts({} if self.K is None else form.named(self.K))
 
     def _found(self):
         if self.K is None:
-            raise ValueError(f"the design is {self.status}, without a gain: see reason")
+            raise ValueError(
+                f"the design is {self.status}: there is no gain to take; its reason "
+                f"says why. {self.reason}"
+            )
         return self.K
 
     def controller(self, **asked: Any) -> Controller:

@@ -121,8 +121,9 @@ def analyse_delay(
     ----------
     plant : SecondOrderSystem, Polytope or DelayedLoop
         The plant, or a loop as it is.
-    K : (m, N) array_like
-        ``[K_P K_D K_I]``; left out for a `DelayedLoop`.
+    K : (m, N) array_like, Gain or design
+        ``[K_P K_D K_I]``; left out for a `DelayedLoop`. A `Gain`, a design or its
+        ``gains`` are taken by the names of their signals.
     U, tau, mu, delta
         As in `design_delay_pid`.
     method : {"functional", "shift", "legendre", "interval"}

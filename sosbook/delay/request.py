@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..exact.definite import exact, inverse
 from ..plants.checks import is_word, matrix, not_negative, positive
 from ..plants.descriptor import Descriptor, twins
+from ..plants.gain import gain_of
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.read_only import ReadOnly
@@ -120,8 +121,10 @@ class DelayRequest(ReadOnly):
             put(self, "plant", checked_plant(self.plant))
             put(self, "free", _free(self.plant, self.U))
         if self.gain is not None:
-            shape = self.plant.m, self.free.order
-            put(self, "gain", matrix("K", self.gain, shape))
+            K, shape = self.gain, (self.plant.m, self.free.order)
+            if not isinstance(self.plant, DelayedLoop):
+                K = gain_of(K, self.plant, self.U)
+            put(self, "gain", matrix("K", K, shape))
         self._check_form()
 
     def _check_form(self):

@@ -16,7 +16,7 @@ from ..exact.rational import exact, inverse
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import input_names, signals
+from ..plants.gain import Gain, input_names, named, signals
 from ..runtime.read_only import ReadOnly
 from .structure import Structure
 
@@ -200,6 +200,16 @@ class Law(ABC, ReadOnly):
             If a name or a shape is wrong, or a gain that isn't free isn't zero.
         """
         form = self.structure(plant)
+        if not isinstance(gains, dict):
+            gains = named(gains)
+        if isinstance(gains, Gain):
+            names = self.parts(plant).signals
+            if sorted(names) != sorted(gains.signals):
+                raise ValueError(
+                    f"K is a gain of {', '.join(gains.signals)}, but the law's is of "
+                    f"{', '.join(names)}"
+                )
+            gains = gains.columns(names)
         return form.matrix({} if gains is None else gains)
 
     def controller(self, plant: Any, K: np.ndarray) -> LawGain:

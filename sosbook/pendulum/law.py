@@ -7,6 +7,7 @@ import numpy as np
 from ..plants.checks import matrix, positive
 from ..plants.gain import Gain
 from ..runtime.libraries import library
+from ..sampled.discretize import order_of
 
 __all__ = ["PD_SIGNALS", "PID_SIGNALS", "TRACKING_TIME", "SampledLaw", "pendulum_gain"]
 
@@ -185,7 +186,7 @@ class SampledLaw:
         ----------
         controller : control.StateSpace or control.TransferFunction
             A controller from [theta', phi'] to V, in continuous time, or
-            already sampled with this T.
+            already sampled with this T. Inputs that have names have these two.
         T : float
             Time between samples, in s.
         W, start : array_like, optional
@@ -207,6 +208,7 @@ class SampledLaw:
         system = control.ss(controller)
         if (system.ninputs, system.noutputs) != (2, 1):
             raise ValueError("controller must take [theta', phi'] and give one voltage")
+        rates = order_of(system, "input", PD_SIGNALS[2:])
         held = system
         if system.isctime(strict=True):
             held = control.sample_system(system, positive("T", T), "zoh")
@@ -216,7 +218,9 @@ class SampledLaw:
             raise ValueError(
                 f"controller is sampled with {system.dt!r}, not with T = {float(T)!r}"
             )
-        B, D = (np.hstack([np.zeros((len(x), 2)), x]) for x in (held.B, held.D))
+        rates = slice(None) if rates is None else rates
+        seen = held.B[:, rates], held.D[:, rates]
+        B, D = (np.hstack([np.zeros((len(x), 2)), x]) for x in seen)
         return cls(held.A, B, held.C, D, T, W, start)
 
 

@@ -1,5 +1,6 @@
 """A gain that knows what it multiplies."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,8 @@ from numpy.typing import ArrayLike
 
 from ..runtime.read_only import ReadOnly
 from .checks import matrix
+
+LATE = re.compile(r"\(k-\d+\)$")  # in the name of an older input
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +67,69 @@ class Gain(ReadOnly):
     def columns(self, signals: tuple) -> np.ndarray:
         """K with its columns in the order of these ``signals``, which are its own."""
         return self.K[:, [self.signals.index(name) for name in signals]]
+
+
+class GainParts(dict):
+    """The parts of a gain by name; side by side they multiply what ``signals`` names.
+
+    Without ``signals`` they are a law's, or have K_A: then K x isn't all of u.
+    """
+
+    def __init__(self, parts, signals=()):
+        super().__init__(parts)
+        self.signals = tuple(signals)
+
+    @property
+    def gain(self):
+        """All parts as one `Gain`."""
+        if not self.signals:
+            raise ValueError(
+                "K has the gains of a law or of accelerations, and K x isn't all of u: "
+                "give law=, or K and K_A, where they are taken"
+            )
+        return Gain(np.hstack(list(self.values())), self.signals)
+
+
+def named(K):
+    """The `Gain` of a design or its ``gains``; other numbers K as they are."""
+    if hasattr(K, "of_state"):
+        raise ValueError(
+            "K is a Controller, which has a clock and a memory: its own loop is proven "
+            "by controller.certify(...), and by certify_sampled and furthest_sampled"
+        )
+    K_A = getattr(getattr(K, "request", None), "K_A", None)
+    if K_A is not None and np.any(K_A):
+        raise ValueError("the design has an acceleration gain: give design.K and K_A")
+    return getattr(K, "gain", K)
+
+
+def gain_of(K, plant, U=None):
+    """K as a matrix whose columns multiply what `signals` names, in this order.
+
+    A matrix is taken as it is; a `Gain`, a design, or its ``gains``, by names. Raises
+    ValueError where they aren't those of the ``plant`` with ``U``.
+
+    >>> from sosbook import SecondOrderSystem
+    >>> gain_of(Gain([[2, 20]], ("z1'", "z1")), SecondOrderSystem(1, 0, 0, 1))
+    array([[20.,  2.]])
+    """
+    gain = named(K)
+    if isinstance(gain, dict):
+        raise ValueError(
+            "K is a dict of gains by name, which a law has: give law=, too, or the "
+            "design, its gains, or K as one matrix, [K_P K_D K_I]"
+        )
+    if not isinstance(gain, Gain):
+        return gain
+    older = sum(bool(LATE.search(name)) for name in gain.signals) // plant.m
+    names = signals(plant, U, older)
+    if sorted(names) != sorted(gain.signals):
+        raise ValueError(
+            f"K is a gain of {', '.join(gain.signals)}, but this plant's is of "
+            f"{', '.join(names)}: give the same coordinates and U, or a plain matrix "
+            "in this order"
+        )
+    return gain.columns(names)
 
 
 def input_names(m):

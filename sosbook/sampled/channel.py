@@ -94,8 +94,8 @@ def equalled(M, N):
             discrete_lyapunov(A, W + SMALL * (np.trace(W) or 1.0) * np.eye(N))
             for A, W in ((F, C.T @ C), (F.T, B @ B.T))
         )
-        R = root(X)
-        sizes, U = np.linalg.eigh(R @ Y @ R.T)
+        R, good = root(X), np.isfinite([X, Y]).all()
+        sizes, U = np.linalg.eigh(R @ Y @ R.T) if good else (np.zeros(1), R)
         if sizes[0] > 0:
             turn[:N, :N] = (U / sizes**0.25).T @ R
     return turn
@@ -108,8 +108,10 @@ def joined_P(values, name, held):
 
 
 def root(P):
-    """R with R'R = P; the identity where P isn't positive definite."""
+    """R with R'R = P; the identity where P isn't positive definite, or infinite."""
+    if not np.isfinite(P).all():  # too close to the rate
+        return np.eye(len(P))
     try:
         return np.linalg.cholesky((P + P.T) / 2).T
-    except np.linalg.LinAlgError:  # too close to the rate
+    except np.linalg.LinAlgError:
         return np.eye(len(P))

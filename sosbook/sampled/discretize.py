@@ -13,7 +13,7 @@ from scipy.linalg import expm
 
 from ..exact.definite import exact
 from ..plants.checks import finite, matrix, positive
-from ..plants.gain import input_names, signals
+from ..plants.gain import gain_of, input_names, signals
 from ..plants.kinds import checked_plant
 from ..runtime.libraries import library
 from ..synthesis.request import Request
@@ -277,9 +277,9 @@ def by_name(K, plant, U=None):
     """
     K = getattr(K, "of_state", K)
     if not is_controller(K):
-        return K
+        return gain_of(K, plant, U)
     states, given = signals(plant, U), input_names(plant.m)
-    columns, rows = _found(K, "input", states), _found(K, "output", given)
+    columns, rows = order_of(K, "input", states), order_of(K, "output", given)
     if columns is None and rows is None:
         return K
     known = columns is not None and (rows is not None or len(given) == 1)
@@ -291,8 +291,10 @@ def by_name(K, plant, U=None):
     return SampledSystem(*matrices, *((states, given) if known else ()))
 
 
-def _found(K, what, names):
-    """Where each of these ``names`` is among K's inputs or outputs; None unnamed."""
+def order_of(K, what, names):
+    """Where each of these ``names`` is among K's ``what``, "input" or "output"; None
+    where nobody named them. Raises ValueError where they are others.
+    """
     found = getattr(K, f"{what}_labels", None) or getattr(K, f"{what}s", ()) or ()
     if isinstance(found, int) or all(OF_NOBODY.fullmatch(x) for x in found):
         return None

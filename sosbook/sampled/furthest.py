@@ -11,7 +11,7 @@ from ..runtime.time_limit import time_limit as limited
 from .certificate import SampledCertificate
 from .channel import checked_norm
 from .discretize import by_name, is_controller
-from .proof import certify_sampled
+from .proof import certify_sampled, unproven
 
 __all__ = ["furthest_sampled"]
 
@@ -25,7 +25,7 @@ def furthest_sampled(
     tolerance: float = 1e-3,
     time_limit: float | None = None,
     **asked: Any,
-) -> SampledCertificate | Stopped:
+) -> SampledCertificate:
     """The longest interval, the longest delay, the least rate or bound that is proven.
 
     Parameters
@@ -61,7 +61,8 @@ def furthest_sampled(
     >>> proof.proven, round(proof.T[1], 2)
     (True, 1.73)
     """
-    K = by_name(K, checked_plant(plant), asked.get("U"))
+    plant = checked_plant(plant)
+    K = by_name(K, plant, asked.get("U"))
     ranges = {"T": T, "delay": delay, "rate": (asked.pop("rate", 1.0), 0.0)}
     norm = asked.get("norm")
     if norm is not None:
@@ -100,4 +101,8 @@ def furthest_sampled(
     proofs = [proof for proof in tried if proof.proven]
     if proofs:
         return proofs[-1]
-    return tried[-1] if tried else Stopped(seconds)
+    if tried:
+        return tried[-1]
+    asked = {k: x for k, x in asked.items() if k in ("U", "centre", "norm")}
+    rate = {"rate": ranges["rate"][0]}
+    return unproven(Stopped(seconds).why, plant, K, T, delay, **rate, **asked)

@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike
 from scipy.linalg import expm, matrix_balance, solve_discrete_are
 
 from ..analysis.riccati import balanced_units
-from ..exact.proof import Stopped
 from ..plants.checks import matrix, numbers, rank_deficient
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import Gain, signals
-from ..plants.kinds import Plant
+from ..plants.gain import Gain, gain_of, signals
+from ..plants.kinds import Plant, checked_plant
 from ..plants.signals import Sine, Step, Steps
 from ..requirements.cost import QuadraticCost
 from ..requirements.pole_region import LMIRegion
@@ -46,7 +45,7 @@ def sampled_cost(plant, K, Q, R, T, delay=0.0, U=None, x0=None):
     [array([6.35]), array([3.76])]
     """
     timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
-    K = timing.gain(K, vertices[0])
+    K = timing.gain(gain_of(K, checked_plant(plant), U), vertices[0])
     Q, R = _weights(Q, R, vertices[0])
     N, order = len(vertices[0].E), K.shape[1]
     start = np.eye(order)
@@ -175,7 +174,7 @@ class SampledLQR(Result):
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> SampledCertificate | Stopped:
+    ) -> SampledCertificate:
         """Prove the loop stable at this ``rate`` by `certify_sampled`.
 
         ``digits`` are those of the gain; without it 6, 8, 10, 12 and 17
@@ -364,5 +363,7 @@ def _cost_matrix(d, K, Q, R, timing):
         return None
     full = np.vstack([np.eye(len(F)), K])
     X = discrete_lyapunov(F, full.T @ _stage_cost(timing, d, Q, R) @ full)
+    if not np.isfinite(X).all():
+        return None
     X = X + _waiting(timing, R, len(d.E))
     return (X + X.T) / 2

@@ -1,5 +1,7 @@
 """The discrete Lyapunov equation, summed by doubling."""
 
+import numpy as np
+
 __all__ = ["discrete_lyapunov"]
 
 MOST_DOUBLINGS = 64  # more than a radius below one in floats needs
@@ -10,18 +12,20 @@ def discrete_lyapunov(F, W):
 
     ``F``, (N, N): with a spectral radius below one; ``W``, (N, N): symmetric, not
     negative. Returns (N, N): nothing cancels in the sum, so that the units of the
-    states don't matter.
+    states don't matter. All of it is infinite where floats don't hold the sum.
 
     Source: R. A. Smith, SIAM J. Appl. Math. 16, 1968, 198-201.
 
-    >>> import numpy as np
     >>> discrete_lyapunov(np.array([[0.5]]), np.array([[3.0]]))
     array([[4.]])
     """
     X = W
-    for _ in range(MOST_DOUBLINGS):
-        more = X + F.T @ X @ F
-        if (more == X).all():
-            break
-        X, F = more, F @ F
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(MOST_DOUBLINGS):
+            more = X + F.T @ X @ F
+            if (more == X).all():
+                break
+            if not np.isfinite(more).all():  # the radius is one, but for rounding
+                return np.full(X.shape, np.inf)
+            X, F = more, F @ F
     return (X + X.T) / 2

@@ -39,7 +39,7 @@ def certify_sampled(
     norm: Requirement | None = None,
     time_limit: float | None = None,
     progress: bool = False,
-) -> SampledCertificate | Stopped:
+) -> SampledCertificate:
     """Prove a sampled loop stable, for every plant and for a clock that varies.
 
     Parameters
@@ -47,10 +47,11 @@ def certify_sampled(
     plant
         As for `c2d`. All floats are read as decimals.
     K : (m, N) or (m, N + m d) array_like, Controller or control.StateSpace
-        A gain is rounded to ``digits`` significant digits before the proof; of a
-        sampled controller, of any memory, all digits are taken. Its inputs are the
-        plant's states and its outputs the plant's inputs: they are found by name, in
-        any order. Without names they are taken in order, and the claim says so.
+        A gain (or a design's, by its names) is rounded to ``digits`` significant
+        digits before the proof; of a sampled controller, of any memory, all digits
+        are taken. Its inputs are the plant's states and its outputs the plant's
+        inputs: they are found by name, in any order. Without names they are taken in
+        order, and the claim says so.
     T : float or (low, high)
         Time between samples, in s. A range: every sequence of intervals in it. A
         controller's ``dt`` is one of them, and its matrices stay what they are.
@@ -157,7 +158,18 @@ def certify_sampled(
                 return found
         return first
 
-    return proven_within(time_limit, work, progress)
+    found = proven_within(time_limit, work, progress)
+    if isinstance(found, Stopped):
+        return unproven(found.why, plant, K, T, delay, U, rate, centre, norm)
+    return found
+
+
+def unproven(why, plant, K, T, delay, U=None, rate=1.0, centre=0.0, norm=None):
+    """The `SampledCertificate` of what wasn't proven, and ``why``, in words."""
+    if not is_controller(K):
+        K = TimeBox.of(T, delay).of_controller(K).gain(K, input_vertices(plant, U)[0])
+    asked = plant, U, T, delay, K, rate, None, why, centre, norm
+    return SampledCertificate.of(SampledCertificate.contents(*asked))
 
 
 def _nearer(plant):

@@ -7,6 +7,7 @@ import numpy as np
 from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
 from ..analysis.riccati import lyapunov
 from ..plants.checks import matrix, positive
+from ..plants.gain import gain_of
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..synthesis.request import Request
 
@@ -92,7 +93,7 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
             "saturation must be a Saturation(u_max, x0) without acceleration"
         )
     vertices = request.vertices
-    K = matrix("K", K, (plant.m, request.order))
+    K = matrix("K", gain_of(K, plant, U), (plant.m, request.order))
     if max(poles(d, K).real.max() for d in vertices) >= 0:
         raise ValueError("K doesn't stabilise every vertex")
     bounds = np.array([_lower_bounds(d, K, saturation) for d in vertices])

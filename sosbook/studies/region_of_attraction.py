@@ -113,9 +113,9 @@ def region_of_attraction(
     >>> print(f"{np.degrees(basin.reach):.0f} degrees, {basin.proven}")
     84 degrees, True
     """
-    K = matrix("K", K)
     region = PoleRegion(sigma=sigma)
     loop = analyse_pid(plant, K, U, region=region, coupling="pairs")  # for its P
+    K = loop.request.gain
     N = loop.request.order
     row = matrix("row", [row], (1, N))
     start = matrix("start", [start], (1, N))[0]

@@ -10,6 +10,7 @@ from ..language import block
 from ..plants.checks import matrix
 from ..plants.descriptor import Descriptor, descriptors, mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
+from ..plants.gain import gain_of
 from ..plants.joined import joined_family
 from ..plants.kinds import Plant, checked_plant
 
@@ -45,7 +46,7 @@ def _joined(plant, K, L, C, closed):
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", C, (None, N))
-    K = matrix("K", K, (vertices[0].Bu.shape[1], N))
+    K = matrix("K", gain_of(K, plant), (vertices[0].Bu.shape[1], N))
     L = matrix("L", L, (N, len(C)))
     mean = mean_descriptor(vertices)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..plants.gain import Gain, signals
+from ..plants.gain import Gain, GainParts, signals
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..runtime.later import later
 from .result import Proven, Result
@@ -106,9 +106,11 @@ class Gains(Result[Proven]):
 
     @property
     def gains(self) -> dict[str, np.ndarray]:
-        """The parts of K by name: K_P, K_D, K_I, or those of the law."""
-        self._gain()
-        return dict(self._matrices())
+        """The parts of K by name: K_P, K_D, K_I, or those of the law; {} without K."""
+        if self.K is None:
+            return GainParts({})
+        plain = self._law is None and getattr(self.request, "K_A", None) is None
+        return GainParts(self._matrices(), self.gain.signals if plain else ())
 
     @property
     def _law(self):
@@ -159,6 +161,7 @@ class Gains(Result[Proven]):
         FileNotFoundError
             If ``pdf`` asks for a Chromium and none is on the PATH.
         """
+        self._gain()
         made = controller or self.controller(measured, **asked)
         write = later("controllers", "write_report")
         return write(self, made, folder, name, replace, pdf)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..lmi.solution import LMISolution
 from ..plants.checks import matrices_of, matrix
+from ..plants.gain import gain_of
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
@@ -100,7 +101,7 @@ def design_observer(
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", vertices[0].C if C is None else C, (None, N))
-    K = matrix("K", K, (vertices[0].Bu.shape[1], None))
+    K = matrix("K", gain_of(K, plant), (vertices[0].Bu.shape[1], None))
     if K.shape[1] != N:
         raise ValueError(
             f"K has {K.shape[1]} columns, needs {N}: here are no integrators; put the "

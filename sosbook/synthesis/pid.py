@@ -218,7 +218,8 @@ def analyse_pid(
     plant
         As in `design_pid`.
     K : (m, N) array_like, or dict
-        ``[K_P K_D K_I]``. With a ``law`` what `Design.K` or `Design.gains` hold.
+        ``[K_P K_D K_I]``. With a ``law`` what `Design.K` or `Design.gains` hold. A
+        `Gain`, a design or its ``gains`` are taken by the names of their signals.
     U, region, gamma, saturation, K_A
         As in `design_pid`.
     coupling : {"auto", "multipliers", "pairs", "slack", "vertices"}

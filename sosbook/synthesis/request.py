@@ -1,6 +1,5 @@
 """A plant and what is asked of its loop, as LMI blocks."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -14,6 +13,7 @@ from ..plants.checks import is_word, matrix, positive
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor, descriptors, mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
+from ..plants.gain import gain_of
 from ..plants.kinds import checked_plant
 from ..plants.near_box import NearBox
 from ..requirements.blocks import BlockTable
@@ -98,12 +98,7 @@ class Request(Shorthand, Derived, ReadOnly):
         if law is not None:
             gain = self.gain
         elif gain is not None:
-            if isinstance(gain, Mapping):
-                raise ValueError(
-                    "K is a dict of gains by name, which a law has: give law=, too, "
-                    "or K as one matrix, [K_P K_D K_I]"
-                )
-            gain = matrix("K", gain, (plant.m, self.order))
+            gain = matrix("K", gain_of(gain, plant, U), (plant.m, self.order))
         elif coupling == "multipliers":
             raise ValueError(
                 'coupling="multipliers" is for a given gain: take "slack" for a design'

@@ -142,6 +142,7 @@ class Result(ABC, Generic[Proven]):
     def _gain(self):
         if self.K is None:
             raise ValueError(
-                f"the {self.noun} is {self.status}: there is no gain; see its advice"
+                f"the {self.noun} is {self.status}: there is no gain to take; its "
+                f"reason says why, see its advice, too. {getattr(self, 'reason', '')}"
             )
         return self.K
