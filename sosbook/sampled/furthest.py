@@ -63,7 +63,8 @@ def furthest_sampled(
     """
     plant = checked_plant(plant)
     K = by_name(K, plant, asked.get("U"))
-    ranges = {"T": T, "delay": delay, "rate": (asked.pop("rate", 1.0), 0.0)}
+    slowest = asked.pop("rate", 1.0)
+    ranges = {"T": T, "delay": delay, "rate": (slowest, 0.0)}
     norm = asked.get("norm")
     if norm is not None:
         ranges["norm"] = checked_norm(norm).bounds_response(), 0.0
@@ -83,7 +84,7 @@ def furthest_sampled(
     tried = []
 
     def holds(end):
-        values = asked | {"T": T, "delay": delay, "rate": ranges["rate"][0]}
+        values = asked | {"T": T, "delay": delay, "rate": slowest}
         values[find] = end if find == "rate" else (near, end)
         if find == "norm":
             values[find] = norm.with_bound(end)
@@ -104,5 +105,5 @@ def furthest_sampled(
     if tried:
         return tried[-1]
     asked = {k: x for k, x in asked.items() if k in ("U", "centre", "norm")}
-    rate = {"rate": ranges["rate"][0]}
-    return unproven(Stopped(seconds).why, plant, K, T, delay, **rate, **asked)
+    asked["rate"] = slowest
+    return unproven(Stopped(seconds).why, plant, K, T, delay, **asked)

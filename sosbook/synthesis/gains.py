@@ -16,6 +16,7 @@ WHOLE = "This is said {}. What is left out may do anything: look at the whole pl
 class Gains(Result[Proven]):
     """K in parts, for results with a ``request``."""
 
+    K: Any
     request: Any
 
     def __repr__(self):
