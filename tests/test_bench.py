@@ -132,6 +132,8 @@ TABLE = [
     (DRIVE | {"M": "0.0025 0.001; 0 0.004"}, ""),
     (DRIVE | {"M": "0.0025 0.004; 0.004 0.0025"}, ""),
     (DRIVE | {"M": "0.0025 0; 0 0"}, ""),
+    (DRIVE | {"D": "0.02 -0.02; 0 0.02", "S": "9 0; -9 9"}, ""),
+    (DRIVE | {"M": "1 0.6666666667; 0.6666666667 0.4444444444"}, ""),
     (DRIVE | {"M": "0 0; 0 0"}, ""),
     (DRIVE | {"M": "1 1; 1 1", "B": "1; 1"}, ""),
     (DRIVE | {"M": "0.0025 0 0 0.004"}, ""),
@@ -863,7 +865,7 @@ def test_files_of_other_programs_fill_the_fields(tab, tmp_path):
         scipy.io.savemat(tmp_path / f"{name}.mat", given)
     for name, words in {
         "large.mat": "large.mat: it is 61 x 61.*reduce the plant",
-        "lacking.mat": "D, S, B is missing; M, A is there.*load_plant.'lacking.mat'",
+        "lacking.mat": "D, S, B is missing; M, A is there: use these letters",
         "held.mat": "S has penalties .*columns 2",
         "complex.mat": "M is complex",
         "cut.mat": "cut.mat: it can't be read as such a file",

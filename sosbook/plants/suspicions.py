@@ -6,6 +6,11 @@ from scipy.sparse import issparse
 from .massless import ROUNDED, light, light_cure
 from .sparse import sparse_factor
 
+LIGHT = (
+    "a direction has next to no mass, {:.3g} of the others: ten digits don't tell it "
+    "from none"
+)
+
 
 def suspicion(given):
     """What is odd about ``given`` M, D, S, B and F, by name, in a sentence; else empty.
@@ -68,7 +73,4 @@ def _light(given):
     least = light((M + M.T) / 2)
     if least is None:
         return ""
-    return (
-        f"a direction has next to no mass, {least:.3g} of the others: ten digits don't "
-        f"tell it from none{light_cure(given)}"
-    )
+    return LIGHT.format(least) + light_cure(given)

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from ...plants.second_order import SecondOrderSystem
-from ...plants.suspicions import mass_fault
+from ...plants.suspicions import LIGHT, half_fault, mass_fault
 from ...synthesis.request import Request
 from ..thesis import example_1
 from .explorer import Explorer
@@ -110,7 +110,12 @@ def _refusals():
     words = {
         "skew": mass_fault(np.array([[1.0, 8.0], [0.0, 1.0]])).replace("8", "{}"),
         "negative": mass_fault(np.array([[-8.0]])).replace("-8", "{}"),
+        "light": LIGHT.replace("{:.3g}", "{}"),
     }
+    for name in "MDS":
+        for side, half in (("above", np.triu), ("below", np.tril)):
+            plain = dict.fromkeys("MDS", np.eye(3))
+            words[f"{name} {side}"] = half_fault(plain | {name: half(np.ones((3, 3)))})
     for name, (M, B, U, asked) in plants.items():
         try:
             Request(SecondOrderSystem(M, 1, 1, B), U, **asked)

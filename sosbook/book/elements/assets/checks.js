@@ -152,6 +152,27 @@ function massFault(M) {
   return lowest < -1e-9 * largest ? said("negative", lowest) : "";
 }
 
+// Where the entries of X beside its diagonal are, if all are on one side.
+function side(X) {
+  const there = test => X.some((row, i) => row.some((x, j) => x && test(i, j)));
+  const above = there((i, j) => i < j), below = there((i, j) => i > j);
+  return above === below ? "" : above ? "above" : "below";
+}
+
+// What is odd about a plant's matrices, and may be right all the same: `suspicion` of the package.
+function suspicion({M, D, S}) {
+  const sides =
+    Object.entries({M, D, S}).map(([name, X]) => `${name} ${side(X)}`).filter(x => !x.endsWith(" "));
+  if (sides.length > (M.length === 2 ? 1 : 0)) return sides.map(x => refusals[x]).join("; ");
+  const sizes = M.map((row, i) => Math.abs(row[i])), most = Math.max(...sizes) || 1;
+  const scales = sizes.map(x => 1 / Math.sqrt(x || most));
+  const fault = massFault(M);
+  if (fault) return fault;
+  const least =
+    leastEigenvalue(M.map((row, i) => row.map((x, j) => scales[i] * scales[j] * (x + M[j][i]) / 2)));
+  return Math.abs(least) <= 1e-9 ? said("light", least) : "";
+}
+
 // A warning, or nothing; a Fault where there is no such plant, or U doesn't fit it.
 export function plant({M, D, S, B, F, U}) {
   const n = M.length;
@@ -169,7 +190,7 @@ export function plant({M, D, S, B, F, U}) {
     const sizes = U.length > n ? [0] : singularValues(U), most = Math.max(...sizes);
     refuse(said(sizes.some(x => x <= most * n * Number.EPSILON) ? "dependent" : "uncontrollable"));
   }
-  return massFault(M);
+  return suspicion({M, D, S});
 }
 
 export function start(x0, N) {

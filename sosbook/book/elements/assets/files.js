@@ -6,6 +6,8 @@ import {opened} from "./outputs.js";
 
 const MOST = 60;  // rows and columns of a matrix that stands in a field
 const NAMES = ["M", "D", "S", "B", "F"], PENALTY = 1e30;  // as in the package's plants/files.py
+const MOST_BYTES = 200_000_000;                           // as in the package's runtime/reading.py
+const WIDEST = 8 * MOST * MOST;                           // bytes of what such a matrix has in a file
 // MATLAB's numbers for kinds of numbers, for what holds them, and a bit of a complex one.
 const KINDS = [, "Int8", "Uint8", "Int16", "Uint16", "Int32", "Uint32", "Float32", , "Float64"];
 KINDS[12] = "BigInt64";
@@ -13,6 +15,24 @@ KINDS[13] = "BigUint64";
 const MATRIX = 14, PACKED = 15, SPARSE = 5, DOUBLE = 6, LAST = 15, COMPLEX = 0x800;
 
 const text = bytes => new TextDecoder().decode(bytes).replace(/^\ufeff/, "");
+// A number that a reader wrote as a word; NaN for none. What no float is near is refused.
+function near(word) {
+  const x = number(word);
+  if (Math.abs(x) === Infinity) refuse(`${word} is too large: choose other units`);
+  if (x === 0 && /[1-9]/.test(word.split(/e/i)[0]))
+    refuse(`${word} is too small: write 0, or choose other units`);
+  return x;
+}
+
+// The entry of a sparse matrix, which one program adds and another overwrites.
+function once(places, shift = 0) {
+  const seen = new Set();
+  for (const [i, j] of places) {
+    if (seen.has(`${i} ${j}`)) refuse(`the entry in row ${i + shift}, column ${j + shift} is there twice`);
+    seen.add(`${i} ${j}`);
+  }
+}
+
 const viewOf = bytes => new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
 
 // The numbers of each line that counts.
@@ -22,7 +42,7 @@ const table = (bytes, comment = /#.*/, between = undefined) =>
     .flatMap((line, k) => {
       const words = line.replace(comment, "").trim(), part = between ?? /[;,]/.exec(words)?.[0] ?? /\s+/;
       return words && [words.split(part).map(word => {
-        const x = number(word.trim());
+        const x = near(word.trim());
         return Number.isNaN(x)
           ? refuse(`line ${k + 1}: "${word.trim()}" is no number; write 0.5 with a point`)
           : x;
@@ -49,6 +69,8 @@ function mtx(bytes) {
     : list.map(([i, j]) => [i - 1, j - 1]);
   if (list.length !== (count ?? places.length) || !places.every(([i, j]) => X[i]?.[j] === 0))
     refuse("its entries aren't those that its head promises");
+  const mirrored = below < 0 ? [] : places.filter(([i, j]) => i !== j).map(([i, j]) => [j, i]);
+  once([...places, ...mirrored], 1);
   places.forEach(([i, j], k) => {
     X[i][j] = list[k].at(-1);
     if (below >= 0) X[j][i] = below && i !== j ? -X[i][j] : X[i][j];
@@ -94,54 +116,126 @@ const list = ([kind, bytes]) => {
   const view = viewOf(bytes), name = KINDS[kind] ?? "Uint8", wide = parseInt(name.match(/\d+/)[0]) / 8;
   return Array.from({length: bytes.length / wide}, (_, k) => Number(view[`get${name}`](k * wide, true)));
 };
-const unpacked = async bytes => new Uint8Array(
-  await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate")))
-    .arrayBuffer());
+async function unpacked(bytes, budget) {
+  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
+  const found = [];
+  for (let part; !(part = await reader.read()).done; found.push(part.value)) {
+    budget.left -= part.value.length;
+    if (budget.left < 0) refuse(`it unpacks to more than ${MOST_BYTES} bytes`);
+  }
+  return new Uint8Array(await new Blob(found).arrayBuffer());
+}
 
 // The matrices in a file of MATLAB's versions 5 to 7.
 async function mat(bytes) {
-  const found = {};
+  const found = Object.create(null), budget = {left: MOST_BYTES};
   if (text(bytes.subarray(126, 128)) !== "IM")
     refuse("it is no file of MATLAB's versions 5 to 7: save with '-v7'");
   for (const part of parts(bytes.subarray(128))) {
-    const [kind, inner] = part[0] === PACKED ? parts(await unpacked(part[1]))[0] : part;
-    const [[flags], [rows, columns], letters, ...data] = parts(inner).map(list), type = flags & 0xff;
-    if (kind !== MATRIX || (type !== SPARSE && (type < DOUBLE || type > LAST))) continue;
-    const name = String.fromCharCode(...letters), [values, starts, entries] = data;
+    const [kind, inner] = part[0] === PACKED ? parts(await unpacked(part[1], budget))[0] : part;
+    if (kind !== MATRIX) continue;
+    const pieces = parts(inner), [[flags], [rows, columns], letters] = pieces.slice(0, 3).map(list);
+    const type = flags & 0xff, name = String.fromCharCode(...letters);
+    if (type !== SPARSE && (type < DOUBLE || type > LAST)) {
+      found[name] = undefined;
+      continue;
+    }
     if (flags & COMPLEX) refuse(`${name} is complex`);
-    const X = found[name] =
-      sized(rows, columns, type === SPARSE ? undefined : (i, j) => values[i + j * rows]);
-    for (let j = 0; type === SPARSE && j < columns; j++)
-      for (let k = starts[j]; k < starts[j + 1]; k++) X[values[k]][j] = entries[k];
+    const X = found[name] = sized(rows, columns);
+    if (pieces.slice(3).some(([, {length}]) => length > 2 * WIDEST)) refuse(`${name} has too many entries`);
+    const [values, starts, entries] = pieces.slice(3).map(list), places = [];
+    for (let j = 0; j < columns; j++)
+      for (let k = type === SPARSE ? starts[j] : j * rows;
+        k < (type === SPARSE ? starts[j + 1] : (j + 1) * rows); k++) {
+        places.push([type === SPARSE ? values[k] : k - j * rows, j]);
+        X[places.at(-1)[0]][j] = (type === SPARSE ? entries : values)[k];
+      }
+    once(places, 1);
   }
   return found;
 }
 
-// The line that makes what a page reads of what the package reads.
-const byPackage = name =>
-  `The package makes a plant.json of it: python -c "import json, sosbook.plants as p; v = p.load_plant('${
-    name}'); json.dump({k: getattr(v, k).tolist() for k in 'MDSBF'}, open('plant.json', 'w'))"`;
+// The line that makes what a page reads of what the package reads, which a page can't look into.
+function byPackage(name, kind) {
+  if (!["npz", "h5", "op4"].includes(kind)) return "Open .json, .mat, .mtx, .csv or .txt";
+  const safe = /^[\w. -]+$/.test(name) ? name : "YOUR_FILE";
+  return `If it holds M, D, S and B, the package makes a plant.json of it: python -c "import json, ` +
+    `sosbook.plants as p; v = p.load_plant('${
+      safe}'); json.dump({k: getattr(v, k).tolist() for k in 'MDSBF'}, open('plant.json', ` +
+    `'w'))"`;
+}
 
-// The matrices of the fields among those that are there: K and C may be S and D.
-function chosen(there, name) {
+// The matrices of the fields among those that are there: K and C may be S and D. `left` are others.
+function chosen(given) {
+  const known = [...NAMES, "K", "C", "A"], large = known.some(name => name in given);
+  const there = Object.create(null);
+  for (const [name, X] of Object.entries(given)) there[large ? name : name.toUpperCase()] = X;
   const {M, D, S, K, C} = there;
   if (M && K && C && D && !S) refuse("beside K, is C or D the damping? Leave one of them out");
   const square = X => M && X?.length === M.length && X[0].length === M.length ? X : undefined;
   const all = {...there, D: D ?? square(C), S: S ?? square(K)};
+  if (large && "f" in there && !("F" in there)) refuse("f isn't read: call it F");
   const lacking = NAMES.filter(name => !all[name] && name !== "F");
+  const listed = Object.keys(given).join(", ").slice(0, 200) || "nothing";
+  const more = lacking.includes("B") && lacking.length < 4
+    ? ". Add B, a column for each actuator with ones in the rows that it pushes"
+    : "";
   if (lacking.length)
-    refuse(`${lacking.join(", ")} is missing; ${Object.keys(there).join(", ")} is there: use these letters. ${
-      byPackage(name)}`);
+    refuse(`${lacking.join(", ")} is missing; ${listed} is there: use these letters${more}`);
   for (const name of ["M", "D", "S"]) {
     const held = all[name].flatMap((row, i) => Math.abs(row[i]) >= PENALTY ? [i] : []);
     if (held.length)
       refuse(`${name} has penalties on its diagonal instead of supports: leave out rows and columns ${
         held.map(i => i + 1).join(", ")}`);
   }
-  return Object.fromEntries(NAMES.filter(name => all[name]?.[0].length).map(name => [name, all[name]]));
+  const used = [...NAMES, ...(D ? [] : ["C"]), ...(S ? [] : ["K"])];
+  const left = Object.keys(given).filter(name => !used.includes(large ? name : name.toUpperCase()));
+  return [
+    Object.fromEntries(NAMES.filter(name => all[name]?.[0].length).map(name => [name, all[name]])), left
+  ];
 }
 
-const json = bytes => JSON.parse(text(bytes)), READERS = {
+// What JSON holds: no key comes twice, and each number is near a float.
+function json(bytes) {
+  const words = text(bytes), content = JSON.parse(words), open = [];
+  const tokens = words.match(/"(?:[^"\\]|\\.)*"|[{}[\]:,]|[^\s{}[\]:,"]+/g);
+  tokens.forEach((token, k) => {
+    if (token === "{" || token === "[") open.push(new Set());
+    if (token === "}" || token === "]") open.pop();
+    if (token[0] !== '"') {
+      if (/[-\d]/.test(token[0])) near(token);
+    } else if (tokens[k + 1] === ":") {
+      const key = JSON.parse(token);
+      if (open.at(-1).has(key)) refuse(`the key '${key}' comes twice`);
+      open.at(-1).add(key);
+    }
+  });
+  return plain(content);
+}
+
+// Plain data, where each plant in it has the keys that the package knows.
+function plain(data) {
+  const plant = data?.plant ?? data;
+  if (Object(plant) !== plant || "file" in plant) return data;
+  const several = plant.vertices ?? [plant];
+  if (plant.vertices && (!Array.isArray(several) || Object.keys(plant).length > 1))
+    refuse("vertices must be a list, and the only key");
+  for (const v of several) {
+    const strange = Object.keys(v).filter(key => ![...NAMES, "coordinates", "parameters"].includes(key));
+    const also = {K: "S", C: "D"},
+          faults = ["M", "D", "S", "B"].flatMap(key => key in v ? [] : [`${key} is missing`]);
+    for (const key of strange)
+      faults.push(`'${key}' isn't known${also[key] in v || !also[key] ? "" : `, call it ${also[key]}`}`);
+    if (faults.length)
+      refuse(`a plant has M, D, S, B, and perhaps F and coordinates, and what is asked stands beside a key ` +
+        `"plant" for them: ${faults.join("; ")}`);
+    if (Boolean(v.F?.[0]?.length) !== Boolean(several[0].F?.[0]?.length))
+      refuse("vertices differ in size: F is in some of them alone");
+  }
+  return data;
+}
+
+const READERS = {
   json,
   csv: table,
   txt: table,
@@ -160,21 +254,25 @@ async function blamed(name, act) {
 
 // What files that are chosen at once hold for an address: one in JSON, or matrices by name.
 export const read = async files => {
-  const found = {}, [{name: first}] = files;
+  const found = Object.create(null), [{name: first}] = files;
   for (const file of files) {
     const {name} = file, [, stem, end] = /^(.*)\.(\w+)$/.exec(name) ?? [, name, ""], kind = end.toLowerCase();
     const there = await blamed(name, async () => {
-      if (!READERS[kind]) refuse(`a page can't read this kind of file. ${byPackage(name)}`);
+      if (!Object.hasOwn(READERS, kind))
+        refuse(`a page can't read this kind of file. ${byPackage(name, kind)}`);
       if (kind === "json" && files.length > 1) refuse("a plant in JSON is read by itself");
+      if (file.size > MOST_BYTES) refuse(`it has more than ${MOST_BYTES} bytes: too large to read`);
       const there = await READERS[kind](new Uint8Array(await file.arrayBuffer()));
-      return kind === "json" ? opened(there) : kind === "mat" ? there : {[stem]: there};
+      return kind === "json" ? opened(there) : kind === "mat" ? Object.entries(there) : [[stem, there]];
     });
     if (kind === "json") return there;
-    for (const [own, X] of Object.entries(there)) {
+    for (const [own, X] of there) {
       if (own in found) refuse(`${name}: ${own} is there twice`);
       found[own] = X;
     }
   }
-  const whole = files.length > 1 ? "." : first;
-  return blamed(whole, () => opened(chosen(assembled(found), whole)));
+  return blamed(files.length > 1 ? "." : first, () => {
+    const [matrices, left] = chosen(assembled(found)), {fields} = opened(matrices);
+    return {fields, left: left.join(", ")};
+  });
 };
