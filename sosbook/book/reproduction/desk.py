@@ -45,9 +45,10 @@ def _noise(runs, volts_at_rest):
     """Whether it matters: by a quarter, and by more than `SENSOR_VOLTS`."""
     work = _each(runs, lambda run: np.square(run.V).mean())
     wild = {name: volts > CHATTER_VOLTS for name, volts in volts_at_rest.items()}
+    late = [work[n][1] for n in PDS]  # by half a tick
     yield evaluate(
         "desk-effort",
-        all((np.diff([work[n][k] for n in PDS]) < 0).all() for k in range(3)),
+        (np.diff(late) < 0).all() and not any(wild[n][1] for n in PDS),
         ours=_words(work, PDS, wild=wild),
     )
     for name, more, less, effect in (
