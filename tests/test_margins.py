@@ -1,5 +1,7 @@
 """Margins at the plant's input, and the bound that P gives of u."""
 
+import re
+
 import control
 import numpy as np
 import pytest
@@ -32,6 +34,26 @@ def loop(request):
 def sensitivity(d, K, w):
     L = -K @ np.linalg.solve(1j * w * d.E - d.A, d.Bu)
     return np.linalg.inv(np.eye(len(K)) + L)
+
+
+def test_a_disk_margin_shows_factors_and_degrees_that_the_loop_bears():
+    """A pendulum upside down, by its eigenvalues."""
+    plant, K = sos.SecondOrderSystem(0.3, 0.2, -9.81, 1), np.array([[-12.0, -1.1]])
+    (d,) = descriptors(plant)
+    shown = repr(disk_margin(d, K))
+    low, high, turn = map(
+        float, re.search(r"(\S+) to (\S+) t.* (\S+) d", shown).groups()
+    )
+
+    def stable(factor):
+        A = np.linalg.solve(d.E, d.A + factor * d.Bu @ K + 0j)
+        return np.linalg.eigvals(A).real.max() < 0
+
+    assert all(map(stable, np.linspace(low * 1.01, high * 0.99, 99)))
+    angles = np.radians(np.linspace(-turn, turn, 99) * 0.99)
+    assert all(map(stable, np.exp(1j * angles)))
+    assert 9.81 / 12 < low < 1 < high and 0 < turn < 180  # less doesn't hold it up
+    assert "unstable" in repr(disk_margin(d, 0 * K))
 
 
 def test_peaks_against_a_grid_of_frequencies(loop):

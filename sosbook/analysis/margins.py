@@ -10,7 +10,7 @@ import numpy as np
 from .linear import loop_matrix, peak_gain
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DiskMargin:
     """Gains and phases that the loop bears in all inputs at once.
 
@@ -24,6 +24,8 @@ class DiskMargin:
     --------
     >>> DiskMargin(2 / 3).gains
     (0.5, 2.0)
+    >>> DiskMargin(2 / 3)
+    <DiskMargin: radius 0.667; gains 0.5 to 2 times, or phases of 36.9 degrees>
     """
 
     radius: float
@@ -40,6 +42,15 @@ class DiskMargin:
     def phase(self):
         """Radians by which the inputs may turn, either way."""
         return 2 * np.arctan(self.radius / 2)
+
+    def __repr__(self):
+        if self.radius == 0:
+            return "<DiskMargin: none, a loop is unstable>"
+        (low, high), turn = self.gains, np.degrees(self.phase)
+        return (
+            f"<DiskMargin: radius {self.radius:.3g}; gains {low:.3g} to {high:.3g} "
+            f"times, or phases of {turn:.3g} degrees>"
+        )
 
 
 def sensitivity_peak(d, K):
