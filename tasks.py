@@ -5,6 +5,7 @@
     python3 tasks.py pdf      print the built book as one PDF; --chapter 7, --textbook
     python3 tasks.py test     run every test (more words go to pytest)
     python3 tasks.py test quick    the package alone, in a few minutes
+    python3 tasks.py pythons       the same on each Python from 3.11 on that is here
     python3 tasks.py coverage      which lines of the package its tests reach
     python3 tasks.py campaign      the long tests that `test` leaves out
     python3 tasks.py rehearse      the notebooks on processors that aren't here
@@ -32,7 +33,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
-VENV = ROOT / ".venv"
+VENV = Path(os.environ.get("SOSBOOK_VENV", ROOT / ".venv"))
 STAMP = VENV / "ready"
 BUILD = ROOT / "_build"
 SITE = BUILD / "html"
@@ -133,6 +134,37 @@ def test(words):
     if missing:
         print(f"\nTESTS WERE SKIPPED.\n{missing}", file=sys.stderr)
     return status
+
+
+def pythons(words):
+    """Run the quick lane on each Python that is found, in environments of their own."""
+    found = interpreters()
+    print("Python", ", ".join(f"3.{minor}" for minor in found))
+    bad = []
+    for minor, program in found.items():
+        own = str(BUILD / "pythons" / f"3.{minor}")
+        quick = (program, ROOT / "tasks.py", "test", "quick", *words)
+        if call(*quick, SOSBOOK_VENV=own):
+            bad.append(f"3.{minor}")
+    return fail(f"The quick lane fails on Python {', '.join(bad)}.") if bad else 0
+
+
+def interpreters():
+    """The Pythons of this machine from 3.11 on, by their minor version."""
+    said = "import sys; print(*sys.version_info[:2])"
+    programs = [sys.executable, *map(shutil.which, ("python3", "python"))]
+    programs += [shutil.which(f"python3.{minor}") for minor in range(11, 30)]
+    programs += sorted(Path.home().glob(".pyenv/versions/3.*/bin/python"))
+    found = {}
+    for program in filter(None, programs):
+        try:
+            run = subprocess.run([program, "-c", said], capture_output=True, check=True)
+        except (OSError, subprocess.CalledProcessError):
+            continue
+        major, minor = map(int, run.stdout.split())
+        if (major, minor) >= (3, 11):
+            found.setdefault(minor, str(program))
+    return dict(sorted(found.items()))
 
 
 def coverage(words):
@@ -340,7 +372,18 @@ def fail(message, status=1):
 
 TASKS = {
     task.__name__: task
-    for task in (book, pdf, test, coverage, campaign, lab, bench, archive, clean)
+    for task in (
+        book,
+        pdf,
+        test,
+        pythons,
+        coverage,
+        campaign,
+        lab,
+        bench,
+        archive,
+        clean,
+    )
 } | {
     "rehearse": runs("tests.rehearsal"),
     "hunt": runs("tests.hunt"),

@@ -102,6 +102,32 @@ def test_what_is_missing_is_a_failure_in_ci_and_said_elsewhere(
         assert not any(name in " ".join(called[0][0]) for name in compiler.CHAPTERS)
 
 
+def test_the_quick_lane_runs_on_each_python_that_is_here(called, monkeypatch, capsys):
+    """A script that calls itself Python 3.10, or is none, isn't taken."""
+    here = tasks.interpreters()
+    assert min(here) >= 11 and sys.version_info.minor in here
+    for minor, program in here.items():
+        done = process(program, "-c", "import sys; print(sys.version_info.minor)")
+        assert done.stdout.split() == [str(minor)]
+    monkeypatch.setattr(tasks, "interpreters", lambda: {11: "one", 13: "other"})
+    assert tasks.pythons(["-k", "regions"]) == 0
+    for (words, extra), (program, version) in zip(
+        called, (("one", "3.11"), ("other", "3.13")), strict=True
+    ):
+        assert words == [
+            program,
+            str(ROOT / "tasks.py"),
+            "test",
+            "quick",
+            "-k",
+            "regions",
+        ]
+        assert Path(extra["SOSBOOK_VENV"]).parts[-2:] == ("pythons", version)
+    monkeypatch.setattr(tasks, "call", lambda *words, **_: words[0] == "other")
+    assert tasks.pythons([]) == 1
+    assert "fails on Python 3.13." in capsys.readouterr().err
+
+
 def test_a_book_that_does_not_build_fails_the_tests(
     called, monkeypatch, capsys, tmp_path
 ):
