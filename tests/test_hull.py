@@ -343,17 +343,21 @@ def test_what_says_that_it_is_affine_in_the_quotient_is():
                 assert signs[0] == signs[1]
 
 
-def crane(m, l):
-    """The second row was divided by what all of it has, the load times the rope."""
-    M, S = [[1 + m, m * l], [m * l, m * l**2]], [[0, 0], [0, 9.81 * m * l]]
-    return sos.SecondOrderSystem(M, np.zeros((2, 2)), S, [[1], [0]])
+# the second row divided by what all of it has, and the first as Lagrange has it
+CRANE = {
+    "M": [["m + 1", "m*l"], [1, "l"]],
+    "D": [[0, 0], [0, 0]],
+    "S": [[0, 0], [0, 9.81]],
+    "B": [[1], [0]],
+}
 
 
 SLOWLY = dict(region=sos.PoleRegion(sigma=0.1, rho=10), coupling="pairs")
 
 
 def test_a_crane_that_pairs_refuse_is_designed_by_its_corners():
-    plants = sos.Uncertain(crane, m=(0.1, 2), l=(3, 8))
+    ranges = {"parameters": [["m", 0.1, 2], ["l", 3, 8]]}
+    plants = sos.Uncertain.read(sos.SecondOrderSystem, ranges | CRANE)
     bare = sos.Polytope(plants.vertices)
     assert couplings.vertices_suffice(plants) and not couplings.vertices_suffice(bare)
     assert sos.design_pid(bare, **SLOWLY).status == "infeasible"

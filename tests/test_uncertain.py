@@ -181,7 +181,9 @@ def test_corners_are_exact_where_no_power_is_above_one():
 
 
 def test_a_row_s_form_changes_no_vertex():
-    """The crane as Lagrange writes it, and its second row divided by m l."""
+    """The crane as Lagrange writes it, and its second row divided by m l; m times this
+    one is taken from the first.
+    """
 
     def divided(m, l):
         return sos.SecondOrderSystem(
@@ -192,8 +194,9 @@ def test_a_row_s_form_changes_no_vertex():
         )
 
     plants = family(crane)
-    assert plants.rows == {2: "divided by m*l"}
-    assert "row 2 was divided by m*l" in repr(plants)
+    words = {1: "given (-1)/(l) times row 2", 2: "divided by m*l"}
+    assert plants.rows == words and "row 2 was divided by m*l" in repr(plants)
+    assert plants.at(m=1500, l=10).M.tolist() == [[1000, 0], [1, 10]]
     with pytest.warns(sos.MassWarning):
         other = sos.Uncertain(divided, **PLANTS[crane])
     assert plants == other and plants.vertices == other.vertices

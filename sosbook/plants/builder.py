@@ -8,7 +8,7 @@ import numpy as np
 from ..exact.rational import exact
 from .checks import matrix
 from .descriptor import OF_ARGUMENTS
-from .parametric import ParameterError, Parametric, Symbolic, building, parameters
+from .parametric import ParameterError, Symbolic, building, parameters
 
 CHECKED_TO = 1e-9  # relative: plants by floats differ by their rounding errors
 MAKERS = frozenset(
@@ -168,44 +168,6 @@ def _entries(name, given, one):
     return entries
 
 
-def rows_in_canonical_form(matrices, names):
-    """Clear the denominators of each row, and divide it by what it has in common: that
-    changes no motion, but the hull of the vertices. The ``matrices`` change in place;
-    ``names`` are those whose rows are equations. Returns by row the `Parametric` that
-    multiplied it.
-    """
-    there = [matrices[name] for name in names if name in matrices]
-    changed = {}
-    for i in range(len(there[0])):
-        entries = [x for matrix in there for x in matrix[i]]
-        factor = _cleared(entries) / _common(entries)
-        if not (factor.num.is_constant() and factor.den.is_constant()):
-            changed[i] = factor
-            for matrix in there:
-                matrix[i] = [x * factor for x in matrix[i]]
-    return changed
-
-
-def _cleared(entries):
-    """The least common denominator, positive on the box."""
-    den = entries[0].den
-    for x in entries:
-        den = den * (x.den / den.gcd(x.den))
-    return abs(Parametric(den, den * 0 + 1, entries[0].box))
-
-
-def _common(entries):
-    """What all numerators have in common, positive on the box; else one."""
-    common = entries[0].num * 0
-    for x in entries:
-        common = common.gcd(x.num)
-    one, box = common * 0 + 1, entries[0].box
-    whole = Parametric(common, one, box)
-    if common.is_constant() or not whole.never_zero:
-        whole = Parametric(one, one, box)
-    return abs(whole)
-
-
 def check_by_numbers(builder, box, expected):
     """Raise where floats give a ``builder`` another plant somewhere in its ``box`` than
     ``expected``, from a point to matrices by name as the builder's own rows have them.
@@ -237,13 +199,6 @@ def _matrix_of(vertex, name):
     if hasattr(vertex, "Bu"):
         name = OF_ARGUMENTS.get(name, name)
     return getattr(vertex, name)
-
-
-def told(factor):
-    """What was done to a row that was divided by ``factor``, in words."""
-    if factor.num.is_one():
-        return f"divided by {factor.words(factor.den)}"
-    return f"multiplied by {factor}"
 
 
 def along(base, changes, rows):

@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from ..exact.rational import exact
+from ..exact.definite import inverse
+from ..exact.rational import exact, rational_matrix
 from .bernstein import NO_RANGES, Box, spelled
-from .builder import along, built, check_by_numbers, rows_in_canonical_form, told
+from .builder import along, built, check_by_numbers
 from .checks import as_written, checked_names
 from .checks import count as whole
 from .descriptor_system import DescriptorSystem
 from .parametric import ParameterError, made_of
 from .polynomials import Polynomials, check_regular, read_entries, read_ranges
+from .rows import canonical, told
 from .second_order import Polytope, SecondOrderSystem
 
 MOST_VERTICES = 256  # 256 of them are 32,896 pairs
@@ -47,11 +49,12 @@ class Uncertain:
     Notes
     -----
     Each row of the equations is multiplied by its denominators and divided by what
-    it has in common, which changes no motion. Then the matrices are polynomials,
-    and the plants lie in the polytope of their Bernstein coefficients. These are
-    the corners, and exact, where no parameter has a power above one. `vertices` of
-    higher powers needn't be plants of the family; they come nearer when the box is
-    halved.
+    it has in common. Then multiples of rows, by polynomials of the parameters, are
+    taken from other rows where terms of high degree go away. That changes no motion,
+    and `repr` says what was done. The matrices are polynomials then, and the plants
+    lie in the polytope of their Bernstein coefficients. These are the corners, and
+    exact, where no parameter has a power above one. `vertices` of higher powers
+    needn't be plants of the family; they come nearer when the box is halved.
 
     The design functions take it as a plant, and what they prove is proven for all
     values of the parameters.
@@ -76,20 +79,20 @@ class Uncertain:
     def __init__(self, builder: Callable[..., Any], /, **ranges: Any) -> None:
         box = Box.of(**ranges)
         kind, matrices, rest = built(builder, box)
-        factors = self._in_canonical_form(kind, box, matrices, rest)
+        T = self._in_canonical_form(kind, box, matrices, rest)
 
         def as_the_builder_has_them(point):
             found = self._at(point)
+            back = inverse(rational_matrix([[x.at(point) for x in row] for row in T]))
             for name in found.keys() & set(ROWS[kind]):
-                for i, factor in factors.items():
-                    found[name][i] = found[name][i] / factor.at(point)
+                found[name] = back @ found[name]
             return {name: matrix.astype(float) for name, matrix in found.items()}
 
         check_by_numbers(builder, box, as_the_builder_has_them)
 
     def _in_canonical_form(self, kind, box, matrices, rest):
-        """Become the family of `Parametric` matrices; what its rows were times."""
-        factors = rows_in_canonical_form(matrices, ROWS[kind])
+        """Become the family of `Parametric` matrices; T of `canonical`."""
+        T = canonical(matrices, ROWS[kind])
         for name, matrix in matrices.items():
             for x in matrix.flat:
                 if not x.den.is_one():
@@ -102,10 +105,10 @@ class Uncertain:
             terms = [x.num.to_dict() for x in matrix.flat]
             parts[name] = Polynomials.of(matrix.shape, terms, count)
         self._fill(kind, box, parts, rest)
-        self.rows = {i + 1: told(factor) for i, factor in factors.items()}
+        self.rows = told(T)
         if kind is DescriptorSystem:  # of a mass K_A may decide
             self.check_regular()
-        return factors
+        return T
 
     def _fill(self, kind, box, parts, rest):
         order = next(iter(parts.values())).shape[0]

@@ -18,6 +18,8 @@ from ..runtime.time_limit import check_time_of_eigenvalues
 
 SLOWEST = 1e-6  # of the median frequency: rigid modes have none of their own
 SHARES = 10.0 ** -np.arange(14)  # of room in a bounded real equation
+DEFECTIVE = 1e5  # condition of eigenvectors; its square is that of P
+NUDGE = 1e-5  # of the fastest mode: two equal ones are apart by its root then
 RESIDUAL = 1e-6  # relative; a larger one is no solution's
 NEWTON_STEPS = 4  # they square the residual, which begins near 1e-8
 SCHUR = 4.0  # times as long as the eigenvalues
@@ -52,11 +54,14 @@ def of_modes(A):
     """P > 0 that keeps every region of the poles which the eigenvalues of ``A`` keep.
     With A V = V L the block of the region alpha, beta is (I x V) [alpha x I + beta x L
     + beta' x L*] (I x V*), and the bracket is diagonal but for order: so P = V V* keeps
-    all regions at once. Columns of V have length one; near a defective A it is nearly
-    singular.
+    all regions at once. Columns of V have length one. Of a defective A they would make
+    P singular: then they are those of an A whose diagonal has moved by next to nothing.
     """
     check_time_of_eigenvalues(len(A))
-    V = np.linalg.eig(A)[1]
+    modes, V = np.linalg.eig(A)
+    if np.linalg.cond(V) > DEFECTIVE:
+        size = NUDGE * np.abs(modes).max()
+        V = np.linalg.eig(A + size * np.diag(np.linspace(-1, 1, len(A))))[1]
     P = (V @ V.conj().T).real
     return (P + P.T) / 2
 

@@ -1,6 +1,5 @@
 """A known gain: each requirement kept, with a proof, or broken, by a plant."""
 
-import re
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -12,7 +11,7 @@ from ..exact.refusal import Refusal
 from ..plants.checks import SIZE_LIMITS
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import OutOfTime, check_time
-from .broken import broken
+from .broken import broken, itself
 from .feasibility import answer
 from .known_lmis import KnownLMIs, coordinates
 from .ranges import family
@@ -25,7 +24,6 @@ DIGITS = 2, 3, 4, 6, 9  # of the plant that breaks a claim, in the order of tria
 EASIER = 1.0, 1.05, 1.2, 2.0, 10.0  # times the least bound, in the order of trial
 HALVINGS = 4  # of the way between two of them, as a ratio
 MOST_CELLS = 128  # open or done; three parameters in squares took 60 to 65
-PLACE = r"the (vertex \d+|plant( with \S+ = \S+( and \S+ = \S+)*)?)(?!\w)"
 CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
 
 
@@ -172,7 +170,7 @@ def decided(request, r, plants, bad=None):
         cell = open_cells.pop()
         room = [_room_at(request, r, loop) for loop in cell.loops]
         k = int(np.argmin(room))
-        found = _proven(r, cell.loops) if room[k] > 0 else None
+        found = _proven(request, r, cell.loops) if room[k] > 0 else None
         if found is not None:
             cuts.append(None)
             values.append(found[0])
@@ -183,7 +181,8 @@ def decided(request, r, plants, bad=None):
             point = plants.point(cell.place, k)
             found = _broken(request, r, plants, point, bad)
             return found or _undecided(r, bad, values, "a plant that is at the edge")
-        if not cuts and _proven(r, [plants.at(plants.exactly(bad.point))]) is None:
+        alone = [plants.at(plants.exactly(bad.point))]
+        if not cuts and _proven(request, r, alone) is None:
             return _undecided(r, bad, values, "the worst plant alone")
         if len(cell.loops) == 1 or len(values) + len(open_cells) >= MOST_CELLS:
             return _undecided(r, bad, values, cell.words)
@@ -202,13 +201,10 @@ def decided(request, r, plants, bad=None):
 
 def _broken(request, r, plants, point, bad):
     """The `Kept` of a requirement that a plant provably breaks; None without proof."""
-    proof = broken(request, r, plants, point)
-    if proof is None:
+    found = broken(request, r, plants, point)
+    if found is None:
         return None
-    where, (claim, *_) = plants.point_words(point), proof.claims
-    text = re.sub(PLACE, lambda _: where, claim, count=1) + "."
-    text = text[0].upper() + text[1:]  # vertices of the proof are those of a part
-    return Kept(r, "infeasible", bad, infeasibility=proof, reason=text)
+    return Kept(r, "infeasible", bad, infeasibility=found[0], reason=found[1])
 
 
 def _undecided(r, bad, values, where):
@@ -224,9 +220,20 @@ def _room_at(request, r, loop):
     return r.kept(r.truth([loop.plant_in_floats], request.state_gain, request.K_A))
 
 
-def _proven(r, loops):
-    """(values, margin) of the hull of loops that keep it; None if none are found."""
-    lmis = KnownLMIs(r, loops)
+def _proven(request, r, loops):
+    """(values, margin) of the hull of loops that keep it; None if none are found. Of
+    one loop the LMIs without multipliers tell in which coordinates P is I.
+    """
+    found = _found(KnownLMIs(r, loops))
+    if found is None and len(loops) == 1:
+        one = itself(request, r, loops[0])
+        P = one and answer(one, refuse=False).P
+        if P is not None:
+            found = _found(KnownLMIs(r, loops, np.linalg.cholesky(P)))
+    return found
+
+
+def _found(lmis):
     first = lmis.find(refuse=False)
     if first.values is None or not (size := lmis.margin(first.values)) > CLEAR:
         return None

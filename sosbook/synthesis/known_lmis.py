@@ -3,6 +3,7 @@
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import matrix_balance
 
 from ..analysis.riccati import lyapunov
 from ..exact.definite import definite, exact, round_digits
@@ -13,16 +14,18 @@ from ..lmi.text import floats
 from ..requirements.known import KnownVertex
 from ..solver.loop import margin
 
+DEFECTIVE = 1e-5  # the size of a state in all modes, beside the largest
+
 
 class KnownLMIs(TrustedProblem):
     """The blocks that a ``requirement`` writes at some ``loops``, the vertices, in
-    coordinates in which P is near I.
+    coordinates in which P is near I, x = ``T`` xi if known.
     """
 
-    def __init__(self, requirement, loops):
+    def __init__(self, requirement, loops, T=None):
         self.requirement = requirement
         self.loops = loops = [loop.seen_by(requirement) for loop in loops]
-        self.T, self.left, self.rate = coordinates(loops)
+        self.T, self.left, self.rate = coordinates(loops, T)
         N, k = len(self.T), requirement.multiplier_rows
         self.lyapunov = [Unknown(f"P {i + 1}", N, symmetric=True) for i in self._each]
         multipliers = [Unknown(name, k * N) for name in "FG"]
@@ -133,23 +136,42 @@ def _taken(values, name):
     return values[name], values["F"], values["G"], own
 
 
-def coordinates(loops):
-    """T, left and a rate: in x = T xi, rows times left, the ``loops`` have P near I. It
-    is that of Lyapunov's equation of the mean loop, slowed down or sped up a little; E
-    of the mean is I.
+def coordinates(loops, T=None):
+    """T, left and a rate: in x = T xi, rows times left, the ``loops`` have P near I. T
+    is that of Lyapunov's equation of the mean loop, slowed down or sped up a little, if
+    none is known; E of the mean is I.
     """
     E, A = (sum(d.in_floats[k] for d in loops) / len(loops) for k in (0, 1))
     quotient = np.linalg.solve(E, A)
     poles, vectors = np.linalg.eig(quotient)
     rate = float(np.median(np.abs(poles))) or 1.0
-    fastest = poles.real.max()
-    shift = 0.9 * fastest if fastest < 0 else fastest + 0.1 * rate
-    size = np.maximum(np.linalg.norm(vectors, axis=1), 1e-12)
-    try:
-        slower = quotient - shift * np.eye(len(E))
-        P = lyapunov(slower.T, -np.diag(size**-2.0))
-        T = np.linalg.inv(np.linalg.cholesky((P + P.T) / 2)).T
-    except np.linalg.LinAlgError:
-        T = np.diag(size)
+    if T is None:
+        T = _by_lyapunov(quotient, poles, vectors, rate)
     T = T / np.linalg.norm(T, 2)
     return T, np.linalg.inv(E @ T), rate
+
+
+def _by_lyapunov(quotient, poles, vectors, rate):
+    """T that makes P of Lyapunov's equation I, for x' = ``quotient`` x."""
+    fastest = poles.real.max()
+    shift = 0.9 * fastest if fastest < 0 else fastest + 0.1 * rate
+    size = _sizes(quotient, vectors)
+    try:
+        slower = quotient - shift * np.eye(len(quotient))
+        P = lyapunov(slower.T, -np.diag(size**-2.0))
+        return np.linalg.inv(np.linalg.cholesky((P + P.T) / 2)).T
+    except np.linalg.LinAlgError:
+        return np.diag(size)
+
+
+def _sizes(A, vectors):
+    """How large the states of x' = ``A`` x are in its modes, the eigenvectors; by A's
+    entries, in powers of two, where these ``vectors`` are nearly those of fewer modes:
+    in a Jordan block some states would seem to have no size.
+    """
+    balance = matrix_balance(A, permute=False, separate=True)[1][0]
+    relative = vectors / balance[:, None]
+    relative = np.linalg.norm(relative / np.linalg.norm(relative, axis=0), axis=1)
+    if relative.min() < DEFECTIVE:
+        return balance
+    return np.maximum(np.linalg.norm(vectors, axis=1), 1e-12)

@@ -90,7 +90,8 @@ def design_asked(
         return found
 
     solution = guarded(request, time_limit, solved)
-    if law is not None and gain is None and solution.status != "feasible":
+    shown = solution.status == "feasible" or solution.searched is not None
+    if law is not None and gain is None and not shown:
         solution = replace(solution, K=None)
     return Design(**vars(solution))
 

@@ -200,7 +200,10 @@ def _undecided(request, task, loops, found, best, record):
         text = f"{text} {_reached(request, task, loops, found)}".strip()
     if best is not None:
         text = f"The best gain that was found isn't proven: {best.reason} ({by}.)"
-    return Solution(request, "undecided", None, reason=text, searched=record)
+    known = best is not None and best.status == "undecided"  # no plant breaks it
+    K = best.K if known else None
+    known = best.request if known else request
+    return Solution(known, "undecided", K, reason=text, searched=record)
 
 
 def _reached(request, task, loops, found):
