@@ -59,6 +59,9 @@ class Requirement(OfKind, ABC, ReadOnly):
         requirements are, the vertices of some polytopes suffice: see
         `sosbook.studies.polytopes.vertices_suffice`. Where the class isn't the
         package's own, that is probed in rationals: see `sosbook.synthesis.derived`.
+    lossless : bool
+        Whether one loop, whose gain is known, keeps it if and only if its blocks with
+        one P have a solution.
     rank : int
         Its place among the requirements of a request.
     promise : str
@@ -73,7 +76,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     kind = name = promise = ""
     parameter: Parameter | None = None
     tied: str = ""
-    implies_stability = needs_disturbance = affine_in_quotient = False
+    implies_stability = needs_disturbance = affine_in_quotient = lossless = False
     rank = 50
     titles: dict[str, str] = {}
     outputs: Output | None = None

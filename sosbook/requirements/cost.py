@@ -84,7 +84,7 @@ class QuadraticCost(Requirement):
 
     kind = name = promise = "cost"
     parameter = COST
-    implies_stability = affine_in_quotient = True
+    implies_stability = affine_in_quotient = lossless = True
     rank = 30
     titles = {
         "lqr": "decay of the cost",

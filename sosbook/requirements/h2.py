@@ -68,7 +68,7 @@ class H2(Channel):
 
     kind = "h2"
     plain = H2_NORM
-    implies_stability = needs_disturbance = affine_in_quotient = True
+    implies_stability = needs_disturbance = affine_in_quotient = lossless = True
     rank = 25
     titles = {
         "noise": "what noise reaches",

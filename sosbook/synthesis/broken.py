@@ -11,10 +11,6 @@ from ..exact.definite import exact, inverse, round_digits
 from ..plants.descriptor import MATRICES, Descriptor
 from ..plants.joined import of_one
 from ..plants.reduction import Reduction
-from ..requirements.channel import Channel
-from ..requirements.cost import QuadraticCost
-from ..requirements.h2 import H2
-from ..requirements.input_bound import Saturation
 from .feasibility import answer
 from .fixed_mode import refuse_by_mode
 from .request import Request
@@ -56,25 +52,25 @@ def _value(request, r, loop):
     value = r.truth([loop.plant_in_floats], request.state_gain, request.K_A)
     if r.kept(value) > 0 or not np.isfinite(value):
         return None
-    if isinstance(r, (H2, QuadraticCost)):
-        what = "an H2 norm" if isinstance(r, H2) else "a cost"
+    if r.lossless and r.of_package:
         return (
-            f"{what} of {value:.6g}, which breaks: {r.claim()}. Of one plant these "
-            "inequalities lose nothing, and exact multipliers exclude them"
+            f"{r.parameter.key} = {value:.6g}, which breaks: {r.claim()}. Of one plant "
+            "these inequalities lose nothing, and exact multipliers exclude them"
         )
-    if not isinstance(r, Saturation) or r.acceleration or request.law is not None:
+    start = r.bounds_input_from()
+    if start is None or request.law is not None:
         return None
     E, A, *_ = loop.matrices
-    A, K, x0 = inverse(E) @ A, loop.K, exact(r.x0)[:, None]
-    t, u = _peak(A.astype(float), request.gain, r.x0), K @ x0
-    if (u.T @ u).item() > exact(r.u_max) ** 2:
+    A, K, x0 = inverse(E) @ A, loop.K, exact(start)[:, None]
+    t, u = _peak(A.astype(float), request.gain, start), K @ x0
+    if (u.T @ u).item() > exact(r.bound) ** 2:
         size = float((u.T @ u).item()) ** 0.5
         return f"|K x(0)| = {size:.6g}, which breaks: {r.claim()}"
     with ctx.workprec(BITS):
         A, K, x0 = (arb_mat(fmpq_mat(x.tolist())) for x in (A * exact(t), K, x0))
         u = (K * A.exp() * x0).entries()
         squares = sum((x * x for x in u), arb(0))
-        if not squares > arb(exact(r.u_max) ** 2):
+        if not squares > arb(exact(r.bound) ** 2):
             return None
         size = float(squares.sqrt().mid())
     return f"|K x| = {size:.6g} at t = {t:g} s, enclosed, which breaks: {r.claim()}"
@@ -118,14 +114,15 @@ def _by_a_mode(request, r, plants, point):
 
 
 def itself(request, r, loop):
-    """The Request of ``r`` for one ``loop`` by itself, its output in its matrices, and
-    its gain, too, unless x and u are weighed; None where it can't stand alone.
+    """The Request of ``r``, which a ``request`` asks, for one ``loop`` by itself, its
+    output in its matrices, and its gain, too, unless x and u are weighed; None where it
+    can't stand alone.
     """
     loop, asked = loop.seen_by(r), []
     d, (E, A, B, C, D, rates) = loop.plant, loop.matrices
     D = None if d.Dw is None else D
     rates = None if d.Ca is None else rates
-    weighs = r.pole_matrices() is None and not isinstance(r, Channel)
+    weighs = r.pole_matrices() is None and not r.needs_disturbance
     if weighs and request.law is None:
         asked, gain = [r], request.gain
     else:

@@ -253,7 +253,8 @@ def analyse_pid(
     -----
     A claim that holds with some room for every plant is proven by multipliers after
     finitely many halvings, and one that fails clearly is broken by a plant that
-    the search finds or the halvings reach. What lies at the edge, or takes too long,
+    the search finds or the halvings reach; so it is with poles and norms, and, without
+    a law, with costs and input bounds. What lies at the edge, or takes too long,
     is "undecided".
 
     Examples
