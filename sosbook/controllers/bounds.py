@@ -92,10 +92,9 @@ def rest(c, j):
     nothing. None where springs push back, or rounded numbers leave a rest that isn't
     exactly so.
     """
-    n = len(c.vertices[0].A) // 2
-    seen = exact(c.rows)[:, :n]
+    seen, n = exact(c.rows), c.rows.shape[1]
     A, B, C, D = (exact(m) for m in (c.A, c.B, c.C, c.D))
-    still = np.vstack([d.map(exact).A[:, :n] for d in c.vertices])
+    still = np.vstack([d.map(exact).A for d in c.vertices])
     left = np.block(
         [
             [still, exact(np.zeros((len(still), len(A))))],
@@ -107,7 +106,7 @@ def rest(c, j):
     found = _solved(left, np.vstack([exact(np.zeros((len(still), 1))), pushed]))
     if found is None:
         return None
-    x, xi = np.vstack([found[:n], exact(np.zeros((n, 1)))]), found[n:]
+    x, xi = found[:n], found[n:]
     older = exact(np.zeros((len(c.loops[0].F) - len(x) - len(xi), 1)))
     return np.vstack([x, older, xi])
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..plants.gain import signals
-from .simulation import Backlash
+from .simulation import Backlash, coordinates
 
 GRID = 4000  # frequencies, evenly on a logarithmic scale
 SLOWEST = 1e-4  # of Nyquist's frequency
@@ -53,8 +53,7 @@ def predicted_cycles(c, friction=None, backlash=None):
     if backlash is not None and not isinstance(backlash, Backlash):
         raise ValueError(f"backlash must be a Backlash, got {backlash!r}")
     names = signals(c.plant)
-    n = c.rows.shape[1] // 2
-    asked = []
+    n, asked = coordinates(c.vertices, friction, backlash), []
     if friction is not None:
         force = np.broadcast_to(np.asarray(friction, float), (n,))
         asked += [(_rubbing, k, force[k]) for k in range(n) if force[k] > 0]
@@ -69,8 +68,8 @@ def predicted_cycles(c, friction=None, backlash=None):
 
 def _rubbing(c, corner, d, k, force, names):
     """f = -F sign(q'): N = 4 F / (pi a), of any size, on the speed of coordinate k."""
-    n = len(d.E) // 2
-    entry, row = np.eye(2 * n)[:, n + k], np.eye(2 * n)[n + k]
+    one = np.eye(len(d.E))
+    entry, row = one[:, d.n + k], one[d.n + k]
     for omega, G in _real(c, d, entry, row):
         if G < 0:  # N = -1 / G
             amplitude = 4 * force * -G / np.pi
@@ -80,9 +79,8 @@ def _rubbing(c, corner, d, k, force, names):
 
 def _gap(c, corner, d, backlash, _, names):
     """f = k sat(q): the part of a spring's force that a gap takes away; N = -k D(a)."""
-    n = len(d.E) // 2
+    n, (entry, row) = d.n, np.zeros((2, len(d.E)))
     i, j = backlash.first, backlash.second
-    entry, row = np.zeros(2 * n), np.zeros(2 * n)
     entry[[n + i, n + j]], row[[i, j]] = (1, -1), (1, -1)
     stiff, half = d.A[n + i, j], backlash.gap / 2
     for omega, G in _real(c, d, entry, row):

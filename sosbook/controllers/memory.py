@@ -107,7 +107,7 @@ def kalman(d, T, rows, noise, push):
     forced = np.hstack([d.Bu, d.Bw]) if d.Bw.size else d.Bu
     N = len(d.E)
     if not d.Bw.size:  # forces on every equation
-        forced = np.hstack([forced, np.eye(N)[:, N // 2 :]])
+        forced = np.hstack([forced, np.eye(N)[:, d.n :]])
     wide = type(d)(d.E, d.A, forced, d.Bw, d.C)
     A, G = SampleTiming.of(T, 0.0).held(wide)
     size = np.linalg.norm(G, axis=0)

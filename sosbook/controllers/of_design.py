@@ -1,6 +1,6 @@
 """From a design to its controller: what is measured, and how the rest is estimated."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -64,13 +64,11 @@ def controller_of(
             "holds: design without"
         )
     names = signals(plant)
-    n = plant.n if hasattr(plant, "n") and U is not None else len(names) // 2
-    second_order = not hasattr(plant, "order")
     vertices = input_vertices(plant, None)
-    N, m = vertices[0].Bu.shape
+    (N, m), n = vertices[0].Bu.shape, vertices[0].n  # no coordinates: n is zero
     outputs = input_names(m)
     law = getattr(design, "_law", None)
-    known = names[: N // 2] if second_order else names
+    known = names[: n or N]
     if law is None:
         wanted, rows = _measured(measured, names)
         noise = np.zeros((len(rows), plant.p))
@@ -89,14 +87,15 @@ def controller_of(
     check_rate(vertices, timing)
     if law is not None:
         estimate, gain, sums = law_memory(law, plant, K, T, at_ticks)
-        n = sum(not row[N // 2 :].any() for row in rows) if second_order else len(rows)
-        U = sums[:, :n]  # positions come first
-        R = quiet_set_point(U, gain.K[:, :n])
+        seen_at_rest = sum(not row[n:].any() for row in rows) if n else len(rows)
+        U = sums[:, :seen_at_rest]  # positions come first
+        R = quiet_set_point(U, gain.K[:, :seen_at_rest])
     else:
         gain, sums = Gain(np.asarray(K, float), design.gain.signals), _sums(U, rows)
         R = np.zeros((0, 0))
-        if second_order:
-            R = quiet_set_point(_integrated(U, rows, names, wanted), gain.K[:, :n])
+        if n:
+            U_z = _integrated(U, rows, names[:n], wanted)
+            R = quiet_set_point(U_z, gain.K[:, :n])
     given, free = signals_of(outputs, units), np.full(m, np.inf)
     limits = Limits(free, free, np.full(R.shape[1], np.inf))
     known = plant, vertices, gain, U, sums, T, delay, seen, given, rows, noise, steps
@@ -105,12 +104,12 @@ def controller_of(
     plants = (*vertices, *between(vertices))
     if law is not None:
         return made(estimate)
-    kind = _kind(memory, filter_time, rows, N // 2 if second_order else 0)
+    kind = _kind(memory, filter_time, rows, n)
     if kind == "direct":
         return made(direct(rows, m))
     if kind == "filter":
         tracking = 0.0 if filter_time == 0 else positive("filter_time", filter_time)
-        return made(filtered(rows, N // 2, m, T, tracking, names))
+        return made(filtered(rows, n, m, T, tracking, names))
     _observable(vertices, rows, names)
     gains = _gains(gain.K, N, U, rows, T, R)
     known = [(w, _mixed(vertices, w)) for w in np.eye(len(vertices))]
@@ -219,13 +218,12 @@ def _measured(measured, names):
 
 def _integrated(U, rows, names, wanted):
     """What is integrated of the coordinates; raises where one isn't measured."""
-    n = rows.shape[1] // 2
-    U = np.zeros((0, n)) if U is None else np.asarray(U, float)
-    for k in range(n):
+    U = np.zeros((0, len(names))) if U is None else np.asarray(U, float)
+    for k, name in enumerate(names):
         if U[:, k].any() and not rows[:, k].any():
             raise ValueError(
-                f"{names[k]} is integrated but isn't measured: integrate what is "
-                f"measured ({', '.join(wanted)}), or measure {names[k]}"
+                f"{name} is integrated but isn't measured: integrate what is "
+                f"measured ({', '.join(wanted)}), or measure {name}"
             )
     return U
 
@@ -245,7 +243,7 @@ def _mixed(vertices, weights):
     """The mixture of some vertices in descriptor form."""
     parts = zip(*((v.E, v.A, v.Bu, v.Bw) for v in vertices))
     means = (sum(w * x for w, x in zip(weights, some)) for some in parts)
-    return type(vertices[0])(*means, vertices[0].C)
+    return replace(vertices[0], **dict(zip(("E", "A", "Bu", "Bw"), means)))
 
 
 def _units(units, coordinates, outputs):

@@ -149,7 +149,7 @@ def _table(head, rows):
 
 
 def _charts(c, run, title):
-    names = signals(c.plant)[: run.x.shape[2] // 2]
+    names = signals(c.plant)[: c.vertices[0].n or None]
     yield f"<h3>{escape(title)}, at all corners (simulated)</h3>"
     for k, name in enumerate(names):
         yield _chart(run.t, run.x[:, :, k], f"{name} {c.units.get(name, '')}")

@@ -133,12 +133,39 @@ def _flow(plants, entry, span):
     return *parts, span
 
 
+def coordinates(plants, friction, backlash):
+    """How many coordinates all ``plants`` have, on which ``friction`` or a ``backlash``
+    acts; a ValueError where they act on none.
+    """
+    if friction is None and backlash is None:
+        return plants[0].n
+    what = "friction" if backlash is None else "backlash"
+    if not all(d.n for d in plants):
+        raise ValueError(
+            f"{what} is a force between coordinates, and a DescriptorSystem has none: "
+            "its state has no positions and speeds. Give a SecondOrderSystem"
+        )
+    n = plants[0].n
+    if friction is not None and np.shape(friction) not in ((), (1,), (n,)):
+        raise ValueError(
+            f"friction needs a number, or one for each of {n} coordinates, got "
+            f"{friction!r}"
+        )
+    for name in ("first", "second") if backlash is not None else ():
+        if getattr(backlash, name) not in range(n):
+            raise ValueError(
+                f"backlash.{name} must be a coordinate's index below {n}, got "
+                f"{getattr(backlash, name)!r}"
+            )
+    return n
+
+
 class _Forces:
     """Friction and backlash of some plants, as forces on their equations."""
 
     def __init__(self, plants, friction, backlash):
         N = len(plants[0].E)
-        self.n = n = N // 2
+        self.n = n = coordinates(plants, friction, backlash)
         self.entry = np.eye(N)[:, n if friction is not None or backlash else N :]
         if self.entry.size:
             light = [np.diag(np.linalg.inv(d.E[n:, n:])) for d in plants]
