@@ -30,6 +30,7 @@ from .folder import (
     controller_in,
     controller_made,
     pages,
+    unlimited,
     write_folder,
 )
 from .subject import compare_code, compare_gain, compare_plant, proofs_beside, subject
@@ -177,6 +178,8 @@ def design(asked):
             result = design_pid(plant, **requirements)
             if computer is not None and result.status == "feasible":
                 made = controller_made(result, computer)
+                if limit := unlimited(result, computer):
+                    say(limit, sys.stderr)
         except (ValueError, TypeError) as error:
             raise ValueError(f"{asked.plant}: {error}") from None
     except ValueError as error:

@@ -13,6 +13,7 @@ from ..controllers.controller import checked_delay
 from ..controllers.report import report_texts
 from ..exact.proof_file import laid_out
 from ..plants.as_data import plant_data
+from ..requirements.shorthand import bounds
 from ..runtime.digests import digest
 from ..runtime.reading import named, read_bytes, read_json
 from ..runtime.saying import say
@@ -27,6 +28,7 @@ __all__ = [
     "controller_in",
     "controller_made",
     "pages",
+    "unlimited",
     "write_folder",
 ]
 
@@ -69,6 +71,19 @@ def controller_made(design, asked):
     with named("controller"):
         made = design.controller(**asked)
         return made if u_max is None else made.limit(u_max)
+
+
+def unlimited(design, asked):
+    """A warning where a ``design`` bounds the input and its program, ``asked`` as in
+    `controller_made`, limits none; else empty.
+    """
+    bound = bounds(design.request.requirements).get("u_max")
+    if bound is None or asked.get("u_max") is not None:
+        return ""
+    return (
+        f"warning: the input is bounded by {bound:.6g}, and the program has no limit: "
+        f'write "u_max": {bound:.6g} under controller'
+    )
 
 
 def check_folder(folder, plant, force=False):

@@ -51,7 +51,7 @@ function regionPolygon(asked, [left, right, height]) {
 export function relax(moves) {
   const [first, ...others] = moves.map(({text}) => text);
   return `Relax first: ${first}.` +
-    (others.length ? ` Moving one other slider would do as well: ${others.join("; or ")}.` : "");
+    (others.length ? ` Moving one other bound would do as well: ${others.join("; or ")}.` : "");
 }
 
 // ---------------------------------------------------------- the element

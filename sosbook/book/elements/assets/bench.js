@@ -3,16 +3,16 @@
 // all corners; and outputs to take home.
 import {Fault, parsed, refusals} from "./checks.js";
 import {plants} from "./corners.js";
-import {Explorer} from "./explorer.js";
+import {BOUNDS, Explorer} from "./explorer.js";
 import {read} from "./files.js";
-import {BOXES, compact, dataOf, FIELDS, requestOf, STRANGE} from "./form.js";
-import {judged, quiet, table} from "./judge.js";
-import {announce, button, capital, clamp, clean, define, escape, number, panel, panels, QUIET, select} from "./kit.js";
-import {lawOf, ofLaw, seenBy, statesOf} from "./law.js";
+import {BOXES, compact, dataOf, FIELDS, goals, requestOf, STRANGE} from "./form.js";
+import {judged, rest, said} from "./judge.js";
+import {announce, button, capital, clamp, clean, define, escape, number, panel, panels, printed, QUIET, select} from "./kit.js";
+import {lawOf, memory, ofLaw, seenBy, summed} from "./law.js";
 import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
 import * as python from "./program.js";
-import {beyond, fields, rest, shownIn, valueOf, widen} from "./wishes.js";
+import {beyond, fields, shownIn, valueOf, widen} from "./wishes.js";
 
 const CHANGED =
   "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
@@ -65,8 +65,15 @@ class Bench extends Explorer {
             this.view.querySelectorAll(name).forEach(part => part.addEventListener(kind, act));
     this.past = [];
     on("select", "change", () => {
+      const {wanted} = this, fields = FIELDS.filter(([name, , , box]) => wanted[box] && !this.follows(name));
+      const went = [
+        ...this.data.sliders.flatMap(({key}, k) => key in this.own ? [this.texts[k]] : []),
+        ...fields.map(([name]) => name)
+      ];
       this.fill(this.data.examples[this.example.value]);
-      this.rebuild();
+      this.own = {};
+      this.rebuild(
+        went.length && `${printed(went.join(", "))} went with the plant before. Undo brings it back.`);
     });
     on(".sos-design", "click", () => this.rebuild());
     on("[data-wanted]", "change", () => this.rebuild());
@@ -88,8 +95,8 @@ class Bench extends Explorer {
     });
     this.wrong = {};
     this.fill(this.data.examples[0]);
-    this.rebuild("M" in linked ? {} : linked);
-    if ("M" in linked) this.open(linked);
+    if ("M" in linked) this.rebuild();  // what there is below where the address has a fault
+    this.open(linked);
     this.kept = this.digest;
   }
 
@@ -106,26 +113,40 @@ class Bench extends Explorer {
         .map(([name]) => [name, compact(this.area(name).value)]));
   }
   get typed() { return JSON.stringify([this.wanted, this.matrices]); }
+  // Whether nobody has typed in a field: then it follows the plant.
+  follows(name) { return this.area(name).value === this.area(name).dataset.given; }
+  // Under "own" stand the names of all that a reader chose, also where no box asks for it now.
   get address() {
     const bounds = Object.entries(this.wanted).filter(([, on]) => on).map(([key]) => key).join(" ");
+    const typed = FIELDS.map(([name]) => name).filter(name => !this.follows(name));
     return {
+      ...this.own,
       ...this.named,
       ...this.wrong,
       example: this.example.value,
+      ...Object.fromEntries(typed.map(name => [name, compact(this.area(name).value)])),
       ...this.matrices,
-      ...(bounds && {bounds})
+      ...(bounds && {bounds}),
+      own: [...Object.keys(this.own), ...typed].sort().join(" ")
     };
   }
 
-  // The plant of an address.
+  // What an address asks for; where it doesn't say what is a reader's own, all of it is.
   open(linked) {
     const bounds = (linked.bounds ?? "").split(" "), example = number(linked.example);
-    this.example.value = example in this.data.examples ? example : 0;
-    this.fill({});
-    for (const [name] of FIELDS) this.area(name).value = (linked[name] ?? "").replaceAll(";", "\n");
-    this.view.querySelectorAll("[data-wanted]")
-      .forEach(box => { box.checked = bounds.includes(box.dataset.wanted); });
-    this.rebuild(linked);
+    const own = linked.own?.split(" ") ?? Object.keys(linked).filter(key => linked[key]);
+    this.own =
+      Object.fromEntries(Object.entries(linked).filter(([key]) => key in BOUNDS && own.includes(key)));
+    if ("M" in linked) {
+      this.example.value = example in this.data.examples ? example : 0;
+      const texts = Object.entries(linked).map(([key, text]) => [key, text.replaceAll(";", "\n")]);
+      this.fill({texts: Object.fromEntries(texts), x0: this.data.examples[this.example.value].x0});
+      for (const [name] of FIELDS)
+        if (own.includes(name)) delete this.area(name).dataset.given;
+      this.view.querySelectorAll("[data-wanted]")
+        .forEach(box => { box.checked = bounds.includes(box.dataset.wanted); });
+    }
+    this.rebuild();
   }
 
   // Files in the place of an address: what they don't say is empty then.
@@ -156,37 +177,32 @@ class Bench extends Explorer {
   complete() {
     let found = {};
     try {
-      const {vertices: [v]} = plants(this.matrices), U = parsed("U", this.matrices.U),
-                       law = this.wanted.law && lawOf(this.matrices, v.M.length, U),
-                       N = 2 * v.M.length + (law ? statesOf(law) : U.length);
-      const ones = count => Array(count).fill(1), r = parsed("r", this.matrices.r).flat();
-      const z = rest(v, U, r.length ? r : ones(U.length)).map(x => x ? -x : 0);
-      const x0 = this.initial?.length === N ? this.initial : [...z, ...Array(N - z.length).fill(0)];
-      found = {x0, Q: ones(N), R: ones(v.B[0].length), T: [0.001]};
+      const {vertices: [v]} = plants(this.matrices), U = parsed("U", this.matrices.U);
+      const law = this.wanted.law && lawOf(this.matrices, v.M.length, U),
+            r = parsed("r", this.matrices.r).flat();
+      const z = rest(v, U, r.length ? r : goals(v.M.length, U)).map(x => 0 - x);
+      const start = [...z, ...z.map(() => 0), ...(law ? memory(law, z) : U.map(() => 0))], N = start.length;
+      const x0 = this.initial?.length === N ? this.initial : start;
+      found = {x0, Q: Array(N).fill(1), R: v.B[0].map(() => 1), T: [0.001]};
     } catch { /* the form says it */
     }
     const asked = FIELDS.filter(([name, , , box]) => name in found && this.wanted[box]);
     for (const [name] of asked) {
-      const list = found[name];
-      const area = this.area(name);
-      if (area.value === area.dataset.given && list.every(isFinite))
-        area.value = area.dataset.given = list.join(" ");
+      const list = found[name], area = this.area(name);
+      if (this.follows(name) && list.every(isFinite)) area.value = area.dataset.given = list.join(" ");
     }
   }
 
-  rebuild(linked = {}) {
+  rebuild(words = "") {
     const {wanted} = this, fault = this.find("fault");
     this.view.querySelectorAll("[data-box]").forEach(field => { field.hidden = !wanted[field.dataset.box]; });
     this.complete();
     fault.textContent = "";
-    this.asks = linked;
     try {
       const found = requestOf(this.matrices, wanted);
       Object.assign(this.data, dataOf(found, wanted));
-      this.warning =
-        [found.warning, found.rounded && "A corner has more digits than a number keeps, and is rounded."]
-          .filter(words => words)
-          .join(" ");
+      const rounded = found.rounded && "A corner has more digits than a number keeps, and is rounded.";
+      this.warning = [words, found.warning, rounded].filter(words => words).join(" ");
     } catch (error) {
       if (!(error instanceof Fault)) console.error(error);
       fault.textContent = error instanceof Fault ? error.message : STRANGE;
@@ -246,12 +262,17 @@ class Bench extends Explorer {
 
   // ------------------------------------------------------------- numbers
   read() {
-    const linked = this.asks;
     this.data.sliders.forEach((slider, k) => {
-      const text = linked[slider.key] ?? "", value = valueOf({}, slider, text);
-      if (!isFinite(number(text)) || !isFinite(value)) return;
-      widen(slider, value);
-      this.put(k, value);
+      if (!(slider.key in this.own)) return;
+      const text = String(this.own[slider.key]), value = valueOf({}, slider, text);
+      if (isFinite(value)) {
+        widen(slider, value);
+        this.put(k, value);
+        return;
+      }
+      delete this.own[slider.key];
+      this.warning += ` ${printed(slider.symbol)} = ${text} can't stay: this plant's goes from ${
+        clean(slider.min)} to ${clean(slider.max)}.`;
     });
   }
 
@@ -262,10 +283,11 @@ class Bench extends Explorer {
     field.setAttribute("aria-invalid", String(!good && !left));
     if (good) {
       delete this.wrong[slider.key];
-      if (value !== this.values[k] && field.value !== shownIn(field.dataset, slider, this.values[k])) {
+      const old = this.values[k], same = field.value === shownIn(field.dataset, slider, old);
+      if (!(slider.key in this.own) || (value !== old && !same)) {
         this.remember();
-        widen(slider, value);
-        this.set(k, value);
+        widen(slider, same ? old : value);
+        this.set(k, same ? old : value);
       }
     } else if (left) delete this.wrong[slider.key];
     else this.wrong[slider.key] = field.value;
@@ -289,72 +311,60 @@ class Bench extends Explorer {
   }
 
   // ------------------------------------------------------------- the truth
-  get beyond() { return beyond(this.data); }
-
   meant(answer) {
     const {law, request, cost, x0} = this.data;
     const alone = request.vertices.length === 1 && !this.wanted.gamma && !cost && !x0;
     return law ? ofLaw(answer, alone) : answer;
   }
 
+  // Why there is no design, without the solver: {status, reason, help}.
+  get known() {
+    const {law, request: {vertices}} = this.data, reason = beyond(this.data);
+    return (law && summed(law, vertices, this.asked.sigma)) ??
+      (reason ? {status: "undecided", reason} : null);
+  }
+
   solve() {
-    if (!this.beyond) return super.solve();
+    const {known} = this;
+    if (!known) return super.solve();
     this.inputs.forEach((input, k) => announce(input, this.texts[k]));
     const {texts, digest, asked} = this;
-    this.answer =
-      {status: "undecided", reason: this.beyond, asked, values: [...this.values], texts, digest, ms: 0};
+    this.answer = {...known, asked, values: [...this.values], texts, digest, ms: 0};
     this.update();
   }
 
   look() {
-    if (!this.beyond && !this.data.law) return super.look();
+    if (!this.known && !this.data.law) return super.look();
   }
-  advice() { return this.data.law ? "Ask for less." : super.advice(); }
+  advice() { return this.data.law ? this.answer.help ?? "Ask for less." : super.advice(); }
   async prove() {
     const {answer} = this;
-    if (!this.data.law || answer?.status === "infeasible") await super.prove();
-    else this.reply(`<p>Not proven. ${escape(answer?.reason ?? "")}</p>`);
+    if (!this.data.law || (answer?.status === "infeasible" && !answer.help)) await super.prove();
+    else
+      this.reply(`<p>Not proven here. ${escape(answer?.reason ?? "")}${
+        answer?.help ? " These are floats: press As JSON, and the package proves it exactly." : ""}</p>`);
   }
-
-  step(design) {
-    if (design.K) this.data.r = quiet(this.data.request.U, design.K, this.data.goal);
-    return super.step(design);
-  }
-  get targets() { return this.truth?.ends ?? this.data.r; }
 
   update() {
-    const {answer, data: {request, goal, clock}} = this, box = this.find("judged");
-    this.truth = answer.status === "feasible" ? judged(request, answer.K, goal) : null;
+    const {answer, data: {request, goal, r}} = this, box = this.find("judged");
+    this.truth = answer.status === "feasible" ? judged(request, answer.K, goal, r) : null;
     super.update();
     this.draw(this.truth && this.response[0]);
-    const family = request.family?.parameters.map(
-      ([name, low, high]) => `${name} from ${clean(low, 6)} to ${clean(high, 6)}`);
-    const whole =
-      family && this.truth ? `<p>The gain is one for all plants with ${escape(family.join(", "))}.</p>` : "";
-    const next = clock && this.truth
-      ? `<p>This is said of u = K x in continuous time, with everything measured. As Python goes on: ${
-          clock.measured ? `an observer from ${escape(clock.measured.join(", "))}, `
-                         : ""}the loop sampled every ${clean(clock.T)} s${
-          clock.delay ? ` with a dead time of ${clean(clock.delay)} s` : ""}, its proof and its program.</p>`
-      : "";
-    box.innerHTML = this.truth ? whole +
-        table(this.truth, answer.asked, request.vertices.length, request.vertices[0].F,
-          goal.map(x => clean(x)).join(", ")) +
-        next
-                               : "";
+    box.innerHTML = this.truth ? said(this.truth, answer.asked, this.data) : "";
     box.hidden = Boolean(this.data.law);
     box.dataset.digest = answer.digest;
     this.settle();
   }
 
   // ------------------------------------------------------------- outputs
+  get asks() { return python.asks(this.data, this.named); }
   get program() { return python.design(this.data, this.named); }
 
   press(what) {
     super.press(what);
     if (what === "undo") this.undo();
     if (what === "open") this.view.querySelector("[type=file]").click();
-    if (what === "json") this.print(outputs.file(this.data, this.named), RUN);
+    if (what === "json") this.print(outputs.file(this.asks), RUN);
     if (what !== "c" && what !== "report") return;
     const {answer, digest} = this;
     if (answer?.digest !== digest) this.reply("<p>The design is still being computed: press again.</p>");
@@ -364,9 +374,9 @@ class Bench extends Explorer {
   }
 
   get code() {
-    const {answer: {K, asked}, data: {request: {U}, goal, clock}} = this;
-    const points = goal.map((_, k) => quiet(U, K, goal.map((_, j) => j === k ? 1 : 0)));
-    return outputs.program({K, U, points, limit: asked.u_max, T: clock?.T});
+    const {answer: {K}, data: {request: {U, vertices: [plant]}, goal}} = this;
+    const points = goal.map((_, k) => rest(plant, U, goal.map((_, j) => j === k ? 1 : 0)));
+    return outputs.program(this.asks, {K, U, points});
   }
 
   // A page of all that is known, and its proof.
@@ -384,7 +394,7 @@ class Bench extends Explorer {
       ["Poles and step", html("map") + html("step")]
     ];
     const own = [
-      ["As Python", this.program], ["As JSON", outputs.file(this.data, this.named)], ["As C", this.code],
+      ["As Python", this.program], ["As JSON", outputs.file(this.asks)], ["As C", this.code],
       ...(proof?.proven ? [["Proof, for python -m sosbook verify", proof.text]] : [])
     ];
     const page = outputs.report(capital(this.data.title), parts, own);

@@ -3,7 +3,7 @@ import {delayedRun} from "./history.js";
 import {buttons, clean, controls, define, escape, gainRows, gains, inPairs, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
-import {list, program} from "./program.js";
+import {asks, list, program} from "./program.js";
 
 const COLOURS = ["--sos-first", "--sos-third", "--sos-second"];
 const SIGNS = ["○", "+", "✕"], SHAPES = [1, 3, 0], DELAYS = ["shortest", "nominal", "longest"];
@@ -71,7 +71,7 @@ class DelayAtlas extends Atlas {
 
   get program() {
     const {tau, ratio, delta, alpha = this.data.alpha} = this.asked, {request} = this.data;
-    return program(request, "design_delay_pid", [
+    return program(asks({request}, {}).plant, "design_delay_pid", [
       ["U", list(request.U)], ["tau", tau], ["mu", Number((ratio * tau).toPrecision(12))], ["delta", delta],
       ["alpha", alpha]
     ]);

@@ -5,8 +5,23 @@ import {announce, band, clean, define, drag, escape, number, printed, slider, wi
 import * as python from "./program.js";
 import {solverOf} from "./solver.js";
 
-const STEPS = 200;  // of a slider
+const STEPS = 200;                  // of a slider
+const FURTHEST = 1e3, FINE = 5e-4;  // of a bound without a slider: how far it is relaxed, in which steps
+const UNMOVED = ", which has no slider here";
+const LAST = 1e3;  // further than any bound goes, by its logarithm
 const PART = "The solutions have hardly a bound, or none: this is the centre of a bounded part.";
+
+const bound = (label, symbol, unit, looser = 1, degrees = false) =>
+  ({label, symbol, unit, looser, degrees, log: !degrees});
+// The bounds that a page knows, as the package's vocabulary has them.
+export const BOUNDS = {
+  sigma: bound("Decay rate σ", "σ", " 1/s", -1),
+  theta: bound("Half-angle θ", "θ", "°", 1, true),
+  rho: bound("Disk radius ρ", "ρ", " 1/s"),
+  gamma: bound("H∞ bound γ", "γ", ""),
+  cost: bound("Bound of the cost", "J", ""),
+  u_max: bound("Input bound u_max", "u_max", "")
+};
 
 // ------------------------------------------------------------------ values
 const valueAt = ({min, max, log}, at) => {
@@ -17,6 +32,18 @@ const placeOf = ({min, max, log}, value) => Math.max(0,
   Math.min(STEPS, STEPS * (log ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min))));
 const inRadians = ({degrees}, shown) => degrees ? shown * Math.PI / 180 : shown;
 const textOf = ({symbol, unit}, shown) => `${symbol} = ${Number(shown.toPrecision(4))}${unit}`;
+
+// Where a bound still holds, between a good end and a bad one, by halving; null if not even there.
+async function edge(holds, good, bad, fine) {
+  if (!await holds(good)) return null;
+  if (await holds(bad)) return bad;
+  while (Math.abs(good - bad) > fine) {
+    const middle = (good + bad) / 2;
+    if (await holds(middle)) good = middle;
+    else bad = middle;
+  }
+  return good;
+}
 
 export class Explorer extends Atlas {
   get note() { return ""; }
@@ -44,6 +71,7 @@ export class Explorer extends Atlas {
     this.inputs = [...this.view.querySelectorAll("input[type=range]")];
     this.values = this.data.sliders.map(s => s.value);
     this.answer = this.found = this.ghost = null;
+    this.own ??= {};  // what a reader chose, by name
     this.read(this.linked());
     this.inputs.forEach(input => band(input, []));
     this.inputs.forEach((input, k) => {  // sliders of a plant before say nothing any more
@@ -53,10 +81,14 @@ export class Explorer extends Atlas {
       on("input", () => this.set(k, valueAt(this.data.sliders[k], Number(input.value))));
       on("keydown", event => this.key(event, k));
       on("pointerdown", () => {
-        this.held = this.values[k];
+        this.held = {value: this.values[k], own: {...this.own}};
         this.remember();
       });
-      on("pointercancel", () => this.set(k, this.held));  // a swipe that scrolls
+      on("pointercancel", () => {  // a swipe that scrolls
+        this.own = this.held.own;
+        this.put(k, this.held.value);
+        this.solve();
+      });
     });
     drag(this.find("map"), ({handle}) => {
       this.remember();
@@ -90,6 +122,9 @@ export class Explorer extends Atlas {
 
   set(k, value) {
     this.put(k, value);
+    const {key} = this.data.sliders[k];
+    this.own[key] = this.values[k];
+    this.last = [key];
     this.solve();
   }
 
@@ -105,6 +140,8 @@ export class Explorer extends Atlas {
 
   reset(to = {}) {
     this.remember();
+    this.own = {...to};
+    this.last = Object.keys(to);
     this.data.sliders.forEach((s, k) => this.put(k, to[s.key] ?? s.value));
     this.solve();
   }
@@ -124,15 +161,16 @@ export class Explorer extends Atlas {
   // ------------------------------------------------------------ the requests
   get asked() { return this.askedAt(this.values); }
 
-  askedAt(values) {
+  askedAt(values, others = {}) {
     return {
       ...this.data.fixed,
+      ...others,
       ...Object.fromEntries(this.data.sliders.map((s, k) => [s.key, inRadians(s, values[k])]))
     };
   }
 
-  request(values = this.values) {
-    const asked = this.askedAt(values), {x0, mu, cost} = this.data;
+  request(values = this.values, others = {}) {
+    const asked = this.askedAt(values, others), {x0, mu, cost} = this.data;
     if (cost && asked.cost !== undefined) Object.assign(asked, cost);
     if (x0 && asked.u_max !== undefined) asked.x0 = x0;
     if (mu !== null) asked.mu = mu;
@@ -161,35 +199,31 @@ export class Explorer extends Atlas {
   meant(answer) { return answer; }
 
   // How far each slider may go while the others stay, by halving: what the bands show,
-  // once somebody can see them.
+  // once somebody can see them. Where there is no design, so for the bounds without a slider.
   async look() {
     clearTimeout(this.idle);
     if (!this.seen || !this.answer) return;
-    const values = [...this.values], edges = [], {digest} = this;
-    const holds = async (k, at) => {
-      const moved = [...values];
-      moved[k] = valueAt(this.data.sliders[k], at);
-      return (await this.solver.ask(this.name, "probe", this.request(moved)))?.status === "feasible";
-    };
+    const values = [...this.values], edges = [], {digest} = this, offers = [];
     const stale = () => digest !== this.digest;
-    for (const [k, {looser}] of this.data.sliders.entries()) {
-      let good = looser > 0 ? STEPS : 0, bad = STEPS - good;
-      edges[k] = null;
-      if (await holds(k, good) && !stale()) {
-        if (await holds(k, bad)) good = bad;
-        while (!stale() && Math.abs(good - bad) > 1.5) {
-          const middle = (good + bad) / 2;
-          if (await holds(k, middle)) good = middle;
-          else bad = middle;
-        }
-        edges[k] = good;
-      }
+    const asks = async (there, others) => !stale() &&
+      (await this.solver.ask(this.name, "probe", this.request(there, others)))?.status === "feasible";
+    for (const [k, slider] of this.data.sliders.entries()) {
+      const ends = slider.looser > 0 ? [STEPS, 0] : [0, STEPS];
+      edges[k] = await edge(at => asks(values.with(k, valueAt(slider, at))), ...ends, 1.5);
       if (stale()) return;
       this.band(k, edges[k]);
     }
+    const failed = this.answer.status !== "feasible";
+    for (const [key, from] of failed ? Object.entries(this.data.shownFixed) : []) {
+      const {looser, degrees} = BOUNDS[key], far = degrees ? 90 / from : FURTHEST;
+      const at = share => Number((from * far ** (looser * share)).toPrecision(3));
+      const share = await edge(x => asks(values, {[key]: inRadians(BOUNDS[key], at(x))}), 1, 0, FINE);
+      if (stale()) return;
+      if (share !== null) offers.push({key, from, to: at(share), more: UNMOVED});
+    }
     this.edges = edges;
-    if (this.answer?.digest === digest && this.answer.status !== "feasible")
-      this.tell(this.answer.status, this.readout(this.design));
+    this.offers = offers;
+    if (this.answer?.digest === digest && failed) this.tell(this.answer.status, this.readout(this.design));
   }
 
   band(k, edge) {
@@ -197,14 +231,17 @@ export class Explorer extends Atlas {
     band(this.inputs[k], edge === null ? [[0, 1, false]] : [[0, share, looser < 0], [share, 1, looser > 0]]);
   }
 
+  // All bounds that alone lead to a design, the nearest first; what the reader has just asked for last.
   advice() {
-    if (!this.edges) return "Looking for what to relax …";
-    const moves = this.edges.map((edge, k) => edge === null ? null : {
-      far: Math.abs(edge - placeOf(this.data.sliders[k], this.values[k])),
-      text: textOf(this.data.sliders[k], valueAt(this.data.sliders[k], edge))
-    });
-    const found = moves.filter(move => move).sort((a, b) => a.far - b.far);
-    return found.length ? relax(found) : "No single slider is enough: relax several.";
+    const {edges, last = []} = this, {sliders} = this.data;
+    if (!edges) return "Looking for what to relax …";
+    const known = (edge, k) =>
+      ({...sliders[k], from: this.values[k], to: valueAt(sliders[k], edge), more: ""});
+    const moves = edges.flatMap((edge, k) => edge === null ? [] : [known(edge, k)]).concat(this.offers ?? []);
+    const far = ({key, from, to}) => Math.abs(Math.log(to / from)) + (last.includes(key) ? LAST : 0);
+    moves.sort((a, b) => far(a) - far(b));
+    return moves.length ? relax(moves.map(({key, to, more}) => ({text: textOf(BOUNDS[key], to) + more})))
+                        : "No single bound is enough: relax several.";
   }
 
   // --------------------------------------------------------------- the design
@@ -268,11 +305,12 @@ export class Explorer extends Atlas {
 
   // Long numbers, for a design and for the lack of one.
   states() {
-    const {sliders, shape: [n, m, a], vertices, x0, cost} = this.data, N = 2 * n + a;
+    const {sliders, shownFixed, shape: [n, m, a], vertices, x0, cost} = this.data, N = 2 * n + a;
     const {asked} = this, number = 0.00088, place = 74;
     const at = this.elsewhere({
       values: sliders.map(s => valueAt(s, place)),
       edges: sliders.map(() => place),
+      offers: Object.entries(shownFixed).map(([key, from]) => ({key, from, to: 88.8, more: UNMOVED})),
       answer: {ms: 888, bounded: !(asked.gamma || asked.u_max || asked.cost)}
     });
     const poles =

@@ -5,9 +5,9 @@ import {rowsOf} from "../../kernel/matrices.js";
 import * as checks from "./checks.js";
 import {parsed, refuse} from "./checks.js";
 import {plants} from "./corners.js";
-import {quiet} from "./judge.js";
+import {rest} from "./judge.js";
 import {number} from "./kit.js";
-import {lawOf, outputsOf, statesOf} from "./law.js";
+import {lawOf, memory, outputsOf} from "./law.js";
 import {sliders, typed, typicalRate} from "./wishes.js";
 
 export const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
@@ -26,7 +26,10 @@ export const FIELDS = [
   ["filter", "Filter that makes rates of y", "its time in s; may be empty", "law"],
   ["structure", "Which gains are free", "diagonal, or K_P = 1 0, K_P = a a …; all without", "law"],
   ["outputs", "What γ bounds", "position = 0 1, or input = 0.01, a line each; z without", "gamma"],
-  ["x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z; then what a law holds", "u_max"],
+  [
+    "x0", "Initial state x(0)", "2n + a numbers: z, z′, integrals of U z; with a law z, z′ are enough",
+    "u_max"
+  ],
   ["Q", "Weight Q of the state", "2n + a numbers, a diagonal, or rows", "cost"],
   ["R", "Weight R of the input", "a number for each input, or rows", "cost"],
   ["T", "Sampling time T in s", "one number", "clock"],
@@ -42,7 +45,7 @@ export const BOXES = [
 export const compact = text =>
   text.split(/[;\n]/).map(row => row.trim()).join(";").replace(/^;+|;+$/g, "").replace(/;{3,}/g, ";;");
 
-function clockOf({T, delay, measured}, U, law) {
+function clockOf({T, delay, measured}, n, U, law) {
   const one = (name, text) => {
     const x = typed(text);
     if (!(x >= 0) || (name === "T" && x === 0))
@@ -50,6 +53,8 @@ function clockOf({T, delay, measured}, U, law) {
     return x;
   };
   const names = measured.split(/[\s,;]+/).filter(name => name);
+  const odd = names.find(name => !/^z[1-9]\d*'?$/.test(name) || parseInt(name.slice(1)) > n);
+  if (odd) refuse(`measured: "${odd}" is none of z1 to z${n}, nor a rate such as z1'`);
   if (names.length && law) refuse("measured and a law are given: the law says what is measured");
   const blind = names.length
     ? U.flatMap(row => row.flatMap((x, j) => x && !names.includes(`z${j + 1}`) ? [`z${j + 1}`] : []))
@@ -60,6 +65,18 @@ function clockOf({T, delay, measured}, U, law) {
   return {...(names.length && {measured: names}), T: one("T", T), ...(delay && {delay: one("delay", delay)})};
 }
 
+// One for each goal: the rows of U, or all of z.
+export const goals = (n, U) => Array(U.length || n).fill(1);
+
+// x(0) of the loop; a law's memory follows from z.
+function startOf(x0, law, n, N) {
+  if (law && x0.length === 2 * n) return [...x0, ...memory(law, x0.slice(0, n))];
+  if (law && x0.length !== N)
+    refuse(`x0 has ${x0.length} entries, needs 2n = ${2 * n}: [z(0); z'(0)], or ${
+      N} with the law's integrals and filters, which hold what was measured`);
+  return checks.start([x0], N);
+}
+
 // {request, x0, cost, r, clock, warning, rounded} of what is typed and asked; a Fault says what
 // doesn't fit.
 export function requestOf(texts, wanted) {
@@ -67,9 +84,9 @@ export function requestOf(texts, wanted) {
   const warnings = vertices.map(v => checks.plant({...v, U})), {M, B, F} = vertices[0];
   const law = wanted.law ? lawOf(texts, M.length, U) : null,
         outputs = wanted.gamma ? outputsOf(texts.outputs) : [];
-  const N = 2 * M.length + (law ? statesOf(law) : U.length), r = parsed("r", texts.r).flat();
-  if (r.length && r.length !== (U.length || M.length))
-    refuse(`r has ${r.length} numbers, needs ${U.length || M.length}`);
+  const n = M.length, held = law ? memory(law, M.map(() => 0)) : U, N = 2 * n + held.length;
+  const r = parsed("r", texts.r).flat(), ones = goals(n, U);
+  if (r.length && r.length !== ones.length) refuse(`r has ${r.length} numbers, needs ${ones.length}`);
   if (wanted.gamma && !F.length) refuse(checks.said("disturbance"));
   const weight = (name, size) => checks.weight(name, parsed(name, texts[name]), size);
   const entry = text => Number.isNaN(number(text)) ? text : number(text);
@@ -84,11 +101,11 @@ export function requestOf(texts, wanted) {
     request: {vertices: vertices.map(named), U, K_A: null, coupling: "pairs", ...(family && {family})},
     warning: warnings.find(words => words) ?? "",
     rounded,
-    r: r.length ? r : (U.length ? U : M).map(() => 1),
+    r: r.length ? r : ones,
     law,
     outputs: outputs.length ? outputs : null,
-    clock: wanted.clock ? clockOf(texts, U, law) : null,
-    x0: wanted.u_max ? checks.start(parsed("x0", texts.x0), N) : null,
+    clock: wanted.clock ? clockOf(texts, n, U, law) : null,
+    x0: wanted.u_max ? startOf(parsed("x0", texts.x0).flat(), law, n, N) : null,
     cost: wanted.cost ? {Q: weight("Q", N), R: weight("R", B[0].length), noise: F.length ? "F" : "states"}
                       : null
   };
@@ -111,7 +128,7 @@ export function dataOf(found, wanted) {
     goal: r,
     sliders: sliders(found, omega, wanted),
     shape: [n, B.cols, a],
-    r: quiet(request.U, [Array(2 * n + a).fill(0)], r),
+    r: rest(request.vertices[0], request.U, r),
     horizon: Number((40 / omega).toPrecision(2)),
     window: [-1.06 * far, 0.2 * far, far],
     vertices: loops.map(({A, B}) => ({A: rowsOf(A), B: rowsOf(B), s})),

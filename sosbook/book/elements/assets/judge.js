@@ -4,21 +4,25 @@ import {combined, matrix, rowsOf, times} from "../../kernel/matrices.js";
 import {gainAt} from "../../kernel/truth.js";
 
 import {clean, escape, printed} from "./kit.js";
-import {add, apply, block, eigenvalues, eye, mul, pushed, scale, solve, transpose} from "./linalg.js";
+import {apply, block, eigenvalues, eye, pushed, scale, solve, transpose, zeros} from "./linalg.js";
 
 const STEPS = 800, LONG = 8;  // of a motion, and how many time constants it lasts
 const NEAR = 0.02;            // of the set point: settled
 const FREQUENCIES = 80, HALVINGS = 12;
-const RIDGE = 1e-9;  // of the free entries: the smallest of those that are as quiet
+const NOTHING = 1e-9;  // of the largest coordinate at rest
 
-// The set point with U z = r whose K_P z is least; all of z where nothing is integrated.
-export function quiet(U, K, r) {
+// Where the plant rests when U z is r: with the smallest such z and u, this measured in a unit in
+// which B is as large as S; at z = r where nothing is integrated. No gain has a say in it.
+export function rest({M, S, B}, U, r) {
   if (!U.length) return r;
-  const n = U[0].length, K_P = K.map(row => row.slice(0, n)), H = mul(transpose(K_P), K_P);
-  const size = RIDGE * (Math.max(...H.map((row, i) => row[i])) || 1);
-  const X = block([[add(H, scale(size, eye(n))), transpose(U)], [U, U.map(() => U.map(() => 0))]]);
-  const z = solve(X, [...H.map(() => [0]), ...r.map(x => [x])]);
-  return z.slice(0, n).map(([x]) => x);
+  const n = M.length, [s, b] = [S, B].map(X => Math.max(...X.flat().map(Math.abs)));
+  const rows = block([[S, scale(-s / b || -1, B)], [U, zeros(U.length, B[0].length)]]);
+  const X = rows.map(row => row.map(x => x / (Math.hypot(...row) || 1))), N = X[0].length;
+  const y = r.map((x, k) => [x / Math.hypot(...rows[n + k])]);
+  const found =
+    solve(block([[eye(N), transpose(X)], [X, zeros(X.length, X.length)]]), [...zeros(N + n, 1), ...y]);
+  const z = found.slice(0, n).map(([x]) => x), most = Math.max(...z.map(Math.abs));
+  return z.map(x => Math.abs(x) < NOTHING * most ? 0 : Number(x.toPrecision(9)));
 }
 
 // A motion x' = A x + b from rest, [t, x] at equal times.
@@ -39,15 +43,13 @@ function sensitivity(A, B, K, poles) {
   return Math.max(1, most);
 }
 
-// The worst of all corners for a step of the set point and loads of one: what its numbers
-// are called stands in `table`. `ends` is where the first corner comes to rest.
-export function judged(request, K, r) {
-  const {U, vertices: [{M}]} = request, n = M.length, at = quiet(U, K, r);
+// The worst of all corners for a step of the set point r, to `at`, and loads of one: what its
+// numbers are called stands in `table`.
+export function judged(request, K, r, at) {
+  const {U} = request, n = at.length;
   const goals = U.length ? U : eye(n),
         worst = {settled: 0, overshoot: 0, input: 0, load: 0, rest: 0, peak: 1};
   const more = (name, x) => { worst[name] = Math.max(worst[name], x); };
-  /** @type {any} */
-  let ends = null;
   for (const d of descriptors(request)) {
     const [A0, B0, W0] = stateSpace(d), gain = matrix(K), loop = combined(1, A0, 1, times(B0, gain));
     const A = rowsOf(loop), B = rowsOf(B0), poles = eigenvalues(A);
@@ -67,36 +69,46 @@ export function judged(request, K, r) {
       if (horizon !== slow) continue;
       const late = run.findLast(([, x]) => y(x).some((z, i) => Math.abs(z - r[i]) > NEAR * Math.abs(r[i])));
       more("settled", late ? late[0] : 0);
-      ends ??= run.at(-1)[1].slice(0, n);
     }
     for (const w of transpose(rowsOf(W0)).filter(column => column.length)) {
-      for (const horizon of [fast, slow]) {
-        const run = motion(A, w, horizon), size = x => Math.max(...x.slice(0, n).map(Math.abs));
-        for (const [, x] of run) more("load", size(x));
-        if (horizon === slow) more("rest", size(run.at(-1)[1]));
-      }
+      const size = x => Math.max(...x.slice(0, n).map(Math.abs));
+      more("rest", size(solve(A, w.map(x => [-x])).flat()));
+      for (const horizon of [fast, slow])
+        for (const [, x] of motion(A, w, horizon)) more("load", size(x));
     }
     more("peak", sensitivity(loop, B0, gain, poles));
   }
-  return {...worst, r: at, ends};
+  return {...worst, at};
 }
 
 const percent = share => `${clean(100 * share, 2)} %`;
 
+// All that is said of the loops: for which plants, the table, and what comes next.
+export function said(truth, asked, {request: {family, vertices: {length, 0: {F}}}, goal, clock}) {
+  const names =
+    family?.parameters.map(([name, low, high]) => `${name} from ${clean(low, 6)} to ${clean(high, 6)}`);
+  const whole = names ? `<p>The gain is one for all plants with ${escape(names.join(", "))}.</p>` : "";
+  const next = clock
+    ? `<p>This is said of u = K x in continuous time, with everything measured. As Python goes on: ${
+        clock.measured ? `an observer from ${escape(clock.measured.join(", "))}, `
+                       : ""}the loop sampled every ${clean(clock.T)} s${
+        clock.delay ? ` with a dead time of ${clean(clock.delay)} s` : ""}, its proof and its program.</p>`
+    : "";
+  return whole + table(truth, asked, length, F, goal.map(x => clean(x)).join(", ")) + next;
+}
+
 // The numbers in words, beside what was asked: rows of HTML.
-export function table({settled, overshoot, input, load, rest, peak, r, ends}, asked, corners, F, unit) {
+function table({settled, overshoot, input, load, rest, peak, at}, asked, corners, F, unit) {
   const margin = 2 * Math.asin(Math.min(1, 1 / (2 * peak))) * 180 / Math.PI;
   const wish = (bound, words) => bound === undefined ? "" : words(bound);
+  const [time, over, most] = [`${clean(settled)} s`, percent(overshoot), clean(input)];
   const rows = [
+    ["Settles within 2 %", time, wish(asked.sigma, x => `every mode within 4/σ = ${clean(4 / x)} s`)],
     [
-      "Settles within 2 %", `${clean(settled)} s`,
-      wish(asked.sigma, x => `poles decay within 4/σ = ${clean(4 / x)} s`)
-    ],
-    [
-      "Overshoot", percent(overshoot),
+      "Overshoot", over,
       wish(asked.theta, x => `${percent(Math.exp(-Math.PI / Math.tan(x)))} of one mode alone`)
     ],
-    ["Largest input on the way", clean(input), wish(asked.u_max, x => `${clean(x)} from x(0), with r = 0`)],
+    ["Largest input on the way", most, wish(asked.u_max, x => `${clean(x)} from x(0), with r = 0`)],
     ...(F ? [[
       "A load of 1 moves z by", `${clean(load)}, at rest ${clean(rest < 1e-6 * load ? 0 : rest)}`,
       wish(asked.gamma, x => `γ = ${clean(x)} of a load that swings`)
@@ -106,12 +118,9 @@ export function table({settled, overshoot, input, load, rest, peak, r, ends}, as
   ];
   const line = (tag, cells) =>
     `<tr>${cells.map(x => `<${tag}>${escape(printed(x))}</${tag}>`).join("")}</tr>`;
-  const point = r.some((x, i) => Math.abs(x - ends[i]) > 1e-3 * Math.max(...ends.map(Math.abs), 1e-9))
-    ? ` What isn't integrated may have any entry in r: r = (${
-        r.map(x => clean(x)).join(", ")}) asks least of K_P.`
-    : "";
-  return `<table class="sos-truth"><caption>A step of ${unit}, ${
-           corners > 1 ? `the worst of ${corners} corners`
-                       : "computed"}: true in floats, not proven.${point}</caption>` +
+  return `<table class="sos-truth"><caption>In truth, at worst: within 2 % after ${time}, ${
+           over} over, an input of ${most}. A step of ${unit} to rest at z = (${
+           at.map(x => clean(x)).join(", ")}), ${
+           corners > 1 ? `the worst of ${corners} corners` : "computed"} in floats, not proven.</caption>` +
     line("th", ["of the loop", "true", "asked"]) + rows.map(row => line("td", row)).join("") + "</table>";
 }

@@ -1,8 +1,8 @@
 // What is measured, and what is bounded in the place of z: the fields of a law and of outputs, with
 // the keys that the package's files have.
 import {parsed, refuse} from "./checks.js";
-import {number} from "./kit.js";
-import {eye, mul, solve, transpose} from "./linalg.js";
+import {clean, number} from "./kit.js";
+import {apply, eye, mul, solve, trace, transpose} from "./linalg.js";
 
 const SIGNALS = ["position", "velocity", "acceleration", "integral", "input", "disturbance"];
 const GAINS = ["K_P", "K_D", "K_I"];
@@ -60,9 +60,31 @@ export function lawOf(texts, n, U) {
   };
 }
 
-// How many states of its own a law has, and the names of the coordinates that it sees.
-export const statesOf = ({position = [], filter, integrate = []}) =>
-  integrate.length + (filter ? position.length : 0);
+// What a law holds at first, for a plant that has stood at z: empty integrals, and in each filter
+// what is measured.
+export const memory = ({position = [], filter, integrate = []},
+  z) => [...integrate.map(() => 0), ...(filter ? apply(position, z) : [])];
+
+// What the sum of the poles says of a law without measured rates, for no gain of it moves this sum:
+// null, or why not all poles of a plant are faster than sigma.
+export function summed({position = [], velocity = [], filter, integrate = []}, vertices, sigma) {
+  const p = position.length, n = vertices[0].M.length, N = 2 * n + integrate.length + (filter ? p : 0);
+  const damping = Math.min(...vertices.map(({M, D}) => trace(solve(M, D))));
+  const limit = (damping + (filter ? p / filter : 0)) / N;
+  if (velocity.length || !(sigma > limit * (1 + NEAR) + NEAR * sigma)) return null;
+  const short = p / ((filter ? N : N + p) * sigma - damping);
+  return {
+    status: "infeasible",
+    reason: `No gain of these sensors moves the sum of the poles: one of them has a real part of ${
+      clean(-limit)} s⁻¹ or more.`,
+    help: `Ask for a slower σ than ${clean(limit)} s⁻¹, or give a filter time below ${
+      Number((0.9 * short).toPrecision(2))} s: ${
+      filter ? "then this sum is small enough"
+             : "then the law has a derivative, and this sum is small enough"}.`
+  };
+}
+
+// The names of the coordinates that a law sees.
 export const seenBy = ({position = [], velocity = []}) => ["", "'"].flatMap(
   (prime, k) => [position, velocity][k].flatMap(
     row => row.flatMap((x, j) => x ? [`z${j + 1}${prime}`] : [])));

@@ -3,13 +3,24 @@
 import {refuse} from "./checks.js";
 import {escape} from "./kit.js";
 import {mul, transpose} from "./linalg.js";
+import {written} from "./program.js";
 
 const number = x => String(Number(x.toPrecision(9)));
 const table = rows => rows.map(row => `    {${row.map(number).join(", ")}}`).join(",\n");
 
+// What the program in C does of each key of a request: all of them stand in its head.
+export const IN_C = {
+  ...Object.fromEntries(
+    ["plant", "U", "K_A", "region", "gamma", "hinf", "mu", "cost", "coupling"].map(key => [key, () => ({})])),
+  saturation: ({u_max}) => ({limit: u_max}),
+  controller: ({T, measured, u_max}) => ({T, measured, limit: u_max})
+};
+
 // The control law as a C function of its own. `points` are the set points of single goals.
-export function program({K, U, points, limit, T}) {
+export function program(asked, {K, U, points}) {
+  const {limit, T, measured} = Object.assign({}, ...written(asked, IN_C));
   const n = points[0].length, a = U.length, bounded = limit !== undefined;
+  const {plant: _, ...head} = asked;
   const only = (holds, text) => holds ? text : "";
   const clamp = `
         limited[i] = u[i] > LIMIT || u[i] < -LIMIT;
@@ -19,11 +30,16 @@ export function program({K, U, points, limit, T}) {
             if (limited[k] && K[k][2 * STATES + i] * change * u[k] > 0)
                 change = 0;
 `;
-  return `/* u = K [e; z'; x3] with e = z - R r, and x3 the integral of U z - r.
+  return `/* Asked: ${flat(head)}
+   u = K [e; z'; x3] with e = z - R r, where R r is at rest, and x3 the integral of U z - r.
    Call it every dt seconds${
     only(T, `, dt = ${T}`)}. The proof is of this law in continuous time, with everything
    measured and no limit: the integral is a sum of rectangles, so a small dt is needed.${only(bounded, `
-   An integral that would push an input further beyond its limit waits.`)} */
+   An integral that would push an input further beyond its limit waits.`)}${
+    only(measured,
+      `
+   It takes all of z and z': for ${
+        measured?.join(", ")} alone the package writes a program with an observer.`)} */
 #define STATES ${n}
 #define INPUTS ${K.length}
 #define INTEGRATORS ${a}
@@ -66,43 +82,32 @@ ${only(bounded, wait)}        x3[i] += dt * change;
 `;
 }
 
-// What a plant file has under its keys, by the names of fields and sliders where those are others.
-const UNDER = {
-  "": "U gamma",
-  law: "position velocity filter integrate structure",
-  region: "sigma theta_deg:theta rho",
-  hinf: "gamma:bound outputs",
-  saturation: "u_max x0",
-  cost: "Q R noise bound:cost",
-  controller: "measured T delay"
-};
-const PLACES = Object.entries(UNDER).flatMap(([key, words]) => words.split(" ").map(word => {
-  const [inner, name = inner] = word.split(":");
-  return [name, key, inner];
-}));
+// The request as the command line reads it.
+const flat = x => JSON.stringify(x).replaceAll(",", ", ").replaceAll(":", ": ");
+export const file = asked =>
+  `{\n${Object.entries(asked).map(([key, value]) => ` "${key}": ${flat(value)}`).join(",\n")}\n}\n`;
 
-// The request as the command line reads it: bounds by name in the units shown.
-export function file({request: {vertices, family, U}, x0, cost, clock, law, outputs}, bounds) {
-  const parameters = family && Object.fromEntries(family.parameters.map(([name, ...ends]) => [name, ends]));
-  const values = {
-    ...bounds,
-    ...(law ?? (U.length && {U})),
-    ...(outputs && {outputs, bound: bounds.gamma, gamma: undefined}),
-    ...(bounds.u_max !== undefined && {x0}),
-    ...(bounds.cost !== undefined && {...cost, cost: bounds.cost}),
-    ...clock
-  };
-  const data = {plant: family ? {...family, parameters} : vertices.length === 1 ? vertices[0] : {vertices}};
-  for (const [name, key, inner] of PLACES)
-    if (values[name] !== undefined) (key ? data[key] ??= {} : data)[inner] = values[name];
-  const flat = x => JSON.stringify(x).replaceAll(",", ", ").replaceAll(":", ": ");
-  return `{\n${Object.entries(data).map(([key, value]) => ` "${key}": ${flat(value)}`).join(",\n")}\n}\n`;
-}
+// What a plant file has under its keys, by the names of fields and sliders where those are others.
+const PLACES = Object
+                 .entries({
+                   "": "U gamma",
+                   law: "position velocity filter integrate structure",
+                   region: "sigma theta_deg:theta rho",
+                   hinf: "gamma:bound outputs",
+                   saturation: "u_max x0",
+                   cost: "Q R noise bound:cost",
+                   controller: "measured T delay"
+                 })
+                 .flatMap(([key, words]) => words.split(" ").map(word => {
+                   const [inner, name = inner] = word.split(":");
+                   return [name, key, inner];
+                 }));
 
 // What such a file, or a plant alone, has for an address; `left` has no field.
 export function opened(data) {
   const {plant, ...asked} = "plant" in data ? data : {plant: data};
   const {vertices = [plant], parameters = {}, coordinates, file = plant} = plant, found = {};
+  if (asked.controller?.u_max === asked.saturation?.u_max) delete asked.controller?.u_max;
   if (typeof file === "string") refuse(`its plant is the file ${file}: open that, and type what is asked`);
   for (const [name, key, inner] of PLACES) {
     const home = key ? asked[key] : asked;

@@ -1,56 +1,98 @@
-// The Python of a design, as readers copy it.
+// What is asked, as the one object of a plant file, and the Python that is made of it alone.
 export const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]`
+  : typeof x === "object"
+  ? `{${Object.entries(x).map(([key, y]) => `${JSON.stringify(key)}: ${list(y)}`).join(", ")}}`
   : typeof x === "string" ? JSON.stringify(x)
                           : String(x);
 
+// What there is of an object; undefined where that is nothing.
+function filled(x) {
+  const there = Object.entries(x).filter(([, y]) => y !== undefined && y !== null);
+  return there.length ? Object.fromEntries(there) : undefined;
+}
+
+// The plant file of a plant, of what is fixed and of bounds by name, in the units shown.
+/** @type {(data: any, bounds: any) => any} */
+export function asks({request, x0, mu, cost, law, outputs, clock}, bounds) {
+  const {vertices, family, U, K_A, coupling} = request;
+  const {sigma, theta, rho, gamma, cost: bound, u_max} = bounds;
+  const {parameters, ...words} = family ?? {}, [one, ...others] = vertices.map(filled);
+  const ranges = parameters?.map(([name, ...ends]) => [name, ends]);
+  return filled({
+    plant: family     ? {parameters: Object.fromEntries(ranges), ...words}
+      : others.length ? {vertices: [one, ...others]}
+                      : one,
+    U: law || !U.length ? null : U,
+    law,
+    K_A,
+    region: filled({sigma, theta_deg: theta, rho}),
+    ...(outputs ? {hinf: {gamma, outputs}} : {gamma}),
+    mu,
+    cost: bound === undefined ? null : {...cost, bound},
+    saturation: u_max === undefined ? null : {u_max, x0},
+    coupling: coupling === "pairs" ? null : coupling,
+    controller: clock && filled({...clock, u_max})
+  });
+}
+
+// What `writers` make of each key of a request; a key that none of them knows is an error.
+export const written = (asked, writers) => Object.entries(asked).map(([key, x]) => {
+  if (!Object.hasOwn(writers, key)) throw new Error(`no writer knows ${key}`);
+  return writers[key](x);
+});
+
 // A plant, then a call of the package; arguments are [name, text], and those without a text are
 // left out.
-export function program({vertices, family}, call, words, notes = [], more = "") {
-  const plants = family
-    ? [`sos.Uncertain.read(sos.SecondOrderSystem, {\n${
-        Object.entries(family).map(([name, X]) => `    "${name}": ${list(X)},\n`).join("")}}, rows=True)`]
-    : vertices.map(v => "sos.SecondOrderSystem(\n" +
-          Object.entries(v).filter(([, X]) => X).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") +
-          ")");
-  const plant = plants.length === 1 ? plants[0] : `sos.Polytope([\n${plants.join(",\n")}])`;
+export function program(plant, call, words, notes = [], more = "") {
+  const made = matrices => "sos.SecondOrderSystem(\n" +
+    Object.entries(matrices).map(([name, X]) => `    ${name}=${list(X)},\n`).join("") + ")";
+  const {parameters, vertices} = plant;
+  const text = parameters
+    ? `sos.Uncertain.read(sos.SecondOrderSystem, {\n${
+        Object
+          .entries({...plant, parameters: Object.entries(parameters).map(([name, ends]) => [name, ...ends])})
+          .map(([name, X]) => `    "${name}": ${list(X)},\n`)
+          .join("")}}, rows=True)`
+    : vertices ? `sos.Polytope([\n${vertices.map(made).join(",\n")}])`
+               : made(plant);
   const given = words.filter(([, text]) => text).map(([name, text]) => `    ${name}=${text},\n`).join("");
-  return `import sosbook as sos\n${notes.map(note => note + "\n").join("")}\nplant = ${plant}\ndesign = sos.${
+  return `import sosbook as sos\n${notes.map(note => note + "\n").join("")}\nplant = ${text}\ndesign = sos.${
            call}(\n    plant,\n${given})\n` +
     `print(design.status)\nprint(design.K)\n${more}`;
 }
 
+const named = x => Object.entries(x).map(([name, y]) => `${name}=${list(y)}`).join(", ");
+const outputs = rows => rows.map(row => `sos.Output(${named(row)})`).join(" & ");
+const argument = (name, write = list) => [name, x => [name, write(x)]];
+const object = (name, kind) => argument(name, x => `sos.${kind}(${named(x)})`);
+// How Python writes each key of a request: as an argument of `design_pid`, or not among them.
+export const PYTHON = Object.fromEntries([
+  ["plant", () => []], ...["U", "K_A", "gamma", "mu", "coupling"].map(name => argument(name)),
+  object("law", "PIDLaw"), object("region", "PoleRegion"), object("cost", "QuadraticCost"),
+  object("saturation", "Saturation"),
+  ["hinf", x => ["requirements", `sos.HInfinity(${x.gamma}, outputs=${outputs(x.outputs)})`]],
+  ["controller", () => []]
+]);
+
 // The design of what is asked: `program_data`, and bounds by name in the units shown.
-export function design({request, x0, mu, cost, own = [], clock = null, law = null, outputs = null}, bounds) {
-  const {U, K_A, coupling} = request;
-  const rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
-  const words = given => Object.entries(given).map(([name, X]) => `${name}=${JSON.stringify(X)}`).join(", ");
-  if (outputs)
-    rest.push(
-      `sos.HInfinity(${bounds.gamma}, outputs=${outputs.map(x => `sos.Output(${words(x)})`).join(" & ")})`);
-  const region = [["sigma", "sigma"], ["theta", "theta_deg"], ["rho", "rho"]]
-                   .filter(([key]) => bounds[key] !== undefined)
-                   .map(([key, name]) => `${name}=${bounds[key]}`)
-                   .join(", ");
-  return program(request, "design_pid",
+export function design(data, bounds) {
+  const asked = asks(data, bounds), {own = []} = data;
+  const words = written(asked, PYTHON), rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
+  const more = words.filter(([name]) => name === "requirements").map(([, text]) => text).concat(rest);
+  return program(asked.plant, "design_pid",
     [
-      ["U", !law && U.length && list(U)], ["law", law && `sos.PIDLaw(${words(law)})`],
-      ["K_A", K_A && list(K_A)], ["region", region && `sos.PoleRegion(${region})`],
-      ["gamma", !outputs && bounds.gamma], ["mu", mu],
-      [
-        "cost",
-        bounds.cost && `sos.QuadraticCost(${list(cost.Q)}, ${list(cost.R)}, "${cost.noise}", ${bounds.cost})`
-      ],
-      ["saturation", bounds.u_max && `sos.Saturation(${bounds.u_max}, ${list(x0)})`],
-      ["requirements", rest.length && `[${rest.join(", ")}]`],
-      ["coupling", coupling !== "pairs" && `"${coupling}"`]
+      ...words.filter(([name]) => name && name !== "requirements"),
+      ["requirements", more.length && `[${more.join(", ")}]`]
     ],
-    [...new Set(own.map(({note}) => note).filter(note => note))], clock ? sampled(clock, bounds) : "");
+    [...new Set(own.map(({note}) => note).filter(note => note))],
+    asked.controller ? sampled(asked.controller) : "");
 }
 
 // The same gain with a clock, and an observer for what isn't measured.
-function sampled({measured, T, delay}, {u_max}) {
-  const names = measured ? `${list(measured)}, ` : "";
-  return `controller = design.controller(${names}T=${T}${delay ? `, delay=${delay}` : ""})\n` +
-    (u_max === undefined ? "" : `controller = controller.limit(u_max=${u_max})\n`) +
-    `print(controller.certify(time_limit=60))\nprint(design.report("report", controller=controller))\n`;
+function sampled({u_max, measured, ...clock}) {
+  return `if design.status == "feasible":\n    controller = design.controller(${
+           measured ? `${list(measured)}, ` : ""}${named(clock)})\n` +
+    (u_max === undefined ? "" : `    controller = controller.limit(u_max=${u_max})\n`) +
+    `    print(controller.certify(time_limit=60))\n    print(design.report("report", controller=controller))\n` +
+    `else:\n    print(design.reason)\n`;
 }

@@ -4,8 +4,8 @@ import {design} from "../../kernel/design.js";
 import {eigenvalues} from "../../kernel/spectrum.js";
 import {truth} from "../../kernel/truth.js";
 
+import {BOUNDS} from "./explorer.js";
 import {clean, number, printed, QUIET} from "./kit.js";
-import {add, block, mul, scale, solve, transpose} from "./linalg.js";
 
 const LARGEST = 6, CORNERS = 8;  // degrees of freedom and plants that a browser solves while one waits
 const SETTLED = 4;               // e^-4 is 2 %: as `PoleRegion` has it
@@ -14,12 +14,12 @@ const FURTHEST = 1e3;            // times the end of a slider that a number may 
 // By the name of a bound: words before and behind its number, from the words' number to the one
 // that is shown, and back.
 const WORDS = {
-  sigma: ["settles to 2 % in", "s", time => SETTLED / time, sigma => SETTLED / sigma],
+  sigma: ["settles every mode in", "s", time => SETTLED / time, sigma => SETTLED / sigma],
   theta: [
-    "a mode overshoots", "%", share => Math.atan2(Math.PI, -Math.log(share / 100)) * 180 / Math.PI,
+    "lets no mode overshoot", "%", share => Math.atan2(Math.PI, -Math.log(share / 100)) * 180 / Math.PI,
     theta => 100 * Math.exp(-Math.PI / Math.tan(theta * Math.PI / 180))
   ],
-  rho: ["fastest time constant", "s", time => 1 / time, rho => 1 / rho]
+  rho: ["reacts no faster than", "s", time => 1 / time, rho => 1 / rho]
 };
 
 // A number that a reader types, perhaps with a decimal comma.
@@ -52,22 +52,10 @@ export function widen(slider, value) {
   slider.max = Math.max(slider.ends[1], value);
 }
 
-// Where the plant rests when U z is r: the smallest such z and u in the sense of least squares.
-export function rest({M, S, B}, U, r) {
-  if (!U.length) return M.map(() => 1);
-  const X = block([[S, scale(-1, B)], [U, U.map(() => B[0].map(() => 0))]]), t = transpose(X);
-  const y = [...M.map(() => [0]), ...r.map(x => [x])], square = mul(t, X),
-        size = Math.max(...square.map((row, i) => row[i]));
-  const small = square.map((row, i) => row.map((_, j) => i === j ? 1e-12 * size : 0));
-  return solve(add(square, small), mul(t, y)).slice(0, M.length).map(([z]) => Number(z.toPrecision(6)));
-}
-
 // Two digits are enough for the end of a slider.
 const plain = x => Number(x.toPrecision(2));
-const slider = (key, label, symbol, unit, looser, min, max, value, more = {}) => {
-  const ends = {min: plain(min), max: plain(max), value: plain(value)};
-  return {key, label, symbol, unit, looser, ...ends, degrees: false, log: true, ...more};
-};
+const slider = (key, min, max, value) =>
+  ({key, ...BOUNDS[key], min: plain(min), max: plain(max), value: plain(value)});
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
 export function beyond({request: {vertices}, x0, cost, law, outputs}) {
@@ -90,9 +78,8 @@ export function sliders(found, omega, wanted) {
     return [typical / 20, typical * 50, typical * 3];
   };
   const list = [
-    slider("sigma", "Decay rate σ", "σ", " 1/s", -1, 0.02 * omega, 2 * omega, 0.2 * omega),
-    slider("theta", "Half-angle θ", "θ", "°", 1, 10, 90, 60, {degrees: true, log: false}),
-    slider("rho", "Disk radius ρ", "ρ", " 1/s", 1, omega, 40 * omega, 8 * omega)
+    slider("sigma", 0.02 * omega, 2 * omega, 0.2 * omega), slider("theta", 10, 90, 60),
+    slider("rho", omega, 40 * omega, 8 * omega)
   ];
   if ((wanted.gamma || cost || x0) && !beyond(found)) {
     const [sigma, theta, rho] = list.map(({value, degrees}) => degrees ? value * Math.PI / 180 : value);
@@ -100,9 +87,9 @@ export function sliders(found, omega, wanted) {
     const known = design({...request, asked: {sigma, theta, rho}}, null, true);
     if (known.K) Object.assign(now, truth({...request, asked: {...cost, ...(x0 && {x0})}}, known));
   }
-  if (wanted.gamma) list.push(slider("gamma", "H∞ bound γ", "γ", "", 1, ...bound(now.norm, 1)));
-  if (cost) list.push(slider("cost", "Bound of the cost", "J", "", 1, ...bound(now.cost, 100)));
-  if (x0) list.push(slider("u_max", "Input bound u_max", "u_max", "", 1, ...bound(now.peak, 10)));
+  if (wanted.gamma) list.push(slider("gamma", ...bound(now.norm, 1)));
+  if (cost) list.push(slider("cost", ...bound(now.cost, 100)));
+  if (x0) list.push(slider("u_max", ...bound(now.peak, 10)));
   return list;
 }
 
