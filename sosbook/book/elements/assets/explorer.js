@@ -203,8 +203,9 @@ export class Explorer extends Atlas {
   async look() {
     clearTimeout(this.idle);
     if (!this.seen || !this.answer) return;
-    const values = [...this.values], edges = [], {digest} = this, offers = [];
-    const stale = () => digest !== this.digest;
+    const values = [...this.values], edges = [], {digest, answer} = this, offers = [];
+    const failed = answer.status !== "feasible";
+    const stale = () => digest !== this.digest || answer !== this.answer;
     const asks = async (there, others) => !stale() &&
       (await this.solver.ask(this.name, "probe", this.request(there, others)))?.status === "feasible";
     for (const [k, slider] of this.data.sliders.entries()) {
@@ -213,7 +214,6 @@ export class Explorer extends Atlas {
       if (stale()) return;
       this.band(k, edges[k]);
     }
-    const failed = this.answer.status !== "feasible";
     for (const [key, from] of failed ? Object.entries(this.data.shownFixed) : []) {
       const {looser, degrees} = BOUNDS[key], far = degrees ? 90 / from : FURTHEST;
       const at = share => Number((from * far ** (looser * share)).toPrecision(3));
@@ -223,7 +223,7 @@ export class Explorer extends Atlas {
     }
     this.edges = edges;
     this.offers = offers;
-    if (this.answer?.digest === digest && failed) this.tell(this.answer.status, this.readout(this.design));
+    if (failed && answer.digest === digest) this.tell(answer.status, this.readout(this.design));
   }
 
   band(k, edge) {
