@@ -83,6 +83,19 @@ def test_types_name_things_that_exist():
     assert bare(unknown_types, *every_function()) == {}
 
 
+def long_types(function):
+    """Types that nobody reads in a signature."""
+    words = [
+        inspect.formatannotation(x.annotation)
+        for x in inspect.signature(function).parameters.values()
+    ]
+    return [x for x in words if len(x) > 250 or "_NestedSequence" in x]
+
+
+def test_signatures_can_be_read():
+    assert bare(long_types, *every_function()) == {}
+
+
 @pytest.mark.slow
 def test_mypy_has_nothing_to_say():
     """Ten seconds without the cache that `python3 tasks.py types` fills, too."""

@@ -197,9 +197,39 @@ def test_a_row_s_form_changes_no_vertex():
     words = {1: "given (-1)/(l) times row 2", 2: "divided by m*l"}
     assert plants.rows == words and "row 2 was divided by m*l" in repr(plants)
     assert plants.at(m=1500, l=10).M.tolist() == [[1000, 0], [1, 10]]
-    with pytest.warns(sos.MassWarning):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # undivided, its rows are Lagrange's
         other = sos.Uncertain(divided, **PLANTS[crane])
     assert plants == other and plants.vertices == other.vertices
+
+
+def test_a_builder_is_warned_of_once():
+    """At the line that makes its plants, whose numbers differ."""
+
+    def skew(m, k):
+        warnings.warn("mine", stacklevel=1)
+        return sos.SecondOrderSystem(
+            [[m, 0.3], [0.1, 1]], np.eye(2), [[k, 1], [1, 2]], [[1], [0]]
+        )
+
+    with pytest.warns() as said:
+        sos.Uncertain(skew, m=(1, 2), k=(3, 9.81))
+    assert [w.category for w in said].count(sos.MassWarning) == 1
+    assert {str(w.message)[:20] for w in said} == {"mine", "M isn't symmetric: i"}
+    assert {w.filename for w in said} == {__file__}
+
+
+def test_a_long_family_has_a_short_repr():
+    """Of a hundred rows that were divided by their mass three are named."""
+    n = 100
+
+    def chain(m):
+        return sos.SecondOrderSystem(
+            np.eye(n), np.eye(n) / m, np.eye(n), np.eye(n)[:, :1]
+        )
+
+    told = repr(sos.Uncertain(chain, m=(1, 2)))
+    assert told.count("; row") == 3 and told.endswith("; so were 97 rows more>")
 
 
 def test_halves_lie_inside():

@@ -5,7 +5,6 @@ controller, f a force that no matrix holds, such as gravity on a swinging arm.
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import descriptors
@@ -13,6 +12,7 @@ from ..plants.gain import gain_of
 from ..plants.response import Response, times, vector
 from ..plants.second_order import SecondOrderSystem
 from ..plants.signals import Sine, Step, Steps, signal_parts, steps
+from ..runtime.array_like import ArrayLike
 from .linear import loop_matrix
 
 FINEST = 1e-13  # relative tolerance; floats know no finer one

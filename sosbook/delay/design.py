@@ -5,9 +5,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..plants.signals import Sine, Step
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from ..synthesis.gains import Gains
 from . import spectrum

@@ -3,10 +3,10 @@
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
+from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..synthesis.slack import in_pieces
 from ..theorems import MISPRINTS

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from flint import arb, fmpq
-from numpy.typing import ArrayLike
 
 from ..exact.definite import exact, inverse
 from ..plants.checks import is_word, matrix, not_negative, positive
@@ -14,6 +13,7 @@ from ..plants.descriptor import Descriptor, twins
 from ..plants.gain import gain_of
 from ..plants.kinds import checked_plant
 from ..plants.second_order import SecondOrderSystem
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from ..synthesis.request import Request
 from ..synthesis.scaling import Frame

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..exact.rational import exact
 from ..plants.checks import count, matrix
+from ..runtime.array_like import ArrayLike
 from .base import (
     Law,
     Parts,

@@ -2,6 +2,7 @@
 
 import linecache
 import types
+import warnings
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from ..exact.rational import exact
 from .checks import matrix
 from .descriptor import OF_ARGUMENTS
 from .parametric import ParameterError, Symbolic, building, parameters
+from .suspicions import divided
 
 CHECKED_TO = 1e-9  # relative: plants by floats differ by their rounding errors
 MAKERS = frozenset(
@@ -171,16 +173,21 @@ def _entries(name, given, one):
 def check_by_numbers(builder, box, expected):
     """Raise where floats give a ``builder`` another plant somewhere in its ``box`` than
     ``expected``, from a point to matrices by name as the builder's own rows have them.
+    Its plants' warnings are given once.
     """
+    said: list = []
     for point in (box.low, box.high, box.inner):
         token = building.set([])
         try:
             given = {k: int(x.p) / int(x.q) for k, x in zip(box.names, point)}
-            plant = builder(**given)
+            with warnings.catch_warnings(record=True) as heard:
+                warnings.simplefilter("always")
+                plant = builder(**given)
+            said += heard
         finally:
             building.reset(token)
         if isinstance(plant, Symbolic):  # made of symbols of sympy, not of arguments
-            return
+            return _tell(said, False)
         for name, mine in expected(point).items():
             given = _matrix_of(plant.vertices[0], name)
             largest = np.abs(given).max(initial=0.0)
@@ -192,6 +199,17 @@ def check_by_numbers(builder, box, expected):
                     f"it isn't a function of {', '.join(box.names)} alone, or asks "
                     "for their type"
                 )
+    last = expected(box.inner)
+    _tell(said, "S" in last and divided(last["M"], last["S"]))
+
+
+def _tell(said, lagrange):
+    """Warn of what a builder's calls said, once a line; not of a mass that isn't
+    symmetric where its rows are Lagrange's, divided.
+    """
+    for w in {(w.category, w.lineno): w for w in reversed(said)}.values():
+        if not (lagrange and "M isn't symmetric" in str(w.message)):
+            warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
 def _matrix_of(vertex, name):

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from .checks import check_rank, matrices_of, matrix
 from .descriptor import MATRICES, OF_ARGUMENTS, Descriptor, combined

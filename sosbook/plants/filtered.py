@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..exact.rational import exact
+from ..runtime.array_like import ArrayLike
 from .checks import numbers
 from .descriptor import Descriptor, descriptors
 from .descriptor_system import DescriptorSystem

@@ -4,8 +4,8 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from .checks import matrix
 

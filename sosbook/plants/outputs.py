@@ -3,10 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..exact.checker.outputs import SIGNALS, in_words
 from ..exact.rational import decimal, exact, read_array, read_number
+from ..runtime.array_like import ArrayLike
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly
 from .checks import finite, matrix

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.linalg import eigvals
 from scipy.sparse import issparse
 
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from .checks import checked_names, matrix, rank_deficient
 from .descriptor import descriptors

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ..runtime.array_like import ArrayLike
 from .checks import finite, matrix, numbers
 
 

@@ -65,6 +65,27 @@ def mass_fault(M):
     return ""
 
 
+def divided(M, S):
+    """Whether positive factors of the rows make both dense M and S symmetric, and M
+    definite: they are Lagrange's equations, each divided by something.
+
+    >>> divided(np.array([[3.0, 4], [1, 2]]), np.diag([0, 9.81]))
+    True
+    """
+    M, S, factors = np.array(M, float), np.array(S, float), np.zeros(len(M))
+    for start in range(len(M)):
+        joined = [] if factors[start] else [start]
+        factors[joined] = 1.0
+        for i in joined:
+            for j in np.flatnonzero(M[i] * M[:, i] > 0):
+                if not factors[j]:
+                    factors[j] = factors[i] * M[i, j] / M[j, i]
+                    joined.append(j)
+    both = [factors[:, None] * x for x in (M, S)]
+    same = all(abs(x - x.T).max() <= ROUNDED * abs(x).max() for x in both)
+    return bool(same and np.linalg.eigvalsh(both[0])[0] > 0)
+
+
 def _light(given):
     """Masses that are lost in the digits with which they were printed."""
     M = given["M"]

@@ -146,8 +146,10 @@ class Uncertain:
         powers = ", ".join(f"{d} in {k}" for k, d in self.degree.items())
         form = f"of Bernstein's form of degree {powers}"
         how = "the corners" if self.multi_affine else form
-        rows = "".join(f"; row {i} was {words}" for i, words in self.rows.items())
-        what = f"{self.box}; {self.count} vertices, {how}{rows}"
+        rows = [f"; row {i} was {words}" for i, words in self.rows.items()]
+        if len(rows) > 3:
+            rows[3:] = [f"; so were {len(rows) - 3} rows more"]
+        what = f"{self.box}; {self.count} vertices, {how}{''.join(rows)}"
         return f"<Uncertain {self.kind.__name__}: {what}>"
 
     def __eq__(self, other):

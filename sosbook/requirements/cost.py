@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..analysis.linear import loop_matrix
 from ..analysis.riccati import lyapunov
@@ -17,6 +16,7 @@ from ..language import Unknown, eye, he
 from ..plants.checks import is_word, matrix, numbers, positive
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
 from ..theorems import (
     free_gramian,

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..analysis.linear import peak_input
 from ..exact.checker.requirements import claim
@@ -14,6 +13,7 @@ from ..language import Unknown, block, eye
 from ..plants.checks import matrix, numbers
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
 from ..theorems import (
     control_bound,

@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from ..analysis.linear import poles
@@ -14,6 +13,7 @@ from ..exact.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
+from ..runtime.array_like import ArrayLike
 from ..runtime.names import sane_name
 from ..runtime.read_only import put
 from ..theorems import free_pole_region, pole_region, slack_pole_region

@@ -17,6 +17,7 @@ import numpy as np
 MOST_BYTES = 200_000_000  # of a file, and of what an archive unpacks
 MOST_DIGITS = 100_000  # of a whole number that is written in a text
 LONGEST_TEXT = 2 * MOST_DIGITS + 2  # of one text in JSON: a fraction with its sign
+MOST_ITEMS = 10_000_000  # of lists and objects in one file: each takes 60 bytes
 LONGEST_INTEGER = 400  # digits of one in JSON; a float has at most 309
 DEEPEST = 200  # lists in lists
 
@@ -85,6 +86,7 @@ def parse_json(text):
         ...
     ValueError: the key 'M' comes twice
     """
+    _check_items(text)
     try:
         hooks = dict(object_pairs_hook=_unique, parse_constant=_refused)
         content = json.loads(text, **hooks, parse_int=_integer, parse_float=number)
@@ -92,6 +94,12 @@ def parse_json(text):
         raise ValueError("its lists are nested too deeply") from None
     _check_limits(content)
     return content
+
+
+def _check_items(text):
+    """A ValueError for so many lists and numbers that they fill the memory."""
+    if sum(map(text.count, ",[{")) > MOST_ITEMS:
+        raise ValueError(f"it has more than {MOST_ITEMS} items: too large to read")
 
 
 def _unique(pairs):
@@ -169,6 +177,7 @@ def read_toml(path):
 
     text = read_text(path)
     try:
+        _check_items(text)
         content = tomllib.loads(text, parse_float=_toml_float)
         _check_limits(content)
     except RecursionError:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from flint import fmpq
-from numpy.typing import ArrayLike
 from scipy.linalg import expm, matrix_balance, solve_discrete_are
 
 from ..analysis.riccati import balanced_units
@@ -17,6 +16,7 @@ from ..plants.kinds import Plant, checked_plant
 from ..plants.signals import Sine, Step, Steps
 from ..requirements.cost import QuadraticCost
 from ..requirements.pole_region import LMIRegion
+from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..synthesis.result import Result
 from .discretize import SampleTiming, input_vertices, sampled_loop

@@ -4,13 +4,13 @@ from itertools import product
 from typing import Any
 
 from flint import ctx
-from numpy.typing import ArrayLike
 
 from ..exact.definite import round_digits
 from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
 from ..plants.checks import count, finite, positive
 from ..plants.kinds import Plant, checked_plant
 from ..requirements.base import Requirement
+from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..synthesis.request import Request
 from .certificate import SampledCertificate

@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..analysis import linear
 from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
@@ -15,6 +14,7 @@ from ..plants.second_order import Polytope
 from ..plants.signals import Sine, Step, Steps
 from ..requirements.cost import QuadraticCost
 from ..requirements.shorthand import collected
+from ..runtime.array_like import ArrayLike
 from .gains import Gains
 from .result import Proven
 

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..exact.rational import exact
 from ..language import block
@@ -13,6 +12,7 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import gain_of
 from ..plants.joined import joined_family
 from ..plants.kinds import Plant, checked_plant
+from ..runtime.array_like import ArrayLike
 
 
 def observer_loop(

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.linalg import null_space
 from scipy.sparse import issparse
 
@@ -22,6 +21,7 @@ from ..plants.checks import matrix, rank_deficient
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.second_order import Polytope
 from ..plants.simplex import halves
+from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from .fixed_mode import refuse_by_mode
 from .request import Request

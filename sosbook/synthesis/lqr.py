@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..exact.definite import exact
 from ..lmi.solution import LMISolution
@@ -17,6 +16,7 @@ from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import asked_once
+from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime
 from ..solver.bounded import unpacked

@@ -5,12 +5,12 @@ from dataclasses import replace
 from time import monotonic
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..lmi.solution import LMISolution
 from ..plants.checks import matrices_of, matrix
 from ..plants.gain import gain_of
 from ..plants.kinds import Plant, checked_plant
+from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited

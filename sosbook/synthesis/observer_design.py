@@ -5,7 +5,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..analysis.margins import DiskMargin
 from ..exact.definite import round_digits
@@ -14,6 +13,7 @@ from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.response import Response, simulate, vector
 from ..plants.signals import Sine, Step
+from ..runtime.array_like import ArrayLike
 from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..laws import FullState, Law
 from ..plants.descriptor_system import DescriptorSystem
@@ -13,6 +12,7 @@ from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
+from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from .design import Design
 from .procedure import design_asked

@@ -5,7 +5,6 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..analysis.infinite_modes import InfiniteModes, infinite_modes
 from ..exact.definite import exact
@@ -16,6 +15,7 @@ from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.response import Response
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..plants.signals import Sine, Step
+from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
 from ..solver.loop import Unbounded

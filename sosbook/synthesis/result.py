@@ -4,10 +4,10 @@ from abc import ABC, abstractmethod
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..display.card import card
 from ..exact.proof import Unproven, proven_within
+from ..runtime.array_like import ArrayLike
 
 Proven = TypeVar("Proven")
 
