@@ -398,7 +398,7 @@ def test_a_folder_has_gains_proof_and_page(small, designed, tmp_path):
     verify = ["verify", str(proof), "--plant", str(tmp_path / "plant.json"), "--gain"]
     assert main([*verify, str(gain)]) == 0
     page = (folder / "index.html").read_text("utf-8")
-    assert "feasible" in page and "every plant" not in page
+    assert "feasible" in page and "every constant" not in page
     for claim in answer["claims"]:
         assert claim.replace("<", "&lt;") in page
     plain_run = json.loads((small / "gain.json").read_text("utf-8"))

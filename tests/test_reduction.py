@@ -147,7 +147,9 @@ def test_a_polytope_is_reduced_to_modes_of_its_mean():
         assert one.D == pytest.approx(basis.T @ of.D @ basis)
     design = sos.design_pid(part, prefer="centre")
     (first, *_) = design.certify().claims
-    assert first.startswith("of the reduced model (6 of 60): every plant")
+    assert first.startswith(
+        "of the reduced model (6 of 60): every constant or changing plant"
+    )
 
 
 def test_balanced_states_keep_what_is_reached_and_seen():

@@ -7,7 +7,7 @@ from . import payment
 from .arithmetic import Beyond, need, read
 from .families import every_plant, keys
 from .language import Reader, parse
-from .plants import coordinates, corners_suffice, distinct, plant, suffice
+from .plants import OUTPUTS, coordinates, corners_suffice, distinct, plant, suffice
 from .requirements import (
     BLOCKS,
     SIZED,
@@ -75,7 +75,8 @@ class Design:
         given = Text(self.d)
         plant(given, {k: x for k, x in self.d.items() if k != "box"})
         env, near, several = given.values(), self.t.values(), []
-        for name in ("C", "D"):
+        rows = OUTPUTS.values() if self.d["plant"]["kind"] == "descriptor" else "C"
+        for name in (x for x in env.keys() | near if x.split(".")[0] in rows):
             need(env.get(name) == near.get(name), "the box has another output")
         for values in (env, near):
             several.append([])
@@ -102,7 +103,6 @@ class Design:
         for k, line in enumerate(t.lines):
             form = line.strip().partition(":")[0]
             if form in forms:
-                need(line.endswith(" > 0"), "a block that pays has another form")
                 t.lines[k] = line.removesuffix(" > 0") + f" - pay.{form} > 0"
 
     def _pairs(self):
