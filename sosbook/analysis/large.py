@@ -14,17 +14,24 @@ from scipy.sparse.linalg import (
     splu,
 )
 
+from ..plants.modes import NUDGES, negatives, symmetric_factor
 from ..plants.sparse import sparse_factor
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import check_time, check_time_of_eigenvalues
 
 STEPS = 5  # of Newton's method; each squares the error, which begins near 1e-9
-SETTLED = 1e-14  # of the pole's size: a smaller step is rounding
+SETTLED = 1e-10  # of the pole's size: the next step is the square of a smaller one
 SHARP = 1e-10  # residual, of the sizes of its terms; a larger one is no pole's
 LAST_STEP = 1e-6  # of the pole's size: two poles that coincide settle slowly
+SYMMETRIC = dict(
+    permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options=dict(SymmetricMode=True)
+)
 AT_ONCE = 6  # poles near each point where a sparse pencil is looked at
 RESTARTS = 40  # of Arnoldi's method; far from all poles it doesn't settle at all
+NEAR_ZERO, FARTHER = 1e-6, 4.0  # of the fastest rate, about; and to the next count
+EVEN = 1e-12  # relative: what differs less from its transpose is symmetric
 RIGHTMOST = 8  # of all poles of a dense pencil are refined
+VECTORS = 2.0  # times as long as eigenvalues alone
 SAME = 1e-7  # of a pole's size, from another one that was found
 
 
@@ -56,7 +63,7 @@ class Pencil(ReadOnly):
             with catch_warnings(action="error", category=LinAlgWarning):
                 factors = lu_factor(whole - self.B @ W)
             return lambda x: lu_solve(factors, x)
-        factor = splu(csc_array(whole, dtype=complex))
+        factor = splu(csc_array(whole, dtype=complex), **SYMMETRIC)
         moved = factor.solve(self.B.astype(complex))
         small = np.linalg.inv(np.eye(self.B.shape[1]) - W @ moved)
 
@@ -74,13 +81,18 @@ class Pencil(ReadOnly):
 
     def residual(self, s, q):
         """How far q is from a null vector at s, of the sizes of what is summed."""
+        size, left = self._left(s, q)
+        return np.linalg.norm(left) / size
+
+    def _left(self, s, q):
+        """The sizes of what is summed where the pencil at s takes q, and the sum."""
         K_P, K_D, K_I = self._gains()
         W = K_P + s * K_D + (K_I / s if self.U.size else 0.0)
         parts = (s * s, self.M), (s, self.D), (1.0, self.S)
         force = self.B @ (W @ q)
         left = sum(c * (x @ q) for c, x in parts) - force
         size = sum(abs(c) * np.linalg.norm(abs(x) @ abs(q)) for c, x in parts)
-        return np.linalg.norm(left) / (size + np.linalg.norm(force) or 1.0)
+        return size + np.linalg.norm(force) or 1.0, left
 
     def refined(self, s, q):
         """The pole near s by Newton's method (inverse iteration with the derivative)
@@ -106,39 +118,121 @@ class Pencil(ReadOnly):
             return None
         return s, abs(step) if abs(step) > LAST_STEP * abs(s) else 0.0
 
-    def near(self, shift):
-        """Poles and vectors near a complex ``shift``, of a sparse pencil."""
+    def near(self, shift, count=0):
+        """Poles and vectors near a complex ``shift``, of a sparse pencil; more of them
+        where ``count`` are expected.
+        """
         n, a = self.B.shape[0], len(self.U)
         K_D, K_I = self.K[:, n : 2 * n], self.K[:, 2 * n :]
-        solve = self.solver(shift)
+        check_time()
+        solve, size = self.solver(shift), abs(shift)
 
-        def back(x):  # through the first-order form [z; z'; x3]
+        def back(x):  # through the first-order form [size z; z'; x3]
             check_time()
             z, v, i = np.split(x, [n, 2 * n])
+            z = z / size
             force = self.M @ (v + shift * z) + self.D @ z - self.B @ (K_D @ z)
             if a:
                 force = force + self.B @ (K_I @ i) / shift
             q = solve(-force)
-            parts = q, z + shift * q, (self.U @ q - i) / shift
+            parts = size * q, z + shift * q, (self.U @ q - i) / shift
             return np.concatenate(parts[: 2 + (a > 0)])
 
-        size = 2 * n + a
-        operator = LinearOperator((size, size), back, dtype=complex)
-        start = np.random.default_rng(0).normal(size=size)
+        rows, count = 2 * n + a, max(AT_ONCE, count + 2)
+        operator = LinearOperator((rows, rows), back, dtype=complex)
+        start = np.random.default_rng(0).normal(size=rows)
         try:
-            values, vectors = eigs(operator, AT_ONCE, v0=start, maxiter=RESTARTS)
+            values, vectors = eigs(operator, count, v0=start, maxiter=RESTARTS)
         except ArpackNoConvergence as some:
             values, vectors = some.eigenvalues, some.eigenvectors
         except ArpackError:
             return []
-        return [(shift + 1 / x, v[:n]) for x, v in zip(values, vectors.T) if x]
+        pairs = zip(values, vectors.T)
+        return [self._nearer(shift + 1 / x, v[:n]) for x, v in pairs if x]
+
+    def _nearer(self, s, q):
+        """The pole s of a vector q, corrected once by q itself in the place of the left
+        vector, if that makes the residual less: of a symmetric pencil it is.
+        """
+        _, left = self._left(s, q)
+        step = (q @ left) / (q @ self.slope(s, q) or np.inf)
+        moved = s - step
+        return (moved if self.residual(moved, q) < self.residual(s, q) else s), q
+
+    def right_of_zero(self):
+        """How many poles at least are right of the imaginary axis, or None, and
+        places on the real axis near which real ones are sought, with how many.
+
+        The symmetric part of the pencil at a real s > 0 is positive definite for large
+        s. If the pencil is symmetric there, each of its negative eigenvalues near s = 0
+        becomes zero at some s > 0, which is a pole. If D alone isn't, but its symmetric
+        part is positive definite, as many poles are right of the axis by the theorem of
+        Kelvin, Tait and Chetaev. Else None: the counts only say where to look.
+        """
+        M, D, S = ((x + x.T) / 2 for x in (self.M, self.D, self.S))
+        size = np.sqrt(abs(S).max() / abs(M).max() or 1.0)
+        s, places = NEAR_ZERO * size, []
+        first = count = self._negatives(M, D, S, s)
+        while count:
+            check_time()
+            less = self._negatives(M, D, S, FARTHER * s)
+            if less < count:
+                places.append((np.sqrt(FARTHER) * s, count - less))
+            s, count = FARTHER * s, less
+        return (first if self._is_counted(M, D, S) else None), places
+
+    def _negatives(self, M, D, S, s):
+        """Negative eigenvalues of the pencil's symmetric part at a real s > 0, of the
+        plant's symmetric parts ``M``, ``D``, ``S``: those of the plant, and of what
+        Haynsworth's law adds for the gain, B W + W' B' of low rank.
+        """
+        for nudge in NUDGES:
+            at = nudge * s
+            factor = symmetric_factor(csc_array(at * at * M + at * D + S))
+            if factor is not None:
+                break
+        else:
+            raise ArithmeticError("no factor tells the signs of its eigenvalues")
+        count = int((factor.U.diagonal() < 0).sum())
+        m, (K_P, K_D, K_I) = self.B.shape[1], self._gains()
+        W = K_P + at * K_D + (K_I / at if self.U.size else 0.0)
+        if not W.any():
+            return count
+        share = np.sqrt(np.linalg.norm(W) / np.linalg.norm(self.B))
+        both = np.hstack([share * self.B, W.T / share])
+        zero, two = np.zeros((m, m)), 2 * np.eye(m)
+        small = np.block([[zero, two], [two, zero]]) - both.T @ factor.solve(both)
+        return count + int((np.linalg.eigvalsh(small + small.T) < 0).sum()) - m
+
+    def _is_counted(self, M, D, S):
+        """Whether the negative eigenvalues of the symmetric part at zero, of ``M``,
+        ``D`` and ``S``, are poles right of the axis; ``M`` is positive definite.
+        """
+        if self.U.size:
+            return False
+        K_P, K_D, _ = self._gains()
+        v = np.random.default_rng(1).normal(size=self.B.shape[0])
+
+        def even(x, W):
+            left, right = x @ v - self.B @ (W @ v), x.T @ v - W.T @ (self.B.T @ v)
+            sizes = abs(x) @ abs(v) + abs(self.B) @ abs(W @ v)
+            return np.linalg.norm(left - right) <= EVEN * np.linalg.norm(sizes)
+
+        none = 0.0 * K_P
+        if not (even(self.M, none) and even(self.S, K_P)):
+            return False
+        if negatives(csc_array(M)) != 0:
+            return False
+        if even(self.D, K_D):
+            return True
+        return not K_D.any() and negatives(csc_array(D)) == 0
 
     def everywhere(self):
         """All poles and vectors of a dense pencil; one of first order has M = 0."""
         n, a = self.B.shape[0], len(self.U)
         first = not np.any(self.M)
         size = n if first else 2 * n + a
-        check_time_of_eigenvalues(size, 3)
+        check_time_of_eigenvalues(size, VECTORS)
         K_P, K_D, K_I = self.K[:, :n], self.K[:, n : 2 * n], self.K[:, 2 * n :]
         stiff = self.B @ K_P - self.S
         if first:

@@ -177,10 +177,13 @@ class Unproven(Verdict):
 
 
 class Stopped(Unproven):
-    """What `proven_within` returns where the ``seconds`` are over."""
+    """What `proven_within` returns where the ``seconds`` are over; ``share``: which
+    part of the work is done, in words.
+    """
 
-    def __init__(self, seconds):
-        super().__init__(f"stopped after {seconds:g} s; raise time_limit")
+    def __init__(self, seconds, share=""):
+        share = f". So far: {share}" if share else ""
+        super().__init__(f"stopped after {seconds:g} s; raise time_limit{share}")
 
 
 def proven_within(seconds, work, progress=False):
@@ -198,4 +201,4 @@ def proven_within(seconds, work, progress=False):
     except OutOfTime as over:
         if seconds is None or over.end < begun + seconds:  # somebody else's limit
             raise
-        return Stopped(seconds)
+        return Stopped(seconds, over.share)

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh, solve_continuous_lyapunov, svd
-from scipy.sparse import csc_array, issparse
-from scipy.sparse.linalg import eigsh, splu
+from scipy.sparse import issparse
 
 from ..runtime.read_only import ReadOnly
 from .checks import count, matrix
 from .massless import definite_cure
+from .modes import NoModes, few, modal, static
 
-SHIFT = 1e-8  # of |S| / |M|: so far to the left of zero no rigid mode is singular
 STABLE_BY = 1e-12  # of the largest pole's size
 REACHED = 1e-12  # of the largest Hankel singular value; below it is rounding
 
@@ -104,10 +103,6 @@ class Reduction(ReadOnly):
         return np.hstack([*(x @ self.back for x in parts[:2]), *parts[2:]])
 
 
-class NoModes(ValueError):
-    """A mass that isn't definite."""
-
-
 class Reducible:
     """Second-order plants, and polytopes of them, that can be reduced."""
 
@@ -126,8 +121,9 @@ class Reducible:
         Parameters
         ----------
         modes : int, optional
-            How many of the slowest real modes of M and S are kept. With ``rows`` they
-            are those of the other rows while these are held (Craig and Bampton).
+            How many of the slowest real modes of M and S are kept: those of negative
+            stiffness first. With ``rows`` they are those of the other rows while these
+            are held (Craig and Bampton).
         rows : sequence of int, optional
             Displacements that stay what they are, from 0; the others follow them at
             rest (Guyan). A gain then needs only these to be measured.
@@ -141,7 +137,8 @@ class Reducible:
         Raises
         ------
         ValueError
-            On bad input, if nothing is left out, or where M isn't positive definite.
+            On bad input, if nothing is left out, where M isn't positive definite, or
+            where a mode of negative stiffness would be left out.
 
         Examples
         --------
@@ -157,17 +154,18 @@ class Reducible:
         if vertices[0].reduction is not None:
             raise ValueError("the plant is reduced already: reduce the whole one")
         mean = vertices[0] if len(vertices) == 1 else self.mean
-        if rows is not None:
-            rows = list(rows)
-            basis, back = static(mean.M, mean.S, rows, modes)
-        elif modes is not None:
-            try:
-                basis, back = modal(mean.M, mean.S, modes)
-            except NoModes as fault:
-                cure = definite_cure({name: getattr(mean, name) for name in "MDSBF"})
-                raise ValueError(f"{fault}{cure}") from None
-        else:
+        rows = None if rows is None else list(rows)
+        if rows is None and modes is None:
             raise ValueError("modes is missing: say how many are kept, or give rows=")
+        try:
+            if rows is None:
+                basis, back = modal(mean.M, mean.S, modes)
+            else:
+                basis, back = static(mean.M, mean.S, rows, modes)
+        except NoModes as fault:
+            given = {name: getattr(mean, name) for name in "MDSBF"}
+            cure = "" if issparse(mean.M) else definite_cure(given)
+            raise ValueError(f"{fault}{cure}") from None
         names = mean.coordinates or [f"z{k + 1}" for k in range(mean.n)]
         kept = [names[k] for k in rows or ()]
         kept += [f"mode {k + 1}" for k in range(len(back) - len(kept))]
@@ -189,58 +187,6 @@ def _projected(plant, basis):
     return parts | {name: basis.T @ getattr(plant, name) for name in "BF"}
 
 
-def modal(M, S, modes):
-    """Basis and back = basis' M of so many of the slowest real ``modes``; ``M`` is
-    positive definite, of ``S`` the symmetric part counts; both may be sparse.
-    """
-    modes = _few("modes", modes, M.shape[0])
-    M, S = ((x + x.T) / 2 for x in (M, S))
-    if issparse(M):
-        shift = -SHIFT * abs(S).max() / abs(M).max()
-        start = np.random.default_rng(0).normal(size=M.shape[0])
-        squares, V = eigsh(S, modes, M, sigma=shift or -SHIFT, v0=start)
-        V = V[:, np.argsort(squares)]
-    else:
-        try:
-            V = eigh(S, M, subset_by_index=(0, modes - 1))[1]
-        except np.linalg.LinAlgError:
-            raise NoModes("M isn't positive definite: it has no real modes") from None
-    V = V * np.sign(V[abs(V).argmax(axis=0), range(modes)])  # the same everywhere
-    return V, V.T @ M
-
-
-def static(M, S, rows, modes):
-    """Basis and back of some ``rows`` of ``M`` and ``S``: others follow at rest
-    (Guyan), or move in ``modes`` with these held, too (Craig and Bampton).
-    """
-    n, rows = M.shape[0], np.asarray(rows)
-    good = rows.ndim == 1 and rows.size and rows.dtype.kind in "iu"
-    if not good or rows.min() < 0 or rows.max() >= n or len(set(rows)) < len(rows):
-        raise ValueError(f"rows must be different rows from 0 to {n - 1}, got {rows}")
-    rest = np.setdiff1d(np.arange(n), rows)
-    r, few = len(rows), 0 if modes is None else _few("modes", modes, len(rest))
-    _few("rows and modes together", r + few, n)
-    inner, coupling = S[rest][:, rest], S[rest][:, rows]
-    try:
-        if issparse(S):
-            moved = -splu(csc_array(inner)).solve(coupling.toarray())
-        else:
-            moved = -np.linalg.solve(inner, coupling)
-    except (np.linalg.LinAlgError, RuntimeError):
-        raise ValueError(
-            "S is singular in the rows that are left out: keep one of each part that "
-            "moves freely"
-        ) from None
-    basis, back = np.zeros((n, r + few)), np.zeros((r + few, n))
-    basis[rows, range(r)] = back[range(r), rows] = 1.0
-    basis[rest, :r] = moved
-    if few:
-        V, inverse = modal(M[rest][:, rest], inner, few)
-        basis[rest, r:], back[r:, rest] = V, inverse
-        back[r:, rows] = -inverse @ moved
-    return basis, back
-
-
 def balanced(d, states):
     """Basis and back of so many ``states`` of a stable d, reached and seen the most:
     from the square roots of both Gramians and the singular vectors of their product.
@@ -248,7 +194,7 @@ def balanced(d, states):
     Source: B. C. Moore, IEEE Trans. Automatic Control 26, 1981.
     """
     A, B, Bw = d.state_space()
-    states = _few("states", states, len(A))
+    states = few("states", states, len(A))
     poles = np.linalg.eigvals(A)
     if poles.real.max() >= -STABLE_BY * abs(poles).max():
         raise ValueError(
@@ -274,10 +220,3 @@ def balanced(d, states):
 def _root(W):
     squares, V = eigh((W + W.T) / 2)
     return V * np.sqrt(np.maximum(squares, 0.0))
-
-
-def _few(name, value, all_):
-    """A count of coordinates that are kept, less than all."""
-    if count(name, value, 1) >= all_:
-        raise ValueError(f"{name} must be less than {all_}, which are all, got {value}")
-    return int(value)

@@ -11,26 +11,44 @@ from .progress import bar
 
 LONGEST = 1e9  # seconds, about thirty years
 LEAST_TIME = 1e-3  # seconds, where hardly any are left: a limit is positive
-SECONDS_OF_EIGENVALUES = 1e-8  # by the cube of the rows; about, on one core
+SECONDS_OF_EIGENVALUES = 1e-9  # by the cube of the rows; about, on one core
 
 _end = ContextVar("end", default=None)
 _tick = ContextVar("tick", default=None)  # moves the bar in force
 
 
 class OutOfTime(Exception):
-    """Raised, with a message, where time is over; ``end`` is when, by `monotonic`."""
+    """Raised, with a message, where time is over; ``end`` is when, by `monotonic`,
+    ``ahead`` the seconds of a step that wasn't begun, ``share`` which part of the work
+    is done, in words.
+    """
 
-    def __init__(self, message="the time limit is over", end=inf):
+    def __init__(self, message="the time limit is over", end=inf, ahead=0.0):
         super().__init__(message)
-        self.end = end
+        self.end, self.ahead, self.share = end, ahead, ""
 
     def words(self, seconds):
         """What stopped a request that was given so many seconds."""
         if monotonic() < self.end < inf:
-            text = f"Stopped before {seconds:g} s were over: the next step takes longer"
+            longer = f"takes about {self.ahead:.4g} s" if self.ahead else "takes longer"
+            text = f"Stopped before {seconds:g} s were over: the next step {longer}"
         else:
             text = f"Stopped after {seconds:g} s"
         return f"{text}: raise time_limit, or ask for less."
+
+
+@contextmanager
+def under_way(words):
+    """Let an `OutOfTime` say which part of the work is done, in ``words``.
+
+    >>> with under_way("3 of 7 plants were tried"):
+    ...     pass
+    """
+    try:
+        yield
+    except OutOfTime as over:
+        over.share = over.share or words
+        raise
 
 
 @contextmanager
@@ -96,8 +114,12 @@ def check_time(ahead=0.0):
     if tick is not None:
         tick()
     end = _end.get()
-    if end is not None and monotonic() + ahead > end:
-        raise OutOfTime("the time limit is over", end)
+    left = inf if end is None else end - monotonic()
+    if left < ahead:
+        words = "the time limit is over"
+        if left > 0:
+            words = f"the next step takes about {ahead:.4g} s, of {left:.4g} s left"
+        raise OutOfTime(f"{words}: raise time_limit", end, ahead)
 
 
 def time_left():

@@ -15,10 +15,11 @@ from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
 from .equations import Effort, effort_of
 from .fixed_mode import FixedModeRefusal
+from .found import Found, found_on
 from .known_certificate import known_proof
 from .slack import feasible
 from .solution import Solution
-from .whole import Found, found_on, proven_on
+from .whole import proven_on
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -193,7 +194,8 @@ class Design(ClosedLoop[Certificate], Solution):
             The plant that was reduced, or one like it: at another speed, say. Its
             matrices may be sparse.
         time_limit : float
-            Seconds, after which an `OutOfTime` is raised.
+            Seconds after which the search of a sparse plant ends with what it has
+            found. It ends at the first pole that breaks what is asked, too.
 
         Returns
         -------
@@ -206,6 +208,9 @@ class Design(ClosedLoop[Certificate], Solution):
         ------
         ValueError
             If the plant has another size.
+        OutOfTime
+            Where nothing is found in time; the poles of a dense plant are computed at
+            once, and the error says how long that takes.
 
         Examples
         --------

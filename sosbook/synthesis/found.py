@@ -1,0 +1,261 @@
+"""What a search in floats finds of a whole plant under the gain of a reduced model."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import issparse
+
+from ..analysis.large import RIGHTMOST, SAME, Pencil
+from ..plants.descriptor_system import DescriptorSystem
+from ..plants.second_order import SecondOrderSystem
+from ..runtime.read_only import ReadOnly
+from ..runtime.time_limit import OutOfTime
+
+SHIFTS = 0.3, 1.0, 3.0  # of the part's frequencies: where a sparse whole is looked at
+AT_EDGE = 1e-12  # of a pole's size: nearer to an edge floats can't tell the side
+
+
+@dataclass(frozen=True, eq=False)
+class Found(ReadOnly):
+    """What a search in floats has found of a whole plant; see `Design.check_on`.
+
+    ``poles``, (k,): poles that were refined, those furthest right first; of two
+    conjugates one; ``of``: how many poles the whole has; ``broken``: what is asked of
+    the poles and a refined one breaks, in words; where it lies at the edge to all
+    digits that floats tell, too; ``unsettled``: how many more were seen that Newton's
+    method didn't refine: they aren't among the poles, and nothing is said of them;
+    ``right``: at least so many poles are right of the imaginary axis, by the signs of a
+    factor of a symmetric sparse loop; None where that isn't counted; ``stopped``: where
+    time was over or a broken claim ended the search, in words.
+    """
+
+    poles: np.ndarray
+    of: int
+    broken: tuple
+    unsettled: int = 0
+    right: int | None = None
+    stopped: str = ""
+
+    @property
+    def pole(self) -> complex:
+        """The rightmost pole that was found, in rad/s."""
+        return complex(self.poles[0])
+
+    @property
+    def kept(self) -> bool:
+        """Whether the search ended and found nothing that breaks what is asked: that is
+        no proof.
+        """
+        return not (self.broken or self.stopped)
+
+    def __str__(self):
+        s = self.pole
+        place = f"{s.real:.6g}"
+        if abs(s.imag) > AT_EDGE * abs(s):
+            place += f"±{abs(s.imag):.6g}j"
+        words = (
+            f"found: the rightmost of {len(self.poles)} refined poles is {place} "
+            f"rad/s; the whole has {self.of}, and one that wasn't found may lie "
+            "further right"
+        )
+        if self.unsettled:
+            words += f"; seen, but not refined: {self.unsettled}"
+        if self.right:
+            words += f"; counted right of the imaginary axis: {self.right} or more"
+        words += "".join(f"; broken: {claim}" for claim in self.broken)
+        return words + (f"; {self.stopped}" if self.stopped else "")
+
+
+def lifted(design, whole):
+    """The gain of a ``design`` of a part on a ``whole`` plant's state, and the U of its
+    integrators; a plant of the part's own size has them as they are.
+    """
+    request, K = design.request, design._gain()
+    kind = DescriptorSystem if isinstance(request.plant, DescriptorSystem) else None
+    if not isinstance(whole, kind or SecondOrderSystem):
+        name = (kind or SecondOrderSystem).__name__
+        raise ValueError(f"on must be one {name}, got {type(whole).__name__}")
+    part = request.plant.reduction
+    rows = whole.order if kind else whole.n
+    own = request.order if kind else request.plant.n
+    wanted = own if part is None else part.of
+    if (rows, whole.m) != (wanted, request.plant.m):
+        raise ValueError(
+            f"on has {rows} coordinates and {whole.m} inputs, needs {wanted} and "
+            f"{request.plant.m}: give the plant that was reduced, or one like it"
+        )
+    if request.K_A is not None and np.any(request.K_A):
+        raise ValueError("a design with K_A isn't looked at on another plant")
+    U = request.U
+    if part is None:
+        return K, U
+    return part.lift(K), None if U is None else U @ part.back
+
+
+def found_on(design, whole):
+    """The `Found` poles of a ``whole`` plant or polytope under a ``design``'s gain; of
+    several plants those of the worst.
+    """
+    worst, plants = None, _plants(whole)
+    for k, one in enumerate(plants):
+        try:
+            found = _found(design, one)
+        except OutOfTime:
+            if worst is None:
+                raise
+            more = f"time was over after {k} of {len(plants)} vertices"
+            return replace(worst, stopped=worst.stopped or more)
+        if worst is None or _badness(found) > _badness(worst):
+            worst = found
+    return worst
+
+
+def _badness(found):
+    return len(found.broken), bool(found.stopped), found.pole.real
+
+
+def _plants(whole):
+    if isinstance(whole, DescriptorSystem):
+        parts = [DescriptorSystem.of([d], whole.reduction) for d in whole.vertices]
+        return [whole] if len(parts) == 1 else parts
+    if not hasattr(whole, "vertices"):
+        raise ValueError(f"on must be a plant, got {type(whole).__name__}")
+    return list(whole.vertices)
+
+
+def _found(design, whole):
+    K, U = lifted(design, whole)
+    search = _Search(design, _pencil(whole, K, U))
+    search.run()
+    if not search.refined:
+        raise ArithmeticError("no pole of the whole could be refined")
+    a = 0 if U is None else len(U)
+    first = isinstance(whole, DescriptorSystem)
+    return search.found(whole.order if first else 2 * whole.n + a)
+
+
+class _Search:
+    """Poles of a ``pencil`` and what they break of what is asked of a ``design``."""
+
+    def __init__(self, design, pencil):
+        self.pencil, self.design = pencil, design
+        self.asked = list(design.request.of_poles)
+        self.forms = [
+            [np.array(x, float) for x in r.pole_matrices()] for r in self.asked
+        ]
+        self.refined: dict[complex, float] = {}  # poles, and their doubts
+        self.unsettled: list[complex] = []
+        self.right: int | None = None
+        self.stopped = ""
+
+    def run(self):
+        """Find what can be found, until time is over or something is broken."""
+        if not issparse(self.pencil.S):
+            self._refine_few(self.pencil.everywhere())
+            return
+        seen: list = []
+        done, places = 0, self._places()
+        try:
+            for done, (place, count) in enumerate(places):
+                new = self.pencil.near(place, count)
+                seen += new
+                if new:
+                    self._refine(*max(new, key=lambda pair: self._outside(pair[0])))
+                if self.refined and self._broken() and done + 1 < len(places):
+                    self.stopped = (
+                        f"the search ended there, at {done + 1} of {len(places)} places"
+                    )
+                    break
+            self._refine_few(seen)
+        except OutOfTime as over:
+            if not self.refined:
+                raise
+            self.stopped = f"time was over after {done} of {len(places)} places: {over}"
+
+    def found(self, order):
+        """The `Found` of a whole with so many poles."""
+        poles = sorted(self.refined, key=lambda s: -s.real)
+        lost: list = []
+        for s in self.unsettled:
+            lost += [] if _among([*poles, *lost], s) else [s]
+        broken = tuple(r.statement for r in self._broken())
+        return Found(
+            np.array(poles), order, broken, len(lost), self.right, self.stopped
+        )
+
+    def _broken(self):
+        poles, doubts = map(np.array, zip(*self.refined.items()))
+        unstable = bool(self.right)
+        return [
+            r
+            for r, form in zip(self.asked, self.forms)
+            if _outside(form, poles, doubts).max() >= 0
+            or (unstable and r.implies_stability)
+        ]
+
+    def _outside(self, s):
+        return max(_outside(form, [s]).item() for form in self.forms)
+
+    def _refine_few(self, poles):
+        """Refine the rightmost ones, and of each claim the one that keeps it least."""
+        places = np.array([s for s, _ in poles])
+        few: list = []
+        for k in np.argsort(-places.real).tolist():
+            s = places[k] if places[k].imag >= 0 else places[k].conj()
+            if not _among([x for x, _ in few], s):
+                few.append((s, k))
+            if len(few) == RIGHTMOST:
+                break
+        worst = [int(np.argmax(_outside(form, places))) for form in self.forms]
+        for k in dict.fromkeys([*(k for _, k in few), *worst]):
+            self._refine(*poles[k])
+
+    def _refine(self, s, q):
+        s, q = (s, q) if s.imag >= 0 else (s.conj(), q.conj())
+        if _among(self.refined, s):
+            return
+        one = self.pencil.refined(s, q)
+        if one is None:
+            self.unsettled.append(s)
+        elif not _among(self.refined, one[0]):
+            self.refined.setdefault(*one)
+
+    def _places(self):
+        """Points where poles of a sparse whole are sought, and how many there: on the
+        positive real axis first, where the count of negative eigenvalues says that some
+        are, then near the frequencies of the part, and between these and the fastest.
+        """
+        pencil = self.pencil
+        own = np.abs(np.atleast_2d(self.design.poles())[0])
+        slow, fast = own[own > 0].min(), own.max()
+        top = np.sqrt(abs(pencil.S).sum(axis=0).max() / abs(pencil.M).diagonal().min())
+        self.right, places = pencil.right_of_zero()
+        places += [(1j * c * w, 0) for w in (slow, fast) for c in SHIFTS]
+        places += [(fast, 0), (3 * fast, 0), (1j * top, 0)]
+        between = np.geomspace(slow, top, len(SHIFTS) + 2)[1:-1]
+        return places + [(1j * w, 0) for w in between.tolist()]
+
+
+def _among(poles, s):
+    return any(abs(s - x) <= SAME * abs(x) for x in poles)
+
+
+def _pencil(whole, K, U):
+    if isinstance(whole, DescriptorSystem):
+        (d,) = whole.vertices
+        N, m = d.Bu.shape
+        K = np.hstack([K, np.zeros((m, N))])
+        return Pencil(np.zeros((N, N)), d.E, -d.A, d.Bu, K, np.zeros((0, N)))
+    U = np.zeros((0, whole.n)) if U is None else U
+    return Pencil(whole.M, whole.D, whole.S, whole.B, K, U)
+
+
+def _outside(form, poles, doubts=0.0):
+    """How far outside of a region each pole may lie; it is inside if that's negative.
+    No region has its edge: a pole that floats can't tell from that is outside.
+    """
+    alpha, beta = form
+    s = np.asarray(poles)[:, None, None]
+    values = np.linalg.eigvalsh(alpha + s * beta + s.conj() * beta.T)[:, -1]
+    doubts = doubts + AT_EDGE * np.abs(poles)
+    return values + AT_EDGE * np.abs(alpha).max() + 2 * doubts * np.linalg.norm(beta)
