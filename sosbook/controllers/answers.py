@@ -32,6 +32,7 @@ class Answers:
     B: Any
     B_r: Any
     C: Any
+    clock: Any
     D: Any
     D_r: Any
     R: Any
@@ -104,7 +105,8 @@ class Answers:
         ----------
         **asked
             ``rate``, ``cells``, ``time_limit`` and more of `certify_sampled`; T and
-            ``delay`` as ranges (low, high) prove it for a clock that jitters.
+            ``delay`` as ranges (low, high) prove it for a clock that jitters, as do
+            ``jitter`` and a range of delays of `Gains.controller`.
 
         Returns
         -------
@@ -113,7 +115,8 @@ class Answers:
             are rounded to doubles, as its file shows them; so are B N and D N of a
             law whose ``noise`` N brings w into the readings.
         """
-        T, delay = asked.pop("T", self.T), asked.pop("delay", self.delay)
+        clock = (self.T, self.delay) if self.clock is None else self.clock
+        T, delay = (asked.pop(x, of) for x, of in zip(("T", "delay"), clock))
         return certify_sampled(self.plant, self.of_state, T, delay, **asked)
 
     def static(self, r: Any = None, w: Any = None) -> tuple:

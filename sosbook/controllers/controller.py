@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from ..exact.rational import round_digits
-from ..plants.checks import matrix, not_negative, positive
+from ..plants.checks import matrix, positive
 from ..plants.gain import Gain
 from ..runtime.read_only import ReadOnly
 from ..sampled.discretize import SampleTiming
 from .answers import Answers
 from .bounds import settled
+from .clock import checked_slack
 from .limits import Faults, Limits, per_signal
 from .memory import DIGITS, ROUNDING, Estimate, assembled, forgetting, shifted
 from .signals import NOTHING_TO_SET, signals_of
@@ -71,6 +72,9 @@ class Controller(Answers, ReadOnly):
         The proof of the gain, in continuous time; None without.
     chosen : Chosen or None
         How the observer was found.
+    clock : tuple or None
+        The two ranges (low, high), of intervals and of delays in s, for which `certify`
+        proves the loop; None where neither varies.
 
     Examples
     --------
@@ -107,6 +111,7 @@ class Controller(Answers, ReadOnly):
     units: dict = field(default_factory=dict)
     certificate: Any = None
     chosen: Any = None
+    clock: Any = None
 
     def __repr__(self):
         names = ", ".join(s.name for s in self.measured)
@@ -335,8 +340,13 @@ class Controller(Answers, ReadOnly):
                 )
 
     def watch(self, **faults: Any) -> "Controller":
-        """With other ``faults``, such as ``lost=0.01``, in seconds: see `Faults`."""
-        return replace(self, faults=replace(self.faults, **faults))
+        """With other ``faults``, such as ``lost=0.01``, in seconds: see `Faults`.
+
+        A ValueError says where ticks that are proven would be counted as faults.
+        """
+        watched = replace(self.faults, **faults)
+        slack = checked_slack(watched.slack, self.T, self.clock)
+        return replace(self, faults=replace(watched, slack=slack))
 
 
 def quiet_set_point(U, K_P):
@@ -349,8 +359,3 @@ def quiet_set_point(U, K_P):
     if not free.shape[1]:
         return base
     return base - free @ (np.linalg.pinv(K_P @ free) @ (K_P @ base))
-
-
-def checked_delay(T, delay):
-    """T and delay, or a ValueError."""
-    return positive("T", T), not_negative("delay", delay, "s")

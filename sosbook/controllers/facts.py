@@ -42,6 +42,14 @@ def facts_of(c, time_limit):
         f"all of this is about the linear loop, sampled every {c.T:g} s, acting "
         f"{c.delay:g} s late, {c.estimate.words}; constant plants"
     )
+    if c.clock is not None:
+        (short, long), (early, late) = c.clock
+        proven.append(
+            f"the proven clock of the sampled loop varies: ticks {short:g} to {long:g} "
+            f"s apart, acting {early:g} to {late:g} s late, in any order; the program "
+            f"counts ticks that are more than {c.faults.slack * c.T:.4g} s off. The "
+            "bounds and steps below are of a clock that doesn't vary"
+        )
     gains = ", ".join(
         f"{k:.6g} {f'({name})' if MIXED.search(name) else name}"
         for row in c.gain.K
@@ -124,5 +132,6 @@ def simulated(c):
             over = f"overshoots by {100 * max(0.0, seen.max() - 1):.1f} %, "
         bad = "no fault" if not run.fault.any() else "FAULTS"
         lines.append(f"a step of 1 of {signal}: {over}asks {words} at most, {bad}")
-    lines.append("jitter, friction, backlash: not looked at")
+    varies = "" if c.clock is None else " (but for stability)"
+    lines.append(f"jitter{varies}, friction, backlash: not looked at")
     return lines

@@ -10,8 +10,9 @@ from ..plants.checks import positive
 from ..plants.gain import Gain, input_names, signals
 from ..plants.simplex import random_weights
 from ..sampled.discretize import SampleTiming, input_vertices
-from .controller import Controller, checked_delay, quiet_set_point
-from .limits import Limits, quantum
+from .clock import checked_clock, least_slack, warn_of_long_ticks
+from .controller import Controller, quiet_set_point
+from .limits import Faults, Limits, quantum
 from .loop import Loop
 from .memory import DIGITS, assembled, direct, filtered, kalman, observed
 from .of_law import law_memory, law_sensors
@@ -33,6 +34,7 @@ def controller_of(
     *,
     T,
     delay=0.0,
+    jitter=0.0,
     units=None,
     counts=None,
     memory=None,
@@ -46,10 +48,10 @@ def controller_of(
     ----------
     design : Design
         Or another result with a gain.
-    measured, T, delay, units, counts, memory, filter_time, peak, time_limit
+    measured, T, delay, jitter, units, counts, memory, filter_time, peak, time_limit
         As in `Gains.controller`, which calls this.
     """
-    T, delay = checked_delay(T, delay)
+    T, delay, clock = checked_clock(T, delay, jitter)
     request = design.request
     plant, U = request.plant, request.U
     if design.K is None:
@@ -85,6 +87,8 @@ def controller_of(
         K = certificate.K
     timing = SampleTiming.of(T, delay)
     check_rate(vertices, timing)
+    if not at_ticks:
+        warn_of_long_ticks(design, T)
     if law is not None:
         estimate, gain, sums = law_memory(law, plant, K, T, at_ticks)
         seen_at_rest = sum(not row[n:].any() for row in rows) if n else len(rows)
@@ -101,6 +105,8 @@ def controller_of(
     known = plant, vertices, gain, U, sums, T, delay, seen, given, rows, noise, steps
     made = partial(Controller, *known)
     made = partial(made, R=R, limits=limits, units=units, certificate=certificate)
+    slack = max(Faults.slack, least_slack(T, clock))
+    made = partial(made, clock=clock, faults=Faults(slack=slack))
     plants = (*vertices, *between(vertices))
     if law is not None:
         return made(estimate)

@@ -25,7 +25,8 @@ from ..synthesis.structured.design import DIGITS, Searched, record
 from ..synthesis.structured.loops import corners_of, loops_of
 from ..synthesis.structured.objective import DECAY, LARGEST, Objective, Task
 from ..synthesis.structured.search import Found, search, starting_points
-from .controller import Controller, checked_delay
+from .clock import checked_delay
+from .controller import Controller
 from .of_design import check_rate, controller_of
 from .report import write_report
 

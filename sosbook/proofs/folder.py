@@ -9,7 +9,7 @@ import sys
 from html import escape
 from pathlib import Path
 
-from ..controllers.controller import checked_delay
+from ..controllers.clock import checked_delay
 from ..controllers.report import report_texts
 from ..exact.proof_file import laid_out
 from ..plants.as_data import plant_data

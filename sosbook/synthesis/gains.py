@@ -43,7 +43,8 @@ class Gains(Result[Proven]):
         measured: Sequence[str] | None = None,
         *,
         T: float,
-        delay: float = 0.0,
+        delay: float | tuple[float, float] = 0.0,
+        jitter: float = 0.0,
         units: dict[str, str] | None = None,
         counts: float | dict[str, float] | None = None,
         memory: str | None = None,
@@ -64,8 +65,13 @@ class Gains(Result[Proven]):
             without names) and their rates such as "z1'"; everything without it.
         T : float
             Time between samples, in s.
-        delay : float
-            From a sample to the actuator, in s.
+        delay : float or (low, high)
+            From a sample to the actuator, in s. Of a range: the program is made for
+            the latest, and proven for every sequence of them.
+        jitter : float
+            By how much a tick may be early or late, in s: the loop is proven for
+            every sequence of intervals from T - jitter to T + jitter, and the program
+            takes such ticks without a fault.
         units : dict, optional
             Units of coordinates and inputs, by name.
         counts : float or dict, optional
@@ -97,6 +103,7 @@ class Gains(Result[Proven]):
             measured,
             T=T,
             delay=delay,
+            jitter=jitter,
             units=units,
             counts=counts,
             memory=memory,
