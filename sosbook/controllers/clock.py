@@ -46,7 +46,7 @@ def least_slack(T, clock):
 
 
 def checked_slack(slack, T, clock):
-    """The ``slack`` of a watch, in which all ticks of a proven ``clock`` are."""
+    """The ``slack`` of a watch of ticks T, in which all of a proven ``clock`` are."""
     least = least_slack(T, clock)
     if slack < least * (1 - 2 * ROUNDING):
         raise ValueError(
