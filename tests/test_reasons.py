@@ -163,3 +163,30 @@ def test_chapter_41_has_every_reason_of_a_refusal():
     page = Path(__file__).parents[1] / "book" / "41_limits.ipynb"
     table = page.read_text("utf-8").split("| Its words |")[1].split(":::")[0]
     assert {k for k in kinds(Refusal) if f"`{k}`" not in table} == set()
+
+
+@pytest.mark.parametrize("vertices, sigma", [(1, 0.0), (1, 0.01), (2, 0.0)])
+def test_a_pole_that_breaks_what_is_asked_is_named_where_time_is_over(vertices, sigma):
+    """Heavily damped and circulatory, n = 40: the exact mode takes long."""
+    rng, n = np.random.default_rng(0), 40
+    D, B = np.diag(np.linspace(1, 40, n)), np.eye(n)[:, :1]
+    turn = np.triu(rng.normal(size=(n, n)).round(3), 1)
+    plants = [
+        sos.SecondOrderSystem(
+            np.eye(n), D, 1e-3 * np.eye(n) + size * (turn - turn.T), B
+        )
+        for size in (0.003, 0.3)[2 - vertices :]
+    ]
+    plant = sos.Polytope(plants) if vertices > 1 else plants[0]
+    asked = dict(region=sos.PoleRegion(sigma)) if sigma else {}
+    known = sos.analyse_pid(
+        plant, np.zeros((1, 2 * n)), coupling="pairs", time_limit=0.2, **asked
+    )
+    truth = max(plants[-1].poles(), key=lambda s: (s.real, s.imag))
+    assert truth.real > 0 and known.status == "undecided"
+    place = f"{truth.real:.4g}±{abs(truth.imag):.4g}j rad/s breaks"
+    where = " of vertex 2" if vertices > 1 else ""
+    assert f"In floats a pole{where} at {place}" in known.reason
+    calm = sos.SecondOrderSystem(np.eye(n), D, np.eye(n), B)
+    calm = sos.analyse_pid(calm, np.zeros((1, 2 * n)), time_limit=1e-6)
+    assert calm.status == "undecided" and "pole" not in calm.reason

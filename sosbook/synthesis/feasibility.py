@@ -19,7 +19,7 @@ from .cutting import Cuts, few_decide, few_refuse
 from .fixed_mode import refuse_by_mass, refuse_by_mode
 from .payments import NOT_PAID
 from .points import FROM_STATES, odd_mass, point
-from .reasons import NO_COMMON_P, listed, why_refused
+from .reasons import NO_COMMON_P, listed, pole_named, why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .small_input import refuse_by_input
@@ -44,7 +44,7 @@ def guarded(request, seconds, work):
     seconds, begun = checked_seconds(seconds, needed=True), monotonic()
     try:
         with time_limit(seconds), np.errstate(all="ignore"):
-            return _odd_mass_named(work())
+            return _cause_named(work())
     except OutOfTime as over:
         if over.end < begun + seconds:  # somebody else's limit
             raise
@@ -56,16 +56,22 @@ def guarded(request, seconds, work):
         if certain is not None:
             return certain
         reason = f"The numerics gave up ({error}): are the units far apart?"
-    return _odd_mass_named(Solution(request, "undecided", request.gain, reason=reason))
+    return _cause_named(Solution(request, "undecided", request.gain, reason=reason))
 
 
-def _odd_mass_named(solution):
-    """The Solution, its reason with a word about M where that may be the cause."""
+def _cause_named(solution):
+    """The Solution, its reason with a word about M where that may be the cause, or
+    about the pole that breaks what is asked of a given gain in floats.
+    """
     if not isinstance(solution, Solution):  # a map's trial, or none
         return solution
-    if solution.status != "undecided" or not odd_mass(solution.request):
+    if solution.status != "undecided":
         return solution
-    return replace(solution, reason=f"{solution.reason} {ODD_MASS}")
+    request, known = solution.request, "In floats a " in solution.reason
+    pole = "" if known or request.law is not None else pole_named(request)
+    mass = ODD_MASS if odd_mass(request) else ""
+    reason = " ".join(filter(None, [solution.reason, pole, mass]))
+    return replace(solution, reason=reason)
 
 
 def search(request, free=(), whole=False):

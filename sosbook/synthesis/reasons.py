@@ -5,6 +5,7 @@ import numpy as np
 MOST_MODES_NAMED = 4  # in a reason
 NO_COMMON_P = "There is no common P in this form of the rows."
 MOST_STATES = 20  # up to which it pays to prove how far multipliers reach
+FLOATS_TELL = 1e-9  # of the fastest pole: so far outside a pole is
 LEAST_RADIUS = 10.0  # of the gains in natural units; a shorter one isn't worth a word
 
 
@@ -58,3 +59,35 @@ def listed(modes):
     if len(texts) > MOST_MODES_NAMED:
         texts[MOST_MODES_NAMED:] = [f"{len(texts) - MOST_MODES_NAMED} more places"]
     return ", ".join(texts)
+
+
+MOST_LOOKED_AT = 600  # states; of more the poles take longer than a word is worth
+
+
+def pole_named(request):
+    """A sentence about the pole under a given gain that breaks a ``request`` the most
+    in floats, where nothing is proven; empty where none does, or the gain is sought.
+    """
+    K, worst = request.gain, (0.0, "")
+    if K is None or request.order > MOST_LOOKED_AT:
+        return ""
+    for k, d in enumerate(request.vertices):
+        try:
+            A, B, _ = d.state_space()
+            poles = np.linalg.eigvals(A + B @ K)
+        except np.linalg.LinAlgError:
+            continue
+        for r in request.of_poles:
+            alpha, beta = (np.array(x, float) for x in r.pole_matrices())
+            at = poles[:, None, None]
+            form = alpha + at * beta + at.conj() * beta.T
+            beyond = np.linalg.eigvalsh(form)[:, -1]
+            beyond = beyond / (np.abs(alpha).max() + np.abs(poles).max())
+            if beyond.max() > max(worst[0], FLOATS_TELL):
+                s = poles[beyond.argmax()]
+                place = listed(np.array([complex(s.real, abs(s.imag))]))
+                where = f" of vertex {k + 1}" if len(request.vertices) > 1 else ""
+                words = f"In floats a pole{where} at {place} rad/s breaks {{}}: "
+                words = words.format(r.words or r.name)
+                worst = beyond.max(), f"{words}no exact proof of it was found."
+    return worst[1]
