@@ -139,9 +139,36 @@ def green(tab, tag):
     )
 
 
+#: A part's box, after it came in sight; null where it is hidden.
+BOX = """e => {
+  e.scrollIntoViewIfNeeded();
+  const {x, y, width, height} = e.getBoundingClientRect();
+  return width || height ? {x, y, width, height} : null; }"""
+
+
+def still(part):
+    """The box of a part in sight, once two looks find it at the same place.
+
+    An element that redraws takes its handles away: they have no box for a moment, or
+    one that is left by the time the mouse comes.
+    """
+    box, before = part.evaluate(BOX), None
+    for _ in range(100):
+        if box is not None and box == before:
+            return box
+        part.page.wait_for_timeout(20)
+        box, before = part.evaluate(BOX), box
+    raise AssertionError(f"{part} doesn't stand still: {before}, then {box}")
+
+
+def middle(part):
+    """The point in the middle of a part that stands still."""
+    box = still(part)
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
 def points(slider, *parts):
     """Points of the window on a slider, at parts of its length, whatever is on top."""
-    slider.scroll_into_view_if_needed()
-    box = slider.bounding_box()
+    box = still(slider)
     y = box["y"] + box["height"] / 2
     return [(box["x"] + part * box["width"], y) for part in parts]

@@ -18,7 +18,7 @@ from sosbook.book.elements.answers import asked_of
 from sosbook.proofs.command import main, read_plant_file
 from sosbook.synthesis.certificates import DesignRefusal
 from tests.compiler import find, refuse
-from tests.elements import write_page
+from tests.elements import middle, write_page
 from tests.processes import process
 
 READY = """() => { const e = document.querySelector("sos-bench");
@@ -281,12 +281,6 @@ def test_until_fields_and_answer_belong_together_all_is_locked(tab):
     names = {}
     exec(program(tab, "As Python"), names)
     assert names["plant"].M.tolist() == [[3, 0], [0, 4]]
-
-
-def middle(part):
-    part.scroll_into_view_if_needed()
-    box = part.bounding_box()
-    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 def test_fields_that_nobody_asks_for_do_not_block(tab):

@@ -13,7 +13,7 @@ from sosbook.display.card import card
 from sosbook.display.escape import json_text, page_text
 from sosbook.display.pole_map import pole_map
 from sosbook.requirements.stability import Stability
-from tests.elements import assert_readable
+from tests.elements import assert_readable, still
 from tests.processes import process
 from tests.test_results import CART, MAKE, PAIR, REFUSED
 
@@ -228,4 +228,4 @@ def test_cards_fit_a_phone(visit, sheet):
     assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     boxes = tab.page.locator(".sos-result svg[role=img]")
     assert boxes.count() == 2
-    assert all(boxes.nth(k).bounding_box()["width"] > 150 for k in range(2))
+    assert all(still(boxes.nth(k))["width"] > 150 for k in range(2))

@@ -11,7 +11,7 @@ from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.certificates import Certificate
-from tests.elements import assert_quiet, first, say, two_of, write_page
+from tests.elements import assert_quiet, first, middle, say, two_of, write_page
 
 LABELS = {
     "sigma": "Decay rate σ",
@@ -118,9 +118,7 @@ def test_what_the_page_shows_is_what_the_package_finds(tab, robot):
 
 def test_the_region_s_edges_are_dragged_in_the_pole_map(tab):
     handle = first(tab).locator("[data-handle='0']")  # sigma
-    handle.scroll_into_view_if_needed()
-    box = handle.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    x, y = middle(handle)
     tab.page.mouse.move(x, y)
     tab.page.mouse.down()
     tab.page.mouse.move(x - 12, y, steps=4)
@@ -139,10 +137,8 @@ def test_a_finger_drags_an_edge_and_the_page_stays(browser, sheet):
     page.goto(sheet.as_uri())
     page.wait_for_function("document.querySelector('sos-explorer')?.answer")
     handle = page.locator("[data-handle='2']").first  # rho
-    handle.scroll_into_view_if_needed()
+    x, y = middle(handle)
     scrolled = page.evaluate("scrollY")
-    box = handle.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     fingers = context.new_cdp_session(page)
     for kind, at in [("Start", x), ("Move", x + 8), ("Move", x + 20), ("End", None)]:
         points = [] if at is None else [{"x": at, "y": y - 3 * (at - x)}]

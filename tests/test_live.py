@@ -18,6 +18,7 @@ from nbformat.sign import NotebookNotary
 
 import sosbook as sos
 from sosbook.book.notebooks import BOOK
+from tests.elements import middle, still
 from tests.test_page_elements import FIRST, TAGS
 
 pytestmark = pytest.mark.live
@@ -199,8 +200,7 @@ def test_keys_and_the_mouse_move_a_design_and_what_is_impossible_is_said(page):
     sigma, rho = _handle(page, "Decay rate σ (1/s)"), _handle(page, "Disk radius ρ")
     rho.press("End")
     _shows(page, 0.7, np.pi / 4, 10)
-    box = sigma.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    x, y = middle(sigma)
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x - 900, y, steps=4)
@@ -339,7 +339,7 @@ def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(lab, browser):
     page.goto(lab(Path(CHAPTER).stem))
     figure = page.locator("figure.sos-figure svg").first
     figure.wait_for(timeout=60_000)
-    assert figure.bounding_box()["width"] > 300
+    assert still(figure)["width"] > 300
     marks = [":::", "{eq}", "{prf", "{numref}", "]("]
     page.wait_for_function(RENDERED, arg=marks, timeout=60_000)
     context.close()

@@ -31,7 +31,7 @@ from sosbook.solver.loop import centre, phase_one
 from tests.axis import design as axis_design
 from tests.axis import drive as axis_drive
 from tests.conftest import Tab
-from tests.elements import write_page
+from tests.elements import still, write_page
 from tests.gains import named
 from tests.test_page_elements import FIRST
 
@@ -74,8 +74,7 @@ class Sheet(Tab):
 
     def drag(self, handle, right, down):
         """Move a handle by the mouse."""
-        handle.scroll_into_view_if_needed()
-        box = handle.bounding_box()
+        box = still(handle)
         x, y = box["x"] + 8, box["y"] + 8
         self.page.mouse.move(x, y)
         self.page.mouse.down()
@@ -527,7 +526,7 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     slider.focus()
     slider.press("ArrowRight")
     assert desk.place(tag)["x"] == pytest.approx(after["x"] + 0.1)
-    box = handle.bounding_box()
+    box = still(handle)
     touch = desk.page.context.new_cdp_session(desk.page)
     at = {"x": box["x"] + 8, "y": box["y"] + 8}
     for kind, points in (

@@ -8,7 +8,7 @@ import pytest
 from sosbook.book.elements.page import PageElement, whole
 from sosbook.book.notebooks import BOOK
 from tests import layout
-from tests.elements import assert_readable, points, write_page
+from tests.elements import assert_readable, points, still, write_page
 
 KINDS = {"sos-atlas", "sos-delay", "sos-map", "sos-robot"}
 pytestmark = pytest.mark.skipif(
@@ -222,7 +222,7 @@ def test_a_phone_needs_no_sideways_scroll(visit, sheet):
     assert tab.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     for tag in TAGS:
         for slider in tab.page.locator(f"{tag} input[type=range]:visible").all():
-            box = slider.bounding_box()
+            box = still(slider)
             assert box["width"] > 250 and box["height"] >= 24, tag
     assert tab.errors == []
 
@@ -242,3 +242,18 @@ def test_an_element_that_a_page_could_break_out_of_is_escaped():
     text = Trap().html
     assert "</script><b>" not in text.replace("\\u003c", "")
     assert 'aria-label="a&lt;/script&gt;&lt;b&gt;&quot;&amp;"' in text
+
+
+def test_a_place_is_measured_once_it_stands_still(visit, tmp_path):
+    """A handle that is away at first, and moves while its picture is drawn anew."""
+    script = """<div id="a"></div><script>let k = 0;
+      const turn = () => { k++;
+        const at = `position:absolute;left:${10 * k}px`;
+        a.innerHTML = k % 2 ? "" : `<b style="${at}">x</b>`;
+        if (k < 12) setTimeout(turn, 30); };
+      turn();</script>"""
+    tab = visit(write_page(tmp_path / "drawn.html", script))
+    assert still(tab.page.locator("#a b"))["x"] == 120
+    tab.page.evaluate("a.innerHTML = '<b hidden>x</b>'")
+    with pytest.raises(AssertionError, match="doesn't stand still"):
+        still(tab.page.locator("#a b"))
