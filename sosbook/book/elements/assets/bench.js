@@ -20,6 +20,12 @@ const DRAWN =
   "Springs and dampers as S and D join the coordinates, dashed where they push apart. u pushes, w disturbs; marks below: measured.";
 const RUN = "<p>Saved as plant.json: <code>python -m sosbook design plant.json --out folder</code></p>";
 const FILES = "or drop them here: a plant.json, a .mat, or M, D, S and B at once as .mtx or .csv";
+// What went wrong, for readers; what they needn't know goes to the console.
+function words(error, before = "") {
+  if (error instanceof Fault) return error.message;
+  console.error(error);
+  return before + STRANGE;
+}
 const PAUSE = 300;  // ms without a move, before the address and the way back know it
 const PAST = 200;   // settings that "Undo" goes back
 
@@ -60,16 +66,14 @@ class Bench extends Explorer {
 
   wire() {
     Object.assign(refusals, this.data.refusals);
-    const linked = this.linked(),
-          on = (name, kind, act) =>
-            this.view.querySelectorAll(name).forEach(part => part.addEventListener(kind, act));
+    const linked = this.linked();
+    const on = (name, kind, act) =>
+      this.view.querySelectorAll(name).forEach(part => part.addEventListener(kind, act));
     this.past = [];
     on("select", "change", () => {
       const {wanted} = this, fields = FIELDS.filter(([name, , , box]) => wanted[box] && !this.follows(name));
-      const went = [
-        ...this.data.sliders.flatMap(({key}, k) => key in this.own ? [this.texts[k]] : []),
-        ...fields.map(([name]) => name)
-      ];
+      const went = this.texts.filter((_, k) => this.data.sliders[k].key in this.own)
+                     .concat(fields.map(([name]) => name));
       this.fill(this.data.examples[this.example.value]);
       this.own = {};
       this.rebuild(
@@ -104,10 +108,8 @@ class Bench extends Explorer {
   area(name) { return this.view.querySelector(`[data-field=${name}]`); }
 
   // The wishes that are ticked, and the fields that count.
-  get wanted() {
-    return Object.fromEntries(
-      [...this.view.querySelectorAll("[data-wanted]")].map(box => [box.dataset.wanted, box.checked]));
-  }
+  get boxes() { return [...this.view.querySelectorAll("[data-wanted]")]; }
+  get wanted() { return Object.fromEntries(this.boxes.map(box => [box.dataset.wanted, box.checked])); }
   get matrices() {
     return Object.fromEntries(FIELDS.filter(([, , , box]) => !box || this.wanted[box])
         .map(([name]) => [name, compact(this.area(name).value)]));
@@ -143,8 +145,7 @@ class Bench extends Explorer {
       this.fill({texts: Object.fromEntries(texts), x0: this.data.examples[this.example.value].x0});
       for (const [name] of FIELDS)
         if (own.includes(name)) delete this.area(name).dataset.given;
-      this.view.querySelectorAll("[data-wanted]")
-        .forEach(box => { box.checked = bounds.includes(box.dataset.wanted); });
+      for (const box of this.boxes) box.checked = bounds.includes(box.dataset.wanted);
     }
     this.rebuild();
   }
@@ -157,8 +158,7 @@ class Bench extends Explorer {
       this.open(fields);
       source.textContent = `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}`;
     } catch (error) {
-      if (!(error instanceof Fault)) console.error(error);
-      source.textContent = error instanceof Fault ? error.message : `${names}: ${STRANGE}`;
+      source.textContent = words(error, `${names}: `);
       source.classList.add("sos-wrong");
     }
     this.view.querySelector("[type=file]").value = "";  // for the same once more
@@ -178,9 +178,8 @@ class Bench extends Explorer {
     let found = {};
     try {
       const {vertices: [v]} = plants(this.matrices), U = parsed("U", this.matrices.U);
-      const law = this.wanted.law && lawOf(this.matrices, v.M.length, U),
-            r = parsed("r", this.matrices.r).flat();
-      const z = rest(v, U, r.length ? r : goals(v.M.length, U)).map(x => 0 - x);
+      const law = this.wanted.law && lawOf(this.matrices, v.M.length, U), r = parsed("r", this.matrices.r);
+      const z = rest(v, U, r.length ? r.flat() : goals(v.M.length, U)).map(x => 0 - x);
       const start = [...z, ...z.map(() => 0), ...(law ? memory(law, z) : U.map(() => 0))], N = start.length;
       const x0 = this.initial?.length === N ? this.initial : start;
       found = {x0, Q: Array(N).fill(1), R: v.B[0].map(() => 1), T: [0.001]};
@@ -193,7 +192,7 @@ class Bench extends Explorer {
     }
   }
 
-  rebuild(words = "") {
+  rebuild(note = "") {
     const {wanted} = this, fault = this.find("fault");
     this.view.querySelectorAll("[data-box]").forEach(field => { field.hidden = !wanted[field.dataset.box]; });
     this.complete();
@@ -202,12 +201,10 @@ class Bench extends Explorer {
       const found = requestOf(this.matrices, wanted);
       Object.assign(this.data, dataOf(found, wanted));
       const rounded = found.rounded && "A corner has more digits than a number keeps, and is rounded.";
-      this.warning = [words, found.warning, rounded].filter(words => words).join(" ");
+      this.warning = [note, found.warning, rounded].filter(x => x).join(" ");
     } catch (error) {
-      if (!(error instanceof Fault)) console.error(error);
-      fault.textContent = error instanceof Fault ? error.message : STRANGE;
-      this.settle();
-      return;
+      fault.textContent = words(error);
+      return this.settle();
     }
     this.solver.cancel(this.name);
     clearTimeout(this.idle);
@@ -251,10 +248,7 @@ class Bench extends Explorer {
   undo() {
     this.keep();
     const before = this.past.pop();
-    if (before === undefined) {
-      this.reply("<p>There is nothing to undo.</p>");
-      return;
-    }
+    if (before === undefined) return this.reply("<p>There is nothing to undo.</p>");
     this.kept = before;
     this.open(Object.fromEntries(new URLSearchParams(before)));
     if (!this.closest(".sos-live")) history.replaceState(null, "", `#${this.name}:${before}`);
@@ -267,8 +261,7 @@ class Bench extends Explorer {
       const text = String(this.own[slider.key]), value = valueOf({}, slider, text);
       if (isFinite(value)) {
         widen(slider, value);
-        this.put(k, value);
-        return;
+        return this.put(k, value);
       }
       delete this.own[slider.key];
       this.warning += ` ${printed(slider.symbol)} = ${text} can't stay: this plant's goes from ${
@@ -381,11 +374,10 @@ class Bench extends Explorer {
 
   // A page of all that is known, and its proof.
   async report() {
-    const {digest, texts} = this;
+    const {digest, texts} = this, html = name => this.find(name).innerHTML;
     this.reply("<p>Computing with whole numbers …</p>");
     const {proof} = await this.solver.ask(this.name, "prove", this.request()) ?? {};
     if (this.find("more").dataset.digest !== digest || this.digest !== digest) return;
-    const html = name => this.find(name).innerHTML;
     const claims = proof?.proven ? `<ul>${proof.claims.map(x => `<li>${escape(x)}</li>`).join("")}</ul>`
                                  : "<p>Not proven.</p>";
     const parts = [

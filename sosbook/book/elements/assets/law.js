@@ -62,8 +62,8 @@ export function lawOf(texts, n, U) {
 
 // What a law holds at first, for a plant that has stood at z: empty integrals, and in each filter
 // what is measured.
-export const memory = ({position = [], filter, integrate = []},
-  z) => [...integrate.map(() => 0), ...(filter ? apply(position, z) : [])];
+export const memory = ({position = [], filter, integrate = []}, z) =>
+  integrate.map(() => 0).concat(filter ? apply(position, z) : []);
 
 // What the sum of the poles says of a law without measured rates, for no gain of it moves this sum:
 // null, or why not all poles of a plant are faster than sigma.
@@ -77,7 +77,7 @@ export function summed({position = [], velocity = [], filter, integrate = []}, v
     status: "infeasible",
     reason: `No gain of these sensors moves the sum of the poles: one of them has a real part of ${
       clean(-limit)} s⁻¹ or more.`,
-    help: `Ask for a slower σ than ${clean(limit)} s⁻¹, or give a filter time below ${
+    help: `Ask for σ below ${clean(limit)} s⁻¹, or give a filter time below ${
       Number((0.9 * short).toPrecision(2))} s: ${
       filter ? "then this sum is small enough"
              : "then the law has a derivative, and this sum is small enough"}.`
