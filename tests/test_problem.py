@@ -207,11 +207,11 @@ def test_a_point_that_floats_cannot_judge_is_proven_or_undecided():
 
 def test_irrational_multipliers_prove_as_much_as_rationals_can():
     """Of a saddle they are one irrational vector's, alone."""
-    for A in ([[0.0, 1.0], [2.0, 3.0]], np.diag([1.0, -1.0])):
-        found = lyapunov(np.array(A)).solve()
-        assert found.status == "undecided" and found.infeasibility is None
-        assert 1e3 < found.excluded < np.inf
-        assert f"none is shorter than {found.excluded:.1e}" in found.reason
+    found = lyapunov(np.array([[0.0, 1.0], [2.0, 3.0]])).solve()
+    assert found.status == "undecided" and found.infeasibility is None
+    assert 1e3 < found.excluded < np.inf
+    assert f"none is shorter than {found.excluded:.1e}" in found.reason
+    assert lyapunov(np.diag([1.0, -1.0])).solve().infeasibility.verify()
 
 
 def test_the_excluded_radius_is_right():
@@ -347,3 +347,70 @@ def test_lists_and_numbers_are_data():
     assert_allclose(found.values["P"], 1.75 * np.eye(2), atol=1e-7)
     proof = found.prove()
     assert proof.proven and "P, top" in proof.claims[0]
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e4, 1e6])
+def test_a_minimum_is_found_in_any_unit_of_the_noise(unit):
+    """The cost of an oscillator under noise of so many units, against Lyapunov's."""
+    A, w, c = np.array([[0, 1], [-9.81, -0.3]]), np.eye(2)[:, 1:], np.eye(2)[:1]
+
+    def write(values, number):
+        Q, J, noise = values["Q"], values["J"], number(unit * w)
+        decay = block([[he(Q @ number(A)), number(c.T)], [number(c), -eye(1)]])
+        return {"decay": -decay, "cost": J - noise.T @ Q @ noise}
+
+    unknowns = [Unknown("Q", 2, symmetric=True), Unknown("J", 1, symmetric=True)]
+    least = LMIProblem(write, unknowns).minimize({"J": 1.0})
+    X = solve_continuous_lyapunov(A.T, -c.T @ c)
+    true = unit**2 * (w.T @ X @ w).item()
+    assert least.values["J"].item() == pytest.approx(true, rel=1e-5)
+    assert least.bound <= true * (1 + 1e-9) and least.prove().proven
+
+
+def test_a_minimum_that_is_not_attained_names_the_largest_unknown():
+    def write(values, number):
+        x, y = values["x"], values["y"]
+        return {"hyperbola": block([[x, number([[1.0]])], [number([[1.0]]), y]])}
+
+    problem = LMIProblem(write, [Unknown(n, 1, symmetric=True) for n in "xy"])
+    with pytest.raises(Unbounded, match="where y has entries"):
+        problem.minimize({"x": 1.0})
+
+
+SADDLES = {
+    "a mode of its own": ([[1, 0], [0, -1]], [[0], [1]]),
+    "in odd units": ([[0.3, 0, 0], [9.81, -1, 0.2], [1, 2, -3]], [[0], [1], [0.3]]),
+    "two modes": ([[0, 1, 0], [4, 0, 0], [0.7, 0.2, 1]], [[0], [0], [1]]),
+}
+
+
+@pytest.mark.parametrize("name", SADDLES)
+def test_a_refusal_whose_multipliers_are_singular_is_proven(name):
+    """A mode with Re s > 0 that B doesn't reach: its multiplier has its rank."""
+    A, B = (np.array(x, float) for x in SADDLES[name])
+
+    def write(values, number):
+        P, Y = values["P"], values["Y"]
+        return {"P": P, "decay": -he(number(A) @ P + number(B) @ Y)}
+
+    n = len(A)
+    unknowns = [Unknown("P", n, symmetric=True), Unknown("Y", 1, n)]
+    answer = LMIProblem(write, unknowns).solve()
+    assert answer.status == "infeasible" and answer.infeasibility.verify()
+
+
+def test_a_singular_multiplier_of_few_digits_is_taken_as_it_is():
+    """A mass that no K_A makes regular enough: z = (v, -1.2 v) with B'v = 0."""
+    M, B = np.diag([1.0, 0.3, 0]), np.eye(3)[:, :1]
+
+    def write(values, number):
+        mass, one = number(M) - number(B) @ values["K_A"], np.eye(3)
+        off = number(2.4 * one)
+        return {"mass": block([[he(mass), off], [off, number(2 * one)]])}
+
+    problem = LMIProblem(write, [Unknown("K_A", 1, 3)])
+    v = np.eye(3)[2]
+    z = np.concatenate([v, -1.2 * v])
+    refusal = problem.refuse([np.outer(z, z)])
+    assert refusal.verify() and float(refusal.value) < 0
+    assert problem.solve().status == "infeasible"

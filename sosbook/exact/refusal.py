@@ -11,6 +11,7 @@ from .proof import Examined
 from .proof_file import ProofFile
 from .rational import fractions, read_fractions
 from .repair import repair_multipliers
+from .singular import singular_multipliers
 
 
 class Refusal(ProofFile):
@@ -35,7 +36,10 @@ class MultiplierRefusal(Refusal):
 
     Z_k >= 0 for blocks G_k, not all zero, sum <G_k, Z_k> is the same number at every
     point, and it isn't positive: so the G_k aren't all positive definite.
+    ``may_be_singular``: whether Z_k without full rank are looked for, too.
     """
+
+    may_be_singular = False
 
     @classmethod
     def written_from(cls, data, multipliers, keyed):
@@ -59,10 +63,14 @@ class MultiplierRefusal(Refusal):
             raise ValueError(
                 f"multipliers must be {len(expressions)} matrices of finite numbers"
             )
-        repaired = repair_multipliers(list(expressions.values()), unknowns, Z)
-        if repaired is None:
+        blocks = list(expressions.values())
+        repaired = repair_multipliers(blocks, unknowns, Z)
+        found = repaired and repaired[0]
+        if found is None and cls.may_be_singular:
+            found = singular_multipliers(blocks, unknowns, Z)
+        if found is None:
             return None
-        exactly = dict(zip(expressions, repaired[0]))
+        exactly = dict(zip(expressions, found))
         proof = cls.of(cls.written_from(data, exactly, keyed))
         return proof if proof.proven else None
 

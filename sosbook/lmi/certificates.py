@@ -85,6 +85,7 @@ class LMIRefusal(MultiplierRefusal):
     """
 
     kind = "infeasible lmi"
+    may_be_singular = True
 
     def _proven_words(self):
         return OF_AN_AUTHOR

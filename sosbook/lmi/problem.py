@@ -18,6 +18,7 @@ from .text import LMIText, rationals
 
 __all__ = ["LMIProblem", "LMIProof", "LMISolution", "TrustedProblem"]
 
+FARTHEST_MINIMUM = 1e16  # largest unknown's size that may be a unit
 FARTHEST_START = 1e6  # largest variable from which a minimisation starts
 
 
@@ -193,9 +194,44 @@ class LMIProblem(LMIText):
             if start is None and np.abs(x).max() > FARTHEST_START:
                 # a cone: begin near zero
                 inside = bounded(self.compiled, self.unknowns, x)[1]
-            return self._at(*minimize(self.compiled, cost, inside, gap))
+            try:
+                return self._at(*minimize(self.compiled, cost, inside, gap))
+            except Unbounded as missed:
+                return self._least_in_units(cost, gap, missed)
 
         return self._limited(least, first)
+
+    def _least_in_units(self, cost, gap, missed):
+        """The minimum with each unknown in a unit of its size where a search ``missed``
+        it; Unbounded names the largest one if there is none.
+        """
+        if missed.x is None:
+            raise missed
+        sizes = {
+            name: 2.0 ** np.round(np.log2(np.abs(value).max() or 1.0))
+            for name, value in unpacked(self.unknowns, missed.x).items()
+        }
+
+        def write(values, number):
+            units = {n: number(np.array(s)).item() for n, s in sizes.items()}
+            return self.write({n: x * units[n] for n, x in values.items()}, number)
+
+        each = np.concatenate([np.full(u.size, sizes[u.name]) for u in self.unknowns])
+        try:
+            if each.max() > FARTHEST_MINIMUM:
+                raise missed
+            blocks = TrustedProblem(write, self.unknowns, settings=self.settings)
+            x, bound = minimize(blocks.compiled, cost * each, missed.x / each, gap)
+            if cost @ missed.x < bound:  # rounding errors, far away
+                raise missed
+        except Unbounded:
+            name = max(sizes, key=sizes.get)
+            raise Unbounded(
+                f"{missed}; the search ended where {name} has entries of the size "
+                f"{sizes[name]:.1e}",
+                missed.x,
+            ) from None
+        return self._at(x * each, bound)
 
     def prove(self, values, claims=(), digits=None):
         """Prove in rational arithmetic that all blocks are positive definite.
