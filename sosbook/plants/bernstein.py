@@ -7,10 +7,12 @@ from math import comb, prod
 
 import numpy as np
 from flint import fmpq
+from scipy.optimize import linprog
 
-from ..exact.rational import exact, rational_matrix
+from ..exact.rational import echelon, exact, rational_matrix
 
 MOST_CELLS = 128  # in which a sign is looked for
+NO_WEIGHT = 1e-9  # of a point in a mean, by floats
 SHOWN = 10  # decimals of a rational in words; one with more is a fraction
 
 
@@ -153,6 +155,42 @@ class Box:
 
 
 NO_RANGES = Box((), (), ())
+
+
+def corners_hold(stacks, degrees, pieces):
+    """Whether each vertex is a mean of those at the corners: ``stacks`` of the matrices
+    by name, of Bernstein's form with ``degrees`` and ``pieces``, by parameter.
+    """
+    places = [range(2 + (d - 1) * pieces[k]) for k, d in degrees.items()]
+    ends = [all(i in (0, p[-1]) for i, p in zip(x, places)) for x in product(*places)]
+    points = np.hstack([stack.reshape(len(ends), -1) for stack in stacks.values()])
+    points = points[:, (points != points[0]).any(axis=0)]
+    corners = points[ends]
+    return all(is_mean(x, corners) for x in points[~np.array(ends)])
+
+
+def is_mean(point, others):
+    """Whether a ``point``, (k,), is a mean of some ``others``, (n, k), in rationals:
+    floats say which ones, and their weights are solved for.
+
+    >>> corners = exact(np.array([[0.0, 0.0], [1.0, 0.3], [0.0, 1.0]]))
+    >>> is_mean(exact(np.array([0.5, 0.15])), corners)
+    True
+    """
+    rows = np.vstack([others.T, others[:, 0] * 0 + 1])
+    wanted = np.append(point, fmpq(1))
+    scale = np.abs(rows.astype(float)).max(axis=1)
+    scale[scale == 0] = 1.0
+    floats = rows.astype(float) / scale[:, None], wanted.astype(float) / scale
+    found = linprog(np.zeros(len(others)), A_eq=floats[0], b_eq=floats[1])
+    if found.x is None:
+        return False
+    some = found.x > NO_WEIGHT
+    table = np.column_stack([rows[:, some], wanted])
+    solved, lead = echelon(rational_matrix(table.tolist()))
+    if len(solved[0]) - 1 in lead:  # no weights give it
+        return False
+    return all(row[-1] >= 0 for row in solved) and len(lead) == some.sum()
 
 
 def _places(degree, low, high, pieces):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..exact.definite import inverse
 from ..exact.rational import exact, rational_matrix
-from .bernstein import NO_RANGES, Box, spelled
+from .bernstein import NO_RANGES, Box, corners_hold, spelled
 from .builder import along, built, check_by_numbers
 from .checks import as_written, checked_names
 from .checks import count as whole
@@ -48,13 +48,12 @@ class Uncertain:
 
     Notes
     -----
-    Each row of the equations is multiplied by its denominators and divided by what
-    it has in common. Then multiples of rows, by polynomials of the parameters, are
-    taken from other rows where terms of high degree go away. That changes no motion,
-    and `repr` says what was done. The matrices are polynomials then, and the plants
-    lie in the polytope of their Bernstein coefficients. These are the corners, and
-    exact, where no parameter has a power above one. `vertices` of higher powers
-    needn't be plants of the family; they come nearer when the box is halved.
+    Rows are multiplied by their denominators and divided by what they have in common;
+    then multiples of rows, by polynomials, are taken from others where terms of high
+    degree go away. That changes no motion, and `repr` says it. The plants lie in the
+    polytope of the Bernstein coefficients: the corners, exactly, where no parameter
+    has a power above one. `vertices` of higher powers needn't be plants of the family;
+    they come nearer when the box is halved.
 
     The design functions take it as a plant, and what they prove is proven for all
     values of the parameters.
@@ -84,8 +83,7 @@ class Uncertain:
         def as_the_builder_has_them(point):
             found = self._at(point)
             back = inverse(rational_matrix([[x.at(point) for x in row] for row in T]))
-            for name in found.keys() & set(ROWS[kind]):
-                found[name] = back @ found[name]
+            found |= {n: back @ found[n] for n in found.keys() & set(ROWS[kind])}
             return {name: matrix.astype(float) for name, matrix in found.items()}
 
         check_by_numbers(builder, box, as_the_builder_has_them)
@@ -93,13 +91,12 @@ class Uncertain:
     def _in_canonical_form(self, kind, box, matrices, rest):
         """Become the family of `Parametric` matrices; T of `canonical`."""
         T = canonical(matrices, ROWS[kind])
-        for name, matrix in matrices.items():
-            for x in matrix.flat:
-                if not x.den.is_one():
-                    raise ParameterError(
-                        f"{name} has the denominator {x.words(x.den)}, and no equation "
-                        "to multiply by it: give the quotient a range of its own"
-                    )
+        for name, x in ((k, x) for k in matrices for x in matrices[k].flat):
+            if not x.den.is_one():
+                raise ParameterError(
+                    f"{name} has the denominator {x.words(x.den)}, and no equation "
+                    "to multiply by it: give the quotient a range of its own"
+                )
         parts, count = {}, len(box.names)
         for name, matrix in matrices.items():
             terms = [x.num.to_dict() for x in matrix.flat]
@@ -136,6 +133,17 @@ class Uncertain:
     def multi_affine(self) -> bool:
         """Whether no parameter has a power above one: the vertices are the corners."""
         return max(self.degree.values(), default=1) == 1
+
+    @cached_property
+    def straight(self) -> bool:
+        """Whether each vertex is a mean of plants at the corners: no cut is nearer."""
+        return self.multi_affine or corners_hold(
+            self._stacks(), self.degree, self.pieces
+        )
+
+    def _stacks(self):
+        form = self.box, tuple(self.degree.values()), tuple(self.pieces.values())
+        return {name: part.vertices(*form) for name, part in self.parts.items()}
 
     @property
     def count(self) -> int:
@@ -238,11 +246,10 @@ class Uncertain:
         one = not rows and data["parameters"] == []  # a plant of rationals
         box, cut = (NO_RANGES, {}) if one else read_ranges(data["parameters"])
         entries: dict = {}
-        for name, matrix in data.items():
-            if name != "parameters":
-                entries[name] = read_entries(matrix, box.names)
-                if len(set(map(len, matrix))) > 1:
-                    raise ValueError(f"the rows of {name} differ in length")
+        for name, matrix in ((k, x) for k, x in data.items() if k != "parameters"):
+            entries[name] = read_entries(matrix, box.names)
+            if len(set(map(len, matrix))) > 1:
+                raise ValueError(f"the rows of {name} differ in length")
         if rows:
             family = object.__new__(cls)
             made = {name: made_of(x, box) for name, x in entries.items()}
@@ -295,11 +302,8 @@ class Uncertain:
         """
         rng = np.random.default_rng(whole("seed", seed))
         shares = rng.random((whole("count", count), len(self.box.names))).round(9)
-        ends = list(zip(self.box.low, self.box.high))
-        return [
-            self._plant(self._at([a + (b - a) * s for (a, b), s in zip(ends, r)]))
-            for r in exact(shares)
-        ]
+        low, high = (np.array(x) for x in (self.box.low, self.box.high))
+        return [self._plant(self._at(low + (high - low) * r)) for r in exact(shares)]
 
     @property
     def vertices(self) -> tuple:
@@ -320,8 +324,7 @@ class Uncertain:
                 f"costs most, a factor of {costs[name]}: fix what matters least, "
                 "or cut into fewer pieces"
             )
-        form = self.box, tuple(self.degree.values()), tuple(self.pieces.values())
-        parts = {name: part.vertices(*form) for name, part in self.parts.items()}
+        parts = self._stacks()
         return tuple(
             self._plant({name: stack[k] for name, stack in parts.items()}, kept=True)
             for k in range(count)
@@ -395,5 +398,5 @@ class Uncertain:
 
     def check_regular(self) -> None:
         """Raise where E, or the mass, is singular for some of the values only."""
-        name = ROWS[self.kind][0]
-        check_regular(name, self.parts[name], self.box, tuple(self.degree.values()))
+        name, degrees = ROWS[self.kind][0], tuple(self.degree.values())
+        check_regular(name, self.parts[name], self.box, degrees)

@@ -58,7 +58,7 @@ def _cuts(family):
     several = (
         family.cut(**{name: 2 * family.pieces[name]})
         for name, degree in family.degree.items()
-        if degree > 1
+        if degree > 1 and not family.straight
     )
     return [cut for cut in several if cut.count <= MOST_VERTICES]
 
@@ -231,7 +231,7 @@ def or_with_slack(first, request, objective, backoff, prefer):
         return replace(first, reason=f"{NO_ONE_P} {first.reason or ''}".strip())
     several = own and len(request.distinct) > 1 and not request.ties
     family = request.plant.family
-    rivals = objective and family is not None and not family.multi_affine
+    rivals = objective and family is not None and not family.straight
     if (first.status == "feasible" and not rivals) or not several:
         return first
     request = replace(request, coupling="slack")
