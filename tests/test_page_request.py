@@ -12,7 +12,6 @@ import pytest
 import sosbook as sos
 from sosbook.book.elements.bench import EXAMPLES as PLANTS_TO_TYPE
 from sosbook.book.elements.explorer import design_explorer
-from sosbook.controllers.controller import checked_delay
 from sosbook.proofs.command import main, read_plant_file
 from sosbook.requirements.vocabulary import PARAMETERS
 from tests.elements import held, write_page
@@ -183,7 +182,6 @@ def caught(python):
 
     def controller(*measured, **clock):
         names = {"measured": measured[0]} if measured else {}
-        checked_delay(clock["T"], clock.get("delay", 0.0))
         seen["controller"] = names | clock
         made = SimpleNamespace(certify=lambda **_: "")
         made.limit = lambda u_max: seen["controller"].update(u_max=u_max) or made
