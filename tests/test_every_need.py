@@ -11,9 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import sosbook as sos
 from sosbook.exact.checker import arithmetic, kernel, payment, plants, special, verdict
 from sosbook.exact.checker.language import Reader, parse
 from sosbook.exact.rational import decimal
+from sosbook.proofs.subject import compare_plant
 from tests.forged import base, changed, decided, needs, refusal
 from tests.oracles import mended, without_text
 from tests.test_proof_files import proof_of
@@ -255,3 +257,19 @@ def test_a_column_that_turns_halfway_isn_t_one():
     assert not plants.corners_suffice(E, points)
     same = [E[0], E[1], E[0], E[1]]
     assert plants.corners_suffice(same, [points[0], points[1]] * 2)
+
+
+def test_a_refusal_by_the_sum_of_the_poles_says_which_gains_are_free(tmp_path):
+    """Of a law with structure the others may move the sum: here those of a rate."""
+    one, tenth = np.eye(2).tolist(), (0.1 * np.eye(2)).tolist()
+    plant, form = sos.SecondOrderSystem(one, tenth, one, one), [[1, 0], [0, "a"]]
+    law = sos.PIDLaw(position=one, structure={"K_P": form})
+    proof = sos.design_pid(plant, law=law, region=sos.PoleRegion(5)).infeasibility
+    assert proof.claims[0].startswith("no gain of the law with 2 free numbers moves")
+    assert "no gain of the law moves" in proof_of("sum of poles").claims[0]
+    file = {"plant": dict(M=one, D=tenth, S=one, B=one, F=[[], []])}
+    for structure, same in ((form, True), ([[1, 0], [0, 0]], False), (None, False)):
+        asked = {"position": one, "structure": structure and {"K_P": structure}}
+        path = tmp_path / "plant.json"
+        path.write_text(json.dumps(file | {"law": asked}), "utf-8")
+        assert (compare_plant(proof.data, path) == "") is same

@@ -10,7 +10,7 @@ from ..controllers.code import code_fault, read_gains
 from ..controllers.written import changes
 from ..exact.checker.verdict import subject
 from ..exact.proof_file import load
-from ..exact.rational import decimals
+from ..exact.rational import decimals, exact, fractions
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import plant_and_asked
@@ -41,6 +41,9 @@ def compare_plant(data, path):
                 wanted[name] = none if given is None else decimals(matrix(name, given))
             law = asked_in_file({"law": file["law"]})["law"] if "law" in file else None
             wanted["law"] = law and parts_data(law.parts(plant))
+            if law:  # which of its numbers are free
+                free = law.structure(plant).directions
+                wanted["gains"] = [fractions(exact(K)) for K in free]
     for name, value in wanted.items():
         if name == "plant" or name in data:
             if data.get(name) != value:

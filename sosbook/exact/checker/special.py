@@ -7,7 +7,7 @@ determinant.
 from fractions import Fraction
 from math import floor, log10
 
-from .arithmetic import Beyond, need
+from .arithmetic import Beyond, definite, need
 from .families import keys, vertex_words
 from .known import put_law
 from .outputs import at_vertex, ends
@@ -54,6 +54,9 @@ def joined(t, law, size, mean, f):
 class SumOfPoles:
     """The sum of the poles, tr E^-1 (A + B K C_y), is moved by no K of a law.
 
+    K is a sum of the file's gains. Where these aren't all matrices, the words say how
+    many numbers are free: another K of the same law may move the sum.
+
     Their mean isn't in the half-plane that is asked, or in the left one: nor are all.
     """
 
@@ -76,10 +79,15 @@ class SumOfPoles:
         t.write("still.i: tr(back Bu G.i y) == 0", loop="i in gains")
         t.write(f"mean = tr(back A)/{N}", f"beyond: {reach} >= 0")
         where = vertex_words(d["plant"], k, len(vertices))
+        shape, free = (len(d["gains"][0]), len(d["gains"][0][0])), len(d["gains"])
+        rows = [[e for row in G for e in row] for G in d["gains"]]
+        K = mat(rows, free, shape[0] * shape[1], ratio)
+        need(definite(K @ K.T), "the gains depend on each other")
+        some = "" if free == K.c else f" with {free} free number{'s' * (free > 1)}"
         least = downwards(t.values()["mean"])
-        self.claims = [f"no gain of the law moves the sum of the poles of {where}; one "
-                       f"of them has a real part of at least {least}, so none keeps: "
-                       f"{words}"]  # fmt: skip
+        self.claims = [f"no gain of the law{some} moves the sum of the poles of "
+                       f"{where}; one of them has a real part of at least {least}, so "
+                       f"none keeps: {words}"]  # fmt: skip
 
 
 def downwards(x):
