@@ -12,6 +12,7 @@ import pytest
 from scipy.linalg import expm
 
 import sosbook as sos
+from sosbook.plants.descriptor import descriptors
 
 CART = sos.SecondOrderSystem(1, 0.2, 1, 1, F=[[1, 0]])
 
@@ -22,7 +23,7 @@ def some(m):
 
 FAMILY = sos.Uncertain(some, m=(1, 1.5))
 ROUGH = sos.SecondOrderSystem(  # unsymmetric, with two inputs, by .3 and 9.81
-    0.3 * np.eye(2), 9.81 * np.array([[1, 0.2], [0, 1]]), [[3, 0.3], [0, 2]],
+    0.3 * np.eye(2), 9.81 * np.array([[1, 0.2], [0.1, 1]]), [[3, 0.3], [0.1, 2]],
     [[1, 0.3], [0.2, 1]], [[1, 0], [0.3, 0]],
 )  # fmt: skip
 NOISE = np.array([[0, 0.7]])
@@ -190,6 +191,15 @@ def test_an_observer_knows_no_noise_and_says_where_it_rests():
         (x, u), run = c.static(w=w), c.simulate(20.0, w=w)
         np.testing.assert_allclose(run.x[:, -1], x, atol=1e-7)
         np.testing.assert_allclose(run.u[:, -1], u, atol=1e-7)
+
+
+def test_other_plants_may_have_other_disturbances_but_no_other_noise():
+    more = descriptors(sos.SecondOrderSystem(1, 0.2, 1, 1, F=[[1, 0, 2]]))
+    c = analysed("states").controller(T=0.02)
+    first, second = (c.simulate(1.0, w=w, plants=more) for w in ([0, 0, 1], [2, 0, 0]))
+    np.testing.assert_allclose(first.x, second.x, atol=1e-12)
+    with pytest.raises(ValueError, match="plants have 3 disturbances"):
+        controller("PID", 0.02).simulate(1.0, plants=more)
 
 
 def test_searched_at_the_ticks_the_noise_is_proven_too():

@@ -74,6 +74,14 @@ def simulate_controller(
     c = controller
     plants = c.vertices if plants is None else plants
     runs, (N, m) = len(plants), plants[0].Bu.shape
+    p, read = plants[0].Bw.shape[1], c.noise_rows
+    if not read.any():
+        read = np.zeros((len(read), p))  # whatever disturbances these plants have
+    if read.shape[1] != p:
+        raise ValueError(
+            f"plants have {p} disturbances, and the law's noise is one of "
+            f"{read.shape[1]}: give them the same columns of F, with zeros for noise"
+        )
     ticks = count("seconds / T", round(positive("seconds", seconds) / c.T), 1)
     program = Replay(c, runs) if program is None else program
     forces = _Forces(plants, friction, backlash)
@@ -86,8 +94,8 @@ def simulate_controller(
     xs, us = np.empty((runs, ticks, N)), np.empty((runs, ticks, m))
     faults = np.empty((runs, ticks), int)
     for k in range(ticks):
-        force = _at(w, k * c.T, plants[0].Bw.shape[1])
-        y = (x @ c.rows.T + c.noise_rows @ force).T
+        force = _at(w, k * c.T, p)
+        y = (x @ c.rows.T + read @ force).T
         exact = c.steps <= 0
         fine = np.where(exact, 1.0, c.steps)[:, None]
         y = np.where(exact[:, None], y, fine * np.floor(y / fine + 0.5))
