@@ -9,6 +9,10 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from .checks import matrix
 
+OF_A_LAW = (
+    "K has gains of a law, or of accelerations: K x isn't all of u. Give law=, or K "
+    "and K_A, where these are arguments; what is sampled takes design.controller(T=...)"
+)
 LATE = re.compile(r"\(k-\d+\)$")  # in the name of an older input
 
 
@@ -83,10 +87,7 @@ class GainParts(dict):
     def gain(self):
         """All parts as one `Gain`."""
         if not self.signals:
-            raise ValueError(
-                "K has the gains of a law or of accelerations, and K x isn't all of u: "
-                "give law=, or K and K_A, where they are taken"
-            )
+            raise ValueError(OF_A_LAW)
         return Gain(np.hstack(list(self.values())), self.signals)
 
 
@@ -113,6 +114,8 @@ def gain_of(K, plant, U=None):
     >>> gain_of(Gain([[2, 20]], ("z1'", "z1")), SecondOrderSystem(1, 0, 0, 1))
     array([[20.,  2.]])
     """
+    if getattr(getattr(K, "request", None), "law", None) is not None:
+        raise ValueError(OF_A_LAW)
     gain = named(K)
     if isinstance(gain, dict):
         raise ValueError(
