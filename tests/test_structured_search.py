@@ -501,6 +501,28 @@ MODES = {  # a plant, a law, a decay that the mode breaks, and who can't move it
 }  # fmt: skip
 
 
+ADVISED = {  # plant, what is measured, decay, whether a memory does it
+    "near": (joint(0.3, 9.81), [[0, 1]], None, 2.0, True),
+    "rates of the far side": (joint(0.3, 9.81), [[0, 1]], [[0, 1]], 3.0, True),
+    "rates alone": (joint(0.3, 9.81), None, [[0, 1]], 2.0, False),
+}
+
+
+@pytest.mark.parametrize("name", ADVISED)
+def test_a_memory_is_advised_where_it_does_what_was_asked(name):
+    plant, position, velocity, sigma, does = ADVISED[name]
+    lag = 0.05 if velocity is None else None
+    law = sos.PIDLaw(position, velocity, filter=lag, limits={"K_D": 1})
+    asked = dict(region=sos.PoleRegion(sigma=sigma))
+    refused = sos.design_pid(plant, law=law, starts=1, **asked)
+    advised = "A DynamicLaw of order 4 does it, as tried." in refused.advice
+    assert refused.status != "feasible" and advised == does
+    if does:
+        more = sos.DynamicLaw(4, position, velocity)
+        poles = np.ravel(sos.design_pid(plant, law=more, **asked).poles())
+        assert len(poles) == 8 and poles.real.max() < -sigma
+
+
 @pytest.mark.parametrize("name", MODES)
 def test_a_mode_that_no_gain_of_the_law_moves_is_a_door(name, tmp_path):
     plant, law, sigma, who = MODES[name]

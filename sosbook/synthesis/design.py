@@ -19,6 +19,7 @@ from .found import Found, found_on
 from .known_certificate import known_proof
 from .slack import feasible
 from .solution import Solution
+from .structured.design import with_memory
 from .whole import proven_on
 
 
@@ -320,7 +321,8 @@ class Design(ClosedLoop[Certificate], Solution):
         if self.status == "feasible":
             return ""
         if self.searched is not None or (self.K is None and self._law is not None):
-            return f"{self.reason} Measure more, or ask for less."
+            more = "" if self.minimized else with_memory(self.request)
+            return f"{self.reason} {more}Measure more, or ask for less."
         if isinstance(self.infeasibility, FixedModeRefusal):
             if self.request.gain is not None:
                 what = "gain" if self.request.plant.m else "loop"

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...exact.definite import round_digits
 from ...exact.rational import exact
+from ...laws import DynamicLaw, PIDLaw
 from ...requirements.known import KnownLoop
 from ...requirements.vocabulary import SIGMA
 from ...runtime.read_only import ReadOnly
@@ -19,8 +20,9 @@ from ...runtime.time_limit import (
 from ..cells import Box
 from ..known_gain import kept_or_broken
 from ..ranges import Ranges, family
+from ..request import Request
 from ..solution import Solution
-from .doors import refused_by_a_door, refused_by_mode, refused_by_sum
+from .doors import corners_of, refused_by_a_door, refused_by_mode, refused_by_sum
 from .loops import loops_of
 from .objective import DECAY, Task
 from .search import search
@@ -30,6 +32,7 @@ FEW = 3  # starts of all but the first
 DIGITS = 6, 10  # of the free numbers, in the order of trial
 WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
 NEAR = 1e-9  # to a vertex: counted as that
+TRIAL = 20.0  # seconds, for a law with a memory that is advised
 SEARCH = 0.5  # of the time that is left, for a search; the rest is for the proof
 STOPPED = "The time was over before the search was: a longer one may find a better K."
 
@@ -117,6 +120,25 @@ def by_law(request, objective, backoff, starts, seed):
     if best is not None and best.status == "feasible":
         return replace(best, reason=STOPPED) if stopped and objective else best
     return _undecided(request, task, loops, found, best, by)
+
+
+def with_memory(request):
+    """Words on a `DynamicLaw` of the plant's order that keeps a ``request`` with the
+    sensors of its `PIDLaw`, found within `TRIAL` seconds; or nothing.
+    """
+    law = request.law
+    if not isinstance(law, PIDLaw):
+        return ""
+    order = len(next(iter(corners_of(request).values())).E)
+    try:
+        more = DynamicLaw(order, law.position, law.velocity, noise=law.noise)
+        asked = Request(request.plant, requirements=request.requirements, law=more)
+        with time_limit(TRIAL):
+            found = by_law(asked, {}, 0.01, FEW, 0)
+    except (OutOfTime, ValueError, ArithmeticError, np.linalg.LinAlgError):
+        return ""
+    kept = found.status == "feasible"
+    return f"A DynamicLaw of order {order} does it, as tried. " if kept else ""
 
 
 def _better(solution, best, objective):
