@@ -99,6 +99,30 @@ def test_wrong_counts_are_refused(counts, robots, tmp_path):
         deploy(DATA / "body.csv", DATA / "wheels.csv", {"counts": counts})
 
 
+def test_friction_is_tried_where_gears_rub(robots):
+    """Both are told, and those with friction are the robot's."""
+    robot, body, _ = robots["thesis"]
+    rig = Rig(friction=0.3)
+    seen = Inspection.of(rig.body(), rig.wheels(), robot)
+    (told,) = [x.text for x in seen.findings if "with friction = true" in x.text]
+    found = dict(re.findall(r"(\w/\w) = (\S+) instead", told))
+    true = identify(shipped("body"), shipped("wheels"), **robot.identification).ratios
+    for name, value in true.items():
+        mine = float(found[name.replace("_", "/")])
+        assert mine == pytest.approx(value, rel=0.02)
+        assert name[0] != "f" or abs(seen.identified.ratios[name] / value - 1) > 0.05
+    again = Inspection.of(rig.body(), rig.wheels(), robot.but(friction=True))
+    assert not any("friction = true" in str(x) for x in again.findings)
+
+
+def test_a_log_of_a_robot_that_balances_is_called_that(robots):
+    """Upright and in a loop, and its gyro in degrees."""
+    body = robots["thesis"][1]
+    with pytest.raises(ValueError, match="does the robot balance, or a cont") as error:
+        fit_body(replace(body, gyro=-np.degrees(body.gyro)))
+    assert re.search(r"gyro reads \S+ rad/s: is it in deg/s\?", str(error.value))
+
+
 def test_counts_off_by_a_little_are_a_warning(robots):
     robot, body, wheels = robots["thesis"]
     seen = Inspection.of(body, wheels, robot.but(counts=1.1 * COUNTS_PER_TURN))

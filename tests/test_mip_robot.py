@@ -109,6 +109,7 @@ def test_a_description_survives_its_file(robot, tmp_path):
         ({"M_b": 272.0}, "M_b .*at most 100 kg"),  # in grams
         ({"M_w": 27.0}, "M_w .*at most 20 kg"),
         ({"l": 40.0}, "l .*at most 2 m"),  # in mm
+        ({"gyro_range": 440}, "1000 deg/s are 17.45.*at most 100 rad/s"),
         ({"M_b": "1"}, "M_b"),
         ({"track": 0.1, "turning": [1, "1"]}, "turning must be two inertias"),
         ({"M_b": True}, "M_b"),

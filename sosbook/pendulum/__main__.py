@@ -21,6 +21,7 @@ from .recording import SWEEP_SECONDS, write_recorders
 from .report import write_report
 from .rig import DATA
 from .robot import LAWS, Robot
+from .ticks import HEADER
 
 OPTION_HELP = {
     "R": "weight of the voltage; without it the smallest is searched "
@@ -180,7 +181,8 @@ def check(argv):
 
 def compared(argv):
     """The command that holds a running robot against its model."""
-    parser = parser_of("compare", "Hold the log of a running program to its model.")
+    text = f"Hold the log of a running program to its model: {HEADER}."
+    parser = parser_of("compare", text)
     parser.add_argument("log", metavar="log.csv")
     parser.add_argument("folder", nargs="?", default="deployment", help="its programs")
     asked = parser.parse_args(argv)

@@ -10,7 +10,7 @@ from .fit_spread import FitSpread
 from .log_checks import Subject
 from .modelled import Model
 from .report import PAGE, curve, write_page
-from .ticks import TickLog
+from .ticks import STEER_COLUMNS, TickLog
 from .tracking import Heading, Tracking, track, track_heading
 from .turning import turning_plants
 
@@ -280,10 +280,11 @@ def _program(log, model):
         replayed = log.replayed_motors(model.steering)
         pairs.append(("motors' volts", replayed[ran], motors[ran]))
     elif model.steering or log.steers:
-        steers = "has" if log.steers else "lacks"
+        has, does = ("has", "doesn't") if log.steers else ("lacks", "does")
+        why = "another program ran" + ", or they weren't logged" * (not log.steers)
         texts.append(
-            f"the log {steers} the columns of a program that steers, and the model's "
-            f"{'does not' if log.steers else 'does'}: another program ran"
+            f"the log {has} the columns {', '.join(STEER_COLUMNS)} of a program that "
+            f"steers, and the model's {does}: {why}"
         )
     for name, ours, theirs in pairs:
         apart = abs(ours - theirs)

@@ -6,11 +6,13 @@ their agreement are held against what a working robot does.
 
 from dataclasses import dataclass
 
-from .fit_checks import check_fits, widened
+from .fit_checks import UNMODELLED, check_fits, widened
 from .identify import identify
-from .log_checks import Finding, check_log, refused
+from .log_checks import Finding, Subject, check_log, refused
 
 __all__ = ["Finding", "Inspection", "check_fits", "check_log", "refused", "widened"]
+
+RUBS = 1.5  # times as much the fits leave without the friction that there is
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,7 @@ class Inspection:
                 findings.append(Finding("refused", "the fit", str(error)))
         else:
             findings += check_fits(identified, body, wheels, robot)
+            findings += _rubbing(identified, body, wheels, robot, findings)
         return cls(robot, body, wheels, identified, tuple(findings))
 
     @property
@@ -58,3 +61,24 @@ class Inspection:
             )
         )
         return "these logs give no program:\n" + "\n".join(lines) + more
+
+
+def _rubbing(identified, body, wheels, robot, findings):
+    """What the fits give with friction, where without it they leave more than noise."""
+    if robot.friction or not any(UNMODELLED in str(x) for x in findings):
+        return
+    try:
+        other = identify(body, wheels, **robot.identification | {"friction": True})
+    except ValueError:
+        return
+    fits = zip((identified.body, *identified.wheels), (other.body, *other.wheels))
+    if max(mine.rms / max(theirs.rms, 1e-12) for mine, theirs in fits) < RUBS:
+        return
+    pairs = ", ".join(
+        f"{x.replace('_', '/')} = {value:.4g} instead of {identified.ratios[x]:.4g}"
+        for x, value in other.ratios.items()
+    )
+    yield Subject("both logs").warned(
+        f"the gears rub: with friction = true the fits are closer, and {pairs}. Set it "
+        "(--friction): the robot may lie beyond the other interval"
+    )

@@ -17,6 +17,11 @@ __all__ = ["fit_body", "fit_wheel", "speed"]
 BODY_MODELS = ("pendulum", "linear", "free zero")
 #: rad/s, tried beside `STICTION_SPEED` where friction is fitted.
 SHARPER_STICTION = 0.15, 0.05
+BALANCES = (
+    "does the robot balance, or a controller make V? It must hang upside down, under a "
+    "sweep. "
+)
+FAST_GYRO = 35.0  # rad/s, 2000 deg/s: the scale of most gyros ends there
 AGAIN = 20  # rounds of such a fit, which starts from one that is found
 STEPS_PER_TIME_CONSTANT = 2.0  # of wheels; Runge and Kutta's run away below 0.36
 COARSE_SHARE = 0.5  # of the samples bring a count; of fewer the angles are fitted
@@ -93,7 +98,10 @@ def fit_body(log, model="pendulum", friction=False, share=None, near=None):
         fit = looser(fit, loose, gyro, starts)
         if near is not None and starts[1].rms < AS_NEAR * fit.rms:
             fit = replace(starts[1], alone=fit["e_c"] / fit["f_c"])
-    return signs(fit, "body", "the gyro or the motors")
+    asked, top = BALANCES, abs(gyro).max()
+    if top > FAST_GYRO:
+        asked += f"gyro reads {top:.3g} rad/s: is it in deg/s? "
+    return signs(fit, "body", "the gyro or the motors", asked)
 
 
 def speed(log, wheel=1, counts=COUNTS_PER_TURN):
@@ -262,13 +270,15 @@ def tied(fit, model, near, y):
     )
 
 
-def signs(fit, log, suspects):
-    """The fit, or a ValueError if it contradicts physics."""
+def signs(fit, log, suspects, asked=""):
+    """The fit, or a ValueError if it contradicts physics; ``asked``: what to ask first,
+    beside the ``suspects`` in the ``log``.
+    """
     wrong = [f"{x} = {fit[x]:.3g}" for x in fit.names if "_" in x and fit[x] <= 0]
     if wrong:
         raise ValueError(
-            f"the log of the {log} gives {', '.join(wrong)}, which must be "
-            f"positive: check the sign of {suspects}, and the excitation: a slower, "
-            "longer sweep with a larger V says more"
+            f"the log of the {log} gives {', '.join(wrong)}, which must be positive: "
+            f"{asked + 'Else ' if asked else ''}check the sign of {suspects}, and the "
+            "excitation: a slower, longer sweep with a larger V says more"
         )
     return fit

@@ -17,6 +17,7 @@ LAWS = ("gain", "observer")
 #: How long a fault is borne, in s: what `timed` says where a robot doesn't.
 WAITS = "missing", "frozen", "stall", "deaf", "late"
 TILT_MEMORY = 2.0  # s, after which the accelerometers are believed: T / blend
+GYRO_TEXT = "full scale of the gyro; 1000 deg/s are 17.45"
 #: Keys that only the programs for a known board take.
 BOARD_KEYS = (
     *("mount", "nominal", "battery", "motor_channels", "motor_polarities"),
@@ -130,7 +131,7 @@ class Robot:
     g: float = key("gravity", "m/s^2", 9.81)
     counts: float = key("of an encoder, per turn of a wheel", "a turn")
     edges: int = key("of an encoder's period, in counts", "", 4)
-    gyro_range: float = key("full scale of the gyro", "rad/s")
+    gyro_range: float = key(GYRO_TEXT, "rad/s", high=100.0)
     limit: float = key("largest voltage that is asked for", "V")
     free_rpm: float = key("of a free wheel under limit, by the sheet", "rpm", None)
     ten_swings: float = key("by a stopwatch, upside down", "s", None)

@@ -26,6 +26,10 @@ LATE = "late"  # ticks that came late so far: what the newer programs log
 #: What a program that steers logs besides: the wheels' angles in rad, the motors'
 #: volts, and the set point of the heading in rad.
 STEER_COLUMNS = "left", "right", "V_left", "V_right", "heading"
+HEADER = (
+    f"the first line of a log is {','.join(FORMATS)}, of a program that steers also "
+    f"{','.join(STEER_COLUMNS)}; the second one, at rest, has fault = {START}"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +98,7 @@ class TickLog:
         names = [name.strip() for name in rows[0]] if rows else []
         lost = [name for name in FORMATS if name not in names]
         if lost:
-            raise ValueError(f"{path} lacks the column(s) {', '.join(lost)}")
+            raise ValueError(f"{path} lacks the column(s) {', '.join(lost)}: {HEADER}")
         if len(set(names)) < len(names):
             raise ValueError(f"{path} has a column twice: {','.join(names)!r:.80}")
         if len(rows[-1]) != len(names):
@@ -107,7 +111,7 @@ class TickLog:
         }
         starts = np.flatnonzero(columns["fault"] == START)
         if not len(starts):
-            raise ValueError(f"{path} has no start (fault = {START})")
+            raise ValueError(f"{path} has no start (fault = {START}): {HEADER}")
         ends = np.append(starts[1:], len(table))
         k = int(np.argmax(ends - starts))
         run = slice(starts[k], ends[k])
