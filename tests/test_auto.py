@@ -10,6 +10,7 @@ from sosbook.book.counterexamples import actuated
 from sosbook.plants import descriptors
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import slack
+from tests.cases import by_hand
 
 ROOMY = sos.PoleRegion(rho=10)
 
@@ -99,3 +100,30 @@ def test_a_start_of_another_coupling_is_passed_over():
     assert np.allclose(again.K, plain.K)
     with pytest.raises(ValueError, match="coupling"):
         sos.design_pid(carts(0.5, 2), **asked, start=slack, **PAIRS)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.3, 9.81])
+@pytest.mark.parametrize("held, words", [(2.0, "K = 0"), (-1.0, "the mean plant")])
+def test_a_simple_gain_is_tried_before_a_design_is_undecided(held, words, unit):
+    """No input reaches the first mass, whose spring is 1 to 9 times as stiff with
+    little damping; the second falls over where its spring pushes.
+    """
+    carts = [
+        sos.SecondOrderSystem(
+            unit * np.eye(2),
+            unit * np.diag([0.1, 0.3]),
+            unit * np.diag([k, held]),
+            [[0], [unit]],
+        )
+        for k in (1.0, 9.0)
+    ]
+    design = sos.design_pid(sos.Polytope(carts))
+    assert design.status == "feasible" and words in design.reason
+    assert design.request.coupling == "multipliers"
+    proof = design.certify()
+    assert proof.proven and "every constant plant" in proof.claims[0]
+    for cart in (*carts, sos.Polytope(carts).mean):
+        A, B = by_hand(cart)
+        assert np.linalg.eigvals(A + B @ proof.K).real.max() < 0
+    asked = sos.design_pid(sos.Polytope(carts), coupling="pairs")
+    assert asked.status != "feasible"

@@ -18,6 +18,7 @@ from .objectives import objective_of
 from .request import Request
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
+from .simple_gains import or_simple
 from .slack import designed, in_pieces, or_with_slack, with_slack
 from .structured.design import by_law
 
@@ -81,7 +82,10 @@ def design_asked(
                 first = None
             each = request if free else replace(request, coupling="multipliers")
             return kept_or_broken(each, objective, backoff, first, enough=True)
-        return in_pieces(request, objective, one)
+        found = in_pieces(request, objective, one)
+        if auto and gain is None and not objective and _have_multipliers(request):
+            found = or_simple(found, request)
+        return found
 
     def one(request):
         found = designed(request, objective, backoff, start, prefer)
