@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -294,6 +295,54 @@ def test_the_limit_of_the_file_s_program_is_the_request_s(tab, tmp_path, capsys)
     assert main(["design", str(file), "--out", str(tmp_path / "none")]) == 0
     said = capsys.readouterr().err
     assert 'no limit: write "u_max": 2 under controller' in said
+
+
+FELT = (
+    sos.Output(acceleration=1, name="felt")
+    & sos.Output(input=0.1)
+    & sos.Output(position=[[0.3]])
+)
+SWAY = sos.Output(velocity=[[9.81]])
+#: Requirements of which a bound is less than all.
+MORE = {
+    "outputs": (sos.HInfinity(30.0, outputs=FELT), "gamma"),
+    "inputs": (sos.HInfinity(30.0, inputs=[0]), "gamma"),
+    "a name": (sos.HInfinity(30.0, outputs=SWAY, name="sway"), "sway"),
+    "H2": (sos.H2(30.0, outputs=SWAY), "h2"),
+    "acceleration": (sos.Saturation(50.0, [0.3, 0], acceleration=True), "u_max"),
+    "N": (
+        sos.QuadraticCost(
+            np.eye(2), [[1.0]], N=[[0.3], [0.1]], noise="F", bound=1000.0
+        ),
+        "cost",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MORE)
+def test_an_atlas_s_python_asks_all_of_a_requirement(tab, name):
+    asked, key = MORE[name]
+    plant = sos.SecondOrderSystem([[2]], [[0.3]], [[9.81]], [[1]], [[1]])
+    atlas = sos.atlas.design_atlas(
+        plant, requirements=[asked], sigma=(0.1, 0.2), progress=False
+    )
+    data = atlas.data | {"shownFixed": {**atlas.data["shownFixed"], "sigma": 0.1}}
+    code = tab.page.evaluate(
+        "data => sosModules.program.design(data, data.shownFixed)", data
+    )
+    names = {}
+    exec(code, names)
+    mine = {r.name: r for r in names["design"].request.requirements}[asked.name]
+    assert asdict_of(mine) == asdict_of(asked), key
+    assert names["design"].status == "feasible"
+
+
+def asdict_of(r):
+    """The fields of a requirement in words that can be compared."""
+    given = {f.name: getattr(r, f.name) for f in fields(r) if f.init}
+    return {name: repr(np.asarray(x).tolist()) for name, x in given.items()} | {
+        "outputs": repr(given.get("outputs"))
+    }
 
 
 # ------------------------------------------------------------- one state of rest

@@ -4,10 +4,18 @@ from dataclasses import fields
 
 import numpy as np
 
+from ...plants.outputs import Output
 from .page import significant
 
 DIGITS = 15  # of the plant's matrices: all that a decimal keeps
 PLACE = "{}"  # of the bound, in the words of a requirement
+REGION = "sigma", "theta", "rho"
+#: What the page says of a requirement beside its bound, by its parameter.
+SAID = dict.fromkeys(REGION, ()) | {
+    "gamma": ("mu",),
+    "u_max": ("x0",),
+    "cost": ("Q", "R", "noise", "C"),
+}
 
 
 def program_data(request):
@@ -44,17 +52,31 @@ def plant_data(plant, U, K_A=None):
 
 
 def _known(r):
-    ours = type(r).__module__.startswith("sosbook.requirements")
-    return ours and r.parameter is not None
+    """Whether the page's own words say all of a requirement ``r``."""
+    key = r.parameter and r.parameter.key
+    if key not in SAID or not type(r).__module__.startswith("sosbook.requirements"):
+        return False
+    told = {_field(r), *SAID[key]}
+    others = [f for f in fields(r) if f.init and f.name not in told]
+    values = [(getattr(r, f.name), f.default) for f in others]
+    return key in REGION or all(
+        x is None or (np.ndim(x) == 0 and x == usual) for x, usual in values
+    )
+
+
+def _field(r):
+    """The name of the bound among the fields of a requirement, where it has one."""
+    which = r.parameter and getattr(r, "plain", r.parameter)
+    return which and (which.key if hasattr(r, which.key) else "bound")
 
 
 def _own(r):
     """A requirement as Python writes it, with `PLACE` where its bound stands."""
-    cls, key = type(r), r.parameter and r.parameter.key
+    cls, key, bound = type(r), r.parameter and r.parameter.key, _field(r)
     words = ", ".join(
-        f"{f.name}={PLACE if f.name == key else _literal(getattr(r, f.name))}"
+        f"{f.name}={PLACE if f.name == bound else _literal(value)}"
         for f in fields(r)
-        if f.init
+        if f.init and ((value := getattr(r, f.name)) is not None or f.name == bound)
     )
     ours = cls.__module__.startswith("sosbook.")
     note = (
@@ -67,7 +89,16 @@ def _own(r):
 
 
 def _literal(value):
+    if isinstance(value, Output):
+        return " & ".join(f"sos.Output({_named(part)})" for part in value.parts)
     return repr(value.tolist() if isinstance(value, np.ndarray) else value)
+
+
+def _named(part):
+    given = {f.name: getattr(part, f.name) for f in fields(part)}
+    return ", ".join(
+        f"{name}={_literal(x)}" for name, x in given.items() if np.size(x) and str(x)
+    )
 
 
 def _matrices(v):

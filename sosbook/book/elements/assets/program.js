@@ -76,7 +76,9 @@ export const PYTHON = Object.fromEntries([
 
 // The design of what is asked: `program_data`, and bounds by name in the units shown.
 export function design(data, bounds) {
-  const asked = asks(data, bounds), {own = []} = data;
+  const {own = []} = data, known = {...bounds};
+  for (const {key} of own) delete known[key];
+  const asked = asks(data, known);
   const words = written(asked, PYTHON), rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
   const more = words.filter(([name]) => name === "requirements").map(([, text]) => text).concat(rest);
   return program(asked.plant, "design_pid",
