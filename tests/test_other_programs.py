@@ -470,6 +470,7 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     for name, x in {
         "plant": given,
         "slicot": {"A": A, "B": np.vstack([0 * B, B]), "C": np.eye(8)[:1]},
+        "dslin": {"ABCD": np.block([[A, np.vstack([0 * B, B])]]), "nx": 8},
         "massless": massless,
         "own": own,
     }.items():
@@ -495,7 +496,7 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
             if ".h5" not in line:  # `test_hdf5_is_read`
                 plant = eval(line, names)
                 orders.append(getattr(plant, "order", plant.n))
-    assert orders == [4, 4, 4, 4, 4, 4, 2, 2, 4, 4, 8, 2]
+    assert orders == [4, 4, 4, 4, 4, 4, 4, 2, 2, 4, 4, 8, 2]
 
 
 def blocks_of_the_manual():

@@ -288,7 +288,10 @@ def _cure_of(missing, there):
                 f"{name} is a struct: save('plant.mat', '-struct', '{name}') writes it"
             )
         return f"{name} is {what}, which only MATLAB opens: save its matrices by names"
-    cure = f"{_listed(there)} is there: pass names={{{pass_on}}} for other names"
+    spare = there.keys() - {*_letters(there).values()}
+    cure = f"{_listed(there)} is there"
+    if len(spare) >= len(missing):
+        cure += f": pass names={{{pass_on}}} for other names"
     if len(missing) < len(NAMES) - len(OPTIONAL):
         cure += "".join(
             f"; {words}" for n, words in FROM_ELSEWHERE.items() if n in missing
