@@ -203,6 +203,8 @@ def test_where_there_are_no_modes_the_cure_is_tried(D, cure):
     assert re.search(cure, refusal(whole.reduce, modes=1))
     part = whole.reduce(rows=[0, 1]) if D else condense(*given)
     assert part.n == 2 and (D or part.reduce(modes=1).n == 1)
+    given[2] = given[2] - 9 * np.diag([0, 0, 1])  # such rows don't follow at rest
+    assert "rows=" not in refusal(sos.SecondOrderSystem(*given).reduce, modes=1)
 
 
 def test_floats_condense_what_would_fill_a_large_plant():

@@ -226,14 +226,16 @@ def light_cure(given, definite=False):
 def definite_cure(given):
     """What to do where the mass ``given`` with D, S, B and F isn't definite."""
     M, S = given["M"], given["S"]
+    if issparse(M):
+        return ""
     if cure := massless_cure(given, True) or light_cure(given, True):
         return cure
     gone = massless(M, 0 * M)
     rows = np.setdiff1d(np.arange(len(M)), gone)
-    free = (
-        len(gone) and len(rows) <= MOST_NAMED and rank_deficient(S[np.ix_(gone, gone)])
-    )
-    if not len(gone) or len(rows) > MOST_NAMED or free:
+    if not len(gone) or len(rows) > MOST_NAMED:
+        return ""
+    held = S[np.ix_(gone, gone)]
+    if rank_deficient(held) or np.linalg.eigvalsh((held + held.T) / 2)[0] <= 0:
         return ""
     mass = M[np.ix_(rows, rows)]
     good = np.linalg.eigvalsh((mass + mass.T) / 2)[0] > 0

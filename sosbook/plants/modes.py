@@ -202,7 +202,7 @@ def _check_positive(M):
 
 
 def _size(M, S):
-    return abs(S).max() / abs(M).max() or 1.0
+    return abs(S).max() / (abs(M).max() or 1.0) or 1.0
 
 
 def few(name, value, all_):
