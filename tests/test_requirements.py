@@ -355,3 +355,64 @@ def test_two_of_a_kind_are_refused():
 def test_a_proven_bound_is_never_rounded_down():
     cost = sos.QuadraticCost(np.eye(2), [[1]], bound=1 + 1e-12)
     assert "below 1.000000000001 " in cost.claim()
+
+
+CART = sos.SecondOrderSystem(1, 0.1, 1, 1, 1)
+
+
+def test_two_of_a_kind_are_asked_as_the_error_says():
+    """Each advice is followed on the case for which it is printed."""
+    first, second = sos.Saturation(3, [1, 0]), sos.Saturation(4, [0, 1])
+    with pytest.raises(ValueError, match=r"analyse_pid\(plant, design.K, saturation="):
+        sos.design_pid(CART, requirements=[first, second])
+    design = sos.design_pid(CART, requirements=[first])
+    assert sos.analyse_pid(CART, design.K, saturation=second).status == "feasible"
+    costs = [sos.QuadraticCost(np.eye(2), [[r]], bound=30.0) for r in (1, 2)]
+    with pytest.raises(
+        ValueError, match=r"analyse_pid\(plant, design.K, cost="
+    ) as said:
+        sos.design_pid(CART, requirements=costs)
+    assert "another name" not in str(said.value)
+    design = sos.design_pid(CART, requirements=costs[1:])
+    assert sos.analyse_pid(CART, design.K, cost=costs[0]).status == "feasible"
+    regions = [sos.PoleRegion(1), sos.PoleRegion(2)]
+    with pytest.raises(ValueError, match=r"PoleRegion\(1\) & PoleRegion\(2\)"):
+        sos.design_pid(CART, requirements=regions)
+    design = sos.design_pid(CART, region=regions[0] & regions[1])
+    assert design.status == "feasible" and design.poles().real.max() < -2
+    norms = [sos.HInfinity(3.0), sos.HInfinity(4.0)]
+    with pytest.raises(ValueError, match="another name"):
+        sos.design_pid(CART, requirements=norms)
+    norms[1] = sos.HInfinity(4.0, name="other")
+    assert sos.design_pid(CART, requirements=norms).status == "feasible"
+
+
+def test_a_sector_is_named_where_a_searched_gain_breaks_it():
+    """A motor, a shaft and loads; PD on the motor damps some too little."""
+    k = [[3.6, -3.6], [-3.6, 3.6]]
+
+    def drive(J):
+        return sos.SecondOrderSystem(
+            [[1e-3, 0], [0, J]], np.zeros((2, 2)), k, [[1], [0]]
+        )
+
+    plants = sos.Uncertain(drive, J=(5e-4, 2e-3))
+    law = sos.PIDLaw(position=[[1, 0]], velocity=[[1, 0]])
+    region = sos.PoleRegion(theta_deg=75)
+    design = sos.design_pid(plants, law=law, region=region, maximize="sigma", starts=4)
+    assert design.status == "undecided" and "alpha" not in design.reason
+    assert "its poles lie in the sector of half-angle 75 degrees" in design.reason
+
+
+@pytest.mark.parametrize("noise", ["states", "F"])
+def test_a_law_of_least_cost_is_asked_in_two_ways(noise):
+    law, cost = sos.PIDLaw([[1]], velocity=[[1]]), (np.eye(2), [[1]], noise)
+    one = sos.design_lqr(CART, *cost[:2], noise=noise, law=law)
+    asked = dict(law=law, cost=sos.QuadraticCost(*cost), minimize="cost")
+    assert one.certify().proven and (one.K == sos.design_pid(CART, **asked).K).all()
+    best = sos.design_lqr(CART, *cost[:2], noise=noise)  # of the whole state, as here
+    assert one.request.cost.bound == pytest.approx(best.request.cost.bound, rel=0.03)
+    same = sos.design_lqr(CART, *cost[:2], noise=noise, law=sos.FullState())
+    assert (same.K == best.K).all()
+    with pytest.raises(ValueError, match="coupling='slack': a law's loop"):
+        sos.design_lqr(CART, *cost[:2], law=law, coupling="slack")

@@ -24,6 +24,11 @@ from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import Parameter
 
+ONE_BY_ONE = (
+    "a request takes one of them. Design for one, and ask the other of the gain: "
+    "analyse_pid(plant, design.K, {}=...), with the same U or law"
+)
+
 
 class Requirement(OfKind, ABC, ReadOnly):
     """Something that is asked of a loop.
@@ -64,6 +69,8 @@ class Requirement(OfKind, ABC, ReadOnly):
         one P have a solution.
     rank : int
         Its place among the requirements of a request.
+    of_two : str
+        What to do where a request has two of its kind with one name.
     promise : str
         Name of the promise that `truth` is compared with.
     titles : dict
@@ -78,6 +85,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     tied: str = ""
     implies_stability = needs_disturbance = affine_in_quotient = lossless = False
     rank = 50
+    of_two = "give one of them another name"
     titles: dict[str, str] = {}
     outputs: Output | None = None
     inputs: tuple | None = None

@@ -26,7 +26,7 @@ from ..theorems import (
     slack_lqr_decay,
     trace_bound,
 )
-from .base import Requirement
+from .base import ONE_BY_ONE, Requirement
 from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import COST
@@ -86,6 +86,7 @@ class QuadraticCost(Requirement):
     parameter = COST
     implies_stability = affine_in_quotient = lossless = True
     rank = 30
+    of_two = ONE_BY_ONE.format("cost")
     titles = {
         "lqr": "decay of the cost",
         "cost": "noise's share of the cost",

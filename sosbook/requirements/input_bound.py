@@ -22,7 +22,7 @@ from ..theorems import (
     slack_initial_state,
     whole_control_bound,
 )
-from .base import Requirement
+from .base import ONE_BY_ONE, Requirement
 from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import U_MAX
@@ -52,6 +52,7 @@ class Saturation(Requirement):
     parameter = U_MAX
     affine_in_quotient = True
     rank = 40
+    of_two = ONE_BY_ONE.format("saturation")
     titles = {"x0": "x(0) in the ellipsoid", "u_max": "input bound u_max"}
 
     if TYPE_CHECKING:  # what the constructor takes

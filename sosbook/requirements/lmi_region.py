@@ -128,6 +128,7 @@ class LMIRegion(RegionForms, Region, Requirement):
     beta: np.ndarray
     text: str
     affine_in_quotient = True
+    of_two = "join regions by &, as in PoleRegion(1) & PoleRegion(2), or name each"
 
     def __init__(
         self, alpha: ArrayLike, beta: ArrayLike, name: str, text: str | None = None

@@ -80,7 +80,7 @@ def collected(
         if keys.count(key) > 1:
             raise ValueError(
                 f"two requirements are called {' '.join(dict.fromkeys(key))}: "
-                "give one of them another name"
+                + next(r.of_two for r in chosen if r.key == key)
             )
     return _in_order(chosen)
 

@@ -17,6 +17,7 @@ from .request import Request
 from .unreached import refuse_by_response
 
 PLACE = r"the (vertex \d+|plant( with \S+ = \S+( and \S+ = \S+)*)?)(?!\w)"
+CLEARLY = 1e-9  # outside of a region, of a mode's place
 MOST_STATES = 24  # of a loop whose LMIs are refused; larger ones take long
 BITS = 256  # of the arithmetic that encloses a motion
 DECAYED = 10.0  # slowest time constants in which a peak is looked for
@@ -34,7 +35,7 @@ def broken(request, r, plants, point):
     where = plants.point_words(point)
     proof = _by_a_mode(request, r, plants, point)
     if proof is not None:  # its vertices are those of a part
-        claim = re.sub(PLACE, lambda _: where, proof.claims[0], count=1)
+        claim = re.sub(PLACE, lambda _: where, _named(r, proof), count=1)
         return proof, f"{claim[0].upper()}{claim[1:]}."
     words = _value(request, r, plants.at(point)) if r.parameter is not None else None
     one = words and itself(request, r, plants.at(point))
@@ -43,6 +44,19 @@ def broken(request, r, plants, point):
     proof = answer(one).infeasibility
     where = f"{where[0].upper()}{where[1:]}"
     return proof and (proof, f"{where} has under the given gain {words}.")
+
+
+def _named(r, proof):
+    """What a proof says; of a region by its name where the mode is outside of what is
+    named, too: the matrices lie inside of that, by a rounding error.
+    """
+    (claim, *_), before = proof.claims, "which breaks: "
+    said, there, _ = claim.partition(before)
+    if not there or "alpha + beta s" not in claim or r.pole_matrices() is None:
+        return claim
+    s = proof.mode
+    outside = r.distance(s) < -CLEARLY * max(abs(s), 1.0)
+    return f"{said}{before}{r.claim()}" if outside else claim
 
 
 def _value(request, r, loop):

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..exact.definite import exact
+from ..laws import FullState, Law
 from ..lmi.solution import LMISolution
 from ..plants.controllability import fixed_part
 from ..plants.kinds import Plant
@@ -25,9 +26,9 @@ from .centre import AMID, analytic_centre, too_many
 from .design import Design
 from .feasibility import answer, follow, guarded
 from .objectives import Unattained, Unfinished, optimum, without_optimum
-from .pid import TIME_LIMIT
+from .pid import TIME_LIMIT, design_pid
 from .points import FROM_STATES, at
-from .procedure import given, without_input
+from .procedure import given, law_of, without_input
 from .regularization import Regularization
 from .request import Request
 from .riccati_point import bound_of, riccati_point
@@ -56,6 +57,7 @@ def design_lqr(
     saturation: Saturation | None = None,
     mu: float | Literal["free"] | None = None,
     requirements: Iterable[Requirement] = (),
+    law: Law | FullState | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design the PID (without ``U`` PD) controller of least cost bound.
@@ -74,6 +76,11 @@ def design_lqr(
         As in `QuadraticCost`.
     coupling, slack, region, gamma, saturation, mu, requirements, time_limit
         As in `design_pid`.
+    law : Law or FullState, optional
+        What the controller measures and remembers, as in `design_pid`, which searches
+        its gain: the same as ``design_pid(law=law, cost=QuadraticCost(Q, R, noise),
+        minimize="cost")``, which takes ``starts`` and ``seed``, too. Q weighs the
+        law's states as well, the last ones.
 
     Returns
     -------
@@ -102,6 +109,14 @@ def design_lqr(
     >>> design.K.round(4)  # [-1, -sqrt(2)]
     array([[-1.    , -1.4142]])
     """
+    if law is not None and not isinstance(law, FullState):
+        return design_pid(
+            plant, U, region=region, gamma=gamma, saturation=saturation, K_A=K_A,
+            coupling="auto" if coupling == "pairs" else coupling, mu=mu, slack=slack,
+            minimize="cost", cost=QuadraticCost(Q, R, noise), law=law,
+            requirements=requirements, time_limit=time_limit,
+        )  # fmt: skip
+    U, _ = law_of(U, law)
     asked = QuadraticCost(Q, R, noise, bound=1.0)
     name = asked.parameter.key
     more = given(region=region, gamma=gamma, saturation=saturation, mu=mu)

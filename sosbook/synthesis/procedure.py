@@ -33,7 +33,7 @@ def design_asked(
     ``K_A``, ``start``, ``prefer``, ``law``, ``maximize``, ``starts``, ``seed`` and, by
     keyword, the requirements ``asked``. ``gain``, (m, N), is one that is known.
     """
-    U, law = _law_of(U, law)
+    U, law = law_of(U, law)
     if law is not None:
         given_too = dict(mu=mu, slack=slack, start=start, prefer=prefer)
         coupling = _of_a_law(coupling, **given_too)
@@ -100,7 +100,7 @@ def design_asked(
     return Design(**vars(solution))
 
 
-def _law_of(U, law):
+def law_of(U, law):
     """U and the law, which is None where it is that of the thesis."""
     if law is None:
         return U, None
