@@ -109,16 +109,16 @@ def design_lqr(
     >>> design.K.round(4)  # [-1, -sqrt(2)]
     array([[-1.    , -1.4142]])
     """
+    asked = QuadraticCost(Q, R, noise, bound=1.0)
+    name = asked.parameter.key
     if law is not None and not isinstance(law, FullState):
         return design_pid(
             plant, U, region=region, gamma=gamma, saturation=saturation, K_A=K_A,
             coupling="auto" if coupling == "pairs" else coupling, mu=mu, slack=slack,
-            minimize="cost", cost=QuadraticCost(Q, R, noise), law=law,
+            minimize=name, cost=QuadraticCost(Q, R, noise), law=law,
             requirements=requirements, time_limit=time_limit,
         )  # fmt: skip
     U, _ = law_of(U, law)
-    asked = QuadraticCost(Q, R, noise, bound=1.0)
-    name = asked.parameter.key
     more = given(region=region, gamma=gamma, saturation=saturation, mu=mu)
     more = asked_once(**more, requirements=requirements)
     request = Request(
