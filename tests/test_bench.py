@@ -508,6 +508,18 @@ CORNERS = """list => list.map(texts => {
   catch (fault) { return fault.message; } })"""
 
 
+def assert_one_plant(mine, theirs, rows):
+    """The same numbers; where the package combined ``rows``, the same equations."""
+    mine = {name: np.array(mine[name]) for name in "MDSBF"}
+    if all(np.array_equal(mine[x], getattr(theirs, x)) for x in mine):
+        return
+    assert rows, mine
+    T = np.linalg.solve(mine["M"].T, theirs.M.T).T
+    for name, X in mine.items():
+        size = np.abs(T) @ np.abs(X) * np.linalg.cond(mine["M"]) + 1e-30
+        assert (np.abs(T @ X - getattr(theirs, name)) < 1e-12 * size).all(), name
+
+
 @pytest.mark.parametrize("count", [50, pytest.param(1000, marks=pytest.mark.campaign)])
 def test_random_ranges_have_the_package_s_corners(tab, count):
     made = [random_family(seed) for seed in range(count)]
@@ -524,12 +536,13 @@ def test_random_ranges_have_the_package_s_corners(tab, count):
         except ValueError as fault:
             assert "depend" in str(fault) and "depend" in mine
             continue
-        if not family.multi_affine:
-            assert "power above one" in mine
+        if not family.multi_affine or isinstance(mine, str):
+            assert "power above one" in mine and (
+                family.rows or not family.multi_affine
+            )
             continue
         for v, theirs in zip(mine, family.vertices, strict=True):
-            for name in "MDSBF":
-                assert v[name] == getattr(theirs, name).tolist(), (texts, ranges)
+            assert_one_plant(v, theirs, family.rows)
         same += 1
     assert same > 0.5 * count
 
