@@ -10,6 +10,7 @@
     python3 tasks.py campaign      the long tests that `test` leaves out
     python3 tasks.py rehearse      the notebooks on processors that aren't here
     python3 tasks.py hunt          package, checker and page against each other
+    python3 tasks.py mutants       changes of the checker that no test notices
     python3 tasks.py formal        the book's proofs by Rocq; see formal/README.md
     python3 tasks.py types         what mypy says of the package's types
     python3 tasks.py lab      open the notebooks in JupyterLab
@@ -387,6 +388,7 @@ TASKS = {
 } | {
     "rehearse": runs("tests.rehearsal"),
     "hunt": runs("tests.hunt"),
+    "mutants": runs("tests.mutants"),
     "formal": runs("formal"),
     "types": runs("mypy", "--cache-dir", BUILD / "mypy"),
     "run": runs("sosbook.book.notebooks", "run"),

@@ -2,15 +2,19 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from sosbook.exact import proof
 from sosbook.exact.checker import kernel, requirements
 from sosbook.exact.checker.verdict import asked_of as asked
 from sosbook.exact.rational import decimal
+from sosbook.laws import dynamic, pid
 from tests.hunt import differences
 from tests.hunt.differences import Hunt
+from tests.hunt.laws import questions
 from tests.hunt.readers import Page
+from tests.hunt.requests import request
 from tests.hunt.tampering import late_roots, true_claims
 from tests.test_proof_files import proof_of
 
@@ -88,3 +92,20 @@ def test_a_small_input_is_judged_by_the_vertex_that_it_names():
     (bound,) = (r for r in whole["requirements"] if r["kind"] == "input")
     bound["u_max"] = decimal(100 * float(bound["u_max"]))
     assert true_claims(whole) is False
+
+
+def test_noise_that_a_law_loses_is_seen(monkeypatch):
+    """The loops of the hunt are its own: they keep the noise of the sensors."""
+    asked = request(6)
+
+    def differences():
+        found = questions(asked, np.random.default_rng([6, 2]))
+        return [q.contradicts(q.answer(20)) for q in found if q.ways.law is not None]
+
+    assert not any(differences())
+    for module in (pid, dynamic):
+        honest = module.noise_rows
+        monkeypatch.setattr(
+            module, "noise_rows", lambda _, *sizes, honest=honest: honest(None, *sizes)
+        )
+    assert any(differences())

@@ -185,7 +185,10 @@ class Question:
             return ""
         if self.kept and len(self.vertices) == 1:
             return f"{self.words} is refused, and the plant keeps it"
-        weights = self._named(asked_of(json.loads(design.infeasibility.text)))
+        file = asked_of(json.loads(design.infeasibility.text))
+        if not file.keys() & {"vertex", "place"} and len(file["plant"]["vertices"]) > 1:
+            return ""  # multipliers of all plants: they name none
+        weights = self._named(file)
         if weights is None:
             return f"{self.words}: the plant that is named isn't of the polytope"
         true, more = self._truth(mean(self.vertices, weights)), TRUTHS[self.quantity][2]
@@ -308,7 +311,7 @@ def floats(rows):
 
 def loop_in(file):
     """E, A, W and C of the loop that a refusal of a known gain is about."""
-    at = [file["vertex"]] * 2 if "vertex" in file else file["place"]
+    at = file.get("place", [file.get("vertex", 0)] * 2)
     parts = [given_vertices(file["plant"])[k] for k in at]
     v = {x: sum(floats(part[x]) for part in parts) / 2 for x in parts[0]}
     C = floats(file["plant"]["C"]) if "C" in file["plant"] else v.get("C")

@@ -1,0 +1,198 @@
+"""Inputs that tests give the checker, and whether a changed checker answers alike."""
+
+import json
+import signal
+import sys
+import time
+from contextlib import contextmanager
+from functools import cache
+from types import ModuleType
+
+import pytest
+
+from sosbook.exact.checker import CHECKER, MODULES, kernel, verdict
+
+FILES = (
+    *("test_every_need", "test_proof_files", "test_kernel", "test_known_gain_files"),
+    *("test_near_box", "test_small_input", "test_infeasible", "test_statements"),
+    *("test_false_proofs", "test_tampering", "test_law_files", "test_own_theorem"),
+)
+LONGEST = 0.5  # seconds of an input that is asked
+NO = "refused"
+
+
+@cache
+def plain(name):
+    """A module of the checker as it is, compiled."""
+    return compile((CHECKER / f"{name}.py").read_text("utf-8"), f"<{name}>", "exec")
+
+
+class Checker:
+    """The checker's modules, run from their sources; of one another may be given."""
+
+    def __init__(self, module=None, source=None):
+        self.name = f"changed_{id(self)}"
+        package = self._made("", None)
+        package.__path__ = []
+        for name in MODULES:
+            changed = name == module
+            code = compile(source, f"<{name}>", "exec") if changed else plain(name)
+            self._made(name, code)
+
+    def _made(self, name, code):
+        full = f"{self.name}.{name}" if name else self.name
+        module = sys.modules[full] = ModuleType(full)
+        module.__package__ = self.name
+        if name:
+            exec(code, module.__dict__)
+            setattr(sys.modules[self.name], name, module)
+        return module
+
+    def forget(self):
+        """Take its modules out of Python's table."""
+        for name in [x for x in sys.modules if x.split(".")[0] == self.name]:
+            del sys.modules[name]
+
+    def answer(self, kind, given):
+        """What it says of an input, as JSON, or why it refuses it."""
+        said, core = (sys.modules[f"{self.name}.{x}"] for x in ("verdict", "kernel"))
+        try:
+            if kind == "file":
+                return [*said.check(given)]
+            if kind in ("kernel", "words"):
+                return [*core.check(json.loads(given))]
+            text, claims = said.law(json.loads(given))
+            core.check(text.file())
+            return [*claims]
+        except core.Refused as fault:
+            return str(fault)
+        except said.Beyond:
+            return "beyond"
+        except said.MALFORMED:
+            return "malformed"
+
+
+def verdict_of(kind, said):
+    """What tests notice of an answer: in refusals of `test_every_need` the words."""
+    if kind not in ("asked", "words") and isinstance(said, str) and said != "beyond":
+        return NO
+    return said
+
+
+class Recorder:
+    """A plugin of pytest that keeps what is asked of the checker."""
+
+    def __init__(self):
+        self.inputs, self.file = {}, ""
+
+    @pytest.hookimpl
+    def pytest_runtest_setup(self, item):
+        """Whose inputs these are."""
+        self.file = item.path.stem
+
+    def keep(self, kind, given):
+        """An input, once."""
+        self.inputs.setdefault((kind, given), self.file)
+
+
+@contextmanager
+def recorded(recorder):
+    """What is given to the checker's two doors is kept."""
+    doors = verdict.check, verdict.opened, kernel.check, verdict.law
+
+    def file(door):
+        def asked(text):
+            if isinstance(text, str) and len(text) < 300_000:
+                recorder.keep("file", text)
+            return door(text)
+
+        return asked
+
+    def law(asked):
+        if recorder.file == "test_every_need":
+            recorder.keep("asked", json.dumps(asked))
+        return doors[3](asked)
+
+    def core(whole, *more):
+        if recorder.file in ("test_kernel", "test_every_need"):
+            kind = "words" if recorder.file == "test_every_need" else "kernel"
+            try:
+                recorder.keep(kind, json.dumps(whole))
+            except (TypeError, ValueError):
+                pass
+        return doors[2](whole, *more)
+
+    verdict.check, verdict.opened = file(doors[0]), file(doors[1])
+    kernel.check, verdict.law = core, law
+    try:
+        yield
+    finally:
+        verdict.check, verdict.opened, kernel.check, verdict.law = doors
+
+
+class Inputs:
+    """Recorded inputs with their answers, their seconds, and what they enter."""
+
+    def __init__(self, inputs):
+        self.all, entered = [], {}
+        honest = Checker()
+        for kind, given in inputs:
+            places, start = set(), time.process_time()
+
+            def seen(frame, event, _, places=places):
+                if event == "call" and frame.f_code.co_filename.startswith("<"):
+                    name = frame.f_code.co_qualname.replace(".<locals>", "")
+                    places.add((frame.f_code.co_filename[1:-1], name))
+
+            said = verdict_of(kind, honest.answer(kind, given))
+            seconds = time.process_time() - start
+            if seconds > LONGEST:
+                continue
+            sys.setprofile(seen)
+            honest.answer(kind, given)
+            sys.setprofile(None)
+            place = len(self.all)
+            self.all.append((kind, given, said, seconds))
+            for module, name in places:
+                entered.setdefault((module, name.split(".<")[0]), []).append(place)
+                entered.setdefault((module, "module"), []).append(place)
+        honest.forget()
+        by_time = [x[3] for x in self.all].__getitem__
+        self.entered = {k: sorted({*v}, key=by_time) for k, v in entered.items()}
+
+    def notices(self, module, owner, source, most):
+        """Whether an answer differs: True, False, or None if ``most`` seconds end."""
+        end = time.process_time() + most
+        with alarm(most + 1):
+            try:
+                other = Checker(module, source)
+            except Exception:  # it doesn't even begin
+                return True
+            try:
+                for k in self.entered.get((module, owner), ()):
+                    kind, given, said, _ = self.all[k]
+                    if verdict_of(kind, other.answer(kind, given)) != said:
+                        return True
+                    if time.process_time() > end:
+                        return None
+            except Exception:  # no test expects it
+                return True
+            finally:
+                other.forget()
+        return False
+
+
+@contextmanager
+def alarm(seconds):
+    """A TimeoutError in what takes much longer: a loop without an end."""
+
+    def ring(*_):
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGVTALRM, ring)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
