@@ -255,3 +255,29 @@ def test_a_proof_that_is_stopped_says_which_part_is_done(monkeypatch):
     monkeypatch.setattr("sosbook.synthesis.whole.prove", stopped)
     words = str(design.certify(on=dense, time_limit=9.0))
     assert "stopped after 9 s" in words and "a P is found" in words
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.3, 9.81])
+def test_condense_makes_one_plant_of_both(unit, monkeypatch):
+    M, D, S, B = chain(24, [(0, 2.0)], unit=unit)
+    for k in (3, 4, 15):
+        M[k, k], D[k], D[:, k] = 0.0, 0.0, 0.0
+    dense = sos.plants.condense(M, D, S, B)
+    monkeypatch.setattr(sparse, "MOST_DENSE", 5)
+    monkeypatch.setattr("sosbook.plants.condensing.MOST_TOUCHED", 24)
+    large = sos.plants.condense(*map(sp.csc_array, (M, D, S)), B)
+    assert sp.issparse(large.S)
+    for name in "MDS":
+        assert_allclose(getattr(large, name).toarray(), getattr(dense, name))
+    assert_allclose(large.B, dense.B)
+
+
+def test_certify_on_proves_nothing_false_of_either(monkeypatch):
+    for name in ("free ends", "two negative springs"):
+        matrices, modes = PLANTS[name]
+        for plant in both(matrices, monkeypatch):
+            part = plant.reduce(modes=modes)
+            design = sos.analyse_pid(part, np.zeros((1, 2 * modes)))
+            truth = np.linalg.eigvals(by_hand(sos.SecondOrderSystem(*matrices))[0])
+            proof = design.certify(on=plant, time_limit=300.0)
+            assert not proof.proven or truth.real.max() < 0
