@@ -48,3 +48,13 @@ def test_a_change_without_an_end_is_noticed():
     whole = ("kernel", json.dumps(text("a: 1 > 0")))
     assert Checker().answer(*whole) == ["a"]
     assert Inputs([whole]).notices("kernel", "holds", endless, 0.1) is True
+
+
+def test_a_change_that_ends_the_program_is_noticed():
+    source = (CHECKER / "kernel.py").read_text("utf-8")
+    found = [
+        x
+        for _, words, x in mutants(source)
+        if "Eq -> NotEq" in words and "main" in words
+    ]
+    assert any(Inputs([]).notices("kernel", "module", x, 1.0) for x in found)

@@ -166,7 +166,7 @@ class Inputs:
         with alarm(most + 1):
             try:
                 other = Checker(module, source)
-            except Exception:  # it doesn't even begin
+            except (Exception, SystemExit):  # it doesn't even begin
                 return True
             try:
                 for k in self.entered.get((module, owner), ()):
@@ -175,7 +175,7 @@ class Inputs:
                         return True
                     if time.process_time() > end:
                         return None
-            except Exception:  # no test expects it
+            except (Exception, SystemExit):  # no test expects it
                 return True
             finally:
                 other.forget()
