@@ -439,7 +439,7 @@ def test_all_requests_have_the_same_words():
     assert of["analyse_pid"] == design | {"K"}
     plant = {"plant", "U", "K_A", "saturation", "law"}  # what a closed loop lacks
     assert of["analyse_loop"] == (design - plant) | {"E", "A", "B_w", "C"}
-    cost = {"cost", "minimize", "backoff", "law"}  # least, backed off by 1e-4
+    cost = {"cost", "minimize", "backoff"}  # least, backed off by 1e-4
     assert of["design_lqr"] == (design - cost) | {"Q", "R", "noise"}
     assert of["observer"] == {"self", "asked"}  # those of analyse_pid
 
