@@ -269,7 +269,7 @@ def exact_data(name):
     model has numbers that are read back, and the checker is the same file for
     all robots.
     """
-    return name.startswith(("proof_", "model_")) or name == "check_proof.py"
+    return name.startswith(("proof_", "model_", "program_")) or name == "check_proof.py"
 
 
 def wordless(name):

@@ -50,9 +50,9 @@ class Uncertain:
     -----
     Rows are multiplied by their denominators and divided by what they have in common;
     then multiples of rows, by polynomials, are taken from others where terms of high
-    degree go away. That changes no motion, and `repr` says it. The plants lie in the
-    polytope of the Bernstein coefficients: the corners, exactly, where no parameter
-    has a power above one. `vertices` of higher powers needn't be plants of the family;
+    degree go away. That changes no motion, and ``repr(family)`` says it. The plants
+    lie in the polytope of the Bernstein coefficients: the corners, exactly, where no
+    parameter has a power above one. `vertices` of higher powers needn't be plants of the family;
     they come nearer when the box is halved.
 
     The design functions take it as a plant, and what they prove is proven for all
