@@ -52,8 +52,8 @@ class Uncertain:
     then multiples of rows, by polynomials, are taken from others where terms of high
     degree go away. That changes no motion, and ``repr(family)`` says it. The plants
     lie in the polytope of the Bernstein coefficients: the corners, exactly, where no
-    parameter has a power above one. `vertices` of higher powers needn't be plants of the family;
-    they come nearer when the box is halved.
+    parameter has a power above one. `vertices` of higher powers needn't be plants of
+    the family; they come nearer when the box is halved.
 
     The design functions take it as a plant, and what they prove is proven for all
     values of the parameters.
