@@ -169,3 +169,19 @@ def test_multipliers_are_found_for_slow_loops():
     loops = [[(1 - 1e-4) * turn for turn in turns]]
     P, G = search._multipliers(loops, [1e-9 * np.eye(14)], 1.0)
     assert P is not None and len(G) == 1
+
+
+def test_few_cells_say_how_many_and_go_on_in_time():
+    """A mass and a spring in ranges: two corners of four are far from the others."""
+    both = sos.Polytope(
+        sos.SecondOrderSystem([[m]], [[0.3]], [[k]], [[1]])
+        for m in (1, 2.5)
+        for k in (0, 3)
+    )
+    asked = dict(plant=both, K=[[-1, -1.5]], T=0.3, delay=0.3, cells=1)
+    few = sos.certify_sampled(**asked)
+    assert not few.proven and "undecided after 1 cell; cells=4 goes on" in few.failed[0]
+    assert sos.certify_sampled(**asked | {"cells": 16}).proven
+    assert sos.certify_sampled(**asked, time_limit=200).proven
+    late = sos.certify_sampled(**asked, time_limit=1e-3)
+    assert "stopped after 0.001 s; raise time_limit" in late.failed[0]

@@ -185,3 +185,91 @@ def test_bad_input_is_named():
         sos.design_sampled(pair(), sos.FullState(), T)
     with pytest.raises(ValueError, match="sigma must be positive"):
         sos.design_sampled(pair(), PID, T, sigma=0)
+
+
+def fastest(matrix, box, T):
+    """The fastest decay of matrix(k) for k in a box, by a search of all of it."""
+    from scipy.optimize import differential_evolution
+
+    found = differential_evolution(
+        lambda k: radius(matrix(k)), [(-x, x) for x in box], seed=1, tol=1e-6,
+        maxiter=600,
+    )  # fmt: skip
+    return -np.log(found.fun) / T
+
+
+def lag_loop(gain, lag, T, late):
+    """x' = -x / lag + gain u, s(k + 1) = s + T y, u = K_P y + K_I s, a tick late."""
+    a = np.exp(-T / lag)
+    b = gain * lag * (1 - a)
+    if not late:
+        return lambda k: np.array([[a + b * k[0], b * k[1]], [T, 1]])
+    return lambda k: np.array([[a, b, 0], [k[0], 0, k[1]], [T, 0, 1]])
+
+
+def cart_loop(m, T):
+    """A mass, a tick late: u = K_P z + K_D z'."""
+    return lambda k: np.array([[1, T, T * T / 2 / m], [0, 1, T / m], [k[0], k[1], 0]])
+
+
+PI = sos.PIDLaw(position=[[1]], integrate=True)
+FASTEST = {  # plant, law, T, delay, loop, box
+    "a drive, a tick late": (1e-3, 1e-3, 500.0, 1.0, PI, (2, 400)),
+    "another unit of time and of force": (0.3, 0.3, 9.81, 40.0, PI, (1, 1)),
+    "limits": (
+        1e-3, 1e-3, 500.0, 1.0,
+        sos.PIDLaw([[1]], integrate=True, limits={"K_P": 2, "K_I": 20}), (2, 20),
+    ),
+    "no delay": (1e-3, 0.0, 500.0, 1.0,
+        sos.PIDLaw([[1]], integrate=True, limits={"K_P": 1, "K_I": 300}), (1, 300)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FASTEST)
+def test_the_fastest_decay_is_that_of_all_gains(name):
+    T, delay, gain, lag, law, box = FASTEST[name]
+    plant = sos.DescriptorSystem([[1.0]], [[-1 / lag]], [[gain]])
+    design = sos.design_sampled(plant, law, T, delay)
+    true = fastest(lag_loop(gain, lag, T, delay > 0), box, T)
+    assert design.status == "feasible" and 0.96 * true < design.sigma < true
+    known = (
+        ("limit: an entry of K_I", "an entry of K_P is") if law.limits else ("asked",)
+    )
+    assert any(x in design.reason for x in known), design.reason
+    asked = sos.design_sampled(plant, law, T, delay, sigma=0.9 * design.sigma)
+    assert asked.status == "feasible"
+
+
+@pytest.mark.parametrize("m", [0.3, 9.81])
+def test_the_fastest_mass_a_tick_late_has_three_equal_poles(m):
+    T, law = 0.01, sos.PIDLaw(position=[[1]], velocity=[[1]])
+    design = sos.design_sampled(sos.SecondOrderSystem(m, 0, 0, 1), law, T, T)
+    true = np.log(1.5) / T
+    assert 0.95 * true < design.sigma < true
+    assert radius(cart_loop(m, T)(design.K[0])) < np.exp(-design.sigma * T)
+
+
+def test_two_masses_in_odd_units_are_as_fast_as_any_gain_of_the_state_makes_them():
+    T, M = 0.1, np.diag([0.3, 9.81])
+    plant = sos.SecondOrderSystem(
+        M, [[0.01, -0.01], [-0.01, 0.01]], [[20, -20], [-20, 20]], [[1], [0]]
+    )
+    law = sos.PIDLaw(position=np.eye(2), velocity=np.eye(2))
+    design = sos.design_sampled(plant, law, T, T)
+    back = np.linalg.inv(M)
+    A = np.block([[np.zeros((2, 2)), np.eye(2)], [-back @ plant.S, -back @ plant.D]])
+    B = np.vstack([np.zeros((2, 1)), back @ plant.B])
+    A, B, *_ = cont2discrete((A, B, np.eye(4), np.zeros((4, 1))), T)
+
+    def loop(k):
+        return np.block([[A, B], [k[None], np.zeros((1, 1))]])
+
+    true = fastest(loop, (200,) * 4, T)
+    assert 0.9 * true < design.sigma < true * 1.001
+    assert radius(loop(design.K[0])) < np.exp(-design.sigma * T)
+
+
+def test_time_that_is_over_says_what_to_turn(monkeypatch):
+    monkeypatch.setattr(sampled_design, "SEARCH", 1e-9)
+    some = sos.design_sampled(PAIRS, PID, T, T, time_limit=30)
+    assert "a longer time_limit goes further" in some.reason

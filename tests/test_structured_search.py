@@ -176,6 +176,30 @@ def test_a_norm_falls_to_that_of_a_global_search():
     assert design.certify().proven and "K_P up to 3" in str(design.searched)
 
 
+@pytest.mark.parametrize("rate, gain", [(1, 500), (1000, 0.3), (0.3, 9.81)])
+def test_the_fastest_lag_ends_at_its_limit_in_each_unit(rate, gain):
+    """s^2 + (rate - gain K_P) s - gain K_I: two equal poles, as K_I allows."""
+    lag = sos.DescriptorSystem([[1.0]], [[-rate]], [[gain]])
+    law = sos.PIDLaw(position=[[1]], integrate=True)
+    design = sos.design_pid(lag, law=law, maximize="sigma")
+    most = design.searched.limits["K_I"]
+    sigma = design.request.region.sigma
+    assert sigma == pytest.approx(np.sqrt(gain * most), rel=0.02)
+    assert "limit: an entry of K_I is" in design.reason
+    far = sos.PIDLaw([[1]], integrate=True, limits={"K_P": 1e9, "K_I": 1e4 * most})
+    far = sos.design_pid(lag, law=far, maximize="sigma")
+    assert far.request.region.sigma > 20 * sigma
+
+
+def test_a_pole_that_nobody_asked_for_is_named():
+    """One pole that every gain leaves at -1, and one that it may move at will."""
+    plant = sos.DescriptorSystem(np.eye(2), np.diag([-1.0, -2]), [[0], [1]])
+    law = sos.PIDLaw(position=[[0, 1]], limits={"K_P": 500})
+    design = sos.design_pid(plant, law=law, maximize="sigma")
+    gain = abs(design.K).max()
+    assert ("fastest pole is at" in design.reason) == (gain + 2 > 20)
+
+
 def test_a_plant_between_the_vertices_joins_the_search(monkeypatch):
     """Springs between two whose loop of the first search is the slowest."""
     G = np.array([[-1.0, 1.6], [1.9, 0]])
@@ -212,7 +236,7 @@ def test_a_search_that_is_stopped_has_its_best_gain_proven(monkeypatch):
     """Half of the time is for the search; what it has by then is proven."""
     asked = dict(plant=arm(), law=LAW, maximize="sigma")
     whole, seconds = asked_in(1e8, monkeypatch, **asked)
-    assert whole.status == "feasible" and not whole.reason
+    assert whole.status == "feasible" and whole.reason.startswith("The search ended")
     some = 0
     for share in (0.001, 0.3, 0.7, 0.9):
         design, _ = asked_in(share * seconds, monkeypatch, **asked)
@@ -220,7 +244,8 @@ def test_a_search_that_is_stopped_has_its_best_gain_proven(monkeypatch):
             assert design.K is None and "raise time_limit" in design.reason
             continue
         some += 1
-        assert design.reason.startswith("The time was over before the search was")
+        assert design.reason.startswith("The time was over before the search was: ")
+        assert "starts were begun" in design.reason and "time_limit" in design.reason
         assert design.searched.starts < whole.searched.starts
         assert design.certify().proven
         true = max(loop_poles(p, design).real.max() for p in arm().vertices)
@@ -572,8 +597,8 @@ BAD = {
     "prefer is given": dict(law=LAW, prefer="least"),
     "slack is given": dict(law=LAW, slack=1.0),
     "coupling='slack'": dict(law=LAW, coupling="slack"),
-    "x0 has 4 entries, needs those of the plant and of the law = 6": dict(
-        law=LAW, saturation=sos.Saturation(9.0, [1, 0, 0, 0])
+    "x0 has 5 entries, needs the plant's 4, or with the law's = 6": dict(
+        law=LAW, saturation=sos.Saturation(9.0, [1, 0, 0, 0, 0])
     ),
     "searched for poles, and for bounds that": dict(
         plant=joint(1, 8),

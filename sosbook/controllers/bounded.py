@@ -52,7 +52,9 @@ class Bounded:
     def __str__(self):
         unit = f" {self.unit}" if self.unit else ""
         if self.proven is None:
-            late = "" if self.stopped is None else f" within {self.stopped:g} s"
+            late = ""
+            if self.stopped is not None:
+                late = f" within {self.stopped:g} s (a longer time_limit goes on)"
             seen = f"{self.seen:.4g}{unit} at the corners"
             return f"no bound found{late}" + (
                 f"; {seen}" if self.seen == self.seen else ""

@@ -38,6 +38,7 @@ WHOLE = 0.05  # of what P says of the start, in every direction: room, too
 GOOD = 1.5  # of what is true of a cell's corners: then it isn't halved
 MOST_TERMS = 30_000  # that floats add
 MOST_CELLS = 32  # looked at; each has an LMI or three
+LAST_CELLS = 1024  # where some have no bound at all
 
 
 def four_digits(x, rounding):
@@ -54,8 +55,8 @@ def bounded_output(c, own, direct, k, start=None, peak=False):
     ``own``, ``direct``, (l, j) and (m, j): how inputs act on the memory and on u, as
     decimals; ``start``: from balls that hold F to balls of the states (N, j) at the
     start, else what the inputs leave; ``peak``: the largest |u_k| of one input instead.
-    The work ends with ``MOST_CELLS``, not by a clock: a busy machine gives the same
-    answer.
+    After ``MOST_CELLS`` cells any bound of a cell is taken, and only what has none is
+    halved, up to ``LAST_CELLS``, or until the time in force is over.
     """
     joined = Joined(c, own, direct)
     alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
@@ -69,10 +70,11 @@ def bounded_output(c, own, direct, k, start=None, peak=False):
         count += 1
         if not np.isfinite(true):  # a corner's loop is unstable
             return None
-        last = count + len(queue) >= MOST_CELLS or len(weights) == 1
+        alone_here = len(weights) == 1
+        last = alone_here or count + len(queue) >= MOST_CELLS
         if found <= GOOD * true or (last and np.isfinite(found)):
             worst = max(worst, found)
-        elif last:
+        elif alone_here or count + len(queue) >= LAST_CELLS:
             return None
         else:
             queue += joined.family.shape.halves(weights, longest_cut(joined, weights))

@@ -1,6 +1,7 @@
 """Gains of a law that are searched on its sampled loop, and proven there."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,23 +18,27 @@ from ..requirements.pole_region import LMIRegion
 from ..requirements.vocabulary import SIGMA
 from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
-from ..runtime.time_limit import OutOfTime, time_limit
+from ..runtime.time_limit import LONGEST, OutOfTime, time_left, time_limit
 from ..sampled.certificate import SampledCertificate
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..synthesis.request import Request
+from ..synthesis.structured.continuation import Ended, further, why_ended
 from ..synthesis.structured.design import DIGITS, Searched, record
 from ..synthesis.structured.loops import corners_of, loops_of
-from ..synthesis.structured.objective import DECAY, LARGEST, Objective, Task
+from ..synthesis.structured.objective import DECAY, LARGEST, Task
 from ..synthesis.structured.search import Found, search, starting_points
 from .clock import checked_delay
 from .controller import Controller
 from .of_design import check_rate, controller_of
 from .report import write_report
+from .tick_loops import FLOOR, Radius, TickLoops
 
-FLOOR = 0.05  # of the spectral radius: nothing is asked to die out faster
 EASIER = 1, 3, 10, 50  # times the backoff, until a proof is found
 EDGE = 1e-9  # of the circle, that floats don't see
-STOPPED = " The time was over before."
+SEARCH = 0.5  # of the time, for the search; the rest is for the proof
+STOPPED = (
+    " The time was over when {} starts had begun: a longer time_limit goes further."
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -165,7 +170,8 @@ def design_sampled(
         Time between samples, and from a sample to the actuator, in s.
     sigma : float, optional
         The decay in 1/s: at the ticks every motion decays at least as e^(-sigma t).
-        Without it the fastest one that the search finds, backed off.
+        Without it the fastest one that the search finds, backed off; ``reason`` says
+        what ended it.
     backoff : float
         Which share of the fastest decay is given away for the proof; up to
         fifty times as much, where plants between the vertices need it.
@@ -234,45 +240,77 @@ class _Work:
     def __init__(self, design, sigma, backoff, cells):
         self.design, self.sigma = design, sigma
         self.backoff, self.cells = backoff, cells
-        self.asked = 1.0 if sigma is None else np.exp(-sigma * design.T)
         request, goal = design.request, DECAY if sigma is None else None
         self.continuous = loops_of(request)
         self.slow, form = Task.of(request, self.continuous, goal), self.continuous.form
         rows = abs(form.directions).sum(axis=2).argmax(axis=1)
         self.pace = np.where(rows < request.plant.m, 1.0, design.T)  # of memory: a tick
-        free, limits = np.isinf(form.bounds), self.slow.limits * self.pace
-        self.task = replace(self.slow, limits=np.where(free, limits, form.bounds))
+        largest = LARGEST * self.continuous.units(1 / design.T)  # nothing is as fast
+        limits = np.maximum(self.slow.limits, largest) * self.pace
+        limits = np.where(np.isinf(form.bounds), limits, form.bounds)
+        self.task = replace(self.slow, limits=limits)
+        self.slow = replace(self.slow, limits=limits / self.pace)
         steps = limits / LARGEST
         gains = [self.continuous.K(x) for x in (0 * steps, *np.diag(steps))]
         made = [replace(design, K=K).controller() for K in gains]
         corners = corners_of(request).values()
         plants = [d.map(lambda x: x.astype(float)) for d in corners]
-        self.loops = _Loops(made, steps, form, plants)
+        self.loops = TickLoops(made, steps, form, plants)
 
     def done(self, starts, seed, seconds):
-        best, found, stopped = None, Found(None, np.inf, 0), ""
+        best, found, stopped, ended = None, Found(None, np.inf, 0), "", Ended()
+        self.kept = []  # (decay, numbers) of what was found on the way
         try:
             with time_limit(seconds):
-                ways = (), self._objective, self._begin
-                found = search(self.task, self.loops, starts, seed, *ways)
-                stopped = STOPPED * found.stopped
-                if self._radius(found.kappa) < min(self.asked, 1 - EDGE):
-                    best = self._proven(found.kappa)
+                with time_limit(SEARCH * time_left()):
+                    found = self._found(self.sigma, starts, seed)
+                    if self.sigma is None and self._decay(found.kappa) > 0:
+                        ask = partial(self._asked, starts, seed)
+                        found, ended = further(found, self._decay, ask, 1)
+                stopped = STOPPED.format(found.starts) * found.stopped
+                if self._decay(found.kappa) > (self.sigma or 0):
+                    self.kept.append((self._decay(found.kappa), found.kappa))
+                    best = self._best()
         except OutOfTime:
-            stopped = STOPPED
+            stopped = STOPPED.format(found.starts)
         by = record(self.task, self.loops, found.starts, seed, 0)
         if best is None or best.status != "feasible":
-            words = self._reason(found.kappa, best, by)
-            best = replace(self.design, reason=words + stopped)
-        return replace(best, searched=by)
+            words = f"{self._reason(found.kappa, best, by)}{stopped}"
+            best = self.design
+        else:
+            limits, blocks = self.task.limits, self.continuous.form.blocks
+            words = stopped or why_ended(ended, float, found.kappa, limits, blocks)
+        return replace(best, reason=words.strip(), searched=by)
 
-    def _objective(self, task, loops, unit, norms):
-        radius = 0.0 if self.sigma is None else self.asked
-        return _Radius(task, loops, unit, radius, min(1.0, task.rate * self.design.T))
+    def _found(self, sigma, starts, seed, near=()):
+        """What a search for a decay of ``sigma``, or for the fastest, has found."""
+        rate = sigma or self.task.rate
+        slow, task = (replace(t, rate=rate) for t in (self.slow, self.task))
+        if sigma is not None:
+            task = replace(task, goal=None)
+        radius = 0.0 if sigma is None else np.exp(-sigma * self.design.T)
+        size = min(1.0, rate * self.design.T)
 
-    def _begin(self, task, loops, count, rng, near):
-        """Those of the loop in continuous time, taken from tick to tick."""
-        for unit, x in starting_points(self.slow, self.continuous, count, rng, ()):
+        def objective(task, loops, unit, norms):
+            return Radius(task, loops, unit, radius, size)
+
+        ways = near, objective, partial(self._begin, slow)
+        return search(task, self.loops, starts, seed, *ways)
+
+    def _asked(self, starts, seed, sigma, kappa):
+        found = self._found(sigma, starts, seed, (kappa,))
+        if found.value < 0:
+            self.kept.append((self._decay(found.kappa), found.kappa))
+        return found
+
+    def _begin(self, slow, task, loops, count, rng, near):
+        """Those ``near``, and those of the loop in continuous time, a task ``slow``,
+        taken from tick to tick.
+        """
+        unit = self.continuous.units(task.rate) * self.pace
+        for kappa in near:
+            yield unit, kappa / unit
+        for unit, x in starting_points(slow, self.continuous, count, rng, ()):
             kappa, unit = self._held(unit * x), unit * self.pace
             yield unit, np.clip(kappa, -task.limits, task.limits) / unit
 
@@ -287,36 +325,56 @@ class _Work:
         M = self.continuous.directions.reshape(len(kappa), -1).T
         return np.linalg.lstsq(M, K.ravel(), rcond=None)[0]
 
-    def _radius(self, kappa):
+    def _decay(self, kappa):
+        """In 1/s, at the vertices; not positive where floats see none."""
         if kappa is None:
-            return np.inf
-        return abs(np.linalg.eigvals(self.loops.at(kappa))).max()
+            return -np.inf
+        radius = abs(np.linalg.eigvals(self.loops.at(kappa))).max()
+        return -np.log(max(radius + EDGE, FLOOR)) / self.design.T
+
+    def _best(self):
+        """The fastest design that is proven, of all numbers that were found: a gain
+        that is fast at the vertices may not be so between; or the last that was tried.
+        """
+        best = None
+        for decay, kappa in sorted(self.kept, key=lambda x: -x[0]):
+            if best is not None and best.status == "feasible" and best.sigma >= decay:
+                break
+            design = self._proven(kappa)
+            if best is None or (design and design.status == "feasible"):
+                best = design
+        if best is not None and best.status != "feasible":  # with more cells, in time
+            best = self._with_proof(best, time_limit=min(time_left(), LONGEST))
+        return best
 
     def _proven(self, kappa):
         """The design with the free numbers in few digits that is proven, else the last
         that was tried; None where each rounding is unstable.
         """
-        T, design = self.design.T, None
+        design = None
         for digits in DIGITS:
             rounded = round_digits(kappa, digits)
             asked = [self.sigma]
             if self.sigma is None:
-                fast = -np.log(self._radius(rounded)) / T
+                fast = self._decay(rounded)
                 asked = [fast * (1 - k * self.backoff) for k in EASIER]
             for sigma in (x for x in asked if x > 0):
                 K = self.continuous.K(rounded)
-                design = replace(self.design, K=K, sigma=sigma)
-                rate = float(np.floor(np.exp(-sigma * T) * 1e9) / 1e9)
-                proof = design.controller().certify(rate=rate, cells=self.cells)
-                design = replace(design, proof=proof)
-                if proof.proven:
-                    return replace(design, status="feasible")
+                design = self._with_proof(replace(self.design, K=K, sigma=sigma))
+                if design.status == "feasible":
+                    return design
         return design
 
+    def _with_proof(self, design, **asked):
+        rate = float(np.floor(np.exp(-design.sigma * design.T) * 1e9) / 1e9)
+        proof = design.controller().certify(rate=rate, cells=self.cells, **asked)
+        status = "feasible" if proof.proven else "undecided"
+        return replace(design, proof=proof, status=status)
+
     def _reason(self, kappa, best, by):
-        words, radius = f"No stable loop was found by {by}.", self._radius(kappa)
-        if radius < 1 - EDGE:
-            decay = f"{-np.log(radius) / self.design.T:.4g} 1/s at the vertices"
+        words, decay = f"No stable loop was found by {by}.", self._decay(kappa)
+        if decay > 0:
+            decay = f"{decay:.4g} 1/s at the vertices"
             asked = "" if self.sigma is None else f" (asked: {self.sigma:.4g})"
             words = (
                 f"The nearest gain reaches a decay of {decay}{asked}, found by {by}."
@@ -324,41 +382,3 @@ class _Work:
         if best is not None:
             words = f"{words} It isn't proven: {', '.join(best.proof.failed)}."
         return f"{words} Sample faster, act earlier, measure more, or ask for less."
-
-
-class _Loops:
-    """Sampled loops, affine in the free numbers of a ``form``: controllers ``made``
-    without a gain, and with a step of each number, ``steps``.
-    """
-
-    def __init__(self, made, steps, form, plants):
-        F = np.array([[c.loop(d).F for d in plants] for c in made])
-        self.first, self.slopes = F[0], (F[1:] - F[0]) / steps[:, None, None, None]
-        self.form = form
-        self.K = self.slope = lambda x: x  # what `Objective` moves and asks
-
-    def at(self, kappa):
-        return self.first + np.tensordot(kappa, self.slopes, 1)
-
-
-class _Radius(Objective):
-    """The largest modulus of an eigenvalue less a radius, in units of a size."""
-
-    def __init__(self, task, loops, unit, radius, size):
-        super().__init__(task, loops, unit, False)
-        self.radius, self.size = radius, size
-
-    def _of(self, kappa):
-        F, flat = self.loops.at(kappa), 0 * kappa
-        if not np.isfinite(F).all():
-            return np.inf, flat
-        z, V = np.linalg.eig(F)
-        i, j = divmod(int(abs(z).argmax()), z.shape[1])
-        value = abs(z[i, j])
-        if value < FLOOR:
-            return (FLOOR - self.radius) / self.size, flat
-        one = np.eye(len(V[i]))[j] + 0j
-        left = np.linalg.lstsq(V[i].T, one, rcond=None)[0]
-        turned = self.loops.slopes[:, i] @ V[i, :, j] @ left
-        slope = (turned * z[i, j].conj() / value).real
-        return (value - self.radius) / self.size, slope / self.size

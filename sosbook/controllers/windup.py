@@ -22,7 +22,7 @@ Stabilization of Linear Systems with Saturating Actuators (2011), chapter 3.
 """
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_FLOOR
 
 import numpy as np
@@ -41,7 +41,7 @@ from .cells import Joined, work
 
 SECTORS = (0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)  # kappa
 ROOMS = (1e-4, 1e-3, 1e-2)  # of P's size: for the other plants of a cell
-MOST_CELLS = 32
+MOST_CELLS, MORE, LAST_CELLS = 32, 4, 512  # at first, then times, and at most
 
 
 @dataclass(frozen=True)
@@ -60,22 +60,28 @@ class Reach:
         How many parts of the family the proof has.
     unit : str
         Of the step.
+    stopped : float or None
+        After how many seconds the search was stopped, if it was.
     """
 
     step: float | None
     sector: float | None
     cells: int
     unit: str = ""
+    stopped: float | None = None
 
     def __str__(self):
+        late = ""
+        if self.stopped is not None:
+            late = f". Stopped after {self.stopped:g} s: reach(seconds=) goes on"
         if self.step is None:
-            return "no step is proven to settle with the limit"
+            return f"no step is proven to settle with the limit{late}"
         return (
             f"steps up to {four_digits(self.step, ROUND_FLOOR)} {self.unit} from rest "
             "settle with the limit, "
             "for every constant plant: proven, the limit may take away "
             f"{100 * self.sector:g} % of the output. Slew, ramps, faults, sensors' "
-            "steps and friction are no part of it"
+            f"steps and friction are no part of it{late}"
         )
 
 
@@ -87,16 +93,22 @@ def proven_reach(c, j, seconds=30.0):
     best = Reach(None, None, 0, unit)
     if at_rest is None:
         return best
+    most, stopped = MOST_CELLS, True
     with suppress(OutOfTime), time_limit(seconds):
-        for kappa in SECTORS:
-            step, cells = _covered(c, kappa, at_rest, best.step or 0.0)
-            if step is not None and step > (best.step or 0.0):
-                best = Reach(step, kappa, cells, unit)
-    return best
+        while best.step is None and most <= LAST_CELLS:
+            for kappa in SECTORS:
+                step, cells = _covered(c, kappa, at_rest, best.step or 0.0, most)
+                if step is not None and step > (best.step or 0.0):
+                    best = Reach(step, kappa, cells, unit)
+            most *= MORE
+        stopped = False
+    return replace(best, stopped=float(seconds) if stopped else None)
 
 
-def _covered(c, kappa, at_rest, wanted):
-    """The step that is proven with a sector, in how many cells; None without proof."""
+def _covered(c, kappa, at_rest, wanted, most):
+    """The step that is proven with a sector, in how many cells, of so many at ``most``;
+    None without proof.
+    """
     u_max = c.limits.u_max
     limits = exact(np.diag(u_max))
     joined = Joined(c, -exact(c.W) @ limits, -limits, exact(kappa) / 2)
@@ -112,7 +124,7 @@ def _covered(c, kappa, at_rest, wanted):
             if least <= wanted:
                 return None, count
             continue
-        if len(weights) == 1 or count + len(queue) + 2 > MOST_CELLS:
+        if len(weights) == 1 or count + len(queue) + 2 > most:
             return None, count
         queue += joined.family.shape.halves(weights, longest_cut(joined, weights))
     return least, count

@@ -59,6 +59,17 @@ class Parts(ReadOnly):
     integrals: int = 0
 
     @cached_property
+    def rest(self):
+        """The matrix from x(0) to [x(0); x_c(0)]: integrals are zero, a filter has long
+        stood at what is measured, and free dynamics begin at zero.
+        """
+        N, a, c = self.rows.shape[1], self.integrals, len(self.states)
+        whole = exact(np.eye(N + c, N))
+        if c > a and not self.free and not (self.A[a:, :a] != 0).any():
+            whole[N + a :] = -inverse(self.A[a:, a:]) @ self.B[a:] @ self.rows
+        return whole
+
+    @cached_property
     def measured(self):
         """The matrix from [x; x_c] to y."""
         return np.hstack([self.of_sensors @ self.rows, self.of_states])

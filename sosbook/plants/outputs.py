@@ -212,6 +212,36 @@ class Output(ReadOnly):
                 stacked[name].append(own.get(name, np.zeros((*counts, width))))
         return {k: np.vstack(x) if k in used else None for k, x in stacked.items()}
 
+    def resized(self, old: int, new: int) -> "Output":
+        """The same output where ``old`` states are the first of ``new``, or the other
+        way round: rows on all states get zeros, or lose them.
+
+        Raises
+        ------
+        ValueError
+            If rows lose what isn't zero.
+
+        Examples
+        --------
+        >>> Output(state=[[1, 0]]).resized(2, 3)
+        <Output: [[1, 0, 0]] x>
+        """
+        parts = []
+        for part in self.parts:
+            own = part._given
+            for key in own.keys() & {"state", "rate"}:
+                x = own[key]
+                if np.ndim(x) and x.shape[1] == old:
+                    if x[:, new:].any():
+                        raise ValueError(f"{key} weighs a state that isn't there")
+                    wide = np.zeros((len(x), max(new - old, 0)))
+                    own[key] = np.hstack([x[:, :new], wide])
+            parts.append(Output(**own, name=part.name))
+        first, *others = parts
+        for other in others:
+            first = first & other
+        return first
+
     def seen(self, d: Descriptor) -> Descriptor:
         """The plant ``d``, a `Descriptor`, with this output."""
         n, N, number = d.n, len(d.E), exact if d.E.dtype == object else np.array

@@ -213,6 +213,21 @@ class Requirement(OfKind, ABC, ReadOnly):
         Dw = None if d.Dw is None else d.Dw[:, some]
         return replace(d, Bw=d.Bw[:, some], Dw=Dw)
 
+    def resized(self, old: int, new: int) -> "Requirement":
+        """The same with its output's rows on ``old`` states on ``new`` ones; see
+        `Output.resized`.
+        """
+        if self.outputs is None:
+            return self
+        return replace(self, outputs=self.outputs.resized(old, new))
+
+    def joined(self, parts: Any) -> "Requirement":
+        """The same of a plant to which a law joins its ``parts``: what is about all of
+        the plant's states is about those of the loop then.
+        """
+        N, c = parts.rows.shape[1], len(parts.states)
+        return self.resized(N, N + c) if c else self
+
     def of_plant(self) -> "Requirement":
         """The same of a plant whose output and disturbances are those it is about."""
         return self

@@ -159,6 +159,16 @@ class QuadraticCost(Requirement):
         Q = self.Q if self.C is None else None
         return replace(self, Q=Q, bound=bound)
 
+    def joined(self, parts: Any) -> "Requirement":
+        c, N = len(parts.states), parts.rows.shape[1]
+        if not c or N != (self.Q if self.C is None else self.C).shape[1]:
+            return self
+        more, none = (0, c), (0, 0)
+        if self.C is not None:
+            return replace(self, Q=None, C=np.pad(self.C, (none, more)))
+        mixed = None if self.N is None else np.pad(self.N, (more, none))
+        return replace(self, Q=np.pad(self.Q, (more, more)), N=mixed)
+
     def data(self) -> dict:
         left_out = ["C" if self.C is None else "Q", *["N"] * (self.N is None)]
         return {k: v for k, v in super().data().items() if k not in left_out}

@@ -1,7 +1,7 @@
 """A bound of the input from a given initial state (Lemma 2.2)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +38,8 @@ class Saturation(Requirement):
         Bound of the Euclidean norm of K x, in the unit of u. None where
         it is to be minimised.
     x0 : (N,) array_like
-        Initial state [z(0); z'(0); x3(0)].
+        Initial state [z(0); z'(0); x3(0)]. With a law the plant's is enough: integrals
+        start at zero, filters at what is measured, and free dynamics at zero.
     acceleration : bool
         Bound the whole signal u = K x + K_A z'' instead, which the
         lemma as printed doesn't. ``M - B K_A`` must be certain.
@@ -72,6 +73,10 @@ class Saturation(Requirement):
                 f"acceleration must be True or False, got {self.acceleration!r}"
             )
 
+    def joined(self, parts: Any) -> "Saturation":
+        rest = parts.rest.astype(float)
+        return replace(self, x0=rest @ self.x0) if len(self.x0) == len(rest.T) else self
+
     def check(self, request: Any) -> None:
         super().check(request)
         if request.plant.m == 0:
@@ -90,7 +95,11 @@ class Saturation(Requirement):
         if len(self.x0) != request.order:
             states = "2n + a", "[z(0); z'(0); x3(0)]"
             if request.law is not None:
-                states = "those of the plant and of the law", "the law's are the last"
+                states = (
+                    f"the plant's {request.law_parts.rows.shape[1]}, or with the law's",
+                    "those of the law are the last, and by themselves at rest on what "
+                    "is measured",
+                )
             raise ValueError(
                 f"x0 has {len(self.x0)} entries, needs "
                 f"{states[0]} = {request.order}: {states[1]}"

@@ -27,6 +27,7 @@ RATIONALS = (
     "balls; python -m sosbook verify does"
 )
 
+MORE = 4  # times the cells, where those that were given were too few
 NAMES = "inputs", "outputs"  # of a controller: the plant's states, and its inputs
 OF_READINGS = "B_w", "D_w"  # how w enters a controller by what it reads
 
@@ -185,6 +186,12 @@ def claim(name, rate, clocks=""):
     if rate != 1:
         sentence += f": every motion decays at least as {rate!r}^k"
     return sentence
+
+
+def undecided(few):
+    """Words where nothing was proven; ``few`` cells were too few, or zero."""
+    words = f" after {few} cell{'s' * (few > 1)}; cells={MORE * few} goes on"
+    return f"undecided{words if few else ''}"
 
 
 def words(T, delay):

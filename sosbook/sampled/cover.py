@@ -12,6 +12,7 @@ from ..lmi.problem import LMIProblem
 from ..runtime.time_limit import check_time
 from .balls import middle
 from .cells import PlantCell
+from .certificate import undecided
 from .channel import equalled, joined_P, root, too_large
 from .lyapunov import discrete_lyapunov
 
@@ -25,10 +26,9 @@ HOPELESS = 4.0  # W's trace, times r^2 N, above which no multiplier is looked fo
 
 
 def cover(family, clocks, rate, budget):
-    """(tree, failed) of `certify_sampled`: see `SampledCertificate`.
-
-    A ``family`` of loops decays at a ``rate`` with a `TimeBox` of ``clocks``; at most a
-    ``budget`` of cells is cut.
+    """(tree, failed) of `certify_sampled`, see `SampledCertificate`: a ``family`` of
+    loops decays at a ``rate`` with a `TimeBox` of ``clocks``; at most a ``budget`` of
+    cells is cut.
     """
     search = _Search(family, clocks, rate, budget)
     shape, tree = family.shape, {}
@@ -48,7 +48,8 @@ def cover(family, clocks, rate, budget):
             continue
         search.budget -= 1
         if len(shape.corners) == 1 or len(queue) + 2 > search.budget:
-            return None, f"{search.around(weights)}: undecided"
+            few = budget if search.starved or len(shape.corners) > 1 else 0
+            return None, f"{search.around(weights)}: {undecided(few)}"
         cut = _longest(shape, weights, far)
         node.update(halve=cut, halves=[{}, {}])
         queue += zip(shape.halves(weights, cut), node["halves"])
@@ -60,7 +61,7 @@ class _Search:
 
     def __init__(self, family, clocks, rate, budget):
         self.family, self.clocks, self.rate = family, clocks, rate
-        self.budget = budget
+        self.budget, self.starved = budget, False
         self.timings = [t for t in clocks.corners if t.remainder <= t.T]
 
     def near(self, weights):
@@ -201,8 +202,9 @@ class _Search:
                     break
             else:
                 budget -= 1
-                few = len(queue) + 2 > budget or not self.clocks.varies
-                if few or cell.bends_across(box):
+                few = len(queue) + 2 > budget
+                self.starved |= few and self.clocks.varies
+                if few or not self.clocks.varies or cell.bends_across(box):
                     return None, None
                 for timing in box.corners:
                     if timing in good or timing.remainder > timing.T:
@@ -263,10 +265,8 @@ def too_slow(F, rate, centre=0.0):
 
 
 def _storage(loops, k):
-    """Coordinates in which no loop with k channels might be longer than one.
-
-    The channels have their own, and the state begins where what w does to it and what
-    it does to z are equal.
+    """Coordinates in which no loop with k channels might be longer than one. They have
+    their own, and the state begins where what w does to it and it does to z are equal.
     """
     N, mean = len(loops[0]) - k, sum(loops) / len(loops)
     L = np.eye(len(mean))
@@ -277,9 +277,8 @@ def _storage(loops, k):
 
 
 def lyapunov(loops, rate, centred=True):
-    """A regular L so that |L x| might decay at a rate in all of some loops.
-
-    Of several loops, ``centred`` or not: of the analytic centre, or any point inside.
+    """A regular L so that |L x| might decay at a rate in all of some loops: of several,
+    ``centred`` or not, of the analytic centre, or any point inside.
     """
     mean = sum(loops) / len(loops)
     L = _refined(_balanced(mean), [mean], rate)

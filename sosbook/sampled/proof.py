@@ -1,5 +1,6 @@
 """Proofs, in ball arithmetic, that sampled loops are stable."""
 
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -13,7 +14,7 @@ from ..requirements.base import Requirement
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..synthesis.request import Request
-from .certificate import SampledCertificate
+from .certificate import MORE, SampledCertificate, undecided
 from .channel import checked_norm
 from .cover import cover
 from .discretize import by_name, input_vertices, is_controller
@@ -67,7 +68,8 @@ def certify_sampled(
         Without it 6, 8, 10, 12 and 17 are tried.
     cells : int
         How many cells of plants and of clocks may resist one set of Lyapunov
-        matrices and are halved, at most.
+        matrices and are halved, at most; four times as many, again and again, until a
+        ``time_limit`` is over, if one is given.
     centre : float
         With another one than 0: prove that all eigenvalues of each plant's loop lie in
         the disk with this centre and the radius ``rate``, which lies in the unit disk;
@@ -136,7 +138,7 @@ def certify_sampled(
 
     whole = is_controller(K)
 
-    def attempt(digits, _, plant=plant):
+    def attempt(digits, _, plant=plant, cells=cells):
         floats = input_vertices(plant, U)
         gain = K if whole else round_digits(timing.gain(K, floats[0]), digits)
         with ctx.workprec(BALL_BITS):
@@ -148,10 +150,15 @@ def certify_sampled(
             )
         )
 
-    tries = (17,) if whole else DIGITS
+    tries, few = (17,) if whole else DIGITS, cells
 
     def work():
+        nonlocal few
         first = first_proven(attempt, digits, tries, places=(12,))
+        while time_limit is not None and undecided(few) in str(first):
+            few *= MORE
+            more = partial(attempt, cells=few)
+            first = first_proven(more, digits, tries, places=(12,))
         for nearer in () if first.proven else _nearer(plant):
             found = attempt(tries[-1] if digits is None else digits, 12, nearer)
             if found.proven:
@@ -160,7 +167,8 @@ def certify_sampled(
 
     found = proven_within(time_limit, work, progress)
     if isinstance(found, Stopped):
-        return unproven(found.why, plant, K, T, delay, U, rate, centre, norm)
+        why = f"{found.why}: {few // MORE} cells were too few" * (few > cells)
+        return unproven(why or found.why, plant, K, T, delay, U, rate, centre, norm)
     return found
 
 

@@ -6,6 +6,7 @@ from time import monotonic
 from typing import Any
 
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
+from .at_once import excluded_at_once
 from .feasibility import guarded
 from .known_gain import Kept, least, worst
 from .objectives import at_optimum
@@ -27,9 +28,9 @@ class Bound:
     ``requirement``: what was asked; ``asked``: its bound; ``proven``: the best bound
     that is proven, to four digits, with a P of its own; ``true``: the worst that a
     search has found, over the vertices and between; ``part``: the proof; ``excluded``:
-    with a law: no linear controller of any order, with these sensors, keeps this bound
-    or a smaller one. None where no exact multipliers were found for any; ``refusal``:
-    the proof of that.
+    no linear controller of any order, with the law's sensors, or without a law with all
+    of the state, keeps this bound or a smaller one. None where no exact multipliers
+    were found, or looked for, for any; ``refusal``: the proof of that.
     """
 
     requirement: Any
@@ -115,6 +116,8 @@ def bounds_of(request, K, seconds):
                 part = least(known, r, plants, BACKOFF, DIGITS, bad)
                 if known.law is not None and r.bounds_response() is not None:
                     beyond = best_excluded(known, r, float(bad.truth))
+                elif known.law is None:
+                    beyond = excluded_at_once(request, r)
         except OutOfTime as over:
             if over.end < begun + seconds:  # somebody else's limit
                 raise

@@ -259,6 +259,22 @@ def read_frame(data, N):
     )
 
 
+def exclude_design(request, frame, key, Z):
+    """The file of one exact multiplier ``Z`` of a ``request`` in a ``frame``: that of
+    the block with this ``key``, of a requirement and of the vertices.
+    """
+    ((k,),) = key[1:]
+    expressions, _ = request.in_unknowns(frame, exact, pairs=[(k, k)])
+    every = {
+        name: Z
+        if (name.requirement, name.vertices) == key
+        else exact(0 * np.eye(len(g.constant)))
+        for name, g in expressions.items()
+    }
+    data = DesignRefusal.contents(request, frame)
+    return DesignRefusal.of(DesignRefusal.written_from(data, every, _key))
+
+
 def refuse_design(request, frame, Z, pairs=None):
     """Exact multipliers of a ``request`` from float ones, ``Z``, of the blocks in a
     ``frame``, for some ``pairs`` of vertices or all, where the repair succeeds.

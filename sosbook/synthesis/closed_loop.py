@@ -198,10 +198,14 @@ class ClosedLoop(Gains[Proven]):
         w : Sine or Step, optional
             Disturbance.
         x0 : (N,) array_like, optional
-            Initial state; zero without it.
+            Initial state; zero without it. With a law that of the plant is enough,
+            as in `Saturation`.
         """
-        K = self._gain()
+        K, law = self._gain(), self.request.law
         self._second_order("displacement z")
+        if law is not None and x0 is not None:
+            rest = self.request.law_parts.rest.astype(float)
+            x0 = rest @ x0 if np.shape(x0) == rest.shape[1:] else x0
         return self._each(
             lambda d: simulate(d, K, t, r, w, x0, self.K_A, in_rationals(d, K))
         )

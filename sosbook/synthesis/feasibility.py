@@ -14,6 +14,7 @@ from ..runtime.time_limit import (
     time_limit,
 )
 from ..solver.loop import LONGEST_SOLUTION
+from .at_once import refuse_at_once
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
 from .fixed_mode import refuse_by_mass, refuse_by_mode
@@ -261,6 +262,11 @@ def without_lmis(request):
         claim = response.claims[0]
         text = f"{claim[0].upper()}{claim[1:]}: no input reaches that response."
         return _infeasible(request, text, response)
+    loud = refuse_at_once(request)
+    if loud is not None:
+        claim = loud.claims[0]
+        text = f"{claim[0].upper()}{claim[1:]}: w is louder than that in y at once."
+        return _infeasible(request, text, loud)
     mass = refuse_by_mass(request)
     if mass is None:
         return None

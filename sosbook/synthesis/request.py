@@ -68,7 +68,10 @@ class Request(Shorthand, Derived, ReadOnly):
             U = None if U is None else matrix("U", U, (None, plant.n))
             K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, plant.n))
         put(self, plant=plant, U=U, K_A=K_A, coupling=coupling, law=law)
-        put(self, requirements=collected(*asked, **more))
+        wanted = collected(*asked, **more)
+        if law is not None:
+            wanted = tuple(r.joined(self.law_parts) for r in wanted)
+        put(self, requirements=wanted)
         if law is not None:
             put(self, gain=law.gain(plant, gain))
         elif isinstance(plant, DescriptorSystem):

@@ -17,6 +17,7 @@ from ...language import block
 from ...lmi import LMIProblem, Unknown
 from ...runtime.time_limit import OutOfTime
 from ...theorems import unseen
+from ..at_once import loudest
 from ..fixed_mode import parts_data
 from ..request_as_data import loop_data
 from .central import balanced
@@ -54,18 +55,21 @@ def excluded(request, d, r, gamma):
     controller; or None.
     """
     some = slice(None) if r.inputs is None else list(r.inputs)
-    plant, sensors = seen(r, d), request.law_parts
-    if plant is None:
+    sensors = request.law_parts
+    r, plant = of_plant_alone(r, d, sensors)
+    if r is None:
         return None
     data = plant.explicit(), sensors.rows, sensors.noise[:, some]
     for problem, given in _problems(*data, exact(gamma)):
-        solution = problem.find()
-        if solution.status == "feasible":  # so are the others
-            return None
-        multipliers = solution.infeasibility
-        if multipliers is not None and multipliers.proven:
+        Z = problem
+        if not isinstance(problem, dict):
+            solution = problem.find()
+            if solution.status == "feasible":  # so are the others
+                return None
+            refused = solution.infeasibility
+            Z = refused.multipliers if refused is not None and refused.proven else None
+        if Z is not None:
             asked = AnyOrder.contents(request, r.with_bound(gamma), d, given)
-            Z = multipliers.multipliers
             proof = AnyOrder.of(AnyOrder.written_from(asked, Z, str))
             if proof.proven:
                 return proof
@@ -109,12 +113,15 @@ def best_excluded(request, r, reached):
     return best
 
 
-def seen(r, d):
-    """A plant d with the output of r; None where that has the law's states in it."""
+def of_plant_alone(r, d, parts):
+    """``r`` of a plant ``d`` without the ``parts`` that a law joins, and d with its
+    output; None and None where that has the law's states in it.
+    """
     try:
-        return r.seen(d)
+        r = r.resized(len(d.E) + len(parts.states), len(d.E))
+        return r, r.seen(d)
     except ValueError:
-        return None
+        return None, None
 
 
 def unseen_motions(A, B, C, D):
@@ -155,7 +162,8 @@ def _rounded(T):
 
 
 def _problems(d, C, Dyw, gamma):
-    """Both inequalities with their coupling; each by itself, with P > 0 and without, in
+    """Multipliers, by block, of what w does at once; both inequalities with their
+    coupling; each by itself, with P > 0 and without, in
     units in which the plant is near one, with what a file says of units and motions.
     What follows from fewer of them has multipliers that are zero in the others: asked
     by itself, also of obstacles on the imaginary axis, it has them in rationals.
@@ -190,6 +198,9 @@ def _problems(d, C, Dyw, gamma):
         "X": (A.T, Cz.T, B.T, Dzu.T, Bw.T, Dzw.T),
         "Y": (A, Bw, C, Dyw, Cz, Dzw),
     }.items():
+        found = _at_once(name, b, d, through, level)
+        if found is not None:
+            yield found[0], {"units": units, "sides": {name: found[1]}}
         V, here, rate, push = unseen_motions(a, b, c, d)
         if push.shape[1]:
             spaces[name] = V
@@ -230,6 +241,23 @@ def _problems(d, C, Dyw, gamma):
     for signed in (True, False):
         for name in sizes if len(sides) == 2 else ():
             yield problem([name], signed)
+
+
+def _at_once(name, B, D, through, level):
+    """The multiplier, by block, of x = 0 and a w with ``D`` w = 0 whose ``through`` w
+    is too loud, and what a file says of that motion; or None.
+    """
+    still = null_basis(D)
+    found = loudest(through @ still, still)
+    if found is None or found[2] < level**2:
+        return None
+    push = (still @ found[0])[:, None]
+    V, some = B @ push, exact(np.ones((1, 1)))
+    if not (V != 0).any():
+        V, some = V[:, :0], some[:0]
+    parts = dict(V=V, here=0 * some, rate=some, push=push)
+    v = np.vstack([[[exact(1.0)]], -found[1][:, None] / level])
+    return {_WORDS[name]: v @ v.T}, {x: fractions(y) for x, y in parts.items()}
 
 
 _WORDS = {"X": "not moved", "Y": "not seen"}  # which motions

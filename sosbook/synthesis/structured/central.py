@@ -13,11 +13,11 @@ RIDGE = 1e-9  # of what is near one, where a matrix is singular
 SMALL = 1e-6  # weight and noise that are added: a norm may have none of its own
 HALVINGS = 12  # of the logarithm of a level, between
 LEVELS = 1e-4, 1e4  # of what is near one
-ROOM = 1.02  # times the least level: there gains have no bound
+AT_ONCE = 30.0  # times what is near one: a rate that is as good as infinite
 
 
-def near_least(*data):
-    """What `central` returns for a level near the least one, of its first seven
+def near_least(room, *data):
+    """What `central` returns for ``room`` times the least level, of its first seven
     arguments, ``data``; raises numpy.linalg.LinAlgError where there is no level.
     """
     low, high = LEVELS
@@ -28,7 +28,7 @@ def near_least(*data):
             high = middle
         except np.linalg.LinAlgError:
             low = middle
-    return central(*data, SMALL, ROOM * high)
+    return central(*data, SMALL, room * high)
 
 
 def central(A, B, C, W, Z, D, V, more, level=np.inf):
@@ -45,6 +45,20 @@ def central(A, B, C, W, Z, D, V, more, level=np.inf):
     L = np.linalg.solve(np.eye(len(A)) - share * Y @ X, L.T)
     worst = share * W.T @ X
     return F, L, A + W @ worst + B @ F + L @ (C + V @ worst)
+
+
+def late(A, B, C, W, Z, through):
+    """A, B, C, W and Z of the plant whose output sees ``through`` w a moment later:
+    the equations know no D_w. What is near one is ``A``'s rate.
+    """
+    p, N = through.shape[1], len(A)
+    more = AT_ONCE * np.eye(p)
+    A = np.block([[A, np.zeros((N, p))], [np.zeros((p, N)), -more]])
+    B, C = (
+        np.vstack([B, np.zeros((p, B.shape[1]))]),
+        np.hstack([C, np.zeros((len(C), p))]),
+    )
+    return A, B, C, np.vstack([W, more]), np.hstack([Z, through])
 
 
 def _side(A, B, Z, D, W, more, level):

@@ -22,9 +22,12 @@ from ..known_gain import kept_or_broken
 from ..ranges import Ranges, family
 from ..request import Request
 from ..solution import Solution
+from . import slopes
+from .continuation import Ended, hasty, of_loops, why_ended
 from .doors import corners_of, refused_by_a_door, refused_by_mode, refused_by_sum
 from .loops import loops_of
 from .objective import DECAY, Task
+from .orders import from_lower_orders
 from .search import search
 
 AGAIN = 3  # searches, each with the worst plants between the vertices
@@ -34,7 +37,10 @@ WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
 NEAR = 1e-9  # to a vertex: counted as that
 TRIAL = 20.0  # seconds, for a law with a memory that is advised
 SEARCH = 0.5  # of the time that is left, for a search; the rest is for the proof
-STOPPED = "The time was over before the search was: a longer one may find a better K."
+STOPPED = (
+    "The time was over before the search was: {} begun. A longer time_limit may find a "
+    "better K."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +92,7 @@ def by_law(request, objective, backoff, starts, seed):
     if refused is not None:
         return refused
     task = Task.of(request, loops, goal)
-    best, near, count, between, stopped = None, (), 0, 0, False
+    best, near, count, between, stopped, ended = None, (), 0, 0, False, Ended()
     try:
         for again in range(AGAIN):
             check_time()
@@ -94,6 +100,16 @@ def by_law(request, objective, backoff, starts, seed):
             seconds = None if np.isinf(left) else max(SEARCH * left, LEAST_TIME)
             with time_limit(seconds):
                 found = search(task, loops, FEW if again else starts, seed, near)
+                if not again and not found.stopped and not _kept(found, goal):
+                    free = request.law_parts.free
+                    lower, more = from_lower_orders(task, loops, free, seed)
+                    count += more
+                    if lower:
+                        other = search(task, loops, 0, seed, lower)
+                        count += other.starts
+                        found = min(other, found, key=lambda f: f.value)
+                if goal is not None and np.isfinite(found.value):
+                    found, ended = of_loops(task, loops, found, FEW, seed)
             count, near = count + found.starts, (found.kappa,)
             by = record(task, loops, count, seed, between)
             stopped = stopped or found.stopped
@@ -107,7 +123,7 @@ def by_law(request, objective, backoff, starts, seed):
                     break
             solution = replace(solution, searched=by)
             if _better(solution, best, objective):
-                best = solution
+                best, ends = solution, (task, loops, found, ended)
             points = _worse(solution, task, loops, found, goal)
             if not points:
                 break
@@ -118,7 +134,7 @@ def by_law(request, objective, backoff, starts, seed):
             raise
         stopped = True
     if best is not None and best.status == "feasible":
-        return replace(best, reason=STOPPED) if stopped and objective else best
+        return replace(best, reason=_why(best, stopped, objective, *ends))
     return _undecided(request, task, loops, found, best, by)
 
 
@@ -139,6 +155,27 @@ def with_memory(request):
         return ""
     kept = found.status == "feasible"
     return f"A DynamicLaw of order {order} does it, as tried. " if kept else ""
+
+
+def _why(best, stopped, objective, task, loops, found, ended):
+    """What ended the search of the ``objective`` of the ``best`` Solution, in words."""
+    if not objective:
+        return best.reason
+    shown = best.request.owner(next(iter(objective))).parameter.shown
+    if stopped:
+        begun = best.searched.starts
+        return STOPPED.format("1 start was" if begun == 1 else f"{begun} starts were")
+    blocks = loops.form.blocks
+    words = why_ended(ended, shown, found.kappa, task.limits, blocks)
+    if task.goal != DECAY:
+        return words
+    s = slopes.Poles(loops, loops.K(found.kappa)).s
+    return f"{words} {hasty(s, getattr(best.request.law, 'filter', None))}".strip()
+
+
+def _kept(found, goal):
+    """Whether all is kept, and nothing shall be better."""
+    return goal is None and found.value < 0
 
 
 def _better(solution, best, objective):

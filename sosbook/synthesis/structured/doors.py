@@ -13,7 +13,7 @@ from ..request import Request
 from ..request_as_data import loop_data
 from ..solution import Solution
 from ..unreached import refuse_by_response
-from .any_order import excluded, seen
+from .any_order import excluded, of_plant_alone
 from .loops import corners_of, vertex_of
 
 SECONDS = 20.0  # for the refusal of each plant by all of its state
@@ -137,8 +137,8 @@ def _all_of_the_state(request, d, r):
     noisy = (request.law_parts.noise != 0).any()
     if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
         return None
-    whole = seen(r, d)
-    if whole is None:
+    r, whole = of_plant_alone(r, d, request.law_parts)
+    if r is None:
         return None
     one, k = vertex_of(request, d, (r,))
     if len(one.vertices) > 1:  # the LMIs of all are no matter of this one

@@ -35,11 +35,14 @@ class Task:
     @classmethod
     def of(cls, request, loops, goal):
         """The task of a ``request`` for its ``loops``; the ``goal``'s bound is open."""
-        asked = request.requirements
+        asked = [r for r in request.requirements if r is not goal]
+        if goal == DECAY:  # a number stands in
+            asked = [r for r in asked if r.parameter is not SIGMA]
         regions = [r for r in asked if r.pole_matrices() is not None]
-        bounded = [r for r in asked if r not in regions and r is not goal]
+        bounded = [r for r in asked if r not in regions]
         slow, fast = loops.rates
-        rate = _asked_rate(request) or float(np.sqrt(slow * fast))
+        own = float(np.sqrt(slow * fast)) * (FASTER if goal == DECAY else 1.0)
+        rate = _asked_rate(asked) or own
         largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
         limits = np.minimum(loops.form.bounds, np.where(
             np.isfinite(loops.form.bounds), np.inf, largest))  # fmt: skip
@@ -49,23 +52,23 @@ class Task:
     def least_decay(self):
         """In 1/s, of every loop that is taken: no more than is asked."""
         asked = [r.bound for r in self.regions if r.parameter is SIGMA and r.bound > 0]
-        asked = [] if self.goal == DECAY else asked  # a number stands in
         return min([LEAST_DECAY * self.rate, *asked])
 
 
+FASTER = 4.0  # than its own rates a plant shall be, where a decay is sought
 LARGEST = 100.0  # units of a free number, where its author sets no limit
 
 
-def _asked_rate(request):
-    rates = [r.rate() for r in request.requirements if r.rate()]
+def _asked_rate(asked):
+    rates = [r.rate() for r in asked if r.rate()]
     return min(rates)[1] if rates and min(rates)[0] < 2 else None
 
 
 class Objective:
     """The function of a ``task`` for the ``loops`` of all plants that count, of x with
-    kappa = ``unit`` x: value and slope. With ``norms`` more than poles count, and
-    unstable loops have no value. Has ``least``, ``at``: the least value so far, and
-    where.
+    kappa = ``unit`` x: value and slope, finite where the value is. With ``norms`` more
+    than poles count, and unstable loops have no value. Has ``least``, ``at``: the least
+    value so far, and where.
     """
 
     def __init__(self, task, loops, unit, norms):
@@ -93,6 +96,8 @@ class Objective:
             slope = slope + 2 * EASE * x / LARGEST**2
         if value < self.least:
             self.least, self.at = value, x
+        if not np.isfinite(slope).all():  # nothing falls from here
+            return np.inf, np.zeros_like(x)
         return value, slope
 
     def _of(self, K):

@@ -6,10 +6,11 @@ import numpy as np
 
 from ...analysis.riccati import lyapunov, riccati
 from ...runtime.time_limit import OutOfTime, check_time
-from .central import RIDGE, balanced, central, near_least, slower
+from .central import RIDGE, balanced, central, late, near_least, slower
 from .descent import descend, refine
 from .objective import DECAY, Objective
 
+ROOMS = 1.02, 1.1, 1.3, 2.0  # times a least norm, where gains have no bound
 ROOM = 0.02  # of the rate, or of a bound: with so much room a search ends
 SPREAD = 3.0  # times the fastest pole: so far the rates of the starts reach
 STEPS = 120  # of a descent
@@ -131,7 +132,10 @@ def starting_points(task, loops, count, rng, near):
     guess = _projected if loops.matrices[1].shape[2] == task.m else _observer
     for r in (task.goal, *task.bounded) if guess is _observer else ():
         if r not in (None, DECAY) and r.bounds_response() is not None:
-            kappa = _observer(loops, task.rate, task.m, r)
+            for room in ROOMS:
+                kappa = _observer(loops, task.rate, task.m, r, room)
+                if kappa is None or (np.abs(kappa) <= task.limits).all():
+                    break
             if kappa is not None:
                 yield middle, kappa / middle
             break
@@ -150,11 +154,11 @@ def starting_points(task, loops, count, rng, near):
         yield unit, np.clip(x, -limit, limit)
 
 
-def _observer(loops, rate, m, r=None):
+def _observer(loops, rate, m, r=None, room=None):
     """The free numbers of a state feedback with an observer of the mean plant; or None.
-    Near the least norm that a requirement ``r`` bounds, or, without one, of LQR, as in
-    `_projected`. For a norm a controller of less than the plant's order has a part of
-    it; otherwise there is none. States to spare decay by themselves.
+    ``room`` times the least norm that a requirement ``r`` bounds, or, without one, of
+    LQR, as in `_projected`. For a norm a controller of less than the plant's order has
+    a part of it; otherwise there is none. States to spare decay by themselves.
     """
     A, B, *_ = (x.mean(axis=0) for x in loops.matrices)
     c = B.shape[1] - m
@@ -171,11 +175,13 @@ def _observer(loops, rate, m, r=None):
             none = np.zeros((q, m))
             F, L, inner = central(A, B, C, B, C, none, none, 1.0)
         else:
-            W, Z, D, _ = (x.mean(axis=0) for x in loops.channel(r, m)[:4])
+            W, Z, D, through = (x.mean(axis=0) for x in loops.channel(r, m)[:4])
             W, Z = W[:N] / of_x[:, None] / rate, Z[:, :N] * of_x
             D, V = D[:, :m] * of_u[:m], loops.channel(r, m)[4][:q] / of_y[:q, None]
+            if through.any():
+                A, B, C, W, Z = late(A, B, C, W, Z, through)
             w, z = (np.linalg.norm(x, 2) or 1.0 for x in (W, Z))
-            F, L, inner = near_least(A, B, C, W / w, Z / z, D / z, V / w)
+            F, L, inner = near_least(room, A, B, C, W / w, Z / z, D / z, V / w)
         T = balanced(inner, L, F)
     except (np.linalg.LinAlgError, ValueError):
         return None

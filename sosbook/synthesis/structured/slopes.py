@@ -5,6 +5,7 @@ from contextlib import suppress
 import numpy as np
 
 GRID = 24  # frequencies between the slowest and the fastest pole
+BEYOND = np.geomspace(1, 10, 7)[1:]  # times the fastest pole: zeros may be there
 HILLS = 4  # of the highest frequencies, each of which may be beside the peak
 NARROWER = 14  # times a bracket of the peak is cut
 STEP = 1e-6  # of differences, of a free number's unit
@@ -63,9 +64,8 @@ def norm(loops, K, r, m):
     s = np.linalg.eigvals(A)
     sizes = np.abs(s)
     grid = np.geomspace(max(sizes.min(), 1e-9 * sizes.max()), sizes.max(), GRID)
-    omega = np.concatenate(
-        [np.zeros((len(A), 1)), np.tile(grid, (len(A), 1)), sizes, abs(s.imag)], axis=1
-    )
+    grid = np.r_[0, grid, sizes.max() * BEYOND]
+    omega = np.concatenate([np.tile(grid, (len(A), 1)), sizes, abs(s.imag)], axis=1)
     omega = np.sort(omega, axis=1)
 
     def gains(which, omega):
@@ -134,7 +134,10 @@ def reached(loops, K, r, m, units):
     S = np.zeros_like(K)
     steps = np.abs(loops.directions) * (STEP * units)[:, None, None]
     for i, j in np.argwhere(loops.directions.any(axis=0)):
-        moved = K.copy()
-        moved[i, j] += (h := steps[:, i, j].max())
-        S[i, j] = (worst(moved)[0] - value) / h
+        for h in steps[:, i, j].max() * np.array([1, -1]):  # one side may be unstable
+            moved = K.copy()
+            moved[i, j] += h
+            S[i, j] = (worst(moved)[0] - value) / h
+            if np.isfinite(S[i, j]):
+                break
     return value, S

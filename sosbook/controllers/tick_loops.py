@@ -1,0 +1,48 @@
+"""What a search at the ticks makes small: the radius of loops, affine in numbers."""
+
+import numpy as np
+
+from ..synthesis.structured.objective import Objective
+
+FLOOR = 0.05  # of the spectral radius: nothing is asked to die out faster
+
+
+class TickLoops:
+    """Sampled loops of some ``plants``, affine in the free numbers of a ``form``:
+    controllers ``made`` without a gain, and with a step of each number, ``steps``.
+    """
+
+    def __init__(self, made, steps, form, plants):
+        F = np.array([[c.loop(d).F for d in plants] for c in made])
+        self.first, self.slopes = F[0], (F[1:] - F[0]) / steps[:, None, None, None]
+        self.form = form
+        self.K = self.slope = lambda x: x  # what `Objective` moves and asks
+
+    def at(self, kappa):
+        """F of each plant, (plants, N, N), for the free numbers ``kappa``."""
+        return self.first + np.tensordot(kappa, self.slopes, 1)
+
+
+class Radius(Objective):
+    """The largest modulus of an eigenvalue less a ``radius``, in units of a ``size``,
+    of a ``task`` for ``loops`` in a ``unit`` of each number.
+    """
+
+    def __init__(self, task, loops, unit, radius, size):
+        super().__init__(task, loops, unit, False)
+        self.radius, self.size = radius, size
+
+    def _of(self, kappa):
+        F, flat = self.loops.at(kappa), 0 * kappa
+        if not np.isfinite(F).all():
+            return np.inf, flat
+        z, V = np.linalg.eig(F)
+        i, j = divmod(int(abs(z).argmax()), z.shape[1])
+        value = abs(z[i, j])
+        if value < FLOOR:
+            return (FLOOR - self.radius) / self.size, flat
+        one = np.eye(len(V[i]))[j] + 0j
+        left = np.linalg.lstsq(V[i].T, one, rcond=None)[0]
+        turned = self.loops.slopes[:, i] @ V[i, :, j] @ left
+        slope = (turned * z[i, j].conj() / value).real
+        return (value - self.radius) / self.size, slope / self.size
