@@ -186,7 +186,10 @@ class Question:
         if self.kept and len(self.vertices) == 1:
             return f"{self.words} is refused, and the plant keeps it"
         file = asked_of(json.loads(design.infeasibility.text))
-        if not file.keys() & {"vertex", "place"} and len(file["plant"]["vertices"]) > 1:
+        if (
+            not file.keys() & {"vertex", "place"}
+            and len(given_vertices(file["plant"])) > 1
+        ):
             return ""  # multipliers of all plants: they name none
         weights = self._named(file)
         if weights is None:
