@@ -19,10 +19,10 @@ MOST_ROWS = 60  # of all blocks: beyond them it takes long
 
 
 def singular_multipliers(expressions, unknowns, Z):
-    """Exact Z_k >= 0 near floats ``Z`` that exclude every point of the ``expressions``,
-    as `repair_multipliers` makes them, where some are singular; None if none are found.
-    What is written in few digits is taken as it is. Else each range is rounded to short
-    fractions, and the multipliers inside it are repaired.
+    """Exact Z_k >= 0 near floats ``Z`` that exclude every value of the ``unknowns`` in
+    ``expressions``, as `repair_multipliers` makes them, where some are singular; None
+    if none are found. What is written in few digits is taken as it is. Else each range
+    is rounded to short fractions, and the multipliers inside it are repaired.
     """
     if sum(map(len, Z)) > MOST_ROWS:
         return None

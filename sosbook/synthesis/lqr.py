@@ -74,13 +74,15 @@ def design_lqr(
         As in `design_pid`.
     noise : {"states", "F"}
         As in `QuadraticCost`.
-    coupling, slack, region, gamma, saturation, mu, requirements, time_limit
+    coupling, slack, region, gamma, saturation, mu, requirements
         As in `design_pid`.
     law : Law or FullState, optional
         What the controller measures and remembers, as in `design_pid`, which searches
         its gain: the same as ``design_pid(law=law, cost=QuadraticCost(Q, R, noise),
         minimize="cost")``, which takes ``starts`` and ``seed``, too. Q weighs the
         law's states as well, the last ones.
+    time_limit
+        As in `design_pid`.
 
     Returns
     -------
