@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.exact.proof import Unproven
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import known_gain
 
@@ -74,6 +75,31 @@ def test_time_may_end_before_a_proof(design):
     late = again.bounds(1e-9)
     assert late["sigma"].proven is None and late["sigma"].true > 4
     assert again.bounds()["sigma"].proven > 4 and again.bounds() is again.bounds()
+
+
+@pytest.mark.parametrize("law", [None, sos.PIDLaw([[1, 0]], filter=0.02)])
+def test_what_was_asked_stays_proven_where_the_time_is_over(law, monkeypatch):
+    """Sharper bounds take all the time; the design's own proof gives what was asked."""
+    asked = dict(region=sos.PoleRegion(sigma=0.3, rho=9e3), gamma=90)
+    fresh = sos.design_pid(DRIVES, law=law, **asked)
+
+    def late(*given):
+        raise OutOfTime
+
+    with monkeypatch.context() as slow:
+        slow.setattr("sosbook.synthesis.bounds.least", late)
+        table = fresh.bounds()
+        assert all(b.proven is None and b.as_asked for b in table) and len(table) == 3
+        text, page = repr(table), table._repr_html_()
+        assert ">= 0.3 " in text and "<= 90 " in text and "<= 9000 " in text
+        assert "no sharper bound" in text and "no sharper bound" in page
+        assert "&lt;= 90<" in page
+        broken = dataclasses.replace(fresh)
+        slow.setattr(type(fresh), "certify", lambda *_: Unproven(""))
+        table = broken.bounds()
+        assert "- " in repr(table) and "<= 90" not in repr(table)
+    table = fresh.bounds()
+    assert not any(b.as_asked for b in table) and "<=" not in repr(table)
 
 
 def test_a_refusal_says_what_a_neighbour_does():

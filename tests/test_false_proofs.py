@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from flint import fmpq
 
 import sosbook as sos
 from sosbook import proofs
@@ -277,6 +278,15 @@ def test_a_claim_without_its_block_isnt_proven():
         found = Examined.of(good, [("yes", names)])
         assert not found.proven and found.claims == ()
         assert found.failed == ("no block proves: yes",)
+
+
+@pytest.mark.parametrize("size", [10**400, -(10**400)])
+def test_a_size_beyond_floats_is_no_matter_of_the_verdict(size):
+    P = exact(np.eye(2)) * fmpq(size, 3)
+    found = Examined.of({"P": P}, ["yes"])
+    assert found.proven == (size > 0) and found.blocks["P"] == (
+        np.inf if size > 0 else -np.inf
+    )
 
 
 # ---- multipliers in coordinates

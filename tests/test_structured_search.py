@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import schur
+from scipy.linalg import eigh, schur
 
 import sosbook as sos
 from sosbook.exact.rational import exact
@@ -572,6 +572,40 @@ def test_a_mode_that_no_gain_of_the_law_moves_is_a_door(name, tmp_path):
         assert sos.design_pid(held, **asked, region=region).status != "infeasible"
         design = sos.design_pid(plant, **asked, maximize="sigma")
         assert design.status == "infeasible" and "It violates stab" in design.reason
+
+
+def modes(count):
+    """Modes of a chain of masses, whose numbers have all digits, as E, A, B, F, rows of
+    two accelerometers, which are late by 0.3 s, and of two positions.
+    """
+    spring = 9.81 * (2 * np.eye(20) - np.eye(20, k=1) - np.eye(20, k=-1))
+    square, V = eigh(spring, 0.3 * np.eye(20))
+    square, V, none = square[:count], V[:, :count], np.zeros((2, count))
+    rate = np.hstack([none, V[[19, 9]] / 0.3, -np.eye(2) / 0.3])
+    still = np.hstack([V[[19, 9]], none, 0 * np.eye(2)])
+    A = np.zeros((2 * count + 2, 2 * count + 2))
+    A[:count, count:-2] = np.eye(count)
+    A[count:-2, :-2] = -np.hstack([np.diag(square), np.diag(0.02 * square**0.5)])
+    A[-2:] = rate
+    B, F = (np.r_[0 * V[0], push, 0, 0][:, None] for push in (V[19], V.sum(axis=0)))
+    return (np.eye(len(A)), A, B, F), {"accelerations": rate, "positions": still}
+
+
+@pytest.mark.parametrize("seen", ["accelerations", "positions"])
+def test_a_mode_of_the_integrals_is_a_door_before_a_norm_is_searched(seen):
+    """One input and two integrals: some mixture of them rests, whatever K_I is."""
+    matrices, sensors = modes(6)
+    law = sos.PIDLaw(position=sensors[seen], integrate=True, filter=0.05)
+    norm = sos.HInfinity(10.0, outputs=sos.Output(state=sensors["positions"]), name="x")
+    plant = sos.DescriptorSystem(*matrices)
+    design = sos.design_pid(plant, law=law, requirements=[norm])
+    proof = design.infeasibility
+    assert design.status == "infeasible" and design.searched is None
+    assert proof.verify() and proof.mode == 0
+    loops, rng = loops_of(design.request), np.random.default_rng(1)
+    for kappa in rng.normal(size=(5, len(loops.directions))):
+        poles = np.linalg.eigvals(loops.closed(loops.K(kappa))[0])
+        assert abs(poles).min() < 1e-9
 
 
 def test_rounded_gains_keep_the_structure():

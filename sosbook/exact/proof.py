@@ -16,6 +16,14 @@ DIGITS = (6, 8, 10, 12, 17)  # to which gains are rounded, in the order of trial
 PLACES = (12, 17)  # of the matrices that only the proof needs
 
 
+def nearest(x):
+    """The float nearest to a rational, or its infinity: the verdict isn't its own."""
+    try:
+        return float(x)
+    except OverflowError:
+        return np.inf if x > 0 else -np.inf
+
+
 def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
     """The first proof of ``attempt(gain digits, matrix digits)``, or its last try.
 
@@ -72,7 +80,7 @@ class Examined:
         for words, names in pairs:
             if verdicts and not (names and set(names) <= set(verdicts)):
                 failed.append(f"no block proves: {words}")
-        blocks = {name: float(size) for name, (_, size) in verdicts.items()}
+        blocks = {name: nearest(size) for name, (_, size) in verdicts.items()}
         said = () if failed else tuple(words for words, _ in pairs)
         return cls(said, blocks, tuple(failed))
 
@@ -95,13 +103,13 @@ class Examined:
             if names and label not in names:  # a condition, no block
                 return proven
             name = names.get(label, label)
-            sizes[name] = float(size)
+            sizes[name] = nearest(size)
             failed.extend([] if proven else [name])
             return True  # what fails is listed, and the others are looked at
 
         value = kernel.check(whole, decide).value
         if value is not None:
-            sizes, value = {}, float(as_rational(value)[0, 0])
+            sizes, value = {}, nearest(as_rational(value)[0, 0])
         return cls(() if failed else tuple(claims), sizes, tuple(failed), value)
 
     @classmethod

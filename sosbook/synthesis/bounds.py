@@ -19,6 +19,10 @@ SECONDS = 60.0  # for a neighbouring design, and for what is true of it
 NEXT_BACKOFF = 0.01  # of its least bound, as everywhere
 BACKOFF = 0.001  # what is proven is so much easier than the truth, as a fraction
 DIGITS = 4  # of what is proven
+AS_ASKED = (
+    "With <= or >= it is what was asked, by the proof of the design: no sharper bound "
+    "was proven in the time."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +34,8 @@ class Bound:
     search has found, over the vertices and between; ``part``: the proof; ``excluded``:
     no linear controller of any order, with the law's sensors, or without a law with all
     of the state, keeps this bound or a smaller one. None where no exact multipliers
-    were found, or looked for, for any; ``refusal``: the proof of that.
+    were found, or looked for, for any; ``refusal``: the proof of that; ``as_asked``:
+    whether the proof of the design gives what was asked, where ``proven`` is None.
     """
 
     requirement: Any
@@ -40,6 +45,7 @@ class Bound:
     part: Kept
     excluded: float | None = None
     refusal: Any = None
+    as_asked: bool = False
 
 
 class Bounds(tuple):
@@ -62,22 +68,26 @@ class Bounds(tuple):
     def rows(self):
         """Words, asked, proven and true, and what is excluded, in text."""
         for b in self:
-            shown = b.requirement.parameter.shown
-            numbers = (b.asked, b.proven, b.true, b.excluded)[: len(self._heads)]
-            yield (
-                b.requirement.words,
-                *("-" if x is None else f"{shown(x):.4g}" for x in numbers),
-            )
+            p = b.requirement.parameter
+            numbers = [b.asked, b.proven, b.true, b.excluded]
+            texts = ["-" if x is None else f"{p.shown(x):.4g}" for x in numbers]
+            if b.as_asked:
+                texts[1] = f"{'>=' if p.harder > 0 else '<='} {texts[0]}"
+            yield b.requirement.words, *texts[: len(self._heads)]
 
     @property
     def _heads(self):
         some = any(b.excluded is not None for b in self)
         return ("asked", "proven", "true", *("no linear controller keeps",) * some)
 
+    @property
+    def _note(self):
+        return AS_ASKED if any(b.as_asked for b in self) else ""
+
     def __repr__(self):
         table = [("", *self._heads), *self.rows()]
         wide = [max(map(len, column)) for column in zip(*table)]
-        return "\n".join(
+        lines = [
             "  ".join(
                 [
                     row[0].ljust(wide[0]),
@@ -85,7 +95,8 @@ class Bounds(tuple):
                 ]
             )
             for row in table
-        )
+        ]
+        return "\n".join([*lines, *filter(None, [self._note])])
 
     def _repr_html_(self):
         head = "".join(f"<th>{x}</th>" for x in ("requirement", *self._heads))
@@ -93,7 +104,8 @@ class Bounds(tuple):
             "<tr>" + "".join(f"<td>{escape(x)}</td>" for x in row) + "</tr>"
             for row in self.rows()
         )
-        return f"<table><tr>{head}</tr>{rows}</table>"
+        note = f"<p>{escape(self._note)}</p>" if self._note else ""
+        return f"<table><tr>{head}</tr>{rows}</table>{note}"
 
 
 def _key(bound):

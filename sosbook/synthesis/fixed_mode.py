@@ -207,7 +207,8 @@ def _cyclic(part, root):
     for _ in range(h.degree()):
         rows.append((u * V).entries())
         u = u * L
-    return h, rational_matrix(rows)
+    V = rational_matrix(rows)
+    return h, V / abs(V).max()  # as integers they outgrow floats
 
 
 def _same(root, other):
