@@ -19,7 +19,7 @@ from .found import Found, found_on
 from .known_certificate import known_proof
 from .slack import feasible
 from .solution import Solution
-from .structured.design import with_memory
+from .structured.advice import with_memory, with_one_relaxed
 from .whole import proven_on
 
 
@@ -328,6 +328,8 @@ class Design(ClosedLoop[Certificate], Solution):
             return ""
         if self.searched is not None or (self.K is None and self._law is not None):
             more = "" if self.minimized else with_memory(self.request)
+            if self.status == "undecided":
+                more = with_one_relaxed(self.request) + more
             return f"{self.reason} {more}Measure more, or ask for less."
         if isinstance(self.infeasibility, FixedModeRefusal):
             if self.request.gain is not None:

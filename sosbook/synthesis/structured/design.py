@@ -6,7 +6,6 @@ import numpy as np
 
 from ...exact.definite import round_digits
 from ...exact.rational import exact
-from ...laws import DynamicLaw, PIDLaw
 from ...requirements.known import KnownLoop
 from ...requirements.vocabulary import SIGMA
 from ...runtime.read_only import ReadOnly
@@ -20,13 +19,12 @@ from ...runtime.time_limit import (
 from ..cells import Box
 from ..known_gain import kept_or_broken
 from ..ranges import Ranges, family
-from ..request import Request
 from ..solution import Solution
 from . import slopes
 from .continuation import Ended, hasty, of_loops, why_ended
-from .doors import corners_of, refused_by_a_door, refused_by_mode, refused_by_sum
+from .doors import refused_by_a_door, refused_by_mode, refused_by_sum
 from .loops import loops_of
-from .objective import DECAY, Task
+from .objective import DECAY, Objective, Task
 from .orders import from_lower_orders
 from .search import search
 
@@ -35,7 +33,6 @@ FEW = 3  # starts of all but the first
 DIGITS = 6, 10  # of the free numbers, in the order of trial
 WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
 NEAR = 1e-9  # to a vertex: counted as that
-TRIAL = 20.0  # seconds, for a law with a memory that is advised
 SEARCH = 0.5  # of the time that is left, for a search; the rest is for the proof
 STOPPED = (
     "The time was over before the search was: {} begun. A longer time_limit may find a "
@@ -92,6 +89,7 @@ def by_law(request, objective, backoff, starts, seed):
     if refused is not None:
         return refused
     task = Task.of(request, loops, goal)
+    bounded = goal == DECAY and task.bounded  # its search looks at poles alone
     best, near, count, between, stopped, ended = None, (), 0, 0, False, Ended()
     try:
         for again in range(AGAIN):
@@ -100,6 +98,10 @@ def by_law(request, objective, backoff, starts, seed):
             seconds = None if np.isinf(left) else max(SEARCH * left, LEAST_TIME)
             with time_limit(seconds):
                 found = search(task, loops, FEW if again else starts, seed, near)
+                if bounded and not _keeps(task, loops, found):
+                    kept = replace(task, goal=None)
+                    count += found.starts
+                    found = search(kept, loops, FEW if again else starts, seed, near)
                 if not again and not found.stopped and not _kept(found, goal):
                     free = request.law_parts.free
                     lower, more = from_lower_orders(task, loops, free, seed)
@@ -108,12 +110,12 @@ def by_law(request, objective, backoff, starts, seed):
                         other = search(task, loops, 0, seed, lower)
                         count += other.starts
                         found = min(other, found, key=lambda f: f.value)
-                if goal is not None and np.isfinite(found.value):
+                if goal is not None and found.value < (0 if bounded else np.inf):
                     found, ended = of_loops(task, loops, found, FEW, seed)
             count, near = count + found.starts, (found.kappa,)
             by = record(task, loops, count, seed, between)
             stopped = stopped or found.stopped
-            if not found.value < (0 if goal is None else np.inf):
+            if not found.value < (0 if goal is None or bounded else np.inf):
                 break
             for digits in DIGITS:
                 kappa = round_digits(found.kappa, digits)
@@ -138,25 +140,6 @@ def by_law(request, objective, backoff, starts, seed):
     return _undecided(request, task, loops, found, best, by)
 
 
-def with_memory(request):
-    """Words on a `DynamicLaw` of the plant's order that keeps a ``request`` with the
-    sensors of its `PIDLaw`, found within `TRIAL` seconds; or nothing.
-    """
-    law = request.law
-    if not isinstance(law, PIDLaw):
-        return ""
-    order = len(next(iter(corners_of(request).values())).E)
-    try:
-        more = DynamicLaw(order, law.position, law.velocity, noise=law.noise)
-        asked = Request(request.plant, requirements=request.requirements, law=more)
-        with time_limit(TRIAL):
-            found = by_law(asked, {}, 0.01, FEW, 0)
-    except (OutOfTime, ValueError, ArithmeticError, np.linalg.LinAlgError):
-        return ""
-    kept = found.status == "feasible"
-    return f"A DynamicLaw of order {order} does it, as tried. " if kept else ""
-
-
 def _why(best, stopped, objective, task, loops, found, ended):
     """What ended the search of the ``objective`` of the ``best`` Solution, in words."""
     if not objective:
@@ -171,6 +154,15 @@ def _why(best, stopped, objective, task, loops, found, ended):
         return words
     s = slopes.Poles(loops, loops.K(found.kappa)).s
     return f"{words} {hasty(s, getattr(best.request.law, 'filter', None))}".strip()
+
+
+def _keeps(task, loops, found):
+    """Whether what was ``found`` keeps all that is asked beside a goal."""
+    if found.kappa is None:
+        return False
+    unit = loops.units(task.rate)
+    rest = Objective(replace(task, goal=None), loops, unit, True)
+    return rest(found.kappa / unit)[0] < 0
 
 
 def _kept(found, goal):
