@@ -14,6 +14,7 @@ from sosbook.controllers.bounds import bounded_output, rounded
 from sosbook.controllers.cells import BALL_BITS, Joined, JoinedCell
 from sosbook.controllers.facts import bounded as bounded_lines
 from sosbook.controllers.facts import facts_of
+from sosbook.controllers.trial import steps_of
 from sosbook.exact.rational import exact
 from sosbook.plants.descriptor import descriptors
 from sosbook.sampled.balls import balls
@@ -320,7 +321,8 @@ def test_a_header_says_which_loop_a_bound_is_of():
     """Beyond the limit it is of the loop without it, and a reach says what it lacks."""
     c = cart(T=0.01, memory="filter", filter_time=0.02)
     asked = c.step().proven
-    low, high = (bounded_lines(c.limit(x * asked)) for x in (0.99, 1.01))
+    limited = [c.limit(x * asked) for x in (0.99, 1.01)]
+    low, high = (bounded_lines(x, steps_of(x, 1.0)) for x in limited)
     assert any(line.endswith(", without its limit") for line in low)
     assert not any("without its limit" in line for line in high)
     assert any("Slew, ramps, faults" in line for line in low)

@@ -20,7 +20,7 @@ from .limits import quantum
 from .loop import Loop
 from .program import Code
 from .rounding import rounding_bound
-from .signals import NOTHING_TO_SET, known_index
+from .signals import NOTHING_TO_SET, known_index, vector_of
 from .simulation import Run, simulate_controller
 from .windup import Reach, proven_reach
 
@@ -138,24 +138,13 @@ class Answers:
         x, u = [], []
         for d, loop in zip(self.vertices, self.loops):
             p = self.R.shape[1]
-            r_now = self._vector("r", r, p)
-            w_now = self._vector("w", w, d.Bw.shape[1])
+            r_now = vector_of("r", r, p)
+            w_now = vector_of("w", w, d.Bw.shape[1])
             push = loop.set_point @ r_now + loop.load @ w_now
             rest = np.linalg.solve(np.eye(len(loop.F)) - loop.F, push)
             x.append(rest[: len(d.E)])
             u.append(loop.H @ rest + loop.direct_r @ r_now + loop.direct_w @ w_now)
         return np.array(x), np.array(u)
-
-    @staticmethod
-    def _vector(name, value, size):
-        if value is None:
-            return np.zeros(size)
-        if name == "r" and not size:
-            raise ValueError(NOTHING_TO_SET)
-        found = np.atleast_1d(np.asarray(value, float))
-        if found.shape != (size,):
-            raise ValueError(f"{name} needs {size} numbers, got {value!r}")
-        return found
 
     def noise(
         self, counts: Any = None, output: int = 0, time_limit: float = SECONDS
@@ -374,7 +363,11 @@ class Answers:
         return simulate_controller(self, seconds, r, w, **more)
 
     def to_c(
-        self, name: str = "axis", precision: str = "double", time_limit: float = 60.0
+        self,
+        name: str = "axis",
+        precision: str = "double",
+        time_limit: float = 60.0,
+        step: Any = None,
     ) -> Code:
         """Its program in C99, with what is proven, bounded and simulated of it.
 
@@ -386,6 +379,9 @@ class Answers:
             Of all arithmetic; single for boards without wide floats.
         time_limit : float
             Seconds for the proof of the sampled loop.
+        step : float or (p,) array_like, optional
+            Of each set point, that is bounded and simulated; without it the largest
+            that is known to stay within the limits, and 1 without limits.
 
         Returns
         -------
@@ -393,5 +389,4 @@ class Answers:
             `Code.write` makes the files; `Code.texts` has them.
         """
         Code(self, name, precision)  # a bad name is said before anything is proven
-        facts, proofs = facts_of(self, time_limit)
-        return Code(self, name, precision, facts, proofs)
+        return Code(self, name, precision, *facts_of(self, time_limit, step))

@@ -60,7 +60,7 @@ def bounded_output(c, own, direct, k, start=None, peak=False):
     """
     joined = Joined(c, own, direct)
     alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
-    output = isinstance(k, int)
+    output = not np.ndim(k)
     h, at_once = (outputs_of(c)[k], direct[k]) if output else (exact(k), 0 * direct[0])
     queue, worst, count = [joined.family.shape.whole()], 0.0, 0
     while queue:

@@ -7,17 +7,23 @@ import numpy as np
 from ..exact.rational import exact
 from ..plants.as_data import plant_data
 from ..runtime.digests import digest
+from .limits import FAULTS
+from .trial import FAR, kept, steps_of
 
 SPAN = 6.0  # times the slowest time constant, that a step is simulated
 MOST_TICKS = 20_000  # of that
 MIXED = re.compile(r"^\d| [+-] ")  # a name such as "2 z1" or "z1 - z2"
+AWAY = 0.1  # of a step: what ends further from its rest isn't there yet
+FINE = "no fault"
 LOSE_EVERY = 97  # a tick: about one sample in a hundred
 
 
-def facts_of(c, time_limit):
-    """The columns (title, lines) of the header of a `Controller` c, and its proof files
-    (end of the name, text); ``time_limit``: seconds for the sampled loop's proof.
+def facts_of(c, time_limit, step=None):
+    """The columns (title, lines) of the header of a `Controller` c, its proof files
+    (end of the name, text), and a `Trial` for each set point, of the size ``step``;
+    ``time_limit``: seconds for the sampled loop's proof.
     """
+    trials = steps_of(c, step)
     sampled = c.certify(time_limit=time_limit)
     continuous = getattr(c.certificate, "kind", "") != getattr(sampled, "kind", "")
     words = "gain in continuous time" if continuous else "as designed"
@@ -57,10 +63,14 @@ def facts_of(c, time_limit):
     )
     proven.append(f"u = {gains}")
     return (
-        ("proven", proven),
-        ("bounded", bounded(c)),
-        ("simulated only", simulated(c)),
-    ), tuple(proofs)
+        (
+            ("proven", proven),
+            ("bounded", bounded(c, trials)),
+            ("simulated only", simulated(c, trials)),
+        ),
+        tuple(proofs),
+        trials,
+    )
 
 
 def _whole(c, K):
@@ -71,8 +81,11 @@ def _whole(c, K):
     return all((exact(M) @ exact(x) == exact(N)).all() for M, x, N in pairs)
 
 
-def bounded(c):
-    """What c's outputs are asked, proven of every plant; and by floats at corners."""
+def bounded(c, trials):
+    """What c's outputs are asked, proven of every plant; and by floats at corners.
+
+    ``trials``: a `Trial` for each set point.
+    """
     lines = [
         f"spectral radius {c.radius:.5f}, largest sensitivity at the input "
         f"{c.sensitivity_peak():.3f}, at the corners, in floats"
@@ -80,24 +93,21 @@ def bounded(c):
     for k, signal in enumerate(c.outputs):
         if c.steps.any():
             lines.append(f"steps of the sensors move {signal}: {c.noise(output=k)}")
-        for j, r in enumerate(c.set_points):
-            speed = c.limits.ramp[j] if np.isfinite(c.limits.ramp[j]) else None
-            try:
-                if speed is None:
-                    bound = c.step(1.0, j, k)
-                    moved = f"a step of 1 of {r} asks {signal}"
-                else:
-                    bound = c.ramp(speed, j, k)
-                    moved = (
-                        f"{r} moves by at most {speed:g} a second, from rest, which "
-                        f"asks {signal}"
-                    )
-            except ValueError:
+        for j, (r, trial) in enumerate(zip(c.set_points, trials)):
+            if not trial.asks:
                 lines.append(
                     f"no bound of what {r} asks {signal}: at rest it isn't exactly "
                     "zero for every plant"
                 )
                 continue
+            if np.isfinite(speed := c.limits.ramp[j]):
+                bound = c.ramp(speed, j, k)
+                moved = (
+                    f"{r} moves by at most {speed:g} a second, from rest, which "
+                    f"asks {signal}"
+                )
+            else:
+                bound, moved = trial.asks[k], f"{stepped(trial, r)} asks {signal}"
             within = (bound.proven or 0.0) <= c.limits.u_max[k]
             lines.append(f"{moved}: {bound}{'' if within else ', without its limit'}")
     if np.isfinite(c.limits.u_max).all():
@@ -106,32 +116,69 @@ def bounded(c):
     return lines
 
 
-def span(c, times=SPAN, most=MOST_TICKS):
-    """Seconds of ``times`` c's slowest time constant and a ramp; at ``most`` ticks."""
+def stepped(trial, r):
+    """A ``trial`` of a set point r, a `Signal`, in words."""
+    unit = f" {r.unit}" if r.unit else ""
+    return f"a step of {trial.size:.4g}{unit} of {r.name} ({trial.why})"
+
+
+def span(c, times=SPAN, most=MOST_TICKS, size=1.0):
+    """Seconds of ``times`` c's slowest time constant and a ramp, of a step of so much a
+    ``size``; at ``most`` ticks.
+    """
     slowest = -c.T / np.log(min(c.radius, 1 - 1e-9))
-    ramp = c.limits.ramp.min(initial=np.inf)
-    return min(times * slowest + 1 / ramp, most * c.T)
+    return min(times * slowest + (size / c.limits.ramp).max(initial=0.0), most * c.T)
 
 
-def simulated(c):
-    """What a step of each set point does at all corners, a sample in 97 lost."""
-    seconds = span(c)
+def simulated(c, trials):
+    """What the step of each of ``trials`` does at all corners, a sample in 97 lost if
+    c bridges one.
+    """
+    lose, lost = None, "none is lost here, as the first is a fault: see watch(lost=)"
+    if c.faults.ticks(c.T)["lost"]:
+        lose = _lost
+        lost = f"one of {LOSE_EVERY} is lost here"
     lines = [
         "slew, faults, lost samples, limits beyond what is bounded above: no proof has "
-        "them"
+        f"them; of the samples {lost}"
     ]
-    for j, signal in enumerate(c.set_points):
-        r = np.eye(len(c.set_points))[j]
-        run = c.simulate(seconds, r=r, lose=lambda k: k % LOSE_EVERY == LOSE_EVERY - 1)
+    for j, (signal, trial) in enumerate(zip(c.set_points, trials)):
+        r = trial.size * np.eye(len(c.set_points))[j]
+        seconds = span(c, size=trial.size)
+        run = c.simulate(seconds, r=r, lose=lose)
         most = abs(run.u).max(axis=(0, 1))
-        words = ", ".join(f"{x:.4g} {s.unit}" for x, s in zip(most, c.outputs))
-        k = c.followed[j]
-        over = ""
-        if k is not None:
-            seen = run.x @ c.rows[k]
-            over = f"overshoots by {100 * max(0.0, seen.max() - 1):.1f} %, "
-        bad = "no fault" if not run.fault.any() else "FAULTS"
-        lines.append(f"a step of 1 of {signal}: {over}asks {words} at most, {bad}")
+        words = ", ".join(f"{x:.4g} {s.unit}".strip() for x, s in zip(most, c.outputs))
+        how, over = ended(c, run, j, trial.size), ""
+        if how == FINE and (k := c.followed[j]) is not None:
+            most = (run.x @ c.rows[k]).max() / trial.size - 1
+            over = f"overshoots by {100 * max(0.0, most):.1f} %, "
+        lines.append(f"{stepped(trial, signal)}: {over}asks {words} at most, {how}")
     varies = "" if c.clock is None else " (but for stability)"
     lines.append(f"jitter{varies}, friction, backlash: not looked at")
     return lines
+
+
+def _lost(tick):
+    """Whether the sample of a ``tick`` is lost here."""
+    return tick % LOSE_EVERY == LOSE_EVERY - 1
+
+
+def ended(c, run, j=None, size=1.0):
+    """How a ``run`` of c ended, in words; set point ``j``, ``size``: see `kept`."""
+    shown = kept(c, run, j, size)
+    cut = int(shown.argmin())
+    last = int(shown[cut]) - 1
+    if fault := run.fault[cut, last]:
+        return f"FAULTS after {run.t[last]:.4g} s ({FAULTS[fault]}, corner {cut + 1})"
+    if shown[cut] < len(run.t):
+        return (
+            f"goes FURTHER than {FAR:g} times its step after {run.t[last]:.4g} s "
+            f"(corner {cut + 1})"
+        )
+    if j is not None and (k := c.followed[j]) is not None:
+        r = size * np.eye(len(c.set_points))[j]
+        rest = c.static(r=r)[0] @ c.rows[k] if c.radius < 1 else np.inf
+        away = abs(run.x[:, -1] @ c.rows[k] - rest)
+        if (away > max(AWAY * size, 2 * c.steps[k])).any():
+            return f"no fault, but it is NOT AT REST after {run.t[-1] + c.T:.4g} s"
+    return FINE

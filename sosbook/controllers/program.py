@@ -60,7 +60,7 @@ BENCH_SPAN = 20.0  # times the slowest time constant, at most MOST_BENCH_TICKS
 MOST_BENCH_TICKS = 200_000
 MOST_TICK_US = 2**31 - 1  # half of what 32 bits count: clocks wrap around
 ROUNDED = 0.01  # of T, that its whole microseconds may differ
-REST_SHARE = 0.02  # of the set point: what moves less is at rest
+REST_SHARE = 0.02  # of the step: what moves less is at rest
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,8 @@ class Code:
         What the header says, in columns: what is proven, bounded, simulated.
     proofs : tuple of (str, str)
         Proof files that go with it: the ends of their names, and their texts.
+    trials : tuple of Trial
+        The steps that ``facts`` tell of, one for each set point.
 
     Raises
     ------
@@ -103,6 +105,7 @@ class Code:
     precision: str = "double"
     facts: tuple = ()
     proofs: tuple = ()
+    trials: tuple = ()
 
     def __post_init__(self):
         name = self.name
@@ -146,7 +149,7 @@ class Code:
             for file, t in files.items()
         }
         texts[f"{name}_gains.h"] = self.gains
-        texts[f"{name}_plants.h"] = _plants(c, self.precision)
+        texts[f"{name}_plants.h"] = _plants(c, self.precision, self.trials)
         texts |= {f"proof_{name}{end}.json": text for end, text in self.proofs}
         for part in (".h", ".c", "_tick.h", "_gains.h"):
             texts[f"{name}_sketch/{name}{part}"] = texts[f"{name}{part}"]
@@ -212,13 +215,17 @@ class Code:
         return write_texts(folder, self.texts, replace)
 
 
-def _plants(c, precision):
-    """The text of <name>_plants.h: every corner of the plant, from tick to tick."""
+def _plants(c, precision, trials):
+    """The text of <name>_plants.h: every corner of the plant, from tick to tick, and
+    the steps of ``trials``; of 1 without them.
+    """
     held = [c.timing.held(d) for d in c.vertices]
     older = held[0][0].shape[0] - c.rows.shape[1]
     rows = np.hstack([c.rows, np.zeros((len(c.rows), older))])
-    ticks = round(span(c, BENCH_SPAN, MOST_BENCH_TICKS) / c.T)
-    r = np.ones(len(c.set_points)) if c.set_points else np.zeros(1)
+    sizes = np.array([trial.size for trial in trials] or np.ones(len(c.set_points)))
+    ticks = round(span(c, BENCH_SPAN, MOST_BENCH_TICKS, sizes) / c.T)
+    rest = max([REST_SHARE * min(sizes, default=1.0), *(2 * c.steps)])
+    r = sizes if sizes.size else np.zeros(1)
 
     def braces(value):
         if np.ndim(value) == 0:
@@ -234,7 +241,7 @@ def _plants(c, precision):
         f"#define BENCH_CORNERS {len(held)}",
         f"#define BENCH_STATES {len(held[0][0])}",
         f"#define BENCH_TICKS {ticks}L /* {ticks * c.T:.3g} s */",
-        f"#define BENCH_REST {literal(max(REST_SHARE, *(2 * c.steps)), precision)}",
+        f"#define BENCH_REST {literal(rest, precision)}",
         f"#define BENCH_SET_POINTS {braces(r)}",
         f"#define BENCH_STEPS {braces(c.steps)}",
         f"#define BENCH_H {braces(rows)}",

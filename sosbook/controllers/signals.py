@@ -3,6 +3,8 @@
 import re
 from dataclasses import dataclass
 
+import numpy as np
+
 NOTHING_TO_SET = (
     "this controller has no set point: set points are of positions, and what it feeds "
     "back has none; measure a position"
@@ -90,3 +92,15 @@ def known_index(name, k, signals):
     if k not in range(len(signals)):
         known = ", ".join(f"{i}: {s.name}" for i, s in enumerate(signals))
         raise ValueError(f"{name} must be one of {known}; got {k!r}")
+
+
+def vector_of(name, value, size):
+    """A ``value`` called ``name``, of ``size`` set points or disturbances; or zeros."""
+    if value is None:
+        return np.zeros(size)
+    if name == "r" and not size:
+        raise ValueError(NOTHING_TO_SET)
+    found = np.atleast_1d(np.asarray(value, float))
+    if found.shape != (size,):
+        raise ValueError(f"{name} needs {size} numbers, got {value!r}")
+    return found

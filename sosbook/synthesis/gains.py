@@ -138,6 +138,7 @@ class Gains(Result[Proven]):
         replace: bool = False,
         controller: Any = None,
         pdf: bool = False,
+        step: Any = None,
         **asked: Any,
     ) -> Any:
         """One page of all that is known of the controller, its proofs and its program.
@@ -156,6 +157,8 @@ class Gains(Result[Proven]):
             With limits and more; in the place of ``measured`` and ``asked``.
         pdf : bool
             A Chromium prints the page as index.pdf, too.
+        step : float or (p,) array_like, optional
+            Of each set point, that is shown: see `Controller.to_c`.
         **asked
             As for `controller`.
 
@@ -172,7 +175,7 @@ class Gains(Result[Proven]):
         self._gain()
         made = controller or self.controller(measured, **asked)
         write = later("controllers", "write_report")
-        return write(self, made, folder, name, replace, pdf)
+        return write(self, made, folder, name, replace, pdf, step)
 
     @property
     def K_P(self) -> np.ndarray:

@@ -1,0 +1,91 @@
+"""Charts of a report: curves over the time, with axes and limits that are named."""
+
+from html import escape
+
+import numpy as np
+
+WIDTH, HEIGHT = 268.0, 150.0  # of the frame; a chart is as wide as a telephone
+LEFT, TOP, RIGHT, LOW = 68.0, 26.0, 22.0, 44.0  # around it
+POINTS = 400  # of a curve
+STYLES = ("", "7 3", "2 3", "9 3 2 3")  # dashes, so that no colour is needed
+COLOURS = ("#114", "#a40", "#075", "#808")  # of every four curves with these dashes
+NEAR = 3.0  # times what curves span: a limit that is further away is only said
+STYLE = (
+    "polyline,.sos-key{fill:none;stroke-width:1.4}"
+    ".sos-limit{stroke:#b00;stroke-dasharray:1 4}text{font:12px sans-serif}"
+    ".sos-keys{list-style:none;padding:0}"
+)
+
+
+def dash(k):
+    """How curve ``k`` is drawn: attributes of SVG."""
+    colour = COLOURS[k // len(STYLES) % len(COLOURS)]
+    return f'stroke="{colour}" stroke-dasharray="{STYLES[k % len(STYLES)]}"'
+
+
+def key(names):
+    """Which line is which, of the ``names`` of some curves, as HTML."""
+    parts = [
+        f'<li><svg role="img" aria-label="line {k + 1}" width="44" height="10">'
+        f'<path class="sos-key" d="M2 5H42" {dash(k)}/></svg> {escape(name)}</li>'
+        for k, name in enumerate(names)
+    ]
+    return f'<ul class="sos-keys">{"".join(parts)}</ul>'
+
+
+def chart(curves, label, limit=np.inf):
+    """An inline SVG of some ``curves`` (t, values) over the time, called ``label``; a
+    finite ``limit`` is drawn on either side, or said where it is far from them.
+    """
+    picked = []
+    for t, values in curves:
+        pick = np.unique(np.linspace(0, len(t) - 1, POINTS).astype(int))
+        picked.append((t[pick], values[pick]))
+    end = max(t[-1] for t, _ in picked) or 1.0
+    low = min(float(values.min()) for _, values in picked)
+    high = max(float(values.max()) for _, values in picked)
+    lines = []
+    if np.isfinite(limit):
+        if limit <= NEAR * max(-low, high):
+            low, high = min(low, -limit), max(high, limit)
+            lines = [limit, -limit]
+        label = f"{label}, limit {limit:.4g}"
+    room = 0.05 * (high - low) or max(abs(high), 1.0)
+    low, high = low - room, high + room
+
+    def across(t):
+        return LEFT + np.asarray(t) / end * WIDTH
+
+    def down(value):
+        return TOP + (high - np.asarray(value)) / (high - low) * HEIGHT
+
+    parts = [
+        f'<path class="sos-limit" d="M{LEFT} {down(y):.1f}H{LEFT + WIDTH}"/>'
+        for y in lines
+    ]
+    for k, (t, values) in enumerate(picked):
+        pairs = zip(across(t), down(values))
+        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in pairs)
+        parts.append(f'<polyline points="{points}" {dash(k)}/>')
+    for s in (0.0, 0.5, 1.0):
+        value = low + s * (high - low)
+        parts += [
+            _text(LEFT - 4, down(value) + 4, f"{value:.3g}", "end"),
+            _text(LEFT + s * WIDTH, TOP + HEIGHT + 18, f"{s * end:.3g}", "middle"),
+        ]
+    parts += [
+        _text(LEFT, TOP - 10, label, "start"),
+        _text(LEFT + WIDTH / 2, TOP + HEIGHT + 36, "time in s", "middle"),
+    ]
+    words = escape(f"{label} over time in s, {len(curves)} corners", quote=True)
+    wide, tall = LEFT + WIDTH + RIGHT, TOP + HEIGHT + LOW
+    return (
+        f'<svg role="img" aria-label="{words}" viewBox="0 0 {wide:g} {tall:g}" '
+        f'width="{wide:g}"><rect class="sos-frame-chart" x="{LEFT}" y="{TOP}" '
+        f'width="{WIDTH}" height="{HEIGHT}"/>{"".join(parts)}</svg>'
+    )
+
+
+def _text(x, y, words, anchor):
+    words = escape(words)
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{words}</text>'
