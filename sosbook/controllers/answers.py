@@ -239,6 +239,8 @@ class Answers:
     def largest_step(self, u_max: float, time_limit: float = SECONDS) -> float:
         """The largest step of the first set point that asks no more: proven.
 
+        A larger one may do, too: the bound of `step` is above what corners ask.
+
         Parameters
         ----------
         u_max : float

@@ -9,7 +9,7 @@ from flint import arb
 
 from ..exact.proof import Stopped, proven_within
 from ..runtime.time_limit import checked_seconds
-from .bounds import begins, bounded_output, four_digits, rounded, sizes_of
+from .bounds import bounded_output, four_digits, rounded, sizes_of
 from .signals import known_index
 
 SECONDS = 60.0  # for a bound; the count of its cells ends most sooner
@@ -92,7 +92,7 @@ def of_motion(c, x, size, set_point, output, seconds, peak=False):
     own, direct = c.B_r[:, [set_point]], c.D_r[:, [set_point]]
 
     def work():
-        found = bounded_output(c, own, direct, output, begins(x), peak)
+        found = bounded_output(c, own, direct, output, -x, peak)
         return None if found is None else rounded(arb(size) * arb(found), np.inf)
 
     most, moved = np.max if peak else np.sum, (-x.astype(float), 0 * direct)

@@ -7,7 +7,8 @@ r"""Rigorous bounds of the output for every plant: of noise, ramps and steps.
 *Proof.* x'Px - r^2 (Fx)'P(Fx) >= (h x)^2; weigh by r^(2k) along x_k = F^k g and add:
 sum r^(2k) (h x_k)^2 <= g'Pg. By Cauchy and Schwarz with the weights r^-k. []
 
-For one exponential it is sharp. The first terms of the sum are enclosed by themselves.
+For one exponential it is sharp. The first terms are enclosed by themselves, near those
+of the corners: see `sosbook.controllers.tube`.
 """
 
 from contextlib import suppress
@@ -21,11 +22,12 @@ from ..exact.rational import exact, round_digits
 from ..language import Unknown
 from ..lmi.problem import LMIProblem
 from ..runtime.time_limit import check_time
-from ..sampled.balls import balls, balls_of, middle
+from ..sampled.balls import balls, middle
 from ..sampled.cells import least_pivot
 from ..sampled.lyapunov import discrete_lyapunov
 from ..solver.loop import Unbounded
 from .cells import Joined, work
+from .tube import motions_of, tube_bound
 
 SPREADS = tuple(np.linspace(0.1, 0.9, 9))  # of log r, from 1 to what the loop allows
 HEADS = (0, 10, 25)  # terms that are enclosed by themselves
@@ -35,7 +37,7 @@ GAP = 1e-3  # to the least bound of P
 ATTAINED = 1e-3  # of the weight, in every direction: so that there is a least P
 MARGINS = (1e-3, 0.02, 0.1)  # of the room that r leaves in P: for the other plants
 WHOLE = 0.05  # of what P says of the start, in every direction: room, too
-GOOD = 1.5  # of what is true of a cell's corners: then it isn't halved
+GOOD = 1.2, 1.02  # of what is true of the corners, a sum or a peak: no more halving
 MOST_TERMS = 30_000  # that floats add
 MOST_CELLS = 32  # looked at; each has an LMI or three
 LAST_CELLS = 1024  # where some have no bound at all
@@ -53,26 +55,26 @@ def bounded_output(c, own, direct, k, start=None, peak=False):
     inputs.
 
     ``own``, ``direct``, (l, j) and (m, j): how inputs act on the memory and on u, as
-    decimals; ``start``: from balls that hold F to balls of the states (N, j) at the
-    start, else what the inputs leave; ``peak``: the largest |u_k| of one input instead.
-    After ``MOST_CELLS`` cells any bound of a cell is taken, and only what has none is
-    halved, up to ``LAST_CELLS``, or until the time in force is over.
+    decimals; ``start``: the states (N, j) at the start, in rationals, else what the
+    inputs leave; ``peak``: the largest |u_k| of one input instead. After ``MOST_CELLS``
+    cells any bound of a cell is taken, and only what has none is halved, up to
+    ``LAST_CELLS``, or until the time in force is over.
     """
     joined = Joined(c, own, direct)
     alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
     output = not np.ndim(k)
     h, at_once = (outputs_of(c)[k], direct[k]) if output else (exact(k), 0 * direct[0])
-    queue, worst, count = [joined.family.shape.whole()], 0.0, 0
+    queue, worst, most, count = [joined.family.shape.whole()], 0.0, 0.0, 0
     while queue:
         check_time()
         weights = queue.pop()
         found, true = _cell(joined, alone, weights, h, at_once, start, peak)
-        count += 1
+        count, most = count + 1, max(most, true)
         if not np.isfinite(true):  # a corner's loop is unstable
             return None
         alone_here = len(weights) == 1
         last = alone_here or count + len(queue) >= MOST_CELLS
-        if found <= GOOD * true or (last and np.isfinite(found)):
+        if found <= GOOD[peak] * most or (last and np.isfinite(found)):
             worst = max(worst, found)
         elif alone_here or count + len(queue) >= LAST_CELLS:
             return None
@@ -124,14 +126,14 @@ def _solved(left, right):
     return rows[:, n:]
 
 
-def begins(x):
-    """The ``start`` of `bounded_output` for a step to the state of rest x."""
-    return lambda F: -balls(x)
-
-
 def settled(loop):
     """After how many ticks a ``loop`` has a millionth left of an impulse."""
-    return min(MOST_TERMS, int(np.log(1e-6) / np.log(min(loop.radius, 0.999999))) + 2)
+    return ticks_of(loop.radius)
+
+
+def ticks_of(radius):
+    """After how many ticks loops of a spectral ``radius`` have a millionth left."""
+    return min(MOST_TERMS, int(np.log(1e-6) / np.log(min(radius, 0.999999))) + 2)
 
 
 def sizes_of(loop, G, direct, output):
@@ -170,66 +172,41 @@ def _cell(joined, alone, weights, h, at_once, start, peak):
     j, timing = joined.inputs, joined.controller.timing
     wholes = [middle(joined.family.loop(w, timing)) for w in weights]
     loops = [F[:-j, :-j] for F in wholes]
-    slow = int(np.argmax([abs(np.linalg.eigvals(F)).max() for F in loops]))
-    if not abs(np.linalg.eigvals(loops[slow])).max() < 1:
+    radii = [abs(np.linalg.eigvals(F)).max() for F in loops]
+    slow, radius = int(np.argmax(radii)), max(radii)
+    if not radius < 1:
         return np.inf, np.inf
-    starts = [F[:-j, -j:] for F in wholes]
-    if start is not None:
-        starts = [middle(start(balls_of(F))) for F in wholes]
-    direct, at_once, row = at_once, None if start else at_once, h.astype(float)
-    true = max(_true(F, G, row, at_once, peak) for F, G in zip(loops, starts))
-    P, r, head = _best(loops[slow], starts[slow], row, at_once)
+    now = arb(0)
+    if start is None:
+        start, first = exact(np.eye(len(wholes[0]))[:, -j:]), wholes[slow][:-j, -j:]
+        now = sum((abs(e) for e in balls(at_once)), now)
+    else:
+        start = np.vstack([start, exact(np.zeros((j, start.shape[1])))])
+        first = start[:-j].astype(float)
+    row = np.concatenate([h, exact(np.zeros(j))])
+    motions = motions_of(wholes, start, ticks_of(radius) if radius else 1)
+    seen = abs(row.astype(float) @ motions).sum(axis=2)
+    true = float(seen.max() if peak else seen.sum(axis=1).max() + float(now.mid()))
+    P, r, head = _best(loops[slow], first, row[:-j].astype(float), float(now.mid()))
+    if P is None:
+        return np.inf, true
     used, head = (1.0, 0) if peak else (r**USED, head)
-    G = np.linalg.matrix_power(loops[slow], head) @ starts[slow]
+    G = np.linalg.matrix_power(loops[slow], head) @ first
     for margin in MARGINS:
-        X = _common(P, loops, row, margin * (1 - r**-2), used, G, peak)
+        X = _common(P, loops, h.astype(float), margin * (1 - r**-2), used, G, peak)
         if X is None:
             continue
         L = _root(X)
         Lx, H = balls(L), balls(h[None])
-        R = Lx.T @ Lx if peak else (Lx.T @ Lx - H.T @ H) / arb(float(used)) ** 2
-        if alone.cell(weights, L).least(R) > 0:
-            return _enclosed(joined, weights, L, h, direct, start, used, head), true
+        left = Lx.T @ Lx - H.T @ H
+        R = Lx.T @ Lx if peak else left / arb(float(used)) ** 2
+        if not least_pivot(left) > 0 or not alone.cell(weights, L).least(R) > 0:
+            continue
+        wide = np.eye(len(L) + j)
+        wide[:-j, :-j] = L
+        found = tube_bound(joined.cell(weights, wide), motions, start, row, used, peak)
+        return rounded(arb(found) + now, np.inf), true
     return np.inf, true
-
-
-def _enclosed(joined, weights, L, h, direct, start, used, head):
-    """The lemma's bound of a cell for a proven L; if ``used`` is 1 of the largest
-    |u_k|.
-    """
-    j, peak = joined.inputs, used == 1
-    cell = joined.cell(weights, np.eye(len(L) + j))
-    H, Lx = balls(h[None]), balls(L)
-    if peak and not least_pivot(Lx.T @ Lx - H.T @ H) > 0:
-        return np.inf
-    try:
-        wide = cell.hull()
-        x = wide[:-j, -j:] if start is None else start(wide)
-    except ZeroDivisionError:
-        return np.inf
-    loop, total = wide[:-j, :-j], arb(0)
-    if start is None:
-        total += sum((abs(e) for e in balls(direct)), arb(0))
-    room, bounds = arb(1) if peak else 1 - arb(float(used)) ** -2, []
-    for _ in range(head + 1):  # a wide ball grows: fewer terms by themselves may do
-        columns = (Lx @ x).T
-        sizes = [sum((e.abs_upper() ** 2 for e in c), arb(0)).sqrt() for c in columns]
-        bounds.append(rounded(total + sum(sizes, arb(0)) / room.sqrt(), np.inf))
-        total += sum((abs(e) for e in (H @ x).flat), arb(0))
-        x = loop @ x
-    bound = float(np.nanmin([*bounds, np.inf]))
-    return bound if np.isfinite(bound) else np.inf
-
-
-def _true(F, G, h, direct, peak):
-    """The sum of |u_k|, or the largest, of one plant in floats."""
-    x, total = G, 0.0 if direct is None else float(abs(direct).sum())
-    radius = abs(np.linalg.eigvals(F)).max()
-    for _ in range(min(MOST_TERMS, int(np.log(1e-6) / np.log(radius)) + 1)):
-        now = float(abs(h @ x).sum())
-        total = max(total, now) if peak else total + now
-        x = F @ x
-    return total
 
 
 def _common(P, loops, h, margin, used, G, peak):
@@ -264,22 +241,26 @@ def _root(P):
 
 
 def _best(F, G, h, direct):
-    """P, r and the number of first terms for which the sum is least, in floats."""
+    """P, r and the number of first terms for which the sum is least, in floats; None
+    for each where no P is finite.
+    """
     radius = abs(np.linalg.eigvals(F)).max()
     units = matrix_balance(F, permute=False, separate=True)[1][0] ** -2.0
-    best, least = None, np.inf
+    best, least = (None,) * 3, np.inf
     for share in SPREADS:
         r = radius**-share
         P = discrete_lyapunov(r * F, np.outer(h, h))
         rest = discrete_lyapunov(r * F, np.diag(units))
-        x, total = G, 0.0 if direct is None else abs(direct).sum()
+        if not (np.isfinite(P).all() and np.isfinite(rest).all()):
+            continue
+        x, total = G, direct
         for head in range(max(HEADS) + 1):
             if head in HEADS:
                 sizes, others = (np.trace(x.T @ X @ x) for X in (P, rest))
                 whole = ROOM * P + (WHOLE * sizes / others) * rest
                 tails = np.sqrt(np.einsum("ij,ik,kj->j", x, whole, x).clip(0))
                 bound = total + tails.sum() / np.sqrt(1 - r ** (-2 * USED))
-                if best is None or bound < least:
+                if bound < least:
                     best, least = (whole, r, head), bound
             total += abs(h @ x).sum()
             x = F @ x

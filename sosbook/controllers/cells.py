@@ -78,7 +78,7 @@ class JoinedCell:
     cell: PlantCell
 
     @cached_property
-    def _made(self):
+    def parts(self):
         """L, the corners' L F L^-1, and a bound of D'D (None where it is zero)."""
         box = self.cell.clocks
         (loops,), (bent,) = self.cell.loops(box), self.cell.bent(box)
@@ -87,7 +87,7 @@ class JoinedCell:
     def least(self, R):
         """A positive number if F'PF < R, in balls, in the whole cell, P = L'L."""
         try:
-            L, loops, bent = self._made
+            L, loops, bent = self.parts
         except ZeroDivisionError:
             return -np.inf
         right = solve(L.T, solve(L.T, R).T)
@@ -102,21 +102,6 @@ class JoinedCell:
             least_pivot(right - (1 + best) * gram - (1 + 1 / best) * bent)
             for gram in grams
         )
-
-    def hull(self):
-        """Balls that hold F of every plant of the cell."""
-        joined, c = self.joined, self.joined.controller
-        family, weights = joined.family, self.cell.weights
-        corners = [family.loop(w, c.timing) for w in weights]
-        found = corners[0]
-        for F in corners[1:]:
-            found = np.vectorize(lambda a, b: a.union(b), otypes=[object])(found, F)
-        if len(weights) > 1:
-            one = balls(np.eye(len(found)))
-            for count, H in family.bends(weights, self.cell.last, one, c.timing):
-                wide = [arb(0, count * e.abs_upper() / 8) for e in H.flat]
-                found = found + np.array(wide, object).reshape(H.shape)
-        return found
 
 
 def work(function):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..plants.checks import positive
 from .bounded import Bounded
-from .bounds import begins, bounded_output, rest, sizes_of
+from .bounds import bounded_output, rest, sizes_of
 
 EPSILON = {"double": 2.0**-53, "single": 2.0**-24}
 
@@ -34,14 +34,16 @@ def rounding_bound(c, precision, range, speed, output):
     if own is None:
         return Bounded(None, np.nan, c.outputs[output].unit)
     sizes, seen = own
-    columns = _errors(c, EPSILON[precision], sizes, seen, range)
+    columns = _errors(c, sizes, seen, range)
     found = bounded_output(c, *columns, output)
     there = []
     for loop in c.loops:
         G = loop.pushed @ columns[1]
         G[len(G) - len(c.A) :] = columns[0]
         there.append(float(sizes_of(loop, G, columns[1], output).sum()))
-    return Bounded(found, max(there), c.outputs[output].unit)
+    e = EPSILON[precision]  # a power of two: no product is rounded
+    found = None if found is None else e * found
+    return Bounded(found, e * max(there), c.outputs[output].unit)
 
 
 def _sizes(c, x, range, speed):
@@ -52,7 +54,7 @@ def _sizes(c, x, range, speed):
     rows += [np.concatenate([row, np.zeros(N - plant)]) for row in c.rows]
     found = []
     for row in rows:
-        moved = bounded_output(c, c.B_r, c.D_r, row, begins(x))
+        moved = bounded_output(c, c.B_r, c.D_r, row, -x)
         if moved is None:
             return None
         at_rest = abs(row @ x.astype(float)[:, 0]) * range
@@ -60,18 +62,20 @@ def _sizes(c, x, range, speed):
     return np.array(found[:l]), np.array(found[l:])
 
 
-def _errors(c, e, memory, seen, range):
-    """How the roundings act on the memory and on u: own and direct, a column each."""
+def _errors(c, memory, seen, range):
+    """How roundings act on the memory and on u: own and direct, a column each, for a
+    relative error of one in each operation.
+    """
     r = np.full(len(c.set_points), range)
 
     def row_errors(*pairs):
         count = sum(M.shape[1] for M, _ in pairs) + 2
-        return count * e * sum(abs(M) @ v for M, v in pairs)
+        return count * sum(abs(M) @ v for M, v in pairs)
 
     own = row_errors((c.A, memory), (c.B, seen), (c.B_r, r))
     direct = row_errors((c.C, memory), (c.D, seen), (c.D_r, r))
     n, m = len(own), len(direct)
-    read, ramped = e * seen, 3 * e * r
+    read, ramped = seen, 3 * r
     return (
         np.hstack([np.diag(own), np.zeros((n, m)), c.B * read, c.B_r * ramped]),
         np.hstack([np.zeros((m, n)), np.diag(direct), c.D * read, c.D_r * ramped]),

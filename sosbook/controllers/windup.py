@@ -48,6 +48,9 @@ MOST_CELLS, MORE, LAST_CELLS = 32, 4, 512  # at first, then times, and at most
 class Reach:
     """Which steps a controller survives although its output is limited.
 
+    A set point that jumps once, from rest, is covered, and no other motion: none that
+    ramps into the limit. Larger steps may settle, too: often much larger ones do.
+
     Parameters
     ----------
     step : float or None
@@ -81,7 +84,7 @@ class Reach:
             "settle with the limit, "
             "for every constant plant: proven, the limit may take away "
             f"{100 * self.sector:g} % of the output. Slew, ramps, faults, sensors' "
-            f"steps and friction are no part of it{late}"
+            f"steps and friction are no part of it; larger steps may settle, too{late}"
         )
 
 
@@ -161,6 +164,8 @@ def _common(both, H, kappa, g, room):
     """A P of the lemma for some loops, with room for others; None without."""
     m, N = both[0].shape[1] - len(both[0]), len(both[0])
     scale = _coordinates(both[0][:, :N], H)
+    if scale is None:
+        return None
     back = np.linalg.inv(scale)
     inside = [np.hstack([scale @ F[:, :N] @ back, scale @ F[:, N:]]) for F in both]
     seen = H @ back
@@ -189,9 +194,13 @@ def _common(both, H, kappa, g, room):
 
 
 def _coordinates(F, H):
-    """Coordinates in which what the outputs see of the motions is near one."""
+    """Coordinates in which what the outputs see of the motions is near one; None where
+    floats hold none.
+    """
     units = matrix_balance(F, permute=False, separate=True)[1][0] ** -2.0
     P = discrete_lyapunov(F, H.T @ H)
     rest = discrete_lyapunov(F, np.diag(units))
+    if not (np.isfinite(P).all() and np.isfinite(rest).all()):
+        return None
     P = P + 1e-3 * np.trace(P / units) / np.trace(rest / units) * rest
     return np.linalg.cholesky(P).T
