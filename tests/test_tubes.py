@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.controllers import windup
-from sosbook.controllers.bounds import _best
+from sosbook.controllers.bounds import _best, root
 from sosbook.controllers.cells import BALL_BITS, Joined
 from sosbook.controllers.tube import Sizes, _norms, motions_of
 from sosbook.exact.rational import exact
@@ -123,6 +123,7 @@ def test_no_bound_where_no_matrix_is_finite(monkeypatch):
         )
     assert _best(np.eye(2) / 2, np.ones((2, 1)), np.ones(2), 0.0) == (None,) * 3
     assert windup._coordinates(np.eye(2) / 2, np.ones((1, 2))) is None
+    assert root(np.diag([1.0, -1e-30])) is None  # floats see no positive P
     c = controller("a cart", (0.75, 1.5))
     assert c.step().proven is None and str(c.step()).startswith("no bound found")
     assert c.limit(200.0).reach().step is None

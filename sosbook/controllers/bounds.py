@@ -193,10 +193,9 @@ def _cell(joined, alone, weights, h, at_once, start, peak):
     used, head = (1.0, 0) if peak else (r**USED, head)
     G = np.linalg.matrix_power(loops[slow], head) @ first
     for margin in MARGINS:
-        X = _common(P, loops, h.astype(float), margin * (1 - r**-2), used, G, peak)
-        if X is None:
+        L = _common(P, loops, h.astype(float), margin * (1 - r**-2), used, G, peak)
+        if L is None:
             continue
-        L = _root(X)
         Lx, H = balls(L), balls(h[None])
         left = Lx.T @ Lx - H.T @ H
         R = Lx.T @ Lx if peak else left / arb(float(used)) ** 2
@@ -210,8 +209,12 @@ def _cell(joined, alone, weights, h, at_once, start, peak):
 
 
 def _common(P, loops, h, margin, used, G, peak):
-    """A P of the lemma for some loops at once, with room; None where none is found."""
-    L = np.linalg.cholesky(P).T
+    """L, of 12 digits, whose L'L is a P of the lemma for some loops at once, with room;
+    None where none is found.
+    """
+    L = root(P)
+    if L is None:
+        return None
     back = np.linalg.inv(L)
     inside, row = [L @ F @ back for F in loops], h @ back
 
@@ -232,12 +235,15 @@ def _common(P, loops, h, margin, used, G, peak):
     if found is not None:
         with suppress(Unbounded):
             found = problem.minimize({"X": W}, GAP, found).values
-    return None if found is None else L.T @ found["X"] @ L
+    inner = None if found is None else root(found["X"])
+    return None if inner is None else round_digits(inner @ L, 12)
 
 
-def _root(P):
-    """L with L'L near P, rounded to 12 digits."""
-    return round_digits(np.linalg.cholesky(P).T, 12)
+def root(P):
+    """L with L'L near P, in floats; None where floats see no positive definite P."""
+    with suppress(np.linalg.LinAlgError):
+        return np.linalg.cholesky(P).T
+    return None
 
 
 def _best(F, G, h, direct):

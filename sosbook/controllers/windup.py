@@ -36,7 +36,7 @@ from ..runtime.time_limit import OutOfTime, check_time, time_limit
 from ..sampled.balls import balls, middle
 from ..sampled.lyapunov import discrete_lyapunov
 from ..solver.loop import Unbounded
-from .bounds import four_digits, longest_cut, outputs_of, rest, rounded
+from .bounds import four_digits, longest_cut, outputs_of, rest, root, rounded
 from .cells import Joined, work
 
 SECTORS = (0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)  # kappa
@@ -142,12 +142,12 @@ def _cell(joined, weights, H, kappa, at_rest):
         return None
     g = at_rest.astype(float)
     for room in ROOMS:
-        P = _common(both, H.astype(float), kappa, g, room)
-        if P is None:
+        inner = _common(both, H.astype(float), kappa, g, room)
+        if inner is None:
             continue
-        N = len(P)
+        N = len(inner)
         L = np.zeros((N + m,) * 2)
-        L[:N, :N] = round_digits(np.linalg.cholesky(P).T, 12)
+        L[:N, :N] = inner
         L[N:, N:] = np.eye(m) * round_digits([2 / kappa], 6)[0]
         Lx, seen = balls(L[:N, :N]), balls(H)
         R = balls(np.zeros((N + m,) * 2))
@@ -161,7 +161,9 @@ def _cell(joined, weights, H, kappa, at_rest):
 
 
 def _common(both, H, kappa, g, room):
-    """A P of the lemma for some loops, with room for others; None without."""
+    """L, of 12 digits, whose L'L is a P of the lemma for some loops, with room for
+    others; None without.
+    """
     m, N = both[0].shape[1] - len(both[0]), len(both[0])
     scale = _coordinates(both[0][:, :N], H)
     if scale is None:
@@ -190,7 +192,8 @@ def _common(both, H, kappa, g, room):
         return None
     with suppress(Unbounded):
         found = problem.minimize({"X": W}, 1e-3, found).values
-    return scale.T @ found["X"] @ scale
+    inner = root(found["X"])
+    return None if inner is None else round_digits(inner @ scale, 12)
 
 
 def _coordinates(F, H):
@@ -203,4 +206,4 @@ def _coordinates(F, H):
     if not (np.isfinite(P).all() and np.isfinite(rest).all()):
         return None
     P = P + 1e-3 * np.trace(P / units) / np.trace(rest / units) * rest
-    return np.linalg.cholesky(P).T
+    return root(P)
