@@ -116,6 +116,7 @@ def _law(rng, plant):
     if rng.random() < 0.4:
         words = [0, 1, "a", "-a", 1]
         pick = rng.integers(0, len(words), (m, q))
+        pick[0, 0] = pick[0, 0] or 1  # one gain is free, or there is nothing to find
         more["structure"] = {"K_P": [[words[k] for k in row] for row in pick]}
     law = sos.PIDLaw(**seen, integrate=bool(rng.random() < 0.5), **more)
     return Ways(law, noise, filter=lag, rows=seen)
