@@ -169,7 +169,10 @@ def _sizes(A, vectors):
     entries, in powers of two, where these ``vectors`` are nearly those of fewer modes:
     in a Jordan block some states would seem to have no size.
     """
-    balance = matrix_balance(A, permute=False, separate=True)[1][0]
+    with np.errstate(all="ignore"):  # entries that no float holds side by side
+        balance = matrix_balance(A, permute=False, separate=True)[1][0]
+    if not (np.isfinite(balance).all() and balance.min() > 0):
+        balance = np.ones(len(A))
     relative = vectors / balance[:, None]
     relative = np.linalg.norm(relative / np.linalg.norm(relative, axis=0), axis=1)
     if relative.min() < DEFECTIVE:

@@ -48,9 +48,10 @@ def paid(request, blocks, P, Y, own=()):
             for block, g in r.pair(loop, Coupled(d, d, loop.P, loop.Y)):
                 found[key, block] = g
         for name, g in blocks.items():
-            if name.vertices == (i,) and (name.requirement, name.block) in found:
-                reaches = found[name.requirement, name.block].array[1]
-                less[name] = g - np.diag(_price(reaches, g))
+            moving = found.get((name.requirement, name.block))
+            if name.vertices == (i,) and hasattr(moving, "array"):
+                # a block without an entry that moves has nothing to pay for
+                less[name] = g - np.diag(_price(moving.array[1], g))
     return less
 
 
