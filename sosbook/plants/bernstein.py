@@ -190,7 +190,7 @@ def is_mean(point, others):
     solved, lead = echelon(rational_matrix(table.tolist()))
     if len(solved[0]) - 1 in lead:  # no weights give it
         return False
-    return all(row[-1] >= 0 for row in solved) and len(lead) == some.sum()
+    return all(row[-1] >= 0 for row in solved) and len(lead) == int(some.sum())
 
 
 def _places(degree, low, high, pieces):

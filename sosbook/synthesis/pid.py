@@ -332,7 +332,7 @@ def analyse_loop(
     >>> loop = analyse_loop(np.eye(2), [[[0, 1], [-2, -3]],
     ...                                 [[0, 1], [-3, -2]]])
     >>> loop.certify().claims
-    ('every constant plant of the polytope is stable',)
+    ('every constant or changing plant of the polytope is stable',)
     """
     asked = {k: x for k, x in locals().items() if k not in ("E", "A", "B_w", "C")}
     loop = DescriptorSystem(E, A, None, B_w, C)
