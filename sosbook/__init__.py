@@ -12,7 +12,7 @@ from . import aliases as _aliases
 # the same names in __init__.pyi.
 _NAMES = {
     "analysis.nonlinear": ("simulate_nonlinear",),
-    "controllers": ("SampledDesign", "design_sampled"),
+    "controllers.sampled_design": ("SampledDesign", "design_sampled"),
     "delay": ("DelayDesign", "analyse_delay", "design_delay_pid"),
     "laws": ("DynamicLaw", "FullState", "PIDLaw"),
     "plants.descriptor_system": ("DescriptorSystem",),
@@ -75,8 +75,10 @@ __all__ = sorted({*_HOMES, *_aliases.MODULES, "delay", "sampled"} - {"notebooks"
 def __getattr__(name):
     """Import what is asked for: a public name, a room, a short name, the version."""
     if name in _HOMES:
-        value = getattr(_import_module(f"{__name__}.{_HOMES[name]}"), name)
-    elif name in _ROOMS or name in _aliases.MODULES:
+        value = _import_module(f"{__name__}.runtime.later").later(_HOMES[name], name)
+    elif name in _ROOMS:
+        value = _import_module(f"{__name__}.runtime.later").later(name)
+    elif name in _aliases.MODULES:
         value = _import_module(f"{__name__}.{name}")
     elif name == "__version__":
         value = _import_module("importlib.metadata").version(__name__)

@@ -5,7 +5,7 @@ from . import pendulum as mip
 from .analysis.nonlinear import simulate_nonlinear
 from .book import counterexamples, plots, reproduction, tables, thesis, widgets
 from .book import elements as atlas
-from .controllers import SampledDesign, design_sampled
+from .controllers.sampled_design import SampledDesign, design_sampled
 from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .laws import DynamicLaw, FullState, PIDLaw
 from .plants.descriptor_system import DescriptorSystem

@@ -4,8 +4,8 @@ A form writes the theorem's block matrices for a `DelayRequest`. What it
 gets are loops in the request's coordinates, with tau as the unit of time.
 """
 
-from .. import theorems
 from ..language import Unknown
+from . import interval, legendre, theorems
 
 
 def _symmetric(name, size):
@@ -78,12 +78,12 @@ class Legendre:
 
     def blocks(self, request, values, number, loops):
         t, order, v = request.times(number), request.order, dict(values)
-        blocks = {"functional": theorems.legendre_functional(v["P"], v["S"], order, t)}
+        blocks = {"functional": legendre.legendre_functional(v["P"], v["S"], order, t)}
         blocks |= {name: v[name] for name in ("S", "R", "Z") if name in v}
         v.setdefault("Z", 0 * v["S"])
         for tag, d in loops:
             Ad = d.Bu @ request.scaled_gain(number)
-            blocks["decay" + tag] = theorems.legendre_decay(
+            blocks["decay" + tag] = legendre.legendre_decay(
                 d.A, Ad, v["P"], v["S"], v["R"], v["Z"], order, t
             )
         return blocks
@@ -109,15 +109,15 @@ class Interval:
         P, Q1, Q2, R1, R2, T = (
             values.get(name) for name in ("P", "Q1", "Q2", "R1", "R2", "T")
         )
-        blocks = {"functional": theorems.interval_functional(P, Q1, Q2, order, t)}
+        blocks = {"functional": interval.interval_functional(P, Q1, Q2, order, t)}
         blocks |= {k: v for k, v in values.items() if k in ("Q1", "Q2", "R1", "R2")}
         if T is not None:
-            blocks["kernel"] = theorems.interval_kernel(R2, T, order)
+            blocks["kernel"] = interval.interval_kernel(R2, T, order)
         ends = ((" early", 0), (" late", 1)) if order and T is not None else (("", 0),)
         for tag, d in loops:
             Ad = d.Bu @ request.scaled_gain(number)
             for end, late in ends:
-                blocks["decay" + tag + end] = theorems.interval_decay(
+                blocks["decay" + tag + end] = interval.interval_decay(
                     d.A, Ad, P, Q1, Q2, R1, R2, T, order, t, late
                 )
         return blocks

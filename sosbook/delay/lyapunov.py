@@ -47,7 +47,7 @@ def lyapunov_values(design, response):
     (``delay.jumps``), else of order one at these jumps. Rounding errors are near 1e-14
     of the largest :math:`e^{2\delta t} V`.
 
-    The functional is that of `sosbook.theorems.delay`, with x in the design's own
+    The functional is that of `sosbook.delay.theorems`, with x in the design's own
     coordinates and tau as the unit of time. A design's matrices have a bar: :math:`P =
     \bar F^{-1} \bar P \bar F^{-\top}`. With "shift" it is that of :math:`y(s) =
     e^{\delta(s-t)} x(s)`: y for x, and delta = 0.

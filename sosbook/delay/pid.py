@@ -9,10 +9,10 @@ from ..plants.kinds import SecondOrderPlant
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..synthesis.slack import in_pieces
-from ..theorems import MISPRINTS
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
 from .solve import first_design, solve_delay, within
+from .theorems import MISPRINTS
 
 
 @one_thread

@@ -17,8 +17,8 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from ..synthesis.request import Request
 from ..synthesis.scaling import Frame
-from ..theorems import MISPRINTS, Times
 from .forms import FORMS
+from .theorems import MISPRINTS, Times
 
 METHODS = tuple(FORMS)
 

@@ -19,6 +19,28 @@ from .checker.arithmetic import Beyond, Refused
 from .proof import Examined, Verdict
 from .rational import as_rational, decimal, read_array
 
+KINDS = {  # whose class each kind is, by its module: it is found when a file names it
+    "lmi": "lmi.certificates.LMIProof",
+    "infeasible lmi": "lmi.certificates.LMIRefusal",
+    "regularization": "synthesis.regularity.RegularityCertificate",
+    "infeasible regularization": "synthesis.regularity.MassRefusal",
+    "design": "synthesis.certificates.Certificate",
+    "infeasible design": "synthesis.certificates.DesignRefusal",
+    "delay": "delay.certificates.DelayCertificate",
+    "infeasible delay": "delay.certificates.DelayRefusal",
+    "infeasible delay modes": "delay.modes.ModesRefusal",
+    "fixed mode": "synthesis.fixed_mode.FixedModeRefusal",
+    "singular mass": "synthesis.fixed_mode.SingularMassRefusal",
+    "small input": "synthesis.small_input_certificate.SmallInputRefusal",
+    "unreached response": "synthesis.unreached.UnreachedResponseRefusal",
+    "sampled": "sampled.certificate.SampledCertificate",
+    "known gain": "synthesis.known_certificate.KnownGainProof",
+    "observer": "synthesis.observer_problem.ObserverCertificate",
+    "infeasible observer": "synthesis.observer_problem.ObserverRefusal",
+    "infeasible any order": "synthesis.structured.any_order.AnyOrder",
+    "sum of poles": "synthesis.structured.doors.SumOfPoles",
+    "energy": "synthesis.whole.EnergyProof",
+}
 FORMAT = verdict.FORMAT
 HEAD = ("format", "version", "kind", "checksum")
 MADE = ("claims", "blocks")  # of version 2 these are made from what is asked
@@ -114,6 +136,8 @@ class ProofFile(Verdict, OfKind):
         The file, in JSON.
     """
 
+    homes = KINDS
+
     text: str
 
     @classmethod
@@ -202,8 +226,12 @@ class ProofFile(Verdict, OfKind):
 
 
 def kinds():
-    """The classes of proof files that are known."""
-    return ProofFile.owners()
+    """The kinds of proof files that are known, as words; `ProofFile.owner` reads them.
+
+    >>> "design" in kinds(), ProofFile.owner("design")
+    (True, <class 'sosbook.synthesis.certificates.Certificate'>)
+    """
+    return ProofFile.kinds()
 
 
 def load(path):
@@ -232,7 +260,7 @@ def load(path):
     cls = ProofFile.owner(kind)
     if cls is not None:
         return cls(text)
-    known = ", ".join(sorted(repr(cls.kind) for cls in kinds()))
+    known = ", ".join(sorted(map(repr, kinds())))
     raise ValueError(f"{path}: kind must be one of {known}, got {kind!r:.80}")
 
 

@@ -9,48 +9,12 @@ energies of large plants (sparse factors in floats). These
 ``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 
-from ..delay.certificates import DelayCertificate, DelayRefusal
-from ..delay.modes import ModesRefusal
 from ..exact.checker import CHECKER
-from ..exact.proof_file import ProofFile, kinds, load
+from ..exact.proof_file import KINDS, ProofFile, kinds, load
 from ..exact.refusal import Refusal
-from ..lmi.certificates import LMIProof, LMIRefusal
-from ..sampled.certificate import SampledCertificate
-from ..synthesis.certificates import Certificate, DesignRefusal
-from ..synthesis.fixed_mode import FixedModeRefusal, SingularMassRefusal
-from ..synthesis.known_certificate import KnownGainProof
-from ..synthesis.observer_problem import ObserverCertificate, ObserverRefusal
-from ..synthesis.regularity import MassRefusal, RegularityCertificate
-from ..synthesis.small_input_certificate import SmallInputRefusal
-from ..synthesis.structured.any_order import AnyOrder
-from ..synthesis.structured.doors import SumOfPoles
-from ..synthesis.unreached import UnreachedResponseRefusal
-from ..synthesis.whole import EnergyProof
+from ..runtime.later import by_name
 
-__all__ = [
-    "CHECKER",
-    "AnyOrder",
-    "Certificate",
-    "DelayCertificate",
-    "DelayRefusal",
-    "DesignRefusal",
-    "EnergyProof",
-    "FixedModeRefusal",
-    "KnownGainProof",
-    "LMIProof",
-    "LMIRefusal",
-    "MassRefusal",
-    "ModesRefusal",
-    "ObserverCertificate",
-    "ObserverRefusal",
-    "ProofFile",
-    "Refusal",
-    "RegularityCertificate",
-    "SampledCertificate",
-    "SingularMassRefusal",
-    "SmallInputRefusal",
-    "SumOfPoles",
-    "UnreachedResponseRefusal",
-    "kinds",
-    "load",
-]
+__all__ = ["CHECKER", "ProofFile", "Refusal", "kinds", "load"]
+_HOMES = {name: home for home, name in (x.rsplit(".", 1) for x in KINDS.values())}
+__all__ += sorted(_HOMES)
+__getattr__ = by_name(__name__, _HOMES)

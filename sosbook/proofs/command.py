@@ -1,8 +1,9 @@
 """The command line: verify a proof file, or design a controller with proof.
 
 Exit codes: 0 proven, 1 not proven, or about another plant, gain or program, 2 bad
-input, 4 not decided within the time or memory that there is, 5 proven, where an author
-says what the blocks of his own theorem mean.
+input, 3 a room of the package that it needs isn't there, 4 not decided within the time
+or memory that there is, 5 proven, where an author says what the blocks of his own
+theorem mean.
 """
 
 import argparse
@@ -18,6 +19,7 @@ from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
+from ..runtime.later import MissingRoom
 from ..runtime.reading import named, read_bytes
 from ..runtime.saying import one_line, say
 from ..runtime.time_limit import checked_seconds
@@ -37,7 +39,7 @@ from .subject import compare_code, compare_gain, compare_plant, proofs_beside, s
 
 __all__ = ["main"]
 
-PROVEN, NOT_PROVEN, BAD_INPUT, NOT_DECIDED = 0, 1, 2, 4
+PROVEN, NOT_PROVEN, BAD_INPUT, BEYOND, NOT_DECIDED = range(5)
 OF_OTHERS = (
     "names, without and condensed stand in a file for design: "
     '{"plant": {"file": "plant.mat", "names": {"S": "K"}}, "region": {"sigma": 1}}'
@@ -105,6 +107,9 @@ def main(arguments: list | None = None) -> int:
             words.append(OF_OTHERS)
         say("\n".join(words), sys.stderr)
         return BAD_INPUT
+    except MissingRoom as missing:
+        say(f"error: {missing}", sys.stderr)
+        return BEYOND
     except MemoryError:
         say("not decided: it takes more memory than there is")
         return NOT_DECIDED

@@ -9,12 +9,11 @@ import sys
 from html import escape
 from pathlib import Path
 
-from ..controllers.clock import checked_delay
-from ..controllers.report import report_texts
 from ..exact.proof_file import laid_out
 from ..plants.as_data import plant_data
 from ..requirements.shorthand import bounds
 from ..runtime.digests import digest
+from ..runtime.later import later
 from ..runtime.reading import named, read_bytes, read_json
 from ..runtime.saying import say
 from ..runtime.writing import write_texts
@@ -60,7 +59,7 @@ def controller_in(data):
     if not isinstance(names, list) or not all(isinstance(x, str) for x in names):
         raise ValueError('controller: measured must be a list, such as ["z1"]')
     with named("controller"):
-        checked_delay(data["T"], data.get("delay", 0.0))
+        later("controllers.clock", "checked_delay")(data["T"], data.get("delay", 0.0))
     return data
 
 
@@ -151,6 +150,7 @@ def pages(design, controller, claims):
     With a ``controller`` it is its report and program, else a card with ``claims``.
     """
     if controller is not None:
+        report_texts = later("controllers.report", "report_texts")
         return report_texts(design, controller, NAME)
     items = "".join(f"<li>{escape(claim)}</li>" for claim in claims)
     proven = (

@@ -6,8 +6,6 @@ what it is about, and it is held against the reader's own files.
 
 import re
 
-from ..controllers.code import code_fault, read_gains
-from ..controllers.written import changes
 from ..exact.checker.verdict import subject
 from ..exact.proof_file import load
 from ..exact.rational import decimals, exact, fractions
@@ -17,11 +15,13 @@ from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
+from ..runtime.later import later
 from ..runtime.reading import named, path_of, read_bytes, read_json, read_text
 from ..synthesis.fixed_mode import parts_data
 
 __all__ = ["compare_code", "compare_gain", "compare_plant", "proofs_beside", "subject"]
 
+CODE = "controllers.code"  # its room may be missing where no program is compared
 FILES = re.compile(r"\(file[\s*]+sha256[\s*]+([0-9a-f]{64})\)")
 
 
@@ -86,12 +86,12 @@ def compare_code(proof, path):
     beside it. Returns (str, list of str): the fault, or "", and each comparison.
     """
     text, gains, name = _numbers(path)
-    if fault := code_fault(proof.data, text):
+    if fault := later(CODE, "code_fault")(proof.data, text):
         return f"{fault}: {gains}", []
     files = FILES.findall(text)
     if files and digest(proof.text.encode()) not in files:
         return f"the numbers are the proof's, but {gains} names other proof files", []
-    faults, said = changes(gains.parent, name)
+    faults, said = later("controllers.written", "changes")(gains.parent, name)
     own = "its law, tick and delay: those of the proof, number by number"
     return "; ".join(faults), [own, *said]
 
@@ -107,7 +107,7 @@ def proofs_beside(path):
         p for p in sorted(path.parent.glob("*.json")) if digest(read_bytes(p)) in known
     ]
     for file in list(files):
-        if fault := code_fault(load(file).data, text):
+        if fault := later(CODE, "code_fault")(load(file).data, text):
             faults.append(f"{file.name}: {fault}")
             files.remove(file)
     if not files:
@@ -132,5 +132,5 @@ def _numbers(path):
         )
     text = read_text(gains)
     with named(gains):
-        read_gains(text)
+        later(CODE, "read_gains")(text)
     return text, gains, name

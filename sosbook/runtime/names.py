@@ -3,6 +3,8 @@
 import re
 from typing import ClassVar
 
+from .later import PACKAGE, later
+
 NAME = re.compile(r"(?=[\w(])([\w (),#-]|[.](?! ))+(?<! )")
 
 
@@ -42,6 +44,7 @@ class OfKind:
     """
 
     kind = ""
+    homes: ClassVar[dict] = {}  # "module.Class" of kinds that are imported when asked
     _owners: ClassVar[dict]
 
     def __init_subclass__(cls, **more):
@@ -51,24 +54,30 @@ class OfKind:
         kind = vars(cls).get("kind", "")
         if kind == "":
             return
-        owner = cls._owners.setdefault(sane_name(kind), cls)
-        if _place(owner) != _place(cls):
+        mine = _place(cls)
+        owner = _place(cls._owners.get(sane_name(kind), cls))
+        if kind in cls.homes:  # it has its owner before that is imported
+            owner = f"{PACKAGE}.{cls.homes[kind]}"
+        if owner != mine:
             raise ValueError(
-                f"{cls.__qualname__}: kind = {kind!r} is that of "
-                f"{owner.__module__}.{owner.__qualname__}, and what its files say must "
-                "not change: give the class another kind"
+                f"{cls.__qualname__}: kind = {kind!r} is that of {owner}, and what its "
+                "files say must not change: give the class another kind"
             )
         cls._owners[kind] = cls
 
     @classmethod
     def owner(cls, kind: str) -> type | None:
-        """The class of this family that declared a kind, or None."""
+        """The class of this family that declared a kind, or None; imported now, if it
+        wasn't before. Raises ModuleNotFoundError if its room isn't there.
+        """
+        if kind in cls.homes and kind not in cls._owners:
+            later(*cls.homes[kind].rsplit(".", 1))
         return cls._owners.get(kind)
 
     @classmethod
-    def owners(cls) -> tuple:
-        """All classes of this family that declared a kind."""
-        return tuple(cls._owners.values())
+    def kinds(cls) -> tuple:
+        """All kinds of this family, imported or not."""
+        return tuple({**cls.homes, **cls._owners})
 
     @property
     def owns_its_kind(self) -> bool:
@@ -78,4 +87,4 @@ class OfKind:
 
 
 def _place(cls):
-    return cls.__module__, cls.__qualname__
+    return f"{cls.__module__}.{cls.__qualname__}"

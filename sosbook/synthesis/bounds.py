@@ -5,6 +5,7 @@ from html import escape
 from time import monotonic
 from typing import Any
 
+from ..runtime.later import later
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
 from .at_once import excluded_at_once
 from .feasibility import guarded
@@ -13,8 +14,8 @@ from .objectives import at_optimum
 from .ranges import family
 from .slack import with_slack
 from .solution import Solution
-from .structured.any_order import best_excluded
 
+ANY_ORDER = "synthesis.structured.any_order"
 SECONDS = 60.0  # for a neighbouring design, and for what is true of it
 NEXT_BACKOFF = 0.01  # of its least bound, as everywhere
 BACKOFF = 0.001  # what is proven is so much easier than the truth, as a fraction
@@ -127,6 +128,7 @@ def bounds_of(request, K, seconds):
             with time_limit(max(seconds - (monotonic() - begun), LEAST_TIME)):
                 part = least(known, r, plants, BACKOFF, DIGITS, bad)
                 if known.law is not None and r.bounds_response() is not None:
+                    best_excluded = later(ANY_ORDER, "best_excluded")
                     beyond = best_excluded(known, r, float(bad.truth))
                 elif known.law is None:
                     beyond = excluded_at_once(request, r)

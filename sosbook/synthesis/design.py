@@ -9,6 +9,7 @@ import numpy as np
 from ..exact.proof import Unproven, proven_within
 from ..exact.refusal import Refusal
 from ..laws import LawGain
+from ..runtime.later import later
 from ..runtime.time_limit import time_limit as limit_of_time
 from .bounds import Bounds, bounds_of, neighbour
 from .certificates import Certificate, prove
@@ -19,7 +20,6 @@ from .found import Found, found_on
 from .known_certificate import known_proof
 from .slack import feasible
 from .solution import Solution
-from .structured.advice import with_memory, with_one_relaxed
 from .whole import proven_on
 
 
@@ -327,9 +327,10 @@ class Design(ClosedLoop[Certificate], Solution):
         if self.status == "feasible":
             return ""
         if self.searched is not None or (self.K is None and self._law is not None):
-            more = "" if self.minimized else with_memory(self.request)
+            advice = later("synthesis.structured.advice")
+            more = "" if self.minimized else advice.with_memory(self.request)
             if self.status == "undecided":
-                more = with_one_relaxed(self.request) + more
+                more = advice.with_one_relaxed(self.request) + more
             return f"{self.reason} {more}Measure more, or ask for less."
         if isinstance(self.infeasibility, FixedModeRefusal):
             if self.request.gain is not None:

@@ -9,6 +9,7 @@ from ..plants.checks import count, is_word, positive
 from ..requirements.pole_region import LMIRegion
 from ..requirements.shorthand import asked_once, collected, moved
 from ..requirements.vocabulary import SIGMA
+from ..runtime.later import later
 from ..runtime.time_limit import check_time_of_eigenvalues
 from .bracket import rounded_up
 from .design import Design
@@ -20,7 +21,6 @@ from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .simple_gains import or_simple
 from .slack import designed, in_pieces, or_with_slack, with_slack
-from .structured.design import by_law
 
 
 def design_asked(
@@ -68,6 +68,7 @@ def design_asked(
     def solved():
         free = request.coupling == "multipliers"
         if law is not None and gain is None:
+            by_law = later("synthesis.structured.design", "by_law")
             return by_law(request, objective, backoff, starts, seed)
         if law is not None:
             return kept_or_broken(request, objective, backoff, enough=True)

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 from ..exact.rational import inverse
 from ..language.traced import Traced
-from .delay import Functional, Times
+from ..runtime.later import later
 
 __all__ = ["called_with", "text_of"]
 
@@ -73,13 +73,18 @@ def called_with(make, function, sizes=(), **given):
 
     def times():
         names = "tau", "mu", "delta", "epsilon1", "epsilon2"
-        return Times(*(one(name, number=True) for name in names))
+        make = later("delay.theorems", "Times")
+        return make(*(one(name, number=True) for name in names))
+
+    def functional():
+        make = later("delay.theorems", "Functional")
+        return make(*map(one, ("P", "Q", "S", "R1", "R2", "R3", "Z")))
 
     special = {
         "c": vertex,
         "loop": loop,
         "d": lambda: SimpleNamespace(E=one("E"), A=one("A"), Bu=one("B")),
-        "v": lambda: Functional(*map(one, ("P", "Q", "S", "R1", "R2", "R3", "Z"))),
+        "v": functional,
         "t": times,
         "W": lambda: one("Wq"),
         "R_inv": lambda: inverse(one("R")),
