@@ -3,24 +3,33 @@
 import numpy as np
 
 import sosbook as sos
-from sosbook.book.elements.stopwatch import NAMES, stopwatch
+from sosbook.book.elements.explorer import design_explorer
 from tests import browser as chromium
 
 from .records import record, summary
 from .run import machine
 
 NAME = "sosbook, slider move in the page"
-MEASURE = """async k => {
-  const e = document.querySelector("sos-stopwatch"), choice = e.querySelector("select");
-  choice.value = k;
-  choice.dispatchEvent(new Event("change"));
-  await new Promise(done => setTimeout(done, 1500));
-  await e.measure();
-  return e.measure(); }"""
+SHARE = 0.2  # of its printed value, by which each slider goes up and down
+MEASURE = """async share => {
+  const e = document.querySelector("sos-explorer"), moves = 60;
+  const times = [], solver = [], begin = [...e.values];
+  for (const [k, value] of begin.entries()) {
+    for (let move = 0; move < moves; move++) {
+      const from = performance.now();
+      e.put(k, value * (1 + share * Math.sin(2 * Math.PI * move / moves)));
+      await e.solve();
+      times.push(performance.now() - from);
+      solver.push(e.answer?.ms);
+      await new Promise(requestAnimationFrame);
+    }
+    e.set(k, value);
+  }
+  return {times, solver}; }"""
 
 
 def moves():
-    """Records of the page's sliders, for the examples of the stopwatch.
+    """Records of the page's sliders, for Examples 1 to 3 with all requirements.
 
     The whole time from a move to the new picture's markup; the second of two rounds.
     Without a Chromium there are none.
@@ -34,10 +43,13 @@ def moves():
         window = engine.chromium.launch(**chromium.options(path))
         where = f"Chromium {window.version}, {machine()['cpu']}"
         page = window.new_page()
-        page.set_content(f"<!doctype html>{stopwatch().html}")
-        for place, k in enumerate(NAMES):
-            plant = getattr(sos.thesis, f"example_{k}")().plant
-            found = page.evaluate(MEASURE, str(place))
+        for k in (1, 2, 3):
+            example = getattr(sos.thesis, f"example_{k}")()
+            plant = example.plant
+            page.set_content(f"<!doctype html>{_explorer(example).html}")
+            page.wait_for_function("document.querySelector('sos-explorer')?.answer")
+            for _ in range(2):
+                found = page.evaluate(MEASURE, SHARE)
             whole, solver = (np.array(found[key]) for key in ("times", "solver"))
             yield record(
                 family="page",
@@ -54,3 +66,16 @@ def moves():
                 **summary((whole / 1000).tolist()),
             )
         window.close()
+
+
+def _explorer(example):
+    """Sliders around what is printed of an example."""
+    region, limit = example.region, example.saturation
+    printed = {name: getattr(region, name) for name in ("sigma", "theta", "rho")}
+    printed |= {"gamma": example.gamma, "u_max": limit.u_max}
+    given = {name: example.requirements.get(name) for name in ("K_A", "mu")}
+    ends = {key: (x * (1 - SHARE), x * (1 + SHARE)) for key, x in printed.items()}
+    ends["theta"] = (ends["theta"][0], min(ends["theta"][1], np.pi / 2))
+    return design_explorer(
+        example.plant, example.U, saturation=limit, start=printed, **given, **ends
+    )

@@ -20,8 +20,7 @@ from sosbook.delay import (
     delayed_loop,
     simulate_delay,
 )
-from tests.elements import assert_buttons, first, held, say, two_of, write_page
-from tests.test_atlas import numbers
+from tests.elements import assert_buttons, first, green, held, say, two_of, write_page
 
 EXAMPLE = sos.thesis.delay_example_2()
 GRID = dict(taus=[0.2, 0.4], ratios=[0, 0.5], deltas=[0.1, 0.2])
@@ -44,6 +43,13 @@ def atlas():
 @pytest.fixture(scope="module")
 def sheet(atlas, tmp_path_factory):
     return two_of(atlas, tmp_path_factory.mktemp("page"))
+
+
+def numbers(text):
+    return [
+        float(x)
+        for x in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text.replace("−", "-"))
+    ]
 
 
 def asked_at(atlas, place):
@@ -150,6 +156,19 @@ def test_the_page_says_what_was_solved(tab, atlas):
     rate, delay = fresh.slowest_decay()
     assert "Promised rate, however the delay varies: 0.1 s⁻¹." in text
     assert f"delays: {rate:.3g} s⁻¹, at {delay:.3g} s." in text
+
+
+def test_the_page_says_that_it_has_a_grid_and_where_designs_are(tab, atlas):
+    assert "Solved beforehand at 8 positions" in first(tab).inner_text()
+    for k, stretches in enumerate(green(tab, "sos-delay")):
+        stored = [
+            not isinstance(
+                atlas.designs[(*atlas.start[:k], at, *atlas.start[k + 1 :])], int
+            )
+            for at in range(len(atlas.sliders[k].values))
+        ]
+        assert [good for good, _, _ in stretches] == stored
+        assert stretches[0][1] < 0 and stretches[-1][2] > 1
 
 
 def test_reset_a_link_and_python(tab, visit, atlas):

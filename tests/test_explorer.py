@@ -10,6 +10,7 @@ import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book.elements.explorer import design_explorer
+from sosbook.plants.response import simulate
 from sosbook.synthesis.certificates import Certificate
 from tests.elements import assert_quiet, first, middle, say, two_of, write_page
 
@@ -182,6 +183,61 @@ def test_a_pole_its_number_and_its_curve_belong_together(tab):
     assert element.locator(".sos-lit, .sos-mode").count() == 0
 
 
+def test_the_step_response_is_the_one_of_python(tab, robot):
+    """The page's matrix exponential against `sosbook.plants.response`."""
+    found = state(tab)
+    z, design = np.array(found["response"][0]), at(robot, found["values"])
+    t = np.linspace(0, 8.0, len(z))
+    K = np.array(found["answer"]["K"])
+    true = simulate(design.request.vertices[0], K, t, r=np.ones(2))
+    assert np.abs(z - true.z.T).max() < 1e-9
+    assert np.abs(z[-1] - 1).max() < 0.02
+
+
+def test_the_poles_are_drawn_in_the_shaded_region(tab):
+    inside = tab.page.evaluate("""() => {
+      const atlas = document.querySelector("sos-explorer");
+      const area = atlas.querySelector(".sos-region");
+      return [...atlas.querySelectorAll(".sos-pole")].map(pole => {
+        const box = pole.getBBox(), at = new DOMPoint(
+          box.x + box.width / 2, box.y + box.height / 2);
+        return area.isPointInFill(at);
+      }); }""")
+    assert inside == [True] * 6
+
+
+def test_the_shaded_region_is_the_one_asked_for(tab):
+    sigma, theta, rho, *_ = state(tab)["values"]
+    region = sos.PoleRegion(sigma, rho=rho, theta_deg=theta)
+    held = tab.page.evaluate("""() => {
+      const atlas = document.querySelector("sos-explorer");
+      const ticks = [...atlas.querySelectorAll(".sos-map .sos-grid")];
+      const area = atlas.querySelector(".sos-region");
+      const labels = [...atlas.querySelectorAll(".sos-map text[text-anchor]")];
+      const scale = (side, anchor) => {   // two ticks fix the axis
+        const lines = ticks.filter(
+          line => line.getAttribute(side + "1") === line.getAttribute(side + "2"));
+        const values = labels.filter(t => t.getAttribute("text-anchor") === anchor)
+          .map(t => Number(t.textContent.replace("−", "-")));
+        const at = lines.map(line => Number(line.getAttribute(side + "1")));
+        return v => at[0] + (v - values[0]) * (at[1] - at[0]) / (values[1] - values[0]);
+      };
+      const X = scale("x", "middle"), Y = scale("y", "end"), found = [];
+      for (let re = -5.9; re < 0.9; re += 0.4) {
+        for (let im = -4.9; im < 5; im += 0.4) {
+          found.push([re, im, area.isPointInFill(new DOMPoint(X(re), Y(im)))]);
+        }
+      }
+      return found; }""")
+    compared = 0
+    for re_, im, inside in held:
+        least = min(d.min() for d in region.distances([complex(re_, im)]).values())
+        if abs(least) > 0.1:
+            compared += 1
+            assert inside == (least > 0), (re_, im)
+    assert compared > 350
+
+
 def test_infeasible_keeps_the_picture_and_says_what_helps(tab, robot):
     drawn = state(tab)["response"]
     move(tab, [2.3, 45, 5, 1.257, 150])
@@ -322,5 +378,5 @@ def test_bad_input_is_explained(robot, wrong, words):
 
 def test_a_plant_that_is_too_large_is_refused():
     five = sos.SecondOrderSystem(np.eye(5), np.eye(5), np.eye(5), np.eye(5))
-    with pytest.raises(ValueError, match="design_atlas"):
+    with pytest.raises(ValueError, match="MapAtlas"):
         design_explorer(five, sigma=(0.1, 1))

@@ -64,7 +64,7 @@ def lab(tmp_path_factory):
     for name, cells in notebooks.items():
         made = [nbformat.v4.new_code_cell(c) for c in cells]
         if name == "stranger":
-            shown = {"text/html": FIRST["sos-atlas"]}
+            shown = {"text/html": FIRST["sos-delay"]}
             made[0].outputs = [
                 nbformat.v4.new_output("execute_result", shown, execution_count=1)
             ]
@@ -322,7 +322,7 @@ def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
     page.locator(".jp-OutputArea-output").get_by_text("run the cell").wait_for(
         timeout=60_000
     )
-    assert page.locator("sos-atlas input").count() == 0
+    assert page.locator("sos-delay input").count() == 0
     context.close()
 
 

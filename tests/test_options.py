@@ -240,9 +240,6 @@ CALLS = {
     ],
     "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
     "designs": [lambda **o: sos.maps.designs(CART, [completed(o)], progress=False)],
-    "design_atlas": [
-        lambda **o: sos.atlas.design_atlas(PAIR, sigma=[0.2, 0.4], rho=9.0, **o)
-    ],
     "design_explorer": [
         lambda **o: sos.atlas.design_explorer(PAIR, sigma=(0.2, 0.4), rho=9.0, **o)
     ],

@@ -10,7 +10,7 @@ from sosbook.book.notebooks import BOOK
 from tests import layout
 from tests.elements import assert_readable, points, still, write_page
 
-KINDS = {"sos-atlas", "sos-delay", "sos-map", "sos-robot"}
+KINDS = {"sos-delay", "sos-map", "sos-robot"}
 pytestmark = pytest.mark.skipif(
     not BOOK.exists(), reason="the package without its book"
 )
@@ -45,7 +45,7 @@ def first_and_all(few, many):
 @pytest.fixture
 def tab(visit, tmp_path):
     """A page with an element of some kinds, and the first kind once more."""
-    shown = [FIRST[tag] for tag in (*sorted(KINDS), "sos-atlas")]
+    shown = [FIRST[tag] for tag in (*sorted(KINDS), "sos-delay")]
     return visit(write_page(tmp_path / "all.html", *shown))
 
 
@@ -55,9 +55,9 @@ def test_all_kinds_work_on_one_page(tab):
              e => [e.view.querySelectorAll("svg").length, e.name]))""",
         sorted(KINDS),
     )
-    assert [len(v) for v in views] == [2, 1, 1, 1]
+    assert [len(v) for v in views] == [2, 1, 1]
     assert all(count for v in views for count, _ in v)
-    assert len({name for v in views for _, name in v}) == 5
+    assert len({name for v in views for _, name in v}) == 4
     ids = tab.page.evaluate("[...document.querySelectorAll('[id]')].map(e => e.id)")
     assert len(ids) == len(set(ids)) > 10
     assert tab.errors == []
@@ -68,7 +68,7 @@ def test_a_control_moves_its_own_element_only(tab):
         before, after = tab.page.evaluate(
             """tag => {
           const all = [...document.querySelectorAll(Object.keys({
-            "sos-atlas": 1, "sos-delay": 1, "sos-map": 1, "sos-robot": 1}).join())];
+            "sos-delay": 1, "sos-map": 1, "sos-robot": 1}).join())];
           const said = () => all.map(
             e => e.view.querySelector(".sos-readout").textContent);
           const before = said();
@@ -133,12 +133,11 @@ def test_every_slider_by_key_mouse_and_finger(alone, tag):
 
 
 def test_every_element_has_a_task_and_its_answer():
-    """The workbench's task stands on its page; the stopwatch's answer is its button."""
+    """The workbench's task stands on its page."""
     for stem, text in stored():
         data = json.loads(re.search(r"json\">(.*?)</script>", text, re.S)[1])
         assert data.get("hint") or text.startswith("<sos-bench"), stem
-        own = text.startswith(("<sos-bench", "<sos-stopwatch"))
-        assert own or data.get("answer"), stem
+        assert data.get("answer") or text.startswith("<sos-bench"), stem
 
 
 #: Elements whose answer leaves one of their plots as it is.

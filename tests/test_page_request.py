@@ -13,8 +13,11 @@ import pytest
 import sosbook as sos
 from sosbook.book.elements.bench import EXAMPLES as PLANTS_TO_TYPE
 from sosbook.book.elements.explorer import design_explorer
+from sosbook.book.elements.program import program_data, shown
 from sosbook.proofs.command import main, read_plant_file
+from sosbook.requirements.shorthand import bounds, collected
 from sosbook.requirements.vocabulary import PARAMETERS
+from sosbook.synthesis.request import Request
 from tests.elements import held, write_page
 from tests.test_bench import DRIVE, READY, design, element, program, told, type_in
 
@@ -320,13 +323,12 @@ MORE = {
 
 
 @pytest.mark.parametrize("name", MORE)
-def test_an_atlas_s_python_asks_all_of_a_requirement(tab, name):
+def test_the_page_s_python_asks_all_of_a_requirement(tab, name):
     asked, key = MORE[name]
     plant = sos.SecondOrderSystem([[2]], [[0.3]], [[9.81]], [[1]], [[1]])
-    atlas = sos.atlas.design_atlas(
-        plant, requirements=[asked], sigma=(0.1, 0.2), progress=False
-    )
-    data = atlas.data | {"shownFixed": {**atlas.data["shownFixed"], "sigma": 0.1}}
+    held = [*collected(requirements=[asked]), sos.PoleRegion(0.1)]
+    request = Request(plant, requirements=held)
+    data = program_data(request) | shown(bounds(held), held, 10.0)
     code = tab.page.evaluate(
         "data => sosModules.program.design(data, data.shownFixed)", data
     )

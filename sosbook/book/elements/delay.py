@@ -5,6 +5,7 @@ every point of the grid. It computes the responses itself, for whatever way
 the delay varies; gains are never interpolated.
 """
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -14,9 +15,8 @@ from ...delay.request import DelayRequest
 from ...delay.solve import solve_delay
 from ...runtime.progress import each
 from ...synthesis.request import Request
-from .designs import Atlas, Slider, page_loop, start_place
-from .page import significant
-from .program import plant_data
+from .page import PageElement, significant
+from .program import page_loop, plant_data
 from .records import DELAY_BLOCKS, DELAY_PARAMETERS, delay_record
 
 #: Ways in which the delay varies within its interval.
@@ -50,16 +50,73 @@ def output_name(U):
     return f"z{U[0].argmax() + 1}" if picks else "U z"
 
 
-class DelayAtlas(Atlas):
-    """An `Atlas` of designs under delay; made by `delay_atlas`.
+@dataclass(frozen=True)
+class Slider:
+    """One number of a request under delay, and the values it is solved for.
 
-    Its title, sliders, designs, loop and start are those of `Atlas`.
+    ``key``: its name in `DELAY_PARAMETERS`; ``values``: increasing, in SI units.
+
+    >>> Slider("tau", (0.2, 0.4)).texts
+    ['τ = 0.2 s', 'τ = 0.4 s']
+    """
+
+    key: str
+    values: tuple
+
+    @property
+    def texts(self):
+        """Each value in words, for the page and for screen readers."""
+        return [DELAY_PARAMETERS[self.key].text(value) for value in self.values]
+
+    def data(self):
+        """What the page needs to know."""
+        label = DELAY_PARAMETERS[self.key].label
+        data = {"key": self.key, "label": label, "texts": self.texts}
+        return data | {"values": significant(self.values, 8)}
+
+
+class DelayAtlas(PageElement):
+    """Sliders over solved designs under delay; made by `delay_atlas`.
+
+    Parameters
+    ----------
+    title : str
+        The heading of the element.
+    sliders : sequence of Slider
+        What can be moved, and to which values.
+    designs : dict
+        The record by a tuple of indices, one a slider: 0 (infeasible),
+        1 (undecided) or what `delay_record` returns.
+    loop : dict
+        The plant for the page: shape, vertices, r, horizon, window, caption.
+    start : tuple of int
+        Where the sliders stand at first.
     """
 
     tag, script, sheets = "sos-delay", "delay", ("delay",)
+    notice = "Sliders over solved designs"
+
+    def __init__(self, title, sliders, designs, loop, start):
+        self.title, self.sliders = title, tuple(sliders)
+        self.designs, self.start = dict(designs), tuple(start)
+        places = product(*(range(len(s.values)) for s in self.sliders))
+        self.data = {
+            "title": title,
+            "sliders": [s.data() for s in self.sliders],
+            "start": list(self.start),
+            **loop,
+            "designs": [self.designs[place] for place in places],
+        }
+
+    def __len__(self):
+        return len(self.designs)
 
     def __repr__(self):
-        return "Delay" + super().__repr__()
+        held = sum(not isinstance(d, int) for d in self.designs.values())
+        return (
+            f"DelayAtlas: {len(self)} requests solved, {held} feasible, "
+            f"{len(self) - held} not"
+        )
 
 
 def delay_atlas(
@@ -117,7 +174,7 @@ def delay_atlas(
     """
     asked = {"tau": taus, "ratio": ratios, "delta": deltas, "alpha": alphas}
     sliders = [
-        Slider(key, tuple(sorted(map(float, values))), DELAY_PARAMETERS[key])
+        Slider(key, tuple(sorted(map(float, values))))
         for key, values in asked.items()
         if values is not None
     ]
@@ -129,7 +186,7 @@ def delay_atlas(
             "ratios are mu / tau: take them from [0, 1], for "
             "the delay tau - mu must not be negative"
         )
-    place = start_place(sliders, start)
+    place = _start_place(sliders, start)
     r = unit_set_point(example.U)
     loop = page_loop(Request(example.plant, example.U), r, horizon or example.t_end)
     steps = _steps(example.plant, loop["horizon"])
@@ -165,6 +222,26 @@ def request_of(example, tau, ratio, delta, alpha=None):
     """The `DelayRequest` of a point of the grid."""
     alpha = example.alpha if alpha is None else alpha
     return DelayRequest(example.plant, example.U, tau, ratio * tau, delta, alpha)
+
+
+def _start_place(sliders, start):
+    """Where the sliders stand at first: indices of the values of ``start``."""
+    start = dict(start or {})
+    place = []
+    for slider in sliders:
+        wanted = start.pop(slider.key, None)
+        if wanted is None:
+            place.append(len(slider.values) // 2)
+            continue
+        near = int(np.argmin(np.abs(np.array(slider.values) - wanted)))
+        if not np.isclose(slider.values[near], wanted):
+            raise ValueError(
+                f"start: {slider.key} = {wanted} is not a value of its slider"
+            )
+        place.append(near)
+    if start:
+        raise ValueError(f"start names no slider: {sorted(start)}")
+    return tuple(place)
 
 
 def _steps(plant, horizon):

@@ -5,9 +5,8 @@ import numpy as np
 from ...requirements.shorthand import collected, parameter
 from ...runtime.threads import one_thread
 from ...synthesis.request import Request
-from .designs import page_loop, shown
 from .page import PageElement, significant
-from .program import program_data
+from .program import page_loop, program_data, shown
 
 LARGEST = 4  # degrees of freedom and vertices that a browser solves while one waits
 
@@ -116,7 +115,7 @@ def design_explorer(
     if plant.n > LARGEST or len(plant.vertices) > LARGEST:
         raise ValueError(
             f"the page solves up to {LARGEST} degrees of freedom and vertices: "
-            "use design_atlas"
+            "show a map of the designs, sos.maps.frontier in MapAtlas"
         )
     if saturation is not None and u_max is None:
         u_max = saturation.u_max

@@ -1,10 +1,12 @@
-"""What a page needs to write the Python of a design: the plant, and what is asked."""
+"""What a page knows of a request: its plant, what is asked, and their Python."""
 
 from dataclasses import fields
 
 import numpy as np
 
 from ...plants.outputs import Output
+from ...plants.second_order import SecondOrderSystem
+from ...requirements.shorthand import parameter
 from .page import significant
 
 DIGITS = 15  # of the plant's matrices: all that a decimal keeps
@@ -48,6 +50,43 @@ def plant_data(plant, U, K_A=None):
         "vertices": [_matrices(v) for v in plant.vertices],
         "U": [] if U is None else significant(U, DIGITS),
         "K_A": None if K_A is None else significant(K_A, DIGITS),
+    }
+
+
+def page_loop(request, r, horizon):
+    """The plant of a request in the numbers that the page's step response needs.
+
+    ``r``: its set point; ``horizon``: seconds that are shown.
+    """
+    plant = request.plant
+    n, a = plant.n, request.order - 2 * plant.n
+    r = np.ones(n) if r is None else np.asarray(r, float)
+    if r.shape != (n,):
+        raise ValueError(f"r must hold n = {n} numbers")
+    vertices = []
+    for d in request.vertices:
+        A, B, _ = d.state_space()
+        s = np.concatenate([np.zeros(2 * n), -d.A[2 * n :, :n] @ r])
+        vertices.append({x: significant(X, 12) for x, X in zip("ABs", (A, B, s))})
+    many = "" if isinstance(plant, SecondOrderSystem) else ", every vertex"
+    goal = ", ".join(f"{x:.4g}" for x in r)
+    return {
+        "shape": [n, plant.m, a],
+        "vertices": vertices,
+        "r": significant(r, 12),
+        "horizon": significant(horizon, 8),
+        "caption": f"Step response from rest to the set point ({goal}){many}.",
+    }
+
+
+def shown(fixed, held, far):
+    """What is ``fixed`` of the requirements ``held``, and a window out to ``far``."""
+    which = {key: parameter(key, held) for key in fixed}
+    return {
+        "fixed": fixed,
+        "shownFixed": {key: which[key].shown(value) for key, value in fixed.items()},
+        "also": [which[key].text(value) for key, value in fixed.items()],
+        "window": significant([-1.06 * far, 0.2 * far, far], 3),
     }
 
 

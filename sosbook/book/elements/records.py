@@ -36,37 +36,6 @@ DELAY_BLOCKS = {
 }
 
 
-def record(design, blocks=None):
-    """What the page stores of a design: rounded, and nothing like -0.
-
-    Parameters
-    ----------
-    design : Design
-        The design, or the lack of one.
-    blocks : list of str, optional
-        The page's words for blocks; new ones join it.
-
-    Returns
-    -------
-    int or list
-        0 if infeasible, 1 if undecided, else [K row by row (5 digits), poles
-        with Im >= 0 as re, im, re, im, ... (4 digits), [block, smallest margin
-        (2 digits)], true H-infinity norm or None, largest |u| from x0 or None
-        (3 digits)].
-    """
-    if design.status != "feasible":
-        return NOT_FEASIBLE[design.status]
-    worst, margin = tightest(design)
-    request = design.request
-    return [
-        significant(np.ravel(design.K), 5),
-        _upper_half(design.poles(), 4),
-        [block_index(worst, request, blocks), significant(margin, 2)],
-        significant(design.hinf(), 3) if request.plant.p else None,
-        None if request.saturation is None else significant(design.peak_input(), 3),
-    ]
-
-
 def delay_record(design):
     """What the page stores of a design: rounded, and nothing like -0.
 

@@ -1,6 +1,6 @@
-import {Atlas} from "./atlas.js";
+import {verdictOf} from "./drawn.js";
 import {delayedRun} from "./history.js";
-import {buttons, clean, controls, define, escape, gainRows, gains, inPairs, number, panel, panels, READOUT, select, withConjugates} from "./kit.js";
+import {announce, buttons, clean, controls, define, escape, gainRows, gains, inPairs, number, PageElement, panel, panels, places, READOUT, select, slider, steady, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 import {asks, list, program} from "./program.js";
@@ -35,7 +35,15 @@ function simulate({A, B, s}, K, r, delay, horizon, steps) {
 
 const sign = (colour, text) => `<span class="sos-mark" style="color:var(${colour})">${text}</span>`;
 
-class DelayAtlas extends Atlas {
+// Sliders over designs that were solved beforehand.
+class DelayAtlas extends PageElement {
+  sliders() {
+    return this.data.sliders
+      .map(({key, label, values}, k) =>
+             slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]}))
+      .join("");
+  }
+
   markup() {
     const roots = DELAYS.map((name, k) => sign(COLOURS[k], `${SIGNS[k]} ${name}`)).join(", ");
     const words = {label: "How the delay varies", names: this.data.kinds};
@@ -47,10 +55,14 @@ class DelayAtlas extends Atlas {
           `The control signal: ${sign("--sos-first", "┄ as asked")}, ${
             sign("--sos-second", "— as it arrives")}.`) +
         READOUT) +
-      this.note + buttons(this.buttons);
+      this.note + buttons([["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]);
   }
 
-  get unknown() { return "the LMIs of a delay"; }
+  // Why there is a grid.
+  get note() {
+    return `<p class="sos-soft">Solved beforehand at ${this.data.designs.length} positions, to which the ` +
+      `sliders snap: the page's own solver doesn't know the LMIs of a delay.</p>`;
+  }
 
   wire() {
     const kind = this.view.querySelector("select");
@@ -58,13 +70,48 @@ class DelayAtlas extends Atlas {
       this.kind = Number(kind.value);
       this.update();
     });
-    super.wire();
+    this.inputs = [...this.view.querySelectorAll("input[type=range]")];
+    this.inputs.forEach((input, k) => {
+      input.addEventListener("input", () => this.move(this.place.with(k, Number(input.value))));
+      steady(input);
+    });
+    this.reset(this.linked());
+  }
+
+  move(place) {
+    this.place = [...place];
+    this.inputs.forEach((input, k) => { input.value = place[k]; });
+    this.update();
   }
 
   reset(to = {}) {
     const kind = number(to.kind);
     this.kind = this.view.querySelector("select").value = kind in this.data.kinds ? kind : 0;
-    super.reset(to);
+    this.move(this.data.sliders.map(({key, values}, k) => {
+      const at = values.indexOf(number(to[key]));
+      return at < 0 ? this.data.start[k] : at;
+    }));
+  }
+
+  index(place) { return place.reduce((sum, at, k) => sum * this.data.sliders[k].values.length + at, 0); }
+
+  // 0 is infeasible, 1 undecided, everything else a design.
+  stored(place = this.place) { return this.data.designs[this.index(place)]; }
+
+  get asked() {
+    return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
+  }
+
+  get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
+
+  states() {
+    const at = this.elsewhere({place: null}), {sliders} = this.data,
+          all = sliders.reduce(
+            (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
+    return all.map(place => {
+      at.place = place;
+      return at.readout(at.design);
+    });
   }
 
   get address() { return {...this.asked, kind: this.kind}; }
@@ -87,9 +134,16 @@ class DelayAtlas extends Atlas {
   }
 
   update() {
-    this.response = this.answer(this.design);
-    super.update();
+    const design = this.design, good = place => typeof this.stored(place) !== "number";
+    this.response = this.answer(design);
+    this.inputs.forEach((input, k) => {
+      announce(input, this.texts[k]);
+      places(input, this.data.sliders[k].values.map((_, at) => good(this.place.with(k, at))));
+    });
+    this.find("map").innerHTML = this.map(design);
+    this.find("step").innerHTML = this.step();
     this.find("input").innerHTML = this.input();
+    this.tell(design.status, this.readout(design));
   }
 
   answer({K, asked}) {
@@ -186,7 +240,8 @@ class DelayAtlas extends Atlas {
 
   readout(design) {
     const {tau, mu, delta} = design.asked, span = `[${clean(tau - mu)}, ${clean(tau + mu)}] s`;
-    const verdict = this.verdict(design, `: the delay stays in ${span}`);
+    const {texts, data: {also}} = this;
+    const verdict = verdictOf(design.status, [...texts, ...also], `: the delay stays in ${span}`);
     if (design.status !== "feasible") {
       return verdict +
         `<p>${

@@ -1,6 +1,6 @@
 // Requirements that move freely: every position is a set of LMIs that the reader's own
-// browser solves. What is drawn is what the atlas draws.
-import {Atlas, relax} from "./atlas.js";
+// browser solves.
+import {DesignElement, relax} from "./drawn.js";
 import {announce, band, clean, define, drag, escape, number, printed, slider, withConjugates} from "./kit.js";
 import * as python from "./program.js";
 import {solverOf} from "./solver.js";
@@ -45,8 +45,7 @@ async function edge(holds, good, bad, fine) {
   return good;
 }
 
-export class Explorer extends Atlas {
-  get note() { return ""; }
+export class Explorer extends DesignElement {
   get buttons() {
     return [
       ["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]

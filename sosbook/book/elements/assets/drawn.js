@@ -1,7 +1,6 @@
-import {announce, buttons, capital, clean, complex, controls, define, escape, gainRows, gains, inPairs, number, PageElement, panel, panels, places, printed, READOUT, slider, steady, withConjugates} from "./kit.js";
+import {buttons, capital, clean, complex, controls, escape, gains, PageElement, panel, panels, printed, READOUT, withConjugates} from "./kit.js";
 import {add, apply, mul, pushed} from "./linalg.js";
 import {Plot, S_PLANE} from "./plot.js";
-import * as python from "./program.js";
 
 const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
 const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
@@ -54,35 +53,30 @@ export function relax(moves) {
     (others.length ? ` Moving one other bound would do as well: ${others.join("; or ")}.` : "");
 }
 
-// ---------------------------------------------------------- the element
-export class Atlas extends PageElement {
-  sliders() {
-    return this.data.sliders
-      .map(({key, label, values}, k) =>
-             slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]}))
-      .join("");
-  }
+// The verdict on what the sliders ask for, and what that means.
+export const verdictOf = (status, texts, more = "") => `<p><span class="sos-status">${
+  capital(status)}</span> for ${escape(printed(texts.join(", ")))}${more}.</p>`;
 
+// ---------------------------------------------------------- the element
+// A design drawn: its poles over what is asked, its response, its numbers.
+export class DesignElement extends PageElement {
   markup() {
     return controls("Requirements", this.sliders()) +
       panels(panel("map", "Closed-loop poles over the region that was asked for.") +
         panel("step", escape(this.data.caption))) +
-      READOUT + this.note + buttons(this.buttons);
+      READOUT + buttons(this.buttons);
   }
 
-  get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]; }
+  // What is asked and found is a subclass's.
+  /** @returns {any} */
+  get design() { return null; }
+  get texts() { return []; }
+  get buttons() { return []; }
+  sliders() { return ""; }
+  advice() { return ""; }
 
   // Why there is no design, in HTML, where that is known.
   get reason() { return undefined; }
-
-  // Why there is a grid.
-  get unknown() { return "all requirements, nor large plants"; }
-
-  get note() {
-    const count = this.data.sliders.reduce((product, {values}) => product * values.length, 1);
-    return `<p class="sos-soft">Solved beforehand at ${count} positions, to which the sliders snap: ` +
-      `the page's own solver doesn't know ${this.unknown}.</p>`;
-  }
 
   // A pole's mark, its number and the curve by which it decays belong together.
   listen() {
@@ -112,125 +106,6 @@ export class Atlas extends PageElement {
       ends.map(points => `<path d="${plot.path(points.filter(p => plot.has(p)))}"/>`).join("") +
       `<text x="${plot.r - 4}" y="${plot.t + 12}" text-anchor="end">decays by e in ${clean(-1 / re)} s${
         swings}</text></g>`;
-  }
-
-  wire() {
-    this.listen();
-    this.inputs = [...this.view.querySelectorAll("input[type=range]")];
-    this.inputs.forEach((input, k) => {
-      input.addEventListener(
-        "input", () => this.move(this.place.map((old, j) => j === k ? Number(input.value) : old)));
-      steady(input);
-    });
-    this.reset(this.linked());
-  }
-
-  move(place) {
-    this.place = [...place];
-    this.inputs.forEach((input, k) => { input.value = place[k]; });
-    this.update();
-  }
-
-  reset(to = {}) {
-    this.move(this.data.sliders.map(({key, values}, k) => {
-      const at = values.indexOf(number(to[key]));
-      return at < 0 ? this.data.start[k] : at;
-    }));
-  }
-
-  get address() { return this.asked; }
-
-  get program() {
-    const {sliders, shownFixed} = this.data;
-    const degrees = x => Number((x * 180 / Math.PI).toPrecision(6));
-    const shown =
-      sliders.map(({key, values}, k) => [key, (key === "theta" ? degrees : Number)(values[this.place[k]])]);
-    return python.design(this.data, {...shownFixed, ...Object.fromEntries(shown)});
-  }
-
-  index(place) { return place.reduce((sum, at, k) => sum * this.data.sliders[k].values.length + at, 0); }
-
-  // 0 is infeasible, 1 undecided, everything else a design.
-  stored(place = this.place) { return this.data.designs[this.index(place)]; }
-
-  get asked() {
-    return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
-  }
-
-  get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
-
-  /** @returns {any} */
-  get design() {
-    const stored = this.stored(), asked = {...this.data.fixed, ...this.asked};
-    if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
-    const [gain, poles, [block, margin], norm, peak] = stored;
-    const K = gainRows(gain, this.data.shape), least = [this.data.blocks[block], margin];
-    return {status: "feasible", asked, K, poles: inPairs(poles), margin: least, norm, peak};
-  }
-
-  // Designs that a move of one slider reaches, the nearest first.
-  relaxations() {
-    const moves = [];
-    this.data.sliders.forEach((slider, k) => {
-      for (let far = 1; far < slider.values.length; far++) {
-        const at = this.place[k] + far * slider.looser;
-        if (at < 0 || at >= slider.values.length) break;
-        const place = this.place.map((old, j) => j === k ? at : old);
-        if (typeof this.stored(place) !== "number") {
-          moves.push({far, text: slider.texts[at], share: far / slider.values.length});
-          break;
-        }
-      }
-    });
-    return moves.sort((p, q) => p.far - q.far || p.share - q.share);
-  }
-
-  advice() {
-    const moves = this.relaxations();
-    if (moves.length) return relax(moves);
-    let best = null;
-    const walk = (place, k, far) => {
-      if (best && far >= best.far) return;
-      if (k === place.length) {
-        if (typeof this.stored(place) !== "number") best = {far, place: [...place]};
-        return;
-      }
-      const {values, looser} = this.data.sliders[k];
-      for (let d = 0; d < values.length; d++) {
-        const at = this.place[k] + d * looser;
-        if (at < 0 || at >= values.length) break;
-        walk([...place.slice(0, k), at, ...place.slice(k + 1)], k + 1, far + d);
-      }
-    };
-    walk([...this.place], 0, 0);
-    if (!best) return "No design on these sliders is looser and feasible.";
-    const together = this.data.sliders.flatMap(
-      ({texts}, k) => best.place[k] === this.place[k] ? [] : [texts[best.place[k]]]);
-    return `No single slider is enough. Relax together: ${together.join(" and ")}.`;
-  }
-
-  states() {
-    const at = this.elsewhere({place: null}), {sliders} = this.data,
-          all = sliders.reduce(
-            (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
-    return all.map(place => {
-      at.place = place;
-      return at.readout(at.design);
-    });
-  }
-
-  update() {
-    this.lit = undefined;
-    const design = this.design;
-    this.inputs.forEach((input, k) => {
-      announce(input, this.texts[k]);
-      places(input,
-        this.data.sliders[k].values.map(
-          (_, at) => typeof this.stored(this.place.map((old, j) => j === k ? at : old)) !== "number"));
-    });
-    this.find("map").innerHTML = this.map(design);
-    this.find("step").innerHTML = this.step(design);
-    this.tell(design.status, this.readout(design));
   }
 
   // Axes of the same scale that hold the window.
@@ -299,15 +174,9 @@ export class Atlas extends PageElement {
     return plot.svg(`Step response over ${clean(horizon)} seconds: ${peaks.join(", ")}.`);
   }
 
-  // The verdict on what the sliders ask for; a subclass adds what that means.
-  verdict({status, texts = this.texts}, more = "") {
-    return `<p><span class="sos-status">${capital(status)}</span> for ` +
-      `${escape(printed([...texts, ...this.data.also].join(", ")))}${more}.</p>`;
-  }
-
   readout(design) {
     const {status, asked, K, poles, norm, peak, cost = null} = design;
-    const verdict = this.verdict(design);
+    const verdict = verdictOf(status, [...(design.texts ?? this.texts), ...this.data.also]);
     if (status === "undecided")
       return verdict +
         `<p>${this.reason ?? "Neither a design nor a proof that there is none was found."}</p>`;
@@ -332,5 +201,3 @@ export class Atlas extends PageElement {
       `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;
   }
 }
-
-define("sos-atlas", Atlas);
