@@ -7,9 +7,9 @@ import pytest
 import sosbook as sos
 from sosbook.analysis.linear import loop_matrix
 from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
+from sosbook.book.reproduction.region_of_attraction import region_of_attraction
 from sosbook.exact.definite import exact, pivots
 from sosbook.plants.descriptor import descriptors
-from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.scaling import Frame, in_unknowns_of
 from tests.random_plants import Units
 

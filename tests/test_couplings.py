@@ -7,8 +7,8 @@ from sosbook.reproduction import vertices
 import sosbook as sos
 from sosbook import counterexamples, couplings
 from sosbook.analysis.linear import poles
+from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
 from sosbook.plants.descriptor import descriptors
-from sosbook.studies.gamma_bounds import gamma_lower_bounds
 
 
 def single(mass, stiffness=1.0):

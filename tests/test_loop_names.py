@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
 from sosbook.plants.gain import Gain
 from sosbook.sampled import certify_sampled, furthest_sampled, sampled_loop
-from sosbook.studies.gamma_bounds import gamma_lower_bounds
 
 SPRUNG = sos.SecondOrderSystem(1, 0.05, 4, 1)
 PID = sos.PIDLaw(position=[[1]], filter=0.3, integrate=True)

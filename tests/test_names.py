@@ -38,7 +38,6 @@ MAKERS = {  # make one of the keywords of their functions
     "synthesis/pid.py",
     "synthesis/lqr.py",
     "sampled/lqr.py",
-    "studies/gamma_bounds.py",
 }
 
 

@@ -326,7 +326,7 @@ MORE = {
 def test_the_page_s_python_asks_all_of_a_requirement(tab, name):
     asked, key = MORE[name]
     plant = sos.SecondOrderSystem([[2]], [[0.3]], [[9.81]], [[1]], [[1]])
-    held = [*collected(requirements=[asked]), sos.PoleRegion(0.1)]
+    held = collected(requirements=[asked], region=sos.PoleRegion(0.1))
     request = Request(plant, requirements=held)
     data = program_data(request) | shown(bounds(held), held, 10.0)
     code = tab.page.evaluate(

@@ -15,6 +15,7 @@ import pytest
 
 import sosbook as sos
 from sosbook import proofs
+from sosbook.book.reproduction.region_of_attraction import region_of_attraction
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
@@ -23,7 +24,6 @@ from sosbook.exact.rational import decimal, fraction, read_number
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem
 from sosbook.proofs.command import main
-from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.certificates import Certificate
 from sosbook.synthesis.whole import EnergyProof
 from tests.energy_to_peak import EnergyToPeak

@@ -11,13 +11,13 @@ from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
+from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
+from sosbook.book.reproduction.region_of_attraction import region_of_attraction
 from sosbook.delay import analyse_delay, largest
 from sosbook.lmi import Unknown
 from sosbook.requirements.base import Requirement
 from sosbook.requirements.vocabulary import Parameter
 from sosbook.sampled import certify_sampled, design_sampled_lqr
-from sosbook.studies.gamma_bounds import gamma_lower_bounds
-from sosbook.studies.region_of_attraction import region_of_attraction
 from sosbook.synthesis.request import Request
 from sosbook.theorems.lqr import trace_bound
 from tests.cases import close, falling_plant

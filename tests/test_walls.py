@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.studies.gamma_bounds import GammaLowerBounds, gamma_lower_bounds
+from sosbook.book.reproduction.gamma_bounds import GammaLowerBounds, gamma_lower_bounds
 
 EXAMPLES = [sos.thesis.example_1, sos.thesis.example_2, sos.thesis.example_3]
 

@@ -1,1 +1,1 @@
-"""Questions about many designs: maps, polytopes, bounds, regions."""
+"""Questions about many designs: maps, polytopes."""

@@ -8,9 +8,9 @@ from ...plants.descriptor import descriptors
 from ...plants.second_order import Polytope
 from ...plants.signals import Steps
 from ...requirements.pole_region import PoleRegion
-from ...studies.region_of_attraction import region_of_attraction
 from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
+from .region_of_attraction import region_of_attraction
 from .table import below, evaluate, matched, proven, said
 
 SET_POINTS = np.radians([30, 60, 10, -30, 0])  # rad, three seconds each

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..exact.definite import round_digits
-from ..language import Unknown, block
-from ..lmi.certificates import LMIProof
-from ..lmi.problem import LMIProblem
-from ..plants.checks import matrix, positive
-from ..requirements.pole_region import PoleRegion
-from ..solver.loop import Unbounded
-from ..synthesis.pid import analyse_pid
-from ..synthesis.scaling import Frame
-from ..theorems import control_bound, initial_state
+from ...exact.definite import round_digits
+from ...language import Unknown, block
+from ...lmi.certificates import LMIProof
+from ...lmi.problem import LMIProblem
+from ...plants.checks import matrix, positive
+from ...requirements.pole_region import PoleRegion
+from ...solver.loop import Unbounded
+from ...synthesis.pid import analyse_pid
+from ...synthesis.scaling import Frame
+from ...theorems import control_bound, initial_state
 
 __all__ = ["RegionOfAttraction", "region_of_attraction"]
 

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..analysis.linear import balancing, hinf_norm, loop_matrix, poles
-from ..analysis.riccati import lyapunov
-from ..plants.checks import matrix, positive
-from ..plants.gain import gain_of
-from ..plants.kinds import SecondOrderPlant, checked_plant
-from ..synthesis.request import Request
+from ...analysis.linear import balancing, hinf_norm, loop_matrix, poles
+from ...analysis.riccati import lyapunov
+from ...plants.checks import matrix, positive
+from ...plants.gain import gain_of
+from ...plants.kinds import SecondOrderPlant, checked_plant
+from ...synthesis.request import Request
 
 __all__ = ["GammaLowerBounds", "gamma_lower_bounds"]
 
