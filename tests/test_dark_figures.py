@@ -12,6 +12,7 @@ from matplotlib.image import imread
 
 from sosbook.book import notebooks
 from sosbook.book.plots import style
+from tests.each import each
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "book").glob("*.ipynb"))
@@ -61,7 +62,7 @@ def stored(path):
     }
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_every_stored_colour_can_be_seen_in_the_dark(path):
     for kind, colour in stored(path):
         name = NAMES.get((kind, colour))
@@ -71,7 +72,7 @@ def test_every_stored_colour_can_be_seen_in_the_dark(path):
             assert contrast(colour, "#ffffff") >= 3, colour
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_words_stand_out_from_paper(path):
     words = r'<g style="fill:(#[0-9a-f]{6})[^"]*" transform="[^"]*scale\('
     for html in drawings(path):

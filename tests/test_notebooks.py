@@ -9,12 +9,13 @@ import nbformat.v4 as v4
 import pytest
 
 from sosbook import notebooks
+from tests.each import each
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "book").glob("*.ipynb"))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_notebook_is_fit_for_the_book(path):
     notebook = notebooks.read(path)
     assert notebooks.problems(notebook) == []
@@ -22,7 +23,7 @@ def test_notebook_is_fit_for_the_book(path):
     assert notebooks.text(notebooks.canonical(notebook)) == path.read_text("utf-8")
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_a_notebook_imports_only_what_is_installed(path):
     """A reader's folder isn't the project's: `benchmarks` and `tests` aren't there."""
     aside = {p.stem for p in ROOT.glob("*") if p.is_dir() or p.suffix == ".py"}
@@ -53,7 +54,7 @@ def words(path):
     return "\n\n".join(passages(path))
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+@each("path", TEXTS)
 def test_links_to_pages_have_words_a_file_and_its_number(path):
     """So a notebook reads well outside of the book, where nothing fills them."""
     text = words(path)
@@ -69,7 +70,7 @@ def test_links_to_pages_have_words_a_file_and_its_number(path):
             assert number[2] == title[1]
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_each_figure_that_is_made_is_seen(path):
     """`plots.show` returns it; a line below would keep it from the reader."""
     for cell in notebooks.read(path).cells:
@@ -107,7 +108,7 @@ FALSE = {
 }
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_no_claim_of_a_page_has_become_false(path):
     cells = [c for c in notebooks.read(path).cells if c.cell_type == "code"]
     texts = [o.get("text", "") for c in cells for o in c.outputs]
@@ -117,13 +118,13 @@ def test_no_claim_of_a_page_has_become_false(path):
     assert [x for x in meant if not any(x in line for line in lines)] == []
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+@each("path", TEXTS)
 def test_figures_are_cited_by_their_number(path):
     vague = r"(?i)\b(?:figures? (?:above|below)|(?:above|below|next|last) figures?)\b"
     assert not re.search(vague, words(path))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_captions_mark_the_thesiss_figures_as_such(path):
     for cell in notebooks.read(path).cells:
         for output in cell.get("outputs", []):
@@ -159,7 +160,7 @@ def minutes(path):
 CHAPTERS = {path.stem: path for path in FILES if re.match(r"\d\d_", path.stem)}
 
 
-@pytest.mark.parametrize("path", CHAPTERS.values(), ids=CHAPTERS)
+@each("path", CHAPTERS.values())
 def test_a_chapter_tells_its_time_in_one_form_and_at_one_rate(path):
     said, needed = minutes(path)
     assert abs(said - needed) < 10 + 0.15 * needed, (said, needed)
@@ -304,7 +305,7 @@ def test_a_failing_cell_stores_nothing(tmp_path, capsys):
     assert notebooks.main(["check", str(path)]) == 1
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_a_prediction_asks_for_nothing_that_only_jupyter_can_do(path):
     """The answer is a run of the page, not of a cell that the reader changes."""
     cells = notebooks.read(path).cells
@@ -359,7 +360,7 @@ def agrees(cell):
     return bool(AGREES.search(cell.source)) and true and not claims
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_what_draws_or_imports_is_folded_and_control_is_not(path):
     for cell, before in cells(path):
         solution = "{solution" in before
@@ -396,14 +397,14 @@ def rows(text):
     return found
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+@each("path", TEXTS)
 def test_nothing_is_said_twice(path):
     for text in passages(path):
         assert not phrases(text)
         assert not rows(text)
 
 
-@pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.name)
+@each("path", TEXTS)
 def test_a_reference_to_an_exercise_says_exercise_once(path):
     """Its own text is "Exercise 9.3"."""
     for text in passages(path):
@@ -426,7 +427,7 @@ def announces(text):
     return bool(lines) and lines[-1].rstrip().endswith(":")
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_what_a_colon_announces_follows_in_sight(path):
     found = notebooks.read(path).cells
     for k, cell in enumerate(found, 1):
@@ -455,9 +456,7 @@ def keys_of_words(call):
             yield key
 
 
-@pytest.mark.parametrize(
-    "path", [p for p in FILES if p.name > "32"], ids=lambda p: p.stem
-)
+@each("path", [p for p in FILES if p.name > "32"])
 def test_a_printed_label_says_what_its_value_is_the_value_of(path):
     """Chapter 36 once called a law with a tachometer a PD law with a filter."""
     for tree in parsed(path):
@@ -469,7 +468,7 @@ def test_a_printed_label_says_what_its_value_is_the_value_of(path):
                     ), ast.unparse(call)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_a_family_of_two_parameters_is_no_list_of_some_of_its_plants(path):
     """Between typed plants lie means of them: a trolley's m s² has no corners."""
     for tree in parsed(path):

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.each import each
+
 ROOT = Path(__file__).resolve().parent.parent
 CHAPTERS = sorted(path.stem for path in (ROOT / "book").glob("[0-9][0-9]_*.ipynb"))
 THINGS = "Theorem|Lemma|Proposition|Corollary|Definition|Exercise|Figure|Table"
@@ -14,7 +16,7 @@ CAPTION = re.compile(rf'caption-number">(?:\s*)({THINGS}) ([\d.]+?)\.? *<')
 EQUATION = re.compile(r'class="eqno">\(([\d.]+)\)')
 LINK = re.compile(r'<a class="reference internal" href="([^"]*)"[^>]*>(.*?)</a>', re.S)
 CITED = re.compile(rf"^(?:({THINGS}) )?\(?(\d+\.\d+)\)?$")
-each_chapter = pytest.mark.parametrize("chapter", CHAPTERS)
+each_chapter = each("chapter", CHAPTERS)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import ast
 import re
 from pathlib import Path
 
-import pytest
+from tests.each import each
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = [ROOT / "tasks.py", ROOT / "conftest.py"]
@@ -43,7 +43,7 @@ def without_encoding(source):
     return lines
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+@each("path", SOURCES)
 def test_text_is_read_and_written_as_utf_8(path):
     assert without_encoding(path.read_text("utf-8")) == []
 

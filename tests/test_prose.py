@@ -4,20 +4,18 @@ import nbformat.v4 as v4
 import pytest
 
 from sosbook import notebooks
+from tests.each import each
 from tests.prose import check, numerals, pages, quoted
 
-PAGES = [pytest.param(path, id=path.stem) for path in pages.all_pages()]
-SOURCES = [pytest.param(path, id=path.stem) for path in quoted.sources()]
 
-
-@pytest.mark.parametrize("path", PAGES)
+@each("path", pages.all_pages())
 def test_typed_numbers_are_tied(path):
     loose, stale = check.loose(path)
     assert not loose, "\n" + "\n".join(map(str, loose))
     assert not stale, f"tests/given/{path.stem}.toml ties nothing with {stale}"
 
 
-@pytest.mark.parametrize("path", SOURCES)
+@each("path", quoted.sources())
 def test_quotations_are_verbatim(path):
     assert not [str(phrase) for phrase in quoted.unknown(path)]
 

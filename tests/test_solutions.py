@@ -11,6 +11,7 @@ import nbformat.v4 as v4
 import pytest
 
 from sosbook import notebooks
+from tests.each import each
 
 MARKS = re.compile(
     r"^:::\{exercise\}.*\n:label: (?P<exercise>\S+)$"
@@ -54,9 +55,7 @@ def faults(notebook):
     return found
 
 
-@pytest.mark.parametrize(
-    "path", sorted(notebooks.BOOK.glob("*.ipynb")), ids=lambda path: path.stem
-)
+@each("path", sorted(notebooks.BOOK.glob("*.ipynb")))
 def test_exercises_and_solutions_match(path):
     notebook = notebooks.read(path)
     assert faults(notebook) == []

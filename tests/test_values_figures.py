@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests.each import each
 from tests.test_values import PAGES
 from tests.values import figures, pages, shapes
 from tests.values.trees import parse
@@ -56,7 +57,7 @@ def with_other_names(page):
     )
 
 
-@pytest.mark.parametrize("name, page", FIGURES, ids=NAMES)
+@each("name, page", FIGURES)
 def test_a_figure_agrees_with_itself_under_other_names(name, page):
     other = with_other_names(page)
     assert other != page
@@ -66,7 +67,7 @@ def test_a_figure_agrees_with_itself_under_other_names(name, page):
 CUT = [(name, page) for name, page in FIGURES if "data-parts" in page]
 
 
-@pytest.mark.parametrize("name, page", CUT, ids=[name for name, _ in CUT])
+@each("name, page", CUT)
 def test_each_letter_of_a_figure_is_in_a_part_that_a_phone_shows(name, page):
     """Within the two points that the page leaves around a part."""
     drawing = tree(page)

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from tests.each import each
 from tests.test_values import PAGES, moved
 from tests.values import pages
 
@@ -42,7 +43,7 @@ def outside_strings(text, change):
     return "".join(part if part[:1] == '"' else change(part) for part in parts)
 
 
-@pytest.mark.parametrize("name, page", DATA, ids=[name for name, _ in DATA])
+@each("name, page", DATA)
 def test_data_of_live_pages(name, page):
     text = data_of(page)
     choose = random.Random(1)
