@@ -8,6 +8,7 @@ from .book import elements as atlas
 from .controllers.sampled_design import SampledDesign, design_sampled
 from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .laws import DynamicLaw, FullState, PIDLaw
+from .loops import Clock, Late, Loop, Signal
 from .plants.descriptor_system import DescriptorSystem
 from .plants.outputs import Output
 from .plants.response import Response
@@ -40,6 +41,7 @@ from .synthesis.result import Result
 __version__: str
 __all__ = [
     "H2",
+    "Clock",
     "DelayDesign",
     "DescriptorSystem",
     "Design",
@@ -49,6 +51,8 @@ __all__ = [
     "InfiniteModes",
     "IntegratorChoice",
     "LMIRegion",
+    "Late",
+    "Loop",
     "MassWarning",
     "ObserverDesign",
     "Output",
@@ -64,6 +68,7 @@ __all__ = [
     "SampledLQR",
     "Saturation",
     "SecondOrderSystem",
+    "Signal",
     "Sine",
     "Step",
     "Steps",

@@ -134,6 +134,8 @@ TAKERS = {
     ).z,
 }  # fmt: skip
 
+OF_EVERY_LAW = dict(analyse_pid=4, analyse_delay=6, certify_sampled=4, sampled_loop=6)
+
 
 @pytest.mark.parametrize("name", TAKERS)
 def test_a_gain_that_knows_its_signals_is_taken_by_their_names(name):
@@ -148,10 +150,15 @@ def test_a_gain_that_knows_its_signals_is_taken_by_their_names(name):
     of_law = sos.design_pid(
         NAMED, law=sos.PIDLaw(np.eye(2), filter=0.1), region=sos.PoleRegion(0.05)
     )
+    if name in OF_EVERY_LAW:  # its law comes along
+        found = take(NAMED, of_law)
+        assert np.shape(getattr(found, "D", found))[-1] == OF_EVERY_LAW[name]
+    else:
+        with pytest.raises(ValueError, match="Give law=.*design.controller"):
+            take(NAMED, of_law)
     for K, words in (
         (other, "K is a gain of arm, tip, arm', speed, but this plant's is of arm,"),
         (Gain(np.eye(2), ["arm", "tip"]), "K is a gain of arm, tip"),
-        (of_law, "Give law=.*design.controller"),
         (of_law.gains, "Give law="),
         (dict(design.gains), "K is a dict of gains by name"),
         (dict(K_P=np.eye(2), K_D=np.eye(2)), "K is a dict of gains by name"),

@@ -12,12 +12,12 @@ from ..plants.gain import signals
 from ..runtime.libraries import library
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
+from ..sampled.ticks import Ticks
 from .bounded import SECONDS, Bounded, of_motion, of_noise
 from .bounds import rest, rounded
 from .describing import predicted_cycles
 from .facts import facts_of
 from .limits import quantum
-from .loop import Loop
 from .program import Code
 from .rounding import rounding_bound
 from .signals import NOTHING_TO_SET, known_index, vector_of
@@ -77,9 +77,9 @@ class Answers:
         B, D = np.hstack([self.B, self.B_r]), np.hstack([self.D, self.D_r])
         return library("control").ss(self.A, B, self.C, D, self.T, **names)
 
-    def loop(self, d: Any) -> Loop:
+    def loop(self, d: Any) -> Ticks:
         """The sampled loop with a plant d, a `Descriptor` without integrators."""
-        return Loop.of(self.parts, self.rows, self.timing, d, self.noise_rows)
+        return Ticks.of(self.parts, self.rows, self.timing, d, self.noise_rows)
 
     @cached_property
     def loops(self) -> list:

@@ -10,10 +10,10 @@ from ..plants.checks import positive
 from ..plants.gain import Gain, input_names, signals
 from ..plants.simplex import random_weights
 from ..sampled.discretize import SampleTiming, input_vertices
+from ..sampled.ticks import Ticks
 from .clock import checked_clock, least_slack, warn_of_long_ticks
 from .controller import Controller, quiet_set_point
 from .limits import Faults, Limits, quantum
-from .loop import Loop
 from .memory import DIGITS, assembled, direct, filtered, kalman, observed
 from .of_law import law_memory, law_sensors
 from .signals import signals_of
@@ -124,7 +124,7 @@ def controller_of(
         known = [(middle, _mixed(vertices, middle)), *known]
     full = _gains(gain.K, N, U, np.eye(N), T, R)
     parts, _ = assembled(direct(np.eye(N), m), timing, *full)
-    at_best = max(Loop.of(parts, np.eye(N), timing, d).radius for d in plants)
+    at_best = max(Ticks.of(parts, np.eye(N), timing, d).radius for d in plants)
     if at_best >= 1:
         raise ValueError(
             f"at T = {T:g} s, delay = {delay:g} s this gain is unstable even if "
@@ -296,7 +296,7 @@ def chosen_observer(plants, known, timing, rows, steps, names, gains, most, slow
                 continue
             estimate = observed(d, timing, rows, M, names)
             parts, _ = assembled(estimate, timing, *gains)
-            loops = [Loop.of(parts, rows, timing, one) for one in plants]
+            loops = [Ticks.of(parts, rows, timing, one) for one in plants]
             radius = max(loop.radius for loop in loops)
             if not radius < 1:
                 continue

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..exact.rational import digit_count
+from ..loops import opened
 from ..plants.checks import is_word
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
@@ -76,6 +77,7 @@ def largest(
     refuse=True,
     time_limit=None,
     progress=False,
+    law=None,
 ):
     """Find the largest tau, mu or delta that still has a certificate.
 
@@ -103,6 +105,8 @@ def largest(
         found until then.
     progress : bool
         Show a bar of the seconds that have passed.
+    law
+        As in `analyse_delay`, of a given K.
 
     Returns
     -------
@@ -126,6 +130,8 @@ def largest(
         raise ValueError(f'name must be "tau", "mu" or "delta", got {name!r}')
     digits = digit_count(digits)
     check_loop(plant, K, U)
+    if K is not None:
+        plant, K, U = opened(plant, K, U, law)
     given = DelayRequest(plant, U, tau, mu, delta, alpha, method, order, gain=K)
     return _Search(name, given, digits, time_limit).run(refuse, progress)
 

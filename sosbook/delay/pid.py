@@ -1,13 +1,16 @@
 """Procedure 2.2: a PID controller for a plant with a delayed input."""
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from ..laws import FullState, Law
+from ..loops import opened
 from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
+from ..synthesis.procedure import law_of
 from ..synthesis.slack import in_pieces
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
@@ -25,6 +28,7 @@ def design_delay_pid(
     *,
     alpha: float | None = None,
     K_A: None = None,
+    law: FullState | None = None,
     method: Literal["functional", "shift"] = "functional",
     printed: bool = False,
     time_limit: float | None = None,
@@ -49,6 +53,9 @@ def design_delay_pid(
         first of some multiples of tau that succeeds.
     K_A : None
         Must be left out (or zero): see Raises.
+    law : FullState, optional
+        What is integrated, in the place of U. Another law's gains are designed without
+        the delay and analysed with it.
     method : {"functional", "shift"}
         "functional" is the thesis's theorem, corrected. "shift" designs
         for stability of :math:`e^{\delta t} x(t)`, whose input comes
@@ -92,6 +99,14 @@ def design_delay_pid(
     _no_acceleration(K_A)
     if isinstance(plant, DelayedLoop):
         raise ValueError("a DelayedLoop leaves nothing to design: use analyse_delay")
+    U, law = law_of(U, law)
+    if law is not None:
+        raise ValueError(
+            f"law: the theorem designs gains of the whole state, not of a "
+            f"{type(law).__name__}: find them without the delay, design = "
+            "design_pid(plant, law=law, ...), and prove them with it, "
+            "analyse_delay(plant, design, tau=...)"
+        )
     request = DelayRequest(
         plant, U, tau, mu, delta, alpha, method, misprints=("sign",) if printed else ()
     )
@@ -101,12 +116,13 @@ def design_delay_pid(
 @one_thread
 def analyse_delay(
     plant: SecondOrderPlant | DelayedLoop,
-    K: ArrayLike | None = None,
+    K: Any = None,
     U: ArrayLike | None = None,
     tau: float | None = None,
     mu: float = 0.0,
     delta: float = 0.0,
     *,
+    law: Law | FullState | None = None,
     method: Literal["functional", "shift", "legendre", "interval"] = "functional",
     order: int | None = None,
     K_A: ArrayLike | None = None,
@@ -121,11 +137,13 @@ def analyse_delay(
     ----------
     plant : SecondOrderSystem, Polytope or DelayedLoop
         The plant, or a loop as it is.
-    K : (m, N) array_like, Gain or design
-        ``[K_P K_D K_I]``; left out for a `DelayedLoop`. A `Gain`, a design or its
-        ``gains`` are taken by the names of their signals.
+    K : (m, N) array_like, dict, Gain, design or StateSpace
+        As in `analyse_pid`; left out for a `DelayedLoop`.
     U, tau, mu, delta
         As in `design_delay_pid`.
+    law : Law or FullState, optional
+        As in `analyse_pid`. The loop is opened where u enters the plant, and the
+        proof is of the plant with the law's memory in it: see `Loop.opened`.
     method : {"functional", "shift", "legendre", "interval"}
         "functional" is Theorem A.3, corrected, with G free. For one plant:
         "legendre" uses Bessel's inequality, "interval" the functional over
@@ -169,6 +187,8 @@ def analyse_delay(
     if K is None and not isinstance(plant, DelayedLoop):
         raise ValueError("K is missing: give the gain to be analysed")
     check_loop(plant, K, U)
+    if not isinstance(plant, DelayedLoop):
+        plant, K, U = opened(plant, K, U, law)
     if alpha is not None and not printed:
         raise ValueError("alpha stands in the printed (A.20) only: leave it out")
     asked = plant, U, tau, mu, delta, alpha, method, order

@@ -318,12 +318,12 @@ def checked_limits(limits, names):
     return {name: positive(f"limits[{name!r}]", x) for name, x in limits.items()}
 
 
-def row_words(row, names):
-    """A mixture of signals in words: "z1 - 2 z2"."""
+def row_words(row, names, number="{:g}".format):
+    """A mixture of signals in words: "z1 - 2 z2"; ``number`` writes its shares."""
     text = ""
     for share, name in zip(row, names):
         if share:
-            size = "" if abs(share) == 1 else f"{abs(share):g} "
+            size = "" if abs(share) == 1 else f"{number(abs(share))} "
             sign = "-" if share < 0 else "+"
             sign = f" {sign} " if text else sign.strip("+")
             text += f"{sign}{size}{name}"

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..laws.taken import order_of
 from ..plants.checks import matrix, positive
 from ..plants.gain import Gain
 from ..runtime.libraries import library
-from ..sampled.discretize import order_of
 
 __all__ = ["PD_SIGNALS", "PID_SIGNALS", "TRACKING_TIME", "SampledLaw", "pendulum_gain"]
 

@@ -73,13 +73,14 @@ def _read(x, n):
 
 
 @as_written()
-def read_plant(data):
-    """The plant of the ``data`` that `plant_data` writes."""
+def read_plant(data, names=None):
+    """The plant of the ``data`` that `plant_data` writes, with ``names`` of z."""
     part = Reduction(*data["reduced"]) if "reduced" in data else None
+    more = {"reduction": part} | ({"coordinates": names} if names else {})
     if "parameters" in data:
         matrices = {k: rows for k, rows in data.items() if k not in ("kind", "reduced")}
         kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
-        return Uncertain.read(kinds[data["kind"]], matrices, reduction=part).polytope()
+        return Uncertain.read(kinds[data["kind"]], matrices, **more).polytope()
     vertices = data["vertices"]
     if data["kind"] == "descriptor":
         several: dict = {
@@ -96,7 +97,7 @@ def read_plant(data):
     if data["kind"] != "second order":
         raise ValueError(f"a plant of the kind {data['kind']!r} isn't known")
     plants = [
-        SecondOrderSystem(*(_read(v[k], len(v["B"])) for k in "MDSBF"), reduction=part)
+        SecondOrderSystem(*(_read(v[k], len(v["B"])) for k in "MDSBF"), **more)
         for v in vertices
     ]
     return plants[0] if len(plants) == 1 else Polytope(plants)

@@ -7,6 +7,7 @@ from ..exact.checker.families import every
 from ..exact.proof import Examined
 from ..exact.proof_file import ProofFile
 from ..exact.rational import decimal, decimals, read_array, read_number
+from ..laws.taken import is_controller
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..plants.gain import input_names, signals
@@ -14,7 +15,7 @@ from ..plants.kinds import every_plant
 from ..requirements.base import Requirement
 from .cells import PlantCell
 from .channel import check_channel, checked_norm
-from .discretize import input_vertices, is_controller
+from .discretize import input_vertices
 from .loops import BALL_BITS, SampledFamily
 from .shapes import PlantShape
 from .system import SampledSystem

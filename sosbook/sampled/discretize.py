@@ -4,7 +4,6 @@ At t = 0, T, 2 T, ... the computer measures the state and computes u(k).
 The plant gets it ``delay`` seconds later and holds it for T seconds.
 """
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +11,8 @@ from flint import fmpq
 from scipy.linalg import expm
 
 from ..exact.definite import exact
+from ..laws.taken import is_controller, order_of, taken
+from ..loops import Loop
 from ..plants.checks import finite, matrix, positive
 from ..plants.gain import gain_of, input_names, signals
 from ..plants.kinds import checked_plant
@@ -22,7 +23,6 @@ from .system import SampledSystem
 __all__ = ["SampleTiming", "c2d", "generators", "input_vertices", "sampled_loop"]
 
 LONGEST_DELAY_IN_SAMPLES = 1000  # samples that a delay may last
-OF_NOBODY = re.compile(r"[uy]\[\d+\]")  # a name that python-control made
 WHOLE_SAMPLE_TOLERANCE = fmpq(1, 10**9)  # of a sample; nearer delays are whole
 
 
@@ -109,7 +109,7 @@ def sampled_loop(plant, K, T, delay=0.0, U=None):
     True
     """
     timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
-    K = by_name(K, checked_plant(plant), U)
+    K = by_name(K, checked_plant(plant), U, T, delay)
     full, own = timing.feedback(K, vertices[0])
     return tuple(
         np.vstack([np.hstack(held) @ full, own]) for held in map(timing.held, vertices)
@@ -262,10 +262,11 @@ def generators(A, B):
     return before, after
 
 
-def by_name(K, plant, U=None):
+def by_name(K, plant, U=None, T=None, delay=0.0):
     """A gain or controller K of a ``plant`` with integrators ``U``, found by names.
 
-    A Controller is taken from the plant's state. The inputs of a sampled controller are
+    A Controller is taken from the plant's state, and the program of a law that K brings
+    along, whose clock is T and ``delay``, too. The inputs of a sampled controller are
     the states and its outputs the plant's inputs, in any order, where they were named;
     what nobody named (python-control writes u[0], y[0]) is taken in order, and the
     claim says so. Raises ValueError where names don't fit.
@@ -275,6 +276,16 @@ def by_name(K, plant, U=None):
     >>> by_name(K, SecondOrderSystem(1, 0, 0, 1)).D
     array([[4., 3.]])
     """
+    law = None
+    if not hasattr(K, "of_state") and not (is_controller(K) and K.dt != 0):
+        law, K = taken(plant, K)
+    if law is not None:
+        if any(isinstance(x, (tuple, list)) for x in (T, delay)):
+            raise ValueError(
+                "K has a law of continuous time, and the clock varies: say which its "
+                "program is made for, K = sosbook.Loop(plant, K).at(T).controller"
+            )
+        K = Loop(plant, law, K).at(T, delay).controller
     K = getattr(K, "of_state", K)
     if not is_controller(K):
         return gain_of(K, plant, U)
@@ -289,29 +300,6 @@ def by_name(K, plant, U=None):
     read = getattr(K, "B_w", None), None if D_w is None else D_w[rows]
     matrices = K.A, np.asarray(K.B)[:, columns], C, D[:, columns], K.dt, *read
     return SampledSystem(*matrices, *((states, given) if known else ()))
-
-
-def order_of(K, what, names):
-    """Where each of these ``names`` is among K's ``what``, "input" or "output"; None
-    where nobody named them. Raises ValueError where they are others.
-    """
-    found = getattr(K, f"{what}_labels", None) or getattr(K, f"{what}s", ()) or ()
-    if isinstance(found, int) or all(OF_NOBODY.fullmatch(x) for x in found):
-        return None
-    words = [x.replace(".", "_") for x in names]  # python-control has no points
-    at = [words.index(x) for x in (y.replace(".", "_") for y in found) if x in words]
-    if len(found) != len(words) or sorted(at) != list(range(len(words))):
-        raise ValueError(
-            f"K has the {what}s {', '.join(found)}; the loop is closed by the names "
-            f"{', '.join(names)}: rename K's {what}s, each once. A Controller proves "
-            "its own loop: controller.certify(...)"
-        )
-    return np.argsort(at)
-
-
-def is_controller(K):
-    """Whether K is a `SampledSystem` or python-control's StateSpace."""
-    return hasattr(K, "nstates")
 
 
 def input_vertices(plant, U):

@@ -4,13 +4,14 @@ from typing import Any
 
 from ..bisection import narrowed
 from ..exact.proof import Stopped
+from ..laws.taken import is_controller
 from ..plants.checks import positive
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .certificate import SampledCertificate
 from .channel import checked_norm
-from .discretize import by_name, is_controller
+from .discretize import by_name
 from .proof import certify_sampled, unproven
 
 __all__ = ["furthest_sampled"]
@@ -62,7 +63,7 @@ def furthest_sampled(
     (True, 1.73)
     """
     plant = checked_plant(plant)
-    K = by_name(K, plant, asked.get("U"))
+    K = by_name(K, plant, asked.get("U"), T, delay)
     slowest = asked.pop("rate", 1.0)
     ranges = {"T": T, "delay": delay, "rate": (slowest, 0.0)}
     norm = asked.get("norm")

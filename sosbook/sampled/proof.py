@@ -8,6 +8,7 @@ from flint import ctx
 
 from ..exact.definite import round_digits
 from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
+from ..laws.taken import is_controller
 from ..plants.checks import count, finite, positive
 from ..plants.kinds import Plant, checked_plant
 from ..requirements.base import Requirement
@@ -17,7 +18,7 @@ from ..synthesis.request import Request
 from .certificate import MORE, SampledCertificate, undecided
 from .channel import checked_norm
 from .cover import cover
-from .discretize import by_name, input_vertices, is_controller
+from .discretize import by_name, input_vertices
 from .loops import BALL_BITS, SampledFamily
 from .timing import TimeBox
 
@@ -47,12 +48,13 @@ def certify_sampled(
     ----------
     plant
         As for `c2d`. All floats are read as decimals.
-    K : (m, N) or (m, N + m d) array_like, Controller or control.StateSpace
+    K : (m, N) or (m, N + m d) array_like, design, Controller or control.StateSpace
         A gain (or a design's, by its names) is rounded to ``digits`` significant
         digits before the proof; of a sampled controller, of any memory, all digits
         are taken. Its inputs are the plant's states and its outputs the plant's
         inputs: they are found by name, in any order. Without names they are taken in
-        order, and the claim says so.
+        order, and the claim says so. Of a law that a design or a controller of
+        continuous time brings along its program at T is taken.
     T : float or (low, high)
         Time between samples, in s. A range: every sequence of intervals in it. A
         controller's ``dt`` is one of them, and its matrices stay what they are.
@@ -131,7 +133,7 @@ def certify_sampled(
         if rate != 1 or centre:
             raise ValueError("norm is proven with rate=1 and centre=0: leave them out")
         Request(plant, U, requirements=[norm])  # raises where widths are wrong
-    cells, K = count("cells", cells, least=1), by_name(K, plant, U)
+    cells, K = count("cells", cells, least=1), by_name(K, plant, U, T, delay)
     for timing, d in product(clocks.corners, floats):
         timing.held(d)  # raises where a motion overflows
     timing = clocks.of_controller(K)

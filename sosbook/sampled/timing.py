@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 from ..exact.definite import exact
+from ..laws.taken import is_controller
 from ..plants.checks import finite
-from .discretize import SampleTiming, is_controller
+from .discretize import SampleTiming
 
 __all__ = ["TimeBox"]
 

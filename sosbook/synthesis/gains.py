@@ -124,6 +124,16 @@ class Gains(Result[Proven]):
     def _law(self):
         return getattr(self.request, "law", None)
 
+    @property
+    def loop(self) -> Any:
+        """The `Loop` of the plant under this gain."""
+        law = self._law or later("laws", "FullState")(self.request.U)
+        return later("loops", "Loop")(self.request.plant, law, super()._gain())
+
+    def its_law(self):
+        """The law and its numbers, for what takes any controller; or None and self."""
+        return (None, self) if self._law is None else (self._law, super()._gain())
+
     def _gain(self):
         """The gain from the state to u; with a law its K is another one."""
         K = super()._gain()

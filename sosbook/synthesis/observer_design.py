@@ -9,11 +9,15 @@ import numpy as np
 from ..analysis.margins import DiskMargin
 from ..exact.definite import round_digits
 from ..exact.proof import first_proven
+from ..laws.base import row_words
+from ..laws.taken import taken
 from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
+from ..plants.gain import input_names, signals
 from ..plants.response import Response, simulate, vector
 from ..plants.signals import Sine, Step
 from ..runtime.array_like import ArrayLike
+from ..runtime.later import later
 from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design
@@ -245,13 +249,25 @@ class ObserverDesign(Result[ObserverCertificate], ReadOnly):
         return self._opened.disk_margin(samples, seed)
 
     def controller(self) -> Any:
-        """The controller from y to u as python-control's StateSpace."""
+        """The controller from y to u as python-control's StateSpace, with names."""
         L = self._observer()
         d = mean_descriptor(vertices_of(self.plant))
         A, B, _ = d.state_space()
+        names = [row_words(x, signals(self.plant), repr) for x in self.C.tolist()]
         return library("control").ss(
             A + B @ self.K + L @ self.C,
             -L,
             self.K,
             np.zeros((len(self.K), len(self.C))),
+            inputs=[x.replace(".", "_") for x in names],
+            outputs=list(input_names(len(self.K))),
         )
+
+    def its_law(self):
+        """The controller as a `DynamicLaw` and its numbers."""
+        return taken(self.plant, self.controller())
+
+    @property
+    def controlled(self) -> Any:
+        """The `Loop` of the plant and the controller."""
+        return later("loops", "Loop")(self.plant, *self.its_law())

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from ..laws import FullState, Law
+from ..laws.taken import taken
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
@@ -219,7 +220,9 @@ def analyse_pid(
         As in `design_pid`.
     K : (m, N) array_like, or dict
         ``[K_P K_D K_I]``. With a ``law`` what `Design.K` or `Design.gains` hold. A
-        `Gain`, a design or its ``gains`` are taken by the names of their signals.
+        `Gain`, a design or its ``gains`` are taken by the names of their signals. A
+        design of a law and an `ObserverDesign` bring their law along; so does
+        python-control's StateSpace, by the names of its inputs and outputs.
     U, region, gamma, saturation, K_A
         As in `design_pid`.
     coupling : {"auto", "multipliers", "pairs", "slack", "vertices"}
@@ -275,6 +278,7 @@ def analyse_pid(
     asked = locals()
     if asked.pop("K") is None:
         raise ValueError("K is missing: give the gain to be analysed")
+    asked["law"], K = taken(plant, K, law)
     return design_asked(gain=K, **asked)
 
 

@@ -1,12 +1,13 @@
-"""The sampled loop of a controller with one plant, in floats."""
+"""A controller's loop with one plant, from tick to tick, in floats."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..sampled.discretize import SampleTiming
-from ..sampled.lyapunov import discrete_lyapunov
+from ..analysis.linear import peak_gain
+from .discretize import SampleTiming
+from .lyapunov import discrete_lyapunov
 
 GRID = 160  # frequencies from a thousandth of Nyquist's to it
 
@@ -21,7 +22,7 @@ def frequencies(T, F=None):
 
 
 @dataclass(frozen=True, eq=False)
-class Loop:
+class Ticks:
     """x+ = F x + noise n + set_point r + load w + pushed f + limited (v - u), u = H x +
     direct n + direct_r r + direct_w w, every T s. The state x is the plant's, its older
     inputs, and the controller's; ``noise`` is the sensors', ``load`` that of w, which
@@ -88,6 +89,27 @@ class Loop:
         S = np.eye(len(self.H)) + self.H @ np.linalg.solve(at, self.pushed + 0j)
         return float(np.linalg.norm(S, 2, axis=(1, 2)).max())
 
+    def peak_of(self, direct):
+        """The H-infinity norm of S - I + ``direct`` I, S being the sensitivity."""
+        return held_gain(self.F, self.pushed, self.H, direct * np.eye(len(self.H)))
+
+    def norm(self, d, inputs=None):
+        """The H-infinity norm from a w that is held over a tick, from its ``inputs`` or
+        all, to the output of d at the ticks, a `Descriptor` of the plant.
+        """
+        if d.Ca is not None:
+            raise ValueError(
+                "outputs: an acceleration jumps at the ticks; take positions, "
+                "velocities, integrals or inputs of a sampled loop"
+            )
+        some = slice(None) if inputs is None else list(inputs)
+        C = np.zeros((len(d.C), len(self.F)))
+        C[:, : d.C.shape[1]] = d.C
+        D = np.zeros((len(C), d.Bw.shape[1])) if d.Dw is None else d.Dw
+        if d.Du is not None:
+            C, D = C + d.Du @ self.H, D + d.Du @ self.direct_w[:, some]
+        return held_gain(self.F, self.load[:, some], C, D)
+
     def noise_rms(self, steps):
         """(m,) rms of u if sensors have independent errors of steps / sqrt(12);
         infinite where floats don't hold it.
@@ -110,3 +132,15 @@ class Loop:
             found[k] = self.H @ x
             x = self.F @ x
         return found
+
+
+def held_gain(F, G, C, D):
+    """The H-infinity norm of x+ = F x + G w, C x + D w: that of the system of
+    continuous time which z = (1 + s) / (1 - s) makes of it.
+    """
+    if abs(np.linalg.eigvals(F)).max(initial=0) >= 1:
+        return np.inf
+    one = np.eye(len(F))
+    back = np.linalg.inv(F + one)
+    A, B = back @ (F - one), np.sqrt(2) * back @ G
+    return float(peak_gain(A, B, np.sqrt(2) * C @ back, D - C @ back @ G))

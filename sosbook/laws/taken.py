@@ -1,0 +1,121 @@
+"""What is taken for a controller: a law with numbers, a design, a system with names."""
+
+import re
+
+import numpy as np
+
+from ..plants.gain import Gain, input_names, signals
+from .dynamic import DynamicLaw
+
+OF_NOBODY = re.compile(r"[uy]\[\d+\]")  # a name that python-control made
+TERM = re.compile(r"(-?)(?:(\d[\d._]*(?:e[+-]?\d+)?) )?(.+)")
+
+
+def is_controller(K):
+    """Whether K is a `SampledSystem` or python-control's StateSpace."""
+    return hasattr(K, "nstates")
+
+
+def taken(plant, K, law=None):
+    """(law, K): the law that K brings along, or the one given, and its numbers.
+
+    A design of a ``law`` and an `ObserverDesign` have a law of their own; a StateSpace
+    of continuous time is a `DynamicLaw` whose sensors are found by the names of its
+    inputs, and without states a gain of the plant's state. Anything else is handed on.
+
+    Raises
+    ------
+    ValueError
+        If names are missing or are none of the ``plant``'s, or K has a clock.
+
+    Examples
+    --------
+    >>> import control
+    >>> import sosbook as sos
+    >>> cart = sos.SecondOrderSystem(1, 0, 0, 1, coordinates=["place"])
+    >>> K = control.ss(-9, 2, 3, 0, inputs=["place"], outputs=["u"])
+    >>> law, gains = taken(cart, K)
+    >>> law.words(cart), gains["A_c"].tolist()
+    ('u depends on place alone: a controller of order 1', [[-9.0]])
+    """
+    own = getattr(K, "its_law", None)
+    if own is not None and law is None:
+        law, K = own()
+    return _of_system(plant, K, law) if is_controller(K) else (law, K)
+
+
+def _of_system(plant, K, law):
+    if K.nstates and K.dt != 0:
+        raise ValueError(
+            f"K is sampled, with dt = {K.dt!r}: what runs at ticks is proven by "
+            "certify_sampled; a controller of continuous time has dt = 0"
+        )
+    given = input_names(plant.m)
+    rows = order_of(K, "output", given)
+    rows = np.arange(len(given)) if rows is None else rows
+    named = [x for x in K.input_labels if not OF_NOBODY.fullmatch(x)]
+    if len(named) < len(K.input_labels) or K.noutputs != len(given):
+        raise ValueError(
+            f"K has the inputs {', '.join(K.input_labels)} and {K.noutputs} outputs: "
+            f"name what each input measures, of {', '.join(signals(plant))}, and "
+            f"give it the outputs {', '.join(given)}"
+        )
+    A, B, C, D = (np.asarray(x, float) for x in (K.A, K.B, K.C, K.D))
+    C, D = C[rows], D[rows]
+    if law is not None:
+        columns = order_of(K, "input", law.parts(plant).sensors)
+    else:
+        seen = np.array([row_of(x, signals(plant)) for x in named])
+        if not K.nstates:
+            return None, Gain(D @ seen, signals(plant))
+        n = getattr(plant, "n", 0) if hasattr(plant, "coordinates") else seen.shape[1]
+        rates = seen[:, n:].any(axis=1)
+        if (rates & seen[:, :n].any(axis=1)).any():
+            raise ValueError(
+                f"K measures {', '.join(named)}: give positions and rates one input "
+                "each"
+            )
+        columns = np.argsort(rates, kind="stable")
+        parts = (~rates, slice(n)), (rates, slice(n, None))
+        sensors = [seen[some][:, part] if some.any() else None for some, part in parts]
+        law = DynamicLaw(K.nstates, *sensors, strictly_proper=not D.any())
+    gains = dict(A_c=A, B_c=B[:, columns], C_c=C)
+    return law, gains | (dict(D_c=D[:, columns]) if D.any() else {})
+
+
+def row_of(word, names):
+    """The row on signals of these ``names`` whose words are ``word``.
+
+    >>> row_of("a' - 0.5 b", ("a", "b", "a'"))
+    array([ 0. , -0.5,  1. ])
+    """
+    known = {x.replace(".", "_"): k for k, x in enumerate(names)}
+    row = np.zeros(len(names))
+    for term in re.sub(r" ([+-]) ", r"\n\1", word).split("\n"):
+        sign, size, name = TERM.fullmatch(term.removeprefix("+")).groups()
+        name = name.replace(".", "_")
+        if name not in known:
+            raise ValueError(
+                f"K measures {word!r}, and {name!r} is none of {', '.join(names)}: "
+                "rename K's inputs"
+            )
+        row[known[name]] += float(f"{sign}{size or 1}".replace("_", "."))
+    return row
+
+
+def order_of(K, what, names):
+    """Where each of these ``names`` is among K's ``what``, "input" or "output"; None
+    where nobody named them. Raises ValueError where they are others.
+    """
+    found = getattr(K, f"{what}_labels", None) or getattr(K, f"{what}s", ()) or ()
+    if isinstance(found, int) or all(OF_NOBODY.fullmatch(x) for x in found):
+        return None
+    words = [x.replace(".", "_") for x in names]  # python-control has no points
+    at = [words.index(x) for x in (y.replace(".", "_") for y in found) if x in words]
+    if len(found) != len(words) or sorted(at) != list(range(len(words))):
+        raise ValueError(
+            f"K has the {what}s {', '.join(found)}; the loop is closed by the names "
+            f"{', '.join(names)}: rename K's {what}s, each once. A Controller proves "
+            "its own loop: controller.certify(...)"
+        )
+    return np.argsort(at)

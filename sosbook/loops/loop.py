@@ -1,0 +1,400 @@
+"""One loop: a plant, a law with its numbers and, perhaps, the clock that runs it."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..analysis.linear import hinf_norm
+from ..analysis.margins import DiskMargin
+from ..exact.rational import exact
+from ..laws import FullState, Law
+from ..laws.taken import taken
+from ..plants.descriptor_system import DescriptorSystem
+from ..plants.gain import input_names, signals
+from ..plants.joined import joined_family
+from ..plants.kinds import checked_plant, every_plant
+from ..plants.outputs import Output
+from ..plants.response import Response
+from ..requirements.base import Requirement
+from ..requirements.shorthand import collected
+from ..runtime.later import later
+from ..runtime.read_only import ReadOnly, put
+from ..synthesis.design import Design
+from ..synthesis.pid import analyse_pid
+from ..synthesis.procedure import law_of
+from ..synthesis.request import Request
+from .as_data import loop_data, read_loop
+from .clock import Clock, Late
+from .signal import Signal
+from .system import system_of
+
+MOMENTS = 1001  # of a simulation whose times nobody gave
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Loop(ReadOnly):
+    """A plant, or every plant of a family, under a law with numbers.
+
+    The same object answers in continuous time, with a clock, and with a late input:
+    what the law measures, with what noise, and what it remembers stay the same.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem, Polytope, Uncertain or DescriptorSystem
+        Constant plants: a parameter doesn't move while the loop does.
+    law : Law or FullState, optional
+        What is measured and remembered; all of z and z' without it. A design, an
+        `ObserverDesign`, a Controller or python-control's StateSpace, whose inputs and
+        outputs are named, brings its law and its numbers along.
+    gains : dict, array_like, Gain, design or StateSpace, optional
+        The law's numbers, as in `analyse_pid`.
+    clock : Clock or Late, optional
+        See `at` and `late`; a Controller has its own.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> cart = sos.SecondOrderSystem(1, 0, 0, 1, F=[[1, 0]], coordinates=["place"])
+    >>> law = sos.PIDLaw(position=[[1]], filter=0.02, noise=[[0, 1]])
+    >>> loop = sos.Loop(cart, law, {"K_P": [[-1]], "K_D": [[-2]]})
+    >>> [s.name for s in loop.signals if s.role == "memory"]
+    ['filtered place']
+    >>> noise = sos.Output(input=1), [1]
+    >>> round(loop.norm(*noise)), round(loop.at(0.001).norm(*noise))
+    (101, 101)
+    >>> loop.at(0.01).prove().proven, loop.late(0.1).prove().proven
+    (True, True)
+    """
+
+    plant: Any
+    law: Any
+    gains: Any
+    clock: Clock | Late | None
+
+    def __init__(
+        self,
+        plant: Any,
+        law: Any = None,
+        gains: Any = None,
+        *,
+        clock: Clock | Late | None = None,
+    ) -> None:
+        if gains is None and not isinstance(law, (Law, FullState)):
+            law, gains = None, law
+        if gains is None:
+            raise ValueError("gains are missing: design_pid(plant, law=law) finds some")
+        if hasattr(gains, "of_state"):  # a Controller
+            if clock is not None or law is not None:
+                raise ValueError("a Controller has a law and a clock: leave them out")
+            clock = Clock(gains.T, gains.delay)
+        else:
+            law, gains = taken(checked_plant(plant), gains, law)
+            law_of(None, law)  # raises where it is no law
+        if not isinstance(clock, (Clock, Late, type(None))):
+            raise ValueError(f"clock must be a Clock or Late, got {clock!r}")
+        put(self, plant=plant, law=law, gains=gains, clock=clock)
+
+    def at(
+        self, T: float, delay: float | tuple[float, float] = 0.0, jitter: float = 0.0
+    ) -> "Loop":
+        """The same law, run by a clock.
+
+        Parameters
+        ----------
+        T, delay, jitter
+            As in `Gains.controller`, in s.
+        """
+        return self._with(Clock(T, delay, jitter))
+
+    def late(self, tau: float, mu: float = 0.0) -> "Loop":
+        """The same law in continuous time, its input tau - mu to tau + mu s late."""
+        return self._with(Late(tau, mu))
+
+    def its_law(self) -> tuple:
+        """The law and its numbers, for what takes any controller."""
+        return self.law, self.gains
+
+    def _with(self, clock):
+        return Loop(self.plant, self.law, self.gains, clock=clock)
+
+    # What it is made of
+
+    @cached_property
+    def design(self) -> Design:
+        """The loop in continuous time as a `Design`, of which nothing is asked."""
+        return Design(self.request, "undecided", self.request.gain)
+
+    @cached_property
+    def request(self) -> Request:
+        """The loop in continuous time as a `Request`, of which nothing is asked."""
+        if hasattr(self.gains, "of_state"):
+            raise ValueError(
+                "a Controller has no loop of continuous time: take the design that it "
+                "was made of, design.loop"
+            )
+        U, law = law_of(None, self.law)
+        return Request(self.plant, U, gain=self.gains, law=law)
+
+    @cached_property
+    def controller(self) -> Any:
+        """The `Controller` that its clock runs."""
+        if hasattr(self.gains, "of_state"):
+            return self.gains
+        if not isinstance(self.clock, Clock):
+            raise ValueError("this loop has no clock: take loop.at(T=...)")
+        c = self.clock
+        return self.design.controller(T=c.T, delay=c.delay, jitter=c.jitter)
+
+    @property
+    def ticks(self) -> list:
+        """The loop from tick to tick of each vertex, `Ticks` in floats."""
+        return self.controller.loops
+
+    @property
+    def open(self) -> DescriptorSystem:
+        """The plant with the law's memory in it, and all its inputs [u; v] open."""
+        parts = self.request.law_parts if self.request.law else None
+        return self._joined(parts.joined if parts else lambda d: d)
+
+    @cached_property
+    def opened(self) -> tuple:
+        """The loop where u enters the plant, (DescriptorSystem, K): with the memory
+        closed in it, and the gain of u = K x that closes it. What takes a plant and a
+        gain takes these two. Its numbers are the law's in decimals of 17 digits.
+        """
+        request = self.request
+        if request.law is None:
+            return self.open, request.gain
+        parts, K = request.law_parts, exact(request.gain)
+        return self._joined(lambda d: parts.looped(d, K)), request.state_gain
+
+    def _joined(self, function):
+        """The plants under an affine ``function`` of each, in rationals."""
+        request = self.request
+        family, (U, _) = request.plant.family, law_of(None, self.law)
+        if family is not None:
+            return joined_family(family, function, U).polytope()
+        plain = Request(request.plant, U).vertices
+        several = [function(d.map(exact)) for d in plain]
+        return DescriptorSystem.of([d.map(lambda x: x.astype(float)) for d in several])
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """Every signal, by role, name and unit."""
+        plant = checked_plant(self.plant)
+        U, law = law_of(None, self.law)
+        names, states = signals(plant, U), len(signals(plant))
+        memory, readings = names[states:], names[:states]
+        goals, units = (), {}
+        if law is not None:
+            parts = law.parts(plant)
+            memory, readings = parts.states, parts.sensors
+        if isinstance(self.clock, Clock):
+            c = self.controller
+            memory, units = c.states, c.units
+            readings, goals = ([s.name for s in x] for x in (c.measured, c.set_points))
+        found = [
+            ("state", names[:states]),
+            ("memory", memory),
+            ("disturbance", [f"w[{k}]" for k in range(plant.p)]),
+            ("set point", goals),
+            ("reading", readings),
+            ("input", input_names(plant.m)),
+            ("output", names[: plant.n] if hasattr(plant, "coordinates") else ()),
+        ]
+        return tuple(Signal(r, x, units.get(x, "")) for r, some in found for x in some)
+
+    @property
+    def scope(self) -> str:
+        """Of which plants something is said that is proven."""
+        return every_plant(checked_plant(self.plant), "multipliers")
+
+    # What is asked of it
+
+    def prove(self, *requirements: Requirement, **how: Any) -> Any:
+        """The proof of stability, and of the requirements.
+
+        Parameters
+        ----------
+        *requirements : Requirement
+            Any in continuous time; with a clock one bound of a norm; with a late input
+            none, but ``delta`` for a decay.
+        **how
+            What `analyse_pid`, `certify_sampled` or `analyse_delay` take.
+        """
+        if self.clock is None:
+            asked = dict(law=self.law, requirements=requirements)
+            return analyse_pid(self.plant, self.gains, **asked, **how).certify()
+        if isinstance(self.clock, Late):
+            if requirements:
+                raise ValueError(
+                    "a loop whose input is late is proven to be stable, or to decay by "
+                    "delta=...: no other requirement is proven there"
+                )
+            return self._analysed(**how).certify()
+        if len(requirements) > 1:
+            raise ValueError("at the ticks one norm is proven at a time: give one")
+        return self.controller.certify(norm=(*requirements, None)[0], **how)
+
+    def _analysed(self, **how):
+        late = dict(tau=self.clock.tau, mu=self.clock.mu)
+        return later("delay", "analyse_delay")(
+            self.plant, self.gains, law=self.law, **late, **how
+        )
+
+    def poles(self) -> np.ndarray:
+        """(vertices, N): poles in rad/s, or the eigenvalues from tick to tick; with a
+        late input the rightmost characteristic roots.
+        """
+        if isinstance(self.clock, Clock):
+            return np.array([np.linalg.eigvals(x.F) for x in self.ticks])
+        design = self.design if self.clock is None else self._rooted
+        return np.atleast_2d(design.poles())
+
+    @cached_property
+    def _rooted(self):
+        """The loop with a late input, of which nothing is solved."""
+        make, known = later("delay", "DelayDesign"), later("delay", "DelayRequest")
+        plant, K = self.opened
+        asked = known(plant, tau=self.clock.tau, mu=self.clock.mu, gain=K)
+        return make(asked, "undecided", K)
+
+    def norm(self, output: Output | None = None, inputs: Any = None) -> float:
+        """The largest H-infinity norm over the vertices, in floats: no proof.
+
+        Parameters
+        ----------
+        output : Output, optional
+            As in `HInfinity`.
+        inputs : sequence of int, optional
+            Which disturbances. At the ticks w is held from one to the next.
+        """
+        (asked,) = collected(gamma=1.0)
+        asked = replace(asked, outputs=output, inputs=inputs)
+        if isinstance(self.clock, Clock):
+            pairs = zip(self.controller.vertices, self.ticks)
+            return max(x.norm(asked.seen(d), inputs) for d, x in pairs)
+        if self.clock is not None:
+            raise ValueError("the norm of a loop whose input is late isn't computed")
+        request = self.request
+        if request.law is not None:
+            asked = asked.joined(request.law_parts)
+        K = request.state_gain
+        return max(hinf_norm(asked.seen(d), K) for d in request.vertices)
+
+    def static(self, r: Any = None, w: Any = None) -> tuple:
+        """Where every vertex comes to rest: (x, u), (vertices, N) and (vertices, m).
+
+        Parameters
+        ----------
+        r : (p,) array_like, optional
+            Set points, of a loop with a clock.
+        w : (p_w,) array_like, optional
+            Constant disturbances.
+        """
+        if isinstance(self.clock, Clock):
+            return self.controller.static(r, w)
+        if r is not None:
+            raise ValueError("r is for a loop with a clock: loop.at(T=...).static(r)")
+        request = self.request
+        K, N = request.state_gain, len(signals(checked_plant(self.plant)))
+        x, u = [], []
+        for d in request.vertices:
+            push = np.zeros(d.Bw.shape[1]) if w is None else np.asarray(w, float)
+            rest = -np.linalg.solve(d.A + d.Bu @ K, (d.Bw + d.Bu @ read(d)) @ push)
+            x.append(rest[:N])
+            u.append(K @ rest + read(d) @ push)
+        return np.array(x), np.array(u)
+
+    def simulate(self, t: Any, **more: Any) -> Response | Any:
+        """The motion: `Design.simulate`, `Controller.simulate` or `simulate_delay`.
+
+        Parameters
+        ----------
+        t : float or (k,) array_like
+            Seconds, or the times; of a loop with a clock seconds alone.
+        **more
+            What these take.
+        """
+        if isinstance(self.clock, Clock):
+            return self.controller.simulate(t, **more)
+        times = np.linspace(0, t, MOMENTS) if np.ndim(t) == 0 else t
+        design = self.design if self.clock is None else self._rooted
+        return design.simulate(times, **more)
+
+    def margins(self) -> DiskMargin:
+        """The least `DiskMargin` at the plant's input, over the vertices."""
+        if isinstance(self.clock, Clock):
+            peak = max(x.peak_of(0.5) for x in self.ticks)
+            return DiskMargin(0.0 if peak == np.inf else float(1 / peak))
+        if self.clock is not None:
+            raise ValueError("margins of a loop whose input is late aren't computed")
+        return self.design.disk_margin()
+
+    def largest(self, find: str, to: float | None = None, **how: Any) -> Any:
+        """The largest T or delay up to ``to``, or the largest tau, mu or delta.
+
+        Parameters
+        ----------
+        find : {"T", "delay", "tau", "mu", "delta"}
+            What is sought; the first two of a loop with a clock, from its own on.
+        to : float, optional
+            Where the search of T or the delay ends.
+        **how
+            What `furthest_sampled` or `delay.largest` take.
+        """
+        if find in ("T", "delay"):
+            c = self.controller
+            ends = {"T": c.T, "delay": c.delay} | {find: (getattr(c, find), to)}
+            furthest = later("sampled", "furthest_sampled")
+            return furthest(c.plant, c, **ends, find=find, **how)
+        clock = self.clock if isinstance(self.clock, Late) else Late(1.0)
+        start = dict(tau=clock.tau, mu=clock.mu) | how
+        return later("delay", "largest")(find, *self.opened, **start)
+
+    def to_c(self, name: str = "axis", **more: Any) -> Any:
+        """Its program: see `Controller.to_c`."""
+        return self.controller.to_c(name, **more)
+
+    def data(self) -> dict:
+        """All of it as JSON holds it: `read` makes the same loop of that."""
+        law = self.law or FullState()
+        plant = checked_plant(self.plant)
+        return loop_data(plant, law, self.request.gain, self.clock)
+
+    @classmethod
+    def read(cls, data: dict) -> "Loop":
+        """The loop of the ``data`` that `data` made; ValueError where they are bad."""
+        plant, law, gains, clock = read_loop(data)
+        return cls(plant, law, gains, clock=clock)
+
+    def report(self, folder: Any, **more: Any) -> Any:
+        """One page of all that is known, in a ``folder``: see `Gains.report`."""
+        return self.design.report(folder, controller=self.controller, **more)
+
+    def to_ss(self) -> Any:
+        """The controller as python-control's StateSpace, with names.
+
+        With a clock from [y; r] to u, see `Controller.to_ss`; else from what is
+        measured to u, so that ``Loop(plant, loop.to_ss())`` is the same loop. A law's
+        noise is no part of a controller: ``Loop(plant, law, loop.to_ss())`` has it.
+        """
+        if isinstance(self.clock, Clock):
+            return self.controller.to_ss()
+        return system_of(self.request)
+
+
+def read(d):
+    """How w enters u by the noise of sensors, (m, p), of a `Descriptor`."""
+    return np.zeros((d.Bu.shape[1], d.Bw.shape[1])) if d.Uw is None else d.Uw
+
+
+def opened(plant, K, U=None, law=None):
+    """(plant, K, U) as what takes a gain of the state takes them, whatever the ``law``
+    is, or K brings along: a law's loop is opened at u, and its memory is in the plant.
+    """
+    law, K = taken(plant, K, law)
+    U, law = law_of(U, law)
+    return (plant, K, U) if law is None else (*Loop(plant, law, K).opened, None)
