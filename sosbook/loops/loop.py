@@ -172,12 +172,10 @@ class Loop(ReadOnly):
 
     def _joined(self, function):
         """The plants under an affine ``function`` of each, in rationals."""
-        request = self.request
-        family, (U, _) = request.plant.family, law_of(None, self.law)
-        if family is not None:
-            return joined_family(family, function, U).polytope()
-        plain = Request(request.plant, U).vertices
-        several = [function(d.map(exact)) for d in plain]
+        plant, U = self.request.plant, self.request.U
+        if plant.family is not None:
+            return joined_family(plant.family, function, U).polytope()
+        several = [function(d.map(exact)) for d in Request(plant, U).vertices]
         return DescriptorSystem.of([d.map(lambda x: x.astype(float)) for d in several])
 
     @property
@@ -187,7 +185,8 @@ class Loop(ReadOnly):
         U, law = law_of(None, self.law)
         names, states = signals(plant, U), len(signals(plant))
         memory, readings = names[states:], names[:states]
-        goals, units = (), {}
+        goals: list = []
+        units: dict = {}
         if law is not None:
             parts = law.parts(plant)
             memory, readings = parts.states, parts.sensors
@@ -303,9 +302,9 @@ class Loop(ReadOnly):
         x, u = [], []
         for d in request.vertices:
             push = np.zeros(d.Bw.shape[1]) if w is None else np.asarray(w, float)
-            rest = -np.linalg.solve(d.A + d.Bu @ K, (d.Bw + d.Bu @ read(d)) @ push)
+            rest = -np.linalg.solve(d.A + d.Bu @ K, (d.Bw + d.Bu @ _entered(d)) @ push)
             x.append(rest[:N])
-            u.append(K @ rest + read(d) @ push)
+            u.append(K @ rest + _entered(d) @ push)
         return np.array(x), np.array(u)
 
     def simulate(self, t: Any, **more: Any) -> Response | Any:
@@ -355,7 +354,7 @@ class Loop(ReadOnly):
         return later("delay", "largest")(find, *self.opened, **start)
 
     def to_c(self, name: str = "axis", **more: Any) -> Any:
-        """Its program: see `Controller.to_c`."""
+        """Its program: see `Controller.to_c`, which takes ``name`` and ``more``."""
         return self.controller.to_c(name, **more)
 
     def data(self) -> dict:
@@ -371,7 +370,7 @@ class Loop(ReadOnly):
         return cls(plant, law, gains, clock=clock)
 
     def report(self, folder: Any, **more: Any) -> Any:
-        """One page of all that is known, in a ``folder``: see `Gains.report`."""
+        """One page in a ``folder``: see `Gains.report`, which takes ``more``."""
         return self.design.report(folder, controller=self.controller, **more)
 
     def to_ss(self) -> Any:
@@ -386,7 +385,7 @@ class Loop(ReadOnly):
         return system_of(self.request)
 
 
-def read(d):
+def _entered(d):
     """How w enters u by the noise of sensors, (m, p), of a `Descriptor`."""
     return np.zeros((d.Bu.shape[1], d.Bw.shape[1])) if d.Uw is None else d.Uw
 

@@ -130,7 +130,7 @@ class Gains(Result[Proven]):
         law = self._law or later("laws", "FullState")(self.request.U)
         return later("loops", "Loop")(self.request.plant, law, super()._gain())
 
-    def its_law(self):
+    def its_law(self) -> tuple:
         """The law and its numbers, for what takes any controller; or None and self."""
         return (None, self) if self._law is None else (self._law, super()._gain())
 

@@ -17,7 +17,6 @@ from ..plants.gain import input_names, signals
 from ..plants.response import Response, simulate, vector
 from ..plants.signals import Sine, Step
 from ..runtime.array_like import ArrayLike
-from ..runtime.later import later
 from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design
@@ -263,11 +262,6 @@ class ObserverDesign(Result[ObserverCertificate], ReadOnly):
             outputs=list(input_names(len(self.K))),
         )
 
-    def its_law(self):
+    def its_law(self) -> tuple:
         """The controller as a `DynamicLaw` and its numbers."""
         return taken(self.plant, self.controller())
-
-    @property
-    def controlled(self) -> Any:
-        """The `Loop` of the plant and the controller."""
-        return later("loops", "Loop")(self.plant, *self.its_law())
