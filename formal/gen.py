@@ -30,12 +30,13 @@ class Failed(Exception):
 def read(text):
     """The problem of a file's text."""
     file = json.loads(text)
-    if file.get("format") != "sosbook proof" or file.get("version") not in (1, 2):
-        raise Refused("it is no proof file of version 1 or 2")
+    if file.get("format") != "sosbook proof" or file.get("version") != 2:
+        raise Refused("it is no proof file of version 2")
     if file["kind"] != "design":
         raise Refused(f"a proof of the kind {file['kind']!r}")
-    if file["version"] == 2:
-        file = looked_up(file["asks"], file["data"] | file["point"])
+    if "text" not in file:
+        raise Refused("a proof without a text")
+    file = looked_up(file["asks"], file["data"] | file["point"])
     if "parameters" in file["plant"] or file["plant"]["kind"] not in NAMES:
         raise Refused("a plant with parameters in ranges, or of another kind")
     if set(file["unknowns"]) & {"V", "P 1"} or "P" not in file["unknowns"]:

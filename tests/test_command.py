@@ -22,8 +22,8 @@ from sosbook.proofs.folder import CONTROLLER
 from sosbook.proofs.subject import subject
 from sosbook.requirements.in_files import KEYS, OBJECTS, SEVERAL
 from sosbook.runtime.digests import short_digest
+from tests.asking import asked_by, asking, in_place
 from tests.hunt.tampering import put
-from tests.oracles import mended, without_text
 from tests.processes import process
 
 FOLDER = Path(proofs.__file__).parent
@@ -148,11 +148,6 @@ def small(tmp_path_factory):
     return folder
 
 
-def plain(path):
-    """The text of a proof file as one of version 1."""
-    return without_text(proofs.load(path))
-
-
 def test_a_verdict_names_plant_gain_and_start(small, capsys):
     """In both programs with the same words."""
     said = []
@@ -175,7 +170,7 @@ def test_a_verdict_names_plant_gain_and_start(small, capsys):
         (("K", 0, 0), "-100"),
         (("requirements", 0, "x0", 0), "0.4"),
     ):
-        other = put(json.loads(plain(small / "proof.json")), path, value)
+        other = put(asked_by(proofs.load(small / "proof.json")), path, value)
         assert subject(other) == checker.subject(other) not in first
 
 
@@ -338,8 +333,8 @@ def test_a_design_without_proof_removes_the_old_one(
     proof = tmp_path / "proof.json"
     design = ["design", str(small / "plant.json"), "--proof", str(proof)]
     assert main(design) == 0
-    whole = put(json.loads(plain(proof)), ("K", 0, 0), "1000")
-    failed = proofs.Certificate(json.dumps(mended(whole)))
+    whole = put(asked_by(proofs.load(proof)), ("K", 0, 0), "1000")
+    failed = proofs.Certificate(json.dumps(asking(whole)))
     monkeypatch.setattr(sosbook.Design, "certify", lambda self: failed)
     capsys.readouterr()
     assert main(design) == 1
@@ -559,7 +554,7 @@ def test_a_controller_needs_a_folder(small, tmp_path, capsys):
 
 # ------------------------------------------------------------------ limits
 def spoilt(small, **changes):
-    return json.dumps(mended(json.loads(plain(small / "proof.json")) | changes))
+    return json.dumps(in_place(asked_by(proofs.load(small / "proof.json")) | changes))
 
 
 def heavy(small):
@@ -574,11 +569,11 @@ def heavy(small):
     kind = "second order"
     return {
         "a version of 2e7 digits": (
-            plain(small / "proof.json").replace(
-                '"version": 1', f'"version": {"9" * 20_000_000}'
-            )
+            (small / "proof.json")
+            .read_text("utf-8")
+            .replace('"version":2', f'"version":{"9" * 20_000_000}')
         ),
-        "a number of 4e6 digits": spoilt(small, claims=["1" * 4_000_000]),
+        "a number of 4e6 digits": spoilt(small, K=[["1" * 4_000_000]]),
         "20000 equal vertices": spoilt(
             small, plant={"kind": kind, "vertices": [vertex] * 20_000}
         ),

@@ -10,8 +10,7 @@ import pytest
 
 import sosbook as sos
 from formal import collect, gen, rocq
-from sosbook.exact.proof_file import ProofFile, parse
-from tests.oracles import version_1
+from sosbook.exact.proof_file import ProofFile
 
 ONE_INPUT = [[0.0], [1.0]]
 
@@ -66,13 +65,6 @@ def theory(tmp_path_factory):
     folder = tmp_path_factory.mktemp("theory")
     rocq.theory(folder)
     return folder
-
-
-@pytest.mark.parametrize("name", PLANTS)
-def test_a_file_of_version_1_says_the_same(name):
-    kind, data = parse(file_of(name))
-    one, two = (gen.read(x) for x in (version_1(kind, data), file_of(name)))
-    assert gen.written(one) == gen.written(two)
 
 
 def test_proofs_are_collected(tmp_path, monkeypatch):
@@ -140,6 +132,7 @@ def test_other_files_are_refused_in_one_line(tmp_path, capsys):
     faults = {
         "version": data | {"version": 3},
         "'delay'": data | {"kind": "delay"},
+        "without a text": {k: v for k, v in data.items() if k != "text"},
         "common P": data | {"asks": data["asks"] | {"unknowns": {"V": "1"}}},
     }
     for words, changed in faults.items():

@@ -7,9 +7,9 @@ import pytest
 
 import sosbook as sos
 from sosbook.exact.checker import kernel, verdict
+from tests.asking import mended
 from tests.cases import norm_on_a_grid
 from tests.hunt.tampering import verdicts
-from tests.oracles import mended
 from tests.test_proof_files import proof_of
 
 KNOWN = [

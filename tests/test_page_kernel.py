@@ -9,7 +9,7 @@ import pytest
 import sosbook as sos
 from sosbook.book.elements.scripts import script
 from sosbook.exact.checker import verdict as check
-from sosbook.exact.checker.verdict import checksum
+from sosbook.exact.checker.subject import digest
 from sosbook.exact.definite import round_digits
 from sosbook.exact.proof_file import parse
 from sosbook.exact.rational import decimal
@@ -338,14 +338,14 @@ def test_regions_are_rounded_as_the_package_rounds_them(kernel):
         assert LMIRegion.half_plane(sigma).alpha[0, 0] == bound
 
 
-def test_the_checksum_is_python_s(kernel):
+def test_the_digest_is_python_s(kernel):
     for text in ("", "abc", "x" * 55, "x" * 56, "x" * 64, json.dumps(list(range(99)))):
         data = {"text": text}
         plain = json.dumps(data, sort_keys=True, separators=(",", ":"))
         mine = kernel.evaluate(
             "t => (globalThis.kernel ??= sosKernel()).sha256(t)", plain
         )
-        assert mine == checksum(data)
+        assert mine == digest(data)
 
 
 def test_multipliers_that_are_not_exact_refuse_nothing(kernel):

@@ -3,8 +3,6 @@
 The truth is Floquet's: the product of exponentials of a loop over one period.
 """
 
-import json
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -12,7 +10,6 @@ from scipy.linalg import expm
 import sosbook as sos
 from sosbook.exact.checker import verdict
 from sosbook.plants.descriptor import descriptors
-from tests.oracles import without_text
 
 CONSTANT, CHANGING = "every constant plant ", "every constant or changing plant "
 I2 = np.eye(2)
@@ -115,17 +112,3 @@ def test_one_plant_alone_and_a_mass_speak_of_no_change():
     heavy = sos.Polytope([sos.SecondOrderSystem(m, 1, 1, 1) for m in (0, 1)])
     for claim in (one.certify().claims[0], sos.regularize(heavy).certify().claims[0]):
         assert "constant" not in claim
-
-
-@pytest.mark.parametrize("make", [lambda: asked("pairs")[1], lambda: asked("slack")[1]])
-def test_a_file_that_was_written_without_a_scope_is_read_with_it(make):
-    proof = make()
-    old = without_text(proof)
-    assert "constant" not in "".join(json.loads(old)["claims"])
-    assert verdict.check(old) == list(proof.claims) == list(type(proof)(old).claims)
-
-
-def test_an_old_file_of_a_sampled_loop_is_read_with_its_scope():
-    proof = sos.certify_sampled(spring(0.01), [[-0.3, -0.2]], 0.1)
-    old = type(proof)(without_text(proof))
-    assert old.verify() and scope(old.claims[0]) == CONSTANT

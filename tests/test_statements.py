@@ -21,8 +21,8 @@ from sosbook.synthesis.known_certificate import known_by_theorems
 from sosbook.synthesis.observer_problem import ObserverProblem
 from sosbook.synthesis.regularity import mass_pairs
 from sosbook.theorems import regular_mass
+from tests.asking import mended
 from tests.hunt.tampering import verdicts
-from tests.oracles import mended
 from tests.test_proof_files import PROOFS, proof_of
 
 

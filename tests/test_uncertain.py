@@ -23,7 +23,7 @@ from sosbook.plants.bernstein import Box
 from sosbook.plants.parametric import ParameterError, parameters
 from sosbook.proofs import command
 from sosbook.synthesis import slack as pieces
-from tests.oracles import mended, without_text
+from tests.asking import asked_by, asking
 from tests.processes import alone
 
 I2 = np.eye(2)
@@ -494,20 +494,18 @@ def test_a_design_is_proven_for_all_values_of_the_parameters(
 
 
 def test_a_file_with_other_ranges_or_polynomials_is_no_proof(tmp_path):
-    text = without_text(sos.design_pid(family(drive), **ASKED).certify())
-    wide = text.replace("0.006", "0.6")
+    text = json.dumps(asked_by(sos.design_pid(family(drive), **ASKED).certify()))
     changes = [
-        (wide, "isn't positive definite"),
-        (wide.replace("J2 in [0.003, 0.6]", "J2 in [0.003, 0.006]"), "claims"),
-        (text.replace('"J2"]', '"1*J2"]'), "J2"),
-        (text.replace('"0.003"', '"3/1000"'), ""),
-        (text.replace('"J2"', '"x"', 1), ""),
-        (text.replace('"k"', '"k^9"', 1), ""),
+        text.replace("0.006", "0.6"),
+        text.replace('"J2"]', '"1*J2"]'),
+        text.replace('"0.003"', '"3/1000"'),
+        text.replace('"J2"', '"x"', 1),
+        text.replace('"k"', '"k^9"', 1),
     ]
-    for k, (other, _) in enumerate(changes):
+    for k, other in enumerate(changes):
         assert other != text
         file = tmp_path / f"{k}.json"
-        file.write_text(json.dumps(mended(json.loads(other))), "utf-8")
+        file.write_text(json.dumps(asking(json.loads(other))), "utf-8")
         assert not ProofFile.load(file).proven
         run = alone(CHECKER, file)
         assert run.returncode == 1
@@ -643,11 +641,11 @@ def test_a_family_cut_into_pieces_is_proven_with_less_force(tmp_path, monkeypatc
         assert checked_by_a_stranger(proof, tmp_path)[0] == 0
         least.append(design.request.saturation.u_max)
     assert least[1] < 0.6 * least[0]
-    data = json.loads(without_text(proof))
-    assert mended(data) == data
+    data = asked_by(proof)
+    assert asking(data) == json.loads(proof.text)
     data["plant"]["parameters"] = [["v", "1", "10"]]
     file = tmp_path / "fewer.json"
-    file.write_text(json.dumps(mended(data)), "utf-8")
+    file.write_text(json.dumps(asking(data)), "utf-8")
     assert not ProofFile.load(file).proven
     run = alone(CHECKER, file)
     assert run.returncode == 1

@@ -1,8 +1,7 @@
 """Proofs that are files: what they prove is computed from their texts alone.
 
 A file is JSON, a text with data, see `sosbook.exact.checker`. What no text says, as
-matrices in balls, has its data alone. Files of version 1, which have them beside a
-checksum, are read.
+matrices in balls, has its data alone.
 """
 
 import json
@@ -42,8 +41,7 @@ KINDS = {  # whose class each kind is, by its module: it is found when a file na
     "energy": "synthesis.whole.EnergyProof",
 }
 FORMAT = verdict.FORMAT
-HEAD = ("format", "version", "kind", "checksum")
-MADE = ("claims", "blocks")  # of version 2 these are made from what is asked
+MADE = ("claims", "blocks")  # no file has them: they follow from what is asked
 
 
 def written(kind, data):
@@ -60,7 +58,7 @@ def written(kind, data):
 
 
 def spread(whole):
-    """The ``whole`` of version 2 as JSON, with what is named on a line of its own."""
+    """The ``whole`` file as JSON, with what is named on a line of its own."""
 
     def line(value):
         return json.dumps(value, separators=(",", ":"))
@@ -83,19 +81,15 @@ def parse(text):
     if not isinstance(whole, dict) or whole.get("format") != FORMAT:
         raise ValueError(f'there is no "format": "{FORMAT}"')
     version, kind = whole.get("version"), whole.get("kind")
-    if type(version) is not int or version not in (1, 2):
-        raise ValueError(f"version must be 1 or 2, got {version!r:.40}")
+    if type(version) is not int or version != verdict.VERSION:
+        raise ValueError(f"version must be {verdict.VERSION}, got {version!r:.40}")
     if not isinstance(kind, str):
         raise ValueError("kind is missing")
-    if version == 2:
-        try:
-            asked = verdict.asked_of(whole)
-        except (*verdict.MALFORMED, Refused) as fault:
-            raise ValueError(f"its data aren't what it asks for: {fault}") from None
-        return kind, {key: value for key, value in asked.items() if key != "kind"}
-    if whole.get("checksum") != verdict.checksum(whole):
-        raise ValueError("the checksum isn't that of the contents: they were changed")
-    return kind, {key: value for key, value in whole.items() if key not in HEAD}
+    try:
+        asked = verdict.asked_of(whole)
+    except (*verdict.MALFORMED, Refused) as fault:
+        raise ValueError(f"its data aren't what it asks for: {fault}") from None
+    return kind, {key: value for key, value in asked.items() if key != "kind"}
 
 
 def is_proof(content):
@@ -143,7 +137,7 @@ class ProofFile(Verdict, OfKind):
     @classmethod
     def of(cls, data):
         """Write the file of some data: a dict of lists, decimals and words."""
-        text, said = written(cls.kind, _of_part(data))
+        text, said = written(cls.kind, data)
         proof = cls(text)
         _WRITTEN[proof] = said and Written(*said)
         return proof
@@ -297,21 +291,12 @@ def _examined(cls, text, said=None):
 def _rebuilt(cls, data):
     """The verdict on a file without a text, which its class decides."""
     again, examined = cls.examine(data)
-    again = _of_part(again)
     claims = tuple(verdict.of_part(examined.claims, data))
-    if data.get("claims") == verdict.earlier(again.get("claims", ())):
-        data = {**data, "claims": again["claims"]}
-    for key in {*data, *again} - {x for x in MADE if x not in data}:
+    again = {k: v for k, v in again.items() if k not in MADE}
+    for key in {*data, *again}:
         if key not in data or key not in again or not same(data[key], again[key]):
             return Examined.nothing(f"{key!r:.80} isn't what the data say")
     return replace(examined, claims=claims)
-
-
-def _of_part(data):
-    """The data, their claims being about a reduced model if that is the plant."""
-    if "claims" not in data:
-        return data
-    return {**data, "claims": verdict.of_part(data["claims"], data)}
 
 
 _remembered = lru_cache(maxsize=64)(_examined)

@@ -1,11 +1,8 @@
 """The three readers of a request or a proof: the package, its checker, the page."""
 
-from functools import partial
-
+from sosbook.exact.checker import verdict as checker
 from sosbook.exact.proof_file import load
-from tests.oracles import check_version_1
 from tests.page_requests import page_request
-from tests.test_proof_files import checker
 
 DESIGN = """request => {
   const {design, prove, refusalFile} = globalThis.kernel ??= sosKernel();
@@ -26,18 +23,14 @@ def package(file):
     return tuple(proof.claims) if proof.verify() else None
 
 
-def read_by(program, text):
-    """What a checker reads in a text: claims, None, or "beyond"."""
+def alone(text):
+    """What the checker reads in a text: claims, None, or "beyond"."""
     try:
-        return tuple(program.check(text))
-    except program.Beyond:
+        return tuple(checker.check(text))
+    except checker.Beyond:
         return "beyond"
-    except (program.Refused, *program.MALFORMED):
+    except (checker.Refused, *checker.MALFORMED):
         return None
-
-
-alone = partial(read_by, checker)
-before = partial(read_by, check_version_1)  # which tests alone still have
 
 
 def on_pages(asked):

@@ -4,10 +4,9 @@
 another gain; ``--time-limit SECONDS`` bounds the time. It needs Python 3.9 or newer and
 nothing else, and all arithmetic is exact.
 
-A file of version 2 is a text with data. Its text must be the one that `KINDS` writes
-for what is asked, to the letter; then the kernel decides whether the text is true, and
-the words that stand beside it are said. A file of version 1 holds what is asked and no
-text, which is written here.
+A file is a text with data. Its text must be the one that `KINDS` writes for what is
+asked, to the letter; then the kernel decides whether the text is true, and the words
+that stand beside it are said.
 
 Exit code: 0 proven, 1 refused, 2 no file or not readable, 3 beyond this checker
 (it says why; ``python -m sosbook verify`` decides), 4 not decided within the time or
@@ -17,7 +16,6 @@ memory that there is, 5 proven, where an author says what his own blocks mean.
 import argparse
 import json
 import os
-import re
 import sys
 from contextlib import contextmanager
 from threading import Lock, Timer
@@ -32,14 +30,14 @@ from .known import Known
 from .others import AnyOrder, Mass, Observer, Own
 from .small_input import SmallInput
 from .special import FixedMode, SingularMass, SumOfPoles, UnreachedResponse
-from .subject import about, digest, subject, wanted_gain, wanted_plant
+from .subject import about, subject, wanted_gain, wanted_plant
 
 SECONDS = 600.0  # unless told otherwise
 AUTHOR = 5  # the exit code of what is proven of an author's blocks
 MOST_VERTICES, DEEPEST = 4096, 200  # pairs of more vertices fill the memory
-FORMAT = "sosbook proof"
+FORMAT, VERSION = "sosbook proof", 2
 
-LOOP, HEAD = "plant U K_A K ", ("format", "version", "kind", "checksum", "claims")
+LOOP = "plant U K_A K "
 PLAIN = {"format", "version", "kind", "about", "asks"}  # keys where no text says it
 KINDS = {  # what writes its text, and what it asks
     "design": (Design, LOOP + "coupling epsilon E0 requirements"),
@@ -130,15 +128,15 @@ def of_part(claims, asked):
 
 
 def written(asked):
-    """What is asked as a file of version 2, the words of it, and its blocks' keys."""
+    """What is asked as a file, the words of it, and its blocks' keys."""
     text, claims = law(asked)
     asks = {k: skeleton(v, (asked, k), text) for k, v in asked.items() if k != "kind"}
     return head(asked) | {"asks": asks} | text.file(), claims, text.keys()
 
 
 def head(asked):
-    """How a file of version 2 begins."""
-    named = {"format": FORMAT, "version": 2, "kind": asked["kind"]}
+    """How a file begins."""
+    named = {"format": FORMAT, "version": VERSION, "kind": asked["kind"]}
     return named | {"about": about(asked)}
 
 
@@ -159,8 +157,6 @@ def skeleton(x, place, text):
 
 def asked_of(file):
     """What a file asks, with its kind; `law` decides whether it may."""
-    if file["version"] == 1:
-        return {k: v for k, v in file.items() if k == "kind" or k not in HEAD}
     if "text" not in file:
         need(file.keys() == PLAIN, "a file without a text has other keys")
         return file["asks"] | {"kind": file["kind"]}
@@ -189,37 +185,13 @@ def check(text):
 
 
 def opened(text):
-    """What the kernel decides of the text of a proof file, as `written` says it."""
+    """What the kernel decides of a file, which must be the one that is `written`."""
     file = contents(text)
     good = isinstance(file, dict) and file.get("format") == FORMAT
     need(good, "no proof file")
     need(type(file.get("version")) is int, "there is no version")
-    if file["version"] not in (1, 2):
-        raise Beyond("this checker reads the versions 1 and 2 of the format")
-    if file["version"] == 2:
-        return matched(file)
-    asked = asked_of(file)
-    good = file.get("checksum") == checksum(file)
-    need(good, "the checksum isn't that of the contents")
-    listed = asked.pop("blocks", None)
-    text, claims = law(asked)
-    if "unknowns" in asked:
-        names = sorted(json.dumps(k) for k in text.labels)
-        good = names == sorted(map(json.dumps, listed)) if names else listed is None
-        need(good, "the blocks aren't those listed")
-    other = "the file claims something else: " + "; ".join(claims)
-    need(file.get("claims") in (claims, earlier(claims)), other)
-    return text.file(), claims, text.keys()
-
-
-def earlier(claims):
-    """The claims as they were said before these named constant or changing plants."""
-    return [re.sub("every constant (or changing )?plant", "every plant", x)
-            for x in claims]  # fmt: skip
-
-
-def matched(file):
-    """A file of version 2, which must be the one that is `written`."""
+    if file["version"] != VERSION:
+        raise Beyond(f"this checker reads the version {VERSION} of the format")
     asked = asked_of(file)
     need(file.get("about") == about(asked), "the digests are of other data")
     again, *said = written(asked)
@@ -242,11 +214,6 @@ def contents(text):
         if not level:
             return value
     raise Refused("its lists are nested too deeply")
-
-
-def checksum(file):
-    """Of what a file of version 1 holds beside it."""
-    return digest({k: v for k, v in file.items() if k != "checksum"})
 
 
 def by_author(asked):
