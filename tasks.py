@@ -231,7 +231,7 @@ PROOFS = """
 import sys
 from formal import collect
 collect.start(sys.argv[1])
-from sosbook import reproduction
+from sosbook.book import reproduction
 from sosbook.book import ledger
 reproduction.rows(), ledger.entries()
 """

@@ -5,11 +5,11 @@ from unittest.mock import patch
 
 import numpy as np
 from joblib.externals.loky import get_reusable_executor
-from sosbook.maps import designs, frontier, sweep
-from sosbook.maps.search import requirements
 
-import sosbook as sos
+from sosbook.book import thesis
 from sosbook.lmi.problem import LMIProblem
+from sosbook.studies.maps import designs, frontier, sweep
+from sosbook.studies.maps.search import requirements
 from sosbook.synthesis.request import Request
 
 from .competitors import Cvxpy
@@ -19,7 +19,7 @@ from .records import record
 
 def grid(rows=25, columns=40):
     """Requests of Example 1, harder downwards (theta) and right (sigma)."""
-    given = sos.thesis.example_1()
+    given = thesis.example_1()
     request = Request(given.plant, **given.requirements)
     asked = requirements(request)
     angles = np.radians(np.linspace(70, 22, rows))
@@ -48,7 +48,7 @@ def keeps(request, answer):
 
 
 def staircase(requests):
-    """Whether each cell is feasible, by `sosbook.maps.frontier`, and its solves."""
+    """Whether each cell is feasible, by `maps.frontier`, and its solves."""
     easy, find = requests[0][0], LMIProblem.find
     places = [[requirements(r) for r in row] for row in requests]
     with patch.object(LMIProblem, "find", autospec=True, side_effect=find) as finds:
@@ -156,7 +156,7 @@ def records(quick=False, seed=0):
     get_reusable_executor().shutdown()
     common |= dict(family="designs", clock="all designs, two cores")
     found = np.array([d.status == "feasible" for d in found])
-    note = "sosbook.maps.designs: each one starts from the last"
+    note = "sosbook.studies.maps.designs: each one starts from the last"
     yield told("sosbook, complete designs", ours, truth == found, note)
     yield told(
         "cvxpy + clarabel, points",

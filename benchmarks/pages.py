@@ -2,7 +2,7 @@
 
 import numpy as np
 
-import sosbook as sos
+from sosbook.book import thesis
 from sosbook.book.elements.explorer import design_explorer
 from tests import browser as chromium
 
@@ -44,7 +44,7 @@ def moves():
         where = f"Chromium {window.version}, {machine()['cpu']}"
         page = window.new_page()
         for k in (1, 2, 3):
-            example = getattr(sos.thesis, f"example_{k}")()
+            example = getattr(thesis, f"example_{k}")()
             plant = example.plant
             page.set_content(f"<!doctype html>{_explorer(example).html}")
             page.wait_for_function("document.querySelector('sos-explorer')?.answer")

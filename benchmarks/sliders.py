@@ -3,9 +3,10 @@
 import time
 
 import numpy as np
-from sosbook.maps.search import requirements
 
 import sosbook as sos
+from sosbook.book import thesis
+from sosbook.studies.maps.search import requirements
 from sosbook.synthesis.request import Request
 
 from .maps import keywords
@@ -20,7 +21,7 @@ def moves(example, count=MOVES):
     Each slider goes from the printed value to a harder and an easier one
     and back, smoothly: value * (1 + 0.2 sin).
     """
-    given = getattr(sos.thesis, f"example_{example}")()
+    given = getattr(thesis, f"example_{example}")()
     request = Request(given.plant, **given.requirements)
     asked = requirements(request)
     ways = {"sosbook, slider move": False, "sosbook, slider move, warm start": True}
@@ -62,7 +63,7 @@ def answers(example, count=15):
 
     Refused is a tenth of the printed gamma.
     """
-    given = getattr(sos.thesis, f"example_{example}")()
+    given = getattr(thesis, f"example_{example}")()
     asked = given.requirements
     impossible = asked | dict(gamma=asked["gamma"] / 10)
     design = sos.design_pid(given.plant, **asked)

@@ -1,6 +1,6 @@
 """Recompute the thesis's tables with numpy alone, from numbers typed again.
 
-The book's data are in `sosbook.thesis`. The numbers below were typed a second
+The book's data are in `sosbook.book.thesis`. The numbers below were typed a second
 time, from the text and without looking there, and a test compares the two.
 Nothing else of the book is used: what holds here holds for anybody with numpy.
 

@@ -6,8 +6,6 @@ Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 
 from importlib import import_module as _import_module
 
-from . import aliases as _aliases
-
 # Nothing is imported before it is asked for (PEP 562). Type checkers read
 # the same names in __init__.pyi.
 _NAMES = {
@@ -71,17 +69,15 @@ _ROOMS = (
     "theorems",
 )
 
-__all__ = sorted({*_HOMES, *_aliases.MODULES, "delay", "sampled"} - {"notebooks"})
+__all__ = sorted({*_HOMES, "delay", "sampled"})
 
 
 def __getattr__(name):
-    """Import what is asked for: a public name, a room, a short name, the version."""
+    """Import what is asked for: a public name, a room, the version."""
     if name in _HOMES:
         value = _import_module(f"{__name__}.runtime.later").later(_HOMES[name], name)
     elif name in _ROOMS:
         value = _import_module(f"{__name__}.runtime.later").later(name)
-    elif name in _aliases.MODULES:
-        value = _import_module(f"{__name__}.{name}")
     elif name == "__version__":
         value = _import_module("importlib.metadata").version(__name__)
     else:
@@ -92,6 +88,3 @@ def __getattr__(name):
 
 def __dir__():
     return sorted({*globals(), *__all__, "__version__"})
-
-
-_aliases.install()

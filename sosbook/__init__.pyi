@@ -1,10 +1,7 @@
 # For type checkers: the names that sosbook/__init__.py finds when asked.
 
 from . import delay, sampled
-from . import pendulum as mip
 from .analysis.nonlinear import simulate_nonlinear
-from .book import counterexamples, plots, reproduction, tables, thesis, widgets
-from .book import elements as atlas
 from .controllers.sampled_design import SampledDesign, design_sampled
 from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .laws import DynamicLaw, FullState, PIDLaw
@@ -21,8 +18,6 @@ from .requirements.hinf import HInfinity
 from .requirements.input_bound import Saturation
 from .requirements.pole_region import LMIRegion, PoleRegion, Region
 from .sampled import SampledLQR, certify_sampled, design_sampled_lqr, furthest_sampled
-from .studies import maps
-from .studies import polytopes as couplings
 from .synthesis.design import Design
 from .synthesis.error_loop import observer_loop
 from .synthesis.integrators import IntegratorChoice, admissible_U
@@ -77,10 +72,7 @@ __all__ = [
     "analyse_delay",
     "analyse_loop",
     "analyse_pid",
-    "atlas",
     "certify_sampled",
-    "counterexamples",
-    "couplings",
     "delay",
     "design_delay_pid",
     "design_lqr",
@@ -90,15 +82,8 @@ __all__ = [
     "design_sampled_lqr",
     "furthest_sampled",
     "infinite_modes",
-    "maps",
-    "mip",
     "observer_loop",
-    "plots",
     "regularize",
-    "reproduction",
     "sampled",
     "simulate_nonlinear",
-    "tables",
-    "thesis",
-    "widgets",
 ]

@@ -120,7 +120,7 @@ def gcc():
 @pytest.fixture(scope="session")
 def rows():
     """The rows of the reproduction."""
-    from sosbook import reproduction
+    from sosbook.book import reproduction
 
     return reproduction.rows()
 
@@ -128,7 +128,7 @@ def rows():
 @pytest.fixture(scope="session")
 def errata():
     """The corrections of the thesis."""
-    from sosbook import reproduction
+    from sosbook.book import reproduction
 
     return reproduction.errata()
 
@@ -260,9 +260,9 @@ def tab(visit, sheet):
 @pytest.fixture(scope="module")
 def robot():
     """The printed Example 1."""
-    import sosbook as sos
+    from sosbook.book import thesis
 
-    return sos.thesis.example_1()
+    return thesis.example_1()
 
 
 @pytest.fixture

@@ -12,8 +12,8 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
-from sosbook.mip.log import Log
 
+from sosbook.pendulum.log import Log
 from sosbook.pendulum.recording import AMPLITUDE_SHARES, SWEEP_SECONDS, sweeps
 from tests.six_robots import ALL as STIFF
 from tests.six_robots import G, Machine, by_its_sheet

@@ -12,7 +12,8 @@ from functools import cached_property
 from math import cos, sin, tanh
 
 import numpy as np
-from sosbook.mip import Mip, Robot
+
+from sosbook.pendulum import Mip, Robot
 
 G = 9.81
 

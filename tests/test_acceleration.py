@@ -7,13 +7,14 @@ import pytest
 
 import sosbook as sos
 from sosbook.analysis.linear import peak_input
+from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.request import Request
 
 
 @pytest.fixture(scope="module")
 def chain():
-    return sos.thesis.example_3()
+    return thesis.example_3()
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def test_the_bound_is_tight_enough_to_refuse(chain):
 
 
 def test_without_K_A_nothing_changes():
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     asked = robot.requirements
     plain = sos.design_pid(robot.plant, **asked)
     asked["saturation"] = replace(asked["saturation"], acceleration=True)
@@ -60,7 +61,7 @@ def test_without_K_A_nothing_changes():
 
 
 def test_uncertain_mass_is_refused():
-    seat = sos.thesis.example_2()
+    seat = thesis.example_2()
     asked = seat.requirements
     asked["saturation"] = replace(asked["saturation"], acceleration=True)
     with pytest.raises(ValueError, match="same M - B K_A"):

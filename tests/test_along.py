@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import couplings
+from sosbook.studies import polytopes
 
 LEVERS = (np.array([1, 0.7]), np.array([-0.3, 1]))
 
@@ -33,7 +33,7 @@ def test_levers_are_masses_of_one_column_each():
         )
         assert np.allclose(plants.at(**given).M, M, rtol=1e-15)
     assert plants.multi_affine and len(plants.vertices) == 4
-    assert couplings.vertices_suffice(plants)
+    assert polytopes.vertices_suffice(plants)
     design = sos.design_pid(plants, region=sos.PoleRegion(sigma=0.1))
     assert design.status == "feasible" and design.certify().proven
     assert len(design.request.pairs) == 4

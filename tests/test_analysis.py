@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 import sosbook as sos
 from sosbook.analysis.linear import hinf_norm, peak_gain, peak_input
 from sosbook.analysis.precise import ExactLoop
+from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
 from tests.random_plants import ODD
@@ -154,7 +155,7 @@ def test_peak_of_several_inputs_in_other_units(seed):
 
 
 def test_one_answer_for_each_vertex():
-    seat = sos.thesis.example_2()
+    seat = thesis.example_2()
     plants, asked = seat.plant, seat.requirements
     d = sos.design_pid(plants, **asked)
     assert d.poles().shape == (2, 6)
@@ -166,7 +167,7 @@ def test_one_answer_for_each_vertex():
 
 
 def test_feedback_closes_the_open_loop():
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     design = sos.analyse_pid(robot.plant, robot.K, robot.U)
     loop = control.feedback(
         design.open_loop()[:, :2], control.ss([], [], [], robot.K), sign=1
@@ -177,7 +178,7 @@ def test_feedback_closes_the_open_loop():
 
 
 def test_samples_join_the_vertices_of_a_polytope():
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     heavy = sos.SecondOrderSystem(
         1.2 * robot.plant.M, robot.plant.D, robot.plant.S, robot.plant.B, robot.plant.F
     )
@@ -192,7 +193,7 @@ def test_samples_join_the_vertices_of_a_polytope():
 
 
 def test_a_single_plant_has_nothing_to_sample():
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     design = sos.analyse_pid(robot.plant, robot.K, robot.U)
     with pytest.raises(ValueError, match="samples asks for plants between several"):
         design.poles(samples=3)

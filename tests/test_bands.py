@@ -2,18 +2,19 @@
 
 import numpy as np
 import pytest
-from sosbook.plots import envelope, pole_cloud, track_poles
 
 import sosbook as sos
 from sosbook.analysis.linear import poles
+from sosbook.book import thesis
+from sosbook.book.plots import envelope, pole_cloud, track_poles
 from sosbook.plants.descriptor import descriptors
 
 
 @pytest.fixture(scope="module")
 def seats():
-    ex = sos.thesis.example_2()
+    ex = thesis.example_2()
     masses = np.arange(70, 121, 5)
-    plants = sos.Polytope([sos.thesis.car_seat(m) for m in masses])
+    plants = sos.Polytope([thesis.car_seat(m) for m in masses])
     loops = descriptors(plants, ex.U)
     return masses, np.array([poles(d, ex.K) for d in loops]), ex.region
 

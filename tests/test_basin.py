@@ -7,13 +7,14 @@ import pytest
 import sosbook as sos
 from sosbook.analysis.linear import loop_matrix
 from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
+from sosbook.book import thesis
 from sosbook.book.reproduction.region_of_attraction import region_of_attraction
 from sosbook.exact.definite import exact, pivots
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis.scaling import Frame, in_unknowns_of
 from tests.random_plants import Units
 
-EX = sos.thesis.example_4()
+EX = thesis.example_4()
 RELEASE = np.array([1.0, 1, 0, 0, 0])
 ASKED = dict(row=[1, 0, 0, 0, 0], bound=np.pi / 2, start=RELEASE)
 
@@ -57,9 +58,7 @@ def test_motions_from_the_boundary_stay_and_decay():
     starts = found.boundary(20)
     assert np.allclose(found.level(starts.T), 1)
     for x0 in starts:
-        motion = simulate_nonlinear(
-            sos.thesis.arm(0.0), arm_gravity, EX.K, t, EX.U, x0=x0
-        )
+        motion = simulate_nonlinear(thesis.arm(0.0), arm_gravity, EX.K, t, EX.U, x0=x0)
         assert np.abs(motion.z[0]).max() < np.pi / 2
         V = found.level(motion.x)
         assert (V <= np.exp(-2 * sigma * t) + 1e-6).all()

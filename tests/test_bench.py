@@ -14,6 +14,7 @@ import scipy.io
 import scipy.sparse
 
 import sosbook as sos
+from sosbook.book import elements
 from sosbook.book.elements.answers import asked_of
 from sosbook.proofs.command import main, read_plant_file
 from sosbook.synthesis.certificates import DesignRefusal
@@ -39,7 +40,7 @@ MASS = {"M": "2", "D": "1", "S": "3", "B": "1", "F": "", "U": ""}
 
 @pytest.fixture
 def sheet(tmp_path):
-    return write_page(tmp_path / "plant.html", sos.atlas.bench().html)
+    return write_page(tmp_path / "plant.html", elements.bench().html)
 
 
 @pytest.fixture

@@ -20,11 +20,12 @@ from benchmarks.records import FIELDS
 from benchmarks.robustness import SYSTEMS, asked_in_units
 from benchmarks.truth import broken, poles
 from benchmarks.verify_plants import FAMILIES as KNOWN
+from sosbook.book import thesis
 from sosbook.book.plots import profiles
 
 HOME = Path(run.__file__).parent
 PROFILE, WAITING = HOME / "profile.json", HOME / "waiting.json"
-EXAMPLE = sos.thesis.example_1()
+EXAMPLE = thesis.example_1()
 ROBOT = EXAMPLE.plant, {k: v for k, v in EXAMPLE.requirements.items() if v is not None}
 
 
@@ -82,7 +83,7 @@ def test_gains_of_all_coordinates_are_the_plants(framed):
 
 
 def test_the_lqr_is_judged_by_the_riccati_equation():
-    p = sos.thesis.mip()  # (4.25), vertex 1; print has D and S on the right-hand side
+    p = thesis.mip()  # (4.25), vertex 1; print has D and S on the right-hand side
     plant = sos.SecondOrderSystem(p.M[0], -p.D[0], -p.S[0], p.B[0], p.F)
     question = Lqr(plant, {})
     K = question.design()["K"]

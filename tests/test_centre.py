@@ -7,6 +7,7 @@ import pytest
 import sosbook as sos
 from benchmarks.catalogue import case
 from benchmarks.robustness import SYSTEMS, in_units
+from sosbook.book import thesis
 from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
@@ -125,7 +126,7 @@ def test_a_ray_that_leaves_the_set_is_not_believed():
 
 def test_example_1_is_the_centre_that_cvxpy_finds():
     """The sum of log det where P is the identity: in SI units Clarabel stops early."""
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     d = sos.design_pid(ex.plant, **ex.requirements)
     P = cvxpy.Variable((6, 6), symmetric=True)
     Y = cvxpy.Variable((2, 6))

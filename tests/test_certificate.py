@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sosbook as sos
-from sosbook import counterexamples
+from sosbook.book import counterexamples, thesis
 from sosbook.exact import definite as certificate
 from sosbook.exact.definite import (
     Rational,
@@ -27,7 +27,7 @@ from sosbook.lmi import Unknown, eye
 
 @pytest.fixture(scope="module")
 def robot():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     return ex, sos.design_pid(ex.plant, **ex.requirements)
 
 
@@ -98,7 +98,7 @@ def test_vertices_prove_nothing_between_them():
 
 def test_vertices_that_suffice_prove_what_lies_between_them():
     """The mass of the seat's rider stands in one row."""
-    seat = sos.thesis.example_2()
+    seat = thesis.example_2()
     for coupling in ("vertices", "pairs"):
         design = sos.design_pid(seat.plant, coupling=coupling, **seat.requirements)
         proof = design.certify()

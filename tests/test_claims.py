@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sosbook import reproduction, thesis
+from sosbook.book import reproduction, thesis
 from sosbook.book.reproduction.files import files
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.pole_region import PoleRegion

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import counterexamples, theorems
+from sosbook import theorems
+from sosbook.book import counterexamples
 from sosbook.exact.definite import exact, pivots
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import Descriptor

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from sosbook.reproduction import vertices
 
 import sosbook as sos
-from sosbook import counterexamples, couplings
 from sosbook.analysis.linear import poles
+from sosbook.book import counterexamples, thesis
+from sosbook.book.reproduction import vertices
 from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
 from sosbook.plants.descriptor import descriptors
+from sosbook.studies import polytopes
 
 
 def single(mass, stiffness=1.0):
@@ -27,8 +28,8 @@ def test_pairs_and_slack_do_not_contain_each_other():
 
 @pytest.mark.parametrize("example", [2, 4])
 def test_vertices_suffice_for_the_examples_of_the_thesis(example):
-    ex = getattr(sos.thesis, f"example_{example}")()
-    assert couplings.hull_gap(ex.plant, ex.U) < 1e-9
+    ex = getattr(thesis, f"example_{example}")()
+    assert polytopes.hull_gap(ex.plant, ex.U) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -43,7 +44,7 @@ def test_vertices_suffice_for_the_examples_of_the_thesis(example):
     ],
 )
 def test_hull_gap(plants, suffices):
-    assert (couplings.hull_gap(plants) < 1e-9) == suffices
+    assert (polytopes.hull_gap(plants) < 1e-9) == suffices
 
 
 def test_hull_gap_sees_a_disturbance_that_leaves_the_hull():
@@ -54,23 +55,23 @@ def test_hull_gap_sees_a_disturbance_that_leaves_the_hull():
 
     same, other = np.ones((2, 1)), np.array([[5.0], [-3.0]])
     fixed = [plant([1, 2], same), plant([1, 2], other)]
-    assert couplings.hull_gap(sos.Polytope(fixed)) < 1e-9
+    assert polytopes.hull_gap(sos.Polytope(fixed)) < 1e-9
     moving = [plant([1, 2], same), plant([3, 2], same)]
-    assert couplings.hull_gap(sos.Polytope(moving)) < 1e-9
+    assert polytopes.hull_gap(sos.Polytope(moving)) < 1e-9
     twisted = [plant([1, 2], same), plant([3, 1], other)]
-    assert couplings.hull_gap(sos.Polytope(twisted)) > 1e-3
+    assert polytopes.hull_gap(sos.Polytope(twisted)) > 1e-3
 
 
 @pytest.mark.parametrize(
     "count, blocks", [(1, (1, 1, 1)), (2, (2, 3, 2)), (8, (8, 36, 8))]
 )
 def test_block_count_is_what_the_request_makes(count, blocks):
-    found = [couplings.block_count(count, x) for x in couplings.COUPLINGS]
+    found = [polytopes.block_count(count, x) for x in polytopes.COUPLINGS]
     assert tuple(found) == blocks
     masses = [np.diag([1.0 + k, 1.0 + k**2]) for k in range(count)]
     one = np.eye(2)
     plants = sos.Polytope([sos.SecondOrderSystem(M, one, one, one) for M in masses])
-    for name, number in zip(couplings.COUPLINGS, blocks):
+    for name, number in zip(polytopes.COUPLINGS, blocks):
         design = sos.design_pid(
             plants, coupling=name, slack=(0.1 if name == "slack" else None)
         )
@@ -80,24 +81,24 @@ def test_block_count_is_what_the_request_makes(count, blocks):
 
 def test_widen():
     plants = counterexamples.actuated()
-    same = couplings.scale_polytope(plants, 1)
+    same = polytopes.scale_polytope(plants, 1)
     for v, w in zip(plants.vertices, same.vertices):
         for x in "MDSBF":
             assert np.allclose(getattr(v, x), getattr(w, x))
-    none = couplings.scale_polytope(plants, 0)
+    none = polytopes.scale_polytope(plants, 0)
     assert np.allclose(none.vertices[0].S, none.vertices[1].S)
-    half = couplings.scale_polytope(plants, 0.5)
+    half = polytopes.scale_polytope(plants, 0.5)
     assert np.allclose(half.mean.D, plants.mean.D)
     assert np.allclose(half.vertices[0].M, np.diag([1.4, 0.6]))
 
 
 def test_inside_walks_all_edges():
     box = counterexamples.random_chain(1)
-    plants = couplings.sample_plants(box, 5)
+    plants = polytopes.sample_plants(box, 5)
     assert len(plants) == 6 * 5 + 5
-    pair = couplings.sample_plants(counterexamples.actuated(), 3)
+    pair = polytopes.sample_plants(counterexamples.actuated(), 3)
     assert [p.M[0, 0] for p in pair] == pytest.approx([1.8, 1.0, 0.2])
-    assert couplings.sample_plants(sos.Polytope([single(2)])) != []
+    assert polytopes.sample_plants(sos.Polytope([single(2)])) != []
 
 
 def test_promises_are_those_of_the_worst_plant():
@@ -106,12 +107,12 @@ def test_promises_are_those_of_the_worst_plant():
     design = sos.design_pid(
         chain, gamma=1.5, saturation=limit, region=sos.PoleRegion(sigma=0.3)
     )
-    kept = couplings.verify_on_samples(design, 5)
+    kept = polytopes.verify_on_samples(design, 5)
     assert set(kept) == {"poles", "gamma", "u_max"}
     assert all(value > 0 for value in kept.values())
     worst = [
         (d, poles(d, design.K).real.max())
-        for v in couplings.sample_plants(chain, 5)
+        for v in polytopes.sample_plants(chain, 5)
         for d in descriptors(v)
     ]
     assert kept["poles"] == pytest.approx(-0.3 - max(rate for _, rate in worst))
@@ -123,14 +124,14 @@ def test_promises_want_a_gain():
     asked = dict(region=sos.PoleRegion(rho=10), coupling="pairs")
     refused = sos.design_pid(counterexamples.actuated(), **asked)
     with pytest.raises(ValueError, match="nothing to keep"):
-        couplings.verify_on_samples(refused)
+        polytopes.verify_on_samples(refused)
 
 
 def test_survey_counts_what_pairs_and_slack_never_do():
     plants = [
-        couplings.scale_polytope(counterexamples.random_pair(k, 9), 1) for k in (6, 9)
+        polytopes.scale_polytope(counterexamples.random_pair(k, 9), 1) for k in (6, 9)
     ]
-    found = couplings.verify_many(
+    found = polytopes.verify_many(
         plants, region=sos.PoleRegion(theta=np.pi / 6, rho=6), slack=0.1
     )
     assert (found["vertices"] < 0).all()
@@ -140,9 +141,9 @@ def test_survey_counts_what_pairs_and_slack_never_do():
 
 def test_unknown_names_are_refused():
     with pytest.raises(ValueError, match="coupling must be one of"):
-        couplings.block_count(2, "edges")
+        polytopes.block_count(2, "edges")
     with pytest.raises(ValueError, match="factor"):
-        couplings.scale_polytope(counterexamples.actuated(), np.nan)
+        polytopes.scale_polytope(counterexamples.actuated(), np.nan)
 
 
 def test_rows_on_the_vertices():
@@ -154,10 +155,10 @@ def test_what_is_no_polytope_or_no_name_is_named():
     one = sos.SecondOrderSystem(1, 1, 1, 1, 1)
     pair = sos.Polytope([one, sos.SecondOrderSystem(2, 1, 1, 1, 1)])
     for ask in (
-        lambda x: couplings.scale_polytope(x, 0.5),
-        couplings.sample_plants,
-        couplings.hull_gap,
-        lambda x: couplings.verify_many([x]),
+        lambda x: polytopes.scale_polytope(x, 0.5),
+        polytopes.sample_plants,
+        polytopes.hull_gap,
+        lambda x: polytopes.verify_many([x]),
     ):
         for wrong in (one, None, [one], 1.0, np.eye(2)):
             with pytest.raises(ValueError, match="plants must be a Polytope, got"):
@@ -165,21 +166,21 @@ def test_what_is_no_polytope_or_no_name_is_named():
     design = sos.design_pid(pair)
     for wrong in (None, pair, 1.0):
         with pytest.raises(ValueError, match="design must be a Design"):
-            couplings.verify_on_samples(wrong)
+            polytopes.verify_on_samples(wrong)
     with pytest.raises(ValueError, match="plants must be a Polytope"):
-        couplings.verify_on_samples(sos.design_pid(one))
+        polytopes.verify_on_samples(sos.design_pid(one))
     for wrong in (None, 1, 0, -1, 2.5, "3", 1j):
-        for ask in (couplings.sample_plants, couplings.hull_gap):
+        for ask in (polytopes.sample_plants, polytopes.hull_gap):
             with pytest.raises(ValueError, match="count must be 2, 3"):
                 ask(pair, count=wrong)
         with pytest.raises(ValueError, match="count must be 2, 3"):
-            couplings.verify_on_samples(design, count=wrong)
+            polytopes.verify_on_samples(design, count=wrong)
     for wrong in (None, 0, 2.5, "4"):
         with pytest.raises(ValueError, match="vertices must be 1, 2"):
-            couplings.block_count(wrong, "pairs")
+            polytopes.block_count(wrong, "pairs")
     for wrong in (None, 3, "pairs", ["edges"], [["pairs"]], [np.array([1, 2])]):
         with pytest.raises(ValueError, match="coupling"):
-            couplings.compare(pair, wrong)
+            polytopes.compare(pair, wrong)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -190,14 +191,14 @@ def test_a_polytope_of_first_order_is_one_too(seed):
     system = sos.DescriptorSystem(
         *([getattr(d, x) for d in parts] for x in ("E", "A", "Bu", "Bw")), C=parts[0].C
     )
-    assert couplings.vertices_suffice(system) == couplings.vertices_suffice(plants)
-    assert couplings.hull_gap(system) == pytest.approx(
-        couplings.hull_gap(plants), abs=1e-9
+    assert polytopes.vertices_suffice(system) == polytopes.vertices_suffice(plants)
+    assert polytopes.hull_gap(system) == pytest.approx(
+        polytopes.hull_gap(plants), abs=1e-9
     )
-    kept = couplings.verify_many([system], region=sos.PoleRegion(rho=20))
+    kept = polytopes.verify_many([system], region=sos.PoleRegion(rho=20))
     assert kept["pairs"] > 0 and kept["slack"] > 0
     with pytest.raises(ValueError, match="plants must be a Polytope, got Descriptor"):
-        couplings.scale_polytope(system, 0.5)
+        polytopes.scale_polytope(system, 0.5)
 
 
 def test_bounds_of_gamma_name_what_is_missing():

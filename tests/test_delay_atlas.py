@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.book.elements.delay import DELAY_KINDS, delay_atlas
 from sosbook.book.elements.records import delay_record
 from sosbook.delay import (
@@ -22,7 +23,7 @@ from sosbook.delay import (
 )
 from tests.elements import assert_buttons, first, green, held, say, two_of, write_page
 
-EXAMPLE = sos.thesis.delay_example_2()
+EXAMPLE = thesis.delay_example_2()
 GRID = dict(taus=[0.2, 0.4], ratios=[0, 0.5], deltas=[0.1, 0.2])
 START = dict(tau=0.4, ratio=0.5, delta=0.1)
 #: The delay of each kind that the page computes, from tau and its interval.

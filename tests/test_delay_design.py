@@ -8,6 +8,7 @@ import pytest
 
 import sosbook as sos
 from sosbook import delay
+from sosbook.book import thesis
 from sosbook.delay import (
     DelayedLoop,
     DelayRequest,
@@ -22,7 +23,7 @@ from sosbook.delay import (
 from sosbook.plants.descriptor import descriptors
 from sosbook.theorems import Functional, delay_stabilization
 
-RAM = sos.thesis.delay_example_2()
+RAM = thesis.delay_example_2()
 BENCHMARK = DelayedLoop([[-2, 0], [0, -0.9]], [[-1, 0], [-1, -1]])
 HEAVIER = sos.SecondOrderSystem(
     1.2 * RAM.plant.M, RAM.plant.D, 1.1 * RAM.plant.S, RAM.plant.B
@@ -90,8 +91,8 @@ def test_the_printed_gain_of_example_2_is_proven():
 def test_the_printed_theorem_designs_unstable_loops(name):
     """printed=True: the LMIs hold, exactly, and the loop diverges."""
     example = {
-        "wing, printed": sos.thesis.delay_example_1(False),
-        "wing, published": sos.thesis.delay_example_1(True),
+        "wing, printed": thesis.delay_example_1(False),
+        "wing, published": thesis.delay_example_1(True),
         "ram": RAM,
     }[name]
     d = design_delay_pid(example.plant, **example.requirements, printed=True)

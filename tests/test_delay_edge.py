@@ -10,6 +10,7 @@ import pytest
 from flint import acb, acb_mat
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.delay import DelayedLoop, DelayRequest, analyse_delay, largest, solve_delay
 from sosbook.delay.modes import slow_modes
 from sosbook.exact.checker import verdict
@@ -19,8 +20,8 @@ from sosbook.solver.blocks import Blocks
 from sosbook.solver.deepest import deepest
 from tests.cases import campaign
 
-PUBLISHED = sos.thesis.delay_example_1(published=True)
-PRINTED = sos.thesis.delay_example_1()
+PUBLISHED = thesis.delay_example_1(published=True)
+PRINTED = thesis.delay_example_1()
 SCALAR = DelayedLoop([[0]], [[-1]])
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import sosbook as sos
+from sosbook.book import thesis
 from sosbook.delay import (
     ConstantDelay,
     DelayedLoop,
@@ -19,7 +19,7 @@ from sosbook.theorems import Times, interval_decay, interval_kernel
 from tests.test_delay_theorems import Motion, integral
 
 SCALAR = DelayedLoop([[0]], [[-1]])
-MASSES = sos.thesis.delay_example_2()
+MASSES = thesis.delay_example_2()
 
 
 def jensen(A, Ad, h1, h2, values):

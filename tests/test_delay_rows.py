@@ -10,6 +10,7 @@ from scipy.optimize import newton
 
 import sosbook as sos
 from sosbook import delay
+from sosbook.book import thesis
 from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.theorems import Functional, Times, delay_stabilization
 from tests.test_delay_theorems import NAMES, random_functional
@@ -105,14 +106,14 @@ def test_why_there_are_no_gains(here):
     assert found.ours == ("infeasible (printed data); infeasible (published data)")
     assert "infeasibility is proven on both data sets" in found.why
     for published in (False, True):
-        poles = sos.thesis.delay_example_1(published).plant.poles()
+        poles = thesis.delay_example_1(published).plant.poles()
         slowest = max(poles, key=lambda s: s.real)
         assert f"the modes {slowest.real:.4g}" in found.why
 
 
 def test_a_certificate_contains_one_of_the_flutter_mode():
     """The proposition of chapter 21, on a design for the wing."""
-    ex = sos.thesis.delay_example_1(published=True)
+    ex = thesis.delay_example_1(published=True)
     found = sos.design_delay_pid(ex.plant, ex.U, tau=0.2, mu=0.1, delta=0.05, alpha=0.6)
     frame = found.request.frame
     (d,) = descriptors(ex.plant, ex.U)

@@ -12,6 +12,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.delay.profiles import (
     ConstantDelay,
     RandomDelay,
@@ -28,7 +29,7 @@ PLANT = sos.SecondOrderSystem(
     np.eye(2), [[1, -1], [-1, 1]], [[3, -2], [-2, 3]], [[1], [0]], [[0.5], [1]]
 )
 (LOOP,) = descriptors(PLANT, [[1, 0]])
-K = sos.thesis.delay_example_2().K
+K = thesis.delay_example_2().K
 R = np.array([1.0, 0.0])
 X0 = np.array([0.3, -0.2, 0.5, 0.1, 0.05])
 # M = I: x' = A x + B u(t - d) + C, written out
@@ -155,7 +156,7 @@ def test_without_delay_it_is_the_exact_simulation(start):
 
 
 def test_two_inputs_without_delay():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     d = descriptors(ex.plant, ex.U)[0]
     t, r = np.linspace(0, 3, 31), [1.0, -0.5]
     exact = simulate(d, ex.K, t, r)
@@ -244,7 +245,7 @@ def test_jumping_delays_against_an_ode_solver(delay):
 
 def test_steps_chosen_for_a_faster_plant():
     """The thesis's wing: without a step the answer has eight digits."""
-    wing = sos.thesis.delay_example_1()
+    wing = thesis.delay_example_1()
     (d,) = descriptors(wing.plant, wing.U)
     for delay in (
         ConstantDelay(0.2),

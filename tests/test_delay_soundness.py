@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import counterexamples, thesis
 from sosbook.delay import (
     ConstantDelay,
     DelayedLoop,
@@ -34,7 +35,7 @@ from tests.cases import random_plant
 from tests.test_delay_theorems import NAMES, functional
 
 SEEDS = (0, 1, 2, 3, 5, 6, 9, 11)
-RAM = sos.thesis.delay_example_2()
+RAM = thesis.delay_example_2()
 
 
 def loops(design):
@@ -236,7 +237,7 @@ def test_v_of_an_analysis_grows_on_no_motion(changes):
 
 @pytest.mark.parametrize("name", ["transpose", "alpha"])
 def test_v_of_a_misprinted_proof_grows(name):
-    d = solve_delay(sos.counterexamples.misprint(name))
+    d = solve_delay(counterexamples.misprint(name))
     assert d.certify().proven
     delay = ConstantDelay(d.request.tau + d.request.mu)
     response = motion(d, delay, 0, length=40)
@@ -246,7 +247,7 @@ def test_v_of_a_misprinted_proof_grows(name):
 def test_the_misprinted_sign_leaves_v_without_a_bound():
     """Nothing makes Z positive then: V falls, and goes to -infinity."""
     for d in (
-        solve_delay(sos.counterexamples.misprint("sign")),
+        solve_delay(counterexamples.misprint("sign")),
         design_delay_pid(RAM.plant, **RAM.requirements, printed=True),
     ):
         assert d.certify().proven

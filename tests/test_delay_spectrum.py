@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import lambertw
 
-import sosbook as sos
+from sosbook.book import thesis
 from sosbook.delay import (
     characteristic_roots,
     delay_margin,
@@ -18,8 +18,8 @@ from sosbook.delay import (
 )
 from sosbook.plants.descriptor import descriptors
 
-EXAMPLE_1, EXAMPLE_2 = sos.thesis.delay_example_1(), sos.thesis.delay_example_2()
-PRINTED, PUBLISHED = (sos.thesis.delay_example_1(p).plant for p in (False, True))
+EXAMPLE_1, EXAMPLE_2 = thesis.delay_example_1(), thesis.delay_example_2()
+PRINTED, PUBLISHED = (thesis.delay_example_1(p).plant for p in (False, True))
 RAM, K_WING, K_RAM = EXAMPLE_2.plant, EXAMPLE_1.K, EXAMPLE_2.K
 
 

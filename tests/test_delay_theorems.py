@@ -8,6 +8,7 @@ from flint import fmpq, fmpq_mpoly_ctx
 from numpy.polynomial import Legendre, Polynomial
 
 import sosbook as sos
+from sosbook.book import counterexamples
 from sosbook.delay import (
     DelayedLoop,
     analyse_delay,
@@ -449,7 +450,7 @@ def test_the_printed_theorem_accepts_an_unstable_loop_by_hand():
         return exact(np.array([[float(x)]]))
 
     v = Functional(*map(number, (1, 0, 2, 1, 0, 1, -100)))
-    request = sos.counterexamples.misprint("sign")
+    request = counterexamples.misprint("sign")
     assert (request.tau, request.mu, request.delta) == (1, 0.5, 0.1)
     t = request.times(exact)
     loop = number(1), number(1), number(-0.1), v, number(-5), number(0), t
@@ -467,7 +468,7 @@ def test_the_printed_theorem_accepts_an_unstable_loop_by_hand():
 @pytest.mark.parametrize("name", MISPRINTS)
 def test_one_misprint_alone_accepts_an_unstable_loop(name):
     """Exactly proven LMIs, a root on the right; corrected: refused."""
-    request = sos.counterexamples.misprint(name)
+    request = counterexamples.misprint(name)
     assert request.misprints == (name,)
     wrong = solve_delay(request)
     assert wrong.status == "feasible"
@@ -487,7 +488,7 @@ def test_one_misprint_alone_accepts_an_unstable_loop(name):
 
 
 def test_printed_reads_all_misprints_through_the_public_functions():
-    wrong = sos.counterexamples.misprint("sign")
+    wrong = counterexamples.misprint("sign")
     d = analyse_delay(wrong.plant, tau=1, mu=0.5, delta=0.1, printed=True)
     assert d.request.misprints == MISPRINTS
     assert d.status == "feasible"

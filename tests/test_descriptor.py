@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import counterexamples
+from sosbook.book import counterexamples, thesis
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import coupled_pairs, descriptors
 from tests.cases import norm_on_a_grid, random_plant
@@ -41,7 +41,7 @@ def test_state_space_is_the_transfer_function_of_2_1():
 
 def test_the_sign_of_the_integrator():
     """With the minus that (2.7) prints, the printed gains are unstable."""
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     K = ex.K.copy()
     assert sos.analyse_pid(ex.plant, K, ex.U).poles().real.max() < -0.9
     K[:, 4:] *= -1
@@ -52,14 +52,14 @@ def test_pairs():
     vertices = descriptors(counterexamples.actuated())
     assert coupled_pairs(vertices, "vertices") == [(0, 0), (1, 1)]
     assert coupled_pairs(vertices, "pairs") == [(0, 0), (1, 1), (0, 1)]
-    seat = descriptors(sos.thesis.example_2().plant)  # one uncertain mass
+    seat = descriptors(thesis.example_2().plant)  # one uncertain mass
     assert coupled_pairs(seat, "pairs") == [(0, 0), (1, 1)]
     assert coupled_pairs(seat, "pairs", quotient=False) == [(0, 0), (1, 1), (0, 1)]
 
 
 def test_pairs_with_one_mass_are_the_mean_of_their_vertices():
     """Where E is certain no pair is needed."""
-    v = sos.thesis.car_seat(100)
+    v = thesis.car_seat(100)
     stiff = sos.SecondOrderSystem(v.M, 2 * v.D, 3 * v.S, 0.5 * v.B, v.F)
     both = descriptors(sos.Polytope([v, stiff]))
     assert coupled_pairs(both, "pairs") == [(0, 0), (1, 1)]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.solver.blocks import Blocks
 from tests.cases import GRADIENTS, random_request
 
@@ -12,7 +13,7 @@ ONE = [[1.0]]
 
 @pytest.fixture(scope="module")
 def example():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     return ex.plant, ex.requirements
 
 
@@ -92,7 +93,7 @@ def test_what_a_design_without_the_data_cannot_say():
 
 def test_asking_for_less_is_never_harder():
     """A design of bad condition is found in coordinates of its own."""
-    ex = sos.thesis.example_3()
+    ex = thesis.example_3()
     fast = sos.PoleRegion(8.6, ex.region.theta, 20)
     asked = dict(U=ex.U, K_A=ex.K_A)
     d = sos.design_pid(ex.plant, region=fast, **asked)
@@ -105,7 +106,7 @@ def test_asking_for_less_is_never_harder():
 @pytest.mark.slow
 def test_an_idle_direction_does_not_hide_the_smallest_gamma():
     """Without sigma a part of P may grow without bound."""
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     d = sos.design_pid(
         robot.plant, robot.U, region=sos.PoleRegion(rho=5), minimize="gamma"
     )
@@ -118,7 +119,7 @@ def test_an_idle_direction_does_not_hide_the_smallest_gamma():
 
 def test_a_size_of_its_own_is_no_trouble_for_conjugate_gradients(monkeypatch):
     """gamma and u_max make a block of one scalar, which has no P and no Y."""
-    example = sos.thesis.example_1()
+    example = thesis.example_1()
     asked = example.requirements | {"mu": None}
     dense = sos.design_pid(example.plant, **asked)
     monkeypatch.setattr(Blocks, "settings", GRADIENTS)

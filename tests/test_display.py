@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.display.card import card
 from sosbook.display.escape import json_text, page_text
 from sosbook.display.pole_map import pole_map
@@ -28,7 +29,7 @@ HOSTILE = [
     "",
     " ",
 ]
-ROBOT = sos.thesis.example_1()
+ROBOT = thesis.example_1()
 
 
 class Reader(html.parser.HTMLParser):

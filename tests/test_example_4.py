@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from sosbook.reproduction import example_4
 
 import sosbook as sos
+from sosbook.book import thesis
+from sosbook.book.reproduction import example_4
 
-EX = sos.thesis.example_4()
+EX = thesis.example_4()
 ROWS = {row.item: row for row in example_4.rows()}
 TRACKED = "the reference is tracked as expected, far from rest"
 M = np.diag([0.05, 0.1])
@@ -60,7 +61,7 @@ def test_the_mean_of_the_cosine():
 )
 def test_one_p_serves_a_moving_factor(low, sigma):
     """The claims of the chapter, from the returned P with numpy."""
-    arms = sos.Polytope([sos.thesis.arm(1.0), sos.thesis.arm(low)])
+    arms = sos.Polytope([thesis.arm(1.0), thesis.arm(low)])
     region = sos.PoleRegion(sigma=sigma)
     found = sos.analyse_pid(arms, EX.K, EX.U, region=region, coupling="pairs")
     assert found.certify(8).proven

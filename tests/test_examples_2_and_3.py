@@ -5,23 +5,24 @@ import pytest
 
 import sosbook as sos
 from sosbook.analysis.linear import poles
+from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from sosbook.plants.response import simulate
 
 
 @pytest.fixture(scope="module")
 def seat():
-    return sos.thesis.example_2()
+    return thesis.example_2()
 
 
 @pytest.fixture(scope="module")
 def chain():
-    return sos.thesis.example_3()
+    return thesis.example_3()
 
 
 def divided(mass):
     """Example 2, its first equation divided by the mass."""
-    c, rows = sos.thesis.car_seat(mass), np.diag([1 / mass, 1])
+    c, rows = thesis.car_seat(mass), np.diag([1 / mass, 1])
     return sos.SecondOrderSystem(
         rows @ c.M, rows @ c.D, rows @ c.S, rows @ c.B, rows @ c.F
     )
@@ -30,8 +31,8 @@ def divided(mass):
 @pytest.mark.parametrize("k22, effort", [(45000, 40000), (40500, 35500)])
 def test_the_steady_effort_tells_which_stiffness_was_used(k22, effort):
     """Fig. 3.8's u2 at rest is the second entry of S r, whatever K is."""
-    ex = sos.thesis.example_2()
-    (d,) = descriptors(sos.thesis.car_seat(100, k22), ex.U)
+    ex = thesis.example_2()
+    (d,) = descriptors(thesis.car_seat(100, k22), ex.U)
     run = simulate(d, ex.K, np.linspace(0, 30, 301), ex.set_point)
     assert abs(run.u[1, -1] - effort) < 1
 
@@ -48,13 +49,13 @@ def test_one_uncertain_mass_needs_no_pair(seat):
         there = divided(mass)
         for name in "MDSBF":
             assert np.allclose(getattr(between, name), getattr(there, name))
-        (loop,) = descriptors(sos.thesis.car_seat(mass), seat.U)
+        (loop,) = descriptors(thesis.car_seat(mass), seat.U)
         assert seat.region.contains(poles(loop, design.K))
 
 
 def test_the_mass_divided_or_not_is_the_same_design(seat):
     """Their blocks are congruent, so that they have one centre."""
-    ends = [sos.thesis.car_seat(m) for m in (70, 400)]
+    ends = [thesis.car_seat(m) for m in (70, 400)]
     whole = sos.design_pid(sos.Polytope(ends), **seat.requirements)
     quotient = sos.design_pid(
         sos.Polytope([divided(70), divided(400)]), **seat.requirements

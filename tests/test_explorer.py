@@ -9,6 +9,7 @@ import pytest
 import sosbook as sos
 from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
+from sosbook.book import thesis
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.plants.response import simulate
 from sosbook.synthesis.certificates import Certificate
@@ -316,7 +317,7 @@ def test_a_refusal_is_proven_and_its_file_is_one_for_the_package(tab, capsys):
 
 
 def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
-    example = sos.thesis.example_4()
+    example = thesis.example_4()
     element = design_explorer(
         example.plant, example.U, sigma=(1, 9), rho=15, theta=np.pi / 3,
         start={"sigma": 5}, horizon=3.0,

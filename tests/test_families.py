@@ -11,8 +11,8 @@ from scipy.spatial import ConvexHull
 from benchmarks import continua, elements, machines, masses
 from benchmarks.catalogue import FAMILIES, case
 from benchmarks.questions import KINDS, right
-from sosbook import couplings
 from sosbook.plants.descriptor import descriptors
+from sosbook.studies import polytopes
 
 
 def rates(M, S):
@@ -98,8 +98,8 @@ def test_signs_are_all_combinations():
     total = [np.trace(v.M) for v in tied.vertices]
     assert len({v.M.tobytes() for v in tied.vertices}) == 8
     np.testing.assert_allclose(total, 4)
-    assert not couplings.vertices_suffice(tied)
-    assert couplings.vertices_suffice(masses.uncertain_masses(16)[0])
+    assert not polytopes.vertices_suffice(tied)
+    assert polytopes.vertices_suffice(masses.uncertain_masses(16)[0])
     springs = masses.uncertain_springs(16)[0].vertices
     assert len({v.S.tobytes() for v in springs}) == 16
     assert len({v.M.tobytes() for v in springs}) == 1

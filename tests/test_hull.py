@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 import sosbook as sos
-from sosbook import couplings
 from sosbook.exact.checker import verdict
 from sosbook.exact.checker.plants import corners_suffice, suffice
 from sosbook.exact.checker.text import mat
@@ -22,6 +21,7 @@ from sosbook.plants.hull import quotient_in_hull
 from sosbook.requirements.base import Requirement
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
+from sosbook.studies import polytopes
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 
@@ -57,7 +57,7 @@ small = st.integers(-3, 3)
 
 
 @st.composite
-def polytopes(draw):
+def families(draw):
     """Boxes that the theorem knows, and others that are near them."""
 
     def array(*shape):
@@ -88,7 +88,7 @@ def polytopes(draw):
 
 
 @settings(max_examples=150, deadline=None)
-@given(polytopes(), st.integers(0, 2**32 - 1))
+@given(families(), st.integers(0, 2**32 - 1))
 def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed):
     found = quotient_in_hull([system(w) for w in vertices])
     E = [rational(w[:, :N]) for w in vertices]
@@ -174,11 +174,11 @@ MISLEAD = {
 @pytest.mark.parametrize("name", SUFFICE)
 def test_polytopes_whose_vertices_suffice(name):
     plants = box(SUFFICE[name])
-    assert couplings.vertices_suffice(plants)
+    assert polytopes.vertices_suffice(plants)
     if name != "one plant":
-        assert couplings.hull_gap(plants, count=50) < 1e-9
+        assert polytopes.hull_gap(plants, count=50) < 1e-9
     again = [*plants.vertices[::-1], plants.vertices[0]]
-    assert couplings.vertices_suffice(sos.Polytope(again))
+    assert polytopes.vertices_suffice(sos.Polytope(again))
     request = Request(plants, region=sos.PoleRegion(rho=30), gamma=3.0)
     assert all(i == j for i, j in request.pairs) and request.covers_polytope
 
@@ -188,12 +188,12 @@ def test_polytopes_whose_vertices_may_mislead(name):
     plants = box(MISLEAD[name])
     if name == "a mass that is zero":  # refused before anybody asks
         with pytest.raises(ValueError, match="singular"):
-            couplings.vertices_suffice(plants)
+            polytopes.vertices_suffice(plants)
         few = descriptors(box([{"M": FIRST}]))
         singular = [replace(d, E=np.diag([1.0, 1, m, 1])) for d, m in zip(few, (1, 0))]
         assert not quotient_in_hull(singular)
         return
-    assert not couplings.vertices_suffice(plants)
+    assert not polytopes.vertices_suffice(plants)
     assert len(Request(plants).pairs) == 3
 
 
@@ -201,7 +201,7 @@ def test_a_corner_that_is_missing_counts():
     whole = box([{"M": FIRST}, {"M": SECOND}])
     for k in range(4):
         some = [v for i, v in enumerate(whole.vertices) if i != k]
-        assert not couplings.vertices_suffice(sos.Polytope(some))
+        assert not polytopes.vertices_suffice(sos.Polytope(some))
         assert len(Request(sos.Polytope(some)).pairs) == 6
 
 
@@ -209,11 +209,11 @@ def test_the_acceleration_gain_belongs_to_the_mass():
     """M - B K_A changes with B: by one column where B does, else by more."""
     K_A = [[0.5, 0.25], [0.1, 0.2]]
     some = 0.25 * FIRST
-    assert couplings.vertices_suffice(box([{"B": some}]), K_A=K_A)
-    assert couplings.vertices_suffice(box([{"B": some}, {"M": SECOND}]), K_A=K_A)
-    assert not couplings.vertices_suffice(box([{"B": FIRST}]), K_A=K_A)  # det < 0
-    assert not couplings.vertices_suffice(box([{"B": 0.5 * np.eye(2)}]), K_A=K_A)
-    assert couplings.vertices_suffice(box([{"B": 0.5 * np.eye(2)}]))
+    assert polytopes.vertices_suffice(box([{"B": some}]), K_A=K_A)
+    assert polytopes.vertices_suffice(box([{"B": some}, {"M": SECOND}]), K_A=K_A)
+    assert not polytopes.vertices_suffice(box([{"B": FIRST}]), K_A=K_A)  # det < 0
+    assert not polytopes.vertices_suffice(box([{"B": 0.5 * np.eye(2)}]), K_A=K_A)
+    assert polytopes.vertices_suffice(box([{"B": 0.5 * np.eye(2)}]))
 
 
 def test_vertices_along_one_column_need_no_box():
@@ -246,10 +246,10 @@ def test_rounded_sums_are_no_box_but_are_read_as_one():
             ]
         )
 
-    assert couplings.vertices_suffice(plants([0, 0.1, 0.2, 0.3]))
+    assert polytopes.vertices_suffice(plants([0, 0.1, 0.2, 0.3]))
     rounded = plants([0, 0.1, 0.2, 0.1 + 0.2])
     assert not quotient_in_hull(descriptors(rounded))
-    assert couplings.vertices_suffice(rounded)
+    assert polytopes.vertices_suffice(rounded)
 
 
 class Bounded(Requirement):
@@ -359,7 +359,7 @@ def test_a_crane_that_pairs_refuse_is_designed_by_its_corners():
     ranges = {"parameters": [["m", 0.1, 2], ["l", 3, 8]]}
     plants = sos.Uncertain.read(sos.SecondOrderSystem, ranges | CRANE)
     bare = sos.Polytope(plants.vertices)
-    assert couplings.vertices_suffice(plants) and not couplings.vertices_suffice(bare)
+    assert polytopes.vertices_suffice(plants) and not polytopes.vertices_suffice(bare)
     assert sos.design_pid(bare, **SLOWLY).status == "infeasible"
     design = sos.design_pid(plants, **SLOWLY)
     proof = design.certify()
@@ -377,7 +377,7 @@ def test_no_reader_takes_the_corners_word_where_a_change_has_two_columns(monkeyp
         return sos.SecondOrderSystem(M, np.zeros((2, 2)), S, [[1], [0]])
 
     plants = sos.Uncertain(spoilt, m=(0.1, 2), l=(3, 8))
-    assert not couplings.vertices_suffice(plants)
+    assert not polytopes.vertices_suffice(plants)
     monkeypatch.setattr(plants_descriptor, "quotient_in_hull", lambda *_: True)
     design = sos.design_pid(plants, **SLOWLY)
     assert design.status == "feasible" and not design.certify().proven

@@ -5,7 +5,7 @@ import pytest
 from flint import fmpq_mat
 
 import sosbook as sos
-from sosbook import counterexamples
+from sosbook.book import counterexamples, thesis
 from sosbook.exact.checker import verdict
 from sosbook.exact.checker.verdict import check
 from sosbook.exact.definite import exact
@@ -84,7 +84,7 @@ def test_following_the_advice_helps(name):
     ],
 )
 def test_example_1_asked_too_much(change, words):
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     d = sos.design_pid(ex.plant, **ex.requirements | change)
     assert d.status == "infeasible"
     assert d.infeasibility.proven
@@ -245,7 +245,7 @@ def test_asking_an_infeasible_design_for_its_gain():
 
 @pytest.mark.parametrize("share", [0.999, 0.99, 0.9])
 def test_a_bound_just_below_the_norm_is_proven_impossible(share):
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     norm = sos.analyse_pid(robot.plant, robot.K, robot.U).hinf()
     below = sos.analyse_pid(robot.plant, robot.K, robot.U, gamma=share * norm)
     assert below.status == "infeasible"
@@ -263,7 +263,7 @@ def test_a_point_without_direction_keeps_the_frame():
 
 def test_a_minimum_that_time_cuts_short_still_has_a_design(monkeypatch):
     """The point that phase one found, with the bounds that it keeps."""
-    plant = sos.thesis.example_1().plant
+    plant = thesis.example_1().plant
 
     def slow(*_):
         raise OutOfTime

@@ -9,8 +9,10 @@ import scipy.sparse
 
 import sosbook as sos
 from sosbook.analysis.linear import hinf_norm
+from sosbook.book import thesis
 from sosbook.plants.second_order import MassWarning
 from sosbook.requirements.hinf import HInfinity
+from sosbook.studies import maps
 
 ONE = dict(M=2, D=0.1, S=3, B=1)
 RECORDS = np.zeros(2, dtype=[("name", float)])
@@ -23,7 +25,7 @@ class Stubborn:
         raise RuntimeError("no array for you")
 
 
-ROBOT = sos.thesis.example_1()
+ROBOT = thesis.example_1()
 DESIGN = sos.design_pid(ROBOT.plant, ROBOT.U, region=ROBOT.region)
 
 
@@ -106,8 +108,8 @@ def test_a_sparse_acceleration_gain_is_taken():
         (lambda: sos.SecondOrderSystem(2, np.eye(2), np.eye(2), np.eye(2)), "M must"),
         (lambda: sos.SecondOrderSystem([[1, 2], [3]], 1, 1, 1), "M .* different len"),
         (lambda: DESIGN.certify(True), "digits must be 1 or more, got True"),
-        (lambda: sos.maps.edge("rho", ROBOT.plant, digits=True), "digits must be 1"),
-        (lambda: sos.maps.edge("u_max", ROBOT.plant), "u_max needs .* x0"),
+        (lambda: maps.edge("rho", ROBOT.plant, digits=True), "digits must be 1"),
+        (lambda: maps.edge("u_max", ROBOT.plant), "u_max needs .* x0"),
         (lambda: sos.PoleRegion(sigma=True), "sigma must be a finite number"),
         (lambda: sos.PoleRegion(sigma=10**400), "sigma must be a finite number"),
         (lambda: sos.PoleRegion(theta=45), "theta_deg"),
@@ -244,7 +246,7 @@ def test_plants_are_equal_by_their_data():
 
 
 def test_representations_are_short():
-    chain = sos.thesis.example_3().plant
+    chain = thesis.example_3().plant
     for plant in (ROBOT.plant, chain, sos.Polytope([ROBOT.plant] * 100)):
         assert len(repr(plant)) < 90 and "\n" not in repr(plant)
     assert repr(sos.Polytope([ROBOT.plant] * 100)).startswith("<Polytope: 100 vertices")
@@ -298,12 +300,12 @@ def test_a_number_of_digits_may_be_numpys():
     digits = np.int64(7)
     assert DESIGN.certify(digits).proven == DESIGN.certify(7).proven is True
     region = sos.PoleRegion(sigma=0.3, rho=5)
-    edge = sos.maps.edge("sigma", ROBOT.plant, region=region, digits=np.int64(1))
+    edge = maps.edge("sigma", ROBOT.plant, region=region, digits=np.int64(1))
     assert edge.feasible == 4
 
 
 def test_an_edge_says_which_way_it_looked():
-    none = sos.maps.edge("gamma", ROBOT.plant, digits=1)
+    none = maps.edge("gamma", ROBOT.plant, digits=1)
     assert none.infeasible is None and "down to gamma = 0.001" in none.reason
 
 

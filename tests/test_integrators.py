@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 import sosbook as sos
 from benchmarks.robustness import SYSTEMS, in_units
 from sosbook import proofs
+from sosbook.book import thesis
 from sosbook.plants.checks import rank_deficient
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis import integrators
@@ -16,12 +17,7 @@ from tests.cases import by_hand, random_plant
 from tests.random_plants import ODD, random_case
 from tests.test_proof_files import checker
 
-EXAMPLES = [
-    sos.thesis.example_1,
-    sos.thesis.example_2,
-    sos.thesis.example_3,
-    sos.thesis.example_4,
-]
+EXAMPLES = [thesis.example_1, thesis.example_2, thesis.example_3, thesis.example_4]
 
 
 def robot(d=0.1066, e=0.0294):

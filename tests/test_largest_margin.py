@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.book.largest_margin import delay_margin, largest_margin, region_margin
 from sosbook.lmi import Unknown, he
 
@@ -83,7 +84,7 @@ def masses_anew(example):
 
 @pytest.mark.slow
 def test_the_two_masses_are_those_of_the_thesis_typed_anew():
-    example = sos.thesis.delay_example_2()
+    example = thesis.delay_example_2()
     t, K = masses_anew(example)
     found = delay_margin(example)
     assert found.K == pytest.approx(K, abs=2e-4)
@@ -92,7 +93,7 @@ def test_the_two_masses_are_those_of_the_thesis_typed_anew():
 
 @pytest.mark.slow
 def test_the_printed_gains_of_the_masses_are_near_in_seconds_only():
-    example = sos.thesis.delay_example_2()
+    example = thesis.delay_example_2()
     centre = sos.design_delay_pid(example.plant, **example.requirements)
     near = distance(delay_margin(example).K, example.K)
     assert near < 0.05 < 0.3 < distance(centre.K, example.K)
@@ -101,13 +102,13 @@ def test_the_printed_gains_of_the_masses_are_near_in_seconds_only():
 
 @pytest.mark.slow
 def test_the_printed_sign_leads_far_away():
-    example = sos.thesis.delay_example_2()
+    example = thesis.delay_example_2()
     wrong = delay_margin(example, misprints=("sign",))
     assert distance(wrong.K, example.K) > 40
 
 
 def test_the_arm_is_near_too():
-    example = sos.thesis.example_4()
+    example = thesis.example_4()
     centre = sos.design_pid(example.plant, **example.requirements)
     found = region_margin(example)
     assert distance(found.K, example.K) < 0.025 < distance(centre.K, example.K)
@@ -116,7 +117,7 @@ def test_the_arm_is_near_too():
 
 @pytest.mark.slow
 def test_its_gain_is_certified_like_any_other():
-    example = sos.thesis.delay_example_2()
+    example = thesis.delay_example_2()
     K = delay_margin(example).K
     asked = {k: v for k, v in example.requirements.items() if k != "alpha"}
     assert sos.analyse_delay(example.plant, K, **asked).certify().proven
@@ -124,13 +125,13 @@ def test_its_gain_is_certified_like_any_other():
 
 def test_what_has_no_such_point_is_refused():
     with pytest.raises(ValueError, match="gamma"):
-        region_margin(sos.thesis.example_1())
+        region_margin(thesis.example_1())
     with pytest.raises(ValueError, match="no point is inside"):
-        delay_margin(sos.thesis.delay_example_2(), mu=0.4)
+        delay_margin(thesis.delay_example_2(), mu=0.4)
     with pytest.raises(ValueError, match="second must be positive"):
-        delay_margin(sos.thesis.delay_example_2(), second=0)
+        delay_margin(thesis.delay_example_2(), second=0)
     with pytest.raises(ValueError, match="mu"):
-        delay_margin(sos.thesis.delay_example_2(), mu=[1, 2])
+        delay_margin(thesis.delay_example_2(), mu=[1, 2])
     P = Unknown("P", 1, symmetric=True)
     with pytest.raises(ValueError, match="homogeneous"):
         largest_margin([P - np.eye(1)], [P])

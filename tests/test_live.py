@@ -17,6 +17,7 @@ import pytest
 from nbformat.sign import NotebookNotary
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.book.notebooks import BOOK
 from tests.elements import middle, still
 from tests.test_page_elements import FIRST, TAGS
@@ -26,17 +27,19 @@ TOKEN = "sosbook"
 PROGRAM = """\
 import numpy as np
 import sosbook as sos
-robot = sos.thesis.example_1()
+from sosbook.book import thesis, widgets
+robot = thesis.example_1()
 def redesign(sigma, theta, rho):
     region = sos.PoleRegion(sigma, theta, rho)
     return sos.design_pid(robot.plant, robot.U, region=region)
-sos.widgets.sliders(
+widgets.sliders(
     redesign, sigma=(0, 0.7, 3), rho=(1, 5, 10), theta=np.radians([5, 45, 90]))"""
 EXPLORER = """\
 import numpy as np
 import sosbook as sos
-robot = sos.thesis.example_1()
-explorer = sos.atlas.design_explorer(
+from sosbook.book import elements, thesis, widgets
+robot = thesis.example_1()
+explorer = elements.design_explorer(
     robot.plant, robot.U, (0.3, 4), robot.saturation,
     sigma=(0.1, 2.5), theta=np.radians([15, 90]), rho=(1.5, 12),
     start={"sigma": 0.7, "theta": np.pi / 4, "rho": 5, "gamma": 1.257})
@@ -57,7 +60,7 @@ def lab(tmp_path_factory):
     kernel = {"name": "python3", "display_name": "Python", "language": "python"}
     notebooks = {
         "live": [PROGRAM],
-        "pages": [EXPLORER, "sos.widgets.live(explorer)"],
+        "pages": [EXPLORER, "widgets.live(explorer)"],
         "kinds": [SHELF],
         "stranger": ["1"],
     }
@@ -185,7 +188,7 @@ def _handle(page, label):
 
 def _shows(page, *region):
     """Wait until the picture holds every gain of the package's design."""
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     design = sos.design_pid(robot.plant, robot.U, region=sos.PoleRegion(*region))
     page.wait_for_function(
         """([where, gains]) => { const cells = [...document.querySelectorAll(

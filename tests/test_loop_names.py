@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook import pendulum
 from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
 from sosbook.plants.gain import Gain
 from sosbook.sampled import certify_sampled, furthest_sampled, sampled_loop
@@ -197,7 +198,7 @@ def test_an_acceleration_gain_isnt_lost_on_the_way():
 def test_a_robots_controller_is_taken_by_its_rates():
     one = [[0.5]], [[0.2, 0.1]], [[-0.4]], [[-1.0, -1.2]], 0.1
     turned = [[0.5]], [[0.1, 0.2]], [[-0.4]], [[-1.2, -1.0]], 0.1
-    law = sos.mip.SampledLaw.of_controller
+    law = pendulum.SampledLaw.of_controller
     first = law(control.ss(*one), 0.1)
     second = law(control.ss(*turned, inputs=["phi'", "theta'"]), 0.1)
     assert np.array_equal(first.B, second.B) and np.array_equal(first.D, second.D)

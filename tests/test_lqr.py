@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.cost import noise_cost
 from sosbook.synthesis import lqr
@@ -42,7 +43,7 @@ def way(request, monkeypatch):
 @pytest.mark.usefixtures("way")
 @pytest.mark.parametrize("U", [None, np.eye(2)])
 def test_one_plant_gives_the_riccati_gain(U):
-    robot = sos.thesis.example_1().plant
+    robot = thesis.example_1().plant
     N = 4 if U is None else 6
     Q, R = np.diag(np.arange(1.0, N + 1)), np.array([[2, 0.5], [0.5, 1]])
     design = sos.design_lqr(robot, Q, R, U)
@@ -128,7 +129,7 @@ def test_no_gain_beats_the_least_of_the_worst(polytope):
 
 
 def test_cost_is_a_requirement_among_others():
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     Q, R = np.eye(6), np.eye(2)
     least = riccati(robot.plant, Q, R, robot.U)[1]
     fast = sos.PoleRegion(sigma=1.0)
@@ -146,7 +147,7 @@ def test_cost_is_a_requirement_among_others():
 
 
 def test_a_given_gain_has_its_true_cost_as_least_bound():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     given_ = sos.analyse_pid(
         ex.plant,
         ex.K,
@@ -216,7 +217,7 @@ def test_noise_on_a_missing_channel_is_refused():
 
 
 def test_a_cost_without_bound_needs_an_objective():
-    plant = sos.thesis.example_1().plant
+    plant = thesis.example_1().plant
     cost = sos.QuadraticCost(np.eye(4), np.eye(2))
     with pytest.raises(ValueError, match="bound is None"):
         sos.design_pid(plant, cost=cost)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import maps
+from sosbook.book import elements, thesis
 from sosbook.book.counterexamples import actuated
+from sosbook.studies import maps
 from sosbook.synthesis.certificates import prove, refuse_design
 from tests.elements import assert_buttons, green, write_page
 
@@ -55,7 +56,7 @@ def test_both_sides_are_proven_for_what_they_say(edges, name):
     others = {
         k: v for k, v in maps.requirements(edge.design.request).items() if k != name
     }
-    printed = maps.requirements(maps.request(sos.thesis.example_1()))
+    printed = maps.requirements(maps.request(thesis.example_1()))
     assert others == {k: v for k, v in printed.items() if k != name}
 
 
@@ -90,7 +91,7 @@ def test_an_infeasible_request_finds_its_edge_on_the_easier_side(robot):
 
 
 def test_an_edge_with_a_lyapunov_matrix_of_bad_condition():
-    arm = sos.thesis.example_4()
+    arm = thesis.example_4()
     edge = maps.edge("sigma", arm.plant, **arm.requirements, digits=2)
     assert edge.proven
     assert (edge.feasible, edge.infeasible) == (6.4, 6.5)
@@ -117,7 +118,7 @@ def test_no_design_is_said_too(robot):
 
 @pytest.mark.slow
 def test_other_couplings_have_edges_too():
-    arm = sos.thesis.example_4()
+    arm = thesis.example_4()
     edge = maps.edge(
         "rho", arm.plant, **arm.requirements, digits=2, coupling="slack", slack=0.05
     )
@@ -173,7 +174,7 @@ def test_bad_input_is_named(robot, change, fault):
 
 
 def test_gamma_needs_a_disturbance():
-    arm = sos.thesis.example_4()
+    arm = thesis.example_4()
     with pytest.raises(ValueError, match="gamma needs a plant with F"):
         maps.edge("gamma", arm.plant, **arm.requirements)
 
@@ -273,11 +274,11 @@ def test_bad_frontiers_are_named(robot, change, fault):
 # ------------------------------------------------------------------- atlas
 @pytest.fixture(scope="module")
 def atlas(force):
-    arm = sos.thesis.example_4()
+    arm = thesis.example_4()
     radius = maps.frontier(
         "sigma", "rho", arm.plant, **arm.requirements, values=[4, 5, 6], progress=False
     )
-    return sos.atlas.MapAtlas(
+    return elements.MapAtlas(
         {"The <robot> & co": [force], "Arm": [radius]}, title='a</script><b>"&'
     )
 
@@ -308,7 +309,7 @@ def test_the_page_stores_the_proofs(atlas, force):
     assert "http" not in atlas.html.replace("http://www.w3.org", "")
     assert repr(atlas) == "MapAtlas: 2 frontiers"
     with pytest.raises(ValueError, match="one Frontier or more"):
-        sos.atlas.MapAtlas({})
+        elements.MapAtlas({})
 
 
 def test_the_page_says_what_python_says(visit, sheet, atlas, force):
@@ -472,7 +473,7 @@ def test_designs_are_those_of_each_specification_alone(robot, specifications):
 def test_runs_workers_and_order_change_nothing(robot, specifications, monkeypatch):
     one = maps.designs(robot.plant, specifications, progress=False)
     back = maps.designs(robot.plant, specifications[::-1], progress=False)
-    monkeypatch.setattr(sos.maps.series, "DESIGNS_PER_PROCESS", 2)
+    monkeypatch.setattr(maps.series, "DESIGNS_PER_PROCESS", 2)
     two = maps.designs(robot.plant, specifications, n_jobs=2, progress=False)
     assert all(map(same, one, two)) and all(map(same, one, back[::-1]))
 
@@ -501,7 +502,7 @@ def test_a_bad_specification_is_named(robot, bad, fault):
 @pytest.mark.slow
 def test_the_two_sides_of_an_edge_are_neighbours():
     """The last design is proven in its own coordinates, if not in others."""
-    chain = sos.thesis.example_3()
+    chain = thesis.example_3()
     found = maps.edge("u_max", chain.plant, **chain.requirements)
     assert found.proven
     assert found.feasible - found.infeasible == pytest.approx(0.1)

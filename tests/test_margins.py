@@ -9,10 +9,11 @@ import pytest
 import sosbook as sos
 from sosbook.analysis.linear import loop_matrix
 from sosbook.analysis.margins import DiskMargin, disk_margin, sensitivity_peak
+from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
 
-ROBOT = sos.thesis.example_1()
+ROBOT = thesis.example_1()
 FREQUENCIES = np.concatenate([[0], np.geomspace(1e-3, 1e4, 40001)])
 
 

@@ -4,12 +4,12 @@ import re
 import shutil
 
 import pytest
-from sosbook.mip import Firmware
-from sosbook.mip.drive import Drive
-from sosbook.mip.export import Program
-from sosbook.mip.recording import recorders
-from sosbook.mip.steering import Steering
 
+from sosbook.pendulum import Firmware
+from sosbook.pendulum.drive import Drive
+from sosbook.pendulum.export import Program
+from sosbook.pendulum.recording import recorders
+from sosbook.pendulum.steering import Steering
 from tests.processes import process
 from tests.test_mip_export import HEADER, LAWS, STRICT, write
 from tests.test_mip_robot import THESIS

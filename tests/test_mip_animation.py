@@ -7,14 +7,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from sosbook.mip.firmware import Firmware
-from sosbook.mip.law import SampledLaw
-from sosbook.mip.model import Mip
-from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP, Rig
-from sosbook.mip.spread import vertices
 
-from sosbook import thesis
+from sosbook.book import thesis
 from sosbook.book.elements.robot import STEPS_PER_TICK, animation
+from sosbook.pendulum.firmware import Firmware
+from sosbook.pendulum.law import SampledLaw
+from sosbook.pendulum.model import Mip
+from sosbook.pendulum.rig import COUNTS_PER_TURN, GYRO_STEP, Rig
+from sosbook.pendulum.spread import vertices
 from sosbook.plants import Gain
 from tests import elements
 from tests.elements import first, say, two_of

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import fsolve
-from sosbook.mip import Firmware, Robot, SampledLaw
-from sosbook.mip.__main__ import main
-from sosbook.mip.comparison import compare
-from sosbook.mip.drive import Drive
-from sosbook.mip.modelled import Model
-from sosbook.mip.ticks import FORMATS, START, TickLog
 
-from sosbook import thesis
+from sosbook.book import thesis
+from sosbook.pendulum import Firmware, Robot, SampledLaw
+from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.comparison import compare
+from sosbook.pendulum.drive import Drive
+from sosbook.pendulum.modelled import Model
+from sosbook.pendulum.ticks import FORMATS, START, TickLog
 from tests import test_mip_export as programs
 from tests.gains import named
 from tests.six_robots import SIX, advance, pendulum

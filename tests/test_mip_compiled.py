@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw
-from sosbook.mip.compiled import FLAGS, Compiled, compiler
-from sosbook.mip.firmware import COUNTERS, NUMBERS
-from sosbook.mip.simulator import Sensors, simulate
 
-from sosbook import thesis
+from sosbook.book import thesis
 from sosbook.controllers import compiler as module
+from sosbook.pendulum import FAULTS, V_MAX, Firmware, Mip, SampledLaw
+from sosbook.pendulum.compiled import FLAGS, Compiled, compiler
+from sosbook.pendulum.firmware import COUNTERS, NUMBERS
+from sosbook.pendulum.simulator import Sensors, simulate
 from tests.compiler import find, refuse
 from tests.gains import named
 

@@ -8,11 +8,11 @@ import re
 
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, Robot, SampledLaw
-from sosbook.mip.export import Program
-from sosbook.mip.recording import recorders
-from sosbook.mip.ticks import TickLog
 
+from sosbook.pendulum import Firmware, Robot, SampledLaw
+from sosbook.pendulum.export import Program
+from sosbook.pendulum.recording import recorders
+from sosbook.pendulum.ticks import TickLog
 from tests import test_mip_export as programs
 from tests import test_mip_recording as recording
 from tests.compiler import run

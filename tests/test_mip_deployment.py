@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip import __main__ as command
-from sosbook.mip.__main__ import main
-from sosbook.mip.deployment import recommend
-from sosbook.mip.rig import DATA
 
 import sosbook as sos
+from sosbook import pendulum
+from sosbook.pendulum import __main__ as command
+from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.deployment import recommend
+from sosbook.pendulum.rig import DATA
 from sosbook.proofs.command import main as verify
 from tests.processes import alone
 
@@ -182,7 +183,7 @@ def test_the_command_passes_on_what_is_asked(monkeypatch, found, tmp_path):
             "--no-rotors",
         ]
     )
-    robot = sos.mip.Robot.shipped("gearmotors").but(M_b=0.3, limit=9.0, rotors=False)
+    robot = pendulum.Robot.shipped("gearmotors").but(M_b=0.3, limit=9.0, rotors=False)
     assert asked == {"words": ("b.csv", "w.csv", robot), "R": 30.0}
 
 
@@ -198,4 +199,4 @@ def test_the_command_says_what_is_wrong_in_a_line(tmp_path, capsys):
 )
 def test_bad_input_is_named(asked, words):
     with pytest.raises(ValueError, match=words):
-        recommend(sos.mip.Mip.printed(), **asked)
+        recommend(pendulum.Mip.printed(), **asked)

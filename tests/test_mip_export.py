@@ -10,15 +10,15 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-from sosbook.mip import FAULTS, Firmware, SampledLaw
-from sosbook.mip.compiled import FLAGS
-from sosbook.mip.export import Program
-from sosbook.mip.rig import COUNTS_PER_TURN
-from sosbook.mip.steering import Steering
-from sosbook.mip.ticks import TickLog
 
 import sosbook
-from sosbook import thesis
+from sosbook.book import thesis
+from sosbook.pendulum import FAULTS, Firmware, SampledLaw
+from sosbook.pendulum.compiled import FLAGS
+from sosbook.pendulum.export import Program
+from sosbook.pendulum.rig import COUNTS_PER_TURN
+from sosbook.pendulum.steering import Steering
+from sosbook.pendulum.ticks import TickLog
 from tests.compiler import run
 from tests.gains import named
 from tests.processes import process

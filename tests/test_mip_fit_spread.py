@@ -5,17 +5,18 @@ import json
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from sosbook.mip import Mip, Robot, recommend
-from sosbook.mip.__main__ import main
-from sosbook.mip.comparison import Comparison
-from sosbook.mip.deployment import deploy
-from sosbook.mip.fit_spread import FitSpread
-from sosbook.mip.gate import widened
-from sosbook.mip.identify import identify
-from sosbook.mip.modelled import Model
-from sosbook.mip.rig import DATA, shipped
-from sosbook.mip.spread import polytope, triangles, vertices
-from sosbook.mip.turning import inertia_bounds, turning_plants
+
+from sosbook.pendulum import Mip, Robot, recommend
+from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.comparison import Comparison
+from sosbook.pendulum.deployment import deploy
+from sosbook.pendulum.fit_spread import FitSpread
+from sosbook.pendulum.gate import widened
+from sosbook.pendulum.identify import identify
+from sosbook.pendulum.modelled import Model
+from sosbook.pendulum.rig import DATA, shipped
+from sosbook.pendulum.spread import polytope, triangles, vertices
+from sosbook.pendulum.turning import inertia_bounds, turning_plants
 
 LOGS = DATA / "body.csv", DATA / "wheels.csv"
 

@@ -2,13 +2,21 @@
 
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, Mip, Robot, SampledLaw, Sensors, recommend, simulate
-from sosbook.mip.margins import SampledLoop
-from sosbook.mip.rig import gear_motors
 
+from sosbook.pendulum import (
+    Firmware,
+    Mip,
+    Robot,
+    SampledLaw,
+    Sensors,
+    recommend,
+    simulate,
+)
 from sosbook.pendulum.describing import coulomb, limit_cycle, soft_sign
 from sosbook.pendulum.fleet import Fleet
+from sosbook.pendulum.margins import SampledLoop
 from sosbook.pendulum.play import Geared
+from sosbook.pendulum.rig import gear_motors
 from sosbook.pendulum.spread import vertices
 from tests.gains import named
 

@@ -6,16 +6,16 @@ from pkgutil import resolve_name
 
 import numpy as np
 import pytest
-from sosbook.mip import Robot
-from sosbook.mip.__main__ import main
-from sosbook.mip.deployment import deploy
-from sosbook.mip.fit_checks import lateness
-from sosbook.mip.gate import Inspection, refused, widened
-from sosbook.mip.identify import fit_body, identify
-from sosbook.mip.log import Log
-from sosbook.mip.report import page
-from sosbook.mip.rig import COUNTS_PER_TURN, DATA, Rig, shipped
 
+from sosbook.pendulum import Robot
+from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.deployment import deploy
+from sosbook.pendulum.fit_checks import lateness
+from sosbook.pendulum.gate import Inspection, refused, widened
+from sosbook.pendulum.identify import fit_body, identify
+from sosbook.pendulum.log import Log
+from sosbook.pendulum.report import page
+from sosbook.pendulum.rig import COUNTS_PER_TURN, DATA, Rig, shipped
 from tests.corrupted import SPOILT
 from tests.six_robots import SIX
 from tests.six_robots import logs as record_six
@@ -189,7 +189,7 @@ def uneven(log, share, seed=1):
 def test_uneven_time_stamps_are_used_as_they_are():
     """A rig whose clock jitters by 30 %, and the same logs pretending
     that it doesn't: worse by far."""
-    from sosbook.mip.experiments import motion
+    from sosbook.pendulum.experiments import motion
 
     rig = Rig()
     x, random = rig.ratios, np.random.default_rng(4)
@@ -215,7 +215,7 @@ def test_uneven_time_stamps_are_used_as_they_are():
 
 
 def test_a_linear_fit_of_uneven_samples_is_refused():
-    from sosbook.mip.identify import fit_body, fit_wheel
+    from sosbook.pendulum.identify import fit_body, fit_wheel
 
     body, wheels = shipped("body"), shipped("wheels")
     body = replace(body, t=uneven(body, 0.2))

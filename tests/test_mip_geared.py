@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip import Mip, Robot
-from sosbook.mip.deployment import deploy, in_words, least_spread
-from sosbook.mip.gate import Inspection, check_log, refused, widened
-from sosbook.mip.rig import shipped
 
 from benchmarks.robots import RESULTS, SEEDS, fitted, summary
+from sosbook.pendulum import Mip, Robot
+from sosbook.pendulum.deployment import deploy, in_words, least_spread
+from sosbook.pendulum.gate import Inspection, check_log, refused, widened
 from sosbook.pendulum.log_fits import fit_wheel
+from sosbook.pendulum.rig import shipped
 from tests.geared_robots import ALL, KINDS, described, recorded
 
 SECONDS = 10.0  # either way: a third of what the recorders take

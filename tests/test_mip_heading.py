@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip.comparison import compare, heading_bounds
-from sosbook.mip.drive import Drive
-from sosbook.mip.modelled import Model
-from sosbook.mip.steering import Steering
-from sosbook.mip.ticks import START, STEER_COLUMNS, TickLog
 
+from sosbook.pendulum.comparison import compare, heading_bounds
+from sosbook.pendulum.drive import Drive
+from sosbook.pendulum.modelled import Model
+from sosbook.pendulum.steering import Steering
+from sosbook.pendulum.ticks import START, STEER_COLUMNS, TickLog
 from tests.six_robots import advance
 from tests.test_mip_compare import first
 from tests.test_mip_steering import FIRMWARE, MACHINE, MIP, ROBOT, STEERING

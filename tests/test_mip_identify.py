@@ -5,14 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.signal
-from sosbook.mip import Mip
-from sosbook.mip.experiments import chirp
-from sosbook.mip.fit import output_error
-from sosbook.mip.identify import fit_body, fit_wheel, identify, speed
-from sosbook.mip.log import Log
-from sosbook.mip.rig import Rig, shipped
-from sosbook.mip.srivc import respond, srivc
-from sosbook.mip.transfer import bode_band, constrained, equal_peaks
+
+from sosbook.pendulum import Mip
+from sosbook.pendulum.experiments import chirp
+from sosbook.pendulum.fit import output_error
+from sosbook.pendulum.identify import fit_body, fit_wheel, identify, speed
+from sosbook.pendulum.log import Log
+from sosbook.pendulum.rig import Rig, shipped
+from sosbook.pendulum.srivc import respond, srivc
+from sosbook.pendulum.transfer import bode_band, constrained, equal_peaks
 
 ORIGINAL = [-30.11, -52.49], [1, 7.133, 110.6]  # (4.19)
 

@@ -3,11 +3,11 @@
 import control
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, Gain, Mip, SampledLaw, polytope
-from sosbook.mip.law import PD_SIGNALS, PID_SIGNALS, pendulum_gain
 
 import sosbook as sos
-from sosbook import thesis
+from sosbook.book import thesis
+from sosbook.pendulum import Firmware, Gain, Mip, SampledLaw, SampledLoop, polytope
+from sosbook.pendulum.law import PD_SIGNALS, PID_SIGNALS, pendulum_gain
 from tests.gains import named
 
 PRINTED = thesis.mip()
@@ -178,7 +178,7 @@ def test_the_fifth_entry_of_a_regulator_that_knows_its_delay_is_no_integral():
     late = sos.design_sampled_lqr(plant, np.eye(4), [[5]], T, T).gain
     assert late.signals == (*PD_SIGNALS, "u(k-1)")
     wrong = SampledLaw.of_gain(named(late.K), T)
-    assert sos.mip.SampledLoop(Mip.printed(), wrong, T).radius > 1
+    assert SampledLoop(Mip.printed(), wrong, T).radius > 1
 
 
 def test_names_of_coordinates_go_with_the_plant():

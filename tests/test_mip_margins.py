@@ -4,10 +4,10 @@ import control
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from sosbook.mip import Firmware, Mip, SampledLaw
-from sosbook.mip.margins import SENSING, SampledLoop, lowest_rate, sensing
 
-from sosbook import thesis
+from sosbook.book import thesis
+from sosbook.pendulum import Firmware, Mip, SampledLaw
+from sosbook.pendulum.margins import SENSING, SampledLoop, lowest_rate, sensing
 from tests.gains import named
 
 PRINTED = thesis.mip()

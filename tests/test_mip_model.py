@@ -9,11 +9,11 @@ import flint
 import numpy as np
 import pytest
 from scipy.optimize import nnls
-from sosbook.mip import R_G, V_MAX, Mip, polytope, vertices
 
-import sosbook as sos
+from sosbook.book import thesis
+from sosbook.pendulum import R_G, V_MAX, Mip, polytope, vertices
 
-PRINT = sos.thesis.mip()
+PRINT = thesis.mip()
 MIP = Mip.printed()
 ROTORS = Mip.from_ratios(30.52, 7.133, 110.6, 208.8, rotors=True)
 UNPRINTED = dict(M_b=0.272, l=0.040, r=0.032, M_w=0.027, g=9.8)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from sosbook.mip import Mip, Robot, recommend, simulate
-from sosbook.mip.compiled import Compiled
-from sosbook.mip.margins import SampledLoop
 
+from sosbook.pendulum import Mip, Robot, recommend, simulate
+from sosbook.pendulum.compiled import Compiled
+from sosbook.pendulum.margins import SampledLoop
 from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.rest import Gears
 from sosbook.pendulum.tuning import design, recoverable_tilt

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sosbook.mip import Robot, recommend
-from sosbook.mip.boards import PYCTRL_COUNTS_PER_TURN
-from sosbook.mip.firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
-from sosbook.mip.recording import GYRO_RANGES
 
 import sosbook.pendulum
+from sosbook.pendulum import Robot, recommend
+from sosbook.pendulum.boards import PYCTRL_COUNTS_PER_TURN
+from sosbook.pendulum.firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
+from sosbook.pendulum.recording import GYRO_RANGES
 from sosbook.pendulum.spread import vertices
 from sosbook.pendulum.steering import MOST_COUNTED
 from tests.test_mip_robot import exact_data

@@ -7,17 +7,17 @@ import subprocess
 
 import numpy as np
 import pytest
-from sosbook.mip import Robot
-from sosbook.mip.__main__ import main
-from sosbook.mip.compiled import FLAGS
-from sosbook.mip.gate import Inspection
-from sosbook.mip.identify import identify
-from sosbook.mip.log import Log
-from sosbook.mip.recorded import check_recording
-from sosbook.mip.recording import recorders, sweeps, write_recorders
-from sosbook.mip.rig import DATA
 
 import tests.test_mip_export as programs
+from sosbook.pendulum import Robot
+from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.compiled import FLAGS
+from sosbook.pendulum.gate import Inspection
+from sosbook.pendulum.identify import identify
+from sosbook.pendulum.log import Log
+from sosbook.pendulum.recorded import check_recording
+from sosbook.pendulum.recording import recorders, sweeps, write_recorders
+from sosbook.pendulum.rig import DATA
 from tests.compiler import run
 from tests.corrupted import SPOILT
 from tests.processes import process

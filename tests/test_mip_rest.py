@@ -6,10 +6,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, recommend
-from sosbook.mip.compiled import Compiled
-from sosbook.mip.deployment import Deployment
 
+from sosbook.pendulum import Firmware, recommend
+from sosbook.pendulum.compiled import Compiled
+from sosbook.pendulum.deployment import Deployment
 from sosbook.pendulum.fit import Fit
 from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.rest import Gears, volts_at_rest

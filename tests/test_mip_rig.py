@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 import scipy.signal
 from scipy.integrate import solve_ivp
-from sosbook.mip import Mip, Robot
-from sosbook.mip import rig as rigs
-from sosbook.mip.experiments import chirp, motion
-from sosbook.mip.log import Log
-from sosbook.mip.rig import COUNTS_PER_TURN, DATA, GYRO_STEP, Rig, gear_motors, shipped
 
+from sosbook.pendulum import Mip, Robot
+from sosbook.pendulum import rig as rigs
+from sosbook.pendulum.experiments import chirp, motion
+from sosbook.pendulum.log import Log
+from sosbook.pendulum.rig import (
+    COUNTS_PER_TURN,
+    DATA,
+    GYRO_STEP,
+    Rig,
+    gear_motors,
+    shipped,
+)
 from tests.six_robots import SIX
 
 T = 0.01

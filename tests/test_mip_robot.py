@@ -5,15 +5,15 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from sosbook.mip import Mip, Robot
-from sosbook.mip.__main__ import main, places
-from sosbook.mip.deployment import deploy, described
-from sosbook.mip.experiments import chirp, motion
-from sosbook.mip.identify import identify
-from sosbook.mip.log import Log
-from sosbook.mip.modelled import Model
-from sosbook.mip.rig import COUNTS_PER_TURN, DATA
 
+from sosbook.pendulum import Mip, Robot
+from sosbook.pendulum.__main__ import main, places
+from sosbook.pendulum.deployment import deploy, described
+from sosbook.pendulum.experiments import chirp, motion
+from sosbook.pendulum.identify import identify
+from sosbook.pendulum.log import Log
+from sosbook.pendulum.modelled import Model
+from sosbook.pendulum.rig import COUNTS_PER_TURN, DATA
 from sosbook.pendulum.robot import STEERING
 from sosbook.pendulum.tuning import timed
 

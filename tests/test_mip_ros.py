@@ -8,10 +8,10 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-from sosbook.mip import Robot
-from sosbook.mip.export import Program as Written
 
 import tests.test_mip_export as programs
+from sosbook.pendulum import Robot
+from sosbook.pendulum.export import Program as Written
 from tests.test_mip_steering import FIRMWARE, LIMITS, LINES, ROBOT, STEERING, heard
 
 WHOLE = Written(FIRMWARE, robot=ROBOT, steering=STEERING)

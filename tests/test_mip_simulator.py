@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-from sosbook.mip import FAULTS, V_MAX, Firmware, Mip, SampledLaw, vertices
-from sosbook.mip.fleet import Fleet, Push
-from sosbook.mip.recovery import largest_tilt, recover
-from sosbook.mip.rig import COUNTS_PER_TURN, GYRO_STEP
-from sosbook.mip.sensors import Sensors
-from sosbook.mip.simulator import Run, simulate
 
-from sosbook import thesis
+from sosbook.book import thesis
+from sosbook.pendulum import FAULTS, V_MAX, Firmware, Mip, SampledLaw, vertices
+from sosbook.pendulum.fleet import Fleet, Push
+from sosbook.pendulum.recovery import largest_tilt, recover
+from sosbook.pendulum.rig import COUNTS_PER_TURN, GYRO_STEP
+from sosbook.pendulum.sensors import Sensors
+from sosbook.pendulum.simulator import Run, simulate
 from tests.gains import named
 
 T = 0.01

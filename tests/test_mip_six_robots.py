@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from sosbook.mip import recommend
-from sosbook.mip.compiled import Compiled
-from sosbook.mip.deployment import deploy
-from sosbook.mip.gate import widened
 
+from sosbook.pendulum import recommend
+from sosbook.pendulum.compiled import Compiled
+from sosbook.pendulum.deployment import deploy
+from sosbook.pendulum.gate import widened
 from tests.compiler import find, refuse
 from tests.six_robots import OTHERS, SIX, by_its_sheet, logs, pendulum, stand, write
 

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sosbook.mip import FAULTS, Firmware, Robot, SampledLaw
-from sosbook.mip.drive import Drive
-from sosbook.mip.export import Program
-from sosbook.mip.steering import Steering
-from sosbook.mip.ticks import TickLog
 
 import sosbook.pendulum
 import tests.test_mip_export as programs
-from sosbook import thesis
+from sosbook.book import thesis
+from sosbook.pendulum import FAULTS, Firmware, Robot, SampledLaw
+from sosbook.pendulum.drive import Drive
+from sosbook.pendulum.export import Program
+from sosbook.pendulum.steering import Steering
+from sosbook.pendulum.ticks import TickLog
 from tests.compiler import run
 from tests.gains import named
 from tests.six_robots import SIX, advance

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, Robot, SampledLaw, recommend
-from sosbook.mip.compiled import FLAGS, Compiled
-from sosbook.mip.drive import Drive
-from sosbook.mip.export import Program as Written
-from sosbook.mip.ticks import TickLog
 
 import tests.test_mip_export as programs
+from sosbook.pendulum import Firmware, Robot, SampledLaw, recommend
+from sosbook.pendulum.compiled import FLAGS, Compiled
+from sosbook.pendulum.drive import Drive
+from sosbook.pendulum.export import Program as Written
 from sosbook.pendulum.spread import scaled, vertices
 from sosbook.pendulum.steering import Steering
 from sosbook.pendulum.steering_design import SteeringDesign
 from sosbook.pendulum.steering_design import _both as both_laws
+from sosbook.pendulum.ticks import TickLog
 from sosbook.pendulum.tuning import DELAY_SHARES
 from sosbook.pendulum.turning import inertia_bounds, turning_plants, unequal_plant
 from sosbook.proofs import load

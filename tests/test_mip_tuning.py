@@ -4,13 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sosbook.mip import Mip, Robot, SampledLaw, polytope, tuning, vertices
-from sosbook.mip.deployment import recommend
-from sosbook.mip.rest import Gears
-from sosbook.mip.tuning import WEIGHTS, design, peak_of, prove, recoverable_tilt
 
+from sosbook.pendulum import Mip, Robot, SampledLaw, polytope, tuning, vertices
+from sosbook.pendulum.deployment import recommend
 from sosbook.pendulum.facts import facts
-from sosbook.pendulum.tuning import fall_time, timed
+from sosbook.pendulum.rest import Gears
+from sosbook.pendulum.tuning import (
+    WEIGHTS,
+    design,
+    fall_time,
+    peak_of,
+    prove,
+    recoverable_tilt,
+    timed,
+)
 from tests.gains import named
 from tests.six_robots import SIX, pendulum, stand
 from tests.test_mip_robot import GEARS as OTHER

@@ -7,6 +7,7 @@ import sosbook as sos
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.hinf import HInfinity
+from sosbook.studies import maps
 from sosbook.synthesis.request import Request
 from sosbook.theorems import bounded_real
 from tests.energy_to_peak import EnergyToPeak
@@ -132,7 +133,7 @@ def test_a_bound_is_minimised_over_every_size(robot, key):
         minimize=key,
         backoff=1e-3,
     )
-    bound = sos.maps.requirements(best.request)[key]
+    bound = maps.requirements(best.request)[key]
     assert best.certify(9).proven
     refused = sos.design_pid(
         robot.plant, requirements=[r.with_bound(0.99 * bound), *others]
@@ -169,7 +170,7 @@ def test_two_bounds_at_once(robot, asked):
     free = dict(asked, saturation=sos.Saturation(None, robot.saturation.x0))
 
     def total(d):
-        found = sos.maps.requirements(d.request)
+        found = maps.requirements(d.request)
         return sum(w * found[name] ** 2 for name, w in weights.items())
 
     best = sos.design_pid(robot.plant, minimize=weights, backoff=1e-3, **free)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import couplings
 from sosbook.exact.checker import payment, verdict
 from sosbook.plants import descriptors, near_box
 from sosbook.proofs import load
 from sosbook.requirements.cost import QuadraticCost
+from sosbook.studies import polytopes
 from sosbook.synthesis.payments import NOT_PAID
 from tests.cases import by_hand, campaign
 
@@ -330,6 +330,6 @@ def test_a_certain_mass_with_a_rounding_is_one():
     plants = sos.Polytope(
         sos.SecondOrderSystem(m, d, 1, 1) for m, d in ((0.3, 1), (0.1 + 0.2, 2))
     )
-    assert couplings.vertices_suffice(plants)
+    assert polytopes.vertices_suffice(plants)
     design = sos.design_pid(plants, region=REGION, coupling="pairs")
     assert len(design.request.pairs) == 2 and design.certify().proven

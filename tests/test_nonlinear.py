@@ -6,11 +6,12 @@ from scipy.optimize import brentq
 
 import sosbook as sos
 from sosbook.analysis.nonlinear import arm_gravity, simulate_nonlinear
+from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from sosbook.plants.signals import Steps
 
-ARM = sos.thesis.arm(0.0)
-EX = sos.thesis.example_4()
+ARM = thesis.arm(0.0)
+EX = thesis.example_4()
 SIGNALS = ("z", "dz", "e", "u", "x", "w")
 
 
@@ -23,7 +24,7 @@ def swing(t, r=None, x0=None, K=EX.K, U=EX.U):
 
 
 def test_without_a_force_it_is_the_linear_loop():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     t = np.linspace(0, 4, 201)
     asked = dict(
         r=[1.0, -0.5],
@@ -44,7 +45,7 @@ def test_without_a_force_it_is_the_linear_loop():
 
 def test_a_spring_may_be_given_as_a_force():
     """Moving S z into f changes nothing."""
-    arm, t = sos.thesis.arm(1.0), np.linspace(0, 3, 61)
+    arm, t = thesis.arm(1.0), np.linspace(0, 3, 61)
     soft = sos.SecondOrderSystem(arm.M, arm.D, np.zeros((2, 2)), arm.B)
     asked = dict(U=EX.U, r=[1, 1])
     one = simulate_nonlinear(arm, nothing, EX.K, t, **asked)
@@ -59,7 +60,7 @@ def test_a_spring_may_be_given_as_a_force():
 def test_small_swings_are_those_of_the_linear_arm():
     x0 = 1e-4 * np.array([1, 1, 0, 0, 0])
     t = np.linspace(0, 2, 101)
-    (d,) = descriptors(sos.thesis.arm(1.0), EX.U)
+    (d,) = descriptors(thesis.arm(1.0), EX.U)
     linear = sos.analysis.simulate(d, EX.K, t, x0=x0)
     assert np.abs(swing(t, x0=x0).x - linear.x).max() < 1e-10
 
@@ -112,7 +113,7 @@ def test_steps_beyond_the_end_are_not_reached():
 
 def test_two_motions_approach_as_the_common_p_says():
     """V(x - y) falls at 2 sigma, for factors down to -1."""
-    arms = sos.Polytope([sos.thesis.arm(-1.0), sos.thesis.arm(1.0)])
+    arms = sos.Polytope([thesis.arm(-1.0), thesis.arm(1.0)])
     sigma = 2.0
     region = sos.PoleRegion(sigma=sigma)
     found = sos.analyse_pid(arms, EX.K, EX.U, region=region, coupling="pairs")

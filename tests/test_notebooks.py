@@ -1,4 +1,4 @@
-"""What nbval cannot say about the notebooks: see sosbook.notebooks.problems."""
+"""What nbval cannot say about the notebooks: see sosbook.book.notebooks.problems."""
 
 import ast
 import re
@@ -8,7 +8,7 @@ import nbformat
 import nbformat.v4 as v4
 import pytest
 
-from sosbook import notebooks
+from sosbook.book import notebooks
 from tests.each import each
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.synthesis import cutting
 from sosbook.synthesis.request import Request
 
@@ -89,7 +90,7 @@ def test_a_warm_start_of_what_is_infeasible_is_the_cold_answer(robot):
 
 def test_a_start_of_another_shape_is_refused(robot):
     first = sos.design_pid(robot.plant, **robot.requirements)
-    seat = sos.thesis.example_2()
+    seat = thesis.example_2()
     with pytest.raises(ValueError, match="start has other sizes"):
         sos.design_pid(seat.plant, **seat.requirements, start=first)
     with pytest.raises(ValueError, match="must be a Design"):

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
-from sosbook.mip import Mip, reduced
 
 import sosbook as sos
 from sosbook import design_observer, observer_loop
 from sosbook.lmi.solution import LMISolution
+from sosbook.pendulum import Mip, reduced
 from sosbook.plants.descriptor import descriptors, mean_descriptor
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import observer

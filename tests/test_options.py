@@ -17,6 +17,8 @@ import pytest
 from numpydoc.docscrape import FunctionDoc
 
 import sosbook as sos
+from sosbook import pendulum
+from sosbook.book import counterexamples, elements, thesis
 from sosbook.book.elements.movers import regulator
 from sosbook.book.elements.movers.mover import slider
 from sosbook.book.largest_margin import delay_margin
@@ -30,6 +32,7 @@ from sosbook.pendulum.play import motion_with_play
 from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering
+from sosbook.studies import maps, polytopes
 from tests.axis import axis
 from tests.cases import campaign
 from tests.test_docstrings import function_of, public
@@ -99,7 +102,7 @@ def edged(name="sigma", **options):
         "cost": dict(cost=cost),
     }
     asked = dict(region=sos.PoleRegion(sigma=0.2, rho=9)) | held.get(name, {})
-    return sos.maps.edge(name, CART, digits=1, **asked | options)
+    return maps.edge(name, CART, digits=1, **asked | options)
 
 
 def across(x, y):
@@ -111,16 +114,16 @@ def across(x, y):
     )
     values = dict(sigma=0.3, theta=1.0, rho=8.0, gamma=1.5, u_max=8.0, cost=40.0)
     value = values.get(x, 1.0)
-    return sos.maps.frontier(
+    return maps.frontier(
         x, y, CART, values=[value, 1.1 * value], digits=1, progress=False, **asked
     )
 
 
 def law(T=0.01):
-    return sos.mip.SampledLaw.of_gain(sos.thesis.mip().gains["PD"][1], T)
+    return pendulum.SampledLaw.of_gain(thesis.mip().gains["PD"][1], T)
 
 
-FIRMWARE = sos.mip.Firmware(law())
+FIRMWARE = pendulum.Firmware(law())
 STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
 
 
@@ -144,8 +147,8 @@ def rounded(precision):
 BETWEEN = sos.Uncertain(  # soon singular at both ends
     lambda m: sos.SecondOrderSystem((m - 1) * (3 - m), 0.1, 2, 1, 1), m=(1.5, 2.5)
 )
-ROBOT = sos.mip.Robot.shipped("thesis")
-GEARMOTORS = sos.mip.Robot.shipped("gearmotors")
+ROBOT = pendulum.Robot.shipped("thesis")
+GEARMOTORS = pendulum.Robot.shipped("gearmotors")
 
 #: For each public function or class with options small calls that take them.
 CALLS = {
@@ -154,9 +157,9 @@ CALLS = {
     "analyse_loop": [looped],
     "ObserverDesign.analyse": [observed],
     "design_lqr": of_each_plant(sos.design_lqr, np.eye(2), [[1]]),
-    "compare": [lambda **o: sos.couplings.compare(PAIR, **completed(o))],
-    "verify_many": [lambda **o: sos.couplings.verify_many([PAIR], **completed(o))],
-    "block_count": [lambda coupling: sos.couplings.block_count(4, coupling)],
+    "compare": [lambda **o: polytopes.compare(PAIR, **completed(o))],
+    "verify_many": [lambda **o: polytopes.verify_many([PAIR], **completed(o))],
+    "block_count": [lambda coupling: polytopes.block_count(4, coupling)],
     "QuadraticCost": [noisy],
     "regularize": [lambda choose: sos.regularize(LIGHT, 0.1, choose=choose)],
     "edge": [edged],
@@ -174,13 +177,11 @@ CALLS = {
             name, CART, K, tau=0.1, delta=0.05 * (name != "delta"), digits=1, **o
         )
     ],
-    "misprint": [sos.counterexamples.misprint],
+    "misprint": [counterexamples.misprint],
     "slider": [lambda scale: slider("a", "A", "", (0.1, 1), 0.1, 1, scale)],
     "regulator": [lambda laws: regulator((1, 10), (10,), laws=laws)],
     "delay_margin": [
-        lambda misprints: delay_margin(
-            sos.thesis.delay_example_2(), misprints=misprints
-        )
+        lambda misprints: delay_margin(thesis.delay_example_2(), misprints=misprints)
     ],
     "controller": [lambda R=1, form="natural": controller(R, form)],
     "Program": [
@@ -192,11 +193,11 @@ CALLS = {
     ],
     "sensing": [lambda kind: sensing(kind, 0.01)],
     "SampledLoop": [
-        lambda sensing: SampledLoop(sos.mip.Mip.printed(), law(), sensing=sensing)
+        lambda sensing: SampledLoop(pendulum.Mip.printed(), law(), sensing=sensing)
     ],
     "lowest_rate": [
         lambda sensing: lowest_rate(
-            [sos.mip.Mip.printed()], law, sensing=sensing, rates=(200, 100)
+            [pendulum.Mip.printed()], law, sensing=sensing, rates=(200, 100)
         )
     ],
     "check_recording": [
@@ -231,17 +232,17 @@ CALLS = {
         )
     ],
     "farthest": [
-        lambda **o: sos.maps.farthest(
+        lambda **o: maps.farthest(
             BETWEEN, "m", digits=1, region=sos.PoleRegion(0.1, rho=20), **completed(o)
         ),
-        lambda coupling: sos.maps.farthest(
+        lambda coupling: maps.farthest(
             BETWEEN, "m", [[-3, -2]], digits=1, coupling=coupling
         ),
     ],
     "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
-    "designs": [lambda **o: sos.maps.designs(CART, [completed(o)], progress=False)],
+    "designs": [lambda **o: maps.designs(CART, [completed(o)], progress=False)],
     "design_explorer": [
-        lambda **o: sos.atlas.design_explorer(PAIR, sigma=(0.2, 0.4), rho=9.0, **o)
+        lambda **o: elements.design_explorer(PAIR, sigma=(0.2, 0.4), rho=9.0, **o)
     ],
 }
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.book.elements.scripts import script
 from sosbook.exact.checker import verdict as check
 from sosbook.exact.checker.subject import digest
@@ -179,10 +180,10 @@ def test_a_centre_at_the_end_of_a_long_valley_is_found(kernel, seed):
 
 
 EXAMPLES = {
-    "1": sos.thesis.example_1,
-    "2": sos.thesis.example_2,
-    "3": sos.thesis.example_3,
-    "4": sos.thesis.example_4,
+    "1": thesis.example_1,
+    "2": thesis.example_2,
+    "3": thesis.example_3,
+    "4": thesis.example_4,
 }
 
 
@@ -267,7 +268,7 @@ def test_every_block_is_the_theorem_s(kernel, noise):
 
 
 def test_a_warm_start_changes_nothing_but_the_time(kernel):
-    example = sos.thesis.example_1()
+    example = thesis.example_1()
     request = page_request(example.plant, **example.requirements)
     steps, apart = kernel.evaluate(
         """request => {
@@ -293,7 +294,7 @@ def test_a_warm_start_changes_nothing_but_the_time(kernel):
 
 def test_a_worker_from_the_disk_computes_without_a_network(visit, tmp_path):
     sheet = write_page(tmp_path / "sheet.html", f"<script>{script('kernel')}</script>")
-    tab, example = visit(sheet), sos.thesis.example_4()
+    tab, example = visit(sheet), thesis.example_4()
     verdict = tab.page.evaluate(
         """request => new Promise((done, failed) => {
       const text = `const k = (${sosKernel})();

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import elements, thesis
 from sosbook.book.elements.bench import EXAMPLES as PLANTS_TO_TYPE
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.book.elements.program import program_data, shown
@@ -21,14 +22,14 @@ from sosbook.synthesis.request import Request
 from tests.elements import held, write_page
 from tests.test_bench import DRIVE, READY, design, element, program, told, type_in
 
-EXAMPLES = [x["name"] for x in sos.atlas.bench().data["examples"]]
+EXAMPLES = [x["name"] for x in elements.bench().data["examples"]]
 BOXES = ("law", "gamma", "cost", "u_max", "clock")
 SCHEMA = Path(sos.__file__).parent / "proofs" / "plant.schema.json"
 
 
 @pytest.fixture
 def tab(visit, tmp_path):
-    tab = visit(write_page(tmp_path / "plant.html", sos.atlas.bench().html))
+    tab = visit(write_page(tmp_path / "plant.html", elements.bench().html))
     tab.page.wait_for_function(READY)
     yield tab
     assert tab.errors == []
@@ -474,7 +475,7 @@ def test_the_page_s_bounds_have_the_package_s_words(tab):
 
 @cache
 def robot():
-    return sos.thesis.example_1()
+    return thesis.example_1()
 
 
 #: Explorers of which some bounds have no slider, where their tasks lead.

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import plots
+from sosbook.book import plots, thesis
 
 
 @pytest.fixture(autouse=True)
@@ -25,7 +25,7 @@ def style():
 
 @pytest.fixture(scope="module")
 def design():
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     return sos.design_pid(robot.plant, **robot.requirements)
 
 

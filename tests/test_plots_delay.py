@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from scipy.special import lambertw
-from sosbook.plots import decay_curve, delay_signal, root_map, show
 
+from sosbook.book.plots import decay_curve, delay_signal, root_map, show
 from sosbook.delay import (
     ConstantDelay,
     RandomDelay,

@@ -7,6 +7,7 @@ import pytest
 import sosbook as sos
 from sosbook.analysis import linear
 from sosbook.analysis.precise import ExactLoop, sensitive
+from sosbook.book import thesis
 
 mpmath.mp.dps = 60
 
@@ -99,7 +100,7 @@ def test_norm_and_peak_of_a_sensitive_loop(gap):
 
 
 def test_a_plain_loop_is_left_to_floats_and_agrees():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     d = sos.analyse_pid(ex.plant, ex.K, ex.U)
     (v,) = d.request.vertices
     assert not sensitive(v, ex.K)

@@ -15,6 +15,7 @@ import pytest
 
 import sosbook as sos
 from sosbook import proofs
+from sosbook.book import thesis
 from sosbook.book.reproduction.region_of_attraction import region_of_attraction
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
@@ -100,7 +101,7 @@ def singular():
 
 
 def robot():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     return sos.design_pid(ex.plant, **ex.requirements).certify()
 
 
@@ -453,7 +454,7 @@ BEYOND = {
     ),
     "a slow mode behind a delay": lambda: (
         sos.design_delay_pid(
-            sos.thesis.delay_example_1(published=True).plant,
+            thesis.delay_example_1(published=True).plant,
             tau=0.2,
             mu=0.1,
             delta=0.6,

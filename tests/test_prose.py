@@ -3,7 +3,7 @@
 import nbformat.v4 as v4
 import pytest
 
-from sosbook import notebooks
+from sosbook.book import notebooks
 from tests.each import each
 from tests.prose import check, numerals, pages, quoted
 

@@ -26,6 +26,6 @@ def test_the_programs_in_the_readme_design_proven_controllers(capsys):
 
 def test_what_the_readme_names_is_there():
     named = set(re.findall(r"\bsos\.([a-zA-Z_.]+[a-zA-Z_])", README))
-    assert {"Uncertain", "plants.load_plant", "maps.edge"} <= named
+    assert {"Uncertain", "plants.load_plant"} <= named
     for name in named:
         attrgetter(name)(sos)

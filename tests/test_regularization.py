@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.linalg import null_space
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.exact.checker import verdict
 from sosbook.synthesis.regularization import (
     InfiniteModes,
@@ -193,7 +194,7 @@ def test_centre_of_no_mass_at_all_is_sized_by_beta(beta):
 
 # ------------------------------------------------------------ Example 3
 def test_example_3():
-    ex = sos.thesis.example_3()
+    ex = thesis.example_3()
     assert prove_regular(ex.plant, ex.K_A, 0.1).proven
     assert prove_regular(ex.plant, ex.K_A, 0.999).proven
     assert not prove_regular(ex.plant, ex.K_A, 1).proven
@@ -207,7 +208,7 @@ def test_example_3():
 
 
 def test_a_tiny_mass_is_brought_back():
-    ex = sos.thesis.example_3()
+    ex = thesis.example_3()
     v = ex.plant
     near = sos.SecondOrderSystem(np.diag([3, 2, 1, 1e-6]), v.D, v.S, v.B)
     assert near.poles().real.min() < -1.9e7
@@ -302,7 +303,7 @@ def test_advice_is_worth_following():
 
 # ------------------------------------------------- certificates, errors
 def test_tampering_is_noticed():
-    ex = sos.thesis.example_3()
+    ex = thesis.example_3()
     found = regularize(ex.plant, 0.1, choose="least norm")
     spoilt = replace(found, K_A=0.98 * found.K_A)
     proof = spoilt.certify()
@@ -398,7 +399,7 @@ def test_higher_index_and_scales(scale):
 
 def test_example_3_has_no_impulsive_mode():
     """One infinite eigenvalue, and it is an algebraic equation."""
-    v = sos.thesis.example_3().plant
+    v = thesis.example_3().plant
     assert infinite_modes(v) == InfiniteModes(7, 1, 0, 1)
     assert not infinite_modes(v).impulsive
     D = v.D.copy()

@@ -3,13 +3,13 @@
 import control
 import numpy as np
 import pytest
-from sosbook.mip import Mip, vertices
-from sosbook.reproduction import mip
 
-import sosbook as sos
+from sosbook.book import thesis
+from sosbook.book.reproduction import mip
+from sosbook.pendulum import Mip, vertices
 from tests.cases import by_hand
 
-PRINT = sos.thesis.mip()
+PRINT = thesis.mip()
 
 
 def find(rows, item, place=""):

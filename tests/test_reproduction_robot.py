@@ -5,10 +5,10 @@ import re
 import control
 import numpy as np
 import pytest
-from sosbook.mip import Firmware, Mip, SampledLaw, Sensors, simulate, vertices
-from sosbook.reproduction import desk
 
-from sosbook import thesis
+from sosbook.book import thesis
+from sosbook.book.reproduction import desk
+from sosbook.pendulum import Firmware, Mip, SampledLaw, Sensors, simulate, vertices
 from tests.gains import named
 
 T = 0.01

@@ -6,13 +6,15 @@ from functools import cache
 import cvxpy
 import numpy as np
 import pytest
-from sosbook.couplings import verify_on_samples
 
 import sosbook as sos
+from sosbook.book import elements, thesis
 from sosbook.plants import descriptors
 from sosbook.requirements.blocks import BlockName, BlockTable
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
+from sosbook.studies import maps
+from sosbook.studies.polytopes import verify_on_samples
 from sosbook.synthesis.request import Request
 from tests.energy_to_peak import EnergyToPeak
 
@@ -104,7 +106,7 @@ def test_minimise(designs, name, coupling):
         **more,
     )
     assert d.status == "feasible" and d.certify().proven
-    bound = sos.maps.requirements(d.request)[key]
+    bound = maps.requirements(d.request)[key]
     assert bound < r.bound
     assert min(verify_on_samples(d).values()) > 0
     harder = sos.design_pid(
@@ -195,9 +197,7 @@ def test_edges_and_shares(name):
         "rho": [TIGHT.with_bound(0.2)],
         "gamma": [ROOF.with_bound(50.0)],
     }
-    edge = sos.maps.edge(
-        key, PLANTS, digits=1, requirements=[r, *held.get(name, [ROOF])]
-    )
+    edge = maps.edge(key, PLANTS, digits=1, requirements=[r, *held.get(name, [ROOF])])
     assert edge.proven, edge.reason
     assert r.parameter.harder_than(edge.infeasible, edge.feasible) == 1
     assert key in edge.shares and np.isclose(sum(edge.shares.values()), 1)
@@ -212,7 +212,7 @@ def test_maps_hold_it_or_move_it(name):
     up = ("gamma", [0.3, 0.9])
     if r.parameter and name not in ("sigma", "gamma"):
         up = r.parameter.key, [0.9 * r.bound, 1.1 * r.bound]
-    found = sos.maps.frontier(
+    found = maps.frontier(
         across[0], up[0], PLANTS, values=across[1], progress=False, **asked(name)
     )
     for y in up[1]:
@@ -237,7 +237,7 @@ def test_pages_show_it(name):
         x, values, held = "rho", [20.0, 30.0], [REQUIREMENTS["rho"]]
     if not r.parameter:
         held.append(REQUIREMENTS["gamma"])
-    front = sos.maps.frontier(
+    front = maps.frontier(
         x,
         key,
         PLANTS,
@@ -247,13 +247,13 @@ def test_pages_show_it(name):
         progress=False,
         **asked(name, *held),
     )
-    page = sos.atlas.MapAtlas({"Mass": [front]}).data
+    page = elements.MapAtlas({"Mass": [front]}).data
     assert page["groups"][0]["maps"][0]["y"]["key"] == key
 
 
 def test_a_region_cannot_take_a_theorems_place():
     """ "lqr" overwrote the block of the cost, and a falsehood was proven."""
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     for name in ("lqr", "cost", "trace", "P", "x0", "hinf", "stability", "u_max"):
         d = sos.design_pid(
             ex.plant,

@@ -52,7 +52,7 @@ def test_every_folder_is_a_room():
     assert folders == set(ROOMS)
     loose = {p.name for p in PACKAGE.glob("*.py")}
     tools = {f"{name}.py" for name in TOOLS}
-    assert loose == {"__init__.py", "__main__.py", "aliases.py", *tools}
+    assert loose == {"__init__.py", "__main__.py", *tools}
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -129,7 +129,7 @@ def test_the_root_imports_nothing_before_it_is_asked_for():
         check=True,
         env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)},
     )
-    assert done.stdout.strip() == "['sosbook'] ['sosbook.aliases']"
+    assert done.stdout.strip() == "['sosbook'] []"
 
 
 def test_type_checkers_read_the_names_that_are_there():
@@ -170,30 +170,14 @@ def test_the_contract_sees_an_arrow_that_points_up(tmp_path, monkeypatch):
         assert [m[0] for m in imports(file)] == ["book"], text
 
 
-@pytest.mark.parametrize("short, full", sorted(sosbook.aliases.MODULES.items()))
-def test_a_short_name_is_the_same_module(short, full):
-    module = importlib.import_module(f"sosbook.{full}")
-    assert importlib.import_module(f"sosbook.{short}") is module
-    assert getattr(sosbook, short) is module
-    assert module.__spec__.name == f"sosbook.{full}"
-
-
-def test_a_part_of_a_short_name_is_not_imported_twice():
-    from sosbook.mip.model import Mip
-
-    from sosbook.pendulum.model import Mip as same
-
-    assert Mip is same
-
-
 def test_an_unknown_name_is_an_error():
     with pytest.raises(AttributeError, match="no attribute 'walls'"):
         sosbook.walls
     with pytest.raises(ModuleNotFoundError):
-        importlib.import_module("sosbook.mip.nothing")
+        importlib.import_module("sosbook.pendulum.nothing")
 
 
 @pytest.mark.slow
-def test_the_robots_program_runs_by_its_short_name():
-    done = process(sys.executable, "-m", "sosbook.mip", "--help", check=True)
+def test_the_robots_program_runs():
+    done = process(sys.executable, "-m", "sosbook.pendulum", "--help", check=True)
     assert "folder" in done.stdout

@@ -16,6 +16,7 @@ import sosbook as sos
 from sosbook.runtime import libraries, progress, threads
 from sosbook.runtime.reading import read_bytes, read_json
 from sosbook.runtime.writing import write_file
+from sosbook.studies import maps
 from tests.processes import process
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -67,10 +68,10 @@ def test_without_joblib_the_points_run_one_by_one_and_it_says_so(monkeypatch):
     monkeypatch.delitem(sys.modules, "joblib")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert sos.maps.sweep(abs, [-2, 1], progress=False) == [2, 1]
+        assert maps.sweep(abs, [-2, 1], progress=False) == [2, 1]
     absent(monkeypatch, "joblib")
     with pytest.warns(UserWarning, match=r"sosbook\[parallel\].* one by one"):
-        assert sos.maps.sweep(abs, [-2, 1], n_jobs=2, progress=False) == [2, 1]
+        assert maps.sweep(abs, [-2, 1], n_jobs=2, progress=False) == [2, 1]
 
 
 def test_without_tqdm_nothing_is_shown_and_nothing_fails(monkeypatch, capsys):

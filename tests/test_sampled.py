@@ -9,11 +9,12 @@ from flint import ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm, solve_continuous_are
-from sosbook.mip import Mip
-from sosbook.mip.spread import polytope
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.exact.definite import exact
+from sosbook.pendulum import Mip
+from sosbook.pendulum.spread import polytope
 from sosbook.plants.descriptor import descriptors
 from sosbook.sampled import (
     c2d,
@@ -458,7 +459,7 @@ def test_the_bound_is_tight_on_a_short_segment():
 
 def test_the_proof_refuses_an_unstable_loop_and_a_marginal_one():
     plant = Mip.printed().plant()
-    found = certify_sampled(plant, sos.thesis.mip().pid[1], 0.01, 0.01, U)
+    found = certify_sampled(plant, thesis.mip().pid[1], 0.01, 0.01, U)
     assert not found.proven and "spectral radius" in str(found)
     # z'' = u, z' fed back alone: the displacement stays where it is
     assert not certify_sampled(CART, [[0, -1]], 0.1).proven

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 import sosbook as sos
 from sosbook.analysis.precise import sensitive
+from sosbook.book import thesis
 
 SINE = sos.Sine(5, 10, offset=5, start=1, stop=2.05)
 R, X0 = np.array([1.0, -0.5]), np.array([0.2, 0.2, 0.8, 0.8, 0.1, 0.1])
@@ -14,7 +15,7 @@ R, X0 = np.array([1.0, -0.5]), np.array([0.2, 0.2, 0.8, 0.8, 0.1, 0.1])
 
 @pytest.fixture(scope="module")
 def design():
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     return sos.analyse_pid(ex.plant, ex.K, **ex.requirements)
 
 
@@ -101,7 +102,7 @@ def test_a_time_scale_of_picoseconds():
 @pytest.mark.slow
 def test_acceleration_feedback_is_counted_in_u():
     """M z'' + D z' + S z = B u + F w, u with its K_A z''."""
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     K_A = np.array([[-1.0, 0.5], [0, -2]])
     d = sos.analyse_pid(ex.plant, ex.K, ex.U, K_A=K_A)
     t = np.linspace(0, 1, 100001)
@@ -121,7 +122,7 @@ def test_channels_of_the_disturbance(design):
 
 
 def test_one_response_for_each_vertex():
-    seat = sos.thesis.example_2()
+    seat = thesis.example_2()
     plants, asked = seat.plant, seat.requirements
     d = sos.design_pid(plants, **asked)
     answers = d.simulate([0, 1, 2], r=[1, 0])
@@ -224,7 +225,7 @@ def test_levels_of_a_set_point(design):
 
 
 def test_a_plant_alone_is_the_loop_without_a_gain():
-    plant = sos.thesis.example_1().plant
+    plant = thesis.example_1().plant
     t = np.linspace(0, 4, 401)
     zero = sos.analyse_pid(plant, np.zeros((2, 4)))
     x0, push = [0.1, -0.2, 0.3, 0], sos.Step([1, 2], start=0.5, stop=1.5)
@@ -255,7 +256,7 @@ def test_a_plant_alone_is_the_loop_without_a_gain():
 )
 def test_what_acts_on_a_plant_is_checked(bad, words):
     with pytest.raises(ValueError, match=words):
-        sos.thesis.example_1().plant.simulate([0, 1], **bad)
+        thesis.example_1().plant.simulate([0, 1], **bad)
 
 
 def test_a_singular_mass_isnt_simulated():

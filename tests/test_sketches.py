@@ -5,9 +5,9 @@ import re
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from sosbook.plots import mechanisms, sketches
 
-from sosbook import plots
+from sosbook.book import plots
+from sosbook.book.plots import mechanisms, sketches
 
 
 @pytest.fixture

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
-from sosbook.couplings import scale_polytope, verify_on_samples
 
 import sosbook as sos
-from sosbook import counterexamples
+from sosbook.book import counterexamples, thesis
 from sosbook.exact.checker import CHECKER
+from sosbook.studies import maps
+from sosbook.studies.polytopes import scale_polytope, verify_on_samples
 from sosbook.synthesis import slack as slack_search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
@@ -202,7 +203,7 @@ def test_a_gain_that_is_given_keeps_its_own_matrices():
 
 @pytest.mark.parametrize("asked", [{"coupling": "slack", "slack": 0.1}, {}])
 def test_vertices_that_repeat_share_a_P_and_its_proof(asked, tmp_path):
-    one = sos.thesis.example_1().plant
+    one = thesis.example_1().plant
     heavy = sos.SecondOrderSystem(1.1 * one.M, one.D, one.S, one.B, one.F)
     plants = sos.Polytope([one, heavy, one])
     design = sos.design_pid(plants, region=sos.PoleRegion(0.3), gamma=2.0, **asked)
@@ -242,7 +243,7 @@ def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
     alone = sos.design_pid(first, **asked, minimize=key, backoff=1e-4)
     if alone.status != "feasible":
         return
-    bound = 0.9 * sos.maps.requirements(alone.request)[key]
+    bound = 0.9 * maps.requirements(alone.request)[key]
     asked = dict(requirements=alone.request.with_bounds({key: bound}).requirements)
     d = sos.design_pid(plants, **asked, coupling="slack")
     assert d.status != "feasible"

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import widgets
-from sosbook.book import notebooks
+from sosbook.book import notebooks, thesis, widgets
 from sosbook.book.notebooks import BOOK
 from sosbook.pendulum import Mip, polytope
 
 I4 = np.eye(4)
-ROBOT, WING = sos.thesis.example_1(), sos.thesis.delay_example_1(published=True)
+ROBOT, WING = thesis.example_1(), thesis.delay_example_1(published=True)
 REGION = sos.PoleRegion(1.0, np.radians(60), 8)
 ALL = ROBOT.requirements | {"region": REGION}
 MOVED = {"sigma": 1.0, "theta": 60, "rho": 8}

@@ -10,7 +10,7 @@ import re
 import nbformat.v4 as v4
 import pytest
 
-from sosbook import notebooks
+from sosbook.book import notebooks
 from tests.each import each
 
 MARKS = re.compile(

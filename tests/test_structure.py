@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.kronecker import Hessian
@@ -20,7 +21,7 @@ from sosbook.synthesis.scaling import Frame
 from tests.cases import GRADIENTS
 
 EXAMPLES = {
-    f"{k} {coupling}": (getattr(sos.thesis, f"example_{k}"), coupling)
+    f"{k} {coupling}": (getattr(thesis, f"example_{k}"), coupling)
     for k in (1, 2, 3, 4)
     for coupling in ("pairs", "slack")
 }
@@ -29,7 +30,7 @@ EXAMPLES["many"] = (lambda: many_vertices(), "pairs")
 
 def many_vertices():
     """Stiffnesses on a grid, and two masses: pairs, whose factors are all different."""
-    v, rng = sos.thesis.example_1(), np.random.default_rng(2)
+    v, rng = thesis.example_1(), np.random.default_rng(2)
     M, D, S, B, F = (v.plant.vertices[0].__dict__[k] for k in "MDSBF")
     plants = [
         sos.SecondOrderSystem(M * mass, D, S * spring, B, F)
@@ -186,7 +187,7 @@ def test_the_smallest_eigenvalues_and_some_of_the_blocks(case):
 @pytest.mark.parametrize("k", [1, 2, 3])
 def test_the_first_guess_is_stable(k):
     """The frame's gain, with P = I, is that of a Riccati equation."""
-    example = getattr(sos.thesis, f"example_{k}")()
+    example = getattr(thesis, f"example_{k}")()
     request = Request(example.plant, U=example.U, K_A=example.requirements.get("K_A"))
     frame = Frame.of(request)
     A, B, _ = request.mean.state_space()
@@ -198,7 +199,7 @@ def test_the_first_guess_is_stable(k):
 
 
 def test_without_multipliers_a_refusal_is_left_open():
-    robot = sos.thesis.example_1()
+    robot = thesis.example_1()
     asked = robot.requirements | {"region": sos.PoleRegion(2, np.pi / 4, 5)}
     request = Request(robot.plant, **asked)
     expressions, unknowns = request.in_unknowns(Frame.of(request))

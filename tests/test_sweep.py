@@ -10,10 +10,11 @@ from functools import partial
 import joblib
 import numpy as np
 import pytest
-from sosbook.maps.parallel import sweep
 from tqdm import tqdm
 
 import sosbook as sos
+from sosbook.studies import maps
+from sosbook.studies.maps.parallel import sweep
 
 POINTS = [(k, 0.1 * k + 0.05) for k in range(9)]
 
@@ -203,7 +204,7 @@ def test_a_point_has_its_own_time_limit(request, backend):
 
     def pushed(seconds):
         plant = sos.SecondOrderSystem(1, 0, 0, 1)
-        edge = sos.maps.edge(
+        edge = maps.edge(
             "rho",
             plant,
             region=sos.PoleRegion(sigma=1, rho=9),

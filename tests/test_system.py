@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigvals
-from sosbook.couplings import verify_on_samples
 
 import sosbook as sos
 from sosbook import Polytope, SecondOrderSystem
 from sosbook.plants.descriptor import descriptors
+from sosbook.studies.polytopes import verify_on_samples
 from tests.cases import chain, random_plant
 
 I2, ONE = np.eye(2), [[1.0]]

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-import sosbook as sos
+from sosbook.book import reproduction, tables
 
 
 def page(table):
@@ -11,7 +11,7 @@ def page(table):
 
 
 def test_every_reproduction_row_is_in_the_table(rows):
-    text = page(sos.tables.reproduction(rows))
+    text = page(tables.reproduction(rows))
     assert text.count("<tr>") == len(rows) + 1
     for row in rows:
         assert f'href="{row.chapter}.html"' in text
@@ -19,37 +19,35 @@ def test_every_reproduction_row_is_in_the_table(rows):
 
 
 def test_every_erratum_is_in_the_table(errata):
-    text = page(sos.tables.errata(errata))
+    text = page(tables.errata(errata))
     assert text.count("<tr>") == len(errata) + 1
-    counts = re.findall(r"<td>(\d+)</td>", page(sos.tables.kinds(errata)))
+    counts = re.findall(r"<td>(\d+)</td>", page(tables.kinds(errata)))
     assert sum(map(int, counts)) == len(errata) and "0" not in counts
 
 
 def test_what_is_right_is_in_its_table():
-    checked = sos.reproduction.checked()
-    text = page(sos.tables.checked(checked))
+    checked = reproduction.checked()
+    text = page(tables.checked(checked))
     assert text.count("<tr>") == len(checked) + 1
     assert "(2.15), (2.17)" in text
 
 
 def test_text_is_escaped():
-    row = sos.reproduction.Row(
-        "01_x", "a < b", "<script>", "&", "<b>", "misprint", "<i>"
-    )
-    text = page(sos.tables.reproduction([row]))
+    row = reproduction.Row("01_x", "a < b", "<script>", "&", "<b>", "misprint", "<i>")
+    text = page(tables.reproduction([row]))
     assert "<script>" not in text and "<b>" not in text
     assert "a &lt; b" in text
 
 
 def test_columns_and_rows_have_heads_and_a_caption(rows):
-    text = page(sos.tables.verdicts(rows))
+    text = page(tables.verdicts(rows))
     assert text.count('scope="col"') == 4
-    assert text.count('scope="row"') == len(sos.reproduction.VERDICTS)
+    assert text.count('scope="row"') == len(reproduction.VERDICTS)
     assert "<caption>" in text
 
 
 def test_the_counts_add_up(rows):
-    text = page(sos.tables.verdicts(rows))
+    text = page(tables.verdicts(rows))
     counts = [int(n) for n in re.findall(r"<td>(\d+)</td>", text)]
     assert sum(counts[1::2]) == len(rows)
     assert sum(counts[::2]) == len({row.about for row in rows})

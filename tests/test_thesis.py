@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import reproduction
+from sosbook.book import reproduction, thesis
 
 BOOK = Path(__file__).resolve().parent.parent / "book"
 
@@ -92,7 +92,7 @@ def test_what_rounding_explains_is_no_misprint(errata):
 
 def test_numbers_in_the_rows_are_those_of_other_means(rows):
     """The norm by a sweep, the peak by small steps."""
-    ex = sos.thesis.example_1()
+    ex = thesis.example_1()
     d = sos.analyse_pid(ex.plant, ex.K, ex.U)
     loop = d.closed_loop()
     omega = np.linspace(0, 20, 4001)

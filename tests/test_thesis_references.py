@@ -12,7 +12,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from sosbook import reproduction
+from sosbook.book import reproduction
 from tests.each import each
 from tests.prose import markup
 

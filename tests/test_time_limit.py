@@ -21,6 +21,7 @@ from sosbook.plants.controllability import FixedPart, fixed_part, is_singular, m
 from sosbook.requirements.weights import square_factors
 from sosbook.runtime import time_limit as clock
 from sosbook.solver.newton import _conjugate_gradients
+from sosbook.studies import maps
 from sosbook.synthesis import feasibility
 from sosbook.synthesis.fixed_mode import refuse_by_mass, refuse_by_mode
 from sosbook.synthesis.request import Request
@@ -256,7 +257,7 @@ LIMITED = {
         "tau", CART, [[-1, -1]], tau=0.1, digits=1, alpha=0.1, time_limit=s
     ),
     "certify": lambda s: sos.design_pid(CART).certify(time_limit=s),
-    "edge": lambda s: sos.maps.edge(
+    "edge": lambda s: maps.edge(
         "rho", CART, region=sos.PoleRegion(rho=9), digits=1, time_limit=s
     ),
     "own": lambda s: LMIProblem(

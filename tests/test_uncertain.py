@@ -15,13 +15,13 @@ import scipy.sparse as sp
 from flint import fmpq
 
 import sosbook as sos
-from sosbook import couplings
 from sosbook.exact.checker import CHECKER
 from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.rational import exact, rational_matrix
 from sosbook.plants.bernstein import Box
 from sosbook.plants.parametric import ParameterError, parameters
 from sosbook.proofs import command
+from sosbook.studies import polytopes
 from sosbook.synthesis import slack as pieces
 from tests.asking import asked_by, asking
 from tests.processes import alone
@@ -543,7 +543,7 @@ def test_every_door_takes_a_family():
     assert len(sos.infinite_modes(massless)) == 2
     (best, *_) = sos.admissible_U(damped)
     assert best.admissible
-    kept = couplings.verify_on_samples(sos.design_pid(damped, **ASKED))
+    kept = polytopes.verify_on_samples(sos.design_pid(damped, **ASKED))
     assert min(kept.values()) > 0
 
 

@@ -18,6 +18,7 @@ from sosbook.lmi import Unknown
 from sosbook.requirements.base import Requirement
 from sosbook.requirements.vocabulary import Parameter
 from sosbook.sampled import certify_sampled, design_sampled_lqr
+from sosbook.studies import maps
 from sosbook.synthesis.request import Request
 from sosbook.theorems.lqr import trace_bound
 from tests.cases import close, falling_plant
@@ -336,8 +337,8 @@ def edges(seed, powers):
     asked = dict(region=sos.PoleRegion(0.37, 1.3, 31.0), gamma=10.0)
     other = there.requirements(asked)
     for name, unit in (("rho", 1 / there.w0), ("sigma", 1 / there.w0)):
-        here = sos.maps.edge(name, plant, digits=1, **asked)
-        away = sos.maps.edge(name, there.plant(plant), digits=1, **other)
+        here = maps.edge(name, plant, digits=1, **asked)
+        away = maps.edge(name, there.plant(plant), digits=1, **other)
         assert here.proven == away.proven
         sides = np.array([(e.feasible, e.infeasible) for e in (here, away)])
         sides[0] *= unit

@@ -10,7 +10,7 @@ from pathlib import Path
 import nbformat.v4 as v4
 import pytest
 
-from sosbook import notebooks
+from sosbook.book import notebooks
 from tests import values
 from tests.processes import process
 from tests.values import cells, words

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.book.reproduction.gamma_bounds import GammaLowerBounds, gamma_lower_bounds
 
-EXAMPLES = [sos.thesis.example_1, sos.thesis.example_2, sos.thesis.example_3]
+EXAMPLES = [thesis.example_1, thesis.example_2, thesis.example_3]
 
 
 def smallest(example, mu, region=None, u_max=None):

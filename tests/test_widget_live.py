@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook import widgets
+from sosbook.book import widgets
 from sosbook.book.elements.answers import Answers
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.synthesis.certificates import Certificate, DesignRefusal

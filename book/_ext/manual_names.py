@@ -64,11 +64,6 @@ def pages():
     }
 
 
-def _home(module):
-    """Where a module really lives: sosbook.studies.maps for sosbook.maps."""
-    return import_module(module).__name__
-
-
 def _key(thing, name):
     """Equal for two names of one object; constants have only their name."""
     if inspect.isclass(thing) or inspect.isfunction(thing):
@@ -88,7 +83,7 @@ def entries():
 
     for page, modules in pages().items():
         for home, names in root._NAMES.items():
-            if any((f"{ROOT}.{home}.").startswith(_home(m) + ".") for m in modules):
+            if any((f"{ROOT}.{home}.").startswith(f"{m}.") for m in modules):
                 for name in names:
                     add(f"{ROOT}.{name}", getattr(root, name), page, modules[0])
     for page, modules in pages().items():
@@ -105,18 +100,8 @@ def entries():
 
 @cache
 def names():
-    """Every known name of every entry, the aliases of its module included."""
-    short = import_module(f"{ROOT}.aliases").MODULES
-    known = {}
-    for entry in entries().values():
-        for alias in entry.aliases:
-            known[alias] = entry
-            for new, old in short.items():
-                for one, other in ((new, old), (old, new)):
-                    start = f"{ROOT}.{one}."
-                    if alias.startswith(start):
-                        known[f"{ROOT}.{other}.{alias[len(start) :]}"] = entry
-    return known
+    """Every known name of every entry."""
+    return {a: entry for entry in entries().values() for a in entry.aliases}
 
 
 def lookup(name):

@@ -104,7 +104,7 @@ def largest_margin(expressions, unknowns):
 def region_margin(example):
     """The largest margin of an example whose request is a region alone.
 
-    ``example``: with a plant and requirements, as `sosbook.thesis.example_4`. Returns
+    ``example``: with a plant and requirements, as `thesis.example_4`. Returns
     LargestMargin: with the gain ``K = Y inv(P)``. All blocks are those of thesis (2.18)
     to (2.20) at the vertices, and P > 0. Raises ValueError if gamma or an input bound
     is asked too: then the blocks have constants, which bound t whatever the length.
@@ -128,7 +128,7 @@ def delay_margin(example, mu=None, second=1.0, misprints=()):
     Parameters
     ----------
     example : DelayExample
-        As `sosbook.thesis.delay_example_2`.
+        As `sosbook.book.thesis.delay_example_2`.
     mu : float, optional
         The tolerance of the delay in seconds, if not the example's.
     second : float

@@ -89,13 +89,13 @@ def errata(errata, caption="Corrections to the printed text"):
 
 
 def checked(checked, caption="Checked and found right"):
-    """A `Table` of `sosbook.reproduction.checked` with a caption."""
+    """A `Table` of `sosbook.book.reproduction.checked` with a caption."""
     cells = [[_link(c.chapter, c.place), *map(_text, (c.what, c.how))] for c in checked]
     return Table(caption, ["Where", "What", "How"], cells)
 
 
 def assumptions(figures, caption="What each figure is redrawn with"):
-    """A `Table` with a caption of figures: `sosbook.reproduction.assumptions`."""
+    """A `Table` with a caption of figures: `sosbook.book.reproduction.assumptions`."""
     heads = ["Figures", "Start", "Disturbance", "Set point", "Delay", "Else"]
     parts = ("start", "channels", "reference", "delay", "rest")
     cells = [
@@ -116,7 +116,7 @@ def ledger(entries, caption="The best that is known of the printed gains"):
 
 
 def readings(readings, caption="Readings that would decide"):
-    """A `Table` with a caption of readings: `sosbook.reproduction.readings`."""
+    """A `Table` with a caption of readings: `sosbook.book.reproduction.readings`."""
     heads, parts = ["Where", "Look for", "What it decides"], ("read", "then")
     places = [_link(r["chapter"], r["place"]) for r in readings]
     texts = [[_text(r[part]) for part in parts] for r in readings]

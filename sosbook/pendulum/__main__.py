@@ -57,7 +57,7 @@ def main(argv=None):
 def chain(argv):
     """The command that identifies, designs, proves and writes."""
     parser = argparse.ArgumentParser(
-        prog="python -m sosbook.mip",
+        prog="python -m sosbook.pendulum",
         description=__doc__,
         usage=USAGE,
         allow_abbrev=False,
@@ -138,7 +138,7 @@ def places(paths):
 def parser_of(name, text):
     """The parser of a command with this name, described by a text."""
     return argparse.ArgumentParser(
-        prog=f"python -m sosbook.mip {name}", description=text, allow_abbrev=False
+        prog=f"python -m sosbook.pendulum {name}", description=text, allow_abbrev=False
     )
 
 

@@ -1,6 +1,6 @@
 """From two logs to a C program: identify, design, prove, write.
 
-``python -m sosbook.mip robot.toml body.csv wheels.csv folder`` does it
+``python -m sosbook.pendulum robot.toml body.csv wheels.csv folder`` does it
 all.
 """
 

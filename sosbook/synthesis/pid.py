@@ -71,7 +71,7 @@ def design_pid(
         parameters, whose ranges are cut while its least bound falls, the lower one.
         ``"pairs"`` is sound, with one Lyapunov matrix for all plants. No
         pair is asked where the vertices suffice: see
-        `sosbook.couplings.vertices_suffice`.
+        `sosbook.studies.polytopes.vertices_suffice`.
         ``"slack"`` is sound too, with one for each vertex, for plants
         that don't change with time; ``"pairs"`` also covers those that
         move through the polytope, as fast as they like.

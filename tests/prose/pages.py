@@ -169,7 +169,7 @@ def parse(source):
 
 @cache
 def thesis():
-    """The numbers of each example in `sosbook.thesis`, by its name."""
+    """The numbers of each example in `sosbook.book.thesis`, by its name."""
     return {
         node.name: tuple(numerals.literals(ast.unparse(node)))
         for file in sorted((ROOT / "sosbook" / "book" / "thesis").glob("*.py"))

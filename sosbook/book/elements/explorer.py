@@ -105,7 +105,8 @@ def design_explorer(
     Examples
     --------
     >>> import sosbook as sos
-    >>> robot = sos.thesis.example_1()
+    >>> from sosbook.book import thesis
+    >>> robot = thesis.example_1()
     >>> design_explorer(robot.plant, robot.U, sigma=(0.1, 2), rho=5.0)
     Explorer: Move the requirements (sigma)
     """
@@ -115,7 +116,7 @@ def design_explorer(
     if plant.n > LARGEST or len(plant.vertices) > LARGEST:
         raise ValueError(
             f"the page solves up to {LARGEST} degrees of freedom and vertices: "
-            "show a map of the designs, sos.maps.frontier in MapAtlas"
+            "show a map of the designs, studies.maps.frontier in MapAtlas"
         )
     if saturation is not None and u_max is None:
         u_max = saturation.u_max

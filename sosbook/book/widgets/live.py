@@ -67,7 +67,7 @@ def live(element):
     Parameters
     ----------
     element : elements.Explorer
-        As `atlas.design_explorer` and `atlas.bench` return it.
+        As `elements.design_explorer` and `elements.bench` return it.
 
     Returns
     -------
@@ -81,6 +81,7 @@ def live(element):
     """
     if not isinstance(element, Explorer):
         raise ValueError(
-            f"live needs an explorer, as atlas.design_explorer returns; got {element!r}"
+            "live needs an explorer, as elements.design_explorer returns; "
+            f"got {element!r}"
         )
     return Live(element)

@@ -101,7 +101,7 @@ def sliders(function, **ranges):
     ----------
     function : callable
         Takes a number by the name of each slider. What it returns is shown as a cell
-        would show it: a design, a figure of `sosbook.plots.show`, a text; and so is
+        would show it: a design, a figure of `plots.show`, a text; and so is
         what it prints.
     **ranges : (low, start, high) or ipywidgets.Widget
         One for each argument: three numbers that rise, or any widget that has a

@@ -13,7 +13,7 @@
  *   c      print the sensors, motors off
  *   g      wait for rest and balance (so it begins)
  *   s      stop
- *   l      log every tick, for sosbook.mip's compare; again: don't
+ *   l      log every tick, for sosbook.pendulum's compare; again: don't
  *   v 2.5  roll with 2.5 rad/s, reached on a ramp; say it again within a
  *          second, or the robot stops
  *   v 2.5 0.5  where the heading is held: and turn left with 0.5 rad/s

@@ -15,7 +15,7 @@ the gyro's mean as its offset, and balances. PAUSE or Ctrl-C ends it.
     python3 pyctrl_balance.py [log.csv [speed.txt]]
 
 compiles the law's files in C, which lie beside it, with the command cc; it
-writes a row a tick into log.csv, which sosbook.mip's compare reads, and
+writes a row a tick into log.csv, which sosbook.pendulum's compare reads, and
 obeys the number in speed.txt, the wheels' speed in rad/s,
 and with STEERS a second one, the turn rate in rad/s, positive to the left.
 A second without such a file stops the wheels.

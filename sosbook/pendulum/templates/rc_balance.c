@@ -22,7 +22,7 @@
  * stops it and lets it wait again; hold PAUSE for two seconds to end.
  *
  *   rc_balance log.csv            also writes a row a tick into log.csv,
- *                                   which sosbook.mip's compare reads
+ *                                   which sosbook.pendulum's compare reads
  *   rc_balance log.csv speed.txt  also obeys the number in speed.txt, the
  *                                   wheels' speed in rad/s: echo 2 > speed.txt
  *   rc_balance log.csv -          obeys lines that come in: v 2, or p 30 to

@@ -242,7 +242,8 @@ def edge(
     Examples
     --------
     >>> import sosbook as sos
-    >>> robot = sos.thesis.example_1()
+    >>> from sosbook.book import thesis
+    >>> robot = thesis.example_1()
     >>> fastest = edge("rho", robot.plant, **robot.requirements)
     >>> fastest.proven, fastest.feasible < 5
     (True, True)

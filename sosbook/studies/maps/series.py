@@ -38,7 +38,8 @@ def designs(plant, specifications, n_jobs=None, progress=True):
     Examples
     --------
     >>> import sosbook as sos
-    >>> robot = sos.thesis.example_1()
+    >>> from sosbook.book import thesis
+    >>> robot = thesis.example_1()
     >>> grid = designs(robot.plant, [
     ...     robot.requirements | dict(gamma=g) for g in (0.3, 1, 2)])
     >>> [design.status for design in grid]
