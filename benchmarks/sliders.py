@@ -109,7 +109,7 @@ def _move(request, start):
         request.plant,
         **keywords(request),
         K_A=request.K_A,
-        coupling=request.coupling,
+        coupling=request.coupling.word,
         start=start,
     )
     solved = time.perf_counter()

@@ -22,7 +22,7 @@ def carts(*masses):
 def test_one_p_where_there_is_one():
     asked = dict(region=sos.PoleRegion(sigma=0.5))
     auto, pairs = (sos.design_pid(carts(0.5, 2), **asked, **how) for how in ({}, PAIRS))
-    assert auto.request.coupling == "pairs" and auto.reason == pairs.reason
+    assert auto.request.coupling.word == "pairs" and auto.reason == pairs.reason
     assert (auto.K == pairs.K).all()
 
 
@@ -35,7 +35,7 @@ def test_a_p_for_each_vertex_where_there_is_none_for_all():
     assert refused.status == "infeasible" and refused.infeasibility.proven
     assert "no common P in this form of the rows" in refused.reason
     design = sos.design_pid(plants, region=ROOMY)
-    assert design.request.coupling == "slack" and 'coupling="slack"' in design.reason
+    assert design.request.coupling.own_P and 'coupling="slack"' in design.reason
     proof = design.certify()
     assert proof.proven
     for plant in plants.sample(100, 1):
@@ -49,13 +49,13 @@ def test_a_refusal_says_that_both_were_tried():
     design = sos.design_pid(carts(0.01, 1, 100), **asked)
     one = sos.design_pid(carts(0.01, 1, 100), **asked, **PAIRS)
     assert design.status == one.status == "infeasible"
-    assert design.request.coupling == "pairs"
+    assert design.request.coupling.word == "pairs"
     assert "no common P" in one.reason and "for each vertex" in design.reason
 
 
 def test_what_one_p_has_shown_stays_where_the_time_ends(monkeypatch):
     def late(request, *how):
-        if request.coupling == "slack":
+        if request.coupling.word == "slack":
             raise OutOfTime(end=monotonic())
         return designed(request, *how)
 
@@ -119,7 +119,7 @@ def test_a_simple_gain_is_tried_before_a_design_is_undecided(held, words, unit):
     ]
     design = sos.design_pid(sos.Polytope(carts))
     assert design.status == "feasible" and words in design.reason
-    assert design.request.coupling == "multipliers"
+    assert design.request.coupling.word == "multipliers"
     proof = design.certify()
     assert proof.proven and "every constant plant" in proof.claims[0]
     for cart in (*carts, sos.Polytope(carts).mean):

@@ -7,7 +7,8 @@ import pytest
 import sosbook as sos
 from sosbook.book import counterexamples, thesis
 from sosbook.plants.coupled import Coupled
-from sosbook.plants.descriptor import coupled_pairs, descriptors
+from sosbook.plants.coupling import coupling_of
+from sosbook.plants.descriptor import descriptors
 from tests.cases import norm_on_a_grid, random_plant
 
 
@@ -50,11 +51,11 @@ def test_the_sign_of_the_integrator():
 
 def test_pairs():
     vertices = descriptors(counterexamples.actuated())
-    assert coupled_pairs(vertices, "vertices") == [(0, 0), (1, 1)]
-    assert coupled_pairs(vertices, "pairs") == [(0, 0), (1, 1), (0, 1)]
+    assert coupling_of("vertices").pairs(vertices) == [(0, 0), (1, 1)]
+    assert coupling_of("pairs").pairs(vertices) == [(0, 0), (1, 1), (0, 1)]
     seat = descriptors(thesis.example_2().plant)  # one uncertain mass
-    assert coupled_pairs(seat, "pairs") == [(0, 0), (1, 1)]
-    assert coupled_pairs(seat, "pairs", quotient=False) == [(0, 0), (1, 1), (0, 1)]
+    assert coupling_of("pairs").pairs(seat) == [(0, 0), (1, 1)]
+    assert coupling_of("pairs").pairs(seat, quotient=False) == [(0, 0), (1, 1), (0, 1)]
 
 
 def test_pairs_with_one_mass_are_the_mean_of_their_vertices():
@@ -62,7 +63,7 @@ def test_pairs_with_one_mass_are_the_mean_of_their_vertices():
     v = thesis.car_seat(100)
     stiff = sos.SecondOrderSystem(v.M, 2 * v.D, 3 * v.S, 0.5 * v.B, v.F)
     both = descriptors(sos.Polytope([v, stiff]))
-    assert coupled_pairs(both, "pairs") == [(0, 0), (1, 1)]
+    assert coupling_of("pairs").pairs(both) == [(0, 0), (1, 1)]
     rng = np.random.default_rng(4)
     P, Y = rng.standard_normal((4, 4)), rng.standard_normal((2, 4))
     P = P + P.T

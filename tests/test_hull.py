@@ -14,7 +14,7 @@ from sosbook.exact.checker import verdict
 from sosbook.exact.checker.plants import corners_suffice, suffice
 from sosbook.exact.checker.text import mat
 from sosbook.lmi.text import floats
-from sosbook.plants import descriptor as plants_descriptor
+from sosbook.plants import coupling as plants_coupling
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
@@ -321,7 +321,7 @@ def test_what_says_that_it_is_affine_in_the_quotient_is():
     P, Y = rng.standard_normal((4, 4)), rng.standard_normal((2, 4))
     P, own = P @ P.T, {"J": np.eye(2)}
     request = Request(plants, requirements=asked)
-    _, loops, _ = request.loops(P, Y, floats, None, None, (), own)
+    loops, _ = request.loops(P, Y, floats, None, None, (), own)
 
     def blocks(r, d):
         return [g for _, g in r.pair(loops[r.key], Coupled(d, d, P, Y))]
@@ -378,6 +378,6 @@ def test_no_reader_takes_the_corners_word_where_a_change_has_two_columns(monkeyp
 
     plants = sos.Uncertain(spoilt, m=(0.1, 2), l=(3, 8))
     assert not polytopes.vertices_suffice(plants)
-    monkeypatch.setattr(plants_descriptor, "quotient_in_hull", lambda *_: True)
+    monkeypatch.setattr(plants_coupling, "quotient_in_hull", lambda *_: True)
     design = sos.design_pid(plants, **SLOWLY)
     assert design.status == "feasible" and not design.certify().proven

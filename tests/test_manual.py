@@ -51,7 +51,7 @@ def test_words_of_docstrings_are_resolved_where_they_stand():
     assert names.resolve("design_pid", "sosbook") == "sosbook.design_pid"
     inside = names.resolve("infeasibility", "sosbook.Design")
     assert inside == "sosbook.Design.infeasibility"
-    assert names.exists("coupled_pairs")
+    assert names.exists("mean_descriptor")
     assert not names.exists("a_word_that_names_nothing")
 
 

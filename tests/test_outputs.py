@@ -245,7 +245,7 @@ def test_an_acceleration_of_an_uncertain_mass_has_a_P_for_each_plant():
     with pytest.raises(ValueError, match='Take coupling="slack"'):
         sos.design_pid(loads, requirements=[felt], coupling="pairs")
     design = sos.design_pid(loads, requirements=[felt], region=sos.PoleRegion(rho=20))
-    assert design.request.coupling == "slack" and "an acceleration" in design.reason
+    assert design.request.coupling.own_P and "an acceleration" in design.reason
     assert design.certify().proven
     K = design.K.round(3)
     rows, nothing = [{"acceleration": np.array([[1.0, 0.0]])}], np.zeros((0, 2))
@@ -256,7 +256,7 @@ def test_an_acceleration_of_an_uncertain_mass_has_a_P_for_each_plant():
     for factor, status in ((1.03, "feasible"), (0.97, "infeasible")):
         asked = [felt.with_bound(factor * worst)]
         found = sos.analyse_pid(loads, K, requirements=asked)
-        assert found.status == status and found.request.coupling == "multipliers"
+        assert found.status == status and found.request.coupling.word == "multipliers"
         assert (found.certify() if factor > 1 else found.infeasibility).proven
     with pytest.raises(ValueError, match="its mass is uncertain"):
         sos.analyse_pid(loads, K, requirements=[felt], coupling="pairs")

@@ -66,7 +66,7 @@ def test_cuts_lower_the_bound_of_a_bicycle(coupling, quick, monkeypatch):
         assert u_max < 0.6 * whole.request.saturation.u_max
     assert BICYCLES.pieces == {"v": 1}  # what was given stays as it is
     check(BICYCLES, cut.certify(), u_max)
-    assert cut.request.coupling == ("pairs" if coupling == "pairs" else "slack")
+    assert cut.request.coupling.word == ("pairs" if coupling == "pairs" else "slack")
 
 
 def test_cuts_stop_where_they_help_no_more():

@@ -55,7 +55,7 @@ def uncertain(seed):
 
 
 def keeps_its_promises(design):
-    event(f"{design.request.coupling}: {design.status}")
+    event(f"{design.request.coupling.word}: {design.status}")
     if design.status != "feasible":
         assert design.K is None
         return

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..analysis.linear import hinf_norm
 from ..analysis.margins import DiskMargin
+from ..exact.checker.families import CONSTANT
 from ..exact.rational import exact
 from ..laws import FullState, Law
 from ..laws.taken import taken
@@ -208,7 +209,7 @@ class Loop(ReadOnly):
     @property
     def scope(self) -> str:
         """Of which plants something is said that is proven."""
-        return every_plant(checked_plant(self.plant), "multipliers")
+        return every_plant(checked_plant(self.plant), CONSTANT)
 
     # What is asked of it
 

@@ -2,7 +2,7 @@
 
 from .condensing import condense
 from .coupled import Coupled, SlackVertex
-from .descriptor import Descriptor, coupled_pairs, descriptors, mean_descriptor
+from .descriptor import Descriptor, descriptors, mean_descriptor
 from .descriptor_system import DescriptorSystem
 from .files import load_plant
 from .filtered import filtered
@@ -22,7 +22,6 @@ __all__ = [
     "SecondOrderSystem",
     "SlackVertex",
     "condense",
-    "coupled_pairs",
     "descriptors",
     "filtered",
     "load_plant",

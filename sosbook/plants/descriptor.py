@@ -5,19 +5,14 @@ integral of U e``, ``u = K x`` with ``x = [z; z'; x3]``.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
 from ..exact.rational import exact, inverse
 from ..runtime.read_only import ReadOnly
-from .checks import as_in_a_file, check_rank, is_word, matrix, rank_deficient
-from .hull import quotient_in_hull
+from .checks import as_in_a_file, check_rank, matrix, rank_deficient
 from .sparse import check_small
 
-#: Conditions on the vertices; what accepts most comes first.
-COUPLINGS = ("vertices", "pairs", "slack")
-FOR_A_KNOWN_GAIN = "multipliers"
 MATRICES = ("E", "A", "Bu", "Bw", "C", "Du", "Dw", "Ca")
 OF_ARGUMENTS = {"B": "Bu", "B_w": "Bw", "D_u": "Du", "D_w": "Dw", "C_a": "Ca"}
 
@@ -206,38 +201,6 @@ def first_order(number, M, D, S, B, F, U, K_A):
     Bu, Bw = (number(np.zeros((N, x.shape[1]))) for x in (B, F))
     Bu[speed], Bw[speed] = B, F
     return Descriptor(E, A, Bu, Bw, C=number(np.eye(n, N)), n=n, a=a)
-
-
-def coupled_pairs(vertices, coupling, quotient=True, corners=False):
-    """Indices (i, j), i <= j, of the vertex pairs that need a block.
-
-    ``vertices``: the vertices in descriptor form; ``coupling``, {"pairs", "vertices",
-    "slack", "multipliers"}: ``"pairs"`` is sound for the whole polytope. ``"vertices"``
-    is the thesis's reading, which may prove nothing inside the polytope when ``E`` is
-    uncertain. ``"slack"`` and ``"multipliers"`` need no pairs: their blocks are affine
-    in the plant; ``quotient``: whether all LMIs are affine in the quotient: see
-    `Requirement.affine_in_quotient`; ``corners``: whether the vertices are the corners
-    of ranges: see `quotient_in_hull`.
-
-    Where ``E_i = E_j`` the pair's block is the mean of the vertices'
-    blocks and is left out. So is a vertex that repeats an earlier one, and
-    every pair of two vertices where `quotient_in_hull` says that the vertices
-    suffice.
-    """
-    if not is_word(coupling, (*COUPLINGS, FOR_A_KNOWN_GAIN)):
-        cure = ": leave it out here" if is_word(coupling, ("auto",)) else ""
-        raise ValueError(
-            'coupling must be "pairs", "vertices" or "slack", for a given gain also '
-            f'"multipliers", for a single request also "auto", got {coupling!r}{cure}'
-        )
-    few = sorted(set(twins(vertices)))
-    pairs = [(i, i) for i in few]
-    if coupling == "pairs" and not (quotient and quotient_in_hull(vertices, corners)):
-        masses = {i: tuple(np.ravel(vertices[i].E)) for i in few}
-        kinds = {E: kind for kind, E in enumerate(dict.fromkeys(masses.values()))}
-        kind = {i: kinds[E] for i, E in masses.items()}
-        pairs += [(i, j) for i, j in combinations(few, 2) if kind[i] != kind[j]]
-    return pairs
 
 
 def twins(vertices):

@@ -30,17 +30,17 @@ def checked_plant(plant, kinds=Plant):
     raise ValueError(f"plant must be {names}, got {type(plant).__name__}{cure}")
 
 
-def every_plant(plant, coupling):
-    """Of which plants a proof of a ``coupling`` speaks: see `every`.
+def every_plant(plant, scope):
+    """Of which plants a proof of a ``scope`` speaks: see `every`.
 
     >>> family = Uncertain(lambda m: SecondOrderSystem(m, 1, 1, 1), m=(1, 2))
-    >>> every_plant(family, "multipliers")
+    >>> every_plant(family, "constant")
     'every constant plant with m in [1, 2]'
-    >>> every_plant(family, "pairs")
+    >>> every_plant(family, "constant or changing")
     'every constant or changing plant with m in [1, 2]'
     """
     family = plant if isinstance(plant, Uncertain) else plant.family
     if family is not None and family.box.names:
-        return every(f"with {family.box}", coupling)
+        return every(f"with {family.box}", scope)
     many = len(plant.vertices) > 1
-    return every("of the polytope", coupling) if many else "the plant"
+    return every("of the polytope", scope) if many else "the plant"

@@ -101,7 +101,7 @@ class Channel(Requirement):
 
     def fits_one_P(self, request: Any) -> bool:
         between = any(i != j for i, j in request.pairs)
-        if self.needs_equations and request.coupling in ("slack", "multipliers"):
+        if self.needs_equations and not request.coupling.one_P:
             between = len(request.distinct) > 1
         seen = (Channel.seen(self, d) for d in request.certain)
         return not between or _given_by_equations(seen)

@@ -15,7 +15,7 @@ class TracedLoop:
 
     def __init__(self, requirement, request, own):
         d, N, m = request.vertices[0], request.order, request.plant.m
-        self.request, slack = request, request.coupling == "slack"
+        self.request, slack = request, request.coupling.own_P
         self.called = lambda name: own + re.sub(r"\W", "_", name, flags=re.ASCII)
         self.own = {
             u.name: Traced.matrix(self.called(u.name), *u.shape, symmetric=u.symmetric)
@@ -62,10 +62,7 @@ def theorem_data(requirement, request, place, sized=False):
     loop, size = TracedLoop(requirement, request, own), Traced.number(own + "size")
     try:
         once = list(requirement.once(loop))
-        if request.coupling == "slack":
-            pair = list(requirement.slack(loop, loop, 0))
-        else:
-            pair = list(requirement.pair(loop, loop))
+        pair = list(request.coupling.asked(requirement, loop, loop, 0))
         parts = [("once", name, g) for name, _, g in once]
         blocks = []
         for where, name, g in [*parts, *(("pair", *b) for b in pair)]:

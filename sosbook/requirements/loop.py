@@ -28,9 +28,8 @@ class Loop:
         self.E0 = number(request.mean.E)
         self.T = self.back = self.left = None
         self.scale = 1
-        self.epsilon = None
-        if request.coupling == "slack":
-            self.epsilon = self.scalar(request.slack)
+        slack = request.coupling.slack
+        self.epsilon = None if slack is None else self.scalar(slack)
         if frame is not None:
             self.left, self.T, self.back, scale = (
                 number(np.array(f))
@@ -48,7 +47,7 @@ class Loop:
         """The loop with the outputs and disturbances that a ``requirement`` is about.
         With a common P the output has no x': the equation of the plant gives it.
         """
-        rates = self.request.coupling in ("slack", "multipliers")
+        rates = not self.request.coupling.one_P
         as_it_is = rates or self.plain[0].Ca is None
         if as_it_is and not requirement.has_channel:
             return self

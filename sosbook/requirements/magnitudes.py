@@ -29,7 +29,7 @@ class Magnitudes:
     """
 
     def __init__(self, requirement, request, frame):
-        if request.coupling == "slack":
+        if request.coupling.own_P:
             request = request.apart
         even = _even(requirement.seen(request.mean), request, frame)
 

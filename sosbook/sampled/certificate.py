@@ -3,7 +3,7 @@
 import numpy as np
 from flint import ctx
 
-from ..exact.checker.families import every
+from ..exact.checker.families import CONSTANT, every
 from ..exact.proof import Examined
 from ..exact.proof_file import ProofFile
 from ..exact.rational import decimal, decimals, read_array, read_number
@@ -146,9 +146,9 @@ class SampledCertificate(ProofFile):
         T, delay, U, rate, centre and norm are those of `certify_sampled`; ``tree`` is
         how the weights are halved, and ``failed`` what wasn't proven.
         """
-        where = every_plant(plant, "sampled")
+        where = every_plant(plant, CONSTANT)
         if plant.family is None and hasattr(plant, "sample"):
-            where = every("of the polytope", "sampled")  # also of one vertex
+            where = every("of the polytope", CONSTANT)  # also of one vertex
         where += in_order(K, plant, U)
         said = claim(f"the sampled loop of {where}", rate, words(T, delay))
         if centre:

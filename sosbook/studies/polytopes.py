@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 
 from ..plants.checks import count as whole
 from ..plants.checks import finite
-from ..plants.descriptor import COUPLINGS
+from ..plants.coupling import COUPLINGS, coupling_of
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.hull import quotient_in_hull
 from ..plants.kinds import checked_plant
@@ -138,11 +138,11 @@ def compare(plant, couplings=COUPLINGS, **asked):
     >>> [compared[name].status for name in ("vertices", "pairs", "slack")]
     ['feasible', 'infeasible', 'feasible']
     """
-    only = {"slack": {"slack": asked.pop("slack", None)}}
-    return {
-        name: design_pid(plant, coupling=name, **asked, **only.get(name, {}))
-        for name in _names(couplings)
-    }
+    slack, found = asked.pop("slack", None), {}
+    for name in _names(couplings):
+        own = slack if coupling_of(name).own_P else None
+        found[name] = design_pid(plant, coupling=name, slack=own, **asked)
+    return found
 
 
 def verify_many(polytopes, couplings=COUPLINGS, **asked):
@@ -201,7 +201,7 @@ def block_count(vertices, coupling):
     """
     _names([coupling])
     N = whole("vertices", vertices, 1)
-    return N * (N + 1) // 2 if coupling == "pairs" else N
+    return coupling_of(coupling).most_pairs(N)
 
 
 def vertices_suffice(plants, U=None, K_A=None):

@@ -43,7 +43,7 @@ def refuse_at_once(request):
         if r.bounds_response() is None or not r.of_package:
             continue
         r = r.untied()
-        one = replace(request, requirements=[r], coupling="pairs", slack=None)
+        one = replace(request, requirements=[r], coupling="pairs")
         for k in one.distinct:
             found = _at_vertex(one, r, k)
             if found is not None and found.proven:

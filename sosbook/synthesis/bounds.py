@@ -117,7 +117,7 @@ def bounds_of(request, K, seconds):
     """The `Bounds` of a gain ``K`` for each bound of a ``request`` by itself, after so
     many ``seconds``, with multipliers: see `sosbook.synthesis.known_gain.least`.
     """
-    known = replace(request, gain=K, coupling="multipliers", slack=None)
+    known = replace(request, gain=K, coupling="multipliers")
     plants, found = family(known), []
     asked = [r for r in known.requirements if r.parameter and r.takes_multipliers]
     seconds, begun = checked_seconds(seconds, needed=True), monotonic()

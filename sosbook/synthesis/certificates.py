@@ -115,11 +115,10 @@ def by_theorems(data):
     request = read_request(data)
     K = read_array(data["K"], request.plant.m, request.order)
     values = {name: exact(_floats(x)) for name, x in data["unknowns"].items()}
-    P = [values[name] for name in request.lyapunov]
-    V = values.get("V")
-    Y = exact(K) @ (P[0] if V is None else V.T)
-    P = P[0] if V is None else P
-    return request, K, values, request.blocks(P, Y, exact, V=V, own=values)
+    P = request.coupling.given([values[name] for name in request.lyapunov])
+    Y = exact(K) @ request.coupling.divisor(values).T
+    blocks = request.blocks(P, Y, exact, V=values.get("V"), own=values)
+    return request, K, values, blocks
 
 
 def _theorem(requirement, request, place, unknowns):
@@ -155,26 +154,22 @@ def prove(request, K, P, digits=6, V=None, own=None):
     primary data, where floats are read as decimals: 0.1 is 1/10. ``K``, (m, N), is
     rounded to so many ``digits`` first (6, 8, 10, 12 and 17 are tried for None; a given
     gain stays), and so are the symmetric ``P``, (N, N) (one for each vertex with
-    ``coupling="slack"``), the slack matrix ``V`` and, by name, the requirements'
+    a slack matrix), the slack matrix ``V`` and, by name, the requirements'
     ``own`` unknowns.
     """
-    shape = (request.order, request.order)
+    asked = _recorded(request)
+    shape, names = (request.order, request.order), asked.lyapunov
     K = matrix("K", K, (request.plant.m, request.order))
-    slack = request.coupling == "slack"
-    P = [matrix("P", p, shape) for p in (P if slack else [P])]
-    if len(P) != len(request.lyapunov):
-        raise ValueError(f"P has {len(P)} matrices, needs {len(request.lyapunov)}")
-    values = dict(zip(request.lyapunov, P))
-    if slack:
-        values["V"] = matrix("V", V, shape)
-    own = own or {}
-    for name, size in _shapes(request, own).items():
+    P = [matrix("P", p, shape) for p in (P if request.coupling.own_P else [P])]
+    if len(P) != len(names):
+        raise ValueError(f"P has {len(P)} matrices, needs {len(names)}")
+    values = dict(zip(names, P))
+    own = {**(own or {}), "V": V}
+    for name, size in _shapes(asked, own).items():
         if name not in values:
             if name not in own:
                 raise ValueError(f"own lacks {name}, an unknown of a requirement")
             values[name] = matrix(name, own[name], size)
-
-    asked = _recorded(request)
 
     def attempt(digits, places):
         rounded = {name: round_digits(x, places) for name, x in values.items()}
@@ -263,7 +258,7 @@ def exclude_design(request, frame, key, Z):
     """The file of one exact multiplier ``Z`` of a ``request`` in a ``frame``: that of
     the block with this ``key``, of a requirement and of the vertices.
     """
-    ((k,),) = key[1:]
+    ((k,),), request = key[1:], request.as_in_files
     expressions, _ = request.in_unknowns(frame, exact, pairs=[(k, k)])
     every = {
         name: Z
@@ -277,8 +272,10 @@ def exclude_design(request, frame, key, Z):
 
 def refuse_design(request, frame, Z, pairs=None):
     """Exact multipliers of a ``request`` from float ones, ``Z``, of the blocks in a
-    ``frame``, for some ``pairs`` of vertices or all, where the repair succeeds.
+    ``frame``, for some ``pairs`` of vertices or all, where the repair succeeds. They
+    exclude what a file's coupling allows, which may be more than the request's.
     """
+    request = request.as_in_files
     expressions, unknowns = request.in_unknowns(frame, exact, pairs=pairs)
     data = DesignRefusal.contents(request, frame)
     return DesignRefusal.mended(data, expressions, unknowns, Z, _key)

@@ -62,7 +62,7 @@ class Cuts:
         infinite.
         """
         request, values = self.lmis.request, unpacked(self.lmis.unknowns, x)
-        if request.coupling == "slack":
+        if request.coupling.own_P:
             least = defaultdict(lambda: np.inf)
             for name, g in self.lmis.blocks(values).items():
                 if _key(name) not in self._written[()]:
@@ -218,7 +218,7 @@ def few_decide(request):
     with a slack matrix, for each vertex has a P of its own.
     """
     many = len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS
-    return many and request.coupling != "slack"
+    return many and not request.coupling.own_P
 
 
 def few_refuse(request):

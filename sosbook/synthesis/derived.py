@@ -14,10 +14,10 @@ import numpy as np
 from ..exact.definite import exact
 from ..language import Unknown
 from ..lmi.text import floats
-from ..plants.checks import is_word
 from ..plants.controllability import matrix_of
 from ..plants.coupled import Coupled
-from ..plants.descriptor import Descriptor, coupled_pairs, twins
+from ..plants.coupling import OneP
+from ..plants.descriptor import Descriptor, twins
 from ..plants.kinds import every_plant
 from ..plants.near_box import NearBox
 from ..requirements.loop import Loop
@@ -115,9 +115,7 @@ class Derived:
     @property
     def covers_polytope(self):
         """Whether the blocks say something about the whole polytope."""
-        if self.coupling != "vertices":
-            return True
-        return len(self.pairs) == len(self._pairs_of("pairs"))
+        return self.coupling.between or len(self.pairs) == len(self._pairs_of(OneP()))
 
     @property
     def at_corners(self):
@@ -127,9 +125,9 @@ class Derived:
     def _pairs_of(self, coupling):
         authors = [r for r in self.requirements if not r.of_package]
         quotient = all(r.affine_in_quotient for r in self.requirements)
-        pairs = coupled_pairs(self.certain, coupling, quotient, self.at_corners)
+        pairs = coupling.pairs(self.certain, quotient, self.at_corners)
         if quotient and authors:  # what is left out must be more than their word
-            every = coupled_pairs(self.certain, coupling, False)
+            every = coupling.pairs(self.certain, False)
             if every != pairs and not all(affine_in_quotient(r, self) for r in authors):
                 return every
         return pairs
@@ -142,7 +140,7 @@ class Derived:
         is no proof of it.
         """
         N = len(self.vertices)
-        where = every_plant(self.plant, self.coupling)
+        where = every_plant(self.plant, self.coupling.scope)
         if N > 1 and not self.covers_polytope:
             where = f"each of the {N} vertices (not the plants between)"
         under = ", under u = K x," if self.plant.m else ""
@@ -188,8 +186,8 @@ class Derived:
         """The box near the vertices at whose corners the blocks are written, where
         these speak for the plants between and the vertices don't; or None.
         """
-        common = is_word(self.coupling, ("auto", "pairs", "vertices"))
-        if not (common and self.law is None and all(map(pays, self.requirements))):
+        common = self.coupling.one_P and self.law is None
+        if not (common and all(map(pays, self.requirements))):
             return None
         near = NearBox.of(self.plant)
         return near and near.ground(self.vertices, self.described) and near
@@ -213,16 +211,12 @@ class Derived:
 
     def unknowns(self, levels=()):
         """Unknowns P, Y (P alone if the gain is given), sizes, the own ones, which a
-        requirement's size multiplies; with ``coupling="slack"`` P 1, P 2, ..., V, Y and
-        so on. ``levels`` are as in `leader`.
+        requirement's size multiplies; with a slack matrix P 1, P 2, ..., V, Y and so
+        on. ``levels`` are as in `leader`.
         """
-        N = self.order
-        names = dict.fromkeys(self.lyapunov)
-        unknowns = [Unknown(name, N, symmetric=True) for name in names]
-        if self.coupling == "slack":
-            unknowns.append(Unknown("V", N, N))
+        unknowns = self.coupling.unknowns(twins(self.certain), self.order)
         if self.gain is None:
-            unknowns.append(Unknown("Y", self.plant.m, N))
+            unknowns.append(Unknown("Y", self.plant.m, self.order))
         for r in self.followers(self.leader(levels)):
             unknowns.append(Unknown(r.size_name, 1))
         unknowns.extend(u for _, u in self.owned)
@@ -249,9 +243,7 @@ class Derived:
     @cached_property
     def lyapunov(self):
         """Names of the unknown Lyapunov matrices; equal vertices share one."""
-        if self.coupling != "slack":
-            return ("P",)
-        return tuple(f"P {i + 1}" for i in twins(self.certain))
+        return self.coupling.lyapunov(twins(self.certain))
 
     def in_unknowns(self, frame, number=floats, levels=(), sizes=(), pairs=None):
         """`blocks` by name in the `unknowns`, which come, too. ``frame``, ``number``,
@@ -275,14 +267,12 @@ class Derived:
         and ``frame``.
         """
         names = self.lyapunov
-        P = [values[name] for name in names]
+        P, of_K = [values[name] for name in names], self.coupling.divisor(values)
         values = {name: x for name, x in values.items() if name not in names}
         for name, unit in () if frame is None else frame.own.items():
             if name in values:
                 values[name] = values[name] * number(np.array(unit)).item()
         V = values.pop("V", None)
-        if self.coupling != "slack":
-            (P,) = P
         if self.gain is None:
             Y = values.pop("Y")
         else:
@@ -290,8 +280,8 @@ class Derived:
             if frame is not None:
                 scale = number(np.array(frame.scale)).item()
                 K = K @ number(frame.T) / scale
-            Y = K @ (P if V is None else V).T
-        return P, Y, V, values
+            Y = K @ of_K.T
+        return self.coupling.given(P), Y, V, values
 
     # the sizes of P, and the loop's rate
 
@@ -311,21 +301,20 @@ class Derived:
         """The requirements that fix the size of P, lowest rank first: their blocks
         aren't zero where P, Y and their own unknowns are.
         """
-        if self.coupling == "multipliers":  # each requirement has a P of its own
+        if self.coupling.free:  # each requirement has a P of its own
             return ()
-        if self.coupling == "slack" and self.slack is None:
-            return replace(self, slack=1.0).sized
-        P = V = np.zeros((self.order, self.order))
+        if self.coupling.open:
+            return self.with_slack(1.0).sized
+        V = np.zeros((self.order, self.order))
         Y = np.zeros((self.plant.m, self.order))
-        if self.coupling == "slack":
-            P = [P] * len(self.vertices)
+        P = self.coupling.given([V] * len(self.lyapunov))
         own = {u.name: np.zeros(u.shape) for _, u in self.owned}
         loop = Loop(self, floats, None, P, Y, V, (), own)
-        first = self._coupled(loop, *self.pairs[0])
+        first = self.coupling.coupled(loop, *self.pairs[0])
 
         def constants(r):
             yield from (g for _, _, g in r.once(loop))
-            yield from (g for _, g in self._of_pair(r, loop, first, 0))
+            yield from (g for _, g in self.coupling.asked(r, loop, first, 0))
 
         sized = [r for r in self.requirements if any(g.any() for g in constants(r))]
         return tuple(sorted(sized, key=lambda r: (r.rank, r.key)))
@@ -339,9 +328,7 @@ class Derived:
     @property
     def condition(self):
         """What a refusal is subject to, also a slack: "for mu = 1"; else empty."""
-        ties = self.ties
-        if self.coupling == "slack" and self.slack is not None:
-            ties += (f"slack = {self.slack:g} s",)
+        ties = self.ties + self.coupling.condition
         return f"for {' and '.join(ties)}" if ties else ""
 
     def subject(self, text):

@@ -112,7 +112,7 @@ class Design(ClosedLoop[Certificate], Solution):
     @property
     def slack(self) -> float | None:
         """The scalar of the slack LMIs that was used, in seconds."""
-        return self.request.slack
+        return self.request.coupling.slack
 
     def exact_controller(self) -> LawGain:
         """From what is measured to u in continuous time, exactly: see `Law.controller`.
@@ -311,7 +311,7 @@ class Design(ClosedLoop[Certificate], Solution):
         """
         from ..lmi.cones import cvxpy_constraints
 
-        if self.request.coupling == "multipliers":
+        if self.request.coupling.free:
             raise ValueError(
                 'coupling="multipliers" has no LMIs of the whole polytope: take '
                 'coupling="pairs" for those with one P'
@@ -337,7 +337,7 @@ class Design(ClosedLoop[Certificate], Solution):
                 what = "gain" if self.request.plant.m else "loop"
                 return f"{self.reason} Change the {what}, or ask for less."
             return f"{self.reason} Change B, or ask for less there."
-        if self.request.coupling == "multipliers":
+        if self.request.coupling.free:
             return f"{self.reason} Change the gain, or ask for less."
         whole, free = self.asked, [r.key for r in self.minimized]
 

@@ -146,7 +146,7 @@ def _places(request):
     """Where plants must be stable: at the vertices and, if all are meant, halfway."""
     count = len(request.vertices)
     places = [(k, k) for k in range(count)]
-    if request.coupling != "vertices":
+    if request.coupling.between:
         pairs = combinations(range(count), 2)
         places += list(islice(pairs, MOST_MIDPOINTS))
     return places
@@ -262,7 +262,7 @@ def refuse_by_mass(request):
     count, nothing is excluded.
     """
     vertices = request.vertices
-    if request.coupling == "vertices" or all(
+    if not request.coupling.between or all(
         np.array_equal(d.E, vertices[0].E) for d in vertices
     ):
         return None

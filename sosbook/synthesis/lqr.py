@@ -11,6 +11,7 @@ from ..exact.definite import exact
 from ..laws import FullState, Law
 from ..lmi.solution import LMISolution
 from ..plants.controllability import fixed_part
+from ..plants.coupling import coupling_of
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
@@ -114,9 +115,11 @@ def design_lqr(
     asked = QuadraticCost(Q, R, noise, bound=1.0)
     name = asked.parameter.key
     if law is not None and not isinstance(law, FullState):
+        wanted = coupling_of(coupling)
+        common = wanted.one_P and wanted.between
         return design_pid(
             plant, U, region=region, gamma=gamma, saturation=saturation, K_A=K_A,
-            coupling="auto" if coupling == "pairs" else coupling, mu=mu, slack=slack,
+            coupling="auto" if common else coupling, mu=mu, slack=slack,
             minimize=name, cost=QuadraticCost(Q, R, noise), law=law,
             requirements=requirements, time_limit=time_limit,
         )  # fmt: skip

@@ -131,7 +131,7 @@ def pair_margins(request, P, Y, frame=None, levels=(), own=(), below=np.inf):
     and ``own`` are as for `Request.blocks`, in floats. A requirement that can't be read
     with `Matrices`, or reads otherwise for a single pair, is read pair by pair.
     """
-    _, loops, _ = request.loops(P, Y, floats, frame, None, levels, own)
+    loops, _ = request.loops(P, Y, floats, frame, None, levels, own)
     stacks = {loop: stacked(loop.vertices) for loop in set(loops.values())}
     pairs, found = np.array(request.pairs), {}
     step = max(1, int(LARGEST_STACK / (BLOCK_ROWS * request.order) ** 2))

@@ -38,7 +38,7 @@ def paid(request, blocks, P, Y, own=()):
     if request.near is None:
         return blocks
     _, far = request.near.ground(request.vertices, request.described)
-    _, loops, _ = request.loops(P, Y, floats, None, None, {}, own)
+    loops, _ = request.loops(P, Y, floats, None, None, {}, own)
     owners, less = {r.key: r for r in request.demands}, dict(blocks)
     moved = {i: _moving(request.ground[i], far) for i, _ in request.pairs}
     for i, d in moved.items():

@@ -266,7 +266,7 @@ def analyse_pid(
     >>> carts = Polytope([SecondOrderSystem(m, 0.1, 1, 1) for m in (0.5, 2)])
     >>> kept = analyse_pid(carts, [[-3, -2]], region=PoleRegion(sigma=0.52))
     >>> kept.request.coupling
-    'multipliers'
+    Multipliers()
     >>> print(kept.certify())
     proven:
     - every constant plant of the polytope, under u = K x, is stable

@@ -37,7 +37,7 @@ def point(request):
     several vertices the mean's is tried at all pairs; of many, or with a slack matrix,
     nothing is.
     """
-    if len(request.pairs) > MOST_PAIRS or request.coupling == "slack":
+    if len(request.pairs) > MOST_PAIRS or request.coupling.own_P:
         return None
     T = balanced(request.plant.vertices[0], request.vertices[0])
     if T is None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..laws import FullState, Law
 from ..plants.checks import count, is_word, positive
+from ..plants.coupling import coupling_of
 from ..requirements.pole_region import LMIRegion
 from ..requirements.shorthand import asked_once, collected, moved
 from ..requirements.vocabulary import SIGMA
@@ -47,13 +48,13 @@ def design_asked(
         objective, asked = _one_objective(objective, maximize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
-    auto = is_word(coupling, ("auto",))
+    coupling = coupling_of(coupling, slack)
+    auto = coupling.chooses
     request = Request(
         plant,
         U,
         K_A=K_A,
         coupling=coupling,
-        slack=slack,
         gain=gain,
         law=law,
         requirements=asked,
@@ -66,7 +67,7 @@ def design_asked(
     starts, seed = count("starts", starts, 1), count("seed", seed)
 
     def solved():
-        free = request.coupling == "multipliers"
+        free = request.coupling.free
         if law is not None and gain is None:
             by_law = later("synthesis.structured.design", "by_law")
             return by_law(request, objective, backoff, starts, seed)
@@ -121,7 +122,8 @@ def _of_a_law(coupling, **absent):
     for name, value in absent.items():
         if value is not None:
             raise ValueError(f"{name} is given, but a law's loop is proven without it")
-    if not is_word(coupling, ("auto", "multipliers")):
+    wanted = coupling_of(coupling)
+    if not (wanted.chooses or wanted.free):
         raise ValueError(
             f"coupling={coupling!r}: a law's loop is proven by multipliers; leave it "
             "out"
@@ -163,7 +165,7 @@ def _checked_start(start, request, auto):
     """The start; None where "auto" has taken another coupling for it."""
     if not isinstance(start, Design):
         raise ValueError(f"start must be a Design, got {type(start).__name__}")
-    own = start.request.coupling == "slack", request.coupling == "slack"
+    own = start.request.coupling.own_P, request.coupling.own_P
     if own == (True, False) and auto:
         return None
     sizes = [(r.order, r.plant.m, len(r.vertices)) for r in (start.request, request)]

@@ -28,8 +28,7 @@ def why_refused(first):
     """What phase one has seen, ``first``, without a point nor a proof: a sentence."""
     request = first.problem.request
     unknowns = "P" if request.gain is not None else "P, Y"
-    if request.coupling == "slack":
-        unknowns = unknowns.replace("P", "P_i, V", 1)
+    unknowns = unknowns.replace("P", request.coupling.unknown_words, 1)
     reach = _proven_reach(first)
     if reach > LEAST_RADIUS:
         return (

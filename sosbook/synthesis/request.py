@@ -9,8 +9,8 @@ import numpy as np
 from ..exact.definite import exact
 from ..language import Affine
 from ..lmi.text import floats
-from ..plants.checks import is_word, matrix, positive
-from ..plants.coupled import Coupled, SlackVertex
+from ..plants.checks import matrix
+from ..plants.coupling import Coupling, OneP, VerticesOnly, coupling_of
 from ..plants.descriptor import Descriptor, descriptors, mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import gain_of
@@ -21,17 +21,19 @@ from ..requirements.loop import Loop, OnDemand
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly, put
-from ..runtime.time_limit import check_time
 from .derived import Derived
 from .pair_stacks import blocks_of_pairs
 from .regularization import Regularization
+
+ONE_P = OneP()
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class Request(Shorthand, Derived, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks. ``plant``, ``U``,
     ``K_A``, ``coupling``, ``slack`` and ``law`` are as in `design_pid`, where "auto" is
-    the first that it tries; ``asked`` and ``more`` are shorthand for requirements, see
+    the first that it tries; a `Coupling` is kept, whatever was given, and holds the
+    scalar ``slack``; ``asked`` and ``more`` are shorthand for requirements, see
     `collected`. ``gain``, (m, N), is the K of `analyse_pid`; with a law it is what
     multiplies its signals, zero where none is given.
     """
@@ -40,8 +42,7 @@ class Request(Shorthand, Derived, ReadOnly):
     U: np.ndarray | None = None
     requirements: tuple = ()
     K_A: np.ndarray | None = None
-    coupling: str = "pairs"
-    slack: float | None = None
+    coupling: Coupling = ONE_P
     gain: np.ndarray | None = None
     law: Any = None
     vertices: tuple = field(init=False)
@@ -67,30 +68,23 @@ class Request(Shorthand, Derived, ReadOnly):
         if not isinstance(plant, DescriptorSystem):  # which takes neither
             U = None if U is None else matrix("U", U, (None, plant.n))
             K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, plant.n))
+        coupling = coupling_of(coupling, slack)
         put(self, plant=plant, U=U, K_A=K_A, coupling=coupling, law=law)
         wanted = collected(*asked, **more)
         if law is not None:
             wanted = tuple(r.joined(self.law_parts) for r in wanted)
         put(self, requirements=wanted)
         if law is not None:
-            put(self, gain=law.gain(plant, gain))
+            gain = law.gain(plant, gain)
         elif isinstance(plant, DescriptorSystem):
             self._check_system(gain)
+        put(self, gain=gain)
         put(self, vertices=self.described(plant))
         put(self, near=self._near_box())
-        if is_word(coupling, ("auto",)):  # one P, unless what is asked has no such LMIs
-            put(self, pairs=tuple(self._pairs_of("pairs")))
-            one_P = gain is not None or all(
-                r.fits_one_P(self) for r in self.requirements
-            )
-            coupling = "pairs" if one_P else "slack"
-        put(self, coupling=coupling, pairs=tuple(self._pairs_of(coupling)))
-        if slack is not None:
-            slack = positive("slack", slack)
-            if coupling != "slack":
-                raise ValueError(
-                    'slack is given, but coupling is not "slack": leave one out'
-                )
+        put(self, pairs=tuple(self._pairs_of(coupling)))
+        if coupling.chooses:
+            coupling = coupling.settled(self)
+            put(self, coupling=coupling, pairs=tuple(self._pairs_of(coupling)))
         for r in self.requirements:
             sane_name(r.name)
             if not r.owns_its_kind:
@@ -98,15 +92,10 @@ class Request(Shorthand, Derived, ReadOnly):
                     f"{type(r).__name__} has no kind of its own: write kind = ... into "
                     "the body of its class, and its proofs can be files"
                 )
-        if law is not None:
-            gain = self.gain
-        elif gain is not None:
+        if law is None and gain is not None:
             gain = matrix("K", gain_of(gain, plant, U), (plant.m, self.order))
-        elif coupling == "multipliers":
-            raise ValueError(
-                'coupling="multipliers" is for a given gain: take "slack" for a design'
-            )
-        put(self, slack=slack, gain=gain)
+        coupling.check(gain)
+        put(self, gain=gain)
         for r in self.requirements:
             r.check(self)
         self._check_unknowns()
@@ -156,7 +145,17 @@ class Request(Shorthand, Derived, ReadOnly):
     @cached_property
     def apart(self):
         """The same with its vertices as coupling, without a slack matrix."""
-        return replace(self, coupling="vertices", slack=None)
+        return replace(self, coupling=VerticesOnly())
+
+    @property
+    def as_in_files(self):
+        """The same with the coupling that files know."""
+        known = self.coupling.proof
+        return self if known is self.coupling else replace(self, coupling=known)
+
+    def with_slack(self, slack):
+        """The same with another scalar of the slack matrix."""
+        return replace(self, coupling=replace(self.coupling, slack=slack))
 
     @cached_property
     def distinct(self):
@@ -173,9 +172,9 @@ class Request(Shorthand, Derived, ReadOnly):
     ):
         """All blocks that must be positive definite, from `BlockName` to matrix, at
         ``P``, ``Y``, ``V`` in the coordinates of a ``frame`` (the plant's own without
-        it) and in the arithmetic that ``number`` brings floats into. With
-        ``coupling="slack"`` P is a sequence, one for each vertex; ``levels`` (see
-        `Parameter`), by the parameter's name, take the place of the requirements';
+        it) and in the arithmetic that ``number`` brings floats into. P is as
+        `Coupling.given` has it, one for each vertex where there is a slack matrix;
+        ``levels`` (see `Parameter`), by their names, take the requirements' places;
         ``own`` holds the requirements' own unknowns and sizes (see
         `Requirement.size_name`) by name, a size that is missing is one; ``pairs`` are
         those of the vertices whose blocks are written, all without it.
@@ -184,50 +183,34 @@ class Request(Shorthand, Derived, ReadOnly):
         it demands s G(P / s, Y / s) > 0, which is jointly affine in s, P, Y and s times
         its own unknowns: the constant of G is multiplied by s, nothing else changes.
         """
-        whole, loops, sizes = self.loops(P, Y, number, frame, V, levels, own)
+        loops, sizes = self.loops(P, Y, number, frame, V, levels, own)
+        pairs, known = self.pairs if pairs is None else pairs, {}
+        if isinstance(P, Affine) and number is floats:
+            known = blocks_of_pairs(self.demands, loops, pairs)
         table = BlockTable(len(self.vertices) > 1)
 
-        def add(r, block, vertices, g):
-            s = sizes.get(r.key)
-            table.add(r, block, vertices, g if s is None else _times(g, s))
+        def add(blocks):
+            for r, block, vertices, g in blocks:
+                s = None if r is None else sizes.get(r.key)
+                table.add(r, block, vertices, g if s is None else _times(g, s))
 
-        def once(requirements):
-            for r in requirements:
-                for block, vertices, g in r.once(loops[r.key]):
-                    add(r, block, vertices, g)
+        def once(some):
+            return ((r, *block) for r in some for block in r.once(loops[r.key]))
 
         leading = [r for r in self.demands if r.unknowns(self)]
-        slack = self.coupling == "slack"
-        if not slack:
-            table.add(None, "P", (), P)
+        add(self.coupling.once(P))
         for r in self.sized:
             s = sizes.get(r.key)
             if hasattr(s, "shape"):  # a number is known to be positive
                 table.add(r, r.size_name, (), s)
-        once(leading)
-        pairs, known = self.pairs if pairs is None else pairs, {}
-        if isinstance(P, Affine) and not whole.exact:
-            known = blocks_of_pairs(self.demands, loops, pairs)
-        for i, j in pairs:
-            if whole.exact:  # floats have to end, so that a point isn't lost
-                check_time()
-            if slack:
-                table.add(None, "P", (i,), P[i])
-            coupled = {}
-            for r in self.demands:
-                loop, blocks = loops[r.key], known.get((r.key, (i, j)))
-                if blocks is None:
-                    if loop not in coupled:
-                        coupled[loop] = self._coupled(loop, i, j)
-                    blocks = dict(self._of_pair(r, loop, coupled[loop], i))
-                for block, g in blocks.items():
-                    add(r, block, (i, j), g)
-        once(r for r in self.demands if r not in leading)
+        add(once(leading))
+        add(self.coupling.blocks(self.demands, P, loops, pairs, known))
+        add(once(r for r in self.demands if r not in leading))
         return table.named()
 
     def loops(self, P, Y, number, frame, V, levels, own):
-        """The loop for blocks of no requirement, the loop that each requirement sees
-        and the unknown sizes in ``own``, both by the requirement's key. ``P``, ``Y``,
+        """The loop that each requirement sees and the unknown sizes in ``own``, both by
+        the requirement's key. ``P``, ``Y``,
         ``number``, ``frame``, ``V``, ``levels`` and ``own`` are as in `blocks`.
         """
         own = dict(own)
@@ -237,16 +220,7 @@ class Request(Shorthand, Derived, ReadOnly):
             r.key: _measured(whole.seen_by(r), r, sizes.get(r.key))
             for r in self.demands
         }
-        return whole, loops, sizes
-
-    def _coupled(self, loop, i, j):
-        """A pair of vertices, or a vertex with a slack matrix."""
-        if self.coupling == "slack":
-            return SlackVertex(loop.vertices[i], loop.E0, loop.P[i], loop.V, loop.Y)
-        return Coupled(loop.vertices[i], loop.vertices[j], loop.P, loop.Y)
-
-    def _of_pair(self, r, loop, c, i):
-        return r.slack(loop, c, i) if self.coupling == "slack" else r.pair(loop, c)
+        return loops, sizes
 
     def vertices_in(self, number, which=None):
         """Those of the indices ``which``, or all, in the arithmetic of ``number``,

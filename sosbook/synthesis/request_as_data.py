@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..exact.rational import decimal, decimals, read_array, read_number
+from ..exact.rational import decimals, read_array, read_number
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..plants.near_box import NearBox
@@ -12,12 +12,9 @@ from .request import Request
 
 def request_data(request):
     """The plant and what is asked of it by a request: lists, words and decimals."""
-    slack = request.coupling == "slack"
     return {
         **loop_data(request),
-        "coupling": request.coupling,
-        "epsilon": decimal(request.slack) if slack else None,
-        "E0": decimals(request.mean.E) if slack else None,
+        **request.coupling.data(request),
         "requirements": [r.data() for r in request.requirements],
         **({} if request.near is None else {"box": request.near.data()}),
     }

@@ -165,7 +165,7 @@ class ScaledLMIs(TrustedProblem):
         """K in the plant's own units, of the ``values`` of the unknowns by name."""
         if self.request.gain is not None:
             return self.request.gain
-        right = values["V" if self.request.coupling == "slack" else "P"]
+        right = self.request.coupling.divisor(values)
         K = np.linalg.solve(right, values["Y"].T).T
         return np.linalg.solve(self.frame.T.T, K.T).T * self.frame.scale
 
@@ -199,10 +199,10 @@ class ScaledLMIs(TrustedProblem):
         size = {r.size_name: values.get(r.size_name, one).item() for r in request.sized}
         natural = {n: s / frame.sizes.get(n, 1.0) ** 2 for n, s in size.items()}
         *others, shrink = natural.values() or [1.0]
-        T, slack = frame.T, request.coupling == "slack"
+        T, coupling = frame.T, request.coupling
         P = [T @ values[name] @ T.T / shrink for name in request.lyapunov]
         P = [(p + p.T) / 2 for p in P]
-        V = T @ values["V"] @ T.T / shrink if slack else None
+        V = T @ values["V"] @ T.T / shrink if "V" in values else None
         own = {
             u.name: values[u.name]
             / size.get(r.size_name, 1.0)
@@ -211,8 +211,8 @@ class ScaledLMIs(TrustedProblem):
         }
         if not request.ties:
             own.update({n: np.array([[s / shrink]]) for n, s in zip(natural, others)})
-        Y = K @ (V.T if slack else P[0])
-        return dict(K=K, P=np.array(P) if slack else P[0], Y=Y, V=V, own=own)
+        Y = K @ coupling.divisor({"P": P[0], "V": V}).T
+        return dict(K=K, P=np.asarray(coupling.given(P)), Y=Y, V=V, own=own)
 
     def point(self, solution):
         """The unknowns at a ``solution`` of the same shape and unknowns, whose bounds

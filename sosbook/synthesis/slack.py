@@ -109,7 +109,7 @@ def with_slack(request, objective=None):
     With an ``objective``, as in `optimum`, a scalar is only tried to the end if some
     point has bounds clearly below the best ones so far.
     """
-    if request.coupling != "slack" or request.slack is not None:
+    if not request.coupling.open:
         return request
     if not objective:
         first = point_with_slack(request)
@@ -122,8 +122,8 @@ def with_slack(request, objective=None):
             best.look_at(trial)
         for ratio in FINER if best.request is not None else ():
             for step in (ratio, 1 / ratio):
-                slack = float(round_digits(best.request.slack * step, 3))
-                best.look_at(replace(request, slack=slack))
+                slack = best.request.coupling.slack * step
+                best.look_at(request.with_slack(float(round_digits(slack, 3))))
     except OutOfTime:
         if best.request is None:
             raise
@@ -173,7 +173,7 @@ def _trials(request):
         return
     for rate in _rates(request):
         for step in STEPS:
-            yield replace(request, slack=float(round_digits(step / rate, 2)))
+            yield request.with_slack(float(round_digits(step / rate, 2)))
 
 
 def _rates(request):
@@ -208,7 +208,7 @@ def designed(request, objective, backoff, start, prefer):
     settled, first = request, None
     if objective:
         settled = with_slack(request, objective)
-    elif request.coupling == "slack" and request.slack is None:
+    elif request.coupling.open:
         first = point_with_slack(request)
         settled = first and first.problem.request
     if settled is None:
@@ -216,7 +216,7 @@ def designed(request, objective, backoff, start, prefer):
     if objective:
         return at_optimum(settled, objective, backoff)
     solution = follow(settled, start) or answer(settled, True, first, prefer)
-    if solution.status == "undecided" and settled.coupling == "slack":
+    if solution.status == "undecided" and settled.coupling.own_P:
         return refused_at_a_vertex(settled) or solution
     return solution
 
@@ -227,7 +227,7 @@ def or_with_slack(first, request, objective, backoff, prefer):
     ``objective``, ``backoff`` and ``prefer`` are as for `designed`.
     """
     own = all(r.takes_slack for r in request.demands)
-    if request.coupling == "slack":
+    if request.coupling.own_P:
         return replace(first, reason=f"{NO_ONE_P} {first.reason or ''}".strip())
     several = own and len(request.distinct) > 1 and not request.ties
     family = request.plant.family
@@ -268,7 +268,7 @@ def _point(request, minimized=()):
 
     def work():
         nonlocal found
-        if request.coupling == "slack" and request.slack is None:
+        if request.coupling.open:
             points = (_point(trial, minimized) for trial in _trials(request))
             found = next((p for p in points if p is not None), None)
         else:
@@ -329,7 +329,6 @@ def refused_at_a_vertex(request):
                 plant=_vertex(request.plant, k),
                 requirements=kept,
                 coupling="pairs",
-                slack=None,
             )
         )
         alone = None if first.values is not None else refused(first)

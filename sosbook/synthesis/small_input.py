@@ -48,7 +48,7 @@ def refuse_by_input(request, search):
     `LMISolution` of a Request.
     """
     bound = input_bound(request)
-    if bound is None or request.gain is not None or request.coupling == "slack":
+    if bound is None or request.gain is not None or request.coupling.own_P:
         return None
     known = [r for r in map(by_matrices, request.requirements) if r is not None]
     if known != list(request.requirements):

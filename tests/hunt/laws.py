@@ -182,7 +182,7 @@ class Question:
         """What is wrong with an answer, in words; empty if nothing is."""
         if design.status == "feasible" and not self.kept:
             return f"{self.words} is proven, and a plant breaks it"
-        if design.status != "infeasible" or design.request.coupling != "multipliers":
+        if design.status != "infeasible" or not design.request.coupling.free:
             return ""
         if self.kept and len(self.vertices) == 1:
             return f"{self.words} is refused, and the plant keeps it"

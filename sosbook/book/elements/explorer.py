@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ...plants.coupling import coupling_of
 from ...requirements.shorthand import collected, parameter
 from ...runtime.threads import one_thread
 from ...synthesis.request import Request
@@ -110,7 +111,8 @@ def design_explorer(
     >>> design_explorer(robot.plant, robot.U, sigma=(0.1, 2), rho=5.0)
     Explorer: Move the requirements (sigma)
     """
-    if coupling not in ("pairs", "vertices"):
+    wanted = coupling_of(coupling)
+    if wanted.chooses or not wanted.one_P:
         raise ValueError(f'coupling must be "pairs" or "vertices", got {coupling!r}')
     (hinf,) = collected(gamma=1.0, mu=mu)  # "free" is None in the page
     if plant.n > LARGEST or len(plant.vertices) > LARGEST:

@@ -30,7 +30,7 @@ def program_data(request):
     cost, saturation = request.cost, request.saturation
     return {
         "request": plant_data(request.plant, request.U, request.K_A)
-        | {"coupling": request.coupling},
+        | {"coupling": request.coupling.word},
         "x0": None if saturation is None else significant(saturation.x0, DIGITS),
         "mu": request.mu,
         "cost": cost

@@ -3,7 +3,7 @@
 from fractions import Fraction
 
 from .arithmetic import Beyond, need
-from .families import decimal, every_plant, keys
+from .families import CHANGING, decimal, every_plant, keys
 from .plants import coordinates, distinct, plant
 from .text import Text, number, positive, ratio
 
@@ -161,7 +161,7 @@ class Delay:
         d, mu = self.d, self.mu
         if self.printed:
             return "the LMIs as printed hold: that proves nothing about the loop"
-        who = every_plant(d["plant"], self.many, "functional")
+        who = every_plant(d["plant"], self.many, CHANGING)
         who += ", under u = K x(t - d),"
         who = "the loop" if self.loop else who
         how = "is exponentially stable"

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 from . import payment
 from .arithmetic import Beyond, need, read
-from .families import every_plant, keys
+from .families import CHANGING, CONSTANT, every_plant, keys
 from .language import Reader, parse
 from .plants import OUTPUTS, coordinates, corners_suffice, distinct, plant, suffice
 from .requirements import (
@@ -54,7 +54,8 @@ class Design:
                 raise Beyond(f"the theorem of a {r['kind']!r} isn't known here")
             if r["kind"] not in BLOCKS and self.refuted:
                 raise Beyond("a refusal by an author's theorem isn't a text")
-        where = every_plant(d["plant"], self.many, d["coupling"])
+        scope = CONSTANT if self.slack else CHANGING
+        where = every_plant(d["plant"], self.many, scope)
         if not self.whole:
             where = f"each of the {self.many} vertices (not the plants between)"
         under = ", under u = K x," if self.m else ""

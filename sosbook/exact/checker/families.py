@@ -8,7 +8,7 @@ from math import comb, prod
 from .arithmetic import MOST_DIGITS, need
 
 MATRICES = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
-SHARED = ("pairs", "vertices", "functional")  # one P, or one functional, of all plants
+CONSTANT, CHANGING = "constant", "constant or changing"
 MOST_FAMILY = 256  # vertices of a plant with parameters
 NAME, DIGITS = r"[A-Za-z_][A-Za-z0-9_]*", rf"[0-9]{{1,{MOST_DIGITS}}}"
 FACTOR = (rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?"
@@ -170,28 +170,27 @@ def single(text):
     return sum(polynomial(text, {}).values(), Fraction(0))
 
 
-def every(which, coupling):
-    """Of which plants a proof of some ``coupling`` speaks.
+def every(which, scope):
+    """Of which plants a proof of some ``scope`` speaks.
 
     A Lyapunov matrix or functional that all plants share also falls while the plant
     changes: in E(p(t)) x' = A(p(t)) x at each instant it knows p(t) alone. (A mass that
     changes and carries its momentum along obeys (E x)' = A x, which isn't meant.) With
     a matrix of each plant's own nothing is said of a plant that changes. What is about
-    no motion, as a regular mass, has no coupling.
+    no motion, as a regular mass, has no scope.
     """
-    scope = "constant or changing " if coupling in SHARED else "constant "
-    return f"every {scope * bool(coupling)}plant {which}"
+    return f"every {scope}{' ' * bool(scope)}plant {which}"
 
 
-def every_plant(plant, many, coupling=""):
+def every_plant(plant, many, scope=""):
     """Of which plants a proof says something, see `every`."""
     given = plant.get("parameters", ())
     ranges = [f"{x} in [{a}, {b}]" for x, a, b, *_ in given]
     if ranges:
         *most, last = ranges
         which = f"with {', '.join(most)} and {last}" if most else f"with {last}"
-        return every(which, coupling)
-    return every("of the polytope", coupling) if many > 1 else "the plant"
+        return every(which, scope)
+    return every("of the polytope", scope) if many > 1 else "the plant"
 
 
 def decimal(x):

@@ -4,7 +4,7 @@ import re
 from itertools import product
 
 from .arithmetic import Beyond, need
-from .families import every_plant, keys, ranges
+from .families import CONSTANT, every_plant, keys, ranges
 from .outputs import Channel
 from .plants import distinct, plant
 from .requirements import BLOCKS, is_disk, numbers_of, start, stated, tag, weights
@@ -68,7 +68,7 @@ class Known:
         else:
             t.write("Ku = K")
             t.write(*PLAIN, loop="i in vertices")
-        stable = every_plant(d["plant"], self.many, "multipliers")
+        stable = every_plant(d["plant"], self.many, CONSTANT)
         stable += f", under u = K {'y' if law else 'x'}," * bool(self.m) + " is stable"
         signal = "u" if law else "K x"
         self.claims, asked = stated(stable, d["requirements"], signal)

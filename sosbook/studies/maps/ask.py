@@ -4,7 +4,7 @@ from copy import copy
 from functools import cached_property, partial
 
 from ...lmi.solution import LMISolution
-from ...plants.checks import is_word
+from ...plants.coupling import coupling_of
 from ...requirements.shorthand import KEYWORDS, bounds, collected, contradictory, moved
 from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
@@ -54,7 +54,7 @@ class Ask:
     @property
     def either(self):
         """Whether a P for each vertex will do, where one for all isn't found."""
-        return is_word(self.options.get("coupling"), ("auto",))
+        return coupling_of(self.options.get("coupling", "pairs")).chooses
 
     def empty(self, values):
         """Whether two requirements exclude each other at sight, at these ``values``."""
@@ -64,8 +64,7 @@ class Ask:
     def has_trials(self):
         """Whether a trial saves something; not where it would be the whole work."""
         plain = not self.options.keys() - {"K_A", "coupling", "mu"}
-        one_P = is_word(self.options.get("coupling"), ("pairs", "vertices"))
-        return plain and one_P
+        return plain and coupling_of(self.options["coupling"]).one_P and not self.either
 
     def sharpens(self, near):
         """Whether the coordinates of a design ``near`` are better than others."""
