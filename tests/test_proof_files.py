@@ -26,7 +26,6 @@ from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem
 from sosbook.proofs.command import main
 from sosbook.synthesis.certificates import Certificate
-from sosbook.synthesis.whole import EnergyProof
 from tests.asking import asked_by, asking
 from tests.energy_to_peak import EnergyToPeak
 from tests.hunt.tampering import true_claims
@@ -447,11 +446,6 @@ BEYOND = {
             saturation=sos.Saturation(0.5, [1, 0]),
         ).infeasibility
     ),
-    "energy": lambda: EnergyProof.of(
-        EnergyProof.contents(
-            spring(), np.zeros((1, 2)), [sos.LMIRegion.half_plane(0.04)], 0.05
-        )
-    ),
     "a slow mode behind a delay": lambda: (
         sos.design_delay_pid(
             thesis.delay_example_1(published=True).plant,
@@ -537,7 +531,6 @@ SPEAKERS = {
     "Bound": "a number: the bound that its part proves",
     "Bounded": "a number in balls, which the report of a controller repeats",
     "Examined": "the verdict on a file",
-    "RegionOfAttraction": "its proof",
     "Edge": "its design.certify() and its refusal's infeasibility",
     "Largest": "its design.certify(), and its infeasibility beyond",
     "Deployment": "those that are written beside the program",

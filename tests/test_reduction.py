@@ -1,6 +1,5 @@
 """A proof of a part says so, and the whole is looked at, or proven."""
 
-import copy
 import json
 import tracemalloc
 
@@ -11,7 +10,7 @@ import scipy.sparse as sp
 from scipy.linalg import block_diag, eigh
 
 import sosbook as sos
-from sosbook.analysis.large import Pencil, energy_forms, least_eigenvalue
+from sosbook.analysis.large import Pencil
 from sosbook.exact.checker import verdict
 from sosbook.exact.checker.arithmetic import Refused
 from sosbook.exact.checker.families import whole_vertices
@@ -20,7 +19,6 @@ from sosbook.plants.as_data import read_plant
 from sosbook.plants.reduction import Reduction
 from sosbook.proofs import load
 from sosbook.proofs.command import main
-from sosbook.synthesis.whole import EnergyProof
 from tests.cases import by_hand
 
 UNITS = [1.0, 0.3, 9.81]
@@ -423,104 +421,6 @@ def test_bearings_of_negative_stiffness_need_what_was_left_out():
     assert design.certify().proven
     assert design.certify(on=whole).proven == design.check_on(whole).kept
     assert design.check_on(whole).kept == (truth < -20)
-
-
-@pytest.mark.parametrize("n, unit", [(5000, 1.0), (1500, 0.3), (1500, 9.81)])
-def test_the_energy_of_a_sparse_whole_proves_passive_loops(n, unit, tmp_path):
-    """Poles of K = 0 are at -5e-4 or further left; damping at a row helps."""
-    whole = bar(n, unit)
-    quiet = sos.analyse_pid(
-        whole.reduce(modes=3), np.zeros((1, 6)), region=sos.PoleRegion(4e-4)
-    )
-    proof = quiet.certify(on=whole)
-    assert proof.proven and proof.verify() and not proof.K.any()
-    assert proof.claims[1] == "its poles lie in the half-plane Re s < -0.0004"
-    proof.save(tmp_path / "proof.json")
-    again = load(tmp_path / "proof.json")
-    assert (
-        again == proof and again.verify() and read_plant(again.data["plant"]) == whole
-    )
-    row = n // 2 + 3
-    part = whole.reduce(rows=[row])
-    damped = sos.analyse_pid(part, [[-0.3, -2.0]]).certify(on=whole)
-    assert damped.proven and np.count_nonzero(damped.K) == 2
-    pushed = sos.analyse_pid(whole.reduce(modes=3), [[9.0, 0, 0, 1.0, 0, 0]])
-    assert not pushed.certify(on=whole).proven
-
-
-def test_a_spoilt_energy_is_refused(monkeypatch):
-    """Its file, of a sparse plant that is itself a part, with one thing changed."""
-    monkeypatch.setattr(sparse, "MOST_DENSE", 5)
-    whole = bar(8)
-    part = Reduction(8, 20)
-    whole = sos.SecondOrderSystem(whole.M, whole.D, whole.S, whole.B, reduction=part)
-    proof = EnergyProof.of(
-        EnergyProof.contents(
-            whole, np.zeros((1, 16)), [sos.LMIRegion.half_plane(2e-4)], 4e-4
-        )
-    )
-    words = "of the reduced model (8 of 20): "
-    assert proof.proven and all(c.startswith(words) for c in proof.claims)
-    (vertex,) = proof.data["plant"]["vertices"]
-    entry = vertex["D"]["sparse"][0]
-    assert entry == [0, 0, "0.003"]
-
-    def tried(change):
-        data = copy.deepcopy(proof.data)
-        change(data, data["plant"]["vertices"][0])
-        return EnergyProof.of(data)
-
-    for change in (
-        lambda d, v: v["D"]["sparse"][0].__setitem__(2, "-0.003"),
-        lambda d, v: v["D"]["sparse"][1].__setitem__(2, "1"),
-        lambda d, v: v["D"]["sparse"][0].__setitem__(0, 8),
-        lambda d, v: v["D"]["sparse"][0].__setitem__(0, -1),
-        lambda d, v: v["D"]["sparse"].append([0, 0, "0"]),
-        lambda d, v: v["M"]["sparse"].append([0, 1, "0.1"]),
-        lambda d, v: v["M"].update(sparse=[]),
-        lambda d, v: d.update(epsilon="0.1"),
-        lambda d, v: d.update(epsilon="NaN"),
-        lambda d, v: d["K"][0].__setitem__(12, "9"),
-        lambda d, v: d["K"][0].pop(),
-        lambda d, v: d["requirements"][0].update(alpha=[["0.01"]]),
-        lambda d, v: d["requirements"][0].update(kind="gamma"),
-        lambda d, v: d["plant"].update(reduced=[8, 8]),
-        lambda d, v: d.update(U=[["1"] * 8]),
-        lambda d, v: d.update(K_A=[["0"] * 8]),
-    ):
-        assert not tried(change).proven
-    other = tried(lambda d, v: v["D"]["sparse"][0].__setitem__(2, "0.004"))
-    assert other.proven and other.claims == proof.claims
-    other = tried(lambda d, v: d["plant"].pop("reduced"))
-    assert [words + c for c in other.claims] == list(proof.claims)
-
-
-def test_the_energy_proves_no_more_than_is_true():
-    """Against eigenvalues, near the edge and beyond, gyroscopic terms among them."""
-    rng = np.random.default_rng(5)
-    turn = rng.normal(size=(30, 30))
-    D = np.diag(rng.uniform(1, 3, 30)) + 0.3 * (turn - turn.T)
-    S = turn @ turn.T + np.eye(30)
-    plant = sos.SecondOrderSystem(0.3 * np.eye(30), D, S, np.eye(30)[:, :1])
-    K = np.zeros((1, 60))
-    truth = -eigenvalues(plant, K).real.max()
-    proven = []
-    for sigma in truth * np.array([0.05, 0.2, 0.5, 0.9, 1.001, 1.5]):
-        for epsilon in np.geomspace(1e-3, 10, 30):
-            forms = energy_forms(plant, K, sigma, epsilon)
-            if all(least_eigenvalue(*form) > 0 for form in forms.values()):
-                proven.append(sigma)
-                break
-    assert proven and max(proven) < truth
-
-
-def test_a_matrix_that_is_hardly_definite_is_decided_by_its_sign():
-    for least in (1e-7, 1e-12, 0.0, -1e-12, -1e-7):
-        Q = np.linalg.qr(np.random.default_rng(0).normal(size=(40, 40)))[0]
-        x = sp.csc_array((Q * np.r_[np.linspace(1, 2, 39), least]) @ Q.T)
-        x = (x + x.T) / 2
-        assert (least_eigenvalue(x, 0 * x) > 0) == (least == 1e-7)
-        assert not least_eigenvalue(x, 1e-6 * abs(x)) > 0
 
 
 # ---- What is refused

@@ -52,7 +52,6 @@ NEW = (  # small ones of each kind
     "a mode that no sensor sees",
     "sum of poles",
     "no controller of any order",
-    "energy",
 )
 
 

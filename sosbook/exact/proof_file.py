@@ -38,7 +38,6 @@ KINDS = {  # whose class each kind is, by its module: it is found when a file na
     "infeasible observer": "synthesis.observer_problem.ObserverRefusal",
     "infeasible any order": "synthesis.structured.any_order.AnyOrder",
     "sum of poles": "synthesis.structured.doors.SumOfPoles",
-    "energy": "synthesis.whole.EnergyProof",
 }
 FORMAT = verdict.FORMAT
 MADE = ("claims", "blocks")  # no file has them: they follow from what is asked

@@ -1,8 +1,8 @@
 """Plants as plain data, and back again: as proof files have them, or people write."""
 
-from scipy.sparse import csc_array, issparse
+from scipy.sparse import issparse
 
-from ..exact.rational import decimal, decimals, read_array, read_number
+from ..exact.rational import decimal, decimals, read_array
 from .checks import as_written
 from .descriptor import OF_ARGUMENTS
 from .descriptor_system import DescriptorSystem
@@ -17,7 +17,7 @@ ALIASES = {"S": "K", "D": "C"}  # what programs for finite elements call them
 def plant_data(plant):
     """The matrices of a plant, vertex by vertex; a family's are polynomials in words,
     beside the ranges of its parameters. A reduced plant adds how many coordinates are
-    kept, of how many; sparse ones have their entries.
+    kept, of how many; sparse ones, which no proof is about, have their entries.
     """
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
@@ -64,14 +64,6 @@ def _written(x):
     return {"sparse": list(map(list, places))}
 
 
-def _read(x, n):
-    """The matrix of n rows that `_written` writes."""
-    if not isinstance(x, dict):
-        return read_array(x, n, None)
-    rows, columns, values = zip(*x["sparse"])
-    return csc_array(([*map(read_number, values)], (rows, columns)), shape=(n, n))
-
-
 @as_written()
 def read_plant(data, names=None):
     """The plant of the ``data`` that `plant_data` writes, with ``names`` of z."""
@@ -97,7 +89,9 @@ def read_plant(data, names=None):
     if data["kind"] != "second order":
         raise ValueError(f"a plant of the kind {data['kind']!r} isn't known")
     plants = [
-        SecondOrderSystem(*(_read(v[k], len(v["B"])) for k in "MDSBF"), **more)
+        SecondOrderSystem(
+            *(read_array(v[k], len(v["B"]), None) for k in "MDSBF"), **more
+        )
         for v in vertices
     ]
     return plants[0] if len(plants) == 1 else Polytope(plants)

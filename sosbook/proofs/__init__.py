@@ -3,9 +3,8 @@
 A file is a text with data, which a kernel checks that knows no control; the folder
 ``CHECKER`` holds it, and what writes the texts beside the words that they prove. It
 needs Python and nothing else: ``python checker proof.json``. The checker decides
-every kind of file but three, and says so: sampled loops (exponentials of matrices in
-balls), refusals by the slow modes of a delayed plant (eigenvalues in balls), and
-energies of large plants (sparse factors in floats). These
+every kind of file but two, and says so: sampled loops (exponentials of matrices in
+balls) and refusals by the slow modes of a delayed plant (eigenvalues in balls). These
 ``verify`` decides, or ``python -m sosbook verify proof.json``.
 """
 

@@ -61,7 +61,6 @@ AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 BEYOND = {
     "sampled": "it encloses exponentials of matrices in balls",
-    "energy": "it bounds the rounding of sparse factors in floats",
     "infeasible delay modes": "it encloses irrational eigenvalues in balls",
 }
 
