@@ -4,6 +4,7 @@ import ast
 import sys
 from contextlib import contextmanager
 from functools import cache
+from importlib import import_module
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from tests.hunt.tampering import put
 from tests.test_near_box import REGION, levers
 from tests.test_proof_files import TWO, proof_of, spring
 
-HERE = {name: sys.modules[f"sosbook.exact.checker.{name}"] for name in MODULES}
+HERE = {x: import_module(f"sosbook.exact.checker.{x}") for x in MODULES}
 
 
 def near_a_box(made=lambda plants: plants):

@@ -12,7 +12,14 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.exact.checker import arithmetic, kernel, payment, plants, special, verdict
+from sosbook.exact.checker import (
+    arithmetic,
+    fixed_mode,
+    kernel,
+    payment,
+    plants,
+    verdict,
+)
 from sosbook.exact.checker.language import Reader, parse
 from sosbook.exact.rational import decimal
 from sosbook.proofs.subject import compare_plant
@@ -200,15 +207,15 @@ def test_a_mode_is_outside_of_a_half_plane_or_a_disk_but_for_a_millionth(size):
     for step, out in ((1e-3, True), (1e-8, True), (-1e-8, True), (-1e-3, False)):
         for y in (0.0, 0.7 * size):
             x = Fraction(-size + step * size)
-            assert special.kept_out(*half, x, Fraction(y)) is out
+            assert fixed_mode.kept_out(*half, x, Fraction(y)) is out
         for angle in (0.3, 2.5):
             s = 3 * size + size * (1 + step) * np.exp(1j * angle)
             point = Fraction(float(s.real)), Fraction(float(s.imag))
-            assert special.kept_out(*disk, *point) is out
+            assert fixed_mode.kept_out(*disk, *point) is out
     c = Fraction(size)  # roots at -c and -c + 3, -c - 3
     h = [c**3 - 9 * c, 3 * c**2 - 9, 3 * c, Fraction(1)]
-    assert special.mirrored(*half, h)
-    assert not special.mirrored([[Fraction(2 * size + 1)]], half[1], h)
+    assert fixed_mode.mirrored(*half, h)
+    assert not fixed_mode.mirrored([[Fraction(2 * size + 1)]], half[1], h)
 
 
 def test_a_witness_is_no_zero_and_its_form_isn_t_negative():

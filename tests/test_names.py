@@ -20,9 +20,11 @@ SHORTHAND = {
     "exact/checker/designs.py": NAMES,
     "exact/checker/regions.py": NAMES,
     "exact/checker/known.py": {"gamma", "cost", "h2"},
-    "exact/checker/others.py": {"cost", "gamma"},
+    "exact/checker/any_order.py": NAMES,
+    "exact/checker/observer.py": {"cost"},
     "exact/checker/small_input.py": {"u_max"},
-    "exact/checker/special.py": NAMES,
+    "exact/checker/fixed_mode.py": NAMES,
+    "exact/checker/unreached.py": {"gamma"},
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
     "theorems/text.py": {"gamma"},  # the size of a theorem's argument
     "controllers/answers.py": {"u_max"},  # an argument, in what is said of it

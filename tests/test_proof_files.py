@@ -5,6 +5,7 @@ import importlib
 import json
 import pickle
 import pkgutil
+import shutil
 import sys
 from dataclasses import FrozenInstanceError, replace
 from fractions import Fraction
@@ -29,7 +30,7 @@ from sosbook.synthesis.certificates import Certificate
 from tests.asking import asked_by, asking
 from tests.energy_to_peak import EnergyToPeak
 from tests.hunt.tampering import true_claims
-from tests.processes import alone
+from tests.processes import alone, process
 from tests.test_infeasible import mass
 from tests.test_multipliers import loops
 
@@ -592,6 +593,37 @@ def test_the_checker_needs_nothing_but_python(tmp_path):
     done = run(file)
     assert done.returncode == 3 and "rationals" in done.stdout
     assert run().returncode == run(tmp_path / "none.json").returncode == 2
+
+
+AWAY = {  # a file of the checker, and a proof that needs it
+    "any_order": "no controller of any order",
+    "delays": "delay",
+    "fixed_mode": "a mode at rest",
+    "mass": "a singular mass",
+    "observer": "observer",
+    "own": "an LMI of one's own",
+    "small_input": "little force for a fast fall",
+    "unreached": "a response out of reach",
+}
+
+
+@pytest.mark.parametrize("module", [*AWAY, "*"])
+def test_a_checker_without_a_kind_says_so_and_decides_the_others(module, tmp_path):
+    folder, away = tmp_path / "checker", [*AWAY] if module == "*" else [module]
+    gone = shutil.ignore_patterns("__pycache__", *(f"{x}.py" for x in away))
+    shutil.copytree(proofs.CHECKER, folder, ignore=gone)
+    programs, files = [folder], (tmp_path / "one.json", tmp_path / "beyond.json")
+    proof_of("example 1").save(files[0])
+    proof_of(AWAY[away[-1]]).save(files[1])
+    if module == "*":
+        make = "import checker; print(checker.in_one_file(), end='')"
+        programs.append(tmp_path / "check_proof.py")
+        text = process(sys.executable, "-c", make, cwd=tmp_path).stdout
+        programs[-1].write_text(text, "utf-8")
+    for program in programs:
+        assert alone(program, files[0]).returncode == 0
+        done = alone(program, files[1])
+        assert done.returncode == 3 and f"{away[-1]}.py, which writes" in done.stdout
 
 
 def test_the_checker_shares_nothing_with_the_package():

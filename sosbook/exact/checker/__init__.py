@@ -1,9 +1,10 @@
 """What checks proofs: a folder that needs standard Python and nothing else.
 
 `sosbook.exact.checker.kernel` knows no control, nor do `arithmetic` and `language`.
-`designs`, `known`, `delays`, `others`, `special` and `small_input` write texts for it
-beside the words that they prove, and `verdict` reads files: ``python checker
-proof.json``. Every deployment has it in one file.
+`verdict` reads files: ``python checker proof.json``. What writes a text for the kernel,
+beside the words that it proves, is found when a file names its kind (`verdict.KINDS`):
+who takes such a module away has a checker of the other kinds. Every deployment has it
+in one file.
 """
 
 from pathlib import Path
@@ -11,11 +12,13 @@ from pathlib import Path
 __all__ = ["CHECKER", "in_one_file"]
 
 CHECKER = Path(__file__).parent
-MODULES = (
+ORDER = (
     *("arithmetic", "language", "kernel", "families", "payment", "outputs"),
-    *("text", "plants", "regions", "requirements", "designs", "known", "delays"),
-    *("others", "special", "small_input", "subject", "verdict"),
+    *("text", "plants", "regions", "requirements", "laws", "designs", "known"),
+    *("delays", "mass", "observer", "own", "any_order", "fixed_mode", "unreached"),
+    *("small_input", "subject", "verdict"),
 )
+MODULES = tuple(name for name in ORDER if (CHECKER / f"{name}.py").is_file())
 ONE_FILE = """\
 \"\"\"Check a proof file of sosbook: python check_proof.py proof.json, see --help.
 

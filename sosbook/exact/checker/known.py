@@ -5,10 +5,11 @@ from itertools import product
 
 from .arithmetic import Beyond, need
 from .families import CONSTANT, every_plant, keys, ranges
+from .laws import put_law
 from .outputs import Channel
 from .plants import distinct, plant
 from .requirements import BLOCKS, is_disk, numbers_of, start, stated, tag, weights
-from .text import Text, ratio
+from .text import Text
 
 PARTS = "EL", "AL", "BL"  # of the loop E x' = A x + B w
 MEAN = "{0}.k = ({0}.a + {0}.b)/2"
@@ -31,15 +32,6 @@ LAW = """EL.i = [E.i, 0; 0, law.E]
 push.i = [Bu.i, O({N}, {f}); O({c}, {m}), entry] K
 AL.i = [A.i, O({N}, {c}); law.B law.rows, law.A] + push.i y
 BL.i = [Bw.i; law.B law.noise] + push.i noise"""
-PARTS_OF_LAW = "rows noise E A B of_sensors of_states"
-
-
-def put_law(t, law):
-    """What a law joins to a plant becomes data."""
-    keys(law, PARTS_OF_LAW)
-    for name in PARTS_OF_LAW.split():
-        width = len(law["rows"]) if name == "B" else 0
-        t.put(f"law.{name}", law, name, width, ratio)
 
 
 class Known:

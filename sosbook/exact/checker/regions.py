@@ -9,6 +9,7 @@ from .text import mat, number, positive, words_of
 
 PI = Fraction(314159265358979323846264338327950288, 10**35)  # rounded down
 TINY = Fraction(1, 10**9)
+STABLE = "its poles lie left of the imaginary axis"
 
 
 @cache

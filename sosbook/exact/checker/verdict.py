@@ -18,18 +18,13 @@ import json
 import os
 import sys
 from contextlib import contextmanager
+from importlib import import_module
 from threading import Lock, Timer
 
 from . import kernel
 from .arithmetic import MOST_DIGITS, Beyond, Refused, need
-from .delays import Delay
-from .designs import Design
 from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES
-from .known import Known
-from .others import AnyOrder, Mass, Observer, Own
-from .small_input import SmallInput
-from .special import FixedMode, SingularMass, SumOfPoles, UnreachedResponse
 from .subject import about, subject, wanted_gain, wanted_plant
 
 SECONDS = 600.0  # unless told otherwise
@@ -39,23 +34,27 @@ FORMAT, VERSION = "sosbook proof", 2
 
 LOOP = "plant U K_A K "
 PLAIN = {"format", "version", "kind", "about", "asks"}  # keys where no text says it
-KINDS = {  # what writes its text, and what it asks
-    "design": (Design, LOOP + "coupling epsilon E0 requirements"),
-    "known gain": (Known, LOOP + "law requirements corners cells"),
-    "delay": (Delay, LOOP + "tau mu delta alpha method order misprints analysis "
-              "coordinates exponentials"),
-    "regularization": (Mass, "plant K beta"),
-    "observer": (Observer, "plant K C Q_F R_F noises model coordinates L bound"),
-    "any order": (AnyOrder, "plant U K_A law requirement vertex units sides"),
-    "lmi": (Own, "shapes expressions statement digits"),
+KINDS = {  # whose text its class writes, by its module, and what it asks
+    "design": ("designs.Design", LOOP + "coupling epsilon E0 requirements"),
+    "known gain": ("known.Known", LOOP + "law requirements corners cells"),
+    "delay": ("delays.Delay", LOOP + "tau mu delta alpha method order misprints "
+              "analysis coordinates exponentials"),
+    "regularization": ("mass.Mass", "plant K beta"),
+    "observer": ("observer.Observer", "plant K C Q_F R_F noises model coordinates L "
+                 "bound"),
+    "any order": ("any_order.AnyOrder", "plant U K_A law requirement vertex units "
+                  "sides"),
+    "lmi": ("own.Own", "shapes expressions statement digits"),
 }  # fmt: skip
 SINGLE = {  # without unknowns
-    "fixed mode": (FixedMode, LOOP + "requirement place polynomial rows point witness"),
-    "sum of poles": (SumOfPoles, "plant U K_A law gains requirement vertex"),
-    "singular mass": (SingularMass, "plant U K_A between"),
-    "unreached response": (UnreachedResponse, LOOP + "bound vertex s v y"),
-    "small input": (SmallInput, LOOP + "coupling epsilon E0 requirements vertex rows "
-                    "columns spread blur multipliers share price"),
+    "fixed mode": ("fixed_mode.FixedMode", LOOP + "requirement place polynomial rows "
+                   "point witness"),
+    "sum of poles": ("any_order.SumOfPoles", "plant U K_A law gains requirement "
+                     "vertex"),
+    "singular mass": ("mass.SingularMass", "plant U K_A between"),
+    "unreached response": ("unreached.UnreachedResponse", LOOP + "bound vertex s v y"),
+    "small input": ("small_input.SmallInput", LOOP + "coupling epsilon E0 requirements "
+                    "vertex rows columns spread blur multipliers share price"),
 }  # fmt: skip
 AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
@@ -106,7 +105,7 @@ def law(asked):
     many = asked.get("plant") or {}
     if len(many.get("vertices", ())) > MOST_VERTICES:
         raise Beyond(f"the plant has more than {MOST_VERTICES} vertices")
-    problem = writer(asked)
+    problem = made_by(writer, whole)(asked)
     claims = Proven(problem.claims)
     claims.author = asked.get("statement", []) if kind == "lmi" else None
     need(not (refused and kind == "known gain"), "no multipliers exclude that")
@@ -118,6 +117,17 @@ def law(asked):
         claims = Proven([f"{how} {which}: " + "; ".join(claims)])
     claims[:] = of_part(claims, asked)
     return problem.t, claims
+
+
+def made_by(writer, kind):
+    """The class that writes a kind's text, whose module is imported now."""
+    home, name = writer.split(".")
+    try:
+        module = import_module(f".{home}", __package__)
+    except ModuleNotFoundError:
+        words = f"{home}.py, which writes proofs of the kind {kind!r:.80}"
+        raise Beyond(f"{words}, isn't in this checker") from None
+    return getattr(module, name)
 
 
 def of_part(claims, asked):

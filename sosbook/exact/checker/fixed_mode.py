@@ -1,140 +1,19 @@
-"""What excludes every gain without multipliers: modes, masses, responses, sums.
+"""Modes that no gain moves.
 
-Each adds to its text what no text says: where a polynomial has a root, the sign of a
-determinant.
+The text says that they are roots of a polynomial; where these lie is decided here.
 """
 
 from fractions import Fraction
-from math import floor, log10
 
-from .arithmetic import Beyond, definite, need
-from .families import keys, vertex_words
-from .known import put_law
-from .outputs import at_vertex, ends
-from .plants import determinant, plant, vertex_of
-from .regions import in_matrices, region
+from .arithmetic import Beyond, need
+from .families import vertex_words
+from .laws import joined, put_law
+from .plants import plant, vertex_of
+from .regions import STABLE, in_matrices, region
 from .requirements import STABILITY
-from .text import Text, mat, number, ratio, sane
+from .text import Text, number, ratio, sane
 
 CLOSE = Fraction(1, 10**6)  # of |s|, of which six digits are said
-STABLE = "its poles lie left of the imaginary axis"
-
-
-class SingularMass:
-    """det E changes its sign between two vertices, or is zero halfway."""
-
-    def __init__(self, d):
-        self.t = Text(d)
-        plant(self.t, d)
-        i, j = (vertex_of(self.t, k) for k in d["between"])
-        env = self.t.values()
-        E, F = env[f"E.{i}"], env[f"E.{j}"]
-        signs = determinant(E) * determinant(F) <= 0 or determinant(E + F) == 0
-        need(signs, "no mass is singular there")
-        self.claims = ["no gain makes every plant of the polytope stable: a plant "
-                       f"between the vertices {i} and {j} has a singular "
-                       "matrix E"]  # fmt: skip
-
-
-JOINED = """E = [{E}, 0; 0, law.E]
-A = [{A}, O({N}, {c}); law.B law.rows, law.A]
-Bu = [{Bu}, O({N}, {f}); O({c}, {m}), [O({k}, {f}); I({f})]]"""
-
-
-def joined(t, law, size, mean, f):
-    """E, A and Bu of a plant with a law's states, f of them free: how many of each."""
-    put_law(t, law)
-    (N, m), c = size, len(law["E"])
-    need(type(f) is int and 0 <= f <= c, "a law has no such rows")
-    parts = {x: mean.format(x) for x in ("E", "A", "Bu")}
-    t.write(*JOINED.format(**parts, N=N, m=m, c=c, f=f, k=c - f).split("\n"))
-    return N + c, m + f
-
-
-class SumOfPoles:
-    """The sum of the poles, tr E^-1 (A + B K C_y), is moved by no K of a law.
-
-    K is a sum of the file's gains. Where these aren't all matrices, the words say how
-    many numbers are free: another K of the same law may move the sum.
-
-    Their mean isn't in the half-plane that is asked, or in the left one: nor are all.
-    """
-
-    def __init__(self, d):
-        t = self.t = Text(d)
-        vertices, *size, _ = plant(t, d)
-        need(d["U"] == [] and d["gains"], "a law has gains, and no U")
-        k, asked = vertex_of(t, d["vertex"]), d["requirement"]
-        f = len(d["gains"][0]) - size[1]
-        N, _ = joined(t, d["law"], size, f"{{}}.{k}", f)
-        words, reach = STABLE, "mean"
-        if asked is not None:
-            need(asked["form"] == "half-plane", "a half-plane is needed")
-            words, reach = region(asked)[2], "mean + sigma"
-            t.put_number("sigma", asked, "sigma")
-        t.sets["gains"] = [[str(i)] for i, _ in enumerate(d["gains"], 1)]
-        for i, _ in enumerate(d["gains"]):
-            t.put(f"G.{i + 1}", d["gains"], i, entry=ratio)
-        t.write("y = [law.of_sensors law.rows, law.of_states]", "back = inv(E)")
-        t.write("still.i: tr(back Bu G.i y) == 0", loop="i in gains")
-        t.write(f"mean = tr(back A)/{N}", f"beyond: {reach} >= 0")
-        where = vertex_words(d["plant"], k, len(vertices))
-        shape, free = (len(d["gains"][0]), len(d["gains"][0][0])), len(d["gains"])
-        rows = [[e for row in G for e in row] for G in d["gains"]]
-        K = mat(rows, free, shape[0] * shape[1], ratio)
-        need(definite(K @ K.T), "the gains depend on each other")
-        some = "" if free == K.c else f" with {free} free number{'s' * (free > 1)}"
-        least = downwards(t.values()["mean"])
-        self.claims = [f"no gain of the law{some} moves the sum of the poles of "
-                       f"{where}; one of them has a real part of at least {least}, so "
-                       f"none keeps: {words}"]  # fmt: skip
-
-
-def downwards(x):
-    """A fraction in six digits, not above it."""
-    words = f"{float(x):.6g}"
-    if Fraction(words) <= x:
-        return words
-    return f"{float(x) - 10.0 ** (floor(log10(abs(float(x)))) - 5):.6g}"
-
-
-class UnreachedResponse:
-    """v (s E - A) = y C and v B + y D = 0: y z = v W w at s, whatever u is.
-
-    A stable loop has a bounded transfer matrix T in Re s >= 0, with y T = v W,
-    so its norm is at least |v W| / |y|. Rows of v and y are real and imaginary parts.
-    Where w is in the output, too, v W + y Z stands for v W.
-    """
-
-    def __init__(self, d):
-        t = self.t = Text(d)
-        r, at = d.get("requirement", {}), (d, "bound")
-        if r:  # with outputs or inputs of its own
-            more = [x for x in ("outputs", "inputs") if x in r]
-            keys(r, " ".join(["kind name gamma mu", *more]))
-            at = r, "gamma"
-        vertices, N, m, _ = sizes = plant(t, d)
-        k = vertex_of(t, d["vertex"])
-        t.put_number("gamma", *at)
-        for name, rows in (("s", [1, 1]), ("v", [N] * 2), ("y", [None] * 2)):
-            t.put(name, d, name, entry=ratio)
-            mat(d[name], 2, rows[0], ratio)
-        A, (C, D, Z, S, _) = f"A.{k}", at_vertex(t, d, sizes, r, k)
-        if d["K"] is not None:
-            t.put("K", d, "K", N)
-            A, C = f"({A} + Bu.{k} K)", f"({C} + {D} K)" if D else C
-        else:
-            t.write(f"input: v Bu.{k}{D and ' + y ' + D} == O(2, {m})")
-        t.write("sign.gamma: gamma > 0", "sign.s: at(s, 1, 1) >= 0")
-        t.write("times = [at(s, 1, 1), -at(s, 2, 1); at(s, 2, 1), at(s, 1, 1)]")
-        t.write(f"left: v {A} + y {C} == times v E.{k}")
-        t.write(f"push = v Bw.{k}{S}" + (f" + y {Z}{S}" if Z else ""))
-        t.write("reached = tr(push push')", "some: reached > 0")
-        t.write("norm: reached - gamma^2 tr(y y') >= 0")
-        where = vertex_words(d["plant"], k, len(vertices))
-        who = "no gain makes" if d["K"] is None else "the given gain doesn't make"
-        self.claims = [f"{who} {where} stable with an H-infinity norm{ends(r)} below "
-                       f"{at[0][at[1]]}"]  # fmt: skip
 
 
 class FixedMode:

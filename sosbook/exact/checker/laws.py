@@ -1,0 +1,30 @@
+"""What a law joins to a plant: its sensors, its states, and those that are free."""
+
+from .arithmetic import need
+from .families import keys
+from .text import ratio
+
+PARTS_OF_LAW = "rows noise E A B of_sensors of_states"
+
+
+def put_law(t, law):
+    """What a law joins to a plant becomes data."""
+    keys(law, PARTS_OF_LAW)
+    for name in PARTS_OF_LAW.split():
+        width = len(law["rows"]) if name == "B" else 0
+        t.put(f"law.{name}", law, name, width, ratio)
+
+
+JOINED = """E = [{E}, 0; 0, law.E]
+A = [{A}, O({N}, {c}); law.B law.rows, law.A]
+Bu = [{Bu}, O({N}, {f}); O({c}, {m}), [O({k}, {f}); I({f})]]"""
+
+
+def joined(t, law, size, mean, f):
+    """E, A and Bu of a plant with a law's states, f of them free: how many of each."""
+    put_law(t, law)
+    (N, m), c = size, len(law["E"])
+    need(type(f) is int and 0 <= f <= c, "a law has no such rows")
+    parts = {x: mean.format(x) for x in ("E", "A", "Bu")}
+    t.write(*JOINED.format(**parts, N=N, m=m, c=c, f=f, k=c - f).split("\n"))
+    return N + c, m + f

@@ -1,0 +1,44 @@
+"""LMIs of somebody's own."""
+
+import re
+
+from .arithmetic import need
+from .text import Text, ratio, sane
+
+
+class Own:
+    """LMIs that someone wrote: constants, and terms L X R in unknowns X."""
+
+    def __init__(self, d):
+        t, names = Text(d), {}
+        self.t, words = t, d.get("statement", [])
+        good = isinstance(words, list) and all(isinstance(w, str) for w in words)
+        need(good, "the statement must be words")
+        for k, (name, r, c, even) in enumerate(d["shapes"], 1):
+            good = type(r) is type(c) is int and min(r, c) > 0
+            need(good, "an unknown has a name and a size")
+            need(even is False or (even is True and r == c), "not symmetric")
+            need(sane(name) not in names, "a name comes twice")
+            names[name] = f"X.{k}"
+            t.point(f"X.{k}", name, f"symmetric {r}" if even else f"{r} x {c}")
+        said = [sane(name) for name, _, _ in d["expressions"]]
+        need(len(set(said)) == len(said) > 0 < len(names), "a name comes twice")
+        for i, row in enumerate(d["expressions"], 1):
+            t.put(f"C.{i}", row, 1, entry=ratio)
+            parts = [f"C.{i}"]
+            for j, term in enumerate(row[2], 1):
+                name, turned, _, _ = term
+                need(isinstance(turned, bool), "transposed is true or false")
+                t.put(f"L.{i}.{j}", term, 2, entry=ratio)
+                t.put(f"R.{i}.{j}", term, 3, entry=ratio)
+                parts.append(f"L.{i}.{j} {names[name]}{chr(39) * turned} R.{i}.{j}")
+            t.labels[row[0]] = f"block.{i}"
+            t.write(f"block.{i}: {' + '.join(parts)} > 0")
+        for e in (e for x in d.get("unknowns", {}).values() for u in x for e in u):
+            count = len(re.sub("e.*|[-.]", "", e).strip("0"))
+            good = type(d["digits"]) is int and count <= d["digits"]
+            need(good, "the point has more digits")
+        how = "these blocks are positive definite"
+        if "multipliers" in d:
+            how = "no point makes all these blocks positive definite"
+        self.claims = [f"{how}: " + ", ".join(said)]
