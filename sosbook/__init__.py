@@ -9,10 +9,13 @@ from importlib import import_module as _import_module
 # Nothing is imported before it is asked for (PEP 562). Type checkers read
 # the same names in __init__.pyi.
 _NAMES = {
+    "analysis.infinite_modes": ("InfiniteModes", "infinite_modes"),
     "analysis.nonlinear": ("simulate_nonlinear",),
     "controllers.sampled_design": ("SampledDesign", "design_sampled"),
     "delay": ("DelayDesign", "analyse_delay", "design_delay_pid"),
-    "laws": ("DynamicLaw", "FullState", "PIDLaw"),
+    "laws.dynamic": ("DynamicLaw",),
+    "laws.full_state": ("FullState",),
+    "laws.pid": ("PIDLaw",),
     "loops": ("Clock", "Late", "Loop", "Signal"),
     "plants.descriptor_system": ("DescriptorSystem",),
     "plants.outputs": ("Output",),
@@ -38,12 +41,7 @@ _NAMES = {
     "synthesis.observer": ("design_observer",),
     "synthesis.observer_design": ("ObserverDesign",),
     "synthesis.pid": ("analyse_loop", "analyse_pid", "design_pid"),
-    "synthesis.regularization": (
-        "InfiniteModes",
-        "Regularization",
-        "infinite_modes",
-        "regularize",
-    ),
+    "synthesis.regularization": ("Regularization", "regularize"),
     "synthesis.result": ("Result",),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}

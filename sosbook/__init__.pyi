@@ -1,10 +1,13 @@
 # For type checkers: the names that sosbook/__init__.py finds when asked.
 
 from . import delay, sampled
+from .analysis.infinite_modes import InfiniteModes, infinite_modes
 from .analysis.nonlinear import simulate_nonlinear
 from .controllers.sampled_design import SampledDesign, design_sampled
 from .delay import DelayDesign, analyse_delay, design_delay_pid
-from .laws import DynamicLaw, FullState, PIDLaw
+from .laws.dynamic import DynamicLaw
+from .laws.full_state import FullState
+from .laws.pid import PIDLaw
 from .loops import Clock, Late, Loop, Signal
 from .plants.descriptor_system import DescriptorSystem
 from .plants.outputs import Output
@@ -25,12 +28,7 @@ from .synthesis.lqr import design_lqr
 from .synthesis.observer import design_observer
 from .synthesis.observer_design import ObserverDesign
 from .synthesis.pid import analyse_loop, analyse_pid, design_pid
-from .synthesis.regularization import (
-    InfiniteModes,
-    Regularization,
-    infinite_modes,
-    regularize,
-)
+from .synthesis.regularization import Regularization, regularize
 from .synthesis.result import Result
 
 __version__: str

@@ -11,14 +11,10 @@ from hypothesis import strategies as st
 from scipy.linalg import null_space
 
 import sosbook as sos
+from sosbook.analysis.infinite_modes import InfiniteModes, infinite_modes
 from sosbook.book import thesis
 from sosbook.exact.checker import verdict
-from sosbook.synthesis.regularization import (
-    InfiniteModes,
-    infinite_modes,
-    prove_regular,
-    regularize,
-)
+from sosbook.synthesis.regularization import prove_regular, regularize
 from tests.random_plants import ODD
 
 few = settings(max_examples=40, derandomize=True, deadline=None)

@@ -6,7 +6,8 @@ from flint import fmpq
 
 import sosbook as sos
 from sosbook.exact import repair as repair_module
-from sosbook.exact.definite import adjoint, exact, in_floats, positive
+from sosbook.exact.adjoint import adjoint
+from sosbook.exact.definite import exact, in_floats, positive
 from sosbook.exact.repair import _parts, repair_multipliers
 from sosbook.lmi import Unknown, he
 from sosbook.solver.blocks import Blocks

@@ -1,26 +1,21 @@
 """What a loop truly does: poles, norms, peaks and simulations."""
 
-from ..plants.response import Response, simulate
-from ..plants.signals import Sine, Step, Steps
-from .linear import closed_loop, hinf_norm, loop_matrix, open_loop, peak_input, poles
-from .margins import DiskMargin, disk_margin, sensitivity_peak
-from .nonlinear import arm_gravity, simulate_nonlinear
+from ..runtime.later import by_name
 
-__all__ = [
-    "DiskMargin",
-    "Response",
-    "Sine",
-    "Step",
-    "Steps",
-    "arm_gravity",
-    "closed_loop",
-    "disk_margin",
-    "hinf_norm",
-    "loop_matrix",
-    "open_loop",
-    "peak_input",
-    "poles",
-    "sensitivity_peak",
-    "simulate",
-    "simulate_nonlinear",
-]
+_NAMES = {
+    "analysis.linear": (
+        "closed_loop",
+        "hinf_norm",
+        "loop_matrix",
+        "open_loop",
+        "peak_input",
+        "poles",
+    ),
+    "analysis.margins": ("DiskMargin", "disk_margin", "sensitivity_peak"),
+    "analysis.nonlinear": ("arm_gravity", "simulate_nonlinear"),
+    "plants.response": ("Response", "simulate"),
+    "plants.signals": ("Sine", "Step", "Steps"),
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
+__all__ = sorted(_HOMES)
+__getattr__ = by_name(__name__, _HOMES)

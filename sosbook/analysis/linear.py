@@ -3,11 +3,7 @@
 import numpy as np
 from scipy.linalg import matrix_balance
 
-from ..plants.response import sort_poles
-from ..runtime.libraries import library
 from ..runtime.time_limit import check_time, check_time_of_eigenvalues
-from .peaks import FreeMotion, largest_size
-from .precise import ExactLoop, in_rationals
 
 MOST_ENTRIES = 2**19  # of the matrices that are solved at once
 
@@ -34,6 +30,9 @@ def poles(d, K):
     They come from rational arithmetic where floats are too coarse: see
     `sensitive`.
     """
+    from ..plants.response import sort_poles
+    from .precise import ExactLoop, in_rationals
+
     if in_rationals(d, K):
         return sort_poles(ExactLoop(d, K).poles())
     check_time_of_eigenvalues(len(d.E))
@@ -45,6 +44,8 @@ def open_loop(d):
     inputs u, w and r, outputs x = [z; z'; x3], so that u = K (x - [r; 0; 0]) closes the
     loop; x3 is + the integral of U e.
     """
+    from ..runtime.libraries import library
+
     n, N = len(d.C), len(d.E)
     A, B, Bw = d.state_space()
     m, p = B.shape[1], Bw.shape[1]
@@ -72,6 +73,8 @@ def closed_loop(d, K):
     is + the integral of U e. An acceleration term K_A e'' is in the loop but not in
     this u.
     """
+    from ..runtime.libraries import library
+
     n = len(d.C)
     _, B, Bw = d.state_space()
     A = loop_matrix(d, K)
@@ -93,6 +96,8 @@ def hinf_norm(d, K):
     Hamiltonian matrix; between them lie better frequencies. A loop too
     sensitive for floats is left to `ExactLoop`.
     """
+    from .precise import ExactLoop, in_rationals
+
     if in_rationals(d, K):
         return ExactLoop(d, K).hinf_norm()
     _, _, B = d.state_space()
@@ -157,6 +162,9 @@ def peak_input(d, K, x0, K_A=None):
     infinite for an unstable loop. See `sosbook.analysis.peaks`; a loop too
     sensitive for floats is left to `ExactLoop`.
     """
+    from .peaks import FreeMotion, largest_size
+    from .precise import ExactLoop, in_rationals
+
     if K_A is None and in_rationals(d, K):
         peak = ExactLoop(d, K).peak_input(x0)
         if peak is not None:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .linear import loop_matrix, peak_gain
-
 
 @dataclass(frozen=True, repr=False)
 class DiskMargin:
@@ -81,6 +79,8 @@ def disk_margin(d, K):
 
 def _peak(d, K, through):
     """The largest |K (jw - A_K)^-1 B + through I| over all frequencies."""
+    from .linear import loop_matrix, peak_gain
+
     if not len(K):
         raise ValueError(
             "K has no row: no input is left where the loop could be opened; give the "

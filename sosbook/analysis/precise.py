@@ -5,7 +5,6 @@ rational polynomials, of matrices read as decimals, evaluated with many digits.
 import numpy as np
 from flint import acb, acb_mat, acb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
 from scipy.linalg import matrix_balance
-from scipy.optimize import minimize_scalar
 
 from ..exact.definite import exact
 from .peaks import ALIVE, DOUBLINGS, amplitude, largest_size
@@ -197,6 +196,8 @@ def _float(q):
 
 def _highest(function, grid):
     """The largest value on a grid, refined between its neighbours."""
+    from scipy.optimize import minimize_scalar
+
     values = [function(x) for x in grid]
     k = int(np.argmax(values))
     low, high = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]

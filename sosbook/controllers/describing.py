@@ -9,7 +9,6 @@ samples the harmonic and holds what it answers.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..plants.gain import signals
 from .simulation import Backlash, coordinates
@@ -79,6 +78,8 @@ def _rubbing(c, corner, d, k, force, names):
 
 def _gap(c, corner, d, backlash, _, names):
     """f = k sat(q): the part of a spring's force that a gap takes away; N = -k D(a)."""
+    from scipy.optimize import brentq
+
     n, (entry, row) = d.n, np.zeros((2, len(d.E)))
     i, j = backlash.first, backlash.second
     entry[[n + i, n + j]], row[[i, j]] = (1, -1), (1, -1)
@@ -99,6 +100,8 @@ def _sat(ratio):
 
 def _real(c, d, entry, row):
     """(frequency, G) where the loop's response from a force to row x is real."""
+    from scipy.optimize import brentq
+
     E, A, B = d.E, d.A, d.Bu
     delay = c.delay
 

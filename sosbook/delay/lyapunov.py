@@ -5,7 +5,6 @@ would refute a certificate; where it shrinks fast, the certificate has room to s
 """
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 GAUSS_POINTS, GAUSS_WEIGHTS = (1 + GAUSS_POINTS) / 2, GAUSS_WEIGHTS / 2
@@ -155,6 +154,8 @@ class _Cells:
         ``g``, (k - 1, 3, ...): at the Gauss points of the cells. Returns two functions
         of the time.
         """
+        from scipy.interpolate import CubicHermiteSpline
+
         h = self.h.reshape(-1, *(1,) * (g.ndim - 2))
         once = _sums(h * np.tensordot(GAUSS_WEIGHTS, g, (0, 1)))
         left = np.tensordot(GAUSS_WEIGHTS * (1 - GAUSS_POINTS), g, (0, 1))

@@ -9,7 +9,6 @@ polished on the characteristic matrix itself.
 
 import numpy as np
 from scipy.linalg import eigvals, matrix_balance
-from scipy.optimize import minimize_scalar
 
 from ..plants.checks import matrix, not_negative
 
@@ -150,6 +149,8 @@ def slowest_decay(A, A_d, low, high):
     >>> round(rate, 6), delay
     (0.318132, 1.0)
     """
+    from scipy.optimize import minimize_scalar
+
     A, A_d = checked_pair(A, A_d)
     low, high = not_negative("low", low), not_negative("high", high)
     if low > high:

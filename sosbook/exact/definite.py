@@ -7,12 +7,10 @@ from scipy.linalg.lapack import dpotrf
 
 from ..language.expression import Affine
 from ..runtime.time_limit import check_time
-from .adjoint import adjoint
 from .rational import Rational, _matrix, exact, inverse, rational_matrix, round_digits
 
 __all__ = [
     "Rational",
-    "adjoint",
     "definite",
     "exact",
     "in_floats",

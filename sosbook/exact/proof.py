@@ -5,7 +5,6 @@ from time import monotonic
 
 import numpy as np
 
-from ..runtime.saying import one_line
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from .checker import kernel
 from .checker.arithmetic import scalar
@@ -147,6 +146,8 @@ class Verdict:
         return self.proven
 
     def __str__(self):
+        from ..runtime.saying import one_line
+
         if self.proven:
             return "\n- ".join([self._proven_words(), *map(one_line, self.claims)])
         return "not proven: " + ", ".join(map(one_line, self.failed))

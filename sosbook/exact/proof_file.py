@@ -12,7 +12,6 @@ from weakref import WeakKeyDictionary
 
 from ..runtime.names import OfKind
 from ..runtime.reading import parse_json, read_text
-from ..runtime.writing import write_file
 from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused
 from .proof import Examined, Verdict
@@ -191,6 +190,8 @@ class ProofFile(Verdict, OfKind):
         FileExistsError
             If a file is there that is no proof.
         """
+        from ..runtime.writing import write_file
+
         write_file(path, self.text, over=is_proof)
 
     @classmethod

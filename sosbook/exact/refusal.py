@@ -6,12 +6,10 @@ import numpy as np
 
 from .checker.arithmetic import Beyond
 from .checker.verdict import law
-from .definite import adjoint, exact, positive, round_digits
+from .definite import exact, positive, round_digits
 from .proof import Examined
 from .proof_file import ProofFile
 from .rational import fractions, read_fractions
-from .repair import repair_multipliers
-from .singular import singular_multipliers
 
 
 class Refusal(ProofFile):
@@ -59,6 +57,9 @@ class MultiplierRefusal(Refusal):
         They are in ``unknowns``; ``data`` and ``keyed`` are the file's data and blocks'
         keys.
         """
+        from .repair import repair_multipliers
+        from .singular import singular_multipliers
+
         if len(Z) != len(expressions) or not all(np.isfinite(z).all() for z in Z):
             raise ValueError(
                 f"multipliers must be {len(expressions)} matrices of finite numbers"
@@ -107,6 +108,8 @@ def excluded_radius(expressions, unknowns, Z, digits=17):
     free entries, rounded down from an exact figure; 0 where the multipliers say
     nothing.
     """
+    from .adjoint import adjoint
+
     Z = [exact(round_digits((z + z.T) / 2, digits)) for z in Z]
     if not all(map(positive, Z)):
         return 0.0

@@ -20,7 +20,6 @@ from numbers import Integral
 
 import numpy as np
 
-from ..runtime.libraries import library
 from .matrices import Matrices, array_of
 from .traced import Size, Traced
 
@@ -324,6 +323,8 @@ def block(rows):
         return _block_matrices(entries, size)
     if all(issubclass(kind, np.ndarray) for kind in kinds):
         return _assembled(entries, size)
+    from ..runtime.libraries import library
+
     return library("cvxpy").bmat(
         [
             [np.zeros((h, w), int) if _is_zero(x) else x for x, w in zip(row, widths)]

@@ -1,8 +1,10 @@
 """What a controller measures, what it remembers, and which of its gains are free."""
 
+from ..runtime.later import by_name
 from .base import Law, LawGain, Parts, Structure
-from .dynamic import DynamicLaw
 from .full_state import FullState
-from .pid import PIDLaw
 
-__all__ = ["DynamicLaw", "FullState", "Law", "LawGain", "PIDLaw", "Parts", "Structure"]
+__all__ = ["FullState", "Law", "LawGain", "Parts", "Structure"]
+_HOMES = {"DynamicLaw": "laws.dynamic", "PIDLaw": "laws.pid"}
+__all__ += _HOMES
+__getattr__ = by_name(__name__, _HOMES)

@@ -7,16 +7,14 @@ import numpy as np
 from ..exact.definite import round_digits
 from ..exact.proof import PLACES
 from ..exact.refusal import excluded_radius
-from ..runtime.libraries import library
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
 from ..solver.bounded import any_centre, bounded, unpacked
 from ..solver.loop import Unbounded, centre, minimize, phase_one
-from .certificates import LMIProof, LMIRefusal
 from .solution import LMISolution
 from .text import LMIText, rationals
 
-__all__ = ["LMIProblem", "LMIProof", "LMISolution", "TrustedProblem"]
+__all__ = ["LMIProblem", "LMISolution", "TrustedProblem"]
 
 FARTHEST_MINIMUM = 1e16  # largest unknown's size that may be a unit
 FARTHEST_START = 1e6  # largest variable from which a minimisation starts
@@ -258,6 +256,8 @@ class LMIProblem(LMIText):
             If a block isn't exactly symmetric or holds a float that
             didn't pass ``number``, or if digits is below 1.
         """
+        from .certificates import LMIProof
+
         for u in self.unknowns:
             if u.name not in values or np.shape(values[u.name]) != u.shape:
                 raise ValueError(f"values needs {u.name} of the shape {u.shape}")
@@ -284,6 +284,8 @@ class LMIProblem(LMIText):
         LMIRefusal or None
             The exact multipliers; None where those in floats can't be made exact.
         """
+        from .certificates import LMIRefusal
+
         expressions = self.in_unknowns(rationals)
         data = LMIRefusal.contents(expressions, self.unknowns)
         return LMIRefusal.mended(data, expressions, self.unknowns, Z, str)
@@ -311,6 +313,8 @@ class LMIProblem(LMIText):
         variables : dict
             The ``cvxpy.Variable`` for each unknown's name.
         """
+        from ..runtime.libraries import library
+
         cvxpy = library("cvxpy")
         variables = {
             u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)

@@ -1,11 +1,9 @@
 """Plants: second-order systems, their polytopes and descriptor forms."""
 
-from .condensing import condense
+from ..runtime.later import by_name
 from .coupled import Coupled, SlackVertex
 from .descriptor import Descriptor, descriptors, mean_descriptor
 from .descriptor_system import DescriptorSystem
-from .files import load_plant
-from .filtered import filtered
 from .gain import Gain
 from .outputs import Output
 from .reduction import Reduction
@@ -21,9 +19,13 @@ __all__ = [
     "Reduction",
     "SecondOrderSystem",
     "SlackVertex",
-    "condense",
     "descriptors",
-    "filtered",
-    "load_plant",
     "mean_descriptor",
 ]
+_HOMES = {
+    "condense": "plants.condensing",
+    "filtered": "plants.filtered",
+    "load_plant": "plants.files",
+}
+__all__ += _HOMES
+__getattr__ = by_name(__name__, _HOMES)

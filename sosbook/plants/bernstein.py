@@ -7,7 +7,6 @@ from math import comb, prod
 
 import numpy as np
 from flint import fmpq
-from scipy.optimize import linprog
 
 from ..exact.rational import echelon, exact, rational_matrix
 
@@ -177,6 +176,8 @@ def is_mean(point, others):
     >>> is_mean(exact(np.array([0.5, 0.15])), corners)
     True
     """
+    from scipy.optimize import linprog
+
     rows = np.vstack([others.T, others[:, 0] * 0 + 1])
     wanted = np.append(point, fmpq(1))
     scale = np.abs(rows.astype(float)).max(axis=1)

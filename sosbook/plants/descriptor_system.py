@@ -12,7 +12,6 @@ from .checks import check_rank, matrices_of, matrix
 from .descriptor import MATRICES, OF_ARGUMENTS, Descriptor, combined
 from .parametric import MayBeSymbolic
 from .reduction import Reduction, balanced
-from .simplex import checked_weights, random_weights
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -166,6 +165,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         >>> DescriptorSystem(1, [[[-1]], [[-3]]]).at([0.5, 0.5]).vertices[0].A
         array([[-2.]])
         """
+        from .simplex import checked_weights
+
         given = checked_weights(weights, len(self.vertices))
 
         def mean(some):
@@ -222,6 +223,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         seed : int
             The seed of numpy's generator: the same seed gives the same systems.
         """
+        from .simplex import random_weights
+
         weights = random_weights(len(self.vertices), count, seed)
         return [self.at(w) for w in weights]
 

@@ -7,11 +7,9 @@ from flint import fmpq
 
 from ..exact.rational import Rational, exact, inverse
 from ..runtime.read_only import ReadOnly
-from .bernstein import Box
 from .checks import as_in_a_file, as_written
 from .descriptor_system import DescriptorSystem
 from .hull import quotient_in_hull
-from .polynomials import Polynomials
 from .second_order import SecondOrderSystem
 from .uncertain import MOST_VERTICES, ROWS, Uncertain
 
@@ -116,6 +114,8 @@ def _largest(several):
 
 def _found(plant):
     """The `NearBox` of a plant, or None."""
+    from .bernstein import Box
+
     first, kind = plant.vertices[0], DescriptorSystem
     names: dict = {"B": "Bu", "B_w": "Bw"}
     if hasattr(first, "M"):
@@ -150,6 +150,8 @@ def _found(plant):
 
 def _polynomials(summands, powers):
     """The sum of some matrices, each times its monomial."""
+    from .polynomials import Polynomials
+
     entries = [
         {m: x for m, x in zip(powers, place) if x}
         for place in zip(*(x.ravel().tolist() for x in summands))

@@ -6,9 +6,6 @@ from dataclasses import fields
 import numpy as np
 from flint import Ordering, fmpq_mpoly, fmpq_mpoly_ctx
 
-from .bernstein import rational
-from .polynomials import in_words
-
 #: A list while a builder is called: plants that it makes may hold parameters. It has
 #: the errors of comparisons, which a builder may catch, and go on as if answered.
 building: ContextVar = ContextVar("building", default=None)
@@ -54,6 +51,8 @@ class Parametric:
 
     def read(self, x):
         """A number or sympy's expression x as such a `Parametric`, or None."""
+        from .bernstein import rational
+
         if isinstance(x, np.ndarray) and x.ndim == 0:
             x = x[()]
         if isinstance(x, Parametric):
@@ -225,6 +224,8 @@ class Parametric:
 
     def words(self, polynomial):
         """A ``polynomial`` in these parameters, in words."""
+        from .polynomials import in_words
+
         return in_words(polynomial.to_dict(), self.box.names)
 
 

@@ -11,7 +11,6 @@ from scipy.sparse import issparse
 from ..runtime.read_only import ReadOnly
 from .checks import count, matrix
 from .massless import definite_cure
-from .modes import NoModes, few, modal, static
 
 STABLE_BY = 1e-12  # of the largest pole's size
 REACHED = 1e-12  # of the largest Hankel singular value; below it is rounding
@@ -150,6 +149,8 @@ class Reducible:
         (array([[1., 0.],
                [0., 4.]]), '2 of 3')
         """
+        from .modes import NoModes, modal, static
+
         vertices = self.vertices
         if vertices[0].reduction is not None:
             raise ValueError("the plant is reduced already: reduce the whole one")
@@ -193,6 +194,8 @@ def balanced(d, states):
 
     Source: B. C. Moore, IEEE Trans. Automatic Control 26, 1981.
     """
+    from .modes import few
+
     A, B, Bw = d.state_space()
     states = few("states", states, len(A))
     poles = np.linalg.eigvals(A)

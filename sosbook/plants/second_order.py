@@ -19,7 +19,6 @@ from .parametric import MayBeSymbolic
 from .reduction import Reducible, Reduction
 from .response import simulate_open, sort_poles
 from .signals import Sine, Step
-from .simplex import checked_weights, random_weights
 from .sparse import check_mass, check_small, reader, same_matrix
 from .suspicions import suspicion
 
@@ -355,6 +354,8 @@ class Polytope(_Plant, ReadOnly):
         weights : (N,) array_like
             Non-negative, of sum one.
         """
+        from .simplex import checked_weights
+
         given = checked_weights(weights, self.N)
         M, D, S, B, F = (
             sum(w * getattr(v, x) for w, v in zip(given, self.vertices))
@@ -372,6 +373,8 @@ class Polytope(_Plant, ReadOnly):
         seed : int
             The seed of numpy's generator: the same seed gives the same plants.
         """
+        from .simplex import random_weights
+
         return [self.at(w) for w in random_weights(self.N, count, seed)]
 
 

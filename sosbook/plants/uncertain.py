@@ -10,13 +10,11 @@ import numpy as np
 from ..exact.definite import inverse
 from ..exact.rational import exact, rational_matrix
 from .bernstein import NO_RANGES, Box, corners_hold, spelled
-from .builder import along, built, check_by_numbers
 from .checks import as_written, checked_names
 from .checks import count as whole
 from .descriptor_system import DescriptorSystem
 from .parametric import ParameterError, made_of
 from .polynomials import Polynomials, check_regular, read_entries, read_ranges
-from .rows import canonical, told
 from .second_order import Polytope, SecondOrderSystem
 
 MOST_VERTICES = 256  # 256 of them are 32,896 pairs
@@ -76,6 +74,8 @@ class Uncertain:
     """
 
     def __init__(self, builder: Callable[..., Any], /, **ranges: Any) -> None:
+        from .builder import built, check_by_numbers
+
         box = Box.of(**ranges)
         kind, matrices, rest = built(builder, box)
         T = self._in_canonical_form(kind, box, matrices, rest)
@@ -90,6 +90,8 @@ class Uncertain:
 
     def _in_canonical_form(self, kind, box, matrices, rest):
         """Become the family of `Parametric` matrices; T of `canonical`."""
+        from .rows import canonical, told
+
         T = canonical(matrices, ROWS[kind])
         for name, x in ((k, x) for k in matrices for x in matrices[k].flat):
             if not x.den.is_one():
@@ -196,6 +198,8 @@ class Uncertain:
         >>> Uncertain.of(cart, load=load).at(load=0.5).M
         array([[1.5]])
         """
+        from .builder import along
+
         builder, ranges = along(base, changes, ROWS)
         return cls(builder, **ranges)
 

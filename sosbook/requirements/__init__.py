@@ -4,16 +4,15 @@
 `shorthand` what the keywords of the design functions stand for.
 """
 
+from ..runtime.later import by_name
 from .base import Requirement
 from .cost import QuadraticCost
-from .h2 import H2
 from .hinf import HInfinity
 from .input_bound import Saturation
 from .pole_region import LMIRegion, PoleRegion, Region
 from .vocabulary import Parameter
 
 __all__ = [
-    "H2",
     "HInfinity",
     "LMIRegion",
     "Parameter",
@@ -23,3 +22,6 @@ __all__ = [
     "Requirement",
     "Saturation",
 ]
+_HOMES = {"H2": "requirements.h2"}
+__all__ += _HOMES
+__getattr__ = by_name(__name__, _HOMES)

@@ -22,7 +22,7 @@ from ..runtime.names import OfKind
 from ..runtime.read_only import ReadOnly, put
 from .known import KnownVertex
 from .loop import Loop
-from .vocabulary import Parameter
+from .vocabulary import KINDS, Parameter
 
 ONE_BY_ONE = (
     "a request takes one of them. Design for one, and ask the other of the gain: "
@@ -80,6 +80,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         plant where they are None.
     """
 
+    homes = KINDS
     kind = name = promise = ""
     parameter: Parameter | None = None
     tied: str = ""

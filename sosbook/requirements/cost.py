@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..analysis.linear import loop_matrix
+from .. import analysis, theorems
 from ..analysis.riccati import lyapunov
 from ..exact.checker.requirements import claim
 from ..exact.definite import definite, exact, inverse
@@ -18,19 +18,10 @@ from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
-from ..theorems import (
-    free_gramian,
-    free_lqr_decay,
-    lqr_cost,
-    lqr_decay,
-    slack_lqr_decay,
-    trace_bound,
-)
 from .base import ONE_BY_ONE, Requirement
 from .known import KnownVertex
 from .loop import Loop
 from .vocabulary import COST
-from .weights import semidefinite_weight, square_factors, symmetric_weight
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +97,8 @@ class QuadraticCost(Requirement):
         ) -> None: ...
 
     def __post_init__(self):
+        from .weights import semidefinite_weight, symmetric_weight
+
         if (self.Q is None) == (self.C is None):
             raise ValueError("give one of Q and C: the cost weighs x' Q x, or |C x|^2")
         if self.R is None:
@@ -130,6 +123,8 @@ class QuadraticCost(Requirement):
 
     def _mix(self):
         """Check N, and mend [Q N; N' R] until it is semidefinite as it is written."""
+        from .weights import semidefinite_weight
+
         if self.C is not None:
             raise ValueError("N goes with Q: give Q in the place of C")
         k = len(self.Q)
@@ -148,6 +143,8 @@ class QuadraticCost(Requirement):
     @cached_property
     def factors(self) -> tuple:
         """Rationals L, W with Q - N R^-1 N' = L W^-1 L', W diagonal, and R^-1."""
+        from .weights import square_factors
+
         R = inverse(exact(self.R))
         if self.C is not None:
             return exact(self.C.T), exact(np.eye(len(self.C))), R
@@ -198,35 +195,35 @@ class QuadraticCost(Requirement):
 
     def once(self, loop: Loop) -> Iterable:
         J = loop.own["J"]
-        yield "trace", (), trace_bound(J, loop.level(self))
+        yield "trace", (), theorems.trace_bound(J, loop.level(self))
         if self.noise == "states" and loop.epsilon is None:
-            yield "cost", (), lqr_cost(loop.near(loop.P), self._one(loop), J)
+            yield "cost", (), theorems.lqr_cost(loop.near(loop.P), self._one(loop), J)
 
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
         c, weights = self._mixed_into(c, c.EP, loop), self._weights(loop)
-        yield "lqr", lqr_decay(c, *weights)
+        yield "lqr", theorems.lqr_decay(c, *weights)
         if self.noise == "F":
-            yield "cost", lqr_cost(c.EPE, c.Bw, loop.own["J"])
+            yield "cost", theorems.lqr_cost(c.EPE, c.Bw, loop.own["J"])
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
         inner, noise = he(c.EVE) - c.EPE, c.Bw
         if self.noise == "states":
             inner = he(loop.near(c.V)) - loop.near(c.P)
             noise = self._one(loop)
-        yield "cost", lqr_cost(inner, noise, loop.own["J"])
+        yield "cost", theorems.lqr_cost(inner, noise, loop.own["J"])
         c, weights = self._mixed_into(c, c.EV, loop), self._weights(loop)
-        yield "lqr", slack_lqr_decay(c, *weights, loop.epsilon)
+        yield "lqr", theorems.slack_lqr_decay(c, *weights, loop.epsilon)
 
     def known(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
-        yield "lqr", free_lqr_decay(c, self._known_weight(c))
+        yield "lqr", theorems.free_lqr_decay(c, self._known_weight(c))
         J = c.own.get("J")
         if self.noise == "states":
             noise = c.state(exact(np.eye(len(c.E))))
             J = noise.T @ c.P @ noise
         else:
-            yield "cost", free_gramian(c, J, c.own["H"])
-        yield "trace", trace_bound(J, c.level(self) * c.mu)
+            yield "cost", theorems.free_gramian(c, J, c.own["H"])
+        yield "trace", theorems.trace_bound(J, c.level(self) * c.mu)
 
     def known_unknowns(self, c: KnownVertex) -> dict:
         mu = c.rate / np.linalg.norm(self._known_weight(c), 2)
@@ -282,7 +279,7 @@ class QuadraticCost(Requirement):
         return np.linalg.solve(d.E, d.Bw)
 
     def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
-        A, noise = loop_matrix(d, K), self.noise_input(d)
+        A, noise = analysis.loop_matrix(d, K), self.noise_input(d)
         X = lyapunov(A.T, -_weight(self, K))
         Y = lyapunov(A, -noise @ noise.T)
         of_noise = 2 * X @ noise if self.noise == "F" else 0 * d.Bw
@@ -297,7 +294,7 @@ def noise_cost(d, K, cost):
     """The true cost of a vertex ``d`` under u = ``K`` x by the weights and noise of a
     ``cost``, (2.30) and (2.31) with W = I; infinite for an unstable loop.
     """
-    A = loop_matrix(d, K)
+    A = analysis.loop_matrix(d, K)
     if np.linalg.eigvals(A).real.max() >= 0:
         return np.inf
     X = lyapunov(A.T, -_weight(cost, K))

@@ -6,20 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from .. import theorems
 from ..analysis.linear import loop_matrix
 from ..analysis.riccati import lyapunov
 from ..language import Unknown
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
-from ..theorems import (
-    free_gramian,
-    free_lqr_decay,
-    h2_noise,
-    h2_output,
-    slack_h2_noise,
-    trace_bound,
-)
 from .channel import Channel
 from .known import KnownVertex
 from .loop import Loop
@@ -100,21 +93,21 @@ class H2(Channel):
         return (Unknown(self._J, q, symmetric=True),)
 
     def once(self, loop: Loop) -> Iterable:
-        yield "trace", (), trace_bound(loop.own[self._J], loop.level(self))
+        yield "trace", (), theorems.trace_bound(loop.own[self._J], loop.level(self))
 
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
-        yield "noise", h2_noise(c)
-        yield "output", h2_output(c.EPC, c.EPE, loop.own[self._J])
+        yield "noise", theorems.h2_noise(c)
+        yield "output", theorems.h2_output(c.EPC, c.EPE, loop.own[self._J])
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
-        yield "noise", slack_h2_noise(c, loop.epsilon)
-        yield "output", h2_output(c.EVC, c.EPE, loop.own[self._J])
+        yield "noise", theorems.slack_h2_noise(c, loop.epsilon)
+        yield "output", theorems.h2_output(c.EVC, c.EPE, loop.own[self._J])
 
     def known(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
-        yield "decay", free_lqr_decay(c, c.C.T @ c.C)
-        yield "noise", free_gramian(c, c.own["J"], c.own["H"])
-        yield "trace", trace_bound(c.own["J"], c.level(self) * c.mu)
+        yield "decay", theorems.free_lqr_decay(c, c.C.T @ c.C)
+        yield "noise", theorems.free_gramian(c, c.own["J"], c.own["H"])
+        yield "trace", theorems.trace_bound(c.own["J"], c.level(self) * c.mu)
 
     def known_unknowns(self, c: KnownVertex) -> dict:
         N, p = c.B.shape

@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ..analysis.linear import hinf_norm
+from .. import analysis, theorems
 from ..exact.rational import decimal
 from ..language import Unknown
 from ..plants.checks import positive
 from ..plants.outputs import Output
 from ..runtime.read_only import put
-from ..theorems import bounded_real, free_bounded_real, slack_bounded_real
 from .channel import Channel
 from .vocabulary import GAMMA
 
@@ -78,21 +77,21 @@ class HInfinity(Channel):
         return 1.0 if self.mu is None else self.mu
 
     def pair(self, loop, c):
-        yield "hinf", bounded_real(c, loop.level(self), loop.scalar(self._mu))
+        yield "hinf", theorems.bounded_real(c, loop.level(self), loop.scalar(self._mu))
 
     def slack(self, loop, c, i):
         mu = loop.scalar(self._mu)
-        yield "hinf", slack_bounded_real(c, loop.level(self), mu, loop.epsilon)
+        yield "hinf", theorems.slack_bounded_real(c, loop.level(self), mu, loop.epsilon)
 
     def known(self, c):
         yield "mu", c.mu
-        yield "hinf", free_bounded_real(c, c.level(self))
+        yield "hinf", theorems.free_bounded_real(c, c.level(self))
 
     def known_unknowns(self, c):
         return {Unknown("mu", 1, symmetric=True): c.reach**2 / c.rate or 1.0}
 
     def truth(self, loops, K, K_A=None):
-        return max(hinf_norm(self.seen(d), K) for d in loops)
+        return max(analysis.hinf_norm(self.seen(d), K) for d in loops)
 
     def bounds_response(self):
         return self.gamma

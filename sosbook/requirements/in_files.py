@@ -2,7 +2,8 @@
 
 from inspect import signature
 
-from ..laws import DynamicLaw, PIDLaw
+from ..laws.dynamic import DynamicLaw
+from ..laws.pid import PIDLaw
 from ..plants.outputs import Output
 from .cost import QuadraticCost
 from .h2 import H2

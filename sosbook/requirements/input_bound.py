@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analysis.linear import peak_input
+from .. import analysis, theorems
 from ..exact.checker.requirements import claim
 from ..exact.rational import exact
 from ..language import Unknown, block, eye
@@ -15,13 +15,6 @@ from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
-from ..theorems import (
-    control_bound,
-    free_stability,
-    initial_state,
-    slack_initial_state,
-    whole_control_bound,
-)
 from .base import ONE_BY_ONE, Requirement
 from .known import KnownVertex
 from .loop import Loop
@@ -109,7 +102,7 @@ class Saturation(Requirement):
     def once(self, loop: Loop) -> Iterable:
         if loop.epsilon is not None:
             return
-        yield "x0", (), initial_state(loop.near(loop.P), loop.state(self.x0))
+        yield "x0", (), theorems.initial_state(loop.near(loop.P), loop.state(self.x0))
         whole = self._whole(loop)
         for i in range(len(loop.plain)) if whole else (0,):
             vertices = (i,) if whole else ()
@@ -123,7 +116,7 @@ class Saturation(Requirement):
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
         x0 = loop.state(self.x0)
-        yield "x0", slack_initial_state(loop.near(c.P), loop.near(c.V), x0)
+        yield "x0", theorems.slack_initial_state(loop.near(c.P), loop.near(c.V), x0)
         yield "u_max", self._bound(loop, c.P, c.V.T, c.Y, i)
 
     @property
@@ -133,7 +126,7 @@ class Saturation(Requirement):
     def known(self, c: KnownVertex) -> Iterable:
         x0 = c.state(exact(self.x0)[:, None])
         K = c.mu * c.rows(c.loop.K)
-        yield "decay", free_stability(c)
+        yield "decay", theorems.free_stability(c)
         yield "x0", c.mu - x0.T @ c.P @ x0
         limit = c.level(self) * c.mu * eye(len(c.loop.K))
         yield "u_max", block([[c.P, K.T], [K, limit]])
@@ -150,13 +143,13 @@ class Saturation(Requirement):
         """The block of vertex i, where K = Y X^-1."""
         u_max2 = loop.level(self) / loop.scale**2
         if not self._whole(loop):
-            return control_bound(P, Y, u_max2)
+            return theorems.control_bound(P, Y, u_max2)
         d, n = loop.plain[i], loop.request.plant.n
         K_A = loop.number(np.array(loop.request.K_A, float))
         second = slice(n, 2 * n)  # the rows of M z'' = ..
         row = loop.row(d.A[second])
         mass, push = d.E[second, second], d.Bu[second]
-        return whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2)
+        return theorems.whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2)
 
     def claim(self) -> str:
         return claim(self.data())
@@ -165,4 +158,4 @@ class Saturation(Requirement):
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
     ) -> float:
         K_A = K_A if self.acceleration else None
-        return max(peak_input(d, K, self.x0, K_A) for d in loops)
+        return max(analysis.peak_input(d, K, self.x0, K_A) for d in loops)

@@ -6,9 +6,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
-from ..analysis.linear import poles
+from .. import analysis, theorems
 from ..exact.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
 from ..plants.coupled import Coupled, SlackVertex
@@ -16,7 +15,6 @@ from ..plants.descriptor import Descriptor
 from ..runtime.array_like import ArrayLike
 from ..runtime.names import sane_name
 from ..runtime.read_only import put
-from ..theorems import free_pole_region, pole_region, slack_pole_region
 from .base import Requirement
 from .known import KnownVertex
 from .loop import Loop
@@ -220,20 +218,21 @@ class LMIRegion(RegionForms, Region, Requirement):
         return exact(self.alpha), exact(self.beta)
 
     def pair(self, loop: Loop, c: Coupled) -> Iterable:
-        yield "", pole_region(c, loop.number(self.alpha), loop.number(self.beta))
+        alpha, beta = loop.number(self.alpha), loop.number(self.beta)
+        yield "", theorems.pole_region(c, alpha, beta)
 
     def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
         alpha, beta = loop.number(self.alpha), loop.number(self.beta)
-        yield "", slack_pole_region(c, alpha, beta, loop.epsilon)
+        yield "", theorems.slack_pole_region(c, alpha, beta, loop.epsilon)
 
     def known(self, c: KnownVertex) -> Iterable:
         alpha, beta = c.number(self.alpha), c.number(self.beta)
         if self.multiplier_rows == len(alpha):
-            yield "", free_pole_region(c, alpha, beta, 0 * alpha)
+            yield "", theorems.free_pole_region(c, alpha, beta, 0 * alpha)
             return
         # (|s - q|^2 - rho^2) / rho < 0
         rho, q = -alpha[:1, :1], -alpha[:1, 1:]
-        yield "", free_pole_region(c, q * q / rho - rho, -q / rho, 1 / rho)
+        yield "", theorems.free_pole_region(c, q * q / rho - rho, -q / rho, 1 / rho)
 
     @property
     def multiplier_rows(self) -> int:
@@ -249,7 +248,7 @@ class LMIRegion(RegionForms, Region, Requirement):
 
         The poles are those of all ``loops`` under K and K_A.
         """
-        return self.distance(np.array([poles(d, K) for d in loops])).min()
+        return self.distance(np.array([analysis.poles(d, K) for d in loops])).min()
 
     def reached(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
@@ -258,7 +257,7 @@ class LMIRegion(RegionForms, Region, Requirement):
 
         The poles are those of all ``loops`` under K and K_A.
         """
-        return self.bound_of(np.array([poles(d, K) for d in loops]))
+        return self.bound_of(np.array([analysis.poles(d, K) for d in loops]))
 
     def kept(self, truth: float) -> float:
         return truth
@@ -326,6 +325,8 @@ def _of_size_one(part):
 
 def _numerical_radius(beta):
     """The largest |x* beta x| over unit vectors x."""
+
+    from scipy.optimize import minimize_scalar
 
     def height(angle):
         turned = np.exp(1j * angle) * beta

@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from ..analysis.linear import poles
+from .. import analysis, theorems
 from ..exact.rational import exact
-from ..theorems import free_stability, slack_stability, stability
 from .base import Requirement
 
 
@@ -17,13 +16,13 @@ class Stability(Requirement):
     titles = {"stability": "stability"}
 
     def pair(self, loop, c):
-        yield "stability", stability(c)
+        yield "stability", theorems.stability(c)
 
     def slack(self, loop, c, i):
-        yield "stability", slack_stability(c, loop.epsilon)
+        yield "stability", theorems.slack_stability(c, loop.epsilon)
 
     def known(self, c):
-        yield "stability", free_stability(c)
+        yield "stability", theorems.free_stability(c)
 
     def pole_matrices(self):
         return exact(np.zeros((1, 1))), exact(np.eye(1))
@@ -36,7 +35,7 @@ class Stability(Requirement):
 
         The poles are those of all ``loops`` under K and K_A.
         """
-        return min(self.distance(poles(d, K)).min() for d in loops)
+        return min(self.distance(analysis.poles(d, K)).min() for d in loops)
 
     def distance(self, s):
         """How far left of the imaginary axis each of some poles s lies."""

@@ -109,3 +109,12 @@ U_MAX = Parameter(
     open="saturation=Saturation(None, x0): the bound holds from x0",
 )
 PARAMETERS = {p.key: p for p in (SIGMA, THETA, RHO, GAMMA, U_MAX, COST)}
+
+KINDS = {  # whose class each kind is, by its module: it is found when a file names it
+    "cost": "requirements.cost.QuadraticCost",
+    "gamma": "requirements.hinf.HInfinity",
+    "h2": "requirements.h2.H2",
+    "input": "requirements.input_bound.Saturation",
+    "region": "requirements.lmi_region.LMIRegion",
+    "stability": "requirements.stability.Stability",
+}

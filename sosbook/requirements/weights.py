@@ -1,7 +1,6 @@
 """The weights of a cost: symmetric and semidefinite, exactly and not nearly."""
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from ..exact.definite import definite, exact, semidefinite
 from ..plants.checks import matrix
@@ -37,6 +36,8 @@ def semidefinite_weight(name, Q):
     >>> bool(semidefinite(exact(semidefinite_weight("Q", C.T @ C))))
     True
     """
+    from scipy.sparse.csgraph import connected_components
+
     Q = symmetric_weight(name, Q)
     count, parts = connected_components(Q != 0, directed=False)
     for part in range(count):

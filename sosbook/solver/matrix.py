@@ -19,7 +19,6 @@ import numpy as np
 from scipy.linalg.blas import dsyr, dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 
 class _Matrix:
@@ -286,6 +285,8 @@ def leaves(held, count):
     >>> [leaf.tolist() for leaf in leaves([{0, 1}, {1, 2}, {1, 3}], 5)]
     [[0, -1, 1, 2, 3], [0, 0, 0, 0, 1]]
     """
+    from scipy.sparse.csgraph import connected_components
+
     pairs = [(k, thing) for k, some in enumerate(held) for thing in some]
     places = np.array(pairs, int).reshape(-1, 2).T
     shape = len(held), count

@@ -5,7 +5,6 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import nnls
 
 from ..plants.checks import count as whole
 from ..plants.checks import finite
@@ -260,6 +259,8 @@ def hull_gap(plants, U=None, K_A=None, count=20, seed=0):
     >>> hull_gap(thesis.example_2().plant, U=np.eye(2)) < 1e-9
     True
     """
+    from scipy.optimize import nnls
+
     corners = _standard_forms([_several(plants)], U, K_A)
     largest = np.abs(corners).max(axis=1, keepdims=True)
     largest[largest == 0] = 1

@@ -7,11 +7,8 @@ from typing import Any
 
 from ..runtime.later import later
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
-from .at_once import excluded_at_once
 from .feasibility import guarded
-from .known_gain import Kept, least, worst
 from .objectives import at_optimum
-from .ranges import family
 from .slack import with_slack
 from .solution import Solution
 
@@ -43,7 +40,7 @@ class Bound:
     asked: float
     proven: float | None
     true: float
-    part: Kept
+    part: Any
     excluded: float | None = None
     refusal: Any = None
     as_asked: bool = False
@@ -117,6 +114,10 @@ def bounds_of(request, K, seconds):
     """The `Bounds` of a gain ``K`` for each bound of a ``request`` by itself, after so
     many ``seconds``, with multipliers: see `sosbook.synthesis.known_gain.least`.
     """
+    from .at_once import excluded_at_once
+    from .known_gain import Kept, least, worst
+    from .ranges import family
+
     known = replace(request, gain=K, coupling="multipliers")
     plants, found = family(known), []
     asked = [r for r in known.requirements if r.parameter and r.takes_multipliers]

@@ -20,7 +20,6 @@ from ..exact.refusal import MultiplierRefusal
 from ..plants.checks import matrix
 from ..plants.descriptor import MATRICES
 from ..requirements.blocks import BlockTable
-from ..requirements.in_text import theorem_data
 from .request_as_data import read_request, request_data
 from .scaling import Frame
 
@@ -125,6 +124,8 @@ def _theorem(requirement, request, place, unknowns):
     """An author's words and blocks as text, for readers who haven't the class."""
     if requirement.of_package:
         return {}
+    from ..requirements.in_text import theorem_data
+
     sized = requirement.size_name in unknowns
     theorem = theorem_data(requirement, request, place, sized)
     return {} if theorem is None else {"claim": requirement.claim(), "theorem": theorem}

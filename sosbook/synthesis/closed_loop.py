@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis import linear
+from .. import analysis
 from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
-from ..analysis.precise import in_rationals
 from ..plants.checks import count, finite
 from ..plants.response import Response, simulate, vector
 from ..plants.second_order import Polytope
@@ -44,13 +43,13 @@ class ClosedLoop(Gains[Proven]):
     def open_loop(self) -> Any:
         """control.StateSpace from (u, w, r) to x; a list per vertex."""
         self._second_order("set point")
-        return self._each(linear.open_loop)
+        return self._each(analysis.open_loop)
 
     def closed_loop(self) -> Any:
         """control.StateSpace from (w, r) to (z, u); a list per vertex."""
         K = self._gain()
         self._second_order("set point")
-        return self._each(lambda d: linear.closed_loop(d, K))
+        return self._each(lambda d: analysis.closed_loop(d, K))
 
     def poles(self, samples: int = 0, seed: int = 0) -> np.ndarray:
         """Closed-loop poles, in rad/s.
@@ -68,7 +67,7 @@ class ClosedLoop(Gains[Proven]):
             One row for each vertex or sample of a polytope.
         """
         K = self._gain()
-        poles = [linear.poles(d, K) for d in self._loops(samples, seed)]
+        poles = [analysis.poles(d, K) for d in self._loops(samples, seed)]
         return self.request.plant.per_vertex(np.array(poles))
 
     def hinf(self, samples: int = 0, seed: int = 0) -> float:
@@ -82,7 +81,7 @@ class ClosedLoop(Gains[Proven]):
         if plant.p == 0 or plant.n == 0:
             lacking = "F" if plant.p == 0 else "C"
             raise ValueError(f"the plant has no {lacking}: there is no such norm")
-        return max(linear.hinf_norm(d, K) for d in self._loops(samples, seed))
+        return max(analysis.hinf_norm(d, K) for d in self._loops(samples, seed))
 
     def noise_cost(
         self, cost: QuadraticCost | None = None, samples: int = 0, seed: int = 0
@@ -201,6 +200,8 @@ class ClosedLoop(Gains[Proven]):
             Initial state; zero without it. With a law that of the plant is enough,
             as in `Saturation`.
         """
+        from ..analysis.precise import in_rationals
+
         K, law = self._gain(), self.request.law
         self._second_order("displacement z")
         if law is not None and x0 is not None:

@@ -14,7 +14,6 @@ import numpy as np
 from ..exact.definite import exact
 from ..language import Unknown
 from ..lmi.text import floats
-from ..plants.controllability import matrix_of
 from ..plants.coupled import Coupled
 from ..plants.coupling import OneP
 from ..plants.descriptor import Descriptor, twins
@@ -84,6 +83,8 @@ def _affine(r, request, rng):
 
 def _congruent(known, name, weights):
     """Whether determinants of sums of two families of blocks have one quotient."""
+    from ..plants.controllability import matrix_of
+
     quotients = set()
     for c in weights:
         at_one, at_E = (

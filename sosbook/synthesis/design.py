@@ -15,12 +15,9 @@ from .bounds import Bounds, bounds_of, neighbour
 from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
 from .equations import Effort, effort_of
-from .fixed_mode import FixedModeRefusal
 from .found import Found, found_on
-from .known_certificate import known_proof
 from .slack import feasible
 from .solution import Solution
-from .whole import proven_on
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -184,6 +181,8 @@ class Design(ClosedLoop[Certificate], Solution):
         """
         if on is None or self.margins is None:
             return super().certify(digits, time_limit, progress)
+        from .whole import proven_on
+
         return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
 
     def check_on(self, whole: Any, time_limit: float = 60.0) -> Found:
@@ -228,6 +227,8 @@ class Design(ClosedLoop[Certificate], Solution):
 
     def _prove(self, digits: int | None) -> Certificate:
         if self.parts:
+            from .known_certificate import known_proof
+
             return known_proof(self.request, self.parts, digits)
         return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
@@ -324,6 +325,8 @@ class Design(ClosedLoop[Certificate], Solution):
 
         Found by solving again with each requirement left out.
         """
+        from .fixed_mode import FixedModeRefusal
+
         if self.status == "feasible":
             return ""
         if self.searched is not None or (self.K is None and self._law is not None):

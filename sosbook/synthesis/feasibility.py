@@ -14,20 +14,14 @@ from ..runtime.time_limit import (
     time_limit,
 )
 from ..solver.loop import LONGEST_SOLUTION
-from .at_once import refuse_at_once
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
-from .fixed_mode import refuse_by_mass, refuse_by_mode
 from .payments import NOT_PAID
-from .points import FROM_STATES, odd_mass, point
-from .reasons import NO_COMMON_P, listed, pole_named, why_refused
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
-from .small_input import refuse_by_input
-from .small_input_certificate import input_bound
 from .solution import Solution
-from .unreached import refuse_by_response
 
+FROM_STATES = 40  # a smaller plant has its centre in less than a second
 ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 CENTRE_SECONDS = 5.0  # for a centre, where an equation has answered already
 ODD_MASS = (
@@ -68,6 +62,9 @@ def _cause_named(solution):
         return solution
     if solution.status != "undecided":
         return solution
+    from .points import odd_mass
+    from .reasons import pole_named
+
     request, known = solution.request, "In floats a " in solution.reason
     pole = "" if known or request.law is not None else pole_named(request)
     mass = ODD_MASS if odd_mass(request) else ""
@@ -143,6 +140,8 @@ def answer(request, refuse=True, first=None, prefer=None):
     """
     found = None
     if prefer == "least" or (first is None and request.order >= FROM_STATES):
+        from .points import point
+
         found = point(request)
     if found is None:
         solution = _searched(request, refuse, first)
@@ -167,9 +166,9 @@ def _searched(request, refuse, first):
     K, large = request.gain, request.order > MODES_FIRST_ABOVE_STATES
     placed = large and K is not None and request.kept_by(K, request.of_poles)
     if large and not placed:  # sooner known than phase one begins
-        mode = refuse_by_mode(request)
-        if mode is not None:
-            return refused_by(request, mode)
+        solution = _by_mode(request)
+        if solution is not None:
+            return solution
     first = first or search(request)
     if first.values is None:
         if not refuse:
@@ -192,9 +191,9 @@ def _searched(request, refuse, first):
         return replace(solution, reason=text)
     if solution.status == "feasible":
         return solution
-    mode = refuse_by_mode(request)
+    mode = _by_mode(request)
     if mode is not None:
-        return refused_by(request, mode)
+        return mode
     least = min(solution.margins, key=solution.margins.get)
     reason = (
         f"The numerics found a point whose margin, {solution.margins[least]:.1g} of "
@@ -212,6 +211,8 @@ def refused(first):
     "infeasible" where a mode that no gain moves, or multipliers, exclude every point in
     exact arithmetic.
     """
+    from .reasons import NO_COMMON_P, why_refused
+
     request, frame, Z = first.problem.request, first.problem.frame, first.multipliers
     if first.problem.pairs is not None:  # some blocks have none
         Z = None
@@ -235,6 +236,10 @@ def refused_by_input(request, refusal):
     """The Solution of a ``request`` whose input bound is provably too small, from an
     undecided one, ``refusal``; else None.
     """
+    from .reasons import listed
+    from .small_input import refuse_by_input
+    from .small_input_certificate import input_bound
+
     proof = refuse_by_input(request, search)
     if proof is None:
         return None
@@ -250,13 +255,25 @@ def refused_by_input(request, refusal):
     return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
 
 
+def _by_mode(request):
+    """The Solution of a ``request`` that some mode excludes, or None."""
+    from .fixed_mode import refuse_by_mode
+
+    mode = refuse_by_mode(request)
+    return None if mode is None else refused_by(request, mode)
+
+
 def without_lmis(request):
     """What a mode, a response or a mass makes of a ``request``: a Solution or None."""
+    from .at_once import refuse_at_once
+    from .fixed_mode import refuse_by_mass
+    from .unreached import refuse_by_response
+
     if request.law is not None:  # its gain isn't the state's
         return None
-    mode = refuse_by_mode(request)
+    mode = _by_mode(request)
     if mode is not None:
-        return refused_by(request, mode)
+        return mode
     response = refuse_by_response(request)
     if response is not None:
         claim = response.claims[0]

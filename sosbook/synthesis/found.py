@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.sparse import issparse
 
-from ..analysis.large import RIGHTMOST, SAME, Pencil
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.read_only import ReadOnly
@@ -198,6 +197,8 @@ class _Search:
 
     def _refine_few(self, poles):
         """Refine the rightmost ones, and of each claim the one that keeps it least."""
+        from ..analysis.large import RIGHTMOST
+
         places = np.array([s for s, _ in poles])
         few: list = []
         for k in np.argsort(-places.real).tolist():
@@ -237,10 +238,14 @@ class _Search:
 
 
 def _among(poles, s):
+    from ..analysis.large import SAME
+
     return any(abs(s - x) <= SAME * abs(x) for x in poles)
 
 
 def _pencil(whole, K, U):
+    from ..analysis.large import Pencil
+
     if isinstance(whole, DescriptorSystem):
         (d,) = whole.vertices
         N, m = d.Bu.shape

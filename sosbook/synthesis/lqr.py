@@ -25,10 +25,10 @@ from ..solver.bounded import unpacked
 from .bracket import bracketed
 from .centre import AMID, analytic_centre, too_many
 from .design import Design
-from .feasibility import answer, follow, guarded
+from .feasibility import FROM_STATES, answer, follow, guarded
 from .objectives import Unattained, Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT, design_pid
-from .points import FROM_STATES, at
+from .points import at
 from .procedure import given, law_of, without_input
 from .regularization import Regularization
 from .request import Request

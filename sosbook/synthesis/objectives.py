@@ -11,7 +11,6 @@ from ..requirements.vocabulary import PARAMETERS
 from ..runtime.time_limit import OutOfTime
 from ..solver.bounded import any_minimum, unpacked
 from ..solver.loop import Unbounded
-from .bracket import bracketed, rounded_up
 from .centre import finish, nearer
 from .cutting import Cuts, few_decide, holds
 from .feasibility import answer, find, search
@@ -61,6 +60,8 @@ def at_optimum(request, objective, backoff):
     """The Solution of a ``request`` whose bounds are the least for its ``objective``,
     as in `optimum`, and the fraction ``backoff`` more.
     """
+
+    from .bracket import bracketed, rounded_up
 
     def eased(bounds):
         return {name: rounded_up(b * (1 + backoff)) for name, b in bounds.items()}
@@ -232,6 +233,8 @@ class Unfinished(OutOfTime):
 
     def solution(self, request):
         """What is known of a request: a design that keeps larger bounds."""
+        from .bracket import rounded_up
+
         lmis, values = self.first.problem, self.first.values
         bounds = {name: rounded_up(b) for name, b in lmis.bounds(values).items()}
         return replace(

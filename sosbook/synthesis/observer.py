@@ -16,10 +16,10 @@ from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from ..solver.loop import Unbounded
 from .error_loop import vertices_of
+from .feasibility import FROM_STATES
 from .observer_design import ObserverDesign
 from .observer_problem import ObserverProblem
 from .pid import TIME_LIMIT
-from .points import FROM_STATES
 from .riccati_point import bound_of, riccati_observer
 
 REFUSED = (

@@ -20,7 +20,6 @@ from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
 
-FROM_STATES = 40  # a smaller plant has its centre in less than a second
 MOST_PAIRS = 21  # of six vertices; of more Cuts look at few
 ROUNDING = 1e-12  # of the largest entry of M
 # of the input in the Riccati equation of a bounded response

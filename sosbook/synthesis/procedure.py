@@ -12,15 +12,12 @@ from ..requirements.shorthand import asked_once, collected, moved
 from ..requirements.vocabulary import SIGMA
 from ..runtime.later import later
 from ..runtime.time_limit import check_time_of_eigenvalues
-from .bracket import rounded_up
 from .design import Design
 from .feasibility import answer, guarded
-from .known_gain import kept_or_broken
 from .objectives import objective_of
 from .request import Request
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
-from .simple_gains import or_simple
 from .slack import designed, in_pieces, or_with_slack, with_slack
 
 
@@ -72,7 +69,7 @@ def design_asked(
             by_law = later("synthesis.structured.design", "by_law")
             return by_law(request, objective, backoff, starts, seed)
         if law is not None:
-            return kept_or_broken(request, objective, backoff, enough=True)
+            return settled(request)
         if objective:
             common = replace(request, coupling="pairs") if free else request
             idle = without_input(common, objective)
@@ -83,11 +80,19 @@ def design_asked(
             if first and not all(r.fits_one_P(first) for r in first.demands):
                 first = None
             each = request if free else replace(request, coupling="multipliers")
-            return kept_or_broken(each, objective, backoff, first, enough=True)
+            return settled(each, first)
         found = in_pieces(request, objective, one)
-        if auto and gain is None and not objective and _have_multipliers(request):
+        simple = auto and gain is None and not objective
+        if simple and found.status == "undecided" and _have_multipliers(request):
+            from .simple_gains import or_simple
+
             found = or_simple(found, request)
         return found
+
+    def settled(request, first=None):
+        from .known_gain import kept_or_broken
+
+        return kept_or_broken(request, objective, backoff, first, enough=True)
 
     def one(request):
         found = designed(request, objective, backoff, start, prefer)
@@ -186,6 +191,8 @@ def without_input(request, objective):
     what the request says then is a millionth of the unit in which it would be sought:
     any other number will do as well.
     """
+    from .bracket import rounded_up
+
     K = request.gain
     if K is None:
         K = np.zeros((request.plant.m, request.order))

@@ -8,7 +8,6 @@ from ..exact.proof import first_proven
 from ..exact.proof_file import GainProof
 from ..exact.rational import decimal, decimals, echelon, null_basis
 from ..exact.refusal import MultiplierRefusal
-from ..exact.repair import repair_multipliers
 from ..language import Unknown, eye, he
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix, positive
@@ -102,6 +101,8 @@ def refuse_regular(plant, beta, multipliers):
     """Exact ``multipliers`` of all vertices of a ``plant`` and ``beta`` together, where
     they exist.
     """
+    from ..exact.repair import repair_multipliers
+
     pairs, n = mass_pairs(plant), plant.n
     Z = {name: z[:n, :n] for name, z in zip(pairs, multipliers)}
     K_A = Unknown("K_A", plant.m, n)

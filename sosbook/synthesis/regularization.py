@@ -6,7 +6,6 @@ from typing import Literal
 
 import numpy as np
 
-from ..analysis.infinite_modes import InfiniteModes, infinite_modes
 from ..exact.definite import exact
 from ..language import Unknown, he
 from ..lmi.problem import LMIProblem, LMISolution
@@ -19,7 +18,6 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
 from ..solver.loop import Unbounded
-from ..theorems.regularization import regular_mass
 from .regularity import (
     MassRefusal,
     RegularityCertificate,
@@ -30,15 +28,8 @@ from .regularity import (
     unreached,
 )
 from .result import Result
-from .scaled_mass import ScaledMass
 
-__all__ = [
-    "InfiniteModes",
-    "Regularization",
-    "infinite_modes",
-    "prove_regular",
-    "regularize",
-]
+__all__ = ["Regularization", "prove_regular", "regularize"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,6 +249,8 @@ def regularize(
     >>> regularized.status, regularized.K_A.round(2) + 0, regularized.certify().proven
     ('feasible', array([[ 0.  , -2.31]]), True)
     """
+    from .scaled_mass import ScaledMass
+
     around = checked_plant(plant, SecondOrderPlant)
     beta = positive("beta", beta)
     if not is_word(choose, ("centre", "least norm")):
@@ -286,6 +279,8 @@ def regularize(
 
 def _lemma(plant, beta):
     """(2.12) at the vertices that differ in M or B, in the plant's units."""
+
+    from ..theorems.regularization import regular_mass
 
     def write(values, number):
         return {

@@ -23,7 +23,6 @@ from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly, put
 from .derived import Derived
 from .pair_stacks import blocks_of_pairs
-from .regularization import Regularization
 
 ONE_P = OneP()
 
@@ -61,6 +60,8 @@ class Request(Shorthand, Derived, ReadOnly):
         law=None,
         **more,
     ):
+        from .regularization import Regularization
+
         if isinstance(plant, Regularization):
             plant, K_A = plant.applied(K_A)
         plant = checked_plant(plant)

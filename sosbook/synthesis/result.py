@@ -5,7 +5,6 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ..display.card import card
 from ..exact.proof import Unproven, proven_within
 from ..runtime.array_like import ArrayLike
 
@@ -107,6 +106,8 @@ class Result(ABC, Generic[Proven]):
 
     def _repr_html_(self):
         """What a notebook shows: verdict, poles, gains, margins, what is next."""
+        from ..display.card import card
+
         has_gain = self.K is not None and self.margins is not None
         return card(
             type(self).__name__,

@@ -9,7 +9,6 @@ import numpy as np
 from ..exact.definite import round_digits
 from ..runtime.time_limit import LONGEST, OutOfTime
 from .feasibility import answer, guarded
-from .known_gain import kept_or_broken
 
 DIGITS = 6  # of the mean plant's gain
 BY_ITSELF = (
@@ -37,6 +36,8 @@ def or_simple(first, request):
 
 
 def _decided(known):
+    from .known_gain import kept_or_broken
+
     return kept_or_broken(known, enough=True)
 
 

@@ -13,7 +13,6 @@ from ..runtime.time_limit import (
     check_time_of_eigenvalues,
 )
 from .feasibility import answer, follow, guarded, refused, search, without_lmis
-from .fixed_mode import refuse_by_mode
 from .objectives import Unattained, at_optimum, optimum
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
@@ -169,6 +168,8 @@ def point_with_slack(request):
 
 
 def _trials(request):
+    from .fixed_mode import refuse_by_mode
+
     if refuse_by_mode(request) is not None:  # no scalar helps; this is sooner known
         return
     for rate in _rates(request):

@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy.linalg import qr
-from scipy.optimize import minimize_scalar
 
 from ..exact.definite import exact, round_digits
 from ..exact.rational import decimal, decimals, echelon
@@ -122,6 +121,8 @@ def _loudest(sizes_at, points, enough):
     """The frequency at which the size is largest, or ``enough``; of the ``points``
     those louder than their neighbours are looked at closely.
     """
+    from scipy.optimize import minimize_scalar
+
     points = np.unique(points)
     sizes = sizes_at(points)
     best = points[sizes.argmax()]

@@ -6,7 +6,6 @@ an optional room are found there by name.
 """
 
 from ..runtime.later import by_name
-from .pole_region import pole_region, stability
 
 _NAMES = {
     "delay.interval": ("interval_decay", "interval_functional", "interval_kernel"),
@@ -31,6 +30,7 @@ _NAMES = {
         "free_stability",
     ),
     "theorems.observer": ("observer_cost", "observer_decay"),
+    "theorems.poles": ("pole_region", "stability"),
     "theorems.regularization": ("regular_mass",),
     "theorems.saturation": ("control_bound", "initial_state", "whole_control_bound"),
     "theorems.slack": (
@@ -40,7 +40,6 @@ _NAMES = {
         "slack_stability",
     ),
 }
-__all__ = ["pole_region", "stability"]
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
-__all__ += sorted(_HOMES)
+__all__ = sorted(_HOMES)
 __getattr__ = by_name(__name__, _HOMES)

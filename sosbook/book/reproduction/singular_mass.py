@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from ...analysis.infinite_modes import infinite_modes
 from ...plants.descriptor import descriptors
 from ...plants.response import simulate
 from ...plants.second_order import Polytope, SecondOrderSystem
 from ...plants.signals import Sine
-from ...synthesis.regularization import infinite_modes, prove_regular, regularize
+from ...synthesis.regularization import prove_regular, regularize
 from .. import thesis
 from .table import evaluate, proven
 

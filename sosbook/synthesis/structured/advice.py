@@ -5,7 +5,8 @@ from time import monotonic
 
 import numpy as np
 
-from ...laws import DynamicLaw, PIDLaw
+from ...laws.dynamic import DynamicLaw
+from ...laws.pid import PIDLaw
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import LEAST_TIME, OutOfTime, time_limit
 from ..request import Request

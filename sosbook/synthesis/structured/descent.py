@@ -1,7 +1,6 @@
 """Local minima of functions that aren't smooth: BFGS, then sampled gradients."""
 
 import numpy as np
-from scipy.optimize import nnls
 
 from ...runtime.time_limit import check_time
 
@@ -78,6 +77,8 @@ def refine(f, x, value, rng, rounds):
     `descend`, ``value`` that at x. Source: J. V. Burke, A. S. Lewis and M. L. Overton,
     A robust gradient sampling algorithm, SIAM J. Optim. 15, 2005.
     """
+    from scipy.optimize import nnls
+
     radius, k = 1e-2 * (1 + np.linalg.norm(x)), len(x)
     for _ in range(rounds):
         check_time()
