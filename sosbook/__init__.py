@@ -40,7 +40,7 @@ _NAMES = {
     "synthesis.lqr": ("design_lqr",),
     "synthesis.observer": ("design_observer",),
     "synthesis.observer_design": ("ObserverDesign",),
-    "synthesis.pid": ("analyse_loop", "analyse_pid", "design_pid"),
+    "synthesis.pid": ("analyse_pid", "design_pid"),
     "synthesis.regularization": ("Regularization", "regularize"),
     "synthesis.result": ("Result",),
 }

@@ -27,7 +27,7 @@ from .synthesis.integrators import IntegratorChoice, admissible_U
 from .synthesis.lqr import design_lqr
 from .synthesis.observer import design_observer
 from .synthesis.observer_design import ObserverDesign
-from .synthesis.pid import analyse_loop, analyse_pid, design_pid
+from .synthesis.pid import analyse_pid, design_pid
 from .synthesis.regularization import Regularization, regularize
 from .synthesis.result import Result
 
@@ -68,7 +68,6 @@ __all__ = [
     "Uncertain",
     "admissible_U",
     "analyse_delay",
-    "analyse_loop",
     "analyse_pid",
     "certify_sampled",
     "delay",

@@ -30,6 +30,7 @@ from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 from tests.asking import asked_by, asking
 from tests.cases import campaign
+from tests.closed import analyse_loop
 from tests.hunt import truth
 from tests.hunt.tampering import verdicts
 
@@ -138,16 +139,14 @@ EMPTY = {
             cost=sos.QuadraticCost(np.zeros((4, 4)), ONE, bound=1e-5),
         ).infeasibility
     ),
-    "no input": lambda more: sos.analyse_loop(
+    "no input": lambda more: analyse_loop(
         *STILL, cost=sos.QuadraticCost(ONE, [], bound=9.0), **more
     ).certify(),
-    "no input, an output": lambda more: sos.analyse_loop(
+    "no input, an output": lambda more: analyse_loop(
         *STILL, cost=sos.QuadraticCost(C=[[1, 2]], R=[], bound=9.0), **more
     ).certify(),
     "no input, refused": lambda more: (
-        sos.analyse_loop(
-            *STILL, cost=sos.QuadraticCost(ONE, [], bound=0.1)
-        ).infeasibility
+        analyse_loop(*STILL, cost=sos.QuadraticCost(ONE, [], bound=0.1)).infeasibility
     ),
 }
 

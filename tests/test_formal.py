@@ -11,6 +11,7 @@ import pytest
 import sosbook as sos
 from formal import collect, gen, rocq
 from sosbook.exact.proof_file import ProofFile
+from tests.closed import analyse_loop
 
 ONE_INPUT = [[0.0], [1.0]]
 
@@ -47,7 +48,7 @@ PLANTS = {  # unsymmetric, in odd units, uncertain, with U, K_A, E and without a
             [np.eye(2), np.diag([1, 1.3])], [[0, 1], [-9.81, -0.3]], [[0], [1]]
         )
     ),
-    "no input": lambda: sos.analyse_loop(
+    "no input": lambda: analyse_loop(
         np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]]
     ),
 }

@@ -16,6 +16,7 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.attacks import placed
+from tests.closed import analyse_loop
 
 ONE = [[1.0]]
 
@@ -132,8 +133,8 @@ def test_a_loop_without_inputs_is_refused_by_exact_multipliers(mass, spring):
     # Every plant is stable, but the two vertices share no P.
     A = [np.array([[0.0, 1.0], [-k, -0.1]]) for k in (1.0, spring)]
     E = [np.eye(2), np.diag([1.0, mass])]
-    assert sos.analyse_loop(E, A).certify().proven  # with P for each vertex
-    found = sos.analyse_loop(E, A, coupling="pairs")
+    assert analyse_loop(E, A).certify().proven  # with P for each vertex
+    found = analyse_loop(E, A, coupling="pairs")
     assert found.status == "infeasible"
     assert "Exact multipliers" in found.reason
     assert found.infeasibility.proven

@@ -12,6 +12,7 @@ from sosbook.analysis.margins import DiskMargin, disk_margin, sensitivity_peak
 from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
 from tests.cases import random_plant
+from tests.closed import analyse_loop
 
 ROBOT = thesis.example_1()
 FREQUENCIES = np.concatenate([[0], np.geomspace(1e-3, 1e4, 40001)])
@@ -204,7 +205,7 @@ def test_the_loop_with_an_observer_is_the_opened_one_closed():
 
 def test_a_loop_that_cannot_be_opened_has_no_margin():
     """Neither a sensitivity of zero nor a division by it."""
-    closed = sos.analyse_loop(np.eye(2), [[0, 1], [-2, -3]])
+    closed = analyse_loop(np.eye(2), [[0, 1], [-2, -3]])
     for ask in (closed.sensitivity_peak, closed.disk_margin):
         with pytest.raises(ValueError, match="no input is left .* analyse_pid"):
             ask()

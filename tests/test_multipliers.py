@@ -20,6 +20,7 @@ from sosbook.synthesis.cells import Mixtures
 from sosbook.synthesis.ranges import family
 from sosbook.synthesis.request import Request
 from tests.cases import campaign, norm_on_a_grid
+from tests.closed import analyse_loop
 
 
 def loops(seed, vertices=2, order=4, spread=0.2):
@@ -74,9 +75,9 @@ def test_at_one_plant_nothing_is_lost(name, seed):
     poles = np.linalg.eigvals(np.linalg.solve(E[0], A[0]))
     edge, region, easier = REGIONS[name](poles)
     asked = dict(coupling="multipliers")
-    good = sos.analyse_loop(E, A, region=region(edge * (1 + easier * 0.005)), **asked)
+    good = analyse_loop(E, A, region=region(edge * (1 + easier * 0.005)), **asked)
     assert good.status == "feasible" and good.certify().proven
-    bad = sos.analyse_loop(E, A, region=region(edge * (1 - easier * 0.001)), **asked)
+    bad = analyse_loop(E, A, region=region(edge * (1 - easier * 0.001)), **asked)
     assert bad.status == "infeasible" and bad.infeasibility.proven
 
 
@@ -87,14 +88,14 @@ def test_norm_cost_and_peak_of_one_plant(seed):
     asked = dict(coupling="multipliers")
     norm = norm_on_a_grid(A_, B_, C)
     for share, status in ((1.005, "feasible"), (0.999, "infeasible")):
-        found = sos.analyse_loop(E, A, B, C, gamma=share * norm, **asked)
+        found = analyse_loop(E, A, B, C, gamma=share * norm, **asked)
         assert found.status == status
     X = solve_continuous_lyapunov(A_.T, -C.T @ C)
     for noise, where in (("F", B_), ("states", np.eye(4))):
         true = np.trace(where.T @ X @ where)
         for share, status in ((1.005, "feasible"), (0.999, "infeasible")):
             cost = sos.QuadraticCost(R=[], C=C, noise=noise, bound=share * true)
-            assert sos.analyse_loop(E, A, B, C, cost=cost, **asked).status == status
+            assert analyse_loop(E, A, B, C, cost=cost, **asked).status == status
     system = sos.DescriptorSystem(E, A - B @ C, B, B, C)
     x0 = np.array([1.0, -1, 0.5, 0])
     least = sos.analyse_pid(
@@ -114,13 +115,13 @@ def test_what_is_proven_holds_for_every_plant_that_is_tried(seed):
     every = list(between(E, A, B))
     slowest = max(np.linalg.eigvals(a).real.max() for a, _ in every)
     if slowest >= 0:
-        found = sos.analyse_loop(E, A)
+        found = analyse_loop(E, A)
         assert found.status == "infeasible" and found.infeasibility.proven
         return
     sigma = float(f"{-0.97 * slowest:.4g}")
     norm = max(norm_on_a_grid(a, b, C) for a, b in every)
     gamma = float(f"{1.05 * norm:.4g}")
-    found = sos.analyse_loop(E, A, B, C, region=sos.PoleRegion(sigma), gamma=gamma)
+    found = analyse_loop(E, A, B, C, region=sos.PoleRegion(sigma), gamma=gamma)
     assert found.status == "feasible"
     proof = found.certify()
     assert proof.verify() and len(proof.claims) == 3
@@ -136,7 +137,7 @@ def test_units_of_force_and_time_change_no_verdict(unit):
     for share, status in ((0.98, "feasible"), (1.01, "infeasible")):
         region = sos.PoleRegion(-share * slowest * unit)
         force = [unit * x for x in E], [unit**2 * x for x in A]
-        assert sos.analyse_loop(*force, region=region).status == status
+        assert analyse_loop(*force, region=region).status == status
 
 
 def parameters(m, k, d):
@@ -165,7 +166,7 @@ def test_a_box_of_vertices_is_halved_by_its_parameters():
 def test_what_a_plant_between_breaks_is_named():
     """Both vertices are stable; the stiffness between them isn't."""
     A = [[[-1, 3], [0, -1]], [[-1, 0], [3, -1]]]
-    found = sos.analyse_loop(np.eye(2), A)
+    found = analyse_loop(np.eye(2), A)
     assert found.status == "infeasible" and "weights 1/2, 1/2" in found.reason
     assert found.infeasibility.proven and found.advice.endswith("ask for less.")
     assert np.linalg.eigvals(np.mean(A, axis=0)).max() == pytest.approx(0.5)
@@ -209,7 +210,7 @@ def test_a_proof_is_a_file_about_the_gain_as_it_is_printed(tmp_path):
 
 def test_the_time_ends():
     E, A, B, C = loops(3, vertices=4, order=8, spread=0.3)
-    found = sos.analyse_loop(E, A, B, C, gamma=1.0, time_limit=1e-3)
+    found = analyse_loop(E, A, B, C, gamma=1.0, time_limit=1e-3)
     assert found.status == "undecided" and "time_limit" in found.reason
 
 

@@ -28,6 +28,7 @@ from sosbook.lmi.problem import LMIProblem
 from sosbook.proofs.command import main
 from sosbook.synthesis.certificates import Certificate
 from tests.asking import asked_by, asking
+from tests.closed import analyse_loop
 from tests.energy_to_peak import EnergyToPeak
 from tests.hunt.tampering import true_claims
 from tests.processes import alone, process
@@ -294,7 +295,7 @@ PROOFS = {
     "acceleration, slack": lambda: accelerated("slack"),
     "input in the output": lambda: with_input_in_the_output("pairs"),
     "input in the output, slack": lambda: with_input_in_the_output("slack"),
-    "closed loop": lambda: sos.analyse_loop(
+    "closed loop": lambda: analyse_loop(
         np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]]
     ).certify(),
     "a range": lambda: sos.design_pid(
@@ -382,7 +383,7 @@ EXCLUDED = {
         sos.Polytope([spring(D=0.0), spring(D=0.0, B=-1.0)])
     ),
     "a pole of a given loop": lambda: sos.analyse_pid(spring(M=3.0), [[-1, 2]]),
-    "a pole of a closed loop": lambda: sos.analyse_loop(np.eye(2), [[0, 1], [1, 0]]),
+    "a pole of a closed loop": lambda: analyse_loop(np.eye(2), [[0, 1], [1, 0]]),
     "an unstable mode, for H-infinity": lambda: sos.design_pid(twins(-0.1), gamma=3.0),
     "a mode that no sensor sees": lambda: sos.design_pid(
         twins(0.01), law=sos.PIDLaw([[1, 1]]), region=sos.PoleRegion(sigma=1)

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 import sosbook as sos
 from sosbook.plants.response import Response
 from sosbook.synthesis.result import Result
+from tests.closed import analyse_loop
 
 CART = sos.SecondOrderSystem(M=1, D=0.1, S=2, B=1, F=1)
 STIFF = sos.SecondOrderSystem(M=1.2, D=0.1, S=3, B=1, F=1)
@@ -139,13 +140,11 @@ SMALLEST = {  # one state, no disturbance, no output or no input
     "one state": lambda: sos.design_pid(ONE),
     "one state, F": lambda: sos.design_pid(PUSHED),
     "one state, C": lambda: sos.design_pid(SEEN),
-    "bare loop": lambda: sos.analyse_loop(1, -1),
-    "loop": lambda: sos.analyse_loop(1, -1, 1, 1, gamma=2),
-    "loop, slack": lambda: sos.analyse_loop(1, [[[-1]], [[-2]]], coupling="slack"),
-    "unstable loop": lambda: sos.analyse_loop(1, 1),
-    "loop's cost": lambda: sos.analyse_loop(
-        1, -1, cost=sos.QuadraticCost(1, [], bound=3)
-    ),
+    "bare loop": lambda: analyse_loop(1, -1),
+    "loop": lambda: analyse_loop(1, -1, 1, 1, gamma=2),
+    "loop, slack": lambda: analyse_loop(1, [[[-1]], [[-2]]], coupling="slack"),
+    "unstable loop": lambda: analyse_loop(1, 1),
+    "loop's cost": lambda: analyse_loop(1, -1, cost=sos.QuadraticCost(1, [], bound=3)),
     "cost": lambda: sos.design_lqr(ONE, 1, 1),
     "observer": lambda: sos.design_observer(SEEN, [[-2]], [[1], [0]], 1),
     "observer, quiet": lambda: sos.design_observer(SEEN, [[-2]], np.zeros((2, 0)), 1),
@@ -203,15 +202,12 @@ def test_the_smallest_result_answers_or_says_what_is_missing(name):
 @pytest.mark.parametrize(
     "ask, words",
     [
-        (lambda: sos.analyse_loop(1, -1, 1, gamma=1), "gamma needs .* outputs"),
-        (
-            lambda: sos.analyse_loop(1, -1, 1, minimize="gamma"),
-            "gamma needs .* outputs",
-        ),
-        (lambda: sos.analyse_loop(1, -1, None, 1, gamma=1), "gamma needs .* F"),
+        (lambda: analyse_loop(1, -1, 1, gamma=1), "gamma needs .* outputs"),
+        (lambda: analyse_loop(1, -1, 1, minimize="gamma"), "gamma needs .* outputs"),
+        (lambda: analyse_loop(1, -1, None, 1, gamma=1), "gamma needs .* F"),
         (lambda: sos.design_pid(PUSHED, gamma=1), "gamma needs a plant with outputs"),
         (
-            lambda: sos.analyse_loop(1, -1, requirements=[sos.Saturation(1, [1])]),
+            lambda: analyse_loop(1, -1, requirements=[sos.Saturation(1, [1])]),
             "saturation bounds the input, but the plant has no B",
         ),
         (
@@ -228,7 +224,7 @@ def test_a_bound_of_nothing_is_refused(ask, words):
 
 def test_a_loop_has_its_pole_by_itself():
     """No gain is blamed where none was given."""
-    refused = sos.analyse_loop(1, 1)
+    refused = analyse_loop(1, 1)
     assert refused.reason.startswith("This loop has a pole at 1")
     assert "Change the loop" in refused.advice and "gain" not in refused.advice
 

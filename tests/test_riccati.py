@@ -9,6 +9,7 @@ import sosbook as sos
 from sosbook.analysis.riccati import balanced_units, lyapunov, riccati
 from sosbook.plants.descriptor import descriptors
 from tests.cases import by_hand, random_plant
+from tests.closed import analyse_loop
 
 
 def system(seed):
@@ -146,4 +147,4 @@ def test_poles_that_sum_to_zero_are_judged_in_silence(A):
     """Scipy warns of such an equation."""
     with pytest.raises(RuntimeWarning, match="eigenvalue pair"):
         solve_continuous_lyapunov(A, np.eye(2))
-    assert sos.analyse_loop(np.eye(2), A).status == "infeasible"
+    assert analyse_loop(np.eye(2), A).status == "infeasible"

@@ -17,6 +17,7 @@ from sosbook.runtime import libraries, progress, threads
 from sosbook.runtime.reading import read_bytes, read_json
 from sosbook.runtime.writing import write_file
 from sosbook.studies import maps
+from tests.closed import analyse_loop
 from tests.processes import process
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -147,7 +148,7 @@ Q, R = np.eye(2), np.eye(1)
 DOORS = {
     "design_pid": lambda: sos.design_pid(PLANT),
     "analyse_pid": lambda: sos.analyse_pid(PLANT, [[-1, -1]]),
-    "analyse_loop": lambda: sos.analyse_loop(np.eye(1), [[-1.0]]),
+    "analyse_loop": lambda: analyse_loop(np.eye(1), [[-1.0]]),
     "design_lqr": lambda: sos.design_lqr(PLANT, Q, R),
     "design_observer": lambda: sos.design_observer(PLANT, [[-1, -1]], np.eye(4), R),
     "design_delay_pid": lambda: sos.design_delay_pid(

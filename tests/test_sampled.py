@@ -28,6 +28,7 @@ from sosbook.sampled.cells import gram_bound
 from sosbook.sampled.discretize import SampleTiming, input_vertices
 from sosbook.sampled.loops import SampledFamily
 from sosbook.sampled.shapes import PlantShape
+from tests.closed import analyse_loop
 
 U = [[0, 1]]  # phi is integrated
 CART = sos.SecondOrderSystem([[1]], [[0]], [[0]], B=[[1]])
@@ -645,6 +646,6 @@ def test_matrices_of_samples_lie_in_a_disk():
     F = np.array([[0.5, 1.0], [0.0, 0.25]])
     for rate, status in ((0.5001, "feasible"), (0.5, "infeasible")):
         region = sos.LMIRegion.disk(rate, -1)
-        loop = sos.analyse_loop(np.eye(2), F - np.eye(2), region=region)
+        loop = analyse_loop(np.eye(2), F - np.eye(2), region=region)
         proof = loop.certify() if status == "feasible" else loop.infeasibility
         assert loop.status == status and proof.verify()

@@ -53,7 +53,7 @@ sos.design_pid(plant, gama=0.5)  # type: ignore[call-arg]
 
 # The others
 assert_type(sos.analyse_pid(plant, [[-1, 0, -1, 0], [0, -1, 0, -1]]), sos.Design)
-assert_type(sos.analyse_loop(np.eye(1), [[-1]], gamma=2), sos.Design)
+assert_type(sos.analyse_pid(sos.DescriptorSystem(1, [[-1]]), gamma=2), sos.Design)
 assert_type(sos.design_lqr(plants, np.eye(4), np.eye(2)), sos.Design)
 light = sos.regularize(plant, beta=0.1, choose="least norm")
 assert_type(light, sos.Regularization)

@@ -338,8 +338,9 @@ class Loop(ReadOnly):
 
         Parameters
         ----------
-        find : {"T", "delay", "tau", "mu", "delta"}
-            What is sought; the first two of a loop with a clock, from its own on.
+        find : str
+            "T" or "delay" of a loop with a clock, from its own on, or "tau", "mu",
+            "delta" of one in continuous time.
         to : float, optional
             Where the search of T or the delay ends.
         **how

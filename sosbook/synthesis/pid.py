@@ -1,14 +1,13 @@
 """Procedure 2.1: from a plant and requirements to a PID controller."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal
 
 import numpy as np
 
 from ..laws import FullState, Law
 from ..laws.taken import taken
-from ..plants.descriptor_system import DescriptorSystem
-from ..plants.kinds import Plant
+from ..plants.kinds import Plant, checked_plant
 from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
@@ -195,7 +194,7 @@ def design_pid(
 @one_thread
 def analyse_pid(
     plant: Plant | Regularization,
-    K: ArrayLike,
+    K: Any = None,
     U: ArrayLike | None = None,
     *,
     region: Region | None = None,
@@ -218,11 +217,13 @@ def analyse_pid(
     ----------
     plant
         As in `design_pid`.
-    K : (m, N) array_like, or dict
+    K : (m, N) array_like, dict, design or StateSpace
         ``[K_P K_D K_I]``. With a ``law`` what `Design.K` or `Design.gains` hold. A
         `Gain`, a design or its ``gains`` are taken by the names of their signals. A
         design of a law and an `ObserverDesign` bring their law along; so does
-        python-control's StateSpace, by the names of its inputs and outputs.
+        python-control's StateSpace, by the names of its inputs and outputs. It is left
+        out where the plant has no input: for loops with a filter or an actuator, as
+        ``DescriptorSystem(E, A, None, B_w, C)``, whose cost has R = [].
     U, region, gamma, saturation, K_A
         As in `design_pid`.
     coupling : {"auto", "multipliers", "pairs", "slack", "vertices"}
@@ -274,70 +275,18 @@ def analyse_pid(
     >>> broken = analyse_pid(carts, [[-3, -2]], region=PoleRegion(sigma=0.53))
     >>> broken.status, broken.infeasibility.proven
     ('infeasible', True)
+
+    A loop as it is:
+
+    >>> from sosbook import DescriptorSystem
+    >>> loop = DescriptorSystem(np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]])
+    >>> analyse_pid(loop).certify().claims
+    ('every constant or changing plant of the polytope is stable',)
     """
     asked = locals()
     if asked.pop("K") is None:
-        raise ValueError("K is missing: give the gain to be analysed")
+        if isinstance(plant, Regularization) or checked_plant(plant).m:
+            raise ValueError("K is missing: give the gain to be analysed")
+        K = np.zeros((0, checked_plant(plant).order))
     asked["law"], K = taken(plant, K, law)
     return design_asked(gain=K, **asked)
-
-
-@one_thread
-def analyse_loop(
-    E: ArrayLike | Sequence[ArrayLike],
-    A: ArrayLike | Sequence[ArrayLike],
-    B_w: ArrayLike | Sequence[ArrayLike] | None = None,
-    C: ArrayLike | None = None,
-    *,
-    region: Region | None = None,
-    gamma: float | None = None,
-    coupling: KnownCoupling = "auto",
-    mu: float | Literal["free"] | None = None,
-    slack: float | None = None,
-    minimize: str | Mapping[str, float] | None = None,
-    backoff: float = 0.01,
-    cost: QuadraticCost | None = None,
-    requirements: Iterable[Requirement] = (),
-    time_limit: float = TIME_LIMIT,
-) -> Design:
-    """Find a certificate for a closed loop E x' = A x + B_w w, y = C x.
-
-    For loops that `analyse_pid` doesn't describe: with a filter, or with
-    actuator dynamics. No input is left in it, so it has no margins: where the
-    plant's input is known, give it as the B of a `DescriptorSystem` to
-    `analyse_pid`. A loop with an observer is that of `ObserverDesign.analyse`.
-
-    Parameters
-    ----------
-    E, A, B_w, C
-        As in `DescriptorSystem`: matrices, or lists of them for a polytope.
-    region, gamma
-        As in `design_pid`; gamma bounds the norm from w to y.
-    coupling
-        As in `analyse_pid`.
-    mu, slack
-        As in `design_pid`.
-    minimize : {None, "gamma", "cost"} or dict, optional
-        As in `design_pid`; without an input there is no u_max.
-    backoff
-        As in `design_pid`.
-    cost : QuadraticCost, optional
-        As in `design_pid`, with R = []: there is no input.
-    requirements, time_limit
-        As in `design_pid`.
-
-    Returns
-    -------
-    Design
-        As that of `analyse_pid`. Stability is always demanded.
-
-    Examples
-    --------
-    >>> loop = analyse_loop(np.eye(2), [[[0, 1], [-2, -3]],
-    ...                                 [[0, 1], [-3, -2]]])
-    >>> loop.certify().claims
-    ('every constant or changing plant of the polytope is stable',)
-    """
-    asked = {k: x for k, x in locals().items() if k not in ("E", "A", "B_w", "C")}
-    loop = DescriptorSystem(E, A, None, B_w, C)
-    return design_asked(plant=loop, gain=np.zeros((0, loop.order)), **asked)

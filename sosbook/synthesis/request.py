@@ -109,7 +109,7 @@ class Request(Shorthand, Derived, ReadOnly):
         if self.plant.m == 0 and gain is None:
             raise ValueError(
                 "plant has no B, so there is nothing to design: give B, "
-                "or analyse the loop with analyse_loop(E, A)"
+                "or analyse the loop as it is, analyse_pid(plant)"
             )
 
     def described(self, plant):

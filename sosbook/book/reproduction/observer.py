@@ -11,7 +11,7 @@ from ...runtime.libraries import library
 from ...synthesis.error_loop import observer_loop
 from ...synthesis.lqr import design_lqr
 from ...synthesis.observer import design_observer
-from ...synthesis.pid import analyse_loop
+from ...synthesis.pid import analyse_pid
 from .. import thesis
 from .table import below, compare, evaluate, proven, shown
 
@@ -147,7 +147,7 @@ def _gains(printed, R):
 def _robust(printed, plant, R):
     K, L = printed.lqe[R]
     loop = observer_loop(plant, K, L, printed.C)
-    proof = proven(analyse_loop(loop.E, loop.A, coupling="pairs"))
+    proof = proven(analyse_pid(loop, coupling="pairs"))
     return evaluate("observer-robust", proof, R=R)
 
 
