@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import sys
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -23,29 +24,44 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """Built from a copy, so that nothing is left in the tree; no network."""
+def wheels(tmp_path_factory):
+    """The package's and the book's, built from a copy, so that nothing is left in the
+    tree; no network.
+    """
     source = tmp_path_factory.mktemp("source")
     for name in SOURCES:
         shutil.copy(ROOT / name, source)
     leave = shutil.ignore_patterns("__pycache__", "*.egg-info")
     shutil.copytree(ROOT / "sosbook", source / "sosbook", ignore=leave)
-    run(
-        *(sys.executable, "-m", "pip", "wheel", source, "--wheel-dir", source),
-        *("--no-build-isolation", "--no-deps", "--no-index"),
-    )
-    (made,) = source.glob("*.whl")
+    made = []
+    for project in source, source / "sosbook" / "book":
+        out = source / f"wheel {len(made)}"
+        run(
+            *(sys.executable, "-m", "pip", "wheel", project, "--wheel-dir", out),
+            *("--no-build-isolation", "--no-deps", "--no-index"),
+        )
+        made += out.glob("*.whl")
     return made
 
 
 @pytest.fixture(scope="module")
-def lean(wheel, tmp_path_factory):
-    """The Python of an environment with the wheel and the core's libraries."""
-    folder = tmp_path_factory.mktemp("lean")
+def lean(wheels, tmp_path_factory):
+    """The Python of an environment with the package and the core's libraries."""
+    return environment(tmp_path_factory.mktemp("lean"), wheels[:1])
+
+
+@pytest.fixture(scope="module")
+def booked(wheels, tmp_path_factory):
+    """The same with the book's wheel."""
+    return environment(tmp_path_factory.mktemp("booked"), wheels)
+
+
+def environment(folder, wheels):
+    """The Python of a new environment in a ``folder``."""
     run(sys.executable, "-m", "venv", "--without-pip", folder / "env")
     python = folder / "env" / interpreter().relative_to(interpreter().parents[1])
     run(
-        *(sys.executable, "-m", "pip", "--python", python, "install", wheel),
+        *(sys.executable, "-m", "pip", "--python", python, "install", *wheels),
         *("--no-deps", "--no-index", "--no-compile"),
     )
     shown = folder / "libraries"
@@ -81,22 +97,36 @@ def run(*command, status=0, **more):
     return done.stdout + done.stderr * (status != 0)
 
 
-def test_the_wheel_asks_for_the_core_alone_and_has_what_the_package_reads(wheel):
+def contents(wheel):
+    """The files of a wheel, and what it needs without extras."""
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         (meta,) = (n for n in names if n.endswith(".dist-info/METADATA"))
         lines = archive.read(meta).decode().splitlines()
     needs = [line.split(": ")[1] for line in lines if line.startswith("Requires-Dist")]
     core = [re.match("[a-z-]+", line)[0] for line in needs if "extra ==" not in line]
-    assert sorted(core) == sorted(CORE)
-    shipped = {
+    return {n for n in names if ".dist-info/" not in n}, sorted(core)
+
+
+def test_each_file_is_in_one_wheel_and_the_package_has_none_of_the_book(wheels):
+    files = {
         p.relative_to(ROOT).as_posix()
         for p in (ROOT / "sosbook").rglob("*")
         if p.is_file() and "__pycache__" not in p.parts
     }
-    assert names >= shipped
-    assert {n for n in names if n.startswith("sosbook/")} == shipped
-    assert "sosbook/py.typed" in names
+    book = {name for name in files if name.startswith("sosbook/book/")}
+    (ours, core), (its, more) = map(contents, wheels)
+    assert core == sorted(CORE) and more == ["sosbook"]
+    assert ours == files - book and "sosbook/py.typed" in ours
+    assert its == book - {"sosbook/book/pyproject.toml"}
+
+
+def test_both_have_one_version():
+    ours, its = (
+        tomllib.loads((ROOT / name).read_text("utf-8"))["project"]["version"]
+        for name in ("pyproject.toml", "sosbook/book/pyproject.toml")
+    )
+    assert ours == its
 
 
 def first_block():
@@ -152,8 +182,8 @@ print(json.dumps(said))
 """
 
 
-def test_what_is_missing_is_named_with_the_command_that_installs_it(lean):
-    said = json.loads(run(lean, "-I", "-c", ABSENT).splitlines()[-1])
+def test_what_is_missing_is_named_with_the_command_that_installs_it(booked):
+    said = json.loads(run(booked, "-I", "-c", ABSENT).splitlines()[-1])
     assert [len(texts) for texts in said.values()] == [4, 1, 1, 1, 1]
     for name, texts in said.items():
         (extra,) = (e for e, names in EXTRAS.items() if name in names)
@@ -188,12 +218,19 @@ print(*absent)
 """
 
 
-def test_only_pictures_sliders_and_the_books_tables_need_more(lean):
-    absent = run(lean, "-I", "-c", EVERY).split()
+def test_only_pictures_sliders_and_the_books_tables_need_more(booked):
+    absent = run(booked, "-I", "-c", EVERY).split()
     assert set(absent) >= {"plots", "reproduction", "tables", "widgets"}
     assert {"thesis", "elements", "counterexamples", "maps", "polytopes"}.isdisjoint(
         absent
     )
+
+
+def test_without_the_book_all_names_are_there_and_its_lack_is_said(lean):
+    every = "import sosbook as sos; [getattr(sos, name) for name in sos.__all__]"
+    assert run(lean, "-I", "-c", every) == ""
+    said = run(lean, "-I", "-c", "import sosbook as sos; sos.book.thesis", status=1)
+    assert "book needs sosbook.book, which isn't there" in said
 
 
 def test_the_robots_command_needs_nothing_else(lean, tmp_path):
