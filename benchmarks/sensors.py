@@ -18,7 +18,7 @@ import numpy as np
 
 import sosbook as sos
 
-from . import verify_plants as known
+from . import sensed_plants as known
 from .records import store
 from .run import machine
 

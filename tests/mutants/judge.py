@@ -1,7 +1,6 @@
 """Inputs that tests give the checker, and whether a changed checker answers alike."""
 
 import json
-import signal
 import sys
 import time
 from contextlib import contextmanager
@@ -10,6 +9,7 @@ from types import ModuleType
 
 import pytest
 
+from benchmarks.robustness import at_most
 from sosbook.exact.checker import CHECKER, MODULES, kernel, verdict
 
 FILES = (
@@ -163,7 +163,7 @@ class Inputs:
     def notices(self, module, owner, source, most):
         """Whether an answer differs: True, False, or None if ``most`` seconds end."""
         end = time.process_time() + most
-        with alarm(most + 1):
+        with at_most(most + 1):
             try:
                 other = Checker(module, source)
             except (Exception, SystemExit):  # it doesn't even begin
@@ -180,19 +180,3 @@ class Inputs:
             finally:
                 other.forget()
         return False
-
-
-@contextmanager
-def alarm(seconds):
-    """A TimeoutError in what takes much longer: a loop without an end."""
-
-    def ring(*_):
-        raise TimeoutError
-
-    before = signal.signal(signal.SIGVTALRM, ring)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
