@@ -104,7 +104,7 @@ def refusal(do, *given):
 
 def decided(asked):
     """The kernel decides of the text that is written for what is asked."""
-    text, _ = verdict.law(asked)
+    text, _ = verdict.text_of(asked)
     kernel.check(text.file())
 
 

@@ -17,7 +17,7 @@ import sosbook as sos
 from sosbook.book import elements
 from sosbook.book.elements.answers import asked_of
 from sosbook.proofs.command import main, read_plant_file
-from sosbook.synthesis.certificates import DesignRefusal
+from sosbook.synthesis.proofs import DesignRefusal
 from tests.compiler import find, refuse
 from tests.elements import middle, write_page
 from tests.processes import process

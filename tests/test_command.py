@@ -334,7 +334,7 @@ def test_a_design_without_proof_removes_the_old_one(
     design = ["design", str(small / "plant.json"), "--proof", str(proof)]
     assert main(design) == 0
     whole = put(asked_by(proofs.load(proof)), ("K", 0, 0), "1000")
-    failed = proofs.Certificate(json.dumps(asking(whole)))
+    failed = proofs.DesignProof(json.dumps(asking(whole)))
     monkeypatch.setattr(sosbook.Design, "certify", lambda self: failed)
     capsys.readouterr()
     assert main(design) == 1

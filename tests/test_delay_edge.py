@@ -109,11 +109,11 @@ def test_largest_finds_the_edge_and_proves_it(example, start, changes, value):
 def test_an_exponential_on_the_wrong_side_is_refused(method, bad, k, off):
     proof = analyse_delay(SCALAR, tau=1.0, delta=0.1, method=method).certify()
     asked = {"kind": proof.kind, **proof.data}
-    assert verdict.law(asked)[1] == list(proof.claims)
+    assert verdict.text_of(asked)[1] == list(proof.claims)
     given = list(asked["exponentials"])
     given[k] = str(Fraction(given[k]) * (Fraction(off) if method == "shift" else 2))
     with pytest.raises(verdict.Refused, match=bad):
-        verdict.law(asked | {"exponentials": given})
+        verdict.text_of(asked | {"exponentials": given})
 
 
 def test_a_mode_is_enclosed():

@@ -154,7 +154,7 @@ def of_files():
         "isn't what is written": whole | {"sets": {}},
     }.items():
         yield "verdict", words, check, file
-    yield "verdict", "no multipliers exclude that", verdict.law, refused
+    yield "verdict", "no multipliers exclude that", verdict.text_of, refused
     yield "kernel", "a key comes twice", kernel.contents, '{"a": 1, "a": 2}'
     yield "kernel", "too many digits", kernel.contents, "1" * 401
     yield "subject", "that is no number", verdict.wanted_gain, {"K": [[True]]}

@@ -12,7 +12,7 @@ from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book import thesis
 from sosbook.book.elements.explorer import design_explorer
 from sosbook.plants.response import simulate
-from sosbook.synthesis.certificates import Certificate
+from sosbook.synthesis.proofs import DesignProof
 from tests.elements import assert_quiet, first, middle, say, two_of, write_page
 
 LABELS = {
@@ -295,7 +295,7 @@ def test_the_proof_is_one_for_the_package(tab):
     link = first(tab).locator("a[download]")
     with tab.page.expect_download() as loading:
         link.click()
-    proof = Certificate(loading.value.path().read_text("utf8"))
+    proof = DesignProof(loading.value.path().read_text("utf8"))
     assert proof.proven and len(proof.claims) == 6
     for claim in proof.claims:
         assert claim in first(tab).inner_text()

@@ -442,9 +442,9 @@ def test_a_kind_has_one_owner(base):
     with pytest.raises(ValueError, match="must be one line"):
         type("Mine", (base,), {"kind": LINE})
     with pytest.raises(ValueError, match="kind = 'design' is that of sosbook"):
-        type("Mine", (proofs.Certificate,), {"kind": "design"})
+        type("Mine", (proofs.DesignProof,), {"kind": "design"})
     assert Requirement.owner("input") is sos.Saturation
-    assert ProofFile.owner("design") is proofs.Certificate
+    assert ProofFile.owner("design") is proofs.DesignProof
 
 
 def test_a_cell_that_is_run_again_takes_its_own_place():
@@ -520,7 +520,7 @@ def test_a_theorem_that_cannot_be_traced_is_decided_here_alone(coupling):
         check.check(proof.text)
     whole = parse(proof.text)[1]
     minus = {k: decimals(-np.array(x, float)) for k, x in whole["unknowns"].items()}
-    assert not proofs.Certificate.of(whole | {"unknowns": minus}).proven
+    assert not proofs.DesignProof.of(whole | {"unknowns": minus}).proven
 
 
 def test_a_requirement_without_blocks_proves_nothing():

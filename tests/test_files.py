@@ -109,7 +109,7 @@ READERS = {
         ("json", as_record),
     ],
     "exact.proof_file.load": [("json", proofs.load)],
-    "exact.proof_file.ProofFile.load": [("json", proofs.Certificate.load)],
+    "exact.proof_file.ProofFile.load": [("json", proofs.DesignProof.load)],
     "pendulum.log.Log.read": [("csv", Log.read)],
     "pendulum.ticks.TickLog.read": [("csv", TickLog.read)],
     "pendulum.robot.Robot.read": [("toml", Robot.read)],

@@ -16,7 +16,7 @@ from sosbook.requirements.stability import Stability
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import margin
-from sosbook.synthesis import centre, certificates, cutting, feasibility, pair_stacks
+from sosbook.synthesis import centre, cutting, feasibility, pair_stacks, proofs
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_stacks import named_margins, pair_margins
 from sosbook.synthesis.request import Request
@@ -365,7 +365,7 @@ def test_the_checker_builds_the_pairs_that_a_refusal_names(monkeypatch):
     first = feasibility.search(Request(whole.vertices[0], **asked))
     request = Request(whole, **asked)
     Z, frame = first.multipliers, first.problem.frame
-    proof = certificates.refuse_design(request, frame, Z, [(0, 0)])
+    proof = proofs.refuse_design(request, frame, Z, [(0, 0)])
     assert proof.proven and len(request.pairs) > 10
     assert json.loads(proof.text)["sets"]["pairs"] == [["1", "1"]]
     built, read = [], kernel.Reader.statements

@@ -10,7 +10,7 @@ import sosbook as sos
 from sosbook.book import elements, thesis
 from sosbook.book.counterexamples import actuated
 from sosbook.studies import maps
-from sosbook.synthesis.certificates import prove, refuse_design
+from sosbook.synthesis.proofs import prove, refuse_design
 from tests.elements import assert_buttons, green, write_page
 
 NAMES = ("sigma", "theta", "rho", "gamma", "u_max")

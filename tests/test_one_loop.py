@@ -227,5 +227,5 @@ def test_a_proof_file_keeps_how_noise_is_read():
     ):
         data = proof.data | {"K": dict(proof.data["K"])}
         change(data["K"])
-        forged = sos.sampled.SampledCertificate.of(data)
+        forged = sos.sampled.SampledProof.of(data)
         assert not forged.proven or forged.claims != proof.claims

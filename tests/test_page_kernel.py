@@ -16,7 +16,7 @@ from sosbook.exact.proof_file import parse
 from sosbook.exact.rational import decimal
 from sosbook.requirements.pole_region import LMIRegion
 from sosbook.solver.barrier import Barrier
-from sosbook.synthesis.certificates import Certificate, DesignRefusal
+from sosbook.synthesis.proofs import DesignProof, DesignRefusal
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from tests.cases import random_cost_request, random_plant, random_request
@@ -85,7 +85,7 @@ def off(K, L):
 def proven(text):
     """Whether a page's file is proven, and to the letter the package's own."""
     kind, data = parse(text)
-    cls = {"design": Certificate, "infeasible design": DesignRefusal}[kind]
+    cls = {"design": DesignProof, "infeasible design": DesignRefusal}[kind]
     return cls.of(data).text == text and cls(text).proven
 
 
@@ -206,7 +206,7 @@ def test_the_thesis_s_examples_with_both_readings_of_mu(kernel, name):
         poles = [complex(*s) for s in np.reshape(r["poles"], (-1, 2))]
         for s in design.poles().ravel():
             assert min(abs(s - p) for p in poles) < 1e-6 * (1 + abs(s))
-        assert Certificate(r["proof"]).proven
+        assert DesignProof(r["proof"]).proven
 
 
 @pytest.mark.parametrize("noise", [None, "states", "F"])
@@ -395,7 +395,7 @@ def test_the_page_proves_stability_where_no_bound_does(kernel, sigma):
           return prove(request, design(request)).text; }""",
         request,
     )
-    proof = Certificate(text)
+    proof = DesignProof(text)
     assert proven(text) and check.check(text) == list(proof.claims)
     owners = [name.requirement for name in proof.blocks]
     assert (("stability", "stability") in owners) == (sigma < 0)

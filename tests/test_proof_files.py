@@ -26,7 +26,7 @@ from sosbook.exact.rational import decimal, fraction, read_number
 from sosbook.lmi import Unknown, he
 from sosbook.lmi.problem import LMIProblem
 from sosbook.proofs.command import main
-from sosbook.synthesis.certificates import Certificate
+from sosbook.synthesis.proofs import DesignProof
 from tests.asking import asked_by, asking
 from tests.closed import analyse_loop
 from tests.energy_to_peak import EnergyToPeak
@@ -516,7 +516,7 @@ def test_a_text_that_is_refused_proves_nothing(monkeypatch):
         raise checker.Refused("for a test")
 
     monkeypatch.setattr(checker, "law", refuse)
-    plain = Certificate.of(proof.data)
+    plain = DesignProof.of(proof.data)
     assert not plain.proven and "for a test" in plain.failed[0]
     assert not proof.verify()
 
@@ -645,19 +645,19 @@ def test_the_checker_shares_nothing_with_the_package():
 def test_a_certificate_cannot_be_made_by_hand():
     proof = proof_of("example 1")
     with pytest.raises(TypeError):
-        Certificate(True, ("everything",), {}, (), proof.K, proof.P)
+        DesignProof(True, ("everything",), {}, (), proof.K, proof.P)
     with pytest.raises(TypeError):
         replace(proof, K=-proof.K)
     with pytest.raises(FrozenInstanceError):
         proof.text = "{}"
     with pytest.raises(AttributeError):
         object.__setattr__(proof, "proven", True)
-    assert not Certificate("").proven and not Certificate("{}").proven
-    assert not Certificate(proof_of("delay").text).proven  # of another kind
-    forged = Certificate(proof.text.replace('"K"', '"k"'))
+    assert not DesignProof("").proven and not DesignProof("{}").proven
+    assert not DesignProof(proof_of("delay").text).proven  # of another kind
+    forged = DesignProof(proof.text.replace('"K"', '"k"'))
     vars(forged)["proven"] = True
     assert not forged.proven and not forged.verify() and not forged
-    assert Certificate("").failed[0].startswith("not a well-formed proof")
+    assert DesignProof("").failed[0].startswith("not a well-formed proof")
 
 
 def test_a_proof_is_built_from_the_plant_and_not_from_caches():
@@ -802,4 +802,4 @@ def test_no_proof_file_is_said(tmp_path):
     file.write_text(json.dumps(text), "utf-8")
     assert proofs.load(file).verify()  # its layout doesn't matter
     with pytest.raises(ValueError, match=r"kind 'design': use"):
-        proofs.DelayCertificate.load(file)
+        proofs.DelayProof.load(file)

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from benchmarks import plants
 from benchmarks.robustness import SYSTEMS, Row, at_most, cpu_time_limits, judge, summary
 from sosbook.runtime.time_limit import OutOfTime, check_time, time_limit
-from sosbook.synthesis.certificates import prove
+from sosbook.synthesis.proofs import prove
 from sosbook.synthesis.request import Request
 from tests.attacks import attack
 from tests.cases import campaign

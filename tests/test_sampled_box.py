@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 import sosbook as sos
-from sosbook.sampled import SampledCertificate, c2d, certify_sampled, sampled_loop
+from sosbook.sampled import SampledProof, c2d, certify_sampled, sampled_loop
 from sosbook.sampled import cover as search
 
 RANGES = dict(c=(0.94, 1.06), a=(0.6, 0.68), f=(2.7, 3.3), e=(0.9, 1.1))
@@ -67,7 +67,7 @@ def test_one_search_for_lyapunov_matrices_proves_a_box(delay, monkeypatch):
     assert len(searches) == 1 and "P" in tree and leaves(tree) > 1
     assert worst(K, delay, np.random.default_rng(0)) < 1
     assert len(proof.cells) == leaves(tree)
-    assert SampledCertificate(proof.text).verify()
+    assert SampledProof(proof.text).verify()
 
 
 def test_forged_parts_prove_nothing():
@@ -77,7 +77,7 @@ def test_forged_parts_prove_nothing():
         data = copy.deepcopy(proof.data)
         change(data["cells"])
         try:
-            return SampledCertificate.of(data).proven
+            return SampledProof.of(data).proven
         except ValueError:
             return False
 
@@ -131,7 +131,7 @@ def test_one_search_proves_a_simplex_whose_clock_varies(unit, monkeypatch):
     proof = certify_sampled(triangle(unit), gain(), *CLOCK)
     tree = proof.data["cells"]
     assert proof.proven and "P" in tree and leaves(tree) > 1
-    assert len(searches) == 1 and SampledCertificate(proof.text).verify()
+    assert len(searches) == 1 and SampledProof(proof.text).verify()
     for change in (
         lambda tree: tree.update(halve=[0, 0]),
         lambda tree: tree.update(halve=[1, 3]),
@@ -140,7 +140,7 @@ def test_one_search_proves_a_simplex_whose_clock_varies(unit, monkeypatch):
         data = copy.deepcopy(proof.data)
         change(data["cells"])
         try:
-            assert not SampledCertificate.of(data).proven
+            assert not SampledProof.of(data).proven
         except ValueError:
             pass
 

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from scipy.optimize import minimize_scalar
 
 import sosbook as sos
-from sosbook.sampled import SampledCertificate
+from sosbook.sampled import SampledProof
 from tests.test_sampled_design import T, held_loop, pair, several
 
 FELT = sos.Output(position=[[0, 1]]) & sos.Output(velocity=[[0.5, 0]], input=[[0.3]])
@@ -61,7 +61,7 @@ def test_no_plant_between_exceeds_what_is_proven():
     proof = c.certify(norm=sos.HInfinity(1.03 * true, outputs=FELT))
     assert proof.proven and "every constant plant of the polytope" in str(proof)
     assert not c.certify(norm=sos.HInfinity(0.99 * true, outputs=FELT)).proven
-    path = SampledCertificate.of(copy.deepcopy(proof.data))
+    path = SampledProof.of(copy.deepcopy(proof.data))
     assert path.proven and path.claims == proof.claims
 
 
@@ -103,7 +103,7 @@ def test_forged_norms_prove_nothing():
     def forged(change):
         data = copy.deepcopy(proof.data)
         change(data)
-        return SampledCertificate.of(data)
+        return SampledProof.of(data)
 
     def leaf(data):
         node = data["cells"]

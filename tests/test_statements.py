@@ -8,17 +8,17 @@ import pytest
 from flint import fmpq
 
 import sosbook as sos
-from sosbook.delay.certificates import read_delay_request
+from sosbook.delay.proofs import read_delay_request
 from sosbook.exact.checker import kernel, verdict
 from sosbook.exact.checker.arithmetic import number
 from sosbook.exact.checker.text import ratio
 from sosbook.exact.rational import exact, read_array, read_fractions, read_number
 from sosbook.plants.as_data import read_plant
-from sosbook.synthesis.certificates import by_theorems
 from sosbook.synthesis.error_loop import vertices_of
 from sosbook.synthesis.fixed_mode import FixedModeRefusal
-from sosbook.synthesis.known_certificate import known_by_theorems
+from sosbook.synthesis.known_proof import known_by_theorems
 from sosbook.synthesis.observer_problem import ObserverProblem
+from sosbook.synthesis.proofs import by_theorems
 from sosbook.synthesis.regularity import mass_pairs
 from sosbook.theorems import regular_mass
 from tests.asking import mended
@@ -297,7 +297,7 @@ def test_a_mode_is_where_the_words_say(asked, point, there):
         assert verdict.check(proof.text) == list(proof.claims)
         return
     with pytest.raises(kernel.Refused, match="no mode is near|keeps what"):
-        verdict.law(asked | {"point": point})
+        verdict.text_of(asked | {"point": point})
 
 
 def test_labels_are_of_words():
@@ -326,10 +326,10 @@ def test_an_author_s_words_rest_on_a_block(bounded):
     asked["requirements"].append(
         dict(kind="mine", name="mine", claim="all is well", theorem=theorem)
     )
-    assert "by its author's theorem" in verdict.law(asked)[1][-1]
+    assert "by its author's theorem" in verdict.text_of(asked)[1][-1]
     theorem["blocks"] = []
     with pytest.raises(kernel.Refused, match="no block"):
-        verdict.law(asked)
+        verdict.text_of(asked)
 
 
 LONG = "9" * 9001

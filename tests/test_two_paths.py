@@ -247,11 +247,11 @@ def test_a_proof_that_is_stopped_says_which_part_is_done(monkeypatch):
     def stopped(*_, **__):
         raise clock.OutOfTime
 
-    monkeypatch.setattr("sosbook.synthesis.whole.found_on", stopped)
+    monkeypatch.setattr("sosbook.synthesis.reduced_model.found_on", stopped)
     words = str(design.certify(on=plant, time_limit=9.0))
     assert "stopped after 9 s" in words and "too large for LMIs" in words
     monkeypatch.undo()
-    monkeypatch.setattr("sosbook.synthesis.whole.prove", stopped)
+    monkeypatch.setattr("sosbook.synthesis.reduced_model.prove", stopped)
     words = str(design.certify(on=dense, time_limit=9.0))
     assert "stopped after 9 s" in words and "a P is found" in words
 

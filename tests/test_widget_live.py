@@ -11,7 +11,7 @@ import sosbook as sos
 from sosbook.book import widgets
 from sosbook.book.elements.answers import Answers
 from sosbook.book.elements.explorer import design_explorer
-from sosbook.synthesis.certificates import Certificate, DesignRefusal
+from sosbook.synthesis.proofs import DesignProof, DesignRefusal
 from tests.cases import random_cost_request, random_request
 from tests.page_requests import page_request
 from tests.test_page_elements import stored
@@ -141,7 +141,7 @@ def test_an_answer_does_not_depend_on_the_last_one(wished):
 
 def test_proofs_are_files_of_the_package(wished):
     good, bad = (Answers()("prove", wished(s))["proof"] for s in (0.7, 2.3))
-    assert good["proven"] and Certificate(good["text"]).proven and good["digits"] == 6
+    assert good["proven"] and DesignProof(good["text"]).proven and good["digits"] == 6
     assert bad["proven"] and DesignRefusal(bad["text"]).proven
 
 

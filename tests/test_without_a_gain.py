@@ -77,7 +77,7 @@ def test_a_design_with_delay_has_a_controller():
 ])  # fmt: skip
 def test_what_the_time_ended_answers_as_any_other_proof(ask):
     late = ask()
-    again = sos.sampled.SampledCertificate.of(late.data)
+    again = sos.sampled.SampledProof.of(late.data)
     for proof in (late, again):
         assert not proof.proven and "time_limit" in str(proof)
         assert proof.cells == () and proof.rate in (1.0, 0.99) and proof.norm is None

@@ -7,7 +7,7 @@ import numpy as np
 import sosbook as sos
 from sosbook.exact.proof import Unproven
 from sosbook.exact.refusal import Refusal
-from sosbook.synthesis.certificates import Certificate
+from sosbook.synthesis.proofs import DesignProof
 
 # Lists, numbers and arrays are taken for matrices.
 cart = sos.SecondOrderSystem(2, 0.1, 3, 1)
@@ -39,7 +39,7 @@ assert_type(design.K, np.ndarray | None)
 assert_type(design.K_P, np.ndarray)
 assert_type(design.poles(), np.ndarray)
 assert_type(design.hinf(samples=10), float)
-assert_type(design.certify(time_limit=9.0), Certificate | Unproven)
+assert_type(design.certify(time_limit=9.0), DesignProof | Unproven)
 proven_gain: np.ndarray = design.certify().K
 assert_type(design.certify().proven, bool)
 assert_type(design.infeasibility, Refusal | None)

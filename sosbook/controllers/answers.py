@@ -110,7 +110,7 @@ class Answers:
 
         Returns
         -------
-        SampledCertificate
+        SampledProof
             Of the linear loop: limits and quantisation are no part of it. B R and D R
             are rounded to doubles, as its file shows them; so are B N and D N of a
             law whose ``noise`` N brings w into the readings.

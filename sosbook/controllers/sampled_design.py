@@ -19,8 +19,8 @@ from ..requirements.vocabulary import SIGMA
 from ..runtime.read_only import ReadOnly
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import LONGEST, OutOfTime, time_left, time_limit
-from ..sampled.certificate import SampledCertificate
 from ..sampled.discretize import SampleTiming, input_vertices
+from ..sampled.proof_file import SampledProof
 from ..synthesis.request import Request
 from ..synthesis.structured.continuation import Ended, further, why_ended
 from ..synthesis.structured.design import DIGITS, Searched, record
@@ -57,7 +57,7 @@ class SampledDesign(ReadOnly):
         The gain of the law's signals, as it was proven.
     sigma : float
         The decay in 1/s that is proven, or that was asked.
-    proof : SampledCertificate or None
+    proof : SampledProof or None
         Of the controller's loop.
     reason : str
         What was reached, where nothing is proven.
@@ -126,7 +126,7 @@ class SampledDesign(ReadOnly):
         self._found()
         return controller_of(self, T=self.T, delay=self.delay, **asked)
 
-    def certify(self, time_limit: Any = None) -> SampledCertificate | Unproven:
+    def certify(self, time_limit: Any = None) -> SampledProof | Unproven:
         """The proof, found with the gain; a ``time_limit`` has nothing to end."""
         if self.proof is None:
             return Unproven(f"the design is {self.status}. {self.reason}")

@@ -1,6 +1,5 @@
 """PID control through a varying input delay: certificates, spectra, simulations."""
 
-from .certificates import DelayCertificate
 from .crossings import delay_margin, stable_delays
 from .design import DelayDesign
 from .largest import Largest, largest
@@ -13,6 +12,7 @@ from .profiles import (
     SineDelay,
     SwitchingDelay,
 )
+from .proofs import DelayProof
 from .request import DelayedLoop, DelayRequest
 from .simulation import DelayedResponse, simulate_delay
 from .solve import solve_delay
@@ -25,8 +25,8 @@ from .spectrum import (
 
 __all__ = [
     "ConstantDelay",
-    "DelayCertificate",
     "DelayDesign",
+    "DelayProof",
     "DelayRequest",
     "DelayedLoop",
     "DelayedResponse",

@@ -11,16 +11,16 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from ..synthesis.gains import Gains
 from . import spectrum
-from .certificates import DelayCertificate, prove_delay
 from .crossings import stable_delays
-from .points import solvable
+from .inner_points import solvable
 from .profiles import ConstantDelay
+from .proofs import DelayProof, prove_delay
 from .request import DelayRequest
 from .simulation import simulate_delay
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DelayDesign(Gains[DelayCertificate], ReadOnly):
+class DelayDesign(Gains[DelayProof], ReadOnly):
     """A controller behind a delay and what is known about its loop.
 
     Parameters
@@ -61,7 +61,7 @@ class DelayDesign(Gains[DelayCertificate], ReadOnly):
         """The alpha that was given or found, in seconds."""
         return self.request.alpha
 
-    def _prove(self, digits: int | None) -> DelayCertificate:
+    def _prove(self, digits: int | None) -> DelayProof:
         return prove_delay(self.request, self.K, self.values, digits)
 
     @cached_property

@@ -12,7 +12,7 @@ from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .design import DelayDesign
-from .points import alphas
+from .inner_points import alphas
 from .request import DelayRequest, check_loop
 from .solve import centred_design, first_design, without_alpha
 from .spectrum import checked_pair, delayed_loop, rightmost_real

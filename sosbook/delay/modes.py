@@ -16,7 +16,7 @@ import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
 from ..exact.adjoint import adjoint, slopes_at
-from ..exact.checker.verdict import law
+from ..exact.checker.verdict import text_of
 from ..exact.definite import exact, inverse, positive
 from ..exact.proof import Examined
 from ..exact.rational import decimal, decimals, read_array, read_fractions, read_number
@@ -24,8 +24,8 @@ from ..exact.refusal import MultiplierRefusal
 from ..plants.descriptor import Descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..solver.blocks import Blocks
-from ..synthesis.certificates import frame_data, read_frame
-from .certificates import in_frame, problem_data, read_delay_request
+from ..synthesis.proofs import frame_data, read_frame
+from .proofs import in_frame, problem_data, read_delay_request
 
 __all__ = ["Modes", "ModesRefusal", "modes_near", "slow_modes"]
 
@@ -289,7 +289,7 @@ class ModesRefusal(MultiplierRefusal):
         """
         (d,) = small.vertices
         asked = {**problem_data(request), "K": None}
-        _, said = law({"kind": "infeasible delay", **asked, "multipliers": []})
+        _, said = text_of({"kind": "infeasible delay", **asked, "multipliers": []})
         return {
             "claims": list(said),
             **asked,

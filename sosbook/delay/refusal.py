@@ -17,8 +17,8 @@ from ..exact.repair import repair_multipliers
 from ..language import Unknown, block, he
 from ..solver.blocks import Blocks
 from ..solver.deepest import deepest
-from .certificates import delay_refusal, refuse_delay
 from .modes import ModesRefusal, slow_modes
+from .proofs import delay_refusal, refuse_delay
 from .request import DelayedLoop
 
 TOO_SINGULAR = np.linalg.LinAlgError, IndexError, ValueError  # multipliers in floats

@@ -10,7 +10,7 @@ from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from ..solver.deepest import ZERO_DEPTH
 from .design import DelayDesign
-from .points import alphas, deep_points, first_gain, problem_of
+from .inner_points import alphas, deep_points, first_gain, problem_of
 from .refusal import refusal_of
 
 

@@ -18,22 +18,22 @@ from .proof import Examined, Verdict
 from .rational import as_rational, decimal, read_array
 
 KINDS = {  # whose class each kind is, by its module: it is found when a file names it
-    "lmi": "lmi.certificates.LMIProof",
-    "infeasible lmi": "lmi.certificates.LMIRefusal",
-    "regularization": "synthesis.regularity.RegularityCertificate",
+    "lmi": "lmi.proofs.LMIProof",
+    "infeasible lmi": "lmi.proofs.LMIRefusal",
+    "regularization": "synthesis.regularity.RegularityProof",
     "infeasible regularization": "synthesis.regularity.MassRefusal",
-    "design": "synthesis.certificates.Certificate",
-    "infeasible design": "synthesis.certificates.DesignRefusal",
-    "delay": "delay.certificates.DelayCertificate",
-    "infeasible delay": "delay.certificates.DelayRefusal",
+    "design": "synthesis.proofs.DesignProof",
+    "infeasible design": "synthesis.proofs.DesignRefusal",
+    "delay": "delay.proofs.DelayProof",
+    "infeasible delay": "delay.proofs.DelayRefusal",
     "infeasible delay modes": "delay.modes.ModesRefusal",
     "fixed mode": "synthesis.fixed_mode.FixedModeRefusal",
     "singular mass": "synthesis.fixed_mode.SingularMassRefusal",
-    "small input": "synthesis.small_input_certificate.SmallInputRefusal",
+    "small input": "synthesis.small_input_proof.SmallInputRefusal",
     "unreached response": "synthesis.unreached.UnreachedResponseRefusal",
-    "sampled": "sampled.certificate.SampledCertificate",
-    "known gain": "synthesis.known_certificate.KnownGainProof",
-    "observer": "synthesis.observer_problem.ObserverCertificate",
+    "sampled": "sampled.proof_file.SampledProof",
+    "known gain": "synthesis.known_proof.KnownGainProof",
+    "observer": "synthesis.observer_problem.ObserverProof",
     "infeasible observer": "synthesis.observer_problem.ObserverRefusal",
     "infeasible any order": "synthesis.structured.any_order.AnyOrder",
     "sum of poles": "synthesis.structured.doors.SumOfPoles",
@@ -223,7 +223,7 @@ def kinds():
     """The kinds of proof files that are known, as words; `ProofFile.owner` reads them.
 
     >>> "design" in kinds(), ProofFile.owner("design")
-    (True, <class 'sosbook.synthesis.certificates.Certificate'>)
+    (True, <class 'sosbook.synthesis.proofs.DesignProof'>)
     """
     return ProofFile.kinds()
 

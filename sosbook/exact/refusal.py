@@ -5,7 +5,7 @@ from math import inf, nextafter, sqrt
 import numpy as np
 
 from .checker.arithmetic import Beyond
-from .checker.verdict import law
+from .checker.verdict import text_of
 from .definite import exact, positive, round_digits
 from .proof import Examined
 from .proof_file import ProofFile
@@ -81,7 +81,7 @@ class MultiplierRefusal(Refusal):
         named = {str(keyed(name)): name for name in expressions}
         Z = {named[str(key)]: read_fractions(rows) for key, rows in data["multipliers"]}
         blocks = written_lmis(expressions, unknowns) | {"kind": "infeasible lmi"}
-        text, _ = law(cls.written_from(blocks, Z, str))
+        text, _ = text_of(cls.written_from(blocks, Z, str))
         again = cls.written_from(again, Z, keyed)
         return again, Examined.by_kernel(text.file(), again["claims"], {})
 

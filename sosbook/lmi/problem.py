@@ -256,7 +256,7 @@ class LMIProblem(LMIText):
             If a block isn't exactly symmetric or holds a float that
             didn't pass ``number``, or if digits is below 1.
         """
-        from .certificates import LMIProof
+        from .proofs import LMIProof
 
         for u in self.unknowns:
             if u.name not in values or np.shape(values[u.name]) != u.shape:
@@ -284,7 +284,7 @@ class LMIProblem(LMIText):
         LMIRefusal or None
             The exact multipliers; None where those in floats can't be made exact.
         """
-        from .certificates import LMIRefusal
+        from .proofs import LMIRefusal
 
         expressions = self.in_unknowns(rationals)
         data = LMIRefusal.contents(expressions, self.unknowns)

@@ -155,7 +155,7 @@ class Deployment:
 
     @cached_property
     def certificate(self):
-        """A `Certificate` of the design, in continuous time; not of an `OptimalLaw`.
+        """A `DesignProof` of the design, in continuous time; not of an `OptimalLaw`.
 
         Its K has six digits and is the gain that goes onto the robot.
         """
@@ -163,7 +163,7 @@ class Deployment:
 
     @cached_property
     def held(self):
-        """The `DelayCertificate` of K behind the hold; not of an `OptimalLaw`."""
+        """The `DelayProof` of K behind the hold; not of an `OptimalLaw`."""
         return self.delayed.certify()
 
     @cached_property
@@ -232,7 +232,7 @@ class Deployment:
     def sampled(self):
         """Proofs of `loops` for every plant of the polytope.
 
-        A dict from the delay in s to a `SampledCertificate` for each of
+        A dict from the delay in s to a `SampledProof` for each of
         `triangles`; a range of delays stands for all of `varying`. They presume
         accelerometers that measure theta exactly.
         """
@@ -245,7 +245,7 @@ class Deployment:
     def varying(self):
         """Proofs of the loops under every sequence of delays and of late ticks.
 
-        A tuple of `SampledCertificate`, one for each of `triangles`: each delay is
+        A tuple of `SampledProof`, one for each of `triangles`: each delay is
         at most the robot's, each tick late by at most its jitter. It is empty where
         they aren't found within the ``patience``.
         """

@@ -99,12 +99,12 @@ class SteeringDesign:
 
     @cached_property
     def certificate(self):
-        """The `Certificate` in continuous time."""
+        """The `DesignProof` in continuous time."""
         return self.design.certify()
 
     @cached_property
     def held(self):
-        """The `DelayCertificate` behind the hold."""
+        """The `DelayProof` behind the hold."""
         return self.delayed.certify()
 
     @cached_property
@@ -136,7 +136,7 @@ class SteeringDesign:
     def unequal(self):
         """Proofs of balance and steering as one, with motors that differ.
 
-        A tuple of `SampledCertificate`, of each pendulum, either bound of the
+        A tuple of `SampledProof`, of each pendulum, either bound of the
         inertia and each delay. Each holds for all shares by which the right motor's
         e and f are above the mean, and the left's below, up to the robot's
         ``unequal``: it is of the triangle of these pairs, whose other half is

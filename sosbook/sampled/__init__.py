@@ -3,12 +3,12 @@
 from .discretize import c2d, sampled_loop
 from .furthest import furthest_sampled
 from .lqr import SampledLQR, design_sampled_lqr, sampled_cost
-from .proof import SampledCertificate, certify_sampled
+from .proof import SampledProof, certify_sampled
 from .system import SampledSystem
 
 __all__ = [
-    "SampledCertificate",
     "SampledLQR",
+    "SampledProof",
     "SampledSystem",
     "c2d",
     "certify_sampled",

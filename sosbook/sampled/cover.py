@@ -12,9 +12,9 @@ from ..lmi.problem import LMIProblem
 from ..runtime.time_limit import check_time
 from .balls import middle
 from .cells import PlantCell
-from .certificate import undecided
 from .channel import equalled, joined_P, root, too_large
 from .lyapunov import discrete_lyapunov
+from .proof_file import undecided
 
 __all__ = ["cover", "lyapunov", "too_slow"]
 
@@ -26,7 +26,7 @@ HOPELESS = 4.0  # W's trace, times r^2 N, above which no multiplier is looked fo
 
 
 def cover(family, clocks, rate, budget):
-    """(tree, failed) of `certify_sampled`, see `SampledCertificate`: a ``family`` of
+    """(tree, failed) of `certify_sampled`, see `SampledProof`: a ``family`` of
     loops decays at a ``rate`` with a `TimeBox` of ``clocks``; at most a ``budget`` of
     cells is cut.
     """

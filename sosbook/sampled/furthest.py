@@ -9,10 +9,10 @@ from ..plants.checks import positive
 from ..plants.kinds import Plant, checked_plant
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
-from .certificate import SampledCertificate
 from .channel import checked_norm
 from .discretize import by_name
 from .proof import certify_sampled, unproven
+from .proof_file import SampledProof
 
 __all__ = ["furthest_sampled"]
 
@@ -26,7 +26,7 @@ def furthest_sampled(
     tolerance: float = 1e-3,
     time_limit: float | None = None,
     **asked: Any,
-) -> SampledCertificate:
+) -> SampledProof:
     """The longest interval, the longest delay, the least rate or bound that is proven.
 
     Parameters
@@ -46,7 +46,7 @@ def furthest_sampled(
 
     Returns
     -------
-    SampledCertificate
+    SampledProof
         Its ``T``, ``delay``, ``rate``, ``norm`` say how far it goes. One that isn't
         proven, where the nearest claim isn't. A claim beyond it wasn't proven; that it
         is false isn't said.

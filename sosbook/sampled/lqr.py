@@ -21,7 +21,7 @@ from ..runtime.threads import one_thread
 from ..synthesis.result import Result
 from .discretize import SampleTiming, input_vertices, sampled_loop
 from .lyapunov import discrete_lyapunov
-from .proof import SampledCertificate, certify_sampled
+from .proof import SampledProof, certify_sampled
 from .response import simulate_sampled
 
 __all__ = ["SampledLQR", "design_sampled_lqr", "sampled_cost"]
@@ -174,7 +174,7 @@ class SampledLQR(Result):
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> SampledCertificate:
+    ) -> SampledProof:
         """Prove the loop stable at this ``rate`` by `certify_sampled`.
 
         ``digits`` are those of the gain; without it 6, 8, 10, 12 and 17

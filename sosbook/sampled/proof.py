@@ -15,14 +15,14 @@ from ..requirements.base import Requirement
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..synthesis.request import Request
-from .certificate import MORE, SampledCertificate, undecided
 from .channel import checked_norm
 from .cover import cover
 from .discretize import by_name, input_vertices
 from .loops import BALL_BITS, SampledFamily
+from .proof_file import MORE, SampledProof, undecided
 from .timing import TimeBox
 
-__all__ = ["SampledCertificate", "certify_sampled"]
+__all__ = ["SampledProof", "certify_sampled"]
 
 MOST_VERTICES = 12  # of a family whose ranges are cut
 
@@ -41,7 +41,7 @@ def certify_sampled(
     norm: Requirement | None = None,
     time_limit: float | None = None,
     progress: bool = False,
-) -> SampledCertificate:
+) -> SampledProof:
     """Prove a sampled loop stable, for every plant and for a clock that varies.
 
     Parameters
@@ -87,7 +87,7 @@ def certify_sampled(
 
     Returns
     -------
-    SampledCertificate
+    SampledProof
         The proof is about constant plants: a plant that changes from sample to
         sample isn't covered. Not proven doesn't mean unstable: ``failed`` says
         whether a plant, and a clock, was found that is.
@@ -146,8 +146,8 @@ def certify_sampled(
         with ctx.workprec(BALL_BITS):
             family = SampledFamily.of(plant, floats, timing, gain, centre, norm)
             tree, failed = cover(family, clocks, rate, cells)
-        return SampledCertificate.of(
-            SampledCertificate.contents(
+        return SampledProof.of(
+            SampledProof.contents(
                 plant, U, T, delay, gain, rate, tree, failed, centre, norm
             )
         )
@@ -175,11 +175,11 @@ def certify_sampled(
 
 
 def unproven(why, plant, K, T, delay, U=None, rate=1.0, centre=0.0, norm=None):
-    """The `SampledCertificate` of what wasn't proven, and ``why``, in words."""
+    """The `SampledProof` of what wasn't proven, and ``why``, in words."""
     if not is_controller(K):
         K = TimeBox.of(T, delay).of_controller(K).gain(K, input_vertices(plant, U)[0])
     asked = plant, U, T, delay, K, rate, None, why, centre, norm
-    return SampledCertificate.of(SampledCertificate.contents(*asked))
+    return SampledProof.of(SampledProof.contents(*asked))
 
 
 def _nearer(plant):

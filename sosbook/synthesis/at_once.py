@@ -12,7 +12,7 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..exact.rational import round_digits
-from .certificates import exclude_design
+from .proofs import exclude_design
 from .scaling import Frame
 
 DIGITS = 12  # of a direction

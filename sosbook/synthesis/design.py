@@ -12,16 +12,16 @@ from ..laws import LawGain
 from ..runtime.later import later
 from ..runtime.time_limit import time_limit as limit_of_time
 from .bounds import Bounds, bounds_of, neighbour
-from .certificates import Certificate, prove
 from .closed_loop import ClosedLoop
 from .equations import Effort, effort_of
 from .found import Found, found_on
+from .proofs import DesignProof, prove
 from .slack import feasible
 from .solution import Solution
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(ClosedLoop[Certificate], Solution):
+class Design(ClosedLoop[DesignProof], Solution):
     """A controller and everything that is known about its loop.
 
     Parameters
@@ -149,7 +149,7 @@ class Design(ClosedLoop[Certificate], Solution):
         time_limit: float | None = None,
         progress: bool = False,
         on: Any = None,
-    ) -> Certificate | Unproven:
+    ) -> DesignProof | Unproven:
         """Prove what was asked in exact arithmetic; see `Result.certify`.
 
         Parameters
@@ -181,7 +181,7 @@ class Design(ClosedLoop[Certificate], Solution):
         """
         if on is None or self.margins is None:
             return super().certify(digits, time_limit, progress)
-        from .whole import proven_on
+        from .reduced_model import proven_on
 
         return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
 
@@ -225,9 +225,9 @@ class Design(ClosedLoop[Certificate], Solution):
         with limit_of_time(time_limit):
             return found_on(self, whole)
 
-    def _prove(self, digits: int | None) -> Certificate:
+    def _prove(self, digits: int | None) -> DesignProof:
         if self.parts:
-            from .known_certificate import known_proof
+            from .known_proof import known_proof
 
             return known_proof(self.request, self.parts, digits)
         return prove(self.request, self.K, self.P, digits, self.V, self.own)

@@ -62,8 +62,8 @@ def _cause_named(solution):
         return solution
     if solution.status != "undecided":
         return solution
-    from .points import odd_mass
     from .reasons import pole_named
+    from .starting_points import odd_mass
 
     request, known = solution.request, "In floats a " in solution.reason
     pole = "" if known or request.law is not None else pole_named(request)
@@ -140,7 +140,7 @@ def answer(request, refuse=True, first=None, prefer=None):
     """
     found = None
     if prefer == "least" or (first is None and request.order >= FROM_STATES):
-        from .points import point
+        from .starting_points import point
 
         found = point(request)
     if found is None:
@@ -238,7 +238,7 @@ def refused_by_input(request, refusal):
     """
     from .reasons import listed
     from .small_input import refuse_by_input
-    from .small_input_certificate import input_bound
+    from .small_input_proof import input_bound
 
     proof = refuse_by_input(request, search)
     if proof is None:

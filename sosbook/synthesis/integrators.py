@@ -15,8 +15,8 @@ from scipy.sparse import issparse
 
 from ..exact.definite import exact
 from ..language import Unknown, he
-from ..lmi.certificates import LMIProof
 from ..lmi.problem import LMIProblem
+from ..lmi.proofs import LMIProof
 from ..plants.checks import matrix, rank_deficient
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.second_order import Polytope

@@ -28,7 +28,6 @@ from .design import Design
 from .feasibility import FROM_STATES, answer, follow, guarded
 from .objectives import Unattained, Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT, design_pid
-from .points import at
 from .procedure import given, law_of, without_input
 from .regularization import Regularization
 from .request import Request
@@ -36,6 +35,7 @@ from .riccati_point import bound_of, riccati_point
 from .scaled_lmis import ScaledLMIs
 from .slack import with_slack, without_slack
 from .solution import Solution
+from .starting_points import at
 
 # relative accuracies to which the optimum is sought; the first that is reached
 OPTIMUM_GAPS = 1e-10, 1e-8, 1e-6

@@ -21,12 +21,12 @@ from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design
 from .error_loop import observed, observer_loop, vertices_of
-from .observer_problem import ObserverCertificate, ObserverRefusal, refuse_observer
+from .observer_problem import ObserverProof, ObserverRefusal, refuse_observer
 from .pid import analyse_pid
 from .request import Request
 from .result import Result
 
-__all__ = ["ObserverCertificate", "ObserverDesign", "ObserverResponse"]
+__all__ = ["ObserverDesign", "ObserverProof", "ObserverResponse"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class ObserverResponse(Response):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ObserverDesign(Result[ObserverCertificate], ReadOnly):
+class ObserverDesign(Result[ObserverProof], ReadOnly):
     """An observer and what is known about the loop with it.
 
     Parameters
@@ -176,14 +176,14 @@ class ObserverDesign(Result[ObserverCertificate], ReadOnly):
         z, rate = d.C @ x, A @ x + B @ u + Bw @ both.w
         return ObserverResponse(both.t, z, d.C @ rate, z, u, x, both.w, estimate)
 
-    def _prove(self, digits: int | None) -> ObserverCertificate:
+    def _prove(self, digits: int | None) -> ObserverProof:
         given = self._observer()
 
         def attempt(digits, places):
             L = round_digits(given, digits)
             values = {name: round_digits(x, places) for name, x in self.values.items()}
-            contents = ObserverCertificate.contents(self.problem, L, self.bound, values)
-            return ObserverCertificate.of(contents)
+            contents = ObserverProof.contents(self.problem, L, self.bound, values)
+            return ObserverProof.of(contents)
 
         return first_proven(attempt, digits)
 

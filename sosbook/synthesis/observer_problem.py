@@ -165,7 +165,7 @@ class ObserverProblem:
         )
 
 
-class ObserverCertificate(ProofFile):
+class ObserverProof(ProofFile):
     """An exact proof of Theorem 2.5 at the vertices, or its failure; ``text`` is a
     file.
     """

@@ -13,7 +13,7 @@ from ..plants.as_data import plant_data
 from ..plants.checks import matrix, positive
 
 
-class RegularityCertificate(GainProof):
+class RegularityProof(GainProof):
     """An exact proof of (2.12) at all vertices, or its failure; ``text`` is that of the
     file.
     """
@@ -68,7 +68,7 @@ def prove_regular(plant, K_A, beta, digits=None):
 
     ``plant``: the plant, or the polytope of plants; ``K_A``, (m, n): rounded to
     ``digits`` significant digits before the proof; ``beta``: the bound of Lemma 2.1;
-    ``digits``: without it 6, 8, 10, 12 and 17 are tried. Returns RegularityCertificate:
+    ``digits``: without it 6, 8, 10, 12 and 17 are tried. Returns RegularityProof:
     its ``K`` is the rounded K_A.
 
     >>> from sosbook import SecondOrderSystem
@@ -80,7 +80,7 @@ def prove_regular(plant, K_A, beta, digits=None):
 
     def attempt(digits, _):
         K = round_digits(K_A, digits)
-        return RegularityCertificate.of(RegularityCertificate.contents(plant, K, beta))
+        return RegularityProof.of(RegularityProof.contents(plant, K, beta))
 
     return first_proven(attempt, digits)
 

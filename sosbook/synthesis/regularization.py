@@ -20,7 +20,7 @@ from ..runtime.threads import one_thread
 from ..solver.loop import Unbounded
 from .regularity import (
     MassRefusal,
-    RegularityCertificate,
+    RegularityProof,
     mass_pairs,
     mass_refusal,
     prove_regular,
@@ -33,7 +33,7 @@ __all__ = ["Regularization", "prove_regular", "regularize"]
 
 
 @dataclass(frozen=True, eq=False)
-class Regularization(Result[RegularityCertificate], ReadOnly):
+class Regularization(Result[RegularityProof], ReadOnly):
     """An acceleration gain and what is known about M - B K_A.
 
     Parameters
@@ -137,7 +137,7 @@ class Regularization(Result[RegularityCertificate], ReadOnly):
             )
         return self.plant, self._gain()
 
-    def _prove(self, digits: int | None) -> RegularityCertificate:
+    def _prove(self, digits: int | None) -> RegularityProof:
         # for a fixed K_A (2.12) is affine in M and B: the vertices prove it for all
         return prove_regular(self.plant, self.K_A, self.beta, digits)
 

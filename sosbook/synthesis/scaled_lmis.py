@@ -12,10 +12,10 @@ from ..lmi.text import floats
 from ..requirements.magnitudes import Magnitudes
 from ..runtime.time_limit import check_time_of_eigenvalues
 from ..solver.loop import margin
-from .certificates import prove, refuse_design
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
 from .pair_stacks import named_margins
 from .payments import paid
+from .proofs import prove, refuse_design
 from .scaling import in_unknowns_of
 from .solution import Solution
 

@@ -24,7 +24,7 @@ from ..requirements.lmi_region import by_matrices
 from ..runtime.time_limit import check_time
 from .request import Request
 from .scaling import Frame
-from .small_input_certificate import (
+from .small_input_proof import (
     ModesPart,
     SmallInputRefusal,
     input_bound,

@@ -61,7 +61,7 @@ class Checker:
                 return [*said.check(given)]
             if kind in ("kernel", "words"):
                 return [*core.check(json.loads(given))]
-            text, claims = said.law(json.loads(given))
+            text, claims = said.text_of(json.loads(given))
             core.check(text.file())
             return [*claims]
         except core.Refused as fault:
@@ -98,7 +98,7 @@ class Recorder:
 @contextmanager
 def recorded(recorder):
     """What is given to the checker's two doors is kept."""
-    doors = verdict.check, verdict.opened, kernel.check, verdict.law
+    doors = verdict.check, verdict.opened, kernel.check, verdict.text_of
 
     def file(door):
         def asked(text):
@@ -108,7 +108,7 @@ def recorded(recorder):
 
         return asked
 
-    def law(asked):
+    def text_of(asked):
         if recorder.file == "test_every_need":
             recorder.keep("asked", json.dumps(asked))
         return doors[3](asked)
@@ -123,11 +123,11 @@ def recorded(recorder):
         return doors[2](whole, *more)
 
     verdict.check, verdict.opened = file(doors[0]), file(doors[1])
-    kernel.check, verdict.law = core, law
+    kernel.check, verdict.text_of = core, text_of
     try:
         yield
     finally:
-        verdict.check, verdict.opened, kernel.check, verdict.law = doors
+        verdict.check, verdict.opened, kernel.check, verdict.text_of = doors
 
 
 class Inputs:

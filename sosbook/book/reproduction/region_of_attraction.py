@@ -9,8 +9,8 @@ import numpy as np
 
 from ...exact.definite import round_digits
 from ...language import Unknown, block
-from ...lmi.certificates import LMIProof
 from ...lmi.problem import LMIProblem
+from ...lmi.proofs import LMIProof
 from ...plants.checks import matrix, positive
 from ...requirements.pole_region import PoleRegion
 from ...solver.loop import Unbounded

@@ -81,7 +81,7 @@ def printed(text):
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
 
 
-def law(asked):
+def text_of(asked):
     """What is ``asked``, a kind and its keys, as a text, and the words it proves."""
     whole = str(asked["kind"])
     if whole in BEYOND:
@@ -138,7 +138,7 @@ def of_part(claims, asked):
 
 def written(asked):
     """What is asked as a file, the words of it, and its blocks' keys."""
-    text, claims = law(asked)
+    text, claims = text_of(asked)
     asks = {k: skeleton(v, (asked, k), text) for k, v in asked.items() if k != "kind"}
     return head(asked) | {"asks": asks} | text.file(), claims, text.keys()
 

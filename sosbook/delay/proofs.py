@@ -9,12 +9,12 @@ from ..exact.rational import decimal, decimals, read_array, read_number
 from ..exact.refusal import MultiplierRefusal
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
-from ..synthesis.certificates import frame_data, read_frame
+from ..synthesis.proofs import frame_data, read_frame
 from .forms import FORMS
 from .request import DelayedLoop, DelayRequest
 
 
-class DelayCertificate(GainProof):
+class DelayProof(GainProof):
     """An exact proof of a decay rate under delay, or its failure; ``text`` is its file.
 
     It has the plant, the delay, the gain and the matrices of the functional as
@@ -78,8 +78,8 @@ def prove_delay(request, K, unknowns, digits=None):
             name: round_digits(x, places) for name, x in unknowns.items() if name != "X"
         }
         gain = round_digits(K, digits)
-        contents = DelayCertificate.contents(request, gain, values)
-        return DelayCertificate.of(contents)
+        contents = DelayProof.contents(request, gain, values)
+        return DelayProof.of(contents)
 
     return first_proven(attempt, digits, **given_gain(request.gain))
 

@@ -9,11 +9,11 @@ from ..exact.proof import DIGITS, Unproven
 from ..exact.rational import digit_count
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.time_limit import under_way
-from .certificates import prove
 from .feasibility import answer
 from .found import found_on, lifted
-from .points import point
+from .proofs import prove
 from .request import Request
+from .starting_points import point
 
 SPARSE = "a plant in sparse matrices is too large for LMIs, so nothing is proven of it"
 

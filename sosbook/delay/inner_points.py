@@ -9,7 +9,7 @@ from ..runtime.time_limit import OutOfTime, check_time
 from ..solver.bounded import bounded, unpacked
 from ..solver.deepest import deepest
 from ..solver.loop import Unbounded, centre
-from .certificates import prove_delay
+from .proofs import prove_delay
 
 # alpha in units of tau, in the order of trial
 ALPHA_RATIOS = (2.0, 1.0, 4.0, 0.5, 8.0, 0.25, 16.0)

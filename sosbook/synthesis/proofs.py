@@ -37,7 +37,7 @@ class Blocks:
         return list(table.named())
 
 
-class Certificate(Blocks, GainProof):
+class DesignProof(Blocks, GainProof):
     """An exact proof that a gain does what was asked, or its failure.
 
     Its ``text`` is a file with the plant, the requirements, the gain and the
@@ -48,7 +48,7 @@ class Certificate(Blocks, GainProof):
     --------
     >>> from sosbook import SecondOrderSystem, design_pid
     >>> proof = design_pid(SecondOrderSystem([[1]], [[1]], [[1]], [[1]])).certify()
-    >>> proof.proven, Certificate(proof.text.replace('"K"', '"k"')).proven
+    >>> proof.proven, DesignProof(proof.text.replace('"K"', '"k"')).proven
     (True, False)
     """
 
@@ -175,7 +175,7 @@ def prove(request, K, P, digits=6, V=None, own=None):
     def attempt(digits, places):
         rounded = {name: round_digits(x, places) for name, x in values.items()}
         K_rounded = round_digits(K, digits)
-        return Certificate.of(Certificate.contents(asked, K_rounded, rounded))
+        return DesignProof.of(DesignProof.contents(asked, K_rounded, rounded))
 
     return first_proven(attempt, digits, **given_gain(request.gain))
 

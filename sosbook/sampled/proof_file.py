@@ -21,7 +21,7 @@ from .shapes import PlantShape
 from .system import SampledSystem
 from .timing import TimeBox
 
-__all__ = ["SampledCertificate"]
+__all__ = ["SampledProof"]
 
 RATIONALS = (
     "rationals can't redo this proof: it encloses exponentials of matrices in "
@@ -36,7 +36,7 @@ HELD = "with a w that is held from tick to tick"
 READ = " and is part of what K reads"
 
 
-class SampledCertificate(ProofFile):
+class SampledProof(ProofFile):
     """A proof, in ball arithmetic, that sampled loops are stable.
 
     ``text`` is that of the file.
