@@ -18,6 +18,7 @@ import sosbook as sos
 from sosbook import proofs
 from sosbook.book import thesis
 from sosbook.book.reproduction.region_of_attraction import region_of_attraction
+from sosbook.exact import quick
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
@@ -477,6 +478,38 @@ def test_the_checker_agrees(name):
     assert asking(asked_by(proof)) == json.loads(proof.text)
     if proof.kind != "lmi":  # what these blocks mean is their author's word
         assert true_claims(asked_by(proof)) is not False
+
+
+@pytest.mark.parametrize("name", [*PROOFS, *EXCLUDED, *BEYOND])
+def test_the_quick_answer_is_the_package_s(name, tmp_path, capsys):
+    """The same words and exit code, or none: then the package is asked."""
+    file = tmp_path / "proof.json"
+    proof_of(name).save(file)
+    quickly = quick.verify(file), capsys.readouterr().out
+    if quickly[0] is None:
+        assert name in BEYOND and not quickly[1]
+        assert main(["verify", str(file)]) == 0
+        assert "this package alone decides it" in capsys.readouterr().out
+    else:
+        assert quickly == (main(["verify", str(file)]), capsys.readouterr().out)
+    file.write_text(proof_of(name).text.replace("1", "2"), "utf-8")
+    assert quick.verify(file) is None and not capsys.readouterr().out
+
+
+LOADED = """
+import sys
+from sosbook.__main__ import main
+code = main(["verify", sys.argv[1]])
+print(len(sys.modules), code, "numpy" in sys.modules, "flint" in sys.modules)
+"""
+
+
+def test_a_small_proof_is_verified_without_a_library(tmp_path):
+    file = tmp_path / "proof.json"
+    proof_of("example 1").save(file)
+    *said, last = process(sys.executable, "-c", LOADED, file).stdout.splitlines()
+    loaded, *others = last.split()
+    assert len(said) > 1 and others == ["0", "False", "False"] and int(loaded) < 150
 
 
 def held_against(plant, proof, folder):

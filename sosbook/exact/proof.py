@@ -45,13 +45,15 @@ class Examined:
 
     ``claims``: what is proven, in words; ``blocks``: each one's smallest pivot by name,
     in large blocks to six digits; ``failed``: names of those that aren't positive
-    definite, or what else is wrong; ``value``: see `MultiplierRefusal`.
+    definite, or what else is wrong; ``value``: see `MultiplierRefusal`; ``alone``: why
+    no second program can decide it, or "".
     """
 
     claims: tuple
     blocks: dict
     failed: tuple
     value: float | None = None
+    alone: str = ""
 
     @property
     def proven(self) -> bool:

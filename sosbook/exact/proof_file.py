@@ -12,10 +12,11 @@ from weakref import WeakKeyDictionary
 
 from ..runtime.names import OfKind
 from ..runtime.reading import parse_json, read_text
+from . import quick
 from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused
 from .proof import Examined, Verdict
-from .rational import as_rational, decimal, read_array
+from .rational import as_rational, decimals, read_array
 
 KINDS = {  # whose class each kind is, by its module: it is found when a file names it
     "lmi": "lmi.proofs.LMIProof",
@@ -279,8 +280,8 @@ def _examined(cls, text, said=None):
             return Examined.nothing(f"kind is {kind!r}, not {cls.kind!r}")
         try:
             said = said or Written(*verdict.opened(text))
-        except Beyond:
-            return _rebuilt(cls, data)
+        except Beyond as limit:
+            return _rebuilt(cls, data, str(limit))
         return Examined.by_kernel(said.whole, said.claims, said.names(data, cls))
     except (Beyond, Refused) as e:
         return Examined.nothing(*map(str, e.args))
@@ -288,15 +289,15 @@ def _examined(cls, text, said=None):
         return Examined.nothing(f"not a well-formed proof: {e}")
 
 
-def _rebuilt(cls, data):
-    """The verdict on a file without a text, which its class decides."""
+def _rebuilt(cls, data, alone):
+    """The verdict on a file without a text, which its class decides ``alone``."""
     again, examined = cls.examine(data)
     claims = tuple(verdict.of_part(examined.claims, data))
     again = {k: v for k, v in again.items() if k not in MADE}
     for key in {*data, *again}:
         if key not in data or key not in again or not same(data[key], again[key]):
             return Examined.nothing(f"{key!r:.80} isn't what the data say")
-    return replace(examined, claims=claims)
+    return replace(examined, claims=claims, alone=alone)
 
 
 _remembered = lru_cache(maxsize=64)(_examined)
@@ -318,7 +319,7 @@ class GainProof(ProofFile):
         return significant(self.K)
 
     def _proven_words(self):
-        return f"proven with {self.digits} digits:" if self.digits > 6 else "proven:"
+        return quick.proven_words(self.digits)
 
 
 def given_gain(gain):
@@ -328,5 +329,4 @@ def given_gain(gain):
 
 def significant(K):
     """Significant digits of the longest entry of an array K of floats."""
-    digits = (decimal(k).lstrip("-").split("e")[0].replace(".", "") for k in K.flat)
-    return max((len(d.strip("0")) for d in digits), default=0)
+    return quick.significant(decimals(K))

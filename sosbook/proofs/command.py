@@ -152,6 +152,9 @@ def verify(asked):
     if about:
         first = f"{first.removesuffix(':')}, of {about}:"
     said = [f"of {asked.code}, compared: {words}" for words in compared]
+    if proven and proof.examined.alone:
+        why = proof.examined.alone
+        said.append(f"this package alone decides it, not the checker: {why}")
     say("\n".join([first, *claims, *said]))
     if proven and by_author(data):
         return AUTHOR
