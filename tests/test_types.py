@@ -1,5 +1,6 @@
 """Public signatures are typed, and mypy finds that they say the truth."""
 
+import ast
 import functools
 import inspect
 import sys
@@ -65,10 +66,21 @@ def every_function():
     return [pair for value in PUBLIC.values() for pair in functions(value)]
 
 
+@functools.cache
+def of_checkers(module):
+    """What a module imports for type checkers alone, by name."""
+    found = {}
+    for node in ast.parse(inspect.getsource(sys.modules[module])).body:
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            code = compile(ast.Module(node.body, []), module, "exec")
+            exec(code, {"__package__": module.rpartition(".")[0]}, found)
+    return found
+
+
 def unknown_types(function):
     """Types that name nothing, in words."""
     try:
-        typing.get_type_hints(function)
+        typing.get_type_hints(function, localns=of_checkers(function.__module__))
     except (NameError, AttributeError, TypeError) as error:
         return [str(error)]
     return []

@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 from flint import arb_mat, ctx, fmpq, fmpq_mat, fmpz
 
-from ..language.traced import Traced
+from ..language.matrices import Symbols
 from ..runtime.reading import MOST_DIGITS
 from ..runtime.time_limit import check_time
 
@@ -134,7 +134,7 @@ def inverse(x):
     Rational([[1, -1],
               [-1, 2]], dtype=object)
     """
-    if isinstance(x, Traced):
+    if isinstance(x, Symbols):
         return x.word("inv", x.shape)
     if x.dtype != object:
         return np.linalg.inv(x)

@@ -1,12 +1,11 @@
 """LMIs as they are written: unknowns, affine expressions, blocks."""
 
+from ..runtime.later import by_name
 from .expression import Affine, Unknown, block, eye, he
-from .traced import Traced
 from .words import kron, named, pick, tr, turned
 
 __all__ = [
     "Affine",
-    "Traced",
     "Unknown",
     "block",
     "eye",
@@ -17,3 +16,6 @@ __all__ = [
     "tr",
     "turned",
 ]
+_HOMES = {"Traced": "language.traced"}
+__all__ += _HOMES
+__getattr__ = by_name(__name__, _HOMES)

@@ -20,8 +20,7 @@ from numbers import Integral
 
 import numpy as np
 
-from .matrices import Matrices, array_of
-from .traced import Size, Traced
+from .matrices import Matrices, Symbols, array_of
 
 __all__ = ["Affine", "Unknown", "block", "eye", "he"]
 
@@ -272,7 +271,7 @@ def _affine(x):
 
 def eye(size):
     """The identity with ``size`` rows, of integers: exact in every arithmetic."""
-    return size.eye() if isinstance(size, Size) else np.eye(size, dtype=int)
+    return size.eye() if isinstance(size, Symbols) else np.eye(size, dtype=int)
 
 
 def he(x):
@@ -315,8 +314,8 @@ def block(rows):
         if not _is_zero(x)
     ]
     kinds = {type(x) for _, x in entries}
-    if any(issubclass(kind, Traced) for kind in kinds):
-        return Traced.block(entries, size, heights, widths)
+    if traced := [kind for kind in kinds if issubclass(kind, Symbols)]:
+        return traced[0].block(entries, size, heights, widths)
     if any(issubclass(kind, Affine) for kind in kinds):
         return _block_affine(entries, size)
     if any(issubclass(kind, Matrices) for kind in kinds):

@@ -3,6 +3,12 @@
 import numpy as np
 
 
+class Symbols:
+    """What stands for a matrix, a number or a size, and is written instead of computed:
+    see `sosbook.language.traced`.
+    """
+
+
 class Matrices:
     """Arrays of one shape that take part in a theorem together.
 

@@ -15,10 +15,11 @@ from fractions import Fraction
 import numpy as np
 
 from . import trees
+from .matrices import Symbols
 from .trees import MIRROR, ONE, ZERO
 
 
-class Size(int):
+class Size(Symbols, int):
     """A number of rows or columns that knows what it is the size of.
 
     ``value``: the number; ``tree``: its tree, such as that of ``rows(A)``.
@@ -39,7 +40,7 @@ class Size(int):
         return Traced(tree, (self, parts * self))
 
 
-class Traced:
+class Traced(Symbols):
     """A matrix or a number, of which only its name is known, and its shape.
 
     It knows ``@ + - * / .T`` and powers of numbers; `sosbook.language`'s words take it.

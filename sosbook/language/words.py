@@ -3,7 +3,7 @@
 import numpy as np
 
 from .expression import block, eye
-from .traced import Size, Traced
+from .matrices import Symbols
 
 
 def kron(factors, x):
@@ -18,7 +18,7 @@ def kron(factors, x):
     """
     if not isinstance(factors, list) and np.ndim(factors) == 0:
         return factors * x
-    if isinstance(x, Traced):
+    if isinstance(x, Symbols):
         return x.times_each(factors)
     return block([[f * x for f in row] for row in factors])
 
@@ -42,7 +42,7 @@ def tr(x):
     >>> tr(np.array([[1, 5], [5, 2]]))
     array([[3]])
     """
-    if isinstance(x, Traced):
+    if isinstance(x, Symbols):
         return x.word("tr")
     first, *others = (e[None] @ x @ e[:, None] for e in eye(x.shape[0]))
     return sum(others, first)
@@ -58,7 +58,7 @@ def pick(k, parts, size):
     array([[0, 0, 1, 0],
            [0, 0, 0, 1]])
     """
-    if isinstance(size, Size):
+    if isinstance(size, Symbols):
         return size.pick(k, parts)
     return np.eye(parts * size, dtype=int)[k * size : (k + 1) * size]
 
@@ -71,4 +71,4 @@ def named(name, x):
     >>> named("q", np.eye(1))
     array([[1.]])
     """
-    return x.named(name) if isinstance(x, Traced) else x
+    return x.named(name) if isinstance(x, Symbols) else x

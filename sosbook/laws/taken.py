@@ -5,7 +5,6 @@ import re
 import numpy as np
 
 from ..plants.gain import Gain, input_names, signals
-from .dynamic import DynamicLaw
 
 OF_NOBODY = re.compile(r"[uy]\[\d+\]")  # a name that python-control made
 TERM = re.compile(r"(-?)(?:(\d[\d._]*(?:e[+-]?\d+)?) )?(.+)")
@@ -45,6 +44,8 @@ def taken(plant, K, law=None):
 
 
 def _of_system(plant, K, law):
+    from .dynamic import DynamicLaw
+
     if K.nstates and K.dt != 0:
         raise ValueError(
             f"K is sampled, with dt = {K.dt!r}: what runs at ticks is proven by "

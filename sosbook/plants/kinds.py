@@ -1,12 +1,27 @@
 """What the design functions take for a plant, and what they say to others."""
 
+from abc import ABC, abstractmethod
+
+import numpy as np
+
 from ..exact.checker.families import every
+from ..runtime.array_like import ArrayLike
 from .descriptor_system import DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
 SecondOrderPlant = SecondOrderSystem | Polytope | Uncertain
 Plant = SecondOrderSystem | Polytope | Uncertain | DescriptorSystem
+
+
+class Prepared(ABC):
+    """A plant with a K_A of its own, as a `Regularization` is: designs take it, too."""
+
+    @abstractmethod
+    def applied(
+        self, K_A: ArrayLike | None = None
+    ) -> tuple[SecondOrderSystem | Polytope, np.ndarray]:
+        """The plant and its K_A; raises ValueError if another ``K_A`` is given."""
 
 
 def checked_plant(plant, kinds=Plant):
@@ -22,7 +37,7 @@ def checked_plant(plant, kinds=Plant):
     if isinstance(plant, kinds):
         return plant
     cure = ": wrap it in Polytope([...])" if isinstance(plant, (list, tuple)) else ""
-    if hasattr(plant, "regular"):
+    if isinstance(plant, Prepared):
         cure = ": give its .regular, the plant with K_A inside"
     kinds = getattr(kinds, "__args__", (kinds,))
     *first, last = (f"{'an' if x is Uncertain else 'a'} {x.__name__}" for x in kinds)

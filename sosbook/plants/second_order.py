@@ -17,10 +17,11 @@ from .checks import checked_names, matrix, rank_deficient
 from .descriptor import descriptors
 from .parametric import MayBeSymbolic
 from .reduction import Reducible, Reduction
-from .response import simulate_open, sort_poles
-from .signals import Sine, Step
 from .sparse import check_mass, check_small, reader, same_matrix
 from .suspicions import suspicion
+
+if TYPE_CHECKING:
+    from .signals import Sine, Step
 
 Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
 
@@ -56,8 +57,8 @@ class _Plant(Reducible):
         self,
         t: ArrayLike,
         x0: ArrayLike | None = None,
-        u: Sine | Step | None = None,
-        w: Sine | Step | None = None,
+        u: "Sine | Step | None" = None,
+        w: "Sine | Step | None" = None,
     ) -> Any:
         """Simulate the plant without a controller; exact, no ODE solver.
 
@@ -89,6 +90,8 @@ class _Plant(Reducible):
         >>> plant.simulate([0, np.pi], x0=[1, 0]).z.round(6)
         array([[ 1., -1.]])
         """
+        from .response import simulate_open
+
         check_small(self.vertices[0])
         try:
             vertices = descriptors(self)
@@ -241,6 +244,8 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
         ValueError
             If the plant is large and sparse, which has too many.
         """
+        from .response import sort_poles
+
         n = self.n
         check_small(self)
         zero, one = np.zeros((n, n)), np.eye(n)

@@ -1,21 +1,23 @@
 """What the loop of a gain does: its poles, norms, peaks and motions."""
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import analysis
-from ..analysis.margins import DiskMargin, disk_margin, sensitivity_peak
 from ..plants.checks import count, finite
-from ..plants.response import Response, simulate, vector
 from ..plants.second_order import Polytope
-from ..plants.signals import Sine, Step, Steps
 from ..requirements.cost import QuadraticCost
 from ..requirements.shorthand import collected
 from ..runtime.array_like import ArrayLike
 from .gains import Gains
 from .result import Proven
+
+if TYPE_CHECKING:
+    from ..analysis.margins import DiskMargin
+    from ..plants.response import Response
+    from ..plants.signals import Sine, Step, Steps
 
 
 class ClosedLoop(Gains[Proven]):
@@ -145,6 +147,8 @@ class ClosedLoop(Gains[Proven]):
             if saturation is None:
                 raise ValueError("x0 is missing: the design has no saturation")
             x0 = saturation.x0
+        from ..plants.response import vector
+
         x0, energy = vector("x0", x0, K.shape[1]), finite("energy", energy)
         if energy < 0 or (energy and self.gamma is None):
             raise ValueError(
@@ -167,25 +171,25 @@ class ClosedLoop(Gains[Proven]):
         See `sosbook.analysis.margins.sensitivity_peak`.
         """
         K = self._gain()
-        return max(sensitivity_peak(d, K) for d in self._loops(samples, seed))
+        return max(analysis.sensitivity_peak(d, K) for d in self._loops(samples, seed))
 
-    def disk_margin(self, samples: int = 0, seed: int = 0) -> DiskMargin:
+    def disk_margin(self, samples: int = 0, seed: int = 0) -> "DiskMargin":
         """The least `DiskMargin` at the plant's input.
 
         Over the vertices and random plants; ``samples`` and ``seed`` are as in
         `poles`.
         """
         K = self._gain()
-        margins = [disk_margin(d, K) for d in self._loops(samples, seed)]
+        margins = [analysis.disk_margin(d, K) for d in self._loops(samples, seed)]
         return min(margins, key=lambda margin: margin.radius)
 
     def simulate(
         self,
         t: ArrayLike,
-        r: ArrayLike | Step | Steps | None = None,
-        w: Sine | Step | None = None,
+        r: "ArrayLike | Step | Steps | None" = None,
+        w: "Sine | Step | None" = None,
         x0: ArrayLike | None = None,
-    ) -> Response | list[Response]:
+    ) -> "Response | list[Response]":
         """`Response` of the loop; a list of them per vertex.
 
         Parameters
@@ -208,5 +212,5 @@ class ClosedLoop(Gains[Proven]):
             rest = self.request.law_parts.rest.astype(float)
             x0 = rest @ x0 if np.shape(x0) == rest.shape[1:] else x0
         return self._each(
-            lambda d: simulate(d, K, t, r, w, x0, self.K_A, in_rationals(d, K))
+            lambda d: analysis.simulate(d, K, t, r, w, x0, self.K_A, in_rationals(d, K))
         )

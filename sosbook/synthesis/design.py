@@ -2,22 +2,24 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..exact.proof import Unproven, proven_within
 from ..exact.refusal import Refusal
-from ..laws import LawGain
 from ..runtime.later import later
 from ..runtime.time_limit import time_limit as limit_of_time
-from .bounds import Bounds, bounds_of, neighbour
 from .closed_loop import ClosedLoop
-from .equations import Effort, effort_of
-from .found import Found, found_on
 from .proofs import DesignProof, prove
 from .slack import feasible
 from .solution import Solution
+
+if TYPE_CHECKING:  # only what a few methods return
+    from ..laws.base import LawGain
+    from .bounds import Bounds
+    from .equations import Effort
+    from .found import Found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,7 +113,7 @@ class Design(ClosedLoop[DesignProof], Solution):
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.coupling.slack
 
-    def exact_controller(self) -> LawGain:
+    def exact_controller(self) -> "LawGain":
         """From what is measured to u in continuous time, exactly: see `Law.controller`.
 
         Raises
@@ -125,7 +127,7 @@ class Design(ClosedLoop[DesignProof], Solution):
         return self._law.controller(self.request.plant, self.K)
 
     @cached_property
-    def effort(self) -> Effort | None:
+    def effort(self) -> "Effort | None":
         """What the gain asks: modes moved, force, whether K = 0 would do; see `Effort`.
 
         Examples
@@ -141,6 +143,8 @@ class Design(ClosedLoop[DesignProof], Solution):
         """
         if self.K is None or self.request.law is not None:
             return None
+        from .equations import effort_of
+
         return effort_of(self)
 
     def certify(
@@ -185,7 +189,7 @@ class Design(ClosedLoop[DesignProof], Solution):
 
         return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
 
-    def check_on(self, whole: Any, time_limit: float = 60.0) -> Found:
+    def check_on(self, whole: Any, time_limit: float = 60.0) -> "Found":
         """What a search in floats finds of a larger plant under this gain.
 
         Parameters
@@ -222,6 +226,8 @@ class Design(ClosedLoop[DesignProof], Solution):
         >>> found.kept, found.broken
         (False, ('its poles lie in the half-plane Re s < -0.5',))
         """
+        from .found import found_on
+
         with limit_of_time(time_limit):
             return found_on(self, whole)
 
@@ -232,7 +238,7 @@ class Design(ClosedLoop[DesignProof], Solution):
             return known_proof(self.request, self.parts, digits)
         return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
-    def bounds(self, time_limit: float = 60.0) -> Bounds:
+    def bounds(self, time_limit: float = 60.0) -> "Bounds":
         """What of each requirement is asked, proven with a P of its own, and true.
 
         The LMIs of a design have one P for all that is asked, and so their bounds
@@ -263,6 +269,8 @@ class Design(ClosedLoop[DesignProof], Solution):
         >>> peak.true < peak.proven < peak.asked
         True
         """
+        from .bounds import Bounds, bounds_of
+
         self._gain()
         table = vars(self).get("_bounds")
         if table is None or any(b.proven is None for b in table):
@@ -364,6 +372,8 @@ class Design(ClosedLoop[DesignProof], Solution):
         if enough[1:]:
             text += "; leaving out one of these would do as well: "
             text += _words(enough[1:])
+        from .bounds import neighbour
+
         return f"{text}. {neighbour(whole, enough)}".strip()
 
     def _weight(self, requirement):

@@ -1,13 +1,11 @@
 """Procedure 2.1: from a plant and requirements to a PID controller."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from ..laws import FullState, Law
-from ..laws.taken import taken
-from ..plants.kinds import Plant, checked_plant
+from ..plants.kinds import Plant, Prepared, checked_plant
 from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
 from ..requirements.input_bound import Saturation
@@ -16,7 +14,10 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from .design import Design
 from .procedure import design_asked
-from .regularization import Regularization
+
+if TYPE_CHECKING:
+    from ..laws.base import Law
+    from ..laws.full_state import FullState
 
 TIME_LIMIT = 300.0  # seconds
 KnownCoupling = Literal["auto", "multipliers", "pairs", "vertices", "slack"]
@@ -24,7 +25,7 @@ KnownCoupling = Literal["auto", "multipliers", "pairs", "vertices", "slack"]
 
 @one_thread
 def design_pid(
-    plant: Plant | Regularization,
+    plant: Plant | Prepared,
     U: ArrayLike | None = None,
     *,
     region: Region | None = None,
@@ -40,7 +41,7 @@ def design_pid(
     prefer: Literal["centre", "least"] | None = None,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
-    law: Law | FullState | None = None,
+    law: "Law | FullState | None" = None,
     maximize: Literal["sigma"] | None = None,
     starts: int = 16,
     seed: int = 0,
@@ -193,7 +194,7 @@ def design_pid(
 
 @one_thread
 def analyse_pid(
-    plant: Plant | Regularization,
+    plant: Plant | Prepared,
     K: Any = None,
     U: ArrayLike | None = None,
     *,
@@ -208,7 +209,7 @@ def analyse_pid(
     backoff: float = 0.01,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
-    law: Law | FullState | None = None,
+    law: "Law | FullState | None" = None,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     """Find a certificate for a given gain.
@@ -284,8 +285,10 @@ def analyse_pid(
     ('every constant or changing plant of the polytope is stable',)
     """
     asked = locals()
+    from ..laws.taken import taken
+
     if asked.pop("K") is None:
-        if isinstance(plant, Regularization) or checked_plant(plant).m:
+        if isinstance(plant, Prepared) or checked_plant(plant).m:
             raise ValueError("K is missing: give the gain to be analysed")
         K = np.zeros((0, checked_plant(plant).order))
     asked["law"], K = taken(plant, K, law)

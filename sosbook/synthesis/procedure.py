@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..laws import FullState, Law
 from ..plants.checks import count, is_word, positive
 from ..plants.coupling import coupling_of
 from ..requirements.pole_region import LMIRegion
@@ -113,6 +112,8 @@ def law_of(U, law):
         return U, None
     if U is not None:
         raise ValueError("law and U are given: say in the law what is integrated")
+    from ..laws import FullState, Law
+
     if isinstance(law, FullState):
         return law.U, None
     if not isinstance(law, Law):

@@ -10,7 +10,7 @@ from ..exact.definite import exact
 from ..language import Unknown, he
 from ..lmi.problem import LMIProblem, LMISolution
 from ..plants.checks import is_word, positive
-from ..plants.kinds import SecondOrderPlant, checked_plant
+from ..plants.kinds import Prepared, SecondOrderPlant, checked_plant
 from ..plants.response import Response
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..plants.signals import Sine, Step
@@ -33,7 +33,7 @@ __all__ = ["Regularization", "prove_regular", "regularize"]
 
 
 @dataclass(frozen=True, eq=False)
-class Regularization(Result[RegularityProof], ReadOnly):
+class Regularization(Result[RegularityProof], Prepared, ReadOnly):
     """An acceleration gain and what is known about M - B K_A.
 
     Parameters

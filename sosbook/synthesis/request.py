@@ -14,7 +14,7 @@ from ..plants.coupling import Coupling, OneP, VerticesOnly, coupling_of
 from ..plants.descriptor import Descriptor, descriptors, mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import gain_of
-from ..plants.kinds import checked_plant
+from ..plants.kinds import Prepared, checked_plant
 from ..plants.near_box import NearBox
 from ..requirements.blocks import BlockTable
 from ..requirements.loop import Loop, OnDemand
@@ -60,9 +60,7 @@ class Request(Shorthand, Derived, ReadOnly):
         law=None,
         **more,
     ):
-        from .regularization import Regularization
-
-        if isinstance(plant, Regularization):
+        if isinstance(plant, Prepared):
             plant, K_A = plant.applied(K_A)
         plant = checked_plant(plant)
         no_requirement("U", U)
