@@ -35,7 +35,7 @@ class InfiniteModes:
 
     @property
     def impulsive(self) -> int:
-        """Whether a jump of u can cause an impulse in x = [z; z']."""
+        """True if a jump of u can cause an impulse in x = [z; z']."""
         return self.impulses > 0
 
 

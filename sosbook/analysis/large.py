@@ -204,7 +204,7 @@ class Pencil(ReadOnly):
         return count + int((np.linalg.eigvalsh(small + small.T) < 0).sum()) - m
 
     def _is_counted(self, M, D, S):
-        """Whether the negative eigenvalues of the symmetric part at zero, of ``M``,
+        """True if the negative eigenvalues of the symmetric part at zero, of ``M``,
         ``D`` and ``S``, are poles right of the axis; ``M`` is positive definite.
         """
         if self.U.size:

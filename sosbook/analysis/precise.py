@@ -17,7 +17,7 @@ MOST_RUNS = 100  # in search of a peak
 
 
 def sensitive(d, K):
-    """Whether rounding errors may show in the poles of a `Descriptor` d under u = K x:
+    """True if rounding errors may show in the poles of a `Descriptor` d under u = K x:
     an eigenvalue's error, to first order, exceeds 1e-5 of it or hides its real part's
     sign.
 
@@ -45,7 +45,7 @@ def sensitive(d, K):
 
 
 def in_rationals(d, K):
-    """Whether the loop of d and K is small enough, and too sensitive for floats."""
+    """True if the loop of d and K is small enough, and too sensitive for floats."""
     return ExactLoop.fits(d) and sensitive(d, K)  # the former takes no time
 
 
@@ -68,7 +68,7 @@ class ExactLoop:
 
     @staticmethod
     def fits(d):
-        """Whether the loop of a plant d is small enough."""
+        """True if the loop of a plant d is small enough."""
         return len(d.E) <= MOST_STATES
 
     def poles(self):

@@ -289,11 +289,11 @@ def _read(rows, kind):
 
 
 def _same(a, b):
-    """Whether they are equal; nothing is a zero, which C needs."""
+    """True if a and b are equal; an array without entries equals zeros, which C needs."""
     return (a.shape == b.shape and (a == b).all()) or (not a.size and not b.any())
 
 
 def _mixes(rows):
-    """Whether one of the rows is more than one coordinate as it is."""
+    """True if one of the rows is more than one coordinate as it is."""
     rows = np.asarray(rows, float)
     return not ((rows == 0) | (rows == 1)).all() or (rows.sum(axis=1) != 1).any()

@@ -74,7 +74,7 @@ def facts_of(c, time_limit, step=None):
 
 
 def _whole(c, K):
-    """Whether a proof is of a controller K that is c to the last digit."""
+    """True if a proof is of a controller K that is c to the last digit."""
     pairs = [(c.B, c.rows, K.B), (c.D, c.rows, K.D)]
     if K.D_w is not None:
         pairs += [(c.B, c.noise_rows, K.B_w), (c.D, c.noise_rows, K.D_w)]
@@ -159,7 +159,7 @@ def simulated(c, trials):
 
 
 def _lost(tick):
-    """Whether the sample of a ``tick`` is lost here."""
+    """True if the sample of a ``tick`` is lost here."""
     return tick % LOSE_EVERY == LOSE_EVERY - 1
 
 

@@ -42,12 +42,12 @@ class Estimate:
 
     @property
     def knows_the_output(self):
-        """Whether it moves by outputs, and needs those of ticks before."""
+        """True if the memory moves by outputs, and needs those of ticks before."""
         return bool(self.older.any() or self.now.any())
 
     @property
     def winds_up(self):
-        """Whether it is a law's that doesn't forget by itself."""
+        """True if a law's memory doesn't forget by itself."""
         sizes = abs(np.linalg.eigvals(self.A)) if self.errors else []
         return max(sizes, default=0) > 1 - ROUNDING
 

@@ -1,4 +1,4 @@
-"""Whether the files of a program are still as sosbook wrote them.
+"""The comparison of a program's files with what sosbook wrote.
 
 A proof is about numbers, and a program is more than its numbers. The files that carry
 the law out are written again and compared, letter by letter. For all the rest a record

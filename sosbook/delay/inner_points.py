@@ -47,7 +47,7 @@ def deep_points(request):
 
 @one_thread
 def solvable(request):
-    """Whether a point is found inside the LMIs of a request, for some alpha."""
+    """True if a point is found inside the LMIs of a request, for some alpha."""
     return any(
         deep.depth > 0
         and first_gain(request.at(alpha=alpha), problem, blocks, deep.x, False)

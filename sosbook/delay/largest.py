@@ -47,7 +47,7 @@ class Largest:
 
     @property
     def proven(self):
-        """Whether it is proven that ``beyond`` has no certificate."""
+        """True if it is proven that ``beyond`` has no proof."""
         return self.refused is not None and self.refused.status == "infeasible"
 
     def __repr__(self):
@@ -221,7 +221,7 @@ class _Search:
         return self.given.at(**{self.name: value})
 
     def _feasible(self, value):
-        """Whether an alpha holds at a value: the first one is tried from now on."""
+        """True if an alpha holds at a value: the first one is tried from now on."""
         held = next((k for k in self.places if self._holds(value, k)), None)
         self.place = self.place if held is None else held
         return held is not None
@@ -253,7 +253,7 @@ class _Search:
 
 
 def _too_slow(request):
-    """Whether a given gain's loop is too slow at an end of the delay's interval.
+    """True if a given gain's loop is too slow at an end of the delay's interval.
 
     It has no certificate then, and its roots take less time than the LMIs.
     """

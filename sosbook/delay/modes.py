@@ -59,7 +59,7 @@ class Modes:
         )
 
     def refused(self, request, multipliers):
-        """Whether ``multipliers`` of a ``request`` for `plant` refuse the modes.
+        """True if ``multipliers`` of a ``request`` for `plant` refuse the modes.
 
         With the modes themselves sum <G_ka, Z_k> isn't quite zero. Adding sum_a c_a Z_k
         G_ka Z_k, with the midpoints' G_ka, makes it zero; c solves linear equations

@@ -130,7 +130,7 @@ def _exponentials(request):
 
 
 def _has_alpha(request):
-    """Whether the file of a request has an alpha: where its LMIs depend on one."""
+    """True if the file of a request has an alpha: where its LMIs depend on one."""
     return request.alpha is not None and request.needs_alpha
 
 

@@ -161,7 +161,7 @@ class DelayRequest(ReadOnly):
 
     @property
     def needs_alpha(self):
-        """Whether the LMIs depend on alpha."""
+        """True if the LMIs depend on alpha."""
         return self.gain is None or "alpha" in self.misprints
 
     def at(self, **changes):

@@ -192,7 +192,7 @@ def rightmost_real(A, A_d, delay):
 
 
 def decays(A, A_d, delay):
-    """Whether the loop of A and A_d decays for a ``delay``, by more than rounding."""
+    """True if the loop of A and A_d decays for a ``delay``, by more than rounding."""
     size = np.linalg.norm(A) + np.linalg.norm(A_d)
     return rightmost_real(A, A_d, delay) < -1e-12 * size
 
@@ -336,7 +336,7 @@ def _polish(A, A_d, starts):
 
 
 def _rounding(A, A_d, s):
-    """Whether the root s exists only by rounding errors in A_d.
+    """True if the root s exists only by rounding errors in A_d.
 
     Far to the left e^-s is so large that the matrix is singular to
     working precision whatever s is, if A_d is nilpotent for example.

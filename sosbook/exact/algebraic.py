@@ -51,7 +51,8 @@ class Root:
         return complex(float(mid.real), float(mid.imag))
 
     def inside(self, alpha, beta):
-        """Whether alpha + beta s + beta' conj(s) is negative definite: proven, or None.
+        """True if alpha + beta s + beta' conj(s) is negative definite; None if
+        unproven.
 
         None where the root is on the boundary, or too close to it to tell.
 
@@ -74,7 +75,7 @@ class Root:
         return False if self._on_boundary(alpha, beta) else None
 
     def _on_boundary(self, alpha, beta):
-        """Whether it certainly lies on a line or circle, the boundary."""
+        """True if the root certainly lies on a line or circle, the boundary."""
         mirror, reflect = reflections(alpha, beta)
         if mirror is None:
             return False
@@ -115,7 +116,7 @@ def roots_of(polynomial):
 
 
 def _definite(alpha, beta, s, conjugate, zero):
-    """Whether -(alpha + beta s + beta' conj(s)) > 0; None where balls can't tell."""
+    """True if -(alpha + beta s + beta' conj(s)) > 0; None where balls can't tell."""
     k = len(alpha)
     rows = [
         [

@@ -85,7 +85,7 @@ SHORT_BITS = 128  # after the point, of a matrix whose sign alone is asked
 
 
 def definite(x):
-    """Whether a symmetric rational x is positive definite, and how clearly.
+    """(True if a symmetric rational x is positive definite, its least pivot).
 
     Both verdicts are proven. The measure, fmpq, is the smallest of `pivots` up to 24
     rows; in a larger positive definite matrix a lower bound of it, at most 1e-6 of it
@@ -214,7 +214,7 @@ def _shifted(e, k):
 
 
 def semidefinite(x):
-    """Whether x, a symmetric matrix of rationals, is positive semidefinite.
+    """True if x, a symmetric matrix of rationals, is positive semidefinite.
 
     Where the columns in J are a basis of those of x, x[J, J] is regular, and x = Y'
     x[J, J] Y for some Y: so exactly if x[J, J] is positive definite.

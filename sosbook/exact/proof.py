@@ -57,7 +57,7 @@ class Examined:
 
     @property
     def proven(self) -> bool:
-        """Whether nothing failed."""
+        """True if nothing failed."""
         return not self.failed
 
     @classmethod
@@ -126,7 +126,7 @@ class Verdict:
 
     @property
     def proven(self) -> bool:
-        """Whether every block is positive definite, in rational arithmetic."""
+        """True if every block is positive definite, in rational arithmetic."""
         return self.examined.proven
 
     @property

@@ -92,12 +92,12 @@ def parse(text):
 
 
 def is_proof(content):
-    """Whether a file's bytes, ``content``, say that it is a proof, whole or not."""
+    """True if a file's bytes, ``content``, say that it is a proof, whole or not."""
     return re.search(rb'"format"\s*:\s*"sosbook proof"', content) is not None
 
 
 def same(a, b):
-    """Whether two contents, a and b, are written alike: True isn't 1 here."""
+    """True if two contents, a and b, are written alike: True isn't 1 here."""
     return json.dumps(a, sort_keys=True) == json.dumps(b, sort_keys=True)
 
 
@@ -175,7 +175,7 @@ class ProofFile(Verdict, OfKind):
         return found
 
     def verify(self):
-        """Whether it is proven, with everything computed again from the text."""
+        """True if the text is proven; everything is computed again."""
         return _examined(type(self), self.text).proven
 
     def save(self, path):

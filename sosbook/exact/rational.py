@@ -57,7 +57,7 @@ def as_rational(x):
 
 
 def _both_matrices(x, other):
-    """Whether flint multiplies them: rationals, and rationals or ints."""
+    """True if flint multiplies both: rationals, and rationals or ints."""
     return (
         x.dtype == object
         and isinstance(other, np.ndarray)

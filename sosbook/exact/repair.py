@@ -154,7 +154,7 @@ def _change(expressions, unknowns, stiff, residual, free):
 
 
 def _stays_positive(near, far):
-    """Whether ``far`` is positive definite because ``near`` is.
+    """True if ``far`` is positive definite because ``near`` is.
 
     With c_i above the sum over j of |far - near|_ij w_j / w_i, near - diag(c) > 0
     implies far > 0 (Gershgorin, for any w > 0); near has short rationals.

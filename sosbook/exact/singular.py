@@ -57,7 +57,7 @@ def singular_multipliers(expressions, unknowns, Z):
 
 
 def _excludes(expressions, unknowns, Z):
-    """Whether the sums of exact multipliers vanish, and what is left isn't positive."""
+    """True if the sums of exact multipliers vanish, and what is left isn't positive."""
     if (adjoint(expressions, unknowns, Z) != 0).any():
         return False
     return sum((g.constant * z).sum() for g, z in zip(expressions, Z)) <= 0

@@ -11,7 +11,7 @@ TERM = re.compile(r"(-?)(?:(\d[\d._]*(?:e[+-]?\d+)?) )?(.+)")
 
 
 def is_controller(K):
-    """Whether K is a `SampledSystem` or python-control's StateSpace."""
+    """True if K is a `SampledSystem` or python-control's StateSpace."""
     return hasattr(K, "nstates")
 
 

@@ -49,7 +49,7 @@ def wired(robot):
 
 
 def wired_as_pyctrl(robot):
-    """Whether a ``robot`` has the channels that pyctrl knows."""
+    """True if a ``robot`` has the channels that pyctrl knows."""
     return all(
         getattr(robot, word) == PYCTRL_WIRING[word]
         for word in PYCTRL_WIRING

@@ -49,7 +49,7 @@ class Comparison:
 
     @property
     def within(self):
-        """Whether the robot is within what was proven: True, False or None.
+        """True if the robot is within what was proven: True, False or None.
 
         None is undecided: the log allows both. Of a robot that steers both the
         balance and the heading must be.
@@ -243,7 +243,7 @@ def heading_bounds(model):
 
 
 def _inside(ends, bounds):
-    """Whether intervals lie within bounds; None where one reaches beyond."""
+    """True if intervals lie within bounds; None where one reaches beyond."""
     pairs = [(*end, *bound) for end, bound in zip(ends, bounds)]
     if any(b < low or a > high for a, b, low, high in pairs):
         return False
@@ -251,7 +251,7 @@ def _inside(ends, bounds):
 
 
 def _clock(log, robot):
-    """Whether the ticks come when the description says."""
+    """Findings on ticks that don't come when the description says."""
     step = np.diff(log.t[1:])
     late, found = step - robot.T, []
     if abs(np.median(step) / robot.T - 1) > 0.01:
@@ -272,7 +272,7 @@ def _clock(log, robot):
 
 
 def _program(log, model):
-    """Whether these readings give these volts."""
+    """Findings on volts that the logged readings don't give."""
     ran, texts = log.running, []
     pairs = [("volts", log.replayed(model.firmware)[ran], log.V[ran])]
     if model.steering and log.steers:

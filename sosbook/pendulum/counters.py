@@ -56,5 +56,5 @@ class Counter:
 
     @property
     def too_fast(self):
-        """Whether so many steps are wild that they are no glitches."""
+        """True if so many steps are wild that they are no glitches."""
         return len(self.wild) > GLITCH_SHARE * len(self.counts)

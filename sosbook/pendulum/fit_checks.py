@@ -53,7 +53,7 @@ def check_fits(identified, body, wheels, robot):
 
 
 def _together(identified, robot):
-    """Whether both logs are of one robot, and of one that can be."""
+    """Findings on logs of two robots, or of one that can't be."""
     kappa, both = identified.contradiction, Subject("both logs")
     (low, high), (least, most) = CONTRADICTION_LIMITS
     if identified.body.alone is not None:
@@ -91,7 +91,7 @@ def _together(identified, robot):
 
 
 def _outside(mip, rpm, robot):
-    """Whether a sheet and a stopwatch, where they are described, say the same."""
+    """Findings where a sheet or a stopwatch, if described, says otherwise."""
     sheet, swings = robot.free_rpm, 20 * np.pi * np.sqrt(mip.c / mip.d)
     if sheet and abs(np.log(rpm / sheet)) > SHEET_SHARE:
         yield Subject("both logs").refused(
@@ -107,7 +107,7 @@ def _outside(mip, rpm, robot):
 
 
 def _description(mip, robot):
-    """Whether the described masses and lengths fit the pendulum of the logs."""
+    """Findings where the described masses and lengths don't fit the logs."""
     described, rim = Subject("the description"), robot.M_w * robot.r**2
     if robot.l**2 * robot.M_b * 8 < mip.c:
         yield described.warned(
@@ -170,7 +170,7 @@ def _residuals(subject, fit, y, quantum):
 
 
 def _start(subject, fit, log):
-    """Whether the body was at rest when a log began, by its ``fit``."""
+    """Findings on a body that wasn't at rest when a log began, by its ``fit``."""
     early = fit.residuals[log.t < log.t[0] + 1.0]
     later = fit.residuals[log.t > log.t[0] + 4.0]
     if not len(later):
@@ -184,7 +184,7 @@ def _start(subject, fit, log):
 
 
 def _each(subject, fit, log):
-    """Whether each motor, where it is alone, moves the body as much as the other."""
+    """Findings on a motor that, alone, moves the body less than the other."""
     if log.alone is None:
         return
     volts = np.array([log.V * (log.alone == side) for side in (1, 2)])
@@ -202,7 +202,7 @@ def _each(subject, fit, log):
 
 
 def _alike(subject, fits):
-    """Whether both wheels, by their ``fits``, turn alike under the same voltage."""
+    """Findings on wheels that, by their ``fits``, turn differently by one voltage."""
     ratio = fits[0]["e_a"] / fits[-1]["e_a"]
     if not 1 / MOST_APART <= ratio <= MOST_APART:
         yield subject.refused(

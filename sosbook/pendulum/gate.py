@@ -1,4 +1,4 @@
-"""Whether two logs may speak for a robot: what a fit alone can't see.
+"""The checks of two logs for one robot: what a fit alone can't see.
 
 Least squares give numbers for any log. Here each log, each fit and
 their agreement are held against what a working robot does.

@@ -110,7 +110,7 @@ class Log:
 
     @property
     def even(self):
-        """Whether the samples are equally far apart."""
+        """True if the samples are equally far apart."""
         return bool(np.ptp(self.steps) == 0)
 
     def evenly(self, *columns):

@@ -219,7 +219,7 @@ def _row(log, sample):
 
 
 def _goes_over(y, jumps):
-    """Whether each jump, after a sample, is from near one end to near the other."""
+    """True if each jump, after a sample, is from near one end to near the other."""
     low, high = y.min(), y.max()
     before, after = y[jumps], y[jumps + 1]
     down = (before > high / 2) & (after < low / 2)

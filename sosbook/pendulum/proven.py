@@ -150,7 +150,7 @@ class Deployment:
 
     @property
     def optimal(self):
-        """Whether the design is an `OptimalLaw`, with the sampled proofs alone."""
+        """True if the design is an `OptimalLaw`, with the sampled proofs alone."""
         return self.robot.law != "gain"
 
     @cached_property
@@ -314,7 +314,7 @@ class Deployment:
 
     @property
     def proven(self):
-        """Whether all proofs hold, those of the sampled loops too."""
+        """True if all proofs hold, those of the sampled loops too."""
         return not self.lacking
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Whether one log, as it comes from the robot, is good for a fit."""
+"""The checks of one log, as it comes from the robot, before a fit."""
 
 from dataclasses import dataclass
 
@@ -31,7 +31,7 @@ class Recording:
 
     @property
     def usable(self):
-        """Whether nothing refuses it."""
+        """True if nothing refuses it."""
         return not refused(self.findings)
 
     @property
@@ -120,7 +120,7 @@ def check_recording(path, robot=None, experiment=None):
 
 
 def _vague(fit, subject):
-    """Whether a ratio is hardly known."""
+    """Findings on a ratio that is hardly known."""
     wide = [
         f"{name.replace('_', '/')} to {100 * 1.96 * sd / abs(fit[name]):.2g} %"
         for name, sd in zip(fit.names, fit.sd)

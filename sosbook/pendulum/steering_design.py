@@ -167,7 +167,7 @@ class SteeringDesign:
 
     @property
     def unequal_proven(self):
-        """Whether all proofs of `unequal` hold."""
+        """True if all proofs of `unequal` hold."""
         return bool(self.unequal) and all(proof.proven for proof in self.unequal)
 
     @property

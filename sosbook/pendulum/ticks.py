@@ -130,7 +130,7 @@ class TickLog:
 
     @property
     def steers(self):
-        """Whether the program held a heading."""
+        """True if the program held a heading."""
         return self.heading is not None
 
     @property

@@ -157,7 +157,7 @@ NO_RANGES = Box((), (), ())
 
 
 def corners_hold(stacks, degrees, pieces):
-    """Whether each vertex is a mean of those at the corners: ``stacks`` of the matrices
+    """True if each vertex is a mean of those at the corners: ``stacks`` of the matrices
     by name, of Bernstein's form with ``degrees`` and ``pieces``, by parameter.
     """
     places = [range(2 + (d - 1) * pieces[k]) for k, d in degrees.items()]
@@ -169,7 +169,7 @@ def corners_hold(stacks, degrees, pieces):
 
 
 def is_mean(point, others):
-    """Whether a ``point``, (k,), is a mean of some ``others``, (n, k), in rationals:
+    """True if a ``point``, (k,), is a mean of some ``others``, (n, k), in rationals:
     floats say which ones, and their weights are solved for.
 
     >>> corners = exact(np.array([[0.0, 0.0], [1.0, 0.3], [0.0, 1.0]]))

@@ -36,7 +36,7 @@ def as_written():
 
 
 def as_in_a_file():
-    """Whether `as_written` is in force."""
+    """True if `as_written` is in force."""
     return _written.get()
 
 
@@ -70,7 +70,7 @@ def _check_size(name, largest):
 
 
 def is_word(value, words):
-    """Whether a value (anything, an array too) is one of some words."""
+    """True if a value (anything, an array too) is one of some words."""
     return isinstance(value, str) and value in words
 
 
@@ -181,14 +181,14 @@ def _floats(name, value, what="must be a real matrix"):
 
 
 def _says_true(value):
-    """Whether lists hold True or False, which numpy takes for 1 and 0 there."""
+    """True if lists hold True or False, which numpy takes for 1 and 0 there."""
     if isinstance(value, (list, tuple)):
         return any(map(_says_true, value))
     return isinstance(value, (bool, np.bool_))
 
 
 def _ragged(rows):
-    """Whether lists or tuples, the rows of a list, differ in length."""
+    """True if lists or tuples, the rows of a list, differ in length."""
     return len({len(x) for x in rows if isinstance(x, (list, tuple))}) > 1
 
 
@@ -244,7 +244,7 @@ def check_rank(M, fault, tolerance=1e-10):
 
 
 def rank_deficient(M, tolerance=1e-10):
-    """Whether M lacks rank, its rows and columns of unit length, both with
+    """True if M lacks rank, its rows and columns of unit length, both with
     `logarithmic_scales` and without: so neither units nor entries that are next to
     nothing matter. Singular values below the ``tolerance`` count as zero.
     """
@@ -263,7 +263,7 @@ def _deficient(entries, kind, shape, tolerance):
 
 
 def _lacks_rank(M, tolerance):
-    """Whether a singular value is below the tolerance, rows and columns of one length:
+    """True if a singular value is below the tolerance, rows and columns of one length:
     one, for the columns of a square matrix; of others it can't be.
     """
     for axis in 20 * (1, 0):

@@ -98,7 +98,7 @@ def _seconds(X):
 
 
 def is_singular(E):
-    """Whether a square fmpq_mat, E, is singular: exact. A determinant that isn't zero
+    """True if a square fmpq_mat, E, is singular: exact. A determinant that isn't zero
     modulo one prime isn't zero, and far sooner found.
     """
     whole = _scaled(E, _row_denominators(E))
@@ -206,7 +206,7 @@ class _Lift:
 
     @property
     def ready(self):
-        """Whether it is time for another trial: after 1, 2, 4, ... primes."""
+        """True if it is time for another trial: after 1, 2, 4, ... primes."""
         return self.used & (self.used - 1) == 0
 
     def rational(self):

@@ -72,12 +72,12 @@ class Coupling:
 
     @property
     def free(self):
-        """Whether each requirement has unknowns of its own: P and free multipliers."""
+        """True if each requirement has unknowns of its own: P and free multipliers."""
         return not (self.one_P or self.own_P)
 
     @property
     def open(self):
-        """Whether its scalar is still sought."""
+        """True if the scalar is still sought."""
         return self.own_P and self.slack is None
 
     @property

@@ -71,7 +71,7 @@ class Descriptor(ReadOnly):
 
     @property
     def rounded(self):
-        """Whether the floats aren't the matrices themselves, but near them."""
+        """True if the floats aren't the matrices themselves, but near them."""
         return "_exactly" in vars(self)
 
     def keep(self, rationals):
@@ -246,6 +246,6 @@ def combined(vertices, function):
 
 
 def same_output(x, y):
-    """Whether the output matrices ``x`` and ``y`` are the same; None is one, too."""
+    """True if the output matrices ``x`` and ``y`` are the same, or both None."""
     plain = isinstance(x, np.ndarray) and isinstance(y, np.ndarray)
     return x is y or (plain and np.array_equal(x, y))

@@ -7,7 +7,7 @@ from ..exact.rational import exact
 
 
 def quotient_in_hull(vertices, corners=False):
-    """Whether E^-1 [A B_u B_w] of every plant is a mean of the vertices' ones.
+    """True if E^-1 [A B_u B_w] of every plant is a mean of the vertices' ones.
 
     Then LMIs that are affine in it hold for every plant of the polytope if they hold at
     the ``vertices`` (floats are read as decimals). It is so where
@@ -61,7 +61,7 @@ def _outputs(d):
 
 
 def _ranks_of_one(corners, places, of_E):
-    """Whether each parameter of E changes the rest by a rank of one: minors of two rows
+    """True if each parameter of E changes the rest by a rank of one: minors of two rows
     have degree two in each other parameter, so three places show that they are zero.
     """
     grid = np.array(corners, dtype=object)
@@ -82,7 +82,7 @@ def _ranks_of_one(corners, places, of_E):
 
 
 def _spanned(points, places, of_E):
-    """Whether changes of one column each make the ``points`` from some of one E;
+    """True if changes of one column each make the ``points`` from some of one E;
     sorted, the first point that isn't reached yet ends a change.
     """
     changes = [_difference(p, points[0]) for p in points[1:]]
@@ -106,7 +106,7 @@ def _difference(point, first):
 
 
 def _one_column(changes, places):
-    """Whether all columns of all ``changes`` are multiples of one of them."""
+    """True if all columns of all ``changes`` are multiples of one of them."""
     columns = {}
     for k, change in enumerate(changes):
         for (row, column), x in zip(places, change):
@@ -121,7 +121,7 @@ def _one_column(changes, places):
 
 
 def _one_sign(E):
-    """Whether det E has the same sign at all vertices, and is never zero."""
+    """True if det E has the same sign at all vertices, and is never zero."""
     plain = E == np.eye(E.shape[1], dtype=int)
     inner = ~(plain.all(axis=(0, 1)) & plain.all(axis=(0, 2)))
     distinct = set(map(tuple, _rationals(E[:, inner][:, :, inner].reshape(len(E), -1))))

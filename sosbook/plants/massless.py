@@ -88,7 +88,7 @@ def _modular(M):
 
 
 def _full(M, D):
-    """Whether a sum of two square matrices is regular modulo a prime: then it is."""
+    """True if a sum of two square matrices is regular modulo a prime: then it is."""
     return not len(M) or _modular(M + D * WEIGHT).rank() == len(M)
 
 
@@ -125,8 +125,8 @@ class Massless:
         return self.N.shape[-1]
 
     def solvable(self, given, definite=False):
-        """Whether S holds them, by floats, so that the rest of the ``given`` matrices
-        is a plant; or its mass ``definite``.
+        """True if S holds the directions, by floats, so that the rest of the ``given``
+        matrices is a plant; or its mass ``definite``.
         """
         M, S, B = (given[x] for x in "MSB")
         if issparse(M):

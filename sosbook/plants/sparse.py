@@ -75,7 +75,7 @@ def sparse_factor(x):
 
 
 def same_matrix(a, b):
-    """Whether the matrices ``a`` and ``b`` are equal, dense or sparse."""
+    """True if the matrices ``a`` and ``b`` are equal, dense or sparse."""
     if issparse(a) and issparse(b):
         return a.shape == b.shape and (a != b).nnz == 0
     return not issparse(a) and not issparse(b) and np.array_equal(a, b)

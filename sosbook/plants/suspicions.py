@@ -66,7 +66,7 @@ def mass_fault(M):
 
 
 def divided(M, S):
-    """Whether positive factors of the rows make both dense M and S symmetric, and M
+    """True if positive factors of the rows make both dense M and S symmetric, and M
     definite: they are Lagrange's equations, each divided by something.
 
     >>> divided(np.array([[3.0, 4], [1, 2]]), np.diag([0, 9.81]))

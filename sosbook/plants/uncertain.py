@@ -133,12 +133,12 @@ class Uncertain:
 
     @property
     def multi_affine(self) -> bool:
-        """Whether no parameter has a power above one: the vertices are the corners."""
+        """True if no parameter has a power above one: the vertices are the corners."""
         return max(self.degree.values(), default=1) == 1
 
     @cached_property
     def straight(self) -> bool:
-        """Whether each vertex is a mean of plants at the corners: no cut is nearer."""
+        """True if each vertex is a mean of plants at the corners: no cut is nearer."""
         return self.multi_affine or corners_hold(
             self._stacks(), self.degree, self.pieces
         )

@@ -167,12 +167,12 @@ class Requirement(OfKind, ABC, ReadOnly):
 
     @property
     def takes_slack(self) -> bool:
-        """Whether it has the blocks of `slack`."""
+        """True if the requirement has the blocks of `slack`."""
         return type(self).slack is not Requirement.slack
 
     @property
     def takes_multipliers(self) -> bool:
-        """Whether it has the blocks of `known`."""
+        """True if the requirement has the blocks of `known`."""
         return type(self).known is not Requirement.known
 
     @property
@@ -202,7 +202,7 @@ class Requirement(OfKind, ABC, ReadOnly):
 
     @property
     def has_channel(self) -> bool:
-        """Whether it has outputs or inputs of its own."""
+        """True if the requirement has outputs or inputs of its own."""
         return self.outputs is not None or self.inputs is not None
 
     def seen(self, d: Descriptor) -> Descriptor:
@@ -234,7 +234,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         return self
 
     def fits_one_P(self, request: Any) -> bool:
-        """Whether blocks of ``request`` with one P speak of plants between, too."""
+        """True if blocks of ``request`` with one P speak of plants between, too."""
         return True
 
     # hooks, each with a default
@@ -296,14 +296,14 @@ class Requirement(OfKind, ABC, ReadOnly):
         return self
 
     def repeats(self, other: Any) -> bool:
-        """Whether its blocks are, exactly, positive multiples of an ``other`` one's.
+        """True if its blocks are, exactly, positive multiples of an ``other`` one's.
 
         Then they are demanded once. It is believed of the package's own classes only.
         """
         return False
 
     def contradicts(self, other: Any) -> bool:
-        """Whether no loop at all meets this and an ``other`` one, at sight."""
+        """True if no loop at all meets this and an ``other`` one, at sight."""
         return False
 
     def pole_matrices(self) -> tuple | None:
@@ -358,7 +358,7 @@ class Requirement(OfKind, ABC, ReadOnly):
 
     @property
     def of_package(self) -> bool:
-        """Whether its class is the package's own: then its word is tested there."""
+        """True if its class is the package's own, whose answers are tested there."""
         return type(self).__module__.split(".")[0] == __package__.split(".")[0]
 
     @property

@@ -44,7 +44,7 @@ class Channel(Requirement):
 
     @property
     def named(self) -> bool:
-        """Whether it has a name of its own."""
+        """True if the bound has a name of its own."""
         return self.name != self.plain.key
 
     @property
@@ -142,7 +142,7 @@ def _places(inputs):
 
 
 def _given_by_equations(seen: "Iterable[Descriptor]") -> bool:
-    """Whether one mixture of the equations gives what the output has of x'; then y is
+    """True if one mixture of the equations gives what the output has of x'; then y is
     affine in the plant all the same.
     """
     first, *others = seen

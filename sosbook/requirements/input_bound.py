@@ -136,7 +136,7 @@ class Saturation(Requirement):
         return {Unknown("mu", 1, symmetric=True): float((x0**2).sum()) or 1.0}
 
     def _whole(self, loop):
-        """Whether the accelerations' part is bounded, too."""
+        """True if the accelerations' part is bounded, too."""
         return self.acceleration and loop.request.K_A is not None
 
     def _bound(self, loop, P, X, Y, i):

@@ -77,7 +77,7 @@ class KnownVertex:
 
     @property
     def exact(self):
-        """Whether the arithmetic is rational."""
+        """True if the arithmetic is rational."""
         return self.number is exact
 
     @property

@@ -90,7 +90,7 @@ class Region:
         return {part.name: part.distance(poles) for part in self.parts}
 
     def contains(self, poles: ArrayLike) -> bool:
-        """Whether all poles lie strictly inside."""
+        """True if all poles lie strictly inside."""
         return all((d > 0).all() for d in self.distances(poles).values())
 
 
@@ -169,7 +169,7 @@ class LMIRegion(RegionForms, Region, Requirement):
 
     @property
     def implies_stability(self) -> bool:
-        """Whether one scalar of it says Re s < -c with c >= 0."""
+        """True if one scalar of the region says Re s < -c with c >= 0."""
         return (
             self.alpha.shape == (1, 1) and self.alpha[0, 0] >= 0 and self.beta[0, 0] > 0
         )
@@ -198,7 +198,7 @@ class LMIRegion(RegionForms, Region, Requirement):
         return all((one == two).all() for one, two in pairs)
 
     def contradicts(self, other: Any) -> bool:
-        """Whether an ``other`` region lies apart at sight.
+        """True if an ``other`` region lies apart at sight.
 
         A disk that lies right of a half-plane holds no pole of it. With some v,
         v' f(s) v >= 0 wherever Re s <= -sigma: floats suggest v, rationals decide.

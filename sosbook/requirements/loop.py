@@ -40,7 +40,7 @@ class Loop:
 
     @property
     def exact(self):
-        """Whether the arithmetic is rational."""
+        """True if the arithmetic is rational."""
         return self.number(np.array([1.0])).dtype == object
 
     def seen_by(self, requirement):

@@ -111,7 +111,7 @@ def _scaled(g, scale):
 
 
 def _definite(g):
-    """Whether a matrix is positive definite, its diagonal scaled to one."""
+    """True if a matrix is positive definite, its diagonal scaled to one."""
     diagonal = g.diagonal()
     if not diagonal.min() > 0:
         return False

@@ -101,7 +101,7 @@ def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
 
 
 def _is(r, kind):
-    """Whether it is what the keyword of its kind asks, and has no name of its own."""
+    """True if r is what the keyword of its kind asks, and has no name of its own."""
     return isinstance(r, kind) and not (isinstance(r, Channel) and r.named)
 
 
@@ -188,7 +188,7 @@ def moved(requirements, values):
 
 
 def contradictory(requirements):
-    """Whether two of some requirements exclude each other at sight."""
+    """True if two of some requirements exclude each other at sight."""
     return any(a.contradicts(b) for a in requirements for b in requirements)
 
 

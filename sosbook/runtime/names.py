@@ -81,7 +81,7 @@ class OfKind:
 
     @property
     def owns_its_kind(self) -> bool:
-        """Whether its very class declared the kind, so that files can hold it."""
+        """True if its very class declared the kind, so that files can hold it."""
         owner = self.owner(self.kind)
         return owner is not None and _place(owner) == _place(type(self))
 

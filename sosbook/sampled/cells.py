@@ -164,7 +164,7 @@ class PlantCell:
         )
 
     def bends_across(self, box):
-        """Whether several plants with P bend more than clocks do in their box."""
+        """True if several plants with P bend more than clocks do in their box."""
         if self.P is None:
             return False
         along = _trace(self._along(box))

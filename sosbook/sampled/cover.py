@@ -221,7 +221,7 @@ class _Search:
         return {"times": tree} if tree else {}, None
 
     def _holds(self, cell, timing, multipliers):
-        """Whether P does at one clock, in floats, if the plants' loops didn't bend."""
+        """True if P holds at one clock, in floats, if the plants' loops didn't bend."""
         one = np.eye(len(cell.L))
         P = [one] * len(cell.weights) if cell.P is None else cell.P
         (loops,) = self._loops(cell.weights, [timing])

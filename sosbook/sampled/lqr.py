@@ -348,7 +348,7 @@ def _check_stabilisable(d, timing):
 
 
 def _hidden(A, B, s, scale):
-    """Whether u doesn't reach the mode s; ignores rounding errors."""
+    """True if u doesn't reach the mode s; ignores rounding errors."""
     A, B = A / scale[:, None] * scale, B / scale[:, None]
     pencil = np.hstack([A - s * np.eye(len(A)), B])
     sizes = np.repeat([abs(A).max(), abs(B).max()], [len(A), B.shape[1]])

@@ -120,7 +120,7 @@ def _box(points):
 
 
 def _separable(pairs, axes):
-    """Whether E^-1 [A B] is affine in a parameter of its own for each axis.
+    """True if E^-1 [A B] is affine in a parameter of its own for each axis.
 
     Along an axis that leaves E as it is, it is affine in the parameter. Where all
     changes along an axis are multiples of one column, it moves on a segment, at t r /

@@ -56,7 +56,7 @@ class TimeBox:
 
     @property
     def varies(self):
-        """Whether there is more than one clock."""
+        """True if there is more than one clock."""
         return self.T[0] < self.T[1] or self.late[0] < self.late[1]
 
     @property
@@ -69,7 +69,7 @@ class TimeBox:
 
     @property
     def empty(self):
-        """Whether every delay is longer than the interval, or as long at one corner.
+        """True if every delay is longer than the interval, or as long at one corner.
 
         That corner belongs to a neighbour, too.
         """

@@ -19,7 +19,7 @@ MOST_GROWTHS = 1  # of a decrement; rounding may have made one
 
 
 def grows(before, decrement):
-    """Whether a decrement grows, ``before`` which it was small enough to be squared.
+    """True if a decrement grows, ``before`` which it was small enough to be squared.
 
     The equations are too ill-conditioned then, or there is no centre.
     """
@@ -169,7 +169,7 @@ class Barrier:
         return sum(2 * np.log(L.diagonal(0, 1, 2)).sum() for L in factors)
 
     def recedes(self, x, directions):
-        """Whether all points from x, inside, along one of the directions are inside.
+        """True if all points from x, inside, along one of the directions are inside.
 
         Then no block decreases along it: up to rounding no rate is negative.
         """

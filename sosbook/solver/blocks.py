@@ -118,7 +118,7 @@ class Blocks:
         return [c + np.tensordot(x, s, 1) for c, s in zip(self.constants, self.slopes)]
 
     def contain(self, x):
-        """Whether all blocks are positive definite at a (k,) array x."""
+        """True if all blocks are positive definite at a (k,) array x."""
         return all(np.linalg.eigvalsh(g)[0] > 0 for g in self(x))
 
     def value(self, Z):

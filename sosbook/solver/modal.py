@@ -52,7 +52,7 @@ class Modal:
 
     @staticmethod
     def fits(stacked):
-        """Whether the unknowns of ``stacked`` are P, perhaps Y, and scalars."""
+        """True if the unknowns of ``stacked`` are P, perhaps Y, and scalars."""
         return _layouts(stacked) is not None and any(
             _is_P(b) for s in stacked.stacks for b in s.blocks
         )
@@ -162,7 +162,7 @@ def _layouts(stacked):
 
 
 def _is_P(block):
-    """Whether a block is a multiple of P itself."""
+    """True if a block is a multiple of P itself."""
     if len(block.products) != 1:
         return False
     (t,) = block.products

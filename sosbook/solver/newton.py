@@ -49,7 +49,7 @@ class Newton(Stacked):
 
     @property
     def _fits(self):
-        """Whether the matrix fits into the memory."""
+        """True if the matrix fits into the memory."""
         k, arrow = self.variables, self._arrow
         entries = k * k if arrow is None else arrow.entries
         return entries <= self.settings.most_dense_variables**2

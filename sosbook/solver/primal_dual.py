@@ -254,7 +254,7 @@ def _longest(rates):
 
 
 def positive(stacks):
-    """Whether all matrices in a list of stacks are positive definite."""
+    """True if all matrices in a list of stacks are positive definite."""
     try:
         for s in stacks:
             np.linalg.cholesky(s)

@@ -141,7 +141,7 @@ class _Piece:
 
 
 def _is_one(right):
-    """Whether a right factor is I."""
+    """True if a right factor is I."""
     return np.array_equal(right, np.eye(len(right)))
 
 

@@ -204,7 +204,7 @@ def block_count(vertices, coupling):
 
 
 def vertices_suffice(plants, U=None, K_A=None):
-    """Whether LMIs at the vertices are known to hold for all plants between.
+    """True if LMIs at the vertices are known to hold for all plants between.
 
     Then coupling "pairs" asks for no pair. It is so for one plant, for a certain
     M - B K_A, and for boxes in which each uncertain quantity of it changes one

@@ -174,5 +174,5 @@ def neighbour(request, relaxed):
 
 
 def _minimised(r):
-    """Whether its bound can be minimised, and read again with a P of its own."""
+    """True if the bound of r can be minimised, and read again with a P of its own."""
     return r.parameter is not None and r.parameter.power and r.takes_multipliers

@@ -187,7 +187,7 @@ class Box(Mixtures):
 
     @property
     def straight(self):
-        """Whether each corner is the sum of the changes along its parameters."""
+        """True if each corner is the sum of the changes along its parameters."""
         data = {
             corner: np.concatenate([x.ravel() for x in loop.matrices])
             for corner, loop in self.corners.items()

@@ -45,7 +45,7 @@ STILL_MOVES = "lead to, and still depends on the last part"
 
 
 def too_many(request):
-    """Whether not all pairs of vertices of a request can be solved at once."""
+    """True if not all pairs of vertices of a request can be solved at once."""
     return len(request.pairs) > CENTRE_UP_TO_PAIRS
 
 
@@ -157,7 +157,7 @@ def _gain_alone(lmis):
 
 
 def _settles(lmis, x, r):
-    """Whether a centre x with P below r I has hardly another gain with a larger r, by
+    """True if a centre x with P below r I has hardly another gain with a larger r, by
     one Newton step towards the centre with a bound that is a little larger.
     """
     wider, _ = bounded(lmis.compiled, lmis.unknowns, x, 1.01 * r)

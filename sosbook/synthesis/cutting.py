@@ -74,7 +74,7 @@ class Cuts:
         return np.min(list(found.values()), axis=0)
 
     def holds(self, x):
-        """Whether all blocks are positive definite at x."""
+        """True if all blocks are positive definite at x."""
         self.chosen = {}
         once = not self._written[()] or self.some().newton.least(x).min() > 0
         return once and bool(self.margins(x, 0.0).min() > 0)
@@ -214,7 +214,7 @@ class Cuts:
 
 
 def few_decide(request):
-    """Whether `Cuts` find a point of a ``request`` sooner than all blocks at once; not
+    """True if `Cuts` find a point of a ``request`` sooner than all blocks at once; not
     with a slack matrix, for each vertex has a P of its own.
     """
     many = len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS
@@ -222,7 +222,7 @@ def few_decide(request):
 
 
 def few_refuse(request):
-    """Whether `Cuts` find multipliers that exclude all points of a request sooner."""
+    """True if `Cuts` find multipliers that exclude all points of a request sooner."""
     return len(request.pairs) > PAIRS_PER_CUT
 
 
@@ -232,7 +232,7 @@ def _key(name):
 
 
 def holds(lmis, values):
-    """Whether all blocks of ``lmis``, a `ScaledLMIs`, are definite at ``values`` by
+    """True if all blocks of ``lmis``, a `ScaledLMIs`, are definite at ``values`` by
     name.
     """
     x = lmis.packed(values)

@@ -30,7 +30,7 @@ UNREADABLE = (TypeError, AttributeError, ValueError, LookupError, ArithmeticErro
 
 
 def affine_in_quotient(r, request):
-    """Whether the blocks of ``r`` look as it says, at random points with the sizes of a
+    """True if the blocks of ``r`` look as it says, at random points with the sizes of a
     ``request``, in rationals, with a fixed seed.
 
     Let q = E^-1 [A B_u B_w]. At E = I the block of the mean of two q must be the mean
@@ -82,7 +82,7 @@ def _affine(r, request, rng):
 
 
 def _congruent(known, name, weights):
-    """Whether determinants of sums of two families of blocks have one quotient."""
+    """True if determinants of sums of two families of blocks have one quotient."""
     from ..plants.controllability import matrix_of
 
     quotients = set()
@@ -115,12 +115,12 @@ class Derived:
 
     @property
     def covers_polytope(self):
-        """Whether the blocks say something about the whole polytope."""
+        """True if the blocks say something about the whole polytope."""
         return self.coupling.between or len(self.pairs) == len(self._pairs_of(OneP()))
 
     @property
     def at_corners(self):
-        """Whether the vertices are the corners of ranges, and nothing else is meant."""
+        """True if the vertices are the corners of ranges, and nothing else is meant."""
         return self.plant.family is not None and self.plant.family.multi_affine
 
     def _pairs_of(self, coupling):
@@ -177,7 +177,7 @@ class Derived:
         return [r for r in self.demands if r.pole_matrices() is not None]
 
     def kept_by(self, K, some):
-        """Whether the loops of the vertices keep ``some`` demands under ``K``."""
+        """True if the loops of the vertices keep ``some`` demands under ``K``."""
         loops = self.vertices
         return all(r.kept(r.truth(loops, K, self.K_A)) > 0 for r in some)
 

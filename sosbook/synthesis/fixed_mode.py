@@ -212,7 +212,7 @@ def _cyclic(part, root):
 
 
 def _same(root, other):
-    """Whether two roots of factors without common roots are the same."""
+    """True if two roots of factors without common roots are the same."""
     return all(root.ball(bits).overlaps(other.ball(bits)) for bits in BITS[:3])
 
 

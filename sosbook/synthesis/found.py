@@ -42,7 +42,7 @@ class Found(ReadOnly):
 
     @property
     def kept(self) -> bool:
-        """Whether the search ended and found nothing that breaks what is asked: that is
+        """True if the search ended and found nothing that breaks what is asked: that is
         no proof.
         """
         return not (self.broken or self.stopped)

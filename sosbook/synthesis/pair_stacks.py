@@ -86,7 +86,7 @@ def _each(g, count):
 
 
 def _agree(one, other):
-    """Whether two matrices are the same, at some values of their unknowns."""
+    """True if two matrices are the same, at some values of their unknowns."""
     if isinstance(one, Affine) != isinstance(other, Affine) or one.shape != other.shape:
         return False
     if isinstance(one, Affine):

@@ -16,7 +16,7 @@ NOT_PAID = (
 
 
 def pays(r):
-    """Whether the plant enters the blocks of ``r`` by the quotient alone."""
+    """True if the plant enters the blocks of ``r`` by the quotient alone."""
     others = (getattr(r, x, None) for x in ("acceleration", "outputs", "inputs"))
     return r.of_package and r.affine_in_quotient and not any(others)
 

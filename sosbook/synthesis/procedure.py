@@ -155,7 +155,7 @@ def _one_objective(objective, maximize, asked):
 
 
 def _have_multipliers(request):
-    """Whether a known gain is asked of several vertices in a way that has such LMIs: a
+    """True if a known gain is asked of several vertices in a way that has such LMIs: a
     number for mu is about a common P.
     """
     takes = all(r.takes_multipliers for r in request.demands)
@@ -220,7 +220,7 @@ def without_input(request, objective):
 
 
 def _meets(request, K, free):
-    """Whether the true values are zero where they are free, and good elsewhere."""
+    """True if the true values are zero where they are free, and good elsewhere."""
     loops = request.vertices
     for d in loops:
         check_time_of_eigenvalues(len(d.E))

@@ -189,7 +189,7 @@ def _rates(request):
 
 
 def _lower(request, bounds):
-    """Whether bounds clearly below these leave a point. Of several bounds one may rise
+    """True if bounds clearly below these leave a point. Of several bounds one may rise
     while the others fall: those aren't pruned.
     """
     if len(bounds) > 1:
@@ -257,7 +257,7 @@ def or_with_slack(first, request, objective, backoff, prefer):
 
 
 def feasible(request, minimized=()):
-    """Whether phase one finds a solution of this very ``request``, the bounds of those
+    """True if phase one finds a solution of this very ``request``, the bounds of those
     that shall be ``minimized`` free.
     """
     return _point(request, minimized) is not None

@@ -83,7 +83,7 @@ class _Vertex:
         self.fastest = np.abs(np.linalg.eigvals(self.A)).max()
 
     def bad(self, x, y=None):
-        """Whether a mode, x or x + j y, is outside."""
+        """True if a mode, x or x + j y, is outside."""
         s = x if y is None else complex(x, y)
         least = min(r.distance(s) for r in self.regions.values())
         return least < -OUTSIDE * self.fastest

@@ -60,7 +60,7 @@ def point(request):
 
 
 def odd_mass(request):
-    """Whether the M of a request's plant is symmetric with a negative eigenvalue."""
+    """True if the M of a request's plant is symmetric with a negative eigenvalue."""
     if isinstance(request.plant, DescriptorSystem):
         return False
     M = request.plant.vertices[0].M
@@ -138,7 +138,7 @@ class _Loop:
             yield words.format(count, len(self.A)), K
 
     def _keeps(self, s, reserve):
-        """Whether a pole lies in all regions, and not at an edge."""
+        """True if a pole lies in all regions, and not at an edge."""
         return all(
             np.linalg.eigvalsh(a + s * b + np.conj(s) * b.T)[-1]
             < -reserve * max(np.abs(a).max(), 2 * abs(s.real) * np.abs(b).max())

@@ -91,7 +91,7 @@ def shown(fixed, held, far):
 
 
 def _known(r):
-    """Whether the page's own words say all of a requirement ``r``."""
+    """True if the page's own words say all of a requirement ``r``."""
     key = r.parameter and r.parameter.key
     if key not in SAID or not type(r).__module__.startswith("sosbook.requirements"):
         return False

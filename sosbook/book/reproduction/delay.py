@@ -99,7 +99,7 @@ def _wing():
 
 
 def _misread(wrong, wing):
-    """Whether the printed gains can belong to the printed digits."""
+    """Judge if the printed gains can belong to the printed digits."""
 
     def abscissa(name, where, value):
         """That of the published wing with one entry changed."""
@@ -122,7 +122,7 @@ def _misread(wrong, wing):
 
 
 def _tracks(name, ex, end):
-    """Whether U e goes to zero for r = (1, ..., 1), nominal delay."""
+    """Judge if U e goes to zero for r = (1, ..., 1), nominal delay."""
     design = analyse_delay(ex.plant, ex.K, ex.U, ex.tau)
     run = design.simulate([0, end], ConstantDelay(ex.tau), r=np.ones(ex.plant.n))
     error = abs((ex.U @ run.e[:, -1]).item())

@@ -42,7 +42,7 @@ def rows():
 
 
 def _noise(runs, volts_at_rest):
-    """Whether it matters: by a quarter, and by more than `SENSOR_VOLTS`."""
+    """Judge if noise matters: by a quarter, and by more than `SENSOR_VOLTS`."""
     work = _each(runs, lambda run: np.square(run.V).mean())
     wild = {name: volts > CHATTER_VOLTS for name, volts in volts_at_rest.items()}
     late = [work[n][1] for n in PDS]  # by half a tick

@@ -47,7 +47,7 @@ def _range(x, s, geared):
 
 
 def _identified(printed):
-    """Whether one M_b g l stands behind I_b, C_m, t_m and I_w."""
+    """Judge if one M_b g l stands behind I_b, C_m, t_m and I_w."""
     constants, q, ours = printed.constants, printed.ratios, printed.identified
     torque = 2 * q["d_c"] * q["e_a"] / q["e_c"] * ours["I_w"]  # M_b g l
     implied = [
@@ -95,7 +95,7 @@ def _radius(printed):
 
 
 def _known(printed):
-    """Whether a, b and d follow from the printed masses, or from other sets."""
+    """Judge if a, b and d follow from the printed masses, or from other sets."""
     q, x, g = printed.ratios, printed.letters, printed.constants["g"]
     r, geared = _radius(printed), q["e_c"] * x["c"] / q["e_a"]
     mass, fits = printed.constants["M_b"], []

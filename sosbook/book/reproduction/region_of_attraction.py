@@ -47,7 +47,7 @@ class RegionOfAttraction:
 
     @property
     def proven(self):
-        """Whether exact arithmetic confirms it all: see ``proof``."""
+        """True if exact arithmetic confirms it all: see ``proof``."""
         return self.proof is not None and self.proof.proven
 
     def boundary(self, count, seed=0):

@@ -93,7 +93,7 @@ def _root(plants):
 
 
 def _size_of_W():
-    """Whether tr(W Omega' Psi Omega) <= |W| tr(Omega' Psi Omega)."""
+    """Judge if tr(W Omega' Psi Omega) <= |W| tr(Omega' Psi Omega)."""
     rng, holds = np.random.default_rng(0), {"norm": True, "determinant": True}
     for _ in range(100):
         root, A = rng.normal(size=(2, 2)), rng.normal(size=(2, 2))

@@ -62,7 +62,7 @@ def _gap(gain, rates):
 
 
 def _random(printed):
-    """Whether a fast pole makes the sampled controller random."""
+    """Judge if a fast pole makes the sampled controller random."""
     held = control.sample_system(controller(2, "printed"), T, "zoh")
     (_, (far, _)), (fast, *_) = printed.controller[1:]
     w = 1j * np.pi / T  # half of the sampling rate

@@ -259,17 +259,17 @@ def solution(printed, ours, tolerance, *proven):
 
 
 def proven(answer, *digits):
-    """Whether an answer has a certificate, and is proven exactly with such digits."""
+    """True if an answer has a certificate, and is proven exactly with such digits."""
     return answer.certify(*digits).proven
 
 
 def said(proof):
-    """Whether there is a proof, in words."""
+    """The word "proven" or "not proven" of a ``proof``."""
     return "proven" if proof else "not proven"
 
 
 def below(value, limit):
-    """Whether a value is below a limit, in words, for digits may differ.
+    """The words "below ``limit``", for digits may differ; a larger value itself.
 
     Those of rounding errors differ between machines.
     """

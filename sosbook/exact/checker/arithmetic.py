@@ -188,7 +188,7 @@ def total(x, y):
 
 
 def definite(x, semi=False):
-    """Whether x is positive definite, or ``semi`` definite, exactly.
+    """True if x is positive definite, or ``semi`` definite, exactly.
 
     Where it may be, its entries are rounded first, down to BITS bits after the point of
     a diagonal of about one. What that leaves has entries of [0, 1) in the last place,

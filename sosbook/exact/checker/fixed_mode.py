@@ -91,7 +91,7 @@ class FixedMode:
 
 
 def outside(alpha, beta, h, x, y, v):
-    """Whether a root of h near c = x + iy lies outside of a region.
+    """True if a root of h near c = x + iy lies outside of a region.
 
     One root is within n |h(c) / h'(c)|. There v* (alpha + beta s + beta' conj(s)) v
     stays positive or zero.
@@ -125,7 +125,7 @@ def square_at(h, x, y):
 
 
 def mirrored(alpha, beta, h):
-    """Whether the roots of h are mirrored at the boundary of a half-plane or disk.
+    """True if the roots of h are mirrored at the boundary of a half-plane or disk.
 
     Then they come in pairs, of which one isn't inside. Around a point of the line h
     is even or odd; around the centre of the circle it is its own image.
@@ -141,7 +141,7 @@ def mirrored(alpha, beta, h):
 
 
 def kept_out(alpha, beta, x, y):
-    """Whether x + iy isn't inside of a half-plane or disk, but for `CLOSE`."""
+    """True if x + iy isn't inside of a half-plane or disk, but for `CLOSE`."""
     size, depth = 2 * beta[0][0], -alpha[0][0] - 2 * beta[0][0] * x
     if len(alpha) > 1:
         size = alpha[0][0]

@@ -111,7 +111,7 @@ def distinct(vertices, names=None):
 
 
 def suffice(E, points):
-    """Whether E^-1 [A B W] between the vertices is a mean of the vertices' ones.
+    """True if E^-1 [A B W] between the vertices is a mean of the vertices' ones.
 
     Up to a congruence the blocks of a design are affine in it, so that no pair of
     two vertices is needed then. With E + t u v' for E the inverse moves on a
@@ -170,7 +170,7 @@ def corners_suffice(E, points):
 
 
 def along_one(N, changes):
-    """Whether all columns, of N entries, of some changes are multiples of one u."""
+    """True if all columns, of N entries, of some changes are multiples of one u."""
     columns = [c[k : k + N] for c in changes for k in range(0, len(c), N)]
     u = next(filter(any, columns))
     k = next(k for k in range(N) if u[k])

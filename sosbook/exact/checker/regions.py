@@ -23,7 +23,7 @@ def tangent(degrees):
 
 
 def near(wanted, written):
-    """Whether a number is the one that is wanted, or a little more."""
+    """True if a number is the one that is wanted, or a little more."""
     return 0 <= written - wanted <= TINY * abs(wanted)
 
 

@@ -59,7 +59,7 @@ def poles(d, r):
 
 
 def is_disk(r):
-    """Whether its matrices are those of a disk, if they are those of any region."""
+    """True if the matrices of a region are those of a disk."""
     (a, *_), *_ = alpha = r["alpha"]
     return r["beta"] == [["0", "1"], ["0", "0"]] and a == alpha[1][1]
 
@@ -266,7 +266,7 @@ def size_name(r):
 
 
 def repeats(r, other):
-    """Whether they are the same, or one region by matrices of whatever size."""
+    """True if both are the same, or one region by matrices of whatever size."""
     if r is other or not r["kind"] == other["kind"] == "region":
         return r is other
     (a, b, _), (c, d, _) = region(r), region(other)

@@ -226,7 +226,7 @@ def contents(text):
 
 
 def by_author(asked):
-    """Whether somebody's own theorem is among what is asked."""
+    """True if somebody's own theorem is among what is asked."""
     return any("theorem" in r for r in asked.get("requirements", ()))
 
 

@@ -53,21 +53,21 @@ class Ask:
 
     @property
     def either(self):
-        """Whether a P for each vertex will do, where one for all isn't found."""
+        """True if a P for each vertex will do, where one for all isn't found."""
         return coupling_of(self.options.get("coupling", "pairs")).chooses
 
     def empty(self, values):
-        """Whether two requirements exclude each other at sight, at these ``values``."""
+        """True if two requirements exclude each other at sight, at these ``values``."""
         return contradictory(moved(self.requirements, values))
 
     @cached_property
     def has_trials(self):
-        """Whether a trial saves something; not where it would be the whole work."""
+        """True if a trial saves something; not where it would be the whole work."""
         plain = not self.options.keys() - {"K_A", "coupling", "mu"}
         return plain and coupling_of(self.options["coupling"]).one_P and not self.either
 
     def sharpens(self, near):
-        """Whether the coordinates of a design ``near`` are better than others."""
+        """True if the coordinates of a design ``near`` are better than others."""
         return near is not None and near.P is not None and near.V is None
 
     def trial(self, near=None, /, **values):
@@ -134,7 +134,7 @@ def again(request, near):
 
 
 def seen(first):
-    """Whether a trial ``first``, or None, has found a point inside."""
+    """True if a trial ``first``, or None, has found a point inside."""
     return first is not None and first.values is not None
 
 

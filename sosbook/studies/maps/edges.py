@@ -78,7 +78,7 @@ class Edge:
 
     @property
     def proven(self):
-        """Whether both sides are there, each with its exact proof."""
+        """True if both sides are there, each with its exact proof."""
         return (
             None not in (self.design, self.excluded)
             and certified(self.design)

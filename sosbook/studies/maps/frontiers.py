@@ -80,7 +80,7 @@ class Frontier:
         return parameter(name, self.request.requirements)
 
     def _no_less(self, some, others):
-        """Whether some values of x and y ask for no less than others."""
+        """True if some values of x and y ask for no less than others."""
         each = zip((self.x, self.y), some, others)
         return all(self.parameter(name).harder_than(a, b) >= 0 for name, a, b in each)
 

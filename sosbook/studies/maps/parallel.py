@@ -141,7 +141,7 @@ def _on_cluster(client, call, batch):
 
 
 def _without_joblib(n_jobs):
-    """Whether the points run here, one after another, for want of more."""
+    """True if the points run here, one after another, for want of joblib."""
     if sys.modules.get("joblib"):  # a parallel_config may say something
         return False
     if n_jobs in (None, 1):
@@ -155,6 +155,6 @@ def _without_joblib(n_jobs):
 
 
 def _died(error):
-    """Whether a worker died, here or on a Dask cluster."""
+    """True if a worker died, here or on a Dask cluster."""
     dead = type(error).__name__ == "KilledWorker"
     return dead or isinstance(error, BrokenProcessPool)

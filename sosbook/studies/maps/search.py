@@ -47,7 +47,7 @@ class Search:
         return self.seen[place]
 
     def holds(self, place):
-        """Whether the request at a place is feasible; no refusal is proven for it."""
+        """True if the request at a place is feasible; no refusal is proven for it."""
         if place in self.seen or not self.ask.has_trials:
             return _feasible(self.at(place))
         if place not in self.trials:
@@ -64,7 +64,7 @@ class Search:
         return places | {k for k, design in self.seen.items() if _feasible(design)}
 
     def is_dark(self, place):
-        """Whether no design was found at a ``place``, with a proof or without."""
+        """True if no design was found at a ``place``, with a proof or without."""
         return not self.holds(place)
 
     def look_closely(self):
@@ -73,11 +73,11 @@ class Search:
         self.closely = True
 
     def overlooked(self, place):
-        """Whether a closer look at a ``place`` finds a design that a trial didn't."""
+        """True if a closer look at a ``place`` finds a design that a trial didn't."""
         return place in self.trials and _feasible(self.at(place))
 
     def fails(self, place):
-        """Whether the request at a place is infeasible."""
+        """True if the request at a place is infeasible."""
         design = self.at(place)
         return design is None or design.status == "infeasible"
 
@@ -152,7 +152,7 @@ class Search:
         return top
 
     def stands(self, place):
-        """Whether a place has a certified design, in its own coordinates if it can."""
+        """True if a place has a certified design, in its own coordinates if it can."""
         design = self.at(place)
         if not _feasible(design):
             return False
@@ -183,7 +183,7 @@ class Search:
         return _first(lambda k: self.refused(k, near), last, bottom)
 
     def refused(self, place, near):
-        """Whether a place is refused with a proof, perhaps as ``near`` scales it."""
+        """True if a place is refused with a proof, perhaps as ``near`` scales it."""
         design = self.at(place)
         if design is None:
             return True
@@ -247,17 +247,17 @@ def _first(test, low, high):
 
 
 def _feasible(design):
-    """Whether there is a design, found or proven; None is none."""
+    """True if a design, which may be None, is feasible."""
     return design is not None and design.status == "feasible"
 
 
 def certified(design):
-    """Whether a design has an exact proof."""
+    """True if a design has an exact proof."""
     return design.certify().proven
 
 
 def provably_refused(design):
-    """Whether a design has an exact proof that there is none."""
+    """True if a design has an exact proof that there is none."""
     return bool(design.infeasibility)
 
 

@@ -157,7 +157,7 @@ def _why(best, stopped, objective, task, loops, found, ended):
 
 
 def _keeps(task, loops, found):
-    """Whether what was ``found`` keeps all that is asked beside a goal."""
+    """True if what was ``found`` keeps all that is asked beside a goal."""
     if found.kappa is None:
         return False
     unit = loops.units(task.rate)
@@ -166,7 +166,7 @@ def _keeps(task, loops, found):
 
 
 def _kept(found, goal):
-    """Whether all is kept, and nothing shall be better."""
+    """True if all is kept, and nothing shall be better."""
     return goal is None and found.value < 0
 
 
