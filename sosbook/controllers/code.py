@@ -289,7 +289,7 @@ def _read(rows, kind):
 
 
 def _same(a, b):
-    """True if a and b are equal; an array without entries equals zeros, which C needs."""
+    """True if a and b are equal; no entries equal zeros, which C needs."""
     return (a.shape == b.shape and (a == b).all()) or (not a.size and not b.any())
 
 

@@ -173,7 +173,7 @@ def check_rate(vertices, timing):
 
 
 def _kind(memory, filter_time, rows, n):
-    """The word for the estimate of what isn't measured: "direct" where everything is."""
+    """The estimate's word: "direct" where everything is measured, else "observer"."""
     if memory is not None and memory not in MEMORIES:
         raise ValueError(f"memory must be one of {MEMORIES}, got {memory!r}")
     if filter_time is not None and memory == "observer":

@@ -150,7 +150,7 @@ class Parametric:
 
     @property
     def never_zero(self):
-        """True if the expression is provably not zero for any values of the parameters."""
+        """True if the number is provably not zero for any values of the parameters."""
         return self._answers(_not_zero, _zero) == {True}
 
     def _answers(self, sure, never):
@@ -158,7 +158,7 @@ class Parametric:
         return self.box.answers((self.num * self.den).to_dict(), sure, never)
 
     def _compared(self, sign, x, sure, never):
-        """True if the bounds of the difference answer the comparison on the whole box."""
+        """True if the bounds of the difference answer it on the whole box."""
 
         def answered(x):
             answers = (self - x)._answers(sure, never)
