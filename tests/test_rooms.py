@@ -17,7 +17,14 @@ PACKAGE = Path(sosbook.__file__).parent
 README = (PACKAGE.parent / "README.md").read_text("utf8")
 LISTED = README.partition("imports only from those before it:")[2].partition("\ntests/")
 LISTED = LISTED[0].replace("(laid out like the printed ones)", "")
+LISTED, _, SPARED = LISTED.partition(";")
 ROOMS = tuple(room.strip() for room in LISTED.split(","))
+CONTRIBUTING = (PACKAGE.parent / "CONTRIBUTING.md").read_text("utf8")
+AWAY = CONTRIBUTING.partition("each of these and all:\n\n")[2].partition("\n\n")[0]
+OPTIONAL = {  # the files and folders of each optional room
+    paths[0].rpartition("/")[2]: paths
+    for paths in (re.findall(r"`([\w/.]+)`", line) for line in AWAY.split("\n"))
+}
 TOOLS = ("bisection",)  # all rooms may use it; it imports none
 
 
@@ -65,9 +72,22 @@ def test_a_room_imports_only_from_rooms_before_it(room):
 
 
 def test_the_map_of_contributing_has_all_rooms_in_their_order():
-    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text("utf8")
-    rows = re.findall(r"^\| (`.*`) \| ", text.partition("## The rooms")[2], re.M)
+    text = CONTRIBUTING.partition("## The rooms")[2]
+    rows = re.findall(r"^\| (`.*`) \| ", text, re.M)
     assert tuple(re.findall(r"`(\w+)`", " ".join(rows))) == ROOMS
+
+
+def test_no_room_imports_an_optional_one():
+    """Only optional rooms do; README and CONTRIBUTING name the same ones."""
+    homes = [tuple(Path(paths[0]).parts) for paths in OPTIONAL.values()]
+    whole = {home[0] for home in homes if len(home) == 1}
+    assert whole == set(re.findall(r"\w+", SPARED.partition("without")[2])) - {"or"}
+    for file in files():
+        place = file.relative_to(PACKAGE).parts
+        if not any(place[: len(home)] == home for home in homes):
+            for module in imports(file):
+                arrow = f"{file.relative_to(PACKAGE)} imports {'.'.join(module)}"
+                assert not any(module[: len(home)] == home for home in homes), arrow
 
 
 def modules():

@@ -1,5 +1,6 @@
 """A room can be taken away: the core needs none of those that are optional."""
 
+import json
 import os
 import shutil
 import sys
@@ -12,20 +13,31 @@ import scipy
 
 import sosbook as sos
 from tests.processes import process
+from tests.test_rooms import OPTIONAL
 
 PACKAGE = Path(sos.__file__).parent
 LIBRARIES = {str(Path(m.__file__).parents[1]) for m in (np, scipy, flint)}
-# What a room is, and what misses it: a line of code, or a command's proof file.
-OPTIONAL = {
-    "delay": (["delay"], "sos.design_delay_pid(one, tau=1)"),
-    "law": (["synthesis/structured"], "sos.design_pid(one, law=law, gamma=9)"),
-    "run": (["sampled", "controllers"], "d.controller(T=0.1)"),
-    "robot": (["pendulum"], "sos.pendulum.Mip"),
-    "book": (["book"], "sos.book.plots"),
-}
 ALL = "all of them"
+CART = sos.SecondOrderSystem(1, 1, 1, 1)
+MISSES = {  # a line that needs the room
+    "delay": "sos.design_delay_pid(one, tau=1)",
+    "structured": "sos.design_pid(one, law=law, gamma=9)",
+    "sampled": "d.controller(T=0.1)",
+    "controllers": "d.controller(T=0.1)",
+    "pendulum": "sos.pendulum.Mip",
+    "book": "sos.book.plots",
+}
+FILES = {  # a proof that only the room reads
+    "delay": lambda: sos.design_delay_pid(CART, tau=0.1).certify(),
+    "structured": lambda: (
+        sos.design_pid(
+            CART, law=sos.PIDLaw(position=[[1]]), region=sos.PoleRegion(sigma=1)
+        ).infeasibility
+    ),
+    "sampled": lambda: sos.certify_sampled(CART, [[-1, -1]], T=0.1),
+}
 CORE = """
-import sys, numpy as np, sosbook as sos
+import json, sys, numpy as np, sosbook as sos
 from sosbook.proofs import command, load
 
 def proven(proof, file):
@@ -34,16 +46,10 @@ def proven(proof, file):
     assert again.verify() and again.claims == proof.claims and again.claims
     assert command.main(["verify", file]) == 0
 
-def modules():
-    return {m for m in sys.modules if m.partition(".")[0] == "sosbook"}
-
 # Example 1, with masses of 1 to 2, and a regulator of it
 example = sos.Polytope([
     sos.SecondOrderSystem([[m, 0], [0, 1]], [[1, -1], [-1, 1]], [[2, -1], [-1, 1]],
                           np.eye(2), np.eye(2)) for m in (1, 2)])
-first = sos.design_pid(example, gamma=0.5)
-proven(first.certify(), "first.json")
-counted = sorted(modules()), sorted(m for m in sys.modules if m.startswith("scipy."))
 d = sos.design_pid(example, gamma=0.5, U=[[1, 0], [0, 1]],
                    region=sos.PoleRegion(sigma=0.5, theta_deg=60, rho=20))
 proven(d.certify(), "design.json")
@@ -61,10 +67,32 @@ proven(none.infeasibility, "none.json")
 one = example.vertices[0]
 law = sos.PIDLaw(position=[[1, 0], [0, 1]], filter=0.1)
 """
+MISSED = """
+try:
+    {}
+except ModuleNotFoundError as missing:
+    print("missed:", missing.name, "by", missing)
+"""
+ASKED = """
+code = command.main(["design", "asked.json", "--out", "folder"])
+print("asked:", code)
+"""
+FIRST = """
+import sys
+import sosbook as sos
+def loaded(of="sosbook"):
+    return sum(f"{m}.".startswith(f"{of}.") for m in sys.modules)
+counts = [loaded()]
+M, D, S = ([[m, 0], [0, 1]] for m in (1, 2)), [[1, -1], [-1, 1]], [[2, -1], [-1, 1]]
+I = [[1, 0], [0, 1]]
+example = sos.Polytope([sos.SecondOrderSystem(m, D, S, I, I) for m in M])
+assert sos.design_pid(example, gamma=0.5).certify().proven
+print(*counts, loaded(), loaded("scipy.optimize") + loaded("scipy.spatial"))
+"""
 
 
 def copied(folder, without):
-    """The package in a ``folder``, but for some of its folders."""
+    """The package in a ``folder``, but for some of its files and folders."""
     gone = {PACKAGE / path for path in without}
     shutil.copytree(
         PACKAGE,
@@ -76,9 +104,9 @@ def copied(folder, without):
     return folder
 
 
-def run(folder, code):
+def run(folder, code, find=None):
     """What Python prints that finds the package in a ``folder`` and nowhere else."""
-    paths = os.pathsep.join([str(folder), *LIBRARIES])
+    paths = os.pathsep.join([str(find or folder), *LIBRARIES])
     env = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
     words = [sys.executable, "-S", "-W", "error", "-c", code]  # -S: no editable install
     done = process(*words, env=env, cwd=folder)
@@ -90,19 +118,30 @@ def run(folder, code):
 @pytest.mark.parametrize("name", [*OPTIONAL, ALL])
 def test_the_core_needs_no_optional_room(name, tmp_path):
     away = [*OPTIONAL] if name == ALL else [name]
-    missed = [OPTIONAL[room] for room in away]
+    folder = copied(tmp_path, [x for room in away for x in OPTIONAL[room]])
     code = CORE
-    for _, call in missed:
-        code += f"""
-try:
-    {call}
-except ModuleNotFoundError as missing:
-    print("missed:", missing.name, missing)
-"""
-    printed = run(copied(tmp_path, [x for folders, _ in missed for x in folders]), code)
-    words = [x for x in printed.splitlines() if x.startswith("missed:")]
-    assert len(words) == len(missed), printed
-    for line, (folders, _) in zip(words, missed, strict=True):
-        rooms = ["sosbook." + x.replace("/", ".") for x in folders]
-        assert any(line.split()[1].startswith(room) for room in rooms), line
-        assert "isn't there" in line
+    for room in away:
+        code += MISSED.format(MISSES[room])
+        if room in FILES:
+            FILES[room]().save(folder / f"{room}.json")
+            code += f'print("read:", command.main(["verify", "{room}.json"]))\n'
+    if {"sampled", "controllers"} & {*away}:
+        plant = {"M": [[1]], "D": [[1]], "S": [[1]], "B": [[1]]}
+        asked = {"plant": plant, "region": {"sigma": 1}, "controller": {"T": 0.01}}
+        (folder / "asked.json").write_text(json.dumps(asked), "utf-8")
+        code += ASKED
+    printed = run(folder, code).splitlines()
+    missed = [line.split(" ", 3) for line in printed if line.startswith("missed:")]
+    assert len(missed) == len(away), printed
+    homes = [f"sosbook.{x}".replace("/", ".") for r in away for x in OPTIONAL[r]]
+    for _, module, _, words in missed:
+        assert any(f"{module}.".startswith(f"{home}.") for home in homes)
+        assert f"needs {module}, which isn't there" in words
+    codes = [line.split()[1] for line in printed if line[:6] in ("read: ", "asked:")]
+    assert {*codes} <= {"3"} and len(codes) == code.count("command.main") - 1, printed
+
+
+@pytest.mark.slow
+def test_a_first_design_loads_few_modules(tmp_path):
+    root, design, searches = map(int, run(tmp_path, FIRST, PACKAGE.parent).split())
+    assert root <= 1 and design <= 120 and searches == 0
