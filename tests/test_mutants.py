@@ -1,9 +1,13 @@
 """Changes of the checker by rule, and the judge of whether an input notices them."""
 
 import json
+from itertools import count
+
+import pytest
 
 from sosbook.exact.checker import CHECKER
 from tests.forged import base
+from tests.mutants import __main__ as command
 from tests.mutants.changes import mutants
 from tests.mutants.judge import Checker, Inputs
 from tests.test_every_need import text
@@ -58,3 +62,52 @@ def test_a_change_that_ends_the_program_is_noticed():
         if "Eq -> NotEq" in words and "main" in words
     ]
     assert any(Inputs([]).notices("kernel", "module", x, 1.0) for x in found)
+
+
+@pytest.fixture
+def three(tmp_path, monkeypatch):
+    """A run of the command on three functions, each with a change that survives."""
+
+    class NoInputs:
+        all = ()
+
+        def __init__(self, kept):
+            """There are none."""
+
+        def notices(self, name, owner, source, most):
+            return source == "dies"
+
+    every = {
+        f"kernel f{k} {k}": {f"f{k} lives": "lives", f"f{k} dies": "dies"}
+        for k in range(3)
+    }
+    (tmp_path / "inputs").write_text("[]", "utf-8")
+    monkeypatch.setattr(command, "functions", lambda: every)
+    monkeypatch.setattr(command, "Inputs", NoInputs)
+    for name, file in dict(KEPT="inputs", LIST="list", ASKED="asked").items():
+        monkeypatch.setattr(command, name, tmp_path / file)
+    return lambda *words: command.main(["--again", *words])
+
+
+def test_what_was_never_asked_is_no_survivor_that_the_list_lacks(
+    three, tmp_path, monkeypatch, capsys
+):
+    """A run ends where its time does, and the next goes on there."""
+    assert three() == command.NOT_ASKED
+    assert "SURVIVES, NOT ASKED BEFORE: f1 lives" in capsys.readouterr().out
+    with monkeypatch.context() as hurried:
+        ticks = count()
+        hurried.setattr(command.time, "process_time", lambda: next(ticks))
+        assert three("--write", "--seconds", "3") == command.NOT_ASKED
+    found, asked = tmp_path / "list", tmp_path / "asked"
+    assert len(asked.read_text("utf-8").splitlines()) == 1
+    assert three("--write") == three() == 0
+    assert found.read_text("utf-8").split("\n") == [f"f{k} lives" for k in range(3)] + [
+        ""
+    ]
+    found.write_text("f1 lives\nf2 dies\nf9 was\n", "utf-8")
+    capsys.readouterr()
+    assert three() == command.SURVIVES
+    said = capsys.readouterr().out
+    assert "SURVIVES: f0 lives" in said and "NOTICED NOW" in said and "f2 dies" in said
+    assert three("--write") == three() == 0

@@ -1,13 +1,16 @@
 """Change the checker by rule, and say which changes no input of the tests notices.
 
     python3 tasks.py mutants                   all changes, some forty minutes
-    python3 tasks.py mutants --seconds 600     as many as fit, by chance
+    python3 tasks.py mutants --seconds 600     as many functions as fit
+    python3 tasks.py mutants --write --again   go on where the last run ended
 
 A change exchanges a comparison, a sign, "and" with "or", a constant or a digit of a
 theorem's text, or leaves a `need` out. The tests of the checker run first, and what
 they ask is kept. `survivors.txt` lists the changes that nothing notices: it may only
-shrink.
-Exit code: 0; 1 where a change survives that isn't listed (`--write` adds it).
+shrink. `asked.txt` names the functions all of whose changes were asked for that list,
+each with a digest of its changes; those that it doesn't name come first.
+Exit code: 0; 1 where a change of a function in `asked.txt` survives and isn't listed;
+3 where none does, and some functions were never asked.
 """
 
 import argparse
@@ -16,6 +19,7 @@ import random
 import sys
 import time
 from collections import Counter
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -26,8 +30,9 @@ from tests.mutants.judge import FILES, Inputs, Recorder, recorded
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "_build" / "mutants.json"
-LIST = Path(__file__).with_name("survivors.txt")
+LIST, ASKED = (Path(__file__).with_name(f"{x}.txt") for x in ("survivors", "asked"))
 SECONDS = 6.0  # for one change
+SURVIVES, NOT_ASKED = 1, 3
 
 
 def main(words=None):
@@ -43,40 +48,83 @@ def main(words=None):
     add("--module", choices=MODULES, help="one module alone")
     add("--tests", nargs="+", default=FILES, metavar="NAME", help="whose inputs")
     add("--again", action="store_true", help="with the inputs of the last run")
-    add("--write", action="store_true", help="add what survives to the list")
+    add("--write", action="store_true", help="keep what was found in both lists")
     asked = parser.parse_args(words)
     kept = json.loads(KEPT.read_text("utf-8")) if asked.again else record(asked.tests)
     inputs = Inputs(kept)
     print(f"{len(inputs.all)} inputs", flush=True)
-    modules = [asked.module] if asked.module else MODULES
-    every = [
-        (name, *change)
-        for name in modules
-        for change in mutants((CHECKER / f"{name}.py").read_text("utf-8"))
-    ]
-    random.Random(asked.seed).shuffle(every)
-    listed = {*LIST.read_text("utf-8").splitlines()}
-    counts, fresh, noticed = Counter(), [], []
-    end = time.process_time() + asked.seconds
-    for name, owner, words, source in every:
-        if time.process_time() > end:
-            break
-        found, line = inputs.notices(name, owner, source, SECONDS), f"{name} {words}"
-        counts["changes"] += 1
-        kind = {True: "noticed", None: "not decided in time", False: "survive"}[found]
-        counts[kind] += 1
-        if found and line in listed:
-            noticed.append(line)
-        if found is False and line not in listed:
-            fresh.append(line)
-            print("SURVIVES", line, flush=True)
+    every = functions()
+    lists = Lists(every)
+    order = [mark for mark in every if asked.module in (None, mark.split()[0])]
+    random.Random(asked.seed).shuffle(order)
+    order.sort(key=lists.asked.__contains__)
+    counts, end = Counter(), time.process_time() + asked.seconds
+    for mark in order:
+        name, owner, _ = mark.split()
+        for line, source in every[mark].items():
+            if time.process_time() > end:
+                break
+            found = inputs.notices(name, owner, source, SECONDS)
+            kind = {True: "noticed", None: "not decided in time", False: "survive"}
+            counts[kind[found]] += 1
+            lists.hear(mark, line, found)
+        else:
+            lists.done.add(mark)
+            if asked.write:
+                lists.write()
     print(*(f"{n:6d}  {what}" for what, n in counts.items()), sep="\n")
-    if asked.write:
-        LIST.write_text("\n".join(sorted(listed | {*fresh})) + "\n", "utf-8")
-        return 0
-    for line in noticed:
+    for line in lists.noticed:
         print("NOTICED NOW, take it from survivors.txt:", line)
-    return int(bool(fresh))
+    missing = every.keys() - lists.asked - (lists.done if asked.write else set())
+    print(f"{len(missing):6d}  of {len(every)} functions were never asked")
+    if lists.unlisted and not asked.write:
+        return SURVIVES
+    return NOT_ASKED if missing else 0
+
+
+def functions():
+    """The changes of each function by their words, by "module function digest"."""
+    found = {}
+    for name in MODULES:
+        for owner, words, source in mutants(
+            (CHECKER / f"{name}.py").read_text("utf-8")
+        ):
+            found.setdefault((name, owner), {})[f"{name} {words}"] = source
+    return {
+        f"{name} {owner} {sha256('|'.join(changes).encode()).hexdigest()[:12]}": changes
+        for (name, owner), changes in found.items()
+    }
+
+
+class Lists:
+    """What the two files hold, and what a run finds beside it."""
+
+    def __init__(self, every):
+        self.every = every
+        self.listed, self.asked = (
+            {*path.read_text("utf-8").splitlines()} if path.is_file() else set()
+            for path in (LIST, ASKED)
+        )
+        self.asked &= every.keys()
+        self.done, self.fresh, self.noticed, self.unlisted = set(), set(), [], []
+
+    def hear(self, mark, line, found):
+        """What became of a change: noticed, or not, or not in time (None)."""
+        if found and line in self.listed:
+            self.noticed.append(line)
+        if found is False and line not in self.listed:
+            self.fresh.add(line)
+            if mark in self.asked:
+                self.unlisted.append(line)
+            before = "SURVIVES" if mark in self.asked else "SURVIVES, NOT ASKED BEFORE"
+            print(f"{before}: {line}", flush=True)
+
+    def write(self):
+        """Keep both lists; what is noticed or isn't a change any more leaves them."""
+        changes = {line for several in self.every.values() for line in several}
+        survive = ((self.listed & changes) - {*self.noticed}) | self.fresh
+        for path, lines in ((LIST, survive), (ASKED, self.asked | self.done)):
+            path.write_text("\n".join(sorted(lines)) + "\n", "utf-8")
 
 
 def record(names):
