@@ -548,7 +548,7 @@ def test_a_text_that_is_refused_proves_nothing(monkeypatch):
     def refuse(asked):
         raise checker.Refused("for a test")
 
-    monkeypatch.setattr(checker, "law", refuse)
+    monkeypatch.setattr(checker, "text_of", refuse)
     plain = DesignProof.of(proof.data)
     assert not plain.proven and "for a test" in plain.failed[0]
     assert not proof.verify()
