@@ -21,7 +21,7 @@ from ..plants.outputs import Output
 from ..runtime.names import OfKind
 from ..runtime.read_only import ReadOnly, put
 from .known import KnownVertex
-from .loop import Loop
+from .posed import PosedLoop
 from .vocabulary import KINDS, Parameter
 
 ONE_BY_ONE = (
@@ -107,12 +107,12 @@ class Requirement(OfKind, ABC, ReadOnly):
         """The unknowns of its own in a request, a tuple, beside P, V and Y."""
         return ()
 
-    def once(self, loop: Loop) -> Iterable:
+    def once(self, loop: PosedLoop) -> Iterable:
         """Blocks of a loop that are demanded once: (name, vertices, matrix) each."""
         return ()
 
     @abstractmethod
-    def pair(self, loop: Loop, c: Coupled) -> Iterable:
+    def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         """Blocks of a pair of vertices: (name, matrix) each.
 
         A plant between has the weights w of the vertices, and its block must be
@@ -121,13 +121,13 @@ class Requirement(OfKind, ABC, ReadOnly):
 
         Parameters
         ----------
-        loop : Loop
+        loop : PosedLoop
             What the blocks are made of.
         c : Coupled
             The pair of vertices.
         """
 
-    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+    def slack(self, loop: PosedLoop, c: SlackVertex, i: int) -> Iterable:
         """Blocks of a vertex with a slack matrix: (name, matrix) each.
 
         In a class of the package they imply, with P_i and V, the `once` and `pair`
@@ -136,7 +136,7 @@ class Requirement(OfKind, ABC, ReadOnly):
 
         Parameters
         ----------
-        loop : Loop
+        loop : PosedLoop
             What the blocks are made of.
         c : SlackVertex
             The vertex.

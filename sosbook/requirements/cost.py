@@ -20,7 +20,7 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
 from .base import ONE_BY_ONE, Requirement
 from .known import KnownVertex
-from .loop import Loop
+from .posed import PosedLoop
 from .vocabulary import COST
 
 
@@ -193,19 +193,19 @@ class QuadraticCost(Requirement):
         channels = request.order if self.noise == "states" else request.plant.p
         return (Unknown("J", channels, symmetric=True),)
 
-    def once(self, loop: Loop) -> Iterable:
+    def once(self, loop: PosedLoop) -> Iterable:
         J = loop.own["J"]
         yield "trace", (), theorems.trace_bound(J, loop.level(self))
         if self.noise == "states" and loop.epsilon is None:
             yield "cost", (), theorems.lqr_cost(loop.near(loop.P), self._one(loop), J)
 
-    def pair(self, loop: Loop, c: Coupled) -> Iterable:
+    def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         c, weights = self._mixed_into(c, c.EP, loop), self._weights(loop)
         yield "lqr", theorems.lqr_decay(c, *weights)
         if self.noise == "F":
             yield "cost", theorems.lqr_cost(c.EPE, c.Bw, loop.own["J"])
 
-    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+    def slack(self, loop: PosedLoop, c: SlackVertex, i: int) -> Iterable:
         inner, noise = he(c.EVE) - c.EPE, c.Bw
         if self.noise == "states":
             inner = he(loop.near(c.V)) - loop.near(c.P)

@@ -15,7 +15,7 @@ from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
 from .channel import Channel
 from .known import KnownVertex
-from .loop import Loop
+from .posed import PosedLoop
 from .vocabulary import H2_NORM
 
 
@@ -92,14 +92,14 @@ class H2(Channel):
         q = len(self.seen(request.vertices[0]).C)
         return (Unknown(self._J, q, symmetric=True),)
 
-    def once(self, loop: Loop) -> Iterable:
+    def once(self, loop: PosedLoop) -> Iterable:
         yield "trace", (), theorems.trace_bound(loop.own[self._J], loop.level(self))
 
-    def pair(self, loop: Loop, c: Coupled) -> Iterable:
+    def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         yield "noise", theorems.h2_noise(c)
         yield "output", theorems.h2_output(c.EPC, c.EPE, loop.own[self._J])
 
-    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+    def slack(self, loop: PosedLoop, c: SlackVertex, i: int) -> Iterable:
         yield "noise", theorems.slack_h2_noise(c, loop.epsilon)
         yield "output", theorems.h2_output(c.EVC, c.EPE, loop.own[self._J])
 

@@ -8,8 +8,8 @@ from ..language.trees import scaled_constants
 
 
 class TracedLoop:
-    """A `Loop` of symbols, for one ``requirement`` of a ``request``. What it knows is
-    what an author's blocks may speak of: P, Y, V, the requirement's numbers and
+    """A `PosedLoop` of symbols, for one ``requirement`` of a ``request``. What it knows
+    is what an author's blocks may speak of: P, Y, V, the requirement's numbers and
     unknowns, whose names begin with ``own``, and a vertex or a pair.
     """
 

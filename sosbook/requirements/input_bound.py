@@ -17,7 +17,7 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
 from .base import ONE_BY_ONE, Requirement
 from .known import KnownVertex
-from .loop import Loop
+from .posed import PosedLoop
 from .vocabulary import U_MAX
 
 
@@ -99,7 +99,7 @@ class Saturation(Requirement):
                 f"{states[0]} = {request.order}: {states[1]}"
             )
 
-    def once(self, loop: Loop) -> Iterable:
+    def once(self, loop: PosedLoop) -> Iterable:
         if loop.epsilon is not None:
             return
         yield "x0", (), theorems.initial_state(loop.near(loop.P), loop.state(self.x0))
@@ -111,10 +111,10 @@ class Saturation(Requirement):
     def bounds_input_from(self) -> np.ndarray | None:
         return None if self.acceleration else self.x0
 
-    def pair(self, loop: Loop, c: Coupled) -> Iterable:
+    def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         return ()
 
-    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+    def slack(self, loop: PosedLoop, c: SlackVertex, i: int) -> Iterable:
         x0 = loop.state(self.x0)
         yield "x0", theorems.slack_initial_state(loop.near(c.P), loop.near(c.V), x0)
         yield "u_max", self._bound(loop, c.P, c.V.T, c.Y, i)

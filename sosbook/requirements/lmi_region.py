@@ -17,7 +17,7 @@ from ..runtime.names import sane_name
 from ..runtime.read_only import put
 from .base import Requirement
 from .known import KnownVertex
-from .loop import Loop
+from .posed import PosedLoop
 from .region_forms import RegionForms, degrees
 from .vocabulary import SIGMA
 
@@ -217,11 +217,11 @@ class LMIRegion(RegionForms, Region, Requirement):
     def pole_matrices(self) -> tuple:
         return exact(self.alpha), exact(self.beta)
 
-    def pair(self, loop: Loop, c: Coupled) -> Iterable:
+    def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         alpha, beta = loop.number(self.alpha), loop.number(self.beta)
         yield "", theorems.pole_region(c, alpha, beta)
 
-    def slack(self, loop: Loop, c: SlackVertex, i: int) -> Iterable:
+    def slack(self, loop: PosedLoop, c: SlackVertex, i: int) -> Iterable:
         alpha, beta = loop.number(self.alpha), loop.number(self.beta)
         yield "", theorems.slack_pole_region(c, alpha, beta, loop.epsilon)
 

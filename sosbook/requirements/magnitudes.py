@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 from ..lmi.text import floats
 from ..plants.coupled import Coupled
 from ..solver.primal_dual import positive
-from .loop import Loop
+from .posed import PosedLoop
 
 LARGEST = 60.0  # a power of ten; nothing is sought beyond
 HOLDS = 1e-9  # the least eigenvalue of a block whose diagonal is one
@@ -137,7 +137,7 @@ def _blocks(requirement, request, frame, even, p, t, level):
     }
     levels = {requirement.parameter.key: level} if _has_level(requirement) else {}
     P, Y = p * np.eye(N), p * np.eye(m, N)
-    loop = Loop(request, floats, frame, P, Y, None, levels, own)
+    loop = PosedLoop(request, floats, frame, P, Y, None, levels, own)
     loop.vertices = [even] * len(request.vertices)
     named = [g for _, _, g in requirement.once(loop)]
     named += [g for _, g in requirement.pair(loop, Coupled(even, even, P, Y))]

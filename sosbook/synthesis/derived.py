@@ -19,7 +19,7 @@ from ..plants.coupling import OneP
 from ..plants.descriptor import Descriptor, twins
 from ..plants.kinds import every_plant
 from ..plants.near_box import NearBox
-from ..requirements.loop import Loop
+from ..requirements.posed import PosedLoop
 from ..requirements.stability import Stability
 from ..runtime.names import sane_name
 from ..runtime.time_limit import check_time, check_time_of_eigenvalues
@@ -63,7 +63,7 @@ def _affine(r, request, rng):
         check_time()
         P, Y, own = point
         levels = {} if r.parameter is None else {r.parameter.key: LEVEL}
-        loop = Loop(request, exact, None, P, Y, None, levels, own)
+        loop = PosedLoop(request, exact, None, P, Y, None, levels, own)
         plant = Descriptor(E, *(E @ x for x in q), C, Du)
         return dict(r.pair(loop, Coupled(plant, plant, P, Y)))
 
@@ -310,7 +310,7 @@ class Derived:
         Y = np.zeros((self.plant.m, self.order))
         P = self.coupling.given([V] * len(self.lyapunov))
         own = {u.name: np.zeros(u.shape) for _, u in self.owned}
-        loop = Loop(self, floats, None, P, Y, V, (), own)
+        loop = PosedLoop(self, floats, None, P, Y, V, (), own)
         first = self.coupling.coupled(loop, *self.pairs[0])
 
         def constants(r):

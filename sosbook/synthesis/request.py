@@ -17,7 +17,7 @@ from ..plants.gain import gain_of
 from ..plants.kinds import Prepared, checked_plant
 from ..plants.near_box import NearBox
 from ..requirements.blocks import BlockTable
-from ..requirements.loop import Loop, OnDemand
+from ..requirements.posed import OnDemand, PosedLoop
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly, put
@@ -214,7 +214,7 @@ class Request(Shorthand, Derived, ReadOnly):
         """
         own = dict(own)
         sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}
-        whole = Loop(self, number, frame, P, Y, V, levels, own)
+        whole = PosedLoop(self, number, frame, P, Y, V, levels, own)
         loops = {
             r.key: _measured(whole.seen_by(r), r, sizes.get(r.key))
             for r in self.demands

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 
-class Loop:
+class PosedLoop:
     """What the blocks of a requirement are made of: ``request``, ``frame`` (None for
     the plant's own coordinates), ``P``, ``Y``, ``V``, the unknowns of every request in
     these (P one for each vertex where there is a slack matrix V), and the requirements'
