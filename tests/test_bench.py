@@ -921,7 +921,7 @@ def test_a_law_is_written_for_the_package(tab, tmp_path, capsys):
     assert asked.keys() == names["design"].keys() and plant == names["plant"]
     law = asked.pop("law")
     assert repr(asked) == repr({k: names["design"][k] for k in asked})
-    assert (law.position.tolist(), law.filter) == ([[1, 0]], 0.01)
+    assert (law.sensors.position.tolist(), law.filter) == ([[1, 0]], 0.01)
     assert law.integrate.tolist() == [[2]] and law.form == {"K_I": [["a"]]}
     found = json.loads(file.read_text("utf-8")) | {"starts": 1}
     file.write_text(json.dumps(found), "utf-8")

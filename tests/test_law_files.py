@@ -111,7 +111,7 @@ WRONG = {  # what is given, and the words of the error
     "misspelt": ({"law": {"positon": [[1, 0]]}}, "law: 'positon' isn't known: its"),
     "no row": ({"law": {"position": []}}, "law: position"),
     "blind": ({"law": {"position": [[0, 0]]}}, "law: position: row 1 is zero"),
-    "too wide": ({"law": {"position": [[1, 0, 0]]}}, "law: position has 3 columns"),
+    "too wide": ({"law": {"position": [[1, 0, 0]]}}, "position has rows of width 3"),
     "a word": ({"law": {"position": "z1"}}, "law: position"),
     "no time": ({"law": SEEN | {"filter": 0}}, "law: filter must be"),
     "no truth": ({"law": SEEN | {"integrate": None}}, "law: integrate must be"),

@@ -62,7 +62,7 @@ def test_a_law_makes_the_loop_that_python_control_makes(seed):
         K = np.tensordot(share, form.directions, 1)
         d = sos.analyse_pid(sos.Polytope(plants), K, law=law)
         rows = np.block([[C, zero]])
-        if law.velocity is not None:
+        if law.rates is not None:
             rows = np.vstack([rows, np.hstack([zero[:1], C[:1]])])
         for plant, poles in zip(plants, d.poles()):
             same(joined(plant, rows, law.controller(plant, K)), poles)
@@ -233,7 +233,7 @@ BAD = {
     "two sensors measure z1": lambda: sos.analyse_pid(
         ARM, [[1.0, 2.0]], law=sos.PIDLaw([[1, 0], [1, 0]])
     ),
-    "position has 1 columns, needs 2": lambda: sos.analyse_pid(
+    "position has rows of width 1, but the plant has 2": lambda: sos.analyse_pid(
         ARM, [[1.0]], law=sos.PIDLaw([[1]])
     ),
 }

@@ -75,7 +75,8 @@ def controller_of(
         wanted, rows = _measured(measured, names)
         noise = np.zeros((len(rows), plant.p))
     else:
-        wanted, rows, noise = law_sensors(law, plant, measured, memory, filter_time)
+        given = measured, memory, filter_time
+        wanted, rows, noise, places = law_sensors(law, plant, *given)
         known = (*known, *(x for x in wanted if x not in names))
     units = _units(units, known, outputs)
     seen = signals_of(wanted, units)
@@ -91,9 +92,8 @@ def controller_of(
         warn_of_long_ticks(design, T)
     if law is not None:
         estimate, gain, sums = law_memory(law, plant, K, T, at_ticks)
-        seen_at_rest = sum(not row[n:].any() for row in rows) if n else len(rows)
-        U = sums[:, :seen_at_rest]  # positions come first
-        R = quiet_set_point(U, gain.K[:, :seen_at_rest])
+        U = sums[:, :places]
+        R = quiet_set_point(U, gain.K[:, :places])
     else:
         gain, sums = Gain(np.asarray(K, float), design.gain.signals), _sums(U, rows)
         R = np.zeros((0, 0))

@@ -23,6 +23,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from ..exact.rational import exact, inverse
+from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import Gain
 from .memory import Estimate
 
@@ -31,9 +32,9 @@ INVERTIBLE = 1e-9  # of the largest singular value: what a memory forgets of rea
 
 
 def law_sensors(law, plant, measured, memory, filter_time):
-    """Names of a ``law``'s sensors, their rows on the ``plant``'s state, and how w
-    enters them; a ValueError where it has decided about ``measured``, ``memory`` or
-    ``filter_time``.
+    """Names of a ``law``'s sensors, their rows on the ``plant``'s state, how w enters
+    them, and how many are of places; a ValueError where it has decided about
+    ``measured``, ``memory`` or ``filter_time``.
     """
     parts = law.parts(plant)
     sensors = parts.sensors
@@ -48,7 +49,22 @@ def law_sensors(law, plant, measured, memory, filter_time):
                 f"{name} is for a gain of the whole state: the design's law has a "
                 "memory of its own"
             )
-    return sensors, *(np.asarray(x, float) for x in (parts.rows, parts.noise))
+    rows, noise = (np.asarray(x, float) for x in (parts.rows, parts.noise))
+    return sensors, rows, noise, _of_places(law, plant, rows)
+
+
+def _of_places(law, plant, rows):
+    """How many sensors are of places alone: they have set points, and come first."""
+    first_order, places = isinstance(plant, DescriptorSystem), law.places
+    if places is None:
+        places = ~rows[:, plant.order if first_order else plant.n :].any(axis=1)
+    count = places.sum()
+    if not places[:count].all():
+        raise ValueError(
+            "sensors: set points are of places, whose rows come first: give the rows "
+            "of the Output in this order"
+        )
+    return count
 
 
 def law_memory(law, plant, K, T, at_ticks=False):

@@ -246,10 +246,11 @@ class _Work:
         rows = abs(form.directions).sum(axis=2).argmax(axis=1)
         self.pace = np.where(rows < request.plant.m, 1.0, design.T)  # of memory: a tick
         largest = LARGEST * self.continuous.units(1 / design.T)  # nothing is as fast
-        limits = np.maximum(self.slow.limits, largest) * self.pace
-        limits = np.where(np.isinf(form.bounds), limits, form.bounds)
-        self.task = replace(self.slow, limits=limits)
-        self.slow = replace(self.slow, limits=limits / self.pace)
+        ends = form.within(np.maximum(self.slow.limits, largest) * self.pace)
+        self.task = replace(self.slow, ends=ends)
+        limits = self.task.limits
+        held = np.where(self.pace == 1, ends, [-limits, limits])  # of ticks, else
+        self.slow = replace(self.slow, ends=held / self.pace)
         steps = limits / LARGEST
         gains = [self.continuous.K(x) for x in (0 * steps, *np.diag(steps))]
         made = [replace(design, K=K).controller() for K in gains]
@@ -278,8 +279,8 @@ class _Work:
             words = f"{self._reason(found.kappa, best, by)}{stopped}"
             best = self.design
         else:
-            limits, blocks = self.task.limits, self.continuous.form.blocks
-            words = stopped or why_ended(ended, float, found.kappa, limits, blocks)
+            ends, blocks = self.task.ends, self.continuous.form.blocks
+            words = stopped or why_ended(ended, float, found.kappa, ends, blocks)
         return replace(best, reason=words.strip(), searched=by)
 
     def _found(self, sigma, starts, seed, near=()):
@@ -312,7 +313,7 @@ class _Work:
             yield unit, kappa / unit
         for unit, x in starting_points(slow, self.continuous, count, rng, ()):
             kappa, unit = self._held(unit * x), unit * self.pace
-            yield unit, np.clip(kappa, -task.limits, task.limits) / unit
+            yield unit, task.inside(kappa) / unit
 
     def _held(self, kappa):
         """The free numbers of a memory whose inputs are held over a tick."""
@@ -323,6 +324,7 @@ class _Work:
         whole[:c] = np.roll(K[-c:], c, axis=1)  # what it remembers, then what it sees
         K[-c:] = np.roll(expm(whole * self.design.T)[:c], -c, axis=1)
         M = self.continuous.directions.reshape(len(kappa), -1).T
+        K = K - self.continuous.first
         return np.linalg.lstsq(M, K.ravel(), rcond=None)[0]
 
     def _decay(self, kappa):
@@ -353,7 +355,7 @@ class _Work:
         """
         design = None
         for digits in DIGITS:
-            rounded = round_digits(kappa, digits)
+            rounded = self.task.inside(round_digits(kappa, digits))
             asked = [self.sigma]
             if self.sigma is None:
                 fast = self._decay(rounded)

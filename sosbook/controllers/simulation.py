@@ -87,6 +87,8 @@ def simulate_controller(
     forces = _Forces(plants, friction, backlash)
     early, rest = float(c.timing.remainder), float(c.timing.T - c.timing.remainder)
     flows = [_flow(plants, forces.entry, span) for span in (early, rest)]
+    joined = getattr(c.plant, "sensed", None)
+    x0 = x0 if joined is None else joined.whole(x0)
     x = np.zeros((runs, N)) if x0 is None else np.broadcast_to(x0, (runs, N)) + 0.0
     late = c.timing.whole_samples
     queue = [np.zeros((runs, m))] * (late + 2)

@@ -6,6 +6,7 @@ its gain is a static one of the plant that x_c is joined to.
 """
 
 from abc import ABC, abstractmethod
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -16,7 +17,9 @@ from ..exact.rational import exact, inverse
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import Gain, input_names, named, signals
+from ..plants.gain import Gain, input_names, named
+from ..plants.outputs import Output
+from ..plants.sensed import Readings, corners, kept, sensed
 from ..runtime.read_only import ReadOnly
 from .structure import Structure
 
@@ -94,9 +97,9 @@ class Parts(ReadOnly):
 
         return replace(
             d,
-            E=_corners(d.E, zero(N, c), zero(c, N), self.E),
-            A=_corners(d.A, zero(N, c), self.B @ self.rows, self.A),
-            Bu=_corners(d.Bu, zero(N, k), zero(c, m), self.entry),
+            E=corners(d.E, zero(N, c), zero(c, N), self.E),
+            A=corners(d.A, zero(N, c), self.B @ self.rows, self.A),
+            Bu=corners(d.Bu, zero(N, k), zero(c, m), self.entry),
             Bw=np.vstack([d.Bw, self.B @ self.noise if c else zero(0, p)]),
             C=np.hstack([d.C, zero(len(d.C), c)]),
             Du=None if d.Du is None else np.hstack([d.Du, zero(len(d.Du), k)]),
@@ -142,7 +145,7 @@ class Parts(ReadOnly):
         K_A : (m, n) array, optional
             Acceleration gain.
         """
-        return tuple(_kept(self.looped(d, exact(K))) for d in plain(plant, K_A))
+        return tuple(kept(self.looped(d, exact(K))) for d in plain(plant, K_A))
 
     def controller(self, K):
         """A, B, C, D from y_m to u, in rationals, for the gain K in rationals."""
@@ -180,8 +183,45 @@ class LawGain(ReadOnly):
 class Law(ABC, ReadOnly):
     """What is measured, what is remembered and which gains are free.
 
-    A law of one's own has two methods: `parts` and `structure`.
+    A law of one's own has two methods: `parts` and `structure`. What it measures are
+    the rows of ``sensors``, an `Output`, with a ``noise`` and a ``lag``, and those of
+    ``rates``, which are velocities.
     """
+
+    sensors: Any = None
+    rates: Any = None
+    noise: Any = None
+    lag: Any = None
+    places: Any = None  # of the first so many readings; None: it is seen by the rows
+
+    def readings(self, plant: Any) -> Readings:
+        """What its sensors see of a ``plant``, those of ``sensors`` first."""
+        seen = Readings.of(plant, self.sensors, self.rates)
+        if self.lag is None and seen.late.any():
+            raise ValueError(
+                f"lag is missing: {seen.names[seen.late.argmax()]} jumps with u, and "
+                "no sensor does; give the time constant of the sensor, or of the "
+                "filter before the clock, in s"
+            )
+        if self.noise is None:
+            return seen
+        Dw = seen.Dw + 0.0
+        Dw[: seen.first] += matrix("noise", self.noise, (seen.first, plant.p))
+        return replace(seen, Dw=Dw)
+
+    def on(self, plant: Any) -> tuple:
+        """The ``plant`` with those sensors as states that are late, and the law of its
+        readings; both as they are where none is.
+        """
+        seen = self.readings(plant)
+        if not seen.late.any():
+            return plant, self
+        new, (first, rest) = copy(self), seen.outputs()
+        for name, x in dict(sensors=first, rates=rest, places=seen.places).items():
+            object.__setattr__(new, name, x)
+        for name in ("noise", "lag"):
+            object.__setattr__(new, name, None)
+        return sensed(plant, seen, self.lag), new
 
     @abstractmethod
     def parts(self, plant: Any) -> Parts:
@@ -221,7 +261,7 @@ class Law(ABC, ReadOnly):
                     f"{', '.join(names)}"
                 )
             gains = gains.columns(names)
-        return form.matrix({} if gains is None else gains)
+        return form.matrix(gains)
 
     def controller(self, plant: Any, K: np.ndarray) -> LawGain:
         """The controller from y to u with a gain K, exactly.
@@ -258,36 +298,45 @@ def plain(plant, K_A=None):
     return tuple(d.map(exact) for d in vertices)
 
 
-def sensor_rows(plant, position, velocity):
-    """The sensors' rows on the ``plant``'s state, their names, how many are positions,
-    of ``position`` and ``velocity``; of a DescriptorSystem all are positions.
+def checked_outputs(position, velocity, sensors, noise, lag):
+    """What is measured, as `Law` keeps it: the `Output`s ``sensors`` and ``rates``, the
+    ``noise`` and the ``lag``; a ValueError names what is wrong.
     """
-    first = isinstance(plant, DescriptorSystem)
-    if first and velocity is not None:
+    if sensors is not None and position is not None:
         raise ValueError(
-            "velocity: a DescriptorSystem has no velocities; give position= rows on "
-            "its state x"
+            "position and sensors are given: put it into the Output, joined by &"
         )
-    n = plant.order if first else plant.n
-    seen, moved = (
-        np.zeros((0, n)) if rows is None else matrix(name, rows, (None, n))
-        for name, rows in (("position", position), ("velocity", velocity))
+    if position is None and velocity is None and sensors is None:
+        raise ValueError(
+            "position is missing: say what is measured, one row for each sensor"
+        )
+    for name, rows in (("position", position), ("velocity", velocity)):
+        if rows is not None:
+            found = Output(**{name: seeing_rows(name, rows)})
+            position, velocity = (
+                (found, velocity) if name == "position" else (position, found)
+            )
+    if sensors is not None and not isinstance(sensors, Output):
+        raise ValueError(
+            f"sensors must be an Output, such as Output(position=...) & "
+            f"Output(acceleration=...), got {type(sensors).__name__}"
+        )
+    for part in () if sensors is None else sensors.parts:
+        rows = [x for k, x in part.given.items() if np.ndim(x) and k != "disturbance"]
+        if len(rows) == len(part.given):
+            seeing_rows("sensors", np.hstack(rows))
+    if lag is not None:
+        lag = positive("lag", lag)
+    return dict(
+        sensors=position if sensors is None else sensors,
+        rates=velocity,
+        noise=None if noise is None else matrix("noise", noise),
+        lag=lag,
     )
-    whole = seen
-    if not first:
-        whole = np.block([[seen, 0 * seen], [0 * moved, moved]]) + 0.0
-    names = signals(plant)
-    words, rows = tuple(row_words(row, names) for row in whole), whole.tolist()
-    for row, twice in zip(rows, words):
-        if rows.count(row) > 1:
-            raise ValueError(f"two sensors measure {twice}: leave one out")
-    return exact(whole), words, len(seen)
 
 
-def checked_sensors(name, rows, columns=None):
-    """The ``rows`` of some sensors, called ``name``, none of them zero; or None."""
-    if rows is None:
-        return None
+def seeing_rows(name, rows, columns=None):
+    """The ``rows``, called ``name``, of what is seen, none of them zero."""
     rows = matrix(name, rows, (None, columns))
     if not len(rows):
         raise ValueError(f"{name} has no row: leave it out, or give a sensor")
@@ -297,14 +346,6 @@ def checked_sensors(name, rows, columns=None):
                 f"{name}: row {k + 1} is zero, a sensor that sees nothing: leave it out"
             )
     return rows
-
-
-def noise_rows(noise, sensors, positions, p):
-    """The matrix from w to the sensors: ``noise`` is that of the positions."""
-    whole = np.zeros((sensors, p))
-    if noise is not None:
-        whole[:positions] = matrix("noise", noise, (positions, p))
-    return exact(whole)
 
 
 def checked_limits(limits, names):
@@ -318,30 +359,7 @@ def checked_limits(limits, names):
     return {name: positive(f"limits[{name!r}]", x) for name, x in limits.items()}
 
 
-def row_words(row, names, number="{:g}".format):
-    """A mixture of signals in words: "z1 - 2 z2"; ``number`` writes its shares."""
-    text = ""
-    for share, name in zip(row, names):
-        if share:
-            size = "" if abs(share) == 1 else f"{number(abs(share))} "
-            sign = "-" if share < 0 else "+"
-            sign = f" {sign} " if text else sign.strip("+")
-            text += f"{sign}{size}{name}"
-    return text
-
-
 def listed(words):
     """ "a, b and c"."""
     *first, last = words
     return f"{', '.join(first)} and {last}" if first else f"{last} alone"
-
-
-def _kept(d):
-    """A plant in rationals as one of floats that knows them."""
-    floats = d.map(lambda x: x.astype(float))
-    vars(floats)["_exactly"] = d
-    return floats
-
-
-def _corners(a, b, c, d):
-    return np.vstack([np.hstack([a, b]), np.hstack([c, d])])

@@ -6,17 +6,10 @@ from typing import Any
 import numpy as np
 
 from ..exact.rational import exact
-from ..plants.checks import count, matrix
+from ..plants.checks import count
+from ..plants.outputs import Output
 from ..runtime.array_like import ArrayLike
-from .base import (
-    Law,
-    Parts,
-    checked_limits,
-    checked_sensors,
-    listed,
-    noise_rows,
-    sensor_rows,
-)
+from .base import Law, Parts, checked_limits, checked_outputs, listed
 from .structure import Structure, placed
 
 NAMES = "A_c", "B_c", "C_c", "D_c"
@@ -33,16 +26,14 @@ class DynamicLaw(Law):
     ----------
     order : int
         Number of states x_c, from 1 to 100.
-    position, velocity : (q, n) array_like, optional
-        What is measured, as in `PIDLaw`; y has the positions first.
+    position, velocity, sensors, lag, noise
+        What is measured, as in `PIDLaw`; y has the velocities last.
     strictly_proper : bool
         Whether D_c is zero, so that u doesn't jump with y.
     structure : dict, optional
         Which entries are free, by name, as in `PIDLaw`: ``{"A_c": "diagonal"}``.
     limits : dict, optional
         The largest size of an entry, by name.
-    noise : (q, p) array_like, optional
-        How the disturbance w enters the measured positions.
 
     Raises
     ------
@@ -59,12 +50,13 @@ class DynamicLaw(Law):
     """
 
     order: int
-    position: Any = None
-    velocity: Any = None
+    sensors: Any = None
+    rates: Any = None
     strictly_proper: bool = True
     form: Any = None
     limits: Any = None
     noise: Any = None
+    lag: float | None = None
 
     def __init__(
         self,
@@ -72,10 +64,12 @@ class DynamicLaw(Law):
         position: ArrayLike | None = None,
         velocity: ArrayLike | None = None,
         *,
+        sensors: Output | None = None,
+        lag: float | None = None,
+        noise: ArrayLike | None = None,
         strictly_proper: bool = True,
         structure: dict | None = None,
         limits: dict | None = None,
-        noise: ArrayLike | None = None,
     ) -> None:
         if count("order", order) == 0:
             raise ValueError(
@@ -91,10 +85,6 @@ class DynamicLaw(Law):
             raise ValueError(
                 f"strictly_proper must be True or False, got {strictly_proper!r}"
             )
-        if position is None and velocity is None:
-            raise ValueError(
-                "position is missing: say what is measured, one row for each sensor"
-            )
         if structure is not None and not isinstance(structure, dict):
             raise ValueError(
                 f"structure must be a dict by name ({', '.join(NAMES)}), got "
@@ -102,29 +92,31 @@ class DynamicLaw(Law):
             )
         for name, value in dict(
             order=int(order),
-            position=checked_sensors("position", position),
-            velocity=checked_sensors("velocity", velocity),
+            **checked_outputs(position, velocity, sensors, noise, lag),
             strictly_proper=strictly_proper,
             form=structure,
             limits=checked_limits(limits, NAMES),
-            noise=None if noise is None else matrix("noise", noise),
         ).items():
             object.__setattr__(self, name, value)
         self.__post_init__()
 
     def parts(self, plant: Any) -> Parts:
-        rows, words, q = sensor_rows(plant, self.position, self.velocity)
-        s, c = len(rows), self.order
+        plant, law = self.on(plant)
+        if law is not self:
+            return law.parts(plant)
+        seen = self.readings(plant)
+        words, s, c = seen.names, len(seen), self.order
         states = tuple(f"xc{k + 1}" for k in range(c))
-        seen, eye, zero = s + c, np.eye, np.zeros
-        parts = eye(c), zero((c, c)), zero((c, s)), eye(seen, s), eye(seen, c, -s)
+        eye, zero = np.eye, np.zeros
+        parts = eye(c), zero((c, c)), zero((c, s)), eye(s + c, s), eye(s + c, c, -s)
+        seen = exact(seen.C), exact(seen.Dw)
         E, A, B, take, stay = map(exact, parts)
-        noise, said = noise_rows(self.noise, s, q, plant.p), (*words, *states)
-        return Parts(rows, noise, E, A, B, take, stay, c, words, states, said)
+        said = words, states, (*words, *states)
+        return Parts(*seen, E, A, B, take, stay, c, *said)
 
     def structure(self, plant: Any) -> Structure:
         m, c = plant.m, self.order
-        s = sum(len(x) for x in (self.position, self.velocity) if x is not None)
+        s = len(self.readings(plant))
         places = {
             "A_c": ((m, m + c), (s, s + c)),
             "B_c": ((m, m + c), (0, s)),
@@ -137,5 +129,5 @@ class DynamicLaw(Law):
 
     def words(self, plant: Any) -> str:
         """Its sensors by the names of a ``plant``, and its kind."""
-        _, words, _ = sensor_rows(plant, self.position, self.velocity)
-        return f"u depends on {listed(words)}: a controller of order {self.order}"
+        words = listed(self.readings(plant).names)
+        return f"u depends on {words}: a controller of order {self.order}"

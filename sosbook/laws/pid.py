@@ -7,16 +7,9 @@ import numpy as np
 
 from ..exact.rational import exact
 from ..plants.checks import matrix, positive
+from ..plants.outputs import Output
 from ..runtime.array_like import ArrayLike
-from .base import (
-    Law,
-    Parts,
-    checked_limits,
-    checked_sensors,
-    listed,
-    noise_rows,
-    sensor_rows,
-)
+from .base import Law, Parts, checked_limits, checked_outputs, listed, seeing_rows
 from .structure import Structure, placed
 
 NAMES = "K_P", "K_D", "K_I"
@@ -40,12 +33,19 @@ class PIDLaw(Law):
         Without ``filter`` and ``velocity`` there is no K_D.
     structure : None, "diagonal", nested list or dict
         Which entries of the gains are free: 0 for none, 1 for a number of its own,
-        a word such as "a" for one that others share ("-a": minus that). One for
-        all gains, or by name: ``{"K_P": ..., "K_D": ...}``.
+        a word such as "a" for one that others share ("-a": minus that), (low, high)
+        for one in this range, where None is an open end, and (x, x) for x itself. One
+        for all gains, or by name: ``{"K_P": ..., "K_D": ...}``.
     limits : dict, optional
         The largest size of an entry, by name: ``{"K_P": 200}``.
     noise : (q, p) array_like, optional
-        How the disturbance w enters the measured positions.
+        How the disturbance w enters the measured positions, or ``sensors``.
+    sensors : Output, optional
+        In the place of position: any q rows on what the plant does, accelerations and
+        forces among them; y is what these sensors say.
+    lag : float, optional
+        The time constant, in s, of those sensors that see x' or u: they jump with u,
+        as no sensor does, and there is no loop without it.
 
     Raises
     ------
@@ -63,13 +63,14 @@ class PIDLaw(Law):
     'u depends on z1 alone: PID with a filter of 0.02 s'
     """
 
-    position: Any = None
-    velocity: Any = None
+    sensors: Any = None
+    rates: Any = None
     integrate: Any = False
     filter: float | None = None
     form: Any = None
     limits: Any = None
     noise: Any = None
+    lag: float | None = None
 
     def __init__(
         self,
@@ -81,11 +82,10 @@ class PIDLaw(Law):
         structure: Any = None,
         limits: dict | None = None,
         noise: ArrayLike | None = None,
+        sensors: Output | None = None,
+        lag: float | None = None,
     ) -> None:
-        if position is None and velocity is None:
-            raise ValueError(
-                "position is missing: say what is measured, one row for each sensor"
-            )
+        seen = checked_outputs(position, velocity, sensors, noise, lag)
         if filter is not None:
             filter = positive("filter", filter)
             if velocity is not None:
@@ -93,40 +93,38 @@ class PIDLaw(Law):
                     "filter and velocity are given: measured velocities need no filter"
                 )
         kept = dict(
-            position=checked_sensors("position", position),
-            velocity=checked_sensors("velocity", velocity),
+            **seen,
             integrate=integrate,
             filter=filter,
             form=structure,
             limits=checked_limits(limits, NAMES),
-            noise=None if noise is None else matrix("noise", noise),
         )
-        if position is None:
+        if seen["sensors"] is None:
             for name in ("integrate", "filter", "noise"):
                 if kept[name] is not None and kept[name] is not False:
                     raise ValueError(f"{name} is given without position")
         if integrate is None:
             raise ValueError("integrate must be True, False or rows, got None")
         if not isinstance(integrate, bool):
-            rows = len(kept["position"])
-            kept["integrate"] = checked_sensors("integrate", integrate, rows)
+            columns = None if position is None else np.shape(position)[0]
+            kept["integrate"] = seeing_rows("integrate", integrate, columns)
         for name, value in kept.items():
             object.__setattr__(self, name, value)
         self.__post_init__()
 
-    def _mixtures(self):
-        """What is integrated, as rows on the measured positions."""
+    def _mixtures(self, q):
+        """What is integrated, as rows on q readings that aren't rates."""
         if isinstance(self.integrate, bool):
-            q = len(self.position) if self.integrate else 0
-            return np.eye(q) if q else np.zeros((0, len(self._positions())))
-        return self.integrate
-
-    def _positions(self):
-        return np.zeros((0, 1)) if self.position is None else self.position
+            return np.eye(q if self.integrate else 0, q)
+        return matrix("integrate", self.integrate, (None, q))
 
     def parts(self, plant: Any) -> Parts:
-        rows, words, q = sensor_rows(plant, self.position, self.velocity)
-        s, mixed = len(rows), self._mixtures()
+        plant, law = self.on(plant)
+        if law is not self:
+            return law.parts(plant)
+        seen = self.readings(plant)
+        words, s, q = seen.names, len(seen), seen.first
+        mixed = self._mixtures(q)
         a, f = len(mixed), q if self.filter is not None else 0
         one, zero = np.eye, np.zeros
         E, A, B = one(a + f), zero((a + f, a + f)), zero((a + f, s))
@@ -143,16 +141,15 @@ class PIDLaw(Law):
             of_sensors[s : s + f, :q], of_states[s : s + f, a:] = fast, -fast
             lagged = [f"filtered {w}" for w in words[:q]]
         rates = [f"rate of {w}" for w in words[:q]] if f else []
-        E, A, B = map(exact, (E, A, B))
-        seen = rows, noise_rows(self.noise, s, q, plant.p)
+        rows, noise, E, A, B = map(exact, (seen.C, seen.Dw, E, A, B))
         said = words, (*names, *lagged), (*words, *rates, *names)
-        return Parts(*seen, E, A, B, of_sensors, of_states, 0, *said, a)
+        return Parts(rows, noise, E, A, B, of_sensors, of_states, 0, *said, a)
 
     def structure(self, plant: Any) -> Structure:
-        q = len(self._positions())
-        s = q + (0 if self.velocity is None else len(self.velocity))
+        seen = self.readings(plant)
+        s, q = len(seen), seen.first
         d = q if self.filter is not None else s - q
-        a = len(self._mixtures())
+        a = len(self._mixtures(q))
         spans = {"K_P": (0, q), "K_D": (q, q + d), "K_I": (q + d, q + d + a)}
         rows = 0, plant.m
         places = {k: (rows, span) for k, span in spans.items() if span[1] > span[0]}
@@ -160,13 +157,11 @@ class PIDLaw(Law):
 
     def words(self, plant: Any) -> str:
         """Its sensors by the names of a ``plant``, and its kind."""
-        _, words, _ = sensor_rows(plant, self.position, self.velocity)
-        rate = self.velocity is not None or self.filter is not None
-        kind = ("P" if self.position is not None else "") + "I" * bool(
-            len(self._mixtures())
-        )
+        seen = self.readings(plant)
+        kind = ("P" if seen.first else "") + "I" * bool(len(self._mixtures(seen.first)))
+        rate = self.rates is not None or self.filter is not None
         lag = "" if self.filter is None else f" with a filter of {self.filter:g} s"
-        return f"u depends on {listed(words)}: {kind}{'D' * rate}{lag}"
+        return f"u depends on {listed(seen.names)}: {kind}{'D' * rate}{lag}"
 
 
 def _mix(row, words):

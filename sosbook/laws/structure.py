@@ -1,6 +1,7 @@
 """Which gains of a law are free, and which of them are one number."""
 
 from dataclasses import dataclass, field
+from numbers import Real
 
 import numpy as np
 
@@ -11,18 +12,22 @@ from ..runtime.read_only import ReadOnly
 @dataclass(frozen=True, eq=False)
 class Block(ReadOnly):
     """A part of K with a ``name``, such as K_P, in some ``rows`` and ``columns``;
-    ``shares``, (k, rows, columns): the share of each free number in each entry.
+    ``shares``, (k, rows, columns): the share of each free number in each entry;
+    ``first``: the entries that are fixed, zero elsewhere; ``ranges``, (k, 2): the least
+    and the largest of each free number, whatever the limits are.
     """
 
     name: str
     rows: slice
     columns: slice
     shares: np.ndarray
+    first: np.ndarray
+    ranges: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Structure(ReadOnly):
-    """K = sum of kappa_k K_k, with free numbers kappa.
+    """K = K_0 + sum of kappa_k K_k, with free numbers kappa.
 
     Parameters
     ----------
@@ -55,13 +60,28 @@ class Structure(ReadOnly):
         return np.array(whole)
 
     @property
-    def bounds(self):
-        """The largest |kappa| of each free number; infinite without a limit."""
+    def first(self):
+        """K_0, the entries that are fixed."""
+        K = np.zeros(self.shape)
+        for b in self.blocks:
+            K[b.rows, b.columns] = b.first
+        return K
+
+    @property
+    def ends(self):
+        """The least and the largest of each free number, (2, k); infinite without."""
         found = []
         for b in self.blocks:
-            limit = self.limits.get(b.name, np.inf)
-            found += [limit / np.abs(share).max() for share in b.shares]
-        return np.array(found)
+            most = self.limits.get(b.name, np.inf)
+            sizes = [most / np.abs(share).max() for share in b.shares]
+            found += [np.clip(ends, -x, x) for ends, x in zip(b.ranges, sizes)]
+        return np.array(found).T
+
+    def within(self, largest):
+        """The `ends`, with numbers of sizes ``largest``, (k,), where there are none."""
+        given = np.where(np.isfinite(self.ends), self.ends, 0.0)
+        largest = np.maximum(largest, 2 * np.abs(given).max(axis=0))
+        return np.where(np.isfinite(self.ends), self.ends, [-largest, largest])
 
     def named(self, K):
         """The parts of a gain K by their names."""
@@ -70,12 +90,14 @@ class Structure(ReadOnly):
     def matrix(self, gains):
         """K of parts by name, or of a matrix; a ValueError names what is wrong.
 
-        ``gains`` is what `named` returns, or K itself.
+        ``gains`` is what `named` returns, or K itself; None stands for K_0.
         """
+        if gains is None:
+            return self.first
         if not isinstance(gains, dict):
             K = matrix("K", gains, self.shape)
         else:
-            K, names = np.zeros(self.shape), [b.name for b in self.blocks]
+            K, names = self.first, [b.name for b in self.blocks]
             if not set(gains) <= set(names):
                 wrong = sorted(set(gains) - set(names))[0]
                 raise ValueError(
@@ -85,12 +107,19 @@ class Structure(ReadOnly):
                 if b.name in gains:
                     part = K[b.rows, b.columns]
                     part[:] = matrix(b.name, gains[b.name], part.shape)
-        rest = K.copy()
+        first = self.first
+        rest = np.where(K == first, 0.0, K - first)
         for b in self.blocks:
             part = rest[b.rows, b.columns]
-            for share in b.shares:
+            for share, (low, high) in zip(b.shares, b.ranges):
                 at = tuple(np.argwhere(share != 0)[0])
-                part -= part[at] / share[at] * share
+                size = part[at] / share[at]
+                if not low <= size <= high:
+                    raise ValueError(
+                        f"K: {b.name} has the entry {size:g}, outside of the law's "
+                        f"range ({low:g}, {high:g})"
+                    )
+                part -= size * share
         if rest.any():
             i, j = np.argwhere(rest != 0)[0]
             raise ValueError(
@@ -101,8 +130,11 @@ class Structure(ReadOnly):
 
 def _shares(name, structure, rows, columns):
     """The shares of a block of this ``name`` and rows x columns, a matrix for each free
-    number. Entries of a ``structure`` are 0 for none, 1 for a number of its own, a word
-    for one that others share, "-" before it for minus that; None leaves all free.
+    number; the entries that are fixed; and the ends of the free numbers, (k, 2).
+    Entries of a ``structure`` are 0 for none, 1 for a number of its own, a word for one
+    that others share, "-" before it for minus that, (low, high) for one in this range,
+    fixed where both are one number, and open where an end is None. A ``structure`` of
+    None leaves all free.
     """
     if structure is None:
         structure = np.ones((rows, columns), int).tolist()
@@ -119,10 +151,20 @@ def _shares(name, structure, rows, columns):
             f"structure: {name} is {rows} x {columns}; give that many entries, or a "
             "dict of structures by name"
         )
-    found = {}
+    found, ends, first = {}, {}, np.zeros((rows, columns))
     for i, row in enumerate(entries):
         for j, entry in enumerate(row):
-            if isinstance(entry, str) and entry.removeprefix("-")[:1] not in ("", "-"):
+            if isinstance(entry, (tuple, list)):
+                low, high = _range(name, entry)
+                if low == high:
+                    first[i, j] = low
+                    continue
+                share, key = 1.0, (i, j)
+                ends[key] = low, high
+            elif isinstance(entry, str) and entry.removeprefix("-")[:1] not in (
+                "",
+                "-",
+            ):
                 share = -1.0 if entry.startswith("-") else 1.0
                 key = entry.removeprefix("-")
             elif not isinstance(entry, str) and entry == 1:
@@ -131,10 +173,26 @@ def _shares(name, structure, rows, columns):
                 continue
             else:
                 raise ValueError(
-                    f"structure: an entry of {name} is {entry!r}; take 0, 1 or a word"
+                    f"structure: an entry of {name} is {entry!r}; take 0, 1, a word or "
+                    "(low, high)"
                 )
             found.setdefault(key, np.zeros((rows, columns)))[i, j] = share
-    return np.array(list(found.values())).reshape(len(found), rows, columns)
+    shares = np.array(list(found.values())).reshape(len(found), rows, columns)
+    free = [ends.get(key, (-np.inf, np.inf)) for key in found]
+    return shares, first, np.array(free).reshape(len(found), 2)
+
+
+def _range(name, entry):
+    """The ends of (low, high), infinite where they are None."""
+    open_ends = (-np.inf, np.inf) if len(entry) == 2 else ()
+    ends = [end if x is None else x for x, end in zip(entry, open_ends)]
+    numbers = all(isinstance(x, Real) and not isinstance(x, bool) for x in ends)
+    if ends and numbers and ends[0] <= ends[1] and ends != [ends[0] * np.inf] * 2:
+        return tuple(map(float, ends))
+    raise ValueError(
+        f"structure: an entry of {name} is {entry!r}; a range is (low, high), with "
+        "None for an open end, and low = high for a fixed number"
+    )
 
 
 def _nested(structure):
@@ -144,8 +202,8 @@ def _nested(structure):
         isinstance(row, (list, tuple, np.ndarray)) for row in structure
     ):
         raise ValueError(
-            'structure must be None, "diagonal", or a list of rows of 0, 1 or words, '
-            f"got {structure!r}"
+            'structure must be None, "diagonal", or a list of rows of 0, 1, words or '
+            f"ranges, got {structure!r}"
         )
     return structure
 
@@ -165,6 +223,13 @@ def placed(shape, places, form, limits):
     blocks = []
     for name, (rows, columns) in places.items():
         sizes = rows[1] - rows[0], columns[1] - columns[0]
-        shares = _shares(name, by_name.get(name), *sizes)
-        blocks.append(Block(name, slice(*rows), slice(*columns), shares))
+        shares, first, ranges = _shares(name, by_name.get(name), *sizes)
+        most, places = limits.get(name, np.inf), (slice(*rows), slice(*columns))
+        least = np.maximum(ranges[:, 0], -ranges[:, 1])
+        if max(np.abs(first).max(initial=0), least.max(initial=-np.inf)) >= most:
+            raise ValueError(
+                f"limits: {name} has entries up to {most:g}, but structure asks for "
+                "larger ones"
+            )
+        blocks.append(Block(name, *places, shares, first, ranges))
     return Structure(shape, tuple(blocks), limits)

@@ -8,10 +8,11 @@ from ..exact.rational import decimals, read_array
 from ..laws import DynamicLaw, FullState, PIDLaw
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
+from ..plants.outputs import Output
 from .clock import Clock, Late
 
 LAWS = {"full state": FullState, "PID": PIDLaw, "dynamic": DynamicLaw}
-WRITTEN = {"form": "structure"}  # what a law's argument is called as a field
+WRITTEN = {"form": "structure", "rates": "velocity"}  # fields of other names
 CLOCKS = {"clock": Clock, "late": Late}
 
 
@@ -37,6 +38,8 @@ def loop_data(plant, law, gains, clock):
 
 
 def _plain(x):
+    if isinstance(x, Output):
+        return x.data()
     return x.tolist() if isinstance(x, np.ndarray) else x
 
 
@@ -46,6 +49,10 @@ def read_loop(data):
     plant = dict(data["plant"])
     names = plant.pop("coordinates", None)
     ((kind, words),) = data["law"].items()
+    if "sensors" in words:
+        words = words | {"sensors": Output.read(words["sensors"])}
+    if "velocity" in words:
+        words = words | {"velocity": Output.read(words["velocity"]).velocity}
     law, clock = LAWS[kind](**words), None
     if data["clock"] is not None:
         ((kind, times),) = data["clock"].items()

@@ -18,6 +18,7 @@ from ..plants.joined import joined_family
 from ..plants.kinds import checked_plant, every_plant
 from ..plants.outputs import Output
 from ..plants.response import Response
+from ..plants.sensed import asked_of
 from ..requirements.base import Requirement
 from ..requirements.shorthand import collected
 from ..runtime.later import later
@@ -182,8 +183,10 @@ class Loop(ReadOnly):
     @property
     def signals(self) -> tuple[Signal, ...]:
         """Every signal, by role, name and unit."""
-        plant = checked_plant(self.plant)
+        bare = plant = checked_plant(self.plant)
         U, law = law_of(None, self.law)
+        if law is not None:
+            plant, law = law.on(bare)
         names, states = signals(plant, U), len(signals(plant))
         memory, readings = names[states:], names[:states]
         goals: list = []
@@ -202,7 +205,7 @@ class Loop(ReadOnly):
             ("set point", goals),
             ("reading", readings),
             ("input", input_names(plant.m)),
-            ("output", names[: plant.n] if hasattr(plant, "coordinates") else ()),
+            ("output", names[: bare.n] if hasattr(bare, "coordinates") else ()),
         ]
         return tuple(Signal(r, x, units.get(x, "")) for r, some in found for x in some)
 
@@ -274,13 +277,14 @@ class Loop(ReadOnly):
         (asked,) = collected(gamma=1.0)
         asked = replace(asked, outputs=output, inputs=inputs)
         if isinstance(self.clock, Clock):
+            asked = asked_of(self.controller.plant, asked)
             pairs = zip(self.controller.vertices, self.ticks)
             return max(x.norm(asked.seen(d), inputs) for d, x in pairs)
         if self.clock is not None:
             raise ValueError("the norm of a loop whose input is late isn't computed")
         request = self.request
         if request.law is not None:
-            asked = asked.joined(request.law_parts)
+            asked = request.of_loop(asked)
         K = request.state_gain
         return max(hinf_norm(asked.seen(d), K) for d in request.vertices)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..laws.base import row_words
 from ..plants.gain import input_names, signals
+from ..plants.sensed import row_words
 from ..runtime.libraries import library
 
 

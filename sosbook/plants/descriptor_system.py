@@ -41,6 +41,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         Weighs x', so that an acceleration needs no division by a mass.
     reduction : Reduction, optional
         Of what it is a part: `reduce` says so, and every proof does.
+    sensed : Sensed, optional
+        What it was before sensors that are late were joined: a law does it.
 
     Examples
     --------
@@ -57,6 +59,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
     D_w: np.ndarray | None = None
     C_a: np.ndarray | None = None
     reduction: Reduction | None = None
+    sensed: Any = None
 
     if TYPE_CHECKING:  # what the constructor takes, and makes
 
@@ -74,6 +77,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             D_w: ArrayLike | Sequence[ArrayLike] | None = None,
             C_a: ArrayLike | Sequence[ArrayLike] | None = None,
             reduction: Reduction | None = None,
+            sensed: Any = None,
         ) -> None: ...
 
     #: The `Uncertain` whose vertices these are; None where they were given.
@@ -81,7 +85,10 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
 
     @classmethod
     def of(
-        cls, vertices: "Sequence[Descriptor]", reduction: Reduction | None = None
+        cls,
+        vertices: "Sequence[Descriptor]",
+        reduction: Reduction | None = None,
+        sensed: Any = None,
     ) -> "DescriptorSystem":
         """The polytope of some vertices.
 
@@ -89,13 +96,14 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         ----------
         vertices : sequence of Descriptor
             They have the same sizes.
-        reduction : Reduction, optional
+        reduction, sensed : Reduction and Sensed, optional
             As of the class.
         """
         several: Any = [[getattr(d, x) for d in vertices] for x in MATRICES]
         given: Any = [None if x[0] is None else x for x in several]
         made = cls(*given)
         object.__setattr__(made, "reduction", reduction)
+        object.__setattr__(made, "sensed", sensed)
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 
@@ -175,7 +183,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         d = combined(self.vertices, mean)
         arguments = {name: word for word, name in OF_ARGUMENTS.items()}
         known = {arguments.get(name, name): getattr(d, name) for name in MATRICES}
-        return DescriptorSystem(**known, reduction=self.reduction)
+        whole = dict(reduction=self.reduction, sensed=self.sensed)
+        return DescriptorSystem(**known, **whole)
 
     def reduce(self, states: int) -> "DescriptorSystem":
         """The system in fewer states, which knows that it is a part of this one.

@@ -14,9 +14,10 @@ from .uncertain import Uncertain
 WORDS = {name: word for word, name in NAMES.items()}
 
 
-def joined_family(plants, function, U=None):
+def joined_family(plants, function, U=None, **rest):
     """The family of an affine ``function`` of a `Descriptor` in rationals, monomial by
-    monomial of the ``plants``, an `Uncertain`, with ``U``.
+    monomial of the ``plants``, an `Uncertain`, with ``U``; ``rest``: what else its
+    `DescriptorSystem` takes.
     """
     constant = (0,) * len(plants.box.names)
     monomials = {constant} | {m for x in plants.parts.values() for m in x.monomials}
@@ -45,7 +46,8 @@ def joined_family(plants, function, U=None):
                     terms[m] = c
         shape, count = zero.shape, len(constant)
         result[WORDS.get(name, name)] = Polynomials.of(shape, entries, count)
-    return Uncertain.made(DescriptorSystem, plants.box, result).cut(**plants.pieces)
+    made = Uncertain.made(DescriptorSystem, plants.box, result, **rest)
+    return made.cut(**plants.pieces)
 
 
 def of_one(d, reduction=None):

@@ -130,7 +130,8 @@ class Output(ReadOnly):
         return hash(self.words)
 
     @property
-    def _given(self):
+    def given(self) -> dict:
+        """Its rows, or numbers, by argument."""
         return {k: getattr(self, k) for k in SIGNALS if getattr(self, k) is not None}
 
     @property
@@ -188,7 +189,7 @@ class Output(ReadOnly):
         used = {"C"}
         for part in self.parts:
             own: dict = {}
-            for key, x in part._given.items():
+            for key, x in part.given.items():
                 if key not in where:
                     raise ValueError(_nothing(key))
                 name, width, at = where[key]
@@ -228,7 +229,7 @@ class Output(ReadOnly):
         """
         parts = []
         for part in self.parts:
-            own = part._given
+            own = part.given
             for key in own.keys() & {"state", "rate"}:
                 x = own[key]
                 if np.ndim(x) and x.shape[1] == old:
@@ -261,7 +262,7 @@ class Output(ReadOnly):
 
         return [
             ({"name": p.name} if p.name else {})
-            | {key: said(x) for key, x in p._given.items()}
+            | {key: said(x) for key, x in p.given.items()}
             for p in self.parts
         ]
 

@@ -395,8 +395,8 @@ class Uncertain:
     def _around(self):
         several = [v.vertices[0] for v in self._corners]
         one = self.kind is SecondOrderSystem
-        part = self._rest.get("reduction")
-        plants = Polytope(several) if one else DescriptorSystem.of(several, part)
+        own = [self._rest.get(name) for name in ("reduction", "sensed")]
+        plants = Polytope(several) if one else DescriptorSystem.of(several, *own)
         object.__setattr__(plants, "family", self)
         return plants
 

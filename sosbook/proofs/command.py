@@ -173,10 +173,12 @@ def design(asked):
     folder, earlier, made = asked.out, Path(asked.proof), None
     try:
         plant, requirements, computer = read_plant_file(asked.plant)
+        law = requirements.get("law")
+        whole = plant if law is None else law.on(plant)[0]
         if folder is not None:
-            there = check_folder(folder, plant, asked.force)
+            there = check_folder(folder, whole, asked.force)
         elif computer is None:
-            check_place(earlier, plant, asked.force)
+            check_place(earlier, whole, asked.force)
         else:
             raise ValueError(
                 f"{asked.plant}: a controller is asked for: give --out FOLDER for its "

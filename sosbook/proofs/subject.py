@@ -33,13 +33,16 @@ def compare_plant(data, path):
     """
     plant, file = plant_and_asked(path)
     plant = checked_plant(plant)
+    law = None
+    if file is not None and "law" in file:
+        with named(path):
+            plant, law = asked_in_file({"law": file["law"]})["law"].on(plant)
     wanted = {"plant": plant_data(plant)}
     if file is not None:
         with named(path):
             for name, none in (("U", []), ("K_A", None)):
                 given = file.get(name)
                 wanted[name] = none if given is None else decimals(matrix(name, given))
-            law = asked_in_file({"law": file["law"]})["law"] if "law" in file else None
             wanted["law"] = law and parts_data(law.parts(plant))
             if law:  # which of its numbers are free
                 free = law.structure(plant).directions

@@ -26,10 +26,10 @@ def asked_in_file(data: dict) -> dict:
     """Keywords of `design_pid` from the ``data`` of a plant file, with keys among
     `KEYS`; "region", "saturation" and "cost" hold the parameters of `PoleRegion`,
     `Saturation` and `QuadraticCost`, "hinf" and "h2" those of `HInfinity` and `H2`, or
-    lists of them, whose "outputs" are objects with the parameters of `Output`, or lists
-    of them, which are stacked. "law" holds those of `PIDLaw` or, if "order" is among
-    them, of `DynamicLaw`. Raises ValueError if a key or a parameter isn't known; it
-    names it.
+    lists of them. "law" holds those of `PIDLaw` or, if "order" is among them, of
+    `DynamicLaw`. "outputs" and a law's "sensors" are objects with the parameters of
+    `Output`, or lists of them, which are stacked. Raises ValueError if a key or a
+    parameter isn't known; it names it.
 
     >>> asked_in_file({"region": {"sigma": 0.5}, "gamma": 2})["region"]
     PoleRegion(sigma=0.5, theta=None, rho=None)
@@ -72,10 +72,11 @@ def _made(key, kind, value):
                 f"{key}: {name!r:.80} isn't known: its keys are {', '.join(known)}"
             )
     try:
-        if value.get("outputs") is not None and "outputs" in known:
-            rows = value["outputs"]
-            rows = Output.read(rows if isinstance(rows, list) else [rows])
-            value = value | {"outputs": rows}
+        for name in ("outputs", "sensors"):
+            rows = value.get(name)
+            if rows is not None and name in known:
+                rows = Output.read(rows if isinstance(rows, list) else [rows])
+                value = value | {name: rows}
         return kind(**value)
     except TypeError as error:  # one is missing
         text = str(error).split("__init__() ")[-1]

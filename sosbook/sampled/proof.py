@@ -11,6 +11,7 @@ from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
 from ..laws.taken import is_controller
 from ..plants.checks import count, finite, positive
 from ..plants.kinds import Plant, checked_plant
+from ..plants.sensed import asked_of
 from ..requirements.base import Requirement
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
@@ -129,7 +130,7 @@ def certify_sampled(
             "disk, and the clock must not vary"
         )
     if norm is not None:
-        norm = checked_norm(norm)
+        norm = asked_of(plant, checked_norm(norm))
         if rate != 1 or centre:
             raise ValueError("norm is proven with rate=1 and centre=0: leave them out")
         Request(plant, U, requirements=[norm])  # raises where widths are wrong

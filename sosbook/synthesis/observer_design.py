@@ -9,12 +9,12 @@ import numpy as np
 from ..analysis.margins import DiskMargin
 from ..exact.definite import round_digits
 from ..exact.proof import first_proven
-from ..laws.base import row_words
 from ..laws.taken import taken
 from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import input_names, signals
 from ..plants.response import Response, simulate, vector
+from ..plants.sensed import row_words
 from ..plants.signals import Sine, Step
 from ..runtime.array_like import ArrayLike
 from ..runtime.libraries import library

@@ -16,6 +16,7 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import gain_of
 from ..plants.kinds import Prepared, checked_plant
 from ..plants.near_box import NearBox
+from ..plants.sensed import asked_of
 from ..requirements.blocks import BlockTable
 from ..requirements.posed import OnDemand, PosedLoop
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
@@ -68,10 +69,16 @@ class Request(Shorthand, Derived, ReadOnly):
             U = None if U is None else matrix("U", U, (None, plant.n))
             K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, plant.n))
         coupling = coupling_of(coupling, slack)
-        put(self, plant=plant, U=U, K_A=K_A, coupling=coupling, law=law)
         wanted = collected(*asked, **more)
         if law is not None:
-            wanted = tuple(r.joined(self.law_parts) for r in wanted)
+            plant, law = law.on(plant)
+            if K_A is not None and isinstance(plant, DescriptorSystem):
+                raise ValueError(
+                    "K_A is given with a law of late sensors: leave one out"
+                )
+        put(self, plant=plant, U=U, K_A=K_A, coupling=coupling, law=law)
+        if law is not None:
+            wanted = tuple(map(self.of_loop, wanted))
         put(self, requirements=wanted)
         if law is not None:
             gain = law.gain(plant, gain)
@@ -124,6 +131,10 @@ class Request(Shorthand, Derived, ReadOnly):
     def law_parts(self):
         """What the law joins to the plant."""
         return self.law.parts(self.plant)
+
+    def of_loop(self, r):
+        """What a requirement ``r`` of the plant asks of its loop with the law."""
+        return asked_of(self.plant, r).joined(self.law_parts)
 
     @cached_property
     def exact_gain(self):

@@ -1,6 +1,8 @@
 """What else to ask of a law, as tried: another law, or a bound that is less hard."""
 
 from dataclasses import replace
+from functools import reduce
+from operator import and_
 from time import monotonic
 
 import numpy as np
@@ -27,7 +29,8 @@ def with_memory(request):
         return ""
     order = len(next(iter(corners_of(request).values())).E)
     try:
-        more = DynamicLaw(order, law.position, law.velocity, noise=law.noise)
+        known = reduce(and_, filter(None, law.readings(request.plant).outputs()))
+        more = DynamicLaw(order, sensors=known)
         asked = Request(request.plant, requirements=request.requirements, law=more)
         with time_limit(TRIAL):
             found = by_law(asked, {}, BACKOFF, FEW, 0)

@@ -85,14 +85,14 @@ def of_loops(task, loops, best, starts, seed):
     return further(best, reached, ask, harder)
 
 
-def why_ended(ended, shown, kappa, limits, blocks):
+def why_ended(ended, shown, kappa, ends, blocks):
     """What ended the search of a goal at the numbers ``kappa``, in words: `at_limits`,
-    of ``limits`` and ``blocks``, or the number that was ``ended`` with, which ``shown``
+    of ``ends`` and ``blocks``, or the number that was ``ended`` with, which ``shown``
     makes one for readers.
     """
-    full = at_limits(kappa, limits, blocks)
+    full, moves = at_limits(kappa, ends, blocks)
     if full:
-        return f"The search ended at a limit: {full}. The law's limits= moves it."
+        return f"The search ended at a limit: {full}. The law's {moves}= moves it."
     if ended.missed is None:
         return ""
     starts = "1 start" if ended.starts == 1 else f"{ended.starts} starts"
@@ -115,20 +115,25 @@ def hasty(poles, filter_time):
     )
 
 
-def at_limits(kappa, limits, blocks):
-    """Words for the free numbers ``kappa``, (k,), that are at their ``limits``, by the
-    ``blocks`` of their gains; empty without one.
+def at_limits(kappa, ends, blocks):
+    """Words for the free numbers ``kappa``, (k,), that are at their ``ends``, (2, k),
+    by the ``blocks`` of their gains, and the argument that moves the last of them;
+    empty without one.
     """
-    start, words = 0, []
+    start, words, moves = 0, [], "limits"
     for b in blocks:
         sizes = abs(b.shares).max(axis=(1, 2), initial=0)
-        own, most = (sizes * x[start : start + len(sizes)] for x in (kappa, limits))
+        own, low, high = (x[start : start + len(sizes)] for x in (kappa, *ends))
         start += len(sizes)
-        full = np.flatnonzero(abs(own) >= ALIKE * most)
-        if len(full):
-            k = full[0]
-            words.append(
-                f"an entry of {b.name} is {own[k]:.6g}, and may be {most[k]:.4g} at "
-                "most"
-            )
-    return " and ".join(words)
+        for k, (x, *both) in enumerate(zip(own, low, high)):
+            near = [abs(x - end) <= (1 - ALIKE) * abs(end) for end in both]
+            if any(near):
+                way = "most" if near[1] or both[0] == -both[1] else "least"
+                end = both[way == "most"]
+                words.append(
+                    f"an entry of {b.name} is {sizes[k] * x:.6g}, and may be "
+                    f"{sizes[k] * end:.4g} at {way}"
+                )
+                moves = "structure" if end in b.ranges[k] else moves
+                break
+    return " and ".join(words), moves

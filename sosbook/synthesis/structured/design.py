@@ -1,5 +1,6 @@
 """A design by a law: searched, proven, refused by a door, or undecided."""
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from ...exact.definite import round_digits
 from ...exact.rational import exact
 from ...requirements.known import KnownLoop
 from ...requirements.vocabulary import SIGMA
-from ...runtime.read_only import ReadOnly
+from ...runtime.read_only import ReadOnly, put
 from ...runtime.time_limit import (
     LEAST_TIME,
     OutOfTime,
@@ -79,7 +80,7 @@ def by_law(request, objective, backoff, starts, seed):
                 "have LMIs with free multipliers: leave it out"
             )
     loops = loops_of(request)
-    some = np.ones(len(loops.directions))
+    some = np.clip(np.ones(len(loops.directions)), *loops.form.ends)
     replace(request, gain=loops.K(some))  # raises where noise in u is infinite
     goal, owner = None, None
     if objective:
@@ -118,7 +119,7 @@ def by_law(request, objective, backoff, starts, seed):
             if not found.value < (0 if goal is None or bounded else np.inf):
                 break
             for digits in DIGITS:
-                kappa = round_digits(found.kappa, digits)
+                kappa = task.inside(round_digits(found.kappa, digits))
                 known = replace(request, gain=loops.K(kappa))
                 solution = kept_or_broken(known, objective, backoff)
                 if solution.status == "feasible":
@@ -149,7 +150,7 @@ def _why(best, stopped, objective, task, loops, found, ended):
         begun = best.searched.starts
         return STOPPED.format("1 start was" if begun == 1 else f"{begun} starts were")
     blocks = loops.form.blocks
-    words = why_ended(ended, shown, found.kappa, task.limits, blocks)
+    words = why_ended(ended, shown, found.kappa, task.ends, blocks)
     if task.goal != DECAY:
         return words
     s = slopes.Poles(loops, loops.K(found.kappa)).s
@@ -202,7 +203,9 @@ def _worse(solution, task, loops, found, goal):
 def _between(request, known, loops, point):
     """The plant at a point of a gain's family, joined with the law's states."""
     plants = family(known)
-    open_loop = replace(request, gain=0 * request.gain)
+    law = copy(request.law)
+    put(law, form=None)  # zero is no gain of a law with fixed entries
+    open_loop = replace(request, law=law, gain=0 * request.gain)
     if isinstance(plants, Ranges):
         d = family(open_loop).at(plants.exactly(point)).plant
     else:

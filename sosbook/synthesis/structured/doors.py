@@ -60,6 +60,8 @@ def refused_by_sum(request, loops, sought):
     of the poles excludes; or None. ``loops`` are its own, whose structure is read; a
     bound that is ``sought`` refuses nothing.
     """
+    if loops.first.any():  # a file says nothing of what is fixed
+        return None
     asked = [r for r in request.requirements if r.parameter is SIGMA and r.bound > 0]
     r = max((r for r in asked if r is not sought), key=lambda r: r.bound, default=None)
     sigma = exact(0.0 if r is None else r.bound)  # the loop is stable in any case

@@ -23,7 +23,7 @@ class Loops:
     def __init__(self, plants, measured, noisy, form):
         self.plants, self.form = plants, form
         self.measured, self.noisy = measured, noisy
-        self.directions = form.directions
+        self.directions, self.first = form.directions, form.first
         self._channels = {}
 
     def __len__(self):
@@ -64,7 +64,7 @@ class Loops:
 
     def K(self, kappa):
         """The gain of the free numbers ``kappa``."""
-        return np.tensordot(kappa, self.directions, 1)
+        return self.first + np.tensordot(kappa, self.directions, 1)
 
     def slope(self, S):
         """The derivative in kappa, from ``S``, that in K."""

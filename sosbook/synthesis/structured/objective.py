@@ -21,16 +21,25 @@ WALL = 30.0  # of a gain's excess over its limit, as a fraction
 class Task:
     """What is sought of some loops: their poles in ``regions``, requirements
     ``bounded`` otherwise, and a ``goal`` that shall be as good as can be, None where
-    all shall be kept. ``rate`` is the loop's, in rad/s, ``limits``, (k,), are the
-    largest sizes of the free numbers, and ``m`` is the number of inputs u.
+    all shall be kept. ``rate`` is the loop's, in rad/s, ``ends``, (2, k), are the least
+    and the largest of each free number, and ``m`` is the number of inputs u.
     """
 
     regions: tuple
     bounded: tuple
     goal: Any
     rate: float
-    limits: np.ndarray
+    ends: np.ndarray
     m: int
+
+    @property
+    def limits(self):
+        """The largest size of each free number, (k,)."""
+        return np.abs(self.ends).max(axis=0)
+
+    def inside(self, kappa, unit=1.0):
+        """The nearest free numbers to ``kappa`` that are allowed, in a ``unit``."""
+        return np.clip(kappa, *(self.ends / unit))
 
     @classmethod
     def of(cls, request, loops, goal):
@@ -44,9 +53,8 @@ class Task:
         own = float(np.sqrt(slow * fast)) * (FASTER if goal == DECAY else 1.0)
         rate = _asked_rate(asked) or own
         largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
-        limits = np.minimum(loops.form.bounds, np.where(
-            np.isfinite(loops.form.bounds), np.inf, largest))  # fmt: skip
-        return cls(tuple(regions), tuple(bounded), goal, rate, limits, request.plant.m)
+        ends = loops.form.within(largest)
+        return cls(tuple(regions), tuple(bounded), goal, rate, ends, request.plant.m)
 
     @property
     def least_decay(self):
@@ -86,10 +94,12 @@ class Objective:
         if not np.isfinite(value):
             return np.inf, np.zeros_like(x)
         slope = self.loops.slope(S) * self.unit
-        over = np.abs(kappa) / self.task.limits - 1
+        low, high = self.task.ends
+        off, half = kappa - (low + high) / 2, (high - low) / 2
+        over = np.abs(off) / half - 1
         if (over > 0).any():
             value += WALL * over[over > 0].sum()
-            wall = np.sign(x) * self.unit / self.task.limits
+            wall = np.sign(off) * self.unit / half
             slope = slope + WALL * np.where(over > 0, wall, 0.0)
         if self.norms and self.task.goal not in (None, DECAY):
             value += EASE * (x @ x) / LARGEST**2

@@ -48,10 +48,10 @@ def from_lower_orders(task, loops, free, seed):
     of = np.maximum(row - m, column - q)  # which state it is about; < 0: none
     own = (row - m == of) & (column - q == of)
     rng, units = np.random.default_rng(seed), loops.units(task.rate)
-    idle = np.where(own, -np.minimum(task.rate, task.limits), 0.0)
+    idle = task.inside(np.where(own, -task.rate, 0.0))
     for order in range(1, free):
         part = _Part(loops, of < order, idle)
-        known = replace(task, limits=task.limits[part.some])
+        known = replace(task, ends=task.ends[:, part.some])
         near = tuple(kappa[part.some] for kappa in near)
         found = search(known, part, STARTS, seed, near)
         count += found.starts
@@ -60,5 +60,5 @@ def from_lower_orders(task, loops, free, seed):
         moved = part.full(found.kappa)
         last = (of == order) & ~own
         moved[last] = (NUDGE * units * rng.choice([-1, 1], len(units)))[last]
-        near = (moved,)
+        near = (task.inside(moved),)
     return near, count

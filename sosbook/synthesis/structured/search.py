@@ -134,7 +134,7 @@ def starting_points(task, loops, count, rng, near):
         if r not in (None, DECAY) and r.bounds_response() is not None:
             for room in ROOMS:
                 kappa = _observer(loops, task.rate, task.m, r, room)
-                if kappa is None or (np.abs(kappa) <= task.limits).all():
+                if kappa is None or (task.inside(kappa) == kappa).all():
                     break
             if kappa is not None:
                 yield middle, kappa / middle
@@ -145,13 +145,12 @@ def starting_points(task, loops, count, rng, near):
         kappa = guess(loops, rate, task.m)
         if kappa is not None and k < count:
             k, unit = k + 1, loops.units(rate)
-            yield unit, np.clip(kappa, -task.limits, task.limits) / unit
+            yield unit, task.inside(kappa) / unit
     while k < count:
         unit = loops.units(rates[k % len(rates)])
         x = rng.normal(size=len(unit)) * 10 ** rng.uniform(-2.5, 0.5)
-        limit = task.limits / unit
         k += 1
-        yield unit, np.clip(x, -limit, limit)
+        yield unit, task.inside(x, unit)
 
 
 def _observer(loops, rate, m, r=None, room=None):
@@ -193,7 +192,7 @@ def _observer(loops, rate, m, r=None, room=None):
     K[m + few :, q + few :] = -rate * np.eye(c - few)
     units = loops.units(rate)
     M = np.array([(k * u).ravel() for k, u in zip(loops.directions, units)]).T
-    return np.linalg.lstsq(M, K.ravel(), rcond=None)[0] * units
+    return np.linalg.lstsq(M, (K - loops.first).ravel(), rcond=None)[0] * units
 
 
 def _scaled(A, B, C, rate):
@@ -228,5 +227,6 @@ def _projected(loops, rate, m):
     size = np.linalg.norm(M, axis=0)
     if not np.isfinite(M).all() or not size.all():
         return None
-    kappa = np.linalg.lstsq(M / size, (K @ root).ravel(), rcond=RIDGE)[0] / size
+    free = K @ root - loops.first / of_u[:, None] @ seen
+    kappa = np.linalg.lstsq(M / size, free.ravel(), rcond=RIDGE)[0] / size
     return kappa if np.isfinite(kappa).all() else None
