@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from sosbook.book import thesis
 from sosbook.exact.checker import payment, verdict
 from sosbook.plants import descriptors, near_box
 from sosbook.proofs import load
@@ -333,3 +334,31 @@ def test_a_certain_mass_with_a_rounding_is_one():
     assert polytopes.vertices_suffice(plants)
     design = sos.design_pid(plants, region=REGION, coupling="pairs")
     assert len(design.request.pairs) == 2 and design.certify().proven
+
+
+@pytest.mark.parametrize("turned, known, status", [
+    (0.0, False, "feasible"), (0.3, True, "feasible"), (0.3, False, "infeasible"),
+])  # fmt: skip
+def test_what_the_box_buys_in_turned_coordinates(turned, known, status, monkeypatch):
+    """The seat of Example 2 for drivers of 70 to 400 kg, which its pair refuses."""
+    c, s = np.cos(turned), np.sin(turned)
+    example, T = thesis.example_2(), np.array([[c, -s], [s, c]])
+    v = example.plant.vertices[0]
+    drivers = [
+        sos.SecondOrderSystem(
+            T.T @ np.diag([m, v.M[1, 1]]) @ T,
+            *(T.T @ x @ T for x in (v.D, v.S)), T.T @ v.B, T.T @ v.F,
+        )
+        for m in (70, 400)
+    ]  # fmt: skip
+    start = example.saturation.x0
+    start = [*(T.T @ start[:2]), *(T.T @ start[2:4]), *start[4:]]
+    asked = {k: x for k, x in example.requirements.items() if x is not None} | {
+        "U": example.U @ T, "saturation": sos.Saturation(example.saturation.u_max, start)
+    }  # fmt: skip
+    if not known:
+        monkeypatch.setattr(near_box.NearBox, "of", lambda plant: None)
+    design = sos.design_pid(sos.Polytope(drivers), **asked, coupling="pairs")
+    assert design.status == status
+    proof = design.certify() if status == "feasible" else design.infeasibility
+    assert proof.proven

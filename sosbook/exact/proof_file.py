@@ -30,7 +30,7 @@ KINDS = {  # whose class each kind is, by its module: it is found when a file na
     "infeasible delay modes": "delay.modes.ModesRefusal",
     "fixed mode": "synthesis.fixed_mode.FixedModeRefusal",
     "singular mass": "synthesis.fixed_mode.SingularMassRefusal",
-    "small input": "synthesis.small_input_proof.SmallInputRefusal",
+    "small input": "synthesis.small_input.SmallInputRefusal",
     "unreached response": "synthesis.unreached.UnreachedResponseRefusal",
     "sampled": "sampled.proof_file.SampledProof",
     "known gain": "synthesis.known_proof.KnownGainProof",

@@ -237,8 +237,7 @@ def refused_by_input(request, refusal):
     undecided one, ``refusal``; else None.
     """
     from .reasons import listed
-    from .small_input import refuse_by_input
-    from .small_input_proof import input_bound
+    from .small_input import input_bound, refuse_by_input
 
     proof = refuse_by_input(request, search)
     if proof is None:

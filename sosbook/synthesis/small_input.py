@@ -18,19 +18,16 @@ import numpy as np
 from scipy.linalg import schur
 
 from ..exact.definite import exact, inverse, round_digits
+from ..exact.rational import decimals, read_array
+from ..exact.refusal import Refusal
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.lmi_region import by_matrices
+from ..requirements.stability import Stability
 from ..runtime.time_limit import check_time
 from .request import Request
+from .request_as_data import read_request, request_data
 from .scaling import Frame
-from .small_input_proof import (
-    ModesPart,
-    SmallInputRefusal,
-    input_bound,
-    pole_demands,
-    real_form,
-)
 
 MOST_VERTICES = 32  # that are tried
 OUTSIDE = 1e-9  # of the fastest mode; what lies nearer is left with the modes inside
@@ -41,6 +38,18 @@ ROOM = 1.01  # by which bounds are wider than their image, in three digits
 WIDE_ROOM = 2.0  # the same, where they grow slowly
 SMALL_STEPS = 8  # before the room is wide
 LEAST_BOUND = 1e-25  # relative; exact data leave no error at all
+
+
+def pole_demands(request):
+    """The requirements of a request that its LMIs make of the poles, by key."""
+    asked = [r for r in request.requirements if r.pole_matrices() is not None]
+    return {r.key: r for r in (*asked, Stability())}
+
+
+def input_bound(request):
+    """The one requirement of a request that bounds K x from x0; else None."""
+    bounds = [r for r in request.requirements if r.bounds_input_from() is not None]
+    return bounds[0] if len(bounds) == 1 else None
 
 
 def refuse_by_input(request, search):
@@ -68,6 +77,53 @@ def _tried(work, *arguments):
         return work(*arguments)
     except (ArithmeticError, ValueError):  # LinAlgError is a ValueError
         return None
+
+
+class SmallInputRefusal(Refusal):
+    """An input bound that is too small for the modes outside of the region. ``text`` is
+    that of the file: the plant and what is asked of it, a `_Part`, and multipliers of
+    its LMIs, in decimals; complex matrices are pairs of real and imaginary part.
+    """
+
+    kind = "small input"
+
+    @property
+    def place(self):
+        """Which vertex has the modes, from 0."""
+        return self.data["vertex"]
+
+    @property
+    def modes(self):
+        """The modes, in rad/s, to the accuracy of floats."""
+        data = self.data
+        A = read_request(data).vertices[data["vertex"]].A
+        T, R = (_complex(data[x]) for x in ("rows", "columns"))
+        k = len(data["spread"])
+        return np.linalg.eigvals((T @ A @ R)[:k, :k])
+
+    @classmethod
+    def contents(cls, request, vertex, bases, spread, blur, multipliers, share, price):
+        """The data of the file for the ``vertex`` of a ``request`` that has the modes:
+        ``bases``, T and R of `_Part` as pairs of real and imaginary part, its
+        ``spread`` and ``blur``, ``multipliers`` of the poles' blocks by key, ``share``,
+        which is U, and ``price``.
+        """
+
+        def pair(parts):
+            return [decimals(x) for x in parts]
+
+        return {
+            **request_data(request),
+            "K": None,
+            "vertex": vertex,
+            "rows": pair(bases[0]),
+            "columns": pair(bases[1]),
+            "spread": decimals(spread),
+            "blur": decimals(blur),
+            "multipliers": [[list(key), pair(z)] for key, z in multipliers],
+            "share": pair(share),
+            "price": pair(price),
+        }
 
 
 class _Vertex:
@@ -129,39 +185,131 @@ class _Vertex:
         rows *= size.mean() / (np.abs(N).max() or 1.0)
         columns = self.frame.T @ np.linalg.inv(rows)
         bases = [[x.real, x.imag] for x in (rows @ self.left, columns)]
-        part = _enclosed(self.request, self.k, bases, count)
-        if part is None:
+        enclosed = _enclosed(self.request, self.k, bases, count)
+        if enclosed is None:
             return None
-        bounds = [x.astype(float) for x in (part.spread, part.blur)]
-        completed = _completed(self.request, part, Z, U)
+        bounds = enclosed[1:]
+        completed = _completed(self.request, *enclosed, Z, U)
         proof = SmallInputRefusal.of(
             SmallInputRefusal.contents(self.request, self.k, bases, *bounds, *completed)
         )
         return proof if proof.proven else None
 
 
+class _Part:
+    """An enclosure of a part of a plant that A leaves invariant, in floats.
+
+    There are X and L with W A = L W E and W = [I X] T, and with every
+    |X| <= spread and every |L - L0| <= blur, if the kernel says so, which decides it
+    all from T, R and the bounds.
+
+    ``E``, ``A``, ``B``: the plant at one vertex, in rationals; ``bases``: T and R, (N,
+    N), as pairs of real and imaginary part: rows near those of the part and of a
+    complement, and a matrix near the inverse of T E; ``k``: how many of the rows are
+    the part's. With K = T A R and J = T E R the equation is [I X] K = L [I X] J, by
+    blocks
+
+        L = K11 + X K21 - L (J11 - I) - L X J21,
+        X K22 - L X J22 = L J12 - K12.
+
+    Divided by the differences of the diagonals of K22 and K11, both are maps of
+    (L, X). Where they map the bounds into themselves a fixed point exists (Brouwer).
+    What nearly cancels is subtracted in rationals: J - I and L0 J12 - K12.
+    """
+
+    def __init__(self, E, A, B, bases, k):
+        self.k, N = k, len(E)
+        T, R = (real_form(*map(exact, x)) for x in bases)
+        E, A, B = (real_form(x, 0 * x) for x in (E, A, B))
+        K, J, push = T @ A @ R, T @ E @ R, T @ B
+        top, rest = ([*range(a, b), *range(N + a, N + b)] for a, b in ((0, k), (k, N)))
+        first = K[np.ix_(top, top)] @ J[np.ix_(top, rest)] - K[np.ix_(top, rest)]
+        off = J - exact(np.eye(2 * N))
+        self.K, self.J, self.off, self.first, self.push = map(
+            _complex_form, (K, J, off, first, push)
+        )
+        self.L, self.b = self.K[:k, :k], self.push[:k]
+
+    def image(self, spread, blur):
+        """What the maps make of the bounds ``spread``, (k, N - k), and ``blur``, (k,
+        k): every image of X lies within the first over the second, of L - L0 within the
+        third.
+        """
+        top, rest = slice(0, self.k), slice(self.k, None)
+        K, J, off, first = map(_bound, (self.K, self.J, self.off, self.first))
+        own, inner = np.diag(K.diagonal()), K - np.diag(K.diagonal())
+        L = K[top, top] + blur
+        new_blur = (
+            spread @ K[rest, top] + L @ off[top, top] + L @ spread @ off[rest, top]
+        )
+        new_spread = (
+            first
+            + blur @ J[top, rest]
+            + (inner[top, top] + blur) @ spread @ J[rest, rest]
+            + own[top, top] @ spread @ off[rest, rest]
+            + spread @ inner[rest, rest]
+        )
+        apart = self.K.diagonal()[None, rest] - self.K.diagonal()[top, None]
+        gaps = np.maximum(abs(apart.real), abs(apart.imag))
+        return new_spread, gaps, new_blur
+
+    def sums(self, demands, multipliers, spread, blur):
+        """What ``multipliers`` z of the poles' blocks leave of p and of y: for all p
+        and y = Y V' the sum of <G, z> is -tr(Q p) - 2 Re tr(N y). ``demands`` are the
+        regions' (alpha, beta). Returns Q, (k, k), and N, (k, m), at L0 and b0, and
+        bounds of their errors. The sum is completed by a part U of Q, the multipliers
+        [U N; N* price] of "u_max" and, with D = Q - U and h = V x0, [h* D h, -h* D; -D
+        h, D] of "x0": it doesn't depend on p and y, and can't be negative, but is
+        u_max^2 tr(price) - h* D h.
+        """
+        k, S, F = self.k, 0 * self.L, 0 * self.L
+        for (alpha, beta), z in zip(demands, multipliers):
+            for i, j in np.ndindex(alpha.shape):
+                z_ji = z[j * k : j * k + k, i * k : i * k + k]
+                S, F = S + float(alpha[i, j]) * z_ji, F + float(beta[i, j]) * z_ji
+        move, size = F @ self.L, _bound(F)
+        Q_blur = size @ blur
+        N_blur = size @ spread @ _bound(self.push[k:])
+        return S + move + move.conj().T, F @ self.b, Q_blur + Q_blur.T, N_blur
+
+
 def _enclosed(request, k, bases, count):
-    """A `ModesPart` in rationals with bounds that hold in floats, or None."""
+    """A `_Part` and bounds that hold in floats, spread and blur; or None."""
     d = request.vertices_in(exact)[k]
-    T, R = (real_form(*map(exact, x)) for x in bases)
-    part = ModesPart(d.E, d.A, d.Bu, T, R, count)
-    near, N = part.in_floats(), request.order
-    least = LEAST_BOUND * np.abs(near.K).max()
+    part, N = _Part(d.E, d.A, d.Bu, bases, count), request.order
+    most = np.abs(part.K).max()
+    least = LEAST_BOUND * most
     spread, blur = np.zeros((count, N - count)), np.zeros((count, count))
     for step in range(4 * N + 20):
         room = ROOM if step < SMALL_STEPS else WIDE_ROOM
-        new_spread, gaps, new_blur = near.within(spread, blur).image()
+        new_spread, gaps, new_blur = part.image(spread, blur)
         if not (gaps > 0).all():
             return None
         new_spread = new_spread / gaps
         if (new_spread <= spread).all() and (new_blur <= blur).all():
-            return part.within(exact(spread), exact(blur))
+            return part, spread, blur
         spread = np.maximum(spread, new_spread + LEAST_BOUND)
         spread = round_digits(room * spread, 3)
         blur = round_digits(room * np.maximum(blur, new_blur + least), 3)
-        if not max(spread.max(), blur.max() / np.abs(near.K).max()) < 1:
+        if not max(spread.max(), blur.max() / most) < 1:
             return None
     return None
+
+
+def real_form(re, im):
+    """The real matrix [re, -im; im, re] of a complex one: products stay products."""
+    return np.vstack([np.hstack([re, -im]), np.hstack([im, re])])
+
+
+def _complex_form(x):
+    """The complex matrix in floats of a rational one in its `real_form`."""
+    rows, columns = x.shape[0] // 2, x.shape[1] // 2
+    return x[:rows, :columns].astype(float) + 1j * x[rows:, :columns].astype(float)
+
+
+def _bound(x):
+    """Of the size of each entry, from above."""
+    return abs(x.real) + abs(x.imag)
 
 
 def _multipliers(first, block, turn):
@@ -204,23 +352,23 @@ def _rounded(z):
     return [round_digits(z.real, DIGITS), round_digits(z.imag, DIGITS)]
 
 
-def _completed(request, part, Z, U):
+def _completed(request, part, spread, blur, Z, U):
     """The multipliers, the share and the price of the file."""
     asked = pole_demands(request)
     demands = [asked[key].pole_matrices() for key in Z]
     Z = {key: _rounded(z) for key, z in Z.items()}
-    exactly = [real_form(*map(exact, z)) for z in Z.values()]
-    Q, N, Q_blur, N_blur = part.sums(demands, exactly)
-    k, m = part.k, N.shape[1] // 2
-    own, paid = (np.diag(N_blur.astype(float).sum(axis=i)) for i in (1, 0))
-    Q = Q.astype(float)
-    room = np.diag(Q_blur.astype(float).sum(axis=1)) + own
-    U = _share(Q[:k, :k] + 1j * Q[k:, :k], U, room)
+    as_rounded = [re + 1j * im for re, im in Z.values()]
+    Q, N, Q_blur, N_blur = part.sums(demands, as_rounded, spread, blur)
+    own, paid = (np.diag(N_blur.sum(axis=i)) for i in (1, 0))
+    U = _share(Q, U, np.diag(Q_blur.sum(axis=1)) + own)
     U = [round_digits(x, DIGITS) for x in (U.real, U.imag)]
-    inner = real_form(*map(exact, U)) - real_form(*map(exact, (own, 0 * own)))
-    price = (N.T @ inverse(inner) @ N).astype(float)
-    price = price[:m, :m] + 1j * price[m:, :m] + paid
-    return list(Z.items()), U, _rounded(price + RIDGE * np.abs(price).max() * np.eye(m))
+    inner = inverse(real_form(*map(exact, (U[0] - own, U[1]))))
+    price = N.conj().T @ _complex_form(inner) @ N + paid
+    return (
+        list(Z.items()),
+        U,
+        _rounded(price + RIDGE * np.abs(price).max() * np.eye(len(paid))),
+    )
 
 
 def _share(Q, U, room):
@@ -231,3 +379,8 @@ def _share(Q, U, room):
     back = np.linalg.solve(root, vectors)
     U = (back * np.clip(sizes, least, 1 - least)) @ back.conj().T
     return (U + U.conj().T) / 2
+
+
+def _complex(pair):
+    re, im = (read_array(x, None, None) for x in pair)
+    return re + 1j * im
