@@ -353,9 +353,9 @@ def test_what_the_box_buys_in_turned_coordinates(turned, known, status, monkeypa
     ]  # fmt: skip
     start = example.saturation.x0
     start = [*(T.T @ start[:2]), *(T.T @ start[2:4]), *start[4:]]
-    asked = {k: x for k, x in example.requirements.items() if x is not None} | {
-        "U": example.U @ T, "saturation": sos.Saturation(example.saturation.u_max, start)
-    }  # fmt: skip
+    asked = {k: x for k, x in example.requirements.items() if x is not None}
+    limit = sos.Saturation(example.saturation.u_max, start)
+    asked |= {"U": example.U @ T, "saturation": limit}
     if not known:
         monkeypatch.setattr(near_box.NearBox, "of", lambda plant: None)
     design = sos.design_pid(sos.Polytope(drivers), **asked, coupling="pairs")
