@@ -26,6 +26,7 @@ from .arithmetic import MOST_DIGITS, Beyond, Refused, need
 from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES
 from .subject import about, subject, wanted_gain, wanted_plant
+from .text import sane
 
 SECONDS = 600.0  # unless told otherwise
 AUTHOR = 5  # the exit code of what is proven of an author's blocks
@@ -56,6 +57,7 @@ SINGLE = {  # without unknowns
     "small input": ("small_input.SmallInput", LOOP + "coupling epsilon E0 requirements "
                     "vertex rows columns spread blur multipliers share price"),
 }  # fmt: skip
+OF_AUTHOR = "lmi, "  # so begins a kind of somebody's own LMIs, before its name
 AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 BEYOND = {
@@ -87,6 +89,8 @@ def text_of(asked):
     if whole in BEYOND:
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
     *refused, kind = whole.rsplit("infeasible ", 1)
+    if kind.startswith(OF_AUTHOR):
+        kind = sane(whole) and "lmi"
     if kind in SINGLE and not refused:
         writer, names = SINGLE[kind]
     elif kind in KINDS and refused in ([], [""]):
@@ -226,8 +230,9 @@ def contents(text):
 
 
 def by_author(asked):
-    """True if somebody's own theorem is among what is asked."""
-    return any("theorem" in r for r in asked.get("requirements", ()))
+    """True if somebody's own theorem is among what is asked, or the kind is his own."""
+    own = str(asked.get("kind")).removeprefix("infeasible ").startswith(OF_AUTHOR)
+    return own or any("theorem" in r for r in asked.get("requirements", ()))
 
 
 def read(name):
