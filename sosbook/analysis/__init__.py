@@ -1,4 +1,4 @@
-"""What a loop truly does: poles, norms, peaks and simulations."""
+"""The truth about a loop: poles, norms, peaks and simulations."""
 
 from ..runtime.later import by_name
 

@@ -1,4 +1,4 @@
-"""What a closed loop really does: poles, norms, peaks."""
+"""Poles, norms and peaks of a closed loop, without LMIs."""
 
 import numpy as np
 from scipy.linalg import matrix_balance

@@ -1,1 +1,1 @@
-"""What only the book needs; nothing else imports it."""
+"""The book's own tools; nothing else imports them."""

@@ -1,4 +1,4 @@
-"""What runs: a controller with its memory, limits and set points, and its programs."""
+"""Controllers with memory, limits and set points, and their programs."""
 
 from ..runtime.later import by_name
 from .bounded import Bounded

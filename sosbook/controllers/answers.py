@@ -1,4 +1,4 @@
-"""What is asked of a controller: its loop, proofs, bounds, motions and program."""
+"""The answers of a controller: its loop, proofs, bounds, motions and program."""
 
 from functools import cached_property, partial
 from typing import Any
@@ -176,7 +176,7 @@ class Answers:
         output: int = 0,
         time_limit: float = SECONDS,
     ) -> Bounded:
-        """What an output is asked at most while a set point moves.
+        """The largest output while a set point moves.
 
         Parameters
         ----------
@@ -204,7 +204,7 @@ class Answers:
         output: int = 0,
         time_limit: float = SECONDS,
     ) -> Bounded:
-        """What an output is asked at most after a step of a set point, at rest.
+        """The largest output after a step of a set point from rest.
 
         Parameters
         ----------
@@ -277,7 +277,7 @@ class Answers:
         output: int = 0,
         time_limit: float = SECONDS,
     ) -> Bounded:
-        """What the rounding of the program does to an output, at the worst.
+        """The largest error of an output by the program's rounding.
 
         Parameters
         ----------

@@ -38,7 +38,8 @@ class Bounded:
 
     @classmethod
     def within(cls, seconds: float, work: Any, seen: float, unit: str) -> "Bounded":
-        """What ``work`` proves in some ``seconds``: a number, None, or such a bound.
+        """The bound that ``work`` proves in some ``seconds``: a number, None, or a
+        Bounded.
 
         ``seen``, ``unit``: of the bound.
         """

@@ -1,4 +1,4 @@
-"""What a program in C has for numbers, read back and held to what was proven."""
+"""The numbers of a C program, read back and compared with the proven ones."""
 
 import re
 
@@ -67,7 +67,7 @@ def read_gains(text):
 
 
 def definitions(text):
-    """What the text of a <name>_gains.h defines, as it stands there.
+    """The definitions in the text of a <name>_gains.h, as they stand there.
 
     Returns a dict from each label, without the program's name in front, to its value.
     Raises ValueError if the text has anything else than comments and definitions,
@@ -93,7 +93,7 @@ def definitions(text):
 
 
 def columns_fault(text):
-    """What keeps the names of a program's columns from being those of its rows; or "".
+    """The difference between the names of a program's columns and its rows; or "".
 
     ``text``: of a <name>_gains.h. Sensors, set points and outputs are numbered in their
     order, and the comment of a row of ROWS names its sensor.
@@ -153,7 +153,7 @@ def _matrix(text):
 
 
 def code_fault(data, text):
-    """What keeps a program's loop from being that of a proof; empty if nothing does.
+    """The difference between a program's loop and a proof's; empty if there is none.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def code_fault(data, text):
 
 
 def _clock_fault(data, mine, kind):
-    """What keeps a program's tick and delay from being those of a proof."""
+    """The difference between a program's tick and delay and a proof's; or ""."""
     law = data["K"]
     T, (early, late) = _ends(data["T"]), _ends(data["delay"])
     tick = law["dt"] if isinstance(law["dt"], str) else None
@@ -231,7 +231,7 @@ def _clock_fault(data, mine, kind):
 
 
 def _robot_fault(law, mine):
-    """What keeps a robot's law, with its estimates, from being the proof's."""
+    """The difference between a robot's law and estimates and a proof's; or ""."""
     if mine["SINGLE"]:
         return "its estimates round otherwise: hold the program in double precision"
     proven = [_read(law[name], float) for name in MATRICES]
@@ -250,7 +250,7 @@ def _robot_fault(law, mine):
 
 
 def _gain_fault(data, mine, kind):
-    """What keeps u = C x + D y from being the gain's, with x the sums of T U y."""
+    """The difference of u = C x + D y, x the sums of T U y, from a gain's; or ""."""
     if "T" in data:
         return "the proof is about a sampled gain: take that of the controller"
     K, U = _read(data["K"], kind), _read(data.get("U"), float)

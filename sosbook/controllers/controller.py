@@ -145,7 +145,7 @@ class Controller(Answers, ReadOnly):
 
     @property
     def states(self) -> tuple:
-        """What each entry of its memory is, in words."""
+        """The name of each entry of the memory."""
         return (*self._made[1], *self.gain.signals[len(self.estimate.take) :])
 
     @cached_property

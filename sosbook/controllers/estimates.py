@@ -1,4 +1,4 @@
-"""What a balancing robot's program is, from the true signals to the volts."""
+"""A balancing robot's program, from the true signals to the volts."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from ..sampled.system import SampledSystem
 
 
 def estimated(T, blend):
-    """What the program takes for the ``states`` [theta, phi, theta', phi']: theta^, the
+    """The program's estimates of the ``states`` [theta, phi, theta', phi']: theta^, the
     gyro and the absolute angle, one tick T ago; ``blend``: the accelerometers' share.
     """
     theta, phi, gyro, _ = np.eye(4)

@@ -1,4 +1,4 @@
-"""What the header of a program says: what is proven, bounded, and simulated only."""
+"""Text of a program's header: proven, bounded and only simulated facts."""
 
 import re
 
@@ -82,7 +82,7 @@ def _whole(c, K):
 
 
 def bounded(c, trials):
-    """What c's outputs are asked, proven of every plant; and by floats at corners.
+    """Bounds of c's outputs, proven for every plant; and by floats at corners.
 
     ``trials``: a `Trial` for each set point.
     """
@@ -131,8 +131,8 @@ def span(c, times=SPAN, most=MOST_TICKS, size=1.0):
 
 
 def simulated(c, trials):
-    """What the step of each of ``trials`` does at all corners, a sample in 97 lost if
-    c bridges one.
+    """The step of each of ``trials`` at all corners; if c bridges lost samples, one in
+    97 is lost.
     """
     lose, lost = None, "none is lost here, as the first is a fault: see watch(lost=)"
     if c.faults.ticks(c.T)["lost"]:

@@ -31,14 +31,14 @@ class Lanes:
         return np.broadcast_to(np.asarray(value, self.kind), self.runs)
 
     def read(self, value):
-        """What the arithmetic takes for a value that somebody gives."""
+        """A given value as the arithmetic takes it."""
         if self.runs == 1 and isinstance(value, (float, int)):
             return self.real(value)
         array = np.asarray(value, self.kind)
         return self.taken(array if array.shape == (self.runs,) else self.array(array))
 
     def numbers(self, given):
-        """What the arithmetic takes for given numbers and arrays, by name."""
+        """The ``given`` numbers and arrays, by name, as the arithmetic takes them."""
         with np.errstate(over="ignore"):
             return SimpleNamespace(**{x: self._number(y) for x, y in given.items()})
 
@@ -76,7 +76,7 @@ class Lanes:
         ]
 
     def taken(self, array):
-        """What the arithmetic takes for an array."""
+        """An array as the arithmetic takes it."""
         if self.runs != 1:
             return array
         return array.item() if self.real is float else array[0]

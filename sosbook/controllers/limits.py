@@ -1,4 +1,4 @@
-"""What bounds a controller's output, and what makes it give up."""
+"""Limits of a controller's output, and the faults that stop it."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What a controller remembers (an estimate of the state, older outputs, integrals), one
+"""The memory of a controller (an estimate of the state, older outputs, integrals), one
 linear system: x+ = A x + B y + B_r r + W (v - u), u = C x + D y + D_r r, where v is
 what is left of u after its limits.
 """

@@ -173,7 +173,7 @@ def check_rate(vertices, timing):
 
 
 def _kind(memory, filter_time, rows, n):
-    """The estimate's word: "direct" where everything is measured, else "observer"."""
+    """The kind of estimate: "direct" (all is measured), "filter" or "observer"."""
     if memory is not None and memory not in MEMORIES:
         raise ValueError(f"memory must be one of {MEMORIES}, got {memory!r}")
     if filter_time is not None and memory == "observer":
@@ -223,7 +223,7 @@ def _measured(measured, names):
 
 
 def _integrated(U, rows, names, wanted):
-    """What is integrated of the coordinates; raises where one isn't measured."""
+    """The rows of U that are integrated; raises where a coordinate isn't measured."""
     U = np.zeros((0, len(names))) if U is None else np.asarray(U, float)
     for k, name in enumerate(names):
         if U[:, k].any() and not rows[:, k].any():
@@ -235,7 +235,7 @@ def _integrated(U, rows, names, wanted):
 
 
 def _sums(U, rows):
-    """What is integrated, of what is measured."""
+    """The integrated rows, on the measured signals."""
     if U is None:
         return np.zeros((0, len(rows)))
     return np.asarray(U, float) @ rows[:, : np.shape(U)[1]].T

@@ -15,7 +15,7 @@ MOST_COUNTED = 30000  # of ticks that came late; then the counter stays
 
 
 class Replay:
-    """What <name>.c does, bit for bit, for machines side by side.
+    """The program <name>.c in Python, bit for bit, for machines side by side.
 
     Parameters
     ----------

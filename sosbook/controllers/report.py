@@ -144,7 +144,7 @@ def _table(head, rows):
 
 
 def _corners(c):
-    """What each corner is called: by the values of its parameters, where they are."""
+    """The name of each corner: the values of its parameters, where they are."""
     family = getattr(c.plant, "family", c.plant)
     names = [f"corner {k}" for k in range(1, len(c.vertices) + 1)]
     if getattr(family, "multi_affine", False) and family.count == len(names):

@@ -1,4 +1,4 @@
-"""What the rounding of a program's arithmetic does to its outputs, at the worst.
+"""Bounds of the output error by the rounding of a program's arithmetic.
 
 A sum of n products is off by at most (n + 2) e times the sum of their sizes, to first
 order in e, the rounding of one operation: n roundings of sums, one of a product and one

@@ -96,7 +96,7 @@ class SampledDesign(ReadOnly):
 
     @property
     def words(self) -> str:
-        """What is asked of the loop."""
+        """The demand on the loop, in words."""
         if not self.sigma:
             return "the fastest decay at the ticks"
         return f"every motion decays at least as e^(-{self.sigma:.4g} t) at the ticks"
@@ -284,7 +284,7 @@ class _Work:
         return replace(best, reason=words.strip(), searched=by)
 
     def _found(self, sigma, starts, seed, near=()):
-        """What a search for a decay of ``sigma``, or for the fastest, has found."""
+        """The result of a search for a decay of ``sigma``, or for the fastest."""
         rate = sigma or self.task.rate
         slow, task = (replace(t, rate=rate) for t in (self.slow, self.task))
         if sigma is not None:

@@ -32,7 +32,7 @@ class Backlash:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What a program did with several plants at its ticks.
+    """The record of a program that ran with several plants, tick by tick.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def _at(signal, t, size):
 
 
 def _flow(plants, entry, span):
-    """What a part of a span of seconds does, for each plant."""
+    """The flow over a part of a span of seconds, for each plant."""
     steps = []
     for d in plants:
         N, m, p = len(d.E), d.Bu.shape[1], d.Bw.shape[1]

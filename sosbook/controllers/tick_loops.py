@@ -1,4 +1,4 @@
-"""What a search at the ticks makes small: the radius of loops, affine in numbers."""
+"""The goal of a search at the ticks: the spectral radius of loops affine in numbers."""
 
 import numpy as np
 

@@ -50,7 +50,7 @@ def steps_of(c, step=None):
 
 
 def _asked(c, j, size):
-    """What a step of set point j asks each output, where it is zero at rest."""
+    """The largest size of each output after a step of set point j, from rest."""
     try:
         return tuple(c.step(size, j, k) for k in range(len(c.outputs)))
     except ValueError:  # the output isn't zero at rest

@@ -36,7 +36,7 @@ NEAR = 1.005  # of the least bound: then no more ticks are looked at
 
 @dataclass(frozen=True, eq=False)
 class Sizes:
-    """What counts of motions, as floats: see `Sizes.of` and `Sizes.bounds`.
+    """The sizes of motions, as floats: see `Sizes.of` and `Sizes.bounds`.
 
     ``seen``, (corners, ticks): |h p|; ``lengths``, (corners, ticks): |p|; ``left``,
     (ticks,): delta of the theorem; ``gain``: the largest |h d| for |d| = 1.

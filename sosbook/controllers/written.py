@@ -55,7 +55,7 @@ def record(texts, name):
 
 
 def changes(folder, name):
-    """What of a program was changed since it was written, and what was compared.
+    """(changes of a program since it was written, words for what was compared).
 
     ``folder``: where its files lie; ``name``: of the program. Returns (list of str,
     list of str): each change, and each comparison, in words.
@@ -91,7 +91,7 @@ def changes(folder, name):
 
 
 def _changed(folder, record, name, numbers):
-    """What differs from a ``record``: numbers by their labels, and files."""
+    """The differences from a ``record``: numbers by their labels, and files."""
     own = f"{name}{GAINS}"
     written = record["numbers"][own]
     for label in sorted({*numbers, *written}):

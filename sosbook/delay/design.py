@@ -1,4 +1,4 @@
-"""What is known of a controller behind a delay."""
+"""The design of a controller behind a delay."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -66,7 +66,7 @@ class DelayDesign(Gains[DelayProof], ReadOnly):
 
     @cached_property
     def advice(self) -> str:
-        """What to ask less of; empty if feasible.
+        """Advice on a smaller request; empty if feasible.
 
         Found by solving again with less rate, variation or delay.
         """

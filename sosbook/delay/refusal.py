@@ -193,7 +193,7 @@ def _undelayed(E, A, Ad):
 
 
 def _fixed(rows, common):
-    """What is zero in (x, x', x_tau, eta): the equations, and integrals."""
+    """The rows that vanish on (x, x', x_tau, eta): the equations, and integrals."""
     N = rows.shape[1] // 2
     of_x, of_dx = common[:, :N], common[:, N:]
     return np.vstack(

@@ -67,7 +67,7 @@ class DelayedLoop(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class DelayRequest(ReadOnly):
-    """What is asked of a loop with a delayed input.
+    """A request: a loop with a delayed input and its requirements.
 
     The parameters plant, U, tau, mu, delta, alpha, method and order are those
     of `design_delay_pid` and `analyse_delay`; ``gain`` is the K that is
@@ -128,7 +128,7 @@ class DelayRequest(ReadOnly):
         self._check_form()
 
     def _check_form(self):
-        """What a method asks of the plant, the gain and the order."""
+        """Check the plant, the gain and the order that a method needs."""
         form = FORMS[self.method]
         if not form.first_order:
             return

@@ -200,7 +200,7 @@ def _default_step(A, BK, delay, omega, end):
 
 
 def _exponentials(A, B, columns, omega, h):
-    """What a step makes of the state, of [1, sin, cos] and of the input.
+    """The matrices of a step: of the state, of [1, sin, cos] and of the input.
 
     The state is joined by these three and by the input's parabola (three values, one
     after the other, of m entries each); the time is measured in steps.

@@ -42,7 +42,7 @@ def solve_delay(request, refuse=True, time_limit=None, centred=True, progress=Fa
 
 
 def within(seconds, request, work, progress=False):
-    """What ``work()`` returns for a ``request``, "undecided" after some ``seconds``.
+    """The result of ``work()`` for a ``request``, "undecided" after some ``seconds``.
 
     With ``progress`` a bar shows them.
     """

@@ -1,1 +1,1 @@
-"""What a notebook shows of an object: pictures and words in HTML, all escaped."""
+"""Pictures and words of an object for a notebook, in HTML, all escaped."""

@@ -28,7 +28,7 @@ def adjoint(expressions, unknowns, Z):
 
 
 def _in_balls(expressions, unknowns, Z):
-    """What `adjoint` returns, in balls."""
+    """The result of `adjoint`, in balls."""
     check_time()
     products = [
         (t, _arb_mat(t.left).transpose() * z * _arb_mat(t.right).transpose(), None)

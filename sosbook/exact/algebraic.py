@@ -139,7 +139,7 @@ def _definite(alpha, beta, s, conjugate, zero):
 
 
 def reflections(alpha, beta):
-    """What mirrors roots, and balls, at the boundary of a region alpha, beta.
+    """Two maps that mirror roots, and balls, at the boundary of a region alpha, beta.
 
     Both are None but for half-planes (one row) and disks.
     """

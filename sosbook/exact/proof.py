@@ -1,4 +1,4 @@
-"""What exact arithmetic says of blocks: computed from matrices, never stored."""
+"""Verdicts of exact arithmetic on blocks: computed from matrices, never stored."""
 
 from dataclasses import dataclass
 from time import monotonic
@@ -41,7 +41,7 @@ def first_proven(attempt, digits=None, tries=DIGITS, places=PLACES):
 
 @dataclass(frozen=True, eq=False)
 class Examined:
-    """What was found out about some blocks.
+    """The examination of some blocks.
 
     ``claims``: what is proven, in words; ``blocks``: each one's smallest pivot by name,
     in large blocks to six digits; ``failed``: names of those that aren't positive
@@ -87,7 +87,7 @@ class Examined:
 
     @classmethod
     def by_kernel(cls, whole, claims, names):
-        """What the kernel says of the ``whole`` that it reads, beside its ``claims``.
+        """The kernel's verdict on the file ``whole``, with its ``claims``.
 
         Blocks have ``names`` by their labels; without any the labels are names.
         """
@@ -120,7 +120,7 @@ class Examined:
 
 
 class Verdict:
-    """What files and results without a proof say, from ``examined``."""
+    """The verdict that files and results without a proof share, from ``examined``."""
 
     examined: Examined
 
@@ -131,7 +131,7 @@ class Verdict:
 
     @property
     def claims(self):
-        """What is proven, in words; empty without a proof."""
+        """The proven statements, in words; empty without a proof."""
         return self.examined.claims
 
     @property
@@ -188,7 +188,7 @@ class Unproven(Verdict):
 
 
 class Stopped(Unproven):
-    """What `proven_within` returns where the ``seconds`` are over; ``share``: which
+    """The result of `proven_within` where the ``seconds`` are over; ``share``: which
     part of the work is done, in words.
     """
 

@@ -162,7 +162,7 @@ class ProofFile(Verdict, OfKind):
         return parse(self.text)[1]
 
     def measured(self, measure):
-        """What ``measure`` makes of each block, a `Rational` matrix, by its name."""
+        """``measure`` of each block, a `Rational` matrix, by its name."""
         said, found = Written(*verdict.opened(self.text)), {}
 
         def decide(label, x, semi):
@@ -261,7 +261,7 @@ def load(path):
 
 @dataclass(frozen=True, eq=False)
 class Written:
-    """What `sosbook.exact.checker.verdict.written` says of a text."""
+    """The result of `sosbook.exact.checker.verdict.written` for a text."""
 
     whole: dict
     claims: list
@@ -323,7 +323,7 @@ class GainProof(ProofFile):
 
 
 def given_gain(gain):
-    """What to try instead where the gain is given: that very gain."""
+    """The option for a given gain: try it with all its digits."""
     return {} if gain is None else {"tries": (17,)}
 
 

@@ -17,7 +17,7 @@ class Refusal(ProofFile):
 
 
 def written_lmis(expressions, unknowns):
-    """What a file says of blocks, Affine ``expressions`` by name in some unknowns."""
+    """The data of blocks, Affine ``expressions`` by name in some unknowns."""
     written = []
     for name, g in expressions.items():
         terms = [

@@ -4,9 +4,7 @@ import numpy as np
 
 
 class Symbols:
-    """What stands for a matrix, a number or a size, and is written instead of computed:
-    see `sosbook.language.traced`.
-    """
+    """Symbols of matrices, numbers and sizes: see `sosbook.language.traced`."""
 
 
 class Matrices:

@@ -134,7 +134,7 @@ class Traced(Symbols):
         return Traced(tree, self.shape, self.value)
 
     def word(self, word, shape=(1, 1)):
-        """What a ``word`` says of it alone, of that shape."""
+        """The expression ``word`` applied to this one, of a given shape."""
         return Traced((word, self.tree), shape)
 
     def times_each(self, factors):

@@ -1,4 +1,4 @@
-"""What theorems say beside `block`, `eye` and `he`."""
+"""Words of theorems beside `block`, `eye` and `he`."""
 
 import numpy as np
 

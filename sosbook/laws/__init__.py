@@ -1,4 +1,4 @@
-"""What a controller measures, what it remembers, and which of its gains are free."""
+"""Laws: the sensors of a controller, its memory, and its free gains."""
 
 from ..runtime.later import by_name
 from .base import Law, LawGain, Parts, Structure

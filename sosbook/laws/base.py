@@ -28,7 +28,7 @@ __all__ = ["Law", "LawGain", "Parts", "Structure"]
 
 @dataclass(frozen=True, eq=False)
 class Parts(ReadOnly):
-    """What a law joins to a plant E x' = A x + B u + B_w w, in rationals.
+    """The matrices that a law joins to a plant E x' = A x + B u + B_w w, in rationals.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ class LawGain(ReadOnly):
 
 
 class Law(ABC, ReadOnly):
-    """What is measured, what is remembered and which gains are free.
+    """A law: its sensors, its memory, and its free gains.
 
     A law of one's own has two methods: `parts` and `structure`. What it measures are
     the rows of ``sensors``, an `Output`, with a ``noise`` and a ``lag``, and those of
@@ -195,7 +195,7 @@ class Law(ABC, ReadOnly):
     places: Any = None  # of the first so many readings; None: it is seen by the rows
 
     def readings(self, plant: Any) -> Readings:
-        """What its sensors see of a ``plant``, those of ``sensors`` first."""
+        """The readings of a ``plant``, those of ``sensors`` first."""
         seen = Readings.of(plant, self.sensors, self.rates)
         if self.lag is None and seen.late.any():
             raise ValueError(
@@ -225,7 +225,7 @@ class Law(ABC, ReadOnly):
 
     @abstractmethod
     def parts(self, plant: Any) -> Parts:
-        """What it joins to a ``plant`` whose shapes are checked."""
+        """The matrices that the law joins to a ``plant`` whose shapes are checked."""
 
     @abstractmethod
     def structure(self, plant: Any) -> Structure:
@@ -233,7 +233,7 @@ class Law(ABC, ReadOnly):
 
     @abstractmethod
     def words(self, plant: Any) -> str:
-        """What it is for a ``plant``, in words: "u depends on z1 alone: PID"."""
+        """The law for a ``plant``, in words: "u depends on z1 alone: PID"."""
 
     def gain(self, plant: Any, gains: Any) -> np.ndarray:
         """K from numbers by name, or K itself after a check of its shape.
@@ -299,7 +299,7 @@ def plain(plant, K_A=None):
 
 
 def checked_outputs(position, velocity, sensors, noise, lag):
-    """What is measured, as `Law` keeps it: the `Output`s ``sensors`` and ``rates``, the
+    """The readings as `Law` keeps them: the `Output`s ``sensors`` and ``rates``, the
     ``noise`` and the ``lag``; a ValueError names what is wrong.
     """
     if sensors is not None and position is not None:

@@ -113,7 +113,7 @@ class PIDLaw(Law):
         self.__post_init__()
 
     def _mixtures(self, q):
-        """What is integrated, as rows on q readings that aren't rates."""
+        """The integrated signals, as rows on q readings that aren't rates."""
         if isinstance(self.integrate, bool):
             return np.eye(q if self.integrate else 0, q)
         return matrix("integrate", self.integrate, (None, q))

@@ -1,4 +1,4 @@
-"""What is taken for a controller: a law with numbers, a design, a system with names."""
+"""Controllers as arguments: a law with numbers, a design, a system with names."""
 
 import re
 

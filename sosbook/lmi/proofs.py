@@ -51,7 +51,7 @@ class LMIProof(ProofFile):
 
     @property
     def statement(self):
-        """What its author says that the blocks mean; empty without a proof."""
+        """The author's words for the meaning of the blocks; empty without a proof."""
         return tuple(self.data["statement"]) if self.proven else ()
 
     def __str__(self):

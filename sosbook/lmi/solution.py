@@ -1,4 +1,4 @@
-"""What an `LMIProblem` answers: a point or a refusal."""
+"""The answer of an `LMIProblem`: a point or a refusal."""
 
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -224,7 +224,7 @@ def compare(log, model):
 
 
 def heading_bounds(model):
-    """What was proven of the heading of a ``model``: (low, high) by name.
+    """The proven bounds of the heading of a ``model``: (low, high) by name.
 
     The proofs are of equal motors; motors that differ were looked at as both
     loops together.

@@ -14,7 +14,7 @@ GLITCH_SHARE = 0.02  # of all steps; where more are wild the wheel is too fast
 
 @dataclass(frozen=True, eq=False)
 class Counter:
-    """What a column of counts says of the counter that it comes from.
+    """The counter behind a column of counts.
 
     ``bits``: the fewest that hold its numbers, as counts from zero or with a sign;
     ``wraps``, (k,) of int: samples before which it goes over its end: a step of more

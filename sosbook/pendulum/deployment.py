@@ -180,7 +180,7 @@ def covered(ratios, sd, spread):
 
 
 def in_words(mip, limit):
-    """What a data sheet, a pair of scales and a stopwatch know of a pendulum.
+    """Facts on a pendulum for a data sheet, a pair of scales and a stopwatch.
 
     Both motors of the ``mip`` get the ``limit``, in V.
     """

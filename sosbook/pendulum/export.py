@@ -288,7 +288,7 @@ class Program:
 
     @property
     def _around(self):
-        """What a program is told of its clock and of set points that move."""
+        """The program's numbers for its clock and for set points that move."""
         drive, T = self.drive or Drive(), self.firmware.law.T
         jitter = self.robot.jitter if self.robot else 0.0
         return {

@@ -1,4 +1,4 @@
-"""What the header of a robot's program says of it."""
+"""The header of a robot's program."""
 
 from importlib.metadata import version
 
@@ -17,7 +17,7 @@ COARSE_SHARE = 0.5  # of the limit, by which one count may move the voltage
 
 
 def facts(deployment):
-    """What is known of a ``deployment``, from a word to a sentence."""
+    """The facts of a ``deployment``, from a word to a sentence."""
     mip, robot = deployment.mip, deployment.robot
     letters = ", ".join(f"{x} = {getattr(mip, x):.6g}" for x in "abcdef")
     return {
@@ -127,7 +127,7 @@ def _optimal(design):
 
 
 def _compensation(deployment):
-    """What is known with friction compensated; nothing without."""
+    """The facts with friction compensated; empty without."""
     volts = deployment.robot.compensation
     if not volts:
         return {}
@@ -161,7 +161,7 @@ def _coarse(deployment):
 
 
 def _steering(design):
-    """What is known of the law that holds the heading."""
+    """The facts of the law that holds the heading."""
     robot, law, mip = design.robot, design.law, design.robots[0]
     low, high = inertia_bounds(mip, robot)
     cost = design.design.request.cost
@@ -187,7 +187,7 @@ def _steering(design):
 
 
 def _unequal(design):
-    """What is known of both loops as one, where the motors differ."""
+    """The facts of both loops as one, where the motors differ."""
     share, many = 100 * design.robot.unequal, len(design.robots)
     floats = (
         f"with one motor stronger by {share:g} % and the other weaker both loops as "

@@ -1,4 +1,4 @@
-"""What runs on the robot at every tick: estimate, law, limits, faults.
+"""The robot's program at every tick: estimate, law, limits, faults.
 
 The C program that `sosbook.pendulum.export` writes does the same operations
 in the same order.
@@ -226,7 +226,9 @@ class Controller:
         )
 
     def __getattr__(self, name):
-        """What is known, an array with an entry for each robot; x is a list of them."""
+        """The program's variable, an array with an entry for each robot; x is a list of
+        them.
+        """
         if name not in STATE:
             raise AttributeError(f"Controller has no {name}")
         if self._now is None:

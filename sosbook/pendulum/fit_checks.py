@@ -1,4 +1,4 @@
-"""What the fits to two logs, and their agreement, say of the logs."""
+"""Checks of two logs by their fits, and by the agreement of these."""
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -127,7 +127,7 @@ def _description(mip, robot):
 
 
 def check_fit(experiment, fits, log, counts):
-    """What the ``fits`` to the ``log`` of one ``experiment`` say of it.
+    """Findings on the ``log`` of one ``experiment``, by its ``fits``.
 
     A turn of a wheel has so many ``counts``. It returns findings.
     """
@@ -213,7 +213,7 @@ def _alike(subject, fits):
 
 
 def _late(subject, column, late, fit):
-    """What to say of a column that is so many samples late; play may do it."""
+    """Findings on a column that is so many samples late; play may cause it."""
     if late:
         yield (subject.warned if "play" in fit.names else subject.refused)(
             f"{column} seems to be {abs(late):g} sample(s) "

@@ -64,7 +64,7 @@ class Inspection:
 
 
 def _rubbing(identified, body, wheels, robot, findings):
-    """What the fits give with friction, where without it they leave more than noise."""
+    """The fits with friction, where those without it leave more than noise."""
     if robot.friction or not any(UNMODELLED in str(x) for x in findings):
         return
     try:

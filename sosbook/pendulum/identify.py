@@ -19,7 +19,7 @@ LEAST_SHARE = 0.02  # of the inertia on the motors' side: less is too stiff to s
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """What two logs say about a pendulum.
+    """A pendulum identified from two logs.
 
     ``ratios``: e_c, f_c, d_c of the body, e_a, f_a of the wheels: their mean;
     ``covariance``, (5, 5): the covariance of the ratios, in their order. The two logs

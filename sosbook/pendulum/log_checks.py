@@ -1,4 +1,4 @@
-"""What can be seen in one log before any fit."""
+"""The checks of one log before any fit."""
 
 from dataclasses import dataclass
 from itertools import groupby
@@ -72,7 +72,7 @@ def check_log(name, log, robot=None):
 
 
 def _whole(subject, log, robot):
-    """What time and voltage say of a log."""
+    """Findings on a log's time and voltage."""
     low, high = PLAUSIBLE_T
     if not low <= log.T <= high:
         yield subject.refused(
@@ -99,7 +99,7 @@ def _whole(subject, log, robot):
 
 
 def _gyro(subject, log, y, robot):
-    """What a gyro's column y says."""
+    """Findings on a gyro's column y."""
     if (y == np.round(y)).all() and np.ptp(y) > 10:
         yield subject.refused(
             "gyro has whole numbers: is it raw, or an encoder's column? It must be in "
@@ -144,7 +144,7 @@ def _gyro(subject, log, y, robot):
 
 
 def _encoder(subject, log, column, y, robot):
-    """What an encoder's ``column`` y says."""
+    """Findings on an encoder's ``column`` y."""
     counter = log.unwrapped.get(column)
     if counter is not None:
         yield subject.warned(
@@ -204,7 +204,7 @@ def _spikes(y, least=1e-12):
 
 
 def _glitches(subject, log, column, spikes):
-    """What to say of so many ``spikes``."""
+    """Findings on so many ``spikes``."""
     if len(spikes):
         yield subject.refused(
             f"{column} has {len(spikes)} spike(s), the first in "

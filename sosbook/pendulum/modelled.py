@@ -23,7 +23,7 @@ PLANT = "M", "D", "S", "B"
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """What a program was made for, read back from its folder.
+    """The robot, law and proofs of a program, read back from its folder.
 
     ``mip``: the pendulum in the middle; ``robot``: the robot's description; ``spread``:
     the relative spread of e/c and of e/a that was proven, or that of a fit; ``law``:

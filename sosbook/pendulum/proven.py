@@ -286,7 +286,7 @@ class Deployment:
 
     @property
     def continuous_proofs(self):
-        """What is proven of the gain in continuous time; nothing of an `OptimalLaw`."""
+        """The proofs of the gain in continuous time; none of an `OptimalLaw`."""
         if self.optimal:
             return {}
         return {"in continuous time": self.certificate, "behind the hold": self.held}
@@ -319,7 +319,7 @@ class Deployment:
 
     @cached_property
     def facts(self):
-        """What the C program's header says, from a word to a sentence."""
+        """The facts in the C program's header, from a word to a sentence."""
         return facts(self)
 
     @cached_property

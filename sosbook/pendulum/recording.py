@@ -107,7 +107,8 @@ def recorders(robot, amplitude=None, seconds=SWEEP_SECONDS):
 
 
 def board_files(folder, robot, note):
-    """What a sketch in a ``folder`` asks of a board, with an example's answers.
+    """The files that a sketch in a ``folder`` needs from a board, with an example's
+    answers.
 
     The ``robot`` has the gyro's range and the motors' limit; the lines of
     the ``note`` say where they come from. It returns a dict from the files'

@@ -22,7 +22,7 @@ ACCELEROMETER = 0.05  # m/s^2, their noise
 
 @dataclass(frozen=True)
 class Gears:
-    """What there may be in a robot's gears.
+    """The play and friction of a robot's gears.
 
     ``frictions``: dry ones, in V; ``play``: by which a wheel turns while its motor
     rests, in rad.

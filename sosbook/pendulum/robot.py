@@ -1,4 +1,4 @@
-"""What no log says of a robot: its description, a TOML file."""
+"""The description of a robot, which no log contains: a TOML file."""
 
 from dataclasses import MISSING, dataclass, field, fields, replace
 from difflib import get_close_matches

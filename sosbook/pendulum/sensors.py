@@ -14,7 +14,7 @@ READINGS_AT_REST = 100  # of the gyro, whose mean is taken for its offset
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
-    """What the robot's computer is told.
+    """The readings of the robot's sensors: steps, noise and offsets.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ SETTLED_TILT = np.deg2rad(3)  # rad; a robot that settled stays within
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What the robots did; k ticks.
+    """The motion of the robots over k ticks.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def simulate(
 
 
 class _Supply:
-    """What a battery makes of the voltages that are asked for."""
+    """A battery: from the voltages that are asked for to those that it gives."""
 
     def __init__(self, battery, nominal):
         if nominal is not None and battery is None:

@@ -64,7 +64,7 @@ class Steering:
 
     @property
     def numbers(self):
-        """What a program is told of it beside its firmware's numbers, by name.
+        """The program's numbers of it beside its firmware's, by name.
 
         STEER_REACH: the most by which the difference changes in a tick, in rad; UNWIND:
         how what the limit withheld acts on the sum, in rad s per V.

@@ -1,4 +1,4 @@
-"""What a running program logs at every tick."""
+"""The log of a running program, a row at every tick."""
 
 from dataclasses import dataclass, fields
 

@@ -79,7 +79,7 @@ class Known:
 
 @dataclass(frozen=True, eq=False)
 class Tracking(Known):
-    """What a loop's own log says of the pendulum in it.
+    """The pendulum in a loop, identified from the loop's own log.
 
     ``values``: body, wheels and back-EMF: the factors of e/c, of e/a and of f; delay in
     s; friction in V; ``sd``: their deviations; ``innovations``, (2, N): what the gyro
@@ -93,7 +93,7 @@ class Tracking(Known):
 
 @dataclass(frozen=True, eq=False)
 class Heading(Known):
-    """What a loop's own log says of how the robot turns.
+    """The robot's turning, identified from the loop's own log.
 
     ``values``: inertia, a_d / e, and damping, f / e, in V per rad/s^2 and rad/s;
     stronger and braking, the shares by which the right motor's e and f are above the
@@ -181,7 +181,7 @@ def _gentle(log):
 
 
 class Predictor:
-    """What two sensors say beyond a Kalman filter's prediction.
+    """The innovations of two sensors: readings beyond a Kalman filter's prediction.
 
     The unknowns x are the logarithms of the three factors, the delay over T
     and the friction.

@@ -213,7 +213,7 @@ def _riccati(mip, Q, R):
 
 
 def _too_slow(mip, robot, Q, peak):
-    """What clock it takes, in words."""
+    """The clock that is fast enough, in words."""
     sentence = (
         f"no R keeps the peak of the sensitivity at {peak:g} or below "
         f"with T = {1000 * robot.T:g} ms and a delay of "
@@ -236,7 +236,7 @@ def _too_slow(mip, robot, Q, peak):
 
 
 def _fastest(mip):
-    """What the clock has to follow: the fall, and the motors' speed."""
+    """The motions that the clock has to follow, in words: the fall and the motors."""
     poles = mip.plant().poles().real
     fall, motor = poles.max(), -poles.min()
     return (

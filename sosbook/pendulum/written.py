@@ -1,4 +1,4 @@
-"""What is written of a controller: programs, model, proofs; or why nothing is."""
+"""The files of a controller: programs, model, proofs; or the reason for none."""
 
 import json
 

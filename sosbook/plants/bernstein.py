@@ -123,7 +123,7 @@ class Box:
         return rational_matrix([[entry(x, m) for m in monomials] for x in places])
 
     def answers(self, terms, sure, never):
-        """What is so of a polynomial with coefficients ``terms``: {True}, {False}, or
+        """The answers for a polynomial with coefficients ``terms``: {True}, {False}, or
         both.
 
         ``sure`` and ``never`` say of two numbers whether it is so, or isn't, of all

@@ -43,7 +43,7 @@ def built(builder, box):
 
 
 def _called(builder, box):
-    """What the builder returns; a second time with arrays that take expressions."""
+    """The builder's result; a second try is with arrays that take expressions."""
     given, refused = parameters(box), []
     token = building.set(refused)
 

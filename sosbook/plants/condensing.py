@@ -1,4 +1,4 @@
-"""What has neither mass nor damping, solved for and put into the other rows."""
+"""Coordinates without mass and damping, solved for and put into the other rows."""
 
 from typing import TYPE_CHECKING
 
@@ -121,7 +121,7 @@ def condense(
 
 
 def _without(given, there, names, tolerance):
-    """What is left of a plant, by argument."""
+    """The remaining plant, by argument."""
     N, L, n = there.N, there.L, len(there.N)
     _say(tolerance, given, N.astype(float), L.astype(float))
     # z = N zeta + what is kept; zeta stands in rows of its own, which go

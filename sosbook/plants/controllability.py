@@ -43,9 +43,9 @@ class FixedPart:
 
 
 def fixed_part(E, A, B):
-    """What the inputs of E x' = A x + B u, of fmpq, don't move: everything if ``E`` is
-    regular and ``B`` has no columns, no rows if all is controllable; None where E is
-    singular, or the rows have too many digits to be found. ``A`` is square.
+    """The part that the inputs of E x' = A x + B u, of fmpq, don't move: everything if
+    ``E`` is regular and ``B`` has no columns, no rows if all is controllable; None
+    where E is singular, or the rows have too many digits to be found. ``A`` is square.
 
     >>> from sosbook.exact.definite import exact
     >>> one, A = exact(np.eye(2)), exact(np.array([[0.1, 1], [0, -3]]))

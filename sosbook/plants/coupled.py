@@ -1,4 +1,4 @@
-"""What the theorems ask of a pair of vertices, and of one with a slack matrix."""
+"""Matrices of the theorems: of a pair of vertices, and of one with a slack matrix."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +11,7 @@ from .descriptor import Descriptor, same_output
 
 @dataclass(frozen=True, eq=False)
 class Coupled:
-    r"""What the theorems ask of a pair of vertices.
+    r"""The matrices of a pair of vertices in the theorems.
 
     With weights :math:`\alpha` each theorem's matrix is a quadratic form
     :math:`L(\alpha) = \sum_{ij} \alpha_i \alpha_j L_{ij}`. This class
@@ -86,7 +86,7 @@ class Coupled:
 
 @dataclass(frozen=True, eq=False)
 class SlackVertex:
-    """What the theorems with a slack matrix ask of a vertex.
+    """The matrices of a vertex in the theorems with a slack matrix.
 
     Parameters
     ----------

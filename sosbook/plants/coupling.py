@@ -82,7 +82,7 @@ class Coupling:
 
     @property
     def condition(self):
-        """What a refusal is subject to, in words: ("slack = 0.1 s",) or nothing."""
+        """The condition of a refusal, in words: ("slack = 0.1 s",) or nothing."""
         return ()
 
     def settled(self, request):
@@ -118,7 +118,7 @@ class Coupling:
         return [Unknown(name, N, symmetric=True) for name in names]
 
     def given(self, P):
-        """What the theorems get of the matrices ``P`` of `lyapunov`: the only one."""
+        """The theorems' part of the matrices ``P`` of `lyapunov`: the only one."""
         (P,) = P
         return P
 
@@ -135,7 +135,7 @@ class Coupling:
         return ()
 
     def coupled(self, loop, i, j):
-        """What the theorems ask of the vertices i and j of a ``loop``."""
+        """The theorems' matrices of the vertices i and j of a ``loop``."""
         return Coupled(loop.vertices[i], loop.vertices[j], loop.P, loop.Y)
 
     def asked(self, r, loop, c, i):
@@ -165,8 +165,8 @@ class Coupling:
                     yield r, name, (i, j), g
 
     def data(self, request):
-        """What a proof file of a ``request`` says of it: its word, and what belongs to
-        a slack matrix.
+        """Its data in a proof file of a ``request``: its word, and the data of a slack
+        matrix.
         """
         E0 = None if self.slack is None else decimals(request.mean.E)
         scalar = None if self.slack is None else decimal(self.slack)

@@ -272,14 +272,14 @@ def _chosen(place, there, names):
 
 
 def _letters(there):
-    """What matrices are called: by capital letters, or all of them by small ones."""
+    """The names of the matrices: capital letters, or all of them small ones."""
     known = *NAMES, *LETTERS, *ALIASES.values()
     large = {n: n for n in known if n in there}
     return large or {n: n.lower() for n in known if n.lower() in there}
 
 
 def _cure_of(missing, there):
-    """What to do about matrices that are missing, where others are there."""
+    """The cure for missing matrices, where others are there."""
     pass_on = ", ".join(f"{n!r}: '...'" for n in missing)
     strange = [(n, what) for n, what in there.items() if what and isinstance(what, str)]
     for name, what in strange:

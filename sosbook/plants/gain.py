@@ -136,12 +136,13 @@ def gain_of(K, plant, U=None):
 
 
 def input_names(m):
-    """What the m inputs of a plant are called: u, or u1, u2, ..."""
+    """The names of the m inputs of a plant: u, or u1, u2, ..."""
     return ("u",) if m == 1 else tuple(f"u{k + 1}" for k in range(m))
 
 
 def signals(plant, U=None, older=0):
-    """What the columns of a gain of this ``plant`` multiply: [z; z'; x3] by name.
+    """The signals that the columns of a gain of this ``plant`` multiply: [z; z'; x3] by
+    name.
 
     Without ``coordinates`` z are z1, z2, ..., the state of a DescriptorSystem x1, x2,
     ...; x3 is the integral of U z; ``older`` inputs of a sampled gain are last.

@@ -1,4 +1,4 @@
-"""What is joined to every plant of a family makes a family of the same parameters."""
+"""Systems joined to every plant of a family: a family of the same parameters."""
 
 import numpy as np
 

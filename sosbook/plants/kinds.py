@@ -1,4 +1,4 @@
-"""What the design functions take for a plant, and what they say to others."""
+"""The plants that the design functions take, and the errors for others."""
 
 from abc import ABC, abstractmethod
 

@@ -1,4 +1,4 @@
-"""What has no mass: rows and mixtures of rows, and what can be done about them."""
+"""Directions without mass: rows and mixtures of rows, and cures for them."""
 
 from dataclasses import dataclass
 
@@ -94,8 +94,9 @@ def _full(M, D):
 
 @dataclass(frozen=True, eq=False)
 class Massless:
-    """What can be solved for: columns ``N`` and rows ``L`` of directions, or indices of
-    rows of a sparse plant as both; their damping is ``beta`` times their stiffness.
+    """Directions that can be solved for: columns ``N`` and rows ``L`` of directions, or
+    indices of rows of a sparse plant as both; their damping is ``beta`` times their
+    stiffness.
     """
 
     N: np.ndarray
@@ -185,14 +186,14 @@ def empty_rows(given):
 
 
 def empty_words(rows, where):
-    """What to do about some ``rows`` that are empty, ``where`` says in which."""
+    """The cure for ``rows`` that are empty in the matrices that ``where`` names."""
     if len(rows) == 1:
         return f"row {rows[0]} is empty in {where}: leave it out"
     return f"rows {listed(rows)} are empty in {where}: leave them out"
 
 
 def massless_cure(given, definite=False):
-    """What to do about what is massless in ``given`` M, D, S, B and F, by name, for
+    """The cure for massless directions in ``given`` M, D, S, B and F, by name, for
     errors: it is tried before it is told. Empty where nothing is known to help, or no
     ``definite`` mass is left.
 
@@ -224,7 +225,7 @@ def light_cure(given, definite=False):
 
 
 def definite_cure(given):
-    """What to do where the mass ``given`` with D, S, B and F isn't definite."""
+    """The cure where the mass ``given`` with D, S, B and F isn't definite."""
     M, S = given["M"], given["S"]
     if issparse(M):
         return ""
@@ -249,8 +250,8 @@ def listed(rows):
 
 
 def constraints(given, rows):
-    """What to do about ``given`` M, D, S, B and F where the ``rows`` without mass say
-    what others must keep; empty where that isn't it.
+    """The cure for ``given`` M, D, S, B and F where the ``rows`` without mass say what
+    others must keep; empty where that isn't it.
     """
     M, S, B = (given[x] for x in "MSB")
     rest = np.setdiff1d(np.arange(M.shape[0]), rows)

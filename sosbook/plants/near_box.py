@@ -47,7 +47,7 @@ class NearBox(ReadOnly):
         return known["_near_box"]
 
     def data(self):
-        """What a proof file says of it."""
+        """The data of the box in a proof file."""
         return {**self.family.data(), "corners": list(self.corners)}
 
     @classmethod

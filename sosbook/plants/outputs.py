@@ -1,4 +1,4 @@
-"""What is bounded: rows on z, z', z'', x3, u and w."""
+"""Outputs: rows on z, z', z'', x3, u and w."""
 
 from dataclasses import dataclass, replace
 
@@ -136,7 +136,7 @@ class Output(ReadOnly):
 
     @property
     def words(self) -> str:
-        """What it is, in one line, without the noise of a float's last digits.
+        """The output in one line, without the noise of a float's last digits.
 
         Examples
         --------
@@ -253,7 +253,7 @@ class Output(ReadOnly):
         return _with_noise(replace(d, **found))
 
     def data(self) -> list:
-        """What a proof file says of it: rows in decimals by argument, part by part."""
+        """Its data in a proof file: rows in decimals by argument, part by part."""
         return self._said(decimal)
 
     def _said(self, number):

@@ -284,7 +284,7 @@ def _of_sympy(expression, known):
 
 
 class Symbolic:
-    """What a plant's constructor (its ``kind``) leaves of parameters ``given`` it."""
+    """A plant with parameters: its ``kind`` and the arguments ``given`` to it."""
 
     def __init__(self, kind, given):
         self.kind, self.given = kind, given

@@ -18,7 +18,7 @@ REACHED = 1e-12  # of the largest Hankel singular value; below it is rounding
 
 @dataclass(frozen=True, eq=False)
 class Reduction(ReadOnly):
-    """What a reduced plant knows of the whole one.
+    """The reduction of a whole plant to a part.
 
     ``kept``, ``of``: its coordinates, and those of the whole: displacements z, or the
     states of a `DescriptorSystem`; ``basis``, (of, kept): the whole's z is ``basis``
@@ -47,7 +47,7 @@ class Reduction(ReadOnly):
 
     @property
     def words(self) -> str:
-        """What begins each claim of a proof about the part."""
+        """The first words of each claim of a proof about the part."""
         return f"of the reduced model ({self}): "
 
     @classmethod

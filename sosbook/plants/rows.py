@@ -61,7 +61,7 @@ def _cleared(entries):
 
 
 def _common(entries):
-    """What all numerators have in common, positive on the box; else one."""
+    """The common factor of all numerators, positive on the box; else one."""
     common = entries[0].num * 0
     for x in entries:
         common = common.gcd(x.num)
@@ -125,8 +125,8 @@ def _entry(row, column, one):
 
 
 def _step(rows, wide, first):
-    """What `_combined` does next: (i, [(j, exponents, number), ...]), row i becomes the
-    sum of the rows j times these; or None.
+    """The next step of `_combined`: (i, [(j, exponents, number), ...]), row i becomes
+    the sum of the rows j times these; or None.
     """
 
     def order(place):
@@ -168,7 +168,7 @@ def _hidden(rows, wide, box):
 
 
 def told(T):
-    """What was done to each row that `canonical` changed by ``T``, by its number."""
+    """Words for each row that `canonical` changed by ``T``, by its number."""
     said = {}
     for i, row in enumerate(T):
         words, own = [], row[i]

@@ -33,7 +33,7 @@ class MassWarning(UserWarning):
 
 
 class _Plant(Reducible):
-    """What a plant and a polytope of plants have in common."""
+    """The common base of a plant and a polytope of plants."""
 
     vertices: Any
     family: Any = None  # the `Uncertain` whose vertices these are, if so

@@ -41,9 +41,10 @@ ORDER = "C", "Ca", "Du", "Dw"
 
 @dataclass(frozen=True, eq=False)
 class Readings(ReadOnly):
-    """What some sensors see: ``C`` x + ``Ca`` x' + ``Du`` u + ``Dw`` w, row by row, of
-    a plant with so many ``n`` coordinates, zero where it has none; ``names`` of them,
-    and those that were ``given``, "" for the others; ``first``: how many aren't rates.
+    """The readings of some sensors: ``C`` x + ``Ca`` x' + ``Du`` u + ``Dw`` w, row by
+    row, of a plant with so many ``n`` coordinates, zero where it has none; ``names`` of
+    them, and those that were ``given``, "" for the others; ``first``: how many aren't
+    rates.
     """
 
     C: np.ndarray
@@ -132,9 +133,9 @@ def _on_state(part):
 
 @dataclass(frozen=True, eq=False)
 class Sensed(ReadOnly):
-    """What a plant remembers of the one that it was, before its sensors were joined:
-    ``states``, names of all, of which the last are the ``rows``, (c, N), of what the
-    late sensors see at rest; ``n``: coordinates of the plant that it was.
+    """The plant as it was before its sensors were joined: ``states``, names of all, of
+    which the last are the ``rows``, (c, N), of what the late sensors see at rest;
+    ``n``: coordinates of the plant that it was.
     """
 
     states: tuple
@@ -163,7 +164,7 @@ class Sensed(ReadOnly):
 
 @dataclass(frozen=True)
 class _Joined:
-    """What `Requirement.joined` asks of what is joined."""
+    """The matrices that `Requirement.joined` takes."""
 
     rows: np.ndarray
     states: tuple

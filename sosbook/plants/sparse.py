@@ -20,7 +20,7 @@ FIRST_ORDER = (
 
 
 def reader(*given):
-    """What reads the ``given`` M, D and S: `matrix`, or what keeps them sparse."""
+    """The reader of ``given`` M, D and S: `matrix`, or one that keeps them sparse."""
     large = any(issparse(x) and max(x.shape) > MOST_DENSE for x in given)
     return _sparse if large else matrix
 

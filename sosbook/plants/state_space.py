@@ -75,7 +75,7 @@ def _parts(whole, states):
 
 
 def _sampled(name, step, given):
-    """What to do about a state space of discrete time."""
+    """The cure for a state space of discrete time, in words."""
     A = given["A"]
     words = (
         f"{name} = {step}: the state space is of discrete time, and plants here are of "

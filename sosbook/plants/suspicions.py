@@ -1,4 +1,4 @@
-"""What is odd about a plant's matrices, and may be right all the same."""
+"""Suspicions about a plant's matrices, which may be right all the same."""
 
 import numpy as np
 from scipy.sparse import issparse
@@ -13,7 +13,7 @@ LIGHT = (
 
 
 def suspicion(given):
-    """What is odd about ``given`` M, D, S, B and F, by name, in a sentence; else empty.
+    """A suspicion about ``given`` M, D, S, B and F, by name, in a sentence; else empty.
 
     >>> M, D, S = np.eye(3), np.eye(3), np.triu(np.ones((3, 3)))
     >>> suspicion(dict(M=M, D=D, S=S))[:49]

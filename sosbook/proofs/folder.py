@@ -39,7 +39,7 @@ OTHER = "give --out another name"
 
 
 def controller_in(data):
-    """What a plant file asks of a computer: the checked value of its key "controller".
+    """The checked value of a plant file's key "controller".
 
     ``data``: keys among `CONTROLLER`, as `Gains.controller` and `Controller.limit` take
     them. Raises ValueError if a key isn't known, T is missing, T or delay is no time,

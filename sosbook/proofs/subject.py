@@ -1,4 +1,4 @@
-"""What a proof file is about, and whether that is the wanted plant, gain or program.
+"""The subject of a proof file, compared with the wanted plant, gain or program.
 
 A checksum can be mended, and a proof of an easier plant is a proof. So a verdict names
 what it is about, and it is held against the reader's own files.
@@ -26,7 +26,7 @@ FILES = re.compile(r"\(file[\s*]+sha256[\s*]+([0-9a-f]{64})\)")
 
 
 def compare_plant(data, path):
-    """What keeps the data of a proof from being about the plant of a file; or "".
+    """The difference between the plant of a proof's data and that of a file; or "".
 
     ``data``: those of a proof file; ``path``: as `load_plant` takes it. Where it is a
     file of ``python -m sosbook design``, its U, K_A and law must be the proof's, too.
@@ -66,7 +66,7 @@ def _where(data, wanted):
 
 
 def compare_gain(data, path):
-    """What keeps the data of a proof from being about the gain of a file; or "".
+    """The difference between the gain of a proof's data and that of a file; or "".
 
     ``data``: those of a proof file; ``path``: JSON: a matrix, or an object with one
     under "K", as ``design`` prints it.
@@ -82,7 +82,7 @@ def compare_gain(data, path):
 
 
 def compare_code(proof, path):
-    """What keeps a proof from being about a program, and what was compared.
+    """(difference between a proof and a program, words for what was compared).
 
     ``proof``: what was read; ``path``: the <name>_gains.h, <name>_tick.h, <name>.c or
     <name>.h that `Controller.to_c` or a pendulum's `Program` writes; the others lie

@@ -1,4 +1,4 @@
-"""What can be asked of a loop: one file a requirement, one protocol for all.
+"""Requirements on a loop: one file for each, one protocol for all.
 
 `base` holds the protocol, `vocabulary` the bounds' names and directions,
 `shorthand` what the keywords of the design functions stand for.

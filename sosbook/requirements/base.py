@@ -182,7 +182,7 @@ class Requirement(OfKind, ABC, ReadOnly):
 
     @abstractmethod
     def claim(self) -> str:
-        """What a proof of its blocks proves, in words; never more."""
+        """The statement that its blocks prove, in words; never more."""
 
     @abstractmethod
     def truth(
@@ -261,7 +261,7 @@ class Requirement(OfKind, ABC, ReadOnly):
 
     @property
     def words(self) -> str:
-        """What messages call it."""
+        """Its name in messages."""
         return self.parameter.words if self.parameter else self.name
 
     def kept(self, truth: float) -> float:
@@ -331,7 +331,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         """(Q, R) of the Riccati equation that it is about, or None."""
 
     def data(self) -> dict:
-        """What a proof file says of it: words, truths and decimals, by field."""
+        """Its data in a proof file: words, truths and decimals, by field."""
         contents = {"kind": self.kind, "name": self.name}
         for field in fields(self):
             value = getattr(self, field.name)

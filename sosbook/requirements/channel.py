@@ -1,4 +1,4 @@
-"""What bounds of a norm share: from which disturbances, to which outputs."""
+"""The channel of a norm: from which disturbances, to which outputs."""
 
 from collections.abc import Iterable
 from dataclasses import replace

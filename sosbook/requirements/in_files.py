@@ -1,4 +1,4 @@
-"""What a plant file asks, as the keywords of `design_pid`."""
+"""The requirements of a plant file, as keywords of `design_pid`."""
 
 from inspect import signature
 

@@ -59,7 +59,7 @@ class KnownLoop(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class KnownVertex:
-    """What the theorems for a known gain ask of a vertex with this ``loop``, the
+    """The matrices of a vertex with this ``loop`` in the theorems for a known gain: the
     Lyapunov function x' ``P`` x of its own, multipliers ``F`` and ``G``, (kN, kN),
     common to all vertices, and the requirement's ``own`` unknowns by name, "mu" among
     them. ``number`` brings data into the arithmetic; in coordinates x = ``T`` xi the

@@ -8,10 +8,10 @@ import numpy as np
 
 
 class PosedLoop:
-    """What the blocks of a requirement are made of: ``request``, ``frame`` (None for
-    the plant's own coordinates), ``P``, ``Y``, ``V``, the unknowns of every request in
-    these (P one for each vertex where there is a slack matrix V), and the requirements'
-    ``own`` by name.
+    """The parts of a requirement's blocks: ``request``, ``frame`` (None for the plant's
+    own coordinates), ``P``, ``Y``, ``V``, the unknowns of every request in these (P one
+    for each vertex where there is a slack matrix V), and the requirements' ``own`` by
+    name.
 
     ``number`` brings data into the arithmetic of the blocks; ``levels`` are those that
     are sought, by the key of their requirement. Has ``plain``, ``vertices``: the

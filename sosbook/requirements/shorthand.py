@@ -106,7 +106,7 @@ def _is(r, kind):
 
 
 def _place(r):
-    """What is asked once: bounds of a norm may be several, by their names."""
+    """The key that may come once: of bounds of a norm, its name."""
     return r.key if isinstance(r, Channel) else r.kind
 
 
@@ -193,7 +193,7 @@ def contradictory(requirements):
 
 
 class Shorthand:
-    """What the keywords gave, read from ``requirements``."""
+    """The requirements by keyword, read from ``requirements``."""
 
     def _one(self, kind):
         return next((r for r in self.requirements if _is(r, kind)), None)

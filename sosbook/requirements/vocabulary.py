@@ -1,4 +1,4 @@
-"""What tables, sliders, maps and messages call the requirements' bounds."""
+"""Names of the requirements' bounds in tables, sliders, maps and messages."""
 
 from dataclasses import dataclass
 
@@ -70,7 +70,7 @@ class Parameter:
         return float(np.sqrt(level) if self.power == 2 else level)
 
     def fault(self, values):
-        """What is wrong with values of it, in words; else empty."""
+        """The fault of values of the parameter, in words; else empty."""
         if self.degrees and np.max(values) > np.pi / 2:
             return f"{self.key} is a half-angle in radians, at most pi/2"
         return ""

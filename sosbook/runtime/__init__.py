@@ -1,1 +1,1 @@
-"""What the package finds on a computer: libraries, threads, a terminal."""
+"""The computer below the package: libraries, threads, files, a terminal."""

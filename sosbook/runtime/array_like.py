@@ -1,5 +1,5 @@
-"""What numpy makes an array of: one word in a signature, where NumPy's own prints 350
-characters.
+"""The arguments that NumPy makes arrays of: one word in a signature, where NumPy's own
+prints 350 characters.
 """
 
 from typing import TYPE_CHECKING

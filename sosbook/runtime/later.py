@@ -1,4 +1,4 @@
-"""What a room offers is found by name when it is asked for, not by an import before.
+"""Names of rooms, imported when they are asked for.
 
 So a room that nobody asks isn't loaded, and one that isn't there is missed by those
 alone who ask it.
@@ -14,7 +14,7 @@ class MissingRoom(ModuleNotFoundError):
 
 
 def later(home, name=None):
-    """What is called ``name`` in a module of the package, ``home``, imported now; the
+    """The object ``name`` of a module of the package, ``home``, imported now; the
     module itself where no name is given. Raises MissingRoom if a module of the package
     isn't there.
 

@@ -66,7 +66,7 @@ def read_text(path, bom=False):
 
 
 def read_json(path):
-    """What the JSON file at ``path`` holds; see `parse_json` and `read_bytes`."""
+    """The content of the JSON file at ``path``; see `parse_json` and `read_bytes`."""
     try:
         return parse_json(read_text(path))
     except ValueError as error:
@@ -77,9 +77,9 @@ def read_json(path):
 
 
 def parse_json(text):
-    """What a ``text`` in JSON holds; a ValueError also for a key that comes twice, for
-    NaN and Infinity, for numbers that no float is near, and beyond the limits of this
-    module.
+    """The content of a ``text`` in JSON; a ValueError also for a key that comes twice,
+    for NaN and Infinity, for numbers that no float is near, and beyond the limits of
+    this module.
 
     >>> parse_json('{"M": [[1]], "M": [[2]]}')
     Traceback (most recent call last):
@@ -166,13 +166,13 @@ def number(word):
 
 
 def read_data(path):
-    """What the file at ``path`` holds: TOML by its ending, else JSON."""
+    """The content of the file at ``path``: TOML by its ending, else JSON."""
     toml = path_of(path).suffix.lower() == ".toml"
     return (read_toml if toml else read_json)(path)
 
 
 def read_toml(path):
-    """What the TOML file at ``path`` holds, a dict; see `read_bytes`."""
+    """The content of the TOML file at ``path``, a dict; see `read_bytes`."""
     import tomllib  # a plant needs no TOML
 
     text = read_text(path)

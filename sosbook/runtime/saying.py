@@ -1,4 +1,4 @@
-"""What a program prints: nothing that commands a terminal, and no broken pipe."""
+"""Output of a program: nothing that commands a terminal, and no broken pipe."""
 
 import os
 import sys

@@ -28,7 +28,7 @@ class OutOfTime(Exception):
         self.end, self.ahead, self.share = end, ahead, ""
 
     def words(self, seconds):
-        """What stopped a request that was given so many seconds."""
+        """The words for a stop of a request that was given so many seconds."""
         if monotonic() < self.end < inf:
             longer = f"takes about {self.ahead:.4g} s" if self.ahead else "takes longer"
             text = f"Stopped before {seconds:g} s were over: the next step {longer}"

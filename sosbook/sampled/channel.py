@@ -1,4 +1,4 @@
-"""What a norm joins to sampled loops: a w that is held over a tick, and outputs z."""
+"""The channel of a norm in sampled loops: w, held over a tick, and outputs z."""
 
 from dataclasses import replace
 
@@ -73,7 +73,7 @@ def with_channel(norm, vertices, full, own, read=None):
 
 
 def too_large(M, k):
-    """What to say where floats see the norm of a loop M with k channels above one."""
+    """The words where the norm, by floats, of a loop M with k channels is above one."""
     if not k:
         return ""
     N = len(M) - k

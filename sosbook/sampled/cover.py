@@ -57,7 +57,7 @@ def cover(family, clocks, rate, budget):
 
 
 class _Search:
-    """What is searched in one cell of plants after the other."""
+    """The search through one cell of plants after the other."""
 
     def __init__(self, family, clocks, rate, budget):
         self.family, self.clocks, self.rate = family, clocks, rate
@@ -252,7 +252,7 @@ def _least(P, G, F, rate):
 
 
 def too_slow(F, rate, centre=0.0):
-    """What to say where floats don't see the radius of F below the rate; else empty.
+    """The words where the radius of F, by floats, isn't below the rate; else empty.
 
     F is a loop less its ``centre``.
     """

@@ -54,7 +54,7 @@ class SampledFamily:
         return cls(shape, *map(balls, maps), centre, held, known)
 
     def remember(self, key, make):
-        """What ``make()`` returned the first time that it was asked for by a key."""
+        """The first result of ``make()`` that was stored by a key."""
         if key not in self.known:
             self.known[key] = make()
         return self.known[key]
@@ -209,7 +209,7 @@ def key_of(matrix):
 
 @lru_cache(maxsize=2)
 def _known(*_):
-    """What was found of a family: a proof is looked at as soon as it is made."""
+    """The results known of a family: a proof is looked at as soon as it is made."""
     return {}
 
 

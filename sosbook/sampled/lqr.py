@@ -297,7 +297,7 @@ def _stage_cost(timing, d, Q, R):
 
 
 def _waiting(timing, R, N):
-    """What the older inputs still cost: they were charged before."""
+    """The weight that takes off the older inputs' cost, which was charged before."""
     late = timing.whole_samples * timing.T + timing.remainder
     spans = [min(timing.T, late - i * timing.T) for i in range(timing.n_past_inputs)]
     weight = np.zeros((N + len(R) * timing.n_past_inputs,) * 2)

@@ -174,7 +174,7 @@ class SampledProof(ProofFile):
 
 
 def in_order(K, plant, U):
-    """What to say of a controller K whose inputs and outputs nobody named."""
+    """The words for a controller K whose inputs and outputs nobody named."""
     if not is_controller(K) or getattr(K, "inputs", ()):
         return ""
     states, given = ", ".join(signals(plant, U)), ", ".join(input_names(plant.m))
@@ -182,7 +182,7 @@ def in_order(K, plant, U):
 
 
 def claim(name, rate, clocks=""):
-    """What is proven of a loop, in words; ``clocks`` says of which `TimeBox`."""
+    """The claim about a loop, in words; ``clocks`` names the `TimeBox`."""
     sentence = f"{name} is stable{clocks}"
     if rate != 1:
         sentence += f": every motion decays at least as {rate!r}^k"

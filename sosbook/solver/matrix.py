@@ -22,7 +22,7 @@ from scipy.sparse import csr_array
 
 
 class _Matrix:
-    """What is said of the diagonals of all ``squares`` on that of a matrix."""
+    """A matrix with the diagonals of all ``squares`` on its own."""
 
     def add_diagonal(self, number):
         """Add ``number`` times I."""

@@ -38,7 +38,7 @@ class Newton(Stacked):
         self._prepare()
 
     def _prepare(self):
-        """What conjugate gradients multiply with."""
+        """Prepare the matrices that conjugate gradients multiply with."""
         known = isinstance(self.values, Sums)
         self._sums = Sums(self) if self.iterative and not known else self.values
 
@@ -56,7 +56,7 @@ class Newton(Stacked):
 
     @cached_property
     def _arrow(self):
-        """What is an `Arrow` in the matrix, if that takes less time; else None."""
+        """The `Arrow` in the matrix, if it takes less time; else None."""
         return arrow_of(self)
 
     def joined(self, slopes, row=None):

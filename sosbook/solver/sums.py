@@ -123,7 +123,7 @@ class Sums:
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """What a stack's ``block`` adds at a ``place``: ``rows`` of product ``right``."""
+    """The part of a stack's ``block`` at a ``place``: ``rows`` of product ``right``."""
 
     block: int
     place: tuple

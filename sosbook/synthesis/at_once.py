@@ -1,4 +1,4 @@
-"""What a disturbance does to the output at once: a gamma below it is excluded.
+"""The direct effect of a disturbance on the output: a smaller gamma is excluded.
 
 With y = C x + D_u u + D_w w and u = K x the H-infinity norm is at least the largest
 singular value of D_w: at infinite frequency x stands still, and u with it. Any linear

@@ -1,4 +1,4 @@
-"""What is asked, proven with a P of its own, and true: of a design, or a neighbour."""
+"""Bounds of a design, or a neighbour: asked, proven with a P of its own, and true."""
 
 from dataclasses import dataclass, replace
 from html import escape

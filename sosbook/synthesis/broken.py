@@ -47,8 +47,8 @@ def broken(request, r, plants, point):
 
 
 def _named(r, proof):
-    """What a proof says; of a region by its name where the mode is outside of what is
-    named, too: the matrices lie inside of that, by a rounding error.
+    """The words of a proof; of a region by its name where the mode is outside of what
+    is named, too: the matrices lie inside of that, by a rounding error.
     """
     (claim, *_), before = proof.claims, "which breaks: "
     said, there, _ = claim.partition(before)
@@ -60,8 +60,9 @@ def _named(r, proof):
 
 
 def _value(request, r, loop):
-    """What a loop has of ``r``, if more is known than that the LMIs have no solution:
-    of one loop those of an H2 norm and of a cost lose nothing, those of |K x(t)| may.
+    """The value of ``r`` in a loop, if more is known than that the LMIs have no
+    solution: of one loop those of an H2 norm and of a cost lose nothing, those of |K
+    x(t)| may.
     """
     value = r.truth([loop.plant_in_floats], request.state_gain, request.K_A)
     if r.kept(value) > 0 or not np.isfinite(value):

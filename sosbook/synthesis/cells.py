@@ -35,7 +35,7 @@ class Cell(ReadOnly):
         return self.family.loops_of(self.place)
 
     def way(self, T, rate, noisy):
-        """What moves the loop most, an edge or an axis, in x = ``T`` xi and units of
+        """The edge or the axis that moves the loop most, in x = ``T`` xi and units of
         the ``rate``, rad/s; ``noisy``: whether it counts how B_w moves, too.
         """
         ways = self.family.ways(self.place)

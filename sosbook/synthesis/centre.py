@@ -176,9 +176,9 @@ def _gain_inside(lmis, x):
 
 
 def _hints(lmis):
-    """What helps `centre` on its way from a point inside. The blocks of many vertices
-    push a point against those that belong to no vertex, along which it moves slowly;
-    the centres of a few vertices lead past that.
+    """Options that help `centre` on its way from a point inside. The blocks of many
+    vertices push a point against those that belong to no vertex, along which it moves
+    slowly; the centres of a few vertices lead past that.
     """
 
     def elsewhere(x):

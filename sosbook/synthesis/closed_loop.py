@@ -1,4 +1,4 @@
-"""What the loop of a gain does: its poles, norms, peaks and motions."""
+"""The loop of a gain: its poles, norms, peaks and motions."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -117,7 +117,7 @@ class ClosedLoop(Gains[Proven]):
         return saturation.truth(self._loops(samples, seed), K, self.K_A)
 
     def peak_bound(self, x0: ArrayLike | None = None, energy: float = 0.0) -> float:
-        """What P says of |K x(t)|: it stays below this from x0, with r = 0.
+        """The bound of |K x(t)| by P, from x0, with r = 0.
 
         Parameters
         ----------

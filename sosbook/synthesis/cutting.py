@@ -227,7 +227,7 @@ def few_refuse(request):
 
 
 def _key(name):
-    """What tells a `BlockName` from others, whatever the labels are."""
+    """The key of a `BlockName`, whatever the labels are."""
     return name.requirement, name.block, name.vertices
 
 

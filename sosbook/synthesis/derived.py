@@ -1,4 +1,4 @@
-"""What follows from a request: its claims, its unknowns, and the sizes of P.
+"""Consequences of a request: its claims, its unknowns, and the sizes of P.
 
 A requirement whose blocks aren't homogeneous fixes the size of its P. Where several do,
 each has a P of its own: a multiple of the unknown P, which is that of the leader.
@@ -109,7 +109,7 @@ RESERVED = re.compile(r"P|P \d+|V|Y|size for .*")  # names of a request's unknow
 
 
 class Derived:
-    """What follows from the fields of a `Request`."""
+    """The consequences of a `Request`'s fields."""
 
     # its claims, and which pairs they need
 
@@ -134,11 +134,11 @@ class Derived:
         return pairs
 
     def statements(self):
-        """What the blocks prove: (words, requirement) each, the requirement that
-        demands the blocks which prove it. It is the one place where claims are made:
-        `demands` and the proofs' claims come from here. What exactly repeats an earlier
-        requirement rests on that one's blocks; that an author's class implies stability
-        is no proof of it.
+        """The statements that the blocks prove: (words, requirement) each, the
+        requirement that demands the blocks which prove it. It is the one place where
+        claims are made: `demands` and the proofs' claims come from here. What exactly
+        repeats an earlier requirement rests on that one's blocks; that an author's
+        class implies stability is no proof of it.
         """
         N = len(self.vertices)
         where = every_plant(self.plant, self.coupling.scope)
@@ -322,13 +322,13 @@ class Derived:
 
     @property
     def ties(self):
-        """What holds the sizes of P together, in words: ("mu = 1",) or nothing."""
+        """The ties between the sizes of P, in words: ("mu = 1",) or nothing."""
         ties = tuple(r.tied for r in self.requirements if r.tied)
         return ties if len(self.sized) > 1 else ()
 
     @property
     def condition(self):
-        """What a refusal is subject to, also a slack: "for mu = 1"; else empty."""
+        """The condition of a refusal, also a slack: "for mu = 1"; else empty."""
         ties = self.ties + self.coupling.condition
         return f"for {' and '.join(ties)}" if ties else ""
 

@@ -128,7 +128,8 @@ class Design(ClosedLoop[DesignProof], Solution):
 
     @cached_property
     def effort(self) -> "Effort | None":
-        """What the gain asks: modes moved, force, whether K = 0 would do; see `Effort`.
+        """The effort of the gain: modes moved, force, whether K = 0 would do; see
+        `Effort`.
 
         Examples
         --------
@@ -190,7 +191,8 @@ class Design(ClosedLoop[DesignProof], Solution):
         return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
 
     def check_on(self, whole: Any, time_limit: float = 60.0) -> "Found":
-        """What a search in floats finds of a larger plant under this gain.
+        """The worst pole that a search in floats finds of a larger plant under this
+        gain.
 
         Parameters
         ----------
@@ -239,7 +241,7 @@ class Design(ClosedLoop[DesignProof], Solution):
         return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
     def bounds(self, time_limit: float = 60.0) -> "Bounds":
-        """What of each requirement is asked, proven with a P of its own, and true.
+        """The bound of each requirement: asked, proven with a P of its own, and true.
 
         The LMIs of a design have one P for all that is asked, and so their bounds
         lie above what the loop does. Here each requirement is looked at alone.

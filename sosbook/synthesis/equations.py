@@ -160,7 +160,7 @@ STRONG = 100.0  # times the plant's own stiffness; the reason of less isn't soug
 
 @dataclass(frozen=True, eq=False)
 class Effort(ReadOnly):
-    """What a gain asks; see `Design.effort`.
+    """The effort of a gain; see `Design.effort`.
 
     ``needless``: whether K = 0 keeps all that is asked, in floats and at the vertices;
     ``moved``, ``modes``: how many poles of the mean vertex move, and how many there

@@ -263,7 +263,7 @@ def _by_mode(request):
 
 
 def without_lmis(request):
-    """What a mode, a response or a mass makes of a ``request``: a Solution or None."""
+    """The refusal of a ``request`` by a mode, response or mass: a Solution or None."""
     from .at_once import refuse_at_once
     from .fixed_mode import refuse_by_mass
     from .unreached import refuse_by_response

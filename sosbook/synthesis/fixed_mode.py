@@ -1,4 +1,4 @@
-"""What no gain changes and what breaks the request, as exact proofs: a mode, a mass."""
+"""Exact proofs that no gain meets a request: by a fixed mode, or by a mass."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
@@ -57,7 +57,7 @@ class FixedModeRefusal(Refusal):
 
     @property
     def requirement(self):
-        """What the mode breaks, in words."""
+        """The requirement that the mode breaks, in words."""
         asked = self.data["requirement"]
         r = Stability() if asked is None else Requirement.read(asked)
         return r.words or r.name
@@ -110,7 +110,7 @@ class OfLaw:
     seen: bool
 
     def data(self):
-        """What a file says of it."""
+        """The data of the law and its free gains."""
         free = None if self.seen else self.parts.free
         return {"law": parts_data(self.parts), "free": free}
 
@@ -123,7 +123,7 @@ class OfLaw:
 
 
 def parts_data(parts):
-    """What a file says of the ``parts`` that a law joins."""
+    """The data of the ``parts`` that a law joins."""
     return {name: fractions(getattr(parts, name)) for name in LAW}
 
 

@@ -1,4 +1,4 @@
-"""What a search in floats finds of a whole plant under the gain of a reduced model."""
+"""Search, in floats, of a whole plant under the gain of a reduced model."""
 
 from dataclasses import dataclass, replace
 
@@ -16,7 +16,7 @@ AT_EDGE = 1e-12  # of a pole's size: nearer to an edge floats can't tell the sid
 
 @dataclass(frozen=True, eq=False)
 class Found(ReadOnly):
-    """What a search in floats has found of a whole plant; see `Design.check_on`.
+    """The result of a search, in floats, of a whole plant; see `Design.check_on`.
 
     ``poles``, (k,): poles that were refined, those furthest right first; of two
     conjugates one; ``of``: how many poles the whole has; ``broken``: what is asked of

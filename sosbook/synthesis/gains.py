@@ -1,4 +1,4 @@
-"""What a design of u = K x says of its gain, whatever the theorem."""
+"""The gain of a design of u = K x, part by part, whatever the theorem."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -44,7 +44,7 @@ class Worst(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class Kept(ReadOnly):
-    """What is known of a requirement and a known gain.
+    """The result of a requirement with a given gain.
 
     ``requirement``: what is asked; ``status``, {"feasible", "infeasible", "undecided"}:
     "feasible": every plant keeps it, ``blocks`` prove it. "infeasible": a plant breaks

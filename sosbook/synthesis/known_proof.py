@@ -119,7 +119,7 @@ class Joined(Law):
 
 
 def _statements(request):
-    """What is claimed, beside the requirements; of a law without its words."""
+    """The claims beside the requirements; of a law without its words."""
     part = request.plant.reduction
     for words, r in request.statements():
         words = words if part is None else part.words + words

@@ -143,7 +143,7 @@ def _least(lmis, objective, values, gap):
 
 
 def _minimum(lmis, objective, x, gap):
-    """What `_least` finds in these coordinates from x; of many pairs with some of the
+    """The result of `_least` in these coordinates from x; of many pairs with some
     blocks.
     """
     cost = lmis.weights(objective)
@@ -232,7 +232,7 @@ class Unfinished(OutOfTime):
         self.first = first
 
     def solution(self, request):
-        """What is known of a request: a design that keeps larger bounds."""
+        """The Solution of a request: a design that keeps larger bounds."""
         from .bracket import rounded_up
 
         lmis, values = self.first.problem, self.first.values

@@ -107,7 +107,7 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
 
     @cached_property
     def advice(self) -> str:
-        """What to change; empty if feasible.
+        """Advice on a change; empty if feasible.
 
         For the mean plant alone there is an observer: `design_observer` refuses a K
         that doesn't stabilise it, and a C that doesn't see what is unstable there.

@@ -1,4 +1,4 @@
-"""What blocks at the corners of a box pay for vertices that are near them only."""
+"""Margins at the corners of a box that cover vertices which are only near them."""
 
 from dataclasses import replace
 

@@ -138,7 +138,7 @@ def _of_a_law(coupling, **absent):
 
 
 def _one_objective(objective, maximize, asked):
-    """What is as good as can be, and what is asked with a number standing in for it."""
+    """The objective, and the requirements with a number in its place."""
     if maximize is None:
         if len(objective) > 1:
             raise ValueError("minimize: with a law one bound at a time")

@@ -25,7 +25,7 @@ from .scaling import Frame
 
 
 class Blocks:
-    """What the files share that speak of a request's blocks."""
+    """The common base of the proof files of a request's blocks."""
 
     @classmethod
     def named(cls, data, keys):
@@ -191,7 +191,7 @@ def _recorded(request):
 
 
 def claims(request):
-    """What positive definite blocks of a request prove, in words."""
+    """The claims that positive definite blocks of a request prove, in words."""
     return tuple(words for words, _ in request.statements())
 
 
@@ -202,7 +202,7 @@ class DesignRefusal(Blocks, MultiplierRefusal):
 
     @property
     def condition(self):
-        """What the refusal is subject to: "for mu = 1"; else empty."""
+        """The condition of the refusal: "for mu = 1"; else empty."""
         return read_request(self.data, gain=self.data["K"]).condition
 
     @classmethod
@@ -227,7 +227,7 @@ class DesignRefusal(Blocks, MultiplierRefusal):
 
 
 def excluding(free, claims, condition=""):
-    """What multipliers prove of some ``claims`` under a ``condition``, in words;
+    """The refusal of ``claims`` by multipliers under a ``condition``, in words;
     ``free`` says whether the gain was sought, too.
     """
     who = "no gain and no matrices prove" if free else "no matrices prove"

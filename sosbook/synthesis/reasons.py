@@ -25,7 +25,7 @@ def _rounded_down(x):
 
 
 def why_refused(first):
-    """What phase one has seen, ``first``, without a point nor a proof: a sentence."""
+    """The sentence on phase one's result ``first``, without a point or a proof."""
     request = first.problem.request
     unknowns = "P" if request.gain is not None else "P, Y"
     unknowns = unknowns.replace("P", request.coupling.unknown_words, 1)

@@ -63,7 +63,7 @@ def proven_on(design, whole, digits):
 
 
 def _asked_of_whole(request):
-    """What is asked of the whole: of the poles alone, where the design is of a part."""
+    """The requirements on the whole: those on poles, where the design is of a part."""
     if request.plant.reduction is None:
         return list(request.requirements)
     asked = [r for r in request.requirements if r.pole_matrices() is not None]

@@ -161,7 +161,7 @@ class Regularization(Result[RegularityProof], Prepared, ReadOnly):
 
     @cached_property
     def advice(self) -> str:
-        """What to change; empty if feasible."""
+        """Advice on a change; empty if feasible."""
         if self.status == "feasible":
             return ""
         _, v, mass = unreached(self.plant)

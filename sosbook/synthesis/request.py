@@ -129,11 +129,13 @@ class Request(Shorthand, Derived, ReadOnly):
 
     @cached_property
     def law_parts(self):
-        """What the law joins to the plant."""
+        """The matrices that the law joins to the plant."""
         return self.law.parts(self.plant)
 
     def of_loop(self, r):
-        """What a requirement ``r`` of the plant asks of its loop with the law."""
+        """The requirement on the loop with the law that a requirement ``r`` of the
+        plant makes.
+        """
         return asked_of(self.plant, r).joined(self.law_parts)
 
     @cached_property

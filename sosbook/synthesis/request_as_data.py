@@ -48,7 +48,7 @@ def read_request(data, gain=None, law=None):
 
 
 def loop_data(request):
-    """What a file says of the plant of a request, whatever is asked."""
+    """The data of a request's plant, whatever is asked."""
     K_A = request.K_A
     return {
         "plant": plant_data(request.plant),

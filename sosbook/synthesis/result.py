@@ -1,4 +1,4 @@
-"""What every design function returns, whatever its theorem."""
+"""The common base of all design results."""
 
 from abc import ABC, abstractmethod
 from typing import Any, Generic, TypeVar
@@ -84,7 +84,7 @@ class Result(ABC, Generic[Proven]):
     @property
     @abstractmethod
     def advice(self) -> str:
-        """What to change, in words; empty if feasible."""
+        """Advice on a change, in words; empty if feasible."""
 
     @abstractmethod
     def poles(self) -> np.ndarray:
@@ -105,7 +105,7 @@ class Result(ABC, Generic[Proven]):
         )
 
     def _repr_html_(self):
-        """What a notebook shows: verdict, poles, gains, margins, what is next."""
+        """The notebook's card: verdict, poles, gains, margins, advice."""
         from ..display.card import card
 
         has_gain = self.K is not None and self.margins is not None
@@ -128,13 +128,13 @@ class Result(ABC, Generic[Proven]):
         return (("K", self.K),)
 
     def _next(self):
-        """What to do next, in sentences."""
+        """Sentences on the next step."""
         more = "certify() proves it in exact arithmetic, simulate(t) shows it."
         more = more if self.status == "feasible" else self.advice
         return getattr(self, "reason", ""), more
 
     def _nothing_to_prove(self):
-        """What `certify` answers where there is no design."""
+        """The answer of `certify` where there is no design."""
         proof = self.infeasibility if self.status == "infeasible" else None
         there = " That is proven: see its infeasibility." if proof else ""
         reason = getattr(self, "reason", "") or "Its advice says what to change."

@@ -63,7 +63,7 @@ def _cuts(family):
 
 
 def value(solution, objective):
-    """What ``objective`` minimises, at a ``solution``."""
+    """The value of ``objective`` at a ``solution``."""
     if solution.status != "feasible":
         return float("inf")
     owners = {name: solution.request.owner(name) for name in objective}

@@ -72,7 +72,7 @@ def refuse_by_input(request, search):
 
 
 def _tried(work, *arguments):
-    """What ``work`` makes of its arguments, or None where the numbers give out."""
+    """The result of ``work``, or None where the numbers give out."""
     try:
         return work(*arguments)
     except (ArithmeticError, ValueError):  # LinAlgError is a ValueError
@@ -231,9 +231,8 @@ class _Part:
         self.L, self.b = self.K[:k, :k], self.push[:k]
 
     def image(self, spread, blur):
-        """What the maps make of the bounds ``spread``, (k, N - k), and ``blur``, (k,
-        k): every image of X lies within the first over the second, of L - L0 within the
-        third.
+        """The images' bounds, from ``spread``, (k, N - k), and ``blur``, (k, k): every
+        image of X lies within the first over the second, of L - L0 within the third.
         """
         top, rest = slice(0, self.k), slice(self.k, None)
         K, J, off, first = map(_bound, (self.K, self.J, self.off, self.first))
@@ -254,9 +253,9 @@ class _Part:
         return new_spread, gaps, new_blur
 
     def sums(self, demands, multipliers, spread, blur):
-        """What ``multipliers`` z of the poles' blocks leave of p and of y: for all p
-        and y = Y V' the sum of <G, z> is -tr(Q p) - 2 Re tr(N y). ``demands`` are the
-        regions' (alpha, beta). Returns Q, (k, k), and N, (k, m), at L0 and b0, and
+        """The coefficients of p and y under ``multipliers`` z of the poles' blocks: for
+        all p and y = Y V' the sum of <G, z> is -tr(Q p) - 2 Re tr(N y). ``demands`` are
+        the regions' (alpha, beta). Returns Q, (k, k), and N, (k, m), at L0 and b0, and
         bounds of their errors. The sum is completed by a part U of Q, the multipliers
         [U N; N* price] of "u_max" and, with D = Q - U and h = V x0, [h* D h, -h* D; -D
         h, D] of "x0": it doesn't depend on p and y, and can't be negative, but is

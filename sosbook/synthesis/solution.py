@@ -1,4 +1,4 @@
-"""What is known of a request's LMIs: a point in the plant's units, or a refusal."""
+"""The solution of a request's LMIs: a point in the plant's units, or a refusal."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -43,7 +43,7 @@ class Solution(ReadOnly):
 
     @property
     def condition(self) -> str:
-        """What "infeasible" is subject to: "for mu = 1"; else empty."""
+        """The condition of "infeasible": "for mu = 1"; else empty."""
         if self.status == "infeasible" and not self.minimized:
             return getattr(self.infeasibility, "condition", "")
         return self.asked.condition

@@ -181,7 +181,7 @@ class _Loop:
             yield words, -(self.B.T @ X) / size
 
     def lyapunov_matrices(self, K):
-        """What may prove a gain, in the frame."""
+        """Lyapunov matrices that may prove a gain, in the frame."""
         A = self.A + self.B @ K
         if not np.linalg.eigvals(A).real.max() < 0:
             return

@@ -39,7 +39,7 @@ EXCEPTIONS = {  # 2 is 2N, f is kN, o and i are what the order makes of N
 
 
 def called_with(make, function, sizes=(), **given):
-    """What a theorem says of matrices that are made for it.
+    """The blocks of a theorem for matrices that are made for it.
 
     ``make``: from a name, a shape, which is () for a number, and whether it is
     symmetric, to a matrix-like or a number; ``function``: a function of

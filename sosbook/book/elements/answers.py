@@ -1,4 +1,4 @@
-"""What the package says where an explorer's sliders stand, in the page's words.
+"""The package's answer where an explorer's sliders stand, in the page's words.
 
 In Jupyter an explorer asks the package instead of the page's own solver; both take
 the same request and give an answer of the same form.
@@ -106,7 +106,7 @@ def asked_of(request):
 
 
 def _found(design, x0):
-    """What is drawn and told of a design."""
+    """A design as the page draws and tells it."""
     request = design.request
     poles = np.reshape(design.poles(), (len(request.vertices), -1))
     peak = None

@@ -95,7 +95,7 @@ def _text(matrix):
 
 @cache
 def _refusals():
-    """What the package says of plants that it refuses or warns of, by short names.
+    """The package's words on plants that it refuses or warns of, by short names.
 
     The package is asked for each, so that the page can't say anything else. A number
     has the place {}.

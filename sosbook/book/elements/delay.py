@@ -38,7 +38,7 @@ def unit_set_point(U):
 
 
 def output_name(U):
-    """What is integrated, in words: "z1" where U picks one displacement.
+    """The integrated signal in words: "z1" where U picks one displacement.
 
     Examples
     --------
@@ -69,7 +69,7 @@ class Slider:
         return [DELAY_PARAMETERS[self.key].text(value) for value in self.values]
 
     def data(self):
-        """What the page needs to know."""
+        """The data of the page's element."""
         label = DELAY_PARAMETERS[self.key].label
         data = {"key": self.key, "label": label, "texts": self.texts}
         return data | {"values": significant(self.values, 8)}

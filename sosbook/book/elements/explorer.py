@@ -153,7 +153,7 @@ def design_explorer(
 
 
 def _slider(key, ends, value):
-    """What the page needs to know of a slider, in the unit that it shows."""
+    """The data of a slider, in the unit that it shows."""
     which = parameter(key)
     if len(ends) != 2 or not 0 < ends[0] < ends[1] or which.fault(ends):
         raise ValueError(

@@ -52,7 +52,7 @@ class MapAtlas(PageElement):
 
 
 def _map(frontier, blocks):
-    """What the page needs to know of a frontier; new blocks join the list."""
+    """The data of a frontier; new blocks join the list."""
     x, y = map(frontier.parameter, (frontier.x, frontier.y))
     designs, refusals, rows = [], [], []
     for e in frontier.edges:

@@ -1,4 +1,4 @@
-"""What the elements of the rendered page have in common."""
+"""The common base of the elements of a rendered page."""
 
 import re
 

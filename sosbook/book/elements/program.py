@@ -1,4 +1,4 @@
-"""What a page knows of a request: its plant, what is asked, and their Python."""
+"""A request as data of a page: its plant, its requirements, and their Python."""
 
 from dataclasses import fields
 
@@ -21,7 +21,7 @@ SAID = dict.fromkeys(REGION, ()) | {
 
 
 def program_data(request):
-    """What the page's ``sosProgram.design`` takes, but the bounds.
+    """The argument of the page's ``sosProgram.design``, without the bounds.
 
     ``request``: its bounds are left to the page, which knows them by their names.
     Returns the plant as "request", "x0", "mu" and "cost" (None where they aren't
@@ -80,7 +80,7 @@ def page_loop(request, r, horizon):
 
 
 def shown(fixed, held, far):
-    """What is ``fixed`` of the requirements ``held``, and a window out to ``far``."""
+    """``fixed`` bounds of the requirements ``held``, and a window out to ``far``."""
     which = {key: parameter(key, held) for key in fixed}
     return {
         "fixed": fixed,

@@ -1,4 +1,4 @@
-"""What a page stores of a design: one record for each kind of element.
+"""Designs as a page stores them: one record for each kind of element.
 
 Everything is rounded, so that the page's data are the same on any machine.
 """
@@ -37,7 +37,7 @@ DELAY_BLOCKS = {
 
 
 def delay_record(design):
-    """What the page stores of a design: rounded, and nothing like -0.
+    """A design as a page stores it: rounded, and nothing like -0.
 
     ``design``: the design, or the lack of one. Returns int or list: 0 if infeasible, 1
     if undecided, else [K row by row (4 digits), [block, smallest margin (2 digits)],
@@ -58,7 +58,7 @@ def delay_record(design):
 
 
 def map_record(design, blocks):
-    """What a feasibility map stores of a certified design.
+    """A certified design as a feasibility map stores it.
 
     ``design``: a certified design; ``blocks``: the page's titles of blocks; new ones
     join it. Returns dict: K row by row (4 digits), and the index of the tightest block.

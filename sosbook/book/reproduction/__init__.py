@@ -1,4 +1,4 @@
-"""What holds of what is printed: rows for the book's tables and tests.
+"""The printed statements, judged: rows for the book's tables and tests.
 
 Every "ours" is computed when `rows` is called; the verdict follows from
 it. `errata` lists corrections to the printed text, with their evidence.

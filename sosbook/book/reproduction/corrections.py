@@ -49,12 +49,12 @@ def checked():
 
 
 def assumptions():
-    """What the book takes for what the thesis leaves open of its figures."""
+    """The book's assumptions where the thesis leaves its figures open."""
     return tuple(read_texts("assumptions")["figures"])
 
 
 def readings():
-    """What could be looked up in the PDF, with the ids of the rows that it decides."""
+    """Questions that a look into the PDF would answer, with the rows they decide."""
     return tuple(read_texts("assumptions")["readings"])
 
 
@@ -73,7 +73,7 @@ def _wing():
 
 
 def _controllers():
-    """What the printed (4.28) and Table 4.1 imply."""
+    """The poles and zeros that the printed (4.28) and Table 4.1 imply."""
     printed = thesis.mip()
     _, (_, (zero, _)), (pole, *_) = printed.controller
     ((theta, phi, *_),) = printed.pd[5]

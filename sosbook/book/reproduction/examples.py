@@ -21,7 +21,7 @@ def rows(*numbers):
 
 
 def _promises(number, ex, digits=4, note=""):
-    """What an example of one plant promises; its norm to some ``digits``, and why."""
+    """The promises of an example of one plant; its norm to some ``digits``, and why."""
     (d,) = descriptors(ex.plant, ex.U, ex.K_A)
     limit, start = ex.saturation.u_max, ex.saturation.x0
     inside = min(x.min() for x in ex.region.distances(poles(d, ex.K)).values())
@@ -128,7 +128,7 @@ def _chain(ex):
 
 
 def _complexity(ex):
-    """What the integrals and K_A add to the unknowns of the design."""
+    """The number of unknowns that the integrals and K_A add to the design."""
     n, m, a = ex.plant.n, ex.plant.m, len(ex.U)
 
     def unknowns(states):

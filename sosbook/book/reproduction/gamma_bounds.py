@@ -1,4 +1,4 @@
-"""What no gamma of a joint request can go below."""
+"""Lower bounds of gamma in a joint request."""
 
 from dataclasses import dataclass
 

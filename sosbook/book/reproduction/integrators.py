@@ -9,7 +9,7 @@ from .table import evaluate
 
 
 def rows():
-    """What is said about U, and the answer for each plant."""
+    """The statements about U, and the answer for each plant."""
     for number in (1, 2, 3, 4):
         yield _example(number, getattr(thesis, f"example_{number}")())
     wheel, body = admissible_U(_pendulum())

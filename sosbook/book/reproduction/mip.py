@@ -13,7 +13,7 @@ R_W = 0.032  # m, radius of a wheel
 
 
 def rows():
-    """What sections 4.1 and 4.2 print, and what became of it."""
+    """The numbers of sections 4.1 and 4.2, recomputed."""
     printed = thesis.mip()
     yield from _experiments(printed)
     yield from _identified(printed)

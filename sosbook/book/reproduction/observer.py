@@ -22,7 +22,7 @@ T = 0.01  # s
 
 
 def rows():
-    """What is said of the observer, and what became of it."""
+    """The statements about the observer, recomputed."""
     printed = thesis.mip()
     plant = reduced(Mip.printed())
     yield _observable(printed)

@@ -21,7 +21,7 @@ DIGITS = 6e-4  # of the printed gains, which have four decimals
 
 
 def rows():
-    """What is said of the regulators, and what became of it."""
+    """The statements about the regulators, recomputed."""
     printed, plants = thesis.mip(), polytope(Mip.printed())
     for law, (table, name, _, _, vertex) in LAWS.items():
         for R, K in getattr(printed, name).items():

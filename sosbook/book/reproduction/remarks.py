@@ -1,4 +1,4 @@
-"""What sections 2.2 and 2.4 and appendix A remark and don't show."""
+"""Remarks of sections 2.2 and 2.4 and appendix A that the thesis doesn't show."""
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def _estimated(ex):
 
 
 def _structured():
-    """What the structure of (A.17) saves."""
+    """The unknowns that the structure of (A.17) saves."""
 
     def free(n):
         return n * (n + 1) // 2  # of a symmetric matrix

@@ -1,4 +1,4 @@
-"""What a row of the reproduction table and an erratum hold, and how a row is judged.
+"""Rows of the reproduction table and errata, and the judgement of a row.
 
 What can be written down of a row before anything is computed stands in
 ``rows.toml``: its name, kind, tolerance and texts. `evaluate` judges what was
@@ -146,7 +146,7 @@ TEXTS = ("id", "chapter", "item", "place", "printed", "ours", "why", "claim")
 
 @cache
 def read_texts(name):
-    """What a table of this folder, such as ``rows``, holds."""
+    """The content of a table of this folder, such as ``rows``."""
     return read_toml(Path(__file__).with_name(f"{name}.toml"))
 
 
@@ -157,7 +157,7 @@ def _entries():
 
 
 def _assumed(place):
-    """What the book assumes of the figures that a place names."""
+    """The book's assumptions on the figures that a place names."""
     return "; ".join(
         entry[part]
         for entry in read_texts("assumptions")["figures"]

@@ -54,7 +54,7 @@ class Sliders(OnPage, ipywidgets.VBox):
 
     @property
     def values(self):
-        """What the function gets: angles in radians, though they are shown in °."""
+        """The function's arguments: angles in radians, though they are shown in °."""
         return {
             key: float(np.radians(s.value)) if key in self._in_degrees else s.value
             for key, s in self.sliders.items()
@@ -62,13 +62,13 @@ class Sliders(OnPage, ipywidgets.VBox):
 
     @property
     def html(self):
-        """What is shown, for a page."""
+        """The picture as HTML."""
         parts = "".join(map(_html, self.picture.outputs))
         return f'<div class="sos-moved">{parts}</div>'
 
     @property
     def text(self):
-        """What is shown, for a terminal."""
+        """The picture as text, for a terminal."""
         return "\n".join(map(_text, self.picture.outputs))
 
     def _move(self, change):
@@ -180,7 +180,7 @@ def _stream(text, name="stdout"):
 
 
 def _displayed(result):
-    """What a cell shows of a result."""
+    """A result as a cell displays it."""
     shell = InteractiveShell.initialized() and InteractiveShell.instance()
     formatter = shell.display_formatter if shell else DisplayFormatter()
     data, metadata = formatter.format(result)

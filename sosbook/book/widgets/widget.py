@@ -1,4 +1,4 @@
-"""What a widget shows where no kernel runs."""
+"""The still picture of a widget, for pages without a kernel."""
 
 
 class OnPage:

@@ -1,4 +1,4 @@
-"""What checks proofs: a folder that needs standard Python and nothing else.
+"""The checker of proofs: a folder that needs standard Python and nothing else.
 
 `sosbook.exact.checker.kernel` knows no control, nor do `arithmetic` and `language`.
 `verdict` reads files: ``python checker proof.json``. What writes a text for the kernel,

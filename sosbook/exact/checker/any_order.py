@@ -1,4 +1,4 @@
-"""What no controller with some sensors keeps: by motions, or by the mean of poles."""
+"""Limits of every controller with some sensors: by motions, or the mean of poles."""
 
 from fractions import Fraction
 from math import floor, log10

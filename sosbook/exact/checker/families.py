@@ -20,7 +20,7 @@ def keys(what, names):
 
 
 def part_of(plant):
-    """What begins each claim about a reduced model: of how many coordinates it is."""
+    """The first words of a claim about a reduced model: its number of coordinates."""
     if "reduced" not in plant:
         return ""
     kept, of = plant["reduced"]

@@ -120,7 +120,7 @@ def exclude(program, reader, shapes, file, decide):
 
 
 def contents(text):
-    """What a text in JSON holds; a key that comes twice is refused."""
+    """The content of a text in JSON; a key that comes twice is refused."""
     return json.loads(text, object_pairs_hook=unique, parse_constant=nothing,
                       parse_int=whole)  # fmt: skip
 

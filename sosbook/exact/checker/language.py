@@ -168,7 +168,7 @@ def summand(z, x):
 
 
 class Reader:
-    """What the names of a text stand for; unknowns lead back to themselves."""
+    """The values of a text's names; unknowns stand for themselves."""
 
     def __init__(self, data, unknowns=(), sets=(), point=False):
         self.given, self.sets = {*data, *unknowns}, dict(sets)

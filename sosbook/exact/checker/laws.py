@@ -1,4 +1,4 @@
-"""What a law joins to a plant: its sensors, its states, and those that are free."""
+"""Data of a law: its sensors, its states, and its free gains."""
 
 from .arithmetic import need
 from .families import keys
@@ -8,7 +8,7 @@ PARTS_OF_LAW = "rows noise E A B of_sensors of_states"
 
 
 def put_law(t, law):
-    """What a law joins to a plant becomes data."""
+    """Write the matrices that a law joins to a plant as data."""
     keys(law, PARTS_OF_LAW)
     for name in PARTS_OF_LAW.split():
         width = len(law["rows"]) if name == "B" else 0

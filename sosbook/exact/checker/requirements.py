@@ -1,4 +1,4 @@
-"""What may be asked of a loop: blocks, and beside them the words that they prove.
+"""Requirements on a loop: blocks, and beside them the words that they prove.
 
 Theorems 2.1, 2.2, 2.4 and Lemma 2.2, with pairs or a slack matrix.
 """
@@ -196,7 +196,7 @@ def own(d, r):
 
 
 def stated(stable, asked, signal="K x"):
-    """What is claimed, `stable` first, and by name the requirements that prove it."""
+    """The claims, `stable` first, and by name the requirements that prove them."""
     need(isinstance(asked, list), "requirements must be a list")
     names = [(r["kind"], sane(r["name"])) for r in asked]
     named = [NAMES.get(kind, name) == name for kind, name in names
@@ -231,14 +231,14 @@ def key_of(r):
 
 
 def size_of(r, asked):
-    """What a text calls the size of a requirement."""
+    """The name of a requirement's size in a text."""
     if r["kind"] in BLOCKS:
         return "s_" + r["kind"] + tag(r, asked)
     return f"own.{1 + next(k for k, q in enumerate(asked) if q is r)}.size"
 
 
 def tag(r, asked):
-    """What tells the names of a requirement from those of others of its kind."""
+    """The ending that distinguishes a requirement's names from others of its kind."""
     plain = r["name"] == NAMES.get(r["kind"], r["name"])
     return "" if plain else f".{1 + next(k for k, q in enumerate(asked) if q is r)}"
 
@@ -283,7 +283,7 @@ def implies_stability(r):
 
 
 def claim(r, signal="K x"):
-    """What the blocks of a requirement prove."""
+    """The words that the blocks of a requirement prove."""
     if r["kind"] == "region":
         return region(r)[2]
     if r["kind"] not in BLOCKS:

@@ -104,7 +104,7 @@ class SmallInput:
         return L, (T @ B, T @ start), blur, spread
 
     def _multiplied(self, d, design):
-        """What the multipliers z of the regions make of alpha and of beta."""
+        """The sums of alpha and of beta, weighted by the regions' multipliers z."""
         k = self.k
         asked = {(r["kind"], r["name"]): r for r in design.asked}
         asked = {key: r for key, r in asked.items() if key[0] == "region"}

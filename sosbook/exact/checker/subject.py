@@ -1,4 +1,4 @@
-"""What a proof is about: by digests, in sizes, and as a reader's own file has it."""
+"""The subject of a proof: by digests, in sizes, and as a reader's own file has it."""
 
 import hashlib
 import json
@@ -13,7 +13,7 @@ def digest(value):
 
 
 def parts(asked):
-    """What a proof is about, by name."""
+    """The matrices that a proof is about, by name."""
     about = [
         (k, asked[k]) for k in ("plant", "U", "K_A", "K", "law", "L") if asked.get(k)
     ]
@@ -27,7 +27,7 @@ def about(asked):
 
 
 def subject(asked):
-    """What a proof is about, of its data ``asked``: digests, and numbers or sizes.
+    """The subject of a proof with data ``asked``: digests, and numbers or sizes.
 
     >>> subject({"K": [["1", "-2"]], "U": []})
     'K e31ba7a7b60d = [[1, -2]]'

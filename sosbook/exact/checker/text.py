@@ -29,7 +29,7 @@ def decimal_text(text):
 
 
 def number(text):
-    """What a decimal says."""
+    """The value of a decimal."""
     return Fraction(decimal_text(text))
 
 
@@ -114,7 +114,7 @@ class Text:
         self.lines += ["  " * bool(loop) + x for x in lines]
 
     def values(self):
-        """What the lines so far define, by name."""
+        """The values that the lines so far define, by name."""
         data = {k: read(v) for k, v in self.data.items()}
         reader = Reader(data, sets=self.sets)
         for _ in reader.statements(parse("\n".join(self.lines))):
@@ -122,7 +122,7 @@ class Text:
         return {k: x.v for k, x in reader.env.items()}
 
     def file(self):
-        """What the kernel reads."""
+        """The file for the kernel."""
         whole = dict(text=self.lines, data=self.data)
         whole |= dict(sets=self.sets, unknowns=self.unknowns)
         if "multipliers" not in self.asked:

@@ -67,7 +67,7 @@ BEYOND = {
 
 
 class Proven(list):
-    """What is claimed; of an author's LMIs also what the author says they mean."""
+    """The claims; for an author's LMIs also the author's words for their meaning."""
 
     author = None
 
@@ -84,7 +84,7 @@ def printed(text):
 
 
 def text_of(asked):
-    """What is ``asked``, a kind and its keys, as a text, and the words it proves."""
+    """(the text of ``asked``, a kind and its keys; the words that it proves)."""
     whole = str(asked["kind"])
     if whole in BEYOND:
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
@@ -141,7 +141,7 @@ def of_part(claims, asked):
 
 
 def written(asked):
-    """What is asked as a file, the words of it, and its blocks' keys."""
+    """(the file of what is asked, its words, the keys of its blocks)."""
     text, claims = text_of(asked)
     asks = {k: skeleton(v, (asked, k), text) for k, v in asked.items() if k != "kind"}
     return head(asked) | {"asks": asks} | text.file(), claims, text.keys()
@@ -154,7 +154,7 @@ def head(asked):
 
 
 def skeleton(x, place, text):
-    """What is asked, with references in the place of what the data hold."""
+    """The request with references in the place of what the data hold."""
     holder, key = place
     found = text.places.get((id(holder), key))
     if found is not None:
@@ -169,7 +169,7 @@ def skeleton(x, place, text):
 
 
 def asked_of(file):
-    """What a file asks, with its kind; `law` decides whether it may."""
+    """The request of a file, with its kind; `text_of` decides if it is allowed."""
     if "text" not in file:
         need(file.keys() == PLAIN, "a file without a text has other keys")
         return file["asks"] | {"kind": file["kind"]}
@@ -198,7 +198,7 @@ def check(text):
 
 
 def opened(text):
-    """What the kernel decides of a file, which must be the one that is `written`."""
+    """The kernel's decision on a file, which must be the one that is `written`."""
     file = contents(text)
     good = isinstance(file, dict) and file.get("format") == FORMAT
     need(good, "no proof file")
@@ -215,7 +215,7 @@ def opened(text):
 
 
 def contents(text):
-    """What a text in JSON holds, within the limits."""
+    """The content of a text in JSON, within the limits."""
     value = kernel.contents(text)
     level = [value]
     for _ in range(DEEPEST):

@@ -36,7 +36,7 @@ READ = "t", "theta", "battery", "fault", "late", "left", "right"
 
 
 def speed_line(forward, turn):
-    """What rc_balance reads: wheels in rad/s, the heading in rad/s."""
+    """A line for rc_balance: wheels in rad/s, the heading in rad/s."""
     return f"v {forward / RADIUS:.6f} {turn:.6f}\n"
 
 

@@ -35,7 +35,7 @@ class Ask:
 
     @property
     def known(self):
-        """What is asked, by the parameters' names."""
+        """The bounds that are asked, by the parameters' names."""
         return bounds(self.requirements)
 
     def at(self, **values):
@@ -71,9 +71,9 @@ class Ask:
         return near is not None and near.P is not None and near.V is None
 
     def trial(self, near=None, /, **values):
-        """What phase one finds for these ``values`` in the frame of a design or trial
-        ``near``: an `LMISolution`, without multipliers; None where nothing can be said
-        so soon. A bisection needs no more at most of its places.
+        """The result of phase one for these ``values`` in the frame of a design or
+        trial ``near``: an `LMISolution`, without multipliers; None where nothing can be
+        said so soon. A bisection needs no more at most of its places.
         """
         if self.empty(values):
             return None
@@ -87,7 +87,7 @@ class Ask:
         return first if isinstance(first, LMISolution) else None
 
     def finished(self, first, /, **values):
-        """What `solve` returns, sooner of a point of ``first``, at these ``values``."""
+        """The result of `solve` at these ``values``, begun at a point of ``first``."""
         if seen(first) and first.problem.pairs is None:
             request = first.problem.request
             work = partial(centred, first.problem, first.values)

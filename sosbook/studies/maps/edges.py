@@ -87,7 +87,7 @@ class Edge:
 
     @cached_property
     def shares(self):
-        r"""What each requirement contributes if all are relaxed alike.
+        r"""The share of each requirement if all are relaxed alike.
 
         On the infeasible side phase one has an optimum t* < 0. With its
         saddle point x, Z requirement p weighs

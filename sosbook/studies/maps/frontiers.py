@@ -85,7 +85,7 @@ class Frontier:
         return all(self.parameter(name).harder_than(a, b) >= 0 for name, a, b in each)
 
     def status(self, x, y):
-        """What the proofs say of (x, y): "feasible", "infeasible" or "undecided".
+        """The proven status of (x, y): "feasible", "infeasible" or "undecided".
 
         Raises
         ------

@@ -116,7 +116,9 @@ class Search:
         return self.result(top, bottom)
 
     def so_far(self, reason):
-        """What is proven among the places tried, and the ``reason`` for no more."""
+        """The result that is proven among the places tried, and the ``reason`` for no
+        more.
+        """
         points = {k: point(g) for k, g in self.trials.items() if seen(g)}
         self.seen = points | self.seen
         tried = {k: d for k, d in self.seen.items() if d is not None}

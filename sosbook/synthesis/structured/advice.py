@@ -1,4 +1,4 @@
-"""What else to ask of a law, as tried: another law, or a bound that is less hard."""
+"""Advice on a law, tried before it is given: another law, or a weaker bound."""
 
 from dataclasses import replace
 from functools import reduce

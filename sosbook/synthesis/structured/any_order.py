@@ -1,4 +1,4 @@
-"""What no linear controller of any order keeps that has a law's sensors."""
+"""Limits of every linear controller, of any order, with a law's sensors."""
 
 import numpy as np
 

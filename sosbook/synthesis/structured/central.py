@@ -17,7 +17,7 @@ AT_ONCE = 30.0  # times what is near one: a rate that is as good as infinite
 
 
 def near_least(room, *data):
-    """What `central` returns for ``room`` times the least level, of its first seven
+    """The result of `central` for ``room`` times the least level, of its first seven
     arguments, ``data``; raises numpy.linalg.LinAlgError where there is no level.
     """
     low, high = LEVELS

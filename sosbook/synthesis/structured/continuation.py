@@ -86,9 +86,9 @@ def of_loops(task, loops, best, starts, seed):
 
 
 def why_ended(ended, shown, kappa, ends, blocks):
-    """What ended the search of a goal at the numbers ``kappa``, in words: `at_limits`,
-    of ``ends`` and ``blocks``, or the number that was ``ended`` with, which ``shown``
-    makes one for readers.
+    """The reason that a goal's search ended at the numbers ``kappa``, in words:
+    `at_limits`, of ``ends`` and ``blocks``, or the number that was ``ended`` with,
+    which ``shown`` makes one for readers.
     """
     full, moves = at_limits(kappa, ends, blocks)
     if full:

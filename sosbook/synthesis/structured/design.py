@@ -142,7 +142,7 @@ def by_law(request, objective, backoff, starts, seed):
 
 
 def _why(best, stopped, objective, task, loops, found, ended):
-    """What ended the search of the ``objective`` of the ``best`` Solution, in words."""
+    """The reason that a search of ``objective`` ended at the ``best`` Solution."""
     if not objective:
         return best.reason
     shown = best.request.owner(next(iter(objective))).parameter.shown
@@ -261,7 +261,7 @@ def _undecided(request, task, loops, found, best, record):
 
 
 def _reached(request, task, loops, found):
-    """What the best gain reaches of each requirement at the plants of the search."""
+    """The bounds that the best gain reaches at the plants of the search."""
     K = loops.K(found.kappa)
     seen = [loops.descriptor(i, K, task.m) for i in range(len(loops))]
     words = []

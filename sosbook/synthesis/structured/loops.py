@@ -172,7 +172,7 @@ def _float(x):
 
 
 def vertex_of(request, d, asked=()):
-    """What is ``asked`` of the plant of a ``request`` without its law, and the vertex
+    """The part ``asked`` of the plant of a ``request`` without its law, and the vertex
     that is its corner ``d``.
     """
     one = replace(request, law=None, gain=None, requirements=asked, coupling="vertices")

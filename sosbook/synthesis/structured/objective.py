@@ -1,4 +1,4 @@
-"""What a search of gains makes small: violations, a norm, and the limits of gains."""
+"""The goal of a search of gains: violations, a norm, and the limits of gains."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +19,7 @@ WALL = 30.0  # of a gain's excess over its limit, as a fraction
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What is sought of some loops: their poles in ``regions``, requirements
+    """The task of a search over some loops: their poles in ``regions``, requirements
     ``bounded`` otherwise, and a ``goal`` that shall be as good as can be, None where
     all shall be kept. ``rate`` is the loop's, in rad/s, ``ends``, (2, k), are the least
     and the largest of each free number, and ``m`` is the number of inputs u.

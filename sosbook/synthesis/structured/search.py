@@ -24,7 +24,7 @@ ROUNDS = 30, 8  # of sampled gradients, for poles and for norms
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search has found.
+    """The result of a search.
 
     ``kappa``, (k,) or None: the free numbers; None where no loop has a value;
     ``value``: the objective's; below zero all is kept, where nothing is to be as good

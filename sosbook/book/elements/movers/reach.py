@@ -58,7 +58,7 @@ def reach(plant, top):
 
 
 def _found(plant, i, j, top):
-    """What is proven with the motor at a mass i and the disturbance at a mass j."""
+    """The proven bounds with the motor at mass i and the disturbance at mass j."""
     M, D, S, B, F = (getattr(plant, x) for x in "MDSBF")
     one = SecondOrderSystem(M, D, S, B[:, [i]], F[:, [j]])
 
