@@ -98,23 +98,6 @@ def test_each_matrix_counts(name, sign):
         assert accepted(whole) == (False, False)
 
 
-@pytest.mark.parametrize("name", ["stability", "H-infinity", *KNOWN])
-def test_a_list_is_one_though_it_is_empty(name):
-    whole = file_of(name)
-    for key, value in verdict.asked_of(whole).items():
-        if isinstance(value, list):
-            changed = json.loads(json.dumps(whole))
-            changed["asks"][key] = {}
-            assert accepted(changed) == (False, False)
-            assert accepted(written_anew(changed)) == (False, False)
-
-
-def test_a_row_is_a_list():
-    whole = file_of("known gain")
-    whole["asks"]["plant"]["B"] = ["1"]
-    assert accepted(whole) == accepted(written_anew(whole)) == (False, False)
-
-
 EASIER = dict(gamma="0.01", u_max="0.01", h2="0.01", bound="0.01", sigma="40")
 
 

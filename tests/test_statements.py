@@ -131,28 +131,14 @@ ATTACKS = {
     "a sign is left out": lambda w: without(w, "sign.gamma"),
     "P may be anything": lambda w: without(w, "P: "),
     "a smaller bound": lambda w: set_in(w, "data", u_max="0.001"),
-    "a norm below zero": lambda w: set_in(w, "data", gamma="-0.5"),
     "a faster region in words": lambda w: w["data"].update({"sigma.1": "3"}),
-    "a faster region in a block": lambda w: w["data"].update({"alpha.1": [["6"]]}),
     "data that the text defines": lambda w: set_in(w, "data", W=NOUGHT),
-    "an output of zero": lambda w: set_in(w, "data", C=NOUGHT),
-    "a size as data": lambda w: set_in(w, "data", n="1"),
     "no pair": lambda w: set_in(w, "sets", pairs=[]),
-    "no vertex": lambda w: set_in(w, "sets", vertices=[]),
-    "one more set": lambda w: set_in(w, "sets", none=[]),
-    "P isn't symmetric": lambda w: set_in(w, "unknowns", P="4 x 4"),
-    "one more unknown": lambda w: (
-        set_in(w, "unknowns", Q="number"),
-        set_in(w, "point", Q="1"),
-    ),
     "the unit matrix for P": lambda w: set_in(w, "point", P=UNIT),
-    "another line": lambda w: w["text"].append("more: 1 > 0"),
-    "a loop of nothing": lambda w: w["text"].insert(-1, "for i, j in none:"),
     "a part is defined anew": lambda w: w["text"].insert(-1, "  Theta = -EPE"),
     "another gain": lambda w: set_in(w, "data", K=NOUGHT),
     "an easier plant": lambda w: w["data"].update({"D.1": [["4", "0"], ["0", "4"]]}),
     "another kind": lambda w: w.update(kind="infeasible design"),
-    "multipliers, too": lambda w: w.update(multipliers={}),
     "words": lambda w: w.update(claims=["it is optimal"]),
     "a requirement isn't asked": lambda w: w["asks"]["requirements"].pop(),
     "one number for two": lambda w: w["asks"]["requirements"][1].update(gamma="=u_max"),
@@ -172,16 +158,6 @@ def test_words_rest_on_the_lines_that_are_written_for_them(attack, bounded):
     assert verdicts(whole) == (False, False)
     easier = attack == "an easier plant"
     assert verdicts(mended(whole)) == (easier, easier)
-
-
-def test_digests_name_what_a_file_is_about(bounded):
-    whole = file_of(bounded)
-    assert set(whole["about"]) == {"plant", "K", "x0"}
-    assert verdict.check(bounded.text) == list(bounded.claims)
-    for name in whole["about"]:
-        other = dict(whole, about=whole["about"] | {name: "0" * 12})
-        with pytest.raises(kernel.Refused, match="digests"):
-            verdict.check(json.dumps(other))
 
 
 def test_a_gain_isn_t_data_of_a_refusal():
@@ -298,38 +274,6 @@ def test_a_mode_is_where_the_words_say(asked, point, there):
         return
     with pytest.raises(kernel.Refused, match="no mode is near|keeps what"):
         verdict.text_of(asked | {"point": point})
-
-
-def test_labels_are_of_words():
-    """What stands in a set is printed in the labels."""
-    whole = dict(text=["for i in s:", " a.i: 1 > 0"], data={}, unknowns={}, point={})
-    assert kernel.check(whole | {"sets": {"s": [["1"]]}}) == ["a.1"]
-    for word in ("1\npositive definite: all", "", "1.2", "\u0661", "x\r"):
-        with pytest.raises(kernel.Refused, match="index words"):
-            kernel.check(whole | {"sets": {"s": [[word]]}})
-
-
-@pytest.mark.parametrize(
-    "block, words",
-    [("2" + "^9" * 6, "digits"), ("tr(kron(I(99), I(99)))", "Kronecker")],
-)
-def test_no_line_fills_the_memory(block, words):
-    """Long powers are one step of Python, which no time limit interrupts."""
-    whole = dict(text=[f"a: {block} > 0"], data={}, sets={}, unknowns={}, point={})
-    with pytest.raises(kernel.Refused, match=words):
-        kernel.check(whole)
-
-
-def test_an_author_s_words_rest_on_a_block(bounded):
-    asked = verdict.asked_of(file_of(bounded))
-    theorem = dict(numbers={}, unknowns={}, blocks=[["once", "b", "1"]])
-    asked["requirements"].append(
-        dict(kind="mine", name="mine", claim="all is well", theorem=theorem)
-    )
-    assert "by its author's theorem" in verdict.text_of(asked)[1][-1]
-    theorem["blocks"] = []
-    with pytest.raises(kernel.Refused, match="no block"):
-        verdict.text_of(asked)
 
 
 LONG = "9" * 9001
