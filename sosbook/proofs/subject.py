@@ -1,6 +1,6 @@
 """The subject of a proof file, compared with the wanted plant, gain or program.
 
-A checksum can be mended, and a proof of an easier plant is a proof. So a verdict names
+A digest can be mended, and a proof of an easier plant is a proof. So a verdict names
 what it is about, and it is held against the reader's own files.
 """
 
