@@ -360,7 +360,7 @@ PAIR = sos.SecondOrderSystem(
 
 
 def test_the_order_of_names_is_nothing_and_other_names_are_refused():
-    names = ["arm", "tip'", "arm - 0_5 tip"]
+    names = ["arm", "tip'", "arm' - 0_5 tip"]
     parts = [[-3.0]], [[1, 2, -1]], [[1.0], [0.5]], [[-1, 0, 0.2], [0, -2, 0]]
     outputs = ["u1", "u2"]
 
@@ -386,7 +386,6 @@ def test_the_order_of_names_is_nothing_and_other_names_are_refused():
             dict(names=["arm", "speed", "tip"]),
             "'speed' is none of arm, tip, arm', tip'",
         ),
-        (dict(names=["arm", "arm + tip'", "tip"]), "one input each"),
         (dict(outputs=["u1", "torque"]), "closed by the names u1, u2"),
         (dict(names=["u[0]", "u[1]", "u[2]"]), "name what each input measures"),
     ):

@@ -5,6 +5,7 @@ import re
 import numpy as np
 
 from ..plants.gain import Gain, input_names, signals
+from ..plants.outputs import Output
 
 OF_NOBODY = re.compile(r"[uy]\[\d+\]")  # a name that python-control made
 TERM = re.compile(r"(-?)(?:(\d[\d._]*(?:e[+-]?\d+)?) )?(.+)")
@@ -69,17 +70,10 @@ def _of_system(plant, K, law):
         seen = np.array([row_of(x, signals(plant)) for x in named])
         if not K.nstates:
             return None, Gain(D @ seen, signals(plant))
-        n = getattr(plant, "n", 0) if hasattr(plant, "coordinates") else seen.shape[1]
-        rates = seen[:, n:].any(axis=1)
-        if (rates & seen[:, :n].any(axis=1)).any():
-            raise ValueError(
-                f"K measures {', '.join(named)}: give positions and rates one input "
-                "each"
-            )
-        columns = np.argsort(rates, kind="stable")
-        parts = (~rates, slice(n)), (rates, slice(n, None))
-        sensors = [seen[some][:, part] if some.any() else None for some, part in parts]
-        law = DynamicLaw(K.nstates, *sensors, strictly_proper=not D.any())
+        n = plant.n if hasattr(plant, "coordinates") else seen.shape[1]
+        columns = np.argsort(seen[:, n:].any(axis=1), kind="stable")  # rates are last
+        sensors = Output(state=seen[columns])
+        law = DynamicLaw(K.nstates, sensors=sensors, strictly_proper=not D.any())
     gains = dict(A_c=A, B_c=B[:, columns], C_c=C)
     return law, gains | (dict(D_c=D[:, columns]) if D.any() else {})
 

@@ -13,7 +13,7 @@ from ..exact.rational import exact
 from ..laws import FullState, Law
 from ..laws.taken import taken
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import input_names, signals
+from ..plants.gain import signals
 from ..plants.joined import joined_family
 from ..plants.kinds import checked_plant, every_plant
 from ..plants.outputs import Output
@@ -29,7 +29,7 @@ from ..synthesis.procedure import law_of
 from ..synthesis.request import Request
 from .as_data import loop_data, read_loop
 from .clock import Clock, Late
-from .signal import Signal
+from .signal import Signal, signals_of
 from .system import system_of
 
 MOMENTS = 1001  # of a simulation whose times nobody gave
@@ -183,31 +183,9 @@ class Loop(ReadOnly):
     @property
     def signals(self) -> tuple[Signal, ...]:
         """Every signal, by role, name and unit."""
-        bare = plant = checked_plant(self.plant)
         U, law = law_of(None, self.law)
-        if law is not None:
-            plant, law = law.on(bare)
-        names, states = signals(plant, U), len(signals(plant))
-        memory, readings = names[states:], names[:states]
-        goals: list = []
-        units: dict = {}
-        if law is not None:
-            parts = law.parts(plant)
-            memory, readings = parts.states, parts.sensors
-        if isinstance(self.clock, Clock):
-            c = self.controller
-            memory, units = c.states, c.units
-            readings, goals = ([s.name for s in x] for x in (c.measured, c.set_points))
-        found = [
-            ("state", names[:states]),
-            ("memory", memory),
-            ("disturbance", [f"w[{k}]" for k in range(plant.p)]),
-            ("set point", goals),
-            ("reading", readings),
-            ("input", input_names(plant.m)),
-            ("output", names[: bare.n] if hasattr(bare, "coordinates") else ()),
-        ]
-        return tuple(Signal(r, x, units.get(x, "")) for r, some in found for x in some)
+        c = self.controller if isinstance(self.clock, Clock) else None
+        return signals_of(checked_plant(self.plant), U, law, c)
 
     @property
     def scope(self) -> str:
@@ -329,7 +307,11 @@ class Loop(ReadOnly):
         return design.simulate(times, **more)
 
     def margins(self) -> DiskMargin:
-        """The least `DiskMargin` at the plant's input, over the vertices."""
+        """The least `DiskMargin` at the plant's input, over the vertices.
+
+        A memory goes on with the u that was meant. A gain of all states has margins
+        that its observer may take away: Doyle, IEEE Trans. Automatic Control 23, 1978.
+        """
         if isinstance(self.clock, Clock):
             peak = max(x.peak_of(0.5) for x in self.ticks)
             return DiskMargin(0.0 if peak == np.inf else float(1 / peak))

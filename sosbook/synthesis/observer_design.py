@@ -1,29 +1,27 @@
 """An observer and what is known about the loop with it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..analysis.margins import DiskMargin
 from ..exact.definite import round_digits
 from ..exact.proof import first_proven
 from ..laws.taken import taken
 from ..plants.descriptor import mean_descriptor
-from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import input_names, signals
 from ..plants.response import Response, simulate, vector
 from ..plants.sensed import row_words
 from ..plants.signals import Sine, Step
 from ..runtime.array_like import ArrayLike
+from ..runtime.later import later
 from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design
-from .error_loop import observed, observer_loop, vertices_of
+from .error_loop import observed, vertices_of
 from .observer_problem import ObserverProof, ObserverRefusal, refuse_observer
 from .pid import analyse_pid
-from .request import Request
 from .result import Result
 
 __all__ = ["ObserverDesign", "ObserverProof", "ObserverResponse"]
@@ -121,9 +119,10 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
             )
         return "Measure more (C), or take a gentler K."
 
-    def loop(self) -> DescriptorSystem:
-        """E x' = A x of the error and the state, a `DescriptorSystem`."""
-        return observer_loop(self.plant, *self._gains())
+    @property
+    def loop(self) -> Any:
+        """The `Loop` of the plant and the observer, whose memory is x^."""
+        return later("loops", "Loop")(self.plant, *self.its_law())
 
     def poles(self) -> np.ndarray:
         """Poles of the loop with the observer, in rad/s.
@@ -133,7 +132,7 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
         (2N,) array, or (vertices, 2N) for a polytope
             One row for each vertex or sample of a polytope.
         """
-        return self._opened.poles()
+        return self.loop.design.poles()
 
     def simulate(
         self,
@@ -155,26 +154,18 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
         estimate : (N,) array_like, optional
             The observer's initial state; zero without it.
         """
-        N = len(self._observer())
-        x0, guess = vector("x0", x0, N), vector("estimate", estimate, N)
-        start = np.concatenate([x0 - guess, x0])
-        loops = self.loop().vertices
-        return self.plant.per_vertex(
-            [
-                self._response(d, loop, t, start, w)
-                for d, loop in zip(vertices_of(self.plant), loops)
-            ]
-        )
+        N, request = len(self._observer()), self.loop.request
+        start = np.append(vector("x0", x0, N), vector("estimate", estimate, N))
+        K = request.state_gain
+        motions = [(d, simulate(d, K, t, w=w, x0=start)) for d in request.vertices]
+        return self.plant.per_vertex([self._response(*each) for each in motions])
 
-    def _response(self, d, loop, t, start, w):
-        N = len(self.L)
-        loop = replace(loop, Bw=np.vstack([d.Bw, d.Bw]))
-        both = simulate(loop, np.zeros((0, 2 * N)), t, w=w, x0=start)
-        x, estimate = both.x[N:], both.x[N:] - both.x[:N]
-        u = self.K @ estimate
+    def _response(self, d, both):
         A, B, Bw = d.state_space()
-        z, rate = d.C @ x, A @ x + B @ u + Bw @ both.w
-        return ObserverResponse(both.t, z, d.C @ rate, z, u, x, both.w, estimate)
+        x, estimate = np.split(both.x, 2)
+        z, rate = d.C @ both.x, A @ both.x + B @ both.u + Bw @ both.w
+        whole = both.t, z, d.C @ rate, z, both.u, x, both.w, estimate
+        return ObserverResponse(*whole)
 
     def _prove(self, digits: int | None) -> ObserverProof:
         given = self._observer()
@@ -195,8 +186,8 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
         Parameters
         ----------
         **asked
-            Keywords of `analyse_pid`. The state is that of `loop`, the error and
-            the plant's state, and the gain of u = K x^ is [-K K] there.
+            Keywords of `analyse_pid`. The state is that of `observer_loop`, the error
+            and the plant's state, and the gain of u = K x^ is [-K K] there.
 
         Examples
         --------
@@ -212,40 +203,6 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
 
     def _gains(self):
         return self.K, self._observer(), self.C
-
-    @cached_property
-    def _opened(self):
-        """The loop as a `Design` that knows its gain, and nothing proven."""
-        system, gain = observed(self.plant, *self._gains())
-        return Design(Request(system, gain=gain), "undecided", gain)
-
-    def sensitivity_peak(self, samples: int = 0, seed: int = 0) -> float:
-        """The largest sensitivity at the plant's input, the observer in the loop.
-
-        As `Design.sensitivity_peak`, which takes the same arguments.
-
-        Parameters
-        ----------
-        samples : int
-            For several vertices: how many random plants join them.
-        seed : int
-            Of the random plants.
-
-        Notes
-        -----
-        The loop is opened where u = K x^ enters the plant; the observer goes on
-        with the u that was meant. State feedback alone has margins that an
-        observer may take away: Doyle, IEEE Trans. Automatic Control 23, 1978,
-        756-757.
-        """
-        return self._opened.sensitivity_peak(samples, seed)
-
-    def disk_margin(self, samples: int = 0, seed: int = 0) -> DiskMargin:
-        """The least `DiskMargin` at the plant's input, the observer in the loop.
-
-        ``samples`` and ``seed`` are as in `sensitivity_peak`.
-        """
-        return self._opened.disk_margin(samples, seed)
 
     def controller(self) -> Any:
         """The controller from y to u as python-control's StateSpace, with names."""
