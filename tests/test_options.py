@@ -288,7 +288,8 @@ def annotations(thing):
     try:
         return typing.get_type_hints(call)
     except (NameError, AttributeError):  # of type checkers only, or a class of C
-        return {}
+        known = getattr(call, "__annotations__", {})
+        return {name: hint for name, hint in known.items() if not isinstance(hint, str)}
 
 
 @cache
