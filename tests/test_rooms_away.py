@@ -145,3 +145,26 @@ def test_the_core_needs_no_optional_room(name, tmp_path):
 def test_a_first_design_loads_few_modules(tmp_path):
     root, design, searches = map(int, run(tmp_path, FIRST, PACKAGE.parent).split())
     assert root <= 1 and design <= 120 and searches == 0
+
+
+PAGES = """
+from sosbook.book import counterexamples, elements, plots, reproduction, tables, thesis
+from sosbook.book.elements import movers
+assert plots.pole_map and elements.bench and movers.centre and thesis.example_1
+for index, name in (
+    (plots, "root_map"), (elements, "delay_atlas"), (movers, "fall"),
+    (reproduction, "errata"), (sos, "design_sampled"), (sos.theorems, "unseen"),
+):
+    try:
+        getattr(index, name)
+    except ModuleNotFoundError as missing:
+        print(missing.name)
+"""
+
+
+@pytest.mark.slow
+def test_pages_of_other_rooms_need_no_optional_one(tmp_path):
+    gone = [x for room, paths in OPTIONAL.items() if room != "book" for x in paths]
+    printed = run(copied(tmp_path, gone), "import sosbook as sos" + PAGES).split()
+    rooms = "delay", "delay", "pendulum", "delay", "controllers", "synthesis.structured"
+    assert printed == [f"sosbook.{room}" for room in rooms]

@@ -7,7 +7,6 @@ unstable, or has left the region.
 
 import numpy as np
 
-from ..delay import DelayedLoop, DelayRequest
 from ..plants.checks import positive
 from ..plants.descriptor import Descriptor
 from ..plants.second_order import Polytope, SecondOrderSystem
@@ -44,6 +43,8 @@ def misprint(name):
     >>> solve_delay(misprint("sign")).status
     'feasible'
     """
+    from ..delay import DelayedLoop, DelayRequest
+
     loops = {
         "sign": dict(plant=DelayedLoop([[1]], [[-0.1]]), mu=0.5, delta=0.1),
         "transpose": dict(plant=DelayedLoop([[0, 3], [-1, 1]], np.zeros((2, 2)))),

@@ -5,9 +5,9 @@ an alternative text and a caption. Colours are Okabe and Ito's, which stay
 apart for colour-blind readers; marks and dashes differ too.
 """
 
+from ...runtime.later import by_name
 from . import mechanisms, sketches
 from .bands import envelope, pole_cloud, track_poles
-from .delay import decay_curve, delay_signal, root_map
 from .ellipsoids import ellipse_outline, ellipsoid
 from .margins import margins, smallest_of_each
 from .output import Figure, show
@@ -49,8 +49,6 @@ __all__ = [
     "SKY",
     "VERMILLION",
     "Figure",
-    "decay_curve",
-    "delay_signal",
     "ellipse_outline",
     "ellipsoid",
     "envelope",
@@ -64,7 +62,6 @@ __all__ = [
     "region_outline",
     "region_parts",
     "response",
-    "root_map",
     "shade_region",
     "show",
     "signal",
@@ -75,3 +72,6 @@ __all__ = [
     "use_book_style",
     "window_of",
 ]
+_HOMES = dict.fromkeys(("decay_curve", "delay_signal", "root_map"), "book.plots.delay")
+__all__ += _HOMES
+__getattr__ = by_name(__name__, _HOMES)

@@ -8,52 +8,33 @@ What is written stands in three tables: ``rows.toml``, ``corrections.toml`` and
 
 from functools import cache
 
-from . import (
-    delay,
-    desk,
-    example_4,
-    examples,
-    integrators,
-    mip,
-    observer,
-    regulators,
-    remarks,
-    sampled,
-    singular_mass,
-    vertices,
-)
-from .corrections import assumptions, checked, errata, readings
+from ...runtime.later import by_name, later
 from .table import KINDS, VERDICTS, Erratum, Row
 
-__all__ = [
-    "KINDS",
-    "VERDICTS",
-    "Erratum",
-    "Row",
-    "assumptions",
-    "checked",
-    "errata",
-    "readings",
-    "rows",
-]
-
-_SUBJECTS = (
-    singular_mass,
-    vertices,
-    examples,
-    example_4,
-    integrators,
-    delay,
-    regulators,
-    observer,
-    mip,
-    sampled,
-    desk,
-    remarks,
+__all__ = ["KINDS", "VERDICTS", "Erratum", "Row", "rows"]
+_HOMES = dict.fromkeys(
+    ("assumptions", "checked", "errata", "readings"), "book.reproduction.corrections"
+)
+__all__ += _HOMES
+__getattr__ = by_name(__name__, _HOMES)
+SUBJECTS = (
+    "singular_mass",
+    "vertices",
+    "examples",
+    "example_4",
+    "integrators",
+    "delay",
+    "regulators",
+    "observer",
+    "mip",
+    "sampled",
+    "desk",
+    "remarks",
 )
 
 
 @cache
 def rows():
-    """All rows, computed, in the order of the thesis."""
-    return tuple(row for subject in _SUBJECTS for row in subject.rows())
+    """All rows, computed, in the order of the thesis; every room is needed for them."""
+    subjects = (later(f"book.reproduction.{name}", "rows") for name in SUBJECTS)
+    return tuple(row for subject in subjects for row in subject())

@@ -1,9 +1,9 @@
 """Elements that compute in the page: closed forms and small eigenvalue problems."""
 
+from ....runtime.later import by_name
 from .lmis import centre, landscape, ranges, segment, trust
 from .loops import circulation, delayed, integral, kalman, mass
 from .mover import Mover, choice, slider, tick
-from .pendulum import chain, chirp, clock, digits, fall, regulator
 from .program import drive
 from .reach import reach
 from .ride import ride
@@ -12,22 +12,16 @@ from .sensors import sensors
 __all__ = [
     "Mover",
     "centre",
-    "chain",
-    "chirp",
     "choice",
     "circulation",
-    "clock",
     "delayed",
-    "digits",
     "drive",
-    "fall",
     "integral",
     "kalman",
     "landscape",
     "mass",
     "ranges",
     "reach",
-    "regulator",
     "ride",
     "segment",
     "sensors",
@@ -35,3 +29,9 @@ __all__ = [
     "tick",
     "trust",
 ]
+_HOMES = dict.fromkeys(
+    ("chain", "chirp", "clock", "digits", "fall", "regulator"),
+    "book.elements.movers.pendulum",
+)
+__all__ += _HOMES
+__getattr__ = by_name(__name__, _HOMES)
