@@ -177,6 +177,7 @@ def without_shared(html):
 
 
 def _canonical_outputs(cell):
+    """The outputs of a cell without what depends on a run."""
     kept = []
     for output in cell.outputs:
         output.pop("transient", None)
@@ -206,6 +207,7 @@ def _page_faults(source):
 
 
 def _code_faults(cell):
+    """Faults of a code cell, in words."""
     lines = cell.source.split("\n")
     if not cell.source.strip():
         yield "is empty"
@@ -224,6 +226,7 @@ def _code_faults(cell):
 
 
 def _output_faults(output):
+    """Faults of an output, in words."""
     if output.output_type == "error":
         yield f"failed: {output.ename}: {output.evalue}"
     elif output.output_type == "stream":

@@ -53,6 +53,7 @@ class Table:
         return f"Table: {self.caption}, {count} row{'s' * (count != 1)}"
 
     def _repr_html_(self):
+        """The table in HTML."""
         heads = "".join(f'<th scope="col">{h}</th>' for h in self.heads)
         body = "".join(
             f'<tr><th scope="row">{row[0]}</th>'

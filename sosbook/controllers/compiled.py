@@ -34,6 +34,7 @@ class CompiledCode:
     """
 
     def __init__(self, controller, runs=1, precision="double", flags=FLAGS):
+        """Compile the C and lay out its state for ``runs`` machines."""
         self.code = Code(controller, "law", precision)
         self.runs = count("runs", runs, least=1)
         self.kind = np.dtype(FLOAT_TYPES[precision])

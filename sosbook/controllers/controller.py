@@ -150,6 +150,7 @@ class Controller(Answers, ReadOnly):
 
     @cached_property
     def _made(self):
+        """(matrices by name, names of the memory's states)."""
         K_P = self.K_x[:, : len(self.R)]
         K_r, size = -K_P @ self.R, abs(K_P) @ abs(self.R)
         K_r = np.where(abs(K_r) <= ROUNDING * size, 0.0, K_r) + 0.0

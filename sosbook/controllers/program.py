@@ -108,6 +108,7 @@ class Code:
     trials: tuple = ()
 
     def __post_init__(self):
+        """Check the name, the precision and the size of the program."""
         name = self.name
         if (
             not isinstance(name, str)

@@ -104,6 +104,7 @@ class Replay:
             return [self._lanes.read(x[0].item() if one else x) for x in values]
 
     def _step(self, now, y, r, elapsed):
+        """One tick of `step` of the C program, on all machines at once."""
         n, where, lanes = self._n, self._lanes.where, self._lanes
         running = now.fault == 0
         fault = now.fault

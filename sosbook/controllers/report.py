@@ -70,6 +70,7 @@ def report_texts(design, controller, name="axis", step=None):
 
 
 def _page(design, c, code):
+    """The body of the report in HTML."""
     asked = [r.statement for r in design.request.requirements]
     bounds, peak = (), ""
     if getattr(design, "at_ticks", False):

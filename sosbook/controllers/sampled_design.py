@@ -238,6 +238,7 @@ class _Work:
     """
 
     def __init__(self, design, sigma, backoff, cells):
+        """Set the task of the search at the ticks: loops, limits, units."""
         self.design, self.sigma = design, sigma
         self.backoff, self.cells = backoff, cells
         request, goal = design.request, DECAY if sigma is None else None
@@ -259,6 +260,7 @@ class _Work:
         self.loops = TickLoops(made, steps, form, plants)
 
     def done(self, starts, seed, seconds):
+        """Search for some ``seconds``, and return the result with its proof."""
         best, found, stopped, ended = None, Found(None, np.inf, 0), "", Ended()
         self.kept = []  # (decay, numbers) of what was found on the way
         try:

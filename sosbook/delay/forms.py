@@ -24,6 +24,7 @@ class Krasovskii:
         self.shifted = shifted
 
     def unknowns(self, request):
+        """The unknowns of the functional, and F, X of the gain."""
         N, m = request.states, request.plant.m
         unknowns = [
             _symmetric("P", N),
@@ -40,6 +41,7 @@ class Krasovskii:
         return [*unknowns, Unknown("G", N)]
 
     def blocks(self, request, values, number, loops):
+        """The blocks of the functional and of each loop, by name."""
         t, v = request.times(number), {"Z": 0 * values["S"]} | values
         functional = theorems.Functional(
             *(v[name] for name in ("P", "Q", "S", "R1", "R2", "R3", "Z"))
@@ -105,6 +107,7 @@ class Interval:
         return unknowns + ([Unknown("T", (1 + order) * N)] if within else [])
 
     def blocks(self, request, values, number, loops):
+        """The blocks of the functional and of each loop and end, by name."""
         t, order = request.times(number), request.order
         P, Q1, Q2, R1, R2, T = (
             values.get(name) for name in ("P", "Q1", "Q2", "R1", "R2", "T")

@@ -90,6 +90,7 @@ class DelayRequest(ReadOnly):
     free: Request = field(init=False)
 
     def __post_init__(self):
+        """Check the numbers, the method and the gain."""
         put = object.__setattr__
         if self.tau is None:
             raise ValueError("tau is missing: give the nominal delay")

@@ -199,6 +199,7 @@ class Traced(Symbols):
         return Traced.of(other) + -self
 
     def __mul__(self, other):
+        """The product; numbers scale, and factors of one disappear."""
         other = Traced.of(other)
         if self.ndim and (other.ndim == 0 or other.tree == ("I", ONE)):
             self, other = other, self

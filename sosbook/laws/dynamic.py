@@ -71,6 +71,7 @@ class DynamicLaw(Law):
         structure: dict | None = None,
         limits: dict | None = None,
     ) -> None:
+        """Check the arguments and keep them read-only."""
         if count("order", order) == 0:
             raise ValueError(
                 "order is 0: a DynamicLaw has states; take PIDLaw(position=...) for "

@@ -85,6 +85,7 @@ class PIDLaw(Law):
         sensors: Output | None = None,
         lag: float | None = None,
     ) -> None:
+        """Check the arguments and keep them read-only."""
         seen = checked_outputs(position, velocity, sensors, noise, lag)
         if filter is not None:
             filter = positive("filter", filter)
@@ -119,6 +120,7 @@ class PIDLaw(Law):
         return matrix("integrate", self.integrate, (None, q))
 
     def parts(self, plant: Any) -> Parts:
+        """The integrals and the filters that the law joins to a ``plant``."""
         plant, law = self.on(plant)
         if law is not self:
             return law.parts(plant)

@@ -45,6 +45,7 @@ def taken(plant, K, law=None):
 
 
 def _of_system(plant, K, law):
+    """The law and the gains of a system K, its signals found by their names."""
     from .dynamic import DynamicLaw
 
     if K.nstates and K.dt != 0:

@@ -32,6 +32,7 @@ class LMIText:
     trusted = False  # to be affine, symmetric and finite, without a look
 
     def __init__(self, write, unknowns, settings=None):
+        """Check the unknowns and their names."""
         self.settings = settings
         if write is not None:
             self.write = write

@@ -83,6 +83,7 @@ class Loop(ReadOnly):
         *,
         clock: Clock | Late | None = None,
     ) -> None:
+        """Read the law, its numbers and the clock."""
         if gains is None and not isinstance(law, (Law, FullState)):
             law, gains = None, law
         if gains is None:

@@ -127,6 +127,7 @@ class Program:
     steering: Steering | None = None
 
     def __post_init__(self):
+        """Check the firmware, the precision, the name and the steering."""
         firmware, name = self.firmware, self.name
         if not isinstance(firmware, Firmware):
             raise ValueError("firmware must be a Firmware")

@@ -117,6 +117,7 @@ class Firmware:
     note: tuple = ()
 
     def __post_init__(self):
+        """Check the law and the limits."""
         if not isinstance(self.law, SampledLaw):
             raise ValueError("law must be a SampledLaw")
         for name in ("limit", "tip", "fastest", "gyro_range"):

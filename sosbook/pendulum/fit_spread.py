@@ -65,6 +65,7 @@ class FitSpread:
     confidence: float = CONFIDENCE
 
     def __post_init__(self):
+        """Check the covariance and the corners of its box."""
         object.__setattr__(
             self, "covariance", matrix("covariance", self.covariance, (4, 4))
         )

@@ -66,6 +66,7 @@ class SampledLaw:
     start: np.ndarray | None = None
 
     def __post_init__(self):
+        """Check the shapes; W and start are zeros by default."""
         A = np.asarray(self.A, float)
         if A.ndim != 2:
             raise ValueError(f"A must be a matrix, got the shape {A.shape}")

@@ -59,6 +59,7 @@ class Log:
     alone: np.ndarray | None = None
 
     def __post_init__(self):
+        """Bridge lost readings, unwrap angles, check lengths and the clock."""
         lost = {}
         for x in fields(self):
             value = getattr(self, x.name)

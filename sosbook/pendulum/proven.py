@@ -101,6 +101,7 @@ class Deployment:
     data: dict = field(default_factory=dict)
 
     def __post_init__(self):
+        """Fill in the defaults and check the numbers."""
         Q = np.eye(5) if self.Q is None else np.asarray(self.Q, float)
         object.__setattr__(self, "Q", np.diag(Q) if Q.ndim == 1 else Q)
         robot = timed(self.robot or Robot.shipped("thesis"), self.mip)

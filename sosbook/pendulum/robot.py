@@ -164,6 +164,7 @@ class Robot:
     turning: tuple = key("inertia about the vertical, bounds", "kg m^2", None)
 
     def __post_init__(self):
+        """Check the words, the numbers, the board and the steering."""
         if not isinstance(self.name, str) or not self.name.strip():
             raise ValueError(f"name must be a few words in quotes, got {self.name!r}")
         for name, known in (("board", BOARDS), ("law", LAWS)):

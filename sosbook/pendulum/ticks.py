@@ -66,6 +66,7 @@ class TickLog:
     late: np.ndarray | None = None
 
     def __post_init__(self):
+        """Check the columns and the clock, and keep them read-only."""
         lost = [name for name in STEER_COLUMNS if getattr(self, name) is None]
         if 0 < len(lost) < len(STEER_COLUMNS):
             raise ValueError(f"a log of steering lacks {', '.join(lost)}")

@@ -124,6 +124,7 @@ def track(log, mip, T, counts):
     signals = gyro, wheels, V, _friction(wheels, T)
 
     def fitted(part, disturbance, start):
+        """The fit to the ``part`` of the log, with a ``disturbance`` or without."""
         chosen = [x[part] for x in signals]
 
         predictor = Predictor(mip, T, *chosen, scale, disturbance)
@@ -291,6 +292,7 @@ def _turning(delta, signals, T, stretches):
     """The values of `TURN_NAMES`, and what the best of them leave."""
 
     def solved(log_rate):
+        """(gains, residuals) of the fit for one rate."""
         rate = np.exp(log_rate)
         fall = np.exp(-rate * T)
         rise = -np.expm1(-rate * T) / rate

@@ -28,6 +28,7 @@ def plant_data(plant):
 
 
 def _whole_data(plant):
+    """The data of a plant that isn't reduced."""
     if plant.family is not None:
         kind = "descriptor" if isinstance(plant, DescriptorSystem) else "second order"
         return {"kind": kind, **plant.family.data()}

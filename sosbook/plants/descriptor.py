@@ -160,6 +160,7 @@ def _descriptor(v, U, K_A):
 
 
 def _checked_descriptor(v, U, K_A):
+    """The `Descriptor` of a plant with integrals U and K_A, checked."""
     a = len(U)
     inertia = v.M - v.B @ K_A
     check_rank(

@@ -108,6 +108,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         return made
 
     def __post_init__(self):
+        """Check the shapes and make the vertices."""
         N = len(matrices_of("E", self.E)[0])
         empty = {"B": (N, 0), "B_w": (N, 0), "C": (0, N)}
         lists: dict = {}

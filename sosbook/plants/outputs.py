@@ -85,6 +85,7 @@ class Output(ReadOnly):
         rate: ArrayLike | None = None,
         name: str = "",
     ) -> None:
+        """Check the rows; all parts have equally many."""
         given, put = locals(), object.__setattr__
         rows = {}
         for key in SIGNALS:
@@ -286,6 +287,7 @@ def _with_noise(d):
 
 
 def _of_data(part):
+    """The `Output` of one part of a file's data."""
     if not isinstance(part, dict):
         raise ValueError('an output must be an object, such as {"position": [[1, 0]]}')
     for key in part:

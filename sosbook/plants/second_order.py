@@ -179,6 +179,7 @@ class SecondOrderSystem(_Plant, MayBeSymbolic, ReadOnly):
         ) -> None: ...
 
     def __post_init__(self):
+        """Check the matrices and keep them read-only."""
         read = reader(self.M, self.D, self.S)
         M = read("M", self.M)
         n = M.shape[0]
@@ -288,6 +289,7 @@ class Polytope(_Plant, ReadOnly):
         def __init__(self, vertices: Iterable[SecondOrderSystem]) -> None: ...
 
     def __post_init__(self):
+        """Check that the vertices are plants of one size, with the same names."""
         try:
             vertices = tuple(self.vertices)
         except (TypeError, NotImplementedError):  # the latter of a memoryview

@@ -110,6 +110,7 @@ class Uncertain:
         return T
 
     def _fill(self, kind, box, parts, rest):
+        """Set the fields of a family; raises where a parameter isn't used."""
         order = next(iter(parts.values())).shape[0]
         checked_names(rest.get("coordinates"), order)
         for name in ("F",) if kind is SecondOrderSystem else ("B", "B_w"):
@@ -319,6 +320,7 @@ class Uncertain:
 
     @cached_property
     def _corners(self):
+        """The vertices, by Bernstein's form; raises where they are too many."""
         count = self.count
         if count > MOST_VERTICES:
             costs = {k: 2 + (d - 1) * self.pieces[k] for k, d in self.degree.items()}

@@ -27,6 +27,7 @@ class Channel(Requirement):
     inputs: Any
 
     def __post_init__(self):
+        """Check the bound, the outputs, the inputs and the name."""
         if self.bound is not None:
             key = self.plain.key
             put(self, **{key: positive(key, self.bound)})
@@ -69,6 +70,7 @@ class Channel(Requirement):
         return replace(self, **{self.plain.key: bound})
 
     def check(self, request: Any) -> None:
+        """Raise ValueError if the plant of ``request`` lacks outputs or inputs."""
         super().check(request)
         if request.plant.n == 0 and self.outputs is None:
             raise ValueError(

@@ -97,6 +97,7 @@ class QuadraticCost(Requirement):
         ) -> None: ...
 
     def __post_init__(self):
+        """Check the weights and the noise."""
         from .weights import semidefinite_weight, symmetric_weight
 
         if (self.Q is None) == (self.C is None):
@@ -171,6 +172,7 @@ class QuadraticCost(Requirement):
         return {k: v for k, v in super().data().items() if k not in left_out}
 
     def check(self, request: Any) -> None:
+        """Raise ValueError if weights or noise don't fit the ``request``."""
         weight = "Q" if self.C is None else "C"
         rows = request.order if self.C is None else None
         matrix(weight, getattr(self, weight), (rows, request.order))

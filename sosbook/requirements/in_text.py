@@ -14,6 +14,7 @@ class TracedLoop:
     """
 
     def __init__(self, requirement, request, own):
+        """Make the symbols of P, Y, V, the vertex and the own unknowns."""
         d, N, m = request.vertices[0], request.order, request.plant.m
         self.request, slack = request, request.coupling.own_P
         self.called = lambda name: own + re.sub(r"\W", "_", name, flags=re.ASCII)

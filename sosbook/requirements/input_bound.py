@@ -72,6 +72,7 @@ class Saturation(Requirement):
         return replace(self, x0=parts.rest.astype(float) @ self.x0)
 
     def check(self, request: Any) -> None:
+        """Raise ValueError if ``request`` has no input, or x0 doesn't fit."""
         super().check(request)
         if request.plant.m == 0:
             raise ValueError(

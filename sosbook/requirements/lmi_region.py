@@ -41,6 +41,7 @@ class Region:
     parts: tuple
 
     def __post_init__(self):
+        """Check the parts and their names."""
         parts, names = [], set()
         try:
             given = tuple(self.parts)

@@ -29,6 +29,7 @@ class Magnitudes:
     """
 
     def __init__(self, requirement, request, frame):
+        """Split the blocks into a constant and the slopes of p, t and the level."""
         if request.coupling.own_P:
             request = request.apart
         even = _even(requirement.seen(request.mean), request, frame)

@@ -62,6 +62,7 @@ class PoleRegion(Region):
         settling_time: float | None = None,
         overshoot: float | None = None,
     ) -> None:
+        """Check the numbers; other words become sigma and theta."""
         if settling_time is not None:
             if sigma is not None:
                 raise ValueError("give sigma or settling_time, not both")

@@ -20,6 +20,7 @@ class PosedLoop:
     """
 
     def __init__(self, request, number, frame, P, Y, V, levels, own):
+        """Bring the vertices, P, Y and V into the frame and the number type."""
         self.request, self.frame = request, frame
         self.number, self.P, self.Y, self.V = number, P, Y, V
         self.levels, self.own = dict(levels), dict(own)

@@ -48,6 +48,7 @@ class OfKind:
     _owners: ClassVar[dict]
 
     def __init_subclass__(cls, **more):
+        """Register the class for its kind; raises ValueError if it is taken."""
         super().__init_subclass__(**more)
         if OfKind in cls.__bases__:
             cls._owners = {}

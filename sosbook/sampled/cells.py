@@ -92,6 +92,7 @@ class PlantCell:
         return [_turned(x, self.turn) for x in self.P]
 
     def _least(self, box, rate, G):
+        """The least pivot of a ``box`` of clocks, in balls; -inf if unknown."""
         pace, one = arb(exact(rate)), np.eye(len(self.L), dtype=int)
         try:
             several, bent = self.loops(box), self.bent(box)

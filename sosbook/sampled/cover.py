@@ -346,6 +346,7 @@ def _multipliers(loops, bent, rate, held=0):
             unknowns.append(Unknown(f"s{j}", 1))
 
     def write(values, number):
+        """The blocks of each clock and corner."""
         blocks = {}
         for j, (row, W) in enumerate(zip(loops, bent)):
             G = values[f"G{j}"]

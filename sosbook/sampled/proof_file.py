@@ -108,6 +108,7 @@ class SampledProof(ProofFile):
     @classmethod
     @as_written()
     def examine(cls, data):
+        """Prove the loops of a file's ``data`` again, in balls, cell by cell."""
         plant, U = _read_plant(data)
         T, delay = (_read_range(data[x]) for x in ("T", "delay"))
         rate, K = read_number(data["rate"]), _read_controller(data, plant.p)
@@ -296,6 +297,7 @@ def _controller_data(K):
 
 
 def _read_controller(data, p):
+    """The gain or the `SampledSystem` of a file's ``data``."""
     K = data["K"]
     if not isinstance(K, dict):
         return read_array(K, None, None)

@@ -50,6 +50,7 @@ class SampledSystem:
     outputs: tuple = ()
 
     def __post_init__(self):
+        """Check the shapes, the step and the names."""
         D = matrix("D", self.D)
         N = len(np.asarray(self.A))
         for name, shape in (

@@ -36,6 +36,7 @@ class Curve:
     """
 
     def __init__(self, newton, roots, x, direction, change, solve, small, radius=None):
+        """Compute the terms of the curve until its radius is known."""
         self.x = x
         inverse, ball = [_Inverse(d) for d in change], _Ball(x, radius, direction)
         self.rho, self.end, self.terms = 0.0, 1.0, [direction]

@@ -37,6 +37,7 @@ class Hessian:
     """
 
     def __init__(self, stacked, matrix=None):
+        """Plan the products of all pairs of unknowns, once for all points."""
         self.stacks, self.scalars = stacked.stacks, stacked.scalars
         self.matrix, self.adjoint = matrix, stacked.values.adjoint
         self.slabs_from = stacked.settings.slabs_from_rows

@@ -117,6 +117,7 @@ class Arrow:
     """
 
     def __init__(self, stacked, leaf):
+        """Number the variables of the leaves and of the border."""
         self.variables, self.places = stacked.variables, {}
         self.sizes = [0] * (max(leaf) + 1)
         members, border = [[] for _ in self.sizes], [stacked.scalars]

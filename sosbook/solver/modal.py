@@ -23,6 +23,7 @@ class Modal:
     """
 
     def __init__(self, stacked, W, x):
+        """Diagonalise the metric's part in P, and in Y = K P."""
         self.stacked = stacked
         self.P, self.Y = _layouts(stacked)
         groups, metric = [], None

@@ -87,6 +87,7 @@ class Newton(Stacked):
         return self._dense(roots, x, radius)
 
     def _dense(self, roots, x, radius):
+        """The Newton step at ``x`` by a factorised matrix, ridged if it must."""
         if self._hessian is None:
             if not self._fits:
                 raise MemoryError(
@@ -118,6 +119,7 @@ class Newton(Stacked):
         return H
 
     def _iterative(self, roots, x, radius):
+        """The Newton step at ``x`` by conjugate gradients."""
         W = gram(roots)
         modal = Modal(self, W, x)
         s = None if radius is None else radius**2 - x @ x

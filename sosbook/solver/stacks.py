@@ -233,6 +233,7 @@ class _Table:
     """Values from one table of all slopes, which is fast for few variables."""
 
     def __init__(self, owner):
+        """Tabulate every entry's slope in every variable."""
         self.constant = np.concatenate([s.constant.ravel() for s in owner.stacks])
         columns, start = [], 0
         self.parts = []  # of a vector of all entries: place and shape

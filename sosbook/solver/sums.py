@@ -14,6 +14,7 @@ class Sums:
     """Values of an ``owner``'s blocks, their changes, and their adjoint."""
 
     def __init__(self, owner):
+        """Collect the products that share an unknown and a right factor."""
         self.layouts = owner.layouts
         self._belong(owner)
         self.rights, lefts, heights = [], [], []

@@ -46,6 +46,7 @@ def affine_in_quotient(r, request):
 
 
 def _affine(r, request, rng):
+    """True if the blocks of r pass the test with these numbers."""
     d = request.vertices[0]
     N, shapes = len(d.E), [x.shape for x in (d.A, d.Bu, d.Bw)]
     C, Du = exact(d.C), None if d.Du is None else exact(d.Du)

@@ -48,6 +48,7 @@ class Found(ReadOnly):
         return not (self.broken or self.stopped)
 
     def __str__(self):
+        """The rightmost pole found, and what wasn't settled, in words."""
         s = self.pole
         place = f"{s.real:.6g}"
         if abs(s.imag) > AT_EDGE * abs(s):

@@ -35,6 +35,7 @@ class ObserverProblem:
     """
 
     def __init__(self, plant, vertices, K, Q_F, R_F, C, noises):
+        """Choose the coordinates by the mean plant's observer."""
         self.plant, self.vertices, self.K, self.C = plant, vertices, K, C
         self.Q_F, self.R_F, self.noises = Q_F, R_F, noises
         mean = mean_descriptor(vertices)

@@ -63,6 +63,7 @@ def design_asked(
     starts, seed = count("starts", starts, 1), count("seed", seed)
 
     def solved():
+        """The Solution: of a law, a minimum, given gains, or the centre."""
         free = request.coupling.free
         if law is not None and gain is None:
             by_law = later("synthesis.structured.design", "by_law")

@@ -61,6 +61,7 @@ class Request(Shorthand, Derived, ReadOnly):
         law=None,
         **more,
     ):
+        """Check that plant, law, gain, coupling and requirements fit."""
         if isinstance(plant, Prepared):
             plant, K_A = plant.applied(K_A)
         plant = checked_plant(plant)

@@ -178,6 +178,7 @@ class _Vertex:
         return None
 
     def _proof(self, rows, count, Z, U, Q, N):
+        """The exact refusal of some ``rows`` and multipliers, or None."""
         size = np.sqrt(Q.diagonal().real)  # of the rows: free of units
         Z = {key: _scaled(z, 1 / size) for key, z in Z.items()}
         U, N = _scaled(U, 1 / size), N / size[:, None]

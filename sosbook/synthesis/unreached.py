@@ -82,6 +82,7 @@ def refuse_by_response(request, vertices=None):
 
 
 def _at_vertex(request, r, k):
+    """The refusal at vertex k, or None."""
     matrices, gamma = _matrices(request, r, k), r.bounds_response()
     loop = E, A, B, Bw, C, Du, _ = [x.astype(float) for x in matrices]
     if len(C) <= B.shape[1] or not Bw.size:

@@ -50,6 +50,7 @@ class Answers:
         return answer | {"ms": 1000 * (time.perf_counter() - begin)}
 
     def _answer(self, kind, request):
+        """The answer to one ``request`` of a ``kind``."""
         asked = request["asked"]
         if asked.get("rho", np.inf) <= asked.get("sigma", -np.inf):
             return {"status": "infeasible", "reason": EMPTY}

@@ -51,6 +51,7 @@ def _truth(ex):
 
 
 def _wing():
+    """Rows of the wing: its printed and its published matrices."""
     wrong = thesis.delay_example_1()
     wing = thesis.delay_example_1(published=True)
     yield from _misread(wrong, wing)

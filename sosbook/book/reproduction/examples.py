@@ -53,6 +53,7 @@ def _robot(ex):
 
 
 def _car_seat(ex):
+    """Rows of example 2, the car seat."""
     loops = descriptors(Polytope([thesis.car_seat(m) for m in range(70, 121)]), ex.U)
 
     def inside(points):
@@ -89,6 +90,7 @@ def _stiffness(ex, proof):
 
 
 def _motions(ex, loops):
+    """Rows of the car seat's motions, for each reading of its stiffness."""
     t = np.linspace(0, ex.t_end, 2001)
 
     def answer(loop):
@@ -140,6 +142,7 @@ def _complexity(ex):
 
 
 def _signals(ex, d):
+    """Rows of the inputs and errors of example 3, by simulation."""
     limit, x0 = ex.saturation.u_max, ex.saturation.x0
     t = np.concatenate([np.linspace(0, 0.2, 401), np.linspace(0.21, ex.t_end, 2980)])
     free = simulate(d, ex.K, t, x0=x0, K_A=ex.K_A)

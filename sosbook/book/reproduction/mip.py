@@ -73,6 +73,7 @@ def _identified(printed):
 
 
 def _letters(printed):
+    """Rows of the letters c, e, f and r, computed from the printed ratios."""
     q, x, s = printed.ratios, printed.letters, printed.spread
     c = x["d"] / q["d_c"]
     e, f = q["e_c"] * x["c"], q["f_c"] * x["c"]
@@ -124,6 +125,7 @@ def _matrices(printed):
 
 
 def _claims(printed):
+    """Rows of the signs of (4.25) and (4.27) and of the equilibria, by poles."""
     K = printed.pd[1]
 
     def stable(plants):

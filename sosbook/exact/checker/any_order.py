@@ -41,6 +41,7 @@ class AnyOrder:
     """
 
     def __init__(self, d):
+        """Write the text: each side's motions, and the two corners together."""
         t, r, units = Text(d), d["requirement"], d["units"]
         self.t = t
         vertices, N, m, p = sizes = plant(t, d)
@@ -97,6 +98,7 @@ class SumOfPoles:
     """
 
     def __init__(self, d):
+        """Write the text: no gain moves the mean of the poles, and it is too large."""
         t = self.t = Text(d)
         vertices, *size, _ = plant(t, d)
         need(d["U"] == [] and d["gains"], "a law has gains, and no U")

@@ -47,6 +47,7 @@ class Delay:
     """All methods but the first prove stability of e^(delta t) x(t)."""
 
     def __init__(self, d):
+        """Write the text: the functional, and the decay of each vertex."""
         self.t, self.d = Text(d), d
         t, method = self.t, d["method"]
         if method not in LATE:
@@ -158,6 +159,7 @@ class Delay:
         return ["shortest", "longest"]
 
     def _claim(self, tau, delta):
+        """The claim, in words, for the delay ``tau`` and the decay ``delta``."""
         d, mu = self.d, self.mu
         if self.printed:
             return "the LMIs as printed hold: that proves nothing about the loop"

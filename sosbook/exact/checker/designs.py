@@ -38,6 +38,7 @@ class Design:
     """Blocks of P; a requirement of size s has them of P / s, all multiplied by s."""
 
     def __init__(self, d):
+        """Write the text: P, the gain, the blocks of each requirement and pair."""
         self.d, self.t, self.asked = d, Text(d), d["requirements"]
         self.refuted, self.ids, t = "multipliers" in d, {}, self.t
         self.vertices, self.N, self.m, self.p = plant(t, d)

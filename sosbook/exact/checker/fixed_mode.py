@@ -24,6 +24,7 @@ class FixedMode:
     """
 
     def __init__(self, d):
+        """Write the text: rows that no input moves, and their root outside."""
         t = self.t = Text(d)
         vertices, N, m, _ = plant(t, d)
         i, j = (vertex_of(t, k) for k in d["place"])

@@ -144,6 +144,7 @@ MALFORMED = (LookupError, TypeError, AttributeError, ValueError, RecursionError,
 
 
 def main(arguments):
+    """Check the file that ``arguments`` name; return the exit code."""
     try:
         with open(arguments[0], "rb") as file:
             text = file.read(MOST_BYTES + 1)

@@ -44,6 +44,7 @@ class Known:
     """
 
     def __init__(self, d):
+        """Write the text: cells of plants, and each requirement's blocks in them."""
         t, whole = Text(d), d["plant"]
         self.t, self.d, self.means, self.quiet = t, d, {}, ""
         if "parameters" in whole:  # their ranges are cut below
@@ -143,6 +144,7 @@ class Known:
         return cells
 
     def _halves(self, cell, way):
+        """The two halves of a ``cell``, cut across an edge or an axis, ``way``."""
         if self.simplex:
             i, j = way
             good = type(i) is type(j) is int and i != j and {(i,), (j,)} <= cell.keys()

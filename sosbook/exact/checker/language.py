@@ -75,6 +75,7 @@ class Parser:
                 return left
 
     def factor(self):
+        """A factor: a number, a name, a call, a block matrix or brackets."""
         token = self.next()
         if token == "(":
             x = self.expression()
@@ -269,6 +270,7 @@ class Reader:
         return Val(kron(Mat(1, len(row), [row]), eye(size(n))))
 
     def block(self, table):
+        """The matrix of a ``table`` of blocks; 0 fits everywhere."""
         n, m = len(table), len(table[0])
         need(all(len(r) == m for r in table), "the rows of a block matrix differ")
         e = [[None if x == ("mirror",) else self.value(x) for x in r] for r in table]

@@ -10,6 +10,7 @@ class Mass:
     """The symmetric part of M - B K_A exceeds beta^2 at each vertex."""
 
     def __init__(self, d):
+        """Write the text: a block for each vertex that differs."""
         t = self.t = Text(d)
         need(d["plant"]["kind"] == "second order", "this plant has no mass")
         vertices, N, m, _ = plant(t, dict(d, U=[], K_A=None))

@@ -21,6 +21,7 @@ class Observer:
     """
 
     def __init__(self, d):
+        """Write the text: the blocks of [T Theorem 2.5] in the file's coordinates."""
         t = self.t = Text(d)
         c, model = d["coordinates"], d["model"]
         vertices, N, *_ = plant(t, dict(d, U=[], K_A=None))

@@ -37,6 +37,7 @@ class Channel:
     """
 
     def __init__(self, design, r, k, rates=True):
+        """Write the outputs' rows and the inputs' columns of requirement k."""
         self.d, self.k, t = design, k, design.t
         self.names = names_of(t, design.d["plant"])
         self.rows = None

@@ -10,6 +10,7 @@ class Own:
     """LMIs that someone wrote: constants, and terms L X R in unknowns X."""
 
     def __init__(self, d):
+        """Write the text: each block as a sum of a constant and terms L X R."""
         t, names = Text(d), {}
         self.t, words = t, d.get("statement", [])
         good = isinstance(words, list) and all(isinstance(w, str) for w in words)

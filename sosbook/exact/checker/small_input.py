@@ -29,6 +29,7 @@ class SmallInput:
     """
 
     def __init__(self, d):
+        """Enclose a part of the plant, and write the block of its multipliers."""
         design = Design(d)
         t = self.t = Text({k: x for k, x in d.items() if k != "multipliers"})
         _, N, m, _ = plant(t, d)

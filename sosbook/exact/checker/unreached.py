@@ -15,6 +15,7 @@ class UnreachedResponse:
     """
 
     def __init__(self, d):
+        """Write the text: v and y, which no input reaches, at s."""
         t = self.t = Text(d)
         r, at = d.get("requirement", {}), (d, "bound")
         if r:  # with outputs or inputs of its own

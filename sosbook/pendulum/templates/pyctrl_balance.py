@@ -95,6 +95,7 @@ class Balance(Filter, BufferBlock):
         self.rows, self.logging, self.heard, self.last = [], False, 0.0, 0.0
 
     def write(self, theta, theta_dot, encoder1, encoder2):
+        """One tick: read the sensors, run the law, set the motors, log a row."""
         run, now = self.run, self.clock()
         tilt, gyro = TURN * (theta + MOUNT), TURN * theta_dot
         left, right = ENCODER_POLARITY

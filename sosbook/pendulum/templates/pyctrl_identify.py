@@ -41,6 +41,7 @@ class Record(Filter, BufferBlock):
         self.rows, self.turns, self.first = [], 0.0, None
 
     def write(self, theta_dot, encoder1, encoder2):
+        """One tick: set the motors by the chirp and keep a row of the log."""
         now = self.clock()
         volts, sides = 0.0, (1, 1)
         if len(self.rows) < ROWS:

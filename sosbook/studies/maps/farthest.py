@@ -92,6 +92,7 @@ def farthest(
     held, first = (low, high) if end == "high" else (high, low)
 
     def holds(value):
+        """True if the family up to ``value`` is feasible; keeps the design."""
         check_time()
         design, singular = None, ""
         ends = list(getattr(plants.box, end))

@@ -102,6 +102,8 @@ def finished(function, points, n_jobs=None, retries=3):
 
 
 def _run(function, batch, n_jobs):
+    """Yield (place, result) of the points of a ``batch``."""
+
     def call(place, point):  # pickled by value: no import of the package
         try:
             return place, function(point)

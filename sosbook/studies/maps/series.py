@@ -54,6 +54,7 @@ def designs(plant, specifications, n_jobs=None, progress=True):
             )
 
     def solve(run):
+        """The designs of a run of specifications, each started from the last."""
         designs_of_run, last = [], {}  # by the shape of U, and whether there is a law
         for asked in run:
             law = asked.get("law")

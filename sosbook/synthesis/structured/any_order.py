@@ -254,9 +254,11 @@ def _problems(d, C, Dyw, gamma):
         return
 
     def problem(names, signed):
+        """(LMIProblem, the file's data) of some sides."""
         known = [name for name in names if name in sizes]
 
         def write(values, number):
+            """The blocks of the sides, and of P if it is ``signed``."""
             exactly = number(np.array([1.0])).dtype == object
 
             def data(x):

@@ -89,6 +89,7 @@ class Objective:
         self.axis = [(np.zeros((1, 1)), np.eye(1), 2 * task.rate)]
 
     def __call__(self, x):
+        """(value, slope) at x; a point beyond the limits is charged for it."""
         kappa = x * self.unit
         value, S = self._of(self.loops.K(kappa))
         if not np.isfinite(value):
@@ -111,6 +112,7 @@ class Objective:
         return value, slope
 
     def _of(self, K):
+        """(value, slope with respect to K) of the loops under K."""
         task = self.task
         poles = slopes.Poles(self.loops, K)
         if not np.isfinite(poles.s).all():
