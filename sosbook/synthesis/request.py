@@ -16,7 +16,6 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import gain_of
 from ..plants.kinds import Prepared, checked_plant
 from ..plants.near_box import NearBox
-from ..plants.sensed import asked_of
 from ..requirements.blocks import BlockTable
 from ..requirements.posed import OnDemand, PosedLoop
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
@@ -137,6 +136,8 @@ class Request(Shorthand, Derived, ReadOnly):
         """The requirement on the loop with the law that a requirement ``r`` of the
         plant makes.
         """
+        from ..plants.sensed import asked_of
+
         return asked_of(self.plant, r).joined(self.law_parts)
 
     @cached_property
