@@ -16,7 +16,14 @@ from sosbook.requirements.stability import Stability
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import margin
-from sosbook.synthesis import centre, cutting, feasibility, pair_stacks, proofs
+from sosbook.synthesis import (
+    centre,
+    cutting,
+    feasibility,
+    pair_stacks,
+    proofs,
+    small_input,
+)
 from sosbook.synthesis.cutting import Cuts
 from sosbook.synthesis.pair_stacks import named_margins, pair_margins
 from sosbook.synthesis.request import Request
@@ -348,7 +355,7 @@ def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
 
     refuse = ScaledLMIs.refuse
     monkeypatch.setattr(feasibility, "search", search)
-    monkeypatch.setattr(feasibility, "refused_by_input", lambda *_: None)
+    monkeypatch.setattr(small_input, "refuse_by_input", lambda *_: None)
     monkeypatch.setattr(ScaledLMIs, "refuse", proof)
     design = sos.design_pid(**asked)
     assert design.status == "infeasible" and whole == [False, True]

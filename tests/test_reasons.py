@@ -11,7 +11,14 @@ import sosbook as sos
 from sosbook.exact.refusal import Refusal
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.solver.loop import Unbounded
-from sosbook.synthesis import feasibility, objectives, reasons, regularization, slack
+from sosbook.synthesis import (
+    feasibility,
+    objectives,
+    reasons,
+    regularization,
+    slack,
+    steps,
+)
 
 ONE = [[1.0]]
 
@@ -130,7 +137,7 @@ def test_each_reason_is_given_where_it_holds(words, monkeypatch):
 def test_words_that_no_request_gives_are_known():
     """Each f-string of a reason belongs to a request above or to the list below."""
     rare = {  # need numerics that fail in a way of their own
-        "The numerics found a point whose margin": feasibility,
+        "The numerics found a point whose margin": steps,
         "Nothing was found with the slack scalars": slack,
         "No point was found from where": objectives,
         "Exact multipliers exclude all": reasons,

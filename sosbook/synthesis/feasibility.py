@@ -16,20 +16,28 @@ from ..runtime.time_limit import (
 from ..solver.loop import LONGEST_SOLUTION
 from .centre import centred, finish, too_many
 from .cutting import Cuts, few_decide, few_refuse
-from .payments import NOT_PAID
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
+from .steps import (
+    MODE,
+    WITHOUT_LMIS,
+    Case,
+    Step,
+    by_mode,
+    by_multipliers,
+    taken,
+    without_lmis,
+)
 
 FROM_STATES = 40  # a smaller plant has its centre in less than a second
-ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
 CENTRE_SECONDS = 5.0  # for a centre, where an equation has answered already
 ODD_MASS = (
     "M isn't positive definite, so that some motion has a negative kinetic energy: is "
     "a sign wrong, or are rows and columns in another order?"
 )
+STOPPED = "Stopped on the way to the centre: this is some point inside."
 NO_LEAST = "No equation gave a point inside the blocks: K is found by a search."
-MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
 
 
 def guarded(request, seconds, work):
@@ -133,21 +141,29 @@ def closer(lmis, near):
 
 
 def answer(request, refuse=True, first=None, prefer=None):
-    """The Solution of a ``request`` that leaves nothing open. Without ``refuse`` it is
-    undecided where floats find no point: what excludes every point isn't looked for.
-    ``first`` is what `search` has found, if known, and ``prefer`` which gain, in
-    `design_pid`'s words.
+    """The Solution of a ``request`` that leaves nothing open, by the first of the
+    `STEPS` that has one. Without ``refuse`` it is undecided where floats find no point:
+    what excludes every point isn't looked for. ``first`` is what `search` has found, if
+    known, and ``prefer`` which gain, in `design_pid`'s words.
     """
-    found = None
-    if prefer == "least" or (first is None and request.order >= FROM_STATES):
-        from .starting_points import point
+    return taken(STEPS, Case(request, refuse, first, prefer))
 
-        found = point(request)
+
+def refused(first):
+    """The Solution of a request for which `search` found no point but ``first``, by the
+    `REFUSALS`: "infeasible" with an exact proof, or undecided.
+    """
+    return taken(REFUSALS, Case(first.problem.request, first=first))
+
+
+def _by_equation(case):
+    """The gain of an equation, or the centre where there is time for it."""
+    from .starting_points import point
+
+    request, prefer = case.request, case.prefer
+    found = point(request)
     if found is None:
-        solution = _searched(request, refuse, first)
-        if prefer == "least" and solution.status == "feasible":
-            return replace(solution, reason=f"{NO_LEAST} {solution.reason}".strip())
-        return solution
+        return None
     poles_alone = all(r.pole_matrices() is not None for r in request.requirements)
     alone = request.gain is not None or prefer == "least"
     if alone or (poles_alone and prefer is None):
@@ -160,158 +176,101 @@ def answer(request, refuse=True, first=None, prefer=None):
     return centre if centre.status == "feasible" else found
 
 
-def _searched(request, refuse, first):
-    """The Solution that a search finds, or a refusal; see `answer`."""
-    # where the poles of a given gain seem to lie right, their exact places take long
-    K, large = request.gain, request.order > MODES_FIRST_ABOVE_STATES
-    placed = large and K is not None and request.kept_by(K, request.of_poles)
-    if large and not placed:  # sooner known than phase one begins
-        solution = _by_mode(request)
-        if solution is not None:
-            return solution
-    first = first or search(request)
-    if first.values is None:
-        if not refuse:
-            text = (
-                "The numerics found no point; a proof that there is none isn't asked."
-            )
-            return Solution(request, "undecided", request.gain, reason=text)
-        solution = refused(first)
-        few = first.problem.pairs is not None
-        if solution.status != "undecided" or not few or too_many(request):
-            return solution
-        first = search(request, whole=True)  # all pairs may exclude what few don't
-        if first.values is None:
-            return refused(first)
+def _by_search(case):
+    case.first = search(case.request)
+
+
+def _by_all_pairs(case):
+    case.first, case.whole = search(case.request, whole=True), True
+
+
+def _by_centre(case):
+    """The analytic centre from the point that the search found."""
+    lmis, values = case.first.problem, case.first.values
     try:
-        solution = finish(first.problem, first.values)
+        found = finish(lmis, values)
     except OutOfTime:
-        solution = first.problem.solution(first.values)
-        text = "Stopped on the way to the centre: this is some point inside."
-        return replace(solution, reason=text)
-    if solution.status == "feasible":
-        return solution
-    mode = _by_mode(request)
-    if mode is not None:
-        return mode
-    least = min(solution.margins, key=solution.margins.get)
-    reason = (
-        f"The numerics found a point whose margin, {solution.margins[least]:.1g} of "
-        f"the block {str(least)!r}, is below what floats can tell from zero; exact "
-        "arithmetic doesn't confirm it."
-    )
-    reason = reason if request.near is None else NOT_PAID
-    if solution.margins[least] < -ROUNDING_MARGIN:  # no point at all
-        return Solution(request, "undecided", request.gain, reason=reason)
-    return replace(solution, reason=reason)
+        found = replace(lmis.solution(values), reason=STOPPED)
+        if found.status != "feasible":
+            return found
+    if found.status != "feasible":
+        case.poor = found
+        return None
+    least = NO_LEAST if case.prefer == "least" else ""
+    return replace(found, reason=f"{least} {found.reason}".strip())
 
 
-def refused(first):
-    """The Solution of a request for which `search` found no point but ``first``:
-    "infeasible" where a mode that no gain moves, or multipliers, exclude every point in
-    exact arithmetic.
-    """
-    from .reasons import NO_COMMON_P, why_refused
-
-    request, frame, Z = first.problem.request, first.problem.frame, first.multipliers
-    if first.problem.pairs is not None:  # some blocks have none
-        Z = None
-    certain = without_lmis(request)
-    if certain is not None:
-        return replace(certain, frame=frame, multipliers=Z)
-    refusal = Solution(request, "undecided", request.gain, frame=frame, multipliers=Z)
-    proof = first.infeasibility
-    if proof is not None:
-        text = "Exact multipliers of the LMIs exclude every solution"
-        text = f"{request.subject(text)}."
-        if len(request.distinct) > 1 and len(request.lyapunov) == 1:
-            text = f"{text} {NO_COMMON_P}"
-        return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
-    return refused_by_input(request, refusal) or replace(
-        refusal, reason=why_refused(first)
-    )
-
-
-def refused_by_input(request, refusal):
-    """The Solution of a ``request`` whose input bound is provably too small, from an
-    undecided one, ``refusal``; else None.
-    """
+def _by_input(case):
+    """Refuse a ``case`` whose input bound is too small for its slow modes."""
     from .reasons import listed
     from .small_input import input_bound, refuse_by_input
 
-    proof = refuse_by_input(request, search)
+    request, proof = case.request, refuse_by_input(case.request, search)
     if proof is None:
         return None
-    modes, where = proof.modes, ""
-    if len(request.vertices) > 1:
-        where = f" of vertex {proof.place + 1}"
+    many = len(request.vertices) > 1
+    where = f" of vertex {proof.place + 1}" if many else ""
     bound = input_bound(request)
     text = (
         f"By these LMIs {bound.parameter.key} = {bound.bound:g} is too small to move "
-        f"the modes{where} at {listed(modes)} rad/s from x0 to where they are asked: "
-        "exact multipliers of their part of the plant exclude every solution."
+        f"the modes{where} at {listed(proof.modes)} rad/s from x0 to where they are "
+        "asked: exact multipliers of their part of the plant exclude every solution."
     )
-    return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
+    return case.left(text, "infeasible", proof)
 
 
-def _by_mode(request):
-    """The Solution of a ``request`` that some mode excludes, or None."""
-    from .fixed_mode import refuse_by_mode
-
-    mode = refuse_by_mode(request)
-    return None if mode is None else refused_by(request, mode)
+def _excluded(case):
+    return case.excluded
 
 
-def without_lmis(request):
-    """The refusal of a ``request`` by a mode, response or mass: a Solution or None."""
-    from .at_once import refuse_at_once
-    from .fixed_mode import refuse_by_mass
-    from .unreached import refuse_by_response
+def _of_input(case):
+    from .small_input import input_bound
 
-    if request.law is not None:  # its gain isn't the state's
-        return None
-    mode = _by_mode(request)
-    if mode is not None:
-        return mode
-    response = refuse_by_response(request)
-    if response is not None:
-        claim = response.claims[0]
-        text = f"{claim[0].upper()}{claim[1:]}: no input reaches that response."
-        return _infeasible(request, text, response)
-    loud = refuse_at_once(request)
-    if loud is not None:
-        claim = loud.claims[0]
-        text = f"{claim[0].upper()}{claim[1:]}: w is louder than that in y at once."
-        return _infeasible(request, text, loud)
-    mass = refuse_by_mass(request)
-    if mass is None:
-        return None
-    i, j = (k + 1 for k in mass.vertices)
-    text = f"Between the vertices {i} and {j} a plant has a singular mass matrix."
-    return _infeasible(request, text, mass)
+    return case.excluded and input_bound(case.request) is not None
 
 
-def _infeasible(request, text, proof):
-    solution = Solution(request, "infeasible", request.gain, reason=text)
-    return replace(solution, infeasibility=proof)
+#: What excludes every gain where `search` found no point, in this order.
+REFUSALS = (
+    *WITHOUT_LMIS,
+    Step("multipliers", "the search's, made exact", _excluded, by_multipliers),
+    Step("an input that is too small", "a search for slow modes", _of_input, _by_input),
+)
 
-
-def refused_by(request, certificate):
-    """The Solution of a request that a mode excludes, by a certificate."""
-    mode = certificate.mode
-    i, j = (k + 1 for k in certificate.place)
-    where = (
-        f" of vertex {i}" if i == j else f" halfway between the vertices {i} and {j}"
-    )
-    where = "" if len(request.vertices) == 1 else where
-    whose = "This gain leaves" if request.plant.m else "This loop has"
-    text = f"{whose} a pole{where} at {mode:.4g} rad/s"
-    if request.gain is None:
-        text = (
-            f"No gain moves the mode{where} at {mode:.4g} rad/s: it is uncontrollable"
-        )
-    text = f"{text}, which violates {certificate.requirement}."
-    return _infeasible(request, text, certificate)
+#: What is tried for an answer, in this order; the first Solution is it.
+STEPS = (
+    Step(
+        "an equation",
+        "Riccati equations; of large plants, or for the least gain",
+        lambda c: (
+            c.prefer == "least" or (c.first is None and c.request.order >= FROM_STATES)
+        ),
+        _by_equation,
+    ),
+    Step(MODE, "exact poles; of large plants", lambda c: c.large, by_mode),
+    Step(
+        "a search",
+        "phase one in up to four frames",
+        lambda c: c.first is None,
+        _by_search,
+    ),
+    *REFUSALS,
+    Step(
+        "a search with all pairs",
+        "phase one with every block; where few pairs left it open",
+        lambda c: (
+            c.excluded and c.first.problem.pairs is not None and not too_many(c.request)
+        ),
+        _by_all_pairs,
+    ),
+    Step(
+        "multipliers of all pairs",
+        "the search's, made exact",
+        lambda c: c.excluded and c.whole,
+        by_multipliers,
+    ),
+    Step("the centre", "Newton's steps", lambda c: c.inside, _by_centre),
+    Step(MODE, "exact poles; at the edge", lambda c: c.poor is not None, by_mode),
+)
 
 
 def follow(request, start):

@@ -1,0 +1,208 @@
+"""The steps by which a request gets its answer, and those that refuse it exactly."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from ..runtime.later import later
+from .payments import NOT_PAID
+from .request import Request
+from .solution import Solution
+
+ROUNDING_MARGIN = 1e-6  # a margin below minus that is no rounding error
+MODES_FIRST_ABOVE_STATES = 20  # from here on, looking for fixed modes first is cheap
+TOO_NEAR = (
+    "The numerics found a point whose margin, {:.1g} of the block {!r}, is below what "
+    "floats can tell from zero; exact arithmetic doesn't confirm it."
+)
+NOT_ASKED = "The numerics found no point; a proof that there is none isn't asked."
+
+
+@dataclass
+class Case:
+    """A ``request`` on its way through the steps: whether to ``refuse`` it, and which
+    gain to ``prefer``, as in `answer`; ``first``: what `search` found last; ``whole``:
+    whether with all pairs; ``poor``: a Solution whose margins floats can't tell from
+    zero; ``tried``: the names of the steps so far.
+    """
+
+    request: Request
+    refuse: bool = True
+    first: Any = None
+    prefer: str | None = None
+    whole: bool = False
+    poor: Solution | None = None
+    tried: list = field(default_factory=list)
+
+    @property
+    def inside(self):
+        """True if a search found a point."""
+        return self.first is not None and self.first.values is not None
+
+    @property
+    def excluded(self):
+        """True if a search found none, and a proof that there is none is asked."""
+        return self.refuse and not self.inside
+
+    @property
+    def large(self):
+        """True if a mode that no gain moves is sooner known than phase one begins."""
+        K, large = self.request.gain, self.request.order > MODES_FIRST_ABOVE_STATES
+        if not large or K is None:
+            return large
+        # where its poles seem to lie right, their exact places take long
+        return not self.request.kept_by(K, self.request.of_poles)
+
+    def left(self, text="", status="undecided", proof=None):
+        """The Solution of a ``status`` without a point, its reason a ``text``, with a
+        ``proof`` and what a search left of multipliers.
+        """
+        more, first = {}, self.first
+        if first is not None and first.values is None:
+            whole = first.problem.pairs is None  # else some blocks have none
+            Z = first.multipliers if whole else None
+            more = dict(frame=first.problem.frame, multipliers=Z)
+        K = self.request.gain
+        found = Solution(self.request, status, K, reason=text, **more)
+        return replace(found, infeasibility=proof)
+
+    def undecided(self):
+        """The Solution after the last step: what was seen, and what was tried."""
+        from .reasons import why_refused
+
+        tried = f"Tried: {', '.join(dict.fromkeys(self.tried))}."
+        if self.poor is not None:
+            least = min(self.poor.margins, key=self.poor.margins.get)
+            margin = self.poor.margins[least]
+            paid = self.request.near is None
+            text = TOO_NEAR.format(margin, str(least)) if paid else NOT_PAID
+            if margin < -ROUNDING_MARGIN:  # no point at all
+                return self.left(f"{text} {tried}")
+            return replace(self.poor, reason=f"{text} {tried}")
+        text = why_refused(self.first) if self.refuse else NOT_ASKED
+        return self.left(f"{text} {tried}")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing to try for an answer. Its ``name`` and its ``cost`` in words, whether
+    it ``applies`` to a `Case`, and what ``tries`` it: a Solution, or None to go on.
+    """
+
+    name: str
+    cost: str
+    applies: Callable[[Case], bool]
+    tries: Callable[[Case], Solution | None]
+
+
+def taken(steps, case):
+    """The first Solution that the ``steps`` have for a ``case``; else what is left."""
+    for step in steps:
+        if step.applies(case):
+            case.tried.append(step.name)
+            solution = step.tries(case)
+            if solution is not None:
+                return solution
+    return case.undecided()
+
+
+def by_mode(case):
+    """Refuse a ``case`` by a pole that no gain moves to where it is asked."""
+    from .fixed_mode import refuse_by_mode
+
+    request, proof = case.request, refuse_by_mode(case.request)
+    if proof is None:
+        return None
+    mode, (i, j) = proof.mode, (k + 1 for k in proof.place)
+    where = (
+        f" of vertex {i}" if i == j else f" halfway between the vertices {i} and {j}"
+    )
+    where = "" if len(request.vertices) == 1 else where
+    whose = "This gain leaves" if request.plant.m else "This loop has"
+    text = f"{whose} a pole{where} at {mode:.4g} rad/s"
+    if request.gain is None:
+        text = f"No gain moves the mode{where} at {mode:.4g} rad/s: "
+        text += "it is uncontrollable"
+    text = f"{text}, which violates {proof.requirement}."
+    return case.left(text, "infeasible", proof)
+
+
+def _by_claim(home, name, why):
+    """A function that tries a proof by the function ``name`` of a module, ``home``: the
+    reason is its claim, and ``why``.
+    """
+
+    def tries(case):
+        proof = later(f"synthesis.{home}", name)(case.request)
+        if proof is None:
+            return None
+        claim = proof.claims[0]
+        text = f"{claim[0].upper()}{claim[1:]}: {why}."
+        return case.left(text, "infeasible", proof)
+
+    return tries
+
+
+def _by_mass(case):
+    from .fixed_mode import refuse_by_mass
+
+    proof = refuse_by_mass(case.request)
+    if proof is None:
+        return None
+    i, j = (k + 1 for k in proof.vertices)
+    text = f"Between the vertices {i} and {j} a plant has a singular mass matrix."
+    return case.left(text, "infeasible", proof)
+
+
+def by_multipliers(case):
+    """Refuse a ``case`` by the multipliers that its search left."""
+    from .reasons import NO_COMMON_P
+
+    request, proof = case.request, case.first.infeasibility
+    if proof is None:
+        return None
+    text = f"{request.subject('Exact multipliers of the LMIs exclude every solution')}."
+    if len(request.distinct) > 1 and len(request.lyapunov) == 1:
+        text = f"{text} {NO_COMMON_P}"
+    return case.left(text, "infeasible", proof)
+
+
+def _of_the_state(case):
+    return case.excluded and case.request.law is None  # else K isn't the state's
+
+
+def _of_a_response(case):
+    bounds = (r.bounds_response() for r in case.request.requirements)
+    return _of_the_state(case) and any(bound is not None for bound in bounds)
+
+
+def _between(case):
+    return _of_the_state(case) and case.request.coupling.between
+
+
+MODE = "a mode that no gain moves"
+
+#: What excludes every gain without a search.
+WITHOUT_LMIS = (
+    Step(MODE, "exact poles of each vertex", _of_the_state, by_mode),
+    Step(
+        "a response that no input reaches",
+        "exact norms at some frequencies",
+        _of_a_response,
+        _by_claim("unreached", "refuse_by_response", "no input reaches that response"),
+    ),
+    Step(
+        "a disturbance in y at once",
+        "an exact product",
+        _of_a_response,
+        _by_claim("at_once", "refuse_at_once", "w is louder than that in y at once"),
+    ),
+    Step("a singular mass", "exact determinants", _between, _by_mass),
+)
+
+
+def without_lmis(request):
+    """The refusal of a ``request`` by a mode, response or mass: a Solution or None."""
+    case = Case(request)
+    tries = (step.tries(case) for step in WITHOUT_LMIS if step.applies(case))
+    return next((found for found in tries if found is not None), None)
