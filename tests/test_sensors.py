@@ -335,3 +335,32 @@ def test_a_loop_with_late_sensors_is_one_object():
     assert states == ["floor", "top", "floor'", "top'", "acc", "force"]
     asked = sos.Output(position=[[0, 1]]) & sos.Output(input=0.1)
     assert loop.prove(sos.HInfinity(9.0, outputs=asked)).proven
+
+
+def test_every_door_takes_a_plant_and_what_reads_it():
+    """A design and a controller are of the plant that was given, sensors or not."""
+    pair = sos.Polytope([tower(3, 1), tower(4, 1)])
+    d = sos.analyse_pid(pair, GAINS, law=LAW)
+    assert d.its_law()[0].readings(pair).names == ("floor", "acc", "force")
+    again = sos.analyse_pid(pair, d)
+    assert (again.poles() == d.poles()).all()
+    written = sos.Loop.read(json.loads(json.dumps(d.loop.data())))
+    assert d.loop.plant is pair and np.allclose(written.poles(), d.poles())
+    assert sos.analyse_delay(pair, d, tau=0.01, mu=0).status == "feasible"
+    c = d.controller(T=0.02, delay=0.02)
+    assert sos.furthest_sampled(pair, c, T=(0.019, 0.02)).proven
+    assert sos.certify_sampled(pair, c, T=0.02, delay=0.02).proven
+    with pytest.raises(ValueError, match="closed by the names"):
+        sos.certify_sampled(tower(5, 1), c, T=0.02, delay=0.02)
+    with pytest.raises(ValueError, match="K_A is given with a law of late sensors"):
+        sos.analyse_pid(pair, GAINS, law=LAW, K_A=np.zeros((2, 2)))
+
+
+def test_modes_that_late_sensors_dont_see_are_refused():
+    """An accelerometer sees no cart at rest, wherever it is; nor another's motion."""
+    law = sos.DynamicLaw(1, sensors=sos.Output(acceleration=[[1, 0]]), lag=0.02)
+    two = sos.SecondOrderSystem(np.eye(2), 0 * np.eye(2), np.diag([0, 4]), [[1], [1]])
+    d = sos.design_pid(two, law=law, starts=1)
+    assert d.status == "infeasible" and d.infeasibility.proven
+    whole = sos.DynamicLaw(1, sensors=sos.Output(position=[[1, 1]]))
+    assert sos.design_pid(two, law=whole, starts=1).status != "infeasible"

@@ -20,7 +20,7 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import Gain, input_names, named
 from ..plants.outputs import Output
 from ..plants.sensed import Readings, corners, kept, sensed
-from ..runtime.read_only import ReadOnly
+from ..runtime.read_only import ReadOnly, put
 from .structure import Structure
 
 __all__ = ["Law", "LawGain", "Parts", "Structure"]
@@ -192,10 +192,13 @@ class Law(ABC, ReadOnly):
     rates: Any = None
     noise: Any = None
     lag: Any = None
-    places: Any = None  # of the first so many readings; None: it is seen by the rows
+    places: Any = None  # which readings are of places; None: it is seen by the rows
+    given: Any = None  # the law that `on` was asked of
 
     def readings(self, plant: Any) -> Readings:
         """The readings of a ``plant``, those of ``sensors`` first."""
+        if self.given is not None and getattr(plant, "sensed", None) is None:
+            return self.given.readings(plant)
         seen = Readings.of(plant, self.sensors, self.rates)
         if self.lag is None and seen.late.any():
             raise ValueError(
@@ -213,15 +216,13 @@ class Law(ABC, ReadOnly):
         """The ``plant`` with those sensors as states that are late, and the law of its
         readings; both as they are where none is.
         """
-        seen = self.readings(plant)
+        seen, asked = self.readings(plant), self.given or self
         if not seen.late.any():
             return plant, self
-        new, (first, rest) = copy(self), seen.outputs()
-        for name, x in dict(sensors=first, rates=rest, places=seen.places).items():
-            object.__setattr__(new, name, x)
-        for name in ("noise", "lag"):
-            object.__setattr__(new, name, None)
-        return sensed(plant, seen, self.lag), new
+        new, (first, rest) = copy(asked), seen.outputs()
+        put(new, sensors=first, rates=rest, noise=None, lag=None)
+        put(new, places=seen.places, given=asked)
+        return sensed(plant, seen, asked.lag), new
 
     @abstractmethod
     def parts(self, plant: Any) -> Parts:

@@ -141,6 +141,7 @@ class Sensed(ReadOnly):
     states: tuple
     rows: np.ndarray
     n: int
+    bare: object
 
     @property
     def rest(self):
@@ -169,6 +170,13 @@ class _Joined:
     rows: np.ndarray
     states: tuple
     rest: np.ndarray
+
+
+def plant_of(plant, K):
+    """The ``plant``, with the sensors of a `Controller` K if it is that of K."""
+    own = getattr(K, "plant", None)
+    known = getattr(own, "sensed", None)
+    return plant if known is None or known.bare != plant else own
 
 
 def asked_of(plant, r):
@@ -208,7 +216,7 @@ def sensed(plant, seen, lag):
     parts = (exact(x[late]) for x in (seen.C, seen.Ca, seen.Du, seen.Dw))
     function = partial(_with_lags, *parts, exact(lag))
     names = (*signals(plant), *np.array(seen.names, object)[late])
-    known = Sensed(names, seen.C[late], seen.n)
+    known = Sensed(names, seen.C[late], seen.n, plant)
     if plant.family is not None:
         return joined_family(plant.family, function, sensed=known).polytope()
     vertices = plant.vertices

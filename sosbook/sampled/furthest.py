@@ -7,6 +7,7 @@ from ..exact.proof import Stopped
 from ..laws.taken import is_controller
 from ..plants.checks import positive
 from ..plants.kinds import Plant, checked_plant
+from ..plants.sensed import plant_of
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .channel import checked_norm
@@ -62,7 +63,7 @@ def furthest_sampled(
     >>> proof.proven, round(proof.T[1], 2)
     (True, 1.73)
     """
-    plant = checked_plant(plant)
+    plant = plant_of(checked_plant(plant), K)
     K = by_name(K, plant, asked.get("U"), T, delay)
     slowest = asked.pop("rate", 1.0)
     ranges = {"T": T, "delay": delay, "rate": (slowest, 0.0)}

@@ -11,7 +11,7 @@ from ..exact.proof import DIGITS, Stopped, first_proven, proven_within
 from ..laws.taken import is_controller
 from ..plants.checks import count, finite, positive
 from ..plants.kinds import Plant, checked_plant
-from ..plants.sensed import asked_of
+from ..plants.sensed import asked_of, plant_of
 from ..requirements.base import Requirement
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
@@ -122,7 +122,7 @@ def certify_sampled(
       longer than its interval
     """
     rate, centre = _rate(rate), finite("centre", centre)
-    plant = checked_plant(plant)
+    plant = plant_of(checked_plant(plant), K)
     clocks, floats = TimeBox.of(T, delay), input_vertices(plant, U)
     if centre and (clocks.varies or abs(centre) + rate > 1):
         raise ValueError(

@@ -127,12 +127,16 @@ class Gains(Result[Proven]):
     @property
     def loop(self) -> Any:
         """The `Loop` of the plant under this gain."""
-        law = self._law or later("laws", "FullState")(self.request.U)
-        return later("loops", "Loop")(self.request.plant, law, super()._gain())
+        plant, (law, K) = self.request.plant, self.its_law()
+        if law is None:
+            law, K = later("laws", "FullState")(self.request.U), super()._gain()
+        known = getattr(plant, "sensed", None)
+        return later("loops", "Loop")(known.bare if known else plant, law, K)
 
     def its_law(self) -> tuple:
         """The law and its numbers, for what takes any controller; or None and self."""
-        return (None, self) if self._law is None else (self._law, super()._gain())
+        law = self._law
+        return (None, self) if law is None else (law.given or law, super()._gain())
 
     def _gain(self):
         """The gain from the state to u; with a law its K is another one."""
