@@ -7,7 +7,8 @@ from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused, definite
 from .checker.subject import subject
 
-LONGEST, SECONDS = 100_000, 2.0  # letters of a file, and what the kernel may take
+LONGEST, SECONDS = 45_000, 0.6  # letters of a file, and what the kernel may take:
+# beyond them the libraries, which take as long to import, are faster
 GAINS = ("design", "known gain", "delay", "regularization")  # kinds about a gain
 NOT_DECIDED = "this says nothing about the proof; "
 
