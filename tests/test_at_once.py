@@ -96,6 +96,7 @@ def weighted(order, Wp=((2 / 3, -2.2 / 3, 1 / 3), (1, 0.2 / 3, 0.01 / 3))):
     return plant, sos.DynamicLaw(order, position=[[1, 1, 0, 0]], noise=[[-1]])
 
 
+@pytest.mark.campaign  # in the gate test_any_order compares a search with the least
 def test_a_higher_order_comes_as_near_the_least_of_all():
     plant, law = weighted(4)
     design = sos.design_pid(plant, law=law, minimize="gamma", starts=2)

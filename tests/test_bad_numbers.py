@@ -105,13 +105,20 @@ def test_whatever_is_asked_gets_an_answer(entries, sigma, gamma, u_max, K):
             assert type(error) is ValueError, error
             return
         # a gain that is no centre has a reason, too: which one it is
-        assert d.reason or (d.status == "feasible" and d.central is not False)
+        all_of_it = d.status == "feasible" and d.central is not False
+        assert all_of_it == (d.reason == "")
         if d.status == "feasible":
             assert d.K is not None
             assert min(d.margins.values()) > 0 or d.certify(17).proven
         if d.status == "infeasible":
             assert d.infeasibility.proven
         assert isinstance(d.advice, str)
+
+
+def test_advice_ends_where_no_file_holds_the_neighbours_numbers():
+    bead = sos.SecondOrderSystem(1e-99, 0, 0, 1e-99, 0)
+    design = sos.design_pid(bead, gamma=1e-9, saturation=sos.Saturation(1e-9, [1, 0]))
+    assert design.status == "undecided" and design.advice
 
 
 ONE = sos.SecondOrderSystem(1, 1, 1, 1, 1)

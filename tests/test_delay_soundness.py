@@ -7,6 +7,7 @@ larger multiplier, and V grows on no motion, however the delay varies.
 """
 
 from functools import cache
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -230,6 +231,45 @@ def test_v_of_an_analysis_grows_on_no_motion(changes):
     assert d.slowest_decay()[0] > asked["delta"]
     for k, delay in enumerate(signals(d.request, 5)):
         assert growth(d, motion(d, delay, k)) < 1e-6, delay
+
+
+def slowest_switched(design, seconds=8.0, h=0.002):
+    """The slowest decay of a loop whose plant and delay are chosen at each step, by
+    what a motion does: a spring is stiff on the way out and soft on the way back.
+    """
+    pairs, request = loops(design), design.request
+    low, high = (round((request.tau + s * request.mu) / h) for s in (-1, 1))
+    found = []
+    for plant, fast, slow in product((1, -1), (low, high), (low, high)):
+        x = [np.eye(2)[0]] * (high + 1)
+        for _ in range(round(seconds / h)):
+            out = x[-1][0] * x[-1][1] * plant > 0
+            (A, A_d), late = pairs[int(out)], fast if out else slow
+            middle = x[-1] + h / 2 * (A @ x[-1] + A_d @ x[-1 - late])
+            seen = (x[-1 - late] + x[-late]) / 2 if late > 1 else x[-1]
+            x.append(x[-1] + h * (A @ middle + A_d @ seen))
+        size, part = np.linalg.norm(x, axis=1), round(seconds / h / 4)
+        first, last = size[part : 2 * part].max(), size[-part:].max()
+        found.append(np.log(first / last) / (2.5 * part * h))
+    return min(found)
+
+
+@pytest.mark.parametrize("spread, delta", [(0.05, 0.45), (0.1, 0.3), (0.8, 0.0)])
+def test_no_switching_of_plants_and_delays_refutes_a_proof(spread, delta):
+    """A swing whose spring changes with its motion decays slower than any of its
+    plants, or grows; what is proven of a changing plant holds, and what grows isn't
+    proven.
+    """
+    springs = [9.81 * (1 - spread), 9.81 * (1 + spread)]
+    plants = sos.Polytope(sos.SecondOrderSystem(0.3, 0.2, k, 1) for k in springs)
+    d = analyse_delay(plants, [[0.3, -0.4]], tau=0.05, mu=0.03, delta=delta)
+    rate = slowest_switched(d)
+    assert rate < 0.97 * d.slowest_decay()[0]
+    assert (d.status == "feasible") == (rate > 0)
+    if d.status == "feasible":
+        proof = d.certify()
+        assert proof.proven and "constant or changing plant" in proof.claims[0]
+        assert rate > delta
 
 
 # What a refutation looks like

@@ -1,11 +1,13 @@
 """Vertices that are a box but for rounding: what is read, what it costs, who pays."""
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook.book import thesis
@@ -72,6 +74,23 @@ def test_no_unit_and_no_last_bit_changes_a_verdict(seed):
     """Of boxes whose corners are sums and products of floats."""
     verdicts = {verdict_of(levers(seed, **how), pace) for how, pace in requests()}
     assert len(verdicts) == 1 and verdicts.pop()[1:] == (True, 4)
+
+
+def test_a_block_that_no_plant_moves_has_nothing_to_pay():
+    """An H2 norm has one: its bound, less a trace."""
+    vertices = [replace(v, F=I2[:, :1]) for v in levers(1, moved=0).vertices]
+    asked = dict(requirements=[sos.H2(3.0)], coupling="pairs")
+    design = sos.design_pid(sos.Polytope(vertices), **asked)
+    assert design.request.near is not None and len(design.request.pairs) == 4
+    assert design.certify().proven
+    for v in vertices:
+        A, B = by_hand(v)
+        A, push = (
+            A + B @ design.K,
+            np.vstack([0 * I2[:, :1], np.linalg.solve(v.M, v.F)]),
+        )
+        X = solve_continuous_lyapunov(A, -push @ push.T)
+        assert np.sqrt(np.trace(X[:2, :2])) < 3.0
 
 
 @pytest.mark.parametrize("share, status", [(0.8, "feasible"), (1.02, "infeasible")])

@@ -55,16 +55,20 @@ def finite(name, value):
     return float(value)
 
 
+class SizeError(ValueError):
+    """A number is out of the bounds that files have: other units are needed."""
+
+
 def _check_size(name, largest):
-    """Raise where a number, or the largest of some, is out of bounds."""
+    """Raise a `SizeError` where a number, or the largest of some, is out of bounds."""
     if _written.get():
         return
     if largest > SIZE_LIMITS[1]:
-        raise ValueError(
+        raise SizeError(
             f"{name} = {largest:.3g} is beyond {SIZE_LIMITS[1]:g}: choose other units"
         )
     if 0 < largest < SIZE_LIMITS[0]:
-        raise ValueError(
+        raise SizeError(
             f"{name} = {largest:.3g} is below {SIZE_LIMITS[0]:g}: choose other units"
         )
 

@@ -5,6 +5,7 @@ from html import escape
 from time import monotonic
 from typing import Any
 
+from ..plants.checks import SizeError
 from ..runtime.later import later
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
 from .feasibility import guarded
@@ -157,7 +158,10 @@ def neighbour(request, relaxed):
             return Solution(request, "undecided")
         return at_optimum(settled, objective, NEXT_BACKOFF)
 
-    found = guarded(request, SECONDS, work)
+    try:
+        found = guarded(request, SECONDS, work)
+    except SizeError:  # in these units nobody could write it down
+        return ""
     if found.status != "feasible":
         return ""
     table = bounds_of(found.request, found.K, SECONDS)

@@ -92,6 +92,7 @@ def by_law(request, objective, backoff, starts, seed):
     task = Task.of(request, loops, goal)
     bounded = goal == DECAY and task.bounded  # its search looks at poles alone
     best, near, count, between, stopped, ended = None, (), 0, 0, False, Ended()
+    asked_doors = False
     try:
         for again in range(AGAIN):
             check_time()
@@ -104,6 +105,10 @@ def by_law(request, objective, backoff, starts, seed):
                     count += found.starts
                     found = search(kept, loops, FEW if again else starts, seed, near)
                 if not again and not found.stopped and not _kept(found, goal):
+                    if goal is None:  # a refusal takes less than lower orders do
+                        refused, asked_doors = _refused_in_time(request)
+                        if refused is not None:
+                            return refused
                     free = request.law_parts.free
                     lower, more = from_lower_orders(task, loops, free, seed)
                     count += more
@@ -138,7 +143,17 @@ def by_law(request, objective, backoff, starts, seed):
         stopped = True
     if best is not None and best.status == "feasible":
         return replace(best, reason=_why(best, stopped, objective, *ends))
-    return _undecided(request, task, loops, found, best, by)
+    return _undecided(request, task, loops, found, best, by, asked_doors)
+
+
+def _refused_in_time(request):
+    """The Solution of `refused_by_a_door`, or None, and whether all doors were asked
+    before the time was over.
+    """
+    try:
+        return refused_by_a_door(request), True
+    except OutOfTime:
+        return None, False
 
 
 def _why(best, stopped, objective, task, loops, found, ended):
@@ -241,11 +256,15 @@ def record(task, loops, count, seed, between):
     return Searched(count, seed, limits, least, between)
 
 
-def _undecided(request, task, loops, found, best, record):
-    """Undecided, with what was reached; or "infeasible", by a door."""
-    refused = refused_by_a_door(request, SIGMA if task.goal == DECAY else task.goal)
-    if refused is not None:
-        return refused
+def _undecided(request, task, loops, found, best, record, asked_doors):
+    """Undecided, with what was reached; or "infeasible", by a door, unless no one of
+    the doors, all asked before, has refused it.
+    """
+    if not asked_doors:
+        goal = SIGMA if task.goal == DECAY else task.goal
+        refused = refused_by_a_door(request, goal)
+        if refused is not None:
+            return refused
     by = f"{record}, stopped by the time" if found.stopped else f"{record}"
     if not np.isfinite(found.value):
         text = f"No stable loop of finite norms was found by {by}."
