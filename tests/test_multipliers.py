@@ -14,7 +14,7 @@ from sosbook import theorems
 from sosbook.exact.checker import verdict
 from sosbook.exact.definite import exact
 from sosbook.plants.descriptor import Descriptor, descriptors
-from sosbook.requirements.known import KnownLoop, KnownVertex
+from sosbook.requirements.known_gain import KnownLoop, KnownVertex
 from sosbook.synthesis import known_gain
 from sosbook.synthesis.cells import Mixtures
 from sosbook.synthesis.ranges import family

@@ -20,7 +20,7 @@ from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
 from ..runtime.names import OfKind
 from ..runtime.read_only import ReadOnly, put
-from .known import KnownVertex
+from .known_gain import KnownVertex
 from .posed import PosedLoop
 from .vocabulary import KINDS, Parameter
 
@@ -147,7 +147,7 @@ class Requirement(OfKind, ABC, ReadOnly):
             f'{self.words} has no LMI with a slack matrix: take coupling="pairs"'
         )
 
-    def known(self, c: KnownVertex) -> Iterable:
+    def known_gain(self, c: KnownVertex) -> Iterable:
         """Blocks of a vertex c where the gain is known: (name, matrix) each.
 
         They must be affine in the plant, and homogeneous in the unknowns of c. With
@@ -158,8 +158,8 @@ class Requirement(OfKind, ABC, ReadOnly):
             'proven: without a law, take coupling="pairs"'
         )
 
-    def known_unknowns(self, c: KnownVertex) -> dict:
-        """The further unknowns of `known`, each with its unit, near one for P = I.
+    def known_gain_unknowns(self, c: KnownVertex) -> dict:
+        """The further unknowns of `known_gain`, each with its unit, near one for P = I.
 
         ``c`` is a vertex in coordinates in which P is near I.
         """
@@ -172,12 +172,12 @@ class Requirement(OfKind, ABC, ReadOnly):
 
     @property
     def takes_multipliers(self) -> bool:
-        """True if the requirement has the blocks of `known`."""
-        return type(self).known is not Requirement.known
+        """True if the requirement has the blocks of `known_gain`."""
+        return type(self).known_gain is not Requirement.known_gain
 
     @property
     def multiplier_rows(self) -> int:
-        """The k of the multipliers F and G of `known`, (kN, kN)."""
+        """The k of the multipliers F and G of `known_gain`, (kN, kN)."""
         return 1
 
     @abstractmethod

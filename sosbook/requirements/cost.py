@@ -19,7 +19,7 @@ from ..plants.descriptor import Descriptor
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
 from .base import ONE_BY_ONE, Requirement
-from .known import KnownVertex
+from .known_gain import KnownVertex
 from .posed import PosedLoop
 from .vocabulary import COST
 
@@ -216,7 +216,7 @@ class QuadraticCost(Requirement):
         c, weights = self._mixed_into(c, c.EV, loop), self._weights(loop)
         yield "lqr", theorems.slack_lqr_decay(c, *weights, loop.epsilon)
 
-    def known(self, c: KnownVertex) -> Iterable:
+    def known_gain(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
         yield "lqr", theorems.free_lqr_decay(c, self._known_weight(c))
         J = c.own.get("J")
@@ -227,7 +227,7 @@ class QuadraticCost(Requirement):
             yield "cost", theorems.free_gramian(c, J, c.own["H"])
         yield "trace", theorems.trace_bound(J, c.level(self) * c.mu)
 
-    def known_unknowns(self, c: KnownVertex) -> dict:
+    def known_gain_unknowns(self, c: KnownVertex) -> dict:
         mu = c.rate / np.linalg.norm(self._known_weight(c), 2)
         units = {Unknown("mu", 1, symmetric=True): mu}
         if self.noise == "F":

@@ -14,7 +14,7 @@ from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
 from .channel import Channel
-from .known import KnownVertex
+from .known_gain import KnownVertex
 from .posed import PosedLoop
 from .vocabulary import H2_NORM
 
@@ -103,13 +103,13 @@ class H2(Channel):
         yield "noise", theorems.slack_h2_noise(c, loop.epsilon)
         yield "output", theorems.h2_output(c.EVC, c.EPE, loop.own[self._J])
 
-    def known(self, c: KnownVertex) -> Iterable:
+    def known_gain(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
         yield "decay", theorems.free_lqr_decay(c, c.C.T @ c.C)
         yield "noise", theorems.free_gramian(c, c.own["J"], c.own["H"])
         yield "trace", theorems.trace_bound(c.own["J"], c.level(self) * c.mu)
 
-    def known_unknowns(self, c: KnownVertex) -> dict:
+    def known_gain_unknowns(self, c: KnownVertex) -> dict:
         N, p = c.B.shape
         return {
             Unknown("mu", 1, symmetric=True): c.rate / np.linalg.norm(c.C, 2) ** 2,

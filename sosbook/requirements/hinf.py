@@ -83,11 +83,11 @@ class HInfinity(Channel):
         mu = loop.scalar(self._mu)
         yield "hinf", theorems.slack_bounded_real(c, loop.level(self), mu, loop.epsilon)
 
-    def known(self, c):
+    def known_gain(self, c):
         yield "mu", c.mu
         yield "hinf", theorems.free_bounded_real(c, c.level(self))
 
-    def known_unknowns(self, c):
+    def known_gain_unknowns(self, c):
         return {Unknown("mu", 1, symmetric=True): c.reach**2 / c.rate or 1.0}
 
     def truth(self, loops, K, K_A=None):

@@ -16,7 +16,7 @@ from ..plants.descriptor import Descriptor
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
 from .base import ONE_BY_ONE, Requirement
-from .known import KnownVertex
+from .known_gain import KnownVertex
 from .posed import PosedLoop
 from .vocabulary import U_MAX
 
@@ -124,7 +124,7 @@ class Saturation(Requirement):
     def takes_multipliers(self) -> bool:
         return not self.acceleration
 
-    def known(self, c: KnownVertex) -> Iterable:
+    def known_gain(self, c: KnownVertex) -> Iterable:
         x0 = c.state(exact(self.x0)[:, None])
         K = c.mu * c.rows(c.loop.K)
         yield "decay", theorems.free_stability(c)
@@ -132,7 +132,7 @@ class Saturation(Requirement):
         limit = c.level(self) * c.mu * eye(len(c.loop.K))
         yield "u_max", block([[c.P, K.T], [K, limit]])
 
-    def known_unknowns(self, c: KnownVertex) -> dict:
+    def known_gain_unknowns(self, c: KnownVertex) -> dict:
         x0 = c.state(exact(self.x0)[:, None])
         return {Unknown("mu", 1, symmetric=True): float((x0**2).sum()) or 1.0}
 

@@ -16,7 +16,7 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.names import sane_name
 from ..runtime.read_only import put
 from .base import Requirement
-from .known import KnownVertex
+from .known_gain import KnownVertex
 from .posed import PosedLoop
 from .region_forms import RegionForms, degrees
 from .vocabulary import SIGMA
@@ -226,7 +226,7 @@ class LMIRegion(RegionForms, Region, Requirement):
         alpha, beta = loop.number(self.alpha), loop.number(self.beta)
         yield "", theorems.slack_pole_region(c, alpha, beta, loop.epsilon)
 
-    def known(self, c: KnownVertex) -> Iterable:
+    def known_gain(self, c: KnownVertex) -> Iterable:
         alpha, beta = c.number(self.alpha), c.number(self.beta)
         if self.multiplier_rows == len(alpha):
             yield "", theorems.free_pole_region(c, alpha, beta, 0 * alpha)

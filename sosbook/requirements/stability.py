@@ -21,7 +21,7 @@ class Stability(Requirement):
     def slack(self, loop, c, i):
         yield "stability", theorems.slack_stability(c, loop.epsilon)
 
-    def known(self, c):
+    def known_gain(self, c):
         yield "stability", theorems.free_stability(c)
 
     def pole_matrices(self):

@@ -12,7 +12,7 @@ from flint import fmpq
 from ..exact.rational import exact
 from ..plants.descriptor import combined
 from ..plants.simplex import halves
-from ..requirements.known import KnownLoop
+from ..requirements.known_gain import KnownLoop
 from ..runtime.read_only import ReadOnly
 
 __all__ = ["Cell"]

@@ -11,7 +11,7 @@ from ..exact.proof import PLACES
 from ..language import Unknown, eye
 from ..lmi.problem import TrustedProblem
 from ..lmi.text import floats
-from ..requirements.known import KnownVertex
+from ..requirements.known_gain import KnownVertex
 from ..solver.loop import margin
 
 DEFECTIVE = 1e-5  # the size of a state in all modes, beside the largest
@@ -30,7 +30,7 @@ class KnownLMIs(TrustedProblem):
         self.lyapunov = [Unknown(f"P {i + 1}", N, symmetric=True) for i in self._each]
         multipliers = [Unknown(name, k * N) for name in "FG"]
         probe = KnownVertex(loops[0], eye(N), eye(N), eye(N), left=self.left, T=self.T)
-        own = requirement.known_unknowns(probe)
+        own = requirement.known_gain_unknowns(probe)
         self.units = {u.name: float(round_digits(x, 2)) for u, x in own.items()}
         self.units["G"] = 1 / self.rate  # F is near P E^-1, G near it a time ago
         super().__init__(None, [*self.lyapunov, *multipliers, *own])
@@ -125,7 +125,7 @@ def _blocks(requirement, vertices):
     blocks = {}
     for i, c in enumerate(vertices, 1):
         blocks[f"P {i}"] = c.P
-        for name, g in requirement.known(c):
+        for name, g in requirement.known_gain(c):
             blocks[f"{name} {i}".strip()] = g
     return blocks
 

@@ -7,7 +7,7 @@ from flint import fmpq
 
 from ..exact.rational import exact, round_digits
 from ..plants.bernstein import spelled
-from ..requirements.known import KnownLoop
+from ..requirements.known_gain import KnownLoop
 from .cells import Box, Cell, Mixtures, corners_of_box, known_loops
 
 __all__ = ["family"]

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...exact.definite import round_digits
 from ...exact.rational import exact
-from ...requirements.known import KnownLoop
+from ...requirements.known_gain import KnownLoop
 from ...requirements.vocabulary import SIGMA
 from ...runtime.read_only import ReadOnly, put
 from ...runtime.time_limit import (
