@@ -351,11 +351,11 @@ def test_what_is_not_found_is_undecided_with_what_was_reached():
     assert not design.certify().proven and "Measure more" in design.advice
 
 
-@pytest.mark.parametrize("count, seed", [(6, 0), *campaign((20, k) for k in range(10))])
-def test_random_families_are_sound(count, seed):
-    """What is proven of each family holds at fifty plants between."""
+@pytest.mark.parametrize("seed", [0, *campaign(range(1, 11))])
+def test_random_families_are_sound(seed):
+    """Twenty families each, six in the gate: what is proven holds at fifty plants."""
     rng, kept = np.random.default_rng(seed), 0
-    for _ in range(count):
+    for _ in range(20 if seed else 6):
         n = int(rng.integers(1, 4))
         base = [rng.normal(size=(n, n)) for _ in range(3)]
         corners = []
