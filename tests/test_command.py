@@ -21,7 +21,7 @@ from sosbook.proofs.command import main
 from sosbook.proofs.folder import CONTROLLER
 from sosbook.proofs.subject import subject
 from sosbook.requirements.in_files import KEYS, OBJECTS, SEVERAL
-from sosbook.runtime.digests import short_digest
+from sosbook.runtime.digests import digest
 from tests.asking import asked_by, asking, in_place
 from tests.hunt.tampering import put
 from tests.processes import process
@@ -164,7 +164,7 @@ def test_a_verdict_names_plant_gain_and_start(small, capsys):
         ("x0", data["requirements"][0]["x0"]),
     ):
         numbers = json.dumps(part).replace('"', "")
-        assert f"{name} {short_digest(part)} = {numbers}" in first
+        assert f"{name} {digest(part)[:12]} = {numbers}" in first
     for path, value in (
         (("plant", "vertices", 0, "M", 0, 0), "0.29"),
         (("K", 0, 0), "-100"),

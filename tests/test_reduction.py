@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.linalg import block_diag, eigh
 
 import sosbook as sos
+from benchmarks.elements import beam_element
 from sosbook.analysis.large import Pencil
 from sosbook.exact.checker import verdict
 from sosbook.exact.checker.arithmetic import Refused
@@ -26,27 +27,11 @@ UNITS = [1.0, 0.3, 9.81]
 
 def beam_matrices(elements, length, EI, mass):
     """M and S of Euler's elements between free ends."""
-    h = length / elements
-    m = np.array(
-        [
-            [156, 22 * h, 54, -13 * h],
-            [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-            [54, 13 * h, 156, -22 * h],
-            [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
-        ]
-    )
-    s = np.array(
-        [
-            [12, 6 * h, -12, 6 * h],
-            [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-            [-12, -6 * h, 12, -6 * h],
-            [6 * h, 2 * h**2, -6 * h, 4 * h**2],
-        ]
-    )
+    m, s = beam_element(length / elements)
     M, S = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
     for k in range(0, 2 * elements, 2):
-        M[k : k + 4, k : k + 4] += mass * h / 420 * m
-        S[k : k + 4, k : k + 4] += EI / h**3 * s
+        M[k : k + 4, k : k + 4] += mass * m
+        S[k : k + 4, k : k + 4] += EI * s
     return M, S
 
 

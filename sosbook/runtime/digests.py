@@ -10,8 +10,3 @@ def digest(content):
         text = json.dumps(content, sort_keys=True, separators=(",", ":"))
         content = text.encode()
     return hashlib.sha256(content).hexdigest()
-
-
-def short_digest(content):
-    """The first 12 letters of the `digest` of a content."""
-    return digest(content)[:12]
