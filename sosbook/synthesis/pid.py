@@ -189,7 +189,12 @@ def design_pid(
     >>> d.status, list(d.gains), d.certify().proven
     ('feasible', ['K_P', 'K_D', 'K_I'], True)
     """
-    return design_asked(**locals())
+    return design_asked(
+        plant, U, K_A=K_A, law=law, coupling=coupling, slack=slack, mu=mu,
+        minimize=minimize, maximize=maximize, backoff=backoff, start=start,
+        prefer=prefer, starts=starts, seed=seed, time_limit=time_limit, region=region,
+        gamma=gamma, saturation=saturation, cost=cost, requirements=requirements,
+    )  # fmt: skip
 
 
 @one_thread
@@ -284,12 +289,15 @@ def analyse_pid(
     >>> analyse_pid(loop).certify().claims
     ('every constant or changing plant of the polytope is stable',)
     """
-    asked = locals()
     from ..laws.taken import taken
 
-    if asked.pop("K") is None:
+    if K is None:
         if isinstance(plant, Prepared) or checked_plant(plant).m:
             raise ValueError("K is missing: give the gain to be analysed")
         K = np.zeros((0, checked_plant(plant).order))
-    asked["law"], K = taken(plant, K, law)
-    return design_asked(gain=K, **asked)
+    law, K = taken(plant, K, law)
+    return design_asked(
+        plant, U, K_A=K_A, law=law, gain=K, coupling=coupling, slack=slack, mu=mu,
+        minimize=minimize, backoff=backoff, time_limit=time_limit, region=region,
+        gamma=gamma, saturation=saturation, cost=cost, requirements=requirements,
+    )  # fmt: skip

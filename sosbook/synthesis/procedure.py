@@ -1,6 +1,7 @@
 """From the keywords of the design functions to a request, and to who solves it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -21,14 +22,13 @@ from .slack import designed, in_pieces, or_with_slack, with_slack
 
 
 def design_asked(
-    plant, coupling, mu, slack, minimize, backoff, time_limit,
-    U=None, K_A=None, gain=None, start=None, prefer=None, law=None, maximize=None,
-    starts=16, seed=0, **asked,
+    plant, U, *, K_A, law, coupling, slack, mu, minimize, backoff, time_limit,
+    gain=None, maximize=None, start=None, prefer=None, starts=16, seed=0, **asked,
 ):  # fmt: skip
-    """The Design of what the keywords of `design_pid` and its like ask: ``plant``,
-    ``coupling``, ``mu``, ``slack``, ``minimize``, ``backoff``, ``time_limit``, ``U``,
-    ``K_A``, ``start``, ``prefer``, ``law``, ``maximize``, ``starts``, ``seed`` and, by
-    keyword, the requirements ``asked``. ``gain``, (m, N), is one that is known.
+    """The Design of what `design_pid` and `analyse_pid` are asked; ``plant``, ``U``,
+    ``K_A``, ``law``, ``coupling``, ``slack``, ``mu``, ``minimize``, ``backoff``,
+    ``time_limit``, ``maximize``, ``start``, ``prefer``, ``starts`` and ``seed`` are as
+    there, ``asked`` are requirements by keyword, and ``gain``, (m, N), is known.
     """
     U, law = law_of(U, law)
     if law is not None:
@@ -47,64 +47,79 @@ def design_asked(
     coupling = coupling_of(coupling, slack)
     auto = coupling.chooses
     request = Request(
-        plant,
-        U,
-        K_A=K_A,
-        coupling=coupling,
-        gain=gain,
-        law=law,
-        requirements=asked,
+        plant, U, K_A=K_A, coupling=coupling, gain=gain, law=law, requirements=asked,
         **given(mu=mu),
-    )
-    known = auto and gain is not None and _have_multipliers(request)
+    )  # fmt: skip
     if start is not None:
         start = _checked_start(start, request, auto)
     backoff = positive("backoff", backoff)
     starts, seed = count("starts", starts, 1), count("seed", seed)
+    task = Task(request, gain, objective, auto, backoff, start, prefer, starts, seed)
+    solution = guarded(request, time_limit, task.solution)
+    shown = solution.status == "feasible" or solution.searched is not None
+    if law is not None and gain is None and not shown:
+        solution = replace(solution, K=None)
+    return Design(**vars(solution))
 
-    def solved():
+
+@dataclass(frozen=True)
+class Task:
+    """What `design_pid` and `analyse_pid` are asked, checked: the ``request``, the
+    ``gain`` that is known, the ``objective`` as in `optimum`, whether the coupling may
+    be chosen, ``auto``, and how to search, as in `design_pid`.
+    """
+
+    request: Request
+    gain: Any
+    objective: dict
+    auto: bool
+    backoff: float
+    start: Design | None
+    prefer: str | None
+    starts: int
+    seed: int
+
+    def solution(self):
         """The Solution: of a law, a minimum, given gains, or the centre."""
-        free = request.coupling.free
-        if law is not None and gain is None:
+        request, objective, known = self.request, self.objective, self.gain is not None
+        if request.law is not None and not known:
             by_law = later("synthesis.structured.design", "by_law")
-            return by_law(request, objective, backoff, starts, seed)
-        if law is not None:
-            return settled(request)
+            return by_law(request, objective, self.backoff, self.starts, self.seed)
+        if request.law is not None:
+            return self._of_given(request)
+        free = request.coupling.free
         if objective:
             common = replace(request, coupling="pairs") if free else request
             idle = without_input(common, objective)
             if idle is not None:
                 return idle
-        if known or free:
-            first = request if known and not objective else None
-            if first and not all(r.fits_one_P(first) for r in first.demands):
-                first = None
-            each = request if free else replace(request, coupling="multipliers")
-            return settled(each, first)
-        found = in_pieces(request, objective, one)
-        simple = auto and gain is None and not objective
+        if free:
+            return self._of_given(request)
+        if self.auto and known and _have_multipliers(request):
+            one_P = not objective and all(
+                r.fits_one_P(request) for r in request.demands
+            )
+            each = replace(request, coupling="multipliers")
+            return self._of_given(each, request if one_P else None)
+        found = in_pieces(request, objective, self._searched)
+        simple = self.auto and not known and not objective
         if simple and found.status == "undecided" and _have_multipliers(request):
             from .simple_gains import or_simple
 
             found = or_simple(found, request)
         return found
 
-    def settled(request, first=None):
+    def _of_given(self, request, first=None):
         from .known_gain import kept_or_broken
 
-        return kept_or_broken(request, objective, backoff, first, enough=True)
+        return kept_or_broken(request, self.objective, self.backoff, first, enough=True)
 
-    def one(request):
-        found = designed(request, objective, backoff, start, prefer)
-        if auto and gain is None:
-            return or_with_slack(found, request, objective, backoff, prefer)
+    def _searched(self, request):
+        how = self.objective, self.backoff
+        found = designed(request, *how, self.start, self.prefer)
+        if self.auto and self.gain is None:
+            return or_with_slack(found, request, *how, self.prefer)
         return found
-
-    solution = guarded(request, time_limit, solved)
-    shown = solution.status == "feasible" or solution.searched is not None
-    if law is not None and gain is None and not shown:
-        solution = replace(solution, K=None)
-    return Design(**vars(solution))
 
 
 def law_of(U, law):

@@ -1,0 +1,57 @@
+"""A class is measured whole, with bases that were cut off to keep a module short."""
+
+import ast
+from collections import Counter
+from pathlib import Path
+
+import sosbook
+
+ROOT = Path(sosbook.__file__).parent
+MOST = 400  # lines
+#: Larger ones. A number may only fall, and a class that fits leaves the list.
+LARGER = {"Controller": 684, "Request": 563, "LMIProblem": 495, "Design": 407}
+
+
+def classes():
+    """(lines, names of bases) of each class of the package, by name, the longest."""
+    found = {}
+    for path in sorted(ROOT.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text("utf8"))):
+            if isinstance(node, ast.ClassDef):
+                bases = [ast.unparse(base).split(".")[-1] for base in node.bases]
+                one = node.end_lineno - node.lineno + 1, bases
+                found[node.name] = max(found.get(node.name, one), one)
+    return found
+
+
+def measured(found):
+    """Lines of each class with those bases that it alone has and no room hands out."""
+    heirs = Counter(base for _, bases in found.values() for base in set(bases))
+    shown = "".join(x.read_text("utf8") for x in ROOT.rglob("__init__.py"))
+
+    def lines(name):
+        own, bases = found[name]
+        cut = [
+            b for b in bases if b in found and heirs[b] == 1 and f'"{b}"' not in shown
+        ]
+        return own + sum(map(lines, cut))
+
+    return {name: lines(name) for name in found}
+
+
+def test_no_class_is_longer_than_a_module_may_be_but_for_a_list_that_falls():
+    large = {name: n for name, n in measured(classes()).items() if n > MOST}
+    assert large.keys() == LARGER.keys(), large
+    assert all(n <= LARGER[name] for name, n in large.items()), large
+
+
+def test_a_class_that_is_cut_into_a_base_stays_as_long():
+    found = {"Whole": (300, ["Part"]), "Part": (200, []), "Other": (10, ["Shared"])}
+    found |= {"Shared": (500, []), "Another": (20, ["Shared"])}
+    assert measured(found)["Whole"] == 500 and measured(found)["Other"] == 10
+
+
+def test_no_door_hands_on_all_that_its_scope_holds():
+    """So that an editor finds who uses a keyword."""
+    hidden = [p for p in ROOT.rglob("*.py") if "**locals()" in p.read_text("utf8")]
+    assert hidden == []
