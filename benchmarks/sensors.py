@@ -93,8 +93,8 @@ def mixtures(plant, seed=1):
 
 def loops(plant, design):
     """E^-1 (A + B K), E^-1 B_w and K of the controller's loop at each mixture."""
-    c = design.exact_controller()
-    A, B, C, D = (x.astype(float) for x in (c.A, c.B, c.C, c.D))
+    c = design.loop.to_ss()
+    A, B, C, D = c.A, c.B, c.C, c.D
     rows = design.request.law_parts.rows.astype(float)
     for weights in mixtures(plant):
         M, Dm, S, Bm, F = (

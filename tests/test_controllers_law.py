@@ -78,9 +78,9 @@ def test_an_arm_with_one_encoder_is_proven_for_every_load_and_a_clock_that_jitte
 
 def test_the_memory_is_that_of_scipy_for_readings_in_straight_lines():
     for design, span in ((rough(), 0.03), (arm(), T)):
-        law = design.exact_controller()
-        A, B, C, D = (np.asarray(x, float) for x in (law.A, law.B, law.C, law.D))
-        a = sum("integral" in name for name in law.states)
+        law = design.loop.to_ss()
+        A, B, C, D = law.A, law.B, law.C, law.D
+        a = sum(s.name.startswith("integral") for s in design.loop.signals)
         A, B, C = A[a:, a:], B[a:], C[:, a:]  # integrals are sums
         c = design.controller(T=span)
         Phi, G, H, J, _ = cont2discrete((A, B, C, D), span, "foh")

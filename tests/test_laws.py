@@ -29,7 +29,7 @@ GAINS = {"K_P": [[-8.0]], "K_D": [[-3.0]], "K_I": [[-2.0]]}
 def joined(plant, rows, c):
     """The poles of a plant and a controller, joined by python-control."""
     G = control.ss(*by_hand(plant), rows, np.zeros((len(rows), plant.m)))
-    C = control.ss(*(x.astype(float) for x in (c.A, c.B, c.C, c.D)))
+    C = control.ss(c.A, c.B, c.C, c.D)
     return np.sort_complex(control.feedback(G, C, sign=1).poles())
 
 
@@ -65,7 +65,7 @@ def test_a_law_makes_the_loop_that_python_control_makes(seed):
         if law.rates is not None:
             rows = np.vstack([rows, np.hstack([zero[:1], C[:1]])])
         for plant, poles in zip(plants, d.poles()):
-            same(joined(plant, rows, law.controller(plant, K)), poles)
+            same(joined(plant, rows, sos.Loop(plant, law, K).to_ss()), poles)
         assert (law.gain(plants[0], form.named(K)) == K).all()
 
 
@@ -126,9 +126,9 @@ def test_the_norm_is_that_of_python_control():
 def test_margins_are_those_where_u_enters_the_plant():
     plant = joint(1, 8)
     d = sos.analyse_pid(plant, GAINS, law=PID)
-    c = PID.controller(plant, d.K)
+    c = d.loop.to_ss()
     G = control.ss(*by_hand(plant), [[1, 0, 0, 0]], 0)
-    C = control.ss(*(x.astype(float) for x in (c.A, c.B, c.C, c.D)))
+    C = control.ss(c.A, c.B, c.C, c.D)
     S = control.feedback(control.ss([], [], [], [[1]]), -C * G)
     assert d.sensitivity_peak() == pytest.approx(control.system_norm(S, "inf"), 1e-3)
 

@@ -321,6 +321,37 @@ def test_a_loop_answers_as_its_matrices_do(plant, name):
     np.testing.assert_allclose(u[0], row @ rest[:, 0], atol=1e-9)
 
 
+SENSORS = sos.Output(position=[[1]]) & sos.Output(acceleration=[[1]])
+LATE = sos.PIDLaw(sensors=SENSORS, lag=0.05, noise=[[0, 0.7], [0, 0]])
+
+
+@pytest.mark.parametrize("m", [M, HEAVIER * M])
+def test_a_late_sensors_loop_is_one_in_continuous_time_and_at_fine_ticks(m):
+    """[z, z', y], .05 y' = z'' - y and u = -(z + .7 w2) - .3 y, written by hand."""
+    plant = sos.SecondOrderSystem(m, D, S, 1, F=[[1, 0]])
+    one = sos.Loop(plant, LATE, dict(K_P=[[-1, -0.3]]))
+    speeds = np.array([-S - 1, -D, -0.3]) / m, np.array([1, -0.7]) / m
+    F = np.array([[0, 1, 0], speeds[0], (speeds[0] - np.eye(3)[2]) / 0.05])
+    G = np.array([[0, 0], speeds[1], speeds[1] / 0.05])
+    np.testing.assert_allclose(np.sort(one.poles()[0]), np.sort(np.linalg.eigvals(F)))
+    for w in (0, 1):
+        for output, row, now in (
+            (dict(position=1), [1, 0, 0], 0),
+            (dict(input=1), [-1, 0, -0.3], -0.7 * w),
+        ):
+            true = abs(gain(F, G[:, [w]], np.array([row]), GRID) + now).max()
+            asked = sos.Output(**output), [w]
+            assert one.norm(*asked) == pytest.approx(true, rel=1e-5)
+            far, near = (abs(one.at(T).norm(*asked) - true) for T in (2e-3, 1e-3))
+            assert near < 0.02 * true and near < 0.7 * far
+        e = np.eye(2)[w]
+        for still, ticked in zip(one.static(w=e), one.at(0.01).static(w=e)):
+            np.testing.assert_allclose(still, ticked, atol=1e-9)
+        rest = -np.linalg.solve(F, G @ e)
+        np.testing.assert_allclose(one.static(w=e)[0][0], rest, atol=1e-12)
+    refused(lambda: sos.Loop(plant, one.to_ss()), "z1''", "law of its sensors")
+
+
 def opened_poles(one):
     wide, K = one.opened
     for d in wide.vertices:

@@ -17,13 +17,13 @@ from ..exact.rational import exact, inverse
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import Gain, input_names, named
+from ..plants.gain import Gain, named
 from ..plants.outputs import Output
 from ..plants.sensed import Readings, corners, kept, sensed
 from ..runtime.read_only import ReadOnly, put
 from .structure import Structure
 
-__all__ = ["Law", "LawGain", "Parts", "Structure"]
+__all__ = ["Law", "Parts", "Structure"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,27 +159,6 @@ class Parts(ReadOnly):
         return A, back @ self.B + push @ self.of_sensors, C, D
 
 
-@dataclass(frozen=True, eq=False)
-class LawGain(ReadOnly):
-    """A controller from its sensors to u, exactly.
-
-    Parameters
-    ----------
-    A, B, C, D : arrays of fmpq
-        x_c' = A x_c + B y, u = C x_c + D y.
-    sensors, inputs, states : tuple of str
-        Names of y, u and x_c.
-    """
-
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    D: np.ndarray
-    sensors: tuple
-    inputs: tuple
-    states: tuple
-
-
 class Law(ABC, ReadOnly):
     """A law: its sensors, its memory, and its free gains.
 
@@ -263,30 +242,6 @@ class Law(ABC, ReadOnly):
                 )
             gains = gains.columns(names)
         return form.matrix(gains)
-
-    def controller(self, plant: Any, K: np.ndarray) -> LawGain:
-        """The controller from y to u with a gain K, exactly.
-
-        Parameters
-        ----------
-        plant : Polytope, SecondOrderSystem or DescriptorSystem
-            The plant.
-        K : (m + free, q) array
-            The gain, of floats; they are read as decimals.
-
-        Examples
-        --------
-        >>> import sosbook as sos
-        >>> plant = sos.SecondOrderSystem(1, 1, 1, 1)
-        >>> law = sos.PIDLaw(position=[[1]], filter=0.5)
-        >>> K = law.gain(plant, {"K_P": [[-2]], "K_D": [[-1]]})
-        >>> c = law.controller(plant, K)
-        >>> c.A, c.D
-        (Rational([[-2]], dtype=object), Rational([[-4]], dtype=object))
-        """
-        parts = self.parts(plant)
-        A, B, C, D = parts.controller(exact(np.asarray(K)))
-        return LawGain(A, B, C, D, parts.sensors, input_names(plant.m), parts.states)
 
 
 def plain(plant, K_A=None):

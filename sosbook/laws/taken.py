@@ -93,7 +93,7 @@ def row_of(word, names):
         if name not in known:
             raise ValueError(
                 f"K measures {word!r}, and {name!r} is none of {', '.join(names)}: "
-                "rename K's inputs"
+                "rename K's inputs, or give the law of its sensors, too"
             )
         row[known[name]] += float(f"{sign}{size or 1}".replace("_", "."))
     return row

@@ -282,13 +282,13 @@ class Loop(ReadOnly):
         if r is not None:
             raise ValueError("r is for a loop with a clock: loop.at(T=...).static(r)")
         request = self.request
-        K, N = request.state_gain, len(signals(checked_plant(self.plant)))
+        K, N = request.state_gain, len(signals(request.plant))
         x, u = [], []
         for d in request.vertices:
             push = np.zeros(d.Bw.shape[1]) if w is None else np.asarray(w, float)
-            rest = -np.linalg.solve(d.A + d.Bu @ K, (d.Bw + d.Bu @ _entered(d)) @ push)
+            rest = -np.linalg.solve(d.A + d.Bu @ K, d.Bw @ push)  # noise is in Bw
             x.append(rest[:N])
-            u.append(K @ rest + _entered(d) @ push)
+            u.append(K @ rest + (0.0 if d.Uw is None else d.Uw @ push))
         return np.array(x), np.array(u)
 
     def simulate(self, t: Any, **more: Any) -> Response | Any:
@@ -372,11 +372,6 @@ class Loop(ReadOnly):
         if isinstance(self.clock, Clock):
             return self.controller.to_ss()
         return system_of(self.request)
-
-
-def _entered(d):
-    """How w enters u by the noise of sensors, (m, p), of a `Descriptor`."""
-    return np.zeros((d.Bu.shape[1], d.Bw.shape[1])) if d.Uw is None else d.Uw
 
 
 def opened(plant, K, U=None, law=None):

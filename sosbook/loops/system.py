@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..exact.rational import exact
 from ..plants.gain import input_names, signals
 from ..plants.sensed import row_words
 from ..runtime.libraries import library
@@ -16,8 +17,8 @@ def system_of(request):
         parts = np.zeros((0, 0)), np.zeros((0, len(names))), np.zeros((len(K), 0)), K
         inputs = names
     else:
-        found = law.controller(plant, request.gain)
-        parts = (np.asarray(x, float) for x in (found.A, found.B, found.C, found.D))
+        found = request.law_parts.controller(exact(request.gain))
+        parts = (np.asarray(x, float) for x in found)
         rows = request.law_parts.rows.astype(float).tolist()
         inputs = [row_words(x, names, repr) for x in rows]
     outputs = list(input_names(plant.m))

@@ -16,7 +16,6 @@ from .slack import feasible
 from .solution import Solution
 
 if TYPE_CHECKING:  # only what a few methods return
-    from ..laws.base import LawGain
     from .bounds import Bounds
     from .equations import Effort
     from .found import Found
@@ -112,19 +111,6 @@ class Design(ClosedLoop[DesignProof], Solution):
     def slack(self) -> float | None:
         """The scalar of the slack LMIs that was used, in seconds."""
         return self.request.coupling.slack
-
-    def exact_controller(self) -> "LawGain":
-        """From what is measured to u in continuous time, exactly: see `Law.controller`.
-
-        Raises
-        ------
-        ValueError
-            Without a gain, or for a design without a ``law``: its controller is K.
-        """
-        if self._law is None:
-            raise ValueError("a design without a law has no controller: take K")
-        self._gain()
-        return self._law.controller(self.request.plant, self.K)
 
     @cached_property
     def effort(self) -> "Effort | None":
