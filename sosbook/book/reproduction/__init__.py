@@ -36,5 +36,5 @@ SUBJECTS = (
 @cache
 def rows():
     """All rows, computed, in the order of the thesis; every room is needed for them."""
-    subjects = (later(f"book.reproduction.{name}", "rows") for name in SUBJECTS)
+    subjects = [later(f"book.reproduction.{name}", "rows") for name in SUBJECTS]
     return tuple(row for subject in subjects for row in subject())
