@@ -33,6 +33,19 @@ def test_a_notebook_imports_only_what_is_installed(path):
     assert not found & (aside - {"sosbook"})
 
 
+@each("path", FILES)
+def test_no_module_of_a_notebook_is_hidden_by_a_value(path):
+    """`from sosbook.studies import polytopes`, then `polytopes = {...}`."""
+    cells = [c.source for c in notebooks.read(path).cells if c.cell_type == "code"]
+    lines = [x for c in cells for x in c.split("\n") if not x.startswith(("%", "!"))]
+    nodes = list(ast.walk(ast.parse("\n".join(lines))))
+    made = [x for x in nodes if isinstance(x, ast.ImportFrom) and "sosbook" in x.module]
+    taken = {a.asname or a.name for x in made for a in x.names if a.name[0].islower()}
+    stored = (x for x in nodes if isinstance(x, ast.Name))
+    hidden = taken & {x.id for x in stored if isinstance(x.ctx, ast.Store)}
+    assert not hidden - {"answers"}  # chapter 10's last cell imports it afterwards
+
+
 def test_every_notebook_is_in_the_table_of_contents():
     contents = set(re.findall(r"book/(\w+)", (ROOT / "_toc.yml").read_text("utf-8")))
     assert {path.stem for path in FILES} <= contents
