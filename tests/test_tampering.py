@@ -121,6 +121,15 @@ def test_no_tampering_gets_a_false_claim_through(name, most):
     assert accepted < tried / 3
 
 
+@pytest.mark.parametrize("name", ["stability", "delay", *BEYOND])
+@pytest.mark.parametrize("key", ["claims", "blocks", "note ", "x"])
+def test_a_file_says_nothing_that_isn_t_asked(name, key):
+    """A file with its words or blocks, too, proves nothing, even if they're true."""
+    proof = proof_of(name)
+    asked = asked_by(proof) | {key: list(proof.claims)}
+    assert verdicts(asking(asked)) == (False, False)
+
+
 TEXTS = (
     "all at once",
     "H-infinity, slack",

@@ -40,12 +40,11 @@ KINDS = {  # whose class each kind is, by its module: it is found when a file na
     "sum of poles": "synthesis.structured.doors.SumOfPoles",
 }
 FORMAT = verdict.FORMAT
-MADE = ("claims", "blocks")  # no file has them: they follow from what is asked
 
 
 def written(kind, data):
     """The text of a proof of a ``kind`` and ``data``; `verdict.written`'s or None."""
-    asked = {"kind": kind} | {k: v for k, v in data.items() if k not in MADE}
+    asked = {"kind": kind} | {k: v for k, v in data.items() if k != "claims"}
     try:
         whole, *said = verdict.written(asked)
         if not same(verdict.asked_of(whole), asked):
@@ -293,7 +292,7 @@ def _rebuilt(cls, data, alone):
     """The verdict on a file without a text, which its class decides ``alone``."""
     again, examined = cls.examine(data)
     claims = tuple(verdict.of_part(examined.claims, data))
-    again = {k: v for k, v in again.items() if k not in MADE}
+    again.pop("claims", None)  # no file has any
     for key in {*data, *again}:
         if key not in data or key not in again or not same(data[key], again[key]):
             return Examined.nothing(f"{key!r:.80} isn't what the data say")

@@ -55,7 +55,6 @@ class KnownGainProof(GainProof):
         """
         law = None if request.law is None else parts_data(request.law_parts)
         return {
-            "claims": [words for words, _ in _statements(request)],
             **loop_data(request),
             "requirements": [r.untied().data() for r in request.requirements],
             "K": decimals(request.gain),
