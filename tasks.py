@@ -281,8 +281,11 @@ def clean(words):
 
 
 def pytest(*words, **extra):
-    """One process for each of two cores, a file to a process, in the given order."""
-    spread = ("-n", "2", "--dist", "loadscope", "--no-loadscope-reorder")
+    """A process for each of two to four cores, a file to a process, in the given
+    order; each has a Chromium of its own, which more would leave no memory for.
+    """
+    count = str(min(max(os.cpu_count() or 2, 2), 4))
+    spread = ("-n", count, "--dist", "loadscope", "--no-loadscope-reorder")
     return call(PYTHON, "-m", "pytest", *spread, *words, **extra)
 
 

@@ -172,6 +172,36 @@ def test_full_state_is_the_design_without_a_law():
                 assert (first.K == again.K).all()
 
 
+def test_a_law_that_measures_the_whole_state_is_the_feedback_of_it():
+    """The same gains by both: poles, norm, bounds, motion, ticks and program."""
+    plants = sos.Polytope(
+        sos.SecondOrderSystem(
+            [[0.3, 0.1], [0.1, 9.81]], [[0.2, -0.3], [0.1, 0.4]],
+            [[2 * k, -1], [-1.3, 3]], [[1, 0.3], [-0.7, 2]], [[1], [0.3]],
+        )
+        for k in (1, 1.2)
+    )  # fmt: skip
+    one, region = np.eye(2), sos.PoleRegion(sigma=0.3, rho=20)
+    asked = dict(region=region, gamma=0.05)
+    K = sos.design_pid(plants, one, **asked).certify().K
+    first = sos.analyse_pid(plants, K, one, **asked)
+    law = sos.PIDLaw(one, one, integrate=True)
+    gains = {name: first.gains[name] for name in ("K_P", "K_D", "K_I")}
+    other = sos.analyse_pid(plants, gains, law=law, **asked)
+    assert first.status == other.status == "feasible" and (first.K == other.K).all()
+    assert (first.poles() == other.poles()).all() and first.hinf() == other.hinf()
+    assert str(first.bounds()) == str(other.bounds())
+    signals = dict(r=[1, -0.3], w=sos.Sine(0.3, 2.0))
+    t = np.linspace(0, 5, 40)
+    pairs = zip(first.simulate(t, **signals), other.simulate(t, **signals))
+    controllers = [d.controller(T=0.02) for d in (first, other)]
+    ticks = [c.simulate(2.0, r=[1, -0.3]) for c in controllers]
+    for x, y in (*pairs, ticks):
+        assert np.array_equal(x.x, y.x) and np.array_equal(x.u, y.u)
+    own, same_program = (c.to_c("pid").texts["pid.c"] for c in controllers)
+    assert own == same_program
+
+
 def test_rows_of_a_descriptor_system():
     A = [[[-1.0, 2, 0], [0, -a, 1], [0, 0, -14]] for a in (0.5, 1.0)]
     plant = sos.DescriptorSystem(np.eye(3), A, [[0], [1], [14]], np.eye(3))

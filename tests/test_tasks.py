@@ -65,6 +65,14 @@ def test_the_campaigns_run_when_they_are_called_and_never_else():
     assert 0 < few < all_of_them
 
 
+@pytest.mark.parametrize("cores, count", [(None, 2), (1, 2), (2, 2), (3, 3), (64, 4)])
+def test_as_many_processes_as_cores_and_two_to_four(called, monkeypatch, cores, count):
+    monkeypatch.setattr(tasks.os, "cpu_count", lambda: cores)
+    tasks.pytest("tests")
+    ((words, _),) = called
+    assert words[words.index("-n") + 1] == str(count)
+
+
 def test_a_pull_of_tests_runs_them_all_beside_the_build(called, monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(tasks, "BUILD", tmp_path)
