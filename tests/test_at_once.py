@@ -7,7 +7,7 @@ import sosbook as sos
 from sosbook.exact.proof_file import ProofFile
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.structured import slopes
-from sosbook.synthesis.structured.loops import loops_of
+from sosbook.synthesis.structured.moving_gain import loops_of
 
 A = [[0, 1], [-9.81, -0.2]]
 B, F = [[0], [0.3]], [[0.1], [1]]

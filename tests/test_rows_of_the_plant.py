@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.structured.any_order import of_plant_alone
-from sosbook.synthesis.structured.loops import loops_of
+from sosbook.synthesis.structured.moving_gain import loops_of
 from sosbook.synthesis.structured.objective import Objective, Task
 
 A = np.array([[-0.3, 9.81, 0.2], [-1, 0.1, 0], [0, 2, -5]])

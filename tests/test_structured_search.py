@@ -17,7 +17,7 @@ from sosbook.synthesis import feasibility
 from sosbook.synthesis.structured import design as structured
 from sosbook.synthesis.structured import slopes
 from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
-from sosbook.synthesis.structured.loops import loops_of
+from sosbook.synthesis.structured.moving_gain import loops_of
 from sosbook.synthesis.structured.objective import Objective, Task
 from tests.cases import by_hand, campaign
 from tests.test_proof_files import held_against

@@ -24,7 +24,7 @@ from ..sampled.proof_file import SampledProof
 from ..synthesis.request import Request
 from ..synthesis.structured.continuation import Ended, further, why_ended
 from ..synthesis.structured.design import DIGITS, Searched, record
-from ..synthesis.structured.loops import corners_of, loops_of
+from ..synthesis.structured.moving_gain import corners_of, loops_of
 from ..synthesis.structured.objective import DECAY, LARGEST, Task
 from ..synthesis.structured.search import Found, search, starting_points
 from .clock import checked_delay

@@ -20,7 +20,7 @@ from ..at_once import loudest
 from ..fixed_mode import parts_data
 from ..request_as_data import loop_data
 from .central import balanced
-from .loops import corners_of, vertex_of
+from .moving_gain import corners_of, vertex_of
 
 SECONDS = 20.0  # for each plant's multipliers
 HIGHEST = 0.998  # of what was reached: below it a bound is sought

@@ -24,7 +24,7 @@ from ..solution import Solution
 from . import slopes
 from .continuation import Ended, hasty, of_loops, why_ended
 from .doors import refused_by_a_door, refused_by_mode, refused_by_sum
-from .loops import loops_of
+from .moving_gain import loops_of
 from .objective import DECAY, Objective, Task
 from .orders import from_lower_orders
 from .search import search

@@ -14,7 +14,7 @@ from ..request_as_data import loop_data
 from ..solution import Solution
 from ..unreached import refuse_by_response
 from .any_order import excluded, of_plant_alone
-from .loops import corners_of, vertex_of
+from .moving_gain import corners_of, vertex_of
 
 SECONDS = 20.0  # for the refusal of each plant by all of its state
 

@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from .loops import Loops
+from .moving_gain import MovingGain
 from .search import search
 
 NUDGE = 0.03  # of a unit: what does nothing has no slope
 STARTS = 2  # of each order but the last, besides the end of the one before
 
 
-class _Part(Loops):
-    """Loops whose free numbers are ``some`` of those of ``whole``; the others stay as
-    they are in ``rest``.
+class _Part(MovingGain):
+    """A `MovingGain` whose free numbers are ``some`` of those of ``whole``; the others
+    stay as they are in ``rest``.
     """
 
     def __init__(self, whole, some, rest):

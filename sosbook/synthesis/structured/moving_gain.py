@@ -14,7 +14,7 @@ from ..ranges import Ranges
 TINY = 1e-9  # of the largest entry of G: below it a sensor doesn't see an input
 
 
-class Loops:
+class MovingGain:
     """x' = (A + B K C_y) x + (W + B K D_y) w, and what requirements see of it, of
     ``plants`` in floats, joined with the law's states. ``measured`` and ``noisy``, (q,
     N) and (q, p), are C_y and D_y, and ``form`` says which gains are free.
@@ -31,7 +31,7 @@ class Loops:
 
     def with_more(self, plants):
         """The same with some ``plants`` more."""
-        return Loops([*self.plants, *plants], self.measured, self.noisy, self.form)
+        return MovingGain([*self.plants, *plants], self.measured, self.noisy, self.form)
 
     @cached_property
     def matrices(self):
@@ -161,10 +161,10 @@ def corners_of(request):
 
 
 def loops_of(request):
-    """The `Loops` of a request with a law, of its corners."""
+    """The `MovingGain` of a request with a law, of its corners."""
     parts, form = request.law_parts, request.law.structure(request.plant)
     joined = [parts.joined(d).map(_float) for d in corners_of(request).values()]
-    return Loops(joined, _float(parts.measured), _float(parts.noisy), form)
+    return MovingGain(joined, _float(parts.measured), _float(parts.noisy), form)
 
 
 def _float(x):
