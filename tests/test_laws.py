@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 import sosbook as sos
 from sosbook.exact.rational import exact
+from sosbook.studies import maps
 from tests.cases import by_hand
 
 
@@ -200,6 +201,46 @@ def test_a_law_that_measures_the_whole_state_is_the_feedback_of_it():
         assert np.array_equal(x.x, y.x) and np.array_equal(x.u, y.u)
     own, same_program = (c.to_c("pid").texts["pid.c"] for c in controllers)
     assert own == same_program
+
+
+def test_full_state_is_a_law_like_the_others():
+    """What it joins are the integrals, and its loop is that of K x."""
+    U, K = [[0.3, 1]], np.array([[-1, -2, 0.3, -1, -9.81]])
+    law = sos.FullState(U)
+    parts, names = law.parts(ARM), ("z1", "z2", "z1'", "z2'", "integral of 0.3 z1 + z2")
+    assert parts.signals == names and law.readings(ARM).names == names[:4]
+    asked = sos.analyse_pid(ARM, K, U)
+    assert (law.gain(ARM, asked.gains) == K).all()
+    assert law.structure(ARM).named(K).keys() == asked.gains.keys()
+    for one, d in zip(parts.vertices(ARM, K), asked.request.vertices):
+        assert all((getattr(one, x) == getattr(d, x)).all() for x in ("E", "A", "Bu"))
+        same(np.linalg.eigvals(np.linalg.solve(one.E, one.A + one.Bu @ K)),
+             np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K)))  # fmt: skip
+    first = sos.DescriptorSystem(np.eye(2), [[0, 1], [0.3, 0]], [[0], [1]])
+    assert sos.FullState().gain(first, {"K": [[1, 2]]}).tolist() == [[1, 2]]
+
+
+def test_fewer_and_fewer_places_ask_whether_there_is_a_law():
+    """No law is `FullState`; who asks lower numbers here, and never higher ones."""
+    package = Path(sos.__file__).parent
+    asked = {r"law is (not )?None": 53, r"hasattr\(plant, .order.\)": 0}
+    own = {"laws", "pendulum", "book", "checker"}
+    texts = [
+        file.read_text("utf-8")
+        for file in package.rglob("*.py")
+        if not own & set(file.relative_to(package).parts)
+    ]
+    for words, most in asked.items():
+        assert sum(len(re.findall(words, text)) for text in texts) <= most, words
+
+
+def test_an_edge_of_a_full_state_is_that_without_a_law():
+    cart, edge = sos.SecondOrderSystem(1, 0.3, 2, 1, [[1]]), maps.edge
+    asked = dict(region=sos.PoleRegion(sigma=1, rho=9.81), digits=1)
+    plain = edge("sigma", cart, [[1]], **asked)
+    law = edge("sigma", cart, law=sos.FullState([[1]]), **asked)
+    assert plain.feasible == law.feasible > 1
+    assert plain.infeasible == law.infeasible
 
 
 def test_rows_of_a_descriptor_system():

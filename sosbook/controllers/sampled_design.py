@@ -214,7 +214,7 @@ def design_sampled(
     True
     """
     T, delay = checked_delay(T, delay)
-    if not isinstance(law, Law):
+    if not (isinstance(law, Law) and law.searched):
         raise ValueError(
             f"law must be a PIDLaw or DynamicLaw, got {type(law).__name__}: for all "
             "states at once see design_sampled_lqr"

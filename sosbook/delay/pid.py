@@ -122,7 +122,7 @@ def analyse_delay(
     mu: float = 0.0,
     delta: float = 0.0,
     *,
-    law: Law | FullState | None = None,
+    law: Law | None = None,
     method: Literal["functional", "shift", "legendre", "interval"] = "functional",
     order: int | None = None,
     K_A: ArrayLike | None = None,
@@ -141,7 +141,7 @@ def analyse_delay(
         As in `analyse_pid`; left out for a `DelayedLoop`.
     U, tau, mu, delta
         As in `design_delay_pid`.
-    law : Law or FullState, optional
+    law : Law, optional
         As in `analyse_pid`. The loop is opened where u enters the plant, and the
         proof is of the plant with the law's memory in it: see `Loop.opened`.
     method : {"functional", "shift", "legendre", "interval"}

@@ -167,6 +167,7 @@ class Law(ABC, ReadOnly):
     ``rates``, which are velocities.
     """
 
+    searched = True  # False where LMIs find the gain
     sensors: Any = None
     rates: Any = None
     noise: Any = None

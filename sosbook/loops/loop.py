@@ -46,7 +46,7 @@ class Loop(ReadOnly):
     ----------
     plant : SecondOrderSystem, Polytope, Uncertain or DescriptorSystem
         Constant plants: a parameter doesn't move while the loop does.
-    law : Law or FullState, optional
+    law : Law, optional
         What is measured and remembered; all of z and z' without it. A design, an
         `ObserverDesign`, a Controller or python-control's StateSpace, whose inputs and
         outputs are named, brings its law and its numbers along.
@@ -84,7 +84,7 @@ class Loop(ReadOnly):
         clock: Clock | Late | None = None,
     ) -> None:
         """Read the law, its numbers and the clock."""
-        if gains is None and not isinstance(law, (Law, FullState)):
+        if gains is None and not isinstance(law, Law):
             law, gains = None, law
         if gains is None:
             raise ValueError("gains are missing: design_pid(plant, law=law) finds some")

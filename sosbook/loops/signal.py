@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from ..laws import FullState
 from ..plants.gain import input_names, signals
 
 
@@ -20,17 +21,14 @@ def signals_of(bare, U, law, c=None):
     """Every `Signal` of a plant, ``bare`` of sensors that are late, under a ``law``, or
     with the integrals ``U``, and those of a controller c where a clock runs it.
     """
-    plant, law = (bare, None) if law is None else law.on(bare)
-    names, states = signals(plant, U), len(signals(plant))
-    memory, readings, goals, units = names[states:], names[:states], (), {}
-    if law is not None:
-        parts = law.parts(plant)
-        memory, readings = parts.states, parts.sensors
+    plant, law = (law or FullState(U)).on(bare)
+    names, parts, goals, units = signals(plant), law.parts(plant), (), {}
+    memory, readings = parts.states, parts.sensors
     if c is not None:
         memory, units = c.states, c.units
         readings, goals = ([s.name for s in x] for x in (c.measured, c.set_points))
     found = [
-        ("state", names[:states]),
+        ("state", names),
         ("memory", memory),
         ("disturbance", [f"w[{k}]" for k in range(plant.p)]),
         ("set point", goals),

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..exact.definite import exact
-from ..laws import FullState, Law
+from ..laws import Law
 from ..lmi.solution import LMISolution
 from ..plants.controllability import fixed_part
 from ..plants.coupling import coupling_of
@@ -58,7 +58,7 @@ def design_lqr(
     saturation: Saturation | None = None,
     mu: float | Literal["free"] | None = None,
     requirements: Iterable[Requirement] = (),
-    law: Law | FullState | None = None,
+    law: Law | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design the PID (without ``U`` PD) controller of least cost bound.
@@ -77,7 +77,7 @@ def design_lqr(
         As in `QuadraticCost`.
     coupling, slack, region, gamma, saturation, mu, requirements
         As in `design_pid`.
-    law : Law or FullState, optional
+    law : Law, optional
         What the controller measures and remembers, as in `design_pid`, which searches
         its gain: the same as ``design_pid(law=law, cost=QuadraticCost(Q, R, noise),
         minimize="cost")``, which takes ``starts`` and ``seed``, too. Q weighs the
@@ -114,7 +114,7 @@ def design_lqr(
     """
     asked = QuadraticCost(Q, R, noise, bound=1.0)
     name = asked.parameter.key
-    if law is not None and not isinstance(law, FullState):
+    if getattr(law, "searched", False):
         wanted = coupling_of(coupling)
         common = wanted.one_P and wanted.between
         return design_pid(

@@ -17,7 +17,6 @@ from .procedure import design_asked
 
 if TYPE_CHECKING:
     from ..laws.base import Law
-    from ..laws.full_state import FullState
 
 TIME_LIMIT = 300.0  # seconds
 KnownCoupling = Literal["auto", "multipliers", "pairs", "vertices", "slack"]
@@ -41,7 +40,7 @@ def design_pid(
     prefer: Literal["centre", "least"] | None = None,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
-    law: "Law | FullState | None" = None,
+    law: "Law | None" = None,
     maximize: Literal["sigma"] | None = None,
     starts: int = 16,
     seed: int = 0,
@@ -117,7 +116,7 @@ def design_pid(
     requirements : sequence of Requirement, optional
         More of what is asked; region, gamma, saturation and cost are
         shorthand for such objects, and no kind is asked in both ways.
-    law : Law or FullState, optional
+    law : Law, optional
         What the controller measures and remembers: `PIDLaw`, `DynamicLaw`; without it
         all of z and z' is measured, as with `FullState`. A gain of a law is searched,
         for its inequalities aren't convex, and then proven by multipliers, as by
@@ -214,7 +213,7 @@ def analyse_pid(
     backoff: float = 0.01,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
-    law: "Law | FullState | None" = None,
+    law: "Law | None" = None,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     """Find a certificate for a given gain.

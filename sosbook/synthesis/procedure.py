@@ -128,15 +128,13 @@ def law_of(U, law):
         return U, None
     if U is not None:
         raise ValueError("law and U are given: say in the law what is integrated")
-    from ..laws import FullState, Law
+    from ..laws import Law
 
-    if isinstance(law, FullState):
-        return law.U, None
     if not isinstance(law, Law):
         raise ValueError(
             f"law must be a FullState, PIDLaw or DynamicLaw, got {type(law).__name__}"
         )
-    return None, law
+    return (None, law) if law.searched else (law.U, None)
 
 
 def _of_a_law(coupling, **absent):

@@ -10,6 +10,7 @@ from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
 from ...synthesis.feasibility import find, guarded, refused
 from ...synthesis.pid import TIME_LIMIT, design_pid
+from ...synthesis.procedure import law_of
 from ...synthesis.request import Request
 from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
@@ -22,9 +23,10 @@ class Ask:
     """
 
     def __init__(self, plant, U, asked, options):
-        self.plant, self.U, self.options = plant, U, dict(options)
-        self.law = options.get("law")
+        self.plant, self.options = plant, dict(options)
+        self.U, self.law = law_of(U, options.get("law"))
         if self.law is None:
+            self.options.pop("law", None)
             self.options.setdefault("coupling", "pairs")
         names = [name for name in options if name in KEYWORDS and name != "mu"]
         asked = asked | {name: self.options.pop(name) for name in names}

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ...laws import Law
 from ...synthesis.pid import design_pid
 from .parallel import sweep
 
@@ -59,9 +58,9 @@ def designs(plant, specifications, n_jobs=None, progress=True):
         for asked in run:
             law = asked.get("law")
             shape = np.shape(getattr(law, "U", asked.get("U")))
-            key = str(asked.get("coupling")), shape, isinstance(law, Law)
+            key = str(asked.get("coupling")), shape, getattr(law, "searched", False)
             usual = {"coupling": "pairs", "start": last.get(key)}
-            if isinstance(law, Law):  # its loop has neither
+            if key[2]:  # its loop has neither
                 usual = {}
             try:
                 design = design_pid(plant, **usual | asked)
