@@ -64,7 +64,7 @@ def design_asked(
 
 @dataclass(frozen=True)
 class Task:
-    """What `design_pid` and `analyse_pid` are asked, checked: the ``request``, the
+    """The checked question of `design_pid` and `analyse_pid`: the ``request``, the
     ``gain`` that is known, the ``objective`` as in `optimum`, whether the coupling may
     be chosen, ``auto``, and how to search, as in `design_pid`.
     """
