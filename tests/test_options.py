@@ -33,7 +33,6 @@ from sosbook.pendulum.recorded import check_recording
 from sosbook.pendulum.rig import DATA, shipped
 from sosbook.pendulum.steering import Steering
 from sosbook.studies import maps, polytopes
-from tests.axis import axis
 from tests.cases import campaign
 from tests.closed import analyse_loop
 from tests.test_docstrings import function_of, public
@@ -135,14 +134,15 @@ def late(function, plants, *given):
     return [ask(plant) for plant in plants]
 
 
-def TICKED():
+def TICKED(plant=CART):
     """A controller of the cart that reads it at 100 Hz."""
-    return sos.analyse_pid(CART, [[-4, -4, -1]], [[1]]).controller(T=0.01)
+    return sos.analyse_pid(plant, [[-4, -4, -1]], [[1]]).controller(T=0.01)
 
 
 @cache
 def rounded(precision):
-    return axis().set_point(ramp=6).rounding(precision, range=60, speed=6)
+    free = TICKED(sos.SecondOrderSystem(1, 1, 0, 1, 1))  # rests anywhere
+    return free.set_point(ramp=6).rounding(precision, range=9, speed=9)
 
 
 BETWEEN = sos.Uncertain(  # soon singular at both ends
