@@ -66,7 +66,8 @@ def design_asked(
 class Task:
     """The checked question of `design_pid` and `analyse_pid`: the ``request``, the
     ``gain`` that is known, the ``objective`` as in `optimum`, whether the coupling may
-    be chosen, ``auto``, and how to search, as in `design_pid`.
+    be chosen, ``auto``; and how to search, as in `design_pid`: ``backoff``,
+    ``starts``, ``seed``, ``prefer``, ``start``.
     """
 
     request: Request
