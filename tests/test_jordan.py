@@ -1,11 +1,13 @@
 """Loops with Jordan blocks: equal modules that push each other."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
-from sosbook.synthesis import known_gain
+from sosbook.synthesis import known_gain, known_lmis
 from sosbook.synthesis.equations import of_modes
 
 
@@ -112,3 +114,18 @@ def test_a_searched_gain_without_a_proof_is_shown(monkeypatch):
     assert design.status == "undecided" and not design.certify().proven
     assert set(design.gains) == {"K_P", "K_D"} and design.hinf() < 20
     assert f"true value {design.hinf():.4g}"[:-1] in design.reason
+
+
+@pytest.mark.parametrize("size", [1e60, 1e99])
+def test_sizes_of_far_entries_are_near_one_and_warn_of_nothing(size, monkeypatch):
+    """scipy casts them to whole numbers; where no float holds them they are ones."""
+    A = np.array([[-1, size], [0, -1]])
+    vectors = np.linalg.eig(A)[1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = known_lmis._sizes(A, vectors)
+    assert 0.1 < abs(A * found / found[:, None]).max() < 10
+    for lost in ([np.inf, 1.0], [1.0, 0.0], [np.nan, 1.0]):
+        answer = A, (np.array(lost), None)
+        monkeypatch.setattr(known_lmis, "matrix_balance", lambda *_, **__: answer)
+        assert (known_lmis._sizes(A, vectors) == 1).all()
