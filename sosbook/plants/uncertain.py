@@ -120,8 +120,7 @@ class Uncertain:
         self.kind, self.box, self.parts, self._rest = kind, box, parts, rest
         self.rows, self.pieces = {}, dict.fromkeys(box.names, 1)
         used = np.max([m for part in parts.values() for m in part.monomials], axis=0)
-        idle = [name for name, d in zip(box.names, used) if not d]
-        if idle:
+        if idle := [name for name, d in zip(box.names, used) if not d]:
             raise ValueError(f"the plant doesn't depend on {', '.join(idle)}")
         #: The highest power of each parameter, by name.
         self.degree = dict(zip(box.names, used.tolist()))
@@ -140,9 +139,8 @@ class Uncertain:
     @cached_property
     def straight(self) -> bool:
         """True if each vertex is a mean of plants at the corners: no cut is nearer."""
-        return self.multi_affine or corners_hold(
-            self._stacks(), self.degree, self.pieces
-        )
+        parts = self._stacks()
+        return self.multi_affine or corners_hold(parts, self.degree, self.pieces)
 
     def _stacks(self):
         form = self.box, tuple(self.degree.values()), tuple(self.pieces.values())
@@ -312,17 +310,13 @@ class Uncertain:
 
     @property
     def vertices(self) -> tuple:
-        """Plants whose hull holds all of the family: see the notes.
-
-        The last parameter changes first.
-        """
+        """Plants whose hull holds the family; the last parameter changes first."""
         return self.polytope().vertices
 
     @cached_property
     def _corners(self):
         """The vertices, by Bernstein's form; raises where they are too many."""
-        count = self.count
-        if count > MOST_VERTICES:
+        if (count := self.count) > MOST_VERTICES:
             costs = {k: 2 + (d - 1) * self.pieces[k] for k, d in self.degree.items()}
             name = max(costs, key=costs.get)
             raise ValueError(
@@ -374,8 +368,7 @@ class Uncertain:
         >>> [v.S.item() for v in square.vertices], len(square.cut(v=4).vertices)
         ([0.0, 0.0, 1.0], 6)
         """
-        unknown = pieces.keys() - set(self.box.names)
-        if unknown:
+        if unknown := pieces.keys() - set(self.box.names):
             raise ValueError(f"{sorted(unknown)[0]!r} is no parameter")
         cells = {name: whole(name, n, 1) for name, n in pieces.items()}
         other = self.within(self.box)
@@ -383,22 +376,17 @@ class Uncertain:
         return other
 
     def polytope(self) -> Any:
-        """The polytope of the vertices.
-
-        Returns
-        -------
-        Polytope or DescriptorSystem
-            With this family as its ``family``: what is proven of it is said of the
-            parameters.
+        """The polytope of the vertices, or DescriptorSystem, with this as its ``family``:
+        what is proven of it is said of the parameters.
         """
         return self._around
 
     @cached_property
     def _around(self):
         several = [v.vertices[0] for v in self._corners]
+        own = {k: self._rest.get(k) for k in ("reduction", "sensed")}
         one = self.kind is SecondOrderSystem
-        own = [self._rest.get(name) for name in ("reduction", "sensed")]
-        plants = Polytope(several) if one else DescriptorSystem.of(several, *own)
+        plants = Polytope(several) if one else DescriptorSystem.of(several, **own)
         object.__setattr__(plants, "family", self)
         return plants
 
