@@ -376,7 +376,7 @@ class Uncertain:
         return other
 
     def polytope(self) -> Any:
-        """The polytope of the vertices, or DescriptorSystem, with this as its ``family``:
+        """The polytope (or DescriptorSystem) of the vertices, with this as ``family``:
         what is proven of it is said of the parameters.
         """
         return self._around
