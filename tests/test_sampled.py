@@ -533,7 +533,6 @@ def test_a_polytope_with_a_controller_is_proven_or_refused():
     "controller",
     [
         control.ss([[0.5]], [[0.2]], [[1]], [[0]], 0.1),
-        control.ss([[-1]], [[1, 1]], [[1]], [[0, 0]]),
         control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], 0.2),
         control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], 0.1 * (1 + 1e-6)),
         control.ss([[0.5]], [[1, 1]], [[1]], [[0, 0]], float(np.nextafter(0.1, 1))),
@@ -543,6 +542,12 @@ def test_a_controller_of_another_kind_is_named(controller):
     cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
     with pytest.raises(ValueError, match="K must be a controller"):
         sampled_loop(cart, controller, 0.1)
+
+
+def test_a_controller_of_continuous_time_needs_names():
+    cart = sos.SecondOrderSystem([[1]], [[0.1]], [[-0.5]], B=[[1]])
+    with pytest.raises(ValueError, match="name what each input measures, of z1, z1'"):
+        sampled_loop(cart, control.ss([[-1]], [[1, 1]], [[1]], [[0, 0]]), 0.1)
 
 
 def test_a_rate_above_one_promises_nothing_and_is_refused():
