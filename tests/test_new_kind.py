@@ -1,6 +1,7 @@
 """The recipe of CONTRIBUTING for a kind of proof, run as it stands there."""
 
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from sosbook import proofs
 from sosbook.__main__ import main as program
 from sosbook.exact.checker.verdict import AUTHOR
 from sosbook.proofs import ProofFile, command
-from tests.processes import alone
+from tests.processes import alone, process
 from tests.test_rooms import CONTRIBUTING
 
 RECIPE = CONTRIBUTING.partition("## A new kind of proof")[2]
@@ -66,3 +67,16 @@ def test_nobody_takes_a_kind_of_another(recipe):
     for kind in ("design", "lmi", "infeasible delay", "lmi, falling"):
         with pytest.raises(ValueError, match="kind = .* is that of"):
             type("Mine", (mine,), {"kind": kind})
+
+
+@pytest.mark.parametrize("options", [(), ("--time-limit", "20")])
+def test_both_ways_of_verify_say_the_same_without_the_authors_module(
+    options, recipe, tmp_path
+):
+    """A long file, or an option, has the package decide in place of the kernel."""
+    words = [sys.executable, "-m", "sosbook", "verify", tmp_path / "falling.json"]
+    done = process(*words, *options)
+    assert done.returncode == AUTHOR and "by their author's word alone" in done.stdout
+    text = recipe["proof"].text.replace("lmi, falling", "lmy, falling")
+    (tmp_path / "falling.json").write_text(text, "utf-8")
+    assert process(*words, *options).returncode == 2

@@ -156,7 +156,7 @@ def verify(asked):
         why = proof.examined.alone
         said.append(f"this package alone decides it, not the checker: {why}")
     say("\n".join([first, *claims, *said]))
-    if proven and by_author({**data, "kind": proof.kind}):
+    if proven and by_author({**data, "kind": parse(proof.text)[0]}):
         return AUTHOR
     return PROVEN if proven else NOT_PROVEN
 

@@ -57,7 +57,8 @@ SINGLE = {  # without unknowns
     "small input": ("small_input.SmallInput", LOOP + "coupling epsilon E0 requirements "
                     "vertex rows columns spread blur multipliers share price"),
 }  # fmt: skip
-OF_AUTHOR = "lmi, "  # so begins a kind of somebody's own LMIs, before its name
+ITS_NAME = ", "  # before the name of a kind of somebody's own LMIs
+OF_AUTHOR = "lmi" + ITS_NAME
 AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
 BEYOND = {
