@@ -96,7 +96,8 @@ def strange(kind, seed):
 
 
 @pytest.mark.parametrize("kind", ["any", "undamped", "a mode alone", "matched"])
-def test_no_controller_that_is_built_does_what_is_excluded(kind):
+@pytest.mark.parametrize("enough", [2, pytest.param(8, marks=pytest.mark.campaign)])
+def test_no_controller_that_is_built_does_what_is_excluded(kind, enough):
     """Its norm is a bisection's; rational multipliers aren't found for each plant."""
     found = 0
     for seed in range(8):
@@ -109,6 +110,8 @@ def test_no_controller_that_is_built_does_what_is_excluded(kind):
         if proof is not None:
             assert proof.verify() and gamma < d.hinf(), seed
             found += 1
+        if found == enough:
+            break
     assert found >= 2
 
 

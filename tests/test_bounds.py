@@ -87,7 +87,7 @@ def test_what_was_asked_stays_proven_where_the_time_is_over(law, monkeypatch):
         raise OutOfTime
 
     with monkeypatch.context() as slow:
-        slow.setattr("sosbook.synthesis.bounds.least", late)
+        slow.setattr("sosbook.synthesis.known_gain.least", late)
         table = fresh.bounds()
         assert all(b.proven is None and b.as_asked for b in table) and len(table) == 3
         text, page = repr(table), table._repr_html_()

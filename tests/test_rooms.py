@@ -201,3 +201,14 @@ def test_an_unknown_name_is_an_error():
 def test_the_robots_program_runs():
     done = process(sys.executable, "-m", "sosbook.pendulum", "--help", check=True)
     assert "folder" in done.stdout
+
+
+def test_no_name_that_is_found_later_is_a_module_beside_it():
+    """Python binds a module in its package when it is imported: the name would change
+    from what it stands for into that module.
+    """
+    for file in PACKAGE.rglob("__init__.py"):
+        package = ".".join(("sosbook", *file.parent.relative_to(PACKAGE).parts))
+        homes = getattr(importlib.import_module(package), "_HOMES", {})
+        beside = {p.stem for p in file.parent.iterdir() if p.suffix in ("", ".py")}
+        assert not beside & homes.keys(), package

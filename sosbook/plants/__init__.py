@@ -24,7 +24,7 @@ __all__ = [
 ]
 _HOMES = {
     "condense": "plants.condensing",
-    "filtered": "plants.filtered",
+    "filtered": "plants.filters",
     "load_plant": "plants.files",
 }
 __all__ += _HOMES

@@ -110,8 +110,8 @@ def region_of_attraction(
     >>> ex = thesis.example_4()
     >>> basin = region_of_attraction(ex.plant, ex.K, ex.U, row=[1, 0, 0, 0, 0],
     ...               bound=np.pi / 2, start=[1, 1, 0, 0, 0])
-    >>> print(f"{np.degrees(basin.reach):.0f} degrees, {basin.proven}")
-    84 degrees, True
+    >>> round(np.degrees(basin.reach)), basin.proven
+    (84, True)
     """
     region = PoleRegion(sigma=sigma)
     loop = analyse_pid(plant, K, U, region=region, coupling="pairs")  # for its P

@@ -264,14 +264,13 @@ def proven(answer, *digits):
 
 
 def said(proof):
-    """The word "proven" or "not proven" of a ``proof``."""
+    """Says if there is a ``proof``."""
     return "proven" if proof else "not proven"
 
 
 def below(value, limit):
-    """The words "below ``limit``", for digits may differ; a larger value itself.
-
-    Those of rounding errors differ between machines.
+    """Says that a ``value`` is below a ``limit``, or how large it is: the digits of
+    rounding errors differ between machines.
     """
     return f"below {limit:g}" if value < limit else f"{value:.2g}"
 
