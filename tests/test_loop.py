@@ -459,3 +459,13 @@ def test_the_longest_delay_of_a_law_is_near_its_margin():
     found = largest("tau", PLANT, OF_PID, tau=0.05, law=PID, refuse=False)
     assert 0.5 * delay_margin("PID") < found.value < delay_margin("PID")
     assert loop("PID").late(0.05).largest("tau", refuse=False).value == found.value
+
+
+def test_a_controllers_loop_keeps_the_clock_that_it_was_made_for():
+    c = loop("PID").design.controller(T=0.01, delay=(0.001, 0.004), jitter=0.002)
+    again = sos.Loop(PLANT, c)
+    assert again.clock == sos.Clock(0.01, (0.001, 0.004), 0.002)
+    proof = again.largest("delay", 0.006, tolerance=0.5)
+    assert proof.proven and proof.T == (0.008, 0.012) and proof.delay[0] == 0.001
+    proof = again.largest("T", 0.02, tolerance=0.5)
+    assert proof.proven and proof.T[0] == 0.008 and proof.delay == (0.001, 0.004)

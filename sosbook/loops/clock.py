@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+from ..exact.rational import exact
+
 
 @dataclass(frozen=True)
 class Clock:
@@ -21,3 +23,17 @@ class Late:
 
     tau: float
     mu: float = 0.0
+
+
+def clock_of(controller):
+    """The `Clock` of a ``controller``, with the jitter and the delays it was made for.
+
+    >>> from types import SimpleNamespace
+    >>> clock_of(SimpleNamespace(T=0.1, clock=((0.08, 0.12), (0.0, 0.05))))
+    Clock(T=0.1, delay=(0.0, 0.05), jitter=0.02)
+    """
+    if controller.clock is None:
+        return Clock(controller.T, controller.delay)
+    (early, _), delays = controller.clock
+    late = delays if delays[0] < delays[1] else delays[1]
+    return Clock(controller.T, late, float(exact(controller.T) - exact(early)))

@@ -28,7 +28,7 @@ from ..synthesis.pid import analyse_pid
 from ..synthesis.procedure import law_of
 from ..synthesis.request import Request
 from .as_data import loop_data, read_loop
-from .clock import Clock, Late
+from .clock import Clock, Late, clock_of
 from .signal import Signal, signals_of
 from .system import system_of
 
@@ -91,7 +91,7 @@ class Loop(ReadOnly):
         if hasattr(gains, "of_state"):  # a Controller
             if clock is not None or law is not None:
                 raise ValueError("a Controller has a law and a clock: leave them out")
-            clock = Clock(gains.T, gains.delay)
+            clock = clock_of(gains)
         else:
             law, gains = taken(checked_plant(plant), gains, law)
             law_of(None, law)  # raises where it is no law
@@ -335,7 +335,8 @@ class Loop(ReadOnly):
         """
         if find in ("T", "delay"):
             c = self.controller
-            ends = {"T": c.T, "delay": c.delay} | {find: (getattr(c, find), to)}
+            ends = dict(zip(("T", "delay"), c.clock or (c.T, c.delay)))
+            ends[find] = float(np.min(ends[find])), to
             furthest = later("sampled", "furthest_sampled")
             return furthest(c.plant, c, **ends, find=find, **how)
         clock = self.clock if isinstance(self.clock, Late) else Late(1.0)
