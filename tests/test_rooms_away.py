@@ -87,17 +87,26 @@ ASKED = """
 code = command.main(["design", "asked.json", "--out", "folder"])
 print("asked:", code)
 """
-FIRST = """
-import sys
+STARTS = {  # a process, and how many modules of the package it may load
+    "import sosbook": 1,
+    """
+from sosbook.__main__ import main
+assert main(["verify", "proof.json"]) == 0
+""": 20,
+    """
+import numpy, scipy.linalg, flint
+before = {*sys.modules}
 import sosbook as sos
-def loaded(of="sosbook"):
-    return sum(f"{m}.".startswith(f"{of}.") for m in sys.modules)
-counts = [loaded()]
 M, D, S = ([[m, 0], [0, 1]] for m in (1, 2)), [[1, -1], [-1, 1]], [[2, -1], [-1, 1]]
 I = [[1, 0], [0, 1]]
 example = sos.Polytope([sos.SecondOrderSystem(m, D, S, I, I) for m in M])
-assert sos.design_pid(example, gamma=0.5).certify().proven
-print(*counts, loaded(), loaded("scipy.optimize") + loaded("scipy.spatial"))
+assert sos.design_pid(example, gamma=0.5).K is not None
+""": 105,
+}
+COUNTED = """
+new = {m for m in {*sys.modules} - before if m.partition(".")[0] not in ready}
+own = {m for m in new if f"{m}.".startswith("sosbook.")}
+print(len(own), *sorted(new - own))
 """
 
 
@@ -152,9 +161,14 @@ def test_the_core_needs_no_optional_room(name, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_first_design_loads_few_modules(tmp_path):
-    root, design, searches = map(int, run(tmp_path, FIRST, PACKAGE.parent).split())
-    assert root <= 1 and design <= 120 and searches == 0
+@pytest.mark.parametrize("start", STARTS, ids=("import", "verify", "first design"))
+def test_a_start_loads_few_modules_and_no_library_that_it_does_without(start, tmp_path):
+    proof = sos.design_pid(CART, region=sos.PoleRegion(sigma=0.1)).certify()
+    proof.save(tmp_path / "proof.json")
+    code = "import sys; ready, before = sys.stdlib_module_names, {*sys.modules}\n"
+    told = run(tmp_path, code + start + COUNTED, PACKAGE.parent).splitlines()
+    count, *libraries = told[-1].split()
+    assert int(count) <= STARTS[start] and not libraries, told[-1]
 
 
 PAGES = """

@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from ..exact.definite import round_digits
-from ..exact.proof import PLACES
-from ..exact.refusal import excluded_radius
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
 from ..solver.bounded import any_centre, bounded, unpacked
@@ -256,6 +254,7 @@ class LMIProblem(LMIText):
             If a block isn't exactly symmetric or holds a float that
             didn't pass ``number``, or if digits is below 1.
         """
+        from ..exact.proof import PLACES
         from .proofs import LMIProof
 
         for u in self.unknowns:
@@ -296,6 +295,8 @@ class LMIProblem(LMIText):
         ``Z``: as in `refuse`. Returns float: see
         `sosbook.exact.refusal.excluded_radius`.
         """
+        from ..exact.refusal import excluded_radius
+
         return excluded_radius(self.in_unknowns(rationals), self.unknowns, Z)
 
     def to_cvxpy(self, margin=0.0):

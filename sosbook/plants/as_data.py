@@ -1,8 +1,7 @@
 """Plants as plain data, and back again: as proof files have them, or people write."""
 
-from scipy.sparse import issparse
-
 from ..exact.rational import decimal, decimals, read_array
+from ..runtime.sparse import issparse
 from .checks import as_written
 from .descriptor import OF_ARGUMENTS
 from .descriptor_system import DescriptorSystem

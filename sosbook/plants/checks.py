@@ -6,7 +6,8 @@ from contextvars import ContextVar
 from functools import lru_cache
 
 import numpy as np
-from scipy.sparse import issparse
+
+from ..runtime.sparse import issparse
 
 SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from flint import fmpq, fmpq_mat, nmod_mat
 from scipy.linalg import null_space, qr, svd
-from scipy.sparse import issparse
-from scipy.sparse.linalg import splu
 
 from ..exact.rational import exact, null_basis
+from ..runtime.sparse import issparse
 from .checks import rank_deficient
 
 MOST_NAMED = 12  # rows in an error, which is one line
@@ -131,6 +130,8 @@ class Massless:
         """
         M, S, B = (given[x] for x in "MSB")
         if issparse(M):
+            from scipy.sparse.linalg import splu
+
             try:
                 splu(S[self.L][:, self.N].tocsc())
             except RuntimeError:

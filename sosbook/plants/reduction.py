@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh, solve_continuous_lyapunov, svd
-from scipy.sparse import issparse
 
 from ..runtime.read_only import ReadOnly
+from ..runtime.sparse import issparse
 from .checks import count, matrix
 from .massless import definite_cure
 

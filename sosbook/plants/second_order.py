@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from scipy import sparse
 from scipy.linalg import eigvals
-from scipy.sparse import issparse
 
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
+from ..runtime.sparse import issparse
 from .checks import checked_names, matrix, rank_deficient
 from .descriptor import descriptors
 from .parametric import MayBeSymbolic
@@ -21,9 +20,11 @@ from .sparse import check_mass, check_small, reader, same_matrix
 from .suspicions import suspicion
 
 if TYPE_CHECKING:
+    from scipy.sparse import sparray, spmatrix
+
     from .signals import Sine, Step
 
-Matrix: TypeAlias = ArrayLike | sparse.sparray | sparse.spmatrix
+    Matrix: TypeAlias = ArrayLike | sparray | spmatrix
 
 
 class MassWarning(UserWarning):

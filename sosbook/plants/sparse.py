@@ -1,9 +1,8 @@
 """Large sparse matrices, and what is asked of the mass of any plant."""
 
 import numpy as np
-from scipy.sparse import csc_array, issparse
-from scipy.sparse.linalg import splu
 
+from ..runtime.sparse import issparse
 from .checks import check_rank, matrix
 from .massless import massless_cure
 
@@ -27,6 +26,8 @@ def reader(*given):
 
 def _sparse(name, value, shape=None):
     """A csc_array that can't be written to, checked as `matrix` does."""
+    from scipy.sparse import csc_array
+
     if not issparse(value):
         value = matrix(name, value, shape)
     kept = csc_array(value, copy=True)
@@ -67,6 +68,9 @@ def sparse_factor(x):
     """SuperLU's factors of a sparse ``x`` without exchanges of rows, or None: of a
     symmetric matrix their diagonal has the signs of its eigenvalues.
     """
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
     options = dict(permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0)
     try:
         return splu(csc_array(x), options=dict(SymmetricMode=True), **options)

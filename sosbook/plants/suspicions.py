@@ -1,8 +1,8 @@
 """Suspicions about a plant's matrices, which may be right all the same."""
 
 import numpy as np
-from scipy.sparse import issparse
 
+from ..runtime.sparse import issparse
 from .massless import ROUNDED, light, light_cure
 from .sparse import sparse_factor
 

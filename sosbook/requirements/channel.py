@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from ..exact.checker.requirements import claim
 from ..exact.definite import exact
 from ..exact.rational import inverse
 from ..plants.checks import count, positive
@@ -127,6 +126,8 @@ class Channel(Requirement):
         return replace(one, outputs=outputs, inputs=inputs, name=name)
 
     def claim(self) -> str:
+        from ..exact.checker.requirements import claim
+
         return claim(self.data())
 
 

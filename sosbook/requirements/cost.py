@@ -10,7 +10,6 @@ import numpy as np
 
 from .. import analysis, theorems
 from ..analysis.riccati import lyapunov
-from ..exact.checker.requirements import claim
 from ..exact.definite import definite, exact, inverse
 from ..language import Unknown, eye, he
 from ..plants.checks import is_word, matrix, numbers, positive
@@ -267,6 +266,8 @@ class QuadraticCost(Requirement):
         return c
 
     def claim(self) -> str:
+        from ..exact.checker.requirements import claim
+
         return claim(self.data())
 
     def truth(

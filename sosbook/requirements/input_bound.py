@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import analysis, theorems
-from ..exact.checker.requirements import claim
 from ..exact.rational import exact
 from ..language import Unknown, block, eye
 from ..plants.checks import matrix, numbers
@@ -153,6 +152,8 @@ class Saturation(Requirement):
         return theorems.whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2)
 
     def claim(self) -> str:
+        from ..exact.checker.requirements import claim
+
         return claim(self.data())
 
     def truth(

@@ -11,7 +11,6 @@ from typing import Self
 import numpy as np
 from flint import arb, ctx, fmpq
 
-from ..exact.checker.requirements import claim
 from ..exact.rational import exact
 from ..plants.checks import finite, positive
 from ..runtime.read_only import put
@@ -148,6 +147,8 @@ class RegionForms:
 
     def claim(self) -> str:
         """The form in words, which the matrices imply, or the matrices."""
+        from ..exact.checker.requirements import claim
+
         return claim(self.data())
 
 

@@ -13,11 +13,11 @@ from io import BytesIO
 from math import prod
 
 import numpy as np
-from scipy.sparse import issparse
 
 from .libraries import library
 from .op4 import matrices_of_op4
 from .reading import MOST_BYTES, number, read_bytes, read_text
+from .sparse import issparse
 
 MOST_ENTRIES = 20_000_000  # of a matrix in a file; of a full one its zeros, too
 MOST_WORDS = 5_000_000  # numbers of a table, lines of Abaqus: each is an object

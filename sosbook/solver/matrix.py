@@ -18,7 +18,6 @@ with the number of leaves A_i, not with its cube.
 import numpy as np
 from scipy.linalg.blas import dsyr, dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
-from scipy.sparse import csr_array
 
 
 class _Matrix:
@@ -286,6 +285,7 @@ def leaves(held, count):
     >>> [leaf.tolist() for leaf in leaves([{0, 1}, {1, 2}, {1, 3}], 5)]
     [[0, -1, 1, 2, 3], [0, 0, 0, 0, 1]]
     """
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
     pairs = [(k, thing) for k, some in enumerate(held) for thing in some]

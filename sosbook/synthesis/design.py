@@ -6,23 +6,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..exact.proof import Unproven, proven_within
-from ..exact.refusal import Refusal
 from ..runtime.later import later
 from ..runtime.time_limit import time_limit as limit_of_time
 from .closed_loop import ClosedLoop
-from .proofs import DesignProof, prove
 from .slack import feasible
 from .solution import Solution
 
 if TYPE_CHECKING:  # only what a few methods return
+    from ..exact.proof import Unproven
+    from ..exact.refusal import Refusal
     from .bounds import Bounds
     from .equations import Effort
     from .found import Found
+    from .proofs import DesignProof
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design(ClosedLoop[DesignProof], Solution):
+class Design(ClosedLoop["DesignProof"], Solution):
     """A controller and everything that is known about its loop.
 
     Parameters
@@ -87,7 +87,7 @@ class Design(ClosedLoop[DesignProof], Solution):
     True
     """
 
-    infeasibility: Refusal | None = None  # in Result it is abstract
+    infeasibility: "Refusal | None" = None  # in Result it is abstract
 
     @property
     def K_A(self) -> np.ndarray:
@@ -140,7 +140,7 @@ class Design(ClosedLoop[DesignProof], Solution):
         time_limit: float | None = None,
         progress: bool = False,
         on: Any = None,
-    ) -> DesignProof | Unproven:
+    ) -> "DesignProof | Unproven":
         """Prove what was asked in exact arithmetic; see `Result.certify`.
 
         Parameters
@@ -172,6 +172,7 @@ class Design(ClosedLoop[DesignProof], Solution):
         """
         if on is None or self.margins is None:
             return super().certify(digits, time_limit, progress)
+        from ..exact.proof import proven_within
         from .reduced_model import proven_on
 
         return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
@@ -219,11 +220,13 @@ class Design(ClosedLoop[DesignProof], Solution):
         with limit_of_time(time_limit):
             return found_on(self, whole)
 
-    def _prove(self, digits: int | None) -> DesignProof:
+    def _prove(self, digits: int | None) -> "DesignProof":
         if self.parts:
             from .known_proof import known_proof
 
             return known_proof(self.request, self.parts, digits)
+        from .proofs import prove
+
         return prove(self.request, self.K, self.P, digits, self.V, self.own)
 
     def bounds(self, time_limit: float = 60.0) -> "Bounds":

@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import issparse
 
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.read_only import ReadOnly
+from ..runtime.sparse import issparse
 from ..runtime.time_limit import OutOfTime
 
 SHIFTS = 0.3, 1.0, 3.0  # of the part's frequencies: where a sparse whole is looked at

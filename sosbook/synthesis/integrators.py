@@ -11,7 +11,6 @@ from itertools import combinations
 
 import numpy as np
 from scipy.linalg import null_space
-from scipy.sparse import issparse
 
 from ..exact.definite import exact
 from ..language import Unknown, he
@@ -22,6 +21,7 @@ from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.second_order import Polytope
 from ..plants.simplex import halves
 from ..runtime.array_like import ArrayLike
+from ..runtime.sparse import issparse
 from ..runtime.threads import one_thread
 from .fixed_mode import refuse_by_mode
 from .request import Request

@@ -2,12 +2,11 @@
 
 import warnings
 
-from scipy.sparse import issparse
-
 from ..exact.definite import round_digits
 from ..exact.proof import DIGITS, Unproven
 from ..exact.rational import digit_count
 from ..plants.second_order import SecondOrderSystem
+from ..runtime.sparse import issparse
 from ..runtime.time_limit import under_way
 from .feasibility import answer
 from .found import found_on, lifted

@@ -1,12 +1,14 @@
 """The common base of all design results."""
 
 from abc import ABC, abstractmethod
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from ..exact.proof import Unproven, proven_within
 from ..runtime.array_like import ArrayLike
+
+if TYPE_CHECKING:
+    from ..exact.proof import Unproven
 
 Proven = TypeVar("Proven")
 
@@ -43,7 +45,7 @@ class Result(ABC, Generic[Proven]):
         digits: int | None = None,
         time_limit: float | None = None,
         progress: bool = False,
-    ) -> Proven | Unproven:
+    ) -> "Proven | Unproven":
         """Prove what was asked in exact arithmetic.
 
         Floats, the plant's too, are read as decimals: 0.1 is 1/10. The exponentials
@@ -70,6 +72,8 @@ class Result(ABC, Generic[Proven]):
         """
         if self.margins is None:
             return self._nothing_to_prove()
+        from ..exact.proof import proven_within
+
         return proven_within(time_limit, lambda: self._prove(digits), progress)
 
     def _prove(self, digits: int | None) -> Proven:
@@ -135,6 +139,8 @@ class Result(ABC, Generic[Proven]):
 
     def _nothing_to_prove(self):
         """The answer of `certify` where there is no design."""
+        from ..exact.proof import Unproven
+
         proof = self.infeasibility if self.status == "infeasible" else None
         there = " That is proven: see its infeasibility." if proof else ""
         reason = getattr(self, "reason", "") or "Its advice says what to change."

@@ -15,7 +15,6 @@ from ..solver.loop import margin
 from .cutting import CUTTING_PLANE_ABOVE_PAIRS
 from .pair_stacks import named_margins
 from .payments import paid
-from .proofs import prove, refuse_design
 from .scaling import in_unknowns_of
 from .solution import Solution
 
@@ -79,6 +78,8 @@ class ScaledLMIs(TrustedProblem):
         """
         if self.free:  # a file speaks of numbers
             return super().refuse(Z)
+        from .proofs import refuse_design
+
         return refuse_design(self.request, self.frame, Z, self.pairs)
 
     def limit(self):
@@ -185,6 +186,8 @@ class ScaledLMIs(TrustedProblem):
             margins = {name: margin(g) for name, g in blocks.items()}
         good = min(margins.values()) > 1e-9
         if not good:  # too close for floats, even for the sign of what remains
+            from .proofs import prove
+
             proof = prove(request, K, P, 17, V, own)
             good, margins = proof.proven, proof.margins() or margins
         status = "feasible" if good else "undecided"

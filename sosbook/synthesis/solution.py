@@ -1,14 +1,16 @@
 """The solution of a request's LMIs: a point in the plant's units, or a refusal."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..exact.refusal import Refusal
 from ..runtime.read_only import ReadOnly
 from .request import Request
 from .scaling import Frame
+
+if TYPE_CHECKING:
+    from ..exact.refusal import Refusal
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +32,7 @@ class Solution(ReadOnly):
     own: dict | None = None
     minimized: tuple = ()
     reason: str = ""
-    infeasibility: Refusal | None = None
+    infeasibility: "Refusal | None" = None
     central: bool | None = None
     parts: tuple = ()
     searched: Any = None
