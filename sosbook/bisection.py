@@ -1,6 +1,11 @@
-"""Bisection between something that holds and something that doesn't."""
+"""Searches in one number: for the edge of what holds, and for the least value."""
 
-__all__ = ["narrowed"]
+from math import copysign, sqrt
+
+__all__ = ["lowest", "narrowed"]
+
+GOLDEN = (3 - sqrt(5)) / 2  # of an interval
+NOISE = sqrt(2.2e-16)  # relative: nearer points have the same value in floats
 
 
 def narrowed(holds, good, bad, middle):
@@ -31,3 +36,52 @@ def narrowed(holds, good, bad, middle):
         else:
             bad = between
     return good, bad
+
+
+def lowest(function, low, high, within):
+    """Where a ``function`` is least between ``low`` and ``high``, and its value there.
+
+    Brent's method: a parabola through the best three points where it helps, else a
+    golden section. It finds one of several dips, to ``within`` that distance.
+
+    >>> x, value = lowest(lambda x: (x - 2) ** 2 + 1, 0.0, 5.0, 1e-9)
+    >>> round(x, 6), round(value, 9)
+    (2.0, 1.0)
+    """
+    best = second = third = low + GOLDEN * (high - low)
+    at_best = at_second = at_third = function(best)
+    step = before = 0.0
+    for _ in range(500):
+        middle, least = (low + high) / 2, NOISE * abs(best) + within / 3
+        if abs(best - middle) <= 2 * least - (high - low) / 2:
+            break
+        curved = False
+        if abs(before) > least:
+            r = (best - second) * (at_best - at_third)
+            q = (best - third) * (at_best - at_second)
+            p = (best - third) * q - (best - second) * r
+            p, q = (-p if q > r else p), abs(2 * (q - r))
+            older, before = before, step
+            curved = abs(p) < abs(q * older / 2) and (
+                q * (low - best) < p < q * (high - best)
+            )
+        if curved:
+            step = p / q
+            if min(best + step - low, high - (best + step)) < 2 * least:
+                step = copysign(least, middle - best)
+        else:
+            before = (low if best >= middle else high) - best
+            step = GOLDEN * before
+        x = best + copysign(max(abs(step), least), step)
+        value = function(x)
+        if value <= at_best:
+            low, high = (best, high) if x >= best else (low, best)
+            third, at_third, second, at_second = second, at_second, best, at_best
+            best, at_best = x, value
+            continue
+        low, high = (x, high) if x < best else (low, x)
+        if value <= at_second or second == best:
+            third, at_third, second, at_second = second, at_second, x, value
+        elif value <= at_third or third in (best, second):
+            third, at_third = x, value
+    return best, at_best

@@ -6,6 +6,7 @@ import numpy as np
 from flint import acb, acb_mat, acb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
 from scipy.linalg import matrix_balance
 
+from ..bisection import lowest
 from ..exact.definite import exact
 from .peaks import ALIVE, DOUBLINGS, amplitude, largest_size
 
@@ -196,15 +197,7 @@ def _float(q):
 
 def _highest(function, grid):
     """The largest value on a grid, refined between its neighbours."""
-    from scipy.optimize import minimize_scalar
-
     values = [function(x) for x in grid]
     k = int(np.argmax(values))
     low, high = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
-    near = minimize_scalar(
-        lambda x: -function(x),
-        bounds=(low, high),
-        method="bounded",
-        options={"xatol": 1e-10},
-    )
-    return max(values[k], -near.fun)
+    return max(values[k], -lowest(lambda x: -function(x), low, high, 1e-10)[1])

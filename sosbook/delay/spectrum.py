@@ -10,6 +10,7 @@ polished on the characteristic matrix itself.
 import numpy as np
 from scipy.linalg import eigvals, matrix_balance
 
+from ..bisection import lowest
 from ..plants.checks import matrix, not_negative
 
 LARGEST_ORDER = 1000  # of an eigenvalue problem that is solved
@@ -149,8 +150,6 @@ def slowest_decay(A, A_d, low, high):
     >>> round(rate, 6), delay
     (0.318132, 1.0)
     """
-    from scipy.optimize import minimize_scalar
-
     A, A_d = checked_pair(A, A_d)
     low, high = not_negative("low", low), not_negative("high", high)
     if low > high:
@@ -169,10 +168,8 @@ def slowest_decay(A, A_d, low, high):
     best = [(float(rates.min()), float(grid[rates.argmin()]))]
     inner = (rates[1:-1] <= rates[:-2]) & (rates[1:-1] <= rates[2:])
     for i in np.flatnonzero(inner) + 1:
-        ends = grid[i - 1], grid[i + 1]
-        fine = {"xatol": 1e-9 * high}
-        optimum = minimize_scalar(rate, bounds=ends, method="bounded", options=fine)
-        best.append((float(optimum.fun), float(optimum.x)))
+        where, least = lowest(rate, grid[i - 1], grid[i + 1], 1e-9 * high)
+        best.append((float(least), float(where)))
     return min(best)
 
 

@@ -19,9 +19,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
-from scipy.optimize import least_squares, minimize_scalar
+from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
+from ..bisection import lowest
 from .spread import scaled
 
 __all__ = ["Heading", "Tracking", "track", "track_heading"]
@@ -313,15 +314,11 @@ def _turning(delta, signals, T, stretches):
         gains = np.linalg.lstsq(columns / scale, rest, rcond=1e-9)[0] / scale
         return gains, rest - columns @ gains
 
-    fitted = minimize_scalar(
-        lambda x: float(np.mean(solved(x)[1] ** 2)),
-        bounds=np.log(TURN_RATES),
-        method="bounded",
-        options={"xatol": 1e-4},
-    )
-    gains, residuals = solved(fitted.x)
+    least, most = np.log(TURN_RATES)
+    turn, _ = lowest(lambda x: np.mean(solved(x)[1] ** 2), least, most, 1e-4)
+    gains, residuals = solved(turn)
     inertia = 1 / gains[0] if gains[0] else np.inf
-    damping = np.exp(fitted.x) * inertia
+    damping = np.exp(turn) * inertia
     stronger, mean, rub = gains[1:] * inertia
     return np.array(
         [inertia, damping, stronger / 2, mean / damping / 2, rub]

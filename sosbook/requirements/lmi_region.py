@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import analysis, theorems
+from ..bisection import lowest
 from ..exact.rational import decimal, decimals, exact, read_array, read_number
 from ..plants.checks import matrix
 from ..plants.coupled import Coupled, SlackVertex
@@ -327,21 +328,14 @@ def _of_size_one(part):
 def _numerical_radius(beta):
     """The largest |x* beta x| over unit vectors x."""
 
-    from scipy.optimize import minimize_scalar
-
     def height(angle):
         turned = np.exp(1j * angle) * beta
         return np.linalg.eigvalsh(turned + turned.conj().T)[-1] / 2
 
     grid = np.linspace(0, 2 * np.pi, 25)
     best = grid[np.argmax([height(a) for a in grid])]
-    near = minimize_scalar(
-        lambda a: -height(a),
-        bounds=(best - 0.3, best + 0.3),
-        method="bounded",
-        options={"xatol": 1e-10},
-    )
-    return max(height(best), -near.fun)
+    _, near = lowest(lambda a: -height(a), best - 0.3, best + 0.3, 1e-10)
+    return max(height(best), -near)
 
 
 def by_matrices(requirement):

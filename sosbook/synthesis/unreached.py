@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.linalg import qr
 
+from ..bisection import lowest
 from ..exact.definite import exact, round_digits
 from ..exact.rational import decimal, decimals, echelon
 from ..exact.refusal import Refusal
@@ -122,8 +123,6 @@ def _loudest(sizes_at, points, enough):
     """The frequency at which the size is largest, or ``enough``; of the ``points``
     those louder than their neighbours are looked at closely.
     """
-    from scipy.optimize import minimize_scalar
-
     points = np.unique(points)
     sizes = sizes_at(points)
     best = points[sizes.argmax()]
@@ -134,14 +133,9 @@ def _loudest(sizes_at, points, enough):
     top = sizes.max()
     for k in tops[np.argsort(-sizes[tops])][:REFINED]:
         low, high = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
-        near = minimize_scalar(
-            lambda w: -sizes_at([w]).item(),
-            bounds=(low, high),
-            method="bounded",
-            options={"xatol": 1e-10 * high},
-        )
-        if -near.fun > top:
-            best, top = near.x, -near.fun
+        near = lowest(lambda w: -sizes_at([w]).item(), low, high, 1e-10 * high)
+        if -near[1] > top:
+            best, top = near[0], -near[1]
     return best
 
 

@@ -1,8 +1,8 @@
 """A chain that one force shakes and one motor holds: what no input takes away."""
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
+from ....bisection import lowest
 from ....exact.definite import exact
 from ....plants.controllability import fixed_part
 from ....plants.descriptor import descriptors
@@ -72,8 +72,8 @@ def _found(plant, i, j, top):
     free, left = np.array([sizes(x) for x in grid]).T
     k, step = left.argmax(), grid[1]
     ends = max(0, grid[k] - step), grid[k] + step
-    near = minimize_scalar(lambda x: -sizes(x)[1], bounds=ends, method="bounded")
-    at, bound = near.x, -near.fun
+    at, bound = lowest(lambda x: -sizes(x)[1], *ends, 1e-5)
+    bound = -bound
     (d,) = descriptors(one)
     part = fixed_part(*map(exact, (d.E, d.A, d.Bu)))
     modes = [complex(x.ball(64)) for x in part.modes()]
