@@ -137,7 +137,7 @@ def norms(plant, law, decay):
     felt = sos.Output(position=np.eye(plant.n)) & sos.Output(input=weight)
     begun = process_time()
     design = sos.design_pid(
-        plant, law=law, minimize="gamma", backoff=0.001,
+        plant, law=law, minimize="gamma", search=sos.Search(backoff=0.001),
         region=sos.PoleRegion(sigma=float(f"{0.3 * decay:.3g}")),
         requirements=[sos.HInfinity(outputs=felt)],
     )  # fmt: skip
@@ -162,7 +162,9 @@ def measured(numbers=(), log=print):
         if numbers and number not in numbers:
             continue
         begun = process_time()
-        design = sos.design_pid(plant, law=law, maximize="sigma", backoff=0.001)
+        design = sos.design_pid(
+            plant, law=law, maximize="sigma", search=sos.Search(backoff=0.001)
+        )
         searched = process_time()
         proof = design.certify()
         record = dict(

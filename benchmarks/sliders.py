@@ -110,7 +110,7 @@ def _move(request, start):
         **keywords(request),
         K_A=request.K_A,
         coupling=request.coupling.word,
-        start=start,
+        search=sos.Search(start=start),
     )
     solved = time.perf_counter()
     card = design._repr_html_()

@@ -76,7 +76,10 @@ def questions(kind, plant, decay):
     yield "stable", lambda: sos.design_pid(plant)
     yield asked, lambda: sos.design_pid(plant, region=region)
     if plant.n <= MOST_FOR_COST and kind != "player":
-        yield "gamma 0.2", lambda: sos.design_pid(plant, gamma=0.2, prefer="least")
+        yield (
+            "gamma 0.2",
+            lambda: sos.design_pid(plant, gamma=0.2, search=sos.Search(prefer="least")),
+        )
     if plant.n <= MOST_FOR_COST:
         yield "least cost", lambda: sos.design_lqr(plant, np.eye(N), np.eye(m))
 

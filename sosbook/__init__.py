@@ -43,6 +43,7 @@ _NAMES = {
     "synthesis.pid": ("analyse_pid", "design_pid"),
     "synthesis.regularization": ("Regularization", "regularize"),
     "synthesis.result": ("Result",),
+    "synthesis.search": ("Search",),
 }
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 _ROOMS = (

@@ -30,6 +30,7 @@ from .synthesis.observer_design import ObserverDesign
 from .synthesis.pid import analyse_pid, design_pid
 from .synthesis.regularization import Regularization, regularize
 from .synthesis.result import Result
+from .synthesis.search import Search
 
 __version__: str
 __all__ = [
@@ -60,6 +61,7 @@ __all__ = [
     "SampledDesign",
     "SampledLQR",
     "Saturation",
+    "Search",
     "SecondOrderSystem",
     "Signal",
     "Sine",

@@ -53,7 +53,9 @@ def test_with_noise_and_weight_the_best_of_all_is_met(seed, time):
 def test_the_search_ends_near_the_best_of_all(seed):
     known, C_y = plant(seed)
     law = sos.DynamicLaw(3, C_y, noise=[[0, 0.5]])
-    d = sos.design_pid(known, law=law, minimize="gamma", starts=4, backoff=0.001)
+    d = sos.design_pid(
+        known, law=law, minimize="gamma", search=sos.Search(starts=4, backoff=0.001)
+    )
     row = d.bounds()["gamma"]
     assert row.excluded < row.proven < 1.06 * row.excluded
 
@@ -64,7 +66,7 @@ def test_a_controller_of_lower_order_begins_with_a_part_of_the_best():
     w, z = np.outer(np.eye(4)[3], [1, 0]), np.outer([1, 0], np.eye(4)[1])
     carts = sos.DescriptorSystem(np.eye(4), A, np.eye(4, 1, -2), w, z, [[0], [0.5]])
     law = sos.DynamicLaw(2, np.eye(4)[[1]], noise=[[0, 0.2]])
-    d = sos.design_pid(carts, law=law, minimize="gamma", starts=1)
+    d = sos.design_pid(carts, law=law, minimize="gamma", search=sos.Search(starts=1))
     assert d.certify().proven and d.gamma < 8
 
 
@@ -102,7 +104,7 @@ def test_no_controller_that_is_built_does_what_is_excluded(kind, enough):
     found = 0
     for seed in range(8):
         known, C_y = strange(kind, seed)
-        asked = dict(minimize="gamma", starts=2, backoff=0.001)
+        asked = dict(minimize="gamma", search=sos.Search(starts=2, backoff=0.001))
         d = sos.design_pid(known, law=sos.DynamicLaw(3, C_y), **asked)
         if d.status != "feasible":
             continue
@@ -174,7 +176,7 @@ def test_what_is_sought_has_no_bound_that_is_refused():
     chain = sos.DescriptorSystem(one, np.eye(3, k=1), one[:, 2:], one, one)
     for asked in (dict(minimize="gamma"), dict(maximize="sigma")):
         design = sos.design_pid(
-            chain, law=sos.DynamicLaw(1, one[:1]), **asked, starts=2
+            chain, law=sos.DynamicLaw(1, one[:1]), **asked, search=sos.Search(starts=2)
         )
         assert design.status == "undecided", design.reason
         design = sos.design_pid(chain, law=sos.DynamicLaw(1, one[1:2]), **asked)

@@ -99,7 +99,9 @@ def weighted(order, Wp=((2 / 3, -2.2 / 3, 1 / 3), (1, 0.2 / 3, 0.01 / 3))):
 @pytest.mark.campaign  # in the gate test_any_order compares a search with the least
 def test_a_higher_order_comes_as_near_the_least_of_all():
     plant, law = weighted(4)
-    design = sos.design_pid(plant, law=law, minimize="gamma", starts=2)
+    design = sos.design_pid(
+        plant, law=law, minimize="gamma", search=sos.Search(starts=2)
+    )
     assert 2 / 3 < design.request.gamma < 0.74  # an order of 2 has 0.72
 
 

@@ -96,10 +96,10 @@ def test_a_start_of_another_coupling_is_passed_over():
     asked = dict(region=sos.PoleRegion(sigma=0.3))
     slack = sos.design_pid(carts(0.5, 2), **asked, coupling="slack")
     plain = sos.design_pid(carts(0.5, 2), **asked)
-    again = sos.design_pid(carts(0.5, 2), **asked, start=slack)
+    again = sos.design_pid(carts(0.5, 2), **asked, search=sos.Search(start=slack))
     assert np.allclose(again.K, plain.K)
     with pytest.raises(ValueError, match="coupling"):
-        sos.design_pid(carts(0.5, 2), **asked, start=slack, **PAIRS)
+        sos.design_pid(carts(0.5, 2), **asked, search=sos.Search(start=slack), **PAIRS)
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.3, 9.81])

@@ -129,7 +129,6 @@ def test_a_solution_comes_back_into_skew_coordinates():
         (dict(row=[1, 0]), "row has 2 columns"),
         (dict(start=[1, 0]), "start has 2 columns"),
         (dict(bound=0.0), "bound must be positive"),
-        (dict(backoff=-1.0), "backoff must be positive"),
         (dict(start=np.zeros(5)), "row or start is zero"),
         (dict(row=np.zeros(5)), "row or start is zero"),
     ],

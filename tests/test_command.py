@@ -655,9 +655,10 @@ def test_schemas_name_what_the_files_hold(tmp_path):
     made = signature(sos.Design.controller), signature(Controller.limit)
     assert there == {*CONTROLLER} <= {x for call in made for x in call.parameters}
     assert json.loads(EXAMPLE.read_text("utf-8")).keys() <= set(schema["properties"])
-    for key, make in OBJECTS.items():
+    for key, make in (OBJECTS | {"search": sos.Search}).items():
         there = schema["properties"][key]["properties"].keys()
-        assert there == signature(make).parameters.keys(), key
+        known = signature(make).parameters.keys()
+        assert there == known - {"start"}, key  # which is a design, not words
     for key, make in (SEVERAL | {"output": Output}).items():
         there = schema["$defs"][key]["properties"].keys()
         assert there == signature(make).parameters.keys(), key

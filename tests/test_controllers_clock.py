@@ -81,7 +81,9 @@ def test_clocks_that_cant_be_are_named():
 def test_a_searched_law_has_a_clock_that_varies_too():
     cart = sos.SecondOrderSystem(1, 0, 0, 1)
     law = sos.PIDLaw(position=[[1]], filter=0.5)
-    c = sos.design_sampled(cart, law, T=0.5, starts=2).controller(jitter=0.01)
+    c = sos.design_sampled(cart, law, T=0.5, search=sos.Search(starts=2)).controller(
+        jitter=0.01
+    )
     assert c.certify().proven and c.certify().T == (0.49, 0.51)
 
 

@@ -106,7 +106,7 @@ FAST = sos.PoleRegion(rho=50)
 def test_the_norm_with_an_input_weight_in_closed_form():
     """x' = x + u + w, y = [x; u]: the largest gain stands at s = 0."""
     plant = sos.DescriptorSystem(1, 1, 1, 1, C=[[1], [0]], D_u=[[0], [1]])
-    design = sos.design_pid(plant, minimize="gamma", backoff=1e-4)
+    design = sos.design_pid(plant, minimize="gamma", search=sos.Search(backoff=1e-4))
     truth = np.sqrt(1 + design.K.item() ** 2) / abs(design.K.item() + 1)
     assert design.hinf() == pytest.approx(truth, rel=1e-6)
     bounded = sos.design_pid(plant, gamma=1.5)

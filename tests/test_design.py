@@ -78,7 +78,9 @@ def test_the_smallest_gamma_is_kept(example):
     assert d.gamma < asked["gamma"]
     lower = sos.design_pid(plant, gamma=d.gamma * 0.98, **rest)
     assert lower.status == "infeasible"
-    loose = sos.design_pid(plant, minimize="gamma", backoff=0.5, **rest)
+    loose = sos.design_pid(
+        plant, minimize="gamma", search=sos.Search(backoff=0.5), **rest
+    )
     assert np.isclose(loose.gamma / d.gamma, 1.5 / 1.01, rtol=5e-3)
 
 

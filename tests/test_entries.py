@@ -25,7 +25,9 @@ def norm(P, D):
 )  # fmt: skip
 def test_a_searched_gain_is_in_its_range_and_as_good_as_there_is(P, D):
     most = dict(K_P=300, K_D=1)
-    d = sos.design_pid(LIGHT, law=law(P, D, limits=most), minimize="gamma", starts=6)
+    d = sos.design_pid(
+        LIGHT, law=law(P, D, limits=most), minimize="gamma", search=sos.Search(starts=6)
+    )
     ends = [
         np.clip([-m if low is None else low, m if high is None else high], -m, m)
         for (low, high), m in zip((P, D), most.values())
@@ -59,7 +61,10 @@ def test_ranges_hold_between_the_vertices_too():
 
     plants = sos.Uncertain(pendulum, a=(-1, 1))
     d = sos.design_pid(
-        plants, law=law((-3, -0.3), (-2, -2)), minimize="gamma", starts=3
+        plants,
+        law=law((-3, -0.3), (-2, -2)),
+        minimize="gamma",
+        search=sos.Search(starts=3),
     )
     assert d.status == "feasible" and d.gains["K_D"].tolist() == [[-2.0]]
     assert -3 <= d.gains["K_P"].item() <= -0.3
@@ -73,7 +78,7 @@ def test_entries_hold_at_the_ticks(memory):
     else:
         form = {"A_c": [[(0.2, 0.4)]], "B_c": [[(1, 1)]]}
         one = sos.DynamicLaw(1, [[1]], structure=form)
-    d = sos.design_sampled(LIGHT, one, T=0.02, starts=4)
+    d = sos.design_sampled(LIGHT, one, T=0.02, search=sos.Search(starts=4))
     assert d.status == "feasible" and d.certify().proven
     for name, ((entry,),) in form.items():
         low, high = entry

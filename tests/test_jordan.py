@@ -107,7 +107,7 @@ def test_twenty_equal_pairs_move_no_mode_that_may_stay():
 def test_a_searched_gain_without_a_proof_is_shown(monkeypatch):
     plant, _ = LOOPS["two oscillators"]
     law = sos.PIDLaw(position=[[0, 1]], velocity=[[0, 1]])
-    asked = dict(law=law, gamma=20.0, starts=1)
+    asked = dict(law=law, gamma=20.0, search=sos.Search(starts=1))
     assert sos.design_pid(plant, **asked).status == "feasible"
     monkeypatch.setattr(known_gain, "_found", lambda lmis: None)
     design = sos.design_pid(plant, **asked)

@@ -60,7 +60,9 @@ def test_the_manual_s_file_is_the_package_s_design(ask):
 def test_the_plant_of_a_law_s_proof_may_have_ranges(ask, memory):
     plant = {"parameters": {"m": [1, 2]}, "M": [["m"]], "D": [[0.5]], "S": [[1]]}
     asked = {"plant": plant | {"B": [[1]]}, "law": {"position": [[1]]} | memory}
-    code, answer, _, file, proof = ask(asked | {"region": {"sigma": 0.1}, "starts": 2})
+    code, answer, _, file, proof = ask(
+        asked | {"region": {"sigma": 0.1}, "search": {"starts": 2}}
+    )
     assert code == 0 and "every constant plant with m in [1, 2]" in answer["claims"][0]
     verify = ["verify", str(proof), "--plant", str(file)]
     assert main(verify) == 0
@@ -78,10 +80,17 @@ VERDICTS = {  # rows, memory, decay
 @pytest.mark.parametrize("status", VERDICTS)
 def test_the_three_verdicts_are_those_of_the_package(ask, status):
     law, sigma = VERDICTS[status]
-    asked = {"plant": CARTS, "law": law, "region": {"sigma": sigma}, "starts": 3}
+    asked = {
+        "plant": CARTS,
+        "law": law,
+        "region": {"sigma": sigma},
+        "search": {"starts": 3},
+    }
     code, answer, _, _, proof = ask(asked)
     region = sos.PoleRegion(sigma=sigma)
-    theirs = sos.design_pid(plants, law=sos.PIDLaw(**law), region=region, starts=3)
+    theirs = sos.design_pid(
+        plants, law=sos.PIDLaw(**law), region=region, search=sos.Search(starts=3)
+    )
     assert answer["status"] == theirs.status == status
     assert answer["reason"] == theirs.reason and code == (status != "feasible")
     assert answer["proven"] is (status != "undecided") is proof.exists()
@@ -96,11 +105,11 @@ def test_the_three_verdicts_are_those_of_the_package(ask, status):
 
 def test_memory_of_its_own_and_shared_gains(ask):
     law = {"order": 1, "position": [[1, 0]], "velocity": [[1, 0]]}
-    code, answer, _, _, _ = ask({"plant": CARTS, "law": law, "starts": 2})
+    code, answer, _, _, _ = ask({"plant": CARTS, "law": law, "search": {"starts": 2}})
     assert code == 0 and len(answer["A_c"]) == 1 and len(answer["B_c"][0]) == 2
     law = {"position": [[1, 0], [0, 1]], "velocity": [[1, 0]]}
     law["structure"] = {"K_P": [["a", "a"]]}
-    code, answer, _, _, _ = ask({"plant": CARTS, "law": law, "starts": 2})
+    code, answer, _, _, _ = ask({"plant": CARTS, "law": law, "search": {"starts": 2}})
     assert code == 0 and answer["K_P"][0][0] == answer["K_P"][0][1] != 0
 
 
@@ -126,7 +135,7 @@ WRONG = {  # what is given, and the words of the error
     "filter of memory": ({"law": SEEN | {"order": 1, "filter": 1}}, "law: 'filter'"),
     "both": ({"law": SEEN, "U": [[1, 0]]}, "law and U are given: say in the law"),
     "what is sought": ({"law": SEEN, "maximize": "rho"}, "maximize"),
-    "starts": ({"law": SEEN, "starts": 0}, "starts must be"),
+    "starts": ({"law": SEEN, "search": {"starts": 0}}, "starts must be"),
     "no law": ({"maximize": "sigma"}, "maximize needs a law: say what is measured"),
 }  # fmt: skip
 

@@ -154,7 +154,7 @@ def test_a_given_gain_has_its_true_cost_as_least_bound():
         ex.U,
         cost=sos.QuadraticCost(np.eye(6), np.eye(2)),
         minimize="cost",
-        backoff=1e-3,
+        search=sos.Search(backoff=1e-3),
     )
     true = given_.noise_cost()
     assert true < given_.request.cost.bound < 1.01 * true

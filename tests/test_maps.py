@@ -405,15 +405,15 @@ def test_designs_with_a_law_are_those_of_design_pid():
     law, region = sos.PIDLaw([[1]], filter=0.05), sos.PoleRegion(sigma=0.2)
     asked = [
         dict(region=region),
-        dict(region=region, law=law, starts=1),
+        dict(region=region, law=law, search=sos.Search(starts=1)),
         dict(region=region, law=sos.FullState([[1]])),
         dict(region=region, U=[[1]]),
-        dict(region=region, law=law, starts=1),
+        dict(region=region, law=law, search=sos.Search(starts=1)),
     ]
     found = maps.designs(cart, asked, progress=False)
     assert [d.status for d in found] == ["feasible"] * 5
     assert [d.K.shape for d in found] == [(1, 2), (1, 2), (1, 3), (1, 3), (1, 2)]
-    alone = sos.design_pid(cart, law=law, region=region, starts=1)
+    alone = sos.design_pid(cart, law=law, region=region, search=sos.Search(starts=1))
     for place in (1, 4):
         assert (found[place].K == alone.K).all()
         assert found[place].request.coupling.word == "multipliers"
@@ -422,7 +422,7 @@ def test_designs_with_a_law_are_those_of_design_pid():
 def test_a_gain_that_is_searched_has_an_edge():
     """From an encoder s^2 + .1 s + 2 gets left of any line that a disk allows."""
     cart = sos.SecondOrderSystem(1, 0.1, 2, 1)
-    asked = dict(law=sos.PIDLaw([[1]], filter=0.05), starts=1)
+    asked = dict(law=sos.PIDLaw([[1]], filter=0.05), search=sos.Search(starts=1))
     region = sos.PoleRegion(sigma=0.3)
     edge = maps.edge("sigma", cart, region=region, digits=1, time_limit=20, **asked)
     assert edge.feasible >= 0.3 and edge.design.certify().proven

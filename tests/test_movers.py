@@ -819,7 +819,9 @@ def test_the_search_of_the_page_is_as_good_as_the_packages(desk):
     places = [here | dict(zip(KEYS, x)) for x in ticks]
     for place, found in zip(places, desk.compute("sos-sensors", places)):
         law = law_of(desk, place, found)
-        design = sos.design_pid(drives(place), law=law, maximize="sigma", starts=4)
+        design = sos.design_pid(
+            drives(place), law=law, maximize="sigma", search=sos.Search(starts=4)
+        )
         assert found["decay"] > design.request.region.parts[0].bound
 
 

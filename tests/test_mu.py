@@ -53,16 +53,24 @@ def test_a_number_for_mu_is_a_unit_of_w(robot, asked):
 
 def test_one_program_finds_the_best_mu(robot, asked):
     """The optimum of a scan over mu, which is never lower."""
-    best = sos.design_pid(robot.plant, minimize="gamma", backoff=1e-3, **asked)
+    best = sos.design_pid(
+        robot.plant, minimize="gamma", search=sos.Search(backoff=1e-3), **asked
+    )
     scan = [
-        sos.design_pid(robot.plant, minimize="gamma", backoff=1e-3, mu=mu, **asked)
+        sos.design_pid(
+            robot.plant,
+            minimize="gamma",
+            search=sos.Search(backoff=1e-3),
+            mu=mu,
+            **asked,
+        )
         for mu in 2.271e-4 * np.array([0.3, 0.8, 1.0, 1.25, 3.0])
     ]
     found = [d.gamma or np.inf for d in scan]
     assert best.gamma <= min(found) == found[2] == best.gamma
     assert best.gamma == 0.00985
     given = sos.analyse_pid(
-        robot.plant, robot.K, minimize="gamma", backoff=1e-3, **asked
+        robot.plant, robot.K, minimize="gamma", search=sos.Search(backoff=1e-3), **asked
     )
     assert given.gamma == 0.0184 and given.certify(17).proven
 
@@ -131,7 +139,7 @@ def test_a_bound_is_minimised_over_every_size(robot, key):
         robot.plant,
         requirements=[r.with_bound(None), *others],
         minimize=key,
-        backoff=1e-3,
+        search=sos.Search(backoff=1e-3),
     )
     bound = maps.requirements(best.request)[key]
     assert best.certify(9).proven
@@ -173,11 +181,17 @@ def test_two_bounds_at_once(robot, asked):
         found = maps.requirements(d.request)
         return sum(w * found[name] ** 2 for name, w in weights.items())
 
-    best = sos.design_pid(robot.plant, minimize=weights, backoff=1e-3, **free)
+    best = sos.design_pid(
+        robot.plant, minimize=weights, search=sos.Search(backoff=1e-3), **free
+    )
     assert best.certify(9).proven
     for mu in best.mu * np.array([0.2, 0.9, 1.1, 5]):
         fixed = sos.design_pid(
-            robot.plant, minimize=weights, backoff=1e-3, mu=mu, **free
+            robot.plant,
+            minimize=weights,
+            search=sos.Search(backoff=1e-3),
+            mu=mu,
+            **free,
         )
         assert total(best) < 1.005 * total(fixed)
 

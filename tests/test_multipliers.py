@@ -342,7 +342,7 @@ def test_what_is_proven_without_a_common_p_is_no_start_and_has_no_lmis_to_copy()
     region = sos.PoleRegion(sigma=0.52)
     kept = sos.analyse_pid(carts, [[-3, -2]], region=region)
     assert kept.request.coupling.word == "multipliers" and kept.status == "feasible"
-    started = sos.design_pid(carts, region=region, start=kept)
+    started = sos.design_pid(carts, region=region, search=sos.Search(start=kept))
     assert (started.K == sos.design_pid(carts, region=region).K).all()
     with pytest.raises(ValueError, match='take coupling="pairs"'):
         kept.to_cvxpy()

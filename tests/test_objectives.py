@@ -26,7 +26,7 @@ def test_the_smallest_u_max_is_cvxpys(robot):
         **asked,
         saturation=sos.Saturation(None, x0),
         minimize="u_max",
-        backoff=1e-4,
+        search=sos.Search(backoff=1e-4),
     )
     P, Y = cvxpy.Variable((6, 6), symmetric=True), cvxpy.Variable((2, 6))
     square = cvxpy.Variable((1, 1))
@@ -80,11 +80,13 @@ def test_bad_objectives(robot, more, words):
 def test_a_warm_start_of_what_is_infeasible_is_the_cold_answer(robot):
     first = sos.design_pid(robot.plant, **robot.requirements)
     asked = dict(robot.requirements, gamma=0.1)
-    warm = sos.design_pid(robot.plant, **asked, start=first)
+    warm = sos.design_pid(robot.plant, **asked, search=sos.Search(start=first))
     cold = sos.design_pid(robot.plant, **asked)
     assert warm.status == cold.status == "infeasible"
     assert warm.infeasibility.value == cold.infeasibility.value
-    again = sos.design_pid(robot.plant, **robot.requirements, start=cold)
+    again = sos.design_pid(
+        robot.plant, **robot.requirements, search=sos.Search(start=cold)
+    )
     assert_allclose(again.K, first.K, rtol=1e-10)
 
 
@@ -92,7 +94,7 @@ def test_a_start_of_another_shape_is_refused(robot):
     first = sos.design_pid(robot.plant, **robot.requirements)
     seat = thesis.example_2()
     with pytest.raises(ValueError, match="start has other sizes"):
-        sos.design_pid(seat.plant, **seat.requirements, start=first)
+        sos.design_pid(seat.plant, **seat.requirements, search=sos.Search(start=first))
     with pytest.raises(ValueError, match="must be a Design"):
         sos.design_pid(robot.plant, U=robot.U, start=3)
 

@@ -204,7 +204,7 @@ def test_other_plants_may_have_other_disturbances_but_no_other_noise():
 
 def test_searched_at_the_ticks_the_noise_is_proven_too():
     law = sos.DynamicLaw(1, **SIMPLE, strictly_proper=False)
-    c = sos.design_sampled(CART, law, T=0.05, starts=1).controller()
+    c = sos.design_sampled(CART, law, T=0.05, search=sos.Search(starts=1)).controller()
     LAWS["found"] = (law, None, CART, NOISE)
     true = norm("found", dict(input=1), 1, c)
     assert true > abs(c.D @ NOISE).max()  # what the first sample does

@@ -71,7 +71,9 @@ def completed(options, plant=CART):
     more = WITH.get(options.get("minimize"), {})
     if options.get("maximize"):
         first = [[1, 0]] if plant is FIRST_ORDER else [[1]]
-        more = dict(law=sos.PIDLaw(position=first, filter=0.05), starts=1)
+        more = dict(
+            law=sos.PIDLaw(position=first, filter=0.05), search=sos.Search(starts=1)
+        )
     return options | more
 
 
@@ -158,6 +160,7 @@ CALLS = {
     "ObserverDesign.analyse": [observed],
     "design_lqr": of_each_plant(sos.design_lqr, np.eye(2), [[1]]),
     "compare": [lambda **o: polytopes.compare(PAIR, **completed(o))],
+    "Search": [lambda prefer: sos.Search(prefer=prefer)],
     "verify_many": [lambda **o: polytopes.verify_many([PAIR], **completed(o))],
     "block_count": [lambda coupling: polytopes.block_count(4, coupling)],
     "QuadraticCost": [noisy],
@@ -429,10 +432,9 @@ def test_options_of_a_request_go_together(name):
 def test_all_requests_have_the_same_words():
     """What is asked of a design can be asked of a gain and of a loop."""
     of = {name: set(inspect.signature(f).parameters) for name, f in DOORS.items()}
-    search = {"maximize", "starts", "seed"}  # of a law's gain
-    design = of["design_pid"] - {"start", "prefer"} - search  # of many gains
+    design = of["design_pid"] - {"maximize"}  # of a law's gain
     assert of["analyse_pid"] == design | {"K"}
-    cost = {"cost", "minimize", "backoff"}  # least, backed off by 1e-4
+    cost = {"cost", "minimize", "search"}  # least, backed off by 1e-4
     assert of["design_lqr"] == (design - cost) | {"Q", "R", "noise"}
     assert of["observer"] == {"self", "asked"}  # those of analyse_pid
 

@@ -393,7 +393,7 @@ def test_the_least_H2_norm_is_that_of_the_Riccati_equation(coupling):
     X, _, _ = control.care(A, B, Q, 0.04 * np.eye(1))
     best = float(np.sqrt(np.trace(W.T @ X @ W)))
     ask = dict(requirements=[sos.H2(None, outputs=y)], minimize="h2", coupling=coupling)
-    found = sos.design_pid(one, backoff=0.001, **ask)
+    found = sos.design_pid(one, search=sos.Search(backoff=0.001), **ask)
     bound = found.request.requirements[0].bound
     assert best < bound < (1.01 if coupling == "pairs" else 1.1) * best
     checked(found.certify())
@@ -468,7 +468,9 @@ def test_a_cost_with_cross_terms_is_that_of_the_Riccati_equation(noise):
     X, _, K = control.care(A, B, Q, R, S=N)
     best = np.trace(X) if noise == "states" else np.trace(W.T @ X @ W)
     assert cost.truth([d], -K) == pytest.approx(best)
-    found = sos.design_pid(one, cost=cost, minimize="cost", backoff=1e-3)
+    found = sos.design_pid(
+        one, cost=cost, minimize="cost", search=sos.Search(backoff=1e-3)
+    )
     assert best < found.request.cost.bound < 1.01 * best
     checked(found.certify())
     softer = sos.SecondOrderSystem(1.1 * one.M, one.D, 0.9 * one.S, one.B, one.F)

@@ -82,7 +82,9 @@ def test_an_h_infinity_bound_by_a_riccati_equation(share, zero):
     Bw = np.vstack([np.zeros((plant.n, 1)), plant.F])
     C = np.hstack([np.eye(plant.n), np.zeros((plant.n, plant.n))])
     open_loop = norm_on_a_grid(A, Bw, C)
-    design = sos.design_pid(plant, gamma=share * open_loop, prefer="least")
+    design = sos.design_pid(
+        plant, gamma=share * open_loop, search=sos.Search(prefer="least")
+    )
     assert design.status == "feasible"
     assert design.K.any() != zero
     assert norm_on_a_grid(A + B @ design.K, Bw, C) < share * open_loop
@@ -137,20 +139,47 @@ def test_a_negative_kinetic_energy_is_named():
 def test_what_is_preferred_of_a_small_plant(prefer):
     plant = chain(2)
     region = sos.PoleRegion(0.3, rho=9.0)
-    design = sos.design_pid(plant, prefer=prefer, region=region)
+    design = sos.design_pid(plant, search=sos.Search(prefer=prefer), region=region)
     other = sos.design_pid(plant, region=region)
     if prefer == "least":
         assert np.abs(design.K).max() < np.abs(other.K).max()
     else:
         assert np.allclose(design.K, other.K, rtol=1e-6)
     bound = sos.Saturation(99, [1] * 4)
-    bounded = sos.design_pid(plant, prefer=prefer, region=region, saturation=bound)
+    bounded = sos.design_pid(
+        plant, search=sos.Search(prefer=prefer), region=region, saturation=bound
+    )
     assert bounded.status == "feasible"
 
 
 def test_what_is_preferred_is_one_of_two_words():
-    with pytest.raises(ValueError, match='prefer must be "centre" or "least"'):
-        sos.design_pid(chain(1), prefer="small")
+    with pytest.raises(ValueError, match='prefer must be None, "centre" or "least"'):
+        sos.Search(prefer="small")
+
+
+@pytest.mark.parametrize(
+    "wrong, words",
+    [
+        (dict(backoff=0), "backoff must be positive"),
+        (dict(start=[[1.0]]), "start must be a Design"),
+        (dict(starts=0), "starts must be 1, 2"),
+        (dict(seed=-1), "seed must be 0, 1"),
+    ],
+)
+def test_a_search_checks_what_it_holds(wrong, words):
+    with pytest.raises(ValueError, match=words):
+        sos.Search(**wrong)
+
+
+def test_what_a_search_holds_and_nobody_takes_is_refused():
+    law, plant = sos.PIDLaw([[1]], [[1]]), sos.SecondOrderSystem(1, 1, 1, 1)
+    with pytest.raises(ValueError, match="search has starts, .* without a law"):
+        sos.design_pid(plant, search=sos.Search(starts=3))
+    for search in (sos.Search(starts=2), sos.Search(prefer="least")):
+        with pytest.raises(ValueError, match="which is not for a given gain"):
+            sos.analyse_pid(plant, [[-1, -1]], search=search)
+    with pytest.raises(ValueError, match="search has prefer, .* a law's gain"):
+        sos.design_pid(plant, law=law, search=sos.Search(prefer="centre"))
 
 
 def test_a_gain_that_no_actuator_gives_is_named():

@@ -128,7 +128,7 @@ def test_a_polytope_is_reduced_to_modes_of_its_mean():
     assert part.reduction is part.vertices[1].reduction
     for one, of in zip(part.vertices, speeds.vertices):
         assert one.D == pytest.approx(basis.T @ of.D @ basis)
-    design = sos.design_pid(part, prefer="centre")
+    design = sos.design_pid(part, search=sos.Search(prefer="centre"))
     (first, *_) = design.certify().claims
     assert first.startswith(
         "of the reduced model (6 of 60): every constant or changing plant"
@@ -277,7 +277,9 @@ def test_a_part_isn_t_equal_to_the_same_matrices_and_is_not_reduced_again():
 def test_what_is_found_is_the_rightmost_pole(plant):
     part = plant.reduce(modes=5)
     slowest = -part.poles().real.max()
-    design = sos.design_pid(part, region=sos.PoleRegion(1.4 * slowest), prefer="least")
+    design = sos.design_pid(
+        part, region=sos.PoleRegion(1.4 * slowest), search=sos.Search(prefer="least")
+    )
     K = part.reduction.lift(design.K)
     truth = eigenvalues(plant, K)
     found = design.check_on(plant)
@@ -381,7 +383,9 @@ def test_a_proof_of_the_wrong_model():
     refused = bold.certify(on=whole)
     assert not refused.proven and "doesn't keep it" in str(refused)
 
-    gentle = sos.design_pid(part, region=sos.PoleRegion(6), prefer="least")
+    gentle = sos.design_pid(
+        part, region=sos.PoleRegion(6), search=sos.Search(prefer="least")
+    )
     proof = gentle.certify(on=whole)
     assert proof.proven and proof.verify() and proof.K.shape == (4, 2 * whole.n)
     assert all("reduced" not in claim for claim in proof.claims)
@@ -401,7 +405,9 @@ def test_bearings_of_negative_stiffness_need_what_was_left_out():
     whole = rotor(200.0, bearing=-3e5)
     part = whole.reduce(modes=6)
     assert whole.poles().real.max() > 0 and part.poles().real.max() > 0
-    design = sos.design_pid(part, region=sos.PoleRegion(20), prefer="least")
+    design = sos.design_pid(
+        part, region=sos.PoleRegion(20), search=sos.Search(prefer="least")
+    )
     truth = eigenvalues(whole, K_of(design)).real.max()
     assert design.certify().proven
     assert design.certify(on=whole).proven == design.check_on(whole).kept

@@ -131,7 +131,9 @@ def test_a_warm_start_gives_the_same_design(name, coupling):
         wanted = r.with_bound(r.bound * (1 + 0.05 * r.parameter.harder))
     fixed = [] if name == "u_max" else [ROOF]
     cold = sos.design_pid(PLANTS, requirements=[wanted, *fixed], **more)
-    warm = sos.design_pid(PLANTS, requirements=[wanted, *fixed], start=first, **more)
+    warm = sos.design_pid(
+        PLANTS, requirements=[wanted, *fixed], search=sos.Search(start=first), **more
+    )
     assert warm.status == cold.status == "feasible"
     assert np.allclose(warm.K, cold.K, rtol=1e-4)
 
@@ -139,7 +141,10 @@ def test_a_warm_start_gives_the_same_design(name, coupling):
 @pytest.mark.parametrize("name", REQUIREMENTS)
 def test_a_start_that_knows_less_is_no_fault(name):
     plain = sos.design_pid(PLANTS, saturation=ROOF)
-    warm, cold = sos.design_pid(PLANTS, **asked(name), start=plain), solved(name)
+    warm, cold = (
+        sos.design_pid(PLANTS, **asked(name), search=sos.Search(start=plain)),
+        solved(name),
+    )
     assert warm.status == "feasible"
     assert np.allclose(warm.K, cold.K, rtol=1e-4)
 
@@ -385,7 +390,9 @@ def test_a_sector_is_named_where_a_searched_gain_breaks_it():
     plants = sos.Uncertain(drive, J=(5e-4, 2e-3))
     law = sos.PIDLaw(position=[[1, 0]], velocity=[[1, 0]])
     region = sos.PoleRegion(theta_deg=75)
-    design = sos.design_pid(plants, law=law, region=region, maximize="sigma", starts=4)
+    design = sos.design_pid(
+        plants, law=law, region=region, maximize="sigma", search=sos.Search(starts=4)
+    )
     assert design.status == "undecided" and "alpha" not in design.reason
     assert "its poles lie in the sector of half-angle 75 degrees" in design.reason
 

@@ -44,14 +44,16 @@ def test_what_no_controller_keeps_is_refused_in_each_spelling():
         ("padded", plant(), sos.Output(state=wide, input=D_u)),
     ):
         asked = sos.HInfinity(0.05, outputs=output)
-        design = sos.design_pid(own, law=law, requirements=[asked], starts=1)
+        design = sos.design_pid(
+            own, law=law, requirements=[asked], search=sos.Search(starts=1)
+        )
         assert design.status == "infeasible" and design.infeasibility.proven
         best = sos.design_pid(
             own,
             law=law,
             requirements=[sos.HInfinity(None, outputs=output)],
             minimize="gamma",
-            starts=1,
+            search=sos.Search(starts=1),
         )
         floor[name] = str(best.bounds())
     assert "no linear controller keeps" in floor["short"]

@@ -91,7 +91,9 @@ def test_every_plant_between_keeps_the_decay_of_a_controller_of_order_two():
 def test_the_fastest_loops_are_those_of_closed_forms():
     lag, a = sos.DescriptorSystem([[1]], [[-1]], [[1]]), np.exp(-0.3)
     P = sos.PIDLaw(position=[[1]])
-    late = sos.design_sampled(lag, P, 0.3, 0.3, backoff=1e-3)  # z z - a z = (1 - a) K
+    late = sos.design_sampled(
+        lag, P, 0.3, 0.3, search=sos.Search(backoff=1e-3)
+    )  # z z - a z = (1 - a) K
     assert late.K.item() == pytest.approx(-(a**2) / 4 / (1 - a), rel=1e-2)
     assert np.exp(-late.sigma * 0.3) == pytest.approx(a / 2, rel=1e-2)
     for sigma in (3.0, 3.01, 3.02, 3.03):  # what is proven is no less than asked
@@ -141,7 +143,9 @@ def test_what_isnt_found_is_undecided_with_what_was_reached():
         and "Sample faster" in much.reason
     )
     blind = sos.SecondOrderSystem(np.eye(2), np.zeros((2, 2)), np.eye(2), [[1], [0]])
-    none = sos.design_sampled(blind, sos.PIDLaw([[1, 0]], filter=T), T, starts=2)
+    none = sos.design_sampled(
+        blind, sos.PIDLaw([[1, 0]], filter=T), T, search=sos.Search(starts=2)
+    )
     assert none.status == "undecided" and "No stable loop was found" in none.reason
     short = sos.design_sampled(PAIRS, PID, T, T, time_limit=1e-3)
     assert short.status == "undecided" and "The time was over" in short.reason
@@ -169,7 +173,7 @@ def test_limits_are_those_of_the_numbers_at_the_ticks():
     law = sos.DynamicLaw(
         1, [[0, 1]], structure={"A_c": "diagonal"}, limits={"A_c": 0.3}
     )
-    design = sos.design_sampled(pair(), law, T, T, starts=3)
+    design = sos.design_sampled(pair(), law, T, T, search=sos.Search(starts=3))
     assert design.searched.limits["A_c"] == 0.3 and design.K is not None
     assert abs(design.gains["A_c"]).max() <= 0.3
 

@@ -360,7 +360,10 @@ def test_modes_that_late_sensors_dont_see_are_refused():
     """An accelerometer sees no cart at rest, wherever it is; nor another's motion."""
     law = sos.DynamicLaw(1, sensors=sos.Output(acceleration=[[1, 0]]), lag=0.02)
     two = sos.SecondOrderSystem(np.eye(2), 0 * np.eye(2), np.diag([0, 4]), [[1], [1]])
-    d = sos.design_pid(two, law=law, starts=1)
+    d = sos.design_pid(two, law=law, search=sos.Search(starts=1))
     assert d.status == "infeasible" and d.infeasibility.proven
     whole = sos.DynamicLaw(1, sensors=sos.Output(position=[[1, 1]]))
-    assert sos.design_pid(two, law=whole, starts=1).status != "infeasible"
+    assert (
+        sos.design_pid(two, law=whole, search=sos.Search(starts=1)).status
+        != "infeasible"
+    )

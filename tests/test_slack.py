@@ -240,7 +240,9 @@ def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
     """A bound below the least one of a vertex alone."""
     plants, asked, key = sharp(seed)
     first = plants.vertices[0]
-    alone = sos.design_pid(first, **asked, minimize=key, backoff=1e-4)
+    alone = sos.design_pid(
+        first, **asked, minimize=key, search=sos.Search(backoff=1e-4)
+    )
     if alone.status != "feasible":
         return
     bound = 0.9 * maps.requirements(alone.request)[key]

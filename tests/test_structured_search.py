@@ -57,7 +57,9 @@ def loop_poles(plant, design):
 def test_the_fastest_decay_is_proven_near_the_truth_and_found_by_a_global_search():
     from scipy.optimize import differential_evolution
 
-    design = sos.design_pid(arm(), law=LAW, maximize="sigma", backoff=0.001)
+    design = sos.design_pid(
+        arm(), law=LAW, maximize="sigma", search=sos.Search(backoff=0.001)
+    )
     sigma = design.request.region.sigma
     plants = [*arm().vertices, *arm().sample(200, seed=3)]
     true = -max(loop_poles(p, design).real.max() for p in plants)
@@ -163,14 +165,16 @@ def test_order_names_and_sizes_of_sensors_change_nothing(base):
 
 
 def test_the_same_seed_gives_the_same_gain():
-    asked = dict(law=LAW, region=sos.PoleRegion(sigma=0.6), seed=7)
+    asked = dict(law=LAW, region=sos.PoleRegion(sigma=0.6), search=sos.Search(seed=7))
     assert (sos.design_pid(arm(), **asked).K == sos.design_pid(arm(), **asked).K).all()
 
 
 def test_a_norm_falls_to_that_of_a_global_search():
     plant = sos.SecondOrderSystem(1, 0.1, 1, 1, 1)
     law = sos.PIDLaw([[1]], [[1]], limits={"K_P": 3, "K_D": 2})
-    design = sos.design_pid(plant, law=law, minimize="gamma", backoff=0.001)
+    design = sos.design_pid(
+        plant, law=law, minimize="gamma", search=sos.Search(backoff=0.001)
+    )
     assert np.allclose(design.K, [[-3, -2]], rtol=1e-3)  # both limits are reached
     assert design.gamma == pytest.approx(design.hinf(), rel=6e-3)  # three digits
     assert design.certify().proven and "K_P up to 3" in str(design.searched)
@@ -210,7 +214,7 @@ def test_a_plant_between_the_vertices_joins_the_search(monkeypatch):
         for k in (-1, 1)
     )
     law = sos.PIDLaw(np.eye(2), filter=0.1, limits={"K_P": 2.0, "K_D": 2.0})
-    asked = dict(plant=springs, law=law, maximize="sigma", starts=2)
+    asked = dict(plant=springs, law=law, maximize="sigma", search=sos.Search(starts=2))
     design = sos.design_pid(**asked)
     assert design.searched.between and "between the vertices" in str(design.searched)
     plants = [*springs.vertices, *springs.sample(100, seed=5)]
@@ -258,7 +262,9 @@ def test_a_search_of_a_cost_that_is_stopped_answers(share, monkeypatch):
     plant = sos.SecondOrderSystem(1, 0.1, 1, 1, 1)
     law = sos.PIDLaw([[1]], filter=0.1)
     cost = sos.QuadraticCost(np.eye(3), [[1]], noise="F")
-    asked = dict(plant=plant, law=law, cost=cost, minimize="cost", starts=2)
+    asked = dict(
+        plant=plant, law=law, cost=cost, minimize="cost", search=sos.Search(starts=2)
+    )
     whole, seconds = asked_in(1e8, monkeypatch, **asked)
     design, used = asked_in(share * seconds, monkeypatch, **asked)
     assert whole.status == "feasible" and used < seconds + 9
@@ -270,7 +276,9 @@ def test_how_many_starts_found_nothing_is_said():
     S, one = [[1, 0.1], [0.1, -1]], np.eye(2)
     plant = sos.SecondOrderSystem(one, one, S, one, one)
     law = sos.PIDLaw([[1, 0]], structure=[[1], [0]])
-    design = sos.design_pid(plant, law=law, minimize="gamma", starts=3)
+    design = sos.design_pid(
+        plant, law=law, minimize="gamma", search=sos.Search(starts=3)
+    )
     assert design.status == "undecided"
     assert design.reason.startswith("No stable loop of finite norms was found by 3 ")
 
@@ -281,9 +289,14 @@ def test_nothing_is_asked_or_named_that_nobody_asked_for():
     plant = sos.SecondOrderSystem(M, S / 450, S, [[1], [0]])
     wide = dict(region=sos.PoleRegion(sigma=0.5, rho=5000))
     law = sos.PIDLaw([[1, 0]], filter=0.01, integrate=True)
-    assert sos.design_pid(plant, law=law, **wide, starts=1).status == "feasible"
+    assert (
+        sos.design_pid(plant, law=law, **wide, search=sos.Search(starts=1)).status
+        == "feasible"
+    )
     small = dict(region=sos.PoleRegion(rho=30), law=sos.PIDLaw([[1, 0]]))
-    design = sos.design_pid(plant, **small, maximize="sigma", starts=1)
+    design = sos.design_pid(
+        plant, **small, maximize="sigma", search=sos.Search(starts=1)
+    )
     assert design.status == "undecided"
     assert "Re s < -1" not in design.reason and "Re s < 0" in design.reason
 
@@ -305,12 +318,16 @@ def test_what_all_of_the_state_can_not_do_no_law_can(tmp_path):
     S, B = np.diag([1.0, 4.0]), [[1], [0]]  # the second mass, which w moves, has no u
     plant = sos.SecondOrderSystem(np.eye(2), 0.1 * np.eye(2), S, B, [[0], [1]])
     law = sos.DynamicLaw(2, np.eye(2))
-    design = sos.design_pid(plant, law=law, gamma=4.5, starts=2)  # 5.0 without u
+    design = sos.design_pid(
+        plant, law=law, gamma=4.5, search=sos.Search(starts=2)
+    )  # 5.0 without u
     assert design.status == "infeasible" and design.infeasibility.proven
     assert "all of the state" in design.reason
     held_against(plant, design.infeasibility, tmp_path)
     two = sos.Polytope([replace(plant, M=2 * np.eye(2)), plant])
-    proof = sos.design_pid(two, law=law, gamma=4.5, starts=2).infeasibility
+    proof = sos.design_pid(
+        two, law=law, gamma=4.5, search=sos.Search(starts=2)
+    ).infeasibility
     held_against(two, proof, tmp_path)
 
 
@@ -340,7 +357,9 @@ def test_doors_are_about_plants_of_a_family_with_powers():
 
 def test_an_output_of_the_law_s_states_has_no_door_of_the_plant():
     seen = sos.HInfinity(1e-8, outputs=sos.Output(integral=1))
-    design = sos.design_pid(joint(1, 9), law=LAW, requirements=[seen], starts=1)
+    design = sos.design_pid(
+        joint(1, 9), law=LAW, requirements=[seen], search=sos.Search(starts=1)
+    )
     assert design.status == "undecided"
 
 
@@ -372,7 +391,9 @@ def test_random_families_are_sound(seed):
             sos.PIDLaw(rows, filter=0.1), sos.PIDLaw(rows, rows, integrate=True),
             sos.DynamicLaw(1, rows),
         ][int(rng.integers(3))]  # fmt: skip
-        design = sos.design_pid(plant, law=law, maximize="sigma", starts=1)
+        design = sos.design_pid(
+            plant, law=law, maximize="sigma", search=sos.Search(starts=1)
+        )
         if design.status != "feasible":
             assert design.status == "undecided"
             continue
@@ -452,7 +473,9 @@ def test_positions_alone_never_damp_what_is_undamped(asked, unit, tmp_path):
     M, S, B = np.diag([1, 2]), np.array([[2, -1], [-1, 2]]), [[unit], [0]]
     free = sos.SecondOrderSystem(unit * M, np.zeros((2, 2)), unit * S, B, F=[[0], [1]])
     law = sos.PIDLaw(np.eye(2))
-    design = sos.design_pid(free, law=law, starts=2, **UNDAMPED[asked])
+    design = sos.design_pid(
+        free, law=law, search=sos.Search(starts=2), **UNDAMPED[asked]
+    )
     proof = design.infeasibility
     assert design.status == "infeasible" and isinstance(proof, SumOfPoles)
     assert proof.claims[0].endswith("its poles lie left of the imaginary axis")
@@ -484,7 +507,9 @@ def test_a_search_goes_on_where_a_norm_is_lost(monkeypatch):
     monkeypatch.setattr(slopes, "norm", norm)
     cart = sos.SecondOrderSystem([[0.3]], [[0.3]], [[9.81]], [[1]], F=[[1]])
     law = sos.PIDLaw([[1]], filter=0.1)
-    design = sos.design_pid(cart, law=law, minimize="gamma", starts=2)
+    design = sos.design_pid(
+        cart, law=law, minimize="gamma", search=sos.Search(starts=2)
+    )
     assert next(asked) > 20 and design.searched is not None
     assert "gave up" not in design.reason
 
@@ -498,7 +523,9 @@ def test_free_masses_that_are_seen_badly_are_no_matter_of_units():
         F=[[1.35351], [-0.0585743]],
     )
     law = sos.DynamicLaw(1, [[0, -2.03], [-0.78, 0.69]])
-    design = sos.design_pid(slow, law=law, gamma=6180.0, starts=2, seed=1)
+    design = sos.design_pid(
+        slow, law=law, gamma=6180.0, search=sos.Search(starts=2, seed=1)
+    )
     assert "gave up" not in design.reason
 
 
@@ -539,7 +566,7 @@ def test_a_memory_is_advised_where_it_does_what_was_asked(name):
     lag = 0.05 if velocity is None else None
     law = sos.PIDLaw(position, velocity, filter=lag, limits={"K_D": 1})
     asked = dict(region=sos.PoleRegion(sigma=sigma))
-    refused = sos.design_pid(plant, law=law, starts=1, **asked)
+    refused = sos.design_pid(plant, law=law, search=sos.Search(starts=1), **asked)
     advised = "A DynamicLaw of order 4 does it, as tried." in refused.advice
     assert refused.status != "feasible" and advised == does
     if does:
@@ -551,7 +578,7 @@ def test_a_memory_is_advised_where_it_does_what_was_asked(name):
 @pytest.mark.parametrize("name", MODES)
 def test_a_mode_that_no_gain_of_the_law_moves_is_a_door(name, tmp_path):
     plant, law, sigma, who = MODES[name]
-    asked = dict(law=law, starts=1)
+    asked = dict(law=law, search=sos.Search(starts=1))
     design = sos.design_pid(plant, **asked, region=sos.PoleRegion(sigma=sigma))
     proof = design.infeasibility
     assert design.status == "infeasible" and design.reason.startswith(who)
@@ -626,9 +653,7 @@ BAD = {
     "give sigma or maximize": dict(
         law=LAW, maximize="sigma", region=sos.PoleRegion(sigma=1)
     ),
-    "starts must": dict(law=LAW, starts=0),
-    "seed must": dict(law=LAW, seed=-1),
-    "prefer is given": dict(law=LAW, prefer="least"),
+    "search has prefer": dict(law=LAW, search=sos.Search(prefer="least")),
     "slack is given": dict(law=LAW, slack=1.0),
     "coupling='slack'": dict(law=LAW, coupling="slack"),
     "x0 has 5 entries, needs the plant's 4, or with the law's = 6": dict(
@@ -694,7 +719,9 @@ def test_no_controller_of_any_order_does_what_multipliers_exclude():
     assert 0.95 * best < bound.excluded < best < bound.proven
     assert bound.refusal.verify()
     assert "no linear controller keeps" in repr(design.bounds())
-    below = sos.design_pid(plant, law=law, gamma=bound.excluded, starts=2)
+    below = sos.design_pid(
+        plant, law=law, gamma=bound.excluded, search=sos.Search(starts=2)
+    )
     assert below.status == "infeasible" and "of any order" in below.reason
     dynamic = sos.DynamicLaw(2, [[1, 0]], noise=[[0, 0.5]])
     full = sos.design_pid(plant, law=dynamic, minimize="gamma")
@@ -706,7 +733,7 @@ def test_what_excludes_every_controller_of_a_part_says_so():
     (d,) = plant.vertices
     part = sos.DescriptorSystem.of([d], Reduction(2, 5))
     assert part.reduction.of == 5 and part.at([1.0]) == part
-    design = sos.design_pid(part, law=law, gamma=0.1, starts=1)
+    design = sos.design_pid(part, law=law, gamma=0.1, search=sos.Search(starts=1))
     words = "Of the reduced model (2 of 5): no linear controller of any order"
     assert design.status == "infeasible" and design.reason.startswith(words)
     (claim,) = design.infeasibility.claims
@@ -716,7 +743,7 @@ def test_what_excludes_every_controller_of_a_part_says_so():
         np.eye(3), 0.1 * np.eye(3), np.diag([1, 4, 9]), [[1], [0], [0]]
     ).reduce(modes=2)
     asked = dict(law=sos.DynamicLaw(2, [[1, 0]]), region=sos.PoleRegion(0.5))
-    design = sos.design_pid(weak, **asked, starts=1)
+    design = sos.design_pid(weak, **asked, search=sos.Search(starts=1))
     words = "Of the reduced model (2 of 3): no controller moves the mode of the plant"
     assert design.status == "infeasible" and design.reason.startswith(words)
     (claim,) = design.infeasibility.claims
@@ -738,7 +765,7 @@ def test_the_worst_plant_between_the_ends_of_one_range_is_searched_with():
         plants,
         law=sos.PIDLaw(np.eye(2), np.eye(2)),
         region=sos.PoleRegion(0.1),
-        starts=4,
+        search=sos.Search(starts=4),
     )
     assert design.searched.between and design.certify().proven
     K = design.K

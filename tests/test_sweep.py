@@ -180,7 +180,9 @@ def make_load_case():
             np.eye(4), 0.02 * stiff + turn, stiff, np.eye(4)[:, [0, 2]]
         )
         region = sos.PoleRegion(0.1)
-        design = sos.design_pid(plant.reduce(modes=2), region=region, prefer="least")
+        design = sos.design_pid(
+            plant.reduce(modes=2), region=region, search=sos.Search(prefer="least")
+        )
         return design.check_on(plant).kept, design.certify(on=plant).proven
 
     return at_speed

@@ -208,7 +208,6 @@ REQUESTS = {
     "minimize": (dict(minimize="norm"), "minimize must be None"),
     "two gammas": (dict(gamma=1, minimize="gamma"), "give gamma or minimize"),
     "minimize without F": (dict(plant=bad()(), minimize="gamma"), "gamma.*no F"),
-    "backoff": (dict(minimize="gamma", backoff=0), "backoff must be pos"),
 }
 
 

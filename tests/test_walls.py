@@ -21,7 +21,7 @@ def smallest(example, mu, region=None, u_max=None):
         K_A=example.K_A,
         mu=mu,
         minimize="gamma",
-        backoff=1e-3,
+        search=sos.Search(backoff=1e-3),
     )
 
 

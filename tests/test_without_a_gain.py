@@ -25,7 +25,8 @@ WITHOUT = {
     ),
     "cost": lambda: sos.design_lqr(CART, np.eye(2), [[1]], time_limit=1e-6),
     "delay": lambda: sos.design_delay_pid(CART, tau=3.0, delta=5.0),
-    "ticks": lambda: sos.design_sampled(CART, P_ALONE, T=0.1, sigma=2.0, starts=1),
+    "ticks": lambda: sos.design_sampled(
+        CART, P_ALONE, T=0.1, sigma=2.0, search=sos.Search(starts=1)),
 }  # fmt: skip
 GIVEN = dict(
     t=[0, 1], T=0.01, whole=CART, folder="nowhere", delay=0.1, longest=1.0, w=None

@@ -47,7 +47,12 @@ assert_type(design.advice, str)
 response = design.simulate(np.linspace(0, 9, 91), r=[1, 0], w=sos.Sine(1, 2))
 assert_type(response, sos.Response | list[sos.Response])
 sos.design_pid(plants, coupling="slack", mu="free", minimize="gamma", cost=cost)
-sos.design_pid(plant, start=design, requirements=[strip], minimize={"gamma": 1.0})
+sos.design_pid(
+    plant,
+    search=sos.Search(start=design),
+    requirements=[strip],
+    minimize={"gamma": 1.0},
+)
 sos.design_pid(plant, coupling="triples")  # type: ignore[arg-type]
 sos.design_pid(plant, gama=0.5)  # type: ignore[call-arg]
 

@@ -11,7 +11,7 @@ from ..display.card import card
 from ..exact.definite import round_digits
 from ..exact.proof import Unproven
 from ..laws import Law
-from ..plants.checks import count, positive
+from ..plants.checks import positive
 from ..plants.gain import GainParts
 from ..plants.kinds import Plant
 from ..requirements.pole_region import LMIRegion
@@ -22,6 +22,7 @@ from ..runtime.time_limit import LONGEST, OutOfTime, time_left, time_limit
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.proof_file import SampledProof
 from ..synthesis.request import Request
+from ..synthesis.search import USUAL, Search
 from ..synthesis.structured.continuation import Ended, further, why_ended
 from ..synthesis.structured.design import DIGITS, Searched, record
 from ..synthesis.structured.moving_gain import corners_of, loops_of
@@ -34,6 +35,7 @@ from .report import write_report
 from .tick_loops import FLOOR, Radius, TickLoops
 
 EASIER = 1, 3, 10, 50  # times the backoff, until a proof is found
+STARTS = 8
 EDGE = 1e-9  # of the circle, that floats don't see
 SEARCH = 0.5  # of the time, for the search; the rest is for the proof
 STOPPED = (
@@ -150,9 +152,7 @@ def design_sampled(
     delay: float = 0.0,
     *,
     sigma: float | None = None,
-    backoff: float = 0.01,
-    starts: int = 8,
-    seed: int = 0,
+    search: Search = USUAL,
     cells: int = 64,
     time_limit: float = 300.0,
 ) -> SampledDesign:
@@ -172,11 +172,9 @@ def design_sampled(
         The decay in 1/s: at the ticks every motion decays at least as e^(-sigma t).
         Without it the fastest one that the search finds, backed off; ``reason`` says
         what ended it.
-    backoff : float
-        Which share of the fastest decay is given away for the proof; up to
-        fifty times as much, where plants between the vertices need it.
-    starts, seed
-        As in `design_pid`.
+    search : Search
+        Its ``backoff`` is the share of the fastest decay that is given away for the
+        proof; up to fifty times as much, where plants between the vertices need it.
     cells : int
         As in `certify_sampled`, which makes the proof.
     time_limit : float
@@ -219,8 +217,9 @@ def design_sampled(
             f"law must be a PIDLaw or DynamicLaw, got {type(law).__name__}: for all "
             "states at once see design_sampled_lqr"
         )
-    if not positive("backoff", backoff) < 1:
-        raise ValueError(f"backoff must be a share below 1, got {backoff!r}")
+    search.taking("backoff starts seed", "the search of a law's gain")
+    if not search.backoff < 1:
+        raise ValueError(f"backoff must be a share below 1, got {search.backoff!r}")
     asked = 1.0 if sigma is None else positive(SIGMA.key, sigma)
     request = Request(plant, law=law, requirements=[LMIRegion.half_plane(asked)])
     parts = request.law_parts
@@ -228,8 +227,8 @@ def design_sampled(
         raise ValueError("law: of its own states all dynamics are free, or none")
     check_rate(input_vertices(request.plant, None), SampleTiming.of(T, delay))
     some = SampledDesign(request, T, delay, "undecided", None, sigma or 0.0)
-    work = _Work(some, sigma, backoff, cells)
-    return work.done(count("starts", starts, 1), count("seed", seed), time_limit)
+    work = _Work(some, sigma, search.backoff, cells)
+    return work.done(search.starts or STARTS, search.seed, time_limit)
 
 
 class _Work:

@@ -17,7 +17,7 @@ from ..exact.proof_file import ProofFile, is_proof, laid_out, load, parse
 from ..plants.as_data import plant_data
 from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
-from ..requirements.in_files import asked_in_file
+from ..requirements.in_files import asked_in_file, made
 from ..runtime.digests import digest
 from ..runtime.later import MissingRoom
 from ..runtime.reading import named, read_bytes
@@ -25,6 +25,7 @@ from ..runtime.saying import one_line, say
 from ..runtime.time_limit import checked_seconds
 from ..runtime.writing import may_replace
 from ..synthesis.pid import design_pid
+from ..synthesis.search import Search
 from .folder import (
     PROGRAM_PROOF,
     PROOF,
@@ -269,7 +270,10 @@ def read_plant_file(path):
         computer = data.pop("controller", None)
         if computer is not None:
             computer = controller_in(computer)
+        how = data.pop("search", None)
         asked = asked_in_file(data)
+        if how is not None:
+            asked["search"] = made("search", Search, how)
         if "law" in asked:
             with named("law"):
                 asked["law"].parts(plant), asked["law"].structure(plant)

@@ -18,8 +18,8 @@ OBJECTS = {  # what makes a key's object
 }
 SEVERAL = {"hinf": HInfinity, "h2": H2}  # lists of objects, told apart by name
 VALUES = ("gamma", "mu", "minimize", "coupling", "slack", "U", "K_A")
-OF_LAW = ("maximize", "starts", "seed")  # what a search for its gains takes
-KEYS = (*OBJECTS, *SEVERAL, "law", *VALUES, *OF_LAW)
+OF_LAW = ("maximize",)  # what a search for its gains takes
+KEYS = (*OBJECTS, *SEVERAL, "law", *VALUES, *OF_LAW, "search")
 
 
 def asked_in_file(data: dict) -> dict:
@@ -43,12 +43,12 @@ def asked_in_file(data: dict) -> dict:
             continue
         if key == "law":
             dynamic = isinstance(value, dict) and "order" in value
-            keywords[key] = _made(key, DynamicLaw if dynamic else PIDLaw, value)
+            keywords[key] = made(key, DynamicLaw if dynamic else PIDLaw, value)
             continue
         if key in SEVERAL:
             given = value if isinstance(value, list) else [value]
             named = keywords.setdefault("requirements", [])
-            named += [_made(key, SEVERAL[key], one) for one in given]
+            named += [made(key, SEVERAL[key], one) for one in given]
             continue
         if key not in OBJECTS:
             raise ValueError(
@@ -57,12 +57,12 @@ def asked_in_file(data: dict) -> dict:
             )
         if key == "saturation" and isinstance(value, dict):
             value = {"u_max": None} | value  # null in JSON, which TOML hasn't
-        keywords[key] = _made(key, OBJECTS[key], value)
+        keywords[key] = made(key, OBJECTS[key], value)
     return keywords
 
 
-def _made(key, kind, value):
-    """The object of a key, from what the file says of it."""
+def made(key, kind, value):
+    """The object of a ``key``, of a ``kind``, from its ``value`` in the file."""
     if not isinstance(value, dict):
         raise ValueError(f'{key} must be an object, such as {{"name": value}}')
     known = signature(kind).parameters

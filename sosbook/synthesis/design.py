@@ -119,9 +119,10 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
         Examples
         --------
-        >>> from sosbook import PoleRegion, SecondOrderSystem, design_pid
+        >>> from sosbook import PoleRegion, Search, SecondOrderSystem, design_pid
         >>> mass = SecondOrderSystem([[1]], [[1]], [[1]], [[1]])
-        >>> design = design_pid(mass, region=PoleRegion(0.1), prefer="least")
+        >>> gentle = Search(prefer="least")
+        >>> design = design_pid(mass, region=PoleRegion(0.1), search=gentle)
         >>> for words in str(design.effort).split("; "):
         ...     print(words)
         0 of 2 poles are moved
@@ -156,11 +157,12 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
         Examples
         --------
-        >>> from sosbook import PoleRegion, SecondOrderSystem, design_pid
+        >>> from sosbook import PoleRegion, Search, SecondOrderSystem, design_pid
         >>> whole = SecondOrderSystem(np.eye(3), 0.1 * np.diag([1, 20, 30]),
         ...                           np.diag([1, 40, 90]), [[1], [1], [1]])
         >>> part = whole.reduce(modes=1)
-        >>> design = design_pid(part, region=PoleRegion(0.5), prefer="least")
+        >>> gentle = Search(prefer="least")
+        >>> design = design_pid(part, region=PoleRegion(0.5), search=gentle)
         >>> print(design.certify())
         proven:
         - of the reduced model (1 of 3): the plant, under u = K x, is stable
@@ -207,7 +209,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
         Examples
         --------
-        >>> from sosbook import PoleRegion, SecondOrderSystem, design_pid
+        >>> from sosbook import PoleRegion, Search, SecondOrderSystem, design_pid
         >>> whole = SecondOrderSystem(np.eye(2), 0.2 * np.diag([1, 2]),
         ...                           np.diag([1, 400]), [[1], [1]])
         >>> design = design_pid(whole.reduce(modes=1), region=PoleRegion(0.5))

@@ -80,7 +80,7 @@ def design_lqr(
     law : Law, optional
         What the controller measures and remembers, as in `design_pid`, which searches
         its gain: the same as ``design_pid(law=law, cost=QuadraticCost(Q, R, noise),
-        minimize="cost")``, which takes ``starts`` and ``seed``, too. Q weighs the
+        minimize="cost")``, which takes a `Search`, too. Q weighs the
         law's states as well, the last ones.
     time_limit
         As in `design_pid`.

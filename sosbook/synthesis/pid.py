@@ -14,6 +14,7 @@ from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from .design import Design
 from .procedure import design_asked
+from .search import USUAL, Search
 
 if TYPE_CHECKING:
     from ..laws.base import Law
@@ -35,15 +36,11 @@ def design_pid(
     mu: float | Literal["free"] | None = None,
     slack: float | None = None,
     minimize: str | Mapping[str, float] | None = None,
-    backoff: float = 0.01,
-    start: Design | None = None,
-    prefer: Literal["centre", "least"] | None = None,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
     law: "Law | None" = None,
     maximize: Literal["sigma"] | None = None,
-    starts: int = 16,
-    seed: int = 0,
+    search: Search = USUAL,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design a robust PID controller (PD without ``U``).
@@ -87,7 +84,7 @@ def design_pid(
         ``minimize="gamma"`` the best.
     minimize : {None, "gamma", "u_max", "cost"} or dict, optional
         Find the smallest bound and design for it, backed off by the
-        fraction ``backoff`` and rounded up to three digits. A dict of
+        fraction ``search.backoff`` and rounded up to three digits. A dict of
         weights, ``{"gamma": 1.0, "u_max": 1e-3}``, minimises the
         weighted sum of the squares ("cost" as it is). The bounds
         themselves are left out: no ``gamma``, ``Saturation(None, x0)``,
@@ -96,20 +93,6 @@ def design_pid(
         and its ``reason`` says what is known of smaller ones.
         A plant that meets all the rest by itself gets K = 0: the least u_max is
         zero then, and the request names a small positive number.
-    backoff : float
-        See ``minimize``.
-    start : Design, optional
-        A neighbouring design, of the same plant or one like it, to
-        start from: faster, the answer is the same. One that isn't
-        feasible is no help and is passed over.
-    prefer : {None, "centre", "least"}
-        ``"centre"`` is the analytic centre, which is far from every bound.
-        ``"least"`` is a small gain, for one plant: K = 0 where that will do, else the
-        least effort that moves the modes outside of the region and no others, else
-        the H-infinity Riccati equation with the most weight of u. Without a word it
-        is the centre below 40 states. From there on it is a small gain where poles
-        alone are asked, for nothing bounds their centre's, and else the centre if it
-        is found in a few seconds. `Design.effort` tells what a gain asks.
     cost : QuadraticCost, optional
         Bound of the quadratic cost under white noise (Theorem 2.4); for
         the least cost alone see `design_lqr`.
@@ -125,10 +108,8 @@ def design_pid(
         value is the best that was found.
     maximize : {None, "sigma"}
         With a ``law``: the fastest decay that the search finds, backed off.
-    starts : int
-        With a ``law``: how many descents the search makes.
-    seed : int
-        Of their random numbers; the same seed gives the same gain.
+    search : Search
+        Where the search begins, how far it goes and which of the gains it takes.
     time_limit : float
         Seconds after which the request is undecided, unless a design
         was found by then. It is looked at in each step of the solver and
@@ -190,8 +171,8 @@ def design_pid(
     """
     return design_asked(
         plant, U, K_A=K_A, law=law, coupling=coupling, slack=slack, mu=mu,
-        minimize=minimize, maximize=maximize, backoff=backoff, start=start,
-        prefer=prefer, starts=starts, seed=seed, time_limit=time_limit, region=region,
+        minimize=minimize, maximize=maximize, search=search, time_limit=time_limit,
+        region=region,
         gamma=gamma, saturation=saturation, cost=cost, requirements=requirements,
     )  # fmt: skip
 
@@ -210,10 +191,10 @@ def analyse_pid(
     mu: float | Literal["free"] | None = None,
     slack: float | None = None,
     minimize: str | Mapping[str, float] | None = None,
-    backoff: float = 0.01,
     cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
     law: "Law | None" = None,
+    search: Search = USUAL,
     time_limit: float = TIME_LIMIT,
 ) -> Design:
     """Find a certificate for a given gain.
@@ -241,11 +222,13 @@ def analyse_pid(
         minimised; but ``"pairs"`` where a requirement has no such LMIs, or is tied by
         a number ``mu``. ``request.coupling`` says which it was. The others are as in
         `design_pid`.
-    mu, slack, minimize, backoff, cost, requirements
+    mu, slack, minimize, cost, requirements
         As in `design_pid`.
     law : Law, optional
         What the controller measures and remembers; without it all of z and z'. Its
         loop is proven by multipliers.
+    search : Search
+        Its ``backoff``; nothing else is searched.
     time_limit : float
         As in `design_pid`.
 
@@ -295,8 +278,9 @@ def analyse_pid(
             raise ValueError("K is missing: give the gain to be analysed")
         K = np.zeros((0, checked_plant(plant).order))
     law, K = taken(plant, K, law)
+    search.taking("backoff", "a given gain")
     return design_asked(
         plant, U, K_A=K_A, law=law, gain=K, coupling=coupling, slack=slack, mu=mu,
-        minimize=minimize, backoff=backoff, time_limit=time_limit, region=region,
+        minimize=minimize, search=search, time_limit=time_limit, region=region,
         gamma=gamma, saturation=saturation, cost=cost, requirements=requirements,
     )  # fmt: skip

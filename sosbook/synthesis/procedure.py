@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..plants.checks import count, is_word, positive
+from ..plants.checks import is_word
 from ..plants.coupling import coupling_of
 from ..requirements.pole_region import LMIRegion
 from ..requirements.shorthand import asked_once, collected, moved
@@ -18,26 +18,27 @@ from .objectives import objective_of
 from .request import Request
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
+from .search import Search
 from .slack import designed, in_pieces, or_with_slack, with_slack
 
 
 def design_asked(
-    plant, U, *, K_A, law, coupling, slack, mu, minimize, backoff, time_limit,
-    gain=None, maximize=None, start=None, prefer=None, starts=16, seed=0, **asked,
+    plant, U, *, K_A, law, coupling, slack, mu, minimize, search, time_limit,
+    gain=None, maximize=None, **asked,
 ):  # fmt: skip
     """The Design of what `design_pid` and `analyse_pid` are asked; ``plant``, ``U``,
-    ``K_A``, ``law``, ``coupling``, ``slack``, ``mu``, ``minimize``, ``backoff``,
-    ``time_limit``, ``maximize``, ``start``, ``prefer``, ``starts`` and ``seed`` are as
-    there, ``asked`` are requirements by keyword, and ``gain``, (m, N), is known.
+    ``K_A``, ``law``, ``coupling``, ``slack``, ``mu``, ``minimize``, ``search``,
+    ``time_limit`` and ``maximize`` are as there, ``asked`` are requirements by
+    keyword, and ``gain``, (m, N), is known.
     """
     U, law = law_of(U, law)
     if law is not None:
-        given_too = dict(mu=mu, slack=slack, start=start, prefer=prefer)
-        coupling = _of_a_law(coupling, **given_too)
+        search.taking("backoff starts seed", "the search of a law's gain")
+        coupling = _of_a_law(coupling, mu=mu, slack=slack)
     elif maximize is not None:
         raise ValueError("maximize is given without law: give region=PoleRegion(sigma)")
-    if prefer not in (None, "centre", "least"):
-        raise ValueError(f'prefer must be "centre" or "least", got {prefer!r}')
+    else:
+        search.taking("backoff start prefer", "a design without a law")
     asked = asked_once(**given(mu=mu, **asked))
     objective = objective_of(minimize, asked)
     if law is not None:
@@ -50,11 +51,9 @@ def design_asked(
         plant, U, K_A=K_A, coupling=coupling, gain=gain, law=law, requirements=asked,
         **given(mu=mu),
     )  # fmt: skip
-    if start is not None:
-        start = _checked_start(start, request, auto)
-    backoff = positive("backoff", backoff)
-    starts, seed = count("starts", starts, 1), count("seed", seed)
-    task = Task(request, gain, objective, auto, backoff, start, prefer, starts, seed)
+    if search.start is not None:
+        search = replace(search, start=_checked_start(search.start, request, auto))
+    task = Task(request, gain, objective, auto, search)
     solution = guarded(request, time_limit, task.solution)
     shown = solution.status == "feasible" or solution.searched is not None
     if law is not None and gain is None and not shown:
@@ -66,26 +65,21 @@ def design_asked(
 class Task:
     """The checked question of `design_pid` and `analyse_pid`: the ``request``, the
     ``gain`` that is known, the ``objective`` as in `optimum`, whether the coupling may
-    be chosen, ``auto``; and how to search, as in `design_pid`: ``backoff``,
-    ``starts``, ``seed``, ``prefer``, ``start``.
+    be chosen, ``auto``; and how to ``search``.
     """
 
     request: Request
     gain: Any
     objective: dict
     auto: bool
-    backoff: float
-    start: Design | None
-    prefer: str | None
-    starts: int
-    seed: int
+    search: Search
 
     def solution(self):
         """The Solution: of a law, a minimum, given gains, or the centre."""
         request, objective, known = self.request, self.objective, self.gain is not None
         if request.law is not None and not known:
             by_law = later("synthesis.structured.design", "by_law")
-            return by_law(request, objective, self.backoff, self.starts, self.seed)
+            return by_law(request, objective, self.search)
         if request.law is not None:
             return self._of_given(request)
         free = request.coupling.free
@@ -113,13 +107,15 @@ class Task:
     def _of_given(self, request, first=None):
         from .known_gain import kept_or_broken
 
-        return kept_or_broken(request, self.objective, self.backoff, first, enough=True)
+        return kept_or_broken(
+            request, self.objective, self.search.backoff, first, enough=True
+        )
 
     def _searched(self, request):
-        how = self.objective, self.backoff
-        found = designed(request, *how, self.start, self.prefer)
+        how, search = (self.objective, self.search.backoff), self.search
+        found = designed(request, *how, search.start, search.prefer)
         if self.auto and self.gain is None:
-            return or_with_slack(found, request, *how, self.prefer)
+            return or_with_slack(found, request, *how, search.prefer)
         return found
 
 
@@ -184,8 +180,6 @@ def given(**asked):
 
 def _checked_start(start, request, auto):
     """The start; None where "auto" has taken another coupling for it."""
-    if not isinstance(start, Design):
-        raise ValueError(f"start must be a Design, got {type(start).__name__}")
     own = start.request.coupling.own_P, request.coupling.own_P
     if own == (True, False) and auto:
         return None

@@ -15,6 +15,7 @@ from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ...synthesis.pid import design_pid
 from ...synthesis.reasons import NO_COMMON_P
+from ...synthesis.search import Search
 
 EMPTY = "The region is empty."
 
@@ -55,7 +56,7 @@ class Answers:
         if asked.get("rho", np.inf) <= asked.get("sigma", -np.inf):
             return {"status": "infeasible", "reason": EMPTY}
         try:
-            design = design_pid(**asked_of(request), start=self.last)
+            design = design_pid(**asked_of(request), search=Search(start=self.last))
         except ValueError as fault:
             return {"status": "undecided", "reason": str(fault)}
         answer = {"status": design.status, "reason": _said(design.reason)}

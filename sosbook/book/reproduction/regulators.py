@@ -10,6 +10,7 @@ from ...plants.second_order import Polytope
 from ...requirements.cost import QuadraticCost
 from ...synthesis.lqr import design_lqr
 from ...synthesis.pid import analyse_pid
+from ...synthesis.search import Search
 from .. import thesis
 from .table import evaluate, proven, shown
 
@@ -75,7 +76,11 @@ def _theorem(printed, plants, law, R):
 
 def _robust(printed, plants, law, R):
     table, name, U, N, _ = LAWS[law]
-    asked = dict(cost=QuadraticCost(np.eye(N), [[R]]), minimize="cost", backoff=1e-3)
+    asked = dict(
+        cost=QuadraticCost(np.eye(N), [[R]]),
+        minimize="cost",
+        search=Search(backoff=1e-3),
+    )
     asked |= dict(coupling="slack", slack=0.003)
     found = analyse_pid(plants, getattr(printed, name)[R], U, **asked)
     proof, words = proven(found), dict(law=law, R=R, table=table, bound=0, worst=0)

@@ -22,7 +22,7 @@ from ...synthesis.design import Design
 from ...synthesis.request import Request
 from ...synthesis.scaling import Frame
 from .ask import Ask
-from .search import Search, certified, provably_refused, requirements
+from .search import EdgeSearch, certified, provably_refused, requirements
 
 TIME_LIMIT = 1800.0  # seconds
 WIDE = 1e3  # of P, V and Y in that frame: so far out it decides nothing
@@ -220,7 +220,7 @@ def edge(
     **options
         cost, requirements, K_A, coupling, mu and slack, for `design_pid`; without a
         word the coupling is "pairs", and with "auto" a refusal is one of slack
-        matrices, too. Or a law, and starts and seed of its searches.
+        matrices, too. Or a law, and its search.
 
     Returns
     -------
@@ -249,7 +249,7 @@ def edge(
     (True, True)
     """
     asked = dict(region=region, gamma=gamma, saturation=saturation)
-    search = Search(Ask(plant, U, asked, options), name, digits)
+    search = EdgeSearch(Ask(plant, U, asked, options), name, digits)
     seconds = checked_seconds(time_limit, needed=True)
     try:
         with limited(seconds):

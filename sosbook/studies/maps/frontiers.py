@@ -11,7 +11,7 @@ from ...synthesis.request import Request
 from .ask import Ask
 from .edges import Edge
 from .parallel import finished
-from .search import Search
+from .search import EdgeSearch
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ def frontier(
     if x == y:
         raise ValueError(f'x and y are both "{x}": name two requirements')
     for name in (x, y):
-        Search(ask, name, digits)  # refuses what it can't search
+        EdgeSearch(ask, name, digits)  # refuses what it can't search
     way = parameter(x, ask.requirements).harder
     values = sorted(map(float, values), reverse=way < 0)
     if len(set(values)) < 2 or min(values) <= 0:
@@ -153,7 +153,7 @@ def frontier(
 
     def solve(task):
         at, easier, harder = task
-        search = Search(ask.at(**{x: values[at]}), y, digits)
+        search = EdgeSearch(ask.at(**{x: values[at]}), y, digits)
         return Edge(y, *search.edge(easier, harder))
 
     tasks = [(0, None, None), (last, None, None)]

@@ -8,7 +8,7 @@ from ...requirements.shorthand import bounds, parameter
 from .ask import point, seen
 
 
-class Search:
+class EdgeSearch:
     """Bisection over counted round numbers of so many ``digits`` of one parameter of an
     `Ask`, ``ask``, by its name; a larger count, or place, asks for more.
     """

@@ -1,8 +1,11 @@
 """Many designs in a row, each of which starts from the last."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...synthesis.pid import design_pid
+from ...synthesis.search import USUAL
 from .parallel import sweep
 
 DESIGNS_PER_PROCESS = 25  # in a row
@@ -59,9 +62,12 @@ def designs(plant, specifications, n_jobs=None, progress=True):
             law = asked.get("law")
             shape = np.shape(getattr(law, "U", asked.get("U")))
             key = str(asked.get("coupling")), shape, getattr(law, "searched", False)
-            usual = {"coupling": "pairs", "start": last.get(key)}
-            if key[2]:  # its loop has neither
+            how = asked.get("search", USUAL)
+            usual = {"coupling": "pairs"}
+            if key[2]:  # its loop has neither coupling nor a start
                 usual = {}
+            elif how.start is None:
+                asked = asked | {"search": replace(how, start=last.get(key))}
             try:
                 design = design_pid(plant, **usual | asked)
             except Exception as error:

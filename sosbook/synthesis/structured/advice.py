@@ -12,11 +12,12 @@ from ...laws.pid import PIDLaw
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import LEAST_TIME, OutOfTime, time_limit
 from ..request import Request
+from ..search import Search
 from .design import FEW, by_law
 from .doors import corners_of
 
 TRIAL = 20.0  # seconds, for a law with a memory, and for all bounds together
-BACKOFF = 0.01  # of a bound that is proven, as everywhere
+QUICK = Search(starts=FEW)
 NOTHING = OutOfTime, ValueError, ArithmeticError, np.linalg.LinAlgError
 
 
@@ -33,7 +34,7 @@ def with_memory(request):
         more = DynamicLaw(order, sensors=known)
         asked = Request(request.plant, requirements=request.requirements, law=more)
         with time_limit(TRIAL):
-            found = by_law(asked, {}, BACKOFF, FEW, 0)
+            found = by_law(asked, {}, QUICK)
     except NOTHING:
         return ""
     kept = found.status == "feasible"
@@ -57,7 +58,7 @@ def with_one_relaxed(request):
         p = r.parameter
         try:
             with time_limit(max((end - monotonic()) / left, LEAST_TIME)):
-                found = by_law(asked, {p.key: 1.0}, BACKOFF, FEW, 0)
+                found = by_law(asked, {p.key: 1.0}, QUICK)
         except NOTHING:
             continue
         if found.status == "feasible":

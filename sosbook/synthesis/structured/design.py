@@ -30,7 +30,8 @@ from .orders import from_lower_orders
 from .search import search
 
 AGAIN = 3  # searches, each with the worst plants between the vertices
-FEW = 3  # starts of all but the first
+STARTS = 16  # of the first search
+FEW = 3  # of the others
 DIGITS = 6, 10  # of the free numbers, in the order of trial
 WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
 NEAR = 1e-9  # to a vertex: counted as that
@@ -68,11 +69,12 @@ class Searched(ReadOnly):
         return words
 
 
-def by_law(request, objective, backoff, starts, seed):
+def by_law(request, objective, how):
     """The Solution of a design for a ``request`` with a law, and any gain of it;
     numbers stand in for an ``objective``, the parameter that shall be as good as can
-    be, if any. ``backoff``, ``starts`` and ``seed`` are as in `design_pid`.
+    be, if any; ``how`` is the `Search`.
     """
+    backoff, starts, seed = how.backoff, how.starts or STARTS, how.seed
     for r in request.requirements:
         if not (r.takes_multipliers and (r.parameter or r.pole_matrices())):
             raise ValueError(
