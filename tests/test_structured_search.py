@@ -690,11 +690,11 @@ def best_of_any_order(d, C, of_u, of_y):
     def stable(A, R, Q):
         """X with A'X + X A + X R X + Q = 0 and A + R X stable, or None."""
         n = len(A)
-        T, Z, count = schur(np.block([[A, R], [-Q, -A.T]]), sort="lhp")
-        if count < n:
-            return None
+        Z = schur(np.block([[A, R], [-Q, -A.T]]), sort="lhp")[1]
         X = np.linalg.solve(Z[:n, :n].T, Z[n:, :n].T)
-        return X if np.linalg.eigvalsh((X + X.T) / 2).min() > -1e-9 else None
+        poles = np.linalg.eigvals(A + R @ X)
+        settles = poles.real.max() < -1e-7 * np.abs(poles).max()
+        return X if settles and np.linalg.eigvalsh(X + X.T).min() > -1e-9 else None
 
     def kept(g):
         B1, B2, C1 = d.Bw, d.Bu, d.C
@@ -703,7 +703,7 @@ def best_of_any_order(d, C, of_u, of_y):
         some = X is not None and Y is not None
         return some and np.abs(np.linalg.eigvals(X @ Y)).max() <= g**2
 
-    best = 10.0
+    best = 1000.0
     for step in (0.9, 0.99, 0.999):  # from above: below the best anything goes
         while kept(step * best):
             best *= step

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from html import escape
+from math import isfinite
 from time import monotonic
 from typing import Any
 
@@ -129,11 +130,12 @@ def bounds_of(request, K, seconds):
         try:
             with time_limit(max(seconds - (monotonic() - begun), LEAST_TIME)):
                 part = least(known, r, plants, BACKOFF, DIGITS, bad)
-                if known.law is not None and r.bounds_response() is not None:
+                bounded = isfinite(bad.truth)
+                if known.law is None:
+                    beyond = excluded_at_once(request, r)
+                elif bounded and r.bounds_response() is not None:
                     best_excluded = later(ANY_ORDER, "best_excluded")
                     beyond = best_excluded(known, r, float(bad.truth))
-                elif known.law is None:
-                    beyond = excluded_at_once(request, r)
         except OutOfTime as over:
             if over.end < begun + seconds:  # somebody else's limit
                 raise
