@@ -18,6 +18,7 @@ from scipy.linalg import eigvals, solve_continuous_are, solve_continuous_lyapuno
 import sosbook as sos
 from sosbook.delay.request import DelayRequest
 from sosbook.lmi.problem import LMIProblem
+from sosbook.lmi.text import LMIText
 from sosbook.plants.descriptor import descriptors
 from sosbook.solver.loop import margin
 from sosbook.synthesis.observer_problem import ObserverProblem
@@ -74,7 +75,7 @@ class Pid:
     def expressions(self):
         """The blocks as `Affine` expressions, and the unknowns."""
         lmis = self.lmis
-        return list(lmis.in_unknowns().values()), lmis.unknowns
+        return list(lmis.text.in_unknowns().values()), lmis.unknowns
 
     def home(self, values):
         """The answer in the plant's units, of the unknowns by name."""
@@ -150,10 +151,10 @@ class Delay:
 
     @cached_property
     def lmis(self):
-        return LMIProblem(self.request.blocks, self.request.unknowns())
+        return LMIProblem(LMIText(self.request.blocks, self.request.unknowns()))
 
     def expressions(self):
-        return list(self.lmis.in_unknowns().values()), self.lmis.unknowns
+        return list(self.lmis.text.in_unknowns().values()), self.lmis.unknowns
 
     def home(self, values):
         return dict(frame=self.request.frame, values=values)
@@ -210,7 +211,7 @@ class Observer:
         return cost
 
     def expressions(self):
-        return list(self.lmis.in_unknowns().values()), self.lmis.unknowns
+        return list(self.lmis.text.in_unknowns().values()), self.lmis.unknowns
 
     def home(self, values):
         return dict(L=self.problem.gain(values))

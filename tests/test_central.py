@@ -43,7 +43,7 @@ def largest_step(designs):
 def decrement(design):
     """Newton's decrement of all blocks of a request at a design."""
     lmis = ScaledLMIs(design.request, design.frame)
-    x = lmis.packed(lmis.point(design))
+    x = lmis.text.packed(lmis.point(design))
     return Barrier(lmis.compiled.newton).step(x, 0 * x)[1]
 
 

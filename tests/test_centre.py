@@ -100,7 +100,7 @@ def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
     """Its part of P may grow forever; a walk of many steps found that, too."""
     plant, asked = settled_modes(sigma)
     problem = search(Request(plant, **asked)).problem
-    blocks, x = problem.compiled, problem.packed(problem.find().values)
+    blocks, x = problem.compiled, problem.text.packed(problem.find().values)
     steps = []
     if settled:
         with pytest.raises(Unbounded):

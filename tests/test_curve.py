@@ -43,7 +43,7 @@ def test_the_gradient_shrinks_evenly(family, size, times):
     """At s it is 1 - s times that at the start, in a ball ``times`` the way."""
     first = search(case(family, size).request)
     newton = first.problem.compiled.newton
-    x = first.problem.packed(first.values)
+    x = first.problem.text.packed(first.values)
     radius = None if times is None else times * np.linalg.norm(x)
     curve = curve_at(newton, x, radius=radius)
     assert len(curve.terms) == newton.settings.most_terms
@@ -59,7 +59,7 @@ def test_the_gradient_shrinks_evenly(family, size, times):
 def test_a_short_sum_ends_early():
     first = search(case("grounded chain", 4).request)
     newton = first.problem.compiled.newton
-    x = centre(first.problem.compiled, first.problem.packed(first.values))
+    x = centre(first.problem.compiled, first.problem.text.packed(first.values))
     near = x * (1 + 1e-3)
     assert len(curve_at(newton, near, small=0.1).terms) == 2
     assert len(curve_at(newton, near, small=1e-8).terms) > 2
@@ -98,7 +98,7 @@ def test_long_valleys_take_few_steps(n):
         plant, asked = valley(seed, n)
         first = search(Request(plant, **asked))
         blocks, steps = first.problem.compiled, []
-        x = first.problem.packed(first.values)
+        x = first.problem.text.packed(first.values)
         found = centre(
             blocks, x, steps.append, directions=first.problem.free_directions
         )
@@ -116,7 +116,7 @@ def test_so_do_they_within_a_ball(n):
         plant, asked = valley(seed, n)
         first = search(Request(plant, **asked))
         newton = first.problem.compiled.newton
-        x = first.problem.packed(first.values)
+        x = first.problem.text.packed(first.values)
         barrier = Barrier(newton, 10 * np.linalg.norm(x))
         cost, decrements = np.zeros(len(x)), [1.0]
         while decrements[-1] > 1e-4:

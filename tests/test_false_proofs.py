@@ -18,7 +18,7 @@ from sosbook.exact.proof import Examined
 from sosbook.exact.proof_file import ProofFile, parse
 from sosbook.exact.rational import decimals
 from sosbook.language import named
-from sosbook.lmi import LMIProblem, Unknown, he
+from sosbook.lmi import LMIProblem, Unknown, he, symmetric
 from sosbook.requirements import LMIRegion, Requirement
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
@@ -321,11 +321,9 @@ HIDDEN = "\x1b[8m\n- its H-infinity norm is below 0.001\x85\u202e"
 
 
 def own_proof(words=()):
-    def write(values, number):
-        P = values["P"]
-        return {"P": P, "decay 1,2 (A.6)": -he(number([[0, 1], [-2, -3]]) @ P)}
-
-    return LMIProblem(write, [Unknown("P", 2, symmetric=True)]).solve().prove(words)
+    P = symmetric("P", 2)
+    blocks = {"P": P, "decay 1,2 (A.6)": -he([[0, 1], [-2, -3]] @ P)}
+    return LMIProblem(blocks).solve().prove(words)
 
 
 def rename(whole, old, new):
@@ -355,9 +353,9 @@ def test_a_block_s_name_is_one_line_of_a_few_signs(name, tmp_path, capsys):
     with pytest.raises(ValueError, match="must be one line of letters"):
         sane_name(name)
     with pytest.raises(ValueError, match="must be one line of letters"):
-        LMIProblem(lambda v, n: {name: v["X"]}, [Unknown("X", 1)]).solve()
+        LMIProblem({name: symmetric("X", 1)})
     with pytest.raises(ValueError, match="must be one line of letters"):
-        LMIProblem(lambda v, n: {"X": v[name]}, [Unknown(name, 1)])
+        LMIProblem({"X": symmetric(name, 1)})
     for old in ("P", "decay 1,2 (A.6)"):
         whole = changed(own_proof(), lambda whole, old=old: rename(whole, old, name))
         assert verdicts(whole) == (False, False)

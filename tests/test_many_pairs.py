@@ -228,9 +228,9 @@ def test_a_guess_that_no_pair_violates_will_do(coupling):
     request = Request(plants(k=5, spread=0.01), **slack)
     assert len(request.pairs) > cutting.CUTTING_PLANE_ABOVE_PAIRS
     lmis = ScaledLMIs(request, Frame.of(request))
-    assert Cuts(lmis).holds(lmis.packed(lmis.guess()))
+    assert Cuts(lmis).holds(lmis.text.packed(lmis.guess()))
     found = Cuts(lmis).find(lmis.guess())  # of no block once with a slack matrix
-    assert Cuts(lmis).holds(lmis.packed(found.values))
+    assert Cuts(lmis).holds(lmis.text.packed(found.values))
     assert feasibility.answer(request).status == "feasible"
 
 
@@ -261,7 +261,7 @@ def test_the_centre_of_many_vertices_depends_on_no_start(k, monkeypatch):
     request = design.request
     lmis = ScaledLMIs(request, Frame.of_solution(request, design))
     newton = lmis.compiled.newton
-    x = lmis.packed(lmis.point(design))
+    x = lmis.text.packed(lmis.point(design))
     _, decrement = Barrier(newton).step(x, np.zeros(len(x)))
     assert decrement < 1e-6
     others = asked["plant"].vertices

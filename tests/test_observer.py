@@ -6,6 +6,7 @@ from scipy.linalg import solve_continuous_are
 
 import sosbook as sos
 from sosbook import design_observer, observer_loop
+from sosbook.lmi import Unknown
 from sosbook.lmi.solution import LMISolution
 from sosbook.pendulum import Mip, reduced
 from sosbook.plants.descriptor import descriptors, mean_descriptor
@@ -241,6 +242,8 @@ def test_a_search_that_finds_nothing_says_so(broken, monkeypatch):
     """Where floats end without a point and without multipliers, too."""
 
     class Empty:
+        unknowns = (Unknown("J", 1),)
+
         def __init__(self, *given):
             pass
 

@@ -174,7 +174,7 @@ def test_a_centre_at_the_end_of_a_long_valley_is_found(kernel, seed):
     assert r["status"] == design.status == "feasible" and not r["bounded"]
     assert off(r["K"], design.K) < 1e-9
     lmis = ScaledLMIs(design.request, design.frame)
-    x = lmis.packed(lmis.point(design))
+    x = lmis.text.packed(lmis.point(design))
     _, decrement = Barrier(lmis.compiled.newton).step(x, 0 * x)
     assert decrement < 0.1  # rounding leaves no less of it in the plant's units
 

@@ -7,8 +7,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 from sosbook.exact.definite import exact
-from sosbook.lmi import Unknown, block, eye, he
-from sosbook.lmi.problem import LMIProblem
+from sosbook.lmi import LMIProblem, Unknown, block, eye, he, matrix, pairs, symmetric
 from sosbook.runtime.time_limit import OutOfTime, time_limit
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import Unbounded
@@ -19,23 +18,19 @@ B = np.array([[0.0], [1.0]])
 ROUND = np.array([[0.25, 0.0], [0.0, 0.5]])
 
 
+P2, ONE = symmetric("P", 2), np.eye(1)
+X1 = matrix("x", 1, 1)
+
+
 def lyapunov(A, sigma=0.0, **more):
     """P > 0 and A P + P A' + 2 sigma P < 0."""
-
-    def write(values, number):
-        P, shifted = values["P"], number(A) + number(sigma * np.eye(len(A)))
-        return {"P": P, "decay": -he(shifted @ P)}
-
-    return LMIProblem(write, [Unknown("P", len(A), symmetric=True)], **more)
+    P = symmetric("P", len(A))
+    return LMIProblem({"P": P, "decay": -he(A @ P) - 2 * sigma * P}, **more)
 
 
 def driven(A, Q):
     """A P + P A' + Q < 0: P exceeds the solution of Lyapunov's equation."""
-
-    def write(values, number):
-        return {"decay": -he(number(A) @ values["P"]) - number(Q)}
-
-    return LMIProblem(write, [Unknown("P", len(A), symmetric=True)])
+    return LMIProblem({"decay": -he(A @ P2) - Q})
 
 
 def test_a_stable_matrix_is_proven_stable():
@@ -70,54 +65,46 @@ def test_a_false_point_is_not_proven():
 def test_the_smallest_trace_is_lyapunovs():
     problem = driven(A, np.eye(2))
     P = solve_continuous_lyapunov(A, -np.eye(2))
-    found = problem.minimize({"P": np.eye(2)})
+    found = problem.minimize(P2)
     assert_allclose(found.values["P"], P, rtol=1e-4)
-    inside = problem.minimize({"P": np.eye(2)}, start={"P": 2 * P})
+    inside = problem.minimize(P2, start={"P": 2 * P})
     assert_allclose(inside.values["P"], P, rtol=1e-4)
 
 
 def test_the_weights_pick_entries():
     """With weight W the least <W, P> is that of Lyapunov's solution, too."""
     P = solve_continuous_lyapunov(A, -np.eye(2))
-    found = driven(A, np.eye(2)).minimize({"P": ROUND})
+    found = driven(A, np.eye(2)).minimize(ROUND @ P2)
     assert_allclose((ROUND * found.values["P"]).sum(), (ROUND * P).sum(), rtol=1e-5)
 
 
 def test_several_unknowns_give_riccatis_gain():
     """The LQR of section 2.5 as an LMI with P, Y and J."""
-
-    def write(v, number):
-        P, Y, J = v["P"], v["Y"], v["J"]
-        flow = he(number(A) @ P + number(B) @ Y)
-        return {
+    P, Y, J = P2, matrix("Y", 1, 2), symmetric("J", 2)
+    flow = he(A @ P + B @ Y)
+    problem = LMIProblem(
+        {
             "decay": -block([[flow, P, Y.T], [P, -eye(2), 0], [Y, 0, -eye(1)]]),
             "cost": block([[J, eye(2)], [eye(2), P]]),
         }
-
-    problem = LMIProblem(
-        write,
-        [
-            Unknown("P", 2, symmetric=True),
-            Unknown("Y", 1, 2),
-            Unknown("J", 2, symmetric=True),
-        ],
     )
-    found = problem.minimize({"J": np.eye(2)}, gap=1e-9)
+    found = problem.minimize(J, gap=1e-9)
     X = solve_continuous_are(A, B, np.eye(2), np.eye(1))
-    assert_allclose(np.trace(found.values["J"]), np.trace(X), rtol=1e-5)
-    K = np.linalg.solve(found.values["P"], found.values["Y"].T).T
+    assert_allclose(np.trace(found[J]), np.trace(X), rtol=1e-5)
+    K = np.linalg.solve(found[P], found[Y].T).T
     assert_allclose(K, -B.T @ X, rtol=1e-3)
 
 
 def test_no_minimum_is_said():
     with pytest.raises(Unbounded):
-        lyapunov(A).minimize({"P": -np.eye(2)})
+        driven(A, np.eye(2)).minimize(-P2)
     with pytest.raises(Unbounded):
         lyapunov(A).centre({"P": lyapunov(A).find().values["P"]})
 
 
 def test_an_infeasible_problem_has_no_minimum():
-    found = lyapunov(-A).minimize({"P": np.eye(2)})
+    problem = LMIProblem({"P": P2, "decay": he(A @ P2)})
+    found = problem.minimize(P2)
     assert found.status == "infeasible" and found.values is None
 
 
@@ -132,19 +119,14 @@ def test_the_same_blocks_in_cvxpy():
 
 def test_a_minimum_is_bracketed():
     P = solve_continuous_lyapunov(A, -np.eye(2))
-    found = driven(A, np.eye(2)).minimize({"P": np.eye(2)}, gap=1e-4)
+    found = driven(A, np.eye(2)).minimize(P2, gap=1e-4)
     assert found.bound <= np.trace(P) <= np.trace(found.values["P"])
     assert np.trace(found.values["P"]) - found.bound < 1e-3 * np.trace(P)
 
 
 def interval(low, high):
     """low < x < high, whose analytic centre lies in the middle."""
-
-    def write(values, number):
-        x = values["x"]
-        return {"low": x - number([[low]]), "high": number([[high]]) - x}
-
-    return LMIProblem(write, [Unknown("x", 1)])
+    return LMIProblem({"low": X1 - low, "high": high - X1})
 
 
 def test_the_centre_of_an_interval():
@@ -193,11 +175,7 @@ def test_a_point_that_floats_cannot_judge_is_proven_or_undecided():
     """A margin of rounding errors is no answer by itself."""
 
     def thin(gap):
-        def write(values, number):
-            x, one = values["x"], number([[1.0]])
-            return {"g": block([[one, x], [x, one]]), "edge": x - one + number([[gap]])}
-
-        return LMIProblem(write, [Unknown("x", 1)])
+        return LMIProblem({"g": block([[ONE, X1], [X1, ONE]]), "edge": X1 - 1 + gap})
 
     found = thin(1e-12)._at(np.array([1 - 5e-13]))
     assert min(found.margins.values()) < 1e-9 and found.status == "feasible"
@@ -216,16 +194,12 @@ def test_irrational_multipliers_prove_as_much_as_rationals_can():
 
 def test_the_excluded_radius_is_right():
     """x < 0 and x > 1 + c y: points begin where c y reaches -1."""
-
-    def write(values, number):
-        x, y = values["x"], values["y"]
-        return {"x": -x, "y": x - number([[1.0]]) - number(1e-3) * y}
-
-    problem = LMIProblem(write, [Unknown("x", 1), Unknown("y", 1)])
+    y = matrix("y", 1, 1)
+    problem = LMIProblem({"x": -X1, "y": X1 - 1 - 1e-3 * y})
     one = np.eye(1)
     assert problem.refuse([one, one]) is None
     assert_allclose(problem.excluded_radius([one, one]), 1e3)
-    assert problem.margins({"x": -1e-9 * one, "y": -1001 * one})["y"] > 0
+    assert problem.text.margins({"x": -1e-9 * one, "y": -1001 * one})["y"] > 0
     assert problem.excluded_radius([one, -one]) == 0
 
 
@@ -234,12 +208,8 @@ def test_verdicts_agree_with_clarabel(seed):
     """A common Lyapunov function of two random matrices."""
     rng = np.random.default_rng(seed)
     pair = rng.normal(size=(2, 3, 3)) - rng.uniform(0, 4) * np.eye(3)
-
-    def write(values, number):
-        P = values["P"]
-        return {"P": P} | {f"{k}": -he(number(M) @ P) for k, M in enumerate(pair)}
-
-    problem = LMIProblem(write, [Unknown("P", 3, symmetric=True)])
+    P3 = symmetric("P", 3)
+    problem = LMIProblem({"P": P3} | {f"{k}": -he(M @ P3) for k, M in enumerate(pair)})
     found = problem.solve()
     constraints, variables = problem.to_cvxpy()
     t, P = cvxpy.Variable(), variables["P"]
@@ -271,7 +241,7 @@ def test_time_and_memory_end(monkeypatch):
     late = driven(A, np.eye(2))
     late.time_limit = 1e-9
     inside = {"P": 2 * solve_continuous_lyapunov(A, -np.eye(2))}
-    stopped = late.minimize({"P": np.eye(2)}, start=inside)
+    stopped = late.minimize(P2, start=inside)
     assert stopped.note.startswith("stopped") and stopped.bound is None
     monkeypatch.setattr(Blocks, "settings", Settings(most_dense_variables=1))
     full = lyapunov(A).solve()
@@ -284,83 +254,102 @@ def test_an_outer_time_limit_is_not_swallowed():
     assert lyapunov(A).solve().status == "feasible"
 
 
-P2 = [Unknown("P", 2, symmetric=True)]
-
-
 @pytest.mark.parametrize(
-    "write, unknowns, words",
+    "blocks, words",
     [
-        (None, P2, "write must be a function"),
-        (lambda v, n: v["P"], P2, "write must return a dict"),
-        (lambda v, n: {}, P2, "write must return a dict"),
-        (lambda v, n: {"g": 1.0}, P2, "block 'g' must be a square matrix"),
-        (lambda v, n: {"g": v["P"][:1]}, [], "unknowns is empty"),
-        (lambda v, n: {"g": n(A) @ v["P"]}, P2, "block 'g' isn't symmetric"),
-        (lambda v, n: {"g": v["P"] @ B}, P2, r"square matrix, got \(2, 1\)"),
-        (lambda v, n: {"g": v["P"] * np.nan}, P2, "block 'g' has NaN"),
-        (lambda v, n: {"g": v["P"] * 1j}, P2, "block 'g' must hold real numbers"),
-        (lambda v, n: v, 2 * P2, "two unknowns have one name"),
-        (lambda v, n: v, ["P"], "unknowns must hold Unknown"),
+        (P2, "blocks must be a dict"),
+        ({}, "blocks must be a dict"),
+        ({"g": 1.0}, "block 'g' must be a square matrix"),
+        ({"g": np.eye(2)}, "no block has an unknown"),
+        ({"g": A @ P2}, "block 'g' isn't symmetric"),
+        ({"g": P2 @ B}, r"square matrix, got \(2, 1\)"),
+        ({"g": P2, "h": [[np.nan]]}, "block 'h': nan is no finite number"),
+        ({"g": P2, "h": [[1j]]}, "block 'h': data must be real numbers"),
+        ({"g": P2, "h": symmetric("P", 2)}, "two unknowns have one name"),
+        ({"a\nb": P2}, "must be one line"),
     ],
 )
-def test_bad_blocks_are_named(write, unknowns, words):
+def test_bad_blocks_are_named(blocks, words):
     with pytest.raises(ValueError, match=words):
-        LMIProblem(write, unknowns).solve()
+        LMIProblem(blocks)
 
 
 def test_bad_arguments_are_named():
-    problem = driven(A, np.eye(2))
-    for weights, words in (
-        ({}, "weights must name some of"),
-        ({"Q": np.eye(2)}, "weights must name some of"),
-        ({"P": 1.0}, "the weight of P has the shape"),
+    problem, Q = driven(A, np.eye(2)), symmetric("Q", 2)
+    for expression, words in (
+        ({"P": 1.0}, r"as minimize\(J\)"),
+        (P2 @ B, "takes a square expression"),
+        (Q, "no block has the unknown Q of this expression; they have P"),
     ):
         with pytest.raises(ValueError, match=words):
-            problem.minimize(weights)
+            problem.minimize(expression)
+    found = problem.solve()
+    for expression, words in (("P", r"as solution\[P\]"), (P2 + Q, "unknown Q")):
+        with pytest.raises(ValueError, match=words):
+            found[expression]
     with pytest.raises(ValueError, match="values has no P"):
-        problem.margins({})
+        problem.text.margins({})
+    with pytest.raises(ValueError, match="there is no point"):
+        lyapunov(-A).solve()[P2]
+    with pytest.raises(ValueError, match=r"written 0.3 \* eye\(1\)"):
+        block([[P2, B], [B.T, 0.3]])
+    with pytest.raises(ValueError, match="nan is no finite number"):
+        P2 * np.nan
 
 
-@pytest.mark.parametrize(
-    "write",
-    [
-        lambda v, n: {"P": v["P"], "decay": -he(A @ v["P"])},
-        lambda v, n: {"P": v["P"], "shift": v["P"] - 0.5 * np.eye(2)},
-        lambda v, n: {"P": v["P"], "wide": block([[v["P"], n(B)], [B.T, n([[9]])]])},
-    ],
-)
-def test_floats_do_not_slip_into_a_proof(write):
-    found = LMIProblem(write, P2).solve()
-    assert found.status == "feasible"
-    with pytest.raises(ValueError, match="pass all data but integers"):
-        found.prove()
+def test_floats_are_read_as_the_decimals_that_were_written():
+    """0.3 P is three tenths of P: exactly, wherever the number meets the unknowns."""
+    x, plain = X1, Unknown("Q", 1)
+    problem = LMIProblem(
+        {"a": (x + x) * 0.3 - 0.1, "b": 9.81 - x / 0.7, "c": [[0.1]] @ x + x / 3}
+    )
+    exactly = problem.text.exactly
+    assert str(exactly["a"].constant[0, 0]) == "-1/10"
+    terms = (t for g in exactly.values() for t in g.terms)
+    factors = [str(t.left[0, 0] * t.right[0, 0]) for t in terms]
+    assert factors == ["3/10", "3/10", "-10/7", "1/10", "1/3"]
+    assert problem.solve().prove().proven
+    for mixed in (plain + 0.3 * x, 0.3 * x + plain, block([[plain, 0.3 * x]])):
+        assert mixed.decimals and {t.unknown.name for t in mixed.terms} == {"Q", "x"}
+
+
+def test_an_expression_has_its_value_and_its_minimum():
+    """The least of 2 x + 0.5 y + 3 over x y > 1, x and y > 0: 2 sqrt(1) + 3."""
+    y = matrix("y", 1, 1)
+    least = LMIProblem({"hyperbola": block([[X1, ONE], [ONE, y]])}).minimize(
+        2 * X1 + 0.5 * y + 3
+    )
+    assert_allclose(least[2 * X1 + 0.5 * y + 3], 5, rtol=1e-6)
+    assert least.bound <= 5 and least.bound == pytest.approx(5, rel=1e-5)
+    assert_allclose([least[X1], least[y]], [[[0.5]], [[2]]], rtol=1e-2)
+    assert_allclose(least[X1 @ [[1, 2]]], least.values["x"] @ [[1, 2]])
 
 
 def test_lists_and_numbers_are_data():
-    def write(v, number):
-        return {
-            "P": v["P"] - number(0.5) * eye(2),
-            "top": number([[3, 0], [0, 3]]) - v["P"],
-        }
-
-    found = LMIProblem(write, P2).solve()
+    found = LMIProblem({"P": P2 - 0.5 * eye(2), "top": [[3, 0], [0, 3]] - P2}).solve()
     assert_allclose(found.values["P"], 1.75 * np.eye(2), atol=1e-7)
     proof = found.prove()
     assert proof.proven and "P, top" in proof.claims[0]
+
+
+def test_pairs_of_vertices_are_what_a_mean_needs():
+    """i P j' at the mean of vertices is the mean of all pairs' blocks."""
+    P, rng = symmetric("P", 2), np.random.default_rng(3)
+    some = rng.normal(size=(3, 2, 2))
+    found = pairs("rate", lambda i, j: i @ P @ j.T, some)
+    names = ["rate 1", "rate 1, 2", "rate 1, 3", "rate 2", "rate 2, 3", "rate 3"]
+    assert list(found) == names
+    at, mean = LMIProblem({"P": P}).solve(), some.mean(axis=0)
+    assert_allclose(at[sum(found.values())] / 9, mean @ at[P] @ mean.T)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e4, 1e6])
 def test_a_minimum_is_found_in_any_unit_of_the_noise(unit):
     """The cost of an oscillator under noise of so many units, against Lyapunov's."""
     A, w, c = np.array([[0, 1], [-9.81, -0.3]]), np.eye(2)[:, 1:], np.eye(2)[:1]
-
-    def write(values, number):
-        Q, J, noise = values["Q"], values["J"], number(unit * w)
-        decay = block([[he(Q @ number(A)), number(c.T)], [number(c), -eye(1)]])
-        return {"decay": -decay, "cost": J - noise.T @ Q @ noise}
-
-    unknowns = [Unknown("Q", 2, symmetric=True), Unknown("J", 1, symmetric=True)]
-    least = LMIProblem(write, unknowns).minimize({"J": 1.0})
+    Q, J, noise = symmetric("Q", 2), symmetric("J", 1), unit * w
+    decay = block([[he(Q @ A), c.T], [c, -eye(1)]])
+    least = LMIProblem({"decay": -decay, "cost": J - noise.T @ Q @ noise}).minimize(J)
     X = solve_continuous_lyapunov(A.T, -c.T @ c)
     true = unit**2 * (w.T @ X @ w).item()
     assert least.values["J"].item() == pytest.approx(true, rel=1e-5)
@@ -368,13 +357,10 @@ def test_a_minimum_is_found_in_any_unit_of_the_noise(unit):
 
 
 def test_a_minimum_that_is_not_attained_names_the_largest_unknown():
-    def write(values, number):
-        x, y = values["x"], values["y"]
-        return {"hyperbola": block([[x, number([[1.0]])], [number([[1.0]]), y]])}
-
-    problem = LMIProblem(write, [Unknown(n, 1, symmetric=True) for n in "xy"])
+    y = matrix("y", 1, 1)
+    problem = LMIProblem({"hyperbola": block([[X1, ONE], [ONE, y]])})
     with pytest.raises(Unbounded, match="where y has entries"):
-        problem.minimize({"x": 1.0})
+        problem.minimize(X1)
 
 
 SADDLES = {
@@ -388,27 +374,16 @@ SADDLES = {
 def test_a_refusal_whose_multipliers_are_singular_is_proven(name):
     """A mode with Re s > 0 that B doesn't reach: its multiplier has its rank."""
     A, B = (np.array(x, float) for x in SADDLES[name])
-
-    def write(values, number):
-        P, Y = values["P"], values["Y"]
-        return {"P": P, "decay": -he(number(A) @ P + number(B) @ Y)}
-
-    n = len(A)
-    unknowns = [Unknown("P", n, symmetric=True), Unknown("Y", 1, n)]
-    answer = LMIProblem(write, unknowns).solve()
+    P, Y = symmetric("P", len(A)), matrix("Y", 1, len(A))
+    answer = LMIProblem({"P": P, "decay": -he(A @ P + B @ Y)}).solve()
     assert answer.status == "infeasible" and answer.infeasibility.verify()
 
 
 def test_a_singular_multiplier_of_few_digits_is_taken_as_it_is():
     """A mass that no K_A makes regular enough: z = (v, -1.2 v) with B'v = 0."""
     M, B = np.diag([1.0, 0.3, 0]), np.eye(3)[:, :1]
-
-    def write(values, number):
-        mass, one = number(M) - number(B) @ values["K_A"], np.eye(3)
-        off = number(2.4 * one)
-        return {"mass": block([[he(mass), off], [off, number(2 * one)]])}
-
-    problem = LMIProblem(write, [Unknown("K_A", 1, 3)])
+    mass, off = M - B @ matrix("K_A", 1, 3), 2.4 * np.eye(3)
+    problem = LMIProblem({"mass": block([[he(mass), off], [off, 2 * eye(3)]])})
     v = np.eye(3)[2]
     z = np.concatenate([v, -1.2 * v])
     refusal = problem.refuse([np.outer(z, z)])

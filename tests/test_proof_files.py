@@ -24,8 +24,7 @@ from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
 from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.rational import decimal, fraction, read_number
-from sosbook.lmi import Unknown, he
-from sosbook.lmi.problem import LMIProblem
+from sosbook.lmi import LMIProblem, he, symmetric
 from sosbook.proofs.command import main
 from sosbook.synthesis.proofs import DesignProof
 from tests.asking import asked_by, asking
@@ -87,10 +86,8 @@ def mass2(M):
 
 
 def lyapunov(A):
-    def write(values, number):
-        return {"P": values["P"], "decay": -he(number(A) @ values["P"])}
-
-    return LMIProblem(write, [Unknown("P", len(A), symmetric=True)]).solve()
+    P = symmetric("P", len(A))
+    return LMIProblem({"P": P, "decay": -he(A @ P)}).solve()
 
 
 A2 = [[0, 1], [-1, -1]]

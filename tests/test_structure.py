@@ -195,7 +195,7 @@ def test_the_first_guess_is_stable(k):
     assert np.linalg.eigvals(A + B @ K).real.max() < 0
     if k == 1:  # and P = I proves it
         lmis = ScaledLMIs(request, frame)
-        assert min(lmis.margins(lmis.guess()).values()) > 0
+        assert min(lmis.text.margins(lmis.guess()).values()) > 0
 
 
 def test_without_multipliers_a_refusal_is_left_open():
@@ -226,7 +226,7 @@ def test_an_entry_that_rounding_made_is_no_entry(monkeypatch):
     lmis = ScaledLMIs(request := Request(plant), Frame.of(request))
     for entries in (0, 1e9):
         monkeypatch.setattr(Blocks, "settings", table_of(entries))
-        blocks = Blocks(lmis.expressions.values(), lmis.unknowns)
+        blocks = Blocks(lmis.text.expressions.values(), lmis.unknowns)
         assert max(d.max() for d in blocks.diagonal_scales) < 100
     assert sos.design_pid(plant).status == "infeasible"
 

@@ -15,8 +15,7 @@ from sosbook.exact.definite import definite, exact, pivots, semidefinite
 from sosbook.exact.proof import Examined
 from sosbook.exact.rational import AT_ONCE
 from sosbook.exact.repair import repair_multipliers
-from sosbook.lmi import Unknown, he
-from sosbook.lmi.problem import LMIProblem
+from sosbook.lmi import LMIProblem, Unknown, he, symmetric
 from sosbook.plants.controllability import FixedPart, fixed_part, is_singular, matrix_of
 from sosbook.requirements.weights import square_factors
 from sosbook.runtime import time_limit as clock
@@ -30,7 +29,7 @@ from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.small_input import refuse_by_input
 
 SMALL, LARGE = exact(np.eye(5) + 1), exact(np.eye(40) + 1)
-P = Unknown("P", 2, symmetric=True)
+P, Q9 = Unknown("P", 2, symmetric=True), symmetric("Q", 9)
 LYAPUNOV = {"P": exact(np.eye(2)) @ P, "decay": he(exact(np.eye(2)) @ P)}
 ZS = [exact(np.eye(2)), exact(np.eye(2))]
 
@@ -90,9 +89,9 @@ LONG = {  # each takes many looks at the clock: the time may end in the middle
     "singular": lambda: is_singular(matrix_of(exact(np.eye(9)))),
     "reach": lambda: fixed_part(*map(exact, (np.eye(20), np.eye(20, k=1), np.eye(20)))),
     "a norm": lambda: peak_gain(WIDE - 30 * np.eye(30), WIDE, WIDE),
-    "a linear objective": lambda: LMIProblem(
-        lambda values, _: dict(values), [Unknown("Q", 9, symmetric=True)]
-    ).minimize({"Q": np.ones((9, 9))}, start={"Q": np.eye(9)}),
+    "a linear objective": lambda: LMIProblem({"Q": Q9}).minimize(
+        np.ones((9, 9)) @ Q9, start={"Q": np.eye(9)}
+    ),
     "conjugate gradients": lambda: _conjugate_gradients(
         lambda d: np.arange(1, 31.0) * d, np.ones(30), lambda r: r, 1e-9, 99
     ),
@@ -260,9 +259,7 @@ LIMITED = {
     "edge": lambda s: maps.edge(
         "rho", CART, region=sos.PoleRegion(rho=9), digits=1, time_limit=s
     ),
-    "own": lambda s: LMIProblem(
-        lambda v, number: {"P": v["P"]}, [Unknown("P", 1, symmetric=True)], s
-    ),
+    "own": lambda s: LMIProblem({"Q": Q9}, s),
 }
 ENDLESS = "delay", "largest", "certify", "own"  # None sets no limit
 CART = sos.SecondOrderSystem(1, 0, 0, 1)

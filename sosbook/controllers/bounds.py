@@ -21,6 +21,7 @@ from scipy.linalg import matrix_balance
 from ..exact.rational import exact, round_digits
 from ..language import Unknown
 from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText
 from ..runtime.time_limit import check_time
 from ..sampled.balls import balls, middle
 from ..sampled.cells import least_pivot
@@ -228,13 +229,14 @@ def _common(P, loops, h, margin, used, G, peak):
         }
         return {"X": X - seen if peak else X} | falls
 
-    problem = LMIProblem(write, [Unknown("X", len(P), symmetric=True)])
+    X = Unknown("X", len(P), symmetric=True)
+    problem = LMIProblem(LMIText(write, [X]))
     W = L @ G @ G.T @ L.T
     W = W / np.trace(W) + ATTAINED * np.eye(len(P))
     found = problem.find(refuse=False).values
     if found is not None:
         with suppress(Unbounded):
-            found = problem.minimize({"X": W}, GAP, found).values
+            found = problem.minimize(W @ X, GAP, found).values
     inner = None if found is None else root(found["X"])
     return None if inner is None else round_digits(inner @ L, 12)
 

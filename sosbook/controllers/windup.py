@@ -32,6 +32,7 @@ from scipy.linalg import matrix_balance
 from ..exact.rational import exact, round_digits
 from ..language import Unknown, block
 from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText
 from ..runtime.time_limit import OutOfTime, check_time, time_limit
 from ..sampled.balls import balls, middle
 from ..sampled.lyapunov import discrete_lyapunov
@@ -184,14 +185,15 @@ def _common(both, H, kappa, g, room):
             )
         return found
 
-    problem = LMIProblem(write, [Unknown("X", N, symmetric=True)])
+    X = Unknown("X", N, symmetric=True)
+    problem = LMIProblem(LMIText(write, [X]))
     x = scale @ g
     W = x @ x.T / np.trace(x.T @ x) + 1e-3 * np.eye(N)
     found = problem.find(refuse=False).values
     if found is None:
         return None
     with suppress(Unbounded):
-        found = problem.minimize({"X": W}, 1e-3, found).values
+        found = problem.minimize(W @ X, 1e-3, found).values
     inner = root(found["X"])
     return None if inner is None else round_digits(inner @ scale, 12)
 

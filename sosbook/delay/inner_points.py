@@ -3,7 +3,8 @@
 import numpy as np
 
 from ..exact.definite import round_digits
-from ..lmi.problem import TrustedProblem
+from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time
 from ..solver.bounded import bounded, unpacked
@@ -29,8 +30,8 @@ OF_SOME = "K is that of some solution, not of a centre."
 
 
 def problem_of(request):
-    """The `TrustedProblem` of a ``request``, and its blocks."""
-    problem = TrustedProblem(request.blocks, request.unknowns())
+    """The `LMIProblem` of a ``request``, and its blocks."""
+    problem = LMIProblem(LMIText(request.blocks, request.unknowns()))
     return problem, problem.compiled
 
 
@@ -88,7 +89,7 @@ def _candidates(blocks, unknowns, x, centred):
 def _at(request, problem, x, which):
     """Fields of the design at a point, ``which`` in words; None if it isn't inside."""
     values = unpacked(problem.unknowns, x)
-    margins = problem.margins(values)
+    margins = problem.text.margins(values)
     if min(margins.values()) <= 0:
         return None
     K, frame, said = request.gain, request.frame, {}

@@ -63,11 +63,25 @@ class Affine:
 
     whole = None  # the expressions that this is one of, and its place among them
 
+    decimals = False  # floats that it meets are read as decimals: what it joins, too
+
     __array_ufunc__ = None  # numpy hands its operators over to this class
 
     def __init__(self, constant, terms=()):
         self.constant = np.asarray(constant)
         self.terms = tuple(terms)
+
+    def _of(self, constant, terms=()):
+        """An expression of the same kind."""
+        return Affine(constant, terms)
+
+    def _data(self, x):
+        """Data ``x`` in this expression's arithmetic."""
+        return array_of(x)
+
+    def _read(self, x):
+        """Data or an expression, ``x``, as an expression of this kind."""
+        return x if isinstance(x, Affine) else self._of(self._data(x))
 
     @property
     def shape(self):
@@ -77,7 +91,7 @@ class Affine:
     @property
     def T(self):
         """The transpose."""
-        return Affine(self.constant.mT, [t.T for t in self.terms])
+        return self._of(self.constant.mT, [t.T for t in self.terms])
 
     def each(self, count):
         """The expressions that constants and factors with one more axis hold.
@@ -102,61 +116,66 @@ class Affine:
         return self * -1
 
     def __add__(self, other):
-        other = _affine(other)
+        if _is_zero(other):  # where sum() begins
+            return self
+        other = self._read(other)
         if other.shape != self.shape:
             raise ValueError(f"shapes {self.shape} and {other.shape} don't add up")
-        return Affine(self.constant + other.constant, self.terms + other.terms)
+        if other.decimals and not self.decimals:
+            self = other._read(self)
+        return self._of(self.constant + other.constant, self.terms + other.terms)
 
     __radd__ = __add__
 
     def __sub__(self, other):
-        return self + (-_affine(other))
+        return self + (-self._read(other))
 
     def __rsub__(self, other):
-        return _affine(other) - self
+        return self._read(other) - self
 
     def __mul__(self, factor):
         if isinstance(factor, Affine):
             raise TypeError("a product of two unknowns isn't affine")
-        factor = array_of(factor)
+        factor = self._data(factor)
         if np.ndim(factor) >= 2:  # a 1 x 1 expression times a matrix
             return self._times_matrix(np.asarray(factor))
         if np.ndim(factor) == 0 and factor == 0:
-            return Affine(factor * self.constant)
+            return self._of(factor * self.constant)
         terms = [
             Term(factor * t.left, t.unknown, t.transposed, t.right) for t in self.terms
         ]
-        return Affine(factor * self.constant, terms)
+        return self._of(factor * self.constant, terms)
 
     __rmul__ = __mul__
 
     def __truediv__(self, divisor):
+        divisor = self._data(divisor)
         terms = [
             Term(t.left / divisor, t.unknown, t.transposed, t.right) for t in self.terms
         ]
-        return Affine(self.constant / divisor, terms)
+        return self._of(self.constant / divisor, terms)
 
     def __matmul__(self, matrix):
         if isinstance(matrix, Affine):
             raise TypeError("a product of two unknowns isn't affine")
-        matrix = np.asarray(array_of(matrix))
+        matrix = np.asarray(self._data(matrix))
         # A product over no columns is zero. numpy would write it with plain
         # integers, and half of one is a float, which no rational goes with.
         terms = self.terms if matrix.shape[-2] else ()
         terms = [Term(t.left, t.unknown, t.transposed, t.right @ matrix) for t in terms]
-        return Affine(self.constant @ matrix, terms)
+        return self._of(self.constant @ matrix, terms)
 
     def __rmatmul__(self, matrix):
-        return (self.T @ np.asarray(array_of(matrix)).mT).T
+        return (self.T @ np.asarray(self._data(matrix)).mT).T
 
     def _times_matrix(self, matrix):
         if self.shape != (1, 1):
             raise ValueError("only a 1 x 1 expression scales a matrix")
         identity = eye(matrix.shape[-1])
-        total = Affine(self.constant[0, 0] * matrix)
+        total = self._of(self.constant[0, 0] * matrix)
         for j in np.flatnonzero((matrix != 0).any(axis=tuple(range(matrix.ndim - 1)))):
             column, row = matrix[..., j : j + 1], identity[j : j + 1]
-            total = total + column @ Affine([[0]], self.terms) @ row
+            total = total + column @ self._of([[0]], self.terms) @ row
         return total
 
     def value(self, values):
@@ -265,10 +284,6 @@ def lower_triangle(size):
     return np.tril_indices(size)
 
 
-def _affine(x):
-    return x if isinstance(x, Affine) else Affine(array_of(x))
-
-
 def eye(size):
     """The identity with ``size`` rows, of integers: exact in every arithmetic."""
     return size.eye() if isinstance(size, Symbols) else np.eye(size, dtype=int)
@@ -337,6 +352,12 @@ def _is_zero(x):
 
 
 def _common(entries, axis):
+    for x in entries:
+        if not isinstance(x, int) and not hasattr(x, "shape"):
+            raise ValueError(
+                f"the entries of a block are matrices or 0, got {x!r}: a number is "
+                f"written {x!r} * eye(1)"
+            )
     sizes = {x.shape[axis] for x in entries if not isinstance(x, int)}
     if len(sizes) != 1:
         raise ValueError(f"block sizes {sorted(sizes)} don't fit")
@@ -355,7 +376,9 @@ def _assembled(entries, size):
 
 
 def _block_affine(entries, size):
-    entries = [(place, _affine(x)) for place, x in entries]
+    written = (x for _, x in entries if isinstance(x, Affine))
+    kind = max(written, key=lambda x: x.decimals)
+    entries = [(place, kind._read(x)) for place, x in entries]
     constant = _assembled([(place, x.constant) for place, x in entries], size)
     terms = []
     for (down, right), x in entries:
@@ -363,7 +386,7 @@ def _block_affine(entries, size):
             L = _pad(t.left, down.start, size[0])
             R = _pad(t.right.mT, right.start, size[1]).mT
             terms.append(Term(L, t.unknown, t.transposed, R))
-    return Affine(constant, terms)
+    return kind._of(constant, terms)
 
 
 def _block_matrices(entries, size):

@@ -2,5 +2,16 @@
 
 from ..language import Affine, Unknown, block, eye, he
 from .problem import LMIProblem
+from .written import matrix, pairs, symmetric
 
-__all__ = ["Affine", "LMIProblem", "Unknown", "block", "eye", "he"]
+__all__ = [
+    "Affine",
+    "LMIProblem",
+    "Unknown",
+    "block",
+    "eye",
+    "he",
+    "matrix",
+    "pairs",
+    "symmetric",
+]

@@ -27,18 +27,23 @@ def cvxpy_constraints(request, margin=0.0):
     >>> problem.solve(solver="CLARABEL") > 0
     True
     """
-    cvxpy = library("cvxpy")
     expressions, unknowns = request.in_unknowns(None)
-    copies = {u: cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in unknowns}
+    constraints, copies = in_cvxpy(expressions, unknowns, margin)
     variables = {u.name: x for u, x in copies.items()}
-    constraints = []
-    for affine in expressions.values():
-        g = affine.value(copies)
-        symmetric = (g + g.T) / 2
-        constraints.append(symmetric >> margin * np.eye(g.shape[0]))
     P = [variables[name] for name in request.lyapunov]
     V = variables.get("V")
     Y = variables.get("Y")
     if Y is None:
         Y = request.gain @ (P[0] if V is None else V.T)
     return constraints, (P[0] if V is None else P), Y
+
+
+def in_cvxpy(expressions, unknowns, margin):
+    """The constraints G >= ``margin`` I for the `Affine` ``expressions`` G by name, and
+    the variable of each of the ``unknowns``.
+    """
+    cvxpy = library("cvxpy")
+    copies = {u: cvxpy.Variable(u.shape, symmetric=u.symmetric) for u in unknowns}
+    blocks = [g.value(copies) for g in expressions.values()]
+    constraints = [(g + g.T) / 2 >> margin * np.eye(g.shape[0]) for g in blocks]
+    return constraints, copies

@@ -1,6 +1,7 @@
 """LMIs as such: write blocks, get a point, a proof or a refusal."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -8,28 +9,21 @@ from ..exact.definite import round_digits
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
 from ..solver.bounded import any_centre, bounded, unpacked
-from ..solver.loop import Unbounded, centre, minimize, phase_one
+from ..solver.loop import Unbounded, centre, phase_one
 from .solution import LMISolution
-from .text import LMIText, rationals
+from .text import LMIText, WrittenText, rationals
 
-__all__ = ["LMIProblem", "LMISolution", "TrustedProblem"]
-
-FARTHEST_MINIMUM = 1e16  # largest unknown's size that may be a unit
-FARTHEST_START = 1e6  # largest variable from which a minimisation starts
+__all__ = ["LMIProblem", "LMISolution"]
 
 
-class LMIProblem(LMIText):
+class LMIProblem:
     """Blocks, affine in some unknowns, that shall be positive definite.
 
     Parameters
     ----------
-    write : callable
-        ``write(values, number)`` returns the blocks by name, for the unknowns' values
-        by name. The values are unknowns, floats, rationals or cvxpy variables;
-        ``number`` brings the data (floats, arrays, nested lists) into that arithmetic.
-        Integers need no ``number``. Write `block`, `he` and `eye` as in a theorem.
-    unknowns : sequence of Unknown
-        What the blocks are affine in.
+    blocks : dict
+        From a name to a square, symmetric expression in the unknowns, which are made
+        by `symmetric` and `matrix`. Write `block`, `he` and `eye` as in a theorem.
     time_limit : float, optional
         Seconds after which each of `find`, `solve`, `centre` and
         `minimize` stops. It is checked at every Newton step.
@@ -39,24 +33,24 @@ class LMIProblem(LMIText):
     Raises
     ------
     ValueError
-        If ``write`` can't be called or the unknowns are none or share a
-        name; later, if a block isn't square, symmetric and finite.
+        If a block isn't square, symmetric and finite, if there is no unknown, or if
+        two have one name.
 
     Examples
     --------
     A matrix A is stable if and only if some P > 0 has A P + P A' < 0:
 
-    >>> from sosbook.lmi import LMIProblem, Unknown, he
+    >>> from sosbook.lmi import LMIProblem, he, symmetric
+    >>> P = symmetric("P", 2)
     >>> def lyapunov(A):
-    ...     def write(values, number):
-    ...         P = values["P"]
-    ...         return {"P": P, "decay": -he(number(A) @ P)}
-    ...     return LMIProblem(write, [Unknown("P", 2, symmetric=True)])
+    ...     return LMIProblem({"P": P, "decay": -he(np.array(A) @ P)})
     >>> stable = lyapunov([[0, 1], [-2, -3]]).solve()
     >>> print(stable.status, "|", stable.prove(("A is stable",)))
     feasible | proven of an author's LMIs:
     - these blocks are positive definite: P, decay
       which say, by their author's word alone: "A is stable"
+    >>> stable[P].shape, stable[he(P)].shape
+    ((2, 2), (2, 2))
     >>> unstable = lyapunov([[0, 1], [-2, 3]]).solve()
     >>> unstable.status, unstable.infeasibility.proven
     ('infeasible', True)
@@ -69,9 +63,17 @@ class LMIProblem(LMIText):
     ('undecided', True)
     """
 
-    def __init__(self, write, unknowns, time_limit=None, settings=None):
-        super().__init__(write, unknowns, settings)
+    def __init__(self, blocks, time_limit=None, settings=None):
+        # The package's own blocks come as an `LMIText`, which isn't checked.
+        self.text = blocks if isinstance(blocks, LMIText) else WrittenText(blocks)
+        self.unknowns = self.text.unknowns
         self.time_limit = checked_seconds(time_limit)
+        self.settings = settings
+
+    @cached_property
+    def compiled(self):
+        """The `Blocks` that the solver takes."""
+        return self.text.compiled(self.settings)
 
     @one_thread
     def find(self, refuse=True, start=None):
@@ -115,7 +117,7 @@ class LMIProblem(LMIText):
             return first
 
         def centred():
-            x = self.packed(first.values)
+            x = self.text.packed(first.values)
             if not within_bounds:
                 return self._at(any_centre(self.compiled, self.unknowns, x))
             try:
@@ -150,84 +152,43 @@ class LMIProblem(LMIText):
         return self._limited(lambda: self._at(centre(self.compiled, x)))
 
     @one_thread
-    def minimize(self, weights, gap=1e-6, start=None):
-        """A point inside, near the least sum of <weight, unknown>.
+    def minimize(self, expression, gap=1e-6, start=None):
+        """A point inside, near the least trace of an expression in the unknowns.
 
         Parameters
         ----------
-        weights : dict
-            For an unknown's name a matrix of its shape, or a number for an
-            unknown of one entry.
+        expression : square expression
+            Such as J or ``W @ P``; of one entry it is its own trace.
         gap : float
-            Relative accuracy of the sum.
+            Relative accuracy of the trace.
         start : dict, optional
             A point inside, by name.
 
         Returns
         -------
         LMISolution
-            Its ``bound`` is a lower bound of the sum.
+            Its ``bound`` is a lower bound of the trace.
 
         Raises
         ------
         Unbounded
             If no minimum is found: it may be zero, or not be attained.
         ValueError
-            If a weight has no unknown or another shape, or if ``start`` isn't inside.
+            If the expression isn't square or has other unknowns than the blocks, or
+            if ``start`` isn't inside.
         """
-        cost = self._cost(weights)
+
+        from .minimum import Minimum
+
+        minimum = Minimum(self, expression, gap)
         if start is None:
             first = self.find()
             if first.values is None:
                 return first
-            x = self.packed(first.values)
+            x = self.text.packed(first.values)
         else:
-            x = self._inside(start)
-            first = LMISolution(self, start)
-
-        def least():
-            inside = x
-            if start is None and np.abs(x).max() > FARTHEST_START:
-                # a cone: begin near zero
-                inside = bounded(self.compiled, self.unknowns, x)[1]
-            try:
-                return self._at(*minimize(self.compiled, cost, inside, gap))
-            except Unbounded as missed:
-                return self._least_in_units(cost, gap, missed)
-
-        return self._limited(least, first)
-
-    def _least_in_units(self, cost, gap, missed):
-        """The minimum with each unknown in a unit of its size where a search ``missed``
-        it; Unbounded names the largest one if there is none.
-        """
-        if missed.x is None:
-            raise missed
-        sizes = {
-            name: 2.0 ** np.round(np.log2(np.abs(value).max() or 1.0))
-            for name, value in unpacked(self.unknowns, missed.x).items()
-        }
-
-        def write(values, number):
-            units = {n: number(np.array(s)).item() for n, s in sizes.items()}
-            return self.write({n: x * units[n] for n, x in values.items()}, number)
-
-        each = np.concatenate([np.full(u.size, sizes[u.name]) for u in self.unknowns])
-        try:
-            if each.max() > FARTHEST_MINIMUM:
-                raise missed
-            blocks = TrustedProblem(write, self.unknowns, settings=self.settings)
-            x, bound = minimize(blocks.compiled, cost * each, missed.x / each, gap)
-            if cost @ missed.x < bound:  # rounding errors, far away
-                raise missed
-        except Unbounded:
-            name = max(sizes, key=sizes.get)
-            raise Unbounded(
-                f"{missed}; the search ended where {name} has entries of the size "
-                f"{sizes[name]:.1e}",
-                missed.x,
-            ) from None
-        return self._at(x * each, bound)
+            x, first = self._inside(start), LMISolution(self, start)
+        return self._limited(lambda: self._at(*minimum.near(x, start is None)), first)
 
     def prove(self, values, claims=(), digits=None):
         """Prove in rational arithmetic that all blocks are positive definite.
@@ -251,8 +212,7 @@ class LMIProblem(LMIText):
         Raises
         ------
         ValueError
-            If a block isn't exactly symmetric or holds a float that
-            didn't pass ``number``, or if digits is below 1.
+            If a block isn't exactly symmetric, or if digits is below 1.
         """
         from ..exact.proof import PLACES
         from .proofs import LMIProof
@@ -260,7 +220,7 @@ class LMIProblem(LMIText):
         for u in self.unknowns:
             if u.name not in values or np.shape(values[u.name]) != u.shape:
                 raise ValueError(f"values needs {u.name} of the shape {u.shape}")
-        expressions = self.in_unknowns(rationals)
+        expressions = self.text.in_unknowns(rationals)
         for places in PLACES if digits is None else (digits,):
             rounded = {n: round_digits(v, places) for n, v in values.items()}
             proof = LMIProof.of(
@@ -285,7 +245,7 @@ class LMIProblem(LMIText):
         """
         from .proofs import LMIRefusal
 
-        expressions = self.in_unknowns(rationals)
+        expressions = self.text.in_unknowns(rationals)
         data = LMIRefusal.contents(expressions, self.unknowns)
         return LMIRefusal.mended(data, expressions, self.unknowns, Z, str)
 
@@ -297,7 +257,7 @@ class LMIProblem(LMIText):
         """
         from ..exact.refusal import excluded_radius
 
-        return excluded_radius(self.in_unknowns(rationals), self.unknowns, Z)
+        return excluded_radius(self.text.in_unknowns(rationals), self.unknowns, Z)
 
     def to_cvxpy(self, margin=0.0):
         """The same blocks for other solvers.
@@ -314,17 +274,12 @@ class LMIProblem(LMIText):
         variables : dict
             The ``cvxpy.Variable`` for each unknown's name.
         """
-        from ..runtime.libraries import library
+        from .cones import in_cvxpy
 
-        cvxpy = library("cvxpy")
-        variables = {
-            u.name: cvxpy.Variable(u.shape, symmetric=u.symmetric)
-            for u in self.unknowns
-        }
-        return [
-            (g + g.T) / 2 >> margin * np.eye(g.shape[0])
-            for g in self.blocks(variables).values()
-        ], variables
+        constraints, variables = in_cvxpy(
+            self.text.in_unknowns(), self.unknowns, margin
+        )
+        return constraints, {u.name: x for u, x in variables.items()}
 
     def _limited(self, work, first=None):
         """An LMISolution, or what is known when time or memory end."""
@@ -340,7 +295,7 @@ class LMIProblem(LMIText):
         return replace(first or LMISolution(self), note=note)
 
     def _first(self, refuse, start=None):
-        x = None if start is None else self.packed(start)
+        x = None if start is None else self.text.packed(start)
         phase = phase_one(self.compiled, start=x, multipliers=refuse)
         if phase.x is not None:
             return self._at(phase.x)
@@ -356,10 +311,10 @@ class LMIProblem(LMIText):
         return LMISolution(self, unpacked(self.unknowns, x), bound=bound)
 
     def _inside(self, start):
-        x = self.packed(start)
+        x = self.text.packed(start)
         if self.compiled.newton.least(x).min() > 0:
             return x
-        margins = self.margins(start)
+        margins = self.text.margins(start)
         least = min(margins, key=margins.get)
         if margins[least] <= 0:
             raise ValueError(
@@ -367,30 +322,3 @@ class LMIProblem(LMIText):
                 f"{margins[least]:.2g}"
             )
         return x
-
-    def _cost(self, weights):
-        """The gradient of the sum of <weight, unknown>."""
-        names = {u.name for u in self.unknowns}
-        if not weights or not set(weights) <= names:
-            raise ValueError(
-                f"weights must name some of {sorted(names)}, got {sorted(weights)}"
-            )
-        gradients = []
-        for u in self.unknowns:
-            weight = np.asarray(weights.get(u.name, np.zeros(u.shape)), float)
-            if weight.shape != u.shape and not u.size == weight.size == 1:
-                raise ValueError(
-                    f"the weight of {u.name} has the shape {weight.shape}, "
-                    f"needs {u.shape}"
-                )
-            gradients.append(u.gradient(weight.reshape(u.shape)))
-        return np.concatenate(gradients)
-
-
-class TrustedProblem(LMIProblem):
-    """An `LMIProblem` whose blocks aren't checked, for this package wrote them.
-
-    ``write``, ``unknowns``, ``time_limit``, ``settings``: as for `LMIProblem`.
-    """
-
-    trusted = True

@@ -19,14 +19,10 @@ class LMIProof(ProofFile):
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from sosbook.lmi import Unknown, he
-    >>> from sosbook.lmi.problem import LMIProblem
-    >>> A = np.array([[0.0, 1.0], [-2.0, -3.0]])
-    >>> def lyapunov(values, number):
-    ...     return {"P": values["P"], "decay": -he(number(A) @ values["P"])}
-    >>> P = Unknown("P", 2, symmetric=True)
-    >>> proof = LMIProblem(lyapunov, [P]).solve().prove(("A is stable",))
+    >>> from sosbook.lmi import LMIProblem, he, symmetric
+    >>> P, A = symmetric("P", 2), [[0, 1], [-2, -3]]
+    >>> problem = LMIProblem({"P": P, "decay": -he(A @ P)})
+    >>> proof = problem.solve().prove(("A is stable",))
     >>> proof.verify(), proof.claims
     (True, ('these blocks are positive definite: P, decay',))
     >>> proof.statement

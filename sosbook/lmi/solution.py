@@ -47,13 +47,25 @@ class LMISolution:
         least = min(self.margins.values())
         return f"<LMISolution: {self.status}, smallest margin {least:.3g}>"
 
+    def __getitem__(self, expression):
+        """The value of an expression in the unknowns, an array in floats.
+
+        Raises
+        ------
+        ValueError
+            If there is no point, or the blocks don't have one of its unknowns.
+        """
+        if self.values is None:
+            raise ValueError(f"the problem is {self.status}: there is no point")
+        return self.problem.text.value(expression, self.values)
+
     @cached_property
     def margins(self):
         """The smallest eigenvalue of each block, its diagonal scaled to one.
 
         None where there is no point.
         """
-        return None if self.values is None else self.problem.margins(self.values)
+        return None if self.values is None else self.problem.text.margins(self.values)
 
     @cached_property
     def infeasibility(self):

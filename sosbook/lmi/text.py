@@ -1,20 +1,15 @@
-"""The text of an LMI and its readings: unknowns, floats, rationals, cvxpy."""
+"""The text of LMIs and its readings: unknowns, floats, rationals, cvxpy."""
 
 from functools import cached_property
 
 import numpy as np
-from flint import fmpq, fmpz
 
 from ..exact.definite import exact
-from ..language.expression import Affine, Unknown
+from ..language.expression import Affine
 from ..runtime.names import sane_name
 from ..solver.blocks import Blocks
 from ..solver.loop import margin
-
-
-def floats(x):
-    """Data x for blocks, in floats."""
-    return np.asarray(x, float) if isinstance(x, (list, tuple)) else x
+from .written import Expression, floats
 
 
 def rationals(x):
@@ -25,69 +20,23 @@ def rationals(x):
 class LMIText:
     """Blocks, affine in some unknowns, written once.
 
-    ``write``: see `LMIProblem`. None where a class has it as a method; ``unknowns``:
-    what the blocks are affine in; ``settings``: as for `LMIProblem`.
+    ``write(values, number)`` returns them by name, for the unknowns' values by name:
+    unknowns, floats, rationals or cvxpy variables; ``number`` brings data into that
+    arithmetic, which integers don't need. ``unknowns``: what the blocks are affine in.
     """
 
-    trusted = False  # to be affine, symmetric and finite, without a look
-
-    def __init__(self, write, unknowns, settings=None):
-        """Check the unknowns and their names."""
-        self.settings = settings
-        if write is not None:
-            self.write = write
-        self.unknowns = list(unknowns)
-        if not callable(getattr(self, "write", None)):
-            raise ValueError("write must be a function of (values, number)")
-        if not self.unknowns:
-            raise ValueError("unknowns is empty: there is nothing to find")
-        for u in self.unknowns:
-            if not isinstance(u, Unknown):
-                raise ValueError(f"unknowns must hold Unknown, got {u!r}")
-            sane_name(u.name)
-        names = [u.name for u in self.unknowns]
-        if len(set(names)) < len(names):
-            raise ValueError(f"two unknowns have one name: {names}")
+    def __init__(self, write, unknowns):
+        self.write, self.unknowns = write, list(unknowns)
 
     def blocks(self, values, number=floats):
-        """The blocks by name, for values of the unknowns by name.
-
-        Parameters
-        ----------
-        values : dict
-            A matrix-like for each unknown's name.
-        number : callable
-            Brings data into the values' arithmetic.
-
-        Returns
-        -------
-        dict
-            A square matrix-like for each block's name.
-
-        Raises
-        ------
-        ValueError
-            If a value is missing, or ``write`` returns no square blocks.
+        """The blocks by name, for ``values`` of the unknowns by name, each a
+        matrix-like; ``number`` brings data into their arithmetic. Raises ValueError if
+        a value is missing.
         """
         missing = [u.name for u in self.unknowns if u.name not in values]
         if missing:
             raise ValueError(f"values has no {', '.join(missing)}")
-        try:
-            written = self.write(values, number)
-        except TypeError as error:
-            if number is not rationals:
-                raise
-            raise ValueError(f"{_MIXED} ({error})") from None
-        if not isinstance(written, dict) or not written:
-            raise ValueError("write must return a dict from names to blocks")
-        for name, g in written.items():
-            sane_name(name)
-            shape = getattr(g, "shape", None)
-            if shape is None or len(shape) != 2 or shape[0] != shape[1]:
-                raise ValueError(f"block {name!r} must be a square matrix, got {shape}")
-            if number is rationals and not _is_rational(g):
-                raise ValueError(f"block {name!r}: {_MIXED}")
-        return written
+        return self.write(values, number)
 
     def in_unknowns(self, number=floats):
         """The blocks by name, as `Affine` expressions in the unknowns.
@@ -99,49 +48,44 @@ class LMIText:
             n: g if isinstance(g, Affine) else Affine(g) for n, g in written.items()
         }
 
+    def value(self, expression, values):
+        """An ``expression`` in the unknowns at their ``values`` by name, in floats.
+
+        Raises ValueError if it is none, or has an unknown that the blocks don't have.
+        """
+        if not isinstance(expression, Affine):
+            raise ValueError(
+                "an expression in the unknowns has a value, as solution[P]; "
+                f"got {expression!r}"
+            )
+        self.held(expression)
+        read = expression.in_floats() if expression.decimals else expression
+        return read.value({u: values[u.name] for u in self.unknowns})
+
+    def held(self, expression):
+        """Raise ValueError if an ``expression`` has an unknown that no block has."""
+        for t in expression.terms:
+            if t.unknown not in self.unknowns:
+                raise ValueError(
+                    f"no block has the unknown {t.unknown.name} of this expression; "
+                    f"they have {', '.join(u.name for u in self.unknowns)}"
+                )
+
     @cached_property
     def expressions(self):
         """The blocks by name, as `Affine` expressions in floats."""
         return self.in_unknowns()
 
-    @property
-    def names(self):
-        """Of the blocks, in their order."""
-        return list(self.expressions)
-
-    @cached_property
-    def compiled(self):
-        """The `Blocks` that the solver takes.
-
-        Raises
-        ------
-        ValueError
-            If a block isn't symmetric, real and finite.
-        """
-        if not self.trusted:
-            self._check()
+    def compiled(self, settings=None):
+        """The `Blocks` that the solver takes, with its ``settings``."""
         blocks = Blocks(self.expressions.values(), self.unknowns)
-        if self.settings is not None:
-            blocks.settings = self.settings
+        if settings is not None:
+            blocks.settings = settings
         return blocks
 
-    def _check(self):
-        probe = {
-            u.name: u.unpack(np.cos(1.0 + k + np.arange(u.size)))
-            for k, u in enumerate(self.unknowns)
-        }
-        for name, g in self.blocks(probe).items():
-            if np.asarray(g).dtype.kind not in "fiu":
-                raise ValueError(f"block {name!r} must hold real numbers")
-            if not np.isfinite(g).all():
-                raise ValueError(f"block {name!r} has NaN or infinite entries")
-            if np.abs(g - g.T).max() > 1e-9 * np.abs(g).max():
-                raise ValueError(f"block {name!r} isn't symmetric: is a .T missing?")
-
     def margins(self, values):
-        """The smallest eigenvalue of each block, its diagonal scaled to one.
-
-        ``values`` are those of the unknowns, by name.
+        """The smallest eigenvalue of each block, its diagonal scaled to one, at
+        ``values`` of the unknowns, by name.
         """
         return {name: margin(g) for name, g in self.blocks(values).items()}
 
@@ -155,9 +99,55 @@ class LMIText:
         return np.concatenate(parts)
 
 
-_MIXED = "floats and rationals are mixed: pass all data but integers to number(...)"
+class WrittenText(LMIText):
+    """The ``blocks`` by name that a reader wrote as expressions in the unknowns.
+
+    Raises ValueError if they aren't a dict, have no unknown, or two unknowns of one
+    name; if a block isn't square, symmetric and finite.
+    """
+
+    def __init__(self, blocks):
+        if not isinstance(blocks, dict) or not blocks:
+            raise ValueError(
+                'blocks must be a dict from names to expressions, as {"P": P}; '
+                f"got {blocks!r}"
+            )
+        self.exactly = {sane_name(name): _square(name, g) for name, g in blocks.items()}
+        terms = [t for g in self.exactly.values() for t in g.terms]
+        super().__init__(self._at, dict.fromkeys(t.unknown for t in terms))
+        names = [sane_name(u.name) for u in self.unknowns]
+        if not names:
+            raise ValueError("no block has an unknown: there is nothing to find")
+        if len(set(names)) < len(names):
+            raise ValueError(f"two unknowns have one name: {names}")
+        self._check()
+
+    def in_unknowns(self, number=floats):
+        if number is rationals:
+            return self.exactly
+        return {name: g.in_floats() for name, g in self.exactly.items()}
+
+    def _at(self, values, number):
+        read = self.exactly if number is rationals else self.expressions
+        known = {u: values[u.name] for u in self.unknowns}
+        return {name: g.value(known) for name, g in read.items()}
+
+    def _check(self):
+        probe = {
+            u.name: u.unpack(np.cos(1.0 + k + np.arange(u.size)))
+            for k, u in enumerate(self.unknowns)
+        }
+        for name, g in self.blocks(probe).items():
+            if np.abs(g - g.T).max() > 1e-9 * np.abs(g).max():
+                raise ValueError(f"block {name!r} isn't symmetric: is a .T missing?")
 
 
-def _is_rational(g):
-    entries = np.asarray(g.constant if isinstance(g, Affine) else g).flat
-    return all(isinstance(e, (fmpq, fmpz, int, np.integer)) for e in entries)
+def _square(name, g):
+    """Block ``g`` as a `Expression` expression."""
+    shape = np.shape(g) if not isinstance(g, Affine) else g.shape
+    if len(shape) != 2 or shape[0] != shape[1]:
+        raise ValueError(f"block {name!r} must be a square matrix, got {shape}")
+    try:
+        return Expression([[0]])._read(g)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"block {name!r}: {error}") from None

@@ -9,6 +9,7 @@ from ..exact.definite import round_digits
 from ..exact.rational import decimals
 from ..language import Unknown, block, eye, he, kron
 from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText
 from ..runtime.time_limit import check_time
 from .balls import middle
 from .cells import PlantCell
@@ -322,7 +323,7 @@ def _common(loops, pace, centred=True, held=0):
 
     N = len(loops[0])
     unknowns = [Unknown("P", N - held, symmetric=True)]
-    problem = LMIProblem(decay, unknowns + [Unknown("c", 1)] * bool(held))
+    problem = LMIProblem(LMIText(decay, unknowns + [Unknown("c", 1)] * bool(held)))
     if centred:
         solution = problem.solve(refuse=False, within_bounds=True).values
     else:
@@ -364,7 +365,7 @@ def _multipliers(loops, bent, rate, held=0):
                 blocks[f"{j}, {i}"] = block(rows)
         return blocks
 
-    problem = LMIProblem(write, unknowns)
+    problem = LMIProblem(LMIText(write, unknowns))
     sizes = {"P": N - held, "G": N}  # the identity is near, where s is large
     start = {x.name: np.eye(sizes.get(x.name[0], 1)) for x in unknowns}
     for j, W in enumerate(bent):

@@ -55,7 +55,7 @@ def centred(lmis, values):
     """
     if too_many(lmis.request):
         return finish(lmis, values)
-    found = analytic_centre(lmis, lmis.packed(values))
+    found = analytic_centre(lmis, lmis.text.packed(values))
     return None if found is None else _solution(*found, True)
 
 
@@ -65,7 +65,7 @@ def finish(lmis, values):
     tell. With more than a thousand pairs of vertices it is the centre of some of their
     blocks: see `Cuts.centre`.
     """
-    x = lmis.packed(values)
+    x = lmis.text.packed(values)
     if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
         lmis.request.leader()
     ):
@@ -153,7 +153,7 @@ def _gain_alone(lmis):
     request, frame = lmis.request, lmis.frame
     B = request.mean.change(frame.left, frame.T, frame.scale).state_space()[1]
     zero = {u.name: np.zeros(u.shape) for u in lmis.unknowns}
-    return lmis.packed(zero | {"Y": -B.T} if "Y" in zero else zero)
+    return lmis.text.packed(zero | {"Y": -B.T} if "Y" in zero else zero)
 
 
 def _settles(lmis, x, r):
@@ -183,7 +183,7 @@ def _hints(lmis):
 
     def elsewhere(x):
         led = Cuts(lmis).find(unpacked(lmis.unknowns, x), refuse=False).values
-        return None if led is None else lmis.packed(led)
+        return None if led is None else lmis.text.packed(led)
 
     few = few_refuse(lmis.request)
     return dict(directions=lmis.free_directions, elsewhere=elsewhere if few else None)
@@ -209,4 +209,4 @@ def nearer(lmis, x):
     moved = there.point(point)
     if moved is None or not holds(there, moved):
         return lmis, x
-    return there, there.packed(moved)
+    return there, there.text.packed(moved)

@@ -64,7 +64,7 @@ class Cuts:
         request, values = self.lmis.request, unpacked(self.lmis.unknowns, x)
         if request.coupling.own_P:
             least = defaultdict(lambda: np.inf)
-            for name, g in self.lmis.blocks(values).items():
+            for name, g in self.lmis.text.blocks(values).items():
                 if _key(name) not in self._written[()]:
                     i = name.vertices[0]
                     least[i] = min(least[i], margin(g))
@@ -145,7 +145,7 @@ class Cuts:
         for `LMIProblem.find`.
         """
         lmis, inside, count = self.lmis, False, PAIRS_PER_CUT
-        x = None if start is None else lmis.packed(start)
+        x = None if start is None else lmis.text.packed(start)
         margins = -np.ones(len(lmis.request.pairs))  # of no point
         if x is not None:
             margins = self.margins(x, 0.0)
@@ -166,7 +166,7 @@ class Cuts:
         problem, Z = self.lmis.of_pairs(tuple(self.chosen)), phase.Z
         if Z is not None:
             given = dict(zip(self.keys, Z))
-            Z = [given[_key(name)] for name in problem.expressions]
+            Z = [given[_key(name)] for name in problem.text.expressions]
         return LMISolution(
             problem,
             multipliers=Z,
@@ -235,7 +235,7 @@ def holds(lmis, values):
     """True if all blocks of ``lmis``, a `ScaledLMIs`, are definite at ``values`` by
     name.
     """
-    x = lmis.packed(values)
+    x = lmis.text.packed(values)
     if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
         return Cuts(lmis).holds(x)
     return bool(lmis.compiled.newton.least(x).min() > 0)

@@ -16,6 +16,7 @@ from ..exact.definite import exact
 from ..language import Unknown, he
 from ..lmi.problem import LMIProblem
 from ..lmi.proofs import LMIProof
+from ..lmi.text import LMIText
 from ..plants.checks import matrix, rank_deficient
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.second_order import Polytope
@@ -339,6 +340,5 @@ def _ranks(pieces):
             for c, R in enumerate(corners)
         }
 
-    return LMIProblem(
-        write, [Unknown(f"X {k}", columns, rows) for k in range(len(pieces))]
-    )
+    unknowns = [Unknown(f"X {k}", columns, rows) for k in range(len(pieces))]
+    return LMIProblem(LMIText(write, unknowns))

@@ -9,15 +9,15 @@ from ..analysis.riccati import lyapunov
 from ..exact.definite import definite, exact, round_digits
 from ..exact.proof import PLACES
 from ..language import Unknown, eye
-from ..lmi.problem import TrustedProblem
-from ..lmi.text import floats
+from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText, floats
 from ..requirements.known_gain import KnownVertex
 from ..solver.loop import margin
 
 DEFECTIVE = 1e-5  # the size of a state in all modes, beside the largest
 
 
-class KnownLMIs(TrustedProblem):
+class KnownLMIs(LMIProblem):
     """The blocks that a ``requirement`` writes at some ``loops``, the vertices, in
     coordinates in which P is near I, x = ``T`` xi if known.
     """
@@ -33,7 +33,7 @@ class KnownLMIs(TrustedProblem):
         own = requirement.known_gain_unknowns(probe)
         self.units = {u.name: float(round_digits(x, 2)) for u, x in own.items()}
         self.units["G"] = 1 / self.rate  # F is near P E^-1, G near it a time ago
-        super().__init__(None, [*self.lyapunov, *multipliers, *own])
+        super().__init__(LMIText(self.write, [*self.lyapunov, *multipliers, *own]))
 
     @property
     def _each(self):
@@ -41,7 +41,7 @@ class KnownLMIs(TrustedProblem):
 
     def write(self, values, number):
         """The blocks by name, each scaled by the even loop's, at ``values`` and with
-        data by ``number``; see `LMIProblem`.
+        data by ``number``; see `LMIText`.
         """
         blocks = self._written(values, number, self._vertex)
         return {name: self._scaled(name, g) for name, g in blocks.items()}
@@ -83,7 +83,7 @@ class KnownLMIs(TrustedProblem):
         """The smallest eigenvalue of all blocks, their diagonals scaled to one, at
         ``values``.
         """
-        return min(map(margin, self.blocks(values).values()))
+        return min(map(margin, self.text.blocks(values).values()))
 
     def rounded(self, values):
         """Rounded ``values`` in the plant's own coordinates at which all blocks in

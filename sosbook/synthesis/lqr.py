@@ -237,7 +237,7 @@ def _first_optimum(request, objective):
     if bounds is not None and not too_many(request):
         nearly = {name: (1 + AMID * gap) * b for name, b in bounds.items()}
         lmis, values = best.problem.led(best.values, request.with_bounds(nearly))
-        amid = analytic_centre(lmis, lmis.packed(values))
+        amid = analytic_centre(lmis, lmis.text.packed(values))
         if amid is not None:
             lmis, x = amid
             best = LMISolution(lmis, unpacked(lmis.unknowns, x))

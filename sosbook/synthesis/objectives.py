@@ -128,12 +128,12 @@ def _least(lmis, objective, values, gap):
     is near one.
     """
     try:
-        return _minimum(lmis, objective, lmis.packed(values), gap)
+        return _minimum(lmis, objective, lmis.text.packed(values), gap)
     except Unattained as missed:
         if lmis.sizes:  # numbers for these coordinates
             raise
         best = missed.point
-    there, x = nearer(best.problem, best.problem.packed(best.values))
+    there, x = nearer(best.problem, best.problem.text.packed(best.values))
     if there is not best.problem:
         try:
             return _minimum(there, objective, x, gap)
@@ -203,7 +203,7 @@ def _at_sizes(lmis, sizes, objective, gap):
         best = _least(there, objective, first.values, gap)
     except Unattained as missed:
         best, attained = missed.point, False
-    value = there.weights(objective) @ there.packed(best.values)
+    value = there.weights(objective) @ there.text.packed(best.values)
     return value, best, attained
 
 

@@ -12,8 +12,8 @@ from ..exact.rational import decimal, decimals, null_basis, read_array
 from ..exact.refusal import MultiplierRefusal
 from ..exact.repair import repair_multipliers
 from ..language import Affine, Unknown, block
-from ..lmi.problem import TrustedProblem
-from ..lmi.text import rationals
+from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText, rationals
 from ..plants.as_data import plant_data
 from ..plants.checks import check_rank, inverse_by_rows
 from ..plants.descriptor import mean_descriptor, twins
@@ -137,7 +137,7 @@ class ObserverProblem:
 
     def open(self):
         """The `LMIProblem` with L to be found and no bound of tr J."""
-        return TrustedProblem(self.blocks, self.unknowns())
+        return LMIProblem(LMIText(self.blocks, self.unknowns()))
 
     def gain(self, values):
         """L at ``values`` of the unknowns: L' = Y P1^-1 in the plant's coordinates."""
@@ -149,8 +149,9 @@ class ObserverProblem:
         may have it: of those that miss it by less than `AMID` times its accuracy it is
         the analytic centre, which neither units nor the order of vertices change.
         """
-        channels = self.noises[0].shape[1]
-        best = self.open().minimize({"J": np.eye(channels)}, OPTIMUM_GAP)
+        problem = self.open()
+        (J,) = (u for u in problem.unknowns if u.name == "J")
+        best = problem.minimize(J, OPTIMUM_GAP)
         if best.values is None:
             return None, best
         least = float(np.trace(best.values["J"])) * self.unit**2
@@ -160,10 +161,11 @@ class ObserverProblem:
 
     def bounded(self, L, bound):
         """The `LMIProblem` of this L, None to be found, and a bound of tr J."""
-        return TrustedProblem(
-            lambda values, number: self.blocks(values, number, L, bound),
-            self.unknowns(L),
-        )
+
+        def write(values, number):
+            return self.blocks(values, number, L, bound)
+
+        return LMIProblem(LMIText(write, self.unknowns(L)))
 
 
 class ObserverProof(ProofFile):
@@ -214,7 +216,7 @@ def refuse_observer(problem):
     multipliers of all blocks.
     """
     lmi, N = problem.open(), len(problem.T[0])
-    whole = lmi.in_unknowns(rationals)
+    whole = lmi.text.in_unknowns(rationals)
     unseen = null_basis(exact(problem.C) @ inverse(exact(problem.T[0])).T)
     for errors in (unseen[:, :0], unseen):  # the state alone, or with an error
         multipliers = _exact_multipliers(whole, lmi.unknowns, errors, N)

@@ -9,6 +9,7 @@ import numpy as np
 from ..exact.definite import exact
 from ..language import Unknown, he
 from ..lmi.problem import LMIProblem, LMISolution
+from ..lmi.text import LMIText
 from ..plants.checks import is_word, positive
 from ..plants.kinds import Prepared, SecondOrderPlant, checked_plant
 from ..plants.response import Response
@@ -288,4 +289,4 @@ def _lemma(plant, beta):
             for name, (M, B) in mass_pairs(plant).items()
         }
 
-    return LMIProblem(write, [Unknown("K_A", plant.m, plant.n)])
+    return LMIProblem(LMIText(write, [Unknown("K_A", plant.m, plant.n)]))

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..language import Unknown, eye
-from ..lmi.problem import LMIProblem, TrustedProblem
-from ..lmi.text import floats
+from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText, floats
 from ..requirements.magnitudes import Magnitudes
 from ..runtime.time_limit import check_time_of_eigenvalues
 from ..solver.loop import margin
@@ -19,7 +19,7 @@ from .scaling import in_unknowns_of
 from .solution import Solution
 
 
-class ScaledLMIs(TrustedProblem):
+class ScaledLMIs(LMIProblem):
     """The blocks of a ``request`` in a ``frame``. The levels (see `Parameter`) of the
     ``free`` requirements are unknowns, the last ones, in ``units`` by their parameters'
     names, estimated without; ``sizes`` has numbers for some of the unknown sizes, by
@@ -37,7 +37,7 @@ class ScaledLMIs(TrustedProblem):
         unknowns = request.unknowns(self.units)
         self.matrices = [u for u in unknowns if u.name not in self.sizes]
         levels = [Unknown(_level(name), 1) for name in self.units]
-        super().__init__(None, [*self.matrices, *levels])
+        super().__init__(LMIText(self.write, [*self.matrices, *levels]))
 
     def write(self, values, number):
         """All blocks from `BlockName` to matrix, at ``values`` and with data by
@@ -88,17 +88,17 @@ class ScaledLMIs(TrustedProblem):
         the block without these rows is all that large levels leave of it.
         """
         kept, levels = {}, self.unknowns[len(self.matrices) :]
-        for name, g in self.expressions.items():
+        for name, g in self.text.expressions.items():
             raised = sum(abs(g.jacobian(u)[0]) for u in levels).any(axis=0)
             if not raised.all():
                 kept[name] = eye(len(raised))[~raised]
 
         def write(values, number):
             values = {**values, **{u.name: number(np.zeros(u.shape)) for u in levels}}
-            blocks = self.blocks(values, number)
+            blocks = self.text.blocks(values, number)
             return {name: some @ blocks[name] @ some.T for name, some in kept.items()}
 
-        return LMIProblem(write, self.matrices)
+        return LMIProblem(LMIText(write, self.matrices))
 
     def guess(self):
         """Unknowns to start from, by name: the frame's gain, else I; None without one.
@@ -127,7 +127,7 @@ class ScaledLMIs(TrustedProblem):
         for k in np.argsort(modes.real):
             if modes[k].imag >= 0:
                 grown = np.outer(vectors[:, k], vectors[:, k].conj()).real
-                yield self.packed(zero | dict.fromkeys(request.lyapunov, grown))
+                yield self.text.packed(zero | dict.fromkeys(request.lyapunov, grown))
 
     def bounds(self, values):
         """The bounds of the free requirements at ``values``, by parameter: the unknown

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..language import Unknown, block, eye, he
 from ..lmi.problem import LMIProblem
+from ..lmi.text import LMIText
 from ..theorems.regularization import regular_mass
 from .regularity import mass_pairs
 
@@ -44,7 +45,7 @@ class ScaledMass:
             return blocks | (size(values, scaled) if size else {})
 
         L = Unknown("L", basis.shape[1], len(self.M[0]))
-        return LMIProblem(write, [L, *more])
+        return LMIProblem(LMIText(write, [L, *more]))
 
     def gain(self, L, basis):
         """The K_A of an L in a basis."""
@@ -61,9 +62,9 @@ class ScaledMass:
                     f"norm {k}": _norm_below(limit, g) for k, g in enumerate(masses)
                 }
 
-            more = [Unknown("rho", 1)] if rho is None else []
-            return self.problem(size=size, more=more)
+            return self.problem(size=size, more=[free] if rho is None else [])
 
+        free = Unknown("rho", 1)
         rho = max(np.linalg.norm(M, 2) for M in self.M) / self.root**2
         values = bounded(rho).find().values if rho > 0 else None
         if values is None:  # then the least rho is larger
@@ -73,7 +74,7 @@ class ScaledMass:
                 for M, B in zip(self.M, self.B)
             ]
             start = inside | {"rho": np.array([[1.5 * max(norms)]])}
-            values = bounded().minimize({"rho": 1.0}, 1e-7, start).values
+            values = bounded().minimize(free, 1e-7, start).values
             rho = values["rho"].item()
         L = bounded(2 * rho).centre({"L": values["L"]}).values["L"]
         return self.gain(L, self.basis)
@@ -98,9 +99,10 @@ class ScaledMass:
                 t, column = values["t"], _column(weight @ values["L"] / unit)
                 return {"size": block([[t * eye(m * n), column], [column.T, t]])}
 
-            problem = self.problem(np.eye(m), raised, size, [Unknown("t", 1)])
+            least = Unknown("t", 1)
+            problem = self.problem(np.eye(m), raised, size, [least])
             start = {"L": L, "t": np.array([[1.5]])}
-            return problem.minimize({"t": 1.0}, gap, start).values["L"]
+            return problem.minimize(least, gap, start).values["L"]
 
         L = shorter(values["L"], 1e-2)  # finds the unit
         return self.gain(shorter(L, 1e-9), np.eye(m))

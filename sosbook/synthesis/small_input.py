@@ -320,7 +320,7 @@ def _multipliers(first, block, turn):
     frame, k = first.problem.frame, len(turn)
     Z, back = {}, np.linalg.inv(turn)
     inward = np.linalg.solve(frame.T, back)  # frame.back has six digits only
-    for name, z in zip(first.problem.expressions, first.multipliers):
+    for name, z in zip(first.problem.text.expressions, first.multipliers):
         if name.block == block:
             U = _turned(z[:k, :k], inward)
             N = inward.conj().T @ z[:k, k:] / frame.scale

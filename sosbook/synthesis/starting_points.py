@@ -74,7 +74,7 @@ def at(lmis, values):
     """The Solution at ``values`` by name, judged by the blocks ``lmis`` in their frame,
     for in the plant's units fast modes hide what slow ones keep; None outside.
     """
-    margins = {name: margin(g) for name, g in lmis.blocks(values).items()}
+    margins = {name: margin(g) for name, g in lmis.text.blocks(values).items()}
     if not min(margins.values()) > CLEAR_MARGIN:
         return None
     natural = lmis.in_plant_units(values)

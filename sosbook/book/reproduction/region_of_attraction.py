@@ -11,6 +11,7 @@ from ...exact.definite import round_digits
 from ...language import Unknown, block
 from ...lmi.problem import LMIProblem
 from ...lmi.proofs import LMIProof
+from ...lmi.text import LMIText
 from ...plants.checks import matrix, positive
 from ...requirements.pole_region import PoleRegion
 from ...solver.loop import Unbounded
@@ -170,12 +171,13 @@ class _Ellipsoids:
         near = frame.inward(near)
         near = (near + near.T) / 2
         t = 2 * ray.T @ np.linalg.solve(near, ray)
-        problem = LMIProblem(long, [self.P, Unknown("t", 1)])
+        least = Unknown("t", 1)
+        problem = LMIProblem(LMIText(long, [self.P, least]))
         first = problem.find(False, {"P": near, "t": t}).values
         if first is None:
             return None
         try:
-            best = problem.minimize({"t": 1.0}, OPTIMUM_GAP, first).values
+            best = problem.minimize(least, OPTIMUM_GAP, first).values
         except Unbounded:
             return None
         P = frame.T @ best["P"] @ frame.T.T
@@ -190,7 +192,7 @@ class _Ellipsoids:
             return self.kept(P, cast, frame) | {"start": initial_state(P, x0)}
 
         start = {"P": frame.inward(near)}
-        found = LMIProblem(shorter, [self.P]).solve(False, start=start).values
+        found = LMIProblem(LMIText(shorter, [self.P])).solve(False, start=start).values
         if found is None:
             return near
         P = frame.T @ found["P"] @ frame.T.T
@@ -208,4 +210,4 @@ class _Ellipsoids:
             "x' P^-1 x <= 1 is invariant, and |c x| <= bound there",
             f"{reach!r} times the given start lies inside",
         )
-        return LMIProblem(plain, [self.P]).prove({"P": P}, words)
+        return LMIProblem(LMIText(plain, [self.P])).prove({"P": P}, words)

@@ -15,6 +15,7 @@ from ...exact.rational import (
 from ...exact.refusal import MultiplierRefusal
 from ...language import block, eye, he
 from ...lmi import LMIProblem, Unknown
+from ...lmi.text import LMIText
 from ...runtime.time_limit import OutOfTime
 from ..at_once import loudest
 from ..fixed_mode import parts_data
@@ -279,7 +280,7 @@ def _problems(d, C, Dyw, gamma):
 
         unknowns = [Unknown(x, sizes[x], symmetric=True) for x in known]
         given = {"units": units, "sides": {x: motions[x] for x in names}}
-        return LMIProblem(write, unknowns, time_limit=SECONDS), given
+        return LMIProblem(LMIText(write, unknowns), time_limit=SECONDS), given
 
     yield problem(sides, True)
     for signed in (True, False):
