@@ -9,7 +9,7 @@ import sosbook as sos
 from sosbook.book.counterexamples import actuated
 from sosbook.plants import descriptors
 from sosbook.runtime.time_limit import OutOfTime
-from sosbook.synthesis import slack
+from sosbook.synthesis import known_gain, slack
 from tests.cases import by_hand
 
 ROOMY = sos.PoleRegion(rho=10)
@@ -42,6 +42,29 @@ def test_a_p_for_each_vertex_where_there_is_none_for_all():
         (d,) = descriptors(plant)
         poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ proof.K))
         assert poles.real.max() < 0 and np.abs(poles).max() < 10
+
+
+@pytest.mark.parametrize("unit", [0.3, 9.81])
+def test_a_gain_with_a_common_p_has_no_plant_searched(monkeypatch, unit):
+    def swinging(k, c):  # lightly damped, pushed by what leans on it
+        M, S = np.diag([unit, 1]), [[k + 1, c - 1], [-c - 1, 2]]
+        return sos.SecondOrderSystem(M, 1e-3 * np.eye(2), S, [[1], [0]])
+
+    searched = []
+    monkeypatch.setattr(known_gain, "_search", lambda *_: searched.append(1) or [])
+    K, slow = np.array([[-0.1, 0.05, -2.0, 0.1]]), sos.PoleRegion(sigma=1e-3)
+    for plants in (
+        sos.Uncertain(swinging, k=(1, 1.05), c=(0.1, 0.12)),
+        sos.Polytope([swinging(1, 0.1), swinging(1.1, 0.1), swinging(1, 0.13)]),
+    ):
+        found = sos.analyse_pid(plants, K, region=slow)
+        assert found.request.coupling.word == "pairs" and not searched
+        proof = found.certify()
+        assert proof.proven and (proof.K == K).all()
+        for plant in plants.sample(20, 1):
+            (d,) = descriptors(plant)
+            poles = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K))
+            assert poles.real.max() < -1e-3
 
 
 def test_a_refusal_says_that_both_were_tried():

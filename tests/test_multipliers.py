@@ -2,6 +2,7 @@
 numpy's eigenvalues, grids of frequencies, Lyapunov's equation, scipy's exponential.
 """
 
+import contextlib
 import itertools
 import re
 
@@ -11,6 +12,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook import theorems
+from sosbook.analysis import precise
 from sosbook.exact.checker import verdict
 from sosbook.exact.definite import exact
 from sosbook.plants.descriptor import Descriptor, descriptors
@@ -302,13 +304,40 @@ def test_a_plant_that_breaks_a_claim_ends_the_search(monkeypatch):
         seen.clear()
 
 
+@pytest.mark.parametrize("doubtful", [False, True])
+def test_a_search_asks_each_plant_what_is_sensitive_only_where_that_shows(
+    monkeypatch, doubtful
+):
+    def asked(d, K):
+        seen.append(d)
+        return doubtful and exactly(d, K)
+
+    exactly, seen = precise.sensitive, []
+    monkeypatch.setattr(precise, "sensitive", asked)
+    drive = (lambda k: sos.SecondOrderSystem(1, 2 * k, k**2, 1)) if doubtful else None
+    plants = sos.Uncertain(drive or sunk, k=(0.3, 9.81))  # double poles are sensitive
+    request = Request(plants, gain=[[0, 0]], region=sos.PoleRegion(sigma=0.01))
+    (r,), there = request.demands, family(request)
+    found = known_gain.worst(request, r, there)
+    many = len(seen)
+    monkeypatch.setattr(known_gain, "floats_alone", contextlib.nullcontext)
+    again = known_gain.worst(request, r, there)
+    assert found.kept == again.kept and (found.point == again.point).all()
+    assert many < (1.1 if doubtful else 0.5) * (len(seen) - many)
+
+
+def sunk(k):
+    return sos.SecondOrderSystem([[1]], [[0.2 * (1 + (k - 3) ** 2)]], [[k]], [[1]])
+
+
 def test_plants_of_the_search_are_those_of_the_family_to_rounding():
     plants = sos.Uncertain(softening, v=(0, 1), m=(0.3, 9.81))
     corners = sos.Polytope([softening(v, m) for v in (0, 1) for m in (0.3, 9.81)])
     for some in (plants, corners, sos.Polytope(corners.vertices[:3])):
         request = Request(some.polytope() if some is plants else some, gain=[[0, 0]])
         there = family(request)
-        for point in (*there.points(), *there.random(np.random.default_rng(1), 9)):
+        random = there.random(np.random.default_rng(1), 9)
+        for point in np.vstack([*there.points(), random]):
             near, loop = there.near(point), there.at(there.exactly(point))
             for x, y in zip(vars(near).values(), vars(loop.plant_in_floats).values()):
                 assert x is y or np.allclose(x, y, rtol=1e-13, atol=1e-14)

@@ -2,6 +2,9 @@
 rational polynomials, of matrices read as decimals, evaluated with many digits.
 """
 
+from contextlib import contextmanager
+from contextvars import ContextVar
+
 import numpy as np
 from flint import acb, acb_mat, acb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
 from scipy.linalg import matrix_balance
@@ -15,6 +18,8 @@ MOST_STATES = 60  # up to which the characteristic polynomial is computed
 LARGEST_POLE_ERROR = 1e-5  # relative; beyond it floats don't know a pole
 SEARCH_POINTS = 400  # frequencies of the first, coarse search
 MOST_RUNS = 100  # in search of a peak
+
+_asked = ContextVar("asked", default=True)
 
 
 def sensitive(d, K):
@@ -46,8 +51,20 @@ def sensitive(d, K):
 
 
 def in_rationals(d, K):
-    """True if the loop of d and K is small enough, and too sensitive for floats."""
-    return ExactLoop.fits(d) and sensitive(d, K)  # the former takes no time
+    """True if the loop of d and K is small enough, and too sensitive for floats, unless
+    these shall answer alone.
+    """
+    return _asked.get() and ExactLoop.fits(d) and sensitive(d, K)
+
+
+@contextmanager
+def floats_alone():
+    """Nobody asks whether a loop is `sensitive`: to search, not to know."""
+    before = _asked.set(False)
+    try:
+        yield
+    finally:
+        _asked.reset(before)
 
 
 class ExactLoop:

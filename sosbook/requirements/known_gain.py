@@ -47,11 +47,10 @@ class KnownLoop(ReadOnly):
     def mixed(self, others, weights):
         """The loop of the mean of this and some ``others``, with rational weights."""
 
+        weighed = [(k, w) for k, w in enumerate(weights) if w != 0]
+
         def mean(some):
-            total = weights[0] * some[0]
-            for w, x in zip(weights[1:], some[1:]):
-                total = total + w * x
-            return total
+            return sum(w * some[k] for k, w in weighed)
 
         plants = [d.plant for d in (self, *others)]
         return KnownLoop(combined(plants, mean), self.K)

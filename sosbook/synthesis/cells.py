@@ -74,10 +74,12 @@ class Mixtures:
         self.whole = Cell(self, exact(np.eye(len(loops))))
 
     def points(self):
-        """Where the search for the worst plant begins: weights, one a row."""
+        """Where the search for the worst plant begins, weights, one a row: at the
+        vertices, and what lies halfway.
+        """
         corners = np.eye(self.dimension)
         middles = [(a + b) / 2 for k, a in enumerate(corners) for b in corners[:k]]
-        return np.array([*corners, *middles])
+        return corners, middles
 
     def inside(self, point):
         """The nearest point of the family, roughly."""
@@ -106,15 +108,27 @@ class Mixtures:
 
     def near(self, point):
         """The plant at a point of the search, in floats."""
-        shares = self.shares(point)
-        return self._spread.map(
-            lambda x: x if x.ndim == 2 else np.tensordot(shares, x, 1)
-        )
+        plant, rows = self._spread
+        mixed, k = self.shares(point) @ rows, 0
+
+        def cut(x):
+            nonlocal k
+            if x.ndim == 2:
+                return x
+            k += x[0].size
+            return mixed[k - x[0].size : k].reshape(x[0].shape)
+
+        return plant.map(cut)
 
     @cached_property
     def _spread(self):
-        """The plants of the vertices in floats, each of their matrices in a stack."""
-        return combined([x.plant_in_floats for x in self.whole.loops], np.stack)
+        """The plants of the vertices in floats, each of their matrices in a stack, and
+        all that differs in a row for each vertex.
+        """
+        loops = [x.plant_in_floats for x in self.whole.loops]
+        plant, rows = combined(loops, np.stack), []
+        plant.map(lambda x: x if x.ndim == 2 else rows.append(x.reshape(len(x), -1)))
+        return plant, np.hstack(rows)
 
     def shares(self, point):
         """Of the vertices, at a point of the search."""
@@ -200,9 +214,11 @@ class Box(Mixtures):
         )
 
     def points(self):
-        """The corners and what lies halfway; of many parameters the corners."""
+        """The corners, and what lies halfway unless there are many parameters."""
         steps = (0, 0.5, 1) if self.dimension < 5 else (0, 1)
-        return np.array(list(product(steps, repeat=self.dimension)), float)
+        points = np.array(list(product(steps, repeat=self.dimension)), float)
+        between = (points == 0.5).any(axis=1)
+        return points[~between], points[between]
 
     def inside(self, point):
         """The nearest point of the box."""

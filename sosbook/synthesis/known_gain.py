@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..analysis.precise import floats_alone
 from ..exact.definite import round_digits
 from ..exact.refusal import Refusal
 from ..plants.checks import SIZE_LIMITS
@@ -92,26 +93,44 @@ def worst(request, r, plants, enough=False):
         d = plants.at(plants.exactly(best.point)).plant_in_floats
         return judged(best.point, d)
 
-    for best in _search(plants, lambda point: judged(point, plants.near(point))):
+    def quickly(point):
+        with floats_alone():
+            return judged(point, plants.near(point))
+
+    def surely(point):
+        return judged(point, plants.near(point))
+
+    for best in _search(plants, quickly, surely):
         if enough and best.kept <= 0 and (found := exactly(best)).kept <= 0:
             return replace(found, searched=False)
     return exactly(best)
 
 
-def _search(plants, at):
-    """Ever worse plants, where ``at`` tells of a point the `Worst` there: among given
-    points, along coordinates, among random ones.
+def _search(plants, quickly, surely):
+    """Ever worse plants: the worst vertex, among given points, along coordinates, among
+    random ones. Of a point both functions tell the `Worst` there, ``surely`` where
+    rounding errors may show, too: only what seems to be the worst is asked twice, and
+    each one where the two aren't the same.
     """
+    at = surely
 
-    def worse(points, *best):
-        return min((*best, *map(at, points)), key=lambda w: w.kept)
+    def worse(points, best):
+        for point in points:
+            near = at(point)
+            if near.kept < best.kept and at is not surely:
+                near = surely(point)
+            if near.kept < best.kept:
+                best = near
+        return best
 
-    points = plants.points()
-    best = worse(points)
+    vertices, middles = plants.points()
+    best = worse(vertices[1:], surely(vertices[0]))
     yield best
-    if len(points) == 1:
+    if len(vertices) == 1:
         return
-    for moved in _moved(plants, worse, best):
+    if quickly(best.point).kept == best.kept:
+        at = quickly
+    for moved in _moved(plants, worse, worse(middles, best)):
         yield (best := moved)
     other = worse(plants.random(np.random.default_rng(0), RANDOM), best)
     if other is not best:
@@ -121,6 +140,7 @@ def _search(plants, at):
 def _moved(plants, worse, best):
     """The same along coordinates, from the ``best`` on."""
     step = 0.25
+    yield best
     for _ in range(ROUNDS):
         before = best
         for k, way in product(range(plants.dimension), (step, -step)):
@@ -245,17 +265,18 @@ def kept_or_broken(request, objective=(), backoff=0.01, common=None, enough=Fals
     """The Solution of a ``request`` with a given gain and ``coupling="multipliers"``,
     each demand by itself. The least bounds of an ``objective`` are sought, the fraction
     ``backoff`` above the worst true value. ``common`` is the same with a common P:
-    where one is found that is the answer; ``enough`` is as in `worst`.
+    where the vertices keep everything and one is found that is the answer, and no plant
+    between is searched for; ``enough`` is as in `worst`.
     """
+    if common is not None and common.kept_by(request.gain, request.demands):
+        solution = answer(common, refuse=False)
+        if solution.status == "feasible":
+            return solution
     plants, parts = family(request), []
     bad = [
         worst(request, r, plants, enough and not _sought(r, objective))
         for r in request.demands
     ]
-    if common is not None and all(w.kept > 0 for w in bad):
-        solution = answer(common, refuse=False)
-        if solution.status == "feasible":
-            return solution
     for r, known in zip(request.demands, bad, strict=True):
         if _sought(r, objective):
             part = least(request, r, plants, backoff, bad=known)
