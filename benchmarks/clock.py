@@ -53,20 +53,20 @@ class Job:
     seconds: float = SECONDS
 
     def run(self, framed=False):
-        """All calls: seconds of each, and the judgement of the last."""
+        """All calls: (seconds, those for the data), and the judgement of the last."""
         given = FAMILIES[self.family].make(self.size)
         competitor = COMPETITORS[self.competitor]()
         make = _maker(FAMILIES[self.family].kind, given, framed)
         competitor.prepare(make)
         at_once = 1
-        seconds, judgement = calls(competitor, make)
-        while right(judgement) and at_once * seconds < TICKS * tick():
+        spent, judgement = calls(competitor, make)
+        while right(judgement) and at_once * spent[0] < TICKS * tick():
             at_once *= 2
-            seconds, judgement = calls(competitor, make, at_once)
-        times = [seconds] * at_once
+            spent, judgement = calls(competitor, make, at_once)
+        times = [spent] * at_once
         while right(judgement) and not _enough(times, at_once):
-            seconds, judgement = calls(competitor, make, at_once)
-            times += [seconds] * at_once
+            spent, judgement = calls(competitor, make, at_once)
+            times += [spent] * at_once
         return times, judgement
 
 
@@ -75,19 +75,22 @@ def _maker(kind, given, framed):
 
 
 def _enough(times, at_once):
-    return sum(times) >= ENOUGH or len(times) >= MOST * at_once
+    return sum(whole for whole, _ in times) >= ENOUGH or len(times) >= MOST * at_once
 
 
 def calls(competitor, make, count=1):
     """CPU seconds of a call, of ``count`` in a row, and the last one's judgement.
 
-    A call goes from the plant to the answer.
+    A call goes from the plant to the answer; the second number is its part until the
+    data are finished.
     """
     begin = cpu()
-    for _ in range(count):
-        question, answer = competitor.answer(make)
-    seconds = (cpu() - begin) / count
-    return seconds, {k: float(v) for k, v in question.judge(answer).items()}
+    ready = [competitor.ready(make) for _ in range(count)]
+    finished = cpu()
+    for call in ready:
+        question, answer = call()
+    spent = (cpu() - begin) / count, (finished - begin) / count
+    return spent, {k: float(v) for k, v in question.judge(answer).items()}
 
 
 @cache
@@ -121,7 +124,7 @@ def trial(job):
     -------
     dict
         ``status`` is "right", "wrong", "no answer" or "over the limit"; with
-        ``cpu_s``, the median, ``calls``, ``coordinates``, ``margin`` or
+        ``cpu_s`` and ``data_s``, medians, ``calls``, ``coordinates``, ``margin`` or
         ``excess``, ``base_mb`` and ``peak_mb``, and ``why`` there is no answer.
     """
     ours, theirs = CONTEXT.Pipe(duplex=False)
@@ -180,8 +183,8 @@ def _tried(job, framed):
     except Exception as error:  # a competitor's failure is a finding
         words = f"{type(error).__name__}: {error}"[:200]
         return dict(status="no answer", why=words)
-    seconds = statistics.median(times)
-    found = dict(cpu_s=seconds, calls=len(times), **judgement)
+    seconds, data = map(statistics.median, zip(*times))
+    found = dict(cpu_s=seconds, data_s=data, calls=len(times), **judgement)
     if judgement.get("excess") == float("inf"):
         found["excess"] = None
     if not right(judgement):

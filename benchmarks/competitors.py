@@ -22,7 +22,8 @@ from .questions import NoAnswer
 class Competitor:
     """A competitor; subclasses say how.
 
-    ``asked`` is in words what it is asked; ``prepare`` is not timed.
+    ``asked`` is in words what it is asked; ``prepare`` is not timed, and what making
+    the ``data`` takes is told beside the time.
     """
 
     name = package = ""
@@ -38,12 +39,20 @@ class Competitor:
 
     def answer(self, make):
         """The question and its answer in the plant's coordinates."""
+        return self.ready(make)()
+
+    def ready(self, make):
+        """`answer` as a function that begins with finished data."""
         question = make()
         expressions, unknowns = question.expressions()
-        x = self.solve(expressions, unknowns, question.cost)
-        return question, home(question, unknowns, x)
+        data = self.data(expressions, unknowns, question.cost)
+        return lambda: (question, home(question, unknowns, self.solve(*data)))
 
-    def solve(self, expressions, unknowns, cost):
+    def data(self, expressions, unknowns, cost):
+        """The arguments of `solve`: the question in the competitor's own form."""
+        return expressions, unknowns, cost
+
+    def solve(self, *data):
         """The unknowns' free entries in a row."""
         raise NotImplementedError
 
@@ -65,23 +74,24 @@ class Sosbook(Competitor):
     name = package = "sosbook"
     asked = "the complete design"
 
-    def answer(self, make):
+    def ready(self, make):
         question = make()
-        return question, question.design()
+        return lambda: (question, question.design())
 
 
 class Direct(Competitor):
     """Those that take cone data: minimise cost.x, all blocks >= 0."""
 
-    def solve(self, expressions, unknowns, cost):
+    def data(self, expressions, unknowns, cost):
         cones = compiled(expressions, unknowns)
         if cost is None:
             cones = cones.scaled().lifted()
             cost = np.append(np.zeros(cones.variables - 1), -1.0)
-        return self.point(cones, cost)
+        return self.formed(cones, cost)
 
-    def point(self, cones, cost):
-        raise NotImplementedError
+    def formed(self, cones, cost):
+        """The sizes of the blocks, the right side, the matrix and the cost."""
+        return cones.sizes, *cones.stacked(self.rows), cost
 
 
 class Clarabel(Direct):
@@ -90,14 +100,18 @@ class Clarabel(Direct):
     name = package = "clarabel"
     asked = Competitor.asked + ", stopped as soon as t > 0 is secure"
 
-    def point(self, cones, cost):
+    def rows(self, q):
+        """Upper triangle column by column, off-diagonal times sqrt 2."""
+        j, i = np.tril_indices(q)
+        return i * q + j, np.where(i == j, 1.0, np.sqrt(2.0))
+
+    def solve(self, sizes, right, matrix, cost):
         import clarabel
 
-        right, matrix = cones.stacked(_upper)
         settings = clarabel.DefaultSettings()
         settings.verbose = False
-        kinds = [clarabel.PSDTriangleConeT(q) for q in cones.sizes]
-        P = sparse.csc_matrix((cones.variables,) * 2)
+        kinds = [clarabel.PSDTriangleConeT(q) for q in sizes]
+        P = sparse.csc_matrix((len(cost),) * 2)
         solver = clarabel.DefaultSolver(P, cost, -matrix, right, kinds, settings)
         if cost[-1] < 0:  # the last variable is t
 
@@ -115,13 +129,17 @@ class SCS(Direct):
     name = package = "scs"
     growth = 2
 
-    def point(self, cones, cost):
+    def rows(self, q):
+        """Lower triangle column by column, off-diagonal times sqrt 2."""
+        j, i = np.triu_indices(q)
+        return i * q + j, np.where(i == j, 1.0, np.sqrt(2.0))
+
+    def solve(self, sizes, right, matrix, cost):
         import scs
 
-        right, matrix = cones.stacked(_lower)
         solver = scs.SCS(
             dict(A=-matrix, b=right, c=cost),
-            dict(s=cones.sizes),
+            dict(s=sizes),
             verbose=False,
             eps_abs=1e-4,
             eps_rel=1e-4,
@@ -135,8 +153,8 @@ class CVXOPT(Direct):
 
     name = package = "cvxopt"
 
-    def point(self, cones, cost):
-        from cvxopt import matrix, solvers, spmatrix
+    def formed(self, cones, cost):
+        from cvxopt import matrix, spmatrix
 
         def convert(A):
             if isinstance(A, np.ndarray):
@@ -146,11 +164,15 @@ class CVXOPT(Direct):
 
         G = [convert(-A) for A in cones.matrices]
         h = [matrix(b.reshape(q, q)) for b, q in zip(cones.constants, cones.sizes)]
-        any_point = cost[-1] < 0
+        return G, h, matrix(cost), bool(cost[-1] < 0)
+
+    def solve(self, G, h, cost, any_point):
+        from cvxopt import solvers
+
         loose = dict(abstol=1e-4, reltol=1e-4, feastol=1e-5) if any_point else {}
         options = dict(show_progress=False, **loose)
         try:
-            found = solvers.sdp(matrix(cost), Gs=G, hs=h, options=options)
+            found = solvers.sdp(cost, Gs=G, hs=h, options=options)
         except (ArithmeticError, ValueError) as error:
             raise NoAnswer(str(error)) from error
         return None if found["x"] is None else np.array(found["x"]).ravel()
@@ -161,18 +183,22 @@ class SDPA(Direct):
 
     name, package = "sdpa", "sdpap"
 
-    def point(self, cones, cost):
+    def rows(self, q):
+        return np.arange(q * q), np.ones(q * q)
+
+    def formed(self, cones, cost):
+        right, matrix = cones.stacked(self.rows)
+        data = -matrix.T, -cost[:, None], right[:, None]
+        return tuple(cones.sizes), *map(sparse.csc_matrix, data)
+
+    def solve(self, sizes, *data):
         from sdpap.param import param
         from sdpap.sdpacall.sdpacall import solve_sdpa
         from sdpap.symcone import SymCone
 
-        right, matrix = cones.stacked(_every)
-        data = -matrix.T, -cost[:, None], right[:, None]
         options = param(dict(print="no", numThreads=1))
         with silence():
-            found = solve_sdpa(
-                *map(sparse.csc_matrix, data), SymCone(s=tuple(cones.sizes)), options
-            )
+            found = solve_sdpa(*data, SymCone(s=sizes), options)
         return found[1].toarray().ravel()
 
 
@@ -227,7 +253,10 @@ class CvxpyDPP(Competitor):
         self.question, self.unknowns = question, unknowns
         solved(self.problem)
 
-    def answer(self, make):
+    def ready(self, make):
+        return self.again
+
+    def again(self):
         self.parameter.value = 1.0 if self.parameter.value > 1 else 1.0 + 1e-9
         solved(self.problem)
         return self.question, home(self.question, self.unknowns, self.x.value)
@@ -271,19 +300,3 @@ def silence():
         os.dup2(kept, 1)
         os.close(kept)
         os.close(nowhere)
-
-
-def _upper(q):
-    """Upper triangle column by column, off-diagonal times sqrt 2."""
-    j, i = np.tril_indices(q)
-    return i * q + j, np.where(i == j, 1.0, np.sqrt(2.0))
-
-
-def _lower(q):
-    """Lower triangle column by column, off-diagonal times sqrt 2."""
-    j, i = np.triu_indices(q)
-    return i * q + j, np.where(i == j, 1.0, np.sqrt(2.0))
-
-
-def _every(q):
-    return np.arange(q * q), np.ones(q * q)

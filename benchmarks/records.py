@@ -1,10 +1,11 @@
 """Records and how they are stored; those of times that somebody waits for."""
 
 import json
+import re
 import statistics
 
 FIELDS = {
-    "family": "slider, page, answers, map or designs",
+    "family": "start, slider, page, answers, map or designs",
     "case": "what was timed",
     "n": "degrees of freedom",
     "vertices": "of the polytope",
@@ -42,5 +43,12 @@ def store(path, document):
     options = dict(ensure_ascii=False, allow_nan=False)
     lines = ",\n".join(json.dumps(r, **options) for r in document["records"])
     head = json.dumps(document | {"records": []}, indent=1, **options)
+    head = re.sub(r"\{[^{}]*\}", _in_a_line, head)
     text = head.replace('"records": []', f'"records": [\n{lines}\n ]')
     path.write_text(text + "\n", "utf-8")
+
+
+def _in_a_line(found):
+    """A short object of JSON, in the line that it begins."""
+    short = re.sub(r"\s*\n\s*", " ", found[0])
+    return short if len(short) <= 300 else found[0]

@@ -12,9 +12,9 @@ from pathlib import Path
 from .catalogue import FAMILIES
 from .clock import MEMORY, SECONDS, Job, trial
 from .clock import sizes as sizes_of
-from .competitors import COMPETITORS
+from .competitors import COMPETITORS, Direct, Sosbook
 
-#: What is measured besides the profile: sosbook alone, families and sizes.
+#: What is measured besides the profile, of sosbook alone: families and sizes.
 SECTIONS = {
     "growth": {"free chain": (40, 60, 100, 200), "grid": (40, 60, 100, 200)},
     "monotony": {
@@ -23,12 +23,22 @@ SECTIONS = {
         "free chain": (2, 4, 6, 8, 9, *range(11, 15), *range(16, 25)),
         "grid": range(2, 25),
     },
+    "small": {  # with those who take finished data
+        **dict.fromkeys(("tree", "grid", "modes"), range(1, 7)),
+        **dict.fromkeys(("building", "stations"), range(1, 7)),
+        "free chain": (1, 2, 4, 6),
+        **dict.fromkeys(("delayed chain", "delayed modes"), range(1, 5)),
+        "grounded chain": range(2, 7),
+        "arm": (1, 2, 3),
+        "published": range(1, 9),
+        "foreign": range(1, 19),
+    },
 }
 LONG = 60.0  # CPU seconds of a call of those
 QUICK = dict(families=("free chain", "bicycles", "arm"), largest=4)
 
 FIELDS = {
-    "section": "profile, growth or monotony",
+    "section": "profile, growth, monotony or small",
     "family": "see families",
     "size": "what it counts stands there",
     "n": "degrees of freedom",
@@ -42,6 +52,8 @@ FIELDS = {
     "coordinates": "raw: the plant's own; frame: sosbook's well conditioned ones, "
     "the second try",
     "cpu_s": "median CPU seconds of a call, from the plant to the answer",
+    "data_s": "the part of it in which the benchmark makes a solver's data; None where "
+    "it wasn't looked at",
     "calls": "how many",
     "margin": "smallest eigenvalue of all blocks at the answer, each diagonal "
     "scaled to one, in the plant's own coordinates; right demands more than 1e-9",
@@ -97,8 +109,11 @@ def measure(
                 if quick:
                     sizes = [s for s in sizes if s <= QUICK["largest"]]
                 fresh = of_family(name, sizes, who, SECONDS)
-            elif name in SECTIONS[section] and "sosbook" in who:
-                fresh = of_family(name, SECTIONS[section][name], ["sosbook"], LONG)
+            elif name in SECTIONS[section]:
+                others, limit = ((), LONG) if section != "small" else (Direct, SECONDS)
+                kinds = Sosbook, others
+                asked = [c for c in who if issubclass(COMPETITORS[c], kinds)]
+                fresh = of_family(name, SECTIONS[section][name], asked, limit)
             else:
                 continue
             fresh = [dict.fromkeys(FIELDS) | r | dict(section=section) for r in fresh]
@@ -220,18 +235,9 @@ def source():
 
 def machine():
     """What the times depend on."""
-    packages = (
-        "sosbook",
-        "numpy",
-        "scipy",
-        "cvxpy",
-        "clarabel",
-        "cvxopt",
-        "sdpa-python",
-        "scs",
-    )
     versions = {}
-    for name in packages:
+    peers = ["cvxpy", "clarabel", "cvxopt", "sdpa-python", "scs"]
+    for name in ["sosbook", "numpy", "scipy", *peers]:
         try:
             versions[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:

@@ -17,6 +17,7 @@ __all__ = [
     "best_of_others",
     "curves",
     "faster",
+    "from_data",
     "growth",
     "memory",
     "power",
@@ -111,6 +112,29 @@ def faster(seconds):
         if best < mine:
             found.append((name, who, mine / best))
     return sorted(found, key=lambda entry: -entry[2])
+
+
+def from_data(records):
+    """Our seconds, those of the fastest other one who begins with finished data, and
+    what it takes to make these, of each case that both solve.
+
+    ``records``: as for `times`, with data_s.
+
+    >>> one = dict(family="chain", size=2, status="right", cpu_s=0.5, data_s=0.2)
+    >>> from_data([one | dict(competitor=name) for name in ("sosbook", "b")])
+    [(0.5, 0.3, 0.2)]
+    """
+    cases = {}
+    for r in records:
+        if r["status"] == "right":
+            cases.setdefault((r["family"], r["size"]), {})[r["competitor"]] = r
+    found = []
+    for case in cases.values():
+        ours = case.pop(OURS, None)
+        if ours and case:
+            beside = [(r["cpu_s"] - r["data_s"], r["data_s"]) for r in case.values()]
+            found.append((ours["cpu_s"], *min(beside)))
+    return found
 
 
 def speedup(seconds, size, theirs):
