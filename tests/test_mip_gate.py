@@ -103,7 +103,8 @@ def test_friction_is_tried_where_gears_rub(robots):
     """Both are told, and those with friction are the robot's."""
     robot, body, _ = robots["thesis"]
     rig = Rig(friction=0.3)
-    seen = Inspection.of(rig.body(), rig.wheels(), robot)
+    logs = rig.body(), rig.wheels()
+    seen = Inspection.of(*logs, robot)
     (told,) = [x.text for x in seen.findings if "with friction = true" in x.text]
     found = dict(re.findall(r"(\w/\w) = (\S+) instead", told))
     true = identify(shipped("body"), shipped("wheels"), **robot.identification).ratios
@@ -111,7 +112,7 @@ def test_friction_is_tried_where_gears_rub(robots):
         mine = float(found[name.replace("_", "/")])
         assert mine == pytest.approx(value, rel=0.02)
         assert name[0] != "f" or abs(seen.identified.ratios[name] / value - 1) > 0.05
-    again = Inspection.of(rig.body(), rig.wheels(), robot.but(friction=True))
+    again = Inspection.of(*logs, robot.but(friction=True))
     assert not any("friction = true" in str(x) for x in again.findings)
 
 
