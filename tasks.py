@@ -282,11 +282,14 @@ def clean(words):
 
 def pytest(*words, **extra):
     """A process for each of two to four cores, a file to a process, in the given
-    order; each has a Chromium of its own, which more would leave no memory for.
+    order; each has a Chromium of its own, which more would leave no memory for. What
+    each test took is stored by tests/durations.py.
     """
     count = str(min(max(os.cpu_count() or 2, 2), 4))
     spread = ("-n", count, "--dist", "loadscope", "--no-loadscope-reorder")
-    return call(PYTHON, "-m", "pytest", *spread, *words, **extra)
+    return call(
+        PYTHON, "-m", "pytest", *spread, "-p", "tests.durations", *words, **extra
+    )
 
 
 def build(words, log=None):

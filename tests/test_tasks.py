@@ -73,6 +73,32 @@ def test_as_many_processes_as_cores_and_two_to_four(called, monkeypatch, cores, 
     assert words[words.index("-n") + 1] == str(count)
 
 
+def test_what_each_test_takes_is_stored(tmp_path):
+    """By itself and in processes, of fixtures, too, and from workers."""
+    (tmp_path / "test_one.py").write_text(
+        "import subprocess, sys, time\n"
+        "import pytest\n"
+        "def busy(end):\n"
+        "    while time.process_time() < end: pass\n"
+        "@pytest.fixture\n"
+        "def slow():\n"
+        "    busy(time.process_time() + 0.3)\n"
+        "def test_short(): pass\n"
+        "def test_long(slow):\n"
+        "    text = 'import time\\nwhile time.process_time() < 0.3: pass'\n"
+        "    subprocess.run([sys.executable, '-c', text], check=True)\n",
+        "utf-8",
+    )
+    words = "-n", "1", "-p", "tests.durations", *tasks.WITHOUT_NBVAL
+    command = sys.executable, "-m", "pytest", "--rootdir", tmp_path, *words, tmp_path
+    done = process(*command, cwd=ROOT)
+    stored = json.loads((tmp_path / "_build" / "durations.json").read_text("utf-8"))
+    (first, most), (last, least) = stored
+    assert first.endswith("long") and last.endswith("short")
+    assert 0.6 <= most < 3 and 0 <= least < 0.3
+    assert "2 passed" in done.stdout and "CPU seconds; each test" in done.stdout
+
+
 def test_a_pull_of_tests_runs_them_all_beside_the_build(called, monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
     monkeypatch.setattr(tasks, "BUILD", tmp_path)
