@@ -3,12 +3,15 @@
 import json
 from pathlib import Path
 
+import cvxpy
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 import sosbook as sos
-from sosbook.book import thesis
+from sosbook import theorems
+from sosbook.book import counterexamples, thesis
+from sosbook.plants import descriptors
 
 BOOK = Path(__file__).parent.parent / "book"
 
@@ -56,3 +59,66 @@ def test_a_block_that_is_left_out_is_missed(name, moved):
     all_in, less = space["left_out"]("none"), space["left_out"](name)
     assert all_in[0] < 45 and all_in[1] < -0.7
     assert (less[0] > 45, less[1] > -0.7, less[2] < all_in[2] / 4)[moved]
+
+
+def test_the_region_s_blocks_give_a_gain_that_keeps_it():
+    """Another gain than the call's: the solutions are a cone. Both are proven."""
+    example = thesis.example_1()
+    space = run("04", 1, example=example)
+    K, d = space["K_open"], space["d"]
+    loop = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K))
+    assert example.region.contains(loop) and space["point"].prove().proven
+    asked = {"U": example.U, "region": example.region}
+    assert sos.analyse_pid(example.plant, K.round(6), **asked).certify().proven
+    assert abs(sos.design_pid(example.plant, **asked).K / K - 1).max() > 0.1
+
+
+def test_the_least_gamma_of_one_loop_is_its_norm():
+    example = thesis.example_1()
+    norm = sos.analyse_pid(example.plant, example.K, example.U).hinf()
+    (d,) = descriptors(example.plant, example.U)
+    space = run("05", 1, d=d, K=example.K, norm=norm)
+    assert_allclose(np.sqrt(space["least"].values["g2"]), norm, rtol=1e-5)
+    assert np.sqrt(space["least"].bound) <= norm * (1 + 1e-9)
+
+
+def test_the_least_limit_of_the_input_is_clarabel_s_and_the_call_s():
+    cart = sos.SecondOrderSystem([[1]], [[0.2]], [[1]], B=[[1]])
+    least = run("06", 1, cart=cart)["least"]
+    constraints, variables = least.problem.to_cvxpy()
+    best = cvxpy.Problem(cvxpy.Minimize(variables["u2"][0, 0]), constraints)
+    limit = np.sqrt(best.solve(solver="CLARABEL"))
+    assert_allclose(np.sqrt(least.values["u2"]), limit, rtol=1e-4)
+    start = sos.Saturation(None, [1, 0.5])
+    design = sos.design_pid(
+        cart, region=sos.PoleRegion(sigma=0.8), saturation=start, minimize="u_max"
+    )
+    assert 1.01 <= design.request.saturation.u_max / limit < 1.015
+
+
+def test_the_lemma_of_masses_lends_what_it_says():
+    chain = thesis.example_3().plant
+    space = run("08", 1, chain=chain, regular_mass=theorems.regular_mass)
+    K_A = space["point"].values["K_A"]
+    mass = chain.M - chain.B @ K_A
+    assert np.linalg.eigvalsh(mass + mass.T)[0] / 2 > 0.01
+    assert_allclose(space["mass"], (mass + mass.T) / 2, atol=1e-12)
+
+
+def test_the_pairs_refuse_what_the_vertices_accept(capsys):
+    """As `polytopes.compare` says of the same plants and the same disk."""
+    run("09", 1, driven=counterexamples.actuated())
+    ends, both = capsys.readouterr().out.splitlines()
+    assert ends.endswith(" feasible") and both.endswith(" infeasible")
+    for coupling, said in (("vertices", ends), ("pairs", both)):
+        design = sos.design_pid(
+            counterexamples.actuated(), region=sos.PoleRegion(rho=10), coupling=coupling
+        )
+        assert said.endswith(f" {design.status}")
+
+
+def test_an_open_cell_is_short():
+    for path in BOOK.glob("[0-9]*.ipynb"):
+        for source in cells(path.name[:2]):
+            lines = [line for line in source.splitlines() if line.strip()]
+            assert len(lines) <= 15 and max(map(len, lines)) <= 72, source
