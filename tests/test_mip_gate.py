@@ -81,7 +81,12 @@ def test_good_logs_pass_without_a_word(which, robots):
         for n, which in enumerate(("thesis", "gears"))
     ],
 )
-def test_spoilt_logs_are_refused_with_the_reason(name, which, robots):
+def test_spoilt_logs_are_refused_with_the_reason(
+    name, which, robots, monkeypatch, pytestconfig
+):
+    """Fits with friction beside them are in the campaign: they are a hint alone."""
+    if not pytestconfig.getoption("--campaign"):
+        monkeypatch.setattr("sosbook.pendulum.gate._rubbing", lambda *_: ())
     robot, body, wheels = robots[which]
     spoil, words = SPOILT[name]
     seen = Inspection.of(*spoil(body, wheels), robot)
