@@ -7,11 +7,13 @@ import cvxpy
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.linalg import solve_continuous_are
 
 import sosbook as sos
 from sosbook import theorems
 from sosbook.book import counterexamples, thesis
-from sosbook.plants import descriptors
+from sosbook.pendulum import Mip, vertices
+from sosbook.plants import descriptors, mean_descriptor
 
 BOOK = Path(__file__).parent.parent / "book"
 
@@ -122,3 +124,46 @@ def test_an_open_cell_is_short():
         for source in cells(path.name[:2]):
             lines = [line for line in source.splitlines() if line.strip()]
             assert len(lines) <= 15 and max(map(len, lines)) <= 72, source
+
+
+def test_an_uncertain_mass_has_the_package_s_gains():
+    """Example 2: in the open the blocks of the vertices, as the call asks them."""
+    seat = thesis.example_2()
+    x0 = seat.saturation.x0
+    space = run("11", 2, plant=seat.plant, x0=x0, descriptors=descriptors)
+    design = sos.design_pid(seat.plant, **seat.requirements)
+    assert_allclose(space["open_K"], design.K, rtol=1e-8)
+    assert space["point"].prove().proven
+
+
+def test_the_least_cost_is_riccati_s():
+    """`design` is the call's; the truth is scipy's Riccati equation."""
+    carts = sos.SecondOrderSystem(
+        np.eye(2), np.eye(2), [[3, -1], [-1, 2]], np.eye(2), np.eye(2)
+    )
+    design = sos.design_lqr(carts, 100 * np.eye(4), np.eye(2), noise="F")
+    space = run("23", 1, carts=carts, R=np.eye(2), design=design)
+    (d,) = descriptors(carts)
+    A, B, G = d.state_space()
+    X = solve_continuous_are(A, B, 100 * np.eye(4), np.eye(2))
+    assert_allclose(np.trace(space["least"].values["J"]), np.trace(G.T @ X @ G), 1e-6)
+    assert_allclose(space["open_K"], -B.T @ X, atol=2e-4)
+
+
+def test_the_observer_is_the_printed_one():
+    """Table 4.3, to the digits that it prints, and the call's bound."""
+    space = names(thesis=thesis, design_observer=sos.design_observer)
+    space |= {"Mip": Mip, "vertices": vertices, "mean_descriptor": mean_descriptor}
+    (path,) = BOOK.glob("24_*.ipynb")
+    every = json.loads(path.read_text("utf8"))["cells"]
+    code = ["".join(c["source"]) for c in every if c["cell_type"] == "code"]
+    begin = next(k for k, x in enumerate(code) if x.startswith("C = np.array"))
+    end = next(k for k, x in enumerate(code) if "open_L =" in x)
+    exec(next(x for x in code if x.startswith("def error_and_state")), space)
+    for source in code[begin : end + 1]:
+        exec(source, space)
+    printed = thesis.mip().lqe[1][1]
+    assert_allclose(space["open_L"][1:], printed[1:], atol=0.3)
+    assert_allclose(space["open_L"], space["designs"][1].L, rtol=1e-3)
+    least, bound = space["least"].values["J"].item(), space["designs"][1].bound
+    assert bound * 0.999 < least < bound
