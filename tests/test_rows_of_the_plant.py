@@ -123,6 +123,7 @@ def test_a_bound_of_the_input_beside_the_edge_of_stability_ends_in_words(x0):
         law=ENCODER,
         region=sos.PoleRegion(sigma=3, theta_deg=70, rho=1000),
         saturation=sos.Saturation(2, x0),
+        search=sos.Search(starts=2),
     )
     assert design.status == "undecided" and "input bound u_max" in design.reason.lower()
 

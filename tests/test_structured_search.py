@@ -22,6 +22,7 @@ from sosbook.synthesis.structured.objective import Objective, Task
 from tests.cases import by_hand, campaign
 from tests.test_proof_files import held_against
 
+FEW = sos.Search(starts=3)
 LAW = sos.PIDLaw(position=[[1, 0]], integrate=True, filter=0.02)
 
 
@@ -40,7 +41,7 @@ def arm(**units):
 @pytest.fixture(scope="module")
 def base():
     """The fastest loop of the arm."""
-    return sos.design_pid(arm(), law=LAW, maximize="sigma")
+    return sos.design_pid(arm(), law=LAW, maximize="sigma", search=FEW)
 
 
 def loop_poles(plant, design):
@@ -137,7 +138,7 @@ def test_units_change_nothing(units, base):
     """The same gains in their units, to five digits, and the same bound."""
     size = dict(length=1.0, force=1.0, time=1.0) | units
     law = sos.PIDLaw([[1, 0]], integrate=True, filter=0.02 / size["time"])
-    moved = sos.design_pid(arm(**units), law=law, maximize="sigma")
+    moved = sos.design_pid(arm(**units), law=law, maximize="sigma", search=FEW)
     turn = np.array([1, size["time"], 1 / size["time"]])
     K = moved.K * turn * size["force"] / size["length"]
     assert pytest.approx(base.K, rel=2e-5) == K
@@ -156,10 +157,10 @@ def test_order_names_and_sizes_of_sensors_change_nothing(base):
     ]  # fmt: skip
     laws = {1: LAW, 3: sos.PIDLaw([[3.0, 0]], integrate=True, filter=0.02)}
     for plant, size in ((turned, 1), (arm(), 3)):
-        design = sos.design_pid(plant, law=laws[size], maximize="sigma")
+        design = sos.design_pid(plant, law=laws[size], maximize="sigma", search=FEW)
         assert pytest.approx(base.K, rel=2e-5) == design.K * size
     law = sos.PIDLaw([[0, 1]], integrate=True, filter=0.02)
-    design = sos.design_pid(sos.Polytope(swap), law=law, maximize="sigma")
+    design = sos.design_pid(sos.Polytope(swap), law=law, maximize="sigma", search=FEW)
     assert pytest.approx(base.K, rel=2e-5) == design.K
     assert "motor alone" in law.words(design.request.plant)
 
@@ -364,7 +365,8 @@ def test_an_output_of_the_law_s_states_has_no_door_of_the_plant():
 
 
 def test_what_is_not_found_is_undecided_with_what_was_reached():
-    design = sos.design_pid(arm(), law=LAW, region=sos.PoleRegion(sigma=0.9))
+    asked = dict(region=sos.PoleRegion(sigma=0.9), search=FEW)
+    design = sos.design_pid(arm(), law=LAW, **asked)
     assert design.status == "undecided" and design.K is None
     assert "decay rate sigma 0.684" in design.reason and "asked: 0.9" in design.reason
     assert not design.certify().proven and "Measure more" in design.advice
@@ -506,9 +508,9 @@ def test_a_search_goes_on_where_a_norm_is_lost(monkeypatch):
 
     monkeypatch.setattr(slopes, "norm", norm)
     cart = sos.SecondOrderSystem([[0.3]], [[0.3]], [[9.81]], [[1]], F=[[1]])
-    law = sos.PIDLaw([[1]], filter=0.1)
+    law = sos.PIDLaw([[1]], [[1]], limits={"K_P": 3, "K_D": 2})
     design = sos.design_pid(
-        cart, law=law, minimize="gamma", search=sos.Search(starts=2)
+        cart, law=law, minimize="gamma", search=sos.Search(starts=1)
     )
     assert next(asked) > 20 and design.searched is not None
     assert "gave up" not in design.reason
