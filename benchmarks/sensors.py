@@ -95,7 +95,7 @@ def loops(plant, design):
     """E^-1 (A + B K), E^-1 B_w and K of the controller's loop at each mixture."""
     c = design.loop.to_ss()
     A, B, C, D = c.A, c.B, c.C, c.D
-    rows = design.request.law_parts.rows.astype(float)
+    rows = design.request.applied.parts.rows.astype(float)
     for weights in mixtures(plant):
         M, Dm, S, Bm, F = (
             sum(x * getattr(v, name) for x, v in zip(weights, plant.vertices))

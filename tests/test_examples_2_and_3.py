@@ -42,7 +42,7 @@ def test_one_uncertain_mass_needs_no_pair(seat):
     ends = sos.Polytope([divided(70), divided(400)])
     design = sos.design_pid(ends, **seat.requirements)
     assert design.certify().proven
-    assert design.request.covers_polytope and len(design.request.pairs) == 2
+    assert design.request.claims.covers_polytope and len(design.request.pairs) == 2
     for mass in (71, 95, 150, 280, 399):
         weight = (1 / mass - 1 / 400) / (1 / 70 - 1 / 400)
         between = ends.at([weight, 1 - weight])

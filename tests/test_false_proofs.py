@@ -25,7 +25,7 @@ from sosbook.requirements.stability import Stability
 from sosbook.requirements.vocabulary import GAMMA, SIGMA, U_MAX
 from sosbook.requirements.weights import semidefinite_weight
 from sosbook.runtime.names import sane_name
-from sosbook.synthesis.derived import affine_in_quotient
+from sosbook.synthesis.quotient import affine_in_quotient
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 from tests.asking import asked_by, asking
@@ -238,7 +238,7 @@ def test_a_region_that_is_named_twice_is_proven_by_both(name):
     proof = design.certify()
     assert agree(proof)
     owners = {k.requirement for k in proof.blocks if k.requirement}
-    assert owners == {r.key for _, r in design.request.statements()}
+    assert owners == {r.key for _, r in design.request.claims.statements()}
     assert len(proof.claims) == 1 + len(design.request.requirements)
     refused = sos.design_pid(
         PLANT,
@@ -261,13 +261,13 @@ def test_each_claim_stands_beside_the_one_who_demands_its_blocks():
     region = sos.PoleRegion(sigma=0.3, theta=1.2, rho=20)
     asked = dict(region=region, gamma=5.0, saturation=sos.Saturation(90, [1, 0, 0, 0]))
     request = Request(PLANT, **asked)
-    said = request.statements()
+    said = request.claims.statements()
     assert [words for words, _ in said] == list(
         sos.design_pid(PLANT, **asked).certify().claims
     )
     assert {r.key for _, r in said} == {r.key for r in request.demands}
     bare = Request(PLANT)
-    assert [r.key for _, r in bare.statements()] == [("stability", "stability")]
+    assert [r.key for _, r in bare.claims.statements()] == [("stability", "stability")]
 
 
 def test_a_claim_without_its_block_isnt_proven():

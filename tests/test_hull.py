@@ -180,7 +180,7 @@ def test_polytopes_whose_vertices_suffice(name):
     again = [*plants.vertices[::-1], plants.vertices[0]]
     assert polytopes.vertices_suffice(sos.Polytope(again))
     request = Request(plants, region=sos.PoleRegion(rho=30), gamma=3.0)
-    assert all(i == j for i, j in request.pairs) and request.covers_polytope
+    assert all(i == j for i, j in request.pairs) and request.claims.covers_polytope
 
 
 @pytest.mark.parametrize("name", MISLEAD)
@@ -304,7 +304,7 @@ def test_eight_uncertain_masses_need_no_pair():
     one = np.eye(8)
     plants = sos.Polytope([sos.SecondOrderSystem(M, one, one, one) for M in masses])
     request = Request(plants, region=sos.PoleRegion(rho=6))
-    assert len(request.pairs) == 256 and request.covers_polytope
+    assert len(request.pairs) == 256 and request.claims.covers_polytope
 
 
 def test_what_says_that_it_is_affine_in_the_quotient_is():

@@ -98,7 +98,11 @@ def test_the_three_verdicts_are_those_of_the_package(ask, status):
         assert answer["advice"] == theirs.advice
         assert answer["advice"].endswith("Measure more, or ask for less.")
     else:
-        K = sos.PIDLaw(**law).gain(plants, {k: answer[k] for k in ("K_P", "K_D")})
+        K = (
+            sos.PIDLaw(**law)
+            .applied(plants)
+            .gain({k: answer[k] for k in ("K_P", "K_D")})
+        )
         loop = sos.analyse_pid(plants, K, law=sos.PIDLaw(**law))
         assert np.real(np.ravel(loop.poles())).max() < -sigma
 

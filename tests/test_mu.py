@@ -39,7 +39,7 @@ def test_alone_gamma_does_not_depend_on_mu(robot, mu):
     wanted = sos.design_pid(robot.plant, robot.U, region=robot.region, minimize="gamma")
     assert d.gamma == wanted.gamma
     assert np.allclose(d.K, wanted.K, rtol=1e-4)
-    assert d.request.condition == ""
+    assert d.request.sizes.condition == ""
 
 
 def test_a_number_for_mu_is_a_unit_of_w(robot, asked):
@@ -88,7 +88,7 @@ def test_a_refusal_for_one_mu_says_so(robot, asked):
     refused = sos.design_pid(robot.plant, gamma=0.02, mu=1.0, **asked)
     assert refused.status == "infeasible" and refused.infeasibility.proven
     assert refused.infeasibility.condition == "for mu = 1"
-    assert refused.request.condition == "for mu = 1"
+    assert refused.request.sizes.condition == "for mu = 1"
     assert repr(refused) == "<Design: infeasible for mu = 1>"
     assert refused.advice.startswith("Leave out mu = 1 first")
     assert sos.design_pid(robot.plant, gamma=0.02, **asked).certify().proven
@@ -198,19 +198,27 @@ def test_two_bounds_at_once(robot, asked):
 
 def test_a_request_knows_what_fixes_the_size(robot):
     request = Request(robot.plant, robot.U, robot.region)
-    assert request.sized == () and request.leader() is None
+    assert request.sizes.fixing == () and request.sizes.leader() is None
     request = Request(robot.plant, requirements=list(SIZED.values()))
-    assert [r.name for r in request.sized] == ["gamma", "cost", "saturation", "peak"]
-    assert request.leader().name == "gamma"
-    assert request.leader(["u_max"]).name == "saturation"
-    assert [r.name for r in request.followers(request.leader())] == [
+    assert [r.name for r in request.sizes.fixing] == [
+        "gamma",
+        "cost",
+        "saturation",
+        "peak",
+    ]
+    assert request.sizes.leader().name == "gamma"
+    assert request.sizes.leader(["u_max"]).name == "saturation"
+    assert [r.name for r in request.sizes.followers(request.sizes.leader())] == [
         "cost",
         "saturation",
         "peak",
     ]
     tied = Request(robot.plant, requirements=list(SIZED.values()), mu=2)
-    assert tied.followers(tied.leader()) == () and tied.condition == "for mu = 2"
-    assert tied.untied().condition == ""
+    assert (
+        tied.sizes.followers(tied.sizes.leader()) == ()
+        and tied.sizes.condition == "for mu = 2"
+    )
+    assert tied.untied().sizes.condition == ""
 
 
 @pytest.mark.parametrize(

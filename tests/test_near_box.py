@@ -81,7 +81,7 @@ def test_a_block_that_no_plant_moves_has_nothing_to_pay():
     vertices = [replace(v, F=I2[:, :1]) for v in levers(1, moved=0).vertices]
     asked = dict(requirements=[sos.H2(3.0)], coupling="pairs")
     design = sos.design_pid(sos.Polytope(vertices), **asked)
-    assert design.request.near is not None and len(design.request.pairs) == 4
+    assert design.request.ground.near is not None and len(design.request.pairs) == 4
     assert design.certify().proven
     for v in vertices:
         A, B = by_hand(v)
@@ -206,7 +206,7 @@ def test_two_readers_take_what_is_paid(name, monkeypatch):
     monkeypatch.setattr(near_box, "ROUNDING", 1e-2)
     plants = rounded(4, 1, np.random.default_rng(5))
     design = sos.design_pid(plants, coupling="pairs", **ASKED[name])
-    assert design.request.near is not None and design.status == "feasible"
+    assert design.request.ground.near is not None and design.status == "feasible"
     proof = design.certify()
     assert proof.claims[0].startswith("every constant or changing plant of")
     assert list(verdict.check(proof.text)) == list(proof.claims)
@@ -222,7 +222,7 @@ def test_a_spoilt_payment_is_refused(kind, tmp_path):
         plants = sos.DescriptorSystem.of(descriptors(plants))
     design = sos.design_pid(plants, region=REGION, coupling="pairs")
     proof = design.certify()
-    assert design.request.near is not None and proof.proven
+    assert design.request.ground.near is not None and proof.proven
     whole = json.loads(proof.text)
 
     def spoilt(change):
@@ -266,7 +266,7 @@ def test_a_spoilt_payment_is_refused(kind, tmp_path):
 def test_the_vertices_come_in_any_order():
     plants = sos.Polytope(levers(8, 0.3).vertices[::-1])
     design = sos.design_pid(plants, region=REGION, coupling="pairs")
-    near, ground = design.request.near, design.request.ground
+    near, ground = design.request.ground.near, design.request.ground.vertices
     assert str(near.family.box) == (
         "near_vertex_2 in [0, 1] and near_vertex_3 in [0, 1]"
     )

@@ -105,7 +105,7 @@ def agree(kernel, asked, undecided):
             # depends on the coordinates and the accuracy of a Riccati equation
             (of_cones if r["bounded"] else apart).append(off(r["K"], theirs.K))
             if "proof" in r:
-                told = [words for words, _ in theirs.request.statements()]
+                told = [words for words, _ in theirs.request.claims.statements()]
                 assert proven(r["proof"]) and check.check(r["proof"]) == told
         if "refusal" in r:
             assert proven(r["refusal"])

@@ -73,7 +73,7 @@ def test_those_with_constants_fix_the_size_of_P(r, coupling):
     constant = any(
         g.constant.any() for name, g in expressions.items() if name.requirement == r.key
     )
-    assert bool(request.sized) == constant
+    assert bool(request.sizes.fixing) == constant
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)

@@ -66,7 +66,7 @@ def test_rows_on_what_the_law_remembers_are_of_the_loop():
     request = Request(plant(), requirements=[asked], law=law)
     assert request.requirements[0].data() == asked.data()
     bare = plant().vertices[0]
-    assert of_plant_alone(asked, bare, request.law_parts) == (None, None)
+    assert of_plant_alone(asked, bare, request.applied.parts) == (None, None)
 
 
 def test_rows_of_another_width_are_refused():

@@ -87,7 +87,7 @@ def test_what_is_proven_of_changing_plants_survives_their_changes(seed):
 def asked(coupling):
     """A proof of each coupling, with the words that the package itself makes."""
     design = sos.analyse_pid(spring(0.01), [[-0.3, -0.2]], coupling=coupling)
-    return [words for words, _ in design.request.statements()], design.certify()
+    return [words for words, _ in design.request.claims.statements()], design.certify()
 
 
 @pytest.mark.parametrize(

@@ -157,7 +157,7 @@ def test_the_file_says_which_modes():
 def test_vertices_near_a_box_are_refused_in_a_text(seed):
     asked = Request(levers(seed, unit=0.3), saturation=sos.Saturation(1e-3, HERE))
     proof = refuse_by_input(asked, search)
-    assert asked.near is not None and proof.proven
+    assert asked.ground.near is not None and proof.proven
     assert verdict.check(proof.text) == list(proof.claims)
 
 

@@ -48,7 +48,7 @@ def loop_poles(plant, design):
     """The poles of a plant and the controller of a design, by numpy."""
     c = design.loop.to_ss()
     A, B, C, D = c.A, c.B, c.C, c.D
-    rows = design.request.law_parts.rows.astype(float)
+    rows = design.request.applied.parts.rows.astype(float)
     plain, push = by_hand(plant)
     return np.linalg.eigvals(
         np.block([[plain + push @ D @ rows, push @ C], [B @ rows, A]])
@@ -91,7 +91,7 @@ def test_slopes_are_differences(seed):
     for law in laws:
         region = sos.PoleRegion(sigma=0.1, theta=0.9, rho=30)
         cost = sos.QuadraticCost(np.eye(2 * n + 2), np.eye(2), noise="F", bound=1.0)
-        K = law.gain(plant, None)
+        K = law.applied(plant).gain(None)
         d = sos.analyse_pid(plant, K, law=law, region=region, gamma=1.0, cost=cost)
         loops = loops_of(d.request)
         kappa = 0.05 * rng.normal(size=len(loops.directions))
@@ -437,7 +437,7 @@ def test_a_sum_of_poles_is_a_file_that_says_no_more_than_is_true(kind, filtered)
     for kappa in rng.normal(size=(5, len(loops.directions))):
         poles = np.linalg.eigvals(loops.closed(loops.K(kappa))[0])
         assert poles.real.mean() >= said - 1e-9 and poles.real.max() > -90
-    mean = mean_pole(plain(plants)[0], design.request.law_parts, loops.directions)
+    mean = mean_pole(plain(plants)[0], design.request.applied.parts, loops.directions)
     assert exact(said) <= mean < exact(said + 2e-5 * abs(said))
 
     def changed(change):

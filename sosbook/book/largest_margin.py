@@ -110,8 +110,8 @@ def region_margin(example):
     is asked too: then the blocks have constants, which bound t whatever the length.
     """
     request = Request(example.plant, **example.requirements)
-    if request.sized:
-        names = " and ".join(r.name for r in request.sized)
+    if request.sizes.fixing:
+        names = " and ".join(r.name for r in request.sizes.fixing)
         raise ValueError(
             f"example asks for {names} too: its blocks have constants, which "
             "bound the margin whatever the length; ask for a region alone"

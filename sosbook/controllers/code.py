@@ -173,7 +173,7 @@ def code_fault(data, text):
     is a coordinate as it is.
     """
     law = data.get("K")
-    if law is None or data.get("law") or "L" in data:
+    if not law or data.get("law") or "L" in data:
         return "the proof is about no gain and no sampled controller"
     try:
         mine = read_gains(text)

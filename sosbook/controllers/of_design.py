@@ -69,9 +69,8 @@ def controller_of(
     vertices = input_vertices(plant, None)
     (N, m), n = vertices[0].Bu.shape, vertices[0].n  # no coordinates: n is zero
     outputs = input_names(m)
-    law = getattr(design, "_law", None)
-    known = names[: n or N]
-    if law is None:
+    law, known = request.law, names[: n or N]
+    if law.whole:
         wanted, rows = _measured(measured, names)
         noise = np.zeros((len(rows), plant.p))
     else:
@@ -90,7 +89,7 @@ def controller_of(
     check_rate(vertices, timing)
     if not at_ticks:
         warn_of_long_ticks(design, T)
-    if law is not None:
+    if not law.whole:
         estimate, gain, sums = law_memory(law, plant, K, T, at_ticks)
         U = sums[:, :places]
         R = quiet_set_point(U, gain.K[:, :places])
@@ -108,7 +107,7 @@ def controller_of(
     slack = max(Faults.slack, least_slack(T, clock))
     made = partial(made, clock=clock, faults=Faults(slack=slack))
     plants = (*vertices, *between(vertices))
-    if law is not None:
+    if not law.whole:
         return made(estimate)
     kind = _kind(memory, filter_time, rows, n)
     if kind == "direct":

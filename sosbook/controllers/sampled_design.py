@@ -89,10 +89,6 @@ class SampledDesign(ReadOnly):
         about = self._region(), tuple(gains), None, (self.reason,), axis
         return card("SampledDesign", self.status, poles, *about)
 
-    @property
-    def _law(self):
-        return self.request.law
-
     def _region(self):
         return LMIRegion.disk(np.exp(-self.sigma * self.T), name="decay")
 
@@ -106,8 +102,8 @@ class SampledDesign(ReadOnly):
     @property
     def gains(self) -> dict[str, np.ndarray]:
         """The parts of K by name, {} without K; a `DynamicLaw`'s from tick to tick."""
-        form = self._law.structure(self.request.plant)
-        return GainParts({} if self.K is None else form.named(self.K))
+        named = self.request.applied.named
+        return GainParts({} if self.K is None else named(self.K))
 
     def _found(self):
         if self.K is None:
@@ -222,7 +218,7 @@ def design_sampled(
         raise ValueError(f"backoff must be a share below 1, got {search.backoff!r}")
     asked = 1.0 if sigma is None else positive(SIGMA.key, sigma)
     request = Request(plant, law=law, requirements=[LMIRegion.half_plane(asked)])
-    parts = request.law_parts
+    parts = request.applied.parts
     if parts.free not in (0, len(parts.states)):
         raise ValueError("law: of its own states all dynamics are free, or none")
     check_rate(input_vertices(request.plant, None), SampleTiming.of(T, delay))
@@ -318,7 +314,7 @@ class _Work:
 
     def _held(self, kappa):
         """The free numbers of a memory whose inputs are held over a tick."""
-        K, c = self.continuous.K(kappa), self.design.request.law_parts.free
+        K, c = self.continuous.K(kappa), self.design.request.applied.parts.free
         if not c:
             return kappa
         whole = np.zeros((K.shape[1],) * 2)

@@ -5,12 +5,12 @@ from typing import Any, Literal
 import numpy as np
 
 from ..laws import FullState, Law
+from ..laws.taken import law_of
 from ..loops import opened
 from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
-from ..synthesis.procedure import law_of
 from ..synthesis.slack import in_pieces
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
@@ -99,8 +99,8 @@ def design_delay_pid(
     _no_acceleration(K_A)
     if isinstance(plant, DelayedLoop):
         raise ValueError("a DelayedLoop leaves nothing to design: use analyse_delay")
-    U, law = law_of(U, law)
-    if law is not None:
+    law = law_of(U, law)
+    if not law.whole:
         raise ValueError(
             f"law: the theorem designs gains of the whole state, not of a "
             f"{type(law).__name__}: find them without the delay, design = "
@@ -108,7 +108,8 @@ def design_delay_pid(
             "analyse_delay(plant, design, tau=...)"
         )
     request = DelayRequest(
-        plant, U, tau, mu, delta, alpha, method, misprints=("sign",) if printed else ()
+        *(plant, law.U, tau, mu, delta, alpha, method),
+        misprints=("sign",) if printed else (),
     )
     return _in_pieces(request, first_design, time_limit, progress)
 

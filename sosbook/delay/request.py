@@ -8,6 +8,7 @@ import numpy as np
 from flint import arb, fmpq
 
 from ..exact.definite import exact, inverse
+from ..laws import FullState
 from ..plants.checks import is_word, matrix, not_negative, positive
 from ..plants.descriptor import Descriptor, twins
 from ..plants.gain import gain_of
@@ -256,6 +257,16 @@ class DelayRequest(ReadOnly):
         """K in the frame, in the arithmetic of ``number``."""
         scale = number(np.array(self.frame.scale)).item()
         return number(self.gain) @ number(self.frame.T) / scale
+
+    @property
+    def law(self):
+        """Every gain is one of the whole state."""
+        return FullState(self.U)
+
+    @property
+    def applied(self):
+        """The law on the plant."""
+        return self.law.applied(self.plant)
 
     def relative_alpha(self, number):
         """alpha in units of tau, in the arithmetic of ``number``; 1 without one."""

@@ -17,10 +17,10 @@ from ..exact.rational import exact, inverse
 from ..plants.checks import matrix, positive
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import Gain, named
 from ..plants.outputs import Output
 from ..plants.sensed import Readings, corners, kept, sensed
 from ..runtime.read_only import ReadOnly, put
+from .applied import Applied
 from .structure import Structure
 
 __all__ = ["Law", "Parts", "Structure"]
@@ -168,6 +168,8 @@ class Law(ABC, ReadOnly):
     """
 
     searched = True  # False where LMIs find the gain
+    whole = False  # True where y is all of the state, so that u = K x
+    U: Any = None  # (a, n), which errors are integrated beside it, if whole
     sensors: Any = None
     rates: Any = None
     noise: Any = None
@@ -204,6 +206,10 @@ class Law(ABC, ReadOnly):
         put(new, places=seen.places, given=asked)
         return sensed(plant, seen, asked.lag), new
 
+    def applied(self, plant: Any) -> Applied:
+        """The law on a ``plant`` that `on` gave: what its numbers mean there."""
+        return Applied(self, plant)
+
     @abstractmethod
     def parts(self, plant: Any) -> Parts:
         """The matrices that the law joins to a ``plant`` whose shapes are checked."""
@@ -215,34 +221,6 @@ class Law(ABC, ReadOnly):
     @abstractmethod
     def words(self, plant: Any) -> str:
         """The law for a ``plant``, in words: "u depends on z1 alone: PID"."""
-
-    def gain(self, plant: Any, gains: Any) -> np.ndarray:
-        """K from numbers by name, or K itself after a check of its shape.
-
-        Parameters
-        ----------
-        plant : Polytope, SecondOrderSystem or DescriptorSystem
-            The plant.
-        gains : dict, array_like or None
-            What `Structure.named` returns, or the matrix; None is zero.
-
-        Raises
-        ------
-        ValueError
-            If a name or a shape is wrong, or a gain that isn't free isn't zero.
-        """
-        form = self.structure(plant)
-        if not isinstance(gains, dict):
-            gains = named(gains)
-        if isinstance(gains, Gain):
-            names = self.parts(plant).signals
-            if sorted(names) != sorted(gains.signals):
-                raise ValueError(
-                    f"K is a gain of {', '.join(gains.signals)}, but the law's is of "
-                    f"{', '.join(names)}"
-                )
-            gains = gains.columns(names)
-        return form.matrix(gains)
 
 
 def plain(plant, K_A=None):

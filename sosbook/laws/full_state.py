@@ -7,10 +7,14 @@ import numpy as np
 
 from ..exact.rational import exact
 from ..plants.checks import matrix
-from ..plants.gain import signals
+from ..plants.descriptor import Descriptor, descriptors
+from ..plants.gain import gain_of, signals
 from ..plants.outputs import Output
+from .applied import Applied
 from .base import Law, Parts
 from .structure import Structure, placed
+
+NO_MATRICES = "a DescriptorSystem takes no U and no K_A: put them into its matrices"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +39,19 @@ class FullState(Law):
     U: Any = None
 
     searched = False
+    whole = True
     sensors = Output(state=1.0)
+
+    def on(self, plant: Any) -> tuple:
+        """The ``plant``, and the law with U as a checked matrix."""
+        if self.U is None:
+            return plant, self
+        if not hasattr(plant, "coordinates"):
+            raise ValueError(NO_MATRICES)
+        return plant, FullState(matrix("U", self.U, (None, plant.n)))
+
+    def applied(self, plant: Any) -> Applied:
+        return OfState(self, plant)
 
     def parts(self, plant: Any) -> Parts:
         seen, names = self.readings(plant), signals(plant, self.U)
@@ -62,3 +78,54 @@ class FullState(Law):
     def words(self, plant: Any) -> str:
         """All signals by the names of a ``plant``."""
         return f"u depends on all of {', '.join(signals(plant, self.U))}"
+
+
+class OfState(Applied):
+    """That law on a plant: K is the gain of the state, so there is a loop without it,
+    and nothing is joined before somebody asks.
+    """
+
+    under = ", under u = K x,"
+
+    @property
+    def signals(self):
+        return signals(self.plant, self.law.U)
+
+    def gain(self, K):
+        """K as a checked matrix, or None where it is sought."""
+        if K is not None:
+            shape = self.plant.m, len(self.signals)
+            return matrix("K", gain_of(K, self.plant, self.law.U), shape)
+        if self.plant.m or hasattr(self.plant, "coordinates"):
+            return None
+        raise ValueError(
+            "plant has no B, so there is nothing to design: give B, "
+            "or analyse the loop as it is, analyse_pid(plant)"
+        )
+
+    def named(self, K):
+        if not hasattr(self.plant, "coordinates"):
+            return {"K": K}
+        n = self.plant.n
+        return dict(zip(("K_P", "K_D", "K_I"), np.split(K, [n, 2 * n], axis=1)))
+
+    def exact_gain(self, K):
+        return exact(K)
+
+    def state_gain(self, K):
+        return K
+
+    def vertices(self, plant, K, K_A=None):
+        if isinstance(plant, Descriptor):
+            return (plant,)
+        if not hasattr(plant, "coordinates"):
+            return plant.vertices
+        return descriptors(plant, self.law.U, K_A)
+
+    def asked(self, r):
+        return r
+
+    def start(self, x0):
+        return x0
+
+    states = "2n + a", "[z(0); z'(0); x3(0)]"

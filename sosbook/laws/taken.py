@@ -6,6 +6,8 @@ import numpy as np
 
 from ..plants.gain import Gain, input_names, signals
 from ..plants.outputs import Output
+from .base import Law
+from .full_state import FullState
 
 OF_NOBODY = re.compile(r"[uy]\[\d+\]")  # a name that python-control made
 TERM = re.compile(r"(-?)(?:(\d[\d._]*(?:e[+-]?\d+)?) )?(.+)")
@@ -16,10 +18,25 @@ def is_controller(K):
     return hasattr(K, "nstates")
 
 
-def taken(plant, K, law=None):
+def law_of(U, law):
+    """The law that is given, or that of the thesis, which integrates ``U``."""
+    if law is None:
+        return FullState(U)
+    if U is not None:
+        raise ValueError("law and U are given: say in the law what is integrated")
+    if not isinstance(law, Law):
+        raise ValueError(
+            f"law must be a FullState, PIDLaw or DynamicLaw, got {type(law).__name__}"
+        )
+    return law
+
+
+def taken(plant, K, law=None, U=None):
     """(law, K): the law that K brings along, or the one given, and its numbers.
 
-    A design of a ``law`` and an `ObserverDesign` have a law of their own; a StateSpace
+    Without either it is `FullState`, which integrates ``U``.
+
+    A design and an `ObserverDesign` have a law of their own; a StateSpace
     of continuous time is a `DynamicLaw` whose sensors are found by the names of its
     inputs, and without states a gain of the plant's state. Anything else is handed on.
 
@@ -41,7 +58,10 @@ def taken(plant, K, law=None):
     own = getattr(K, "its_law", None)
     if own is not None and law is None:
         law, K = own()
-    return _of_system(plant, K, law) if is_controller(K) else (law, K)
+        law = law if U is None or not law.whole else None  # K is found by its names
+    if is_controller(K):
+        law, K = _of_system(plant, K, law)
+    return law_of(U, law), K
 
 
 def _of_system(plant, K, law):

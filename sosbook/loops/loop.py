@@ -10,8 +10,8 @@ from ..analysis.linear import hinf_norm
 from ..analysis.margins import DiskMargin
 from ..exact.checker.families import CONSTANT
 from ..exact.rational import exact
-from ..laws import FullState, Law
-from ..laws.taken import taken
+from ..laws import Law
+from ..laws.taken import law_of, taken
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import signals
 from ..plants.joined import joined_family
@@ -25,7 +25,6 @@ from ..runtime.later import later
 from ..runtime.read_only import ReadOnly, put
 from ..synthesis.design import Design
 from ..synthesis.pid import analyse_pid
-from ..synthesis.procedure import law_of
 from ..synthesis.request import Request
 from .as_data import loop_data, read_loop
 from .clock import Clock, Late, clock_of
@@ -89,15 +88,14 @@ class Loop(ReadOnly):
         if gains is None:
             raise ValueError("gains are missing: design_pid(plant, law=law) finds some")
         if hasattr(gains, "of_state"):  # a Controller
-            if clock is not None or law is not None:
+            if clock or law:
                 raise ValueError("a Controller has a law and a clock: leave them out")
             clock = clock_of(gains)
         else:
             law, gains = taken(checked_plant(plant), gains, law)
-            law_of(None, law)  # raises where it is no law
         if not isinstance(clock, (Clock, Late, type(None))):
             raise ValueError(f"clock must be a Clock or Late, got {clock!r}")
-        put(self, plant=plant, law=law, gains=gains, clock=clock)
+        put(self, plant=plant, law=law_of(None, law), gains=gains, clock=clock)
 
     def at(
         self, T: float, delay: float | tuple[float, float] = 0.0, jitter: float = 0.0
@@ -137,8 +135,7 @@ class Loop(ReadOnly):
                 "a Controller has no loop of continuous time: take the design that it "
                 "was made of, design.loop"
             )
-        U, law = law_of(None, self.law)
-        return Request(self.plant, U, gain=self.gains, law=law)
+        return Request(self.plant, gain=self.gains, law=self.law)
 
     @cached_property
     def controller(self) -> Any:
@@ -158,8 +155,7 @@ class Loop(ReadOnly):
     @property
     def open(self) -> DescriptorSystem:
         """The plant with the law's memory in it, and all its inputs [u; v] open."""
-        parts = self.request.law_parts if self.request.law else None
-        return self._joined(parts.joined if parts else lambda d: d)
+        return self._joined(self.request.applied.parts.joined)
 
     @cached_property
     def opened(self) -> tuple:
@@ -168,25 +164,22 @@ class Loop(ReadOnly):
         gain takes these two. Its numbers are the law's in decimals of 17 digits.
         """
         request = self.request
-        if request.law is None:
-            return self.open, request.gain
-        parts, K = request.law_parts, exact(request.gain)
+        parts, K = request.applied.parts, exact(request.gain)
         return self._joined(lambda d: parts.looped(d, K)), request.state_gain
 
     def _joined(self, function):
         """The plants under an affine ``function`` of each, in rationals."""
-        plant, U = self.request.plant, self.request.U
+        plant = self.request.plant
         if plant.family is not None:
-            return joined_family(plant.family, function, U).polytope()
-        several = [function(d.map(exact)) for d in Request(plant, U).vertices]
+            return joined_family(plant.family, function).polytope()
+        several = [function(d.map(exact)) for d in Request(plant).vertices]
         return DescriptorSystem.of([d.map(lambda x: x.astype(float)) for d in several])
 
     @property
     def signals(self) -> tuple[Signal, ...]:
         """Every signal, by role, name and unit."""
-        U, law = law_of(None, self.law)
         c = self.controller if isinstance(self.clock, Clock) else None
-        return signals_of(checked_plant(self.plant), U, law, c)
+        return signals_of(checked_plant(self.plant), self.law, c)
 
     @property
     def scope(self) -> str:
@@ -262,8 +255,7 @@ class Loop(ReadOnly):
         if self.clock is not None:
             raise ValueError("the norm of a loop whose input is late isn't computed")
         request = self.request
-        if request.law is not None:
-            asked = request.of_loop(asked)
+        asked = request.applied.asked(asked)
         K = request.state_gain
         return max(hinf_norm(asked.seen(d), K) for d in request.vertices)
 
@@ -349,9 +341,8 @@ class Loop(ReadOnly):
 
     def data(self) -> dict:
         """All of it as JSON holds it: `read` makes the same loop of that."""
-        law = self.law or FullState()
         plant = checked_plant(self.plant)
-        return loop_data(plant, law, self.request.gain, self.clock)
+        return loop_data(plant, self.law, self.request.gain, self.clock)
 
     @classmethod
     def read(cls, data: dict) -> "Loop":
@@ -379,6 +370,5 @@ def opened(plant, K, U=None, law=None):
     """(plant, K, U) as what takes a gain of the state takes them, whatever the ``law``
     is, or K brings along: a law's loop is opened at u, and its memory is in the plant.
     """
-    law, K = taken(plant, K, law)
-    U, law = law_of(U, law)
-    return (plant, K, U) if law is None else (*Loop(plant, law, K).opened, None)
+    law, K = taken(plant, K, law, U)
+    return (plant, K, law.U) if law.whole else (*Loop(plant, law, K).opened, None)

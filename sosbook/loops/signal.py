@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from ..laws import FullState
 from ..plants.gain import input_names, signals
 
 
@@ -17,11 +16,11 @@ class Signal:
     unit: str = ""
 
 
-def signals_of(bare, U, law, c=None):
-    """Every `Signal` of a plant, ``bare`` of sensors that are late, under a ``law``, or
-    with the integrals ``U``, and those of a controller c where a clock runs it.
+def signals_of(bare, law, c=None):
+    """Every `Signal` of a plant, ``bare`` of sensors that are late, under a ``law``,
+    and those of a controller c where a clock runs it.
     """
-    plant, law = (law or FullState(U)).on(bare)
+    plant, law = law.on(bare)
     names, parts, goals, units = signals(plant), law.parts(plant), (), {}
     memory, readings = parts.states, parts.sensors
     if c is not None:

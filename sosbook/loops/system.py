@@ -10,17 +10,10 @@ from ..runtime.libraries import library
 
 def system_of(request):
     """The controller of a ``request`` with a gain as python-control's StateSpace."""
-    plant, law = request.plant, request.law
-    names = signals(plant, request.U)
-    if law is None:
-        K = np.asarray(request.gain, float)
-        parts = np.zeros((0, 0)), np.zeros((0, len(names))), np.zeros((len(K), 0)), K
-        inputs = names
-    else:
-        found = request.law_parts.controller(exact(request.gain))
-        parts = (np.asarray(x, float) for x in found)
-        rows = request.law_parts.rows.astype(float).tolist()
-        inputs = [row_words(x, names, repr) for x in rows]
+    plant, parts = request.plant, request.applied.parts
+    found = (np.asarray(x, float) for x in parts.controller(exact(request.gain)))
+    rows, names = parts.rows.astype(float).tolist(), signals(plant)
+    inputs = [row_words(x, names, repr) for x in rows]
     outputs = list(input_names(plant.m))
     inputs = [x.replace(".", "_") for x in inputs]
-    return library("control").ss(*parts, inputs=inputs, outputs=outputs, dt=0)
+    return library("control").ss(*found, inputs=inputs, outputs=outputs, dt=0)

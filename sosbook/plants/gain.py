@@ -114,7 +114,8 @@ def gain_of(K, plant, U=None):
     >>> gain_of(Gain([[2, 20]], ("z1'", "z1")), SecondOrderSystem(1, 0, 0, 1))
     array([[20.,  2.]])
     """
-    if getattr(getattr(K, "request", None), "law", None) is not None:
+    law = getattr(getattr(K, "request", None), "law", None)
+    if not getattr(law, "whole", True):
         raise ValueError(OF_A_LAW)
     gain = named(K)
     if isinstance(gain, dict):

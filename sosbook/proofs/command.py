@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ..exact.checker.verdict import AUTHOR, MOST_VERTICES, SECONDS, at_most, by_author
 from ..exact.proof_file import ProofFile, is_proof, laid_out, load, parse
+from ..laws.taken import law_of
 from ..plants.as_data import plant_data
 from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
@@ -174,8 +175,7 @@ def design(asked):
     folder, earlier, made = asked.out, Path(asked.proof), None
     try:
         plant, requirements, computer = read_plant_file(asked.plant)
-        law = requirements.get("law")
-        whole = plant if law is None else law.on(plant)[0]
+        whole, _ = law_of(None, requirements.get("law")).on(plant)
         if folder is not None:
             there = check_folder(folder, whole, asked.force)
         elif computer is None:

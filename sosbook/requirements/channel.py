@@ -104,7 +104,7 @@ class Channel(Requirement):
         between = any(i != j for i, j in request.pairs)
         if self.needs_equations and not request.coupling.one_P:
             between = len(request.distinct) > 1
-        seen = (Channel.seen(self, d) for d in request.certain)
+        seen = (Channel.seen(self, d) for d in request.ground.certain)
         return not between or _given_by_equations(seen)
 
     def data(self) -> dict:

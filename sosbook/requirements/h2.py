@@ -74,7 +74,7 @@ class H2(Channel):
 
     def check(self, request: Any) -> None:
         super().check(request)
-        for d in request.certain:
+        for d in request.ground.certain:
             through = Channel.seen(self, d).explicit().Dw
             if through is not None and (through != 0).any():
                 raise ValueError(

@@ -78,22 +78,16 @@ class Saturation(Requirement):
                 "saturation bounds the input, but the plant has no B: give its input "
                 "as the B of a DescriptorSystem to analyse_pid"
             )
-        first = request.certain[0].E
+        first = request.ground.certain[0].E
         if self.acceleration and any(
-            not np.array_equal(d.E, first) for d in request.certain
+            not np.array_equal(d.E, first) for d in request.ground.certain
         ):
             raise ValueError(
                 "saturation: acceleration=True needs the same M - B K_A "
                 "at every vertex; bound K x only"
             )
         if len(self.x0) != request.order:
-            states = "2n + a", "[z(0); z'(0); x3(0)]"
-            if request.law is not None:
-                states = (
-                    f"the plant's {request.law_parts.rows.shape[1]}, or with the law's",
-                    "those of the law are the last, and by themselves at rest on what "
-                    "is measured",
-                )
+            states = request.applied.states
             raise ValueError(
                 f"x0 has {len(self.x0)} entries, needs "
                 f"{states[0]} = {request.order}: {states[1]}"
@@ -107,9 +101,6 @@ class Saturation(Requirement):
         for i in range(len(loop.plain)) if whole else (0,):
             vertices = (i,) if whole else ()
             yield "u_max", vertices, self._bound(loop, loop.P, loop.P, loop.Y, i)
-
-    def bounds_input_from(self) -> np.ndarray | None:
-        return None if self.acceleration else self.x0
 
     def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         return ()

@@ -24,8 +24,8 @@ class PosedLoop:
         self.request, self.frame = request, frame
         self.number, self.P, self.Y, self.V = number, P, Y, V
         self.levels, self.own = dict(levels), dict(own)
-        self.plain = request.vertices_at(None, number)
-        self.vertices = request.vertices_at(frame, number)
+        self.plain = request.ground.at(None, number)
+        self.vertices = request.ground.at(frame, number)
         self.E0 = number(request.mean.E)
         self.T = self.back = self.left = None
         self.scale = 1

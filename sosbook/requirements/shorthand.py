@@ -189,7 +189,8 @@ def moved(requirements, values):
 
 def contradictory(requirements):
     """True if two of some requirements exclude each other at sight."""
-    return any(a.contradicts(b) for a in requirements for b in requirements)
+    regions = [r for r in requirements if isinstance(r, LMIRegion)]
+    return any(a.contradicts(b) for a in regions for b in regions)
 
 
 class Shorthand:

@@ -11,7 +11,7 @@ from flint import fmpq
 from scipy.linalg import expm
 
 from ..exact.definite import exact
-from ..laws.taken import is_controller, order_of, taken
+from ..laws.taken import is_controller, law_of, order_of, taken
 from ..loops import Loop
 from ..plants.checks import finite, matrix, positive
 from ..plants.gain import gain_of, input_names, signals
@@ -276,10 +276,10 @@ def by_name(K, plant, U=None, T=None, delay=0.0):
     >>> by_name(K, SecondOrderSystem(1, 0, 0, 1)).D
     array([[4., 3.]])
     """
-    law = None
+    law = law_of(U, None)
     if not hasattr(K, "of_state") and not (is_controller(K) and K.dt != 0):
-        law, K = taken(plant, K)
-    if law is not None:
+        law, K = taken(plant, K, U=U)
+    if not law.whole:
         if any(isinstance(x, (tuple, list)) for x in (T, delay)):
             raise ValueError(
                 "K has a law of continuous time, and the clock varies: say which its "

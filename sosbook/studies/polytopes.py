@@ -230,7 +230,7 @@ def vertices_suffice(plants, U=None, K_A=None):
     (True, False)
     """
     request = Request(_several(plants), U, K_A=K_A)
-    return quotient_in_hull(request.certain, request.at_corners)
+    return quotient_in_hull(request.ground.certain, request.at_corners)
 
 
 def hull_gap(plants, U=None, K_A=None, count=20, seed=0):

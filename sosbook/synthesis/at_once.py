@@ -12,6 +12,7 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..exact.rational import round_digits
+from ..requirements.hinf import HInfinity
 from .proofs import exclude_design
 from .scaling import Frame
 
@@ -37,10 +38,10 @@ def refuse_at_once(request):
     """The refusal of a bound of the H-infinity norm of a ``request`` without a law, at
     a vertex where w is too loud in y at once; or None.
     """
-    if request.law is not None or request.gain is not None:
+    if not request.law.whole or request.gain is not None:
         return None
     for r in request.requirements:
-        if r.bounds_response() is None or not r.of_package:
+        if not (isinstance(r, HInfinity) and r.of_package):
             continue
         r = r.untied()
         one = replace(request, requirements=[r], coupling="pairs")
@@ -55,7 +56,8 @@ def excluded_at_once(request, r):
     """The largest gamma of ``r`` in a ``request`` that is excluded so, to four digits,
     and the refusal; None and None where w isn't in y at once.
     """
-    if r.bounds_response() is None or not r.of_package or not request.plant.m:
+    known = isinstance(r, HInfinity) and r.of_package
+    if not (known and request.plant.m):
         return None, None
     ends = [r.seen(d).explicit().Dw for d in request.vertices]
     sizes = [np.linalg.norm(x, 2) for x in ends if x is not None and x.size]

@@ -7,6 +7,7 @@ from time import monotonic
 from typing import Any
 
 from ..plants.checks import SizeError
+from ..requirements.hinf import HInfinity
 from ..runtime.later import later
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
 from .feasibility import guarded
@@ -131,9 +132,9 @@ def bounds_of(request, K, seconds):
             with time_limit(max(seconds - (monotonic() - begun), LEAST_TIME)):
                 part = least(known, r, plants, BACKOFF, DIGITS, bad)
                 bounded = isfinite(bad.truth)
-                if known.law is None:
+                if known.law.whole:
                     beyond = excluded_at_once(request, r)
-                elif bounded and r.bounds_response() is not None:
+                elif bounded and isinstance(r, HInfinity):
                     best_excluded = later(ANY_ORDER, "best_excluded")
                     beyond = best_excluded(known, r, float(bad.truth))
         except OutOfTime as over:

@@ -70,7 +70,7 @@ def bracketed(request, bounds, best):
     if excluded is not None:
         text += "; whether a smaller one can be kept isn't known, but that "
         text += f"{words(excluded)} can't is proven for these LMIs"
-        text = request.subject(text)
+        text = request.sizes.subject(text)
     elif smaller is None:
         text += "; whether a smaller one can be kept isn't known"
     else:

@@ -11,6 +11,7 @@ from ..exact.definite import exact, inverse, round_digits
 from ..plants.descriptor import MATRICES, Descriptor
 from ..plants.joined import of_one
 from ..plants.reduction import Reduction
+from ..requirements.input_bound import Saturation
 from .feasibility import answer
 from .fixed_mode import refuse_by_mode
 from .request import Request
@@ -72,9 +73,10 @@ def _value(request, r, loop):
             f"{r.parameter.key} = {value:.6g}, which breaks: {r.claim()}. Of one plant "
             "these inequalities lose nothing, and exact multipliers exclude them"
         )
-    start = r.bounds_input_from()
-    if start is None or request.law is not None:
+    known = isinstance(r, Saturation) and not r.acceleration
+    if not (known and request.law.whole):
         return None
+    start = r.x0
     E, A, *_ = loop.matrices
     A, K, x0 = inverse(E) @ A, loop.K, exact(start)[:, None]
     t, u = _peak(A.astype(float), request.gain, start), K @ x0
@@ -109,7 +111,7 @@ def _peak(A, K, x0):
 def _by_a_mode(request, r, plants, point):
     """The proof by a mode or a response."""
     asked, d = [r] if r in request.requirements else [], plants.at(point).plant
-    if request.law is not None:
+    if not request.law.whole:
         one = itself(request, r, plants.at(point))
         return one and (refuse_by_mode(one, [(0, 0)]) or refuse_by_response(one, [0]))
     part, k = request.plant, None
@@ -138,7 +140,7 @@ def itself(request, r, loop):
     D = None if d.Dw is None else D
     rates = None if d.Ca is None else rates
     weighs = r.pole_matrices() is None and not r.needs_disturbance
-    if weighs and request.law is None:
+    if weighs and request.law.whole:
         asked, gain = [r], request.gain
     else:
         d = Descriptor(E, A, d.Bu[:, :0], B, C, None, D, rates)

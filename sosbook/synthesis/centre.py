@@ -65,10 +65,8 @@ def finish(lmis, values):
     tell. With more than a thousand pairs of vertices it is the centre of some of their
     blocks: see `Cuts.centre`.
     """
-    x = lmis.text.packed(values)
-    if np.abs(x).max() > LARGEST_UNKNOWN and lmis.request.followers(
-        lmis.request.leader()
-    ):
+    x, sizes = lmis.text.packed(values), lmis.request.sizes
+    if np.abs(x).max() > LARGEST_UNKNOWN and sizes.followers(sizes.leader()):
         lmis, x = nearer(lmis, x)
     if too_many(lmis.request):
         cuts = Cuts(lmis)

@@ -206,11 +206,9 @@ class ClosedLoop(Gains[Proven]):
         """
         from ..analysis.precise import in_rationals
 
-        K, law = self._gain(), self.request.law
+        K = self._gain()
         self._second_order("displacement z")
-        if law is not None and x0 is not None:
-            rest = self.request.law_parts.rest.astype(float)
-            x0 = rest @ x0 if np.shape(x0) == rest.shape[1:] else x0
+        x0 = self.request.applied.start(x0)
         return self._each(
             lambda d: analysis.simulate(d, K, t, r, w, x0, self.K_A, in_rationals(d, K))
         )

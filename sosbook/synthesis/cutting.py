@@ -127,7 +127,7 @@ class Cuts:
         bilinear in two vertices.
         """
         request, frame, parts = self.lmis.request, self.lmis.frame, []
-        vertices = request.vertices_at(frame)
+        vertices = request.ground.at(frame)
         for name in ("E", "A", "Bu", "Bw"):
             part = np.array([getattr(d, name).ravel() for d in vertices])
             part = part - part.mean(axis=0)

@@ -129,7 +129,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         K = 0 keeps all that is asked already
         the force at one unit is 0 of the stiffness's
         """
-        if self.K is None or self.request.law is not None:
+        if self.K is None or not self.request.law.whole:
             return None
         from .equations import effort_of
 
@@ -330,7 +330,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
         if self.status == "feasible":
             return ""
-        if self.searched is not None or (self.K is None and self._law is not None):
+        if self.request.law.searched and (self.searched or self.K is None):
             advice = later("synthesis.structured.advice")
             more = "" if self.minimized else advice.with_memory(self.request)
             if self.status == "undecided":
@@ -348,8 +348,8 @@ class Design(ClosedLoop["DesignProof"], Solution):
         def helps(request):
             return feasible(request, [r for r in request.requirements if r.key in free])
 
-        if whole.ties and helps(whole.untied()):
-            ties = " and ".join(whole.ties)
+        if whole.sizes.ties and helps(whole.untied()):
+            ties = " and ".join(whole.sizes.ties)
             return f"Leave out {ties} first: there is a design for another value."
         asked = self.request.requirements
         enough = [r for r in asked if helps(whole.without(r))]

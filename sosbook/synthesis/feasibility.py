@@ -74,7 +74,7 @@ def _cause_named(solution):
     from .starting_points import odd_mass
 
     request, known = solution.request, "In floats a " in solution.reason
-    pole = "" if known or request.law is not None else pole_named(request)
+    pole = "" if known or not request.law.whole else pole_named(request)
     mass = ODD_MASS if odd_mass(request) else ""
     reason = " ".join(filter(None, [solution.reason, pole, mass]))
     return replace(solution, reason=reason)

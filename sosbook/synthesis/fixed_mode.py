@@ -63,10 +63,10 @@ class FixedModeRefusal(Refusal):
         return r.words or r.name
 
     @classmethod
-    def of_mode(cls, request, place, part, root, requirement, law=None):
+    def of_mode(cls, request, place, part, root, requirement, how=None):
         """The file for a ``root``, a mode of a `FixedPart` ``part`` at a ``place`` (see
-        `place`) of a ``request``, which breaks a ``requirement``; ``law`` is whose part
-        it is.
+        `place`) of a ``request``, which breaks a ``requirement``; ``how`` is an
+        `OfLaw` that read it.
         """
         h, V = _cyclic(part, root)
         requirement = by_matrices(requirement)
@@ -74,7 +74,7 @@ class FixedModeRefusal(Refusal):
             c = _point(root, bits)
             for v in (_witness(requirement, complex(*map(float, c))), []):
                 data = cls.contents(request, requirement, place, h, V, c, v)
-                proof = cls.of(data if law is None else data | law.data())
+                proof = cls.of(data if how is None else data | how.data())
                 if proof.proven:
                     return proof
         return proof
@@ -127,10 +127,10 @@ def parts_data(parts):
     return {name: fractions(getattr(parts, name)) for name in LAW}
 
 
-def plant_at(request, place, law=None):
+def plant_at(request, place, how=None):
     """E, A, B in rationals at a ``place`` of a ``request``: the vertex (k, k), or
-    halfway between (i, j). With a given gain there are no columns in B; ``law`` is an
-    `OfLaw`.
+    halfway between (i, j). With a given gain there are no columns in B; ``how``
+    is an `OfLaw` that reads it.
     """
     first, *other = request.vertices_in(exact, dict.fromkeys(place))
     E, A, B = first.E, first.A, first.Bu
@@ -139,7 +139,7 @@ def plant_at(request, place, law=None):
         E, A, B = ((x + y) * half for x, y in ((E, j.E), (A, j.A), (B, j.Bu)))
     if request.gain is not None:
         A, B = A + B @ exact(request.gain), B[:, :0]
-    return (E, A, B) if law is None else law.read(replace(first, E=E, A=A, Bu=B))
+    return (E, A, B) if how is None else how.read(replace(first, E=E, A=A, Bu=B))
 
 
 def _places(request):
@@ -152,21 +152,21 @@ def _places(request):
     return places
 
 
-def refuse_by_mode(request, places=None, law=None):
+def refuse_by_mode(request, places=None, how=None):
     """The `FixedModeRefusal` of a ``request`` at some ``places``, see
-    `FixedModeRefusal.place`, or all; None without one. ``law`` is an `OfLaw`, of a
-    request without it.
+    `FixedModeRefusal.place`, or all; None without one. ``how`` is an `OfLaw` that
+    reads the plant of the law's request.
     """
     # whatever else is asked, all claims say that it is stable
     asked = {r.key: r for r in (*request.demands, Stability())}.values()
     for place in _places(request) if places is None else places:
         check_time()
-        part = fixed_part(*plant_at(request, place, law))
+        part = fixed_part(*plant_at(request, place, how))
         for mode in part.modes() if part is not None else ():
             for r in asked:
                 form = r.pole_matrices()
                 if form is not None and mode.inside(*form) is False:
-                    found = place, part, mode, r, law
+                    found = place, part, mode, r, how
                     proof = FixedModeRefusal.of_mode(request, *found)
                     if proof.proven:
                         return proof

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..plants.gain import Gain, GainParts, signals
+from ..plants.gain import Gain, GainParts
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..runtime.later import later
 from .result import Proven, Result
@@ -34,9 +34,7 @@ class Gains(Result[Proven]):
 
         ``design.gain.but(design.certify().K)`` is the proven one.
         """
-        if self._law is not None:
-            return Gain(super()._gain(), self.request.law_parts.signals)
-        return Gain(self._gain(), signals(self.request.plant, self.request.U))
+        return Gain(super()._gain(), self.request.applied.signals)
 
     def controller(
         self,
@@ -117,31 +115,25 @@ class Gains(Result[Proven]):
         """The parts of K by name: K_P, K_D, K_I, or those of the law; {} without K."""
         if self.K is None:
             return GainParts({})
-        plain = self._law is None and getattr(self.request, "K_A", None) is None
+        plain = self.request.law.whole and getattr(self.request, "K_A", None) is None
         return GainParts(self._matrices(), self.gain.signals if plain else ())
-
-    @property
-    def _law(self):
-        return getattr(self.request, "law", None)
 
     @property
     def loop(self) -> Any:
         """The `Loop` of the plant under this gain."""
         plant, (law, K) = self.request.plant, self.its_law()
-        if law is None:
-            law, K = later("laws", "FullState")(self.request.U), super()._gain()
         known = getattr(plant, "sensed", None)
         return later("loops", "Loop")(known.bare if known else plant, law, K)
 
     def its_law(self) -> tuple:
-        """The law and its numbers, for what takes any controller; or None and self."""
-        law = self._law
-        return (None, self) if law is None else (law.given or law, super()._gain())
+        """The law and its numbers, by name where K is the gain of all states."""
+        law = self.request.law
+        return (law, self) if law.whole else (law.given or law, super()._gain())
 
     def _gain(self):
         """The gain from the state to u; with a law its K is another one."""
         K = super()._gain()
-        return K if self._law is None else self.request.state_gain
+        return K if self.request.law.whole else self.request.state_gain
 
     def report(
         self,
@@ -207,18 +199,13 @@ class Gains(Result[Proven]):
         return self._parts()[2]
 
     def _matrices(self):
-        if self._law is not None:
-            form = self._law.structure(self.request.plant)
-            return tuple(form.named(self.K).items())
-        if not isinstance(self.request.plant, (SecondOrderSystem, Polytope)):
-            return (("K", self.K),)
-        return tuple(zip(("K_P", "K_D", "K_I"), self._parts()))
+        return tuple(self.request.applied.named(self.K).items())
 
     def _parts(self):
-        if self._law is not None:
+        if not self.request.law.whole:
             raise ValueError("the gains of a law are gains[name], or K whole")
-        n = self._second_order("K_P, K_D and K_I").n
-        return np.split(self._gain(), [n, 2 * n], axis=1)
+        self._second_order("K_P, K_D and K_I")
+        return list(self.request.applied.named(self._gain()).values())
 
     def _second_order(self, wanted):
         """The plant, or a ValueError if it has no second-order form."""

@@ -53,7 +53,7 @@ class KnownGainProof(GainProof):
         vertices, from 1, as corners of a box, or None; ``cells``, kind, name and cuts
         of each requirement.
         """
-        law = None if request.law is None else parts_data(request.law_parts)
+        law = None if request.law.whole else parts_data(request.applied.parts)
         return {
             **loop_data(request),
             "requirements": [r.untied().data() for r in request.requirements],
@@ -120,9 +120,9 @@ class Joined(Law):
 def _statements(request):
     """The claims beside the requirements; of a law without its words."""
     part = request.plant.reduction
-    for words, r in request.statements():
+    for words, r in request.claims.statements():
         words = words if part is None else part.words + words
-        if request.law is not None:
+        if not request.law.whole:
             said = f" ({request.law.words(request.plant)})"
             words = words.replace(said, "").replace("|K x(t)|", "|u(t)|")
         yield words, r

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..laws import Law
+from ..laws.taken import law_of
 from ..lmi.solution import LMISolution
 from ..plants.controllability import fixed_part
 from ..plants.coupling import coupling_of
@@ -28,7 +29,7 @@ from .design import Design
 from .feasibility import FROM_STATES, answer, follow, guarded
 from .objectives import Unattained, Unfinished, optimum, without_optimum
 from .pid import TIME_LIMIT, design_pid
-from .procedure import given, law_of, without_input
+from .procedure import given, without_input
 from .regularization import Regularization
 from .request import Request
 from .riccati_point import bound_of, riccati_point
@@ -114,21 +115,21 @@ def design_lqr(
     """
     asked = QuadraticCost(Q, R, noise, bound=1.0)
     name = asked.parameter.key
-    if getattr(law, "searched", False):
+    law = law_of(U, law)
+    if law.searched:
         wanted = coupling_of(coupling)
         common = wanted.one_P and wanted.between
         return design_pid(
-            plant, U, region=region, gamma=gamma, saturation=saturation, K_A=K_A,
+            plant, region=region, gamma=gamma, saturation=saturation, K_A=K_A,
             coupling="auto" if common else coupling, mu=mu, slack=slack,
             minimize=name, cost=QuadraticCost(Q, R, noise), law=law,
             requirements=requirements, time_limit=time_limit,
         )  # fmt: skip
-    U, _ = law_of(U, law)
     more = given(region=region, gamma=gamma, saturation=saturation, mu=mu)
     more = asked_once(**more, requirements=requirements)
     request = Request(
         plant,
-        U,
+        law=law,
         K_A=K_A,
         coupling=coupling,
         slack=slack,

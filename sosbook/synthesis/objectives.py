@@ -102,7 +102,7 @@ def optimum(request, objective, gap):
     Unfinished where no minimum is found, or not in time; they hold a point.
 
     A level times an unknown size isn't affine. The requirement whose level is minimised
-    therefore leads (`Request.leader`): its P is the unknown P, and one semidefinite
+    therefore leads (`Sizes.leader`): its P is the unknown P, and one semidefinite
     program finds the optimum and the sizes of the others. With two levels or more it
     finds whether there is anything at all; then the sizes are searched, one by one.
     """
@@ -111,7 +111,7 @@ def optimum(request, objective, gap):
     first = search(probe, free)
     if first.values is None:
         return None, first
-    followers = probe.followers(probe.leader(objective))
+    followers = probe.sizes.followers(probe.sizes.leader(objective))
     searched = [r.size_name for r in followers if r in free]
     try:
         if searched:
@@ -261,7 +261,7 @@ def without_optimum(first):
     proof = first.problem.limit().find().infeasibility
     if proof is not None:
         text = f"Exact multipliers of the LMIs exclude every {names}"
-        text = f"{request.subject(text)}."
+        text = f"{request.sizes.subject(text)}."
         return replace(refusal, status="infeasible", reason=text, infeasibility=proof)
     text = f"No point was found from where {names} could be minimised"
-    return replace(refusal, reason=f"{request.subject(text)}.")
+    return replace(refusal, reason=f"{request.sizes.subject(text)}.")

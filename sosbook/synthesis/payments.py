@@ -35,12 +35,12 @@ def paid(request, blocks, P, Y, own=()):
     H_kl |x_k| |x_l| <= sum H_kl (d_k / d_l) x_k^2, so a diagonal is subtracted. With d
     the root of the block's diagonal the share that is paid doesn't depend on units.
     """
-    if request.near is None:
+    if request.ground.near is None:
         return blocks
-    _, far = request.near.ground(request.vertices, request.described)
+    _, far = request.ground.near.ground(request.vertices, request.described)
     loops, _ = request.loops(P, Y, floats, None, None, {}, own)
     owners, less = {r.key: r for r in request.demands}, dict(blocks)
-    moved = {i: _moving(request.ground[i], far) for i, _ in request.pairs}
+    moved = {i: _moving(request.ground.vertices[i], far) for i, _ in request.pairs}
     for i, d in moved.items():
         found = {}
         for key, r in owners.items():

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from ..laws.taken import taken
 from ..plants.kinds import Plant, Prepared, checked_plant
 from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
@@ -271,16 +272,14 @@ def analyse_pid(
     >>> analyse_pid(loop).certify().claims
     ('every constant or changing plant of the polytope is stable',)
     """
-    from ..laws.taken import taken
-
     if K is None:
         if isinstance(plant, Prepared) or checked_plant(plant).m:
             raise ValueError("K is missing: give the gain to be analysed")
         K = np.zeros((0, checked_plant(plant).order))
-    law, K = taken(plant, K, law)
+    law, K = taken(plant, K, law, U)
     search.taking("backoff", "a given gain")
     return design_asked(
-        plant, U, K_A=K_A, law=law, gain=K, coupling=coupling, slack=slack, mu=mu,
+        plant, None, K_A=K_A, law=law, gain=K, coupling=coupling, slack=slack, mu=mu,
         minimize=minimize, search=search, time_limit=time_limit, region=region,
         gamma=gamma, saturation=saturation, cost=cost, requirements=requirements,
     )  # fmt: skip

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ..laws.taken import law_of
 from ..plants.checks import is_word
 from ..plants.coupling import coupling_of
 from ..requirements.pole_region import LMIRegion
@@ -31,8 +32,8 @@ def design_asked(
     ``time_limit`` and ``maximize`` are as there, ``asked`` are requirements by
     keyword, and ``gain``, (m, N), is known.
     """
-    U, law = law_of(U, law)
-    if law is not None:
+    law = law_of(U, law)
+    if law.searched:
         search.taking("backoff starts seed", "the search of a law's gain")
         coupling = _of_a_law(coupling, mu=mu, slack=slack)
     elif maximize is not None:
@@ -41,14 +42,14 @@ def design_asked(
         search.taking("backoff start prefer", "a design without a law")
     asked = asked_once(**given(mu=mu, **asked))
     objective = objective_of(minimize, asked)
-    if law is not None:
+    if law.searched:
         objective, asked = _one_objective(objective, maximize, asked)
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
     coupling = coupling_of(coupling, slack)
     auto = coupling.chooses
     request = Request(
-        plant, U, K_A=K_A, coupling=coupling, gain=gain, law=law, requirements=asked,
+        plant, K_A=K_A, coupling=coupling, gain=gain, law=law, requirements=asked,
         **given(mu=mu),
     )  # fmt: skip
     if search.start is not None:
@@ -56,7 +57,7 @@ def design_asked(
     task = Task(request, gain, objective, auto, search)
     solution = guarded(request, time_limit, task.solution)
     shown = solution.status == "feasible" or solution.searched is not None
-    if law is not None and gain is None and not shown:
+    if law.searched and gain is None and not shown:
         solution = replace(solution, K=None)
     return Design(**vars(solution))
 
@@ -77,10 +78,10 @@ class Task:
     def solution(self):
         """The Solution: of a law, a minimum, given gains, or the centre."""
         request, objective, known = self.request, self.objective, self.gain is not None
-        if request.law is not None and not known:
+        if request.law.searched and not known:
             by_law = later("synthesis.structured.design", "by_law")
             return by_law(request, objective, self.search)
-        if request.law is not None:
+        if request.law.searched:
             return self._of_given(request)
         free = request.coupling.free
         if objective:
@@ -119,21 +120,6 @@ class Task:
         return found
 
 
-def law_of(U, law):
-    """U and the law, which is None where it is that of the thesis."""
-    if law is None:
-        return U, None
-    if U is not None:
-        raise ValueError("law and U are given: say in the law what is integrated")
-    from ..laws import Law
-
-    if not isinstance(law, Law):
-        raise ValueError(
-            f"law must be a FullState, PIDLaw or DynamicLaw, got {type(law).__name__}"
-        )
-    return (None, law) if law.searched else (law.U, None)
-
-
 def _of_a_law(coupling, **absent):
     """The coupling of a loop with a law, or a ValueError for what it hasn't."""
     for name, value in absent.items():
@@ -170,7 +156,7 @@ def _have_multipliers(request):
     number for mu is about a common P.
     """
     takes = all(r.takes_multipliers for r in request.demands)
-    return len(request.distinct) > 1 and takes and not request.ties
+    return len(request.distinct) > 1 and takes and not request.sizes.ties
 
 
 def given(**asked):

@@ -90,7 +90,9 @@ class DesignProof(Blocks, GainProof):
         owned = {}
         for name in blocks:
             owned.setdefault(name.requirement, []).append(name)
-        said = [(words, owned.get(r.key, ())) for words, r in request.statements()]
+        said = [
+            (words, owned.get(r.key, ())) for words, r in request.claims.statements()
+        ]
         return again, Examined.of(blocks, said)
 
     @classmethod
@@ -139,7 +141,7 @@ def _shapes(request, known):
     """Shapes of a proof's matrices: P, V, the own ones, and sizes that it knows;
     whatever its size is, a requirement's P proves it: see `Request.blocks`.
     """
-    sizes = {r.size_name: (1, 1) for r in request.sized}
+    sizes = {r.size_name: (1, 1) for r in request.sizes.fixing}
     shapes = {u.name: u.shape for u in request.unknowns() if u.name != "Y"}
     shapes = {name: shape for name, shape in shapes.items() if name not in sizes}
     return shapes | {name: shape for name, shape in sizes.items() if name in known}
@@ -183,7 +185,7 @@ def prove(request, K, P, digits=6, V=None, own=None):
 def _recorded(request):
     """The request as a file holds it, built again from the primary data."""
     again = read_request(request_data(request))
-    for mine, read in zip(request.certain, again.certain, strict=True):
+    for mine, read in zip(request.ground.certain, again.ground.certain, strict=True):
         for name in MATRICES:
             if not np.array_equal(getattr(mine, name), getattr(read, name)):
                 raise ValueError(f"a proof file can't hold {name} of this plant")
@@ -192,7 +194,7 @@ def _recorded(request):
 
 def claims(request):
     """The claims that positive definite blocks of a request prove, in words."""
-    return tuple(words for words, _ in request.statements())
+    return tuple(words for words, _ in request.claims.statements())
 
 
 class DesignRefusal(Blocks, MultiplierRefusal):
@@ -203,7 +205,7 @@ class DesignRefusal(Blocks, MultiplierRefusal):
     @property
     def condition(self):
         """The condition of the refusal: "for mu = 1"; else empty."""
-        return read_request(self.data, gain=self.data["K"]).condition
+        return read_request(self.data, gain=self.data["K"]).sizes.condition
 
     @classmethod
     def rebuilt(cls, data):
@@ -219,7 +221,7 @@ class DesignRefusal(Blocks, MultiplierRefusal):
         """The data of the file for a request in a frame, without the multipliers."""
         free = request.gain is None
         return {
-            "claims": [excluding(free, claims(request), request.condition)],
+            "claims": [excluding(free, claims(request), request.sizes.condition)],
             **request_data(request),
             "K": None if free else decimals(request.gain),
             "coordinates": frame_data(frame),

@@ -1,51 +1,57 @@
 """A plant and what is asked of its loop, as LMI blocks."""
 
+import re
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ..exact.definite import exact
-from ..language import Affine
+from ..language import Affine, Unknown
+from ..laws.full_state import NO_MATRICES
+from ..laws.taken import law_of
 from ..lmi.text import floats
 from ..plants.checks import matrix
 from ..plants.coupling import Coupling, OneP, VerticesOnly, coupling_of
-from ..plants.descriptor import Descriptor, descriptors, mean_descriptor, twins
+from ..plants.descriptor import mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import gain_of
 from ..plants.kinds import Prepared, checked_plant
-from ..plants.near_box import NearBox
 from ..requirements.blocks import BlockTable
-from ..requirements.posed import OnDemand, PosedLoop
+from ..requirements.posed import PosedLoop
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
 from ..runtime.read_only import ReadOnly, put
-from .derived import Derived
+from ..runtime.time_limit import check_time_of_eigenvalues
+from .claims import Claims
+from .ground import Ground
 from .pair_stacks import blocks_of_pairs
+from .quotient import affine_in_quotient
+from .sizes import Sizes
 
 ONE_P = OneP()
+MADE_AGAIN = "apart", "claims", "sizes"
+RESERVED = re.compile(r"P|P \d+|V|Y|size for .*")  # names of a request's unknowns
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Request(Shorthand, Derived, ReadOnly):
+class Request(Shorthand, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks. ``plant``, ``U``,
     ``K_A``, ``coupling``, ``slack`` and ``law`` are as in `design_pid`, where "auto" is
     the first that it tries; a `Coupling` is kept, whatever was given, and holds the
-    scalar ``slack``; ``asked`` and ``more`` are shorthand for requirements, see
-    `collected`. ``gain``, (m, N), is the K of `analyse_pid`; with a law it is what
-    multiplies its signals, zero where none is given.
+    scalar ``slack``, and a `Law`, which holds U; ``asked`` and ``more`` are shorthand
+    for requirements, see `collected`. ``gain`` is the K of `analyse_pid`; of a law that
+    measures less than the state it is zero where none is given.
     """
 
     plant: Any
-    U: np.ndarray | None = None
     requirements: tuple = ()
     K_A: np.ndarray | None = None
     coupling: Coupling = ONE_P
     gain: np.ndarray | None = None
     law: Any = None
+    applied: Any = field(init=False)
     vertices: tuple = field(init=False)
-    near: NearBox | None = field(init=False)
+    ground: Ground = field(init=False)
     pairs: list = field(init=False)
 
     def __init__(
@@ -64,33 +70,25 @@ class Request(Shorthand, Derived, ReadOnly):
         if isinstance(plant, Prepared):
             plant, K_A = plant.applied(K_A)
         plant = checked_plant(plant)
-        no_requirement("U", U)
-        if not isinstance(plant, DescriptorSystem):  # which takes neither
-            U = None if U is None else matrix("U", U, (None, plant.n))
-            K_A = None if K_A is None else matrix("K_A", K_A, (plant.m, plant.n))
+        law = law_of(U, law)
+        no_requirement("U", law.U)
+        plant, law = law.on(plant)
+        if K_A is not None:
+            if isinstance(plant, DescriptorSystem):
+                late = "K_A is given with a law of late sensors: leave one out"
+                raise ValueError(late if plant.sensed else NO_MATRICES)
+            K_A = matrix("K_A", K_A, (plant.m, plant.n))
         coupling = coupling_of(coupling, slack)
-        wanted = collected(*asked, **more)
-        if law is not None:
-            plant, law = law.on(plant)
-            if K_A is not None and isinstance(plant, DescriptorSystem):
-                raise ValueError(
-                    "K_A is given with a law of late sensors: leave one out"
-                )
-        put(self, plant=plant, U=U, K_A=K_A, coupling=coupling, law=law)
-        if law is not None:
-            wanted = tuple(map(self.of_loop, wanted))
-        put(self, requirements=wanted)
-        if law is not None:
-            gain = law.gain(plant, gain)
-        elif isinstance(plant, DescriptorSystem):
-            self._check_system(gain)
-        put(self, gain=gain)
+        put(self, plant=plant, K_A=K_A, coupling=coupling, law=law)
+        put(self, applied=law.applied(plant))
+        wanted = tuple(map(self.applied.asked, collected(*asked, **more)))
+        put(self, requirements=wanted, gain=self.applied.gain(gain))
         put(self, vertices=self.described(plant))
-        put(self, near=self._near_box())
-        put(self, pairs=tuple(self._pairs_of(coupling)))
+        put(self, ground=Ground.of(self))
+        put(self, pairs=tuple(self.pairs_of(coupling)))
         if coupling.chooses:
             coupling = coupling.settled(self)
-            put(self, coupling=coupling, pairs=tuple(self._pairs_of(coupling)))
+            put(self, coupling=coupling, pairs=tuple(self.pairs_of(coupling)))
         for r in self.requirements:
             sane_name(r.name)
             if not r.owns_its_kind:
@@ -98,58 +96,29 @@ class Request(Shorthand, Derived, ReadOnly):
                     f"{type(r).__name__} has no kind of its own: write kind = ... into "
                     "the body of its class, and its proofs can be files"
                 )
-        if law is None and gain is not None:
-            gain = matrix("K", gain_of(gain, plant, U), (plant.m, self.order))
-        coupling.check(gain)
-        put(self, gain=gain)
+        coupling.check(self.gain)
         for r in self.requirements:
             r.check(self)
         self._check_unknowns()
 
-    def _check_system(self, gain):
-        if self.U is not None or self.K_A is not None:
-            raise ValueError(
-                "a DescriptorSystem takes no U and no K_A: put them into its matrices"
-            )
-        if self.plant.m == 0 and gain is None:
-            raise ValueError(
-                "plant has no B, so there is nothing to design: give B, "
-                "or analyse the loop as it is, analyse_pid(plant)"
-            )
-
     def described(self, plant):
         """The `Descriptor` of each vertex of another ``plant`` of these shapes."""
-        if self.law is not None:
-            return self.law_parts.vertices(plant, self.gain, self.K_A)
-        if isinstance(plant, Descriptor):
-            return (plant,)
-        if isinstance(plant, DescriptorSystem):
-            return plant.vertices
-        return descriptors(plant, self.U, self.K_A)
+        return self.applied.vertices(plant, self.gain, self.K_A)
 
-    @cached_property
-    def law_parts(self):
-        """The matrices that the law joins to the plant."""
-        return self.law.parts(self.plant)
-
-    def of_loop(self, r):
-        """The requirement on the loop with the law that a requirement ``r`` of the
-        plant makes.
-        """
-        from ..plants.sensed import asked_of
-
-        return asked_of(self.plant, r).joined(self.law_parts)
+    @property
+    def U(self):
+        """Which errors are integrated beside the whole state, (a, n), or None."""
+        return self.law.U
 
     @cached_property
     def exact_gain(self):
         """The gain from the state to u in rationals, whatever the law."""
-        K = exact(self.gain)
-        return K if self.law is None else self.law_parts.state_gain(K)
+        return self.applied.exact_gain(self.gain)
 
     @cached_property
     def state_gain(self):
         """The gain from the state to u in floats."""
-        return self.gain if self.law is None else self.exact_gain.astype(float)
+        return self.applied.state_gain(self.gain)
 
     @property
     def order(self):
@@ -174,12 +143,70 @@ class Request(Shorthand, Derived, ReadOnly):
     @cached_property
     def distinct(self):
         """Indices of the vertices, without those that repeat another one."""
-        return sorted(set(twins(self.certain)))
+        return sorted(set(twins(self.ground.certain)))
 
     @cached_property
     def mean(self):
         """The mean vertex, or the first one: see `mean_descriptor`."""
         return mean_descriptor([self.vertices[i] for i in self.distinct])
+
+    @cached_property
+    def claims(self):
+        """The `Claims` of its blocks."""
+        return Claims(self)
+
+    @cached_property
+    def sizes(self):
+        """The `Sizes` of P."""
+        return Sizes(self)
+
+    @property
+    def at_corners(self):
+        """True if the vertices are the corners of ranges, and nothing else is meant."""
+        return self.plant.family is not None and self.plant.family.multi_affine
+
+    def pairs_of(self, coupling):
+        """Indices of the pairs of vertices whose blocks a ``coupling`` needs here."""
+        authors = [r for r in self.requirements if not r.of_package]
+        quotient = all(r.affine_in_quotient for r in self.requirements)
+        pairs = coupling.pairs(self.ground.certain, quotient, self.at_corners)
+        if quotient and authors:  # what is left out must be more than their word
+            every = coupling.pairs(self.ground.certain, False)
+            if every != pairs and not all(affine_in_quotient(r, self) for r in authors):
+                return every
+        return pairs
+
+    @cached_property
+    def demands(self):
+        """The requirements in the order of their blocks, those with unknowns of their
+        own first; stability joins.
+        """
+        stable, *others = self.claims.owners
+        asked = {r.key: r for r in others}
+        if stable.key not in asked:
+            asked = {stable.key: stable} | asked
+        return tuple(sorted(asked.values(), key=lambda r: not r.unknowns(self)))
+
+    @property
+    def of_poles(self):
+        """The `demands` that are regions of the poles."""
+        return [r for r in self.demands if r.pole_matrices() is not None]
+
+    def kept_by(self, K, some):
+        """True if the loops of the vertices keep ``some`` demands under ``K``."""
+        loops = self.vertices
+        return all(r.kept(r.truth(loops, K, self.K_A)) > 0 for r in some)
+
+    @cached_property
+    def typical_rate(self):
+        """A typical angular frequency of the closed loop, in rad/s."""
+        rates = filter(None, (r.rate() for r in self.parts))
+        rank, rate = min(rates, default=(2, 1.0))
+        if rank < 2:
+            return rate
+        A, _, _ = self.mean.state_space()
+        check_time_of_eigenvalues(len(A))
+        return np.abs(np.linalg.eigvals(A)).max() or rate
 
     def blocks(
         self, P, Y, number=floats, frame=None, V=None, levels=(), own=(), pairs=None
@@ -213,7 +240,7 @@ class Request(Shorthand, Derived, ReadOnly):
 
         leading = [r for r in self.demands if r.unknowns(self)]
         add(self.coupling.once(P))
-        for r in self.sized:
+        for r in self.sizes.fixing:
             s = sizes.get(r.key)
             if hasattr(s, "shape"):  # a number is known to be positive
                 table.add(r, r.size_name, (), s)
@@ -228,13 +255,88 @@ class Request(Shorthand, Derived, ReadOnly):
         ``number``, ``frame``, ``V``, ``levels`` and ``own`` are as in `blocks`.
         """
         own = dict(own)
-        sizes = {r.key: own.pop(r.size_name) for r in self.sized if r.size_name in own}
+        fixing = self.sizes.fixing
+        sizes = {r.key: own.pop(r.size_name) for r in fixing if r.size_name in own}
         whole = PosedLoop(self, number, frame, P, Y, V, levels, own)
         loops = {
             r.key: _measured(whole.seen_by(r), r, sizes.get(r.key))
             for r in self.demands
         }
         return loops, sizes
+
+    def unknowns(self, levels=()):
+        """Unknowns P, Y (P alone if the gain is given), sizes, the own ones, which a
+        requirement's size multiplies; with a slack matrix P 1, P 2, ..., V, Y and so
+        on. ``levels`` are as in `Sizes.leader`.
+        """
+        unknowns = self.coupling.unknowns(twins(self.ground.certain), self.order)
+        if self.gain is None:
+            unknowns.append(Unknown("Y", self.plant.m, self.order))
+        for r in self.sizes.followers(self.sizes.leader(levels)):
+            unknowns.append(Unknown(r.size_name, 1))
+        unknowns.extend(u for _, u in self.owned)
+        names = [u.name for u in unknowns]
+        if len(set(names)) < len(names):
+            raise ValueError(f"two unknowns have one name: {names}")
+        return unknowns
+
+    @property
+    def owned(self):
+        """(r, u) of each own unknown u of a requirement r, as `demands` has them."""
+        return [(r, u) for r in self.demands for u in r.unknowns(self)]
+
+    def _check_unknowns(self):
+        """A ValueError where a requirement's own unknown has a name that is taken."""
+        for r in self.requirements:
+            for name in (sane_name(u.name) for u in r.unknowns(self)):
+                if RESERVED.fullmatch(name):
+                    raise ValueError(
+                        f"{r.words}: an unknown of its own is called {name!r}, which "
+                        "is one of every problem: give it another name"
+                    )
+
+    @cached_property
+    def lyapunov(self):
+        """Names of the unknown Lyapunov matrices; equal vertices share one."""
+        return self.coupling.lyapunov(twins(self.ground.certain))
+
+    def in_unknowns(self, frame, number=floats, levels=(), sizes=(), pairs=None):
+        """`blocks` by name in the `unknowns`, which come, too. ``frame``, ``number``,
+        ``levels`` and ``pairs`` are as there; ``sizes`` has numbers for some of the
+        unknown sizes.
+        """
+        unknowns = self.unknowns(levels)
+        unknowns = [u for u in unknowns if u.name not in sizes]
+        values = {u.name: u for u in unknowns} | dict(sizes)
+        return self.blocks_at(values, number, frame, levels, pairs), unknowns
+
+    def blocks_at(self, values, number=floats, frame=None, levels=(), pairs=None):
+        """`blocks` for ``values`` of the `unknowns` by name; ``number``, ``frame``,
+        ``levels`` and ``pairs`` are as there.
+        """
+        P, Y, V, own = self.taken_apart(values, number, frame)
+        return self.blocks(P, Y, number, frame, V, levels, own, pairs)
+
+    def taken_apart(self, values, number=floats, frame=None):
+        """P, Y, V and own of ``values`` by name, as `blocks` takes them with ``number``
+        and ``frame``.
+        """
+        names = self.lyapunov
+        P, of_K = [values[name] for name in names], self.coupling.divisor(values)
+        values = {name: x for name, x in values.items() if name not in names}
+        for name, unit in () if frame is None else frame.own.items():
+            if name in values:
+                values[name] = values[name] * number(np.array(unit)).item()
+        V = values.pop("V", None)
+        if self.gain is None:
+            Y = values.pop("Y")
+        else:
+            K = number(self.gain)
+            if frame is not None:
+                scale = number(np.array(frame.scale)).item()
+                K = K @ number(frame.T) / scale
+            Y = K @ of_K.T
+        return self.coupling.given(P), Y, V, values
 
     def vertices_in(self, number, which=None):
         """Those of the indices ``which``, or all, in the arithmetic of ``number``,
@@ -243,32 +345,8 @@ class Request(Shorthand, Derived, ReadOnly):
         which = range(len(self.vertices)) if which is None else which
         return [self.vertices[k].map(number) for k in which]
 
-    def vertices_at(self, frame, number=floats):
-        """The vertices in the coordinates of a ``frame``, or in the plant's own: in
-        floats made once for each frame, in another arithmetic of ``number`` those that
-        are asked for.
-        """
-        if number is floats and frame in self._moved:
-            return self._moved[frame]
-        factors = () if frame is None else (frame.left, frame.T, frame.scale)
-        factors = [number(np.array(f)) for f in factors]
-
-        def make(k):
-            d = self.ground[k].map(number)
-            if frame is None:
-                return d
-            left, T, scale = factors
-            return d.change(left, T, scale.item())
-
-        made = OnDemand(make, len(self.vertices))
-        return self._moved.setdefault(frame, list(made)) if number is floats else made
-
-    @cached_property
-    def _moved(self):
-        return {}
-
     def __getstate__(self):  # what is made again isn't stored
-        return {k: x for k, x in vars(self).items() if k not in ("_moved", "apart")}
+        return {k: x for k, x in vars(self).items() if k not in MADE_AGAIN}
 
     def owner(self, name):
         """The requirement that a parameter of this name belongs to."""
@@ -278,6 +356,10 @@ class Request(Shorthand, Derived, ReadOnly):
     def with_bounds(self, values):
         """The request with other bounds, the ``values`` of parameters by name."""
         return replace(self, requirements=moved(self.requirements, values))
+
+    def untied(self):
+        """The request in which each requirement's P has its own size."""
+        return replace(self, requirements=tuple(r.untied() for r in self.requirements))
 
     def without(self, one):
         """The request less one requirement: the object or its name."""

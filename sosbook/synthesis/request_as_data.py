@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..exact.rational import decimals, read_array, read_number
+from ..laws.taken import law_of
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
 from ..plants.near_box import NearBox
@@ -16,7 +17,7 @@ def request_data(request):
         **loop_data(request),
         **request.coupling.data(request),
         "requirements": [r.data() for r in request.requirements],
-        **({} if request.near is None else {"box": request.near.data()}),
+        **({} if request.ground.near is None else {"box": request.ground.near.data()}),
     }
 
 
@@ -29,15 +30,15 @@ def read_request(data, gain=None, law=None):
     if "box" in data:
         NearBox.read(plant, data["box"])
     U, K_A = data["U"], data["K_A"]
+    law = law_of(read_array(U, None, plant.n) if U else None, law)
     if gain is not None or plant.m == 0:
         gain = (
             np.zeros((0, plant.order))
             if plant.m == 0
-            else read_array(gain, None if law else plant.m, None)
+            else read_array(gain, plant.m if law.whole else None, None)
         )
     return Request(
         plant,
-        read_array(U, None, plant.n) if U else None,
         K_A=None if K_A is None else read_array(K_A, plant.m, plant.n),
         coupling=data["coupling"],
         slack=None if data["epsilon"] is None else read_number(data["epsilon"]),

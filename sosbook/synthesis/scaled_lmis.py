@@ -119,7 +119,7 @@ class ScaledLMIs(LMIProblem):
         request, frame = self.request, self.frame
         if len(request.vertices) > 1 or request.gain is not None:
             return
-        (d,) = request.vertices_at(frame)
+        (d,) = request.ground.at(frame)
         A, *_ = d.state_space()
         check_time_of_eigenvalues(len(A))
         modes, vectors = np.linalg.eig(A)
@@ -177,7 +177,10 @@ class ScaledLMIs(LMIProblem):
         request = request or self.request
         natural = self.in_plant_units(values)
         K, P, Y, V, own = (natural[name] for name in ("K", "P", "Y", "V", "own"))
-        many = len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS and request.near is None
+        many = (
+            len(request.pairs) > CUTTING_PLANE_ABOVE_PAIRS
+            and request.ground.near is None
+        )
         if V is None and many:
             margins = named_margins(request, P, Y, own)
         else:
@@ -195,11 +198,14 @@ class ScaledLMIs(LMIProblem):
 
     def in_plant_units(self, values):
         """K, P, Y, V and own of ``values`` in the plant's units, as in `Solution`. P is
-        that of the last requirement in `Request.sized`; the sizes are relative to it.
+        that of the last requirement in `Sizes.fixing`; the sizes are relative to it.
         """
         request, frame, K = self.request, self.frame, self.gain(values)
         one = np.ones((1, 1))
-        size = {r.size_name: values.get(r.size_name, one).item() for r in request.sized}
+        size = {
+            r.size_name: values.get(r.size_name, one).item()
+            for r in request.sizes.fixing
+        }
         natural = {n: s / frame.sizes.get(n, 1.0) ** 2 for n, s in size.items()}
         *others, shrink = natural.values() or [1.0]
         T, coupling = frame.T, request.coupling
@@ -212,7 +218,7 @@ class ScaledLMIs(LMIProblem):
             * frame.own.get(u.name, 1.0)
             for r, u in request.owned
         }
-        if not request.ties:
+        if not request.sizes.ties:
             own.update({n: np.array([[s / shrink]]) for n, s in zip(natural, others)})
         Y = K @ coupling.divisor({"P": P[0], "V": V}).T
         return dict(K=K, P=np.asarray(coupling.given(P)), Y=Y, V=V, own=own)
@@ -236,16 +242,15 @@ class ScaledLMIs(LMIProblem):
     def led(self, values, request):
         """A point of free levels, ``values``, as one of the same ``request`` with
         bounds that it keeps: the LMIs in a frame in which the unknown P is that of
-        ``request.leader()``, and their unknowns by name, all divided by the leader's
-        size.
+        `Sizes.leader`, and their unknowns by name, all divided by the leader's size.
         """
-        frame, leader = self.frame, request.leader()
-        before = request.leader(self.units)
-        if leader is not before and request.followers(leader):
+        frame, leader = self.frame, request.sizes.leader()
+        before = request.sizes.leader(self.units)
+        if leader is not before and request.sizes.followers(leader):
             values = values | {before.size_name: np.ones((1, 1))}
             size, unit = values[leader.size_name].item(), frame.sizes[leader.size_name]
             units = {before.size_name: 1.0} | frame.sizes
-            followers = [r.size_name for r in request.followers(leader)]
+            followers = [r.size_name for r in request.sizes.followers(leader)]
             frame = replace(
                 frame.times(unit),
                 sizes={name: units[name] / unit for name in followers},

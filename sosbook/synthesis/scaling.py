@@ -9,6 +9,7 @@ from ..analysis.riccati import balanced_units, lyapunov, riccati
 from ..exact.definite import round_digits
 from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
+from ..requirements.cost import QuadraticCost
 from ..requirements.magnitudes import Magnitudes
 from ..runtime.read_only import ReadOnly
 
@@ -55,14 +56,14 @@ class Frame(ReadOnly):
     @classmethod
     def of(cls, request, levels=()):
         """The frame of a ``request``, from the Riccati equation of the mean vertex;
-        ``levels`` are as in `Request.leader`.
+        ``levels`` are as in `Sizes.leader`.
         """
         mean = _typical(request)
         A, B, _ = mean.state_space()
         omega = request.typical_rate
         for r in request.requirements:
-            if r.riccati() is not None:
-                return cls._of_riccati(request, A, B, *r.riccati(), levels)
+            if isinstance(r, QuadraticCost):
+                return cls._of_riccati(request, A, B, r.Q, r.R, levels)
         if request.plant.m == 0:
             return cls._of_loop(request, A, levels)
         weight = _energy(request, omega)
@@ -96,7 +97,7 @@ class Frame(ReadOnly):
             T = np.linalg.inv(np.linalg.cholesky(X)).T
         except np.linalg.LinAlgError:  # a mode that no weight sees
             return cls.at(request, np.eye(len(A)), 1.0, None, levels)
-        if request.followers(request.leader(levels)):
+        if request.sizes.followers(request.sizes.leader(levels)):
             T = T * np.sqrt(_size(request, T, levels))
         gain = -np.linalg.solve(R, B.T @ X)
         scale = np.linalg.norm(gain @ T, 2) or 1.0
@@ -182,10 +183,10 @@ def _plain(request, T):
 
 def _reaches(request, T):
     """How large each requirement's P must be in coordinates T, roughly."""
-    if not request.sized:
+    if not request.sizes.fixing:
         return {}
     frame = _plain(request, T)
-    return {r: 2 * Magnitudes(r, request, frame).P or 1.0 for r in request.sized}
+    return {r: 2 * Magnitudes(r, request, frame).P or 1.0 for r in request.sizes.fixing}
 
 
 def _own(request, T):
@@ -201,16 +202,16 @@ def _own(request, T):
 
 def _size(request, T, levels):
     """How large the unknown P must be in coordinates T, roughly."""
-    reaches, leader = _reaches(request, T), request.leader(levels)
-    if request.followers(leader):
+    reaches, leader = _reaches(request, T), request.sizes.leader(levels)
+    if request.sizes.followers(leader):
         return reaches[leader]
     return max(reaches.values(), default=1.0)
 
 
 def _sizes(request, T, levels):
     """See `Frame.sizes`; two digits keep exact arithmetic short."""
-    leader = request.leader(levels)
-    followers = request.followers(leader)
+    leader = request.sizes.leader(levels)
+    followers = request.sizes.followers(leader)
     if not followers:
         return {}
     reaches = _reaches(request, T)
@@ -249,12 +250,12 @@ def _energy(request, omega):
 def in_unknowns_of(request, frame, solution, levels=()):
     """Values of a ``request``'s unknowns in a ``frame``, from a ``solution`` of the
     same shape and unknowns; None if it lacks some. The inverse of
-    `ScaledLMIs.in_plant_units`; ``levels`` are as in `Request.leader`.
+    `ScaledLMIs.in_plant_units`; ``levels`` are as in `Sizes.leader`.
     """
-    leader, known = request.leader(levels), solution.own or {}
-    followers = request.followers(leader)
+    leader, known = request.sizes.leader(levels), solution.own or {}
+    followers = request.sizes.followers(leader)
     if followers:
-        known = {request.sized[-1].size_name: np.ones((1, 1))} | known
+        known = {request.sizes.fixing[-1].size_name: np.ones((1, 1))} | known
     try:
         first = known[leader.size_name].item() if followers else 1.0
         size = {

@@ -230,7 +230,7 @@ def or_with_slack(first, request, objective, backoff, prefer):
     own = all(r.takes_slack for r in request.demands)
     if request.coupling.own_P:
         return replace(first, reason=f"{NO_ONE_P} {first.reason or ''}".strip())
-    several = own and len(request.distinct) > 1 and not request.ties
+    several = own and len(request.distinct) > 1 and not request.sizes.ties
     family = request.plant.family
     rivals = objective and family is not None and not family.straight
     if (first.status == "feasible" and not rivals) or not several:

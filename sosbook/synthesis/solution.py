@@ -48,4 +48,4 @@ class Solution(ReadOnly):
         """The condition of "infeasible": "for mu = 1"; else empty."""
         if self.status == "infeasible" and not self.minimized:
             return getattr(self.infeasibility, "condition", "")
-        return self.asked.condition
+        return self.asked.sizes.condition

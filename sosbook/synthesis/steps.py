@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..requirements.hinf import HInfinity
 from ..runtime.later import later
 from .payments import NOT_PAID
 from .request import Request
@@ -74,7 +75,7 @@ class Case:
         if self.poor is not None:
             least = min(self.poor.margins, key=self.poor.margins.get)
             margin = self.poor.margins[least]
-            paid = self.request.near is None
+            paid = self.request.ground.near is None
             text = TOO_NEAR.format(margin, str(least)) if paid else NOT_PAID
             if margin < -ROUNDING_MARGIN:  # no point at all
                 return self.left(f"{text} {tried}")
@@ -161,19 +162,20 @@ def by_multipliers(case):
     request, proof = case.request, case.first.infeasibility
     if proof is None:
         return None
-    text = f"{request.subject('Exact multipliers of the LMIs exclude every solution')}."
+    text = "Exact multipliers of the LMIs exclude every solution"
+    text = f"{request.sizes.subject(text)}."
     if len(request.distinct) > 1 and len(request.lyapunov) == 1:
         text = f"{text} {NO_COMMON_P}"
     return case.left(text, "infeasible", proof)
 
 
 def _of_the_state(case):
-    return case.excluded and case.request.law is None  # else K isn't the state's
+    return case.excluded and case.request.law.whole  # else K isn't the state's
 
 
 def _of_a_response(case):
-    bounds = (r.bounds_response() for r in case.request.requirements)
-    return _of_the_state(case) and any(bound is not None for bound in bounds)
+    norms = (isinstance(r, HInfinity) for r in case.request.requirements)
+    return _of_the_state(case) and any(norms)
 
 
 def _between(case):

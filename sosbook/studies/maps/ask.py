@@ -3,6 +3,7 @@
 from copy import copy
 from functools import cached_property, partial
 
+from ...laws.taken import law_of
 from ...lmi.solution import LMISolution
 from ...plants.coupling import coupling_of
 from ...requirements.shorthand import KEYWORDS, bounds, collected, contradictory, moved
@@ -10,7 +11,6 @@ from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
 from ...synthesis.feasibility import find, guarded, refused
 from ...synthesis.pid import TIME_LIMIT, design_pid
-from ...synthesis.procedure import law_of
 from ...synthesis.request import Request
 from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
@@ -24,9 +24,8 @@ class Ask:
 
     def __init__(self, plant, U, asked, options):
         self.plant, self.options = plant, dict(options)
-        self.U, self.law = law_of(U, options.get("law"))
-        if self.law is None:
-            self.options.pop("law", None)
+        self.law = law_of(U, self.options.pop("law", None))
+        if self.law.whole:
             self.options.setdefault("coupling", "pairs")
         names = [name for name in options if name in KEYWORDS and name != "mu"]
         asked = asked | {name: self.options.pop(name) for name in names}
@@ -49,9 +48,11 @@ class Ask:
     def request(self):
         """The `Request` of it all."""
         fixed = {k: v for k, v in self.options.items() if k in ("K_A", "coupling")}
-        if self.law is not None:
-            fixed |= dict(law=self.law, coupling="multipliers")
-        return Request(self.plant, self.U, requirements=self.requirements, **fixed)
+        if self.law.searched:
+            fixed["coupling"] = "multipliers"
+        return Request(
+            self.plant, law=self.law, requirements=self.requirements, **fixed
+        )
 
     @property
     def either(self):
@@ -66,7 +67,9 @@ class Ask:
     def has_trials(self):
         """True if a trial saves something; not where it would be the whole work."""
         plain = not self.options.keys() - {"K_A", "coupling", "mu"}
-        return plain and coupling_of(self.options["coupling"]).one_P and not self.either
+        if self.law.searched or not plain:
+            return False
+        return coupling_of(self.options["coupling"]).one_P and not self.either
 
     def sharpens(self, near):
         """True if the coordinates of a design ``near`` are better than others."""
@@ -114,13 +117,13 @@ class Ask:
         def solved(**coupling):
             asked = moved(self.requirements, values)
             options = self.options | coupling
-            return design_pid(self.plant, self.U, **options, requirements=asked)
+            return design_pid(self.plant, law=self.law, **options, requirements=asked)
 
         if not self.either:
             return solved()
         request = self.at(**values).request()
         first = solved(coupling=request.coupling)
-        own = all(r.takes_slack for r in request.demands) and not request.ties
+        own = all(r.takes_slack for r in request.demands) and not request.sizes.ties
         if first.status == "feasible" or len(request.distinct) == 1 or not own:
             return first
         return solved(coupling="slack")

@@ -110,7 +110,7 @@ class Edge:
         if None in (self.design, self.excluded):
             raise ValueError(f"the edge has one side only: {self.reason}")
         request = self.excluded.request
-        if request.coupling.open or request.law:
+        if request.coupling.open or request.coupling.free:
             raise ValueError(
                 "shares are those of LMIs of the whole polytope: the refusal is one of "
                 "single plants"

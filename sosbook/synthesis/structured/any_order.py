@@ -88,7 +88,7 @@ class AnyOrder(MultiplierRefusal):
         ``given`` by `_problems`.
         """
         one, k = vertex_of(request, d)
-        law = {"law": parts_data(request.law_parts), "requirement": r.data()}
+        law = {"law": parts_data(request.applied.parts), "requirement": r.data()}
         return {**loop_data(one), **law, "vertex": k, **given}
 
 
@@ -98,7 +98,7 @@ def excluded(request, d, r, gamma):
     controller; or None.
     """
     some = slice(None) if r.inputs is None else list(r.inputs)
-    sensors = request.law_parts
+    sensors = request.applied.parts
     r, plant = of_plant_alone(r, d, sensors)
     if r is None:
         return None

@@ -111,7 +111,7 @@ def by_law(request, objective, how):
                         refused, asked_doors = _refused_in_time(request)
                         if refused is not None:
                             return refused
-                    free = request.law_parts.free
+                    free = request.applied.parts.free
                     lower, more = from_lower_orders(task, loops, free, seed)
                     count += more
                     if lower:

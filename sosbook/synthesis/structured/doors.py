@@ -4,6 +4,7 @@ import numpy as np
 
 from ...exact.rational import exact, fractions, inverse
 from ...exact.refusal import Refusal
+from ...requirements.hinf import HInfinity
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
 from ..broken import alone
@@ -36,7 +37,7 @@ class SumOfPoles(Refusal):
         """
         return {
             **loop_data(request),
-            "law": parts_data(request.law_parts),
+            "law": parts_data(request.applied.parts),
             "gains": [fractions(exact(K)) for K in directions],
             "requirement": None if r is None else r.data(),
             "vertex": k,
@@ -66,7 +67,7 @@ def refused_by_sum(request, loops, sought):
     r = max((r for r in asked if r is not sought), key=lambda r: r.bound, default=None)
     sigma = exact(0.0 if r is None else r.bound)  # the loop is stable in any case
     for d in corners_of(request).values():
-        mean = mean_pole(d, request.law_parts, loops.directions)
+        mean = mean_pole(d, request.applied.parts, loops.directions)
         if mean is None or mean + sigma < 0:
             continue
         _, k = vertex_of(request, d)
@@ -81,16 +82,16 @@ def refused_by_mode(request, sought=None):
     Either its motion leaves the sensors still, or the input doesn't reach it, in the
     plant or in that with the law's states; a bound that is ``sought`` refuses nothing.
     """
-    parts = request.law_parts
+    parts = request.applied.parts
     asked = [r for r in request.requirements if r.pole_matrices() and r is not sought]
     for where, d in corners_of(request).items():
         one, k = vertex_of(request, d, tuple(asked))
-        for law, who, why in (
+        for how, who, why in (
             (OfLaw(parts, True), "No controller", "these sensors don't see it"),
             (None, "No controller", "the input doesn't reach it"),
             (OfLaw(parts, False), "No gain of the law", "the input doesn't reach it"),
         ):
-            proof = refuse_by_mode(one, [(k, k)], law)
+            proof = refuse_by_mode(one, [(k, k)], how)
             if proof:
                 text = (
                     f"{who} moves the mode of {where} at {proof.mode:.4g} rad/s: "
@@ -120,7 +121,7 @@ def refused_by_a_door(request, sought=None):
             if sought is not None and (r is sought or r.parameter is sought is SIGMA):
                 continue
             proof, who = _all_of_the_state(request, d, r), "that sees all of the state"
-            if proof is None and r.bounds_response() is not None:
+            if proof is None and isinstance(r, HInfinity):
                 who = "of any order, with these sensors,"
                 proof = excluded(request, d, r, r.bound)
             if proof is not None:
@@ -136,10 +137,10 @@ def _all_of_the_state(request, d, r):
     that can be moved go anywhere, and for the norm see P. P. Khargonekar, I. R.
     Petersen and M. A. Rotea, IEEE Trans. Automat. Control 33, 1988.
     """
-    noisy = (request.law_parts.noise != 0).any()
-    if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
+    noisy = (request.applied.parts.noise != 0).any()
+    if r.pole_matrices() is None and (noisy or not isinstance(r, HInfinity)):
         return None
-    r, whole = of_plant_alone(r, d, request.law_parts)
+    r, whole = of_plant_alone(r, d, request.applied.parts)
     if r is None:
         return None
     one, k = vertex_of(request, d, (r,))

@@ -162,7 +162,7 @@ def corners_of(request):
 
 def loops_of(request):
     """The `MovingGain` of a request with a law, of its corners."""
-    parts, form = request.law_parts, request.law.structure(request.plant)
+    parts, form = request.applied.parts, request.law.structure(request.plant)
     joined = [parts.joined(d).map(_float) for d in corners_of(request).values()]
     return MovingGain(joined, _float(parts.measured), _float(parts.noisy), form)
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ...requirements.hinf import HInfinity
 from ...requirements.lmi_region import LMIRegion
 from ...requirements.vocabulary import SIGMA
 from . import slopes
@@ -68,7 +69,7 @@ LARGEST = 100.0  # units of a free number, where its author sets no limit
 
 
 def _asked_rate(asked):
-    rates = [r.rate() for r in asked if r.rate()]
+    rates = [r.rate() for r in asked if isinstance(r, LMIRegion) and r.rate()]
     return min(rates)[1] if rates and min(rates)[0] < 2 else None
 
 
@@ -153,7 +154,7 @@ class Objective:
 
     def _reached(self, r, K):
         try:
-            if r.bounds_response() is not None:
+            if isinstance(r, HInfinity):
                 return slopes.norm(self.loops, K, r, self.task.m)
             return slopes.reached(self.loops, K, r, self.task.m, self.unit)
         except np.linalg.LinAlgError:  # a pole on the axis, to rounding

@@ -1,0 +1,50 @@
+"""The claims of a request: what its blocks prove, and which requirement's they are."""
+
+from functools import cached_property
+
+from ..plants.coupling import OneP
+from ..plants.kinds import every_plant
+from ..requirements.lmi_region import LMIRegion
+from ..requirements.stability import Stability
+
+
+class Claims:
+    """The statements that the blocks of a ``request`` prove."""
+
+    def __init__(self, request):
+        self.request = request
+
+    @property
+    def covers_polytope(self):
+        """True if the blocks say something about the whole polytope."""
+        request = self.request
+        every = request.coupling.between
+        return every or len(request.pairs) == len(request.pairs_of(OneP()))
+
+    def statements(self):
+        """The statements that the blocks prove: (words, requirement) each, the
+        requirement that demands the blocks which prove it. It is the one place where
+        claims are made: `demands` and the proofs' claims come from here. What exactly
+        repeats an earlier requirement rests on that one's blocks; that an author's
+        class implies stability is no proof of it.
+        """
+        request, N = self.request, len(self.request.vertices)
+        where = every_plant(request.plant, request.coupling.scope)
+        if N > 1 and not self.covers_polytope:
+            where = f"each of the {N} vertices (not the plants between)"
+        under = request.applied.under if request.plant.m else ""
+        said = [f"{where}{under} is stable"]
+        said += [r.statement for r in request.requirements]
+        return list(zip(said, self.owners, strict=True))
+
+    @cached_property
+    def owners(self):
+        """The requirements whose blocks prove stability and what is required."""
+        asked = self.request.requirements
+        implying = (r for r in asked if r.implies_stability)
+        owners = [next((r for r in implying if r.of_package), Stability())]
+        for r in asked:
+            region = r.of_package and isinstance(r, LMIRegion)
+            owned = (o for o in owners[1:] if region and r.repeats(o))
+            owners.append(next(owned, r))
+        return owners
