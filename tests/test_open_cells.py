@@ -167,3 +167,44 @@ def test_the_observer_is_the_printed_one():
     assert_allclose(space["open_L"], space["designs"][1].L, rtol=1e-3)
     least, bound = space["least"].values["J"].item(), space["designs"][1].bound
     assert bound * 0.999 < least < bound
+
+
+def test_a_lent_mass_keeps_the_procedure():
+    """Example 3: with the printed K_A the blocks are those of chapter 7."""
+    chain = thesis.example_3()
+    wanted = chain.requirements | {"K_A": None}
+    (loop,) = descriptors(chain.plant, chain.U, chain.K_A)
+    designed = []
+
+    def ask(K_A):
+        designed.append(sos.design_pid(chain.plant, **wanted | {"K_A": K_A}))
+        return designed[-1]
+
+    space = run("12", 2, wanted=wanted, loop=loop, ask=ask, K_A=chain.K_A)
+    assert_allclose(space["open_K"], designed[0].K, rtol=1e-6)
+
+
+def test_the_arm_s_region_is_kept_at_both_vertices():
+    """Another gain than the call's: a cone. The truth is numpy's eigenvalues."""
+    arm = thesis.example_4()
+    K = run("13", 1, plants=arm.plant, U=arm.U)["open_K"]
+    for d in descriptors(arm.plant, arm.U):
+        loop = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K))
+        assert arm.region.contains(loop)
+    own = sos.design_pid(arm.plant, arm.U, region=arm.region)
+    assert 1e-4 < abs(own.K / K - 1).max() < 0.1
+
+
+def test_the_delay_theorem_in_the_open_is_the_package_s():
+    """The same block at the same point; the gain is certified by the call."""
+    ex = thesis.delay_example_2()
+    given = {"plant": ex.plant, "asked": ex.requirements, "U": ex.U}
+    space = run("20", 2, tau=ex.tau, mu=ex.mu, delta=ex.delta, **given)
+    point, e1, e2 = space["point"], space["e1"], space["e2"]
+    parts = (point.values[x] for x in ["P", "Q", "S", "R1", "R2", "R3", "Z"])
+    times = theorems.Times(ex.tau, ex.mu, ex.delta, e1, e2)
+    F, X, v = point.values["F"], point.values["X"], theorems.Functional(*parts)
+    theirs = theorems.delay_stabilization(space["d"], v, F, X, times, space["a"])
+    ours = point.problem.text.blocks(point.values)["decay"]
+    assert_allclose(theirs, ours, atol=1e-12 * abs(ours).max())
+    assert space["again"].certify().proven
