@@ -14,11 +14,14 @@ from sosbook.laws.base import plain
 from sosbook.plants.reduction import Reduction
 from sosbook.runtime import time_limit as clock
 from sosbook.synthesis import feasibility
+from sosbook.synthesis.request import Request
 from sosbook.synthesis.structured import design as structured
 from sosbook.synthesis.structured import slopes
+from sosbook.synthesis.structured.continuation import further
 from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
 from sosbook.synthesis.structured.moving_gain import loops_of
 from sosbook.synthesis.structured.objective import Objective, Task
+from sosbook.synthesis.structured.search import Found
 from tests.cases import by_hand, campaign
 from tests.test_proof_files import held_against
 
@@ -514,6 +517,34 @@ def test_a_search_goes_on_where_a_norm_is_lost(monkeypatch):
     )
     assert next(asked) > 20 and design.searched is not None
     assert "gave up" not in design.reason
+
+
+def test_a_goal_is_asked_for_more_until_a_twentieth_is_left():
+    for limit, harder in ((1.0, 1), (3.7, 1), (900.0, 1), (0.02, -1)):
+        asked = []
+
+        def ask(level, kappa, limit=limit, harder=harder, asked=asked):
+            asked.append(level)
+            kept = harder * (limit - level) >= 0
+            return Found(np.array([level]) if kept else kappa, 0.5 - kept, 1)
+
+        one = Found(np.ones(1), -1.0, 1)
+        best, ended = further(one, lambda kappa: kappa[0], ask, harder)
+        assert 1 <= (limit / best.kappa[0]) ** harder < 1.05
+        assert ended.missed in asked and (limit > 1 or len(asked) == 1 or harder < 0)
+
+
+@pytest.mark.parametrize("zeta", [1e-4, 0.03, 0.3])
+@pytest.mark.parametrize("omega", [0.3, 981.0])
+def test_the_peak_of_a_damped_mode_is_found_to_many_digits(zeta, omega):
+    """Of 1 / (omega^2 - w^2 + 2 i zeta omega w), by its closed form."""
+    mode = sos.SecondOrderSystem(1, 2 * zeta * omega, omega**2, 1, F=1)
+    law = sos.PIDLaw(position=[[1]])
+    request = Request(mode, requirements=[sos.HInfinity(1.0)], law=law)
+    loops = loops_of(request)
+    value, _ = slopes.norm(loops, 0 * loops.first, request.requirements[0], 1)
+    peak = 1 / (2 * zeta * np.sqrt(1 - zeta**2) * omega**2)
+    assert value == pytest.approx(peak, rel=1e-8, abs=0)
 
 
 def test_free_masses_that_are_seen_badly_are_no_matter_of_units():

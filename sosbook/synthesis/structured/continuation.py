@@ -15,8 +15,8 @@ from . import slopes
 from .objective import DECAY
 from .search import search
 
-MORE = 1.5  # times what was reached is asked for
-HALVINGS = 4  # between what was found and what wasn't, as a ratio
+MORE = 1.05  # times what was reached is asked for, then its square, and so on
+DOUBLINGS = 3  # of the exponent, at most
 HASTY = 20.0  # times the decay: a pole that nobody asked for
 ALIKE = 0.98  # of a limit: such a number is at it
 
@@ -32,27 +32,27 @@ class Ended:
 
 
 def further(best, reached, ask, harder):
-    """(best `Found`, `Ended`) after asking for more than ``best`` reaches as long as it
-    is found, then between. ``reached`` maps free numbers to the goal's value, which
-    ``harder``, 1 or -1, says how to better; ``ask`` maps such a value and the best
-    numbers so far to what is `Found`, whose value is negative where it is kept.
+    """(best `Found`, `Ended`) after asking for a little more than ``best`` reaches, for
+    far more as long as it is found, then between. ``reached`` maps free numbers to the
+    goal's value, which ``harder``, 1 or -1, says how to better; ``ask`` maps such a
+    value and the best numbers so far to what is `Found`, whose value is negative where
+    it is kept.
     """
-    count, ended = best.starts, Ended()
+    count, ended, k = best.starts, Ended(), 0
     try:
-        level, left = reached(best.kappa), HALVINGS
-        while left and np.isfinite(level) and level > 0 and not best.stopped:
-            missed = ended.missed
-            wanted = level * MORE**harder if missed is None else np.sqrt(level * missed)
-            found = ask(float(wanted), best.kappa)
+        level = reached(best.kappa)
+        while k >= 0 and np.isfinite(level) and level > 0 and not best.stopped:
+            wanted = float(level * MORE ** (harder * 2**k))
+            found = ask(wanted, best.kappa)
             count += found.starts
             now = np.nan if found.kappa is None else reached(found.kappa)
             if found.value < 0 and harder * now > harder * level:
                 best, level = found, now
+                k = min(k + 1, DOUBLINGS) if ended.missed is None else k - 1
             elif found.stopped:
                 best = replace(best, stopped=True)
             else:
-                ended = Ended(float(wanted), found.starts)
-            left -= ended.missed is not None
+                ended, k = Ended(wanted, found.starts), k - 1
     except OutOfTime:
         best = replace(best, stopped=True)
     return replace(best, starts=count), ended

@@ -8,35 +8,41 @@ DECREASE, CURVATURE = 1e-4, 0.9  # of the weak Wolfe conditions, as Lewis and Ov
 MOST_TRIALS = 30  # of a line search
 FLAT = 1e-9  # relative decrease of a step that ends the search
 SHORT = 1e-10  # of the largest gradient: the hull of gradients holds zero
+WINDOW = 10  # steps, in which a descent has to win what is worth it
+SHORTER = 8  # times a step along a hull is halved: from the samples' distance on
 
 
-def descend(f, x, steps, enough=-np.inf):
-    """(x, f(x)) after at most so many ``steps`` of BFGS from ``x``, (k,), with a weak
-    Wolfe line search; ``f`` gives value, infinite where there is none, and gradient,
-    and a value of ``enough`` ends it. Source: A. S. Lewis and M. L. Overton, Nonsmooth
-    optimization via quasi-Newton methods, Math. Program. 141, 2013: the weak conditions
-    let a step end behind a kink, and the curvature that it finds there turns the next
-    one along it.
+def descend(f, x, steps, enough=-np.inf, worth=0.0, H=None):
+    """(x, f(x), H) after at most so many ``steps`` of BFGS from ``x``, (k,), with a
+    weak Wolfe line search; ``f`` gives value, infinite where there is none, and
+    gradient, and a value of ``enough`` ends it, as do steps that win less than is
+    ``worth`` it. With ``H``, the inverse Hessian, it goes on later; None where it has
+    ended. Source: A. S. Lewis and M. L. Overton, Nonsmooth optimization via
+    quasi-Newton methods, Math. Program. 141, 2013: the weak conditions let a step end
+    behind a kink, and the curvature that it finds there turns the next one along it.
     """
     value, slope = f(x)
     if not np.isfinite(value):
-        return x, value
-    H, first = np.eye(len(x)), True
+        return x, value, None
+    first, past = H is None, [value]
+    H = np.eye(len(x)) if first else H
     for _ in range(steps):
         check_time()
         if value <= enough:
-            break
+            return x, value, None
+        if len(past) > WINDOW and past[-WINDOW - 1] - value < worth:
+            return x, value, None
         d = -H @ slope
         if slope @ d >= 0:
             H, d = np.eye(len(x)), -slope
         if first:
             d = d / max(1.0, np.linalg.norm(slope))
         if not slope @ d < 0:
-            break
+            return x, value, None
         found = _line(f, x, value, slope, d)
         if found is None:
             if first:
-                break
+                return x, value, None
             H, first = np.eye(len(x)), True  # what it knew of the curves is of no use
             continue
         s, (new, new_value, new_slope) = found[0] - x, found
@@ -48,9 +54,10 @@ def descend(f, x, steps, enough=-np.inf):
             H = V @ H @ V.T + np.outer(s, s) / (s @ y)
         small = value - new_value < FLAT * (1 + abs(value))
         x, value, slope = new, new_value, new_slope
+        past.append(value)
         if small and np.linalg.norm(s) < FLAT * (1 + np.linalg.norm(x)):
-            break
-    return x, value
+            return x, value, None
+    return x, value, H
 
 
 def _line(f, x, value, slope, d):
@@ -71,11 +78,12 @@ def _line(f, x, value, slope, d):
     return kept
 
 
-def refine(f, x, value, rng, rounds):
+def refine(f, x, value, rng, rounds, worth=0.0):
     """(x, f(x)) after at most so many ``rounds`` of steps along the shortest vector in
     the hull of gradients at random points of ``rng`` nearby; ``f`` and ``x`` are as in
-    `descend`, ``value`` that at x. Source: J. V. Burke, A. S. Lewis and M. L. Overton,
-    A robust gradient sampling algorithm, SIAM J. Optim. 15, 2005.
+    `descend`, ``value`` that at x, and a step has to win what is ``worth`` it. Source:
+    J. V. Burke, A. S. Lewis and M. L. Overton, A robust gradient sampling algorithm,
+    SIAM J. Optim. 15, 2005.
     """
     from scipy.optimize import nnls
 
@@ -92,9 +100,9 @@ def refine(f, x, value, rng, rounds):
         size = np.linalg.norm(d)
         if size > SHORT * scale:
             t = 4 * radius / size
-            for _ in range(20):
+            for _ in range(SHORTER):
                 v, _ = f(x + t * d)
-                if np.isfinite(v) and v < value - FLAT * abs(value):
+                if np.isfinite(v) and v < value - max(FLAT * abs(value), worth):
                     x, value, moved = x + t * d, v, True
                     break
                 t /= 2

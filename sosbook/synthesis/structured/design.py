@@ -31,7 +31,7 @@ from .search import search
 
 AGAIN = 3  # searches, each with the worst plants between the vertices
 STARTS = 16  # of the first search
-FEW = 3  # of the others
+FEW = 3  # of the others; none where a goal's search goes on
 DIGITS = 6, 10  # of the free numbers, in the order of trial
 WORSE = 0.01  # a fraction by which a plant between is worse than all vertices
 NEAR = 1e-9  # to a vertex: counted as that
@@ -101,11 +101,12 @@ def by_law(request, objective, how):
             left = time_left()
             seconds = None if np.isinf(left) else max(SEARCH * left, LEAST_TIME)
             with time_limit(seconds):
-                found = search(task, loops, FEW if again else starts, seed, near)
+                some = starts if not again else FEW if goal is None else 0
+                found = search(task, loops, some, seed, near)
                 if bounded and not _keeps(task, loops, found):
                     kept = replace(task, goal=None)
                     count += found.starts
-                    found = search(kept, loops, FEW if again else starts, seed, near)
+                    found = search(kept, loops, some or FEW, seed, near)
                 if not again and not found.stopped and not _kept(found, goal):
                     if goal is None:  # a refusal takes less than lower orders do
                         refused, asked_doors = _refused_in_time(request)

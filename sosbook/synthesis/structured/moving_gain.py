@@ -168,7 +168,7 @@ def loops_of(request):
 
 
 def _float(x):
-    return exact(x).astype(float)
+    return np.asarray(exact(x), float)
 
 
 def vertex_of(request, d, asked=()):

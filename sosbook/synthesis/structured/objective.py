@@ -126,36 +126,36 @@ class Objective:
                 return fast, T
             over = PENALTY * (value + MARGIN)
             return fast + over, T + PENALTY * poles.slope(*where)
-        S = poles.slope(*where)
         if not self.norms:
-            return value, S
+            return value, poles.slope(*where)
         if poles.s.real.max() >= 0:
-            return np.inf, S
-        goal = task.goal
+            return np.inf, 0 * K
+        goal, S = task.goal, None
         for r in task.bounded:
-            level, T = self._level(r, K)
+            level, T = self._level(r, K, poles)
             if level > value:
                 value, S = level, T
         if goal is None:
-            return value, S
-        level, T = self._level(goal, K)
+            return value, poles.slope(*where) if S is None else S
+        level, T = self._level(goal, K, poles)
         if value > -MARGIN:
+            S = poles.slope(*where) if S is None else S
             level, T = level + PENALTY * (value + MARGIN), T + PENALTY * S
         return level, T
 
-    def _level(self, r, K):
+    def _level(self, r, K, poles):
         """The logarithm of what is reached over the bound, and its slope."""
-        reached, S = self._reached(r, K)
+        reached, S = self._reached(r, K, poles)
         if not 0 < reached < np.inf:
             return (-np.inf if reached == 0 else np.inf), 0 * K
         sign = -r.parameter.harder
         bound = 1.0 if r is self.task.goal else r.bound
         return sign * float(np.log(reached / bound)), sign * S / reached
 
-    def _reached(self, r, K):
+    def _reached(self, r, K, poles):
         try:
             if isinstance(r, HInfinity):
-                return slopes.norm(self.loops, K, r, self.task.m)
+                return slopes.norm(self.loops, K, r, self.task.m, poles)
             return slopes.reached(self.loops, K, r, self.task.m, self.unit)
         except np.linalg.LinAlgError:  # a pole on the axis, to rounding
             return np.inf, 0 * K

@@ -53,7 +53,7 @@ def from_lower_orders(task, loops, free, seed):
         part = _Part(loops, of < order, idle)
         known = replace(task, ends=task.ends[:, part.some])
         near = tuple(kappa[part.some] for kappa in near)
-        found = search(known, part, STARTS, seed, near)
+        found = search(known, part, STARTS, seed, near, turns=0)  # it only begins
         count += found.starts
         if found.kappa is None or found.stopped:
             return (), count

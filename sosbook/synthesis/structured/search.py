@@ -20,6 +20,7 @@ NORM_SHARE = 4  # of so many starts one descends in a norm, its poles in place
 BEST = 3  # of these go on
 TURNS = 4  # of sampled gradients and descent, for norms, at the best
 WORTH = 1e-4  # of a norm, as a fraction: what such a turn has to win for another one
+PACE = 3e-6  # of a norm: what a step of a turn, or some of a descent, have to win
 ROUNDS = 30, 8  # of sampled gradients, for poles and for norms
 
 
@@ -40,11 +41,11 @@ class Found:
     stopped: bool = False
 
 
-def search(task, loops, starts, seed, near=(), make=Objective, begin=None):
+def search(task, loops, starts, seed, near=(), make=Objective, begin=None, turns=TURNS):
     """The best `Found` of a ``task`` for the ``loops`` of all plants that count, from
     so many ``starts`` besides those ``near``, free numbers. What is found depends on
     the ``seed`` of numpy's generator and the time alone; ``make`` and ``begin`` make
-    the `Objective` and, as `starting_points`, the starts.
+    the `Objective` and, as `starting_points`, the starts; so many ``turns`` at its end.
     """
     rng = np.random.default_rng(seed)
     bounded = bool(task.bounded) or task.goal not in (None, DECAY)
@@ -60,7 +61,7 @@ def search(task, loops, starts, seed, near=(), make=Objective, begin=None):
         for unit, x in begin(task, loops, starts, rng, near):
             count += 1
             f = function(unit, False)
-            x, value = descend(f, x, STEPS, -ROOM / 5 if bounded else enough)
+            x, value, _ = descend(f, x, STEPS, -ROOM / 5 if bounded else enough)
             if np.isfinite(value):
                 found.append((value, unit, x))
             inside = sum(v < 0 for v, *_ in found)
@@ -76,13 +77,13 @@ def search(task, loops, starts, seed, near=(), make=Objective, begin=None):
         _, unit, x = found[0]
         f = function(unit, bounded)
         value = f(x)[0]
-        for _ in range(TURNS if bounded else 1):
+        for _ in range(turns if bounded else min(turns, 1)):
             if value <= enough or not np.isfinite(value):
                 break
             before = value
-            x, value = refine(f, x, value, rng, ROUNDS[bounded])
+            x, value = refine(f, x, value, rng, ROUNDS[bounded], PACE * bounded)
             if bounded:
-                x, value = descend(f, x, STEPS, enough)
+                x, value, _ = descend(f, x, STEPS, enough, PACE)
             if before - value < WORTH:
                 break
     except OutOfTime:
@@ -110,15 +111,17 @@ def _norms(function, found, enough):
     inside = [entry for entry in found if entry[0] < 0]
     ended = []
     for _, unit, x in inside:
-        x, value = descend(function(unit, True), x, NORM_STEPS, enough)
-        ended.append((value, unit, x))
+        x, value, H = descend(function(unit, True), x, NORM_STEPS, enough, PACE)
+        ended.append((value, unit, x, H))
         if value <= enough:
-            return ended[-1:]
+            break
     ended.sort(key=lambda entry: entry[0])
-    for k, (_, unit, x) in enumerate(ended[:BEST]):
-        x, value = descend(function(unit, True), x, STEPS, enough)
+    for k, (value, unit, x, H) in enumerate(ended[:BEST]):
+        if value > enough and H is not None:
+            f = function(unit, True)
+            x, value, _ = descend(f, x, STEPS, enough, PACE, H)
         ended[k] = value, unit, x
-    return sorted(ended, key=lambda entry: entry[0])
+    return sorted((entry[:3] for entry in ended), key=lambda entry: entry[0])
 
 
 def starting_points(task, loops, count, rng, near):
