@@ -251,7 +251,7 @@ def test_json_python_and_c_ask_the_same(tab, tmp_path, count):
 def test_a_key_that_a_writer_does_not_know_is_an_error(tab):
     """None of the file's keys is left out in silence."""
     schema = json.loads(SCHEMA.read_text("utf-8"))["properties"]
-    strange = {"h2", "maximize", "minimize", "slack", "starts", "seed"}
+    strange = {"h2", "maximize", "minimize", "slack", "search"}
     for name in {*schema} - {"$schema"}:
         words = tab.page.evaluate(
             """name => ["PYTHON", "IN_C"].map(kind => {
@@ -280,7 +280,10 @@ def test_python_without_a_design_says_why(tab, tmp_path, monkeypatch, capsys, ex
     assert names["design"].reason in capsys.readouterr().out
 
 
-def test_the_limit_of_the_file_s_program_is_the_request_s(tab, tmp_path, capsys):
+def test_the_limit_of_the_file_s_program_is_the_request_s(
+    tab, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("sosbook.controllers.report._page", lambda *_: "not read here")
     file = tmp_path / "plant.json"
     tab.page.locator("sos-bench select").select_option("1")
     for box in ("u_max", "clock"):
