@@ -25,7 +25,6 @@ SECTIONS = {
     },
     "small": {  # with those who take finished data
         **dict.fromkeys(("tree", "grid", "modes"), range(1, 7)),
-        **dict.fromkeys(("building", "stations"), range(1, 7)),
         "free chain": (1, 2, 4, 6),
         **dict.fromkeys(("delayed chain", "delayed modes"), range(1, 5)),
         "grounded chain": range(2, 7),

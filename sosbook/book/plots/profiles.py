@@ -116,24 +116,24 @@ def faster(seconds):
 
 def from_data(records):
     """Our seconds, those of the fastest other one who begins with finished data, and
-    what it takes to make these, of each case that both solve.
+    what it takes to make these, by case of those that both solve.
 
     ``records``: as for `times`, with data_s.
 
     >>> one = dict(family="chain", size=2, status="right", cpu_s=0.5, data_s=0.2)
     >>> from_data([one | dict(competitor=name) for name in ("sosbook", "b")])
-    [(0.5, 0.3, 0.2)]
+    {('chain', 2): (0.5, 0.3, 0.2)}
     """
     cases = {}
     for r in records:
         if r["status"] == "right":
             cases.setdefault((r["family"], r["size"]), {})[r["competitor"]] = r
-    found = []
-    for case in cases.values():
+    found = {}
+    for name, case in cases.items():
         ours = case.pop(OURS, None)
         if ours and case:
             beside = [(r["cpu_s"] - r["data_s"], r["data_s"]) for r in case.values()]
-            found.append((ours["cpu_s"], *min(beside)))
+            found[name] = (ours["cpu_s"], *min(beside))
     return found
 
 
