@@ -25,7 +25,6 @@ from ..runtime.time_limit import check_time_of_eigenvalues
 from .claims import Claims
 from .ground import Ground
 from .pair_stacks import blocks_of_pairs
-from .quotient import affine_in_quotient
 from .sizes import Sizes
 
 ONE_P = OneP()
@@ -171,6 +170,8 @@ class Request(Shorthand, ReadOnly):
         quotient = all(r.affine_in_quotient for r in self.requirements)
         pairs = coupling.pairs(self.ground.certain, quotient, self.at_corners)
         if quotient and authors:  # what is left out must be more than their word
+            from .quotient import affine_in_quotient
+
             every = coupling.pairs(self.ground.certain, False)
             if every != pairs and not all(affine_in_quotient(r, self) for r in authors):
                 return every
