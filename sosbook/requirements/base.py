@@ -277,6 +277,14 @@ class Requirement(OfKind, ABC, ReadOnly):
         """
         return self.truth(loops, K, K_A)
 
+    def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
+        """Derivatives of `reached`, for a search of gains; None: it takes differences.
+
+        Of one stable loop ``d`` under u = ``K`` x: in E^-1 (A + B_u K), in K where it
+        is weighed itself, and in E^-1 B_w.
+        """
+        return None
+
     def with_bound(self, bound: float) -> "Requirement":
         """The same requirement with another bound."""
         if self.parameter is None:
@@ -287,12 +295,40 @@ class Requirement(OfKind, ABC, ReadOnly):
         """The same requirement, whose P may be any multiple of the others'."""
         return self
 
+    def repeats(self, other: Any) -> bool:
+        """True if its blocks are, exactly, positive multiples of an ``other`` one's.
+
+        Then they are demanded once. It is believed of the package's own classes only.
+        """
+        return False
+
+    def contradicts(self, other: Any) -> bool:
+        """True if no loop at all meets this and an ``other`` one, at sight."""
+        return False
+
     def pole_matrices(self) -> tuple | None:
         """alpha and beta, in rationals; None where it isn't a region of the poles.
 
         It asks alpha + beta s + beta' conj(s) < 0 of every pole s then.
         """
         return None
+
+    def bounds_input_from(self) -> np.ndarray | None:
+        """x0, where it asks |K x| <= bound from x0 by Lemma 2.2; else None."""
+        return None
+
+    def bounds_response(self) -> float | None:
+        """A number that the H-infinity norm from w to z must stay below, or None."""
+        return None
+
+    def rate(self) -> tuple | None:
+        """(rank, typical rate in rad/s); None where it names no rate.
+
+        One of rank 2 is for plants that have none, such as free masses.
+        """
+
+    def riccati(self) -> Any:
+        """(Q, R) of the Riccati equation that it is about, or None."""
 
     def data(self) -> dict:
         """Its data in a proof file: words, truths and decimals, by field."""

@@ -281,16 +281,16 @@ class QuadraticCost(Requirement):
             return np.eye(len(d.E))
         return np.linalg.solve(d.E, d.Bw)
 
-    def slopes(self, d: Descriptor, K: np.ndarray) -> tuple:
-        """Derivatives of the value of one stable loop ``d`` under u = ``K`` x: in E^-1
-        (A + B_u K), in K where it is weighed itself, and in E^-1 B_w.
-        """
+    def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
         A, noise = analysis.loop_matrix(d, K), self.noise_input(d)
         X = lyapunov(A.T, -_weight(self, K))
         Y = lyapunov(A, -noise @ noise.T)
         of_noise = 2 * X @ noise if self.noise == "F" else 0 * d.Bw
         pushed = self.R @ K if self.N is None else self.R @ K + self.N.T
         return 2 * X @ Y, 2 * pushed @ Y, of_noise
+
+    def riccati(self) -> Any:
+        return self.Q, self.R
 
 
 def noise_cost(d, K, cost):

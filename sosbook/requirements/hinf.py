@@ -92,3 +92,6 @@ class HInfinity(Channel):
 
     def truth(self, loops, K, K_A=None):
         return max(analysis.hinf_norm(self.seen(d), K) for d in loops)
+
+    def bounds_response(self):
+        return self.gamma

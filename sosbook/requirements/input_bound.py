@@ -102,6 +102,9 @@ class Saturation(Requirement):
             vertices = (i,) if whole else ()
             yield "u_max", vertices, self._bound(loop, loop.P, loop.P, loop.Y, i)
 
+    def bounds_input_from(self) -> np.ndarray | None:
+        return None if self.acceleration else self.x0
+
     def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         return ()
 

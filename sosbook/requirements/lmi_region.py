@@ -194,7 +194,6 @@ class LMIRegion(RegionForms, Region, Requirement):
         return self._of_form(self._form, sizes, self.name)
 
     def repeats(self, other: Any) -> bool:
-        """True if its blocks are, exactly, positive multiples of an ``other`` one's."""
         if not isinstance(other, LMIRegion) or other.alpha.shape != self.alpha.shape:
             return False
         pairs = zip(_of_size_one(self), _of_size_one(other))
@@ -266,9 +265,6 @@ class LMIRegion(RegionForms, Region, Requirement):
         return truth
 
     def rate(self) -> tuple | None:
-        """(rank, typical rate in rad/s), or None; one of rank 2 is for plants without a
-        rate of their own, such as free masses.
-        """
         if self._disk is not None:
             rho, centre = self._disk
             return 0, rho / 2 + abs(centre)

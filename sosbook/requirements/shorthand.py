@@ -189,8 +189,7 @@ def moved(requirements, values):
 
 def contradictory(requirements):
     """True if two of some requirements exclude each other at sight."""
-    regions = [r for r in requirements if isinstance(r, LMIRegion)]
-    return any(a.contradicts(b) for a in regions for b in regions)
+    return any(a.contradicts(b) for a in requirements for b in requirements)
 
 
 class Shorthand:

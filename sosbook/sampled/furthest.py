@@ -69,7 +69,7 @@ def furthest_sampled(
     ranges = {"T": T, "delay": delay, "rate": (slowest, 0.0)}
     norm = asked.get("norm")
     if norm is not None:
-        ranges["norm"] = checked_norm(norm).gamma, 0.0
+        ranges["norm"] = checked_norm(norm).bounds_response(), 0.0
     if find not in ranges:
         raise ValueError(f"find must be one of {sorted(ranges)}, got {find!r}")
     ends = ranges[find]

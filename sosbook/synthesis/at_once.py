@@ -12,7 +12,6 @@ import numpy as np
 
 from ..exact.definite import exact
 from ..exact.rational import round_digits
-from ..requirements.hinf import HInfinity
 from .proofs import exclude_design
 from .scaling import Frame
 
@@ -41,7 +40,7 @@ def refuse_at_once(request):
     if not request.law.whole or request.gain is not None:
         return None
     for r in request.requirements:
-        if not (isinstance(r, HInfinity) and r.of_package):
+        if r.bounds_response() is None or not r.of_package:
             continue
         r = r.untied()
         one = replace(request, requirements=[r], coupling="pairs")
@@ -56,8 +55,7 @@ def excluded_at_once(request, r):
     """The largest gamma of ``r`` in a ``request`` that is excluded so, to four digits,
     and the refusal; None and None where w isn't in y at once.
     """
-    known = isinstance(r, HInfinity) and r.of_package
-    if not (known and request.plant.m):
+    if r.bounds_response() is None or not r.of_package or not request.plant.m:
         return None, None
     ends = [r.seen(d).explicit().Dw for d in request.vertices]
     sizes = [np.linalg.norm(x, 2) for x in ends if x is not None and x.size]

@@ -7,7 +7,6 @@ from time import monotonic
 from typing import Any
 
 from ..plants.checks import SizeError
-from ..requirements.hinf import HInfinity
 from ..runtime.later import later
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
 from .feasibility import guarded
@@ -134,7 +133,7 @@ def bounds_of(request, K, seconds):
                 bounded = isfinite(bad.truth)
                 if known.law.whole:
                     beyond = excluded_at_once(request, r)
-                elif bounded and isinstance(r, HInfinity):
+                elif bounded and r.bounds_response() is not None:
                     best_excluded = later(ANY_ORDER, "best_excluded")
                     beyond = best_excluded(known, r, float(bad.truth))
         except OutOfTime as over:

@@ -11,7 +11,6 @@ from ..exact.definite import exact, inverse, round_digits
 from ..plants.descriptor import MATRICES, Descriptor
 from ..plants.joined import of_one
 from ..plants.reduction import Reduction
-from ..requirements.input_bound import Saturation
 from .feasibility import answer
 from .fixed_mode import refuse_by_mode
 from .request import Request
@@ -73,10 +72,9 @@ def _value(request, r, loop):
             f"{r.parameter.key} = {value:.6g}, which breaks: {r.claim()}. Of one plant "
             "these inequalities lose nothing, and exact multipliers exclude them"
         )
-    known = isinstance(r, Saturation) and not r.acceleration
-    if not (known and request.law.whole):
+    start = r.bounds_input_from()
+    if start is None or not request.law.whole:
         return None
-    start = r.x0
     E, A, *_ = loop.matrices
     A, K, x0 = inverse(E) @ A, loop.K, exact(start)[:, None]
     t, u = _peak(A.astype(float), request.gain, start), K @ x0

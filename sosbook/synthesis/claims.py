@@ -4,7 +4,6 @@ from functools import cached_property
 
 from ..plants.coupling import OneP
 from ..plants.kinds import every_plant
-from ..requirements.lmi_region import LMIRegion
 from ..requirements.stability import Stability
 
 
@@ -44,7 +43,6 @@ class Claims:
         implying = (r for r in asked if r.implies_stability)
         owners = [next((r for r in implying if r.of_package), Stability())]
         for r in asked:
-            region = r.of_package and isinstance(r, LMIRegion)
-            owned = (o for o in owners[1:] if region and r.repeats(o))
+            owned = (o for o in owners[1:] if r.of_package and r.repeats(o))
             owners.append(next(owned, r))
         return owners

@@ -201,7 +201,7 @@ class Request(Shorthand, ReadOnly):
     @cached_property
     def typical_rate(self):
         """A typical angular frequency of the closed loop, in rad/s."""
-        rates = filter(None, (r.rate() for r in self.parts))
+        rates = filter(None, (r.rate() for r in self.requirements))
         rank, rate = min(rates, default=(2, 1.0))
         if rank < 2:
             return rate

@@ -9,7 +9,6 @@ from ..analysis.riccati import balanced_units, lyapunov, riccati
 from ..exact.definite import round_digits
 from ..plants.checks import inverse_by_rows, logarithmic_scales
 from ..plants.descriptor_system import DescriptorSystem
-from ..requirements.cost import QuadraticCost
 from ..requirements.magnitudes import Magnitudes
 from ..runtime.read_only import ReadOnly
 
@@ -62,8 +61,8 @@ class Frame(ReadOnly):
         A, B, _ = mean.state_space()
         omega = request.typical_rate
         for r in request.requirements:
-            if isinstance(r, QuadraticCost):
-                return cls._of_riccati(request, A, B, r.Q, r.R, levels)
+            if r.riccati() is not None:
+                return cls._of_riccati(request, A, B, *r.riccati(), levels)
         if request.plant.m == 0:
             return cls._of_loop(request, A, levels)
         weight = _energy(request, omega)

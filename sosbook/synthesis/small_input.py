@@ -22,7 +22,6 @@ from ..exact.rational import decimals, read_array
 from ..exact.refusal import Refusal
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
-from ..requirements.input_bound import Saturation
 from ..requirements.lmi_region import by_matrices
 from ..requirements.stability import Stability
 from ..runtime.time_limit import check_time
@@ -49,8 +48,7 @@ def pole_demands(request):
 
 def input_bound(request):
     """The one requirement of a request that bounds K x from x0; else None."""
-    bounds = [r for r in request.requirements if isinstance(r, Saturation)]
-    bounds = [r for r in bounds if not r.acceleration]
+    bounds = [r for r in request.requirements if r.bounds_input_from() is not None]
     return bounds[0] if len(bounds) == 1 else None
 
 
@@ -136,7 +134,7 @@ class _Vertex:
         d, self.frame = request.vertices[k], Frame.of(request)
         self.left = inverse_by_rows(d.E @ self.frame.T)
         self.A, self.B = self.left @ d.A @ self.frame.T, self.left @ d.Bu
-        self.start = np.linalg.solve(self.frame.T, bound.x0)
+        self.start = np.linalg.solve(self.frame.T, bound.bounds_input_from())
         self.regions = pole_demands(request)
         self.fastest = np.abs(np.linalg.eigvals(self.A)).max()
 

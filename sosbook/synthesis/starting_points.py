@@ -13,7 +13,6 @@ from ..analysis.riccati import riccati
 from ..lmi.solution import CLEAR_MARGIN
 from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
-from ..requirements.hinf import HInfinity
 from ..runtime.time_limit import check_time
 from ..solver.loop import margin
 from .equations import balanced, bounded_real, deflated, in_disk, least_effort, of_modes
@@ -98,8 +97,8 @@ class _Loop:
             tuple(np.array(x, float) for x in r.pole_matrices())
             for r in request.of_poles
         ]
-        norms = [r.gamma for r in request.demands if isinstance(r, HInfinity)]
-        self.response = min(norms, default=None)
+        responses = [r.bounds_response() for r in request.demands]
+        self.response = min((g for g in responses if g is not None), default=None)
         self.poles = np.linalg.eigvals(self.A)
 
     def gains(self):

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..requirements.hinf import HInfinity
 from ..runtime.later import later
 from .payments import NOT_PAID
 from .request import Request
@@ -174,8 +173,8 @@ def _of_the_state(case):
 
 
 def _of_a_response(case):
-    norms = (isinstance(r, HInfinity) for r in case.request.requirements)
-    return _of_the_state(case) and any(norms)
+    bounds = (r.bounds_response() for r in case.request.requirements)
+    return _of_the_state(case) and any(bound is not None for bound in bounds)
 
 
 def _between(case):

@@ -8,7 +8,6 @@ from ..exact.definite import exact, round_digits
 from ..exact.rational import decimal, decimals, echelon
 from ..exact.refusal import Refusal
 from ..plants.checks import logarithmic_scales
-from ..requirements.hinf import HInfinity
 from ..runtime.time_limit import check_time
 from .request_as_data import loop_data
 
@@ -41,7 +40,7 @@ class UnreachedResponseRefusal(Refusal):
         ``r`` bounds an H-infinity norm; ``s``, ``v``, ``y`` are two rows of rationals
         each, real and imaginary parts.
         """
-        K, bound = request.gain, {"bound": decimal(r.gamma)}
+        K, bound = request.gain, {"bound": decimal(r.bounds_response())}
         return {
             **loop_data(request),
             "K": None if K is None else decimals(K),
@@ -74,7 +73,7 @@ def refuse_by_response(request, vertices=None):
     """The `UnreachedResponseRefusal` of a ``request`` at some ``vertices``, or None."""
     vertices = request.distinct[:MOST_VERTICES] if vertices is None else vertices
     for r in request.requirements:
-        bounds = request.law.whole and isinstance(r, HInfinity)
+        bounds = request.law.whole and r.bounds_response() is not None
         for k in vertices if bounds else ():
             check_time()
             proof = _at_vertex(request, r, k)
@@ -85,7 +84,7 @@ def refuse_by_response(request, vertices=None):
 
 def _at_vertex(request, r, k):
     """The refusal at vertex k, or None."""
-    matrices, gamma = _matrices(request, r, k), r.gamma
+    matrices, gamma = _matrices(request, r, k), r.bounds_response()
     loop = E, A, B, Bw, C, Du, _ = [x.astype(float) for x in matrices]
     if len(C) <= B.shape[1] or not Bw.size:
         return None  # the inputs reach all outputs

@@ -88,7 +88,7 @@ def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
     if plant.p == 0:
         raise ValueError("the plant has no F: there is no norm to bound")
     request = Request(plant, U, saturation=saturation, K_A=K_A)
-    if saturation is None or saturation.acceleration:
+    if all(r.bounds_input_from() is None for r in request.requirements):
         raise ValueError(
             "saturation must be a Saturation(u_max, x0) without acceleration"
         )

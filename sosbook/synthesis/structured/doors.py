@@ -4,7 +4,6 @@ import numpy as np
 
 from ...exact.rational import exact, fractions, inverse
 from ...exact.refusal import Refusal
-from ...requirements.hinf import HInfinity
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
 from ..broken import alone
@@ -121,7 +120,7 @@ def refused_by_a_door(request, sought=None):
             if sought is not None and (r is sought or r.parameter is sought is SIGMA):
                 continue
             proof, who = _all_of_the_state(request, d, r), "that sees all of the state"
-            if proof is None and isinstance(r, HInfinity):
+            if proof is None and r.bounds_response() is not None:
                 who = "of any order, with these sensors,"
                 proof = excluded(request, d, r, r.bound)
             if proof is not None:
@@ -138,7 +137,7 @@ def _all_of_the_state(request, d, r):
     Petersen and M. A. Rotea, IEEE Trans. Automat. Control 33, 1988.
     """
     noisy = (request.applied.parts.noise != 0).any()
-    if r.pole_matrices() is None and (noisy or not isinstance(r, HInfinity)):
+    if r.pole_matrices() is None and (r.bounds_response() is None or noisy):
         return None
     r, whole = of_plant_alone(r, d, request.applied.parts)
     if r is None:

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ...requirements.hinf import HInfinity
 from ...requirements.lmi_region import LMIRegion
 from ...requirements.vocabulary import SIGMA
 from . import slopes
@@ -69,7 +68,7 @@ LARGEST = 100.0  # units of a free number, where its author sets no limit
 
 
 def _asked_rate(asked):
-    rates = [r.rate() for r in asked if isinstance(r, LMIRegion) and r.rate()]
+    rates = [r.rate() for r in asked if r.rate()]
     return min(rates)[1] if rates and min(rates)[0] < 2 else None
 
 
@@ -154,7 +153,7 @@ class Objective:
 
     def _reached(self, r, K, poles):
         try:
-            if isinstance(r, HInfinity):
+            if r.bounds_response() is not None:
                 return slopes.norm(self.loops, K, r, self.task.m, poles)
             return slopes.reached(self.loops, K, r, self.task.m, self.unit)
         except np.linalg.LinAlgError:  # a pole on the axis, to rounding

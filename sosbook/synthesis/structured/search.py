@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...analysis.riccati import lyapunov, riccati
-from ...requirements.hinf import HInfinity
 from ...runtime.time_limit import OutOfTime, check_time
 from .central import RIDGE, balanced, central, late, near_least, slower
 from .descent import descend, refine
@@ -135,7 +134,7 @@ def starting_points(task, loops, count, rng, near):
         yield middle, kappa / middle
     guess = _projected if loops.matrices[1].shape[2] == task.m else _observer
     for r in (task.goal, *task.bounded) if guess is _observer else ():
-        if isinstance(r, HInfinity):
+        if r not in (None, DECAY) and r.bounds_response() is not None:
             for room in ROOMS:
                 kappa = _observer(loops, task.rate, task.m, r, room)
                 if kappa is None or (task.inside(kappa) == kappa).all():

@@ -5,8 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ...requirements.cost import QuadraticCost
-
 GRID = 24  # frequencies between the slowest and the fastest pole
 BEYOND = np.geomspace(1, 10, 7)[1:]  # times the fastest pole: zeros may be there
 HILLS = 4  # of the highest frequencies, each of which may be beside the peak
@@ -177,9 +175,10 @@ def reached(loops, K, r, m, units):
         return values[i], i, some[i]
 
     value, i, (d, gain) = worst(K)
-    if isinstance(r, QuadraticCost):
+    known = r.slopes(d, gain)
+    if known is not None:
         _, B, *_ = loops.matrices
-        of_A, of_K, of_W = r.slopes(d, gain)
+        of_A, of_K, of_W = known
         S = B[i].T @ (of_A @ loops.measured.T + of_W @ loops.noisy.T)
         S[:m] += of_K @ loops.measured.T
         return value, S
