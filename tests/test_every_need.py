@@ -127,8 +127,8 @@ TEXTS = MORE + [
 
 def moves(line):
     """What is paid where A moves by 1, of a text with one statement."""
-    one = kernel.read([["2"]])
-    reader, known = Reader({"B": one}), {"A": kernel.read([["1"]])}
+    one = kernel.Reader.read([["2"]])
+    reader, known = Reader({"B": one}), {"A": kernel.Reader.read([["1"]])}
     return list(payment.prices(reader, known, parse("A = B\n" + line)))
 
 

@@ -89,13 +89,13 @@ def written(data):
 def test_each_theorem_as_its_text_is_read_in_python():
     count = 0
     for name, text, data, wanted in readings(np.random.default_rng(1)):
-        reader = checker.Reader({k: checker.read(v) for k, v in data.items()})
+        reader = checker.Reader({k: checker.Reader.read(v) for k, v in data.items()})
         said = [left.v for _, _, left, _ in reader.statements(checker.parse(text))]
         assert len(said) == len(wanted)
         for g, w in zip(said, wanted):
             if checker.scalar(g):
                 g = gather([[g]], 1)
-            assert g == checker.read(w), (name, text)
+            assert g == checker.Reader.read(w), (name, text)
         count += 1
     assert count > 3 * len(THEOREMS) >= 90
 
@@ -292,7 +292,7 @@ def by_hand_and_traced(coupling, proof):
     """(label, value of the file's text, value of the traced theorem), in fractions."""
     file = json.loads(proof.text)
     data, point = (
-        {k: checker.read(v) for k, v in file[part].items()}
+        {k: checker.Reader.read(v) for k, v in file[part].items()}
         for part in ("data", "point")
     )
     reader = checker.Reader(data, point, file["sets"], True)

@@ -30,7 +30,7 @@ def facts_of(c, time_limit, step=None):
     named = (("", words, c.certificate), ("_sampled", "", sampled))
     proven, proofs = [f"plant: sha256 {digest(plant_data(c.plant))[:16]}"], []
     for end, what, proof in named:
-        if proof is not None and proof.proven:
+        if proof is not None and proof.settled:
             proofs.append((end, proof.text))
             words = "; ".join(proof.claims)
             sha = digest(proof.text.encode())

@@ -7,7 +7,8 @@ from scipy.linalg.lapack import dpotrf
 
 from ..language.expression import Affine
 from ..runtime.time_limit import check_time
-from .rational import Rational, _matrix, exact, inverse, rational_matrix, round_digits
+from .integers import Integers
+from .rational import Rational, _matrix, exact, inverse, round_digits
 
 __all__ = [
     "Rational",
@@ -36,8 +37,8 @@ def pivots(x):
     >>> pivots(exact(np.array([[1.0, 2.0], [2.0, 1.0]])))
     [1, -3]
     """
-    integers, denominator = _symmetric(x).numer_denom()
-    small = len(x) <= AT_ONCE_UP_TO_ROWS
+    integers, denominator = _symmetric(x)
+    small = integers.nrows() <= AT_ONCE_UP_TO_ROWS
     heads, last = [], fmpz(1)
     for minor in (_minors_at_once if small else _minors)(integers):
         heads.append(fmpq(minor, last * denominator))
@@ -73,15 +74,17 @@ def _minors(integers):
 
 
 def _symmetric(x):
-    matrix = _matrix(x)
-    if matrix != matrix.transpose():
+    """(integers, denominator) of x."""
+    integers, d = (x.z, x.d) if isinstance(x, Integers) else _matrix(x).numer_denom()
+    if integers != integers.transpose():
         raise ValueError("the matrix isn't symmetric")
-    return matrix
+    return integers, d
 
 
 ELIMINATION_UP_TO_ROWS = 24  # beyond, verified Cholesky factors in integers are faster
 FACTOR_BITS = 40  # after the point, of the rounded factors
-SHORT_BITS = 128  # after the point, of a matrix whose sign alone is asked
+SHORT_BITS = 104  # after the point, of a matrix whose sign alone is asked
+LEFT_OVER = 2.0**-46  # of each row, what rounding errors of a factor leave to the rest
 
 
 def definite(x):
@@ -102,20 +105,20 @@ def definite(x):
     >>> definite(exact(np.array([[2.0, 1.0], [1.0, 2.0]])))
     (True, 3/2)
     """
-    if len(x) > ELIMINATION_UP_TO_ROWS:
-        verdict = _by_congruence(x)
+    integers, denominator = _symmetric(x)
+    if integers.nrows() > ELIMINATION_UP_TO_ROWS:
+        verdict = _by_congruence(integers, denominator)
         if verdict is not None:
             return verdict
-        if _matrix(x).rank() < len(x):  # else it is close to a singular one
+        if integers.rank() < integers.nrows():  # else it is close to a singular one
             return False, fmpq(0)
     diagonal = pivots(x)
     return diagonal[-1] > 0, min(diagonal)
 
 
-def _by_congruence(x, passes=8):
+def _by_congruence(T, denominator, passes=8):
     """(proven, measure) of `definite`, or None."""
-    T, denominator = _symmetric(x).numer_denom()
-    power = [0] * len(x)  # W has 2^power on its diagonal
+    power = [0] * T.nrows()  # W has 2^power on its diagonal
     for _ in range(passes):
         check_time()
         rows = [[int(e) for e in row] for row in T.table()]
@@ -181,31 +184,64 @@ def _eliminator(T):
 
 
 def positive(x):
-    """The verdict of `definite` alone, sooner where x has thousands of digits.
+    """True if x is positive definite: see `definite`, which takes longer.
 
-    Scaled to a diagonal of about one, x is rounded down to `SHORT_BITS` bits after the
-    point. The rest has entries of [0, 1) in the last place, so no eigenvalue of it is
-    below -q. Where the rounded matrix less q there isn't positive definite, `definite`
-    decides.
+    A large x, or one of long numbers, is scaled to a diagonal of about one, and its
+    entries are rounded down to `SHORT_BITS` bits after the point. The rest has entries
+    of [0, 1) in the last place, so no eigenvalue of it is below -q. Where the rounded
+    matrix less q there isn't certainly positive definite, `definite` decides.
 
     >>> x = exact(np.array([[2.0, 1.0], [1.0, 2.0]]))
     >>> positive(x / 3), positive(x - exact(2 * np.eye(2)))
     (True, False)
     """
-    integers, _ = _symmetric(x).numer_denom()
-    rows = [[int(e) for e in row] for row in integers.table()]
-    if any(row[i] <= 0 for i, row in enumerate(rows)):
+    integers, _ = _symmetric(x)
+    q = integers.nrows()
+    heads = [integers[k, k] for k in range(q)]
+    if any(e <= 0 for e in heads):
         return False
-    sizes = [row[i].bit_length() // 2 for i, row in enumerate(rows)]
-    if max(sizes) <= SHORT_BITS:
-        return definite(x)[0]
+    small, sizes = q <= AT_ONCE_UP_TO_ROWS, [e.bit_length() // 2 for e in heads]
+    if small and max(sizes, default=0) <= SHORT_BITS:
+        return all(e > 0 for e in _minors_at_once(integers))
+    check_time()
+    flat = [int(e) for e in integers.entries()]
     short = [
-        [_shifted(e, SHORT_BITS - s - t) for e, t in zip(row, sizes)]
-        for row, s in zip(rows, sizes)
+        [_shifted(e, SHORT_BITS - s - t) for e, t in zip(flat[k * q :], sizes)]
+        for k, s in enumerate(sizes)
     ]
     for i, row in enumerate(short):
-        row[i] -= len(short)
-    return definite(rational_matrix(short))[0] or definite(x)[0]
+        row[i] -= q
+    if small:
+        sure = all(e > 0 for e in _minors_at_once(fmpz_mat(short)))
+    else:
+        sure = _by_factor(short)
+    return sure or definite(x)[0]
+
+
+def _by_factor(rows):
+    """True if symmetric ``rows`` of integers, over 2^SHORT_BITS, are certainly positive
+    definite: they are L L' and a matrix with a dominant positive diagonal, for some L.
+
+    Floats only suggest L; its integers, over 2^(SHORT_BITS / 2), are multiplied
+    exactly.
+    """
+    if (
+        max(max(map(abs, row)) for row in rows) > 9 << SHORT_BITS
+    ):  # no definite matrix reaches so far
+        return False
+    S, q, half = np.array(rows, float) / 2.0**SHORT_BITS, len(rows), SHORT_BITS // 2
+    L, failed = dpotrf(S - q * LEFT_OVER * np.eye(q), lower=1)
+    if failed:
+        return False
+    check_time()
+    integers = np.rint(np.tril(L) * 2.0**half).astype(int).ravel().tolist()
+    factor = fmpz_mat(q, q, integers)
+    product = [int(e) for e in (factor * factor.transpose()).entries()]
+    for i, row in enumerate(rows):
+        rest = [e - p for e, p in zip(row, product[i * q :])]
+        if 2 * rest[i] <= sum(map(abs, rest)):
+            return False
+    return True
 
 
 def _shifted(e, k):

@@ -9,7 +9,8 @@ from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_li
 from .checker import kernel
 from .checker.arithmetic import scalar
 from .definite import definite, positive, semidefinite
-from .rational import as_rational, digit_count
+from .integers import Integers, Swift, as_rational
+from .rational import digit_count
 
 DIGITS = (6, 8, 10, 12, 17)  # to which gains are rounded, in the order of trial
 PLACES = (12, 17)  # of the matrices that only the proof needs
@@ -44,16 +45,19 @@ class Examined:
     """The examination of some blocks.
 
     ``claims``: what is proven, in words; ``blocks``: each one's smallest pivot by name,
-    in large blocks to six digits; ``failed``: names of those that aren't positive
-    definite, or what else is wrong; ``value``: see `MultiplierRefusal`; ``alone``: why
-    no second program can decide it, or "".
+    in large blocks to six digits, None where a kernel that asks for none decided;
+    ``failed``: names of those that aren't positive definite, or what else is wrong;
+    ``value``: see `MultiplierRefusal`; ``alone``: why no second program can decide it,
+    or ""; ``by_floats``: whether floats with bounds of their errors decided, see
+    `sosbook.exact.balls`, and not rationals.
     """
 
     claims: tuple
-    blocks: dict
+    blocks: dict | None
     failed: tuple
     value: float | None = None
     alone: str = ""
+    by_floats: bool = False
 
     @property
     def proven(self) -> bool:
@@ -91,27 +95,25 @@ class Examined:
 
         Blocks have ``names`` by their labels; without any the labels are names.
         """
-        sizes, failed = {}, []
+        failed = []
 
         def decide(label, x, semi):
             check_time()
-            if not scalar(x) and (x != x.T or not x.r):
-                return x == x.T
-            x = as_rational(x)
-            if semi:
-                return positive(x) or semidefinite(x)
-            proven, size = definite(x)
-            if names and label not in names:  # a condition, no block
+            if scalar(x):
+                proven = x >= 0 if semi else x > 0
+            elif not x.r or x != x.T:
+                proven = x == x.T
+            else:
+                x = Integers.of(x)
+                proven = positive(x) or (semi and semidefinite(as_rational(x)))
+            if semi or proven or (names and label not in names):  # a condition
                 return proven
-            name = names.get(label, label)
-            sizes[name] = nearest(size)
-            failed.extend([] if proven else [name])
+            failed.append(names.get(label, label))
             return True  # what fails is listed, and the others are looked at
 
-        value = kernel.check(whole, decide).value
-        if value is not None:
-            sizes, value = {}, nearest(as_rational(value)[0, 0])
-        return cls(() if failed else tuple(claims), sizes, tuple(failed), value)
+        value = kernel.check(whole, decide, Swift).value
+        value = None if value is None else nearest(value)
+        return cls(() if failed else tuple(claims), None, tuple(failed), value)
 
     @classmethod
     def nothing(cls, *why):
@@ -128,6 +130,11 @@ class Verdict:
     def proven(self) -> bool:
         """True if every block is positive definite, in rational arithmetic."""
         return self.examined.proven
+
+    @property
+    def settled(self):
+        """True if it is proven in rationals: asked of a text that goes into a file."""
+        return self.proven
 
     @property
     def claims(self):

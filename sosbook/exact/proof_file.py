@@ -8,15 +8,17 @@ import json
 import re
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from weakref import WeakKeyDictionary
 
 from ..runtime.names import OfKind
 from ..runtime.reading import parse_json, read_text
 from . import quick
+from .balls import certain
 from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused
-from .proof import Examined, Verdict
-from .rational import as_rational, decimals, read_array
+from .definite import definite
+from .integers import Swift, as_rational
+from .proof import Examined, Verdict, nearest
+from .rational import decimals, read_array
 
 KINDS = {  # whose class each kind is, by its module: it is found when a file names it
     "lmi": "lmi.proofs.LMIProof",
@@ -40,6 +42,7 @@ KINDS = {  # whose class each kind is, by its module: it is found when a file na
     "sum of poles": "synthesis.structured.doors.SumOfPoles",
 }
 FORMAT = verdict.FORMAT
+LONG = 30_000  # letters of a text that floats decide sooner than rationals
 
 
 def written(kind, data):
@@ -137,8 +140,11 @@ class ProofFile(Verdict, OfKind):
         """Write the file of some data: a dict of lists, decimals and words."""
         text, said = written(cls.kind, data)
         proof = cls(text)
-        _WRITTEN[proof] = said and Written(*said)
+        proof.__dict__["said"] = said and Written(*said)
         return proof
+
+    def __reduce__(self):
+        return type(self), (self.text,)
 
     @classmethod
     def examine(cls, data):
@@ -153,12 +159,20 @@ class ProofFile(Verdict, OfKind):
     @property
     def examined(self):
         """The verdict on the text."""
-        return _remembered(type(self), self.text, _WRITTEN.get(self))
+        return _remembered(type(self), self.text, self.__dict__.get("said"))
 
     @property
     def data(self):
         """The file's contents, as a dict."""
         return parse(self.text)[1]
+
+    @property
+    def blocks(self):
+        """From a block's name to its smallest pivot, computed when it is asked for."""
+        examined = self.examined
+        if examined.blocks is None and examined.value is None:
+            return self.measured(lambda x: nearest(definite(x)[1]))
+        return examined.blocks or {}
 
     def measured(self, measure):
         """``measure`` of each block, a `Rational` matrix, by its name."""
@@ -170,15 +184,21 @@ class ProofFile(Verdict, OfKind):
             return True
 
         names = said.names(self.data, type(self))
-        kernel.check(said.whole, decide)
+        kernel.check(said.whole, decide, Swift)
         return found
 
     def verify(self):
         """True if the text is proven; everything is computed again."""
         return _examined(type(self), self.text).proven
 
+    @property
+    def settled(self):
+        return self.verify() if self.examined.by_floats else self.proven
+
     def save(self, path):
         """Write the file, proven or not; `load` reads it.
+
+        What floats have proven so far is decided in rationals first.
 
         Parameters
         ----------
@@ -192,6 +212,10 @@ class ProofFile(Verdict, OfKind):
         """
         from ..runtime.writing import write_file
 
+        if self.proven and not self.settled:
+            raise ArithmeticError(
+                "floats prove what rationals don't: this machine rounds in its own way"
+            )
         write_file(path, self.text, over=is_proof)
 
     @classmethod
@@ -274,7 +298,13 @@ class Written:
 
 
 def _examined(cls, text, said=None):
-    """The verdict on a text that was just written, or on one from elsewhere."""
+    """The verdict on a text that was just written, or on one from elsewhere.
+
+    Floats with bounds of their errors may decide what was just written, where that is
+    faster; what comes from elsewhere, and what is saved, is decided in rationals.
+    """
+    if said and len(text) > LONG and certain(said.whole):
+        return Examined(tuple(said.claims), None, (), by_floats=True)
     try:
         kind, data = parse(text)
         if kind != cls.kind and not kind.startswith(f"{cls.kind}{verdict.ITS_NAME}"):
@@ -302,8 +332,6 @@ def _rebuilt(cls, data, alone):
 
 
 _remembered = lru_cache(maxsize=64)(_examined)
-# Of files that were written here, beside their texts.
-_WRITTEN: WeakKeyDictionary = WeakKeyDictionary()
 
 
 class GainProof(ProofFile):

@@ -50,12 +50,6 @@ def rational_matrix(rows):
     return np.array(rows, object).view(Rational)
 
 
-def as_rational(x):
-    """A matrix or a number of `sosbook.exact.checker`, x, as a `Rational` matrix."""
-    rows, d = (x.a, x.d) if hasattr(x, "a") else ([[x.numerator]], x.denominator)
-    return rational_matrix([[fmpq(e, d) for e in row] for row in rows])
-
-
 def _both_matrices(x, other):
     """True if flint multiplies both: rationals, and rationals or ints."""
     return (

@@ -103,7 +103,7 @@ def _proofs(deployment, name):
         **{
             f"unequal_motors/proof_{name}_{k}.json": proof.text
             for k, proof in enumerate(unequal, 1)
-            if proof.proven
+            if proof.settled
         },
         **{f"proof_{name}{file}.json": proof.text for file, proof in proofs.items()},
         "check_proof.py": in_one_file(),

@@ -212,7 +212,7 @@ def design(asked):
         }
     else:
         answer |= {"reason": result.reason, "advice": result.advice}
-    proven = isinstance(proof, ProofFile) and proof.proven
+    proven = isinstance(proof, ProofFile) and proof.settled
     answer |= {"proven": proven, "claims": list(proof.claims) if proven else []}
     if folder is not None:
         done = proven and result.status == "feasible"

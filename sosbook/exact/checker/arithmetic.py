@@ -71,6 +71,16 @@ class Mat:
         same = (x * o.d == y * self.d for u, v in rows for x, y in zip(u, v))
         return (self.r, self.c) == (o.r, o.c) and all(same)
 
+    @property
+    def shortest(self):
+        """Its numbers as those of all matrices of its height that equal it."""
+        flat = [e for u in self.a for e in u]
+        common = gcd(self.d, *flat)
+        return self.d // common, *(e // common for e in flat)
+
+    def __bool__(self):
+        return any(map(any, self.a))
+
     def cut(self, i, r, j, c):
         return Mat(r, c, [u[j : j + c] for u in self.a[i : i + r]], self.d)
 
@@ -117,6 +127,16 @@ def inverse(x):
             if i != k and f:
                 rows[i] = [e - f * g if g else e for e, g in zip(rows[i], rows[k])]
     return gather([u[n:] for u in rows], n)
+
+
+def joined(r, c, parts):
+    """The r x c matrix of some ``parts``, (top, left, matrix), zero elsewhere."""
+    d = lcm(*(x.d for *_, x in parts))
+    rows = [[0] * c for _ in range(r)]
+    for top, left, x in parts:
+        for k, u in enumerate(x.a, top):
+            rows[k][left : left + x.c] = [d // x.d * e for e in u]
+    return Mat(r, c, rows, d)
 
 
 def gather(rows, c):

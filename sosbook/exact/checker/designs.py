@@ -111,7 +111,9 @@ class Design:
         """The pairs of vertices that have blocks, and whether they are enough."""
         env = self.t.values() if len(self.few) > 1 else {}
         E = {i: env[f"E.{i + 1}"] for i in self.few if env}
-        between = [(i, j) for i in E for j in E if i < j and E[i] != E[j]]
+        first = {}  # the first vertex with the same E
+        kind = {i: first.setdefault(x.shortest, i) for i, x in E.items()}
+        between = [(i, j) for i in E for j in E if i < j and kind[i] != kind[j]]
         alike = all(env.get(f"{x}.{i + 1}") == env.get(f"{x}.1")
                     for x in self.t.each for i in E)  # fmt: skip
         if between and alike:
@@ -123,7 +125,7 @@ class Design:
             if suffice(*known) or (corners and corners_suffice(*known)):
                 between = []
         need(not between or self.far is None, "the box doesn't speak for its inside")
-        self.certain = all(E[i] == x for x in E.values() for i in E)
+        self.certain = len(first) < 2
         self.whole = not between or self.d["coupling"] != "vertices"
         pairs = [(i, i) for i in self.few]
         pairs += between if self.d["coupling"] == "pairs" else []

@@ -8,7 +8,6 @@ them: see `kernel.exclude`.
 
 import re
 from fractions import Fraction
-from math import lcm
 
 from .arithmetic import (
     LARGEST,
@@ -16,10 +15,12 @@ from .arithmetic import (
     Mat,
     eye,
     inverse,
+    joined,
     kron,
     mul,
     need,
     number,
+    read,
     scalar,
     total,
     trace,
@@ -171,6 +172,8 @@ def summand(z, x):
 class Reader:
     """The values of a text's names; unknowns stand for themselves."""
 
+    read, joined, kron = map(staticmethod, (read, joined, kron))
+
     def __init__(self, data, unknowns=(), sets=(), point=False):
         self.given, self.sets = {*data, *unknowns}, dict(sets)
         need(len(self.given) == len(data) + len(unknowns), "a name is given twice")
@@ -240,7 +243,7 @@ class Reader:
 
     def op_kron(self, a, b):
         need(a.back is None, "kron needs a certain first factor")
-        return self.keep(kron(a.v, b.v), (b, lambda z: unkron(a.v, b.v, z)))
+        return self.keep(self.kron(a.v, b.v), (b, lambda z: unkron(a.v, b.v, z)))
 
     def op_inv(self, a):
         need(a.back is None, "the inverse of an unknown")
@@ -267,7 +270,7 @@ class Reader:
         """The k-th of some parts of n rows."""
         row = [int(j + 1 == size(k)) for j in range(size(parts))]
         need(any(row), "no such part")
-        return Val(kron(Mat(1, len(row), [row]), eye(size(n))))
+        return Val(self.kron(Mat(1, len(row), [row]), eye(size(n))))
 
     def block(self, table):
         """The matrix of a ``table`` of blocks; 0 fits everywhere."""
@@ -285,9 +288,7 @@ class Reader:
         high, wide = sizes(e, nought)
         top = [sum(high[:k]) for k in range(n)]
         left = [sum(wide[:k]) for k in range(m)]
-        entries = [x.v for r in e for x in r]
-        d = lcm(*(x.denominator if scalar(x) else x.d for x in entries))
-        rows, back = [[0] * sum(wide) for _ in range(sum(high))], []
+        parts, back = [], []
         for (i, j), zero in nought.items():
             x, place = e[i][j], (top[i], high[i], left[j], wide[j])
             if zero:
@@ -296,11 +297,9 @@ class Reader:
             if scalar(v):
                 need(high[i] == wide[j], "a number where a block isn't square")
                 v = eye(high[i]).times(v)
-            for k, u in enumerate(v.a):
-                line = [d // v.d * y for y in u]
-                rows[top[i] + k][left[j] : left[j] + wide[j]] = line
+            parts.append((top[i], left[j], v))
             back.append((x, lambda z, p=place, v=x.v: summand(z.cut(*p), v)))
-        return self.keep(Mat(sum(high), sum(wide), rows, d), *back)
+        return self.keep(self.joined(sum(high), sum(wide), parts), *back)
 
     def statements(self, program):
         """(sign, label, left, right) of each, in order."""

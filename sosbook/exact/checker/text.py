@@ -10,6 +10,8 @@ from fractions import Fraction
 from .arithmetic import gather, integer, need, read
 from .language import Reader, parse
 
+DECIMAL = re.compile(r"[-+.e0-9]{1,30}", re.ASCII)
+
 
 def sane(name):
     """A name: one line, and no sentence."""
@@ -21,7 +23,7 @@ def sane(name):
 
 def decimal_text(text):
     """The text of a number: a decimal in its shortest form, in a string."""
-    good = isinstance(text, str) and re.fullmatch(r"[-+.e0-9]{1,30}", text, re.ASCII)
+    good = isinstance(text, str) and DECIMAL.fullmatch(text)
     shortest = repr(float(text) + 0.0) if good else ""
     shortest = shortest[:-2] if shortest.endswith(".0") else shortest
     need(good and text == shortest, f"{text!r:.40} isn't a decimal number in a string")
