@@ -11,6 +11,7 @@ import pytest
 from scipy.linalg import block_diag
 
 from sosbook.exact.checker import kernel
+from sosbook.exact.checker.arithmetic import read
 from tests.processes import alone, process
 
 RNG = np.random.default_rng(8)
@@ -60,9 +61,9 @@ def file_of(text, sets=(), **more):
 
 
 def value(text, P=P, Y=Y, point=True):
-    known = {k: kernel.Reader.read(rows(x)) for k, x in DATA.items()}
+    known = {k: read(rows(x)) for k, x in DATA.items()}
     known |= {"g": Fraction(1, 2)}
-    unknown = {"P": kernel.Reader.read(rows(P)), "Y": kernel.Reader.read(rows(Y))}
+    unknown = {"P": read(rows(P)), "Y": read(rows(Y))}
     reader = kernel.Reader(known, unknown, point=point)
     lines = "P2 = [P, 0; 0, P]\n" if "P2" in text else ""
     ((_, _, x, _),) = reader.statements(kernel.parse(f"{lines}x: {text} > 0"))
@@ -97,7 +98,7 @@ def test_a_sum_leads_back_as_its_differences_do(text):
     n = floats(x.v).shape[0]
     Z = RNG.integers(-9, 9, (n, n)).astype(float)
     Z = Z + Z.T
-    exact = kernel.Reader.read(rows(Z))
+    exact = read(rows(Z))
     x.adj = exact if not kernel.scalar(x.v) else exact.at(0, 0)
     for y in reversed(reader.tape):
         for z, back in y.back if y.adj is not None else ():
@@ -128,10 +129,10 @@ def test_what_is_positive_has_positive_eigenvalues(seed):
     L = rng.integers(-3, 4, (n, rank)).astype(float)
     x = L @ L.T - (seed % 3 == 0) * np.diag(rng.integers(0, 2, n))
     least = np.linalg.eigvalsh(x)[0]
-    exact = kernel.Reader.read(rows(x))
+    exact = read(rows(x))
     assert kernel.definite(exact) == (least > 1e-9)
     assert kernel.definite(exact, semi=True) == (least > -1e-9)
-    assert kernel.definite(kernel.Reader.read(rows(x + np.eye(n) / 3))) == (least > -1 / 3)
+    assert kernel.definite(read(rows(x + np.eye(n) / 3))) == (least > -1 / 3)
 
 
 @pytest.mark.parametrize("size", [1, 10**40, Fraction(1, 10**90)])
@@ -139,7 +140,7 @@ def test_what_is_positive_has_positive_eigenvalues(seed):
 def test_rounding_never_decides(sign, size):
     """The second pivot is 1e-60 of the first; its sign, and nothing else, counts."""
     last = 1 + Fraction(sign, 10**60)
-    x = kernel.Reader.read([[str(size * e) for e in row] for row in ((1, -1), (-1, last))])
+    x = read([[str(size * e) for e in row] for row in ((1, -1), (-1, last))])
     assert kernel.definite(x) == (sign > 0)
     assert kernel.definite(x, semi=True) == (sign >= 0)
 

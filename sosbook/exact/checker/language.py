@@ -172,7 +172,9 @@ def summand(z, x):
 class Reader:
     """The values of a text's names; unknowns stand for themselves."""
 
-    read, joined, kron = map(staticmethod, (read, joined, kron))
+    read = staticmethod(read)
+    joined = staticmethod(joined)
+    kron = staticmethod(kron)
 
     def __init__(self, data, unknowns=(), sets=(), point=False):
         self.given, self.sets = {*data, *unknowns}, dict(sets)
