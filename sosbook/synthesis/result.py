@@ -49,7 +49,10 @@ class Result(ABC, Generic[Proven]):
         """Prove what was asked in exact arithmetic.
 
         Floats, the plant's too, are read as decimals: 0.1 is 1/10. The exponentials
-        of a delay are rounded on the side on which the theorem stays true.
+        of a delay are rounded on the side on which the theorem stays true. A long proof
+        that was just made is decided by floats with bounds of all their errors, which
+        say less than rationals and nothing else; its ``verify`` and ``save`` decide in
+        rationals, as every reader of its file does.
 
         Parameters
         ----------
