@@ -41,7 +41,7 @@ class Integers(Mat):
         """The integers over d, a multiple of the own denominator."""
         return self.z if d == self.d else self.z * (d // self.d)
 
-    def __bool__(self):
+    def any(self):
         return not self.z.is_zero()
 
     def __add__(self, o):

@@ -78,7 +78,7 @@ class Mat:
         common = gcd(self.d, *flat)
         return self.d // common, *(e // common for e in flat)
 
-    def __bool__(self):
+    def any(self):
         return any(map(any, self.a))
 
     def cut(self, i, r, j, c):

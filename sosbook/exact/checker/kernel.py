@@ -109,7 +109,7 @@ def exclude(program, reader, shapes, file, decide):
         seeds.append((x, z))
         sum_ += z * x.v if scalar(z) else z.dot(x.v)
     need(not Z, "a multiplier belongs to no block")
-    need(any(z for _, z in seeds), "none counts")
+    need(any(z if scalar(z) else z.any() for _, z in seeds), "none counts")
     for x, z in seeds:
         x.adj = z if x.adj is None else x.adj + z
     for x in reversed(reader.tape):
@@ -120,7 +120,8 @@ def exclude(program, reader, shapes, file, decide):
         g = reader.env[k].adj
         if g is not None:
             g = g + g.T if s and s[2] else g
-            need(not g, f"the multipliers leave {k} a way out")
+            gone = g == 0 if scalar(g) else not g.any()
+            need(gone, f"the multipliers leave {k} a way out")
     need(sum_ <= 0, "the multipliers exclude nothing")
     proven.value = sum_
     return proven

@@ -124,7 +124,7 @@ def prices(reader, known, program):
     runs = (x.statements(program) for x in (reader, low, high))
     for (sign, label, g, _), (_, _, a, _), (_, _, b, _) in zip(*runs):
         H = total(b.v, mul(Fraction(-1), a.v))
-        if H != 0 if scalar(H) else any(map(any, H.a)):
+        if H != 0 if scalar(H) else H.any():
             need(sign == ">" and not scalar(H), f"{label} moves")
             yield reader.form, label, price(H, g.v)
 
