@@ -121,8 +121,8 @@ def _nearest(f):
 class BallReader(Reader):
     """A `Reader` of such stacks: the rounds of a loop are computed together."""
 
-    def __init__(self, *words, **more):
-        super().__init__(*words, **more)
+    def __init__(self, data, unknowns=(), sets=(), point=False):
+        super().__init__(data, unknowns, sets, point)
         self.rounds, self.bound, self.stacks = {}, {}, {}
 
     @staticmethod
@@ -253,7 +253,9 @@ class BallReader(Reader):
 
 
 def certain(whole):
-    """True if all that a file's point claims is certainly so; False tells nothing."""
+    """True if all that the point of a ``whole`` file claims is certainly so; False
+    tells nothing.
+    """
 
     def decide(label, x, semi):
         if scalar(x):

@@ -42,6 +42,7 @@ class Integers(Mat):
         return self.z if d == self.d else self.z * (d // self.d)
 
     def any(self):
+        """True if an entry isn't zero."""
         return not self.z.is_zero()
 
     def __add__(self, o):
@@ -52,6 +53,7 @@ class Integers(Mat):
     __radd__ = __add__
 
     def times(self, f):
+        """Its product with a number ``f``."""
         return Integers(self.z * f.numerator, self.d * f.denominator)
 
     def __matmul__(self, o):
@@ -64,6 +66,7 @@ class Integers(Mat):
 
     @property
     def T(self):
+        """The transpose."""
         return Integers(self.z.transpose(), self.d)
 
     def __eq__(self, o):
@@ -73,27 +76,33 @@ class Integers(Mat):
         return self.over(d) == o.over(d)
 
     def cut(self, i, r, j, c):
+        """The ``r`` rows from ``i`` on, of ``c`` columns from ``j`` on."""
         flat = self.z.entries()
         rows = [k * self.c + j for k in range(i, i + r)]
         flat = [e for k in rows for e in flat[k : k + c]]
         return Integers(fmpz_mat(r, c, flat), self.d)
 
     def at(self, i, j):
+        """The entry ``i``, ``j``, a Fraction."""
         return Fraction(int(self.z[i, j]), self.d)
 
     def dot(self, o):
+        """The sum of the products of its entries and those of a matrix ``o``."""
         pairs = zip(self.z.entries(), Integers.of(o).z.entries())
         return Fraction(int(sum(x * y for x, y in pairs)), self.d * o.d)
 
 
 class Swift(Reader):
-    """A `Reader` of such matrices; what a loop's rounds share is computed once."""
+    """A `Reader` of such matrices: see it for ``data``, ``unknowns``, ``sets``,
+    ``point``. What a loop's rounds share is computed once.
+    """
 
-    def __init__(self, *words, **more):
-        super().__init__(*words, **more)
+    def __init__(self, data, unknowns=(), sets=(), point=False):
+        super().__init__(data, unknowns, sets, point)
         self.shared, self.numbers = {}, {}
 
     def statements(self, program):
+        """See `Reader.statements`, of a ``program``."""
         for step in program:
             if step[0] == "for":
                 self.shared = {}
@@ -108,6 +117,7 @@ class Swift(Reader):
         return self.shared[key]
 
     def value(self, x):
+        """The value of a step x."""
         if x[0] == "number":
             if x not in self.numbers:
                 self.numbers[x] = super().value(x)
@@ -116,7 +126,7 @@ class Swift(Reader):
 
     @staticmethod
     def read(x):
-        """A number, or a matrix: see `arithmetic.read`."""
+        """A number, or a matrix, of the JSON x: see `arithmetic.read`."""
         if not isinstance(x, list):
             value = read(x)
             return value if scalar(value) else Integers.of(value)
@@ -130,7 +140,7 @@ class Swift(Reader):
 
     @staticmethod
     def kron(p, q):
-        """See `arithmetic.kron`."""
+        """The Kronecker product of p and q: see `arithmetic.kron`."""
         need(p.r * q.r * p.c * q.c <= LARGEST**2, "a Kronecker product is too large")
         if p.r == p.c == 1:
             return q.times(p.at(0, 0))
@@ -140,7 +150,7 @@ class Swift(Reader):
 
     @staticmethod
     def joined(r, c, parts):
-        """See `arithmetic.joined`."""
+        """The r x c matrix of ``parts``: see `arithmetic.joined`."""
         parts = [(top, left, Integers.of(x)) for top, left, x in parts]
         d, flat = lcm(*(x.d for *_, x in parts)), [0] * (r * c)
         for top, left, x in parts:

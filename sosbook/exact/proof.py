@@ -17,7 +17,7 @@ PLACES = (12, 17)  # of the matrices that only the proof needs
 
 
 def nearest(x):
-    """The float nearest to a rational, or its infinity: the verdict isn't its own."""
+    """The float nearest to a rational x, or its infinity: the verdict isn't its own."""
     try:
         return float(x)
     except OverflowError:
