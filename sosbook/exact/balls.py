@@ -240,7 +240,7 @@ class BallReader(Reader):
                 yield from super().statements([step])
 
     def keep_rounds(self, several):
-        """What the rounds have defined, each under its own name."""
+        """Keep all that the rounds have defined, each under its own name."""
         for text, x in self.bound.items():
             own = self.rounds.keys() & set(text.split(".")[1:])
             for k in range(several) if own else ():
