@@ -208,3 +208,10 @@ def test_the_delay_theorem_in_the_open_is_the_package_s():
     ours = point.problem.text.blocks(point.values)["decay"]
     assert_allclose(theirs, ours, atol=1e-12 * abs(ours).max())
     assert space["again"].certify().proven
+
+
+def test_the_stick_s_least_push_is_the_closed_form(capsys):
+    run("41", 1)
+    for line in capsys.readouterr().out.splitlines():
+        ours, by_hand = line.split(", by hand ")
+        assert_allclose(float(ours), float(by_hand), rtol=2e-3)
