@@ -270,6 +270,15 @@ def robot():
 
 
 @pytest.fixture
+def without_bounds(monkeypatch):
+    """Reports lack the table of bounds, which takes most of their time."""
+    from sosbook.synthesis.bounds import Bounds
+    from sosbook.synthesis.design import Design
+
+    monkeypatch.setattr(Design, "bounds", lambda self: Bounds([]))
+
+
+@pytest.fixture
 def ax():
     import matplotlib.pyplot as plt
 

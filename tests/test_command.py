@@ -440,8 +440,8 @@ def test_toml_leaves_out_what_json_calls_null(designed):
     assert (code, out) == designed(controller=COMPUTER | {"u_max": 60}, **given)[:2]
 
 
-def test_what_is_in_a_folder_is_not_lost(designed, tmp_path, monkeypatch):
-    monkeypatch.setattr("sosbook.controllers.report._page", lambda *_: "not read here")
+@pytest.mark.usefixtures("without_bounds")
+def test_what_is_in_a_folder_is_not_lost(designed, tmp_path):
     folder, heavier = tmp_path / "out", {k: [[x]] for k, x in zip("MDSB", (2, 1, 1, 1))}
     folder.mkdir()
     own = folder / "thesis.txt"

@@ -238,6 +238,7 @@ def test_the_header_says_what_is_proven_of_which_law():
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_bounds")
 def test_a_report_is_written(tmp_path):
     assert axis().limit(2.0).reach(seconds=60).step > 0.2
     path = arm().report(tmp_path, controller=axis().limit(2.0))
@@ -353,6 +354,7 @@ def test_the_page_stands_alone_and_says_what_is_known(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_bounds")
 def test_a_chromium_prints_the_page(tmp_path, monkeypatch):
     c = full().limit(2.0)
     with monkeypatch.context() as m:

@@ -98,6 +98,7 @@ def test_without_a_limit_the_step_is_1_and_an_asked_one_is_taken():
             steps_of(c, wrong)
 
 
+@pytest.mark.usefixtures("without_bounds")
 def test_a_run_ends_where_it_leaves_and_no_overshoot_is_said(tmp_path):
     design, c = bearing(units={"gap": "m", "u": "A"})
     step = 0.02  # far more than 5 A hold

@@ -280,10 +280,8 @@ def test_python_without_a_design_says_why(tab, tmp_path, monkeypatch, capsys, ex
     assert names["design"].reason in capsys.readouterr().out
 
 
-def test_the_limit_of_the_file_s_program_is_the_request_s(
-    tab, tmp_path, capsys, monkeypatch
-):
-    monkeypatch.setattr("sosbook.controllers.report._page", lambda *_: "not read here")
+@pytest.mark.usefixtures("without_bounds")
+def test_the_limit_of_the_file_s_program_is_the_request_s(tab, tmp_path, capsys):
     file = tmp_path / "plant.json"
     tab.page.locator("sos-bench select").select_option("1")
     for box in ("u_max", "clock"):
