@@ -8,6 +8,7 @@ them: see `kernel.exclude`.
 
 import re
 from fractions import Fraction
+from functools import lru_cache
 
 from .arithmetic import (
     LARGEST,
@@ -110,6 +111,7 @@ class Parser:
                 rows.append([])
 
 
+@lru_cache(maxsize=16)
 def parse(text):
     """The steps of a text: definitions, statements, and loops over them."""
     program, names = [], set()
