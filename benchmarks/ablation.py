@@ -165,7 +165,7 @@ def requests(quick=False):
     from tests.cases import random_request
 
     def small(seed):
-        found = sos.design_pid(**random_request(seed), time_limit=60)
+        found = sos.design_pid(**random_request(seed), search=sos.Search(time_limit=60))
         return found.status, found.K
 
     return {

@@ -8,6 +8,7 @@ from joblib.externals.loky import get_reusable_executor
 
 from sosbook.book import thesis
 from sosbook.lmi.problem import LMIProblem
+from sosbook.requirements.hinf import HInfinity
 from sosbook.studies.maps import designs, frontier, sweep
 from sosbook.studies.maps.search import requirements
 from sosbook.synthesis.request import Request
@@ -32,7 +33,12 @@ def grid(rows=25, columns=40):
 
 def keywords(r):
     """What a request asks, as `design_pid` takes it."""
-    return dict(U=r.U, region=r.region, gamma=r.gamma, saturation=r.saturation, mu=r.mu)
+    return dict(
+        U=r.U,
+        region=r.region,
+        gamma=HInfinity(r.gamma, mu=r.mu),
+        saturation=r.saturation,
+    )
 
 
 def point(request):
@@ -58,11 +64,10 @@ def staircase(requests):
             easy.plant,
             easy.U,
             easy.region,
-            easy.gamma,
+            HInfinity(easy.gamma, mu=easy.mu),
             easy.saturation,
             values=[row[0]["theta"] for row in places],
             digits=3,
-            mu=easy.mu,
             progress=False,
         )
     cells = [

@@ -94,7 +94,7 @@ def tree(n, seed=0):
         S = network(n, [*ties, (0, None, root)])
         vertices.append(sos.SecondOrderSystem(M, 0.05 * M + 0.05 * S, S, B, B))
     return sos.Polytope(vertices), dict(
-        region=sos.PoleRegion(sigma=0.1, rho=6), gamma=6.0, coupling="slack", slack=0.2
+        region=sos.PoleRegion(sigma=0.1, rho=6), gamma=6.0, coupling=("slack", 0.2)
     )
 
 
@@ -120,7 +120,7 @@ def building(n, seed=0):
         for f in (0.8, 1.2)
     ]
     return sos.Polytope(vertices), dict(
-        region=sos.PoleRegion(sigma=0.03, rho=8), coupling="slack", slack=0.2
+        region=sos.PoleRegion(sigma=0.03, rho=8), coupling=("slack", 0.2)
     )
 
 

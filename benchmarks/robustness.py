@@ -195,7 +195,7 @@ def _answer(plant, asked):
     start = time.process_time()
     try:
         with cpu_time_limits(), at_most(LIMIT):
-            design = sos.design_pid(plant, **asked, time_limit=TIME)
+            design = sos.design_pid(plant, **asked, search=sos.Search(time_limit=TIME))
     except Exception as error:  # whatever it is, it is a failure
         text = f"error: {type(error).__name__}: {error}"[:200]
         return text, "none", [text], time.process_time() - start

@@ -108,9 +108,9 @@ def random_cost_request(seed):
     root = rng.standard_normal((plant.m, plant.m))
     R = np.round(root @ root.T, 3) + 0.1 * np.eye(plant.m)
     noise, bound = rng.choice(["states", "F"]), 10 ** rng.uniform(0, 3.5)
-    asked["cost"] = sos.QuadraticCost(Q, R, str(noise), bound)
+    asked["requirements"] = [sos.QuadraticCost(Q, R, str(noise), bound)]
     if "gamma" in asked and seed % 4 == 0:
-        asked["mu"] = 10 ** rng.uniform(-1, 1)
+        asked["gamma"] = sos.HInfinity(asked["gamma"], mu=10 ** rng.uniform(-1, 1))
     return asked
 
 

@@ -45,7 +45,10 @@ MORE = {  # files that the tests of other things don't have
         ).reduce(modes=2)
     ).certify(),
     "mixed cost": lambda: sos.design_pid(
-        spring(), cost=sos.QuadraticCost(np.eye(2), [[1.0]], bound=50.0, N=[[0.1], [0]])
+        spring(),
+        requirements=[
+            sos.QuadraticCost(np.eye(2), [[1.0]], bound=50.0, N=[[0.1], [0]])
+        ],
     ).certify(),
 }
 

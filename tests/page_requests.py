@@ -9,10 +9,9 @@ def page_request(
     region=None,
     gamma=None,
     saturation=None,
-    mu=None,
     coupling="pairs",
     K_A=None,
-    cost=None,
+    requirements=(),
     **asked,
 ):
     """Keywords of `design_pid` as the kernel's ``design`` takes them, and more."""
@@ -27,10 +26,10 @@ def page_request(
         if getattr(region, name, None) is not None:
             asked[name] = getattr(region, name)
     if gamma is not None:
-        asked["gamma"] = gamma
-    if mu is not None:
-        asked["mu"] = mu
-    if cost is not None:
+        asked["gamma"] = getattr(gamma, "gamma", gamma)
+    if getattr(gamma, "mu", None) is not None:
+        asked["mu"] = gamma.mu
+    for cost in requirements:
         asked |= {"Q": cost.Q.tolist(), "R": cost.R.tolist(), "noise": cost.noise}
         if cost.bound is not None:
             asked["cost"] = cost.bound

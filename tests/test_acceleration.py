@@ -76,8 +76,7 @@ def test_the_block_holds_the_signal_of_the_loop(chain, coupling):
     request = Request(
         chain.plant,
         **asked,
-        coupling=coupling,
-        slack=0.1 if coupling == "slack" else None,
+        coupling=("slack", 0.1) if coupling == "slack" else coupling,
     )
     (d,), N = request.vertices, request.order
     V = np.random.default_rng(1).standard_normal((N, N))

@@ -34,7 +34,7 @@ def springs(vertices, n=2, **asked):
         for _ in range(vertices)
     ]
     asked = dict(region=sos.PoleRegion(0.1, rho=6)) | asked
-    return sos.Polytope(plants), asked | dict(coupling="slack", slack=0.2)
+    return sos.Polytope(plants), asked | dict(coupling=("slack", 0.2))
 
 
 def compiled(plant, asked):
@@ -204,7 +204,7 @@ def test_an_arrow_changes_no_verdict(seed, monkeypatch):
     plant = random_plant(rng, 2, 1, 1, 3, rng.choice([0.05, 0.2, 0.6]))
     asked = dict(region=sos.PoleRegion(10 ** rng.uniform(-1, 0.3)))
     asked["gamma"] = 10 ** rng.uniform(-1.5, 1)
-    mine, wanted = both(monkeypatch, plant, asked | dict(coupling="slack", slack=0.2))
+    mine, wanted = both(monkeypatch, plant, asked | dict(coupling=("slack", 0.2)))
     assert mine.status == wanted.status
     if mine.status == "feasible":
         assert_allclose(mine.K, wanted.K, rtol=0, atol=1e-6 * abs(wanted.K).max())

@@ -222,8 +222,8 @@ def package(texts):
             if wanted == "cost":
                 Q, R = (np.array(rows(name)) for name in "QR")
                 Q, R = (np.diag(X[0]) if len(X) == 1 else X for X in (Q, R))
-                asked["cost"] = sos.QuadraticCost(Q, R, bound=9)
-            sos.design_pid(plant, rows("U"), **asked, time_limit=9)
+                asked["requirements"] = [sos.QuadraticCost(Q, R, bound=9)]
+            sos.design_pid(plant, rows("U"), **asked, search=sos.Search(time_limit=9))
         except ValueError as fault:
             return str(fault), []
     return "", [str(w.message) for w in said if w.category is sos.MassWarning]
@@ -923,7 +923,7 @@ def test_a_law_is_written_for_the_package(tab, tmp_path, capsys):
     assert repr(asked) == repr({k: names["design"][k] for k in asked})
     assert (law.sensors.position.tolist(), law.filter) == ([[1, 0]], 0.01)
     assert law.integrate.tolist() == [[2]] and law.form == {"K_I": [["a"]]}
-    found = json.loads(file.read_text("utf-8")) | {"starts": 1}
+    found = json.loads(file.read_text("utf-8")) | {"search": {"starts": 1}}
     file.write_text(json.dumps(found), "utf-8")
     capsys.readouterr()
     assert main(["design", str(file), "--proof", str(tmp_path / "proof.json")]) == 0
@@ -934,7 +934,7 @@ def test_a_law_is_written_for_the_package(tab, tmp_path, capsys):
     assert np.real(loop.poles()).max() < -0.5
     setting = element(tab, "digest")
     page.locator("sos-bench select").select_option("2")
-    assert "left out: starts" in chosen(tab, file)
+    assert "left out: search.starts" in chosen(tab, file)
     page.wait_for_function(READY)
     now, then = (dict(parse_qsl(x)) for x in (element(tab, "digest"), setting))
     assert now | {"example": "", "outputs": ""} == then | {"example": "", "outputs": ""}

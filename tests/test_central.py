@@ -129,12 +129,12 @@ def test_what_would_make_a_gain_a_centre_does():
         plant, N = asked["plant"], design.request.order
         weights = np.eye(N), np.eye(plant.m)
         cheapest = sos.analyse_pid(
-            plant, design.K, asked.get("U"), cost=sos.QuadraticCost(*weights),
+            plant, design.K, asked.get("U"), requirements=[sos.QuadraticCost(*weights)],
             minimize="cost", coupling="pairs",
         )  # fmt: skip
         bound = 100 * cheapest.request.cost.bound
         cost = sos.QuadraticCost(*weights, bound=float(f"{bound:.3g}"))
-        bounded = sos.design_pid(**asked, cost=cost)
+        bounded = sos.design_pid(**asked, requirements=[cost])
         assert bounded.status == "feasible"
         central.append(bounded.central)
     assert len(reasons) == 3

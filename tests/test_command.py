@@ -315,7 +315,7 @@ def test_no_stale_proof_is_left(small, tmp_path, capsys):
     assert main(design) == 2 and proof.exists()
     assert "is still the answer to an earlier request" in capsys.readouterr().err
     tiny = data | {"saturation": {"u_max": 1e-9, "x0": [0.5, 0, 0]}}
-    tiny |= {"region": {"sigma": 5.0}, "coupling": "slack", "slack": 1e-9}
+    tiny |= {"region": {"sigma": 5.0}, "coupling": ["slack", 1e-9]}
     plant.write_text(json.dumps(tiny), "utf-8")
     code, said = main(design), capsys.readouterr()
     answer = json.loads(said.out)

@@ -57,7 +57,7 @@ def test_no_word_of_a_coupling_is_compared_outside_its_table():
 @pytest.mark.parametrize("mass, slack", [(1.4, 0.3), (2.2, None)])
 def test_the_recipe_of_a_fifth_coupling_designs_and_proves(halves, mass, slack):
     plants, asked = family(mass, 1.3), dict(region=sos.PoleRegion(sigma=0.4))
-    design = sos.design_pid(plants, coupling="halves", slack=slack, **asked)
+    design = sos.design_pid(plants, coupling=("halves", slack), **asked)
     assert type(design.request.coupling) is halves and design.status == "feasible"
     P = design.P
     assert (P[0] == P[1]).all() and (P[2] == P[3]).all() and (P[1] != P[2]).any()
@@ -81,8 +81,9 @@ def test_multipliers_of_the_fifth_coupling_refuse_nothing_that_its_file_allows(h
     soft, stiff = (sos.SecondOrderSystem(1, 0.1, s, 1) for s in (0.6, 1.4))
     plants = sos.Polytope([soft, stiff, soft, stiff])
     own = sos.analyse_pid(plants, [[0, 0]], coupling="slack")
+    halves = coupling.coupling_of("halves", own.slack)
     assert own.status == "feasible"
-    half = sos.analyse_pid(plants, [[0, 0]], coupling="halves", slack=own.slack)
+    half = sos.analyse_pid(plants, [[0, 0]], coupling=halves)
     assert half.request.lyapunov == ("P 1",) * 4 and half.status == "undecided"
 
 

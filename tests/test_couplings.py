@@ -21,7 +21,7 @@ def test_pairs_and_slack_do_not_contain_each_other():
     plants = counterexamples.random_pair(3, ratio=9)
     assert sos.design_pid(plants, region=region).certify().proven
     for slack in (0.05, 0.5):
-        refused = sos.design_pid(plants, region=region, coupling="slack", slack=slack)
+        refused = sos.design_pid(plants, region=region, coupling=("slack", slack))
         assert refused.status == "infeasible"
         assert refused.infeasibility.proven
 
@@ -73,7 +73,7 @@ def test_block_count_is_what_the_request_makes(count, blocks):
     plants = sos.Polytope([sos.SecondOrderSystem(M, one, one, one) for M in masses])
     for name, number in zip(polytopes.COUPLINGS, blocks):
         design = sos.design_pid(
-            plants, coupling=name, slack=(0.1 if name == "slack" else None)
+            plants, coupling=("slack", 0.1) if name == "slack" else name
         )
         made = [x for x in design.margins if x.startswith("stability")]
         assert len(made) == number
@@ -131,8 +131,9 @@ def test_survey_counts_what_pairs_and_slack_never_do():
     plants = [
         polytopes.scale_polytope(counterexamples.random_pair(k, 9), 1) for k in (6, 9)
     ]
+    kinds = "vertices", "pairs", ("slack", 0.1)
     found = polytopes.verify_many(
-        plants, region=sos.PoleRegion(theta=np.pi / 6, rho=6), slack=0.1
+        plants, kinds, region=sos.PoleRegion(theta=np.pi / 6, rho=6)
     )
     assert (found["vertices"] < 0).all()
     for name in ("pairs", "slack"):

@@ -122,7 +122,7 @@ def test_an_idle_direction_does_not_hide_the_smallest_gamma():
 def test_a_size_of_its_own_is_no_trouble_for_conjugate_gradients(monkeypatch):
     """gamma and u_max make a block of one scalar, which has no P and no Y."""
     example = thesis.example_1()
-    asked = example.requirements | {"mu": None}
+    asked = example.requirements | {"gamma": example.gamma}
     dense = sos.design_pid(example.plant, **asked)
     monkeypatch.setattr(Blocks, "settings", GRADIENTS)
     design = sos.design_pid(example.plant, **asked)

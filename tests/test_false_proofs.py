@@ -69,7 +69,7 @@ def test_what_weighs_less_than_nothing_is_no_cost(w, bound, true):
     plant = sos.SecondOrderSystem(ONE, 2 * w * ONE, w * w * ONE, ONE, [[1.0], [1.0]])
     Q = np.diag([0, 0, 1.0, 0])
     cost = sos.QuadraticCost(Q, ONE, "F", bound=bound)
-    proof = sos.analyse_pid(plant, np.zeros((2, 4)), cost=cost).certify()
+    proof = sos.analyse_pid(plant, np.zeros((2, 4)), requirements=[cost]).certify()
     assert agree(proof) and true_cost(plant, Q) < bound
     Q[0, 1] = Q[1, 0] = 1e-13
     assert true_cost(plant, Q) == pytest.approx(true, rel=1e-3) and true > bound
@@ -99,7 +99,7 @@ def test_weights_of_outputs_are_read_alike(seed):
     assert semidefinite(exact(cost.Q) - exact((given + given.T) / 2))
     assert np.allclose(cost.Q, given, rtol=1e-12, atol=0)
     assert agree(design.certify())
-    refused = sos.design_pid(PLANT, cost=cost.with_bound(0.98 * cost.bound))
+    refused = sos.design_pid(PLANT, requirements=[cost.with_bound(0.98 * cost.bound)])
     assert agree(refused.infeasibility)
 
 
@@ -109,7 +109,7 @@ def test_an_output_is_weighed_exactly(seed):
     C, rng = low_rank(seed)
     noise = "F" if seed % 2 else "states"
     cost = sos.QuadraticCost(C=C, R=ONE, noise=noise)
-    design = sos.design_pid(PLANT, cost=cost, minimize="cost")
+    design = sos.design_pid(PLANT, requirements=[cost], minimize="cost")
     bound = design.request.cost.bound
     other = sos.design_lqr(PLANT, C.T @ C, ONE, noise=noise).request.cost.bound
     assert bound == pytest.approx(other, rel=0.03)
@@ -123,30 +123,34 @@ def test_an_output_is_weighed_exactly(seed):
             repr(2 * float(e)) for e in row] for row in asked["C"]]
     ))  # fmt: skip
     assert verdicts(heavier) == (False, False)
-    refused = sos.design_pid(PLANT, cost=cost.with_bound(0.9 * other))
+    refused = sos.design_pid(PLANT, requirements=[cost.with_bound(0.9 * other)])
     assert agree(refused.infeasibility)
 
 
 STILL = np.eye(2), [[-1, 1], [0, -1]]  # a loop without an input
 EMPTY = {
     "no weight": lambda more: sos.design_pid(
-        PLANT, cost=sos.QuadraticCost(np.zeros((4, 4)), ONE, bound=5.0), **more
+        PLANT,
+        requirements=[sos.QuadraticCost(np.zeros((4, 4)), ONE, bound=5.0)],
+        **more,
     ).certify(),
     "no weight, refused": lambda more: (
         sos.analyse_pid(
             PLANT,
             -np.eye(2, 4),
-            cost=sos.QuadraticCost(np.zeros((4, 4)), ONE, bound=1e-5),
+            requirements=[sos.QuadraticCost(np.zeros((4, 4)), ONE, bound=1e-5)],
         ).infeasibility
     ),
     "no input": lambda more: analyse_loop(
-        *STILL, cost=sos.QuadraticCost(ONE, [], bound=9.0), **more
+        *STILL, requirements=[sos.QuadraticCost(ONE, [], bound=9.0)], **more
     ).certify(),
     "no input, an output": lambda more: analyse_loop(
-        *STILL, cost=sos.QuadraticCost(C=[[1, 2]], R=[], bound=9.0), **more
+        *STILL, requirements=[sos.QuadraticCost(C=[[1, 2]], R=[], bound=9.0)], **more
     ).certify(),
     "no input, refused": lambda more: (
-        analyse_loop(*STILL, cost=sos.QuadraticCost(ONE, [], bound=0.1)).infeasibility
+        analyse_loop(
+            *STILL, requirements=[sos.QuadraticCost(ONE, [], bound=0.1)]
+        ).infeasibility
     ),
 }
 

@@ -287,7 +287,7 @@ def test_designs_at_vertices_that_suffice_keep_their_promises(seed):
     )
     region = sos.PoleRegion(sigma=0.2, theta=1.3, rho=30)
     cost = sos.QuadraticCost(np.eye(4), np.eye(2), "F", bound=100.0)
-    design = sos.design_pid(plants, region=region, gamma=2.0, cost=cost)
+    design = sos.design_pid(plants, region=region, gamma=2.0, requirements=[cost])
     assert len(design.request.pairs) == 8
     assert "every constant or changing plant of" in design.certify().claims[0]
     for plant in plants.sample(20, seed=seed):

@@ -81,7 +81,7 @@ def test_following_the_advice_helps(name):
         ),
         (dict(region=sos.PoleRegion(0.7, np.pi / 4, 0.75)), "disk radius rho first"),
         (dict(gamma=0.05), "Leave out mu = 1 first"),
-        (dict(gamma=0.005, mu=None), "H-infinity bound gamma first"),
+        (dict(gamma=sos.HInfinity(0.005, mu=None)), "H-infinity bound gamma first"),
     ],
 )
 def test_example_1_asked_too_much(change, words):
@@ -291,7 +291,9 @@ def test_a_large_plant_that_is_not_controllable_answers_at_once(B, spread):
         pushed = np.random.default_rng(0).standard_normal((n, 2))
     S = np.diag(np.arange(1.0, n + 1)) if spread else np.eye(n)
     plant = sos.SecondOrderSystem(np.eye(n), 0.1 * np.eye(n), S, pushed)
-    d = sos.design_pid(plant, region=sos.PoleRegion(sigma=1), time_limit=60)
+    d = sos.design_pid(
+        plant, region=sos.PoleRegion(sigma=1), search=sos.Search(time_limit=60)
+    )
     assert d.status == "infeasible" and d.infeasibility.proven
     assert np.isclose(d.infeasibility.mode.real, -0.05)
 
@@ -299,11 +301,11 @@ def test_a_large_plant_that_is_not_controllable_answers_at_once(B, spread):
 def test_a_refusal_for_one_slack_scalar_says_so():
     """Without the number only what a vertex alone excludes is infeasible."""
     plants = sos.Polytope([mass(), mass(M=[[2.0]])])
-    asked = dict(gamma=0.01, saturation=sos.Saturation(1, [1, 0]), coupling="slack")
-    one = sos.design_pid(plants, slack=0.5, **asked)
+    asked = dict(gamma=0.01, saturation=sos.Saturation(1, [1, 0]))
+    one = sos.design_pid(plants, coupling=("slack", 0.5), **asked)
     assert one.status == "infeasible" and one.infeasibility.proven
     assert "for slack = 0.5 s" in one.reason
-    every = sos.design_pid(plants, **asked)
+    every = sos.design_pid(plants, coupling="slack", **asked)
     assert every.status == "infeasible" and every.infeasibility.proven
     assert every.reason.startswith("At vertex 1 alone, and so for every slack scalar")
     far = counterexamples.random_pair(1, 9)  # each of them can do it

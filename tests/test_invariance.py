@@ -171,9 +171,12 @@ def test_only_a_fixed_mu_knows_the_unit_of_w():
     there = units.requirements(asked)
     louder = there | {"gamma": asked["gamma"]}
     for mu in (None, 1.0):
-        K = sos.design_pid(plant, **asked, mu=mu).K
-        other = sos.design_pid(careless, **louder, mu=mu).K
-        good = sos.design_pid(slow, **there, mu=mu).K
+
+        def gain(plant, asked, mu=mu):
+            bound = sos.HInfinity(asked["gamma"], mu=mu)
+            return sos.design_pid(plant, **asked | {"gamma": bound}).K
+
+        K, other, good = gain(plant, asked), gain(careless, louder), gain(slow, there)
         assert np.allclose(units.Q @ good @ units.state, K, rtol=1e-6)
         same = np.allclose(units.Q @ other @ units.state, K, rtol=1e-6)
         assert same == (mu is None)

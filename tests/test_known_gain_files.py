@@ -151,7 +151,9 @@ def test_noise_of_a_sensor_is_in_no_bounded_signal_at_once():
     """White noise that u follows without a lag costs infinitely much."""
     carts = sos.SecondOrderSystem(1, 0.5, 1, 1, 1)
     law = sos.PIDLaw([[1]], filter=0.3, noise=[[0.1]])
-    asked = dict(law=law, cost=sos.QuadraticCost(np.eye(3), [[1]], "F", bound=1e3))
+    asked = dict(
+        law=law, requirements=[sos.QuadraticCost(np.eye(3), [[1]], "F", bound=1e3)]
+    )
     with pytest.raises(ValueError, match="cost: the noise of a sensor is in u"):
         sos.analyse_pid(carts, [[-0.5, -0.3]], **asked)
     with pytest.raises(ValueError, match="cost: the noise of a sensor is in u"):

@@ -287,7 +287,9 @@ BAD = {
     "law must be": lambda: sos.analyse_pid(ARM, GAINS, law="PID"),
     "no gain 'K_X'": lambda: sos.analyse_pid(ARM, {"K_X": [[1]]}, law=PID),
     "coupling='pairs'": lambda: sos.analyse_pid(ARM, GAINS, law=PID, coupling="pairs"),
-    "mu is given": lambda: sos.analyse_pid(ARM, GAINS, law=PID, mu=1.0),
+    "mu = 1 is given": lambda: sos.analyse_pid(
+        ARM, GAINS, law=PID, gamma=sos.HInfinity(1, mu=1)
+    ),
     "leaves no gain free": lambda: sos.analyse_pid(
         ARM, [[0]], law=sos.PIDLaw([[1, 0]], structure=[[0]])
     ),

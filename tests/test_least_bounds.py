@@ -149,11 +149,11 @@ def test_both_sides_are_known_where_the_search_gives_up(no_search, name, couplin
     more = {
         "gamma": dict(region=sos.PoleRegion(sigma=0.3, rho=4)),
         "u_max": dict(saturation=sos.Saturation(None, [1, 0])),
-        "cost": dict(cost=sos.QuadraticCost(np.eye(2), [[1]])),
+        "cost": dict(requirements=[sos.QuadraticCost(np.eye(2), [[1]])]),
     }[name]
     asked = dict(plant=FALLS, minimize=name, coupling=coupling, **more)
     if coupling == "slack":
-        asked["slack"] = 0.5
+        asked["coupling"] = "slack", 0.5
     best = sos.design_pid(**asked).request.owner(name).bound
     no_search()
     d = sos.design_pid(**asked)
@@ -177,7 +177,10 @@ def test_random_minima_are_answers(seed):
     for asked in (
         from_state(x0),
         dict(minimize="gamma"),
-        dict(minimize="cost", cost=sos.QuadraticCost(np.eye(N), np.eye(plant.m), "F")),
+        dict(
+            minimize="cost",
+            requirements=[sos.QuadraticCost(np.eye(N), np.eye(plant.m), "F")],
+        ),
     ):
         d = sos.design_pid(plant, **asked)
         assert d.status == "feasible" and d.certify().proven

@@ -294,7 +294,9 @@ def test_what_designs_takes_a_law_or_says_who_does(name):
     assert sos.analyse_delay(PLANT, found, tau=1e-3).status == "feasible"  # its cure
     refused(designs["design_observer"], "law")
     size = 2 + len(LAWS[name][2]()[0])
-    lqr = sos.design_lqr(PLANT, np.eye(size), [[1.0]], law=law, time_limit=9)
+    lqr = sos.design_lqr(
+        PLANT, np.eye(size), [[1.0]], law=law, search=sos.Search(time_limit=9)
+    )
     assert lqr.status in ("feasible", "undecided") and lqr.request.law is law
     c = designs["design_sampled"]()
     assert c.status == "feasible" and max(abs(c.poles())) < np.exp(-0.05 * 0.02)

@@ -106,8 +106,7 @@ def test_the_bound_holds_over_the_polytope(polytope, coupling, noise):
         np.eye(4),
         [[1]],
         noise=noise,
-        coupling=coupling,
-        slack=0.02 if coupling == "slack" else None,
+        coupling=("slack", 0.02) if coupling == "slack" else coupling,
     )
     assert design.status == "feasible"
     assert design.certify().proven
@@ -134,15 +133,19 @@ def test_cost_is_a_requirement_among_others():
     least = riccati(robot.plant, Q, R, robot.U)[1]
     fast = sos.PoleRegion(sigma=1.0)
     design = sos.design_pid(
-        robot.plant, robot.U, region=fast, cost=sos.QuadraticCost(Q, R), minimize="cost"
+        robot.plant,
+        robot.U,
+        region=fast,
+        requirements=[sos.QuadraticCost(Q, R)],
+        minimize="cost",
     )
     assert design.status == "feasible" and design.certify().proven
     assert design.request.cost.bound > 1.1 * least
     assert design.poles().real.max() < -1
     tight = sos.QuadraticCost(Q, R, bound=1.05 * least)
-    refused = sos.design_pid(robot.plant, robot.U, region=fast, cost=tight)
+    refused = sos.design_pid(robot.plant, robot.U, region=fast, requirements=[tight])
     assert refused.status == "infeasible" and refused.infeasibility.proven
-    alone = sos.design_pid(robot.plant, robot.U, cost=tight)
+    alone = sos.design_pid(robot.plant, robot.U, requirements=[tight])
     assert alone.status == "feasible" and alone.certify().proven
 
 
@@ -152,7 +155,7 @@ def test_a_given_gain_has_its_true_cost_as_least_bound():
         ex.plant,
         ex.K,
         ex.U,
-        cost=sos.QuadraticCost(np.eye(6), np.eye(2)),
+        requirements=[sos.QuadraticCost(np.eye(6), np.eye(2))],
         minimize="cost",
         search=sos.Search(backoff=1e-3),
     )
@@ -220,7 +223,7 @@ def test_a_cost_without_bound_needs_an_objective():
     plant = thesis.example_1().plant
     cost = sos.QuadraticCost(np.eye(4), np.eye(2))
     with pytest.raises(ValueError, match="bound is None"):
-        sos.design_pid(plant, cost=cost)
+        sos.design_pid(plant, requirements=[cost])
     with pytest.raises(ValueError, match="without a bound"):
         sos.design_pid(plant, minimize="cost")
 
@@ -297,16 +300,15 @@ def test_what_else_is_asked_of_an_optimal_gain_means_the_same():
     alone = sos.design_lqr(plant, Q, R).request.cost.bound
     for asked in (
         dict(gamma=0.5),
-        dict(gamma=0.5, mu=1.0),
+        dict(gamma=sos.HInfinity(0.5, mu=1.0)),
         dict(saturation=sos.Saturation(0.8, [1, 0])),
         dict(requirements=[sos.LMIRegion.half_plane(0.9)]),
-        dict(gamma=0.6, coupling="slack", slack=0.5),
+        dict(gamma=0.6, coupling=("slack", 0.5)),
     ):
         found = sos.design_lqr(plant, Q, R, **asked)
         assert found.status == "feasible" and found.certify().proven
-        same = sos.design_pid(
-            plant, cost=sos.QuadraticCost(Q, R), minimize="cost", **asked
-        )
+        wanted = [sos.QuadraticCost(Q, R), *asked.pop("requirements", ())]
+        same = sos.design_pid(plant, requirements=wanted, minimize="cost", **asked)
         bound = found.request.cost.bound
         assert bound == pytest.approx(same.request.cost.bound, rel=0.012)
         assert found.noise_cost(samples=20) < bound

@@ -70,7 +70,8 @@ ASKED = {
         region=REGION, gamma=2.0, saturation=sos.Saturation(50.0, [0.1, 0.1, 0, 0])
     ),
     "cost": dict(
-        region=REGION, cost=sos.QuadraticCost(np.eye(4), np.eye(2), "F", bound=90.0)
+        region=REGION,
+        requirements=[sos.QuadraticCost(np.eye(4), np.eye(2), "F", bound=90.0)],
     ),
     "least": dict(region=sos.PoleRegion(sigma=0.4, rho=9), minimize="gamma"),
 }
@@ -85,7 +86,7 @@ def designed(asked, seed=0):
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("integrators", [0, 1])
 def test_many_pairs_are_looked_at_as_each_alone(seed, integrators):
-    asked = ASKED["saturation"] | {"cost": ASKED["cost"]["cost"]}
+    asked = ASKED["saturation"] | ASKED["cost"]
     if integrators:
         asked = dict(region=REGION, gamma=2.0, U=[[1.0, 0.0]])
     request = Request(plants(seed, k=3), **asked)
@@ -224,7 +225,7 @@ def test_neither_order_nor_repetition_matters(few_at_a_time, asked, seed):
 @pytest.mark.parametrize("coupling", ["pairs", "slack"])
 def test_a_guess_that_no_pair_violates_will_do(coupling):
     """With a slack matrix no block is without a vertex, and none need be chosen."""
-    slack = dict(coupling="slack", slack=0.1) if coupling == "slack" else {}
+    slack = dict(coupling=("slack", 0.1)) if coupling == "slack" else {}
     request = Request(plants(k=5, spread=0.01), **slack)
     assert len(request.pairs) > cutting.CUTTING_PLANE_ABOVE_PAIRS
     lmis = ScaledLMIs(request, Frame.of(request))
@@ -330,8 +331,7 @@ def test_few_vertices_refuse_with_a_slack_matrix(n, count):
         stiffer_springs(count, n, count),
         region=sos.PoleRegion(sigma=0.4, rho=8),
         saturation=sos.Saturation(0.5, np.ones(2 * n)),
-        coupling="slack",
-        slack=0.1,
+        coupling=("slack", 0.1),
     )
     proof = design.infeasibility
     assert design.status == "infeasible" and proof.verify()

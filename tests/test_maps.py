@@ -120,7 +120,7 @@ def test_no_design_is_said_too(robot):
 def test_other_couplings_have_edges_too():
     arm = thesis.example_4()
     edge = maps.edge(
-        "rho", arm.plant, **arm.requirements, digits=2, coupling="slack", slack=0.05
+        "rho", arm.plant, **arm.requirements, digits=2, coupling=("slack", 0.05)
     )
     assert edge.design.V is not None and edge.design.certify().proven
     assert edge.design.slack == 0.05
@@ -213,9 +213,8 @@ def test_status_is_what_the_proofs_say(force, robot):
                 robot.plant,
                 robot.U,
                 region=robot.region,
-                gamma=gamma,
+                gamma=sos.HInfinity(gamma, mu=1.0),
                 saturation=sos.Saturation(u_max, robot.saturation.x0),
-                mu=1.0,
             )
             assert status in (fresh.status, "undecided")
             found = force.design(gamma, u_max)

@@ -249,9 +249,8 @@ def test_the_bound_of_the_input_holds_under_disturbances(coupling, mu):
     design = sos.design_pid(
         sos.Polytope(ends),
         region=sos.PoleRegion(sigma=0.4, rho=8),
-        gamma=2.0,
+        gamma=sos.HInfinity(2.0, mu=mu),
         saturation=sos.Saturation(60, [0.5, 1]),
-        mu=mu,
         coupling=coupling,
     )
     if coupling == "pairs":  # V' < mu w'w needs this very block

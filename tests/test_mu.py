@@ -5,6 +5,7 @@ import pytest
 
 import sosbook as sos
 from sosbook.plants.coupled import Coupled
+from sosbook.plants.coupling import coupling_of
 from sosbook.plants.descriptor import descriptors
 from sosbook.requirements.hinf import HInfinity
 from sosbook.studies import maps
@@ -34,7 +35,11 @@ def units(plant, force, length, w=1.0):
 def test_alone_gamma_does_not_depend_on_mu(robot, mu):
     """Without a block that fixes the size of P."""
     d = sos.design_pid(
-        robot.plant, robot.U, region=robot.region, mu=mu, minimize="gamma"
+        robot.plant,
+        robot.U,
+        region=robot.region,
+        gamma=sos.HInfinity(mu=mu),
+        minimize="gamma",
     )
     wanted = sos.design_pid(robot.plant, robot.U, region=robot.region, minimize="gamma")
     assert d.gamma == wanted.gamma
@@ -46,8 +51,8 @@ def test_a_number_for_mu_is_a_unit_of_w(robot, asked):
     """-mu I and -(gamma^2/mu) I are F / sqrt(mu) and gamma / sqrt(mu)."""
     plant, mu = robot.plant, 0.04
     other, unit = units(plant, 1, 1, np.sqrt(mu))
-    first = sos.design_pid(plant, gamma=0.3, mu=mu, **asked)
-    second = sos.design_pid(other, gamma=0.3 * unit, mu=1.0, **asked)
+    first = sos.design_pid(plant, gamma=sos.HInfinity(0.3, mu=mu), **asked)
+    second = sos.design_pid(other, gamma=sos.HInfinity(0.3 * unit, mu=1.0), **asked)
     assert np.allclose(first.K, second.K, rtol=1e-5)
 
 
@@ -61,7 +66,7 @@ def test_one_program_finds_the_best_mu(robot, asked):
             robot.plant,
             minimize="gamma",
             search=sos.Search(backoff=1e-3),
-            mu=mu,
+            gamma=sos.HInfinity(mu=mu),
             **asked,
         )
         for mu in 2.271e-4 * np.array([0.3, 0.8, 1.0, 1.25, 3.0])
@@ -77,7 +82,9 @@ def test_one_program_finds_the_best_mu(robot, asked):
 
 def test_free_mu_proves_what_one_cannot(robot, asked):
     """A bound near the true norm, over the other requirements."""
-    fixed = sos.design_pid(robot.plant, minimize="gamma", mu=1.0, **asked)
+    fixed = sos.design_pid(
+        robot.plant, minimize="gamma", gamma=sos.HInfinity(mu=1.0), **asked
+    )
     free = sos.design_pid(robot.plant, minimize="gamma", **asked)
     assert free.gamma < fixed.gamma / 10
     assert free.hinf() < free.gamma < 2 * free.hinf()
@@ -85,7 +92,7 @@ def test_free_mu_proves_what_one_cannot(robot, asked):
 
 
 def test_a_refusal_for_one_mu_says_so(robot, asked):
-    refused = sos.design_pid(robot.plant, gamma=0.02, mu=1.0, **asked)
+    refused = sos.design_pid(robot.plant, gamma=sos.HInfinity(0.02, mu=1.0), **asked)
     assert refused.status == "infeasible" and refused.infeasibility.proven
     assert refused.infeasibility.condition == "for mu = 1"
     assert refused.request.sizes.condition == "for mu = 1"
@@ -93,7 +100,7 @@ def test_a_refusal_for_one_mu_says_so(robot, asked):
     assert refused.advice.startswith("Leave out mu = 1 first")
     assert sos.design_pid(robot.plant, gamma=0.02, **asked).certify().proven
     for gamma, mu in ((0.009, 1.0), (0.009, None)):
-        never = sos.design_pid(robot.plant, gamma=gamma, mu=mu, **asked)
+        never = sos.design_pid(robot.plant, gamma=sos.HInfinity(gamma, mu=mu), **asked)
         assert never.status == "infeasible" and "mu" not in never.advice
 
 
@@ -102,7 +109,7 @@ def test_a_refusal_without_mu_excludes_every_mu(robot, asked):
     assert never.status == "infeasible" and never.infeasibility.proven
     assert never.infeasibility.condition == "" and repr(never).endswith("infeasible>")
     for mu in (1e-6, 2.27e-4, 1, 1e3):
-        one = sos.design_pid(robot.plant, gamma=0.0098, mu=mu, **asked)
+        one = sos.design_pid(robot.plant, gamma=sos.HInfinity(0.0098, mu=mu), **asked)
         assert one.status == "infeasible"
 
 
@@ -116,7 +123,9 @@ def test_the_printed_blocks_hold_with_the_mu_of_the_design(robot, asked):
     assert x0 @ np.linalg.solve(d.P, x0) < 1
     push = d.K @ d.P @ d.K.T
     assert np.linalg.eigvalsh(push)[-1] < robot.saturation.u_max**2
-    tied = sos.analyse_pid(robot.plant, d.K, gamma=0.02, mu=d.mu, **asked)
+    tied = sos.analyse_pid(
+        robot.plant, d.K, gamma=sos.HInfinity(0.02, mu=d.mu), **asked
+    )
     assert tied.status == "feasible"
 
 
@@ -152,22 +161,28 @@ def test_a_bound_is_minimised_over_every_size(robot, key):
 @pytest.mark.parametrize("mu", [1e-6, 1e-4])
 def test_a_minimum_that_one_mu_forbids_says_so(robot, asked, mu):
     """Below a mu of about 2e-4 nothing has any bound at all, however large."""
-    d = sos.design_pid(robot.plant, minimize="gamma", mu=mu, **asked)
+    d = sos.design_pid(
+        robot.plant, minimize="gamma", gamma=sos.HInfinity(mu=mu), **asked
+    )
     assert d.status == "infeasible" and d.infeasibility.proven
     assert d.reason.endswith(f"exclude every gamma for mu = {mu:g}.")
     assert repr(d) == f"<Design: infeasible for mu = {mu:g}>"
     assert d.advice.startswith(f"Leave out mu = {mu:g} first")
     assert d.gamma is None and d.K is None
     for gamma in (1.0, 1e3, 1e6):
-        one = sos.design_pid(robot.plant, gamma=gamma, mu=mu, **asked)
+        one = sos.design_pid(robot.plant, gamma=sos.HInfinity(gamma, mu=mu), **asked)
         assert one.status != "feasible"
-    more = sos.design_pid(robot.plant, minimize="gamma", mu=1e-3, **asked)
+    more = sos.design_pid(
+        robot.plant, minimize="gamma", gamma=sos.HInfinity(mu=1e-3), **asked
+    )
     assert more.certify().proven
 
 
 def test_a_minimum_beside_too_little_force_does_not_blame_mu(robot, asked):
     weak = dict(asked, saturation=sos.Saturation(1.0, robot.saturation.x0))
-    d = sos.design_pid(robot.plant, minimize="gamma", mu=1e-6, **weak)
+    d = sos.design_pid(
+        robot.plant, minimize="gamma", gamma=sos.HInfinity(mu=1e-6), **weak
+    )
     assert d.status == "infeasible" and d.infeasibility.proven
     assert "mu =" not in d.reason + d.advice + repr(d)
 
@@ -190,7 +205,7 @@ def test_two_bounds_at_once(robot, asked):
             robot.plant,
             minimize=weights,
             search=sos.Search(backoff=1e-3),
-            mu=mu,
+            gamma=sos.HInfinity(mu=mu),
             **free,
         )
         assert total(best) < 1.005 * total(fixed)
@@ -213,23 +228,22 @@ def test_a_request_knows_what_fixes_the_size(robot):
         "saturation",
         "peak",
     ]
-    tied = Request(robot.plant, requirements=list(SIZED.values()), mu=2)
-    assert (
-        tied.sizes.followers(tied.sizes.leader()) == ()
-        and tied.sizes.condition == "for mu = 2"
-    )
+    held = [
+        sos.HInfinity(r.gamma, mu=2) if r.name == "gamma" else r for r in SIZED.values()
+    ]
+    tied = Request(robot.plant, requirements=held)
+    sizes = tied.sizes
+    assert sizes.followers(sizes.leader()) == () and sizes.condition == "for mu = 2"
     assert tied.untied().sizes.condition == ""
 
 
 @pytest.mark.parametrize(
-    "asked, words",
+    "made, words",
     [
-        (dict(mu=0), "mu must be positive"),
-        (dict(mu="best"), 'mu must be a number or "free"'),
-        (dict(slack=0.1), "slack is given"),
-        (dict(slack=-1, coupling="slack"), "slack must be positive"),
+        (lambda: sos.HInfinity(mu=0), "mu must be positive"),
+        (lambda: coupling_of(("slack", -1)), "slack must be positive"),
     ],
 )
-def test_bad_input(robot, asked, words):
+def test_bad_input(made, words):
     with pytest.raises(ValueError, match=words):
-        sos.design_pid(robot.plant, robot.U, region=robot.region, **asked)
+        made()

@@ -97,7 +97,9 @@ def test_norm_cost_and_peak_of_one_plant(seed):
         true = np.trace(where.T @ X @ where)
         for share, status in ((1.005, "feasible"), (0.999, "infeasible")):
             cost = sos.QuadraticCost(R=[], C=C, noise=noise, bound=share * true)
-            assert analyse_loop(E, A, B, C, cost=cost, **asked).status == status
+            assert (
+                analyse_loop(E, A, B, C, requirements=[cost], **asked).status == status
+            )
     system = sos.DescriptorSystem(E, A - B @ C, B, B, C)
     x0 = np.array([1.0, -1, 0.5, 0])
     least = sos.analyse_pid(
@@ -188,7 +190,7 @@ def test_auto_takes_multipliers_where_they_are_to_be_had():
     assert coupling(sos.Polytope([m[0], m[0]]), minimize="gamma") == "pairs"
     u = dict(saturation=sos.Saturation(None, x0), minimize="u_max")
     assert coupling(gamma=9, **u) == "multipliers"
-    assert coupling(gamma=9, mu=1.0, **u) == "pairs"
+    assert coupling(gamma=sos.HInfinity(9, mu=1.0), **u) == "pairs"
     same = sos.Polytope([sos.SecondOrderSystem(1, d, 1, 1) for d in (0.1, 1)])
     whole = sos.Saturation(None, x0, acceleration=True)
     assert coupling(same, saturation=whole, minimize="u_max") == "pairs"
@@ -212,7 +214,7 @@ def test_a_proof_is_a_file_about_the_gain_as_it_is_printed(tmp_path):
 
 def test_the_time_ends():
     E, A, B, C = loops(3, vertices=4, order=8, spread=0.3)
-    found = analyse_loop(E, A, B, C, gamma=1.0, time_limit=1e-3)
+    found = analyse_loop(E, A, B, C, gamma=1.0, search=sos.Search(time_limit=1e-3))
     assert found.status == "undecided" and "time_limit" in found.reason
 
 

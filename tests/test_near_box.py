@@ -187,8 +187,10 @@ ASKED = {
         saturation=sos.Saturation(30.0, [0.1, 0, 0, 0, 0, 0]),
         gamma=6.0,
     ),
-    "noise": dict(cost=QuadraticCost(np.eye(6), np.eye(3), noise="F", bound=60.0)),
-    "states": dict(cost=QuadraticCost(np.eye(6), np.eye(3), bound=500.0)),
+    "noise": dict(
+        requirements=[QuadraticCost(np.eye(6), np.eye(3), noise="F", bound=60.0)]
+    ),
+    "states": dict(requirements=[QuadraticCost(np.eye(6), np.eye(3), bound=500.0)]),
 }
 
 

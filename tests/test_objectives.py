@@ -95,8 +95,6 @@ def test_a_start_of_another_shape_is_refused(robot):
     seat = thesis.example_2()
     with pytest.raises(ValueError, match="start has other sizes"):
         sos.design_pid(seat.plant, **seat.requirements, search=sos.Search(start=first))
-    with pytest.raises(ValueError, match="must be a Design"):
-        sos.design_pid(robot.plant, U=robot.U, start=3)
 
 
 def many(gamma):

@@ -133,9 +133,9 @@ def test_a_polytope_keeps_what_is_proven(seed, coupling):
         sos.HInfinity(30.0),
     ]
     design = sos.design_pid(
-        loads, U, requirements=asked, minimize="quiet", coupling=coupling,
+        loads, U, requirements=asked, minimize="quiet",
+        coupling=("slack", 0.3) if coupling == "slack" else coupling,
         saturation=sos.Saturation(40, [0.5, 0, 0, 0, 0]),
-        **({"slack": 0.3} if coupling == "slack" else {}),
     )  # fmt: skip
     assert design.status == "feasible", design.reason
     assert len(checked(design.certify())) == 5
@@ -324,7 +324,7 @@ def test_plants_may_have_outputs_of_their_own():
     bounds = []
     for plants in (loads, family):
         design = sos.design_pid(
-            plants, gamma=8.0, coupling="slack", slack=0.5,
+            plants, gamma=8.0, coupling=("slack", 0.5),
             region=sos.PoleRegion(rho=30),
         )  # fmt: skip
         claims = checked(design.certify())
@@ -469,14 +469,14 @@ def test_a_cost_with_cross_terms_is_that_of_the_Riccati_equation(noise):
     best = np.trace(X) if noise == "states" else np.trace(W.T @ X @ W)
     assert cost.truth([d], -K) == pytest.approx(best)
     found = sos.design_pid(
-        one, cost=cost, minimize="cost", search=sos.Search(backoff=1e-3)
+        one, requirements=[cost], minimize="cost", search=sos.Search(backoff=1e-3)
     )
     assert best < found.request.cost.bound < 1.01 * best
     checked(found.certify())
     softer = sos.SecondOrderSystem(1.1 * one.M, one.D, 0.9 * one.S, one.B, one.F)
     loads = sos.Polytope([one, softer])
     K = found.K.round(3)
-    least = sos.analyse_pid(loads, K, cost=cost, minimize="cost")
+    least = sos.analyse_pid(loads, K, requirements=[cost], minimize="cost")
     worst = max(cost.truth(descriptors(v), K) for v in loads.sample(30, seed=0))
     assert worst < least.request.cost.bound < 1.1 * worst and least.certify().proven
     for wrong, message in (

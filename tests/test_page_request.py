@@ -251,7 +251,7 @@ def test_json_python_and_c_ask_the_same(tab, tmp_path, count):
 def test_a_key_that_a_writer_does_not_know_is_an_error(tab):
     """None of the file's keys is left out in silence."""
     schema = json.loads(SCHEMA.read_text("utf-8"))["properties"]
-    strange = {"h2", "maximize", "minimize", "slack", "search"}
+    strange = {"h2", "maximize", "minimize", "search"}
     for name in {*schema} - {"$schema"}:
         words = tab.page.evaluate(
             """name => ["PYTHON", "IN_C"].map(kind => {
@@ -527,7 +527,7 @@ def test_what_to_relax_is_sought_for_all_bounds(visit, tmp_path, name):
 
 def assert_designed(values, mu):
     found = sos.design_pid(
-        robot().plant, robot().U, gamma=values["gamma"], mu=mu,
+        robot().plant, robot().U, gamma=sos.HInfinity(values["gamma"], mu=mu),
         region=sos.PoleRegion(values["sigma"], rho=values["rho"],
                               theta_deg=values["theta"]),
         saturation=sos.Saturation(values["u_max"], robot().saturation.x0),

@@ -120,7 +120,7 @@ def test_modes_that_coincide_get_an_answer():
     design = sos.analyse_pid(
         sos.DescriptorSystem(E, A, np.zeros((2 * n, 1))),
         np.zeros((1, 2 * n)),
-        time_limit=30,
+        search=sos.Search(time_limit=30),
     )
     assert design.status in ("feasible", "undecided") and design.K is not None
 
@@ -130,7 +130,9 @@ def test_a_negative_kinetic_energy_is_named():
     M = plant.M.copy()
     M[0, 0] = -1.0
     odd = sos.SecondOrderSystem(M, plant.D, plant.S, plant.B, plant.F)
-    design = sos.design_pid(odd, region=sos.PoleRegion(5.0), time_limit=2)
+    design = sos.design_pid(
+        odd, region=sos.PoleRegion(5.0), search=sos.Search(time_limit=2)
+    )
     assert design.status != "infeasible"
     assert design.status == "feasible" or "kinetic energy" in design.reason
 

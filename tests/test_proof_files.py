@@ -114,7 +114,9 @@ def every_region(coupling):
 
 def cost(noise, coupling):
     asked = sos.QuadraticCost(np.diag([1, 1, 1, 1, 0]), np.eye(2), noise, bound=500.0)
-    return sos.design_pid(APART, ONE_OF_TWO, cost=asked, coupling=coupling).certify()
+    return sos.design_pid(
+        APART, ONE_OF_TWO, requirements=[asked], coupling=coupling
+    ).certify()
 
 
 def with_h2_norm(coupling):
@@ -280,7 +282,7 @@ PROOFS = {
         region=sos.PoleRegion(0.05, 1.4, 50),
         gamma=3.0,
         saturation=sos.Saturation(200, [0.1, 0, 0]),
-        cost=sos.QuadraticCost(np.eye(3), ONE, "F", bound=500.0),
+        requirements=[sos.QuadraticCost(np.eye(3), ONE, "F", bound=500.0)],
     ).certify(),
     "cost of noise on the states": lambda: cost("states", "pairs"),
     "cost of noise on F": lambda: cost("F", "pairs"),
@@ -351,8 +353,7 @@ EXCLUDED = {
         mass(),
         region=sos.PoleRegion(3),
         saturation=sos.Saturation(0.5, [1, 0]),
-        coupling="slack",
-        slack=0.3,
+        coupling=("slack", 0.3),
     ),
     "little force for a fast fall": lambda: sos.design_pid(
         mass(D=[[0.1]], S=[[-2.0]]), saturation=sos.Saturation(1.8, [1, 0])
@@ -718,7 +719,9 @@ def test_a_proof_is_built_from_the_plant_and_not_from_caches():
 )
 def test_arrays_stay_read_only(again):
     design = again(
-        sos.design_pid(TWO, ONE, cost=sos.QuadraticCost(np.eye(3), ONE, bound=500.0))
+        sos.design_pid(
+            TWO, ONE, requirements=[sos.QuadraticCost(np.eye(3), ONE, bound=500.0)]
+        )
     )
     request = design.request
     for x in (

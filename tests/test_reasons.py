@@ -105,7 +105,9 @@ REASONS = {
     ),
     "by multipliers in floating point|exclude all|neither": nearly_out_of_reach,
     "by multipliers in floating point|found neither": no_multipliers,
-    "Stopped after 1e-06 s": lambda _: sos.design_pid(mass(), time_limit=1e-6),
+    "Stopped after 1e-06 s": lambda _: sos.design_pid(
+        mass(), search=sos.Search(time_limit=1e-6)
+    ),
     "The request is too large: by far": broken("search", MemoryError("by far")),
     "The numerics gave up": broken("search", FloatingPointError("lost")),
     "Stopped on the way to the centre": broken("finish", OutOfTime()),
@@ -187,7 +189,11 @@ def test_a_pole_that_breaks_what_is_asked_is_named_where_time_is_over(vertices, 
     plant = sos.Polytope(plants) if vertices > 1 else plants[0]
     asked = dict(region=sos.PoleRegion(sigma)) if sigma else {}
     known = sos.analyse_pid(
-        plant, np.zeros((1, 2 * n)), coupling="pairs", time_limit=0.2, **asked
+        plant,
+        np.zeros((1, 2 * n)),
+        coupling="pairs",
+        search=sos.Search(time_limit=0.2),
+        **asked,
     )
     truth = max(plants[-1].poles(), key=lambda s: (s.real, s.imag))
     assert truth.real > 0 and known.status == "undecided"
@@ -195,5 +201,7 @@ def test_a_pole_that_breaks_what_is_asked_is_named_where_time_is_over(vertices, 
     where = " of vertex 2" if vertices > 1 else ""
     assert f"In floats a pole{where} at {place}" in known.reason
     calm = sos.SecondOrderSystem(np.eye(n), D, np.eye(n), B)
-    calm = sos.analyse_pid(calm, np.zeros((1, 2 * n)), time_limit=1e-6)
+    calm = sos.analyse_pid(
+        calm, np.zeros((1, 2 * n)), search=sos.Search(time_limit=1e-6)
+    )
     assert calm.status == "undecided" and "pole" not in calm.reason

@@ -65,10 +65,10 @@ def designs():
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("r", REQUIREMENTS.values(), ids=REQUIREMENTS)
 def test_those_with_constants_fix_the_size_of_P(r, coupling):
-    more = {"slack": 0.1} if coupling == "slack" else {}
+    how = ("slack", 0.1) if coupling == "slack" else coupling
     if coupling == "slack" and isinstance(r, EnergyToPeak):
         pytest.skip("it has no LMI with a slack matrix")
-    request = Request(PLANTS, requirements=[r], coupling=coupling, **more)
+    request = Request(PLANTS, requirements=[r], coupling=how)
     expressions, _ = request.in_unknowns(None)
     constant = any(
         g.constant.any() for name, g in expressions.items() if name.requirement == r.key
@@ -97,23 +97,19 @@ def test_minimise(designs, name, coupling):
     r = REQUIREMENTS[name]
     key = r.parameter.key
     fixed = [FAST] if name == "u_max" else [ROOF]
-    more = dict(slack=0.3) if coupling == "slack" else {}
+    coupling = ("slack", 0.3) if coupling == "slack" else coupling
     d = sos.design_pid(
         PLANTS,
         requirements=[r.with_bound(None), *fixed],
         minimize=key,
         coupling=coupling,
-        **more,
     )
     assert d.status == "feasible" and d.certify().proven
     bound = maps.requirements(d.request)[key]
     assert bound < r.bound
     assert min(verify_on_samples(d).values()) > 0
     harder = sos.design_pid(
-        PLANTS,
-        requirements=[r.with_bound(0.97 * bound), *fixed],
-        coupling=coupling,
-        **more,
+        PLANTS, requirements=[r.with_bound(0.97 * bound), *fixed], coupling=coupling
     )
     assert harder.status != "feasible"
 
@@ -121,9 +117,7 @@ def test_minimise(designs, name, coupling):
 @pytest.mark.parametrize("coupling", ["pairs", "slack"])
 @pytest.mark.parametrize("name", REQUIREMENTS)
 def test_a_warm_start_gives_the_same_design(name, coupling):
-    more = dict(coupling=coupling)
-    if coupling == "slack":
-        more["slack"] = 0.3
+    more = dict(coupling=("slack", 0.3) if coupling == "slack" else coupling)
     r = REQUIREMENTS[name]
     first = solved(name, **more)
     wanted = r
@@ -176,8 +170,8 @@ def test_refute_and_advise(name):
 @pytest.mark.parametrize("coupling", COUPLINGS)
 @pytest.mark.parametrize("name", REQUIREMENTS)
 def test_export_to_cvxpy(name, coupling):
-    more = dict(slack=0.3) if coupling == "slack" else {}
-    d = solved(name, coupling=coupling, **more)
+    how = ("slack", 0.3) if coupling == "slack" else coupling
+    d = solved(name, coupling=how)
     constraints, P, Y = d.to_cvxpy()
     problem = cvxpy.Problem(cvxpy.Minimize(0), constraints)
     problem.solve(solver="CLARABEL")
@@ -264,7 +258,7 @@ def test_a_region_cannot_take_a_theorems_place():
             ex.plant,
             ex.U,
             region=sos.LMIRegion.half_plane(5.0, name=name),
-            cost=sos.QuadraticCost(np.eye(6), np.eye(2), bound=1e5),
+            requirements=[sos.QuadraticCost(np.eye(6), np.eye(2), bound=1e5)],
         )
         assert {"P", "trace", "cost", "lqr"} <= set(
             d.margins
@@ -276,7 +270,9 @@ def test_a_region_cannot_take_a_theorems_place():
 
 def test_names_of_regions_are_kept_apart():
     region = sos.LMIRegion.half_plane(0.3, name="cost")
-    request = Request(PLANTS, region=region, cost=REQUIREMENTS["cost"], gamma=0.8)
+    request = Request(
+        PLANTS, region=region, requirements=[REQUIREMENTS["cost"]], gamma=0.8
+    )
     d = sos.design_pid(PLANTS, requirements=request.requirements)
     assert d.status == "feasible"
     labels = list(d.margins)
@@ -309,10 +305,9 @@ def test_block_names_can_be_pickled(designs):
 def test_keywords_and_objects_say_the_same():
     both = dict(
         region=sos.PoleRegion(0.3, 1.2, 30),
-        gamma=0.8,
-        mu=2.0,
+        gamma=sos.HInfinity(0.8, mu=2.0),
         saturation=REQUIREMENTS["u_max"],
-        cost=REQUIREMENTS["cost"],
+        requirements=[REQUIREMENTS["cost"]],
     )
     by_name = Request(PLANTS, **both)
     by_object = Request(
@@ -320,7 +315,7 @@ def test_keywords_and_objects_say_the_same():
         requirements=[
             sos.PoleRegion(0.3, 1.2, 30),
             HInfinity(0.8, 2.0),
-            both["cost"],
+            REQUIREMENTS["cost"],
             both["saturation"],
         ],
     )
@@ -365,7 +360,7 @@ def test_two_of_a_kind_are_asked_as_the_error_says():
         sos.design_pid(CART, requirements=costs)
     assert "another name" not in str(said.value)
     design = sos.design_pid(CART, requirements=costs[1:])
-    assert sos.analyse_pid(CART, design.K, cost=costs[0]).status == "feasible"
+    assert sos.analyse_pid(CART, design.K, requirements=[costs[0]]).status == "feasible"
     regions = [sos.PoleRegion(1), sos.PoleRegion(2)]
     with pytest.raises(ValueError, match=r"PoleRegion\(1\) & PoleRegion\(2\)"):
         sos.design_pid(CART, requirements=regions)
@@ -401,7 +396,7 @@ def test_a_sector_is_named_where_a_searched_gain_breaks_it():
 def test_a_law_of_least_cost_is_asked_in_two_ways(noise):
     law, cost = sos.PIDLaw([[1]], velocity=[[1]]), (np.eye(2), [[1]], noise)
     one = sos.design_lqr(CART, *cost[:2], noise=noise, law=law)
-    asked = dict(law=law, cost=sos.QuadraticCost(*cost), minimize="cost")
+    asked = dict(law=law, requirements=[sos.QuadraticCost(*cost)], minimize="cost")
     assert one.certify().proven and (one.K == sos.design_pid(CART, **asked).K).all()
     best = sos.design_lqr(CART, *cost[:2], noise=noise)  # of the whole state, as here
     assert one.request.cost.bound == pytest.approx(best.request.cost.bound, rel=0.03)

@@ -144,7 +144,9 @@ SMALLEST = {  # one state, no disturbance, no output or no input
     "loop": lambda: analyse_loop(1, -1, 1, 1, gamma=2),
     "loop, slack": lambda: analyse_loop(1, [[[-1]], [[-2]]], coupling="slack"),
     "unstable loop": lambda: analyse_loop(1, 1),
-    "loop's cost": lambda: analyse_loop(1, -1, cost=sos.QuadraticCost(1, [], bound=3)),
+    "loop's cost": lambda: analyse_loop(
+        1, -1, requirements=[sos.QuadraticCost(1, [], bound=3)]
+    ),
     "cost": lambda: sos.design_lqr(ONE, 1, 1),
     "observer": lambda: sos.design_observer(SEEN, [[-2]], [[1], [0]], 1),
     "observer, quiet": lambda: sos.design_observer(SEEN, [[-2]], np.zeros((2, 0)), 1),

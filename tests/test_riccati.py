@@ -121,7 +121,7 @@ def test_a_pencil_that_cannot_be_sorted_has_no_solution(monkeypatch):
     cost = sos.QuadraticCost(np.eye(4), np.eye(1), bound=59.0)
     with pytest.raises(np.linalg.LinAlgError, match="Reordering"):
         riccati(A, B, *cost.riccati())
-    assert sos.design_pid(FREE, cost=cost).status == "infeasible"
+    assert sos.design_pid(FREE, requirements=[cost]).status == "infeasible"
 
 
 def test_nor_has_a_sampled_one(monkeypatch):

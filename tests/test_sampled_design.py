@@ -147,7 +147,7 @@ def test_what_isnt_found_is_undecided_with_what_was_reached():
         blind, sos.PIDLaw([[1, 0]], filter=T), T, search=sos.Search(starts=2)
     )
     assert none.status == "undecided" and "No stable loop was found" in none.reason
-    short = sos.design_sampled(PAIRS, PID, T, T, time_limit=1e-3)
+    short = sos.design_sampled(PAIRS, PID, T, T, search=sos.Search(time_limit=1e-3))
     assert short.status == "undecided" and "The time was over" in short.reason
     for words in (much.reason, none.reason, short.reason):
         assert not any(
@@ -275,5 +275,5 @@ def test_two_masses_in_odd_units_are_as_fast_as_any_gain_of_the_state_makes_them
 
 def test_time_that_is_over_says_what_to_turn(monkeypatch):
     monkeypatch.setattr(sampled_design, "SEARCH", 1e-9)
-    some = sos.design_sampled(PAIRS, PID, T, T, time_limit=30)
+    some = sos.design_sampled(PAIRS, PID, T, T, search=sos.Search(time_limit=30))
     assert "a longer time_limit goes further" in some.reason

@@ -236,7 +236,11 @@ def test_a_design_with_an_accelerometer_in_a_file(tmp_path, capsys):
         "structure": {"K_P": [[[-20, 0.5]]], "K_D": [[[None, 0]]]},
         "filter": 0.05,
     }
-    asked = {"plant": plant | {"B": [[1]], "F": [[1]]}, "law": law, "starts": 3}
+    asked = {
+        "plant": plant | {"B": [[1]], "F": [[1]]},
+        "law": law,
+        "search": {"starts": 3},
+    }
     file, proof = tmp_path / "plant.json", tmp_path / "proof.json"
     file.write_text(json.dumps(asked | {"region": {"sigma": 0.06}}), "utf-8")
     assert main(["design", str(file), "--proof", str(proof)]) == 0

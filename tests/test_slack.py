@@ -67,14 +67,14 @@ def keeps_its_promises(design):
 
 
 def with_slack(seed):
-    return uncertain(seed) | dict(coupling="slack", slack=(0.03, 0.1, 0.3)[seed % 3])
+    return uncertain(seed) | dict(coupling=("slack", (0.03, 0.1, 0.3)[seed % 3]))
 
 
 def with_any_requirements(seed):
     asked = random_request(seed)
     if len(asked["plant"].vertices) == 1:
         asked["plant"] = sos.Polytope(asked["plant"].vertices)
-    return asked | dict(coupling="slack", slack=0.1)
+    return asked | dict(coupling=("slack", 0.1))
 
 
 KINDS = uncertain, with_slack, with_any_requirements
@@ -107,7 +107,7 @@ def polytope(seed):
 def test_the_verdict_is_that_of_cvxpy_and_clarabel(seed, share):
     plants = scale_polytope(counterexamples.random_pair(seed, 9), share)
     region = sos.PoleRegion(0.1, np.pi / 6, 6)
-    design = sos.design_pid(plants, region=region, coupling="slack", slack=0.1)
+    design = sos.design_pid(plants, region=region, coupling=("slack", 0.1))
     blocks = float_blocks(design.request, Frame.of(design.request))
     _, margin, _ = clarabel.deepest(scaled(blocks))
     if margin > 1e-4:
@@ -133,7 +133,7 @@ def test_a_certain_E_makes_slack_at_least_as_good(seed):
     event(common.status)
     if common.status == "feasible" and min(common.margins.values()) > 1e-4:
         found = [
-            sos.design_pid(plants, region=region, coupling="slack", slack=e).status
+            sos.design_pid(plants, region=region, coupling=("slack", e)).status
             for e in (1e-2, 1e-3)
         ]
         assert "feasible" in found
@@ -143,12 +143,12 @@ def test_a_certain_E_makes_slack_at_least_as_good(seed):
     "more",
     [
         dict(),
-        dict(slack=0.3),
-        dict(gamma=2.0, mu=1.0),
+        dict(coupling=("slack", 0.3)),
+        dict(gamma=sos.HInfinity(2.0, mu=1.0)),
         dict(minimize="gamma"),
-        dict(minimize="cost", cost=sos.QuadraticCost(np.eye(2), [])),
+        dict(minimize="cost", requirements=[sos.QuadraticCost(np.eye(2), [])]),
         dict(region=sos.PoleRegion(sigma=0.5)),
-        dict(time_limit=100),
+        dict(search=sos.Search(time_limit=100)),
         dict(requirements=[sos.LMIRegion.disk(20)]),
     ],
     ids=lambda more: ", ".join(more) or "stability",
@@ -158,8 +158,9 @@ def test_a_loop_is_asked_by_the_same_door(more):
     E, A = np.eye(2), [[[0, 1], [-2, -3]], [[0, 1], [-3, -2]]]
     rest = [[0], [1]], [[1, 0]]
     system = sos.DescriptorSystem(E, A, None, *rest)
-    found = sos.analyse_pid(system, coupling="slack", **more)
-    same = sos.analyse_pid(system, np.zeros((0, 2)), coupling="slack", **more)
+    asked = dict(coupling="slack") | more
+    found = sos.analyse_pid(system, **asked)
+    same = sos.analyse_pid(system, np.zeros((0, 2)), **asked)
     assert found.status == same.status == "feasible" and found.certify().proven
     assert found.certify().text == same.certify().text
     assert found.poles(samples=5).shape == (7, 2)
@@ -175,8 +176,9 @@ def test_an_observed_loop_takes_what_any_loop_takes(factor):
     observer = sos.design_observer(
         plant, np.array([[-1, -1.5]]) / factor, np.eye(4), [[factor]]
     )
-    for more in (dict(), dict(minimize="gamma"), dict(gamma=9 / factor, slack=0.5)):
-        found = observer.analyse(coupling="slack", **more)
+    held = ("slack", 0.5)
+    for more in (dict(), dict(minimize="gamma"), dict(gamma=9 / factor, coupling=held)):
+        found = observer.analyse(**dict(coupling="slack") | more)
         assert found.status == "feasible" and found.certify().proven
         if found.gamma:
             assert found.hinf(samples=20) < found.gamma
@@ -189,19 +191,15 @@ def test_an_observed_loop_takes_what_any_loop_takes(factor):
 def test_a_gain_that_is_given_keeps_its_own_matrices():
     plants = counterexamples.actuated()
     region = sos.PoleRegion(rho=10)
-    design = sos.design_pid(plants, region=region, coupling="slack", slack=0.1)
-    given_ = sos.analyse_pid(
-        plants, design.K, region=region, coupling="slack", slack=0.1
-    )
+    design = sos.design_pid(plants, region=region, coupling=("slack", 0.1))
+    given_ = sos.analyse_pid(plants, design.K, region=region, coupling=("slack", 0.1))
     assert given_.certify().proven
     wrong = sos.design_pid(plants, region=region, coupling="vertices")
-    refused = sos.analyse_pid(
-        plants, wrong.K, region=region, coupling="slack", slack=0.1
-    )
+    refused = sos.analyse_pid(plants, wrong.K, region=region, coupling=("slack", 0.1))
     assert refused.status == "infeasible"
 
 
-@pytest.mark.parametrize("asked", [{"coupling": "slack", "slack": 0.1}, {}])
+@pytest.mark.parametrize("asked", [{"coupling": ("slack", 0.1)}, {}])
 def test_vertices_that_repeat_share_a_P_and_its_proof(asked, tmp_path):
     one = thesis.example_1().plant
     heavy = sos.SecondOrderSystem(1.1 * one.M, one.D, one.S, one.B, one.F)
@@ -209,7 +207,7 @@ def test_vertices_that_repeat_share_a_P_and_its_proof(asked, tmp_path):
     design = sos.design_pid(plants, region=sos.PoleRegion(0.3), gamma=2.0, **asked)
     proof = design.certify()
     assert proof.proven
-    if "slack" in asked:
+    if "coupling" in asked:
         assert proof.P.shape == (3, 4, 4)
         assert np.array_equal(proof.P[0], proof.P[2])
     proof.save(tmp_path / "proof.json")
@@ -254,7 +252,7 @@ def test_what_a_vertex_excludes_is_excluded_for_every_scalar(seed):
     if d.status == "infeasible":
         assert d.infeasibility.proven and d.condition == ""
     for slack in (0.03, 0.3):
-        one = sos.design_pid(plants, **asked, coupling="slack", slack=slack)
+        one = sos.design_pid(plants, **asked, coupling=("slack", slack))
         assert one.status != "feasible"
 
 
@@ -267,7 +265,7 @@ def test_slack_at_a_vertex_implies_its_own_LMIs(seed, noise):
         region=sos.PoleRegion(0.05, 1.4, 30),
         gamma=100.0,
         saturation=sos.Saturation(1e3, 0.1 * rng.standard_normal(4)),
-        cost=sos.QuadraticCost(np.eye(4), np.eye(1), noise, bound=1e6),
+        requirements=[sos.QuadraticCost(np.eye(4), np.eye(1), noise, bound=1e6)],
     )
     d = sos.design_pid(plants, **asked, coupling="slack")
     assert d.status == "feasible"

@@ -45,8 +45,8 @@ def case(request):
     """Blocks of an example, a random point, and slopes with a lift."""
     make, coupling = EXAMPLES[request.param]
     example = make()
-    more = {"slack": 0.1} if coupling == "slack" else {}
-    asked = Request(example.plant, coupling=coupling, **example.requirements, **more)
+    coupling = ("slack", 0.1) if coupling == "slack" else coupling
+    asked = Request(example.plant, coupling=coupling, **example.requirements)
     expressions, unknowns = asked.in_unknowns(Frame.of(asked))
     blocks = Blocks(expressions.values(), unknowns)
     x = np.random.default_rng(1).standard_normal(blocks.variables + 1)

@@ -95,7 +95,9 @@ def test_slopes_are_differences(seed):
         region = sos.PoleRegion(sigma=0.1, theta=0.9, rho=30)
         cost = sos.QuadraticCost(np.eye(2 * n + 2), np.eye(2), noise="F", bound=1.0)
         K = law.applied(plant).gain(None)
-        d = sos.analyse_pid(plant, K, law=law, region=region, gamma=1.0, cost=cost)
+        d = sos.analyse_pid(
+            plant, K, law=law, region=region, gamma=1.0, requirements=[cost]
+        )
         loops = loops_of(d.request)
         kappa = 0.05 * rng.normal(size=len(loops.directions))
         if law is laws[1]:  # its own states decay
@@ -235,7 +237,8 @@ def asked_in(seconds, monkeypatch, **asked):
     ticks = itertools.count()
     for module in (clock, feasibility):
         monkeypatch.setattr(module, "monotonic", lambda: float(next(ticks)))
-    design = sos.design_pid(**asked, time_limit=seconds)
+    how = replace(asked.pop("search", sos.Search()), time_limit=seconds)
+    design = sos.design_pid(**asked, search=how)
     monkeypatch.undo()
     return design, next(ticks)
 
@@ -267,7 +270,11 @@ def test_a_search_of_a_cost_that_is_stopped_answers(share, monkeypatch):
     law = sos.PIDLaw([[1]], filter=0.1)
     cost = sos.QuadraticCost(np.eye(3), [[1]], noise="F")
     asked = dict(
-        plant=plant, law=law, cost=cost, minimize="cost", search=sos.Search(starts=2)
+        plant=plant,
+        law=law,
+        requirements=[cost],
+        minimize="cost",
+        search=sos.Search(starts=2),
     )
     whole, seconds = asked_in(1e8, monkeypatch, **asked)
     design, used = asked_in(share * seconds, monkeypatch, **asked)
@@ -687,7 +694,7 @@ BAD = {
         law=LAW, maximize="sigma", region=sos.PoleRegion(sigma=1)
     ),
     "search has prefer": dict(law=LAW, search=sos.Search(prefer="least")),
-    "slack is given": dict(law=LAW, slack=1.0),
+    "coupling=.*slack": dict(law=LAW, coupling=("slack", 1.0)),
     "coupling='slack'": dict(law=LAW, coupling="slack"),
     "x0 has 5 entries, needs the plant's 4, or with the law's = 6": dict(
         law=LAW, saturation=sos.Saturation(9.0, [1, 0, 0, 0, 0])

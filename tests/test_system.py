@@ -77,7 +77,7 @@ def test_a_first_order_polytope_has_plants_between_its_vertices():
         C=np.eye(2, 4),
     )
     cost = sos.QuadraticCost(np.eye(4), np.eye(2), bound=1e6)
-    asked = dict(saturation=sos.Saturation(1e4, [1, 0, 0, 0]), cost=cost)
+    asked = dict(saturation=sos.Saturation(1e4, [1, 0, 0, 0]), requirements=[cost])
     first, second = sos.design_pid(system, **asked), sos.design_pid(plants, **asked)
     second = sos.analyse_pid(plants, first.K, **asked)
     assert first.poles(samples=6, seed=3) == pytest.approx(

@@ -157,12 +157,13 @@ def test_a_larger_request_has_an_answer_wherever_its_time_ends(ask, dense, monke
         monkeypatch.setattr(module, "monotonic", lambda: next(ticks))
     monkeypatch.setattr(clock, "SECONDS_OF_EIGENVALUES", 0.0)
     begun = next(ticks)
-    assert getattr(sos, ask)(*given, **more, time_limit=1e9).status == "feasible"
+    whole = sos.Search(time_limit=1e9)
+    assert getattr(sos, ask)(*given, **more, search=whole).status == "feasible"
     total = next(ticks) - begun
     assert total > 15
     for limit in (1, 2, 5, total // 7, total // 3, total // 2):
         begun = next(ticks)
-        design = getattr(sos, ask)(*given, **more, time_limit=limit)
+        design = getattr(sos, ask)(*given, **more, search=sos.Search(time_limit=limit))
         assert design.status == "feasible" or design.reason
         assert next(ticks) - begun < limit + 20
 
@@ -198,11 +199,11 @@ def test_wherever_the_time_ends_there_is_an_answer(name, monkeypatch):
     for module in (clock, feasibility):
         monkeypatch.setattr(module, "monotonic", lambda: next(ticks))
     begun = next(ticks)
-    assert sos.design_pid(**asked, time_limit=1e9).status == whole
+    assert sos.design_pid(**asked, search=sos.Search(time_limit=1e9)).status == whole
     total = next(ticks) - begun
     for limit in sorted({1, 2, *np.linspace(1, total, 9).astype(int).tolist()}):
         begun = next(ticks)
-        design = sos.design_pid(**asked, time_limit=limit)
+        design = sos.design_pid(**asked, search=sos.Search(time_limit=limit))
         assert design.status in (whole, "undecided")
         if design.status == "undecided":
             assert design.reason
@@ -246,8 +247,10 @@ def test_an_observer_takes_a_limit():
 
 
 LIMITED = {
-    "design_pid": lambda s: sos.design_pid(CART, time_limit=s),
-    "design_lqr": lambda s: sos.design_lqr(CART, np.eye(2), [[1]], time_limit=s),
+    "design_pid": lambda s: sos.design_pid(CART, search=sos.Search(time_limit=s)),
+    "design_lqr": lambda s: sos.design_lqr(
+        CART, np.eye(2), [[1]], search=sos.Search(time_limit=s)
+    ),
     "observer": lambda s: sos.design_observer(
         CART, [[-1, -1]], np.eye(4), [[1]], B_w=[[0], [1]], time_limit=s
     ),

@@ -97,7 +97,7 @@ def designs_of_polytopes(seed, powers):
     designs(seed, powers, 2)
     plants = falling_plant(seed, 3)
     asked = dict(region=sos.PoleRegion(0.3, 1.3, 30.0), gamma=50.0)
-    for more in ({}, {"coupling": "slack", "slack": 0.2}):
+    for more in ({}, {"coupling": ("slack", 0.2)}):
         here = sos.design_pid(plants, **asked, **more)
         again = sos.design_pid(listed_anew(plants), **asked, **more)
         assert again.status == here.status == "feasible"
@@ -402,7 +402,7 @@ def requirements_of_others(seed, powers, slack=None):
 
     def design(there, requirement, **more):
         if slack is not None:
-            more |= dict(coupling="slack", slack=slack * there.w0)
+            more |= dict(coupling=("slack", slack * there.w0))
         return sos.design_pid(
             there.plant(plant),
             **there.requirements(limit),

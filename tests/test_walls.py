@@ -19,7 +19,7 @@ def smallest(example, mu, region=None, u_max=None):
         region=region,
         saturation=limit,
         K_A=example.K_A,
-        mu=mu,
+        gamma=sos.HInfinity(mu=mu),
         minimize="gamma",
         search=sos.Search(backoff=1e-3),
     )

@@ -16,14 +16,16 @@ NARROW = dict(region=sos.PoleRegion(5, rho=9), saturation=sos.Saturation(1e-3, [
 WITHOUT = {
     "law": lambda: sos.design_pid(CART, law=P_ALONE, region=sos.PoleRegion(1)),
     "law in time": lambda: sos.design_pid(
-        PUSHED, law=sos.DynamicLaw(1, position=[[1]]), gamma=1e-3, time_limit=1e-3
+        PUSHED, law=sos.DynamicLaw(1, position=[[1]]), gamma=1e-3,
+        search=sos.Search(time_limit=1e-3),
     ),
     "states": lambda: sos.design_pid(CART, **NARROW),
     "descriptor": lambda: sos.design_pid(
         sos.DescriptorSystem(np.eye(1), [[1]], [[1]]),
         saturation=sos.Saturation(1e-3, [1]), region=sos.PoleRegion(5),
     ),
-    "cost": lambda: sos.design_lqr(CART, np.eye(2), [[1]], time_limit=1e-6),
+    "cost": lambda: sos.design_lqr(
+        CART, np.eye(2), [[1]], search=sos.Search(time_limit=1e-6)),
     "delay": lambda: sos.design_delay_pid(CART, tau=3.0, delta=5.0),
     "ticks": lambda: sos.design_sampled(
         CART, P_ALONE, T=0.1, sigma=2.0, search=sos.Search(starts=1)),

@@ -126,7 +126,7 @@ def test_weights_of_the_input_count():
     )  # fmt: skip
     K = np.array([[-0.4, -0.8]])
     truth = true_peak(plant.vertices[0], K)
-    for more in ({}, dict(coupling="slack", slack=0.5)):
+    for more in ({}, dict(coupling=("slack", 0.5))):
         for factor, good in ((1.01, True), (0.99, False)):
             found = sos.analyse_pid(
                 plant, K, requirements=[EnergyToPeak(factor * truth)], **more

@@ -46,7 +46,7 @@ assert_type(design.infeasibility, Refusal | None)
 assert_type(design.advice, str)
 response = design.simulate(np.linspace(0, 9, 91), r=[1, 0], w=sos.Sine(1, 2))
 assert_type(response, sos.Response | list[sos.Response])
-sos.design_pid(plants, coupling="slack", mu="free", minimize="gamma", cost=cost)
+sos.design_pid(plants, coupling="slack", minimize="gamma", requirements=[cost])
 sos.design_pid(
     plant,
     search=sos.Search(start=design),

@@ -120,7 +120,7 @@ def norm(number):
     <Example 3: norm from w to z = 0.0352 proven, 0.0348 false>
     """
     ex = getattr(thesis, f"example_{number}")()
-    asked = dict(K_A=ex.K_A, minimize="gamma", mu="free", coupling="pairs")
+    asked = dict(K_A=ex.K_A, minimize="gamma", coupling="pairs")
     found = analyse_pid(ex.plant, ex.K, ex.U, **asked)
     if not found.certify().proven:
         raise ValueError(f"gamma = {found.gamma} isn't proven for Example {number}")

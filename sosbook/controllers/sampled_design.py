@@ -150,7 +150,6 @@ def design_sampled(
     sigma: float | None = None,
     search: Search = USUAL,
     cells: int = 64,
-    time_limit: float = 300.0,
 ) -> SampledDesign:
     """Search the gains of a law on its sampled loop, and prove its decay.
 
@@ -173,8 +172,6 @@ def design_sampled(
         proof; up to fifty times as much, where plants between the vertices need it.
     cells : int
         As in `certify_sampled`, which makes the proof.
-    time_limit : float
-        As in `design_pid`.
 
     Returns
     -------
@@ -213,7 +210,7 @@ def design_sampled(
             f"law must be a PIDLaw or DynamicLaw, got {type(law).__name__}: for all "
             "states at once see design_sampled_lqr"
         )
-    search.taking("backoff starts seed", "the search of a law's gain")
+    search.taking("backoff starts seed time_limit", "the search of a law's gain")
     if not search.backoff < 1:
         raise ValueError(f"backoff must be a share below 1, got {search.backoff!r}")
     asked = 1.0 if sigma is None else positive(SIGMA.key, sigma)
@@ -224,7 +221,7 @@ def design_sampled(
     check_rate(input_vertices(request.plant, None), SampleTiming.of(T, delay))
     some = SampledDesign(request, T, delay, "undecided", None, sigma or 0.0)
     work = _Work(some, sigma, search.backoff, cells)
-    return work.done(search.starts or STARTS, search.seed, time_limit)
+    return work.done(search.starts or STARTS, search.seed, search.time_limit)
 
 
 class _Work:

@@ -287,19 +287,23 @@ COUPLINGS = tuple(
 
 
 def coupling_of(word, slack=None):
-    """The `Coupling` of a ``word``, or one that is given, with the scalar ``slack``.
+    """The `Coupling` of a ``word``, of a word and its scalar ``slack`` in a pair, or
+    one that is given.
 
-    >>> coupling_of("slack", 0.1)
-    PPerVertex(slack=0.1)
+    >>> coupling_of("slack", 0.1) == coupling_of(("slack", 0.1))
+    True
     >>> coupling_of("pairs", 0.1)
     Traceback (most recent call last):
     ValueError: slack is given, but coupling is not "slack": leave one out
     """
+    if isinstance(word, (tuple, list)) and len(word) == 2:
+        return coupling_of(*word)
     kind = BY_WORD.get(word) if isinstance(word, str) else None
     if kind is None and not isinstance(word, Coupling):
         raise ValueError(
-            'coupling must be "pairs", "vertices" or "slack", for a given gain also '
-            f'"multipliers", for a single request also "auto", got {word!r}'
+            'coupling must be "pairs", "vertices", "slack" or a pair ("slack", 0.1), '
+            'for a given gain also "multipliers", for a single request also "auto", '
+            f"got {word!r}"
         )
     found = kind() if kind else word
     return found if slack is None else replace(found, slack=slack)

@@ -11,15 +11,12 @@ from .hinf import HInfinity
 from .input_bound import Saturation
 from .pole_region import PoleRegion
 
-OBJECTS = {  # what makes a key's object
-    "region": PoleRegion,
-    "saturation": Saturation,
-    "cost": QuadraticCost,
-}
-SEVERAL = {"hinf": HInfinity, "h2": H2}  # lists of objects, told apart by name
-VALUES = ("gamma", "mu", "minimize", "coupling", "slack", "U", "K_A")
+OBJECTS = {"region": PoleRegion, "saturation": Saturation}  # what makes a key's object
+ONE = {"cost": QuadraticCost}  # one of the requirements
+SEVERAL = {"hinf": HInfinity, "h2": H2}  # lists of them, told apart by name
+VALUES = ("gamma", "minimize", "coupling", "U", "K_A")
 OF_LAW = ("maximize",)  # what a search for its gains takes
-KEYS = (*OBJECTS, *SEVERAL, "law", *VALUES, *OF_LAW, "search")
+KEYS = (*OBJECTS, *ONE, *SEVERAL, "law", *VALUES, *OF_LAW, "search")
 
 
 def asked_in_file(data: dict) -> dict:
@@ -45,10 +42,10 @@ def asked_in_file(data: dict) -> dict:
             dynamic = isinstance(value, dict) and "order" in value
             keywords[key] = made(key, DynamicLaw if dynamic else PIDLaw, value)
             continue
-        if key in SEVERAL:
-            given = value if isinstance(value, list) else [value]
+        if key in ONE or key in SEVERAL:
+            given = value if isinstance(value, list) and key in SEVERAL else [value]
             named = keywords.setdefault("requirements", [])
-            named += [made(key, SEVERAL[key], one) for one in given]
+            named += [made(key, (ONE | SEVERAL)[key], one) for one in given]
             continue
         if key not in OBJECTS:
             raise ValueError(

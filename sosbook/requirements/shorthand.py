@@ -1,7 +1,5 @@
 """The keywords of the design functions as requirements, and back again."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from .base import Requirement
@@ -12,24 +10,18 @@ from .input_bound import Saturation
 from .pole_region import LMIRegion, PoleRegion, Region
 from .vocabulary import PARAMETERS
 
-KEYWORDS = ("region", "gamma", "saturation", "cost", "mu", "requirements")
+KEYWORDS = ("region", "gamma", "saturation", "requirements")
 NOT_GIVEN = object()  # a keyword that was left out, unlike one that is None
 
 
 def collected(
-    region=NOT_GIVEN,
-    gamma=NOT_GIVEN,
-    saturation=NOT_GIVEN,
-    *,
-    cost=NOT_GIVEN,
-    mu=NOT_GIVEN,
-    requirements=(),
+    region=NOT_GIVEN, gamma=NOT_GIVEN, saturation=NOT_GIVEN, *, requirements=()
 ):
     """Keywords and requirement objects as one tuple, in the order of their ranks.
-    ``region``, ``gamma``, ``saturation`` and ``cost`` take the place of what
-    ``requirements`` holds of their kind, and None leaves that out; ``mu`` is as in
-    `HInfinity`, "free" is None in words. Raises ValueError if an argument isn't what
-    its name says, or two requirements of one kind have one name.
+    ``region``, ``gamma`` and ``saturation`` take the place of what ``requirements``
+    holds of their kind, and None leaves that out; a number ``gamma`` keeps the mu of
+    an `HInfinity` there. Raises ValueError if an argument isn't what its name says, or
+    two requirements of one kind have one name.
     """
     chosen = []
     try:
@@ -48,9 +40,6 @@ def collected(
             raise ValueError(
                 f"requirements must hold Requirement objects, got {type(r).__name__}"
             )
-    if mu is not NOT_GIVEN:
-        mu = _size(mu)
-        chosen = [replace(r, mu=mu) if isinstance(r, HInfinity) else r for r in chosen]
     fresh = {}  # what takes the place of others of its kind
     if region is not NOT_GIVEN:
         if not isinstance(region, (Region, type(None))):
@@ -60,19 +49,14 @@ def collected(
             )
         fresh[LMIRegion] = () if region is None else region.parts
     if gamma is not NOT_GIVEN:
-        scale = mu
-        if mu is NOT_GIVEN:
-            scale = next((r.mu for r in chosen if _is(r, HInfinity)), None)
-        fresh[HInfinity] = () if gamma is None else (HInfinity(gamma, scale),)
-    for name, value, kind, call in (
-        ("saturation", saturation, Saturation, "Saturation(u_max, x0)"),
-        ("cost", cost, QuadraticCost, "QuadraticCost(Q, R)"),
-    ):
-        if value is NOT_GIVEN:
-            continue
-        if not isinstance(value, (kind, type(None))):
-            raise ValueError(f"{name} must be a {call}")
-        fresh[kind] = () if value is None else (value,)
+        if gamma is not None and not isinstance(gamma, HInfinity):
+            mu = next((r.mu for r in chosen if _is(r, HInfinity)), None)
+            gamma = HInfinity(gamma, mu)
+        fresh[HInfinity] = () if gamma is None else (gamma,)
+    if saturation is not NOT_GIVEN:
+        if not isinstance(saturation, (Saturation, type(None))):
+            raise ValueError("saturation must be a Saturation(u_max, x0)")
+        fresh[Saturation] = () if saturation is None else (saturation,)
     chosen = [r for r in chosen if not any(_is(r, kind) for kind in fresh)]
     chosen += [r for some in fresh.values() for r in some]
     keys = [r.key for r in chosen]
@@ -85,10 +69,10 @@ def collected(
     return _in_order(chosen)
 
 
-def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
+def asked_once(*, requirements=(), **keywords):
     """`collected`, of a user who must not ask anything in two places: raises
     ValueError, too, if one of the ``keywords`` asks for what is among the
-    ``requirements``, for one of the two would be dropped; ``mu`` is as there.
+    ``requirements``, for one of the two would be dropped.
     """
     among = {_place(r) for r in collected(requirements=requirements)}
     for name, value in keywords.items():
@@ -97,7 +81,7 @@ def asked_once(*, requirements=(), mu=NOT_GIVEN, **keywords):
                 f"{name} is given, and requirements holds a requirement of that kind: "
                 "ask for it in one place"
             )
-    return collected(**keywords, mu=mu, requirements=requirements)
+    return collected(**keywords, requirements=requirements)
 
 
 def _is(r, kind):
@@ -117,13 +101,6 @@ def no_requirement(name, value):
             f"{name} must be a matrix that picks the integrated errors, got "
             f"{type(value).__name__}: give requirements by name, as in region=..."
         )
-
-
-def _size(mu):
-    """None for a free mu, else the number, checked."""
-    if isinstance(mu, str) and mu != "free":
-        raise ValueError(f'mu must be a number or "free", got {mu!r}')
-    return None if isinstance(mu, str) else HInfinity(1.0, mu).mu
 
 
 def _in_order(requirements):

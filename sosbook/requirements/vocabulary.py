@@ -95,8 +95,8 @@ COST = Parameter(
     "Bound of the cost",
     "J",
     power=1,
-    needs="cost=QuadraticCost(Q, R, bound=...)",
-    open="cost=QuadraticCost(Q, R) without a bound",
+    needs="requirements=[QuadraticCost(Q, R, bound=...)]",
+    open="requirements=[QuadraticCost(Q, R)] without a bound",
 )
 H2_NORM = Parameter("h2", "H2 bound h2", "H₂ bound h₂", "h₂", power=2)
 U_MAX = Parameter(

@@ -7,8 +7,8 @@ from itertools import combinations
 import numpy as np
 
 from ..plants.checks import count as whole
-from ..plants.checks import finite
-from ..plants.coupling import COUPLINGS, coupling_of
+from ..plants.checks import finite, is_word
+from ..plants.coupling import COUPLINGS, Coupling, coupling_of
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.hull import quotient_in_hull
 from ..plants.kinds import checked_plant
@@ -120,9 +120,9 @@ def compare(plant, couplings=COUPLINGS, **asked):
     plant : SecondOrderSystem, Polytope or DescriptorSystem
         The polytope.
     couplings : sequence of {"vertices", "pairs", "slack"}
-        The conditions on pairs of vertices to compare.
+        The conditions on pairs of vertices to compare, as in `design_pid`.
     **asked
-        Keywords of `design_pid`. ``slack`` reaches only that coupling.
+        Keywords of `design_pid`.
 
     Returns
     -------
@@ -137,11 +137,8 @@ def compare(plant, couplings=COUPLINGS, **asked):
     >>> [compared[name].status for name in ("vertices", "pairs", "slack")]
     ['feasible', 'infeasible', 'feasible']
     """
-    slack, found = asked.pop("slack", None), {}
-    for name in _names(couplings):
-        own = slack if coupling_of(name).own_P else None
-        found[name] = design_pid(plant, coupling=name, slack=own, **asked)
-    return found
+    kinds = _listed(couplings)
+    return {kind.word: design_pid(plant, coupling=kind, **asked) for kind in kinds}
 
 
 def verify_many(polytopes, couplings=COUPLINGS, **asked):
@@ -152,7 +149,7 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     polytopes : sequence of Polytope or DescriptorSystem
         The polytopes to compare the conditions on.
     couplings : sequence of {"vertices", "pairs", "slack"}
-        The conditions on pairs of vertices to compare.
+        As in `compare`.
     **asked
         Keywords, as in `compare`.
 
@@ -171,8 +168,8 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
     >>> compared["vertices"] < 0, compared["pairs"]
     (array([ True]), array([nan]))
     """
-    couplings = _names(couplings)
-    worst = {name: [] for name in couplings}
+    couplings = _listed(couplings)
+    worst = {kind.word: [] for kind in couplings}
     for plants in each([_several(plants) for plants in polytopes], "polytope"):
         for name, design in compare(plants, couplings, **asked).items():
             found = design.K is not None
@@ -198,9 +195,9 @@ def block_count(vertices, coupling):
     >>> [block_count(4, name) for name in ("vertices", "pairs", "slack")]
     [4, 10, 4]
     """
-    _names([coupling])
+    (kind,) = _listed([coupling])
     N = whole("vertices", vertices, 1)
-    return coupling_of(coupling).most_pairs(N)
+    return kind.most_pairs(N)
 
 
 def vertices_suffice(plants, U=None, K_A=None):
@@ -286,15 +283,15 @@ def _polytope(plants):
     return plants
 
 
-def _names(couplings):
-    """A list of couplings' names."""
+def _listed(couplings):
+    """A list of couplings that design, from words or objects."""
     if isinstance(couplings, str) or not isinstance(couplings, Iterable):
         raise ValueError(f"couplings must be a list of names, got {couplings!r:.80}")
-    names = list(couplings)
-    for name in names:
-        if not isinstance(name, str) or name not in COUPLINGS:
-            raise ValueError(f"coupling must be one of {COUPLINGS}, got {name!r:.80}")
-    return names
+    found = list(couplings)
+    for one in found:
+        if not (is_word(one, COUPLINGS) or isinstance(one, (Coupling, tuple))):
+            raise ValueError(f"coupling must be one of {COUPLINGS}, got {one!r:.80}")
+    return list(map(coupling_of, found))
 
 
 def _standard_forms(plants, U, K_A):

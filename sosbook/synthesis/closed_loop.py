@@ -100,7 +100,7 @@ class ClosedLoop(Gains[Proven]):
         K, cost = self._gain(), self.request.cost if cost is None else cost
         if cost is None:
             raise ValueError("cost is missing: the design was made without")
-        (cost,) = collected(cost=cost)
+        (cost,) = collected(requirements=[cost])
         return cost.truth(self._loops(samples, seed), K)
 
     def peak_input(self, samples: int = 0, seed: int = 0) -> float:

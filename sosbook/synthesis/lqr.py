@@ -12,10 +12,11 @@ from ..laws import Law
 from ..laws.taken import law_of
 from ..lmi.solution import LMISolution
 from ..plants.controllability import fixed_part
-from ..plants.coupling import coupling_of
+from ..plants.coupling import Coupling, coupling_of
 from ..plants.kinds import Plant
 from ..requirements.base import Requirement
 from ..requirements.cost import QuadraticCost
+from ..requirements.hinf import HInfinity
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
 from ..requirements.shorthand import asked_once
@@ -28,12 +29,13 @@ from .centre import AMID, analytic_centre, too_many
 from .design import Design
 from .feasibility import FROM_STATES, answer, follow, guarded
 from .objectives import Unattained, Unfinished, optimum, without_optimum
-from .pid import TIME_LIMIT, design_pid
+from .pid import Word, design_pid
 from .procedure import given, without_input
 from .regularization import Regularization
 from .request import Request
 from .riccati_point import bound_of, riccati_point
 from .scaled_lmis import ScaledLMIs
+from .search import USUAL, Search
 from .slack import with_slack, without_slack
 from .solution import Solution
 from .starting_points import at
@@ -50,17 +52,14 @@ def design_lqr(
     R: ArrayLike,
     U: ArrayLike | None = None,
     *,
-    K_A: ArrayLike | None = None,
     noise: Literal["states", "F"] = "states",
-    coupling: Literal["pairs", "vertices", "slack"] = "pairs",
-    slack: float | None = None,
+    coupling: Word | tuple[str, float] | Coupling = "pairs",
     region: Region | None = None,
-    gamma: float | None = None,
+    gamma: float | HInfinity | None = None,
     saturation: Saturation | None = None,
-    mu: float | Literal["free"] | None = None,
     requirements: Iterable[Requirement] = (),
     law: Law | None = None,
-    time_limit: float = TIME_LIMIT,
+    search: Search = USUAL,
 ) -> Design:
     r"""Design the PID (without ``U`` PD) controller of least cost bound.
 
@@ -72,19 +71,19 @@ def design_lqr(
         Weight of the state [z; z'; x3], symmetric, not negative.
     R : (m, m) array_like
         Weight of the input, symmetric and positive definite.
-    U, K_A
+    U
         As in `design_pid`.
     noise : {"states", "F"}
         As in `QuadraticCost`.
-    coupling, slack, region, gamma, saturation, mu, requirements
+    coupling, region, gamma, saturation, requirements
         As in `design_pid`.
     law : Law, optional
         What the controller measures and remembers, as in `design_pid`, which searches
-        its gain: the same as ``design_pid(law=law, cost=QuadraticCost(Q, R, noise),
-        minimize="cost")``, which takes a `Search`, too. Q weighs the
-        law's states as well, the last ones.
-    time_limit
-        As in `design_pid`.
+        its gain: the same as ``design_pid(law=law, minimize="cost",
+        requirements=[QuadraticCost(Q, R, noise)])``. Q weighs the law's states as
+        well, the last ones.
+    search : Search
+        Its ``time_limit``; with a law all that this search takes.
 
     Returns
     -------
@@ -120,26 +119,24 @@ def design_lqr(
         wanted = coupling_of(coupling)
         common = wanted.one_P and wanted.between
         return design_pid(
-            plant, region=region, gamma=gamma, saturation=saturation, K_A=K_A,
-            coupling="auto" if common else coupling, mu=mu, slack=slack,
-            minimize=name, cost=QuadraticCost(Q, R, noise), law=law,
-            requirements=requirements, time_limit=time_limit,
+            plant, region=region, gamma=gamma, saturation=saturation, law=law,
+            coupling="auto" if common else coupling, minimize=name, search=search,
+            requirements=[QuadraticCost(Q, R, noise), *requirements],
         )  # fmt: skip
-    more = given(region=region, gamma=gamma, saturation=saturation, mu=mu)
+    search.taking("time_limit", "a least cost without a law")
+    more = given(region=region, gamma=gamma, saturation=saturation)
     more = asked_once(**more, requirements=requirements)
     request = Request(
         plant,
         law=law,
-        K_A=K_A,
         coupling=coupling,
-        slack=slack,
         requirements=sorted((asked, *more), key=lambda r: r.rank),
     )
 
     def solved():
         return _explained(_least(request, name), asked)
 
-    return Design(**vars(guarded(request, time_limit, solved)))
+    return Design(**vars(guarded(request, search.time_limit, solved)))
 
 
 def _least(request, name):

@@ -19,8 +19,8 @@ from .error_loop import vertices_of
 from .feasibility import FROM_STATES
 from .observer_design import ObserverDesign
 from .observer_problem import ObserverProblem
-from .pid import TIME_LIMIT
 from .riccati_point import bound_of, riccati_observer
+from .search import USUAL
 
 REFUSED = (
     "Exact multipliers of the LMIs exclude every observer with this K by Theorem 2.5; "
@@ -49,7 +49,7 @@ def design_observer(
     *,
     C: ArrayLike | None = None,
     B_w: ArrayLike | Sequence[ArrayLike] | None = None,
-    time_limit: float = TIME_LIMIT,
+    time_limit: float = USUAL.time_limit,
 ) -> ObserverDesign:
     """Design an observer for a known state feedback (Theorem 2.5).
 

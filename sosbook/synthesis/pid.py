@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ..laws.taken import taken
+from ..plants.coupling import Coupling
 from ..plants.kinds import Plant, Prepared, checked_plant
 from ..requirements.base import Requirement
-from ..requirements.cost import QuadraticCost
+from ..requirements.hinf import HInfinity
 from ..requirements.input_bound import Saturation
 from ..requirements.pole_region import Region
 from ..runtime.array_like import ArrayLike
@@ -20,8 +21,8 @@ from .search import USUAL, Search
 if TYPE_CHECKING:
     from ..laws.base import Law
 
-TIME_LIMIT = 300.0  # seconds
-KnownCoupling = Literal["auto", "multipliers", "pairs", "vertices", "slack"]
+Word = Literal["auto", "pairs", "vertices", "slack"]  # of couplings
+KnownWord = Word | Literal["multipliers"]
 
 
 @one_thread
@@ -30,19 +31,15 @@ def design_pid(
     U: ArrayLike | None = None,
     *,
     region: Region | None = None,
-    gamma: float | None = None,
+    gamma: float | HInfinity | None = None,
     saturation: Saturation | None = None,
     K_A: ArrayLike | None = None,
-    coupling: Literal["auto", "pairs", "vertices", "slack"] = "auto",
-    mu: float | Literal["free"] | None = None,
-    slack: float | None = None,
+    coupling: Word | tuple[str, float] | Coupling = "auto",
     minimize: str | Mapping[str, float] | None = None,
-    cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
     law: "Law | None" = None,
     maximize: Literal["sigma"] | None = None,
     search: Search = USUAL,
-    time_limit: float = TIME_LIMIT,
 ) -> Design:
     r"""Design a robust PID controller (PD without ``U``).
 
@@ -54,13 +51,14 @@ def design_pid(
         Which displacement errors are integrated.
     region : PoleRegion or LMIRegion, optional
         Where the closed-loop poles must lie.
-    gamma : float, optional
-        Bound of the H-infinity norm from w to z.
+    gamma : float or HInfinity, optional
+        Bound of the H-infinity norm from w to z; an `HInfinity` with a number ``mu``
+        holds the scalar of Theorem 2.1, which is free without it.
     saturation : Saturation, optional
         Bound of K x(t) from a given initial state.
     K_A : (m, n) array_like, optional
         Acceleration gain, where the mass is singular.
-    coupling : {"auto", "pairs", "vertices", "slack"}
+    coupling : {"auto", "pairs", "vertices", "slack"}, pair or Coupling
         ``"auto"`` takes ``"pairs"``, and ``"slack"`` where these have no solution
         and those have, or an acceleration of an uncertain mass is weighed: ``reason``
         says so, ``request.coupling`` which it was. A least
@@ -71,35 +69,26 @@ def design_pid(
         `sosbook.studies.polytopes.vertices_suffice`.
         ``"slack"`` is sound too, with one for each vertex, for plants
         that don't change with time; ``"pairs"`` also covers those that
-        move through the polytope, as fast as they like.
+        move through the polytope, as fast as they like. Its LMIs hold a scalar in s,
+        which is sought: the first that succeeds, or with ``minimize="gamma"`` the
+        best. ``("slack", 0.1)`` holds it.
         ``"vertices"`` is the thesis's reading, which proves nothing between
         vertices of different ``E`` unless they suffice.
-    mu : float, optional
-        Any positive value keeps Theorem 2.1 true. Where another
-        requirement fixes the size of P it is one more unknown, so that a
-        refusal excludes every mu. A number holds it: 1 is the thesis's
-        reading, in which the verdict depends on the unit of w.
-    slack : float, optional
-        The scalar epsilon of the slack LMIs, in seconds. Without it a
-        line search: the first value that succeeds, or with
-        ``minimize="gamma"`` the best.
     minimize : {None, "gamma", "u_max", "cost"} or dict, optional
         Find the smallest bound and design for it, backed off by the
         fraction ``search.backoff`` and rounded up to three digits. A dict of
         weights, ``{"gamma": 1.0, "u_max": 1e-3}``, minimises the
         weighted sum of the squares ("cost" as it is). The bounds
         themselves are left out: no ``gamma``, ``Saturation(None, x0)``,
-        ``QuadraticCost(Q, R)``. Where the search gives up, the design keeps the
+        ``[QuadraticCost(Q, R)]``. Where the search gives up, the design keeps the
         smallest bound that was found, or a larger one if that takes enormous gains,
         and its ``reason`` says what is known of smaller ones.
         A plant that meets all the rest by itself gets K = 0: the least u_max is
         zero then, and the request names a small positive number.
-    cost : QuadraticCost, optional
-        Bound of the quadratic cost under white noise (Theorem 2.4); for
-        the least cost alone see `design_lqr`.
     requirements : sequence of Requirement, optional
-        More of what is asked; region, gamma, saturation and cost are
-        shorthand for such objects, and no kind is asked in both ways.
+        More of what is asked, as the `QuadraticCost` under white noise (Theorem 2.4).
+        region, gamma and saturation are shorthand for such objects, and no kind is
+        asked in both ways. For the least cost alone see `design_lqr`.
     law : Law, optional
         What the controller measures and remembers: `PIDLaw`, `DynamicLaw`; without it
         all of z and z' is measured, as with `FullState`. A gain of a law is searched,
@@ -110,11 +99,8 @@ def design_pid(
     maximize : {None, "sigma"}
         With a ``law``: the fastest decay that the search finds, backed off.
     search : Search
-        Where the search begins, how far it goes and which of the gains it takes.
-    time_limit : float
-        Seconds after which the request is undecided, unless a design
-        was found by then. It is looked at in each step of the solver and
-        in each row of an exact factorisation; the answer comes after that.
+        Where the search begins, how far it goes, which of the gains it takes, and its
+        ``time_limit``.
 
     Returns
     -------
@@ -171,10 +157,9 @@ def design_pid(
     ('feasible', ['K_P', 'K_D', 'K_I'], True)
     """
     return design_asked(
-        plant, U, K_A=K_A, law=law, coupling=coupling, slack=slack, mu=mu,
-        minimize=minimize, maximize=maximize, search=search, time_limit=time_limit,
-        region=region,
-        gamma=gamma, saturation=saturation, cost=cost, requirements=requirements,
+        plant, U, K_A=K_A, law=law, coupling=coupling, minimize=minimize,
+        maximize=maximize, search=search, region=region, gamma=gamma,
+        saturation=saturation, requirements=requirements,
     )  # fmt: skip
 
 
@@ -185,18 +170,14 @@ def analyse_pid(
     U: ArrayLike | None = None,
     *,
     region: Region | None = None,
-    gamma: float | None = None,
+    gamma: float | HInfinity | None = None,
     saturation: Saturation | None = None,
     K_A: ArrayLike | None = None,
-    coupling: KnownCoupling = "auto",
-    mu: float | Literal["free"] | None = None,
-    slack: float | None = None,
+    coupling: KnownWord | tuple[str, float] | Coupling = "auto",
     minimize: str | Mapping[str, float] | None = None,
-    cost: QuadraticCost | None = None,
     requirements: Iterable[Requirement] = (),
     law: "Law | None" = None,
     search: Search = USUAL,
-    time_limit: float = TIME_LIMIT,
 ) -> Design:
     """Find a certificate for a given gain.
 
@@ -213,7 +194,7 @@ def analyse_pid(
         ``DescriptorSystem(E, A, None, B_w, C)``, whose cost has R = [].
     U, region, gamma, saturation, K_A
         As in `design_pid`.
-    coupling : {"auto", "multipliers", "pairs", "slack", "vertices"}
+    coupling : {"auto", "multipliers", "pairs", "slack", "vertices"}, pair or Coupling
         ``"multipliers"``: each requirement has Lyapunov matrices of its own, one
         for each vertex, and free multipliers; where that isn't enough the polytope
         is halved. A plant that breaks what is asked is looked for first. It is for
@@ -223,15 +204,13 @@ def analyse_pid(
         minimised; but ``"pairs"`` where a requirement has no such LMIs, or is tied by
         a number ``mu``. ``request.coupling`` says which it was. The others are as in
         `design_pid`.
-    mu, slack, minimize, cost, requirements
+    minimize, requirements
         As in `design_pid`.
     law : Law, optional
         What the controller measures and remembers; without it all of z and z'. Its
         loop is proven by multipliers.
     search : Search
-        Its ``backoff``; nothing else is searched.
-    time_limit : float
-        As in `design_pid`.
+        Its ``backoff`` and ``time_limit``; nothing else is searched.
 
     Returns
     -------
@@ -277,9 +256,9 @@ def analyse_pid(
             raise ValueError("K is missing: give the gain to be analysed")
         K = np.zeros((0, checked_plant(plant).order))
     law, K = taken(plant, K, law, U)
-    search.taking("backoff", "a given gain")
+    search.taking("backoff time_limit", "a given gain")
     return design_asked(
-        plant, None, K_A=K_A, law=law, gain=K, coupling=coupling, slack=slack, mu=mu,
-        minimize=minimize, search=search, time_limit=time_limit, region=region,
-        gamma=gamma, saturation=saturation, cost=cost, requirements=requirements,
+        plant, None, K_A=K_A, law=law, gain=K, coupling=coupling, minimize=minimize,
+        search=search, region=region, gamma=gamma, saturation=saturation,
+        requirements=requirements,
     )  # fmt: skip

@@ -24,38 +24,40 @@ from .slack import designed, in_pieces, or_with_slack, with_slack
 
 
 def design_asked(
-    plant, U, *, K_A, law, coupling, slack, mu, minimize, search, time_limit,
+    plant, U, *, K_A, law, coupling, minimize, search,
     gain=None, maximize=None, **asked,
 ):  # fmt: skip
     """The Design of what `design_pid` and `analyse_pid` are asked; ``plant``, ``U``,
-    ``K_A``, ``law``, ``coupling``, ``slack``, ``mu``, ``minimize``, ``search``,
-    ``time_limit`` and ``maximize`` are as there, ``asked`` are requirements by
-    keyword, and ``gain``, (m, N), is known.
+    ``K_A``, ``law``, ``coupling``, ``minimize``, ``search`` and ``maximize`` are as
+    there, ``asked`` are requirements by keyword, and ``gain``, (m, N), is known.
     """
     law = law_of(U, law)
     if law.searched:
-        search.taking("backoff starts seed", "the search of a law's gain")
-        coupling = _of_a_law(coupling, mu=mu, slack=slack)
+        search.taking("backoff starts seed time_limit", "the search of a law's gain")
+        coupling = _of_a_law(coupling)
     elif maximize is not None:
         raise ValueError("maximize is given without law: give region=PoleRegion(sigma)")
     else:
-        search.taking("backoff start prefer", "a design without a law")
-    asked = asked_once(**given(mu=mu, **asked))
+        search.taking("backoff start prefer time_limit", "a design without a law")
+    asked = asked_once(**given(**asked))
     objective = objective_of(minimize, asked)
     if law.searched:
         objective, asked = _one_objective(objective, maximize, asked)
+        for r in (r for r in asked if r.tied):
+            raise ValueError(
+                f"{r.tied} is given, but a law's loop is proven without: leave it out"
+            )
     if objective:  # numbers stand in
         asked = moved(asked, dict.fromkeys(objective, 1.0))
-    coupling = coupling_of(coupling, slack)
+    coupling = coupling_of(coupling)
     auto = coupling.chooses
     request = Request(
         plant, K_A=K_A, coupling=coupling, gain=gain, law=law, requirements=asked,
-        **given(mu=mu),
     )  # fmt: skip
     if search.start is not None:
         search = replace(search, start=_checked_start(search.start, request, auto))
     task = Task(request, gain, objective, auto, search)
-    solution = guarded(request, time_limit, task.solution)
+    solution = guarded(request, search.time_limit, task.solution)
     shown = solution.status == "feasible" or solution.searched is not None
     if law.searched and gain is None and not shown:
         solution = replace(solution, K=None)
@@ -120,13 +122,10 @@ class Task:
         return found
 
 
-def _of_a_law(coupling, **absent):
+def _of_a_law(coupling):
     """The coupling of a loop with a law, or a ValueError for what it hasn't."""
-    for name, value in absent.items():
-        if value is not None:
-            raise ValueError(f"{name} is given, but a law's loop is proven without it")
     wanted = coupling_of(coupling)
-    if not (wanted.chooses or wanted.free):
+    if wanted.slack is not None or not (wanted.chooses or wanted.free):
         raise ValueError(
             f"coupling={coupling!r}: a law's loop is proven by multipliers; leave it "
             "out"

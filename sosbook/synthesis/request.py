@@ -35,7 +35,7 @@ RESERVED = re.compile(r"P|P \d+|V|Y|size for .*")  # names of a request's unknow
 @dataclass(frozen=True, eq=False, init=False)
 class Request(Shorthand, ReadOnly):
     """A plant and what is asked of its loop; makes the LMI blocks. ``plant``, ``U``,
-    ``K_A``, ``coupling``, ``slack`` and ``law`` are as in `design_pid`, where "auto" is
+    ``K_A``, ``coupling`` and ``law`` are as in `design_pid`, where "auto" is
     the first that it tries; a `Coupling` is kept, whatever was given, and holds the
     scalar ``slack``, and a `Law`, which holds U; ``asked`` and ``more`` are shorthand
     for requirements, see `collected`. ``gain`` is the K of `analyse_pid`; of a law that
@@ -60,7 +60,6 @@ class Request(Shorthand, ReadOnly):
         *asked,
         K_A=None,
         coupling="pairs",
-        slack=None,
         gain=None,
         law=None,
         **more,
@@ -77,7 +76,7 @@ class Request(Shorthand, ReadOnly):
                 late = "K_A is given with a law of late sensors: leave one out"
                 raise ValueError(late if plant.sensed else NO_MATRICES)
             K_A = matrix("K_A", K_A, (plant.m, plant.n))
-        coupling = coupling_of(coupling, slack)
+        coupling = coupling_of(coupling)
         put(self, plant=plant, K_A=K_A, coupling=coupling, law=law)
         put(self, applied=law.applied(plant))
         wanted = tuple(map(self.applied.asked, collected(*asked, **more)))

@@ -6,6 +6,7 @@ from ..exact.rational import decimals, read_array, read_number
 from ..laws.taken import law_of
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
+from ..plants.coupling import coupling_of
 from ..plants.near_box import NearBox
 from ..requirements.base import Requirement
 from .request import Request
@@ -37,11 +38,11 @@ def read_request(data, gain=None, law=None):
             if plant.m == 0
             else read_array(gain, plant.m if law.whole else None, None)
         )
+    slack = None if data["epsilon"] is None else read_number(data["epsilon"])
     return Request(
         plant,
         K_A=None if K_A is None else read_array(K_A, plant.m, plant.n),
-        coupling=data["coupling"],
-        slack=None if data["epsilon"] is None else read_number(data["epsilon"]),
+        coupling=coupling_of(data["coupling"], slack),
         gain=gain,
         law=law,
         requirements=[Requirement.read(r) for r in data["requirements"]],

@@ -5,6 +5,7 @@ from typing import Literal
 
 from ..plants.checks import count, is_word, positive
 from ..runtime.read_only import ReadOnly, put
+from ..runtime.time_limit import checked_seconds
 from .design import Design
 
 
@@ -34,6 +35,10 @@ class Search(ReadOnly):
         sampled loop.
     seed : int
         Of their random numbers; the same seed gives the same gain.
+    time_limit : float
+        Seconds after which the request is undecided, unless a design was found by
+        then. It is looked at in each step of the solver and in each row of an exact
+        factorisation; the answer comes after that.
 
     Raises
     ------
@@ -54,6 +59,7 @@ class Search(ReadOnly):
     prefer: Literal["centre", "least"] | None = None
     starts: int | None = None
     seed: int = 0
+    time_limit: float = 300.0
 
     def __post_init__(self) -> None:
         put(self, backoff=positive("backoff", self.backoff))
@@ -66,6 +72,7 @@ class Search(ReadOnly):
         if self.starts is not None:
             put(self, starts=count("starts", self.starts, 1))
         put(self, seed=count("seed", self.seed))
+        put(self, time_limit=checked_seconds(self.time_limit, needed=True))
 
     def __repr__(self) -> str:
         return f"Search({', '.join(f'{k}={v!r}' for k, v in self._given().items())})"

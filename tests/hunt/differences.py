@@ -206,7 +206,9 @@ class Hunt:
 
 def designed(asked):
     """What `design_pid` answers."""
-    return sos.design_pid(asked.plant, time_limit=LIMIT, **asked.keywords)
+    return sos.design_pid(
+        asked.plant, search=sos.Search(time_limit=LIMIT), **asked.keywords
+    )
 
 
 def other_proofs(plant, rng):
@@ -215,10 +217,14 @@ def other_proofs(plant, rng):
     match rng.choice(["regulator", "observer", "delay", "mass", "sampled", "none"]):
         case "regulator":
             C = rng.standard_normal((int(rng.integers(1, 2 * n + 1)), 2 * n))
-            design = sos.design_lqr(plant, C.T @ C, np.eye(m), time_limit=LIMIT)
+            design = sos.design_lqr(
+                plant, C.T @ C, np.eye(m), search=sos.Search(time_limit=LIMIT)
+            )
         case "observer":
             one = np.eye(2 * n)
-            K = sos.design_lqr(plant, one, np.eye(m), time_limit=LIMIT).K
+            K = sos.design_lqr(
+                plant, one, np.eye(m), search=sos.Search(time_limit=LIMIT)
+            ).K
             if K is None:
                 return
             design = sos.design_observer(

@@ -176,7 +176,9 @@ class Question:
         if self.ways.law is not None:
             asked["law"] = self.ways.law
         plant = polytope(self.vertices)
-        return sos.analyse_pid(plant, self.K, **asked, time_limit=limit)
+        return sos.analyse_pid(
+            plant, self.K, **asked, search=sos.Search(time_limit=limit)
+        )
 
     def contradicts(self, design):
         """What is wrong with an answer, in words; empty if nothing is."""
@@ -248,7 +250,9 @@ def gain_of(ways, vertices, rng):
             A, B, 10.0 ** rng.uniform(-2, 2) * one, np.eye(first.m)
         )
         return np.round(-B.T @ X, 3)
-    d = sos.design_pid(polytope(vertices), law=ways.law, time_limit=SEARCH)
+    d = sos.design_pid(
+        polytope(vertices), law=ways.law, search=sos.Search(time_limit=SEARCH)
+    )
     structure = ways.law.structure(first)
     if d.K is not None:
         return np.vectorize(lambda x: float(f"{x:.6g}"))(d.K)
@@ -264,7 +268,10 @@ def searched(asked, rng):
     sigma = float(f"{scale * 10 ** rng.uniform(-3, 0.3):.3g}")
     region = sos.PoleRegion(sigma=sigma)
     design = sos.design_pid(
-        polytope(vertices), law=ways.law, region=region, time_limit=SEARCH
+        polytope(vertices),
+        law=ways.law,
+        region=region,
+        search=sos.Search(time_limit=SEARCH),
     )
     words = f"a {type(ways.law).__name__} with a decay of {sigma}"
     if design.status == "feasible":

@@ -48,7 +48,7 @@ def in_units(asked, force, length, time):
 
     A bound of a cost and a weight of a noise aren't expressed anew: None for these.
     """
-    if "cost" in asked.keywords:
+    if "requirements" in asked.keywords:  # a cost
         return None
     keywords, first = dict(asked.keywords), asked.vertices[0]
     n, a = first.n, len(keywords.get("U", ()))
@@ -244,10 +244,11 @@ def _keywords(rng, vertices):
         force = 10 ** rng.uniform(-2, 3) * np.linalg.norm(plant.S)
         keywords["saturation"] = sos.Saturation(_short(force), x0)
     if rng.random() < 0.2:
-        keywords["cost"] = _cost(rng, N, m)
+        keywords["requirements"] = [_cost(rng, N, m)]
     if len(vertices) > 1:
         keywords["coupling"] = str(rng.choice(["pairs", "pairs", "slack", "vertices"]))
-    return keywords, ", ".join(keywords) or "stability"
+    words = ", ".join(keywords).replace("requirements", "cost")
+    return keywords, words or "stability"
 
 
 def _region(rng, scale):

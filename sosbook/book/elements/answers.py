@@ -11,6 +11,7 @@ import numpy as np
 from ...analysis.linear import peak_input
 from ...plants.second_order import Polytope, SecondOrderSystem
 from ...requirements.cost import QuadraticCost
+from ...requirements.hinf import HInfinity
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ...synthesis.pid import design_pid
@@ -95,15 +96,14 @@ def asked_of(request):
         "K_A": request["K_A"],
         "coupling": request["coupling"],
         "region": PoleRegion(**region) if region else None,
-        "gamma": asked.get("gamma"),
-        "mu": asked.get("mu"),
     }
+    if "gamma" in asked:
+        given["gamma"] = HInfinity(asked["gamma"], asked.get("mu"))
     if "u_max" in asked:
         given["saturation"] = Saturation(asked["u_max"], asked["x0"])
     if "cost" in asked:
-        given["cost"] = QuadraticCost(
-            asked["Q"], asked["R"], asked["noise"], asked["cost"]
-        )
+        weights = asked["Q"], asked["R"], asked["noise"]
+        given["requirements"] = [QuadraticCost(*weights, asked["cost"])]
     return given
 
 

@@ -6,6 +6,7 @@ from ...analysis.linear import hinf_norm, peak_input, poles
 from ...plants.descriptor import descriptors
 from ...plants.response import simulate
 from ...plants.second_order import Polytope
+from ...requirements.hinf import HInfinity
 from ...synthesis.pid import analyse_pid, design_pid
 from .. import thesis
 from .table import evaluate, proven
@@ -41,7 +42,7 @@ def _robot(ex):
     (d,) = descriptors(ex.plant, ex.U)
     yield evaluate("example-1-open", ex.open_loop_poles, ex.plant.poles())
     yield evaluate("example-1-poles", ex.closed_loop_poles, poles(d, ex.K))
-    asked = ex.requirements | {"gamma": None, "minimize": "gamma"}
+    asked = ex.requirements | {"gamma": HInfinity(mu=1.0), "minimize": "gamma"}
     smallest = design_pid(ex.plant, **asked)
     yield from _promises(1, ex, digits=5, note=f"{smallest.gamma:g}")
     t = np.linspace(0, ex.t_end, 3001)

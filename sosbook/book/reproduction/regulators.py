@@ -77,11 +77,11 @@ def _theorem(printed, plants, law, R):
 def _robust(printed, plants, law, R):
     table, name, U, N, _ = LAWS[law]
     asked = dict(
-        cost=QuadraticCost(np.eye(N), [[R]]),
+        requirements=[QuadraticCost(np.eye(N), [[R]])],
         minimize="cost",
         search=Search(backoff=1e-3),
     )
-    asked |= dict(coupling="slack", slack=0.003)
+    asked |= dict(coupling=("slack", 0.003))
     found = analyse_pid(plants, getattr(printed, name)[R], U, **asked)
     proof, words = proven(found), dict(law=law, R=R, table=table, bound=0, worst=0)
     if proof:

@@ -5,6 +5,7 @@ from scipy.linalg import block_diag
 
 from ...plants.descriptor import descriptors
 from ...plants.second_order import Polytope, SecondOrderSystem
+from ...requirements.hinf import HInfinity
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 from ...studies.polytopes import sample_plants, verify_on_samples, vertices_suffice
@@ -17,7 +18,8 @@ def rows():
     """Rows on the vertices of polytopes, computed."""
     limit = Saturation(10, [1, 0, 0, 0])
     driven = counterexamples.actuated()
-    design = design_pid(driven, gamma=3, saturation=limit, coupling="vertices", mu=1.0)
+    asked = dict(gamma=HInfinity(3, mu=1.0), saturation=limit)
+    design = design_pid(driven, **asked, coupling="vertices")
     right = design.poles(samples=50).real.max()
     proof = said(proven(design))
     yield evaluate("vertices-2.15", right < 0, proof=proof, pole=right)

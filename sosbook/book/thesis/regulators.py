@@ -6,6 +6,7 @@ import numpy as np
 
 from ...plants.second_order import Polytope, SecondOrderSystem
 from ...plants.signals import Sine
+from ...requirements.hinf import HInfinity
 from ...requirements.input_bound import Saturation
 from ...requirements.pole_region import PoleRegion
 
@@ -73,10 +74,9 @@ class Example:
         return dict(
             U=self.U,
             region=self.region,
-            gamma=self.gamma,
+            gamma=None if self.gamma is None else HInfinity(self.gamma, mu=1.0),
             saturation=self.saturation,
             K_A=self.K_A,
-            mu=1.0,
         )
 
 

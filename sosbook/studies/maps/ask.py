@@ -10,10 +10,11 @@ from ...requirements.shorthand import KEYWORDS, bounds, collected, contradictory
 from ...synthesis.centre import centred, finish
 from ...synthesis.design import Design
 from ...synthesis.feasibility import find, guarded, refused
-from ...synthesis.pid import TIME_LIMIT, design_pid
+from ...synthesis.pid import design_pid
 from ...synthesis.request import Request
 from ...synthesis.scaled_lmis import ScaledLMIs
 from ...synthesis.scaling import Frame
+from ...synthesis.search import USUAL
 from ...synthesis.solution import Solution
 
 
@@ -27,10 +28,8 @@ class Ask:
         self.law = law_of(U, self.options.pop("law", None))
         if self.law.whole:
             self.options.setdefault("coupling", "pairs")
-        names = [name for name in options if name in KEYWORDS and name != "mu"]
+        names = [name for name in options if name in KEYWORDS]
         asked = asked | {name: self.options.pop(name) for name in names}
-        if not isinstance(options.get("mu"), str):  # for what joins later too
-            asked["mu"] = options.get("mu")
         asked = {name: value for name, value in asked.items() if value is not None}
         self.requirements = collected(**asked)
 
@@ -66,7 +65,7 @@ class Ask:
     @cached_property
     def has_trials(self):
         """True if a trial saves something; not where it would be the whole work."""
-        plain = not self.options.keys() - {"K_A", "coupling", "mu"}
+        plain = not self.options.keys() - {"K_A", "coupling"}
         if self.law.searched or not plain:
             return False
         return coupling_of(self.options["coupling"]).one_P and not self.either
@@ -88,7 +87,7 @@ class Ask:
             lmis, start = _coordinates(request, near)
             return find(lmis, start, refuse=False)
 
-        first = guarded(request, TIME_LIMIT, work)
+        first = guarded(request, USUAL.time_limit, work)
         return first if isinstance(first, LMISolution) else None
 
     def finished(self, first, /, **values):
@@ -96,7 +95,7 @@ class Ask:
         if seen(first) and first.problem.pairs is None:
             request = first.problem.request
             work = partial(centred, first.problem, first.values)
-            solution = guarded(request, TIME_LIMIT, work)
+            solution = guarded(request, USUAL.time_limit, work)
             if solution is not None and solution.status == "feasible":
                 return Design(**vars(solution))
         return self.solve(**values)

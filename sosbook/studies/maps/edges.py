@@ -218,7 +218,7 @@ def edge(
         Seconds after which the search stops; the sides are those that
         are proven by then, and the reason says so.
     **options
-        cost, requirements, K_A, coupling, mu and slack, for `design_pid`; without a
+        requirements, K_A and coupling, for `design_pid`; without a
         word the coupling is "pairs", and with "auto" a refusal is one of slack
         matrices, too. Or a law, and its search.
 

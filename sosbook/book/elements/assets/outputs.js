@@ -11,7 +11,7 @@ const table = rows => rows.map(row => `    {${row.map(number).join(", ")}}`).joi
 // What the program in C does of each key of a request: all of them stand in its head.
 export const IN_C = {
   ...Object.fromEntries(
-    ["plant", "U", "K_A", "region", "gamma", "hinf", "mu", "cost", "coupling"].map(key => [key, () => ({})])),
+    ["plant", "U", "K_A", "region", "gamma", "hinf", "cost", "coupling"].map(key => [key, () => ({})])),
   saturation: ({u_max}) => ({limit: u_max}),
   controller: ({T, measured, u_max}) => ({T, measured, limit: u_max})
 };

@@ -26,8 +26,7 @@ export function asks({request, x0, mu, cost, law, outputs, clock}, bounds) {
     law,
     K_A,
     region: filled({sigma, theta_deg: theta, rho}),
-    ...(outputs ? {hinf: {gamma, outputs}} : {gamma}),
-    mu,
+    ...(outputs || mu && gamma ? {hinf: filled({gamma, mu, outputs})} : {gamma}),
     cost: bound === undefined ? null : {...cost, bound},
     saturation: u_max === undefined ? null : {u_max, x0},
     coupling: coupling === "pairs" ? null : coupling,
@@ -63,14 +62,15 @@ export function program(plant, call, words, notes = [], more = "") {
 
 const named = x => Object.entries(x).map(([name, y]) => `${name}=${list(y)}`).join(", ");
 const outputs = rows => rows.map(row => `sos.Output(${named(row)})`).join(" & ");
+const hinf = ({outputs: rows, ...x}) =>
+  `sos.HInfinity(${named(x)}${rows ? `, outputs=${outputs(rows)}` : ""})`;
 const argument = (name, write = list) => [name, x => [name, write(x)]];
 const object = (name, kind) => argument(name, x => `sos.${kind}(${named(x)})`);
 // How Python writes each key of a request: as an argument of `design_pid`, or not among them.
 export const PYTHON = Object.fromEntries([
-  ["plant", () => []], ...["U", "K_A", "gamma", "mu", "coupling"].map(name => argument(name)),
-  object("law", "PIDLaw"), object("region", "PoleRegion"), object("cost", "QuadraticCost"),
-  object("saturation", "Saturation"),
-  ["hinf", x => ["requirements", `sos.HInfinity(${x.gamma}, outputs=${outputs(x.outputs)})`]],
+  ["plant", () => []], ...["U", "K_A", "gamma", "coupling"].map(name => argument(name)),
+  object("law", "PIDLaw"), object("region", "PoleRegion"), object("saturation", "Saturation"),
+  ["cost", x => ["requirements", `sos.QuadraticCost(${named(x)})`]], ["hinf", x => ["requirements", hinf(x)]],
   ["controller", () => []]
 ]);
 
