@@ -29,7 +29,24 @@ def near_a_box(made=lambda plants: plants):
     return sos.design_pid(made(plants), **asked).certify()
 
 
+def of_samples(name):
+    from tests.test_sampled_text import proof
+
+    return lambda: proof(name)
+
+
 MORE = {  # files that the tests of other things don't have
+    **{
+        f"sampled, {x}": of_samples(x)
+        for x in (
+            "one plant",
+            "masses, a simplex",
+            "a box",
+            "a clock that varies",
+            "a law and a norm",
+            "a law that reads w",
+        )
+    },
     "near a box": near_a_box,
     "near a box, first order": lambda: near_a_box(
         lambda plants: sos.DescriptorSystem.of(descriptors(plants))

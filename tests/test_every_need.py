@@ -63,6 +63,8 @@ AT_A_POINT = {  # from the words of a need to a text
         "no power of a number": "a: [2]^2 > 0",
         "no such entry": "a: at([1], 2, 1) > 0",
         "no such part": "a: pick(3, 2, 1) > 0",
+        "the largest of what isn't a number": "a: most(1, [1]) > 0",
+        "a matrix without unknowns is needed": "a: exp(1) > 0",
         "the rows of a block matrix differ": "a: [1, 2; 3] > 0",
         "a mirror image of nothing": "a: [., 1; 1, 1] > 0",
         "a number where a block isn't square": CHAIN,
@@ -77,6 +79,9 @@ AT_A_POINT = {  # from the words of a need to a text
         "the inverse of a matrix": "a: inv([1, 2]) > 0",
         "that must be regular is singular": "a: inv([0]) > 0",
         "a number and a matrix that isn't square": "a: 1 + [1, 2] > 0",
+        "an enclosed matrix where an exact one": "a: near([1]) == [1]",
+        "the exponential of a matrix": "a: exp([1, 2]) > 0",
+        "an exponential is too large": "a: exp([65]) > 0",
     },
 }
 MULTIPLIED = {
@@ -101,6 +106,7 @@ MULTIPLIED = {
 }
 LOOP = "for i in s:\n  a.i: 1 > 0"
 MORE = [
+    ("kernel", "whole", text("a: 1 > 0") | {"text": "sha256:0"}),
     ("kernel", "a point, or multipliers", text("a: 1 > 0", {}, point={})),
     ("kernel", "other unknowns", text("a: 1 > 0", point={})),
     ("kernel", "another shape", text("a: 1 > 0", point={"Y": [["1"]]})),

@@ -24,6 +24,7 @@ SHORTHAND = {
     "exact/checker/observer.py": {"cost"},
     "exact/checker/small_input.py": {"u_max"},
     "exact/checker/fixed_mode.py": NAMES,
+    "exact/checker/ticks.py": {"gamma"},
     "exact/checker/unreached.py": {"gamma"},
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
     "theorems/text.py": {"gamma"},  # the size of a theorem's argument

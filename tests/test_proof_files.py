@@ -26,6 +26,7 @@ from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.rational import decimal, fraction, read_number
 from sosbook.lmi import LMIProblem, he, symmetric
 from sosbook.proofs.command import main
+from sosbook.sampled.proof import by_balls
 from sosbook.synthesis.proofs import DesignProof
 from tests.asking import asked_by, asking
 from tests.closed import analyse_loop
@@ -179,6 +180,7 @@ TRIANGLE = loops(6, vertices=3, spread=1.6)
 GENTLE = [[-1, -0.5]]
 # What the stand-alone checker decides, and what it must pass on.
 PROOFS = {
+    "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
     "known gain": lambda: known(
         sos.Uncertain(moving, m=(0.5, 2), v=(-1, 3)),
         GENTLE,
@@ -439,7 +441,7 @@ EXCLUDED = {
     ),
 }
 BEYOND = {
-    "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
+    "by balls": lambda: by_balls(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
     "an author's bound and little force": lambda: (
         sos.design_pid(
             spring(),
@@ -622,9 +624,9 @@ def test_the_checker_needs_nothing_but_python(tmp_path):
     file.write_text(proof.text.replace("1.257", "0.3"), "utf-8")
     done = run(file)
     assert done.returncode == 1 and done.stdout.startswith("refused")
-    proof_of("sampled").save(file)
+    proof_of("by balls").save(file)
     done = run(file)
-    assert done.returncode == 3 and "rationals" in done.stdout
+    assert done.returncode == 3 and "balls decide alone" in done.stdout
     assert run().returncode == run(tmp_path / "none.json").returncode == 2
 
 
@@ -635,7 +637,9 @@ AWAY = {  # a file of the checker, and a proof that needs it
     "mass": "a singular mass",
     "observer": "observer",
     "own": "an LMI of one's own",
+    "sampled": "sampled",
     "small_input": "little force for a fast fall",
+    "ticks": "sampled",
     "unreached": "a response out of reach",
 }
 

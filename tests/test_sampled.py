@@ -27,6 +27,7 @@ from sosbook.sampled.balls import balls, middle
 from sosbook.sampled.cells import gram_bound
 from sosbook.sampled.discretize import SampleTiming, input_vertices
 from sosbook.sampled.loops import SampledFamily
+from sosbook.sampled.proof import by_balls
 from sosbook.sampled.shapes import PlantShape
 from tests.closed import analyse_loop
 
@@ -337,9 +338,9 @@ def test_pendulum_polytope_is_proven_and_its_lyapunov_functions_hold(delay):
     family = polytope(Mip.printed())
     found = certify_sampled(family, ROBUST, 0.01, delay, U)
     assert found.proven, found
-    assert found.claims == (
-        "the sampled loop of every constant plant of the polytope is stable",
-    )
+    late = f"a delay of {float(delay)} s" if delay else "no delay"
+    loop = "the sampled loop of every constant plant of the polytope"
+    assert found.claims == (f"{loop}, with a tick every 0.01 s and {late}, is stable",)
     assert ratios(found, family, found.K, 0.01, delay, U) < 1
 
 
@@ -361,7 +362,7 @@ def test_a_lyapunov_matrix_of_a_file_is_symmetric():
     family = sos.Polytope(
         [sos.SecondOrderSystem([[M]], [[0]], [[0]], [[1]]) for M in (1, 4)]
     )
-    found = certify_sampled(family, [[-1, -1.5]], 0.3, 0.1)
+    found = by_balls(family, [[-1, -1.5]], 0.3, 0.1)
     assert found.proven
     data = copy.deepcopy(found.data)
     P = data["cells"]["P"][0]
@@ -404,7 +405,7 @@ def test_a_family_with_squares_is_cut_until_its_vertices_are_stable():
     (K, T), whole = ([[0, -0.001]], 0.01), sos.Polytope(plants.vertices)
     assert not certify_sampled(whole, K, T)
     found = certify_sampled(plants, K, T)
-    assert found.proven and "constant plant with v in [0, 1] is" in found.claims[0]
+    assert found.proven and "constant plant with v in [0, 1], with" in found.claims[0]
     assert not certify_sampled(plants, [[0, 0.6]], T)  # at v = 0.4 it isn't stable
 
 

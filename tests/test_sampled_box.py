@@ -1,4 +1,4 @@
-"""Plants whose halves are proven with the Lyapunov matrices of the whole."""
+"""Plants whose halves are proven, by balls, with the Lyapunov matrices of the whole."""
 
 import copy
 
@@ -7,8 +7,9 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 import sosbook as sos
-from sosbook.sampled import SampledProof, c2d, certify_sampled, sampled_loop
+from sosbook.sampled import SampledProof, c2d, sampled_loop
 from sosbook.sampled import cover as search
+from sosbook.sampled.proof import by_balls
 
 RANGES = dict(c=(0.94, 1.06), a=(0.6, 0.68), f=(2.7, 3.3), e=(0.9, 1.1))
 T = 0.02
@@ -61,7 +62,7 @@ def test_one_search_for_lyapunov_matrices_proves_a_box(delay, monkeypatch):
         search, "_multipliers", lambda *x: searches.append(1) or found(*x)
     )
     K = gain(delay)
-    proof = certify_sampled(box(), K, T, delay)
+    proof = by_balls(box(), K, T, delay)
     tree = proof.data["cells"]
     assert proof.proven, proof.failed
     assert len(searches) == 1 and "P" in tree and leaves(tree) > 1
@@ -71,7 +72,7 @@ def test_one_search_for_lyapunov_matrices_proves_a_box(delay, monkeypatch):
 
 
 def test_forged_parts_prove_nothing():
-    proof = certify_sampled(box(), gain(), T)
+    proof = by_balls(box(), gain(), T)
 
     def forged(change):
         data = copy.deepcopy(proof.data)
@@ -100,13 +101,13 @@ def test_no_box_with_an_unstable_loop_is_proven(seed):
     rng = np.random.default_rng(seed)
     K = (gain() * rng.uniform(0.25, 1.3, (1, 4))).round(5)
     radius = worst(K, 0.0, rng)
-    proof = certify_sampled(box(), K, T, cells=20)
+    proof = by_balls(box(), K, T, cells=20)
     assert not (proof.proven and radius >= 1), radius
 
 
 @pytest.mark.parametrize("unit", [0.3, 9.81])
 def test_the_units_of_a_box_change_no_verdict(unit):
-    assert certify_sampled(box(unit), gain(), T).proven
+    assert by_balls(box(unit), gain(), T).proven
 
 
 CORNERS = np.array([[0.94, 1.1], [1.06, 0.9], [1.06, 1.1]])  # c and e
@@ -128,7 +129,7 @@ def test_one_search_proves_a_simplex_whose_clock_varies(unit, monkeypatch):
     monkeypatch.setattr(
         search, "_multipliers", lambda *x: searches.append(1) or found(*x)
     )
-    proof = certify_sampled(triangle(unit), gain(), *CLOCK)
+    proof = by_balls(triangle(unit), gain(), *CLOCK)
     tree = proof.data["cells"]
     assert proof.proven and "P" in tree and leaves(tree) > 1
     assert len(searches) == 1 and SampledProof(proof.text).verify()
@@ -150,7 +151,7 @@ def test_no_pattern_of_clocks_grows_where_a_simplex_is_proven(seed):
     """Gains by chance; plants by chance and patterns of up to six ticks, repeated."""
     rng, worst = np.random.default_rng(seed), 0.0
     K = (gain() * rng.uniform(0.4, 1.2, (1, 4))).round(5)
-    proof = certify_sampled(triangle(), K, *CLOCK, cells=6)
+    proof = by_balls(triangle(), K, *CLOCK, cells=6)
     for k in range(100):
         c, e = (rng.dirichlet([0.3] * 3) if k > 2 else np.eye(3)[k]) @ CORNERS
         plant, count = pendulum(**MIDDLE | dict(c=c, e=e)), rng.integers(1, 7)
@@ -179,9 +180,9 @@ def test_few_cells_say_how_many_and_go_on_in_time():
         for k in (0, 3)
     )
     asked = dict(plant=both, K=[[-1, -1.5]], T=0.3, delay=0.3, cells=1)
-    few = sos.certify_sampled(**asked)
+    few = by_balls(**asked)
     assert not few.proven and "undecided after 1 cell; cells=4 goes on" in few.failed[0]
-    assert sos.certify_sampled(**asked | {"cells": 16}).proven
-    assert sos.certify_sampled(**asked, time_limit=200).proven
-    late = sos.certify_sampled(**asked, time_limit=1e-3)
+    assert by_balls(**asked | {"cells": 16}).proven
+    assert by_balls(**asked, time_limit=200).proven
+    late = by_balls(**asked, time_limit=1e-3)
     assert "stopped after 0.001 s; raise time_limit" in late.failed[0]

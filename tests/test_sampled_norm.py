@@ -105,17 +105,11 @@ def test_forged_norms_prove_nothing():
         change(data)
         return SampledProof.of(data)
 
-    def leaf(data):
-        node = data["cells"]
-        while "halves" in node:
-            node = node["halves"][0]
-        return node
-
     def lighter(data):
-        leaf(data)["L"][-1][-1] = "0.5"
+        data["frames"][0]["L"][-1][-1] = "0.5"
 
     def mixed(data):
-        leaf(data)["L"][-1][0] = "0.01"
+        data["frames"][0]["L"][-1][0] = "0.01"
 
     smaller = forged(lambda data: data["norm"].update(gamma="4.5"))
     assert not smaller.proven

@@ -199,8 +199,8 @@ def design_sampled(
     >>> design = sos.design_sampled(cart, law, T=0.5, delay=0.5, sigma=0.2)
     >>> print(design.certify())  # doctest: +NORMALIZE_WHITESPACE
     proven:
-    - the sampled loop of the plant is stable: every motion decays
-      at least as 0.904837418^k
+    - the sampled loop of the plant, with a tick every 0.5 s and a delay of 0.5 s,
+      is stable: every motion decays at least as 0.904837418^k
     >>> design.controller().radius < 0.905
     True
     """

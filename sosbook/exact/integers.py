@@ -161,6 +161,11 @@ class Swift(Reader):
         return Integers(fmpz_mat(r, c, flat), d)
 
 
+def swiftest(whole):
+    """The `Reader` of a ``whole`` file: of enclosed matrices it is Python's own."""
+    return Reader if whole.get("kind") == "sampled" else Swift
+
+
 def _marked(loop):
     """The steps of a ``loop``, in which "once" stands before what rounds share."""
     index, bound = set(loop[1]), {step[1] for step in loop[3] if step[0] == "let"}

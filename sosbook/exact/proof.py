@@ -9,7 +9,7 @@ from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_li
 from .checker import kernel
 from .checker.arithmetic import scalar
 from .definite import definite, positive, semidefinite
-from .integers import Integers, Swift, as_rational
+from .integers import Integers, as_rational, swiftest
 from .rational import digit_count
 
 DIGITS = (6, 8, 10, 12, 17)  # to which gains are rounded, in the order of trial
@@ -111,7 +111,7 @@ class Examined:
             failed.append(names.get(label, label))
             return True  # what fails is listed, and the others are looked at
 
-        value = kernel.check(whole, decide, Swift).value
+        value = kernel.check(whole, decide, swiftest(whole)).value
         value = None if value is None else nearest(value)
         return cls(() if failed else tuple(claims), None, tuple(failed), value)
 

@@ -16,7 +16,7 @@ from .balls import certain
 from .checker import kernel, verdict
 from .checker.arithmetic import Beyond, Refused
 from .definite import definite
-from .integers import Swift, as_rational
+from .integers import as_rational, swiftest
 from .proof import Examined, Verdict, nearest
 from .rational import decimals, read_array
 
@@ -55,7 +55,7 @@ def written(kind, data):
     except (Beyond, Refused):  # no text says it
         asks = {k: v for k, v in asked.items() if k != "kind"}
         return spread(verdict.head(asked) | {"asks": asks}), None
-    return spread(whole), (whole, *said)
+    return spread(verdict.stored(whole)), (whole, *said)
 
 
 def spread(whole):
@@ -184,7 +184,7 @@ class ProofFile(Verdict, OfKind):
             return True
 
         names = said.names(self.data, type(self))
-        kernel.check(said.whole, decide, Swift)
+        kernel.check(said.whole, decide, swiftest(said.whole))
         return found
 
     def verify(self):

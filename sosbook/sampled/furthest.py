@@ -1,5 +1,6 @@
 """The furthest claim of a sampled loop that is proven, by bisection."""
 
+from time import monotonic
 from typing import Any
 
 from ..bisection import narrowed
@@ -12,8 +13,8 @@ from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .channel import checked_norm
 from .discretize import by_name
-from .proof import certify_sampled, unproven
-from .proof_file import SampledProof
+from .proof import by_balls, unproven
+from .proof_file import SampledProof, in_text
 
 __all__ = ["furthest_sampled"]
 
@@ -90,10 +91,10 @@ def furthest_sampled(
         values[find] = end if find == "rate" else (near, end)
         if find == "norm":
             values[find] = norm.with_bound(end)
-        tried.append(certify_sampled(plant, K, **values))
+        tried.append(by_balls(plant, K, **values))
         return tried[-1].proven
 
-    seconds = checked_seconds(time_limit)
+    seconds, begun = checked_seconds(time_limit), monotonic()
     try:
         with limited(seconds):
             if (falls or not holds(far)) and holds(nearest):
@@ -103,7 +104,9 @@ def furthest_sampled(
             raise
     proofs = [proof for proof in tried if proof.proven]
     if proofs:
-        return proofs[-1]
+        left = None if seconds is None else seconds - (monotonic() - begun)
+        late = left is not None and left <= 0
+        return proofs[-1] if late else in_text(proofs[-1], left)
     if tried:
         return tried[-1]
     asked = {k: x for k, x in asked.items() if k in ("U", "centre", "norm")}

@@ -2,6 +2,7 @@
 
 from functools import partial
 from itertools import product
+from time import monotonic
 from typing import Any
 
 from flint import ctx
@@ -20,7 +21,7 @@ from .channel import checked_norm
 from .cover import cover
 from .discretize import by_name, input_vertices
 from .loops import BALL_BITS, SampledFamily
-from .proof_file import MORE, SampledProof, undecided
+from .proof_file import MORE, SampledProof, in_text, undecided
 from .timing import TimeBox
 
 __all__ = ["SampledProof", "certify_sampled"]
@@ -98,7 +99,10 @@ def certify_sampled(
     The exponentials of the exact data are enclosed in balls. In a cell of plants,
     and in one of clocks, the loop F is the mixture of the corners' F_i up to its
     second derivatives, which are enclosed for the whole cell; the theorem of
-    `sosbook.sampled.cells` takes them away. The plants between vertices are cut as
+    `sosbook.sampled.cells` takes them away. Then a text is sought that the
+    stand-alone checker decides by integers alone, see `sosbook.exact.checker.sampled`;
+    where none is found in so small cells as it needs, `python -m sosbook verify` says
+    that this package alone decides the file. The plants between vertices are cut as
     a box where they are one, else as a simplex; with many vertices that aren't a
     box there are too many halves.
 
@@ -112,8 +116,10 @@ def certify_sampled(
     >>> cart = Polytope([
     ...     SecondOrderSystem([[M]], [[0]], [[0]], [[1]]) for M in (1, 2)])
     >>> print(certify_sampled(cart, [[-1, -1.5]], T=0.2, delay=0.1))
+    ... # doctest: +NORMALIZE_WHITESPACE
     proven:
-    - the sampled loop of every constant plant of the polytope is stable
+    - the sampled loop of every constant plant of the polytope, with a tick every 0.2 s
+      and a delay of 0.1 s, is stable
     >>> print(certify_sampled(cart, [[-1, -1.5]], T=(0.1, 0.3), delay=(0, 0.1)))
     ... # doctest: +NORMALIZE_WHITESPACE
     proven:
@@ -121,6 +127,18 @@ def certify_sampled(
       sequence of sampling intervals in [0.1, 0.3] s and delays in [0.0, 0.1] s, none
       longer than its interval
     """
+    begun = monotonic()
+    asked = U, rate, digits, cells, centre, norm, time_limit, progress
+    found = by_balls(plant, K, T, delay, *asked)
+    left = None if time_limit is None else time_limit - (monotonic() - begun)
+    return found if left is not None and left <= 0 else in_text(found, left)
+
+
+def by_balls(
+    plant, K, T, delay=0.0, U=None, rate=1.0, digits=None, cells=64, centre=0.0,
+    norm=None, time_limit=None, progress=False,
+):  # fmt: skip
+    """As `certify_sampled`, for a search: the proof has no text, and balls decide."""
     rate, centre = _rate(rate), finite("centre", centre)
     plant = plant_of(checked_plant(plant), K)
     clocks, floats = TimeBox.of(T, delay), input_vertices(plant, U)
@@ -147,11 +165,8 @@ def certify_sampled(
         with ctx.workprec(BALL_BITS):
             family = SampledFamily.of(plant, floats, timing, gain, centre, norm)
             tree, failed = cover(family, clocks, rate, cells)
-        return SampledProof.of(
-            SampledProof.contents(
-                plant, U, T, delay, gain, rate, tree, failed, centre, norm
-            )
-        )
+        asked = plant, U, T, delay, gain, rate, tree, failed, centre, norm
+        return SampledProof.of(SampledProof.contents(*asked))
 
     tries, few = (17,) if whole else DIGITS, cells
 

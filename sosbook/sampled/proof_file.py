@@ -3,19 +3,19 @@
 import numpy as np
 from flint import ctx
 
-from ..exact.checker.families import CONSTANT, every
+from ..exact.checker.ticks import said
 from ..exact.proof import Examined
 from ..exact.proof_file import ProofFile
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..laws.taken import is_controller
 from ..plants.as_data import plant_data, read_plant
 from ..plants.checks import as_written
-from ..plants.gain import input_names, signals
-from ..plants.kinds import every_plant
 from ..requirements.base import Requirement
+from ..runtime.time_limit import OutOfTime, time_limit
 from .cells import PlantCell
 from .channel import check_channel, checked_norm
 from .discretize import input_vertices
+from .frames import with_frames
 from .loops import BALL_BITS, SampledFamily
 from .shapes import PlantShape
 from .system import SampledSystem
@@ -23,17 +23,9 @@ from .timing import TimeBox
 
 __all__ = ["SampledProof"]
 
-RATIONALS = (
-    "rationals can't redo this proof: it encloses exponentials of matrices in "
-    "balls; python -m sosbook verify does"
-)
-
 MORE = 4  # times the cells, where those that were given were too few
 NAMES = "inputs", "outputs"  # of a controller: the plant's states, and its inputs
 OF_READINGS = "B_w", "D_w"  # how w enters a controller by what it reads
-
-HELD = "with a w that is held from tick to tick"
-READ = " and is part of what K reads"
 
 
 class SampledProof(ProofFile):
@@ -43,11 +35,12 @@ class SampledProof(ProofFile):
 
     It holds a tree of cells: halves of the simplex, or the box, of the plants'
     vertices. A leaf has coordinates L x and in them a Lyapunov matrix P for each of
-    its corners, the identity without it; or a cell that is halved has them, and a new
-    corner of its halves has the mean P of the two beside it. Where the clock varies a
-    leaf has a tree of its own, of halves of the intervals and of the delays, whose
-    leaves may have a multiplier G. ``blocks`` has, for each leaf, the smallest pivot
-    of the theorem's blocks (see `sosbook.sampled.cells`).
+    its corners, the identity without it, and a tree of its own, of halves of the
+    intervals and of the delays, whose leaves may have a multiplier G. Its text is
+    that of `sosbook.exact.checker.sampled`, and the stand-alone checker decides it.
+    Where the search for what the text needs gives up, balls decide instead (see
+    `sosbook.sampled.cells`), and ``examined.alone`` says so. ``blocks`` has the
+    smallest pivot of each block.
     """
 
     kind = "sampled"
@@ -60,7 +53,7 @@ class SampledProof(ProofFile):
     @property
     def centre(self):
         """Of the disk of radius ``rate`` that has all eigenvalues."""
-        return read_number(self.data.get("centre", "0"))
+        return read_number(self.data["centre"])
 
     @property
     def T(self):
@@ -94,8 +87,11 @@ class SampledProof(ProofFile):
             return ()
         plant, U = self._plant()
         shape = PlantShape.of(plant, input_vertices(plant, U))
+        leaves = _leaves(self.data["cells"], shape)
+        if "frames" in self.data:
+            leaves = _framed(self.data, shape)
         found = []
-        for weights, L, _, P, _ in _leaves(self.data["cells"], shape):
+        for weights, L, _, P, _ in leaves:
             rows = np.zeros(weights.shape)
             rows[:, shape.order] = weights.astype(float)
             P = np.array([np.eye(len(L))] * len(rows) if P is None else P)
@@ -112,8 +108,8 @@ class SampledProof(ProofFile):
         plant, U = _read_plant(data)
         T, delay = (_read_range(data[x]) for x in ("T", "delay"))
         rate, K = read_number(data["rate"]), _read_controller(data, plant.p)
-        tree, failed = data["cells"], data["undecided"]
-        centre = read_number(data.get("centre", "0"))
+        tree, failed = data["cells"], data.get("undecided", "")
+        centre = read_number(data["centre"])
         norm = _read_norm(data)
         again = cls.contents(plant, U, T, delay, K, rate, tree, failed, centre, norm)
         if not (rate > 0 and abs(centre) + rate <= 1):
@@ -127,8 +123,7 @@ class SampledProof(ProofFile):
             raise ValueError("a norm is proven with a rate of one")
         blocks = {}
         with ctx.workprec(BALL_BITS):
-            timing = clocks.of_controller(K)
-            family = SampledFamily.of(plant, vertices, timing, K, centre, norm)
+            family = _family(plant, vertices, clocks, K, centre, norm)
             leaves = _leaves(tree, family.shape)
             for k, (weights, L, last, P, times) in enumerate(leaves, 1):
                 for matrix in (L, *(() if P is None else P)):
@@ -138,7 +133,7 @@ class SampledProof(ProofFile):
                 for j, (box, G) in enumerate(_boxes(times, clocks, len(L)), 1):
                     of = f", clocks {j}" if clocks.varies else ""
                     blocks[name + of] = cell.least(box, rate, G)
-        return again, _examined(blocks, again["claims"])
+        return again, _examined(blocks, said(data, len(vertices)))
 
     @classmethod
     def contents(cls, plant, U, T, delay, K, rate, tree, failed, centre=0.0, norm=None):
@@ -147,66 +142,50 @@ class SampledProof(ProofFile):
         T, delay, U, rate, centre and norm are those of `certify_sampled`; ``tree`` is
         how the weights are halved, and ``failed`` what wasn't proven.
         """
-        where = every_plant(plant, CONSTANT)
-        if plant.family is None and hasattr(plant, "sample"):
-            where = every("of the polytope", CONSTANT)  # also of one vertex
-        where += in_order(K, plant, U)
-        said = claim(f"the sampled loop of {where}", rate, words(T, delay))
-        if centre:
-            disk = f"|z - {centre!r}| < {rate!r}"
-            said = f"all eigenvalues of the sampled loop of {where} are in {disk}"
-        more, held = [], HELD + READ * (getattr(K, "D_w", None) is not None)
-        if norm is not None:
-            more = [f"{norm.claim()}, at the ticks, {held}"]
-        return {
-            "claims": [said, *more],
+        ends = TimeBox.of(T, delay).written(delay)
+        data = {
             "plant": plant_data(plant),
             "U": [] if U is None else decimals(U),
-            "T": _range(T),
-            "delay": _range(delay),
+            **{name: decimals(x) for name, x in zip(("T", "delay"), ends)},
             "K": _controller_data(K),
             "rate": decimal(rate),
-            **({"centre": decimal(centre)} if centre else {}),
-            **({} if norm is None else {"norm": norm.data()}),
+            "centre": decimal(centre),
+            "norm": None if norm is None else norm.data(),
             "cells": tree,
-            "undecided": failed,
-            "note": RATIONALS,
         }
+        return data | ({"undecided": failed} if tree is None else {})
 
 
-def in_order(K, plant, U):
-    """The words for a controller K whose inputs and outputs nobody named."""
-    if not is_controller(K) or getattr(K, "inputs", ()):
-        return ""
-    states, given = ", ".join(signals(plant, U)), ", ".join(input_names(plant.m))
-    return f", where K makes {given} of {states}, in this order,"
+def in_text(proof, seconds=None):
+    """A ``proof`` by balls as one with a text; itself where none is found in time."""
+    data = proof.data
+    if not proof.proven or "frames" in data:
+        return proof
+    plant, U = _read_plant(data)
+    vertices = input_vertices(plant, U)
+    clocks = TimeBox.of(*(_read_range(data[x]) for x in ("T", "delay")))
+    K, norm = _read_controller(data, plant.p), _read_norm(data)
+    try:
+        with time_limit(seconds):
+            with ctx.workprec(BALL_BITS):
+                shape = _family(plant, vertices, clocks, K, 0.0, norm).shape
+            framed = with_frames(data, shape)
+            found = None if framed is None else SampledProof.of(framed)
+            return found if found else proof
+    except OutOfTime:
+        return proof
 
 
-def claim(name, rate, clocks=""):
-    """The claim about a loop, in words; ``clocks`` names the `TimeBox`."""
-    sentence = f"{name} is stable{clocks}"
-    if rate != 1:
-        sentence += f": every motion decays at least as {rate!r}^k"
-    return sentence
+def _family(plant, vertices, clocks, K, centre, norm):
+    """The loops of a file's plant and K."""
+    timing = clocks.of_controller(K)
+    return SampledFamily.of(plant, vertices, timing, K, centre, norm)
 
 
 def undecided(few):
     """Words where nothing was proven; ``few`` cells were too few, or zero."""
     words = f" after {few} cell{'s' * (few > 1)}; cells={MORE * few} goes on"
     return f"undecided{words if few else ''}"
-
-
-def words(T, delay):
-    """For which sequences something is said, where a clock varies."""
-    ranges = []
-    for name, x in (("sampling intervals", T), ("delays", delay)):
-        if isinstance(x, (tuple, list)) and x[0] < x[1]:
-            low, high = map(float, x)
-            ranges.append(f"{name} in [{low!r}, {high!r}] s")
-    if not ranges:
-        return ""
-    longer = ", none longer than its interval" * (len(ranges) == 2)
-    return f" for every sequence of {' and '.join(ranges)}{longer}"
 
 
 def _examined(blocks, claims):
@@ -246,6 +225,19 @@ def _leaves(tree, shape):
         queue += zip(shape.halves(weights, cut), halves, both)
 
 
+def _framed(data, shape):
+    """The same of a file with a text."""
+    queue = [(shape.whole(), data["cells"])]
+    while queue:
+        weights, node = queue.pop()
+        if "halve" in node:
+            queue += zip(shape.halves(weights, node["halve"]), node["halves"])
+            continue
+        L, P = read_array(data["frames"][node["frame"]]["L"], None, None), node.get("P")
+        P = None if P is None else read_array(P, len(weights), len(L), len(L))
+        yield weights, L, 0, P, node["times"]
+
+
 def _halves(node):
     if node.keys() != {"halve", "halves"} or len(node["halves"]) != 2:
         raise ValueError("a cell that is halved needs a cut and two halves")
@@ -270,7 +262,9 @@ def _boxes(tree, clocks, N):
 
 
 def _read_norm(data):
-    return checked_norm(Requirement.read(data["norm"])) if "norm" in data else None
+    return (
+        None if data["norm"] is None else checked_norm(Requirement.read(data["norm"]))
+    )
 
 
 def _read_plant(data):
@@ -278,12 +272,9 @@ def _read_plant(data):
     return plant, read_array(U, None, plant.n) if U else None
 
 
-def _range(x):
-    return decimals(x) if isinstance(x, (tuple, list)) else decimal(x)
-
-
 def _read_range(x):
-    return tuple(read_array(x, 2).tolist()) if isinstance(x, list) else read_number(x)
+    low, high = read_array(x, 2).tolist()
+    return (low, high) if low < high else low
 
 
 def _controller_data(K):

@@ -75,6 +75,17 @@ class TimeBox:
         """
         return self.varies and self.late[0] >= self.T[1]
 
+    def written(self, delay):
+        """The ends of T and of the ``delay`` that a file has, as floats.
+
+        A delay that counts as whole samples is that many times T where a float is.
+        """
+        T = [float(x) for x in self.T]
+        delay = [exact(x) for x in _ends("delay", delay)]
+        late = [x + self.whole_samples * self.T[0] for x in self.late]
+        written = [y if exact(float(y)) == y else x for x, y in zip(delay, late)]
+        return T, [float(x) for x in written]
+
     def at(self, timing):
         """The box of one ``timing``, a `SampleTiming`."""
         return replace(self, T=(timing.T,) * 2, late=(timing.remainder,) * 2)

@@ -14,7 +14,7 @@ from pathlib import Path
 if not __package__:  # run by its path: its folder is the package
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     __package__ = Path(__file__).resolve().parent.name
-from .arithmetic import Refused, definite, need, scalar, trace, zeros
+from .arithmetic import Mat, Refused, definite, need, scalar, trace, zeros
 from .language import Parser, Reader, parse, size
 
 MOST_BYTES = 200_000_000
@@ -53,6 +53,8 @@ def check(file, decide=None, of=Reader):
     are multiplied faster: who believes these believes that.
     """
     decide = decide or (lambda label, x, semi: definite(x, semi))
+    whole = "the text isn't in the file: python -I checker writes it, and decides"
+    need(isinstance(file["text"], (list, tuple)), whole)
     data = {k: of.read(v) for k, v in file["data"].items()}
     program, plain = parse("\n".join(file["text"])), of(data)
     shapes = {k: shape_of(spec, plain) for k, spec in file["unknowns"].items()}
@@ -78,7 +80,8 @@ def holds(sign, label, x, y, decide):
     if sign == "==":
         need(x.v == y.v, f"{label} isn't an identity")
     else:
-        good = y.v == 0 and decide(label, x.v, sign == ">=")
+        v = x.v.below() if isinstance(x.v, Mat) else x.v
+        good = y.v == 0 and decide(label, v, sign == ">=")
         need(good, f"the block {label} isn't positive " + "semi" * (sign == ">=")
              + "definite")  # fmt: skip
 

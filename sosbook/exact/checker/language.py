@@ -14,12 +14,14 @@ from .arithmetic import (
     LARGEST,
     MOST_DIGITS,
     Mat,
+    exponential,
     eye,
     inverse,
     joined,
     kron,
     mul,
     need,
+    norm,
     number,
     read,
     scalar,
@@ -34,7 +36,8 @@ from .arithmetic import (
 TOKEN = re.compile(
     r"\s*(\d+(?:\.\d+)?|[A-Za-z]\w*(?:\.\w+)*|>=|==|[-+/'^()\[\],;:=>.])", re.ASCII
 )
-WORDS = {"he", "kron", "inv", "tr", "I", "O", "rows", "cols", "pick", "at"}
+WORDS = {"he", "kron", "inv", "tr", "I", "O", "rows", "cols", "pick", "at",
+         "exp", "near", "norm", "most"}  # fmt: skip
 
 
 class Parser:
@@ -264,6 +267,22 @@ class Reader:
         need(a.back is None and 0 <= i < a.v.r and 0 <= j < a.v.c, "no such entry")
         return Val(a.v.at(i, j))
 
+    def op_exp(self, a):
+        return Val(exponential(certain(a)))
+
+    def op_near(self, a):
+        x = certain(a)
+        return Val(x.near(x.e))
+
+    def op_norm(self, a):
+        return Val(norm(certain(a)))
+
+    def op_most(self, *several):
+        """The largest of some numbers."""
+        good = all(x.back is None and scalar(x.v) for x in several)
+        need(good, "the largest of what isn't a number")
+        return Val(max(x.v for x in several))
+
     def op_I(self, n):
         return Val(eye(size(n)))
 
@@ -326,6 +345,12 @@ class Reader:
                 need(right.back is None, f"an unknown on the right of {step[1]}")
                 self.form = step[1]
                 yield step[0], self.name(step[1]), left, right
+
+
+def certain(x):
+    """The matrix x, which holds no unknown."""
+    need(x.back is None and not scalar(x.v), "a matrix without unknowns is needed")
+    return x.v
 
 
 def size(n):

@@ -29,7 +29,7 @@ def plant(t, d):
         n, U = len(vertices[0]["M"]), len(d["U"])
         N = 2 * n + U
     else:
-        need(d["U"] == [] and d["K_A"] is None, "this plant has no U, no K_A")
+        need(d["U"] == [] and d.get("K_A") is None, "this plant has no U, no K_A")
         names, N = dict(E="Ed", A="Ad", B="Bd", B_w="Wd"), len(vertices[0]["E"])
     sizes, beside = set(), kind == "descriptor" and "C" in vertices[0]
     for i, v in enumerate(vertices, 1):
@@ -50,7 +50,7 @@ def plant(t, d):
     if U:
         t.put("U", d, "U")
     M = "M.i"
-    if d["K_A"] is not None:
+    if d.get("K_A") is not None:
         t.put("K_A", d, "K_A")
         M = "M.i - B.i K_A"
     more = dict(z=", 0", last="; 0, 0, I(rows(U))", U0=", O(n, rows(U))",

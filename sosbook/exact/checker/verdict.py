@@ -25,7 +25,7 @@ from . import kernel
 from .arithmetic import MOST_DIGITS, Beyond, Refused, need
 from .families import keys, part_of
 from .kernel import MALFORMED, MOST_BYTES
-from .subject import about, subject, wanted_gain, wanted_plant
+from .subject import about, digest, subject, wanted_gain, wanted_plant
 from .text import sane
 
 SECONDS = 600.0  # unless told otherwise
@@ -48,6 +48,8 @@ KINDS = {  # whose text its class writes, by its module, and what it asks
     "lmi": ("own.Own", "shapes expressions statement digits"),
 }  # fmt: skip
 SINGLE = {  # without unknowns
+    "sampled": ("sampled.Sampled", "plant U T delay K rate centre norm corners frames "
+                "cells"),
     "fixed mode": ("fixed_mode.FixedMode", LOOP + "requirement place polynomial rows "
                    "point witness"),
     "sum of poles": ("any_order.SumOfPoles", "plant U K_A law gains requirement "
@@ -61,10 +63,8 @@ ITS_NAME = ", "  # before the name of a kind of somebody's own LMIs
 OF_AUTHOR = "lmi" + ITS_NAME
 AS_WRITTEN = "statement", "claim", "blocks"  # an author's words and texts
 LESS = {"observer": "L bound", "lmi": "statement digits"}  # only with a point
-BEYOND = {
-    "sampled": "it encloses exponentials of matrices in balls",
-    "infeasible delay modes": "it encloses irrational eigenvalues in balls",
-}
+FOLDED = "sampled"  # whose text a file replaces by its digest: it is ten times longer
+BEYOND = {"infeasible delay modes": "it encloses irrational eigenvalues in balls"}
 
 
 class Proven(list):
@@ -89,6 +89,8 @@ def text_of(asked):
     whole = str(asked["kind"])
     if whole in BEYOND:
         raise Beyond(f"rationals can't redo this proof: {BEYOND[whole]}")
+    if whole == FOLDED and "frames" not in asked:
+        raise Beyond("its cells have no frames, so the package's balls decide alone")
     *refused, kind = whole.rsplit("infeasible ", 1)
     if kind.startswith(OF_AUTHOR):
         kind = sane(whole) and "lmi"
@@ -146,6 +148,13 @@ def written(asked):
     text, claims = text_of(asked)
     asks = {k: skeleton(v, (asked, k), text) for k, v in asked.items() if k != "kind"}
     return head(asked) | {"asks": asks} | text.file(), claims, text.keys()
+
+
+def stored(whole):
+    """The keys and values of a file as it is stored."""
+    if whole["kind"] == FOLDED and "text" in whole:
+        whole = whole | {"text": f"sha256:{digest(whole['text'])}"}
+    return whole
 
 
 def head(asked):
@@ -209,8 +218,9 @@ def opened(text):
     asked = asked_of(file)
     need(file.get("about") == about(asked), "the digests are of other data")
     again, *said = written(asked)
-    for key in again.keys() | file.keys():
-        same = key in file and file[key] == again.get(key)
+    shown = stored(again)
+    for key in shown.keys() | file.keys():
+        same = key in file and file[key] == shown.get(key)
         need(same, f"{key!r:.40} isn't what is written for what is asked")
     return again, *said
 
@@ -253,11 +263,13 @@ def say(*lines):
 
 
 def main(arguments):
+    """Say what the file that ``arguments`` name proves; return the exit code."""
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=form)
     parser.add_argument("proof")
     parser.add_argument("--plant", help="a file of `python -m sosbook design`")
     parser.add_argument("--gain", help='a matrix in JSON, or {"K": [[..]]}')
+    parser.add_argument("--text", action="store_true", help="print the text, too")
     parser.add_argument("--time-limit", type=float, default=SECONDS, metavar="SECONDS")
     asked = parser.parse_args(arguments)
     if not 0 < asked.time_limit < 1e9:
@@ -300,7 +312,9 @@ def verdict(asked):
             return 2, [f"not read: {name}: {fault}"]
     try:
         text = read(asked.proof)
-        claims, file = check(text), asked_of(contents(text))
+        whole, claims, _ = opened(text)
+        kernel.check(whole)
+        file = asked_of(contents(text))
         about = subject(file)
         for name, value in wanted.items():
             if name in file or name in ("plant", "K"):
@@ -317,6 +331,7 @@ def verdict(asked):
         return 4, ["not decided: it takes more memory than there is"]
     first, *lines = str(claims).splitlines()
     return AUTHOR if by_author(file) else 0, [
+        *(whole["text"] if asked.text else ()),
         f"{first[:-1]}, of {about}:" if about else first,
         *lines,
     ]

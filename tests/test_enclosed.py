@@ -1,0 +1,152 @@
+"""Enclosed matrices of the checker, held to mpmath, which knows nothing of them."""
+
+import random
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+from sosbook.exact.checker import arithmetic as a
+from sosbook.exact.checker.kernel import check
+
+UNIT = mpmath.mpf(2) ** -a.BALL
+SIZES = Fraction(1, 10**5), Fraction(1, 10), Fraction(1), Fraction(9)
+
+
+@pytest.fixture(autouse=True)
+def many_digits():
+    with mpmath.workprec(500):
+        yield
+
+
+def matrix(x):
+    """A list of rows of fractions, or the middle of a `Mat`, for mpmath."""
+    if isinstance(x, a.Mat):
+        x = [[Fraction(e, x.d) for e in u] for u in x.a]
+    return mpmath.matrix([[mpmath.mpf(e.numerator) / e.denominator for e in u]
+                          for u in x])  # fmt: skip
+
+
+def inside(ball, x):
+    """Whether x differs from the middle of the ball by what the ball says, at most."""
+    off = (matrix(ball) - x) / UNIT
+    rows = [[float(off[i, j]) for j in range(off.cols)] for i in range(off.rows)]
+    return np.linalg.norm(rows, 2) <= ball.e * (1 + 1e-9)
+
+
+def drawn(rng, r, c, size):
+    """Fractions, some of which round as badly as any."""
+    bad = [1 - Fraction(1, 1 << k) for k in (a.BALL + 1, a.BALL + 3)]
+    return [[rng.choice([*bad, Fraction(rng.randint(-(10**6), 10**6), 10**6)]) * size
+             for _ in range(c)] for _ in range(r)]  # fmt: skip
+
+
+def widened(x, e):
+    return a.Mat(x.r, x.c, x.a, x.d, x.e + e)
+
+
+def member(rng, ball):
+    """One of the outermost matrices of a ball: a change of rank one."""
+    u, v = (np.array([rng.gauss(0, 1) for _ in range(k)]) for k in (ball.r, ball.c))
+    change = np.outer(u / np.linalg.norm(u), v / np.linalg.norm(v))
+    far = ball.e * (1 - mpmath.mpf(10) ** -12) * UNIT
+    return matrix(ball) + far * mpmath.matrix(change.tolist())
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_what_is_made_of_balls_holds_what_is_made_of_their_members(seed):
+    rng = random.Random(seed)
+    n, m, size = rng.randint(1, 5), rng.randint(1, 4), rng.choice(SIZES)
+    p, q = drawn(rng, n, n, size), drawn(rng, n, m, size)
+    x, y = a.gather(p, n), a.gather(q, m)
+    assert 0 < x.near().e <= n + 1 and inside(x.near(), matrix(p))
+    X = widened(x.near(), 1 << rng.choice((20, 100, 125)))
+    Y = widened(y.near(), 1 << rng.choice((18, 90, 122)))
+    M, P = member(rng, X), member(rng, Y)
+    assert inside(X + X, M + M) and inside(X @ Y, M * P)
+    assert inside(X @ y, M * matrix(q)) and inside(x @ Y, matrix(p) * P)
+    assert (X + X).e == 2 * X.e and inside(X.T, M.T)
+    most = (X.e * Y.long() + X.long() * Y.e >> a.BALL) + n + m + 3
+    assert (X @ Y).e <= most  # and no wider than it must be
+    f = Fraction(rng.randint(-50, 50), 7)
+    assert inside(X.times(f), M * (mpmath.mpf(f.numerator) / f.denominator))
+    assert X.times(f).e <= abs(f) * X.e + n + 3
+    assert X.cut(0, 1, 0, n).e == X.e
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_exponentials_norms_and_signs_are_those_of_every_member(seed):
+    rng = random.Random(seed)
+    n, size = rng.randint(1, 5), rng.choice((*SIZES, Fraction(3, 16 * 5)))
+    p = drawn(rng, n, n, size)
+    x = a.gather(p, n)
+    E = a.exponential(x)
+    assert inside(E, mpmath.expm(matrix(p))) and E.e < 1 << 70
+    wide = widened(x.near(), 1 << rng.choice((20, 100)))
+    assert inside(a.exponential(wide), mpmath.expm(member(rng, wide)))
+    true = np.linalg.norm(np.array(p, float), 2)
+    assert true * (1 - 1e-12) <= float(a.norm(x)) <= true * 1.12
+    M = member(rng, wide)
+    rows = [[float(M[i, j]) for j in range(n)] for i in range(n)]
+    assert float(a.norm(wide)) >= np.linalg.norm(rows, 2) * (1 - 1e-12)
+    S = x @ x.T + a.eye(n).times(Fraction(1, 1000))
+    least = np.linalg.eigvalsh(np.array([[float(S.at(i, j)) for j in range(n)]
+                                         for i in range(n)]))[0]  # fmt: skip
+    if least > 1e-9:
+        units = int(least * (1 << 60)) << a.BALL - 60
+        for share, so in ((Fraction(999, 1000), True), (Fraction(1001, 1000), False)):
+            ball = a.Mat(n, n, S.near().a, 1 << a.BALL, int(units * share))
+            assert a.definite(ball.below()) is so
+
+
+@pytest.mark.parametrize("x", [Fraction(1, 8), Fraction(1, 5), Fraction(249, 1000)])
+def test_the_series_is_long_enough_where_it_is_longest(x):
+    E = a.exponential(a.gather([[x]], 1))
+    assert inside(E, matrix([[x]]).apply(mpmath.exp)) and E.e <= 64
+
+
+def test_a_ball_is_never_taken_for_its_middle():
+    ball = a.gather([[Fraction(2)]], 1).near()
+    for use in (
+        lambda: ball == ball,
+        lambda: ball.dot(ball),
+        lambda: ball.at(0, 0),
+        lambda: a.inverse(ball),
+        lambda: a.trace(ball),
+        lambda: a.kron(ball, ball),
+        lambda: a.definite(ball),
+    ):
+        with pytest.raises(a.Refused, match="an exact one is needed"):
+            use()
+
+
+def file_of(*lines, **data):
+    return dict(text=lines, data=data, sets={}, unknowns={}, point={})
+
+
+@pytest.mark.parametrize(
+    "line, good",
+    [
+        # e = 2.71828 18284 59045 23536 02874 71352 66249 7757..
+        ("a: exp(X) - 2.71828182845904523536028747135266249 > 0", True),
+        ("a: exp(X) - 2.71828182845904523536028747135266250 > 0", False),
+        ("a: 2.71828182845904523536028747135266250 - exp(X) > 0", True),
+        ("a: norm([3, 4]) - 5 >= 0", True),
+        ("a: 5.6 - norm([3, 4]) > 0", True),
+        ("a: most(2, norm(I(3)), 1) - 2 >= 0", True),
+        ("a: exp(X) - exp(X) >= 0", False),  # each may be another member
+        ("a: [exp(X), 0; 0, 1] exp([0, 1; -1, 0]) > 0", True),  # X + X' decides
+        ("a: exp(65 X) > 0", False),  # too large
+        ("a: exp([X, X]) > 0", False),  # not square
+        ("a: exp(2) > 0", False),  # a number, no matrix
+        ("a: near(X) == X", False),
+    ],
+)
+def test_a_text_may_speak_of_enclosed_matrices(line, good):
+    file = file_of(line, X=[["1"]])
+    if good:
+        assert check(file) == ["a"]
+    else:
+        with pytest.raises(a.Refused):
+            check(file)
