@@ -210,6 +210,15 @@ def test_the_delay_theorem_in_the_open_is_the_package_s():
     assert space["again"].certify().proven
 
 
+def test_the_printed_gains_decay_by_theorem_a_3():
+    """In the open and by the call."""
+    ex = thesis.delay_example_2()
+    point = run("21", 2, masses=ex)["point"]
+    assert point.status == "feasible" and point.prove().proven
+    given = sos.analyse_delay(ex.plant, ex.K, ex.U, ex.tau, ex.mu, ex.delta)
+    assert given.certify().proven
+
+
 def test_the_stick_s_least_push_is_the_closed_form(capsys):
     run("41", 1)
     for line in capsys.readouterr().out.splitlines():
