@@ -18,7 +18,7 @@ class Minimum:
 
     def __init__(self, problem, expression, gap):
         self.problem, self.gap = problem, gap
-        self.cost = gradient(expression, problem.text)
+        self.slope = gradient(expression, problem.text)
         self.constant = float(np.trace(expression.constant))
 
     def near(self, x, free):
@@ -29,7 +29,7 @@ class Minimum:
         if free and np.abs(x).max() > FARTHEST_START:  # a cone: begin near zero
             x = bounded(problem.compiled, problem.unknowns, x)[1]
         try:
-            x, bound = minimize(problem.compiled, self.cost, x, self.gap)
+            x, bound = minimize(problem.compiled, self.slope, x, self.gap)
         except Unbounded as missed:
             x, bound = self._in_units(missed)
         return x, bound + self.constant
@@ -55,8 +55,8 @@ class Minimum:
             if each.max() > FARTHEST_MINIMUM:
                 raise missed
             blocks = LMIText(write, unknowns).compiled(self.problem.settings)
-            x, bound = minimize(blocks, self.cost * each, missed.x / each, self.gap)
-            if self.cost @ missed.x < bound:  # rounding errors, far away
+            x, bound = minimize(blocks, self.slope * each, missed.x / each, self.gap)
+            if self.slope @ missed.x < bound:  # rounding errors, far away
                 raise missed
         except Unbounded:
             name = max(sizes, key=sizes.get)
