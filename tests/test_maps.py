@@ -84,7 +84,7 @@ def test_relaxing_keeps_the_solution(edges):
 
 
 def test_an_infeasible_request_finds_its_edge_on_the_easier_side(robot):
-    asked = robot.requirements | dict(gamma=0.1)
+    asked = robot.requirements | dict(gamma=sos.HInfinity(0.1, mu=1.0))
     edge = maps.edge("gamma", robot.plant, **asked, digits=2)
     assert (edge.feasible, edge.infeasible) == (0.64, 0.63)
     assert edge.proven
@@ -135,7 +135,9 @@ def test_shares_are_the_slope_of_the_frontier(robot):
     assert set(shares) == set(NAMES)
     assert min(shares.values()) >= 0 and shares["rho"] < 0.01
     ends = [
-        maps.edge("u_max", robot.plant, **asked | dict(gamma=g)).feasible
+        maps.edge(
+            "u_max", robot.plant, **asked | dict(gamma=sos.HInfinity(g, mu=1.0))
+        ).feasible
         for g in (1.257 / 1.2, 1.257 * 1.2)
     ]
     slope = -np.log(ends[1] / ends[0]) / np.log(1.44)
@@ -196,7 +198,7 @@ def test_a_frontier_is_a_monotone_staircase(force):
 @pytest.mark.slow
 def test_each_entry_is_the_edge_found_alone(force, robot):
     for gamma, edge in zip(force.values, force.edges):
-        asked = robot.requirements | dict(gamma=gamma)
+        asked = robot.requirements | dict(gamma=sos.HInfinity(gamma, mu=1.0))
         alone = maps.edge("u_max", robot.plant, **asked, digits=2)
         assert alone.feasible == edge.feasible
         assert alone.infeasible == edge.infeasible
@@ -447,7 +449,7 @@ def test_with_either_coupling_an_edge_has_the_better_one():
 @pytest.fixture(scope="module")
 def specifications(robot):
     return [
-        robot.requirements | dict(gamma=float(g))
+        robot.requirements | dict(gamma=sos.HInfinity(g, mu=1.0))
         for g in (1.0, 1.05, 1.1, 0.2, 1.15, 1.2)
     ]
 

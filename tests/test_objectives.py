@@ -79,7 +79,7 @@ def test_bad_objectives(robot, more, words):
 
 def test_a_warm_start_of_what_is_infeasible_is_the_cold_answer(robot):
     first = sos.design_pid(robot.plant, **robot.requirements)
-    asked = dict(robot.requirements, gamma=0.1)
+    asked = dict(robot.requirements, gamma=sos.HInfinity(0.1, mu=1.0))
     warm = sos.design_pid(robot.plant, **asked, search=sos.Search(start=first))
     cold = sos.design_pid(robot.plant, **asked)
     assert warm.status == cold.status == "infeasible"

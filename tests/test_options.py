@@ -431,8 +431,8 @@ def test_all_requests_have_the_same_words():
     of = {name: set(inspect.signature(f).parameters) for name, f in DOORS.items()}
     design = of["design_pid"] - {"maximize"}  # of a law's gain
     assert of["analyse_pid"] == design | {"K"}
-    cost = {"cost", "minimize", "search"}  # least, backed off by 1e-4
-    assert of["design_lqr"] == (design - cost) | {"Q", "R", "noise"}
+    least = {"minimize", "K_A"}  # the cost; what `regularize` returns brings K_A
+    assert of["design_lqr"] == (design - least) | {"Q", "R", "noise"}
     assert of["observer"] == {"self", "asked"}  # those of analyse_pid
 
 

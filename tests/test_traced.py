@@ -278,10 +278,10 @@ def proofs():
     plant, one = sos.Polytope(plants), np.eye(4)
     asked = [
         {"region": sos.PoleRegion(sigma=0.3, theta=1.2, rho=9)},
-        {"gamma": 0.9, "mu": 0.8},
+        {"gamma": sos.HInfinity(0.9, mu=0.8)},
         {"saturation": sos.Saturation(40, [0.1, 0.1, 0, 0])},
-        {"cost": sos.QuadraticCost(one, np.eye(2), bound=400.0)},
-        {"cost": sos.QuadraticCost(one, np.eye(2), "F", bound=400.0)},
+        {"requirements": [sos.QuadraticCost(one, np.eye(2), bound=400.0)]},
+        {"requirements": [sos.QuadraticCost(one, np.eye(2), "F", bound=400.0)]},
     ]
     for coupling in ("pairs", "slack"):
         for wanted in asked:

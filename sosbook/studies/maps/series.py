@@ -43,7 +43,8 @@ def designs(plant, specifications, n_jobs=None, progress=True):
     >>> from sosbook.book import thesis
     >>> robot = thesis.example_1()
     >>> grid = designs(robot.plant, [
-    ...     robot.requirements | dict(gamma=g) for g in (0.3, 1, 2)])
+    ...     robot.requirements | dict(gamma=sos.HInfinity(g, mu=1))
+    ...     for g in (0.3, 1, 2)])
     >>> [design.status for design in grid]
     ['infeasible', 'feasible', 'feasible']
     """
