@@ -73,7 +73,7 @@ def of_checkers(module):
     for node in ast.parse(inspect.getsource(sys.modules[module])).body:
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             code = compile(ast.Module(node.body, []), module, "exec")
-            exec(code, {"__package__": module.rpartition(".")[0]}, found)
+            exec(code, dict(vars(sys.modules[module])), found)
     return found
 
 

@@ -213,6 +213,7 @@ class BallReader(Reader):
         return Val(Ball(m, e, all(x.even for x in values)))
 
     def statements(self, program):
+        """See `Reader.statements`, of a ``program``; rounds are computed together."""
         for step in program:
             if step[0] != "for":
                 yield from super().statements([step])

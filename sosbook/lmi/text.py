@@ -107,6 +107,7 @@ class WrittenText(LMIText):
     """
 
     def __init__(self, blocks):
+        """Find the unknowns in the ``blocks``, and check all of them."""
         if not isinstance(blocks, dict) or not blocks:
             raise ValueError(
                 'blocks must be a dict from names to expressions, as {"P": P}; '
