@@ -230,9 +230,14 @@ def test_every_block_is_the_theorem_s(kernel, noise):
         sizes, J = {"input": s}, np.zeros((0, 0))
         if noise:
             root = rng.standard_normal((N, N - 1))
-            asked["cost"] = sos.QuadraticCost(
-                root @ root.T, plant.vertices[0].B.T @ plant.vertices[0].B, noise, 40
-            )
+            asked["requirements"] = [
+                sos.QuadraticCost(
+                    root @ root.T,
+                    plant.vertices[0].B.T @ plant.vertices[0].B,
+                    noise,
+                    40,
+                )
+            ]
             q = N if noise == "states" else 2
             J, sizes["cost"] = rng.standard_normal((q, q)), 0.6
             J = J + J.T

@@ -228,7 +228,7 @@ def sharp(seed):
     elif key == "gamma":
         asked["saturation"] = sos.Saturation(10 ** rng.uniform(0, 2), x0)
     else:
-        asked["cost"] = sos.QuadraticCost(np.eye(N), np.eye(m))
+        asked["requirements"] = [sos.QuadraticCost(np.eye(N), np.eye(m))]
     return plants, asked, key
 
 
