@@ -46,7 +46,7 @@ class Ball(Mat):
         """A `Mat` x as one of these."""
         if isinstance(x, cls):
             return x
-        rows = [[e and _nearest(Fraction(e, x.d)) for e in u] for u in x.a]
+        rows = [[e and _nearest(Fraction(e, x.d)) for e in u] for u in x.exact().a]
         m = np.array(rows, float).reshape(x.r, x.c)
         return cls(m, UNIT * np.abs(m), x.r == x.c and x == x.T)
 
@@ -64,6 +64,9 @@ class Ball(Mat):
         if self.given is None:
             raise Unsure("only bounds are known")
         return arithmetic.read(self.given)
+
+    def below(self):
+        return self
 
     def __eq__(self, o):
         if self.given is None or o.given is None:

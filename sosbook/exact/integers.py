@@ -22,14 +22,15 @@ class Integers(Mat):
     __slots__ = ("z",)
 
     def __init__(self, z, d=1):
-        self.r, self.c, self.z, self.d = z.nrows(), z.ncols(), z, d
+        self.r, self.c, self.z, self.d, self.e = z.nrows(), z.ncols(), z, d, 0
 
     @classmethod
     def of(cls, x):
         """A `Mat` x as one of these."""
         if isinstance(x, cls):
             return x
-        return cls(fmpz_mat(x.r, x.c, [e for row in x.a for e in row]), x.d)
+        flat = [e for row in x.exact().a for e in row]
+        return cls(fmpz_mat(x.r, x.c, flat), x.d)
 
     @property
     def a(self):
