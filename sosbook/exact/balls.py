@@ -52,14 +52,13 @@ class Ball(Mat):
 
     @property
     def a(self):
-        return self.exactly.a
+        return self.exact().a
 
     @property
     def d(self):
-        return self.exactly.d
+        return self.exact().d
 
-    @property
-    def exactly(self):
+    def exact(self):
         """The `Mat` of the decimals."""
         if self.given is None:
             raise Unsure("only bounds are known")
