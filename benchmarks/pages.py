@@ -73,7 +73,7 @@ def _explorer(example):
     region, limit = example.region, example.saturation
     printed = {name: getattr(region, name) for name in ("sigma", "theta", "rho")}
     printed |= {"gamma": example.gamma, "u_max": limit.u_max}
-    given = {name: example.requirements.get(name) for name in ("K_A", "mu")}
+    given = {"K_A": example.K_A, "mu": 1.0}
     ends = {key: (x * (1 - SHARE), x * (1 + SHARE)) for key, x in printed.items()}
     ends["theta"] = (ends["theta"][0], min(ends["theta"][1], np.pi / 2))
     return design_explorer(
