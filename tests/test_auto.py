@@ -1,5 +1,6 @@
 """What a design chooses by itself: one P for all plants, or one for each vertex."""
 
+import re
 from time import monotonic
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 
 import sosbook as sos
 from sosbook.book.counterexamples import actuated
+from sosbook.exact.checker.families import given_vertices
 from sosbook.plants import descriptors
 from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import known_gain, slack
+from sosbook.synthesis.proofs import DesignRefusal
 from tests.cases import by_hand
 
 ROOMY = sos.PoleRegion(rho=10)
@@ -88,7 +91,7 @@ def test_what_one_p_has_shown_stays_where_the_time_ends(monkeypatch):
         carts(0.01, 1, 100), region=sos.PoleRegion(sigma=3, rho=3.3)
     )
     assert design.status == "infeasible" and design.infeasibility.proven
-    assert "isn't decided within the time: raise time_limit" in design.reason
+    assert "s, half of the time that was left: raise time_limit" in design.reason
 
 
 @pytest.mark.parametrize("bound", [0.1, 1e-3])
@@ -98,6 +101,50 @@ def test_what_a_vertex_alone_excludes_needs_no_second_look(bound):
         carts(0.5, 2), region=sos.PoleRegion(sigma=0.5), saturation=limit
     )
     assert design.status == "infeasible" and "each vertex" not in design.reason
+
+
+@pytest.mark.parametrize("how", [{}, PAIRS])
+def test_a_vertex_that_refuses_alone_refuses_its_family(monkeypatch, how):
+    mended, repaired = DesignRefusal.mended, []
+    monkeypatch.setattr(
+        DesignRefusal, "mended", lambda *x: repaired.append(1) or mended(*x)
+    )
+
+    def follower(c):  # a force that follows the column makes S unsymmetric
+        S = [[3, c - 1.5, 0], [-1.5 - c, 3, c - 1.5], [0, -1.5 - c, 1.5]]
+        M, w = np.diag([1, 1.2, 0.8]), [[0], [0], [1]]
+        return sos.SecondOrderSystem(M, 0.05 * np.eye(3), S, [[1], [0], [0]], w)
+
+    asked = dict(region=sos.PoleRegion(sigma=0.05, rho=50), gamma=0.909)
+    plants = sos.Polytope([follower(c) for c in (0.45, 0.4)])
+    found = sos.design_pid(plants, **asked, **how)
+    (k,) = re.findall(r"At vertex (\d) alone: Exact multipliers", found.reason)
+    proof, vertex = found.infeasibility, plants.vertices[int(k) - 1]
+    (only,) = given_vertices(proof.data["plant"])
+    alone = sos.design_pid(vertex, **asked).infeasibility
+    assert proof.proven and only == given_vertices(alone.data["plant"])[0]
+    assert len(repaired) == 2 and found.request.plant is plants  # one for each design
+    assert DesignRefusal(proof.text).proven
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e3])
+def test_what_is_minimised_excludes_no_vertex_by_the_number_that_stands_in(
+    monkeypatch, size
+):
+    def seen(request, *how):
+        words.add(request.coupling.word)
+        return designed(request, *how)
+
+    designed, words = slack.designed, set()
+    monkeypatch.setattr(slack, "designed", seen)
+    plants = sos.Uncertain(
+        lambda a: sos.SecondOrderSystem(a**2, 0.1 * a, 1, 1), a=(0.5, 2)
+    )
+    limit = sos.Saturation(None, [size, 0])
+    sos.design_pid(
+        plants, region=sos.PoleRegion(0.1), saturation=limit, minimize="u_max"
+    )
+    assert words == {"slack"}
 
 
 def test_a_least_bound_is_that_of_the_pairs():

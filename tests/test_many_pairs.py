@@ -355,9 +355,10 @@ def test_what_few_pairs_leave_open_is_asked_of_all(monkeypatch):
 
     refuse = ScaledLMIs.refuse
     monkeypatch.setattr(feasibility, "search", search)
+    monkeypatch.setattr(feasibility, "refused_alone", lambda *_: None)
     monkeypatch.setattr(small_input, "refuse_by_input", lambda *_: None)
     monkeypatch.setattr(ScaledLMIs, "refuse", proof)
-    design = sos.design_pid(**asked)
+    design = sos.design_pid(**asked, coupling="pairs")
     assert design.status == "infeasible" and whole == [False, True]
     assert len(design.infeasibility.multipliers) > 120
 

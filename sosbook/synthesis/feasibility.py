@@ -1,11 +1,13 @@
 """From a request to its analytic centre, or to why there is none."""
 
+from collections import Counter
 from dataclasses import replace
 from time import monotonic
 
 import numpy as np
 
 from ..exact.definite import round_digits
+from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.time_limit import (
     LONGEST,
     OutOfTime,
@@ -180,6 +182,53 @@ def _by_search(case):
     case.first = search(case.request)
 
 
+def refused_alone(request, k):
+    """The Solution of a ``request`` that multipliers of the vertex ``k`` by itself
+    refuse: whatever the plants share, P or a scalar, no gain keeps it there. None if
+    unknown.
+    """
+    check_time()
+    asked = tuple(r for r in request.requirements if r.of_package)
+    plant = request.plant
+    if isinstance(plant, DescriptorSystem):
+        plant = DescriptorSystem.of([plant.vertices[k]], plant.reduction)
+    else:
+        plant = plant.vertices[k]
+    one = replace(request, plant=plant, requirements=asked, coupling="pairs")
+    case = Case(one, first=search(one))
+    if case.inside:
+        return None
+    found = by_multipliers(case) or (_by_input(case) if _of_input(case) else None)
+    if found is None:
+        return None
+    so = ", and so for every slack scalar" if request.coupling.own_P else ""
+    text = f"At vertex {k + 1} alone{so}: {found.reason}"
+    return replace(found, request=request, frame=None, multipliers=None, reason=text)
+
+
+def _by_a_vertex(case):
+    """Refuse a ``case`` by that vertex on which its search's multipliers weigh most:
+    few blocks are sooner made exact than all.
+    """
+    weights, first = Counter(), case.first
+    for name, Z in zip(first.problem.text.expressions, first.multipliers):
+        if len(set(name.vertices)) == 1:
+            weights[name.vertices[0]] += np.trace(Z)
+    found = refused_alone(case.request, max(weights, key=weights.get))
+    return found and case.left(found.reason, "infeasible", found.infeasibility)
+
+
+def _of_a_vertex(case):
+    if not case.excluded or case.first.multipliers is None:
+        return False
+    request = case.request
+    sought = request.gain is None and request.law.whole
+    if not sought or case.first.problem.free:  # numbers stand in for bounds
+        return False
+    common = not request.coupling.own_P and not request.sizes.ties
+    return common and len(request.distinct) > 1
+
+
 def _by_all_pairs(case):
     case.first, case.whole = search(case.request, whole=True), True
 
@@ -234,6 +283,12 @@ def _of_input(case):
 #: What excludes every gain where `search` found no point, in this order.
 REFUSALS = (
     *WITHOUT_LMIS,
+    Step(
+        "multipliers of a vertex",
+        "a search for it alone, made exact; of several vertices",
+        _of_a_vertex,
+        _by_a_vertex,
+    ),
     Step("multipliers", "the search's, made exact", _excluded, by_multipliers),
     Step("an input that is too small", "a search for slow modes", _of_input, _by_input),
 )

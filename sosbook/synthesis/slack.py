@@ -4,19 +4,23 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..exact.checker.families import given_vertices
 from ..exact.definite import round_digits
-from ..plants.descriptor_system import DescriptorSystem
+from ..exact.refusal import MultiplierRefusal
 from ..runtime.time_limit import (
     LONGEST,
     OutOfTime,
     check_time,
     check_time_of_eigenvalues,
+    time_left,
+    time_limit,
 )
-from .feasibility import answer, follow, guarded, refused, search, without_lmis
+from .feasibility import answer, follow, guarded, refused_alone, search
 from .objectives import Unattained, at_optimum, optimum
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
+from .steps import without_lmis
 
 MOST_VERTICES = 12  # of a family that is cut; with more an LMI takes too long
 WORTH = 0.95  # of the bound so far that one more cut must reach
@@ -97,7 +101,11 @@ NO_ONE_P = (
     "change with time."
 )
 NEITHER = "Nothing was found with a P for each vertex, either."
-LATE = "A P for each vertex isn't decided within the time: raise time_limit."
+SHARE = 0.5  # of the time that is left, for a P for each vertex
+LATE = (
+    "A P for each vertex isn't decided within {:g} s, half of the time that was left: "
+    "raise time_limit."
+)
 
 GAP = 1e-3  # relative accuracy of the optima that are compared
 CLEARLY = 0.002  # a fraction by which another scalar has to be better
@@ -235,17 +243,26 @@ def or_with_slack(first, request, objective, backoff, prefer):
     rivals = objective and family is not None and not family.straight
     if (first.status == "feasible" and not rivals) or not several:
         return first
-    request = replace(request, coupling="slack")
-    if refused_at_a_vertex(request) is not None:
+    if _of_every_coupling(first.infeasibility):
         return first
+    request, seconds = replace(request, coupling="slack"), SHARE * time_left()
+    asked = request
+    for name in objective:  # numbers stand in
+        asked = asked.without(asked.owner(name))
 
     def work():
+        if refused_at_a_vertex(asked) is not None:
+            return first
         return designed(request, objective, backoff, None, prefer)
 
     try:
-        second = guarded(request, LONGEST, work)
+        with time_limit(min(seconds, LONGEST)):
+            second = guarded(request, LONGEST, work)
     except OutOfTime:  # what was found with one P stays
-        return replace(first, reason=f"{first.reason or ''} {LATE}".strip())
+        late = LATE.format(float(round_digits(seconds, 2)))
+        return replace(first, reason=f"{first.reason or ''} {late}".strip())
+    if second is first:
+        return first
     if second.status == "feasible" and value(second, objective) <= WORTH * value(
         first, objective
     ):
@@ -254,6 +271,13 @@ def or_with_slack(first, request, objective, backoff, prefer):
     if first.status == "feasible":
         return first
     return replace(first, reason=f"{first.reason} {NEITHER}".strip())
+
+
+def _of_every_coupling(proof):
+    """True if a refusal is none of a common P: its own theorem's, or one plant's."""
+    if not isinstance(proof, MultiplierRefusal):
+        return proof is not None
+    return len(given_vertices(proof.data["plant"])) == 1
 
 
 def feasible(request, minimized=()):
@@ -321,27 +345,5 @@ def refused_at_a_vertex(request):
     certain = without_lmis(request)
     if certain is not None:
         return certain
-    kept = tuple(r for r in request.requirements if r.of_package)
-    for k in request.distinct:
-        check_time()
-        first = search(
-            replace(
-                request,
-                plant=_vertex(request.plant, k),
-                requirements=kept,
-                coupling="pairs",
-            )
-        )
-        alone = None if first.values is not None else refused(first)
-        if alone is not None and alone.status == "infeasible":
-            where = f"At vertex {k + 1} alone, and so for every slack scalar"
-            alone = replace(alone, request=request, frame=None, multipliers=None)
-            return replace(alone, reason=f"{where}: {alone.reason}")
-    return None
-
-
-def _vertex(plant, k):
-    """A vertex as a plant."""
-    if isinstance(plant, DescriptorSystem):
-        return DescriptorSystem.of([plant.vertices[k]], plant.reduction)
-    return plant.vertices[k]
+    alone = (refused_alone(request, k) for k in request.distinct)
+    return next((found for found in alone if found is not None), None)
