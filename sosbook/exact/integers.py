@@ -10,6 +10,7 @@ from flint import fmpq, fmpz_mat
 
 from .checker.arithmetic import LARGEST, Mat, need, number, read, scalar
 from .checker.language import Reader
+from .checker.verdict import FOLDED
 from .rational import Rational, rational_matrix
 
 AT_ONCE = 400  # letters of a decimal that the standard library reads
@@ -164,7 +165,7 @@ class Swift(Reader):
 
 def swiftest(whole):
     """The `Reader` of a ``whole`` file: of enclosed matrices it is Python's own."""
-    return Reader if whole.get("kind") == "sampled" else Swift
+    return Reader if whole["kind"] == FOLDED else Swift
 
 
 def _marked(loop):

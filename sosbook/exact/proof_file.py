@@ -303,7 +303,8 @@ def _examined(cls, text, said=None):
     Floats with bounds of their errors may decide what was just written, where that is
     faster; what comes from elsewhere, and what is saved, is decided in rationals.
     """
-    if said and len(text) > LONG and certain(said.whole):
+    plain = said and said.whole["kind"] != verdict.FOLDED  # floats enclose nothing
+    if plain and len(text) > LONG and certain(said.whole):
         return Examined(tuple(said.claims), None, (), by_floats=True)
     try:
         kind, data = parse(text)
