@@ -6,7 +6,6 @@ import numpy as np
 
 from ..exact.checker.families import given_vertices
 from ..exact.definite import round_digits
-from ..exact.refusal import MultiplierRefusal
 from ..runtime.time_limit import (
     LONGEST,
     OutOfTime,
@@ -275,6 +274,8 @@ def or_with_slack(first, request, objective, backoff, prefer):
 
 def _of_every_coupling(proof):
     """True if a refusal is none of a common P: its own theorem's, or one plant's."""
+    from ..exact.refusal import MultiplierRefusal
+
     if not isinstance(proof, MultiplierRefusal):
         return proof is not None
     return len(given_vertices(proof.data["plant"])) == 1
