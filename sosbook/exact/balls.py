@@ -20,7 +20,7 @@ from .checker.language import Reader, Val
 UNIT = 2.0**-53  # half the distance from 1 to the next float
 TINY = 1e-290  # beside which errors of underflow vanish, however many
 MORE = 1 + 2.0**-40  # times a bound, for the roundings in the bound itself
-LARGEST = 2**17  # rows and columns, times `UNIT` far below `MORE`
+LARGEST = 2**11  # rows and columns: times `UNIT` a quarter of what `MORE` leaves
 NUMBERS = 2**17  # of a stack: a loop's rounds are computed so many at a time
 
 
