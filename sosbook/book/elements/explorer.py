@@ -3,7 +3,8 @@
 import numpy as np
 
 from ...plants.coupling import coupling_of
-from ...requirements.shorthand import collected, parameter
+from ...requirements import HInfinity
+from ...requirements.shorthand import parameter
 from ...runtime.threads import one_thread
 from ...synthesis.request import Request
 from .page import PageElement, significant
@@ -114,7 +115,7 @@ def design_explorer(
     wanted = coupling_of(coupling)
     if wanted.chooses or not wanted.one_P:
         raise ValueError(f'coupling must be "pairs" or "vertices", got {coupling!r}')
-    (hinf,) = collected(gamma=1.0, mu=mu)  # "free" is None in the page
+    hinf = HInfinity(1.0, mu)
     if plant.n > LARGEST or len(plant.vertices) > LARGEST:
         raise ValueError(
             f"the page solves up to {LARGEST} degrees of freedom and vertices: "
@@ -145,7 +146,8 @@ def design_explorer(
     tops = {s["key"]: s["max"] for s in sliders}
     far = tops.get("rho", fixed.get("rho")) or 4 * tops.get("sigma", 2.5)
     saturation, cost = (x and x.with_bound(1.0) for x in (saturation, cost))
-    sizes = dict(saturation=saturation, cost=cost)
+    held = () if cost is None else (cost,)
+    sizes = dict(saturation=saturation, requirements=held)
     request = Request(plant, U, K_A=K_A, coupling=coupling, **sizes)
     data = page_loop(request, r, horizon) | shown(fixed, (), far)
     data |= program_data(request) | {"mu": hinf.mu}
