@@ -13,7 +13,8 @@ def asked_by(proof):
 def asking(asked):
     """The contents of the file that asks this, with the text that is written for it."""
     try:
-        return json.loads(json.dumps(verdict.written(asked)[0]))
+        whole, *_ = verdict.written(asked)
+        return json.loads(json.dumps(verdict.stored(whole)))
     except (verdict.Refused, verdict.Beyond, *verdict.MALFORMED) as fault:
         return in_place(asked, not isinstance(fault, verdict.Beyond))
 

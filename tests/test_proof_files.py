@@ -639,7 +639,6 @@ AWAY = {  # a file of the checker, and a proof that needs it
     "own": "an LMI of one's own",
     "sampled": "sampled",
     "small_input": "little force for a fast fall",
-    "ticks": "sampled",
     "unreached": "a response out of reach",
 }
 

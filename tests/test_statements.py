@@ -79,7 +79,8 @@ def key_in(proof, said, block):
     return next(x for x in (f"{whole}.{i}", whole) if x in said)
 
 
-@pytest.mark.parametrize("name", PROOFS)
+# of sampled loops test_sampled_text holds the blocks to floats
+@pytest.mark.parametrize("name", [x for x in PROOFS if x != "sampled"])
 def test_each_line_says_what_the_theorem_says(name):
     """The two writings of a block are one matrix, but for its requirement's size.
 
