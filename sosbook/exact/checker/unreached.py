@@ -39,7 +39,7 @@ class UnreachedResponse:
         t.write(f"left: v {A} + y {C} == times v E.{k}")
         t.write(f"push = v Bw.{k}{S}" + (f" + y {Z}{S}" if Z else ""))
         t.write("reached = tr(push push')", "some: reached > 0")
-        t.write("norm: reached - gamma^2 tr(y y') >= 0")
+        t.write("loud: reached - gamma^2 tr(y y') >= 0")
         where = vertex_words(d["plant"], k, len(vertices))
         who = "no gain makes" if d["K"] is None else "the given gain doesn't make"
         self.claims = [f"{who} {where} stable with an H-infinity norm{ends(r)} below "
