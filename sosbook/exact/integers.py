@@ -165,7 +165,7 @@ class Swift(Reader):
 
 def swiftest(whole):
     """The `Reader` of a ``whole`` file: of enclosed matrices it is Python's own."""
-    return Reader if whole["kind"] == FOLDED else Swift
+    return Reader if whole.get("kind") == FOLDED else Swift
 
 
 def _marked(loop):
