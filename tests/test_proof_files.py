@@ -188,7 +188,7 @@ PROOFS = {
         region=sos.LMIRegion.disk(8, -1) & sos.LMIRegion.sector(1.53),
         gamma=2.0,
         saturation=sos.Saturation(4, [1, 0]),
-        cost=sos.QuadraticCost(C=[[1, 0]], R=ONE, noise="F", bound=30.0),
+        requirements=[sos.QuadraticCost(C=[[1, 0]], R=ONE, noise="F", bound=30.0)],
     ),
     "known gain, in a box": lambda: known(
         parallelogram(),
@@ -208,7 +208,7 @@ PROOFS = {
         gamma=12.0,
         region=sos.PoleRegion(0.02, 1.55, 20),
         saturation=sos.Saturation(9, [0.1, 0, 0, 0, 0, 0]),
-        cost=sos.QuadraticCost(np.eye(6), np.eye(2), "states", bound=1e4),
+        requirements=[sos.QuadraticCost(np.eye(6), np.eye(2), "states", bound=1e4)],
     ),
     "known gain, outputs": lambda: known(
         sos.Uncertain(moving, m=(0.5, 2), v=(1, 2)),
@@ -236,7 +236,9 @@ PROOFS = {
         ),
         [[-0.1, -0.2]],
         gamma=5.0,
-        cost=sos.QuadraticCost(np.eye(2), ONE, "F", bound=50.0, N=[[0.1], [0]]),
+        requirements=[
+            sos.QuadraticCost(np.eye(2), ONE, "F", bound=50.0, N=[[0.1], [0]])
+        ],
     ),
     "known law, outputs": lambda: measured(
         sos.PIDLaw([[1, 0]], integrate=True, filter=0.3, noise=[[0, 0.1]]),
@@ -255,7 +257,7 @@ PROOFS = {
         sos.DynamicLaw(1, [[1, 0]], strictly_proper=True, noise=[[0, 0.1]]),
         [[0, -0.5], [0, 0], [0.2, -1]],
         region=sos.PoleRegion(0.02),
-        cost=sos.QuadraticCost(np.eye(5), np.eye(2), "F", bound=1e4),
+        requirements=[sos.QuadraticCost(np.eye(5), np.eye(2), "F", bound=1e4)],
     ),
     "example 1": robot,
     "regions": lambda: every_region("pairs"),
@@ -475,7 +477,7 @@ def test_the_checker_agrees(name):
     assert proof.proven and proof.verify() and bool(proof)
     assert json.loads(proof.text)["version"] == 2
     assert checker.check(proof.text) == list(proof.claims)
-    assert asking(asked_by(proof)) == json.loads(proof.text)
+    assert checker.stored(asking(asked_by(proof))) == json.loads(proof.text)
     if proof.kind != "lmi":  # what these blocks mean is their author's word
         assert true_claims(asked_by(proof)) is not False
 
