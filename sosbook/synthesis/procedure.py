@@ -117,7 +117,8 @@ class Task:
     def _searched(self, request):
         how, search = (self.objective, self.search.backoff), self.search
         found = designed(request, *how, search.start, search.prefer)
-        if self.auto and self.gain is None:
+        settled = request.coupling.own_P and not self.request.coupling.own_P  # a cut's
+        if self.auto and self.gain is None and not settled:
             return or_with_slack(found, request, *how, search.prefer)
         return found
 
