@@ -80,11 +80,10 @@ class MultiplierRefusal(Refusal):
         again, expressions, unknowns, keyed = cls.rebuilt(data)
         named = {str(keyed(name)): name for name in expressions}
         Z = {named[str(key)]: read_fractions(rows) for key, rows in data["multipliers"]}
-        kind = {"kind": "infeasible lmi"}
-        blocks = written_lmis(expressions, unknowns) | kind
+        blocks = written_lmis(expressions, unknowns) | {"kind": "infeasible lmi"}
         text, _ = text_of(cls.written_from(blocks, Z, str))
         again = cls.written_from(again, Z, keyed)
-        return again, Examined.by_kernel(kind | text.file(), again["claims"], {})
+        return again, Examined.by_kernel(text.file(), again["claims"], {})
 
     @property
     def value(self):
