@@ -80,7 +80,7 @@ def test_following_the_advice_helps(name):
             "input bound u_max first",
         ),
         (dict(region=sos.PoleRegion(0.7, np.pi / 4, 0.75)), "disk radius rho first"),
-        (dict(gamma=0.05), "Leave out mu = 1 first"),
+        (dict(gamma=sos.HInfinity(0.05, mu=1.0)), "Leave out mu = 1 first"),
         (dict(gamma=sos.HInfinity(0.005, mu=None)), "H-infinity bound gamma first"),
     ],
 )

@@ -313,7 +313,6 @@ ONE_MASS = sos.SecondOrderSystem([[1]], [[1]], [[1]], [[1]], [[1]])
 TWICE = {
     "region": (sos.PoleRegion(sigma=0.1), sos.LMIRegion.half_plane(0.7, "faster")),
     "saturation": (sos.Saturation(5, [1, 0]), sos.Saturation(3, [0, 1])),
-    "cost": (sos.QuadraticCost(np.eye(2), [[1]], bound=50.0),) * 2,
     "gamma": (2.0, HInfinity(0.1)),
 }
 
@@ -325,8 +324,7 @@ def test_what_is_asked_in_two_ways_is_not_dropped_in_one(name):
         lambda **asked: sos.design_pid(ONE_MASS, **asked),
         lambda **asked: sos.analyse_pid(ONE_MASS, [[-1, -1]], **asked),
     ]
-    if name != "cost":
-        doors.append(lambda **asked: sos.design_lqr(ONE_MASS, np.eye(2), 1, **asked))
+    doors.append(lambda **asked: sos.design_lqr(ONE_MASS, np.eye(2), 1, **asked))
     for door in doors:
         with pytest.raises(ValueError, match=f"{name} is given.*in one place"):
             door(**{name: one}, requirements=[other])

@@ -417,8 +417,8 @@ REQUESTS = ("analyse_pid", *campaign(["design_pid", "ObserverDesign.analyse"]))
 def test_options_of_a_request_go_together(name):
     """Each with each, on the way that all of them take, whoever asks."""
     known = {option: values for option, (values, _) in documented()[name].items()}
-    couplings = *known["coupling"][0], ("slack", 0.5)
-    for coupling, least in product(couplings, known["minimize"][0]):
+    couplings = *known["coupling"], ("slack", 0.5)
+    for coupling, least in product(couplings, known["minimize"]):
         for mu in (None, 1.0) if least == "gamma" else (None,):
             asked = dict(coupling=coupling, minimize=least)
             if mu is not None:

@@ -5,6 +5,7 @@ import importlib
 import json
 import pickle
 import pkgutil
+import re
 import shutil
 import sys
 from dataclasses import FrozenInstanceError, replace
@@ -477,7 +478,7 @@ def test_the_checker_agrees(name):
     assert proof.proven and proof.verify() and bool(proof)
     assert json.loads(proof.text)["version"] == 2
     assert checker.check(proof.text) == list(proof.claims)
-    assert checker.stored(asking(asked_by(proof))) == json.loads(proof.text)
+    assert asking(asked_by(proof)) == json.loads(proof.text)
     if proof.kind != "lmi":  # what these blocks mean is their author's word
         assert true_claims(asked_by(proof)) is not False
 
@@ -530,6 +531,8 @@ def held_against(plant, proof, folder):
 def test_a_refusal_names_the_plant_that_was_asked(name, tmp_path):
     answer = EXCLUDED[name]()
     plant = getattr(getattr(answer, "request", answer), "plant", None)
+    if one := re.match(r"At vertex (\d+) alone", getattr(answer, "reason", "")):
+        plant = plant.vertices[int(one[1]) - 1]
     if isinstance(plant, (sos.SecondOrderSystem, sos.Polytope)):
         held_against(plant, answer.infeasibility, tmp_path)
 

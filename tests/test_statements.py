@@ -48,7 +48,7 @@ def blocks_of(proof):
         noises = [read_array(w, None, None) for w in data["noises"]]
         plant = read_plant(data["plant"])
         problem = ObserverProblem(plant, vertices_of(plant), *given, noises)
-        return problem.bounded(L, bound).blocks(values, exact)
+        return problem.bounded(L, bound).text.blocks(values, exact)
     if kind == "regularization":  # the text is a Schur complement
         plant, n = read_plant(data["plant"]), len(data["K"][0])
         K, beta = exact(read_array(data["K"], None, n)), read_number(data["beta"])

@@ -694,7 +694,7 @@ BAD = {
         law=LAW, maximize="sigma", region=sos.PoleRegion(sigma=1)
     ),
     "search has prefer": dict(law=LAW, search=sos.Search(prefer="least")),
-    "coupling=.*slack": dict(law=LAW, coupling=("slack", 1.0)),
+    "coupling=('slack', 1.0)": dict(law=LAW, coupling=("slack", 1.0)),
     "coupling='slack'": dict(law=LAW, coupling="slack"),
     "x0 has 5 entries, needs the plant's 4, or with the law's = 6": dict(
         law=LAW, saturation=sos.Saturation(9.0, [1, 0, 0, 0, 0])

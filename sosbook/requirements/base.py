@@ -26,7 +26,7 @@ from .vocabulary import KINDS, Parameter
 
 ONE_BY_ONE = (
     "a request takes one of them. Design for one, and ask the other of the gain: "
-    "analyse_pid(plant, design.K, {}=...), with the same U or law"
+    "analyse_pid(plant, design.K, {}), with the same U or law"
 )
 
 

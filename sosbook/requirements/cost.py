@@ -76,7 +76,7 @@ class QuadraticCost(Requirement):
     parameter = COST
     implies_stability = affine_in_quotient = lossless = True
     rank = 30
-    of_two = ONE_BY_ONE.format("cost")
+    of_two = ONE_BY_ONE.format("requirements=[...]")
     titles = {
         "lqr": "decay of the cost",
         "cost": "noise's share of the cost",

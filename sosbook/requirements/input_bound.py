@@ -45,7 +45,7 @@ class Saturation(Requirement):
     parameter = U_MAX
     affine_in_quotient = True
     rank = 40
-    of_two = ONE_BY_ONE.format("saturation")
+    of_two = ONE_BY_ONE.format("saturation=...")
     titles = {"x0": "x(0) in the ellipsoid", "u_max": "input bound u_max"}
 
     if TYPE_CHECKING:  # what the constructor takes

@@ -9,7 +9,6 @@ from .. import analysis
 from ..plants.checks import count, finite
 from ..plants.second_order import Polytope
 from ..requirements.cost import QuadraticCost
-from ..requirements.shorthand import collected
 from ..runtime.array_like import ArrayLike
 from .gains import Gains
 from .result import Proven
@@ -100,7 +99,8 @@ class ClosedLoop(Gains[Proven]):
         K, cost = self._gain(), self.request.cost if cost is None else cost
         if cost is None:
             raise ValueError("cost is missing: the design was made without")
-        (cost,) = collected(requirements=[cost])
+        if not isinstance(cost, QuadraticCost):
+            raise ValueError("cost must be a QuadraticCost(Q, R)")
         return cost.truth(self._loops(samples, seed), K)
 
     def peak_input(self, samples: int = 0, seed: int = 0) -> float:
