@@ -101,7 +101,7 @@ def certify_sampled(
     second derivatives, which are enclosed for the whole cell; the theorem of
     `sosbook.sampled.cells` takes them away. Then a text is sought that the
     stand-alone checker decides by integers alone, see `sosbook.exact.checker.sampled`;
-    where none is found in so small cells as it needs, `python -m sosbook verify` says
+    where none is found in so small cells as it needs, ``python -m sosbook verify`` says
     that this package alone decides the file. The plants between vertices are cut as
     a box where they are one, else as a simplex; with many vertices that aren't a
     box there are too many halves.
