@@ -65,7 +65,7 @@ def answers(example, count=15):
     """
     given = getattr(thesis, f"example_{example}")()
     asked = given.requirements
-    impossible = asked | dict(gamma=asked["gamma"] / 10)
+    impossible = asked | dict(gamma=sos.HInfinity(given.gamma / 10, mu=1.0))
     design = sos.design_pid(given.plant, **asked)
 
     def refuse():

@@ -73,14 +73,13 @@ def test_more_inputs_than_degrees_of_freedom():
 def test_the_smallest_gamma_is_kept(example):
     plant, asked = example
     rest = {k: v for k, v in asked.items() if k != "gamma"}
-    d = sos.design_pid(plant, minimize="gamma", **rest)
+    least = rest | dict(gamma=sos.HInfinity(mu=1.0), minimize="gamma")
+    d = sos.design_pid(plant, **least)
     assert d.certify().proven
-    assert d.gamma < asked["gamma"]
-    lower = sos.design_pid(plant, gamma=d.gamma * 0.98, **rest)
+    assert d.gamma < asked["gamma"].gamma
+    lower = sos.design_pid(plant, gamma=sos.HInfinity(d.gamma * 0.98, mu=1.0), **rest)
     assert lower.status == "infeasible"
-    loose = sos.design_pid(
-        plant, minimize="gamma", search=sos.Search(backoff=0.5), **rest
-    )
+    loose = sos.design_pid(plant, **least, search=sos.Search(backoff=0.5))
     assert np.isclose(loose.gamma / d.gamma, 1.5 / 1.01, rtol=5e-3)
 
 
