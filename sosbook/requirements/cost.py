@@ -309,3 +309,10 @@ def _weight(cost, K):
     """The weight of x under u = K x, in floats."""
     weight = cost.Q + K.T @ cost.R @ K
     return weight if cost.N is None else weight + cost.N @ K + (cost.N @ K).T
+
+
+def checked_cost(cost):
+    """The ``cost``; a ValueError if it is no `QuadraticCost`."""
+    if not isinstance(cost, QuadraticCost):
+        raise ValueError("cost must be a QuadraticCost(Q, R)")
+    return cost

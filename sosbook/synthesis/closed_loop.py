@@ -8,7 +8,7 @@ import numpy as np
 from .. import analysis
 from ..plants.checks import count, finite
 from ..plants.second_order import Polytope
-from ..requirements.cost import QuadraticCost
+from ..requirements.cost import QuadraticCost, checked_cost
 from ..runtime.array_like import ArrayLike
 from .gains import Gains
 from .result import Proven
@@ -99,9 +99,7 @@ class ClosedLoop(Gains[Proven]):
         K, cost = self._gain(), self.request.cost if cost is None else cost
         if cost is None:
             raise ValueError("cost is missing: the design was made without")
-        if not isinstance(cost, QuadraticCost):
-            raise ValueError("cost must be a QuadraticCost(Q, R)")
-        return cost.truth(self._loops(samples, seed), K)
+        return checked_cost(cost).truth(self._loops(samples, seed), K)
 
     def peak_input(self, samples: int = 0, seed: int = 0) -> float:
         """The largest signal that saturation bounds, from x0.
