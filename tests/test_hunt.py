@@ -41,7 +41,7 @@ def a_lax_checker(monkeypatch):
 
 
 def a_lax_package(monkeypatch):
-    monkeypatch.setattr(proof, "definite", lambda x: (True, 1.0))
+    monkeypatch.setattr(proof, "positive", lambda x: True)
 
 
 def a_claim_of_more_than_is_asked(monkeypatch):

@@ -86,7 +86,7 @@ def test_what_nobody_named_is_taken_in_order_and_the_claim_says_which():
     K = of_pair()
     for names in ({}, dict(inputs=list(STATES)), dict(outputs=list(INPUTS))):
         proof = certify_sampled(PAIR, control.ss(K.A, K.B, K.C, K.D, 0.1, **names), 0.1)
-        words = "where K makes u1, u2 of z1, z2, z1', z2', in this order, is stable"
+        words = "where K makes u1, u2 of z1, z2, z1', z2', in this order, with a tick"
         assert proof.proven and words in proof.claims[0]
         assert sos.sampled.SampledProof.of(proof.data).claims == proof.claims
     assert "order" not in certify_sampled(PAIR, K, 0.1).claims[0]
