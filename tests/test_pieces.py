@@ -96,7 +96,7 @@ def test_corners_are_not_cut():
 def test_what_was_found_before_the_time_was_over_is_kept(quick):
     assert quick.status == "feasible"
     u_max = quick.request.saturation.u_max
-    short = least(BICYCLES, time_limit=2)
+    short = least(BICYCLES, search=sos.Search(time_limit=2))
     if short.status == "feasible":
         assert short.request.saturation.u_max >= 0.99 * u_max
         assert short.certify().proven
