@@ -110,7 +110,7 @@ def test_integers_alone_decide(name, tmp_path):
     path = tmp_path / "proof.json"
     found.save(path)
     done = subprocess.run([sys.executable, "-I", str(CHECKER), str(path)],
-                          capture_output=True, text=True)  # fmt: skip
+                          capture_output=True, encoding="utf-8")  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert [x[2:] for x in done.stdout.splitlines()[1:]] == list(found.claims)
     assert SampledProof.load(path).verify()
@@ -311,14 +311,14 @@ def test_a_file_holds_the_digest_of_its_text_and_the_checker_prints_it(tmp_path)
     found = proof("one plant")
     path = tmp_path / "proof.json"
     found.save(path)
-    file = json.loads(path.read_text())
+    file = json.loads(path.read_text("utf-8"))
     assert file["text"].startswith("sha256:") and len(found.text) < 3000
     done = subprocess.run([sys.executable, "-I", str(CHECKER), str(path), "--text"],
-                          capture_output=True, text=True)  # fmt: skip
+                          capture_output=True, encoding="utf-8")  # fmt: skip
     assert "tick.1.0: rate^2 - F.f0.1.lo.lo' F.f0.1.lo.lo > 0" in done.stdout
     alone = subprocess.run([sys.executable, str(CHECKER / "kernel.py"), str(path)],
-                           capture_output=True, text=True)  # fmt: skip
+                           capture_output=True, encoding="utf-8")  # fmt: skip
     assert alone.returncode == 1 and "the text isn't in the file" in alone.stdout
     other = file | {"text": "sha256:" + "0" * 64}
-    path.write_text(json.dumps(other))
+    path.write_text(json.dumps(other), "utf-8")
     assert not SampledProof.load(path).proven

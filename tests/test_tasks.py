@@ -95,7 +95,7 @@ def test_what_each_test_takes_is_stored(tmp_path):
     stored = json.loads((tmp_path / "_build" / "durations.json").read_text("utf-8"))
     (first, most), (last, least) = stored
     assert first.endswith("long") and last.endswith("short")
-    assert 0.6 <= most < 3 and 0 <= least < 0.3
+    assert 0.5 < most < 3 and 0 <= least < 0.3  # a clock counts in hundredths
     assert "2 passed" in done.stdout and "CPU seconds; each test" in done.stdout
 
 
