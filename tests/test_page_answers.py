@@ -83,7 +83,7 @@ DRIVE = """async ([tag, seed, moves, texts]) => {
       told.set(now, said);
     }
     const html = view.innerHTML.replace(/<textarea.*?<.textarea>/gs, "");
-    const [strange] = /NaN|undefined|Infinity|\\[object/.exec(html) || [];
+    const [strange] = /NaN|undefined|\\bInfinity|\\[object/.exec(html) || [];
     if (strange) fault(strange);
   }
 
