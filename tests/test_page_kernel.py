@@ -111,7 +111,9 @@ def agree(kernel, asked, undecided):
             assert proven(r["refusal"])
             told, refusal = check.check(r["refusal"]), theirs.infeasibility
             if theirs.status == "infeasible" and refusal.kind == "infeasible design":
-                assert told == [*refusal.claims]  # else a part of the plant refuses
+                many = len(refusal.data["plant"]["vertices"])
+                if many == len(request["plant"].vertices):  # else one of them refuses
+                    assert told == [*refusal.claims]
     assert not {("feasible", "infeasible"), ("infeasible", "feasible")} & {*verdicts}
     different = [v for v in verdicts if v[0] != v[1]]
     assert len(different) <= undecided, different
@@ -133,7 +135,8 @@ def test_40_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel):
     verdicts = agree(kernel, asked, undecided=1)
     for verdict in ("feasible", "infeasible"):
         assert verdicts.count((verdict, verdict)) > 12
-    assert {r["cost"].noise for r in asked} == {"states", "F"}
+    costs = [x for r in asked for x in r["requirements"] if x.kind == "cost"]
+    assert {x.noise for x in costs} == {"states", "F"}
 
 
 @pytest.mark.campaign
@@ -379,7 +382,7 @@ def test_nothing_of_a_weight_is_left_out_on_the_page(kernel, noise):
     for seed in range(6):
         C = np.random.default_rng(seed).normal(size=(1 + seed % 2, 4))
         cost = sos.QuadraticCost(C.T @ C, one, noise, 40.0)
-        asked.append({"plant": plant, "cost": cost})
+        asked.append({"plant": plant, "requirements": [cost]})
     for found in solved(kernel, asked):
         assert proven(found["proof"]) and check.check(found["proof"])
     request = page_request(**asked[0])
