@@ -226,7 +226,7 @@ def _leaves(tree, shape):
 
 
 def _framed(data, shape):
-    """The same of a file with a text."""
+    """(weights, L, 0, P, times) of each cell of plants of a file with a text."""
     queue = [(shape.whole(), data["cells"])]
     while queue:
         weights, node = queue.pop()
