@@ -115,10 +115,17 @@ def assert_opens(tab, page, height):
         assert top is not None and top < height - 100, top
 
 
+#: How far the page's parts moved by themselves: 0.1 is what readers notice.
+SHIFT = """() => new Promise((done) => new PerformanceObserver((list) =>
+  done(list.getEntries().reduce((sum, {value}) => sum + value, 0))
+).observe({type: "layout-shift", buffered: true}) || setTimeout(done, 50, 0))"""
+
+
 @each_page
 def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     """A page takes seconds to typeset: one visit for all of these."""
     tab = visit(site / f"{page}.html", width=1265)  # 1280 with a bar to scroll
+    assert tab.page.evaluate(SHIFT) < 0.05
     tab.page.evaluate(layout.WIDE_TYPE)
     assert tab.errors == []
     assert [url for url in tab.requests if not url.startswith("file:")] == []

@@ -1,30 +1,46 @@
 """Page elements: the style and scripts that they share, as files of the site.
 
-A stored notebook has an element's data alone. A page that shows elements loads what
-these need from ``_static/elements``; from a file, too, for they are classic scripts.
+A stored notebook has an element's data alone. Its page loads what it needs from
+``_static/elements``; from a file, too, for these are classic scripts. They stand behind
+the first element that needs them, and the browser waits there: what is below an element
+isn't seen before the element has its size, so no text moves while a page loads.
 """
 
+import re
 from pathlib import Path
+from zlib import crc32
 
-from sosbook.book.elements.page import named
-from sosbook.book.elements.scripts import script, sheet
+from sosbook.book.elements.page import ELEMENT, named
+from sosbook.book.elements.scripts import modules, script, sheet
 
 LAST = 900  # behind the theme's and the book's own sheets
+WHOLE = re.compile(rf"{ELEMENT.pattern}.*?</sos-[a-z]+>", re.DOTALL)
+#: One whose script is there was made before its data.
+START = "<script>document.currentScript.previousElementSibling.start?.()</script>"
 
 
 def load(app, page, template, context, doctree):
-    """Name the files that this page's elements need, and write those not yet there."""
-    sheets, scripts = named(context.get("body", ""))
+    """Write the files that a page's elements need, and name them behind those."""
+    body = context.get("body", "")
+    sheets, scripts = named(body)
     folder = Path(app.outdir) / "_static" / "elements"
     folder.mkdir(parents=True, exist_ok=True)
     for k, name in enumerate(sheets):
         (folder / f"{name}.css").write_text(sheet(name), "utf-8")
         app.add_css_file(f"elements/{name}.css", priority=LAST + k)
-    for k, name in enumerate(scripts):
+    tags = {}
+    for name in scripts:
         (folder / f"{name}.js").write_text(script(name), "utf-8")
-        app.add_js_file(
-            f"elements/{name}.js", priority=LAST + k, loading_method="defer"
-        )
+        place = context["pathto"](f"_static/elements/{name}.js", resource=True)
+        mark = crc32(script(name).encode())
+        tags[name] = f'<script src="{place}?v={mark:08x}"></script>'
+
+    def behind(element):
+        """An element, and what wasn't there before it."""
+        more = (tags.pop(name, "") for name in modules(element[2]))
+        return f"{element[0]}{START}{''.join(more)}"
+
+    context["body"] = WHOLE.sub(behind, body)
 
 
 def setup(app):
