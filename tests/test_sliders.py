@@ -1,21 +1,34 @@
 """Sliders over a function: the cells of the book, and what is refused."""
 
 import ast
+import re
+from dataclasses import replace
 
 import ipywidgets
 import numpy as np
 import pytest
+from scipy.linalg import expm
+from scipy.special import lambertw
 
 import sosbook as sos
 from sosbook.book import notebooks, thesis, widgets
 from sosbook.book.notebooks import BOOK
-from sosbook.pendulum import Mip, polytope
+from sosbook.pendulum import Mip, polytope, vertices
 
 I4 = np.eye(4)
 ROBOT, WING = thesis.example_1(), thesis.delay_example_1(published=True)
 REGION = sos.PoleRegion(1.0, np.radians(60), 8)
 ALL = ROBOT.requirements | {"region": REGION}
 MOVED = {"sigma": 1.0, "theta": 60, "rho": 8}
+DELAYED = thesis.delay_example_2()
+
+
+def heavier(mass):
+    """The two masses of chapter 20 with another first one."""
+    p = DELAYED.plant
+    return sos.SecondOrderSystem(np.diag([mass, 1.0]), p.D, p.S, p.B)
+
+
 #: For each chapter: what its cell needs, where the sliders go, the package's answer.
 CELLS = {
     "04_lmi_regions": (
@@ -28,6 +41,13 @@ CELLS = {
         [], {"tau": 0.15, "mu": 0.05, "delta": 0.2},
         lambda: sos.design_delay_pid(
             WING.plant, **WING.requirements | dict(tau=0.15, mu=0.05, delta=0.2)),
+    ),
+    "20_delay_theorem": (
+        ["example = ", "def chain(mass", "from sosbook.book import widgets"],
+        {"low": 1.0, "delay": 0.5},
+        lambda: sos.design_delay_pid(
+            sos.Polytope([heavier(1.0), heavier(1.2)]), DELAYED.U,
+            tau=0.5, mu=0.2, delta=0.05, alpha=1.6),
     ),
     "23_lqr": (
         [], {"R": 20.0, "spread": 30},
@@ -50,13 +70,13 @@ def cell():
     if not BOOK.exists():
         pytest.skip("the package without its book")
 
-    def shown(chapter):
+    def shown(chapter, starts=None):
         sources = [
             c.source
             for c in notebooks.read(BOOK / f"{chapter}.ipynb").cells
             if c.cell_type == "code"
         ]
-        starts, names = CELLS[chapter][0], {}
+        starts, names = CELLS[chapter][0] if starts is None else starts, {}
         needed = [s for s in sources if s.startswith(tuple(starts))] if starts else []
         (kit,) = (s for s in sources if "widgets.sliders(" in s)
         for source in (sources[0], *needed):
@@ -77,6 +97,146 @@ def test_a_cell_of_the_book_shows_the_package_s_gains(cell, chapter):
     assert widget.result.status == design.status == "feasible"
     assert np.allclose(widget.result.K, design.K, rtol=1e-9)
     assert all(f"<td>{k + 0.0:.4g}</td>" in widget.html for k in design.K.ravel())
+
+
+def companion(M, D, S):
+    """x' = A x of M z'' + D z' + S z = 0."""
+    n = len(M)
+    left = np.block([[np.eye(n), np.zeros((n, n))], [np.zeros((n, n)), M]])
+    right = np.block([[np.zeros((n, n)), np.eye(n)], [-np.array(S), -np.array(D)]])
+    return np.linalg.solve(left, right)
+
+
+def turned(circulation, damping):
+    """The largest real part of Example 1's poles."""
+    r = ROBOT.plant
+    S = (r.S + r.S.T) / 2 + circulation * (r.S - r.S.T) / 2
+    return np.linalg.eigvals(companion(r.M, damping * r.D, S)).real.max()
+
+
+def steady(stiffness):
+    """The steady error without an integral: (S - B K_P) e = -S r."""
+    r = ROBOT.plant
+    S = stiffness * r.S
+    return -np.linalg.solve(S - r.B @ ROBOT.K_P, S @ [1, 1])
+
+
+def late(a, k, h):
+    """The rightmost root of x' = a x - k x(t - h), by Lambert's W."""
+    return a + (lambertw(-k * h * np.exp(-a * h)) / h).real
+
+
+def held(T):
+    """The largest spectral radius of the PD gain R = 1 on five robots, held for T."""
+    middle, radii = Mip.printed(), []
+    for robot in (middle, *vertices(middle)):
+        p = robot.plant()
+        A = companion(p.M, p.D, p.S)
+        B = np.vstack([np.zeros((2, 1)), np.linalg.solve(p.M, p.B)])
+        both = expm(T * np.block([[A, B], [np.zeros((1, 5))]]))
+        loop = both[:4, :4] + both[:4, 4:] @ thesis.mip().gains["PD"][1].K
+        radii.append(abs(np.linalg.eigvals(loop)).max())
+    return max(radii)
+
+
+def fallen(load, brake):
+    """The pendulum's poles with d and f times a factor each."""
+    mip = Mip.printed()
+    p = replace(mip, d=load * mip.d, f=brake * mip.f).plant()
+    return np.sort(np.linalg.eigvals(companion(p.M, p.D, p.S)).real)
+
+
+def numbers(text):
+    return [float(x) for x in re.findall(r"[-+]?[0-9]+[.][0-9]*", text)]
+
+
+def observed(widget):
+    """Whether each vertex is stable behind the observer of the mean, by eigenvalues."""
+    d, C = widget.result, np.eye(3)[1:]
+    every = d.plant.vertices
+    E, A, B = (np.mean([getattr(v, x) for v in every], 0) for x in ("E", "A", "Bu"))
+    copy = np.linalg.solve(E, A + B @ d.K) + d.L @ C
+    loops = (
+        np.block([[np.linalg.solve(v.E, v.A), np.linalg.solve(v.E, v.Bu) @ d.K],
+                  [-d.L @ C, copy]]) for v in every
+    )  # fmt: skip
+    return max(np.linalg.eigvals(loop).real.max() for loop in loops) < 0
+
+
+PLANT, PENDULUM = "from sosbook.book import widgets", "from sosbook.pendulum import Mip"
+#: For each chapter: what its cell needs, moves, and what must then be said, by
+#: eigenvalues, Lambert's W, a matrix exponential or the theorem's own condition.
+TRUE = {
+    "01_second_order_systems": (
+        ["robot = sos", "S_sym", PLANT], [
+            (dict(circulation=c, damping=d), lambda w, c=c, d=d: np.isclose(
+                numbers(w.text)[0], turned(c, d), atol=1e-3))
+            for c, d in ((1, 1), (2, 1), (2, 4))],
+    ),
+    "02_descriptor_form": (
+        [PLANT], [
+            (dict(integral=i, stiffness=s), lambda w, i=i, s=s: np.allclose(
+                numbers(w.text), steady(s) if i == 0 else 0, atol=1e-3))
+            for i, s in ((0, 2), (1, 2), (0, 0.5))],
+    ),
+    "03_lmis_in_ten_minutes": (
+        [PLANT], [
+            (dict(stiffness=s, damping=d), lambda w, s=s, d=d: (
+                w.text.startswith("feasible") == (min(s, d) > 0)))
+            for s, d in ((1, 1), (-0.5, 1), (1, -0.5))],
+    ),
+    "08_singular_mass": (  # the third body weighs 1 kg, and nothing pushes it
+        [PLANT], [
+            (dict(m4=m, beta=b), lambda w, b=b: (
+                "K_A" in w.html if b < 1 else "K_A" not in w.html))
+            for m, b in ((0, 0.9), (0.5, 0.2), (0, 1.1))],
+    ),
+    "09_when_vertices_are_not_enough": (
+        ["driven = ", PLANT], [
+            (dict(spread=s, rho=10), lambda w, says=says: (
+                f"pairs: {says}" in w.text))
+            for s, says in ((1, "infeasible"), (0.4, "feasible"))],
+    ),
+    "16_how_far_to_trust": (
+        [PLANT], [
+            (dict(mass=1, sigma=s, digits=d), lambda w, yes=yes: (
+                w.text.endswith(str(yes))))
+            for s, d, yes in ((0.7, 2, True), (3.4, 2, False), (3.4, 12, True))],
+    ),
+    "19_input_delay": (
+        [PLANT], [
+            (dict(a=a, k=k, h=h), lambda w, a=a, k=k, h=h: np.isclose(
+                numbers(w.text)[0], late(a, k, h), atol=1e-3))
+            for a, k, h in ((0, 1, 1.5), (0, 1, 1.6), (0.5, 1, 0.3))],
+    ),
+    "24_observer": (
+        ["C = np.array", "push = 2", "from sosbook.book import widgets"], [
+            (dict(spread=0.04, gyro=0.03), observed),
+            (dict(encoder=2.0), observed),
+            (dict(spread=0.2), lambda w: w.result.L is None)],
+    ),
+    "25_pendulum_model": (
+        [PENDULUM, "from dataclasses import replace", PLANT], [
+            (dict(load=x, brake=f), lambda w, x=x, f=f: np.allclose(
+                numbers(w.text), fallen(x, f), atol=6e-3))
+            for x, f in ((1, 1), (2.5, 0.5))],
+    ),
+    "28_discretisation": (
+        ["from dataclasses import replace\n\nfrom sosbook.book"], [
+            (dict(T=T, ticks=0, coupling=1), lambda w, T=T: np.isclose(
+                numbers(w.text)[0], held(T), atol=1e-3)) for T in (0.01, 0.04)],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("chapter", TRUE)
+def test_a_moved_cell_says_what_is_true_there(cell, chapter):
+    starts, moves = TRUE[chapter]
+    widget = cell(chapter, starts)
+    for places, holds in moves:
+        for key, value in places.items():
+            widget.sliders[key].value = value
+        assert holds(widget), (places, widget.text)
 
 
 @pytest.mark.parametrize("chapter", BAD)
