@@ -1,40 +1,55 @@
 """The cells that write a theorem out agree with the package's call below them."""
 
 import json
+import warnings
 from pathlib import Path
 
 import cvxpy
 import numpy as np
 import pytest
+from numpy.linalg import inv, norm
 from numpy.testing import assert_allclose
 from scipy.linalg import solve_continuous_are
 
 import sosbook as sos
 from sosbook import theorems
-from sosbook.book import counterexamples, thesis
-from sosbook.pendulum import Mip, vertices
+from sosbook.book import counterexamples, tables, thesis
+from sosbook.pendulum import Mip, polytope, vertices
 from sosbook.plants import descriptors, mean_descriptor
 
 BOOK = Path(__file__).parent.parent / "book"
 
 
-def cells(chapter):
-    """The code cells of a chapter that write blocks in the open."""
+def code(chapter):
+    """The code cells of a chapter."""
     (path,) = BOOK.glob(f"{chapter}_*.ipynb")
     every = json.loads(path.read_text("utf8"))["cells"]
-    written = ["".join(c["source"]) for c in every if c["cell_type"] == "code"]
-    return [x for x in written if "symmetric(" in x or "LMIProblem(" in x]
+    return ["".join(c["source"]) for c in every if c["cell_type"] == "code"]
+
+
+def cells(chapter):
+    """The code cells of a chapter that write blocks in the open."""
+    return [x for x in code(chapter) if "symmetric(" in x or "LMIProblem(" in x]
+
+
+def plain(chapter, space, last):
+    """``space`` after a chapter's cells in cvxpy have run, to that with ``last``."""
+    for source in code(chapter):
+        if "cp." in source or last in source:
+            exec(source, space)
+        if last in source:
+            return space
 
 
 def names(**given):
     """What a cell finds in its chapter: the words, the libraries and ``given``."""
     words = {}
     exec(
-        "from numpy.linalg import eigvals, inv, solve\n"
+        "from numpy.linalg import eigvals, eigvalsh, inv, solve\n"
         "from sosbook.lmi import *\nfrom sosbook.plants import descriptors",
         words,
     )
-    return words | {"np": np, "sos": sos} | given
+    return words | {"np": np, "sos": sos, "cp": cvxpy} | given
 
 
 def run(chapter, count, **given):
@@ -51,6 +66,21 @@ def test_procedure_2_1_gives_the_package_s_gains():
     open_ = run("07", 2, plant=example.plant, U=np.eye(2))
     assert_allclose(open_["K"], design.K, atol=1e-9)
     assert open_["point"].prove().proven
+
+
+def test_an_objective_chooses_the_point_of_clarabel():
+    """The centre has the open cells' gains, the least trace lies on the edge."""
+    space = run("07", 2, plant=thesis.example_1().plant, U=np.eye(2))
+    K, given = space["K"], {"warnings": warnings, "tables": tables, "thesis": thesis}
+    space = plain("07", space | given, "rows = [[")
+    gains, room = space["gains"], space["room"]
+    assert_allclose(gains["largest sum of log det"], K, atol=1e-3)
+    assert abs(gains["none"] - K).max() > 1 and room["none"] > 0.01
+    assert abs(gains["least trace of P"] - K).max() > 10
+    assert abs(room["least trace of P"]) < 1e-6
+    assert [row[1] for row in space["rows"]] == [
+        f"{x[0, 0]:.1f}" for x in gains.values()
+    ]
 
 
 @pytest.mark.parametrize("name, moved", [("sector", 0), ("half-plane", 1), ("norm", 2)])
@@ -121,7 +151,9 @@ def test_the_pairs_refuse_what_the_vertices_accept(capsys):
 
 def test_an_open_cell_is_short():
     for path in BOOK.glob("[0-9]*.ipynb"):
-        for source in cells(path.name[:2]):
+        chapter = path.name[:2]
+        field = [x for x in code(chapter) if "cp.bmat" in x]
+        for source in cells(chapter) + field:
             lines = [line for line in source.splitlines() if line.strip()]
             assert len(lines) <= 15 and max(map(len, lines)) <= 72, source
 
@@ -148,25 +180,47 @@ def test_the_least_cost_is_riccati_s():
     X = solve_continuous_are(A, B, 100 * np.eye(4), np.eye(2))
     assert_allclose(np.trace(space["least"].values["J"]), np.trace(G.T @ X @ G), 1e-6)
     assert_allclose(space["open_K"], -B.T @ X, atol=2e-4)
+    field = plain("23", space, "plain_K =")
+    assert_allclose(field["plain"].value, np.trace(G.T @ X @ G), 1e-6)
+    assert_allclose(field["plain_K"], -B.T @ X, atol=1e-4)
 
 
-def test_the_observer_is_the_printed_one():
+def test_the_pendulum_s_pairs_have_the_call_s_gains(capsys):
+    """Between the dearest vertex, by scipy's Riccati equation, and the call's bound."""
+    plants = polytope(Mip.printed())
+    four = {("PD", R): sos.design_lqr(plants, np.eye(4), [[R]]) for R in (1, 2, 5)}
+    space = run("27", 1, plants=plants, four=four)
+    assert capsys.readouterr().out.count("True") == len(four)
+    loops = [d.state_space()[:2] for d in descriptors(plants)]
+    alone = [np.trace(solve_continuous_are(*x, np.eye(4), [[5]])) for x in loops]
+    least, bound = (
+        np.trace(space["least"].values["J"]),
+        four["PD", 5].request.cost.bound,
+    )
+    assert max(alone) < least < bound < 1.001 * least
+
+
+def test_the_observer_is_the_printed_one(capsys):
     """Table 4.3, to the digits that it prints, and the call's bound."""
     space = names(thesis=thesis, design_observer=sos.design_observer)
     space |= {"Mip": Mip, "vertices": vertices, "mean_descriptor": mean_descriptor}
-    (path,) = BOOK.glob("24_*.ipynb")
-    every = json.loads(path.read_text("utf8"))["cells"]
-    code = ["".join(c["source"]) for c in every if c["cell_type"] == "code"]
-    begin = next(k for k, x in enumerate(code) if x.startswith("C = np.array"))
-    end = next(k for k, x in enumerate(code) if "open_L =" in x)
-    exec(next(x for x in code if x.startswith("def error_and_state")), space)
-    for source in code[begin : end + 1]:
+    every = code("24")
+    begin = next(k for k, x in enumerate(every) if x.startswith("C = np.array"))
+    end = next(k for k, x in enumerate(every) if "open_L =" in x)
+    exec(next(x for x in every if x.startswith("def error_and_state")), space)
+    for source in every[begin : end + 1]:
         exec(source, space)
     printed = thesis.mip().lqe[1][1]
     assert_allclose(space["open_L"][1:], printed[1:], atol=0.3)
     assert_allclose(space["open_L"], space["designs"][1].L, rtol=1e-3)
     least, bound = space["least"].values["J"].item(), space["designs"][1].bound
     assert bound * 0.999 < least < bound
+    J, L = plain("24", space, "def plain")["plain"](1e-4, inv(space["mean"].E))
+    assert_allclose(1e8 * J, least, rtol=1e-5)
+    assert_allclose(L, space["open_L"], rtol=2e-4)
+    capsys.readouterr()
+    plain("24", space, "cp.SolverError")
+    assert "unit 1: Solver 'CLARABEL' failed" in capsys.readouterr().out
 
 
 def test_a_lent_mass_keeps_the_procedure():
@@ -208,6 +262,9 @@ def test_the_delay_theorem_in_the_open_is_the_package_s():
     ours = point.problem.text.blocks(point.values)["decay"]
     assert_allclose(theirs, ours, atol=1e-12 * abs(ours).max())
     assert space["again"].certify().proven
+    field = plain("20", space, "plain_K =")
+    assert field["given"].certify().proven
+    assert norm(field["plain_K"] - ex.K) < 0.05 * norm(ex.K)
 
 
 def test_the_printed_gains_decay_by_theorem_a_3():
