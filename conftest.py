@@ -1,8 +1,8 @@
 """Settings for every test: one thread each, no progress bars, repeatable examples.
 
-With ``pytest --nbval`` notebooks run in the environment of pytest, a kernel may take
-four minutes to start and a cell ten, and outputs are compared by their values
-(tests/values).
+With ``pytest --nbval`` notebooks run in the environment of pytest, in kernels that are
+forks of a process with the libraries; one may take four minutes to start and a cell
+ten, and outputs are compared by their values (tests/values).
 """
 
 import gc
@@ -16,6 +16,7 @@ os.environ.update(ONE_THREAD | dict(os.environ) | WITHOUT_BARS)  # before numpy
 from hypothesis import settings
 
 from tests.values import cells
+from tests.values.forks import forked
 
 gc.set_threshold(100_000)  # thousands of tests are no garbage: a sixth of collecting
 
@@ -29,6 +30,9 @@ settings.load_profile("book")
 def pytest_configure(config):
     option = config.option
     if getattr(option, "nbval", False):
+        from jupyter_client.provisioning import local_provisioner as local
+
+        local.launch_kernel = forked(local.launch_kernel)
         option.nbval_current_env = not option.nbval_kernel_name
         option.nbval_cell_timeout = min(option.nbval_cell_timeout, 600)
         option.nbval_kernel_startup_timeout = 240

@@ -1,6 +1,7 @@
 """Outputs of the book and their texts: which changes count and which don't."""
 
 import json
+import os
 import random
 import shutil
 import sys
@@ -9,11 +10,14 @@ from pathlib import Path
 
 import nbformat.v4 as v4
 import pytest
+from jupyter_client.manager import KernelManager
+from jupyter_client.provisioning import local_provisioner
 
 from sosbook.book import notebooks
 from tests import values
 from tests.processes import process
 from tests.values import cells, words
+from tests.values.forks import forked
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "book").glob("*.ipynb"))
@@ -161,3 +165,54 @@ def test_pytest_uses_the_comparison_for_notebooks(tmp_path):
         assert str(page) in done.stdout
     assert "1 failed, 1 passed" in done.stdout
     assert "number 2: stored 0.77, now 0.75 (tolerance 0.01)" in done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="kernels are programs there")
+def test_a_fork_is_a_kernel_as_any_other(monkeypatch, tmp_path):
+    """Nothing defined, a place and a session of its own; its end is seen."""
+    launch = forked(lambda command, **options: pytest.fail("not forked"))
+    monkeypatch.setattr(local_provisioner, "launch_kernel", launch)
+    monkeypatch.setenv("WORD", "x")
+    asked = {
+        "empty": "[x for x in ('sos', 'np', 'plt') if x in dir()]",
+        "package": "any(x.startswith('sosbook') for x in __import__('sys').modules)",
+        "place": "__import__('os').getcwd(), __import__('os').environ['WORD']",
+        "backend": "__import__('matplotlib').get_backend()",
+        "session": "__import__('os').getsid(0)",
+        "child": "__import__('subprocess').run('exit 3', shell=True).returncode",
+    }
+    manager, spent = KernelManager(kernel_name="python3"), sum(os.times()[2:4])
+    manager.start_kernel(cwd=tmp_path)
+    client, pid = manager.client(), manager.provisioner.pid
+    try:
+        client.start_channels()
+        client.wait_for_ready(60)
+        endless = "print(1, flush=True)\nwhile True: pass"
+        asking = client.execute(endless, stop_on_error=False)  # or drops what follows
+        while client.get_iopub_msg(60)["msg_type"] != "stream":
+            pass
+        manager.interrupt_kernel()
+        while (reply := client.get_shell_msg(60))["parent_header"]["msg_id"] != asking:
+            pass  # of the questions whether it is ready
+        assert reply["content"]["ename"] == "KeyboardInterrupt"
+        reply = client.execute("", user_expressions=asked, reply=True, timeout=60)
+        said = reply["content"]["user_expressions"]
+        assert {key: said[key]["data"]["text/plain"] for key in said} == {
+            "empty": "[]",
+            "package": "False",
+            "place": repr((str(tmp_path), "x")),
+            "backend": "'module://matplotlib_inline.backend_inline'",
+            "session": str(pid),
+            "child": "3",
+        }
+        assert manager.is_alive()
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+    assert not manager.is_alive() and sum(os.times()[2:4]) > spent
+    with pytest.raises(ProcessLookupError):
+        os.kill(pid, 0)
+    launch = forked(lambda command, **options: (command, options))
+    for command in ["python2", "-m", "ipykernel_launcher"], [sys.executable, "-m", "x"]:
+        assert launch(command, cwd="a", env={}) == (command, {"cwd": "a", "env": {}})
