@@ -237,7 +237,7 @@ def test_a_proof_is_held_against_a_program(tmp_path, capsys):
     assert main(["verify", "--code", str(lost)]) == main(["verify"]) == 2
     assert "give the file of one" in capsys.readouterr().err
     assert verify() == 0
-    assert capsys.readouterr().out.startswith("proven")
+    assert capsys.readouterr().out.startswith(f"of {gains}, compared: its law")
     other = controller(0.31)
     other.certify(time_limit=60).save(tmp_path / "other.json")
     softer = other.to_c("cart").gains

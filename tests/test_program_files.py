@@ -12,9 +12,29 @@ from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.controllers import Code, code_fault, read_gains
-from sosbook.controllers.written import changes
+from sosbook.controllers import written as written_files
+from sosbook.controllers.written import changes, record
+from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, Robot, SampledLaw, around
+from sosbook.pendulum.export import Program
+from sosbook.pendulum.steering import Steering
 from sosbook.proofs.command import main
+from sosbook.runtime.writing import write_texts
 from tests.axis import axis
+
+GAIN = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+
+
+def once(function):
+    """The function, asked once for each question."""
+    answers = {}
+
+    def asked(*given):
+        key = repr(given)
+        if key not in answers:
+            answers[key] = function(*given)
+        return answers[key]
+
+    return asked
 
 
 def hanging_and_falling():
@@ -164,21 +184,169 @@ def test_each_changed_number_is_named(written, folder, capsys):
     assert "axis_gains.h was changed" in verify(folder, capsys)[1]
 
 
-@pytest.mark.parametrize("file", ["axis.c", "axis.h", "axis_tick.h"])
-def test_each_changed_line_of_the_law_is_named(folder, capsys, file):
-    (folder / "program_axis.json").unlink()
-    path = folder / file
-    lines = path.read_text("utf-8").split("\n")
-    for k, line in enumerate(lines):
-        if not line.strip() or "Written by" in line:
+@pytest.fixture(scope="module", params=["axis", "steered", "sketch"])
+def program(request, tmp_path_factory):
+    """Each family of programs, without a record: folder, name, its own numbers."""
+    folder = tmp_path_factory.mktemp(request.param)
+    if request.param == "axis":
+        Code(hanging_and_falling()[1], "axis").write(folder)
+        (folder / "program_axis.json").unlink()
+        return folder, "axis"
+    if request.param == "steered":
+        robot, more = Robot.shipped("thesis"), ("rc_balance", "ros")
+        firmware = Firmware(SampledLaw.of_gain(GAIN, 0.01), blend=0.005)
+        steering = Steering(firmware, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
+        written = Program(firmware, "mip", robot=robot, steering=steering)
+        texts = {"pyctrl_mip.py": written.pyctrl}
+    else:
+        robot, more, texts = Robot.shipped("gearmotors"), ("sketch",), {}
+        firmware = Firmware(SampledLaw.of_gain(GAIN, robot.T), blend=0.005)
+        written = Program(firmware, "mip", robot=robot)
+        texts |= Program(firmware, "mip_single", "single", robot=robot).law
+    for name in ("law", *more):
+        texts |= getattr(written, name)
+    write_texts(folder, texts)
+    return folder, "mip"
+
+
+def test_each_changed_line_of_each_template_is_named(program, monkeypatch):
+    """The k-th line of every file is left out, for all k."""
+    folder, name = program
+    for module, asked in (
+        (written_files, "law_texts"),
+        (written_files, "around_texts"),
+        (around, "fill"),
+    ):
+        monkeypatch.setattr(module, asked, once(getattr(module, asked)))
+    assert changes(folder, name)[0] == []
+    files = {
+        path: path.read_text("utf-8").split("\n")
+        for path in sorted(folder.rglob("*.*"))
+        if not path.name.endswith(("_gains.h", "_plants.h", ".json"))
+        and path != folder / "CMakeLists.txt"
+        and not (path.parent == folder and "_single" in path.name)
+    }
+    assert len(files) == {"mip": len(files), "axis": 9}[name] >= 9
+    told = {}
+    for path, lines in files.items():
+        first = next((k for k, x in enumerate(lines) if "Written by" in x), 0)
+        ends = (k for k in range(first, len(lines)) if not lines[k].strip(" *;"))
+        told[path] = range(first, next(ends) if first else 0)  # who wrote it
+    for k in range(max(map(len, files.values()))):
+        changed = {p: x for p, x in files.items() if k < len(x) and x[k].strip()}
+        changed = {p: x for p, x in changed.items() if k not in told[p]}
+        for path, lines in changed.items():
+            path.write_text("\n".join([*lines[:k], *lines[k + 1 :]]), "utf-8")
+        faults = changes(folder, name)[0]
+        for path, lines in changed.items():
+            assert any(f"{path.name} isn't what" in fault for fault in faults), k
+            path.write_text("\n".join(lines), "utf-8")
+    for path, lines in files.items():
+        for text in ("int main(void) { return 0; }\n", ""):
+            path.write_text(text, "utf-8")
+            assert f"{path.name} isn't what" in str(changes(folder, name)[0])
+        path.write_bytes("\r\n".join(lines).encode())
+        assert changes(folder, name)[0] == []
+
+
+FORGED = {  # file, what it says, what it says then
+    "lateness is never counted": ("{}.c", "s->late + 1", "s->late - 1"),
+    "a line in the header": ("{}.h", "#endif", "#define CLAIM 1\n#endif"),
+    "another sum": ("{}_tick.h", "total + row", "total - row"),
+    "doubles are floats": ("{}_gains.h", "#define {}_SINGLE", "#define double float"),
+    "one definition more": ("{}_gains.h", "#endif", "#define {}_STALL 9\n#endif"),
+    "one less": ("{}_gains.h", "#define {}_SLACK", "/* */ // {}_SLACK"),
+    "another order": ("{}_gains.h", "#define {}_TICK ", "#define {}_SLACK 0\n#define "),
+    "another program": ("{}_gains.h", "{}_", "OTHER_"),
+    "the sketch's copy": ("{0}_sketch/{0}{1}.c", "return", "abort(); return"),
+    "a robot's clock": ("rc_robot.h", "#define RATE_HZ 100", "#define RATE_HZ 50"),
+    "pyctrl's clock": ("pyctrl_{}.py", "\nT = 0.01 ", "\nT = 0.02 "),
+    "pyctrl's steering": ("pyctrl_{}.py", "\nSTEERS = True", "\nSTEERS = False"),
+    "a number that acts": ("pyctrl_{}.py", "COUNTS = ", "COUNTS = exit() or "),
+    "a note that acts": ("pyctrl_{}.py", "Written by", '"""\nexit()\n"""Written by'),
+    "a note of C that acts": ("rc_{}.c", "Written by", "*/ int x; /* Written by"),
+    "the ratio of ROS": ("ros_{0}/ros_{0}.py", "PER_RADIAN = ", "PER_RADIAN = 1"),
+}
+
+
+def test_no_forged_program_needs_a_record_to_be_found(program):
+    folder, name = program
+    single, tried = "_single" * (folder / f"{name}_single.c").is_file(), 0
+    for what, (file, old, new) in FORGED.items():
+        path = folder / file.format(name, single)
+        old, new = (x.replace("{}", name.upper()) for x in (old, new))
+        whole = path.read_text("utf-8") if path.is_file() else ""
+        if old not in whole:
+            continue  # a file, or a count, of another family
+        tried += 1
+        path.write_text(whole.replace(old, new), "utf-8")
+        try:
+            assert changes(folder, name)[0], what
+        except ValueError as fault:
+            assert "more than definitions" in str(fault)
+        path.write_text(whole, "utf-8")
+    assert changes(folder, name)[0] == []
+    assert tried == {"mip": 8 if single else 14, "axis": 9}[name]
+
+
+def test_a_robots_own_numbers_are_held_to_the_record_alone(program):
+    folder, name = program
+    texts = {
+        str(path.relative_to(folder)): path.read_text("utf-8")
+        for path in sorted(folder.rglob("*.*"))
+    }
+    file = folder / f"program_{name}.json"
+    file.write_text(record(texts, name), "utf-8")
+    said = changes(folder, name)
+    assert said[0] == [] and "no proof is of them" in said[1][-1]
+    tried = 0
+    for path, text in texts.items():
+        if not path.startswith(("rc_", "pyctrl_", "ros_")):
             continue
-        path.write_text("\n".join([*lines[:k], *lines[k + 1 :]]), "utf-8")
-        faults, _ = changes(folder, "axis")
-        assert faults and faults[0].startswith(f"{file} isn't what sosbook writes")
-    path.write_text("int main(void) { return 0; }\n", "utf-8")
-    assert verify(folder, capsys, "axis_gains.h")[0] == 1
-    path.unlink()
-    assert "isn't there" in verify(folder, capsys, "axis_gains.h")[1]
+        for found in re.finditer(r"(?m)^(?:#define )?[A-Z_]+ (?:= )?-?(\d)", text):
+            other = text[: found.start(1)] + "7" + text[found.end(1) :]
+            (folder / path).write_text(other, "utf-8")
+            assert (changes(folder, name)[0] == []) == (other == text), found[0]
+            tried += 1
+        (folder / path).write_text(text, "utf-8")
+    file.unlink()
+    assert tried == 24 or name == "axis" or "mip_single.c" in texts
+
+
+def test_names_and_their_words_exchanged_are_refused(tmp_path, capsys):
+    """They stand in the proof, and in the file of a plant."""
+    plant, c = hanging_and_falling()
+    plant = sos.SecondOrderSystem(
+        plant.M, plant.D, plant.S, plant.B, coordinates=["top", "foot"]
+    )
+    c = sos.analyse_pid(plant, c.gain.K, region=sos.PoleRegion(sigma=0.1))
+    c = c.controller(T=0.01)
+    Code(c, "axis").write(tmp_path)
+    proof = c.certify(time_limit=60)
+    proof.save(tmp_path / "sampled.json")
+    (tmp_path / "program_axis.json").unlink()
+    assert proof.data["K"]["inputs"] == ["top", "foot", "top'", "foot'"]
+    gains = tmp_path / "axis_gains.h"
+    good = gains.read_text("utf-8")
+    assert verify(tmp_path, capsys)[0] == 0
+    for a, b in (("TOP", "FOOT"), ("TOP", "TOP_RATE"), ("U1", "U2")):
+        words = (a, b), [x.lower().replace("_rate", "'") for x in (a, b)]
+        text = good
+        for one, other in words:  # of C, and of the comments
+            places = rf"(?<=IN_){one}(?= )|(?<=OUT_){one}(?= )|(?<=/\* ){one}(?=:)"
+            others = places.replace(one, other)
+            text = re.sub(f"({places})|{others}",
+                          lambda m: other if m[1] else one, text)  # fmt: skip
+        assert text != good
+        gains.write_text(text, "utf-8")
+        assert verify(tmp_path, capsys)[0] == 1, (a, b)
+    gains.write_text(good, "utf-8")
+    told = {x: getattr(plant, x).tolist() for x in "MDSB"}
+    for names, code in ((["top", "foot"], 0), (["foot", "top"], 1)):
+        file = tmp_path / "plant.json"
+        file.write_text(json.dumps(told | {"coordinates": names}), "utf-8")
+        status = main(["verify", str(tmp_path / "sampled.json"), "--plant", str(file)])
+        assert status == code
 
 
 def test_every_other_file_is_held_to_the_record(folder, capsys):

@@ -64,8 +64,8 @@ class Answers:
 
         B, D = of(self.rows)
         B_w, D_w = of(self.noise_rows) if self.noise_rows.any() else (None, None)
-        names = signals(self.plant)
-        return SampledSystem(self.A, B, self.C, D, self.T, B_w, D_w, names)
+        names = signals(self.plant), tuple(s.name for s in self.outputs)
+        return SampledSystem(self.A, B, self.C, D, self.T, B_w, D_w, *names)
 
     def to_ss(self) -> Any:
         """python-control's StateSpace from [y; r] to u, with names.

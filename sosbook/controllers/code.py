@@ -50,8 +50,8 @@ def read_gains(text):
     if lost := sorted(name for name, value in named.items() if value is None):
         raise ValueError(f"the text defines no {', '.join(lost)}")
     found = {name: _matrix(named[name]) for name in MATRICES}
-    found |= {name: _number(named[name]) for name in NUMBERS}
-    found |= {x: _number(given[x]) for x in (*DELAYS, *ROBOTS) if x in given}
+    found |= {name: value_of(named[name]) for name in NUMBERS}
+    found |= {x: value_of(given[x]) for x in (*DELAYS, *ROBOTS) if x in given}
     if "K" in given:
         found["K"] = _matrix("{" + given["K"] + "}")[0]
     if ROWS in given:
@@ -92,26 +92,33 @@ def definitions(text):
     return given
 
 
-def columns_fault(text):
+def columns_fault(text, law=None):
     """The difference between the names of a program's columns and its rows; or "".
 
     ``text``: of a <name>_gains.h. Sensors, set points and outputs are numbered in their
-    order, and the comment of a row of ROWS names its sensor.
+    order, and the comment of a row of ROWS names its sensor. A sampled ``law`` of a
+    proof names the plant's states and inputs: what is called as a state has its row.
     """
-    given = definitions(text)
+    given, law = definitions(text), law if isinstance(law, dict) else {}
     if lost := {"SET_POINTS", ROWS} - given.keys():
         return f"the text defines no {', '.join(sorted(lost))}"
+    words = {}
     for kind, size in (("IN", "MEASURED"), ("SET", "SET_POINTS"), ("OUT", "OUTPUTS")):
         labels = [x for x in given if x.startswith(f"{kind}_") and x != "SET_POINTS"]
         if [given[x] for x in labels] != [str(k) for k in range(int(given[size]))]:
             return f"its {kind}_ numbers aren't 0, 1, ... in their order"
-        if kind == "IN":
-            seen = [x.removeprefix("IN_") for x in labels]
+        words[kind] = [x.removeprefix(f"{kind}_") for x in labels]
     block = re.search(rf"_{ROWS} {{ \\\n(.*?)\n}}", text.replace("\r", ""), re.S)
     said = re.findall(r"/\* (.*): [^:]* \*/", block[1] if block else "")
     said = [re.sub(r" \([^()]*\)$", "", words) for words in said]  # without its unit
-    if not said or identifiers(said) != seen:
+    if not said or identifiers(said) != words["IN"]:
         return f"its IN_ names aren't those of its {ROWS}"
+    if law.get("outputs") and identifiers(law["outputs"]) != words["OUT"]:
+        return "its OUT_ names aren't the proof's"
+    states = list(law.get("inputs", ()))
+    for word, row in zip(said, _matrix(given[ROWS])):
+        if word in states and (row != np.eye(len(states))[states.index(word)]).any():
+            return f"its {ROWS} has another row for {word} than the proof"
     return ""
 
 
@@ -131,8 +138,8 @@ def _without_comments(text):
     return re.sub(r"/\*.*?\*/|[\"'\\\r].*|//.*", told, text, flags=re.S)
 
 
-def _number(text):
-    """The value of a literal of C."""
+def value_of(text):
+    """The value of a ``text`` that is a literal of C."""
     match = NUMBER.fullmatch(text.strip())
     if match is None:
         raise ValueError(f"{text.strip()[:80]!r} is no number")
@@ -146,7 +153,7 @@ def _matrix(text):
     rest = re.sub(r"\{[^{}]*\}|[\s,]", "", text[1:])
     if text[:1] != "{" or rest != "}" or not rows:
         raise ValueError(f"{text[:80]!r} is no matrix")
-    rows = [[_number(x) for x in row.split(",")] for row in rows]
+    rows = [[value_of(x) for x in row.split(",")] for row in rows]
     if len(set(map(len, rows))) > 1:
         raise ValueError("the rows of a matrix differ in length")
     return np.array(rows)
@@ -178,7 +185,7 @@ def code_fault(data, text):
     try:
         mine = read_gains(text)
         robot = "BLEND" in mine
-        fault = "" if robot else columns_fault(text)
+        fault = "" if robot else columns_fault(text, law)
     except ValueError as error:
         return str(error)
     if fault:

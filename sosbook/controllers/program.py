@@ -14,8 +14,8 @@ from .facts import span
 from .gains import Gains
 from .numbers import FLOAT_TYPES, literal, program_numbers
 from .signals import identifiers
-from .template import comment, noted, read, renamed, written_by
-from .written import CONTROLLER, law_texts, record
+from .template import comment, written_by
+from .written import CONTROLLER, around_texts, law_texts, record
 
 #: Words of C99, headers of its library and of Arduino, what a sketch defines, and
 #: devices of Windows: a file's name, or a function's, would collide with them.
@@ -33,7 +33,6 @@ TAKEN = {
     "volatile", "wchar", "wctype", "while",
 }
 # fmt: on
-FOLDER = "sosbook.controllers"
 SINGLE = "1: float, 0: double"
 MATRICES = {
     "A": "memory to memory",
@@ -136,19 +135,9 @@ class Code:
     def texts(self) -> dict:
         """The text of each file by its name."""
         name, c = self.name, self.controller
-        files = {
-            f"{name}_bench.c": "axis_bench.c",
-            "CMakeLists.txt": "CMakeLists.txt",
-            f"{name}_sketch/{name}_sketch.ino": "axis.ino",
-            f"{name}_sketch/platformio.ini": "platformio.ini",
-        }
-        note = [written_by()]
         law = law_texts(CONTROLLER, name)
         texts = {f"{name}{end}": text for end, text in law.items()}
-        texts |= {
-            file: noted(renamed(read(FOLDER, t), "axis", name), note)
-            for file, t in files.items()
-        }
+        texts |= around_texts(name)
         texts[f"{name}_gains.h"] = self.gains
         texts[f"{name}_plants.h"] = _plants(c, self.precision, self.trials)
         texts |= {f"proof_{name}{end}.json": text for end, text in self.proofs}

@@ -7,6 +7,7 @@ from importlib.metadata import version
 
 COMMENT_WIDTH = 70  # characters in a line of a comment
 PLACE = "(Where this comes from.)"  # of the note in a template's comment
+MARK = "(Anything.)"  # stands for the lines of a note that are compared with none
 
 
 def comment(lines, margin):
@@ -45,10 +46,8 @@ def version_in(text):
 
 
 def replaced(pattern, text, new):
-    """The ``text`` with ``new`` behind the groups of the ``pattern``'s one match."""
-    text, count = re.subn(
-        pattern, lambda match: "".join(match.groups()) + new, text, flags=re.M
-    )
+    """The ``text`` with ``new`` behind the first group of the ``pattern``'s match."""
+    text, count = re.subn(pattern, lambda match: match[1] + new, text, flags=re.M)
     if count != 1:
         raise LookupError(f"{pattern!r} matches {count} times in a template")
     return text
@@ -71,3 +70,16 @@ def noted(text, note):
     margin = margin.rpartition("\n")[2]
     lines = comment(note, margin) if margin else python_comment(note)
     return text.replace(margin + PLACE, lines) if found else text
+
+
+def fitted(wanted, mine):
+    """A ``wanted`` text with the note of mine in the place of a `MARK`.
+
+    A note is comments alone: where it isn't, the mark stays.
+    """
+    head, found, tail = wanted.partition(MARK)
+    note = mine.removeprefix(head).removesuffix(tail)
+    margin = head.rpartition("\n")[2].strip()
+    alone = all(x.strip().startswith(margin) for x in note.split("\n")[1:])
+    ends = any(x in note for x in ("*/", "\\", '"""'))
+    return head + note + tail if found and alone and not ends else wanted

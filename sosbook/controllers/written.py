@@ -6,11 +6,14 @@ of the program says what was written; nobody signs it, so it notices changes, an
 forger.
 """
 
+import re
+
 from ..exact.proof_file import laid_out
 from ..runtime.digests import digest
+from ..runtime.later import later
 from ..runtime.reading import named, read_bytes, read_json
 from .code import definitions
-from .template import noted, read, renamed, version_in, written_by
+from .template import fitted, noted, read, renamed, version_in, written_by
 
 FORMAT = "sosbook program"
 GAINS = "_gains.h"
@@ -22,6 +25,26 @@ ROBOT = {x: ("sosbook.pendulum", f"balance{x}") for x in (".h", ".c")} | {
     "_tick.h": CONTROLLER["_tick.h"],
 }
 STEERING = {x: ("sosbook.pendulum", f"balance{x}") for x in ("_steer.h", "_steer.c")}
+#: Files around a controller's program, which hold no number: their templates.
+AROUND = {
+    "{0}_bench.c": "axis_bench.c",
+    "CMakeLists.txt": "CMakeLists.txt",
+    "{0}_sketch/{0}_sketch.ino": "axis.ino",
+    "{0}_sketch/platformio.ini": "platformio.ini",
+}
+#: All that is defined in <name>_gains.h, in this order; {} stands for signals.
+NUMBERS = (
+    "SINGLE STATES MEASURED SET_POINTS OUTPUTS TICK_US DELAY_TICKS DELAY_REST_US {} "
+    "TICK SLACK MOST_LOST MOST_LATE MOST_FULL MOST_SILENT PREDICTS SLEWS RAMPS "
+    "FOLLOWED LIMIT SLEW RAMP RANGE JUMP REACH TRUSTED A B BR W C D DR GUESS START ROWS"
+)
+OF_ROBOT = (
+    "SINGLE STATES MEASURED SET_POINTS OUTPUTS TICK_US COMPENSATES STEERS TICK "
+    "HALF_TICK HERTZ LIMIT TIP BLEND RANGE PUSH REACH TRUSTED RUB SOFT STEEP MOST_LOST "
+    "FROZEN DEAF MOST_FULL A B C D W BR DR START {} DELAY SLACK MOST_LATE REST_TICKS "
+    "SPEED ACCELERATION TURN_RATE TURN_ACCELERATION"
+)
+OF_HEADING = "SHARE STEER_REACH UNWIND PER_RADIAN K"
 
 
 def law_texts(templates, name, note=None):
@@ -36,6 +59,17 @@ def law_texts(templates, name, note=None):
             [note or written_by()],
         )
         for end, (package, file) in templates.items()
+    }
+
+
+def around_texts(name, note=None):
+    """The texts of the files `AROUND` a program of this ``name``; ``note`` as there."""
+    return {
+        file.format(name): noted(
+            renamed(read("sosbook.controllers", template), "axis", name),
+            [note or written_by()],
+        )
+        for file, template in AROUND.items()
     }
 
 
@@ -63,31 +97,61 @@ def changes(folder, name):
     text = _text(folder / f"{name}{GAINS}")
     with named(folder / f"{name}{GAINS}"):
         numbers = definitions(text)
-    files = CONTROLLER
-    if "BLEND" in numbers:
+    files, robot = CONTROLLER, "BLEND" in numbers
+    if robot:
         files = ROBOT | (STEERING if numbers.get("STEERS") == "1" else {})
     version = version_in(text)
-    faults = []
-    for end, wanted in law_texts(files, name, version and written_by(version)).items():
-        path = folder / f"{name}{end}"
-        if not path.is_file():
-            faults.append(f"{path.name} isn't there")
-        elif line := _first_difference(_text(path), wanted):
-            faults.append(f"{path.name} isn't what sosbook writes: see line {line}")
+    note = version and written_by(version)
+    faults = [*_defined(text, numbers, name, robot)]
+    for end, wanted in law_texts(files, name, note).items():
+        faults += _differs(folder / f"{name}{end}", wanted)
+    around = around_texts(name, note).items()
+    around = [(folder / file, wanted) for file, wanted in around if name in file]
+    if robot:
+        around = later("pendulum.around", "around")(folder, name, numbers)
+    others = [(path, wanted) for path, wanted in around if path.is_file()]
+    for path, wanted in others:
+        faults += _differs(path, wanted)
+    for path in sorted((folder / f"{name}_sketch").glob("*.[ch]")):
+        beside = folder / path.name
+        if beside.is_file():
+            faults += _differs(path, _text(beside))
     if faults and version and written_by(version) != written_by():
         faults.append(f"sosbook {version} wrote it: compare it with that version")
-    said = [f"{', '.join(f'{name}{x}' for x in files)}: as sosbook writes them"]
+    law = [f"{name}{x}" for x in files] + [path.name for path, _ in others]
+    said = [f"{', '.join(law)}: as sosbook writes them"]
     records = {p: _record(p, name) for p in sorted(folder.glob("program_*.json"))}
     records = {path: found for path, found in records.items() if found}
     for path, found in records.items():
         faults += _changed(folder, found, name, numbers)
-        said.append(f"all other files and numbers: as they were written ({path.name})")
+        said.append(
+            "all other files, numbers and words, such as limits, ramps, faults, set "
+            f"points and bounds: as they were written ({path.name}), and not computed "
+            "again; no proof is of them"
+        )
     if not records:
         said.append(
-            "limits, ramps, faults, set points and words: NOT compared, since there is "
-            f"no program_{name}.json beside it"
+            "limits, ramps, faults, set points, bounds and words: NOT compared, since "
+            f"there is no program_{name}.json beside it"
         )
     return list(dict.fromkeys(faults)), said
+
+
+def _defined(text, numbers, name, robot):
+    """The differences of a <name>_gains.h's definitions from those of sosbook."""
+    if not re.search(rf"^#ifndef {name.upper()}_GAINS_H$", text, re.M):
+        yield f"{name}{GAINS} is that of a program with another name"
+    if robot:
+        inner = OF_HEADING * (numbers.get("STEERS") == "1")
+        wanted = OF_ROBOT.format(inner).split()
+    else:
+        signals = [x for x in numbers if re.match("(IN|SET|OUT)_", x)]
+        inner = [x for x in signals if x != "SET_POINTS"]
+        wanted = NUMBERS.format(" ".join(inner)).split()
+    if [*numbers] != wanted:
+        pairs = zip([*numbers, "nothing"], [*wanted, "nothing"])
+        mine, other = next((a, b) for a, b in pairs if a != b)
+        yield f"{name}{GAINS} defines {mine}, where sosbook writes {other}"
 
 
 def _changed(folder, record, name, numbers):
@@ -137,10 +201,16 @@ def _text(path):
     return read_bytes(path).decode("utf-8", "replace").replace("\r\n", "\n")
 
 
-def _first_difference(mine, wanted):
-    """The number of the first line that differs, or 0."""
-    if mine == wanted:
-        return 0
-    pairs = zip(mine.split("\n"), wanted.split("\n"))
-    lines = [k for k, (a, b) in enumerate(pairs, 1) if a != b]
-    return lines[0] if lines else min(mine.count("\n"), wanted.count("\n")) + 1
+def _differs(path, wanted):
+    """The difference of a file from a ``wanted`` text, none or one, in words."""
+    if not path.is_file():
+        yield f"{path.name} isn't there"
+        return
+    mine = _text(path)
+    wanted = fitted(wanted, mine)
+    if mine != wanted:
+        pairs = zip(mine.split("\n"), wanted.split("\n"))
+        lines = [k for k, (a, b) in enumerate(pairs, 1) if a != b]
+        last = min(mine.count("\n"), wanted.count("\n")) + 1
+        line = lines[0] if lines else last
+        yield f"{path.name} isn't what sosbook writes: see line {line}"

@@ -30,11 +30,16 @@ def fill(template, note, values, name="balance"):
     """
     text = read("sosbook.pendulum", template)
     for label, value in values.items():
-        defines = rf"^(#define {label} |(?:static .*\b)?{label}(?:\[\w*\])* = )"
-        text = replaced(rf"{defines}[^;\n]*?(?=;|  ?/\*|  #|$)", text, str(value))
+        text = replaced(place(label), text, str(value))
     text = re.sub(r"\bbalance(?=_|\.(?:c|h|py|ino)\b)|(?<=_)balance\b", name, text)
     text = re.sub(r"\bBALANCE(?=_)", name.upper(), text)
     return noted(text, note)
+
+
+def place(label):
+    """The pattern of a ``label`` in a template, and of its value."""
+    defines = rf"^(#define {label} |(?:static .*\b)?{label}(?:\[\w*\])* = )"
+    return rf"{defines}([^;\n]*?)(?=;|  ?/\*|  #|$)"
 
 
 def wired(robot):

@@ -153,11 +153,11 @@ def verify(asked):
     about = subject(data) if proven else ""
     if about:
         first = f"{first.removesuffix(':')}, of {about}:"
-    said = [f"of {asked.code}, compared: {words}" for words in compared]
+    heads, said = [f"of {asked.code}, compared: {words}" for words in compared], []
     if proven and proof.examined.alone:
         why = proof.examined.alone
         said.append(f"this package alone decides it, not the checker: {why}")
-    say("\n".join([first, *claims, *said]))
+    say("\n".join([*heads, first, *claims, *said]))
     if proven and by_author({**data, "kind": parse(proof.text)[0]}):
         return AUTHOR
     return PROVEN if proven else NOT_PROVEN

@@ -12,6 +12,7 @@ from ..exact.rational import decimals, exact, fractions
 from ..plants.as_data import plant_data
 from ..plants.checks import matrix
 from ..plants.files import plant_and_asked
+from ..plants.gain import signals
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file
 from ..runtime.digests import digest
@@ -51,6 +52,11 @@ def compare_plant(data, path):
         if name == "plant" or name in data:
             if data.get(name) != value:
                 return f"it is about another {name} than {path}{_where(data, wanted)}"
+    law = data.get("K")
+    reads = law.get("inputs") if isinstance(law, dict) else None
+    if reads and getattr(plant, "coordinates", None):
+        if reads != list(signals(plant)):
+            return f"its K reads {', '.join(reads)}: {path} names z otherwise"
     return ""
 
 
