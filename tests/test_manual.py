@@ -66,20 +66,6 @@ def test_names_of_a_program_are_found_through_its_imports():
     assert sheets.used("not python at all(") == []
 
 
-def test_every_theorem_stands_in_the_table_with_its_chapter():
-    rows = sheets.theorems()["row"]
-    listed = {name for row in rows for name in row["functions"]}
-    functions = {
-        name
-        for name in public("sosbook.theorems")
-        if inspect.isfunction(names.names()[name].thing)
-    }
-    assert listed == functions
-    for row in rows:
-        assert (ROOT / "book" / f"{row['at']}.ipynb").exists()
-        assert set(row["asked"]) <= names.entries().keys()
-
-
 def test_the_inventory_has_the_manual(site):
     with (site / "objects.inv").open("rb") as file:
         inventory = InventoryFile.load(file, "", lambda base, uri: uri)

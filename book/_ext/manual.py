@@ -4,7 +4,7 @@ A page of ``book/api`` has prose and one fence, ``{room}``, with modules: their
 public names follow in a table, then each with its docstring and the chapters
 that use it. In the chapters' code every public name links to its entry, and at
 a chapter's end stands what it used. The fence ``{names}`` is the table of the
-root's names, ``{theorems}`` that of the thesis's theorems.
+root's names.
 """
 
 import ast
@@ -12,7 +12,6 @@ import html
 import inspect
 import json
 import re
-import tomllib
 from functools import cache
 
 from docutils import nodes
@@ -31,7 +30,6 @@ from sphinx import addnodes
 from sphinx.transforms import SphinxTransform
 
 NAMES = ":::{names}\n:::"
-THEOREMS = ":::{theorems}\n:::"
 #: Bases whose members are no news to a reader.
 PLAIN = "ReadOnly, object, tuple, dict, Warning, UserWarning, OnPage, VBox"
 MOST = 6  # chapters to name with a function
@@ -120,8 +118,6 @@ def source_read(app, docname, source):
             text = text.replace(match[0], _rst("\n\n".join(body)))
         if NAMES in text:
             text = text.replace(NAMES, _rst(_root_table()))
-        if THEOREMS in text:
-            text = text.replace(THEOREMS, _rst(_theorem_table()))
         source[0] = text
 
 
@@ -129,12 +125,10 @@ def _rst(text):
     return f"````{{eval-rst}}\n{text}\n````"
 
 
-def _list_table(rows, widths, heads=()):
+def _list_table(rows, widths):
     lines = [".. list-table::", f"   :widths: {' '.join(map(str, widths))}"]
-    if heads:
-        lines.append("   :header-rows: 1")
     lines += ["   :class: sos-names", ""]
-    for row in [heads, *rows] if heads else rows:
+    for row in rows:
         for k, cell in enumerate(row):
             lines.append(f"   {'*' if k == 0 else ' '} - {cell}")
     return "\n".join(lines)
@@ -212,21 +206,6 @@ def _root_table():
         if e.name.count(".") == 1
     ]
     return _list_table(rows, (34, 66))
-
-
-def theorems():
-    """The rows of the table of theorems."""
-    return tomllib.loads((BOOK / "api" / "theorems.toml").read_text("utf-8"))
-
-
-def _theorem_table():
-    rows = []
-    for row in theorems()["row"]:
-        functions = ", ".join(_link(entries()[n]) for n in row["functions"])
-        asked = ", ".join(_link(entries()[n]) for n in row["asked"])
-        rows.append((row["theorem"], functions, asked, f":doc:`/book/{row['at']}`"))
-    heads = ("Theorem", "Its blocks", "How to ask for it", "Chapter")
-    return _list_table(rows, (26, 30, 22, 22), heads)
 
 
 # Docstrings
