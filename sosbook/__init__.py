@@ -4,6 +4,7 @@ Reads M z'' + D z' + S z = B u + F w; follows D. S. Gontijo, "Control
 Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 """
 
+import sys as _sys
 from importlib import import_module as _import_module
 
 # Nothing is imported before it is asked for (PEP 562). Type checkers read
@@ -87,3 +88,9 @@ def __getattr__(name):
 
 def __dir__():
     return sorted({*globals(), *__all__, "__version__"})
+
+
+if _sys.argv[:1] == ["-m"]:  # Python looks for a program, perhaps that of a room
+    _package, _, _room = _sys.orig_argv[-len(_sys.argv)].partition(".")
+    if _package == __name__ and _room in _ROOMS:
+        _import_module(f"{__name__}.runtime.later").or_exit(_room)

@@ -1,6 +1,7 @@
 """The two-mass drive of the controllers' tests, and a plant of it by somebody else."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 
@@ -74,3 +75,8 @@ def rubbed(program, J2, r, seconds, lose=0, u_max=np.inf):
         if abs(x[1]) > 1e4:
             break
     return np.array(angles), np.array(torques)
+
+
+def stepless(c):
+    """A controller c whose sensors have no steps."""
+    return replace(c, readings=replace(c.readings, steps=0 * c.readings.steps))

@@ -6,8 +6,8 @@ import pytest
 from scipy.linalg import expm
 
 import sosbook as sos
-from sosbook.controllers import FAULTS, Backlash, Controller, Replay
-from tests.axis import UNITS, T, axis, design, drive, rubbed
+from sosbook.controllers import FAULTS, Backlash, Replay
+from tests.axis import UNITS, T, axis, design, drive, rubbed, stepless
 from tests.cases import by_hand
 
 NAN = float("nan")
@@ -87,7 +87,7 @@ def test_loops_of_random_plants_in_odd_units(seed, memory):
 @pytest.mark.last_digits
 def test_a_program_without_limits_is_the_linear_loop():
     c = axis().set_point(r=[[1], [1]])
-    c = Controller(**{**vars_of(c), "steps": np.zeros(1)})
+    c = stepless(c)
     run = c.simulate(0.4, r=[0.7])
     for k, loop in enumerate(c.loops):
         x, push = np.zeros(len(loop.F)), loop.set_point[:, 0] * 0.7
@@ -96,10 +96,6 @@ def test_a_program_without_limits_is_the_linear_loop():
             assert u == pytest.approx(run.u[k, tick], abs=1e-9)
             assert x[:4] == pytest.approx(run.x[k, tick], abs=1e-9)
             x = loop.F @ x + push
-
-
-def vars_of(c):
-    return {name: getattr(c, name) for name in c.__dataclass_fields__}
 
 
 @pytest.mark.slow
@@ -177,7 +173,7 @@ def test_a_start_anywhere_is_bumpless():
 def test_an_observer_is_chosen_for_all_loads():
     quick = design().controller(["motor"], T=T, delay=T, counts=4096, peak=1.6)
     slow = axis()
-    assert slow.chosen.noise < quick.chosen.noise
+    assert slow.estimate.chosen.noise < quick.estimate.chosen.noise
     assert slow.sensitivity_peak() <= 2 and quick.sensitivity_peak() <= 1.7
 
 
@@ -271,7 +267,7 @@ def test_names_that_c_cannot_have():
 
 def test_units_follow_the_coordinates():
     c = axis()
-    assert [str(s) for s in (*c.measured, *c.set_points, *c.outputs)] == [
+    assert [str(s) for s in (*c.readings.signals, *c.set_points, *c.outputs)] == [
         "motor (rad)",
         "set point of motor (rad)",
         "u (N m)",
@@ -313,4 +309,4 @@ def test_counts_are_of_a_turn_or_of_a_unit(unit, turn):
     """In degrees an encoder's step is 57 times the number that it is in radians."""
     units = {"motor": unit} if unit else {}
     c = design().controller(["motor"], T=T, delay=T, units=units, counts=4096)
-    assert c.steps == pytest.approx([turn / 4096], rel=1e-15)
+    assert c.readings.steps == pytest.approx([turn / 4096], rel=1e-15)

@@ -9,7 +9,7 @@ import pytest
 from flint import arb, ctx
 
 import sosbook as sos
-from sosbook.controllers import Bounded, Controller, Reach, Replay
+from sosbook.controllers import Bounded, Reach, Replay
 from sosbook.controllers.bounds import bounded_output, rounded
 from sosbook.controllers.cells import BALL_BITS, Joined, JoinedCell
 from sosbook.controllers.facts import bounded as bounded_lines
@@ -18,7 +18,7 @@ from sosbook.controllers.trial import steps_of
 from sosbook.exact.rational import exact
 from sosbook.plants.descriptor import descriptors
 from sosbook.sampled.balls import balls
-from tests.axis import T, axis, design, drive
+from tests.axis import T, axis, design, drive, stepless
 
 LOADS = np.linspace(0.003, 0.006, 7)
 
@@ -35,7 +35,7 @@ def worst(h):
 @pytest.fixture(scope="module")
 def bounded():
     c = axis()
-    return c, c.noise(), c.ramp(1.0), c.step(1.0)
+    return c, c.bounds.noise(), c.bounds.ramp(1.0), c.bounds.step(1.0)
 
 
 def test_noise_of_an_encoder_at_the_worst(bounded):
@@ -44,7 +44,7 @@ def test_noise_of_an_encoder_at_the_worst(bounded):
     true = [worst(x.impulses(x.noise, x.direct, 5000)) * step / 2 for x in loops(c)]
     assert max(true) <= noise.proven < 1.6 * max(true)
     assert noise.seen == pytest.approx(max(true[0], true[-1]), rel=1e-3)
-    coarse = c.noise(1024)
+    coarse = c.bounds.noise(1024)
     assert coarse.proven == pytest.approx(4 * noise.proven)
     # a reading that is off as badly as it can be, tick by tick
     loop = loops(c)[3]
@@ -59,10 +59,10 @@ def test_noise_of_an_encoder_at_the_worst(bounded):
 @pytest.mark.parametrize("T", [0.002, 0.004])
 def test_slow_clocks_whose_loads_differ_more_from_tick_to_tick_are_bounded(T):
     c = design().controller(["motor"], T=T, delay=T, counts=4096)
-    for bound in (c.noise(), c.ramp(1.0)):
+    for bound in (c.bounds.noise(), c.bounds.ramp(1.0)):
         assert bound.seen < bound.proven < 1.6 * bound.seen
     true = [worst(x.impulses(x.noise, x.direct, 3000)) * np.pi / 4096 for x in loops(c)]
-    assert max(true) <= c.noise().proven
+    assert max(true) <= c.bounds.noise().proven
 
 
 def test_ramps_and_steps_of_every_load(bounded):
@@ -78,8 +78,8 @@ def test_ramps_and_steps_of_every_load(bounded):
     assert max(sums) <= ramp.proven < 1.8 * max(sums)
     assert max(peaks) <= step.proven < 2.2 * max(peaks)
     assert ramp.seen <= max(sums) * (1 + 1e-6) and step.seen <= max(peaks) * (1 + 1e-6)
-    assert c.largest_step(2.0) == pytest.approx(2.0 / step.proven)
-    assert c.ramp_for(2.0) == pytest.approx(2.0 / ramp.proven)
+    assert c.bounds.largest_step(2.0) == pytest.approx(2.0 / step.proven)
+    assert c.bounds.ramp_for(2.0) == pytest.approx(2.0 / ramp.proven)
 
 
 def test_a_set_point_that_moves_as_it_pleases_asks_no_more(bounded):
@@ -116,32 +116,32 @@ def test_a_rest_is_found_where_one_coordinate_is_free_and_another_falls():
         saturation=sos.Saturation(None, [0, 0.15, 0, 0]),
         minimize="u_max",
     ).controller(T=0.004)
-    step, turned = c.step(), -c.D_r[0, 0]
+    step, turned = c.bounds.step(), -c.D_r[0, 0]
     loop, x = c.loop(descriptors(arm(0.13))[0]), np.array([-1.0, 0, 0, 0])
     asked = []
     for _ in range(3000):
         asked.append(abs(loop.H @ x)[0])
         x = loop.F @ x
     assert turned == pytest.approx(max(asked)) and turned <= step.proven
-    assert c.largest_step(0.5) == pytest.approx(0.5 / step.proven)
+    assert c.bounds.largest_step(0.5) == pytest.approx(0.5 / step.proven)
 
 
 def test_a_bound_that_takes_too_long_is_none_and_says_so(bounded):
     c, noise, *_ = bounded
-    late = c.noise(time_limit=1e-9)
+    late = c.bounds.noise(time_limit=1e-9)
     assert (late.proven, late.seen, late.stopped) == (None, noise.seen, 1e-9)
     assert str(late).startswith("no bound found within 1e-09 s (a longer ")
     asked = dict(range=1, speed=1, time_limit=1e-9)
     for bound in (
-        c.ramp(time_limit=1e-9),
-        c.rounding(**asked),
-        c.step(time_limit=1e-9),
+        c.bounds.ramp(time_limit=1e-9),
+        c.bounds.rounding(**asked),
+        c.bounds.step(time_limit=1e-9),
     ):
         assert bound.proven is None and bound.stopped and "nan" not in str(bound)
     with pytest.raises(ValueError, match="u_max: no bound was proven: no bound found"):
-        c.largest_step(2.0, time_limit=1e-9)
+        c.bounds.largest_step(2.0, time_limit=1e-9)
     with pytest.raises(ValueError, match="time_limit must be positive"):
-        c.ramp_for(2.0, time_limit=0)
+        c.bounds.ramp_for(2.0, time_limit=0)
 
 
 @pytest.mark.slow
@@ -150,7 +150,7 @@ def test_what_is_said_to_settle_settles():
     c = axis().limit(2.0, tracking_time=0.05).watch(stall=20)
     naive = c.set_point(r=[[1], [1]])
     for one in (c, naive):
-        reach = one.reach()
+        reach = one.bounds.reach()
         assert reach.step > 0.3 and reach.sector > 0
         inside = [descriptors(drive(J2))[0] for J2 in (0.0041, 0.006)]
         run = one.simulate(2.0, r=[reach.step], plants=inside)
@@ -171,13 +171,13 @@ def test_the_sign_of_the_anti_windup_is_right():
 
 def test_no_reach_without_limits_and_no_ramp_against_springs():
     with pytest.raises(ValueError, match="limit every output first"):
-        axis().reach()
+        axis().bounds.reach()
     spring = sos.SecondOrderSystem([[0.3]], [[1]], [[9.81]], [[1]])
     found = sos.design_pid(spring, [[1]], region=sos.PoleRegion(1, rho=60))
     c = found.controller(T=0.002)
     with pytest.raises(ValueError, match="isn't exactly zero"):
-        c.ramp()
-    assert c.limit(5.0).reach().step is None
+        c.bounds.ramp()
+    assert c.limit(5.0).bounds.reach().step is None
 
 
 def cart(U=None, **clock):
@@ -197,7 +197,7 @@ def test_a_memory_of_rounded_numbers_rests_where_it_does():
         x = loop.F @ x + loop.set_point[:, 0]
     assert 1e-14 < abs(x[0] - 1) < 1e-6 and abs(u[-1]) < 1e-12
     asked = max(map(abs, u)), np.abs(u).sum() * c.T
-    for bound, true in zip((c.step(), c.ramp()), asked, strict=True):
+    for bound, true in zip((c.bounds.step(), c.bounds.ramp()), asked, strict=True):
         assert true * (1 - 1e-9) <= bound.proven < 1.6 * true
 
 
@@ -205,11 +205,11 @@ def test_a_loop_that_is_unstable_has_no_bound():
     """Neither infinity nor what isn't a number is called one."""
     c = cart(T=0.4, memory="filter", filter_time=0)
     assert c.radius > 1
-    for found in (c.noise(), c.step(), c.ramp()):
+    for found in (c.bounds.noise(), c.bounds.step(), c.bounds.ramp()):
         assert found.proven is None and found.seen == np.inf
         assert str(found).startswith("no bound found; inf")
     with pytest.raises(ValueError, match="no bound was proven"):
-        c.largest_step(1.0)
+        c.bounds.largest_step(1.0)
 
 
 @pytest.mark.parametrize("stretch", [0, 1e-13, -1e-13])
@@ -240,7 +240,9 @@ def test_an_inequality_is_of_the_given_P_and_R(monkeypatch, stretch):
 def split(c):
     """The same of 0.1 z and z: floats of D R are rounded."""
     rows = np.array([[0.1, 0.0], [1.0, 0.0]])
-    same = replace(c, rows=rows, steps=c.steps.repeat(2), measured=c.measured * 2)
+    twice = c.readings.steps.repeat(2)
+    seen = replace(c.readings, rows=rows, steps=twice, signals=c.readings.signals * 2)
+    same = replace(c, readings=seen)
     rest = {n: (exact(c.parts[n]) * 9 / 10).astype(float) for n in "BD"}
     same.__dict__["parts"] = c.parts | {
         n: np.hstack([c.parts[n], more]) for n, more in rest.items()
@@ -259,13 +261,13 @@ def test_the_inequalities_have_no_rounded_numbers(monkeypatch):
         return least(cell, R)
 
     monkeypatch.setattr(JoinedCell, "least", noted)
-    A, B, C, D, W, rows = map(exact, (c.A, c.B, c.C, c.D, c.W, c.rows))
+    A, B, C, D, W, rows = map(exact, (c.A, c.B, c.C, c.D, c.W, c.readings.rows))
     H, u_max = np.hstack([D @ rows, C]), exact(73.3)
-    assert c.step().proven > 0
+    assert c.bounds.step().proven > 0
     for cell, R in asked:
         assert around(R, exact(cell.cell.L.T) @ exact(cell.cell.L))
     asked.clear()
-    assert c.reach().sector and asked
+    assert c.bounds.reach().sector and asked
     for cell, R in asked:
         N, less, family = len(R) - 1, cell.joined.less, cell.joined.family
         L = exact(cell.cell.L[:N, :N])
@@ -286,7 +288,8 @@ def around(x, exactly):
 
 def test_a_proof_of_rounded_numbers_says_so():
     whole = cart(T=0.01, memory="filter", filter_time=0.02)
-    odd = replace(whole, rows=1.00000001234567 * whole.rows)
+    rows = 1.00000001234567 * whole.readings.rows
+    odd = replace(whole, readings=replace(whole.readings, rows=rows))
     for c, said in ((whole, False), (odd, True)):
         (_, proven), *_ = facts_of(c, 60.0)[0]
         assert any("rounded to 17 digits" in line for line in proven) == said
@@ -294,33 +297,36 @@ def test_a_proof_of_rounded_numbers_says_so():
 
 def test_products_of_bounds_are_rounded_to_the_safe_side():
     c = cart(T=0.01, memory="filter", filter_time=0.02)
-    one = Fraction(c.ramp(100.0).proven)  # 100 T is 1
+    one = Fraction(c.bounds.ramp(100.0).proven)  # 100 T is 1
     sizes = np.random.default_rng(0).uniform(1, 9, 20).round(3).tolist()
     for x, p in product(sizes, sizes):
-        largest = c._largest(Bounded(p, p), x)
+        largest = c.bounds._largest(Bounded(p, p), x)
         assert Fraction(largest) * Fraction(p) <= Fraction(str(x))
         assert largest == pytest.approx(x / p, rel=1e-15)
         most = rounded(arb(exact(x)) * arb(p), np.inf)
         assert Fraction(most) >= Fraction(str(x)) * Fraction(p)
     for x in sizes[:3]:
-        assert Fraction(c.ramp(100 * x).proven) >= one * Fraction(str(100 * x)) / 100
+        assert (
+            Fraction(c.bounds.ramp(100 * x).proven)
+            >= one * Fraction(str(100 * x)) / 100
+        )
     assert rounded(arb(0), np.inf) == 0 and rounded(arb(0.5), 0) == 0.5
     with ctx.workprec(BALL_BITS):
         for third in (arb(1) / 3, arb(2) / 3):
             assert arb(rounded(third, 0)) < third < arb(rounded(third, np.inf))
-    c = replace(c, steps=np.zeros(1))
-    assert c.noise().proven == 0
+    c = stepless(c)
+    assert c.bounds.noise().proven == 0
     turn = Fraction("6.283185307179586476925286766559005768")
     c = cart(T=0.01, memory="filter", filter_time=0.02)
     unit = Fraction(bounded_output(c, c.B, c.D, 0))
     for counts in (500, 1000, 4096, 7919):
-        assert Fraction(c.noise(counts).proven) >= turn / counts / 2 * unit
+        assert Fraction(c.bounds.noise(counts).proven) >= turn / counts / 2 * unit
 
 
 def test_a_header_says_which_loop_a_bound_is_of():
     """Beyond the limit it is of the loop without it, and a reach says what it lacks."""
     c = cart(T=0.01, memory="filter", filter_time=0.02)
-    asked = c.step().proven
+    asked = c.bounds.step().proven
     limited = [c.limit(x * asked) for x in (0.99, 1.01)]
     low, high = (bounded_lines(x, steps_of(x, 1.0)) for x in limited)
     assert any(line.endswith(", without its limit") for line in low)
@@ -331,13 +337,16 @@ def test_a_header_says_which_loop_a_bound_is_of():
 @pytest.mark.parametrize(
     "ask, words",
     [
-        (lambda c: c.step(-1.0), "size must be positive"),
-        (lambda c: c.step(float("nan")), "size must be a finite"),
-        (lambda c: c.ramp(-1.0), "speed must be positive"),
-        (lambda c: c.step(set_point=2), "set_point must be one of 0: set point of"),
-        (lambda c: c.ramp(output=1), "output must be one of 0: u; got 1"),
-        (lambda c: c.noise(output=-1), "output must be one of 0: u; got -1"),
-        (lambda c: c.limit(20.0).reach("a"), "set_point must be one of"),
+        (lambda c: c.bounds.step(-1.0), "size must be positive"),
+        (lambda c: c.bounds.step(float("nan")), "size must be a finite"),
+        (lambda c: c.bounds.ramp(-1.0), "speed must be positive"),
+        (
+            lambda c: c.bounds.step(set_point=2),
+            "set_point must be one of 0: set point of",
+        ),
+        (lambda c: c.bounds.ramp(output=1), "output must be one of 0: u; got 1"),
+        (lambda c: c.bounds.noise(output=-1), "output must be one of 0: u; got -1"),
+        (lambda c: c.limit(20.0).bounds.reach("a"), "set_point must be one of"),
     ],
 )
 def test_what_no_bound_is_of_is_named(ask, words):
@@ -366,15 +375,14 @@ def test_bounds_of_four_vertices_and_two_inputs():
     plants = sos.Uncertain(two, m=(1, 1.3), k=(1, 1.2))
     found = sos.design_pid(plants, region=sos.PoleRegion(1, rho=60))
     c = found.controller(["z1", "z2"], T=0.005, delay=0.002)
-    c = Controller(**{n: getattr(c, n) for n in c.__dataclass_fields__})
-    c = replace(c, steps=np.array([1e-3, 2e-3]))
+    c = replace(c, readings=replace(c.readings, steps=np.array([1e-3, 2e-3])))
     for k in range(2):
-        noise = c.noise(output=k)
+        noise = c.bounds.noise(output=k)
         true = []
         for m, s in np.random.default_rng(0).uniform((1, 1), (1.3, 1.2), (12, 2)):
             loop = c.loop(descriptors(two(m, s))[0])
             h = abs(loop.impulses(loop.noise, loop.direct, 3000))[:, k].sum(axis=0)
-            true.append(h @ c.steps / 2)
+            true.append(h @ c.readings.steps / 2)
         assert noise.proven is not None
         assert max(true) <= noise.proven < 2 * max(true)
 
@@ -388,7 +396,7 @@ def test_jitter_is_proven_too():
 
 def test_the_program_stays_below_its_bounds():
     c = axis().set_point(ramp=6.0).limit(2.0)
-    most = c.ramp(6.0).proven + c.noise().proven
+    most = c.bounds.ramp(6.0).proven + c.bounds.noise().proven
     run = c.simulate(1.2, r=lambda t: [6.0 if t < 0.5 else -6.0])
     assert abs(run.u).max() <= most and not run.fault.any()
     assert isinstance(Replay(c), Replay)
@@ -397,16 +405,16 @@ def test_the_program_stays_below_its_bounds():
 @pytest.mark.slow
 def test_single_precision_stays_within_its_bound():
     """Two closed loops without steps of sensors, in both precisions."""
-    c = replace(axis().set_point(ramp=6.0), steps=np.zeros(1))
-    single = c.rounding("single", range=60.0, speed=6.0)
+    c = stepless(axis().set_point(ramp=6.0))
+    single = c.bounds.rounding("single", range=60.0, speed=6.0)
     ways = [Replay(c, 2, kind) for kind in (float, np.float32)]
     runs = [c.simulate(2.0, r=[12.0], program=way) for way in ways]
     off = abs(runs[0].u - runs[1].u).max()
     assert 0 < off < single.proven < 0.1
-    double = c.rounding("double", range=60.0, speed=6.0)
+    double = c.bounds.rounding("double", range=60.0, speed=6.0)
     assert double.proven == pytest.approx(single.proven * 2.0**-29, rel=1e-2)
     with pytest.raises(ValueError, match="precision must be"):
-        c.rounding("half", range=1.0, speed=1.0)
+        c.bounds.rounding("half", range=1.0, speed=1.0)
 
 
 def test_a_bound_in_words_is_no_smaller_than_what_is_proven():

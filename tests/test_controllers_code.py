@@ -70,7 +70,7 @@ def same(c, precision, flags, ticks=400, seed=0):
     rng = np.random.default_rng(seed)
     theirs = CompiledCode(c, precision=precision, flags=flags)
     ours = Replay(c, kind=KINDS[precision])
-    q, p = len(c.measured), len(c.set_points)
+    q, p = len(c.readings.signals), len(c.set_points)
     y = rng.normal(0, 0.1, q)
     ours.start(y), theirs.start(y)
     for _ in range(ticks):
@@ -247,7 +247,7 @@ def test_no_change_of_a_header_is_taken_for_what_was_proven(change, words):
 
 def test_a_program_is_held_to_the_clocks_of_its_proof():
     """Its tick and its delay are among those that were proven."""
-    c = replace(limited(), delay=0.0)
+    c = replace(limited(), clock=sos.Clock(limited().T))
     text = Code(c, "axis").gains
     between = dict(T=(0.0009, 0.0011), delay=(0.0, 0.0002))
     assert code_fault(c.certify(**between).data, text) == ""
@@ -258,7 +258,7 @@ def test_a_program_is_held_to_the_clocks_of_its_proof():
 @pytest.mark.parametrize("T, fits", [(1e-9, 0), (1.3e-6, 0), (1 / 3000, 1), (3e3, 0)])
 def test_a_clock_that_no_board_has_is_named(T, fits):
     """Zero microseconds, and such as no 32 bits can tell from those before."""
-    law = replace(limited(), T=T, delay=0.0, faults=Faults(stall=0, lost=0, late=0))
+    law = replace(limited(), clock=sos.Clock(T), faults=Faults(stall=0, lost=0, late=0))
     if fits:
         assert f"AXIS_TICK_US {round(1e6 * T)}UL" in Code(law, "axis").gains
     else:

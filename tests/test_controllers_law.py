@@ -65,7 +65,7 @@ def cart(law, gains, **region):
 
 def test_an_arm_with_one_encoder_is_proven_for_every_load_and_a_clock_that_jitters():
     c = axis()
-    assert [str(s) for s in c.measured] == ["motor (rad)"]
+    assert [str(s) for s in c.readings.signals] == ["motor (rad)"]
     assert c.order == 2 and c.states == ("filtered motor", "integral of motor")
     assert (c.gain.K == arm().certify().K).all()
     proof = c.certify()
@@ -161,11 +161,13 @@ def test_set_points_are_those_of_the_errors():
     pd = cart(sos.PIDLaw([[1]], filter=0.1), {"K_P": [[-3]], "K_D": [[-2]]})
     c = pd.controller(T=0.01)
     assert c.D_r == 3 and not c.B_r.any()  # the rate asks nothing
-    assert 3 <= c.step().proven < 3.3  # the exact rest is found
+    assert 3 <= c.bounds.step().proven < 3.3  # the exact rest is found
     own = sos.DynamicLaw(1, [[1]], strictly_proper=False)
     gains = {"A_c": [[-30]], "B_c": [[30]], "C_c": [[30]], "D_c": [[-31.3]]}
     d = cart(own, gains).controller(T=0.01, delay=0.003)
-    assert (d.B_r == -d.B).all() and (d.D_r == -d.D).all() and d.step().proven > 27
+    assert (
+        (d.B_r == -d.B).all() and (d.D_r == -d.D).all() and d.bounds.step().proven > 27
+    )
     for one in (c, d, axis()):
         rest, asked = one.static(r=[0.3])
         n = rest.shape[1] // 2
@@ -240,7 +242,7 @@ def test_the_header_says_what_is_proven_of_which_law():
 @pytest.mark.slow
 @pytest.mark.usefixtures("without_bounds")
 def test_a_report_is_written(tmp_path):
-    assert axis().limit(2.0).reach(seconds=60).step > 0.2
+    assert axis().limit(2.0).bounds.reach(seconds=60).step > 0.2
     path = arm().report(tmp_path, controller=axis().limit(2.0))
     page = path.read_text("utf-8")
     assert "integral of motor" in page and page.count("over time in s") >= 6
@@ -277,8 +279,8 @@ def test_a_gain_has_the_names_of_the_laws_signals():
         lambda c: c.set_point(ramp=1),
         lambda c: c.simulate(0.1, r=[1]),
         lambda c: c.static(r=[1]),
-        lambda c: c.step(),
-        lambda c: c.ramp(),
+        lambda c: c.bounds.step(),
+        lambda c: c.bounds.ramp(),
     ],
 )
 def test_rates_alone_have_no_set_point(ask):

@@ -40,7 +40,7 @@ def peak(c, d, ticks=2000):
     held, x, memory, most = expm(both * c.T)[:N], np.zeros(N), np.zeros(c.order), 0.0
     r = np.ones(1)
     for _ in range(ticks):
-        y = c.rows @ x
+        y = c.readings.rows @ x
         u = c.C @ memory + c.D @ y + c.D_r @ r
         memory = c.A @ memory + c.B @ y + c.B_r @ r
         x, most = held @ np.r_[x, u], max(most, abs(u).max())

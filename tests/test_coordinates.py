@@ -52,7 +52,7 @@ def test_a_plant_in_first_order_form_has_the_same_bounds():
     first, second = both()
     for j in range(2):
         np.testing.assert_array_equal(rest(first, j), rest(second, j))
-    step = [c.step(1.0, 1, 0).proven for c in (first, second)]
+    step = [c.bounds.step(1.0, 1, 0).proven for c in (first, second)]
     assert step[0] == pytest.approx(step[1], rel=1e-6)
     for c in (first, second):
         run = c.simulate(1.0, r=[0, 1])
@@ -68,7 +68,7 @@ def test_a_state_of_three_has_a_rest():
     np.testing.assert_array_equal(x[:3], [0, 0, 1])
     F, r = c.loops[0].F, c.loops[0].set_point[:, 0]
     np.testing.assert_allclose(F @ x + r, x, atol=1e-12)
-    assert c.step().proven is not None
+    assert c.bounds.step().proven is not None
 
 
 def test_forces_act_on_coordinates_or_are_refused():

@@ -18,7 +18,7 @@ from sosbook import proofs
 from sosbook.controllers import Code
 from sosbook.controllers.written import changes
 from sosbook.pendulum import comparison, deployment, recorded, recording
-from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.command import main
 from sosbook.pendulum.log import Log
 from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.rig import DATA

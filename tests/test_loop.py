@@ -184,7 +184,7 @@ def ticked(name, T):
     c = loop(name).at(T).controller
     Phi = expm(np.block([[A_P, B_P], [np.zeros((1, 3))]]) * T)[:2]
     F, G = Phi[:, :2], Phi[:, 2:]
-    seen = c.rows
+    seen = c.readings.rows
     return np.block([[F + G @ c.D @ seen, G @ c.C], [c.B @ seen, c.A]])
 
 

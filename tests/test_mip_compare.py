@@ -8,7 +8,7 @@ from scipy.optimize import fsolve
 
 from sosbook.book import thesis
 from sosbook.pendulum import Firmware, Robot, SampledLaw
-from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.command import main
 from sosbook.pendulum.comparison import compare
 from sosbook.pendulum.drive import Drive
 from sosbook.pendulum.modelled import Model

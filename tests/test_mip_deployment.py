@@ -11,8 +11,8 @@ import pytest
 
 import sosbook as sos
 from sosbook import pendulum
-from sosbook.pendulum import __main__ as command
-from sosbook.pendulum.__main__ import main
+from sosbook.pendulum import command
+from sosbook.pendulum.command import main
 from sosbook.pendulum.deployment import recommend
 from sosbook.pendulum.rig import DATA
 from sosbook.proofs.command import main as verify

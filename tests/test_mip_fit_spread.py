@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from sosbook.pendulum import Mip, Robot, recommend
-from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.command import main
 from sosbook.pendulum.comparison import Comparison
 from sosbook.pendulum.deployment import deploy
 from sosbook.pendulum.fit_spread import FitSpread

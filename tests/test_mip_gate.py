@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sosbook.pendulum import Robot
-from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.command import main
 from sosbook.pendulum.deployment import deploy
 from sosbook.pendulum.fit_checks import lateness
 from sosbook.pendulum.gate import Inspection, refused, widened

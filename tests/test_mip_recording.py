@@ -10,7 +10,7 @@ import pytest
 
 import tests.test_mip_export as programs
 from sosbook.pendulum import Robot
-from sosbook.pendulum.__main__ import main
+from sosbook.pendulum.command import main
 from sosbook.pendulum.compiled import FLAGS
 from sosbook.pendulum.gate import Inspection
 from sosbook.pendulum.identify import identify

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sosbook.pendulum import Mip, Robot
-from sosbook.pendulum.__main__ import main, places
+from sosbook.pendulum.command import main, places
 from sosbook.pendulum.deployment import deploy, described
 from sosbook.pendulum.experiments import chirp, motion
 from sosbook.pendulum.identify import identify

@@ -1,7 +1,6 @@
 """Elements that compute in the page: their numbers, and mouse, keyboard, touch."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -30,6 +29,7 @@ from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
 from tests.axis import design as axis_design
 from tests.axis import drive as axis_drive
+from tests.axis import stepless
 from tests.conftest import Tab
 from tests.elements import still, write_page
 from tests.gains import named
@@ -620,7 +620,7 @@ def test_the_drive_moves_as_the_packages_program_does(
     place = dict(law=law, limit=limit, clock=clock, r=r, w=w, counts=0, J=0.006)
     (page,) = desk.compute("sos-drive", [place])
     c, ramp = programs[clock], desk.data("sos-drive")["clocks"][clock]["ramp"]
-    c = replace(c, steps=np.zeros(1)).watch(stall=20)
+    c = stepless(c).watch(stall=20)
     c = c if law else c.set_point(r=[[1], [1]])
     c = c.set_point(ramp=ramp) if law == 2 else c
     c = c.limit(2.0, anti_windup=limit == 2) if limit else c
@@ -646,8 +646,8 @@ def test_the_drives_encoder_has_the_packages_steps(desk, programs):
 
 def test_the_drive_says_proven_where_a_bound_of_the_package_is_kept(desk, programs):
     c, naive = programs[0], programs[0].set_point(r=[[1], [1]])
-    sums = {law: x.step().proven for law, x in ((0, naive), (1, c))}
-    noise = c.noise().proven
+    sums = {law: x.bounds.step().proven for law, x in ((0, naive), (1, c))}
+    noise = c.bounds.noise().proven
     places = [
         dict(law=law, limit=limit, r=r, counts=3)
         for law in (0, 1) for limit in (0, 1, 2) for r in (0.9, 1.05, 8, 10, 20)

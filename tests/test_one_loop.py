@@ -82,12 +82,14 @@ def loops(name, c, late=0):
         whole[:n, n:N] = np.eye(n)
         whole[n:N] = np.hstack([-back @ p.S, -back @ p.D, back @ p.B, back @ p.F])
         Phi, G_u, G_w = np.split(expm(whole * c.T)[:N], [N, N + m], axis=1)
-        U = np.hstack([c.D @ c.rows, np.zeros((m, late * m)), c.C])  # of x, older, own
+        U = np.hstack(
+            [c.D @ c.readings.rows, np.zeros((m, late * m)), c.C]
+        )  # of x, older, own
         moves = np.hstack(
             [Phi, G_u if late else np.zeros((N, 0)), np.zeros((N, c.order))]
         )
         moves = moves if late else moves + G_u @ U
-        own = np.hstack([c.B @ c.rows, np.zeros((c.order, late * m)), c.A])
+        own = np.hstack([c.B @ c.readings.rows, np.zeros((c.order, late * m)), c.A])
         F = np.vstack([moves, *[U] * late, own])
         through = c.D @ read
         G = np.vstack(
@@ -186,7 +188,7 @@ def test_a_simulation_answers_each_disturbance_as_its_frequency_response(name):
 def test_an_observer_knows_no_noise_and_says_where_it_rests():
     """A gain of all states has readings without noise: the second w pushes nothing."""
     c = analysed("states").controller(["z1"], T=0.02)
-    assert not c.noise_rows.any() and c.noise_rows.shape == (1, 2)
+    assert not c.readings.noise.any() and c.readings.noise.shape == (1, 2)
     for w in np.eye(2):
         (x, u), run = c.static(w=w), c.simulate(20.0, w=w)
         np.testing.assert_allclose(run.x[:, -1], x, atol=1e-7)

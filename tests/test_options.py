@@ -144,7 +144,7 @@ def TICKED(plant=CART):
 @cache
 def rounded(precision):
     free = TICKED(sos.SecondOrderSystem(1, 1, 0, 1, 1))  # rests anywhere
-    return free.set_point(ramp=6).rounding(precision, range=9, speed=9)
+    return free.set_point(ramp=6).bounds.rounding(precision, range=9, speed=9)
 
 
 BETWEEN = sos.Uncertain(  # soon singular at both ends

@@ -87,7 +87,7 @@ def radius(plant, c, numbers):
     m = B.shape[1]
     both = expm(c.T * np.block([[A, B], [np.zeros((m, n + m))]]))
     F, G = both[:n, :n], both[:n, n:]
-    R, l = c.rows, len(c.A)
+    R, l = c.readings.rows, len(c.A)
     top = F + G @ read["D"] @ R
     if not l:
         return max(abs(np.linalg.eigvals(top)))
@@ -132,7 +132,7 @@ def test_exchanged_sensors_outputs_and_names_are_refused(written, folder, capsys
     good = gains.read_text("utf-8")
     assert radius(plant, c, good) < 1
     worst = 0
-    q, m = len(c.measured), len(c.outputs)
+    q, m = len(c.readings.signals), len(c.outputs)
     for a, b in itertools.combinations(range(q), 2):
         changed = exchanged(exchanged(good, "D", a, b), "B", a, b)
         if (read_gains(changed)["D"] == read_gains(good)["D"]).all():

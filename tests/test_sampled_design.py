@@ -120,7 +120,7 @@ def test_an_integral_and_two_inputs_are_joined_as_they_run():
 
 def test_what_runs_and_what_is_reported_come_from_it(tmp_path):
     c = several().controller(units={"z2": "m", "u": "N"})
-    assert str(c.measured[0]) == "z2 (m)" and c.radius < several().proof.rate
+    assert str(c.readings.signals[0]) == "z2 (m)" and c.radius < several().proof.rate
     runs = [
         c.simulate(20, x0=[0.1, 0, 0, 0], program=p) for p in (None, CompiledCode(c, 2))
     ]

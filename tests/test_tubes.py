@@ -58,7 +58,7 @@ def steps(c, plant, j, seconds=8.0):
     x, m, r = np.zeros(2 * n), np.zeros(c.order), np.eye(len(c.set_points))[j]
     sent, found = [np.zeros(B.shape[1])] * (int(whole) + 1), []
     for _ in range(round(seconds / c.T)):
-        y = c.rows @ x
+        y = c.readings.rows @ x
         u = c.C @ m + c.D @ y + c.D_r @ r
         m = c.A @ m + c.B @ y + c.B_r @ r
         sent.append(u)
@@ -73,8 +73,8 @@ def test_the_bound_of_one_plant_is_its_peak(name):
     c, plant = controller(name), PLANTS[name][0]()
     for j, k in itertools.product(range(len(c.set_points)), range(len(c.outputs))):
         peak = abs(steps(c, plant, j)[:, k]).max()
-        assert peak <= c.step(1.0, j, k).proven <= 1.005 * peak
-    assert c.largest_step(2.0) == pytest.approx(2 / c.step().proven)
+        assert peak <= c.bounds.step(1.0, j, k).proven <= 1.005 * peak
+    assert c.bounds.largest_step(2.0) == pytest.approx(2 / c.bounds.step().proven)
 
 
 @pytest.mark.parametrize("name", PLANTS)
@@ -83,7 +83,7 @@ def test_the_bound_of_a_family_is_near_the_worst_plant(name):
     plants = [make(m) for m in np.linspace(0.75, 1.5, 7)]
     for j, k in itertools.product(range(len(c.set_points)), range(len(c.outputs))):
         peak = max(abs(steps(c, plant, j)[:, k]).max() for plant in plants)
-        assert peak <= c.step(1.0, j, k).proven <= 1.1 * peak
+        assert peak <= c.bounds.step(1.0, j, k).proven <= 1.1 * peak
 
 
 def test_what_the_corners_motions_leave_is_bounded_and_each_term_needed():
@@ -125,5 +125,7 @@ def test_no_bound_where_no_matrix_is_finite(monkeypatch):
     assert windup._coordinates(np.eye(2) / 2, np.ones((1, 2))) is None
     assert root(np.diag([1.0, -1e-30])) is None  # floats see no positive P
     c = controller("a cart", (0.75, 1.5))
-    assert c.step().proven is None and str(c.step()).startswith("no bound found")
-    assert c.limit(200.0).reach().step is None
+    assert c.bounds.step().proven is None and str(c.bounds.step()).startswith(
+        "no bound found"
+    )
+    assert c.limit(200.0).bounds.reach().step is None

@@ -29,10 +29,10 @@ def figures(controller):
     assert controller.certify().proven
     z = controller.simulate(3, r=[1]).x[:, :, 1]
     return (
-        controller.noise().proven,
-        controller.step().proven,
-        controller.ramp_for(1.8),
-        controller.limit(2.0).reach().step,
+        controller.bounds.noise().proven,
+        controller.bounds.step().proven,
+        controller.bounds.ramp_for(1.8),
+        controller.limit(2.0).bounds.reach().step,
         100 * (z.max() - 1),
     )
 

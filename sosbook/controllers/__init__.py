@@ -8,10 +8,11 @@ from .controller import Controller
 from .describing import Cycle
 from .limits import FAULTS, Faults, Limits
 from .of_design import controller_of
+from .output_bounds import OutputBounds
 from .program import Code
 from .replay import Replay
 from .report import write_report
-from .signals import Signal
+from .signals import Readings, Signal
 from .simulation import Backlash, Run
 from .windup import Reach
 
@@ -25,7 +26,9 @@ __all__ = [
     "Cycle",
     "Faults",
     "Limits",
+    "OutputBounds",
     "Reach",
+    "Readings",
     "Replay",
     "Run",
     "Signal",

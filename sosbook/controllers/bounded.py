@@ -1,16 +1,12 @@
-"""A bound of an output in words, and those of what sensors and set points do to it."""
+"""A bound of an output, in words."""
 
 from dataclasses import dataclass
 from decimal import ROUND_CEILING
 from typing import Any
 
-import numpy as np
-from flint import arb
-
 from ..exact.proof import Stopped, proven_within
 from ..runtime.time_limit import checked_seconds
-from .bounds import bounded_output, four_digits, rounded, sizes_of
-from .signals import known_index
+from .bounds import four_digits
 
 SECONDS = 60.0  # for a bound; the count of its cells ends most sooner
 
@@ -62,41 +58,3 @@ class Bounded:
             )
         most = four_digits(self.proven, ROUND_CEILING)
         return f"at most {most}{unit} ({self.seen:.4g} at the corners)"
-
-
-def of_noise(c, off, output, seconds):
-    """The `Bounded` of an ``output`` of c where readings are ``off`` by so much at
-    most; ``seconds`` for the proof.
-    """
-    known_index("output", output, c.outputs)
-    known = np.flatnonzero(off > 0)
-
-    def work():
-        total = arb(0)
-        for k in known:
-            found = bounded_output(c, c.B[:, [k]], c.D[:, [k]], output)
-            if found is None:
-                return None
-            total += arb(float(off[k])) * arb(found)
-        return rounded(total, np.inf)
-
-    sizes = [sizes_of(x, x.noise, x.direct, output).sum(axis=0) for x in c.loops]
-    seen = max(float(h[known] @ off[known]) for h in sizes)
-    return Bounded.within(seconds, work, seen, c.outputs[output].unit)
-
-
-def of_motion(c, x, size, set_point, output, seconds, peak=False):
-    """The `Bounded` of an ``output`` of c while ``set_point`` moves by ``size`` a tick,
-    or at its step (``peak``); x: see `rest`; ``seconds`` for the proof.
-    """
-    known_index("output", output, c.outputs)
-    own, direct = c.B_r[:, [set_point]], c.D_r[:, [set_point]]
-
-    def work():
-        found = bounded_output(c, own, direct, output, -x, peak)
-        return None if found is None else rounded(arb(size) * arb(found), np.inf)
-
-    most, moved = np.max if peak else np.sum, (-x.astype(float), 0 * direct)
-    seen = max(most(sizes_of(loop, *moved, output)) for loop in c.loops)
-    unit = c.outputs[output].unit
-    return Bounded.within(seconds, work, float(size) * float(seen), unit)

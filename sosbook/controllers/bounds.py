@@ -97,7 +97,7 @@ def rest(c, j):
     nothing. None where springs push back, or rounded numbers leave a rest that isn't
     exactly so.
     """
-    seen, n = exact(c.rows), c.rows.shape[1]
+    seen, n = exact(c.readings.rows), c.readings.rows.shape[1]
     A, B, C, D = (exact(m) for m in (c.A, c.B, c.C, c.D))
     still = np.vstack([d.map(exact).A for d in c.vertices])
     left = np.block(
@@ -148,7 +148,7 @@ def sizes_of(loop, G, direct, output):
 
 def outputs_of(c):
     """The rows, rationals, that pick c's outputs from the state of its loop."""
-    seen, C = exact(c.D) @ exact(c.rows), exact(c.C)
+    seen, C = exact(c.D) @ exact(c.readings.rows), exact(c.C)
     older = c.timing.n_past_inputs * len(C)
     return np.hstack([seen, exact(np.zeros((len(C), older))), C])
 

@@ -43,7 +43,7 @@ class Joined:
         """The loops in balls; with inputs as states that are zero at the next tick."""
         c, k = self.controller, self.own.shape[1]
         W, C = exact(c.W), exact(c.C)
-        B, D = (exact(M) @ exact(c.rows) for M in (c.B, c.D))
+        B, D = (exact(M) @ exact(c.readings.rows) for M in (c.B, c.D))
         A, B = exact(c.A) - self.less * W @ C, B - self.less * W @ D
         zeros = np.zeros((k, len(A) + k + B.shape[1]))
         rows = np.vstack([np.hstack([A, exact(self.own), B]), exact(zeros)])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..exact.rational import exact
+from ..loops.clock import Clock
 from ..plants.checks import not_negative, positive
 from ..runtime.saying import warn_outside
 from ..sampled.timing import TimeBox
@@ -17,11 +17,10 @@ def checked_delay(T, delay):
 
 
 def checked_clock(T, delay, jitter):
-    """T, the latest delay, and the ranges (T, delay), which are None where neither
-    varies; ``delay``: a number or (low, high); ``jitter``: of T, in s.
+    """The `Clock` of these ticks; ``delay``: a number or (low, high), ``jitter`` of T.
 
-    >>> checked_clock(0.1, (0, 0.05), 0.02)
-    (0.1, 0.05, ((0.08, 0.12), (0.0, 0.05)))
+    >>> checked_clock(0.1, (0, 0.05), 0.02).ranges
+    ((0.08, 0.12), (0.0, 0.05))
     """
     ends = delay if isinstance(delay, (tuple, list)) else (delay, delay)
     if len(ends) != 2 or not ends[0] <= ends[1]:
@@ -30,29 +29,28 @@ def checked_clock(T, delay, jitter):
     off = not_negative("jitter", jitter, "s")
     if off >= T:
         raise ValueError(f"jitter = {off:g} s must be below T = {T:g} s")
-    if not off and early == late:
-        return T, late, None
-    T_ends = (float(exact(T) - exact(off)), float(exact(T) + exact(off)))
-    TimeBox.of(T_ends, (early, late))  # raises where a delay outlasts its interval
-    return T, late, (T_ends, (early, late))
+    clock = Clock(T, (early, late) if early < late else late, off)
+    if clock.varies:
+        TimeBox.of(*clock.ranges)  # raises where a delay outlasts its interval
+    return clock
 
 
-def least_slack(T, clock):
+def least_slack(clock):
     """The share of T by which ticks of a proven ``clock`` come early or late."""
-    if clock is None:
+    if not clock.varies:
         return 0.0
-    early, late = clock[0]
-    return max(T - early, late - T) / T * (1 + ROUNDING)
+    early, late = clock.ranges[0]
+    return max(clock.T - early, late - clock.T) / clock.T * (1 + ROUNDING)
 
 
-def checked_slack(slack, T, clock):
-    """The ``slack`` of a watch of ticks T, in which all of a proven ``clock`` are."""
-    least = least_slack(T, clock)
+def checked_slack(slack, clock):
+    """The ``slack`` of a watch of ticks, in which all of a proven ``clock`` are."""
+    least = least_slack(clock)
     if slack < least * (1 - 2 * ROUNDING):
         raise ValueError(
             f"slack = {slack:g} is below {least:.6g}: ticks that come "
-            f"{least * T:.6g} s early or late are proven, and would be faults. Leave "
-            "slack out, or make the controller with less jitter"
+            f"{least * clock.T:.6g} s early or late are proven, and would be faults. "
+            "Leave slack out, or make the controller with less jitter"
         )
     return max(slack, least)
 

@@ -40,7 +40,7 @@ class CompiledCode:
         self.kind = np.dtype(FLOAT_TYPES[precision])
         library = loaded("law", self.code.texts, flags=flags)
         self._real = {8: ctypes.c_double, 4: ctypes.c_float}[self.kind.itemsize]
-        sizes = [len(controller.A), len(controller.measured)]
+        sizes = [len(controller.A), len(controller.readings.signals)]
         sizes += [len(controller.set_points), len(controller.outputs)]
         fields = [
             (name, self._real * max(size, 1)) for name, size in zip("xyru", sizes)

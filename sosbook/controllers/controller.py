@@ -6,19 +6,25 @@ from typing import Any
 
 import numpy as np
 
-from ..exact.rational import round_digits
-from ..plants.checks import matrix, positive
-from ..plants.gain import Gain
+from ..loops.clock import Clock
+from ..plants.gain import Gain, input_names
+from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
-from ..sampled.discretize import SampleTiming
-from .answers import Answers
-from .bounds import settled
+from ..sampled.discretize import SampleTiming, input_vertices
+from ..sampled.proof import certify_sampled
+from ..sampled.system import SampledSystem
+from ..sampled.ticks import Ticks
 from .clock import checked_slack
-from .limits import Faults, Limits, per_signal
-from .memory import DIGITS, ROUNDING, Estimate, assembled, forgetting, shifted
-from .signals import NOTHING_TO_SET, signals_of
-
-COARSE = 0.5  # of the limit, that steps of the sensors may ask by themselves
+from .describing import predicted_cycles
+from .facts import facts_of
+from .limits import Faults, Limits, limits_of, per_signal
+from .matrices import from_state, matrices_of, start_of
+from .memory import Estimate
+from .output_bounds import OutputBounds
+from .program import Code
+from .set_points import chosen_set_point, set_points_of
+from .signals import Readings, signals_of, vector_of
+from .simulation import Run, simulate_controller
 
 
 def _part(name: str, about: str) -> Any:
@@ -31,7 +37,7 @@ def _part(name: str, about: str) -> Any:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Controller(Answers, ReadOnly):
+class Controller(ReadOnly):
     """A sampled controller that is made of a proven gain, and all that it needs.
 
     x(k+1) = A x + B y + B_r r + W (v - u), u = C x + D y + D_r r, where y is measured,
@@ -42,24 +48,18 @@ class Controller(Answers, ReadOnly):
     ----------
     plant : SecondOrderSystem, Polytope or DescriptorSystem
         What it controls.
-    vertices : tuple of Descriptor
-        The plant's, without integrators.
     gain : Gain
         The proven gain, in the decimals that were proven.
+    estimate : Estimate
+        How the state is estimated.
+    readings : Readings
+        What is measured, and how fine.
+    clock : Clock
+        When it runs; where its times are ranges `certify` proves the loop for these.
     U : (a, n) array or None
         What is integrated of the coordinates, or of a law's readings.
     sums : (a, q) array
         What is integrated, of what is measured.
-    T, delay : float
-        Time between samples, and from a sample to the actuator, in s.
-    measured, outputs : tuple of Signal
-        What goes in and what comes out.
-    rows, noise_rows : (q, N) and (q, p_w) arrays
-        What is measured: y = rows x + noise_rows w.
-    steps : (q,) array
-        How fine it is measured, in its unit; zero where nobody said.
-    estimate : Estimate
-        How the state is estimated.
     R : (n, p) array
         Set points of the coordinates, or of a law's readings, for one unit of each.
     limits : Limits
@@ -70,11 +70,6 @@ class Controller(Answers, ReadOnly):
         Of coordinates and inputs, by name.
     certificate : object
         The proof of the gain, in continuous time; None without.
-    chosen : Chosen or None
-        How the observer was found.
-    clock : tuple or None
-        The two ranges (low, high), of intervals and of delays in s, for which `certify`
-        proves the loop; None where neither varies.
 
     Examples
     --------
@@ -83,7 +78,7 @@ class Controller(Answers, ReadOnly):
     >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
     >>> controller = design.controller(
     ...     ["place"], T=0.01, delay=0.01, units={"place": "m"})
-    >>> print(controller.measured[0], controller.order)
+    >>> print(controller.readings.signals[0], controller.order)
     place (m) 3
     >>> print(controller.radius < 1)
     True
@@ -92,35 +87,43 @@ class Controller(Answers, ReadOnly):
     """
 
     plant: Any
-    vertices: tuple
     gain: Gain
+    estimate: Estimate
+    readings: Readings
+    clock: Clock
     U: Any
     sums: np.ndarray
-    T: float
-    delay: float
-    measured: tuple
-    outputs: tuple
-    rows: np.ndarray
-    noise_rows: np.ndarray
-    steps: np.ndarray
-    estimate: Estimate
     R: np.ndarray
     limits: Limits
     faults: Faults = field(default_factory=Faults)
     units: dict = field(default_factory=dict)
     certificate: Any = None
-    chosen: Any = None
-    clock: Any = None
 
     def __repr__(self):
-        names = ", ".join(s.name for s in self.measured)
+        names = ", ".join(s.name for s in self.readings.signals)
         given = ", ".join(s.name for s in self.outputs)
-        return (
-            f"<Controller: {given} of {names}, T = {self.T:g} s, order {self.order}, "
-            f"{self.estimate.words}>"
-        )
+        kind = f"T = {self.T:g} s, order {self.order}, {self.estimate.words}"
+        return f"<Controller: {given} of {names}, {kind}>"
 
-    # What it is made of
+    @property
+    def T(self) -> float:
+        """The time between samples in s, as it is meant."""
+        return self.clock.T
+
+    @property
+    def delay(self) -> float:
+        """The latest time from a sample to the actuator, in s."""
+        return self.clock.latest
+
+    @cached_property
+    def vertices(self) -> tuple:
+        """The plant's, a `Descriptor` each, without integrators."""
+        return tuple(input_vertices(self.plant, None))
+
+    @cached_property
+    def outputs(self) -> tuple:
+        """What comes out, a `Signal` each."""
+        return signals_of(input_names(self.vertices[0].Bu.shape[1]), self.units)
 
     @cached_property
     def timing(self) -> SampleTiming:
@@ -139,33 +142,13 @@ class Controller(Answers, ReadOnly):
 
     @cached_property
     def parts(self) -> dict:
-        """Its matrices by name, in decimals."""
-        return self._made[0]
+        """Its matrices by name, in decimals, and the ``states`` that it remembers."""
+        return matrices_of(self)
 
     @property
     def states(self) -> tuple:
         """The name of each entry of the memory."""
-        return (*self._made[1], *self.gain.signals[len(self.estimate.take) :])
-
-    @cached_property
-    def _made(self):
-        """(matrices by name, names of the memory's states)."""
-        K_P = self.K_x[:, : len(self.R)]
-        K_r, size = -K_P @ self.R, abs(K_P) @ abs(self.R)
-        K_r = np.where(abs(K_r) <= ROUNDING * size, 0.0, K_r) + 0.0
-        gains = self.K_x, self.K_I, self.sums, self.T, K_r
-        parts, words = assembled(self.estimate, self.timing, *gains)
-        if self.estimate.errors:
-            parts = shifted(parts, self.estimate.start, self.R)
-        a = self.K_I.shape[1]
-        W = parts["W"].copy()
-        if a and self.limits.tracking_time:
-            back = np.linalg.pinv(self.K_I) * (self.T / self.limits.tracking_time)
-            W[len(W) - a :] = round_digits(back, DIGITS)
-        elif self.estimate.winds_up and self.limits.tracking_time:
-            share = np.exp(-self.T / self.limits.tracking_time)
-            W = forgetting(parts["A"], parts["C"], share)
-        return parts | {"W": W}, words
+        return (*self.parts["states"], *self.gain.signals[len(self.estimate.take) :])
 
     A = _part("A", "How the memory moves, (l, l).")
     B = _part("B", "How y acts on it, (l, q).")
@@ -183,26 +166,14 @@ class Controller(Answers, ReadOnly):
     @property
     def set_points(self) -> tuple:
         """A `Signal` for each set point."""
-        if not self.R.shape[1]:
-            return ()
-        names = self.gain.signals[: len(self.R)]
-        if self.U is not None and len(self.U):
-            sums = self.gain.signals[len(self.estimate.take) :]
-            names = tuple(name.removeprefix("integral of ") for name in sums)
-        return signals_of([f"set point of {x}" for x in names], self.units)
+        return set_points_of(self)
 
     @property
     def followed(self) -> list:
         """For each set point the index of what is measured of it, or None."""
-        named = {s.name: k for k, s in enumerate(self.measured)}
-        return [
-            named.get(s.name.removeprefix("set point of ")) for s in self.set_points
-        ]
-
-    @property
-    def fastest(self) -> np.ndarray:
-        """(q,): how fast each measured signal may move, per second."""
-        return per_signal("fastest", self.faults.fastest, self.measured)
+        named = {s.name: k for k, s in enumerate(self.readings.signals)}
+        goals = (s.name.removeprefix("set point of ") for s in self.set_points)
+        return [named.get(name) for name in goals]
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -211,19 +182,7 @@ class Controller(Answers, ReadOnly):
         The machine is taken to be at rest, and the integrals so that it is asked
         nothing.
         """
-        e, q = self.estimate, len(self.measured)
-        found = np.zeros((len(self.A), q))
-        found[: len(e.start)] = e.start
-        a = self.K_I.shape[1]
-        if a:
-            r = np.zeros((len(self.set_points), q))
-            for j, k in enumerate(self.followed):
-                r[j, q if k is None else k :][:1] = 1
-            asked = self.K_x @ (e.stay @ e.start + e.take) + self.D_r @ r
-            found[len(found) - a :] = round_digits(
-                -np.linalg.pinv(self.K_I) @ asked, DIGITS
-            )
-        return found + 0.0
+        return start_of(self)
 
     def set_point(self, r: Any = None, ramp: Any = None) -> "Controller":
         """Choose what a set point asks of all coordinates.
@@ -235,30 +194,14 @@ class Controller(Answers, ReadOnly):
             Without it K_P r asks nothing, or as little as can be: then a step moves
             the integral alone, and overshoots less.
         ramp : float or dict, optional
-            How fast a set point is followed, per second, one number or by the name of
-            the set point.
+            How fast a set point is followed, per second, one number or by its name.
 
         Raises
         ------
         ValueError
             If U r isn't I, or the controller has no position to set.
         """
-        n = len(self.R)
-        if not n:
-            raise ValueError(NOTHING_TO_SET)
-        U = np.zeros((0, n)) if self.U is None else self.U
-        if r is None:
-            r = quiet_set_point(U, self.K_x[:, :n])
-        else:
-            r = matrix("r", r, (n, None))
-            if len(U) and (
-                r.shape[1] != len(U) or abs(U @ r - np.eye(len(U))).max() > 1e-9
-            ):
-                raise ValueError(
-                    "r must have U r = I: one column for each integral, and its "
-                    f"set point there; got U r = {(U @ r).tolist()}"
-                )
-        new = replace(self, R=r)
+        new = replace(self, R=chosen_set_point(self, r))
         if ramp is None:
             return new
         ramps = per_signal("ramp", ramp, new.set_points)
@@ -295,49 +238,8 @@ class Controller(Answers, ReadOnly):
             If the limit is below what the load needs at rest, or below twice what
             the sensors' steps alone can ask.
         """
-        new = Limits(
-            per_signal("u_max", u_max, self.outputs),
-            per_signal("slew", slew, self.outputs),
-            self.limits.ramp,
-            None,
-        )
-        if load is not None:
-            need = abs(self.static(w=load)[1]).max(axis=0)
-            for k, signal in enumerate(self.outputs):
-                if need[k] >= new.u_max[k]:
-                    raise ValueError(
-                        f"u_max = {new.u_max[k]:g} is below the static need: {signal} "
-                        f"must be {need[k]:.6g} to hold the load {load!r}"
-                    )
-        self._not_too_coarse(new.u_max)
-        if anti_windup and (self.K_I.size or self.estimate.winds_up):
-            if tracking_time is None:
-                slowest = -self.T / np.log(min(self.radius, 1 - 1e-12))
-                tracking_time = float(f"{np.sqrt(self.T * slowest):.3g}")
-            elif positive("tracking_time", tracking_time) < self.T:
-                raise ValueError(
-                    f"tracking_time = {tracking_time:g} s is below T = {self.T:g} s: "
-                    "the integral would overshoot what is withheld"
-                )
-            new = replace(new, tracking_time=tracking_time)
-        return replace(self, limits=new)
-
-    def _not_too_coarse(self, u_max):
-        """Raise where the steps of the sensors may ask half of the limit."""
-        asked = np.zeros(len(u_max))
-        for loop in self.loops:
-            if loop.radius < 1 and self.steps.any() and np.isfinite(u_max).any():
-                h = abs(loop.impulses(loop.noise, loop.direct, settled(loop)))
-                asked = np.maximum(asked, h.sum(axis=0) @ self.steps / 2)
-        for k, signal in enumerate(self.outputs):
-            if asked[k] > COARSE * u_max[k]:
-                one = abs(self.D[k]) @ self.steps
-                raise ValueError(
-                    "counts are too coarse for this law: their steps can move "
-                    f"{signal} by {asked[k]:.3g}, one alone by {one:.3g} a count, and "
-                    f"u_max is {u_max[k]:.3g}. Take more counts, a larger T, a quieter "
-                    "observer (peak) or a softer gain"
-                )
+        found = limits_of(self, u_max, slew, load, anti_windup, tracking_time)
+        return replace(self, limits=found)
 
     def watch(self, **faults: Any) -> "Controller":
         """With other ``faults``, such as ``lost=0.01``, in seconds: see `Faults`.
@@ -345,17 +247,153 @@ class Controller(Answers, ReadOnly):
         A ValueError says where ticks that are proven would be counted as faults.
         """
         watched = replace(self.faults, **faults)
-        slack = checked_slack(watched.slack, self.T, self.clock)
+        slack = checked_slack(watched.slack, self.clock)
         return replace(self, faults=replace(watched, slack=slack))
 
+    @property
+    def bounds(self) -> OutputBounds:
+        """What sensors and set points do to its outputs, at the worst: proven."""
+        return OutputBounds(self)
 
-def quiet_set_point(U, K_P):
-    """The least r with U r = I of which K_P r is least, (n, a); all of z without U."""
-    a, n = U.shape
-    if not a:
-        return np.eye(n)
-    base = np.linalg.pinv(U)
-    free = np.linalg.svd(U)[2][a:].T
-    if not free.shape[1]:
-        return base
-    return base - free @ (np.linalg.pinv(K_P @ free) @ (K_P @ base))
+    @cached_property
+    def of_state(self) -> SampledSystem:
+        """From the plant's state x, and from w by what is read, to u: see `certify`."""
+
+        return from_state(self)
+
+    def to_ss(self) -> Any:
+        """python-control's StateSpace from [y; r] to u, with names, "_" for points."""
+        seen = *self.readings.signals, *self.set_points
+        inputs = [s.name.replace(".", "_") for s in seen]
+        names = dict(inputs=inputs, outputs=[s.name for s in self.outputs])
+        B, D = np.hstack([self.B, self.B_r]), np.hstack([self.D, self.D_r])
+        return library("control").ss(self.A, B, self.C, D, self.T, **names)
+
+    def loop(self, d: Any) -> Ticks:
+        """The sampled loop with a plant d, a `Descriptor` without integrators."""
+        rows, noise = self.readings.rows, self.readings.noise
+        return Ticks.of(self.parts, rows, self.timing, d, noise)
+
+    @cached_property
+    def loops(self) -> list:
+        """The sampled loops with the plant's vertices."""
+        return [self.loop(d) for d in self.vertices]
+
+    @property
+    def radius(self) -> float:
+        """The largest spectral radius of the vertices' loops, in floats."""
+        return max(loop.radius for loop in self.loops)
+
+    def sensitivity_peak(self) -> float:
+        """The largest sampled sensitivity at the plant's input, over the vertices."""
+        return max(loop.sensitivity_peak for loop in self.loops)
+
+    def certify(self, **asked: Any) -> Any:
+        """Prove the sampled loop, with its memory and its delay, for every plant.
+
+        Parameters
+        ----------
+        **asked
+            ``rate``, ``cells``, ``time_limit`` and more of `certify_sampled`; T and
+            ``delay`` as ranges (low, high) prove it for a clock that jitters, as do
+            ``jitter`` and a range of delays of `Gains.controller`.
+
+        Returns
+        -------
+        SampledProof
+            Of the linear loop: limits and quantisation are no part of it. B R and D R
+            are rounded to doubles, as its file shows them; so are B N and D N of a
+            law whose ``noise`` N brings w into the readings.
+        """
+        T, delay = self.clock.ranges
+        T, delay = asked.pop("T", T), asked.pop("delay", delay)
+        return certify_sampled(self.plant, self.of_state, T, delay, **asked)
+
+    def static(self, r: Any = None, w: Any = None) -> tuple:
+        """Where every vertex comes to rest, and what it asks there.
+
+        Parameters
+        ----------
+        r : (p,) array_like, optional
+            Set points.
+        w : (p_w,) array_like, optional
+            Constant disturbances, of the plant's F and of what is measured.
+
+        Returns
+        -------
+        (vertices, N) and (vertices, m) arrays
+            The plant's state and the outputs. A load on what isn't measured leaves an
+            error there, which no integral of another signal takes away.
+        """
+        r = vector_of("r", r, self.R.shape[1])
+        w = vector_of("w", w, self.plant.p)
+        x, u = zip(*(loop.at_rest(r, w) for loop in self.loops))
+        return np.array(x), np.array(u)
+
+    def cycles(self, friction: Any = None, backlash: Any = None) -> list:
+        """The limit cycles that friction and a gap make, predicted: none is a proof.
+
+        Parameters
+        ----------
+        friction, backlash
+            As in `simulate`.
+
+        Returns
+        -------
+        list of Cycle
+            Of first harmonics, at all corners; empty where none balance.
+        """
+        return predicted_cycles(self, friction, backlash)
+
+    def simulate(
+        self, seconds: float, r: Any = None, w: Any = None, **more: Any
+    ) -> Run:
+        """Run its program against every vertex, or against other plants.
+
+        Parameters
+        ----------
+        seconds : float
+            How long.
+        r, w : array_like or callable, optional
+            Set points and disturbances, constant or functions of the time.
+        **more
+            ``x0``, the state at the start; ``plants``, others than the vertices, as
+            `Descriptor`; ``friction``, Coulomb's on each coordinate; ``backlash``, a
+            `Backlash`; ``program``, in the place of `Replay`; ``lose``, from a tick's
+            number to whether its sample is lost.
+
+        Returns
+        -------
+        Run
+            It proves nothing. Encoders have their steps.
+        """
+        return simulate_controller(self, seconds, r, w, **more)
+
+    def to_c(
+        self,
+        name: str = "axis",
+        precision: str = "double",
+        time_limit: float = 60.0,
+        step: Any = None,
+    ) -> Code:
+        """Its program in C99, with what is proven, bounded and simulated of it.
+
+        Parameters
+        ----------
+        name : str
+            Of the files, and in front of every identifier.
+        precision : {"double", "single"}
+            Of all arithmetic; single for boards without wide floats.
+        time_limit : float
+            Seconds for the proof of the sampled loop.
+        step : float or (p,) array_like, optional
+            Of each set point, that is bounded and simulated; without it the largest
+            that is known to stay within the limits, and 1 without limits.
+
+        Returns
+        -------
+        Code
+            `Code.write` makes the files; `Code.texts` has them.
+        """
+        Code(self, name, precision)  # a bad name is said before anything is proven
+        return Code(self, name, precision, *facts_of(self, time_limit, step))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..plants.gain import signals
+from ..sampled.system import SampledSystem
 from .simulation import Backlash, coordinates
 
 GRID = 4000  # frequencies, evenly on a logarithmic scale
@@ -103,7 +104,7 @@ def _real(c, d, entry, row):
     from scipy.optimize import brentq
 
     E, A, B = d.E, d.A, d.Bu
-    delay = c.delay
+    delay, own = c.delay, SampledSystem(c.A, c.B, c.C, c.D, c.T)
 
     def response(omega):
         omega = np.atleast_1d(omega)
@@ -114,7 +115,7 @@ def _real(c, d, entry, row):
         )
         push = np.linalg.solve(pencil, np.broadcast_to(B, (len(s), *B.shape)))
         hold = (1 - np.exp(-s * c.T)) / (s * c.T) * np.exp(-s * delay)
-        law = c.sampled.at(np.exp(s * c.T)) @ c.rows
+        law = own.at(np.exp(s * c.T)) @ c.readings.rows
         loop = np.eye(len(E)) - hold[:, None, None] * (push @ law)
         return np.linalg.solve(loop, free)[:, :, 0] @ row
 

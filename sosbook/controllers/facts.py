@@ -48,8 +48,8 @@ def facts_of(c, time_limit, step=None):
         f"all of this is about the linear loop, sampled every {c.T:g} s, acting "
         f"{c.delay:g} s late, {c.estimate.words}; constant plants"
     )
-    if c.clock is not None:
-        (short, long), (early, late) = c.clock
+    if c.clock.varies:
+        (short, long), (early, late) = c.clock.ranges
         proven.append(
             f"the proven clock of the sampled loop varies: ticks {short:g} to {long:g} "
             f"s apart, acting {early:g} to {late:g} s late, in any order; the program "
@@ -75,9 +75,9 @@ def facts_of(c, time_limit, step=None):
 
 def _whole(c, K):
     """True if a proof is of a controller K that is c to the last digit."""
-    pairs = [(c.B, c.rows, K.B), (c.D, c.rows, K.D)]
+    pairs = [(c.B, c.readings.rows, K.B), (c.D, c.readings.rows, K.D)]
     if K.D_w is not None:
-        pairs += [(c.B, c.noise_rows, K.B_w), (c.D, c.noise_rows, K.D_w)]
+        pairs += [(c.B, c.readings.noise, K.B_w), (c.D, c.readings.noise, K.D_w)]
     return all((exact(M) @ exact(x) == exact(N)).all() for M, x, N in pairs)
 
 
@@ -91,8 +91,10 @@ def bounded(c, trials):
         f"{c.sensitivity_peak():.3f}, at the corners, in floats"
     ]
     for k, signal in enumerate(c.outputs):
-        if c.steps.any():
-            lines.append(f"steps of the sensors move {signal}: {c.noise(output=k)}")
+        if c.readings.steps.any():
+            lines.append(
+                f"steps of the sensors move {signal}: {c.bounds.noise(output=k)}"
+            )
         for j, (r, trial) in enumerate(zip(c.set_points, trials)):
             if not trial.asks:
                 lines.append(
@@ -101,7 +103,7 @@ def bounded(c, trials):
                 )
                 continue
             if np.isfinite(speed := c.limits.ramp[j]):
-                bound = c.ramp(speed, j, k)
+                bound = c.bounds.ramp(speed, j, k)
                 moved = (
                     f"{r} moves by at most {speed:g} a second, from rest, which "
                     f"asks {signal}"
@@ -112,7 +114,7 @@ def bounded(c, trials):
             lines.append(f"{moved}: {bound}{'' if within else ', without its limit'}")
     if np.isfinite(c.limits.u_max).all():
         for j, _ in enumerate(c.set_points):
-            lines.append(str(c.reach(j)))
+            lines.append(str(c.bounds.reach(j)))
     return lines
 
 
@@ -150,10 +152,10 @@ def simulated(c, trials):
         words = ", ".join(f"{x:.4g} {s.unit}".strip() for x, s in zip(most, c.outputs))
         how, over = ended(c, run, j, trial.size), ""
         if how == FINE and (k := c.followed[j]) is not None:
-            most = (run.x @ c.rows[k]).max() / trial.size - 1
+            most = (run.x @ c.readings.rows[k]).max() / trial.size - 1
             over = f"overshoots by {100 * max(0.0, most):.1f} %, "
         lines.append(f"{stepped(trial, signal)}: {over}asks {words} at most, {how}")
-    varies = "" if c.clock is None else " (but for stability)"
+    varies = " (but for stability)" if c.clock.varies else ""
     lines.append(f"jitter{varies}, friction, backlash: not looked at")
     return lines
 
@@ -177,8 +179,8 @@ def ended(c, run, j=None, size=1.0):
         )
     if j is not None and (k := c.followed[j]) is not None:
         r = size * np.eye(len(c.set_points))[j]
-        rest = c.static(r=r)[0] @ c.rows[k] if c.radius < 1 else np.inf
-        away = abs(run.x[:, -1] @ c.rows[k] - rest)
-        if (away > max(AWAY * size, 2 * c.steps[k])).any():
+        rest = c.static(r=r)[0] @ c.readings.rows[k] if c.radius < 1 else np.inf
+        away = abs(run.x[:, -1] @ c.readings.rows[k] - rest)
+        if (away > max(AWAY * size, 2 * c.readings.steps[k])).any():
             return f"no fault, but it is NOT AT REST after {run.t[-1] + c.T:.4g} s"
     return FINE

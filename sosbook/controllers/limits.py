@@ -5,9 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..plants.checks import not_negative, positive
+from .bounds import settled
 
 #: Why the output is off, by number; 0 is no fault.
 FAULTS = ("running", "sensor", "clock", "stall", "command", "silent")
+COARSE = 0.5  # of the limit, that steps of the sensors may ask by themselves
 MOST_TICKS = 32766  # the least that C promises of an int, 32767, less one
 
 #: A turn in each unit of an angle.
@@ -114,3 +116,49 @@ class Faults:
                     f"C's int must hold: watch({name}=...), at most {MOST_TICKS * T:g}"
                 )
         return found
+
+
+def limits_of(c, u_max, slew, load, anti_windup, tracking_time):
+    """The `Limits` of a controller c; ``u_max``, ``slew``, ``load``, ``anti_windup``,
+    ``tracking_time``: see `Controller.limit`.
+    """
+    u_max = per_signal("u_max", u_max, c.outputs)
+    if load is not None:
+        need = abs(c.static(w=load)[1]).max(axis=0)
+        for k, signal in enumerate(c.outputs):
+            if need[k] >= u_max[k]:
+                raise ValueError(
+                    f"u_max = {u_max[k]:g} is below the static need: {signal} "
+                    f"must be {need[k]:.6g} to hold the load {load!r}"
+                )
+    _not_too_coarse(c, u_max)
+    if not (anti_windup and (c.K_I.size or c.estimate.winds_up)):
+        tracking_time = None
+    elif tracking_time is None:
+        slowest = -c.T / np.log(min(c.radius, 1 - 1e-12))
+        tracking_time = float(f"{np.sqrt(c.T * slowest):.3g}")
+    elif positive("tracking_time", tracking_time) < c.T:
+        raise ValueError(
+            f"tracking_time = {tracking_time:g} s is below T = {c.T:g} s: the integral "
+            "would overshoot what is withheld"
+        )
+    slew = per_signal("slew", slew, c.outputs)
+    return Limits(u_max, slew, c.limits.ramp, tracking_time)
+
+
+def _not_too_coarse(c, u_max):
+    """Raise where the steps of the sensors may ask half of the limit."""
+    asked = np.zeros(len(u_max))
+    for loop in c.loops:
+        if loop.radius < 1 and c.readings.steps.any() and np.isfinite(u_max).any():
+            h = abs(loop.impulses(loop.noise, loop.direct, settled(loop)))
+            asked = np.maximum(asked, h.sum(axis=0) @ c.readings.steps / 2)
+    for k, signal in enumerate(c.outputs):
+        if asked[k] > COARSE * u_max[k]:
+            one = abs(c.D[k]) @ c.readings.steps
+            raise ValueError(
+                "counts are too coarse for this law: their steps can move "
+                f"{signal} by {asked[k]:.3g}, one alone by {one:.3g} a count, and "
+                f"u_max is {u_max[k]:.3g}. Take more counts, a larger T, a quieter "
+                "observer (peak) or a softer gain"
+            )

@@ -25,7 +25,7 @@ class Estimate:
     begins at ``start`` times what is measured; ``states``: what s is, in words;
     ``words``: what kind of estimate it is; ``predicts``, (q, l): what will be measured,
     of s; None: as last; ``errors``: set points are those of the first readings, by
-    `shifted`, not of the coordinates.
+    `shifted`, not of the coordinates; ``chosen``: the `Chosen` observer, if one is.
     """
 
     stay: np.ndarray
@@ -39,6 +39,7 @@ class Estimate:
     words: str = "everything is measured"
     predicts: np.ndarray | None = None
     errors: bool = False
+    chosen: object = None
 
     @property
     def knows_the_output(self):

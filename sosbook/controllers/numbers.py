@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 
+from .limits import per_signal
+
 NONE = 1e30  # in the place of a limit that there isn't; single precision has it, too
 OUT_OF_RANGE = 1e6  # of a reading or set point, in its unit: its wire is broken
 BROKEN = 1e9  # of what the law answers: a number in it is broken
@@ -14,13 +16,14 @@ def program_numbers(c):
     """Arrays and numbers of a `Controller` c by their names in its program: ints for
     counts of ticks, everything else exactly the floats that it is compiled with.
     """
-    q, p, m = len(c.measured), len(c.set_points), len(c.outputs)
+    fastest = per_signal("fastest", c.faults.fastest, c.readings.signals)
+    q, p, m = len(c.readings.signals), len(c.set_points), len(c.outputs)
     limits, ticks = c.limits, c.faults.ticks(c.T)
     predicts = c.estimate.predicts
     guess = np.zeros((q, len(c.A)))
     if predicts is not None:
         guess[:, : predicts.shape[1]] = predicts
-    moved = dict(SLEW=limits.slew, RAMP=limits.ramp, JUMP=c.fastest)  # per second
+    moved = dict(SLEW=limits.slew, RAMP=limits.ramp, JUMP=fastest)  # per second
     bounds = {"LIMIT": limits.u_max} | {k: x * c.T for k, x in moved.items()}
     bounds = {k: np.where(np.isfinite(x), x, NONE) + 0.0 for k, x in bounds.items()}
     return {

@@ -1,7 +1,6 @@
 """From a design to its controller: what is measured, and how the rest is estimated."""
 
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -12,11 +11,12 @@ from ..plants.simplex import random_weights
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.ticks import Ticks
 from .clock import checked_clock, least_slack, warn_of_long_ticks
-from .controller import Controller, quiet_set_point
+from .controller import Controller
 from .limits import Faults, Limits, quantum
 from .memory import DIGITS, assembled, direct, filtered, kalman, observed
 from .of_law import law_memory, law_sensors
-from .signals import signals_of
+from .set_points import quiet_set_point
+from .signals import Readings, signals_of
 
 MEMORIES = ("observer", "filter")
 BETWEEN = 4  # random plants between the vertices that a search looks at, too
@@ -51,7 +51,8 @@ def controller_of(
     measured, T, delay, jitter, units, counts, memory, filter_time, peak, time_limit
         As in `Gains.controller`, which calls this.
     """
-    T, delay, clock = checked_clock(T, delay, jitter)
+    clock = checked_clock(T, delay, jitter)
+    delay = clock.latest
     request = design.request
     plant, U = request.plant, request.U
     if design.K is None:
@@ -99,13 +100,15 @@ def controller_of(
         if n:
             U_z = _integrated(U, rows, names[:n], wanted)
             R = quiet_set_point(U_z, gain.K[:, :n])
-    given, free = signals_of(outputs, units), np.full(m, np.inf)
+    free = np.full(m, np.inf)
     limits = Limits(free, free, np.full(R.shape[1], np.inf))
-    known = plant, vertices, gain, U, sums, T, delay, seen, given, rows, noise, steps
-    made = partial(Controller, *known)
-    made = partial(made, R=R, limits=limits, units=units, certificate=certificate)
-    slack = max(Faults.slack, least_slack(T, clock))
-    made = partial(made, clock=clock, faults=Faults(slack=slack))
+    faults = Faults(slack=max(Faults.slack, least_slack(clock)))
+    readings = Readings(seen, rows, noise, steps)
+    whole = readings, clock, U, sums, R, limits, faults, units, certificate
+
+    def made(estimate):
+        return Controller(plant, gain, estimate, *whole)
+
     plants = (*vertices, *between(vertices))
     if not law.whole:
         return made(estimate)
@@ -139,7 +142,7 @@ def controller_of(
         )
     _, chosen = found
     d, M = _mixed(vertices, chosen.weights), round_digits(chosen.M, DIGITS)
-    return made(observed(d, timing, rows, M, names), chosen=chosen)
+    return made(replace(observed(d, timing, rows, M, names), chosen=chosen))
 
 
 def between(vertices):

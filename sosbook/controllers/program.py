@@ -122,7 +122,7 @@ class Code:
             raise ValueError(
                 f"precision must be 'double' or 'single', got {self.precision!r}"
             )
-        identifiers([s.name for s in self.controller.measured])  # raises
+        identifiers([s.name for s in self.controller.readings.signals])  # raises
         T = self.controller.T
         ticks = round(1e6 * T)
         if not (ticks <= MOST_TICK_US and abs(1e-6 * ticks - T) <= ROUNDED * T):
@@ -152,7 +152,7 @@ class Code:
         written = Gains(self.name, self.precision, [written_by()], self.facts)
         written.define("SINGLE", int(self.precision == "single"), SINGLE)
         written.define("STATES", len(c.A), "numbers that it remembers")
-        written.define("MEASURED", len(c.measured))
+        written.define("MEASURED", len(c.readings.signals))
         written.define("SET_POINTS", len(c.set_points))
         written.define("OUTPUTS", len(c.outputs))
         us = f"{round(1e6 * c.T)}UL"
@@ -161,7 +161,7 @@ class Code:
         written.define("DELAY_TICKS", c.timing.whole_samples, said)
         us = f"{round(1e6 * float(c.timing.remainder))}UL"
         written.define("DELAY_REST_US", us, "whole ticks, and what is left")
-        kinds = ("IN", c.measured), ("SET", c.set_points), ("OUT", c.outputs)
+        kinds = ("IN", c.readings.signals), ("SET", c.set_points), ("OUT", c.outputs)
         for kind, signals in kinds:
             words = identifiers([s.name for s in signals])
             for k, (word, signal) in enumerate(zip(words, signals)):
@@ -184,12 +184,14 @@ class Code:
         for label, said in VECTORS.items():
             written.vector(label, values[label], said)
         states = list(c.states) or ["nothing"]
-        y = ", ".join(map(str, c.measured))
+        y = ", ".join(map(str, c.readings.signals))
         for label, said in MATRICES.items():
             rows = states if label in INTO_MEMORY else ()
             written.matrix(label, values[label], said.format(y=y), rows)
         said = "for a checker: what is measured of the plant's state"
-        written.matrix("ROWS", c.rows, said, list(map(str, c.measured)))
+        written.matrix(
+            "ROWS", c.readings.rows, said, list(map(str, c.readings.signals))
+        )
         return written.text
 
     def write(self, folder: Any, replace: bool = False) -> list:
@@ -210,11 +212,11 @@ def _plants(c, precision, trials):
     the steps of ``trials``; of 1 without them.
     """
     held = [c.timing.held(d) for d in c.vertices]
-    older = held[0][0].shape[0] - c.rows.shape[1]
-    rows = np.hstack([c.rows, np.zeros((len(c.rows), older))])
+    older = held[0][0].shape[0] - c.readings.rows.shape[1]
+    rows = np.hstack([c.readings.rows, np.zeros((len(c.readings.rows), older))])
     sizes = np.array([trial.size for trial in trials] or np.ones(len(c.set_points)))
     ticks = round(span(c, BENCH_SPAN, MOST_BENCH_TICKS, sizes) / c.T)
-    rest = max([REST_SHARE * min(sizes, default=1.0), *(2 * c.steps)])
+    rest = max([REST_SHARE * min(sizes, default=1.0), *(2 * c.readings.steps)])
     r = sizes if sizes.size else np.zeros(1)
 
     def braces(value):
@@ -233,7 +235,7 @@ def _plants(c, precision, trials):
         f"#define BENCH_TICKS {ticks}L /* {ticks * c.T:.3g} s */",
         f"#define BENCH_REST {literal(rest, precision)}",
         f"#define BENCH_SET_POINTS {braces(r)}",
-        f"#define BENCH_STEPS {braces(c.steps)}",
+        f"#define BENCH_STEPS {braces(c.readings.steps)}",
         f"#define BENCH_H {braces(rows)}",
     ]
     for label, k in (("F", 0), ("G", 1)):

@@ -49,9 +49,9 @@ def rounding_bound(c, precision, range, speed, output):
 def _sizes(c, x, range, speed):
     """The largest sizes of the memory and of y in such motions, or None."""
     N, l = len(x), len(c.A)
-    plant = c.rows.shape[1]
+    plant = c.readings.rows.shape[1]
     rows = [np.eye(N)[N - l + i] for i in np.arange(l)]
-    rows += [np.concatenate([row, np.zeros(N - plant)]) for row in c.rows]
+    rows += [np.concatenate([row, np.zeros(N - plant)]) for row in c.readings.rows]
     found = []
     for row in rows:
         moved = bounded_output(c, c.B_r, c.D_r, row, -x)

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..runtime.read_only import ReadOnly
+
 NOTHING_TO_SET = (
     "this controller has no set point: set points are of positions, and what it feeds "
     "back has none; measure a position"
@@ -36,6 +38,26 @@ class Signal:
 
     def __str__(self):
         return f"{self.name} ({self.unit})" if self.unit else self.name
+
+
+@dataclass(frozen=True, eq=False)
+class Readings(ReadOnly):
+    """What a controller measures: y = rows x + noise w.
+
+    Parameters
+    ----------
+    signals : tuple of Signal
+        What they are called.
+    rows, noise : (q, N) and (q, p_w) arrays
+        Of the plant's state and of its disturbances.
+    steps : (q,) array
+        How fine each is measured, in its unit; zero where nobody said.
+    """
+
+    signals: tuple
+    rows: np.ndarray
+    noise: np.ndarray
+    steps: np.ndarray
 
 
 def unit_of(name, units):

@@ -9,6 +9,7 @@ from scipy.linalg import expm
 
 from ..plants.checks import count, positive
 from .replay import Replay
+from .signals import NOTHING_TO_SET
 
 PARTS = 10  # of a tick, in which friction and backlash are constant
 
@@ -72,9 +73,11 @@ def simulate_controller(
     ``friction``, ``backlash``, ``program``, ``lose``: see `Controller.simulate`.
     """
     c = controller
+    if r is not None and not c.set_points:
+        raise ValueError(NOTHING_TO_SET)
     plants = c.vertices if plants is None else plants
     runs, (N, m) = len(plants), plants[0].Bu.shape
-    p, read = plants[0].Bw.shape[1], c.noise_rows
+    p, read = plants[0].Bw.shape[1], c.readings.noise
     if not read.any():
         read = np.zeros((len(read), p))  # whatever disturbances these plants have
     if read.shape[1] != p:
@@ -92,14 +95,14 @@ def simulate_controller(
     x = np.zeros((runs, N)) if x0 is None else np.broadcast_to(x0, (runs, N)) + 0.0
     late = c.timing.whole_samples
     queue = [np.zeros((runs, m))] * (late + 2)
-    seen = np.empty((runs, ticks, len(c.rows)))
+    seen = np.empty((runs, ticks, len(c.readings.rows)))
     xs, us = np.empty((runs, ticks, N)), np.empty((runs, ticks, m))
     faults = np.empty((runs, ticks), int)
     for k in range(ticks):
         force = _at(w, k * c.T, p)
-        y = (x @ c.rows.T + read @ force).T
-        exact = c.steps <= 0
-        fine = np.where(exact, 1.0, c.steps)[:, None]
+        y = (x @ c.readings.rows.T + read @ force).T
+        exact = c.readings.steps <= 0
+        fine = np.where(exact, 1.0, c.readings.steps)[:, None]
         y = np.where(exact[:, None], y, fine * np.floor(y / fine + 0.5))
         if lose is not None and lose(k):
             y = np.full_like(y, np.nan)

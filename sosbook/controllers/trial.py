@@ -52,7 +52,7 @@ def steps_of(c, step=None):
 def _asked(c, j, size):
     """The largest size of each output after a step of set point j, from rest."""
     try:
-        return tuple(c.step(size, j, k) for k in range(len(c.outputs)))
+        return tuple(c.bounds.step(size, j, k) for k in range(len(c.outputs)))
     except ValueError:  # the output isn't zero at rest
         return ()
 
@@ -65,7 +65,10 @@ def _own_step(c, j):
     pairs = [(c.limits.u_max[k], k) for k in np.flatnonzero(limited).tolist()]
     size, why = np.inf, ""
     proven = bool(one) and all(one[k].proven is not None for _, k in pairs)
-    read = [c.noise(output=k).proven if c.steps.any() else 0 for _, k in pairs * proven]
+    read = [
+        c.bounds.noise(output=k).proven if c.readings.steps.any() else 0
+        for _, k in pairs * proven
+    ]
     if proven and None not in read:
         found = [
             rounded((arb(u) - arb(noise)) / arb(one[k].proven), 0)
@@ -74,7 +77,7 @@ def _own_step(c, j):
         ]
         size = min(found, default=np.inf)
         why = "the largest that is proven to stay within the limit"
-    elif one and limited.all() and (reach := c.reach(j).step) is not None:
+    elif one and limited.all() and (reach := c.bounds.reach(j).step) is not None:
         size, why = reach, "the largest that is proven to settle with the limit"
     if not 0 < size < np.inf:
         size = _largest(c, lambda loop: (loop.set_point[:, [j]], loop.direct_r[:, [j]]))
@@ -102,7 +105,9 @@ def _largest(c, of):
         if loop.radius >= 1:
             return 0.0
         read = abs(loop.impulses(loop.noise, loop.direct, settled(loop))).sum(axis=0)
-        room = c.limits.u_max - read @ c.steps / 2  # what the sensors' steps leave
+        room = (
+            c.limits.u_max - read @ c.readings.steps / 2
+        )  # what the sensors' steps leave
         u = np.cumsum(loop.impulses(*of(loop), settled(loop)), axis=0)
         most = max(most, (abs(u[:, :, 0]).max(axis=0) / room).max())
     return 1 / most if most else np.inf
@@ -131,5 +136,5 @@ def kept(c, run, j=None, size=1.0):
     bad = run.fault > 0
     k = None if j is None else c.followed[j]
     if k is not None:
-        bad = bad | (abs(run.x @ c.rows[k]) > FAR * size)
+        bad = bad | (abs(run.x @ c.readings.rows[k]) > FAR * size)
     return np.where(bad.any(axis=1), bad.argmax(axis=1) + 1, bad.shape[1])

@@ -16,6 +16,29 @@ class Clock:
     delay: Any = 0.0
     jitter: float = 0.0
 
+    @property
+    def latest(self) -> float:
+        """The latest time from a sample to the input, in s."""
+        return max(self.delay) if isinstance(self.delay, tuple) else self.delay
+
+    @property
+    def varies(self) -> bool:
+        """True if ticks or delays aren't all the same."""
+        return bool(self.jitter) or isinstance(self.delay, tuple)
+
+    @property
+    def ranges(self) -> tuple:
+        """T and delay; (low, high) of both where one varies.
+
+        >>> Clock(0.1, (0.0, 0.05), 0.02).ranges
+        ((0.08, 0.12), (0.0, 0.05))
+        """
+        if not self.varies:
+            return self.T, self.delay
+        T, off = exact(self.T), exact(self.jitter)
+        late = self.delay if isinstance(self.delay, tuple) else (self.delay,) * 2
+        return (float(T - off), float(T + off)), late
+
 
 @dataclass(frozen=True)
 class Late:
@@ -23,17 +46,3 @@ class Late:
 
     tau: float
     mu: float = 0.0
-
-
-def clock_of(controller):
-    """The `Clock` of a ``controller``, with the jitter and the delays it was made for.
-
-    >>> from types import SimpleNamespace
-    >>> clock_of(SimpleNamespace(T=0.1, clock=((0.08, 0.12), (0.0, 0.05))))
-    Clock(T=0.1, delay=(0.0, 0.05), jitter=0.02)
-    """
-    if controller.clock is None:
-        return Clock(controller.T, controller.delay)
-    (early, _), delays = controller.clock
-    late = delays if delays[0] < delays[1] else delays[1]
-    return Clock(controller.T, late, float(exact(controller.T) - exact(early)))

@@ -27,7 +27,7 @@ from ..synthesis.design import Design
 from ..synthesis.pid import analyse_pid
 from ..synthesis.request import Request
 from .as_data import loop_data, read_loop
-from .clock import Clock, Late, clock_of
+from .clock import Clock, Late
 from .signal import Signal, signals_of
 from .system import system_of
 
@@ -90,7 +90,7 @@ class Loop(ReadOnly):
         if hasattr(gains, "of_state"):  # a Controller
             if clock or law:
                 raise ValueError("a Controller has a law and a clock: leave them out")
-            clock = clock_of(gains)
+            clock = gains.clock
         else:
             law, gains = taken(checked_plant(plant), gains, law)
         if not isinstance(clock, (Clock, Late, type(None))):
@@ -327,7 +327,7 @@ class Loop(ReadOnly):
         """
         if find in ("T", "delay"):
             c = self.controller
-            ends = dict(zip(("T", "delay"), c.clock or (c.T, c.delay)))
+            ends = dict(zip(("T", "delay"), c.clock.ranges))
             ends[find] = float(np.min(ends[find])), to
             furthest = later("sampled", "furthest_sampled")
             return furthest(c.plant, c, **ends, find=find, **how)

@@ -25,7 +25,9 @@ def signals_of(bare, law, c=None):
     memory, readings = parts.states, parts.sensors
     if c is not None:
         memory, units = c.states, c.units
-        readings, goals = ([s.name for s in x] for x in (c.measured, c.set_points))
+        readings, goals = (
+            [s.name for s in x] for x in (c.readings.signals, c.set_points)
+        )
     found = [
         ("state", names),
         ("memory", memory),

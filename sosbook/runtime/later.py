@@ -4,6 +4,7 @@ So a room that nobody asks isn't loaded, and one that isn't there is missed by t
 alone who ask it.
 """
 
+import sys
 from importlib import import_module
 
 PACKAGE = __package__.partition(".")[0]
@@ -37,6 +38,17 @@ def later(home, name=None):
             name=missing.name,
         ) from None
     return module if name is None else getattr(module, name)
+
+
+def or_exit(home, name=None):
+    """The object ``name`` of ``home``, as of `later`; a program whose room isn't there
+    says so, and exits with 3.
+    """
+    try:
+        return later(home, name)
+    except MissingRoom as missing:
+        sys.stderr.write(f"error: {missing}\n")
+        raise SystemExit(3) from None
 
 
 def by_name(package, homes):

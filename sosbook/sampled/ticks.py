@@ -74,6 +74,13 @@ class Ticks:
         """How w acts on u at once."""
         return self.direct @ self.read
 
+    def at_rest(self, r, w):
+        """The plant's state and u where it comes to rest under constant r and w."""
+        push = self.set_point @ r + self.load @ w
+        rest = np.linalg.solve(np.eye(len(self.F)) - self.F, push)
+        u = self.H @ rest + self.direct_r @ r + self.direct_w @ w
+        return rest[: len(self.plant.E)], u
+
     @cached_property
     def radius(self):
         """The largest modulus of an eigenvalue."""

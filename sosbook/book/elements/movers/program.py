@@ -60,17 +60,18 @@ def _clock(c, u_max):
     """The matrices of a controller and its naive brother, and what is proven."""
     naive = c.set_point(r=np.ones((2, 1)))
     deaf, told = (c.limit(u_max, anti_windup=on) for on in (False, True))
-    moved = c.ramp().proven
+    moved = c.bounds.ramp().proven
     ramp = floor(SHARE * u_max / moved) if moved else 10
-    noise = c.noise().proven
+    noise = c.bounds.noise().proven
     return {
         **matrices(c, "ABCD"),
         "T": c.T,
         "asked": [matrices(x, ("B_r", "D_r")) for x in (c, naive)],
         "withheld": [x.W.tolist() for x in (deaf, told)],
-        "noise": noise and significant(noise / float(c.steps[0]), DIGITS),
+        "noise": noise and significant(noise / float(c.readings.steps[0]), DIGITS),
         "asks": [
-            x and significant(x, DIGITS) for x in (c.step().proven, naive.step().proven)
+            x and significant(x, DIGITS)
+            for x in (c.bounds.step().proven, naive.bounds.step().proven)
         ],
         "ramp": ramp,
         "ramp_asks": moved and significant(moved * ramp, DIGITS),
