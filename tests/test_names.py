@@ -28,8 +28,8 @@ SHORTHAND = {
     "exact/checker/unreached.py": {"gamma"},
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
     "theorems/text.py": {"gamma"},  # the size of a theorem's argument
-    "controllers/answers.py": {"u_max"},  # an argument, in what is said of it
-    "controllers/controller.py": {"u_max"},
+    "controllers/limits.py": {"u_max"},  # an argument, in what is said of it
+    "controllers/output_bounds.py": {"u_max"},
     "proofs/folder.py": {"u_max"},  # the limit of a controller
 }
 
