@@ -12,6 +12,7 @@
 
 import importlib.util
 import os
+import pickle
 import re
 import sys
 import time
@@ -54,6 +55,30 @@ def pytest_addoption(parser):
     parser.addoption(
         "--campaign", action="store_true", help="run the long campaigns, too"
     )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session):
+    """Of several processes the first collects alone, beside the build of the book: to
+    compile all tests takes as long as to collect them, and the others read it then.
+    """
+    mark = collected(session.config)
+    if mark and not mark.name.startswith("gw0"):
+        first, end = mark.with_name(f"gw0{mark.suffix}"), time.monotonic() + 120
+        while not first.exists() and time.monotonic() < end:
+            time.sleep(0.1)
+
+
+def pytest_collection_finish(session):
+    if mark := collected(session.config):
+        mark.touch()
+
+
+def collected(config):
+    """The file that says that this worker has collected; None where no build runs."""
+    mine, outcome = getattr(config, "workerinput", {}), os.environ.get("SOSBOOK_BUILT")
+    if mine and outcome:
+        return Path(outcome).with_name(f"{mine['workerid']}.{mine['testrunuid']}")
 
 
 def pytest_collection_modifyitems(config, items):
@@ -122,11 +147,19 @@ def gcc():
 
 
 @pytest.fixture(scope="session")
-def rows():
-    """The rows of the reproduction."""
+def rows(tmp_path_factory):
+    """The rows of the reproduction; what one worker has computed all of a run read."""
     from sosbook.book import reproduction
 
-    return reproduction.rows()
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    path = folder / "rows.pickle"
+    if not path.exists():
+        part = path.with_suffix(f".{os.getpid()}")
+        part.write_bytes(pickle.dumps(reproduction.rows()))
+        part.replace(path)
+    return pickle.loads(path.read_bytes())
 
 
 @pytest.fixture(scope="session")

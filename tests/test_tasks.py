@@ -8,6 +8,7 @@ import tomllib
 import zipfile
 from importlib import metadata
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -182,6 +183,27 @@ def test_a_book_that_does_not_build_fails_the_tests(
         conftest.wait_for(tmp_path / "book.status")
 
 
+def test_the_second_worker_collects_what_the_first_has_compiled(monkeypatch, tmp_path):
+    """Beside a build; alone, or in the first worker, nobody is awaited."""
+    config, asked = SimpleNamespace(), []
+    session = SimpleNamespace(config=config)
+    monkeypatch.setattr(conftest.time, "sleep", lambda s: asked.append(s) or first())
+
+    def first():
+        config.workerinput = dict(workerid="gw0", testrunuid="run")
+        conftest.pytest_collection(session)
+        conftest.pytest_collection_finish(session)
+
+    conftest.pytest_collection(session)
+    conftest.pytest_collection_finish(session)
+    monkeypatch.setenv("SOSBOOK_BUILT", str(tmp_path / "book.status"))
+    conftest.pytest_collection(session)
+    assert not asked and not [*tmp_path.iterdir()]
+    config.workerinput = dict(workerid="gw1", testrunuid="run")
+    conftest.pytest_collection(session)
+    assert len(asked) == 1
+
+
 # Tools on other systems
 
 
@@ -196,7 +218,10 @@ def test_packages_come_once_and_without_them_nothing_runs(monkeypatch, tmp_path)
     status = 0
     for _ in range(2):
         tasks.prepare()
-    assert len(ran) == 2 and tasks.STAMP.exists()
+    assert len(ran) == 4 and tasks.STAMP.exists()
+    halves = [Path(x).read_text("utf-8").splitlines() for *_, x in ran[2:]]
+    lock = (ROOT / "requirements.txt").read_text("utf-8").splitlines()
+    assert sorted(halves[0] + halves[1]) == sorted(lock) and all(halves)
 
 
 @pytest.mark.parametrize(

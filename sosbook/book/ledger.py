@@ -52,13 +52,7 @@ class Best:
 
 
 def entries():
-    """Every `Best` of the ledger.
-
-    Examples
-    --------
-    >>> len(entries())
-    7
-    """
+    """Every `Best` of the ledger."""
     return (*map(wing, RATES), masses(), *map(norm, (1, 2, 3)))
 
 
