@@ -251,7 +251,7 @@ def split(c):
 
 
 def test_the_inequalities_have_no_rounded_numbers(monkeypatch):
-    """R of what is proven of limits and of steps, again in fractions."""
+    """R of what is proven of limits, again in fractions."""
     c = cart([[1]], T=0.01, memory="filter", filter_time=0.02)
     c = split(c.limit(73.3, tracking_time=0.3))
     asked, least = [], JoinedCell.least
@@ -263,10 +263,6 @@ def test_the_inequalities_have_no_rounded_numbers(monkeypatch):
     monkeypatch.setattr(JoinedCell, "least", noted)
     A, B, C, D, W, rows = map(exact, (c.A, c.B, c.C, c.D, c.W, c.readings.rows))
     H, u_max = np.hstack([D @ rows, C]), exact(73.3)
-    assert c.bounds.step().proven > 0
-    for cell, R in asked:
-        assert around(R, exact(cell.cell.L.T) @ exact(cell.cell.L))
-    asked.clear()
     assert c.bounds.reach().sector and asked
     for cell, R in asked:
         N, less, family = len(R) - 1, cell.joined.less, cell.joined.family

@@ -9,11 +9,13 @@ from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.controllers import windup
-from sosbook.controllers.bounds import _best, root
+from sosbook.controllers.bounds import rest, root
 from sosbook.controllers.cells import BALL_BITS, Joined
-from sosbook.controllers.tube import Sizes, _norms, motions_of
+from sosbook.controllers.tube import Tube
 from sosbook.exact.rational import exact
+from sosbook.plants.gain import signals
 from sosbook.sampled.balls import middle
+from sosbook.sampled.loops import SampledFamily
 from tests.axis import drive
 
 
@@ -46,8 +48,10 @@ def controller(name, ranges=None):
     return found.controller(make().coordinates, **clock)
 
 
-def steps(c, plant, j, seconds=8.0):
-    """u, (ticks, m), after a step of set point j, by an own loop from tick to tick."""
+def steps(c, plant, j, seconds=8.0, row=None):
+    """u, (ticks, m), or a coordinate, (ticks,), after a step of set point j, by an own
+    loop from tick to tick.
+    """
     n, (whole, late) = plant.n, divmod(c.delay + 1e-12, c.T)
     back = np.linalg.inv(plant.M)
     A = np.block([[np.zeros((n, n)), np.eye(n)], [-back @ plant.S, -back @ plant.D]])
@@ -58,13 +62,13 @@ def steps(c, plant, j, seconds=8.0):
     x, m, r = np.zeros(2 * n), np.zeros(c.order), np.eye(len(c.set_points))[j]
     sent, found = [np.zeros(B.shape[1])] * (int(whole) + 1), []
     for _ in range(round(seconds / c.T)):
-        y = c.readings.rows @ x
+        place, y = x[row or 0], c.readings.rows @ x
         u = c.C @ m + c.D @ y + c.D_r @ r
         m = c.A @ m + c.B @ y + c.B_r @ r
         sent.append(u)
         for part, v in zip(parts, (sent.pop(0), sent[0])):
             x = part @ np.concatenate([x, v])
-        found.append(u)
+        found.append(u if row is None else place)
     return np.array(found)
 
 
@@ -86,46 +90,91 @@ def test_the_bound_of_a_family_is_near_the_worst_plant(name):
         assert peak <= c.bounds.step(1.0, j, k).proven <= 1.1 * peak
 
 
-def test_what_the_corners_motions_leave_is_bounded_and_each_term_needed():
-    """Loops between two corners push by no more than delta; without a term, by more."""
-    c = controller("hardly damped", (0.75, 1.5))
+def outside(c, found, make, masses, j=0, row=0, ticks=2000):
+    """How far coordinate ``row`` of some plants is outside what was found, at most."""
+    ticks = min(ticks, len(found.curves[0]))
+    several = [steps(c, make(m), j, ticks * c.T, row) * found.size for m in masses]
+    _, low, high = found.curves[:, :ticks]
+    return max(max((low - y).max(), (y - high).max()) for y in several)
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_every_plant_is_between_at_every_tick(name):
+    c, make = controller(name, (0.75, 1.5)), PLANTS[name][0]
+    for j, word in enumerate(
+        ["load"] if make is light else signals(make())[: make().n]
+    ):
+        found = c.bounds.step_response(9.81, j, word, cells=1 if make is light else 99)
+        row = signals(make()).index(word)
+        assert outside(c, found, make, np.linspace(0.75, 1.5, 7), j, row) < 1e-9
+        wide = 50 if make is light else 1  # in one cell
+        assert 0 <= found.overshoot.proven - found.overshoot.seen < wide
+
+
+MUTANTS = {  # what is changed, and how
+    "no bend": (
+        SampledFamily,
+        "bends",
+        lambda true: lambda *a: [(n, 0 * H) for n, H in true(*a)],
+    ),
+    "nothing leaves the polynomials": (
+        Tube,
+        "recursion",
+        lambda true: property(
+            lambda tube: [x[: len(tube.exponents)] for x in true.func(tube)]
+        ),
+    ),
+}
+
+
+def left_and_allowed(c):
+    """How far the loops of plants between leave the polynomials of one tube, (ticks,),
+    and by how much they may.
+    """
     with ctx.workprec(BALL_BITS):
-        joined = Joined(c, c.B_r, c.D_r)
-        whole = joined.family.shape.whole()
-        N = len(joined.family.loop(whole[0], c.timing))
-        L, loops, bent = joined.cell(whole, np.eye(N)).parts
-        L, F, W = middle(L), [middle(x) for x in loops], middle(bent)
-        corners = [middle(joined.family.loop(w, c.timing)) for w in whole]
-        shares = exact(np.arange(1, 8)) / 8
-        between = [(1 - s) * whole[0] + s * whole[1] for s in shares]
-        inside = [middle(joined.family.loop(w, c.timing)) for w in between]
-    x = np.eye(N)[:, -1:]
-    motions = motions_of(corners, x, 300)
-    row, known = np.eye(N)[:1], (_norms, np.matmul)
-    left = Sizes.of(motions, L, F, W, row, *known).left
-    pushed = np.zeros(len(left))
-    for share, loop in zip(shares.astype(float), inside):
-        p = (1 - share) * motions[0] + share * motions[1]
-        off = L @ (p[1:] - loop @ p[:-1])
-        pushed = np.maximum(pushed, np.linalg.norm(off, axis=1)[:, 0])
-    assert (pushed <= left * (1 + 1e-9) + 1e-12).all() and pushed.max() > left.max() / 9
-    straight = Sizes.of(motions, L, F, None, row, *known).left
-    alone = [Sizes.of(motions[[k]], L, [F[k]], W, row, *known).left for k in (0, 1)]
-    assert (pushed > straight + 1e-9).any() and (pushed > np.max(alone, 0) + 1e-9).any()
+        joined = Joined(c, c.B_r[:, :0], c.D_r[:, :0])
+        rho, ((weights, L, P), *_) = c.falling
+        tube = Tube(joined, weights, L, P, rho)
+        motion = tube.motion(-rest(c, 0), ticks=200)
+        back, worst = np.linalg.inv(tube.frame), np.zeros(200)
+        for share in exact(np.arange(1, 8)) / 8:
+            mixed = (1 - share) * weights[0] + share * weights[1]
+            F = tube.frame @ middle(joined.family.loop(mixed, c.timing)) @ back
+            q = np.array([(2 * float(share) - 1) ** e for (e,) in tube.exponents])
+            p = np.tensordot(motion.X, q, (1, 0))
+            mean = (1 - float(share)) * tube.matrices[0] + float(share) * tube.matrices[
+                1
+            ]
+            off = (p[1:] - p[:-1] @ F.T) @ np.linalg.cholesky(middle(mean))
+            worst = np.maximum(worst, np.linalg.norm(off, axis=1))
+    return worst, motion.e[1:] - rho * motion.e[:-1]
+
+
+def test_a_tube_is_as_wide_as_its_loops_push(monkeypatch):
+    """Without a term of delta plants between would leave it."""
+    c = controller("hardly damped", (0.75, 1.5))
+    for degree, (owner, name, change) in zip((5, 1), MUTANTS.values()):
+        monkeypatch.setattr("sosbook.controllers.tube.DEGREES", (0, degree))
+        left, allowed = left_and_allowed(c)
+        assert (left <= allowed).all()
+        with monkeypatch.context() as m:
+            m.setattr(owner, name, change(vars(owner)[name]))
+            left, allowed = left_and_allowed(c)
+            assert (left > 1.1 * allowed).any()
 
 
 def test_no_bound_where_no_matrix_is_finite(monkeypatch):
     """As where a radius meets the rate to rounding, and floats hold no sum."""
-    for module in ("bounds", "windup"):
-        monkeypatch.setattr(
-            f"sosbook.controllers.{module}.discrete_lyapunov",
-            lambda F, W: np.full(W.shape, np.inf),
-        )
-    assert _best(np.eye(2) / 2, np.ones((2, 1)), np.ones(2), 0.0) == (None,) * 3
+    monkeypatch.setattr(
+        "sosbook.controllers.windup.discrete_lyapunov",
+        lambda F, W: np.full(W.shape, np.inf),
+    )
     assert windup._coordinates(np.eye(2) / 2, np.ones((1, 2))) is None
     assert root(np.diag([1.0, -1e-30])) is None  # floats see no positive P
     c = controller("a cart", (0.75, 1.5))
+    monkeypatch.setattr("sosbook.controllers.bounds.RATES", ())
     assert c.bounds.step().proven is None and str(c.bounds.step()).startswith(
         "no bound found"
     )
+    assert c.bounds.step_response().overshoot.proven is None
     assert c.limit(200.0).bounds.reach().step is None

@@ -14,6 +14,7 @@ from .replay import Replay
 from .report import write_report
 from .signals import Readings, Signal
 from .simulation import Backlash, Run
+from .step_bounds import StepBounds
 from .windup import Reach
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "Replay",
     "Run",
     "Signal",
+    "StepBounds",
     "code_fault",
     "controller_of",
     "read_gains",

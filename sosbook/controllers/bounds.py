@@ -1,47 +1,31 @@
-r"""Rigorous bounds of the output for every plant: of noise, ramps and steps.
+"""Rigorous bounds of outputs for every plant: of noise, ramps and steps.
 
-**Lemma.** If :math:`r^2 F^\top P F \le P - h^\top h` for some r > 1 then
-:math:`\sum_k |h F^k g| \le \sqrt{g^\top P g / (1 - r^{-2})}` and each term is at most
-:math:`\sqrt{g^\top P g}`.
-
-*Proof.* x'Px - r^2 (Fx)'P(Fx) >= (h x)^2; weigh by r^(2k) along x_k = F^k g and add:
-sum r^(2k) (h x_k)^2 <= g'Pg. By Cauchy and Schwarz with the weights r^-k. []
-
-For one exponential it is sharp. The first terms are enclosed by themselves, near those
-of the corners: see `sosbook.controllers.tube`.
+Each is a sum or the largest of what the tubes of all cells of plants say, tick by tick,
+and by the norm from some tick on: see `sosbook.controllers.tube`.
 """
 
 from contextlib import suppress
 from decimal import Context
+from heapq import heappop, heappush
+from itertools import count
 
 import numpy as np
 from flint import arb, fmpq_mat
-from scipy.linalg import matrix_balance
 
-from ..exact.rational import exact, round_digits
-from ..language import Unknown
-from ..lmi.problem import LMIProblem
-from ..lmi.text import LMIText
-from ..runtime.time_limit import check_time
+from ..exact.rational import exact
+from ..runtime.time_limit import OutOfTime, check_time
 from ..sampled.balls import balls, middle
-from ..sampled.cells import least_pivot
-from ..sampled.lyapunov import discrete_lyapunov
-from ..solver.loop import Unbounded
+from ..sampled.cover import cover
+from ..sampled.proof_file import _leaves
+from ..sampled.timing import TimeBox
 from .cells import Joined, work
-from .tube import motions_of, tube_bound
+from .tube import SAFE, Tube
 
-SPREADS = tuple(np.linspace(0.1, 0.9, 9))  # of log r, from 1 to what the loop allows
-HEADS = (0, 10, 25)  # terms that are enclosed by themselves
-USED = 0.8  # of log r of the matrix P: the rest is room for other plants
-ROOM = 1.1  # of P beyond its equation's: room for other plants, too
-GAP = 1e-3  # to the least bound of P
-ATTAINED = 1e-3  # of the weight, in every direction: so that there is a least P
-MARGINS = (1e-3, 0.02, 0.1)  # of the room that r leaves in P: for the other plants
-WHOLE = 0.05  # of what P says of the start, in every direction: room, too
-GOOD = 1.2, 1.02  # of what is true of the corners, a sum or a peak: no more halving
+RATES = ((0.6, 32), (0.3, 128), (0.1, 512))  # of log(radius) to prove, and cells for it
+GOOD = 1.02  # of what is true of the corners: no more halving
+LEAST = 0.01  # radius that is asked for: of loops that are at rest after some ticks
 MOST_TERMS = 30_000  # that floats add
-MOST_CELLS = 32  # looked at; each has an LMI or three
-LAST_CELLS = 1024  # where some have no bound at all
+MOST_CELLS = 128  # of tubes; then any bound is taken
 
 
 def four_digits(x, rounding):
@@ -56,32 +40,96 @@ def bounded_output(c, own, direct, k, start=None, peak=False):
     inputs.
 
     ``own``, ``direct``, (l, j) and (m, j): how inputs act on the memory and on u, as
-    decimals; ``start``: the states (N, j) at the start, in rationals, else what the
-    inputs leave; ``peak``: the largest |u_k| of one input instead. After ``MOST_CELLS``
-    cells any bound of a cell is taken, and only what has none is halved, up to
-    ``LAST_CELLS``, or until the time in force is over.
+    decimals; ``start``: the state (N, 1) at the start, in rationals, else what the
+    inputs leave; ``peak``: the largest |u_k| instead.
     """
-    joined = Joined(c, own, direct)
-    alone = Joined(c, own[:, :0], direct[:, :0])  # no input weighs on its loops
     output = not np.ndim(k)
     h, at_once = (outputs_of(c)[k], direct[k]) if output else (exact(k), 0 * direct[0])
-    queue, worst, most, count = [joined.family.shape.whole()], 0.0, 0.0, 0
-    while queue:
+    now, columns = arb(0), [dict(start=start)]
+    if start is None:
+        now = sum((abs(e) for e in balls(at_once)), now)
+        columns = [dict(column=j) for j in range(len(at_once))]
+    else:
+        own, direct = own[:, :0], direct[:, :0]
+    ticks = ticks_of(c.radius)
+
+    def judged(tube):
+        """The bound of a tube, and by how much it is above what is good."""
         check_time()
-        weights = queue.pop()
-        found, true = _cell(joined, alone, weights, h, at_once, start, peak)
-        count, most = count + 1, max(most, true)
-        if not np.isfinite(true):  # a corner's loop is unstable
-            return None
-        alone_here = len(weights) == 1
-        last = alone_here or count + len(queue) >= MOST_CELLS
-        if found <= GOOD[peak] * most or (last and np.isfinite(found)):
-            worst = max(worst, found)
-        elif alone_here or count + len(queue) >= LAST_CELLS:
-            return None
+        most = true = 0.0
+        for one in columns:
+            near, off, tail = tube.motion(**one, ticks=ticks).seen(h)
+            sizes = abs(near)
+            if peak:
+                true = max(true, sizes.max())
+                most = max(most, tail, (sizes.max(axis=1) + off).max())
+            else:
+                seen = sizes[:-1].sum(axis=0).max()
+                true = true + seen
+                most = most + seen + off[:-1].sum() + tail / (1 - tube.rho)
+        other = float(now.mid())
+        return most * SAFE, most + other - GOOD * (true + other)
+
+    found = of_all_plants(c, Joined(c, own, direct), judged, MOST_CELLS)
+    if found is None:
+        return None
+    return rounded(arb(max(found)) + now, np.inf)
+
+
+def of_all_plants(c, joined, judged, most):
+    """The answers that ``judged`` has of `Tube`s of ``joined`` loops, which hold all
+    plants of a controller c; None where the loop isn't proven to fall.
+
+    ``judged``: from a tube to (answer, excess); tubes of the largest excess above zero
+    are halved first, until there are ``most``.
+    """
+    if c.falling is None:
+        return None
+    rho, leaves = c.falling
+    done, queue, number = [], [], count()
+
+    def keep(tube, answer, excess):
+        if excess <= 0 or len(tube.weights) == 1:
+            done.append(answer)
         else:
-            queue += joined.family.shape.halves(weights, longest_cut(joined, weights))
-    return worst
+            heappush(queue, (-excess, next(number), tube, answer))
+
+    for weights, L, P in leaves:
+        check_time()
+        tube = Tube(joined, weights, L, P, rho)
+        keep(tube, *judged(tube))
+    with suppress(OutOfTime):  # all plants have an answer: more cells are sharper
+        while queue and len(done) + len(queue) < most:
+            halves = [(half, *judged(half)) for half in queue[0][2].halves()]
+            heappop(queue)
+            for half in halves:
+                keep(*half)
+    return [*done, *(answer for *_, answer in queue)]
+
+
+@work
+def proven_decay(c):
+    """(rho, leaves): all motions of the loop of c fall by rho a tick, in the norms of
+    the leaves (weights, L, P), in rationals; None where no rate is proven.
+    """
+    if not c.radius < 1:
+        return None
+    family = Joined(c, c.B[:, :0], c.D[:, :0]).family
+    for share, budget in RATES:
+        rho = float(f"{max(c.radius, LEAST) ** share:.6g}")
+        if rho < 1:
+            tree, _ = cover(family, TimeBox.of(c.T, c.delay), rho, budget)
+            if tree is not None:
+                leaves = _leaves(tree, family.shape)
+                return rho, [
+                    (w, exact(L), exact(_each(P, len(w), len(L))))
+                    for w, L, _, P, _ in leaves
+                ]
+    return None
+
+
+def _each(P, count, N):
+    return np.array([np.eye(N)] * count) if P is None else P
 
 
 def rounded(x, way):
@@ -168,108 +216,8 @@ def longest_cut(joined, weights):
     return tuple(int(x) for x in np.unravel_index(far.argmax(), far.shape))
 
 
-def _cell(joined, alone, weights, h, at_once, start, peak):
-    """(bound, what is true of the corners in floats) of one cell."""
-    j, timing = joined.inputs, joined.controller.timing
-    wholes = [middle(joined.family.loop(w, timing)) for w in weights]
-    loops = [F[:-j, :-j] for F in wholes]
-    radii = [abs(np.linalg.eigvals(F)).max() for F in loops]
-    slow, radius = int(np.argmax(radii)), max(radii)
-    if not radius < 1:
-        return np.inf, np.inf
-    now = arb(0)
-    if start is None:
-        start, first = exact(np.eye(len(wholes[0]))[:, -j:]), wholes[slow][:-j, -j:]
-        now = sum((abs(e) for e in balls(at_once)), now)
-    else:
-        start = np.vstack([start, exact(np.zeros((j, start.shape[1])))])
-        first = start[:-j].astype(float)
-    row = np.concatenate([h, exact(np.zeros(j))])
-    motions = motions_of(wholes, start, ticks_of(radius) if radius else 1)
-    seen = abs(row.astype(float) @ motions).sum(axis=2)
-    true = float(seen.max() if peak else seen.sum(axis=1).max() + float(now.mid()))
-    P, r, head = _best(loops[slow], first, row[:-j].astype(float), float(now.mid()))
-    if P is None:
-        return np.inf, true
-    used, head = (1.0, 0) if peak else (r**USED, head)
-    G = np.linalg.matrix_power(loops[slow], head) @ first
-    for margin in MARGINS:
-        L = _common(P, loops, h.astype(float), margin * (1 - r**-2), used, G, peak)
-        if L is None:
-            continue
-        Lx, H = balls(L), balls(h[None])
-        left = Lx.T @ Lx - H.T @ H
-        R = Lx.T @ Lx if peak else left / arb(float(used)) ** 2
-        if not least_pivot(left) > 0 or not alone.cell(weights, L).least(R) > 0:
-            continue
-        wide = np.eye(len(L) + j)
-        wide[:-j, :-j] = L
-        found = tube_bound(joined.cell(weights, wide), motions, start, row, used, peak)
-        return rounded(arb(found) + now, np.inf), true
-    return np.inf, true
-
-
-def _common(P, loops, h, margin, used, G, peak):
-    """L, of 12 digits, whose L'L is a P of the lemma for some loops at once, with room;
-    None where none is found.
-    """
-    L = root(P)
-    if L is None:
-        return None
-    back = np.linalg.inv(L)
-    inside, row = [L @ F @ back for F in loops], h @ back
-
-    def write(values, number):
-        X, seen = values["X"], number(np.outer(row, row))
-        falls = {
-            f"loop {k}": (X if peak else X - seen) * number(used**-2)
-            - number(F.T) @ X @ number(F)
-            - number(margin * np.eye(len(P)))
-            for k, F in enumerate(inside)
-        }
-        return {"X": X - seen if peak else X} | falls
-
-    X = Unknown("X", len(P), symmetric=True)
-    problem = LMIProblem(LMIText(write, [X]))
-    W = L @ G @ G.T @ L.T
-    W = W / np.trace(W) + ATTAINED * np.eye(len(P))
-    found = problem.find(refuse=False).values
-    if found is not None:
-        with suppress(Unbounded):
-            found = problem.minimize(W @ X, GAP, found).values
-    inner = None if found is None else root(found["X"])
-    return None if inner is None else round_digits(inner @ L, 12)
-
-
 def root(P):
     """L with L'L near P, in floats; None where floats see no positive definite P."""
     with suppress(np.linalg.LinAlgError):
         return np.linalg.cholesky(P).T
     return None
-
-
-def _best(F, G, h, direct):
-    """P, r and the number of first terms for which the sum is least, in floats; None
-    for each where no P is finite.
-    """
-    radius = abs(np.linalg.eigvals(F)).max()
-    units = matrix_balance(F, permute=False, separate=True)[1][0] ** -2.0
-    best, least = (None,) * 3, np.inf
-    for share in SPREADS:
-        r = radius**-share
-        P = discrete_lyapunov(r * F, np.outer(h, h))
-        rest = discrete_lyapunov(r * F, np.diag(units))
-        if not (np.isfinite(P).all() and np.isfinite(rest).all()):
-            continue
-        x, total = G, direct
-        for head in range(max(HEADS) + 1):
-            if head in HEADS:
-                sizes, others = (np.trace(x.T @ X @ x) for X in (P, rest))
-                whole = ROOM * P + (WHOLE * sizes / others) * rest
-                tails = np.sqrt(np.einsum("ij,ik,kj->j", x, whole, x).clip(0))
-                bound = total + tails.sum() / np.sqrt(1 - r ** (-2 * USED))
-                if bound < least:
-                    best, least = (whole, r, head), bound
-            total += abs(h @ x).sum()
-            x = F @ x
-    return best

@@ -14,6 +14,7 @@ from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
 from ..sampled.ticks import Ticks
+from .bounds import proven_decay
 from .clock import checked_slack
 from .describing import predicted_cycles
 from .facts import facts_of
@@ -25,6 +26,7 @@ from .program import Code
 from .set_points import chosen_set_point, set_points_of
 from .signals import Readings, signals_of, vector_of
 from .simulation import Run, simulate_controller
+from .step_bounds import seen_overshoot
 
 
 def _part(name: str, about: str) -> Any:
@@ -103,6 +105,8 @@ class Controller(ReadOnly):
         names = ", ".join(s.name for s in self.readings.signals)
         given = ", ".join(s.name for s in self.outputs)
         kind = f"T = {self.T:g} s, order {self.order}, {self.estimate.words}"
+        if (over := seen_overshoot(self)) is not None:
+            kind += f", a step overshoots by {over:.3g} % at corners"
         return f"<Controller: {given} of {names}, {kind}>"
 
     @property
@@ -278,6 +282,11 @@ class Controller(ReadOnly):
     def loops(self) -> list:
         """The sampled loops with the plant's vertices."""
         return [self.loop(d) for d in self.vertices]
+
+    @cached_property
+    def falling(self) -> Any:
+        """How fast all motions are proven to fall: see `proven_decay`."""
+        return proven_decay(self)
 
     @property
     def radius(self) -> float:

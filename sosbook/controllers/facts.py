@@ -112,6 +112,16 @@ def bounded(c, trials):
                 bound, moved = trial.asks[k], f"{stepped(trial, r)} asks {signal}"
             within = (bound.proven or 0.0) <= c.limits.u_max[k]
             lines.append(f"{moved}: {bound}{'' if within else ', without its limit'}")
+    for j, (r, trial) in enumerate(zip(c.set_points, trials)):
+        if trial.asks:
+            found = c.bounds.step_response(trial.size, j)
+            lines.append(
+                f"{stepped(trial, r)}, of the loop without limits: {found.output} "
+                f"overshoots by {found.words('overshoot')}, and is within 2 % after "
+                f"{found.words('settling_time')}"
+            )
+    if c.set_points:
+        lines.append("one program, sosbook, has made these bounds: no file holds them")
     if np.isfinite(c.limits.u_max).all():
         for j, _ in enumerate(c.set_points):
             lines.append(str(c.bounds.reach(j)))

@@ -6,13 +6,16 @@ from typing import Any
 import numpy as np
 from flint import arb
 
+from ..exact.proof import Stopped, proven_within
 from ..exact.rational import exact
-from ..plants.checks import positive
+from ..plants.checks import count, positive
+from ..runtime.time_limit import checked_seconds
 from .bounded import SECONDS, Bounded
 from .bounds import bounded_output, rest, rounded, sizes_of
 from .limits import quantum
 from .rounding import rounding_bound
 from .signals import known_index
+from .step_bounds import StepBounds, step_bounds
 from .windup import Reach, proven_reach
 
 
@@ -132,10 +135,53 @@ class OutputBounds:
         size = exact(positive("size", size))
         return self._of_motion(size, set_point, output, time_limit, peak=True)
 
-    def _of_motion(self, size, set_point, output, seconds, peak=False):
-        """The `Bounded` of an ``output`` while ``set_point`` moves by ``size`` a tick,
-        or at its step (``peak``); ``seconds`` for the proof.
+    def step_response(
+        self,
+        size: float = 1.0,
+        set_point: int = 0,
+        output: Any = None,
+        band: float = 0.02,
+        cells: int = 256,
+        time_limit: float = SECONDS,
+    ) -> StepBounds:
+        """Overshoot, settling time and more of a step from rest, for every plant.
+
+        Parameters
+        ----------
+        size : float
+            Of the step, in the unit of the set point.
+        set_point : int
+            Which one.
+        output : str, int or Output, optional
+            Of what: a coordinate, a speed or a reading by its name, the index of a u,
+            or one row; without it what the set point is of.
+        band : float
+            What counts as settled, as a share of the step.
+        cells : int
+            Into how many parts the family is cut, at most: more are sharper.
+        time_limit : float
+            Seconds, after which there is no proof, or a less sharp one.
+
+        Returns
+        -------
+        StepBounds
+            Each number proven for every plant, and seen at some; see
+            `sosbook.controllers.tube` for the theorem. No file holds this proof: one
+            program, this package, has made it.
+
+        Raises
+        ------
+        ValueError
+            As for `ramp`, or where no row is an output.
         """
+        x, c = self._at_rest(set_point), self.controller
+        asked = c, x, size, set_point, output, band
+        work = partial(step_bounds, *asked, count("cells", cells, least=1))
+        found = proven_within(checked_seconds(time_limit, needed=True), work)
+        return step_bounds(*asked, 0) if isinstance(found, Stopped) else found
+
+    def _at_rest(self, set_point):
+        """The state at rest: see `rest`; a ValueError where none is exactly so."""
         c = self.controller
         known_index("set_point", set_point, c.set_points)
         x = rest(c, set_point)
@@ -146,6 +192,13 @@ class OutputBounds:
                 "numbers), so what a motion asks depends on where it ends; see "
                 "static(r=...)"
             )
+        return x
+
+    def _of_motion(self, size, set_point, output, seconds, peak=False):
+        """The `Bounded` of an ``output`` while ``set_point`` moves by ``size`` a tick,
+        or at its step (``peak``); ``seconds`` for the proof.
+        """
+        x, c = self._at_rest(set_point), self.controller
         known_index("output", output, c.outputs)
         own, direct = c.B_r[:, [set_point]], c.D_r[:, [set_point]]
 

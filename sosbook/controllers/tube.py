@@ -1,156 +1,284 @@
-r"""Motions of all plants of a cell: those of its corners, and how far others are off.
+r"""Tubes: the motions of all plants of a cell, enclosed from tick to tick.
 
-**Theorem.** Let :math:`F = \sum w_i F_i + D` with weights :math:`w_i \ge 0` of sum one
-and :math:`D^\top D \le W` be the loop of a plant, and :math:`|F d| \le |d| / s` for
-every d in the norm used here. For any sequences :math:`p_k^i`, the motion
-:math:`x_{k+1} = F x_k` differs from :math:`p_k = \sum w_i p_k^i` by at most
-:math:`e_k`, where :math:`|x_0 - p_0| \le e_0` and :math:`e_{k+1} = e_k / s + \delta_k`
-with
+Let F(q) be the loops of a cell with weights :math:`w_i(q) \ge 0` of sum one, P(q) the
+mean :math:`\sum w_i P_i` and :math:`|v|_q^2 = v^\top P(q) v`. What
+`sosbook.sampled.cells` proves of the cell is :math:`|F(q) v|_q \le \rho |v|_q`.
 
-.. math::
+**Theorem.** Let p_k be any polynomials in q, :math:`|x_0 - p_0|_q \le e_0`, and
+:math:`\delta_k \ge |p_{k+1} - F p_k|_q` in the cell. With
+:math:`e_{k+1} = \rho e_k + \delta_k` every motion :math:`x_{k+1} = F x_k` has
+:math:`|h x_k - h p_k| \le c e_k` with :math:`c = \max_i \sqrt{h P_i^{-1} h^\top}`, and
+:math:`|h x_k| \le c \rho^{k-n} (|p_n|_q + e_n)` for k >= n.
 
-    \delta_k = \max_i |p_{k+1}^i - F_i p_k^i|
-    + \max \sum_{i < j} w_i w_j |(F_i - F_j)(p_k^i - p_k^j)|
-    + \max_i \sqrt{(p_k^i)^\top W p_k^i} .
+*Proof.* d = x - p moves by F and is pushed by F p_k - p_{k+1}. A plant is constant, so
+its norm is the same at all ticks, and the triangle inequality gives :math:`|d_k|_q \le
+e_k`. :math:`|h d| \le \sqrt{h P^{-1} h^\top} |d|_q`, and h P^-1 h' is convex in P. []
 
-*Proof.* x - p moves by F and is pushed by F p_k - p_{k+1}, which is the sum of
-w_i (F_i p_k^i - p_{k+1}^i), of D p_k and, since sum_ij w_i w_j F_i (p^j - p^i) counts
-each pair twice, of -w_i w_j (F_i - F_j)(p^i - p^j). []
+So what differs from plant to plant as a polynomial is no error. Along an axis of length
+two the loop is the mixture of the corners' less (1 - q^2)/8 times a second derivative
+somewhere: its middle is a polynomial, too, and its radius alone is an error.
 
-So an output is, at each tick, at most the largest of the corners' own plus what e_k is
-worth; e_k is of second order in the size of the cell, and zero but for roundings of one
-plant. The p_k^i are the corners' motions in floats; what they leave is in balls.
+**Which numbers are balls, and which are floats.** Corners, bends, P and c are balls.
+The p_k are whatever floats the recursion makes, and delta_k is bounded afterwards: a
+sum of n products of floats, in any order, is off by at most n u / (1 - n u) times the
+sum of their sizes, u = 2^-53 (Higham, Accuracy and Stability of Numerical Algorithms,
+section 3.1). `_gamma` is more, by what subtractions and conversions need; ``TINY`` is
+more than what underflows. Bounds are sums and products of positive floats, fewer than
+1e6 in a row, and ``SAFE`` holds their roundings.
 """
 
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations_with_replacement as choices
+from itertools import product as cartesian
 
 import numpy as np
+from flint import arb
 
+from ..exact.rational import exact
 from ..sampled.balls import balls, balls_of, middle, product, solve
+from ..sampled.cells import least_pivot, size
+from ..sampled.loops import over, within
 
-SAFE = 1 + 1e-9  # more than what sums of 1e6 positive floats lose
-TINY = 1e-150  # whose square is still a float
-NEAR = 1.005  # of the least bound: then no more ticks are looked at
+SAFE = 1 + 1e-9
+TINY = 1e-150
+BLOCK = 64  # ticks at once, a power of two
+ABOVE = 1 + 1e-6  # of the largest eigenvalue of a P, which balls then confirm
+DEGREES = (0, 5, 3, 2, 2)  # of the polynomials, by the number of axes; of more, 1
 
 
 @dataclass(frozen=True, eq=False)
-class Sizes:
-    """The sizes of motions, as floats: see `Sizes.of` and `Sizes.bounds`.
+class Tube:
+    """The motions of a cell of some ``joined`` loops, whose inputs are at tick 0.
 
-    ``seen``, (corners, ticks): |h p|; ``lengths``, (corners, ticks): |p|; ``left``,
-    (ticks,): delta of the theorem; ``gain``: the largest |h d| for |d| = 1.
+    ``weights``: of its corners; ``L``, ``P``: |L x| by the mean of the P, one for each
+    corner, falls by ``rho`` a tick; the three are rationals.
     """
 
-    seen: np.ndarray
-    lengths: np.ndarray
-    left: np.ndarray
-    gain: float
+    joined: object
+    weights: np.ndarray
+    L: np.ndarray
+    P: np.ndarray
+    rho: float
 
-    @classmethod
-    def of(cls, motions, L, loops, bent, row, norms, times):
-        """Those of ``motions``, (corners, ticks + 1, N, k), in the coordinates L x.
+    @cached_property
+    def frame(self):
+        """The coordinates of everything below, in floats: P is near one in them."""
+        root = np.linalg.cholesky(self.P.astype(float).mean(axis=0)).T
+        return root @ self.L.astype(float)
 
-        ``loops``, ``bent``, ``row``: F_i, W (or None) and h in these coordinates;
-        ``norms``: lengths of the columns of a matrix; ``times``: a product.
+    @cached_property
+    def matrices(self):
+        """P of each corner in the frame, in balls."""
+        back = over(balls(self.L), balls_of(self.frame))
+        return [product(back.T, balls(x), back) for x in self.P]
+
+    @cached_property
+    def longest(self):
+        """A number above |v|_q for |v| = 1."""
+        found, one = [], np.eye(len(self.L), dtype=int)
+        for x in self.matrices:
+            most = arb(ABOVE * np.linalg.eigvalsh(middle(x))[-1])
+            found.append(most if least_pivot(most * one - x) > 0 else size(x))
+        return max(float(x.sqrt().upper()) for x in found)
+
+    @cached_property
+    def points(self):
+        """q of each corner: at the ends of a box's axes, or a simplex's weights less
+        their means, without the last one.
         """
-        corners, _, N, k = motions.shape
-        flat = [p.transpose(1, 0, 2).reshape(N, -1) for p in motions]
-        p = [times(L, x) for x in flat]
-        now, then = [x[:, :-k] for x in p], [x[:, k:] for x in p]
+        many, axes = len(self.weights), self.joined.family.shape.axes
+        if axes or many == 2:
+            return np.array(list(cartesian((-1.0, 1.0), repeat=axes or 1)))
+        return np.eye(many)[:, :-1] - 1 / many
 
-        def each(x):  # the columns of a tick count together
-            return x.reshape(-1, k).sum(axis=1)
+    @cached_property
+    def exponents(self):
+        """Of the monomials of p, by degree: tuples."""
+        axes = self.points.shape[1]
+        degree = DEGREES[axes] if axes < len(DEGREES) else 1
+        several = [some for d in range(degree + 1) for some in choices(range(axes), d)]
+        return [tuple(map(some.count, range(axes))) for some in several]
 
-        pairs = list(combinations(range(corners), 2))
-        own = [norms(x - times(F, y)) for F, x, y in zip(loops, then, now)]
-        found = np.max(own, axis=0)
-        if pairs:
-            across = [
-                norms(times(loops[i] - loops[j], now[i] - now[j])) for i, j in pairs
-            ]
-            share = (1 - 1 / corners) / 2
-            found = found + np.minimum(
-                np.sum(across, axis=0) / 4, share * np.max(across, axis=0)
+    @cached_property
+    def at_corners(self):
+        """(corners, monomials): what each one is there."""
+        powers = self.points[:, None, :] ** np.array(self.exponents, int)[None]
+        return np.prod(powers, axis=2)
+
+    @cached_property
+    def bent(self):
+        """How far each monomial is from the mixture of what it is at the corners.
+
+        In a box that is the product of the q whose exponents are odd: off by 1 at most,
+        and not at all where no exponent is above 1. In a simplex both are below the
+        monomial's largest size.
+        """
+        e = np.array(self.exponents, int)
+        if 2 ** e.shape[1] == len(self.points):
+            return (e.max(axis=1, initial=0) > 1).astype(float)
+        return 2 * self.largest(self.exponents) * (e.sum(axis=1) > 1)
+
+    def largest(self, exponents):
+        """(count,) largest sizes of monomials with these ``exponents`` in the cell."""
+        most = abs(self.points).max(axis=0, initial=0.0)
+        return np.array([np.prod(most ** np.array(e)) for e in exponents])
+
+    @cached_property
+    def pieces(self):
+        """The loop with its inputs as a polynomial, {exponents: matrix}, what its
+        entries are off by at most, and how much it bends along each axis.
+        """
+        family, timing = self.joined.family, self.joined.controller.timing
+        N, axes, many = len(self.frame), self.points.shape[1], len(self.weights)
+        wide = np.eye(N + self.joined.inputs)
+        wide[:N, :N] = self.frame
+        wide, one = balls_of(wide), np.eye(axes, dtype=int)
+        corners = [within(family.loop(w, timing), wide) for w in self.weights]
+        bends = family.bends(self.weights, 0, wide, timing) if many > 1 else []
+        box, found, off = 2**axes == many, {}, 0 * corners[0]
+        if box:
+            stack = np.array(corners).reshape((2,) * axes + corners[0].shape)
+            for e in cartesian((0, 1), repeat=axes):
+                found[e] = stack
+                for a in e:
+                    low, high = found[e]
+                    found[e] = (high - low) / 2 if a else (low + high) / 2
+        else:
+            found[(0,) * axes] = sum(corners) / many
+            found |= {tuple(e): F - corners[-1] for e, F in zip(one, corners)}
+        for k, (n, H) in enumerate(bends):
+            if box:
+                M = np.vectorize(lambda e: e.mid() / 8, otypes=[object])(H)
+                found[(0,) * axes] = found[(0,) * axes] - M
+                found[tuple(2 * one[k])] = M
+                H = H - 8 * M
+            off = off + n * abs(H) / 8
+        floats = {e: middle(F) for e, F in found.items()}
+        for (e, F), most in zip(found.items(), self.largest(found)):
+            off = off + abs(F - balls_of(floats[e])) * arb(most)
+        return floats, _above(off), [float(size(H).mid()) for _, H in bends]
+
+    @cached_property
+    def recursion(self):
+        """(monomials, N, coefficients and inputs): how the coefficients move, and last
+        what leaves the polynomials; the largest sizes of all these monomials.
+        """
+        floats, _, _ = self.pieces
+        N, count, j = len(self.frame), len(self.exponents), self.joined.inputs
+        place = {e: k for k, e in enumerate(self.exponents)}
+        left = {}
+        A = np.zeros((count, N, count * N + j))
+        columns = [*zip(self.exponents, np.split(np.arange(count * N), count))]
+        columns.append((self.exponents[0], np.arange(count * N, count * N + j)))
+        for k, (e, at) in enumerate(columns):
+            part = slice(0, N) if k < count else slice(N, N + j)
+            for g, F in floats.items():
+                goal = tuple(a + b for a, b in zip(e, g))
+                if goal in place:
+                    A[place[goal]][:, at] += F[:N, part]
+                else:
+                    rest = left.setdefault(goal, np.zeros((N, count * N + j)))
+                    rest[:, at] += F[:N, part]
+        left, gone = np.array([*left.values()]).reshape(-1, N, count * N + j), [*left]
+        return np.concatenate([A, left]), self.largest([*self.exponents, *gone])
+
+    def motion(self, start=None, column=None, ticks=1):
+        """The `Motion` over ``ticks`` from a ``start``, (N, 1) in rationals; or from
+        zero, where the input of a ``column`` is one at tick 0.
+        """
+        A, sizes = self.recursion
+        off = self.pieces[1]
+        count, (N, j) = len(self.exponents), (len(self.frame), self.joined.inputs)
+        X = np.zeros((ticks + 1, count * N + j))
+        e = np.zeros(ticks + 1)
+        if start is None:
+            X[0, count * N + column] = 1.0
+        else:
+            whole = balls_of(self.frame) @ balls(start)
+            X[0, :N] = middle(whole)[:, 0]
+            e[0] = np.linalg.norm(_above(whole[:, 0] - balls_of(X[0, :N])))
+            e[0] = self.longest * e[0] + TINY
+        moves = A[:count].reshape(count * N, -1)
+        X[1, : count * N] = moves @ X[0]
+        moves = moves[:, : count * N].T
+        done, reach = 1, moves
+        while done < ticks:  # as many at once as there are already, up to BLOCK
+            more = min(ticks - done, done, BLOCK)
+            first = done + 1 - min(done, BLOCK)
+            X[done + 1 : done + 1 + more, : count * N] = (
+                X[first : first + more, : count * N] @ reach
             )
-        if bent is not None:
-            squares = [norms((times(bent, x) * x).sum(axis=0)[None]) for x in now]
-            found = found + np.sqrt(np.max(squares, axis=0))
-        return cls(
-            np.array([each(norms(times(row, x))) for x in p]),
-            np.array([each(norms(x)) for x in p]),
-            each(found),
-            float(norms(row.T)[0]),
-        )
+            done += more
+            reach = reach if done > BLOCK else reach @ reach
+        now, then = X[:-1].T, X[1:, : count * N].T
+        flat, size_now = A.reshape(-1, A.shape[2]), abs(now)
+        left = flat @ now
+        left[: count * N] -= then
+        doubt = abs(flat) @ size_now
+        doubt[: count * N] += abs(then)
+        left = abs(left) + _gamma(A.shape[2]) * doubt
+        lost = sizes @ np.linalg.norm(left.reshape(len(A), N, -1), axis=1)
+        whole = size_now[: count * N].reshape(count, N, -1)
+        whole = np.tensordot(sizes[:count], whole, 1)
+        whole = np.vstack([whole, size_now[count * N :]])
+        lost = self.longest * (lost + np.linalg.norm(off[:N] @ whole, axis=0)) + TINY
+        for k, delta in enumerate(lost):
+            e[k + 1] = self.rho * e[k] + delta
+        return Motion(self, X[:, : count * N].reshape(ticks + 1, count, N), e)
 
-    def bounds(self, pace, first, peak):
-        """(ticks + 1,) bounds of the sum of |h x_k|, or of the largest (``peak``).
+    def halves(self):
+        """The two halves, cut where the loop bends most."""
+        shape = self.joined.family.shape
+        if shape.axes:
+            cut = int(np.argmax(self.pieces[2]))
+        else:
+            floats, _, _ = self.pieces
+            one = np.eye(self.points.shape[1], dtype=int)
+            ends = [*(floats[tuple(e)] for e in one), 0 * floats[tuple(0 * one[0])]]
+            far = np.array([[np.linalg.norm(a - b) for a in ends] for b in ends])
+            cut = tuple(int(x) for x in np.unravel_index(far.argmax(), far.shape))
+        several = zip(shape.halves(self.weights, cut), shape.halves(self.P, cut))
+        return [replace(self, weights=w, P=P) for w, P in several]
 
-        Entry n takes the first n ticks one by one and the others by the norm, in which
-        x falls by ``pace`` a tick; ``first`` is e_0.
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The motions of a `Tube`: ``X``, (ticks, monomials, N), the polynomials in floats;
+    ``e``, (ticks,): the theorem's.
+    """
+
+    tube: Tube
+    X: np.ndarray
+    e: np.ndarray
+
+    def seen(self, row):
+        """(near, off, tail) of ``row``, (N,) in rationals, times x.
+
+        h x is no further than ``off``, (ticks,), from the mixture of ``near``, (ticks,
+        corners); from the last tick on |h x| is at most ``tail``, and
+        falls by rho.
         """
-        e = np.empty(len(self.left) + 1)
-        e[0] = first
-        for k, delta in enumerate(self.left):
-            e[k + 1] = e[k] / pace + delta
-        tail, off = self.lengths.max(axis=0) + e, self.gain * e
-        if peak:
-            most = np.maximum.accumulate(self.seen.max(axis=0) + off)
-            most = np.concatenate([[0.0], most[:-1]])
-            return np.maximum(most, self.gain * tail) * SAFE
-        sums = (np.cumsum(self.seen, axis=1) - self.seen).max(axis=0)
-        return (sums + np.cumsum(off) - off + tail / np.sqrt(1 - pace**-2.0)) * SAFE
+        tube, count = self.tube, self.X.shape[1]
+        g = solve(balls_of(tube.frame).T, balls(exact(row)[:, None]))
+        worst = max((g.T @ solve(P, g))[0, 0].upper() for P in tube.matrices)
+        c = float(arb(worst).sqrt().upper())
+        h = middle(g)[:, 0]
+        doubt = _above(g - balls_of(h[:, None]))[:, 0]
+        sizes = tube.largest(tube.exponents)
+        Y = self.X @ h
+        doubt = abs(self.X) @ (_gamma(len(h) + count) * abs(h) + doubt) @ sizes
+        off = abs(Y) @ tube.bent + doubt + c * self.e
+        lengths = np.linalg.norm(self.X[-1], axis=1) @ sizes
+        tail = c * (tube.longest * lengths + self.e[-1])
+        return Y @ tube.at_corners.T, (off + TINY) * SAFE, tail * SAFE
 
 
-def motions_of(loops, start, ticks):
-    """(corners, ticks + 1, N, k) motions of several ``loops``, (corners, N, N), from
-    one ``start``, (N, k), in floats.
-    """
-    F, x = np.array(loops), np.array([start] * len(loops), float)
-    found = np.empty((len(F), ticks + 1, *x.shape[1:]))
-    for k in range(ticks + 1):
-        found[:, k] = x
-        x = F @ x
-    return found
+def _gamma(n):
+    """More than a sum of n products is off by, and some roundings beside it."""
+    return 1.01 * (n + 9) * 2.0**-53
 
 
-def tube_bound(cell, motions, start, row, pace, peak):
-    """A bound of the sum of |row x_k| over ticks k >= 0, or of the largest (``peak``),
-    of every plant of a `JoinedCell`, proven in balls; infinite where none is known.
-
-    ``motions``: the corners' in floats (see `motions_of`); ``start``, (N, k): where
-    they start, in rationals; ``row``, (N,), rationals; ``pace``: by which the cell's
-    norm is proven to fall a tick, from the second one on; P > h'h, too.
-    """
-    try:
-        L, loops, bent = cell.parts
-        h = solve(L.T, balls(row[:, None])).T
-    except ZeroDivisionError:
-        return np.inf
-    known = (
-        middle(L),
-        list(map(middle, loops)),
-        None if bent is None else middle(bent),
-        middle(h),
-    )
-    guess = Sizes.of(motions, *known, _norms, np.matmul)
-    bounds = guess.bounds(pace, 0.0, peak)[1:]
-    if not np.isfinite(bounds).any():
-        return np.inf
-    n = 1 + int(np.argmax(bounds <= NEAR * np.nanmin(bounds)))
-    first = balls(start) - balls_of(motions[0, 0])
-    e_0 = float(_sure(product(L, first)).sum())
-    sizes = Sizes.of(balls_of(motions[:, : n + 1]), L, loops, bent, h, _sure, product)
-    found = float(sizes.bounds(pace, e_0, peak)[n])
-    return found if np.isfinite(found) else np.inf
-
-
-def _norms(x):
-    """Lengths of the columns of floats."""
-    return np.linalg.norm(x, axis=0)
-
-
-def _sure(x):
-    """Upper bounds of the lengths of the columns of balls, but for a few roundings."""
-    most = np.array([float(e.abs_upper()) + TINY for e in x.flat])
-    return np.linalg.norm(most.reshape(x.shape), axis=0)
+def _above(x):
+    """Upper bounds of the sizes of some balls, but for a rounding, as floats."""
+    return np.array([float(e.abs_upper()) for e in x.flat]).reshape(x.shape)

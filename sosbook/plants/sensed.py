@@ -188,7 +188,7 @@ def asked_of(plant, r):
 
 
 def in_states(output, N, n):
-    """An `Output` of a plant of n coordinates whose rows are on its N states."""
+    """An ``output`` of a plant of n coordinates with its rows on all N states."""
     if not n:
         return output
     parts = []

@@ -1,0 +1,366 @@
+"""A step of a set point: its numbers proven for every plant, and seen at some."""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from flint import arb
+
+from ..exact.rational import exact
+from ..plants.checks import positive
+from ..plants.gain import signals
+from ..plants.outputs import Output
+from ..plants.sensed import in_states
+from ..sampled.discretize import input_vertices
+from .bounded import Bounded
+from .bounds import of_all_plants, outputs_of, rest, rounded, ticks_of
+from .cells import Joined, work
+from .charts import chart
+from .signals import known_index, unit_of
+from .tube import SAFE
+
+FINE = 0.002, 0.01  # of the output's step, and of the largest u: no more halving
+RISE = 0.1, 0.9  # of the way, between which an output rises
+SEEN = {1: 9, 2: 5, 3: 3}  # values of each of so many parameters; of more, the ends
+NUMBERS = "overshoot", "undershoot", "settling_time", "rise_time", "peak"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StepBounds:
+    """A step of a set point, from rest, of the loop without limits, at the ticks.
+
+    The words are those of python-control's ``step_info``, but each number is a
+    `Bounded`: no plant of the family exceeds ``proven``, and ``seen`` is the largest of
+    some plants in floats. Both are of ticks: what happens between two isn't looked at.
+
+    Parameters
+    ----------
+    output : str
+        The output, in words.
+    size : float
+        Of the step, in the unit of the set point.
+    overshoot, undershoot : Bounded or None
+        In % of where the output ends, beyond that and below the start; None, as the
+        next two, of an output that ends at zero.
+    settling_time, rise_time : Bounded or None
+        In s: after the one it stays in the band; the other is from 10 to 90 %.
+    peak : Bounded
+        The largest size of the output, in its unit.
+    effort, slew : tuple of Bounded
+        The largest size of each u, and its largest change per second, the first jump
+        among it.
+    curves : (3, k) array
+        Times of the ticks in s, and the lowest and the highest output of all plants.
+    cells : int
+        In how many parts of the family.
+    plants : dict
+        The plant at which a number is largest among those seen, by the number's name.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> cart = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=(1, 2))
+    >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
+    >>> found = design.controller(T=0.01).bounds.step_response(output="z1")
+    >>> found.overshoot.seen <= found.overshoot.proven < 1 + found.overshoot.seen
+    True
+    """
+
+    output: str
+    size: float
+    overshoot: Bounded | None
+    undershoot: Bounded | None
+    settling_time: Bounded | None
+    rise_time: Bounded | None
+    peak: Bounded
+    effort: tuple
+    slew: tuple
+    curves: np.ndarray
+    cells: int
+    plants: dict
+
+    def __repr__(self):
+        lines = [f"a step of {self.size:g}, {self.output}, in {self.cells} cells:"]
+        pairs = [(name, getattr(self, name)) for name in NUMBERS]
+        for name in ("effort", "slew"):
+            several = getattr(self, name)
+            ends = [""] if len(several) == 1 else [f" {k + 1}" for k in range(9**9)]
+            pairs += [(name + end, bound) for end, bound in zip(ends, several)]
+        for name, bound in pairs:
+            if bound is not None:
+                lines.append(f"  {name.replace('_', ' ')}: {self.words(name, bound)}")
+        return "\n".join(lines)
+
+    def words(self, name, bound=None):
+        """A number by its ``name``, or a ``bound``, in words, and where it is seen."""
+        bound = getattr(self, name) if bound is None else bound
+        where = self.plants[name.partition(" ")[0]]
+        return str(bound).replace("at the corners", f"at {where}")
+
+    def _repr_html_(self):
+        """The band of all plants over the time."""
+        from html import escape
+
+        curves = [(self.curves[0], ends) for ends in self.curves[1:]]
+        return f"<pre>{escape(repr(self))}</pre>{chart(curves, self.output)}"
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """An output: ``row``, (N,), of the loop's state, where it ``ends`` after a step of
+    1, in rationals; its ``name`` and ``unit``.
+    """
+
+    row: np.ndarray
+    ends: object
+    name: str
+    unit: str
+
+    @classmethod
+    def of(cls, c, j, x, output):
+        """That of an ``output`` (see `OutputBounds.step_response`) of c after a
+        step of set point j to the rest x.
+        """
+        N, whole = c.readings.rows.shape[1], len(x)
+        names = signals(c.plant)
+        if isinstance(output, Output):
+            row, share = _weights(c, output)
+            name, unit = output.name or output.words, ""
+            row = np.concatenate([row, exact(np.zeros(whole - N))])
+            return cls(row + share @ outputs_of(c), (row @ x)[0], name, unit)
+        if output is None:
+            n, name = len(c.R), c.set_points[j].name.removeprefix("set point of ")
+            known = c.readings.rows[:n] if c.estimate.errors else np.eye(N)[:n]
+            row = c.U[j] @ known if c.U is not None and len(c.U) else known[j]
+        elif isinstance(output, str):
+            several = dict(zip([s.name for s in c.readings.signals], c.readings.rows))
+            several |= dict(zip(names, np.eye(N)))
+            if output not in several:
+                raise ValueError(
+                    f"output must be an Output, the index of a u, or one of "
+                    f"{', '.join(several)}; got {output!r}"
+                )
+            name, row = output, several[output]
+        else:
+            known_index("output", output, c.outputs)
+            signal = c.outputs[output]
+            return cls(outputs_of(c)[output], exact(0), signal.name, signal.unit)
+        row = np.concatenate([exact(row), exact(np.zeros(whole - N))])
+        return cls(row, (row @ x)[0], name, unit_of(name, c.units))
+
+
+def _weights(c, output):
+    """The rows of an `Output` on the plant's state and on u, in rationals."""
+    known = getattr(c.plant, "sensed", None)
+    if known is not None:
+        bare = known.rows.shape[1]
+        output = in_states(output, bare, known.n).resized(
+            bare, c.readings.rows.shape[1]
+        )
+    d = output.seen(c.vertices[0])
+    if d.Ca is not None or len(d.C) != 1:
+        raise ValueError(
+            "output must have one row, and none on accelerations, which differ from "
+            "plant to plant: give a position, a velocity, a state or an input"
+        )
+    share = np.zeros((1, len(c.outputs))) if d.Du is None else d.Du
+    return exact(d.C[0]), exact(share[0])
+
+
+@work
+def step_bounds(c, x, size, j, output, band, most):
+    """The `StepBounds` of a controller c after a step of a ``size`` of set point j.
+
+    x: see `rest`; ``output``, ``band``: see `OutputBounds.step_response`; in
+    ``most`` cells at most: none proves nothing.
+    """
+    size = exact(positive("size", size))
+    positive("band", band)
+    row = _Row.of(c, j, x, output)
+    asked = outputs_of(c)
+    ticks = ticks_of(c.radius)
+    end = float(row.ends)
+    goal = abs(end) or 1.0
+
+    def judged(tube):
+        motion = tube.motion(-x, ticks=ticks)
+        near, off, tail = motion.seen(row.row)
+        answer = _Numbers.of(near.min(axis=1) - off, near.max(axis=1) + off, tail, end)
+        excess = [off.max() - FINE[0] * (goal if end else abs(near).max())]
+        for h in asked:
+            u, doubt, last = motion.seen(h)
+            most = max((abs(u).max(axis=1) + doubt).max(), last)
+            jump = abs(np.diff(u, axis=0)).max(axis=1) + doubt[1:] + doubt[:-1]
+            jump = max(jump.max(initial=0.0), 2 * last, abs(u[0]).max() + doubt[0])
+            answer.asked.append((most * SAFE, jump * SAFE))
+            excess.append(doubt.max() - FINE[1] * abs(u).max())
+        return answer, max(excess)
+
+    found = None
+    if most:
+        found = of_all_plants(c, Joined(c, c.B_r[:, :0], c.D_r[:, :0]), judged, most)
+    seen = [_Numbers.seen(c, d, x, row, ticks) for _, d in plants_of(c)]
+    names = [name for name, _ in plants_of(c)]
+    where = {}
+
+    def bound(name, of, times, unit):
+        values = [of(one) for one in seen]
+        known = [np.nan if v is None else v for v in values]
+        k = int(np.nanargmax(known)) if not np.isnan(known).all() else 0
+        where[name] = names[k]
+        proven = None
+        if found is not None and None not in (each := [of(one) for one in found]):
+            proven = _times(max(each), exact(times))
+        return Bounded(proven, known[k] * float(times), unit)
+
+    def per_output(name, k, times, more=""):
+        return tuple(
+            bound(name, lambda one, i=i: one.asked[i][k], times, signal.unit + more)
+            for i, signal in enumerate(c.outputs)
+        )
+
+    moves = [("overshoot", 100, "%"), ("undershoot", 100, "%")] * bool(row.ends)
+    times = [("settling_time", c.T, "s"), ("rise_time", c.T, "s")] * bool(row.ends)
+    asks = dict(settling_time=lambda one: one.settled(band))
+    numbers = dict.fromkeys(NUMBERS)
+    for name, share, unit in moves + times:
+        of = asks.get(name, lambda one, name=name: getattr(one, name))
+        numbers[name] = bound(name, of, share, unit)
+    numbers["peak"] = bound("peak", lambda one: one.peak, size, row.unit)
+    per_second = "/s" if any(s.unit for s in c.outputs) else ""
+    low = np.min([one.low for one in found or seen], axis=0)
+    high = np.max([one.high for one in found or seen], axis=0)
+    ends = [float(size) * (end + y) for y in (low, high)]
+    return StepBounds(
+        f"{row.name} ({row.unit})" if row.unit else row.name,
+        float(size),
+        **numbers,
+        effort=per_output("effort", 0, size),
+        slew=per_output("slew", 1, size / exact(c.T), per_second),
+        curves=np.array([c.T * np.arange(ticks + 1), *ends]),
+        cells=len(found or ()),
+        plants=where,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Numbers:
+    """The numbers of a step, in ticks and shares of the step, of outputs between
+    ``low`` and ``high``, (k,), less where they ``end``, and from then on within
+    ``tail``; ``asked``: the largest u and its largest change, of each.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    tail: float
+    end: float
+    asked: list
+
+    @classmethod
+    def of(cls, low, high, tail, end):
+        """With room for the last roundings."""
+        room = 2.0**-50 * (abs(low) + abs(high) + abs(end))
+        return cls(low - room, high + room, tail * SAFE, end, [])
+
+    @classmethod
+    def seen(cls, c, d, x, row, ticks):
+        """Those of one plant d of a controller c, in floats."""
+        loop = c.loop(d)
+        now, states = -x.astype(float)[:, 0], []
+        for _ in range(ticks + 1):
+            states.append(now)
+            now = loop.F @ now
+        states = np.array(states)
+        y = states @ row.row.astype(float)
+        found = cls(y, y, 0.0, float(row.ends), [])
+        for u in (states @ loop.H.T).T:
+            moved = abs(np.diff(u, prepend=0.0)).max()
+            found.asked.append((abs(u).max(), moved))
+        return found
+
+    @property
+    def away(self):
+        """(low, high) as shares of the step's way, upwards."""
+        low, high = self.low / self.end, self.high / self.end
+        return (low, high) if self.end > 0 else (high, low)
+
+    @property
+    def overshoot(self):
+        """Beyond the end."""
+        return max(self.away[1].max(), self.tail / abs(self.end), 0.0) * SAFE
+
+    @property
+    def undershoot(self):
+        """Below the start."""
+        least = max(-self.away[0].min(), self.tail / abs(self.end))
+        return max(least * SAFE - 1, 0.0)
+
+    @property
+    def peak(self):
+        """The largest size of the output."""
+        ends = abs(self.low + self.end).max(), abs(self.high + self.end).max()
+        return max(*ends, abs(self.end) + self.tail) * SAFE
+
+    def settled(self, band):
+        """The first tick from which on the output stays in the ``band``, or None."""
+        low, high = self.away
+        out = np.flatnonzero(np.maximum(abs(low), abs(high)) * SAFE > band)
+        if self.tail / abs(self.end) * SAFE > band:
+            return None
+        return int(out[-1]) + 1 if out.size else 0
+
+    @property
+    def rise_time(self):
+        """Ticks from a tenth to nine tenths of the way, or None."""
+        low, high = self.away
+        first, last = (np.flatnonzero(x >= s - 1) for x, s in zip((high, low), RISE))
+        return int(last[0] - first[0]) if last.size else None
+
+
+def seen_overshoot(c):
+    """The largest overshoot in % of all set points of c at the vertices, in floats;
+    None where none rests by itself, or the loop is unstable.
+    """
+    found = []
+    for j, _ in enumerate(c.set_points if c.radius < 1 else ()):
+        if (x := rest(c, j)) is not None:
+            row = _Row.of(c, j, x, None)
+            ticks = ticks_of(c.radius)
+            found += [_Numbers.seen(c, d, x, row, ticks).overshoot for d in c.vertices]
+    return 100 * max(found) if found else None
+
+
+def _times(most, share):
+    """A float that is no less than a product; itself, as a decimal, where it can be."""
+    if isinstance(most, int):
+        near = float(most * share)
+        return (
+            near if exact(near) == most * share else rounded(arb(most * share), np.inf)
+        )
+    return rounded(arb(most) * arb(share), np.inf)
+
+
+def plants_of(c):
+    """(name, Descriptor) of plants of a controller c to look at: of a family by the
+    values of its parameters, from one end to the other.
+    """
+    family = getattr(c.plant, "family", None)
+    if family is None or c.vertices[0].E.shape != _at(family, family.box.low).E.shape:
+        many = len(c.vertices) > 1
+        words = [
+            f"vertex {k + 1}" if many else "the plant" for k in range(len(c.vertices))
+        ]
+        return list(zip(words, c.vertices))
+    box, found = family.box, []
+    steps = SEEN.get(len(box.names), 2)
+    shares = [exact(k) / (steps - 1) for k in range(steps)]
+    for point in product(
+        *([a + (b - a) * s for s in shares] for a, b in zip(box.low, box.high))
+    ):
+        words = (f"{x} = {float(v):.6g}" for x, v in zip(box.names, point))
+        found.append((", ".join(words), _at(family, list(point))))
+    return found
+
+
+def _at(family, point):
+    return input_vertices(family.exactly_at(list(point)), None)[0]
