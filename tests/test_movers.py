@@ -9,7 +9,7 @@ from scipy.linalg import expm, solve_continuous_are, solve_continuous_lyapunov
 from scipy.optimize import least_squares, linear_sum_assignment
 
 import sosbook as sos
-from sosbook.book import counterexamples, thesis
+from sosbook.book import counterexamples, thesis, turntable
 from sosbook.book.notebooks import BOOK
 from sosbook.delay import (
     ConstantDelay,
@@ -418,57 +418,55 @@ def test_segment_has_the_poles_and_the_inequality_between(desk):
 
 
 # ------------------------------------------------------ ranges (chapters 33, 34)
-CRANES = [  # gain, sigma, box
-    (1, 0.2, (0.5, 2, 4, 12)),
-    (1, 0.1, (0.1, 4.5, 2, 18)),
-    (0, 0.1, (0.75, 1.5, 7, 10)),
-    (0, 0.2, (0.5, 2, 4, 12)),
+TABLES = [  # gain, sigma, box
+    (1, 5, (0, 2, 25, 100)),
+    (1, 3, (0, 3, 25, 100)),
+    (0, 4.5, (0, 0.1, 25, 60)),
+    (0, 5, (0, 2, 25, 100)),
 ]
 
 
-def crane_loop(data, gain, m, l):
-    """E and A + B K from what the page holds: X + m P + l Q + m l R."""
+def table_loop(data, gain, m, q):
+    """E and A + B K from what the page holds: X + m P + q Q + m q R."""
     for parts in (data["E"], data["gains"][gain]):
-        yield sum(w * np.array(X) for w, X in zip((1, m, l, m * l), parts))
+        yield sum(w * np.array(X) for w, X in zip((1, m, q, m * q), parts))
 
 
-@pytest.mark.parametrize("gain, sigma, box", CRANES)
+@pytest.mark.parametrize("gain, sigma, box", TABLES)
 def test_ranges_prove_what_is_true_and_break_what_is_not(desk, gain, sigma, box):
-    place = dict(zip(("m0", "m1", "l0", "l1"), box), gain=gain, sigma=sigma)
+    place = dict(zip(("m0", "m1", "q0", "q1"), box), gain=gain, sigma=sigma)
     (here,) = desk.compute("sos-ranges", [place])
     data = desk.data("sos-ranges")
 
-    def right(m, l):
-        E, A = crane_loop(data, gain, m, l)
+    def right(m, q):
+        E, A = table_loop(data, gain, m, q)
         return np.linalg.eigvals(np.linalg.solve(E, A)).real.max()
 
     assert np.isclose(here["right"], right(*here["worst"]), atol=1e-7)
     assert here["broken"] is (here["right"] >= -sigma)
     rng = np.random.default_rng(5)
     for low, high in here["done"]:
-        for m, l in rng.uniform(low, high, (40, 2)):
-            assert right(m, l) < -sigma
+        for m, q in rng.uniform(low, high, (40, 2)):
+            assert right(m, q) < -sigma
     area = (box[1] - box[0]) * (box[3] - box[2])
     cells = here["done"] + here["open"]
     covered = sum(np.prod(np.subtract(*cell[::-1])) for cell in cells)
     assert here["broken"] or (np.isclose(covered, area) and here["open"] == [])
-    assert here["broken"] is (gain == 0 and box == (0.5, 2, 4, 12))
+    assert here["broken"] is (gain == 0 and box == (0, 2, 25, 100))
 
 
-def test_ranges_are_the_chapters_cranes(desk):
-    """Between the corners stand the plants of Lagrange's equations: the second row is
-    divided by m l, and m times it is taken from the first.
-    """
-    E, A = crane_loop(desk.data("sos-ranges"), 0, 1.3, 7)
-    assert np.allclose(E[2:, 2:], [[1, 0], [1, 7]])
-    assert np.allclose(A[3], [0, -9.81, 0, 0])
+def test_ranges_are_the_chapters_tables(desk):
+    """Between the corners stand the tables of the function, by a radius of 7 cm."""
+    E, A = table_loop(desk.data("sos-ranges"), 0, 1.3, 49)
+    (d,) = descriptors(turntable.table(1.3, 0.07))
+    assert np.allclose(E, d.E) and np.allclose(A[[0, 1, 3]], d.A[[0, 1, 3]])
 
 
 def test_a_corner_of_the_box_is_dragged(desk):
     before = desk.said("sos-ranges")
     desk.drag(desk.page.locator("sos-ranges .sos-handle").nth(1), 92, -28)
     place = desk.place("sos-ranges")
-    assert place["m1"] > 2 and place["m0"] == 0.75
+    assert place["m1"] > 1 and place["m0"] == 0
     assert desk.said("sos-ranges") != before
 
 

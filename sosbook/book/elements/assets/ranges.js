@@ -1,5 +1,5 @@
-// A crane whose load and rope are known by ranges, and a gain that is known: the box of
-// plants is proven cell by cell, or a plant of it breaks the claim.
+// A turntable whose payload and its place are known by ranges, and a gain that is known:
+// the box of plants is proven cell by cell, or a plant of it breaks the claim.
 import {affine, corners, covering, drawn, ends, middle, quotient} from "./cells.js";
 import {clean, complex, define, round} from "./kit.js";
 import {eigenvalues, rightmost, samples} from "./linalg.js";
@@ -8,18 +8,19 @@ import {mark, picture, Plot} from "./plot.js";
 
 const MOST = 600;  // cells that are tried: a drag stays a drag
 const GRID = 17;   // plants a side of the map whose poles are looked at
-const SECONDS = 20, STEPS = 400;
-const TURN = 0.15;  // rad, of the rope at first
+const SECONDS = 1.5, STEPS = 400;
+const TURN = 1;  // rad, of motor and table at first
 
 class Ranges extends Mover {
   get horizon() { return SECONDS; }
   get still() { return 0; }
-  get pace() { return 2; }
+  get pace() { return 0.5; }
 
   figures = {
     map:
-      "Loads and ropes; drag a round handle of the box. Filled: proven cells. Dots: there a pole lies right of −σ.",
-    scene: "The worst plant of the box that was found, and pale the one in its middle. Twice as fast."
+      "Payloads and the squares of their radii; drag a round handle of the box. Filled: proven cells. Dots: there a pole lies right of −σ.",
+    scene:
+      "From above, let go one radian from where it shall stand: the worst table of the box that was found, and the one in its middle. Blue: the motor. Half as fast."
   };
 
   // E and A + B K of a plant, in floats or in decimals.
@@ -29,8 +30,8 @@ class Ranges extends Mover {
   A(plant) { return quotient((...given) => this.loop(...given), plant); }
   poles(plant) { return eigenvalues(this.A(plant)); }
 
-  box({m0, m1, l0, l1}) {
-    return [[Math.min(m0, m1), Math.min(l0, l1)], [Math.max(m0, m1), Math.max(l0, l1)]];
+  box({m0, m1, q0, q1}) {
+    return [[Math.min(m0, m1), Math.min(q0, q1)], [Math.max(m0, m1), Math.max(q0, q1)]];
   }
 
   compute(place) {
@@ -51,16 +52,16 @@ class Ranges extends Mover {
     return {box, worst, right: right(worst), broken, done, open, at: this.poles(worst), runs};
   }
 
-  // The crane's place and the rope's angle over time, let go with the rope turned.
+  // The angles of motor and table over time.
   /** @type {(plant: any) => any} */
   swing(plant) {
     const A = this.A(plant),
-          x = samples(A, A.map(() => [0]), [0, TURN, 0, 0], Array(STEPS).fill([0]), SECONDS / STEPS);
+          x = samples(A, A.map(() => [0]), [TURN, TURN, 0, 0], Array(STEPS).fill([0]), SECONDS / STEPS);
     return {plant, x: x.map(v => v.slice(0, 2))};
   }
 
   show({box, worst, right, broken, done, open, at}, _ghost, {sigma}) {
-    const [m, l] = worst, where = `load ${number(m, " t")}, rope ${number(l, " m")}`;
+    const [m, q] = worst, where = `payload ${number(m, " kg")}, radius ${number(Math.sqrt(q), " cm")}`;
     const pole = at.reduce((a, b) => b[0] > a[0] || (b[0] === a[0] && b[1] > a[1]) ? b : a);
     const found = `The worst plant that was found (${where}) has its slowest poles at ${
       complex(pole[0], Math.abs(pole[1]))}.`;
@@ -78,8 +79,8 @@ class Ranges extends Mover {
   }
 
   map(box, worst, broken, done, open, sigma) {
-    const [loads, ropes] = this.data.ranges;
-    const plot = new Plot({x: loads, y: ropes, labels: ["load m (t)", "rope l (m)"]});
+    const [loads, squares] = this.data.ranges;
+    const plot = new Plot({x: loads, y: squares, labels: ["payload m (kg)", "r² (cm²)"]});
     plot.body += drawn(plot, box, done, open, broken ? "--sos-bad" : "--sos-ink");
     for (const [x, y] of this.slow(sigma))
       plot.body +=
@@ -87,17 +88,17 @@ class Ranges extends Mover {
     if (broken) mark(plot, worst, "--sos-bad", 0, "stroke-width:4");
     plot.body += ends(plot, box);
     this.plot = plot;
-    this.find("map").innerHTML = plot.svg(`Box of loads from ${clean(box[0][0])} to ${
-      clean(box[1][0])} t and ropes from ${clean(box[0][1])} to ${clean(box[1][1])} m; ${
+    this.find("map").innerHTML = plot.svg(`Box of payloads from ${clean(box[0][0])} to ${
+      clean(box[1][0])} kg and squared radii from ${clean(box[0][1])} to ${clean(box[1][1])} cm²; ${
       broken ? "a plant in it breaks the claim" : `${done.length} proven cells, ${open.length} open`}`);
   }
 
   // Plants of the whole map that are slower than sigma.
   slow(sigma) {
     if (this.looked !== `${this.chosen} ${sigma}`) {
-      const [loads, ropes] = this.data.ranges, at = ([a, b], k) => a + (b - a) * k / (GRID - 1);
+      const [loads, squares] = this.data.ranges, at = ([a, b], k) => a + (b - a) * k / (GRID - 1);
       const all =
-        Array.from({length: GRID * GRID}, (_, k) => [at(loads, k % GRID), at(ropes, Math.floor(k / GRID))]);
+        Array.from({length: GRID * GRID}, (_, k) => [at(loads, k % GRID), at(squares, Math.floor(k / GRID))]);
       const known = this.grids[this.chosen] ??= all.map(plant => [plant, rightmost(this.poles(plant))]);
       this.dots = known.filter(([, right]) => right >= -sigma).map(([plant]) => plant);
       this.looked = `${this.chosen} ${sigma}`;
@@ -108,24 +109,26 @@ class Ranges extends Mover {
   wire() {
     this.grids = {};
     super.wire();
-    this.handles(({end}) => ["m" + end, "l" + end]);
+    this.handles(({end}) => ["m" + end, "q" + end]);
   }
 
   pose({runs}, time) {
     const k = Math.min(STEPS, Math.round(time / SECONDS * STEPS));
-    const crane = ({plant: [load, rope], x}, kind) => {
-      const [s, turn] = x[k], at = 170 + 14 * s, down = 14 * rope, size = 10 * Math.cbrt(load);
-      const [u, v] = [at + down * Math.sin(turn), 40 + down * Math.cos(turn)];
-      return `<g style="${kind}"><rect class="sos-part" x="${
-               round(at - 15)}" y="26" width="30" height="14" rx="3"/>` +
-        `<path class="sos-thin" style="stroke:var(--sos-ink)" d="M${round(at)} 40L${round(u)} ${
-          round(v)}"/>` +
-        `<rect class="sos-part" x="${round(u - size)}" y="${round(v)}" width="${round(2 * size)}" height="${
-          round(1.5 * size)}" rx="2"/></g>`;
+    const turned = ({plant: [m, q], x}, at, words) => {
+      const [motor, load] = x[k], size = 9 * Math.cbrt(m), far = 6 * Math.sqrt(q);
+      const end =
+        (angle, length) => [at + length * Math.sin(angle), 84 - length * Math.cos(angle)].map(round);
+      const [u, v] = end(load, far);
+      return `<circle class="sos-part" cx="${at}" cy="84" r="72"/>` +
+        `<path class="sos-thin" d="M${at} 84L${end(load, 72).join(" ")}M${at} 6V16"/>` +
+        `<circle cx="${u}" cy="${v}" r="${round(size)}" style="fill:var(--sos-second)"/>` +
+        `<circle class="sos-part" cx="${at}" cy="84" r="14"/>` +
+        `<path class="sos-line" d="M${at} 84L${end(motor, 24).join(" ")}"/>` +
+        `<text x="${at}" y="172" text-anchor="middle">${words}</text>`;
     };
     const [worst, mean] = runs;
-    this.find("scene").innerHTML = picture(340, "A crane's cart on its rail, with the load on its rope",
-      `<path class="sos-thin" d="M8 44H332"/>` + crane(mean, "opacity:.35") + crane(worst, ""));
+    this.find("scene").innerHTML = picture(180, "Two turntables with payloads, seen from above",
+      turned(worst, 84, "the worst") + turned(mean, 256, "the middle"));
   }
 }
 

@@ -73,34 +73,34 @@ def segment(cases):
 
 
 def ranges(plants, gains, box, sigma):
-    """A crane with its load and its rope in ranges: proven cells, or a broken plant.
+    """A turntable with its payload in ranges: proven cells, or a broken plant.
 
-    ``plants``: parameters m and l, no powers: the largest box that the page can show;
-    ``gains``: for each name a gain (1, 4) that can be chosen; ``box``: the ranges at
-    first, m and l by name; ``sigma``: the decay claimed at first, in 1/s. Raises
-    ValueError if the plants aren't of this kind, see `bilinear`.
+    ``plants``: parameters m in kg and q = r² in cm², no powers: the largest box that
+    the page can show; ``gains``: for each name a gain (1, 4) that can be chosen;
+    ``box``: the ranges at first, m and q by name; ``sigma``: the decay claimed at
+    first, in 1/s. Raises ValueError if the plants aren't of this kind, see `bilinear`.
     """
-    ends, corners = ends_of(plants, "ml"), descriptors(plants.polytope())
-    (m, l), (loads, ropes) = (box[name] for name in "ml"), zip(*ends)
+    ends, corners = ends_of(plants, "mq"), descriptors(plants.polytope())
+    (m, q), (loads, squares) = (box[name] for name in "mq"), zip(*ends)
     loops = [
         bilinear([d.E for d in corners], [d.A + d.Bu @ K for d in corners], ends)
         for K in gains.values()
     ]
     return Mover(
         "ranges",
-        "How much may the crane not know?",
-        "Drag a corner of the box until a plant in it breaks the claim. Then ask for "
+        "What may stand on the table?",
+        "Drag a corner of the box until a table in it breaks the claim. Then ask for "
         "less decay.",
         [
             choice("gain", "Gain", gains),
-            slider("sigma", "Claimed decay σ", " s⁻¹", (0, 0.4), 0.005, sigma),
-            slider("m0", "Least load", " t", loads, 0.05, m[0]),
-            slider("m1", "Largest load", " t", loads, 0.05, m[1]),
-            slider("l0", "Shortest rope", " m", ropes, 0.25, l[0]),
-            slider("l1", "Longest rope", " m", ropes, 0.25, l[1]),
+            slider("sigma", "Claimed decay σ", " s⁻¹", (0, 8), 0.1, sigma),
+            slider("m0", "Smallest payload", " kg", loads, 0.05, m[0]),
+            slider("m1", "Largest payload", " kg", loads, 0.05, m[1]),
+            slider("q0", "Nearest place, r²", " cm²", squares, 1, q[0]),
+            slider("q1", "Farthest place, r²", " cm²", squares, 1, q[1]),
         ],
-        answer={"l1": 17},
-        ranges=[loads, ropes],
+        answer={"m1": loads[1]},
+        ranges=[loads, squares],
         E=loops[0][0],
         gains=[A for _, A in loops],
     )
