@@ -471,7 +471,7 @@ def test_a_corner_of_the_box_is_dragged(desk):
 
 
 # ---------------------------------------------------------- landscape (chapter 37)
-def carts_loop(data, place):
+def table_loop_of(data, place):
     """A + B K C from what the page holds."""
     A = np.array(data["A"]) + sum(
         place[other["key"]] * np.array(other["part"]) for other in data["others"]
@@ -481,32 +481,29 @@ def carts_loop(data, place):
     )
 
 
-@pytest.mark.parametrize("k_P", [1, 2])
-@pytest.mark.parametrize("x, y", [(9, 0), (-4, -4), (20, -36), (-6, 3)])
-def test_descents_end_in_minima_of_the_largest_real_part(desk, x, y, k_P):
+@pytest.mark.parametrize("x, y", [(9, 0), (-40, -0.4), (20, -1.1), (-35, 0.02)])
+def test_descents_end_in_minima_of_the_largest_real_part(desk, x, y):
     """Where no step of a hundredth of the map goes down by a thousandth."""
-    place = dict(x=x, y=y, k_P=k_P, k_I=1, k=0.5, many=1)
+    place = dict(x=x, y=y, k_P=20, k=10, many=1)
     (here,) = desk.compute("sos-landscape", [place])
-    loop = carts_loop(desk.data("sos-landscape"), place)
+    loop = table_loop_of(desk.data("sos-landscape"), place)
 
     def right(a, b):
         return np.linalg.eigvals(loop(a, b)).real.max()
 
     assert np.isclose(here["right"], right(x, y), atol=1e-7)
-    low, size = np.array([[-6, -38], [30, 41]])
+    low, size = np.array([[-60, -1.2], [100, 1.26]])
     parts = (np.array(here["path"]) - low) / size
     over = np.maximum(0, np.maximum(-parts, parts - 1)).sum(axis=1)
-    path = [right(*point) for point in here["path"]] + 30 * over  # the map's edge
+    path = [right(*point) for point in here["path"]] + 99 * over  # the map's edge
     assert (np.diff(path) <= 1e-9).all()
     assert np.isclose(here["value"], right(*here["end"]), atol=1e-3)
     minima = here["minima"]
     assert sum(m["count"] for m in minima) == 16
-    assert minima[0]["value"] == pytest.approx(-0.265, abs=4e-3)
-    small = min(np.hypot(m["end"][0] + 2.6, m["end"][1]) for m in minima)
-    assert small < 2, minima  # the other island, or what is left of it
+    assert minima[0]["value"] == pytest.approx(-16.96, abs=0.3)
     for m in minima[:1]:
         turns = np.linspace(0, 2 * np.pi, 24)
-        steps = 1e-2 * np.array([30 * np.cos(turns), 41 * np.sin(turns)]).T
+        steps = 1e-2 * np.array([100 * np.cos(turns), 1.26 * np.sin(turns)]).T
         around = [right(*(m["end"] + step)) for step in steps]
         assert min(around) > m["value"] - 1e-3
 
@@ -523,7 +520,7 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     slider = desk.page.locator(f"{tag} [data-key=x]")
     slider.focus()
     slider.press("ArrowRight")
-    assert desk.place(tag)["x"] == pytest.approx(after["x"] + 0.1)
+    assert desk.place(tag)["x"] == pytest.approx(after["x"] + 0.5)
     box = still(handle)
     touch = desk.page.context.new_cdp_session(desk.page)
     at = {"x": box["x"] + 8, "y": box["y"] + 8}

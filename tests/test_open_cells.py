@@ -274,10 +274,3 @@ def test_the_printed_gains_decay_by_theorem_a_3():
     assert point.status == "feasible" and point.prove().proven
     given = sos.analyse_delay(ex.plant, ex.K, ex.U, ex.tau, ex.mu, ex.delta)
     assert given.certify().proven
-
-
-def test_the_stick_s_least_push_is_the_closed_form(capsys):
-    run("41", 1)
-    for line in capsys.readouterr().out.splitlines():
-        ours, by_hand = line.split(", by hand ")
-        assert_allclose(float(ours), float(by_hand), rtol=2e-3)

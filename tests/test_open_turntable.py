@@ -1,0 +1,91 @@
+"""The open cells of part VII agree with the package's calls, on other tables too."""
+
+from math import comb
+from types import SimpleNamespace
+
+import numpy as np
+from numpy.testing import assert_allclose
+from scipy.linalg import block_diag, null_space
+
+import sosbook as sos
+from sosbook.book import turntable
+from sosbook.plants import descriptors
+from tests.test_open_cells import cells, code, names
+
+TABLES = sos.Uncertain(turntable.drive, J=(0.01, 0.03))
+
+
+def after(chapter, *words, **given):
+    """What is at hand after the cells with these words have run."""
+    space = names(drive=turntable.drive, table=turntable.table, **given)
+    for each in words:
+        exec(next(source for source in code(chapter) if each in source), space)
+    return space
+
+
+def test_the_vertices_of_the_table_have_the_call_s_bound():
+    """Bernstein's weights give the table back; the call stays a hundredth away."""
+    space = after("33", "def bernstein", comb=comb)
+    for t in (0, 0.3, 1):
+        mean = np.dot([(1 - t) ** 2, 2 * t * (1 - t), t**2], space["loaded"])
+        assert_allclose(mean, turntable.table(2, 0.05 + 0.05 * t).M[1, 1])
+    exec(cells("33")[0], space)
+    design = sos.design_pid(
+        TABLES,
+        region=sos.PoleRegion(sigma=5, rho=200),
+        saturation=sos.Saturation(None, [0.1, 0.1, 0, 0]),
+        minimize="u_max",
+    )
+    least = np.sqrt(space["least"].values["u2"].item())
+    assert 1.009 <= design.request.saturation.u_max / least < 1.015
+
+
+def test_free_multipliers_prove_what_the_call_proves():
+    """The truth is eigenvalues': a hundredth below is proven, above is not."""
+    space = after("34", "def free(loops")
+    K = np.array([[-3.0, 1.1, -0.3, -0.05]])  # another gain than the chapter's
+    loops = [(d.E, d.A + d.Bu @ K) for d in descriptors(TABLES.polytope())]
+    true = min(-np.linalg.eigvals(np.linalg.solve(*x)).real.max() for x in loops)
+    for share, status in ((0.99, "feasible"), (1.01, "infeasible")):
+        region = sos.PoleRegion(sigma=share * true)
+        assert sos.analyse_pid(TABLES, K, region=region).status == status
+        point = space["free"](loops, share * true).solve(refuse=False)
+        assert (point.status == "feasible") is (share < 1)
+        assert share > 1 or point.prove().proven
+
+
+def test_the_joined_loop_and_its_cells_are_the_call_s():
+    """Poles of the law's loop by hand; cells where one Q keeps the decay."""
+    law = sos.PIDLaw(position=[[1, 0]], filter=0.01)
+    gains = {"K_P": np.array([[-2.0]]), "K_D": np.array([[-0.3]])}
+    motor = SimpleNamespace(gains=gains)
+    space = after("36", "def loop", "def kept", motor=motor, block_diag=block_diag)
+    for J in (0.01, 0.023):
+        E, A = space["loop"](J)
+        poles = sos.analyse_pid(turntable.drive(J), gains, law=law).poles()
+        mine = np.linalg.eigvals(np.linalg.solve(E, A))
+        assert_allclose(np.sort_complex(mine), np.sort_complex(np.ravel(poles)))
+    region = sos.PoleRegion(sigma=3)
+    call = sos.analyse_pid(TABLES, gains, law=law, region=region)
+    assert call.status == "feasible"
+    assert call.parts[0].cells <= space["cells"](0.01, 0.03, 3) < 20
+
+
+def test_the_upright_table_s_least_push_is_the_closed_form(capsys):
+    space = after("41", "def tipped", null_space=null_space)
+    capsys.readouterr()
+    exec(cells("41")[0], space)
+    for line in capsys.readouterr().out.splitlines():
+        ours, by_hand = line.split(", by hand ")
+        assert_allclose(float(ours), float(by_hand), rtol=5e-3)
+
+
+def test_the_least_norm_of_any_controller_is_clarabel_s():
+    """By cvxpy in units in which it is right, with other noises than the chapter's."""
+    space = after("39", "def sensor", "def unseen", null_space=null_space)
+    plain = space | {"rows": {}}  # nothing is printed
+    exec(next(x for x in code("39") if "def by_clarabel" in x), plain)
+    for name, noise in (("motor", (0.02, 0.01)), ("both", (0.005, 0.03))):
+        theirs, status = plain["by_clarabel"](*space["sensor"](name, noise), 30)
+        assert status == "optimal"
+        assert_allclose(space["least"](*space["sensor"](name, noise)), theirs, 1e-3)
