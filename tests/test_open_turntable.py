@@ -82,10 +82,23 @@ def test_the_upright_table_s_least_push_is_the_closed_form(capsys):
 
 def test_the_least_norm_of_any_controller_is_clarabel_s():
     """By cvxpy in units in which it is right, with other noises than the chapter's."""
-    space = after("39", "def sensor", "def unseen", null_space=null_space)
+    space = after("39", "def sensor", "def unseen", "def least", null_space=null_space)
     plain = space | {"rows": {}}  # nothing is printed
     exec(next(x for x in code("39") if "def by_clarabel" in x), plain)
     for name, noise in (("motor", (0.02, 0.01)), ("both", (0.005, 0.03))):
         theirs, status = plain["by_clarabel"](*space["sensor"](name, noise), 30)
         assert status == "optimal"
         assert_allclose(space["least"](*space["sensor"](name, noise)), theirs, 1e-3)
+
+
+def test_rows_on_the_rate_prove_the_call_s_bound():
+    """The truth is the worst gain over a grid of frequencies, at another gain."""
+    K = np.array([[-200.0, 190.0, -2.0, -1.0]])
+    space = after("38", "K, C_a = ", tables=TABLES, still=SimpleNamespace(K=K))
+    true = 0
+    for d in descriptors(TABLES.polytope()):
+        for s in 1j * np.geomspace(1, 1e4, 4000):
+            x = np.linalg.solve(s * d.E - d.A - d.Bu @ K, d.Bw)
+            true = max(true, abs(s * x[3, 0]))
+    assert space["rate"](1.02 * true).solve().prove().proven
+    assert space["rate"](0.98 * true).solve(refuse=False).status != "feasible"
