@@ -161,9 +161,9 @@ def test_noise_of_a_sensor_is_in_no_bounded_signal_at_once():
 
 
 def test_words_of_a_law_say_what_the_file_holds():
-    """A law's own name isn't in a claim; its matrices are, by their digest."""
+    """What K multiplies, by name; the matrices are there by their digest."""
     proof = proof_of("known law")
-    assert "under u = K y, is stable" in proof.claims[0]
+    assert "under u = K y with y = [" in proof.claims[0]
     assert any("|u(t)| <= 9" in words for words in proof.claims)
     assert "law" in json.loads(proof.text)["about"]
     whole = file_of("known law")

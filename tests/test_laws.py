@@ -94,9 +94,9 @@ def test_a_set_point_is_what_the_law_sees_as_its_error(tau, integrate):
 def test_a_loop_is_proven_and_a_plant_that_breaks_it_named():
     kept = sos.analyse_pid(ARM, GAINS, law=PID, region=sos.PoleRegion(sigma=0.14))
     assert kept.status == "feasible" and kept.certify().proven
-    assert "under u = K y, is stable" in str(kept.certify())
+    assert "under u = K y with y = [" in str(kept.certify())
     (words, _), *_ = kept.request.claims.statements()
-    assert "z1 alone: PID with a filter of 0.02 s" in words
+    assert "and the memory [integral of z1, filtered z1], is stable" in words
     true = -kept.poles(samples=200).real.max()
     bound = kept.bounds()["sigma"]
     assert 0.998 * true < bound.proven < true * (1 + 1e-9)

@@ -356,8 +356,22 @@ def test_every_door_takes_a_plant_and_what_reads_it():
     assert sos.certify_sampled(pair, c, T=0.02, delay=0.02).proven
     with pytest.raises(ValueError, match="closed by the names"):
         sos.certify_sampled(tower(5, 1), c, T=0.02, delay=0.02)
-    with pytest.raises(ValueError, match="K_A is given with a law of late sensors"):
-        sos.analyse_pid(pair, GAINS, law=LAW, K_A=np.zeros((2, 2)))
+
+
+def test_K_A_beside_late_sensors_is_in_the_mass():
+    """What the error says instead is the loop of K_A, by its polynomial matrix."""
+    plant, K_A = tower(3, 1), np.array([[0, 0.2], [0.1, 0]])
+    acc = sos.Output(acceleration=[[0, 1]], name="acc")
+    law = sos.PIDLaw(sensors=sos.Output(position=[[1, 0]]) & acc, lag=0.1)
+    with pytest.raises(ValueError, match="give it the mass M - B K_A and add K_A z''"):
+        sos.analyse_pid(plant, np.zeros((2, 2)), law=law, K_A=K_A)
+    M, D, S, B = plant.M - plant.B @ K_A, plant.D, plant.S, plant.B
+    K = np.array([[0.3, 0.1], [-0.2, 0.2]])
+    loop = sos.Loop(sos.SecondOrderSystem(M, D, S, B, plant.F), law, K)
+    for s in loop.poles()[0]:
+        seen = np.array([[1, 0], [0, s**2 / (1 + 0.1 * s)]])
+        whole = M * s**2 + D * s + S - B @ K @ seen
+        assert np.linalg.svd(whole, compute_uv=False)[-1] < 1e-6
 
 
 def test_modes_that_late_sensors_dont_see_are_refused():

@@ -4,9 +4,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from ..exact.checker.laws import under
 from ..exact.rational import exact
+from ..plants.as_data import states_data
 from ..plants.gain import Gain, named
 from ..plants.sensed import asked_of
+from ..runtime.names import claimed
 from ..runtime.read_only import ReadOnly
 
 
@@ -30,7 +33,9 @@ class Applied(ReadOnly):
     @property
     def under(self):
         """The law in the words of a claim."""
-        return f", under u = K y ({self.law.words(self.plant)}),"
+        law = dict(states=self.parts.states, signals=self.parts.signals)
+        law = {x: claimed(names) for x, names in law.items()}
+        return under(states_data(self.plant), law, self.parts.free)
 
     def gain(self, K):
         """K as a checked matrix, of numbers by name, a `Gain` or a matrix. None is K_0:

@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ..exact.checker.laws import under
 from ..exact.rational import exact
+from ..plants.as_data import states_data
 from ..plants.checks import matrix
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.gain import gain_of, signals
@@ -15,6 +17,11 @@ from .base import Law, Parts
 from .structure import Structure, placed
 
 NO_MATRICES = "a DescriptorSystem takes no U and no K_A: put them into its matrices"
+LATE_SENSORS = (
+    "K_A feeds z'' back at once, but a plant with late sensors is one of first order, "
+    "which has no z'': give it the mass M - B K_A and add K_A z'' to u, or measure the "
+    "acceleration by a late sensor, too"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +92,9 @@ class OfState(Applied):
     and nothing is joined before somebody asks.
     """
 
-    under = ", under u = K x,"
+    @property
+    def under(self):
+        return under(states_data(self.plant))
 
     @property
     def signals(self):

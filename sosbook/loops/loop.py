@@ -170,10 +170,12 @@ class Loop(ReadOnly):
     def _joined(self, function):
         """The plants under an affine ``function`` of each, in rationals."""
         plant = self.request.plant
+        names = *signals(plant), *self.request.applied.parts.states
         if plant.family is not None:
-            return joined_family(plant.family, function).polytope()
+            return joined_family(plant.family, function, states=names).polytope()
         several = [function(d.map(exact)) for d in Request(plant).vertices]
-        return DescriptorSystem.of([d.map(lambda x: x.astype(float)) for d in several])
+        several = [d.map(lambda x: x.astype(float)) for d in several]
+        return DescriptorSystem.of(several, states=names)
 
     @property
     def signals(self) -> tuple[Signal, ...]:

@@ -1,6 +1,7 @@
 """Plants as plain data, and back again: as proof files have them, or people write."""
 
 from ..exact.rational import decimal, decimals, read_array
+from ..runtime.names import claimed
 from ..runtime.sparse import issparse
 from .checks import as_written
 from .descriptor import OF_ARGUMENTS
@@ -21,9 +22,14 @@ def plant_data(plant):
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
     part = plant.reduction
-    if part is not None:
-        return {**_whole_data(plant), "reduced": [part.kept, part.of]}
-    return _whole_data(plant)
+    part = {} if part is None else {"reduced": [part.kept, part.of]}
+    return _whole_data(plant) | states_data(plant) | part
+
+
+def states_data(plant):
+    """The names of the states of a ``plant`` that has some, for `plant_data`."""
+    names = getattr(plant, "states", None)
+    return {} if names is None else {"states": claimed(names)}
 
 
 def _whole_data(plant):
@@ -69,8 +75,11 @@ def read_plant(data, names=None):
     """The plant of the ``data`` that `plant_data` writes, with ``names`` of z."""
     part = Reduction(*data["reduced"]) if "reduced" in data else None
     more = {"reduction": part} | ({"coordinates": names} if names else {})
+    if "states" in data:
+        more["states"] = tuple(data["states"])
     if "parameters" in data:
-        matrices = {k: rows for k, rows in data.items() if k not in ("kind", "reduced")}
+        own = "kind", "reduced", "states"
+        matrices = {k: rows for k, rows in data.items() if k not in own}
         kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
         return Uncertain.read(kinds[data["kind"]], matrices, **more).polytope()
     vertices = data["vertices"]
@@ -85,7 +94,7 @@ def read_plant(data, names=None):
             if given[0]:
                 rows = len(beside[0]["C"])
                 several[k] = [read_array(x, rows, None) for x in given]
-        return DescriptorSystem(**several, reduction=part)
+        return DescriptorSystem(**several, **more)
     if data["kind"] != "second order":
         raise ValueError(f"a plant of the kind {data['kind']!r} isn't known")
     plants = [

@@ -280,8 +280,8 @@ def _lacks_rank(M, tolerance):
     return np.count_nonzero(np.linalg.svd(M, compute_uv=False) > tolerance) < len(M)
 
 
-def checked_names(coordinates, n):
-    """The names of n ``coordinates``, checked; None without."""
+def checked_names(coordinates, n, what="coordinates"):
+    """The names of n ``coordinates``, or ``what`` they are, checked; None without."""
     if coordinates is None:
         return None
     one = isinstance(coordinates, str) or not isinstance(coordinates, Iterable)
@@ -289,7 +289,5 @@ def checked_names(coordinates, n):
     good = all(isinstance(name, str) and name for name in names)
     good = good and len(names) == len(set(names)) == n
     if not good:
-        raise ValueError(
-            f"coordinates must be {n} different names, got {coordinates!r}"
-        )
+        raise ValueError(f"{what} must be {n} different names, got {coordinates!r}")
     return names

@@ -1,6 +1,6 @@
 """Plants and loops in first order, where the second-order form ends."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
-from .checks import check_rank, matrices_of, matrix
+from .checks import check_rank, checked_names, matrices_of, matrix
 from .descriptor import MATRICES, OF_ARGUMENTS, Descriptor, combined
 from .parametric import MayBeSymbolic
 from .reduction import Reduction, balanced
@@ -43,6 +43,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         Of what it is a part: `reduce` says so, and every proof does.
     sensed : Sensed, optional
         What it was before sensors that are late were joined: a law does it.
+    states : sequence of N str, optional
+        What the states are called, by proofs too; x1, x2, ... without it.
 
     Examples
     --------
@@ -60,6 +62,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
     C_a: np.ndarray | None = None
     reduction: Reduction | None = None
     sensed: Any = None
+    states: Any = None
 
     if TYPE_CHECKING:  # what the constructor takes, and makes
 
@@ -78,6 +81,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             C_a: ArrayLike | Sequence[ArrayLike] | None = None,
             reduction: Reduction | None = None,
             sensed: Any = None,
+            states: Iterable[str] | None = None,
         ) -> None: ...
 
     #: The `Uncertain` whose vertices these are; None where they were given.
@@ -89,6 +93,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         vertices: "Sequence[Descriptor]",
         reduction: Reduction | None = None,
         sensed: Any = None,
+        states: Any = None,
     ) -> "DescriptorSystem":
         """The polytope of some vertices.
 
@@ -96,7 +101,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         ----------
         vertices : sequence of Descriptor
             They have the same sizes.
-        reduction, sensed : Reduction and Sensed, optional
+        reduction, sensed, states
             As of the class.
         """
         several: Any = [[getattr(d, x) for d in vertices] for x in MATRICES]
@@ -104,12 +109,14 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         made = cls(*given)
         object.__setattr__(made, "reduction", reduction)
         object.__setattr__(made, "sensed", sensed)
+        object.__setattr__(made, "states", checked_names(states, made.order, "states"))
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 
     def __post_init__(self):
         """Check the shapes and make the vertices."""
         N = len(matrices_of("E", self.E)[0])
+        object.__setattr__(self, "states", checked_names(self.states, N, "states"))
         empty = {"B": (N, 0), "B_w": (N, 0), "C": (0, N)}
         lists: dict = {}
         for name in ("E", "A", "B", "B_w", "C", "D_u", "D_w", "C_a"):
@@ -184,7 +191,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         d = combined(self.vertices, mean)
         arguments = {name: word for word, name in OF_ARGUMENTS.items()}
         known = {arguments.get(name, name): getattr(d, name) for name in MATRICES}
-        whole = dict(reduction=self.reduction, sensed=self.sensed)
+        own = "reduction", "sensed", "states"
+        whole = {x: getattr(self, x) for x in own}
         return DescriptorSystem(**known, **whole)
 
     def reduce(self, states: int) -> "DescriptorSystem":

@@ -155,8 +155,8 @@ def signals(plant, U=None, older=0):
     """
     late = [f"{u}(k-{k + 1})" for k in range(older) for u in input_names(plant.m)]
     if not hasattr(plant, "coordinates"):
-        if plant.sensed is not None:
-            return (*plant.sensed.states, *late)
+        if plant.states is not None:
+            return (*plant.states, *late)
         return (*(f"x{k + 1}" for k in range(plant.order)), *late)
     z = plant.coordinates or tuple(f"z{k + 1}" for k in range(plant.n))
     rows = () if U is None else np.atleast_2d(np.asarray(U, float))

@@ -133,12 +133,10 @@ def _on_state(part):
 
 @dataclass(frozen=True, eq=False)
 class Sensed(ReadOnly):
-    """The plant as it was before its sensors were joined: ``states``, names of all, of
-    which the last are the ``rows``, (c, N), of what the late sensors see at rest;
-    ``n``: coordinates of the plant that it was.
+    """The plant as it was before its sensors were joined: ``rows``, (c, N), of what the
+    late ones see at rest, the last states; ``n``: coordinates of the plant that it was.
     """
 
-    states: tuple
     rows: np.ndarray
     n: int
     bare: object
@@ -160,7 +158,8 @@ class Sensed(ReadOnly):
         N = self.rows.shape[1]
         if r.outputs is not None:
             r = replace(r, outputs=in_states(r.outputs, N, self.n))
-        return r.joined(_Joined(self.rows, self.states[N:], exact(self.rest)))
+        joined = _Joined(self.rows, range(len(self.rows)), exact(self.rest))
+        return r.joined(joined)
 
 
 @dataclass(frozen=True)
@@ -168,7 +167,7 @@ class _Joined:
     """The matrices that `Requirement.joined` takes."""
 
     rows: np.ndarray
-    states: tuple
+    states: range
     rest: np.ndarray
 
 
@@ -216,15 +215,15 @@ def sensed(plant, seen, lag):
     parts = (exact(x[late]) for x in (seen.C, seen.Ca, seen.Du, seen.Dw))
     function = partial(_with_lags, *parts, exact(lag))
     names = (*signals(plant), *np.array(seen.names, object)[late])
-    known = Sensed(names, seen.C[late], seen.n, plant)
+    known = dict(sensed=Sensed(seen.C[late], seen.n, plant), states=names)
     if plant.family is not None:
-        return joined_family(plant.family, function, sensed=known).polytope()
+        return joined_family(plant.family, function, **known).polytope()
     vertices = plant.vertices
     if not isinstance(plant, DescriptorSystem):
         vertices = descriptors(plant)
     made = [kept(function(d.map(exact))) for d in vertices]
     part = Reduction.in_states(plant, len(made[0].E))
-    return DescriptorSystem.of(made, part, sensed=known)
+    return DescriptorSystem.of(made, part, **known)
 
 
 def kept(d):

@@ -384,7 +384,7 @@ class Uncertain:
     @cached_property
     def _around(self):
         several = [v.vertices[0] for v in self._corners]
-        own = {k: self._rest.get(k) for k in ("reduction", "sensed")}
+        own = {k: self._rest.get(k) for k in ("reduction", "sensed", "states")}
         one = self.kind is SecondOrderSystem
         plants = Polytope(several) if one else DescriptorSystem.of(several, **own)
         object.__setattr__(plants, "family", self)

@@ -24,6 +24,18 @@ def sane_name(name):
     return name
 
 
+def claimed(names):
+    """The ``names`` of signals as files and claims have them: "_" stands for what isn't
+    of a word, and #2 tells the second from others that are then called the same.
+
+    >>> claimed(["place'", "z1 - 0.5 z2", "a, b", "a; b"])
+    ["place'", 'z1 - 0.5 z2', 'a_ b#3', 'a_ b#4']
+    """
+    strange = r"[^\w ()'+#/.-]|[.](?= )|^[^\w(-]|\s$"
+    found = [re.sub(strange, "_", x)[:95] for x in names]
+    return [f"{x}#{k}" if found.count(x) > 1 else x for k, x in enumerate(found, 1)]
+
+
 class OfKind:
     """A member of a family, whose direct heirs are a family each.
 

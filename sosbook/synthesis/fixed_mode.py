@@ -15,6 +15,7 @@ from ..plants.controllability import FixedPart, fixed_part, is_singular, matrix_
 from ..requirements.base import Requirement
 from ..requirements.lmi_region import by_matrices
 from ..requirements.stability import Stability
+from ..runtime.names import claimed
 from ..runtime.time_limit import check_time
 from .request_as_data import loop_data
 
@@ -123,8 +124,10 @@ class OfLaw:
 
 
 def parts_data(parts):
-    """The data of the ``parts`` that a law joins."""
-    return {name: fractions(getattr(parts, name)) for name in LAW}
+    """The data of the ``parts`` that a law joins, and what its signals are called."""
+    found = {name: fractions(getattr(parts, name)) for name in LAW}
+    names = dict(states=parts.states, signals=parts.signals)
+    return found | {x: claimed(some) for x, some in names.items()}
 
 
 def plant_at(request, place, how=None):

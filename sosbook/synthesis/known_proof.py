@@ -95,7 +95,8 @@ class Joined(Law):
     def __init__(self, data, rows):
         wide = dict.fromkeys(LAW, 0) | {"B": len(data["rows"])}
         parts = {name: read_fractions(data[name], wide[name]) for name in LAW}
-        put(self, known=parts, rows=rows)
+        names = {k: tuple(data[k]) for k in ("states", "signals")}
+        put(self, known=parts, names=names, rows=rows)
 
     def parts(self, plant):
         shapes = {name: x.shape for name, x in self.known.items()}
@@ -104,10 +105,8 @@ class Joined(Law):
         wanted |= dict(of_sensors=(q, s), of_states=(q, c))
         if shapes != wanted:
             raise ValueError("the parts of the law don't fit")
-        names = {
-            k: ("",) * n for k, n in zip(("sensors", "states", "signals"), (s, c, q))
-        }
-        return Parts(**self.known, free=self.rows - plant.m, **names)
+        known = self.known | self.names | {"sensors": ("",) * s}
+        return Parts(**known, free=self.rows - plant.m)
 
     def structure(self, plant):
         q = len(self.known["of_sensors"])
@@ -118,13 +117,12 @@ class Joined(Law):
 
 
 def _statements(request):
-    """The claims beside the requirements; of a law without its words."""
+    """The claims beside the requirements."""
     part = request.plant.reduction
     for words, r in request.claims.statements():
         words = words if part is None else part.words + words
         if not request.law.whole:
-            said = f" ({request.law.words(request.plant)})"
-            words = words.replace(said, "").replace("|K x(t)|", "|u(t)|")
+            words = words.replace("|K x(t)|", "|u(t)|")
         yield words, r
 
 

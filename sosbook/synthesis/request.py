@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..language import Affine, Unknown
-from ..laws.full_state import NO_MATRICES
+from ..laws.full_state import LATE_SENSORS, NO_MATRICES
 from ..laws.taken import law_of
 from ..lmi.text import floats
 from ..plants.checks import matrix
@@ -73,8 +73,7 @@ class Request(Shorthand, ReadOnly):
         plant, law = law.on(plant)
         if K_A is not None:
             if isinstance(plant, DescriptorSystem):
-                late = "K_A is given with a law of late sensors: leave one out"
-                raise ValueError(late if plant.sensed else NO_MATRICES)
+                raise ValueError(LATE_SENSORS if plant.sensed else NO_MATRICES)
             K_A = matrix("K_A", K_A, (plant.m, plant.n))
         coupling = coupling_of(coupling)
         put(self, plant=plant, K_A=K_A, coupling=coupling, law=law)

@@ -4,6 +4,7 @@ from fractions import Fraction
 
 from .arithmetic import Beyond, need
 from .families import CHANGING, decimal, every_plant, keys
+from .laws import under
 from .plants import coordinates, distinct, plant
 from .text import Text, number, positive, ratio
 
@@ -164,7 +165,7 @@ class Delay:
         if self.printed:
             return "the LMIs as printed hold: that proves nothing about the loop"
         who = every_plant(d["plant"], self.many, CHANGING)
-        who += ", under u = K x(t - d),"
+        who += under(d["plant"], late="(t - d)")
         who = "the loop" if self.loop else who
         how = "is exponentially stable"
         if delta:

@@ -7,6 +7,7 @@ from . import payment
 from .arithmetic import Beyond, need, read
 from .families import CHANGING, CONSTANT, every_plant, keys
 from .language import Reader, parse
+from .laws import under
 from .plants import OUTPUTS, coordinates, corners_suffice, distinct, plant, suffice
 from .requirements import (
     BLOCKS,
@@ -59,8 +60,8 @@ class Design:
         where = every_plant(d["plant"], self.many, scope)
         if not self.whole:
             where = f"each of the {self.many} vertices (not the plants between)"
-        under = ", under u = K x," if self.m else ""
-        self.claims, demands = stated(f"{where}{under} is stable", self.asked)
+        where += under(d["plant"]) if self.m else ""
+        self.claims, demands = stated(f"{where} is stable", self.asked)
         self.demands = list(demands.values())
         self._sizes()
         self._write()

@@ -31,8 +31,12 @@ def part_of(plant):
 def given_vertices(plant):
     """The matrices of each vertex by name; a reduced model has as many as it says."""
     part_of(plant)
-    vertices = whole_vertices({k: x for k, x in plant.items() if k != "reduced"})
+    own = "reduced", "states"
+    vertices = whole_vertices({k: x for k, x in plant.items() if k not in own})
     first = vertices[0].get("M", vertices[0].get("E"))
+    names = plant.get("states", first)
+    good = names is first or ("E" in vertices[0] and len(names) == len(first))
+    need(good, "names are of the states of a descriptor form")
     need(len(first) == plant.get("reduced", [len(first)])[0], "other rows are kept")
     return vertices
 
@@ -105,6 +109,7 @@ def vertex_words(plant, k, many):
 
 def ranges(plant):
     """Of the parameters the ends, pieces and degrees; the matrices of polynomials."""
+    plant = {k: x for k, x in plant.items() if k != "states"}
     names = MATRICES[plant["kind"]]
     may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
     keys(may | plant, "kind parameters " + names)

@@ -5,7 +5,7 @@ from itertools import product
 
 from .arithmetic import Beyond, need
 from .families import CONSTANT, every_plant, keys, ranges
-from .laws import put_law
+from .laws import put_law, under
 from .outputs import Channel
 from .plants import distinct, plant
 from .requirements import BLOCKS, is_disk, numbers_of, start, stated, tag, weights
@@ -62,7 +62,8 @@ class Known:
             t.write("Ku = K")
             t.write(*PLAIN, loop="i in vertices")
         stable = every_plant(d["plant"], self.many, CONSTANT)
-        stable += f", under u = K {'y' if law else 'x'}," * bool(self.m) + " is stable"
+        free = len(d["K"]) - self.m
+        stable += under(whole, d["law"], free) * bool(self.m) + " is stable"
         signal = "u" if law else "K x"
         self.claims, asked = stated(stable, d["requirements"], signal)
         self.ids = {id(r): k for k, r in enumerate(d["requirements"], 1)}
