@@ -139,3 +139,27 @@ def test_a_bound_that_is_proven_stays_where_the_time_is_over(monkeypatch):
     best = proven(99)
     early = [proven(looks) for looks in (3, 4, 5)]  # at 1, 1.05 and 1.2 times the best
     assert early == sorted(early, reverse=True) and early[0] > early[-1] >= best
+
+
+def table(m, r):
+    """A payload m at the radius r turns with a motor: m and r enter as one product."""
+    M, D = [[0.01, 0], [0, 0.01 + m * r * r]], [[0.03, -0.01], [-0.01, 0.01]]
+    return sos.SecondOrderSystem(M, D, [[10, -10], [-10, 10]], [[1], [0]], [[0], [1]])
+
+
+def test_many_cells_are_tried_after_few(monkeypatch):
+    """The nearest bound needs more cells than there is time for: another stands."""
+    plants = sos.Uncertain(table, m=(0, 2), r=(0.05, 0.1))
+    peak = sos.Saturation(0.483, [0.1, 0.1, 0, 0])
+    loop = sos.analyse_pid(plants, [[-8.56, 6.008, -0.369, -0.22]], saturation=peak)
+    decided = known_gain.decided
+
+    def look(request, r, plants, bad=None, most=known_gain.MOST_CELLS):
+        if most > known_gain.FEW_CELLS:
+            raise OutOfTime
+        return decided(request, r, plants, bad, most)
+
+    monkeypatch.setattr(known_gain, "decided", look)
+    monkeypatch.setattr(known_gain, "HALVINGS", 0)
+    (found,) = loop.bounds()
+    assert found.true < found.proven < 1.06 * found.true

@@ -12,6 +12,7 @@ from ..exact.rational import echelon, exact, rational_matrix
 
 MOST_CELLS = 128  # in which a sign is looked for
 NO_WEIGHT = 1e-9  # of a point in a mean, by floats
+FARTHEST = 64  # directions in which the farthest of some points is no mean of others
 SHOWN = 10  # decimals of a rational in words; one with more is a fraction
 
 
@@ -169,12 +170,23 @@ def corners_hold(stacks, degrees, pieces):
 
 
 def is_mean(point, others):
-    """True if a ``point``, (k,), is a mean of some ``others``, (n, k), in rationals:
-    floats say which ones, and their weights are solved for.
+    """True if a ``point``, (k,), is a mean of some ``others``, (n, k), in rationals.
 
     >>> corners = exact(np.array([[0.0, 0.0], [1.0, 0.3], [0.0, 1.0]]))
     >>> is_mean(exact(np.array([0.5, 0.15])), corners)
     True
+    """
+    return mean_weights(point, others) is not None
+
+
+def mean_weights(point, others):
+    """The weights, by place, of a mean of some ``others``, (n, k), that a ``point``,
+    (k,), is; None without one. Floats say which ones, and the weights are solved for in
+    rationals.
+
+    >>> ends = exact(np.array([[0.0], [3.0]]))
+    >>> mean_weights(exact(np.array([1.0])), ends)
+    {0: 2/3, 1: 1/3}
     """
     from scipy.optimize import linprog
 
@@ -185,13 +197,45 @@ def is_mean(point, others):
     floats = rows.astype(float) / scale[:, None], wanted.astype(float) / scale
     found = linprog(np.zeros(len(others)), A_eq=floats[0], b_eq=floats[1])
     if found.x is None:
-        return False
-    some = found.x > NO_WEIGHT
+        return None
+    some = np.flatnonzero(found.x > NO_WEIGHT)
     table = np.column_stack([rows[:, some], wanted])
     solved, lead = echelon(rational_matrix(table.tolist()))
-    if len(solved[0]) - 1 in lead:  # no weights give it
-        return False
-    return all(row[-1] >= 0 for row in solved) and len(lead) == int(some.sum())
+    if len(solved[0]) - 1 in lead or len(lead) != len(some):  # none, or not one
+        return None
+    weights = [row[-1] for row in solved[: len(some)]]
+    return dict(zip(some.tolist(), weights)) if min(weights) >= 0 else None
+
+
+def means(points):
+    """The ``points``, (n, k) rationals, that repeat or are means of others.
+
+    Each is mapped to its weights by the places of those that stay; see `mean_weights`.
+
+    >>> means(exact(np.array([[0.0], [2.0], [1.0], [2.0]])))
+    {2: {0: 1/2, 1: 1/2}, 3: {1: 1}}
+    """
+    points = points[:, (points != points[0]).any(axis=0)]
+    first, found = {}, {}
+    for k, row in enumerate(map(tuple, points)):
+        if first.setdefault(row, k) != k:
+            found[k] = {first[row]: fmpq(1)}
+    single, floats = list(first.values()), points.astype(float)
+    ways = np.random.default_rng(0).normal(size=(floats.shape[1], FARTHEST))
+    heights = (floats / np.maximum(np.abs(floats).max(axis=0), 1e-300)) @ ways
+    far = {int(k) for k in [*heights.argmax(axis=0), *heights.argmin(axis=0)]}
+    for k in [k for k in single if first[tuple(points[k])] not in far]:
+        others = [i for i in single if i != k]
+        if weights := mean_weights(points[k], points[others]):
+            single = others
+            found[k] = {others[i]: w for i, w in weights.items()}
+    for weights in found.values():  # what stood for another may have gone since
+        while gone := weights.keys() & found.keys():
+            i = gone.pop()
+            w = weights.pop(i)
+            for j, share in found[i].items():
+                weights[j] = weights.get(j, fmpq(0)) + w * share
+    return dict(sorted(found.items()))
 
 
 def _places(degree, low, high, pieces):

@@ -10,6 +10,7 @@ import numpy as np
 from flint import fmpq
 
 from ..exact.rational import exact
+from ..plants.bernstein import means
 from ..plants.descriptor import combined
 from ..plants.simplex import halves
 from ..requirements.known_gain import KnownLoop
@@ -33,6 +34,14 @@ class Cell(ReadOnly):
     def loops(self):
         """The loops whose hull holds the cell, in rationals."""
         return self.family.loops_of(self.place)
+
+    @cached_property
+    def means(self):
+        """Its loops that repeat or are means of others, as `means` has them."""
+        if len(self.loops) < 3:
+            return {}
+        rows = [np.concatenate([x.ravel() for x in y.matrices]) for y in self.loops]
+        return means(np.array(rows))
 
     def way(self, T, rate, noisy):
         """The edge or the axis that moves the loop most, in x = ``T`` xi and units of

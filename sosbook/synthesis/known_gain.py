@@ -14,7 +14,7 @@ from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import OutOfTime, check_time
 from .broken import broken, itself
 from .feasibility import answer
-from .known_lmis import KnownLMIs, coordinates
+from .known_lmis import KnownLMIs, coordinates, with_means
 from .ranges import family
 from .solution import Solution
 
@@ -25,6 +25,7 @@ DIGITS = 2, 3, 4, 6, 9  # of the plant that breaks a claim, in the order of tria
 EASIER = 1.0, 1.05, 1.2, 2.0, 10.0  # times the least bound, in the order of trial
 HALVINGS = 4  # of the way between two of them, as a ratio
 MOST_CELLS = 128  # open or done; three parameters in squares took 60 to 65
+FEW_CELLS = 16  # with which some bound is sought first, before a nearer one costs time
 CLEAR = 1e-9  # a margin of blocks that floats can tell from zero
 
 
@@ -158,10 +159,10 @@ def _room(r, bound, truth):
     return r.parameter.harder * (truth - bound)
 
 
-def decided(request, r, plants, bad=None):
+def decided(request, r, plants, bad=None, most=MOST_CELLS):
     """The `Kept` of ``r``, a demand of a ``request`` with a given gain, whose loops are
-    ``plants`` (see `sosbook.synthesis.ranges.family`), ``bad`` the worst, if known:
-    kept, broken or undecided.
+    ``plants`` (see `sosbook.synthesis.ranges.family`), ``bad`` the worst, if known, by
+    at ``most`` so many cells: kept, broken or undecided.
 
     A claim that holds strictly for the closed family is proven after finitely many
     halvings: at one plant the LMIs with multipliers lose nothing, and they hold around
@@ -178,7 +179,7 @@ def decided(request, r, plants, bad=None):
             if found is not None:
                 return found
         if not bad.searched:
-            return decided(request, r, plants)
+            return decided(request, r, plants, most=most)
         text = (
             f"In floats a plant breaks it: the true value is {bad.truth:.6g}. No exact "
             "proof of that was found."
@@ -190,7 +191,7 @@ def decided(request, r, plants, bad=None):
         cell = open_cells.pop()
         room = [_room_at(request, r, loop) for loop in cell.loops]
         k = int(np.argmin(room))
-        found = _proven(request, r, cell.loops) if room[k] > 0 else None
+        found = _proven(request, r, cell.loops, cell.means) if room[k] > 0 else None
         if found is not None:
             cuts.append(None)
             values.append(found[0])
@@ -204,7 +205,7 @@ def decided(request, r, plants, bad=None):
         alone = [plants.at(plants.exactly(bad.point))]
         if not cuts and _proven(request, r, alone) is None:
             return _undecided(r, bad, values, "the worst plant alone")
-        if len(cell.loops) == 1 or len(values) + len(open_cells) >= MOST_CELLS:
+        if len(cell.loops) == 1 or len(values) + len(open_cells) >= most:
             return _undecided(r, bad, values, cell.words)
         if nearer:
             best = {
@@ -240,11 +241,15 @@ def _room_at(request, r, loop):
     return r.kept(r.truth([loop.plant_in_floats], request.state_gain, request.K_A))
 
 
-def _proven(request, r, loops):
+def _proven(request, r, loops, means=()):
     """(values, margin) of the hull of loops that keep it; None if none are found. Of
-    one loop the LMIs without multipliers tell in which coordinates P is I.
+    one loop the LMIs without multipliers tell in which coordinates P is I. Where a loop
+    is one of the ``means`` of others, a mean of their P does; the blocks are checked.
     """
-    found = _found(KnownLMIs(r, loops))
+    found = _found(KnownLMIs(r, [x for k, x in enumerate(loops) if k not in means]))
+    if means and found:
+        values = with_means(r, loops, found[0], means)
+        return values and (values, found[1])
     if found is None and len(loops) == 1:
         one = itself(request, r, loops[0])
         P = one and answer(one, refuse=False).P
@@ -311,35 +316,48 @@ def least(request, r, plants, backoff, digits=3, bad=None):
     """
     bad, harder = bad or worst(request, r, plants), r.parameter.harder
 
-    def at(easier):
+    def at(easier, most=MOST_CELLS):
         bound = _rounded(
             bad.truth * (easier * (1 + backoff)) ** -harder, harder, digits
         )
         known = replace(bad, kept=_room(r, bound, bad.truth))
         moved = request.with_bounds({r.parameter.key: bound})
-        return decided(moved, r.with_bound(bound), plants, known)
+        return decided(moved, r.with_bound(bound), plants, known, most)
 
-    part, low, (small, large) = None, 1.0, SIZE_LIMITS
-    reach = 2 * max(EASIER)  # a bound that is tried is within it of the truth
-    for easier in EASIER if small * reach < bad.truth < large / reach else ():
-        part = at(easier)
-        if part.status == "feasible":
-            break
-        low = easier
-    else:  # no proof of the last bound; or no bound: is every loop stable, then?
-        weakest = r.with_bound(0.0) if harder > 0 else r
-        return part or decided(request, weakest, plants, bad)
-    try:
-        for _ in range(HALVINGS if easier > low else 0):
+    (small, large), reach = SIZE_LIMITS, 2 * max(EASIER)
+    inside = small * reach < bad.truth < large / reach  # a bound is so near the truth
+    tries = {}
+
+    def proven(easier, most):
+        if easier not in tries or tries[easier].status == "undecided":
+            tries[easier] = at(easier, most)
+        return tries[easier].status == "feasible"
+
+    def nearest(most):
+        """The least factor with a proof, or None."""
+        low, easier = 1.0, None
+        for factor in EASIER if inside else ():
+            if proven(factor, most):
+                easier = factor
+                break
+            low = factor
+        for _ in range(HALVINGS if easier and easier > low else 0):
             middle = float(np.sqrt(low * easier))
-            closer = at(middle)
-            if closer.status == "feasible":
-                part, easier = closer, middle
-            else:
-                low = middle
+            low, easier = (low, middle) if proven(middle, most) else (middle, easier)
+        return easier
+
+    try:
+        if nearest(FEW_CELLS) != EASIER[0]:
+            nearest(MOST_CELLS)
     except OutOfTime:  # what is proven stays: a nearer bound takes longer
-        return part
-    return part
+        if not any(part.status == "feasible" for part in tries.values()):
+            raise
+    found = [easier for easier, part in tries.items() if part.status == "feasible"]
+    if found:
+        return tries[min(found)]
+    weakest = r.with_bound(0.0) if harder > 0 else r
+    # no proof of the last bound; or no bound: is every loop stable, then?
+    return tries[max(tries)] if tries else decided(request, weakest, plants, bad)
 
 
 def _rounded(bound, harder, digits):

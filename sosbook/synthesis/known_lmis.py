@@ -121,6 +121,23 @@ def rational_blocks(requirement, loops, values):
     )
 
 
+def with_means(requirement, loops, some, means):
+    """A ``requirement``'s values at all ``loops``, from ``some``, at all but ``means``.
+
+    P of a mean is the mean of the P whose weights `plants.bernstein.means` gives.
+    Returns decimals at which all blocks in rationals are definite; None without.
+    """
+    stay = (k for k in range(len(loops)) if k not in means)
+    P = {k: some[f"P {i}"] for i, k in enumerate(stay, 1)}
+    P |= {k: sum(float(w) * P[i] for i, w in x.items()) for k, x in means.items()}
+    values = {f"P {k + 1}": P[k] for k in sorted(P)}
+    values |= {name: x for name, x in some.items() if name[:2] != "P "}
+    certain = {name: exact(x) for name, x in values.items()}
+    loops = [loop.seen_by(requirement) for loop in loops]
+    blocks = rational_blocks(requirement, loops, certain)
+    return values if all(definite(g)[0] for g in blocks.values()) else None
+
+
 def _blocks(requirement, vertices):
     blocks = {}
     for i, c in enumerate(vertices, 1):
