@@ -23,7 +23,7 @@ from sosbook.exact import quick
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
-from sosbook.exact.proof_file import ProofFile
+from sosbook.exact.proof_file import KINDS, ProofFile
 from sosbook.exact.rational import decimal, fraction, read_number
 from sosbook.lmi import LMIProblem, he, symmetric
 from sosbook.proofs.command import main
@@ -498,6 +498,18 @@ def test_the_quick_answer_is_the_package_s(name, tmp_path, capsys, monkeypatch):
         assert quickly == (main(["verify", str(file)]), capsys.readouterr().out)
     file.write_text(proof_of(name).text.replace("1", "2"), "utf-8")
     assert quick.verify(file) is None and not capsys.readouterr().out
+
+
+def test_each_kind_is_a_text_or_says_that_it_is_an_enclosure():
+    """Its readers: the checker and the package, or the package alone."""
+    two, one = (
+        {proof_of(name).kind for name in names}
+        for names in ([*PROOFS, *EXCLUDED], BEYOND)
+    )
+    assert KINDS.keys() - two == {"infeasible delay modes"} == one - two
+    for name in [*PROOFS, *EXCLUDED, *BEYOND]:
+        alone = "by an enclosure of one program:" in str(proof_of(name))
+        assert alone == (name in BEYOND) == bool(proof_of(name).examined.alone)
 
 
 LOADED = """

@@ -240,7 +240,7 @@ BALLS = (
 
 
 class ModesRefusal(MultiplierRefusal):
-    """Multipliers that exclude a design for some modes of a plant alone.
+    """An enclosure: multipliers exclude a design for some modes of a plant alone.
 
     Its ``text`` is a file with the plant, the modes in floats and multipliers for
     these. The modes themselves are irrational: `verify` encloses them in balls and

@@ -48,7 +48,7 @@ class Examined:
     in large blocks to six digits, None where a kernel that asks for none decided;
     ``failed``: names of those that aren't positive definite, or what else is wrong;
     ``value``: see `MultiplierRefusal`; ``alone``: why no second program can decide it,
-    or ""; ``by_floats``: whether floats with bounds of their errors decided, see
+    so that it is an enclosure, or ""; ``by_floats``: whether floats with bounds of their errors decided, see
     `sosbook.exact.balls`, and not rationals.
     """
 
@@ -158,7 +158,10 @@ class Verdict:
         from ..runtime.saying import one_line
 
         if self.proven:
-            return "\n- ".join([self._proven_words(), *map(one_line, self.claims)])
+            first = self._proven_words()
+            if self.examined.alone:
+                first = f"{first.removesuffix(':')}, by an enclosure of one program:"
+            return "\n- ".join([first, *map(one_line, self.claims)])
         return "not proven: " + ", ".join(map(one_line, self.failed))
 
     def _proven_words(self):

@@ -29,7 +29,7 @@ OF_READINGS = "B_w", "D_w"  # how w enters a controller by what it reads
 
 
 class SampledProof(ProofFile):
-    """A proof, in ball arithmetic, that sampled loops are stable.
+    """A proof, or an enclosure of one program, that sampled loops are stable.
 
     ``text`` is that of the file.
 

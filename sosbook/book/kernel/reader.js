@@ -18,6 +18,7 @@ export class Reader extends Arithmetic {
   // Data: lists of lists of texts or numbers, or one of them.
   known(data) {
     const of = x => this.ring.of(String(x));
+    if (data.zeros) return {X: this.zeros(...data.zeros), terms: []};
     if (!Array.isArray(data)) return this.number(of(data));
     return {X: this.matrix(data.length, data[0].length, (i, j) => of(data[i][j])), terms: []};
   }
