@@ -48,8 +48,8 @@ class Examined:
     in large blocks to six digits, None where a kernel that asks for none decided;
     ``failed``: names of those that aren't positive definite, or what else is wrong;
     ``value``: see `MultiplierRefusal`; ``alone``: why no second program can decide it,
-    so that it is an enclosure, or ""; ``by_floats``: whether floats with bounds of their errors decided, see
-    `sosbook.exact.balls`, and not rationals.
+    so that it is an enclosure, or ""; ``by_floats``: whether floats with bounds of
+    their errors decided, see `sosbook.exact.balls`, and not rationals.
     """
 
     claims: tuple
