@@ -15,7 +15,7 @@
     python3 tasks.py types         what mypy says of the package's types
     python3 tasks.py lab      open the notebooks in JupyterLab
     python3 tasks.py run      run the notebooks again and store their outputs
-    python3 tasks.py bench    time the solver and its peers, for chapter 18
+    python3 tasks.py bench    time the solver and its peers, for the page on performance
     python3 tasks.py archive  pack tree, pages and proofs, for a repository
     python3 tasks.py clean    remove what these commands made
 
@@ -224,7 +224,7 @@ def bench(words):
     for program in programs:
         if status := call(PYTHON, "-m", program, *words):
             return status
-    return TASKS["run"](["book/18_performance.ipynb"])
+    return TASKS["run"](["book/performance.ipynb"])
 
 
 #: Makes every row and best known value, and keeps each proof in a folder.

@@ -328,7 +328,7 @@ def joined(old, new):
 def told(document):
     """A ``document`` with what its records say: ``summaries``, and why paths ``stay``.
 
-    Chapter 18 reads them, for it runs where this folder is no package.
+    The page on performance reads them, for it runs where this folder is no package.
     """
     records = document["records"]
     summaries = {

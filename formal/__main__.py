@@ -1,7 +1,7 @@
 """Prove the poles of the book's proofs by Rocq: ``python3 tasks.py formal``.
 
     python3 tasks.py formal                   the proofs of every notebook
-    python3 tasks.py formal 05 27             those of chapters 5 and 27
+    python3 tasks.py formal 05 22             those of chapters 5 and 22
     python3 tasks.py formal proof.json ..     these
 
 The notebooks are run, and each proof that one makes is kept in _build/formal.

@@ -10,7 +10,7 @@ from tests.browser import apt_install, is_root, output
 from tests.processes import process
 
 NAMES = ("cc", "gcc", "clang")
-CHAPTERS = ("30_c_code.ipynb",)  # they run a compiler
+CHAPTERS = ("25_program.ipynb",)  # they run a compiler
 MISSING = """\
 No C compiler was found. The tests of the generated code need one. Any of
 these will do:

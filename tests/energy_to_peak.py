@@ -1,10 +1,10 @@
-"""A requirement that the package doesn't know: the cells of chapter 32."""
+"""A requirement that the package doesn't know: the cells of chapter 40."""
 
 from pathlib import Path
 
 import nbformat
 
-PAGE = Path(__file__).parents[1] / "book" / "32_your_theorem.ipynb"
+PAGE = Path(__file__).parents[1] / "book" / "40_your_theorem.ipynb"
 
 
 def file_of(name, page=PAGE):

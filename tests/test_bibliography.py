@@ -79,7 +79,7 @@ def test_the_authors_papers_stand_where_their_theorems_do():
     """Both are known from the thesis alone, and the pages say so."""
     for key, pages in {
         "gontijo2023jvc": ("04_*", "05_*", "08_*", "errata"),
-        "gontijo2022cba": ("20_*", "21_*", "errata"),
+        "gontijo2022cba": ("16_*", "17_*", "errata"),
     }.items():
         for name in pages:
             (page,) = FILE.parent.glob(f"{name}.ipynb")

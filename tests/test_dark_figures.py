@@ -111,7 +111,7 @@ figure => {
 """
 
 
-@pytest.mark.parametrize("page", ["07_grasping_robot", "15_feasibility_maps"])
+@pytest.mark.parametrize("page", ["07_grasping_robot", "28_feasibility_maps"])
 def test_paper_is_dark_and_each_mark_is_seen(site, visit, page):
     """Pixel by pixel, as the browser draws marks that are used again."""
     tab = visit(site / "book" / f"{page}.html", scheme="dark")

@@ -1,4 +1,4 @@
-"""Section 3.2: its rows, its errata, and what chapter 21 says of a mode."""
+"""Section 3.2: its rows, its errata, and what chapter 17 says of a mode."""
 
 import re
 from dataclasses import replace
@@ -15,7 +15,7 @@ from sosbook.plants.descriptor import Descriptor, descriptors
 from sosbook.theorems import Functional, Times, delay_stabilization
 from tests.test_delay_theorems import NAMES, random_functional
 
-HERE = ("20_delay_theorem", "21_delay_examples")
+HERE = ("16_delay_theorem", "17_wing_and_two_masses")
 M = [[17.6, 1.28, 2.89], [1.28, 0.824, 0.413], [2.89, 0.413, 0.725]]
 
 
@@ -112,7 +112,7 @@ def test_why_there_are_no_gains(here):
 
 
 def test_a_certificate_contains_one_of_the_flutter_mode():
-    """The proposition of chapter 21, on a design for the wing."""
+    """The proposition of chapter 17, on a design for the wing."""
     ex = thesis.delay_example_1(published=True)
     found = sos.design_delay_pid(ex.plant, ex.U, tau=0.2, mu=0.1, delta=0.05, alpha=0.6)
     frame = found.request.frame

@@ -23,7 +23,13 @@ def meta(path):
 
 def test_pages_describe_themselves(site):
     descriptions = set()
-    for page in ("intro", "05_hinf", "20_delay_theorem", "own_plant", "api/plants"):
+    for page in (
+        "intro",
+        "05_h_infinity_norm",
+        "16_delay_theorem",
+        "own_plant",
+        "api/plants",
+    ):
         tags = meta(site / "book" / f"{page}.html")
         assert 60 < len(tags["description"]) <= 200
         assert tags["og:description"] == tags["description"]
@@ -33,7 +39,7 @@ def test_pages_describe_themselves(site):
 
 
 def test_there_is_an_icon_and_a_page_for_lost_readers(site):
-    text = (site / "book" / "05_hinf.html").read_text("utf-8")
+    text = (site / "book" / "05_h_infinity_norm.html").read_text("utf-8")
     icon = re.search(r'<link rel="icon" href="([^"]+)"', text)[1]
     assert (site / "book" / icon).resolve().is_file()
     lost = (site / "404.html").read_text("utf-8")

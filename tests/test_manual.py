@@ -78,7 +78,7 @@ def test_the_inventory_has_the_manual(site):
 
 
 def test_code_in_a_chapter_leads_to_the_manual_and_back(site):
-    chapter = (site / "book" / "05_hinf.html").read_text("utf-8")
+    chapter = (site / "book" / "05_h_infinity_norm.html").read_text("utf-8")
     links = re.findall(r'class="sos-code" href="([^"#]+)#([\w.]+)"', chapter)
     assert ("api/theorems.html", "sosbook.theorems.bounded_real") in links
     assert "In the package:" in chapter
@@ -87,7 +87,7 @@ def test_code_in_a_chapter_leads_to_the_manual_and_back(site):
         assert f'id="{anchor}"' in manual
     entry = (site / "book" / "api" / "theorems.html").read_text("utf-8")
     start = entry.index('id="sosbook.theorems.bounded_real"')
-    assert "05_hinf.html" in entry[start : start + 6000]
+    assert "05_h_infinity_norm.html" in entry[start : start + 6000]
 
 
 def test_the_manual_names_no_folder_of_the_machine(site):

@@ -92,7 +92,7 @@ def test_a_copied_paragraph_has_its_formulas(site, visit):
 def test_formulas_are_there_without_scripts(site, browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
-    page.goto((site / "book/20_delay_theorem.html").as_uri())
+    page.goto((site / "book/16_delay_theorem.html").as_uri())
     assert page.locator(".bd-article mjx-container mjx-mi").count() > 500
     assert page.locator("script[src*=mathjax]").count() == 0
     assert r"\(" not in page.locator(".bd-article").inner_text()

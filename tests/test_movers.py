@@ -305,7 +305,7 @@ def test_where_the_regulator_of_the_middle_falls(desk):
     assert dear["stands"] == [False, False, True, True]
 
 
-# ------------------------------------------------------------ fall (chapter 25)
+# ------------------------------------------------------------ fall (chapter 20)
 @pytest.mark.parametrize("rotors", [0, 1])
 def test_fall_is_the_packages(desk, rotors):
     place = {"angle": 33, "volts": -3.3, "pulse": 0.23, "rotors": rotors}
@@ -378,7 +378,7 @@ def test_without_integrals_the_error_is_the_theorems(desk):
     assert np.allclose(np.array(here["z"][-1]) - 1, offset, atol=1e-5)
 
 
-# ---------------------------------------------------- centre (chapters 3 and 17)
+# ---------------------------------------------------- centre (chapters 3 and 30)
 def test_centre_is_the_solvers_and_the_edge_is_singular(desk):
     A = np.array([[0, 1], [-2, -3]])
     p, q, unit = Unknown("p", 1), Unknown("q", 1), np.ones((1, 1))
@@ -417,7 +417,7 @@ def test_segment_has_the_poles_and_the_inequality_between(desk):
             assert np.isclose(here["least"], np.linalg.eigvalsh(-L)[0], atol=1e-8)
 
 
-# ------------------------------------------------------ ranges (chapters 33, 34)
+# ------------------------------------------------------ ranges (chapters 31, 32)
 TABLES = [  # gain, sigma, box
     (1, 5, (0, 2, 25, 100)),
     (1, 3, (0, 3, 25, 100)),
@@ -470,7 +470,7 @@ def test_a_corner_of_the_box_is_dragged(desk):
     assert desk.said("sos-ranges") != before
 
 
-# ---------------------------------------------------------- landscape (chapter 37)
+# ---------------------------------------------------------- landscape (chapter 35)
 def table_loop_of(data, place):
     """A + B K C from what the page holds."""
     A = np.array(data["A"]) + sum(
@@ -534,7 +534,7 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     assert moved["x"] < after["x"] and moved["y"] > after["y"]
 
 
-# ----------------------------------------------------------- ride (chapter 38)
+# ----------------------------------------------------------- ride (chapter 37)
 @pytest.mark.parametrize(
     "place",
     [
@@ -591,7 +591,7 @@ def test_the_ride_says_what_is_proven_and_where_nothing_is(desk):
     assert 720 < largest < float(bound) < 1.005 * largest
 
 
-# ---------------------------------------------------------- drive (chapter 40)
+# ---------------------------------------------------------- drive (chapter 39)
 @pytest.fixture(scope="module")
 def programs():
     """The chapter's controllers, made anew, by clock."""
@@ -680,7 +680,7 @@ def test_the_drive_runs_away_comes_back_and_ramps(desk):
     assert "w/k = 0.263 rad" in said(limit=2, law=2, w=10)
 
 
-# --------------------------------------------------------- sensors (chapter 36)
+# --------------------------------------------------------- sensors (chapter 34)
 KEYS = "p1", "p2", "v1", "v2", "integral", "filter"
 RANGES = "J0", "J1", "k0", "k1"
 
@@ -847,7 +847,7 @@ def test_a_sensor_is_ticked_by_mouse_key_and_finger(desk):
     assert desk.said(tag) == seen[0]
 
 
-# ----------------------------------------------------------- reach (chapter 41)
+# ----------------------------------------------------------- reach (chapter 33)
 def test_what_the_page_leaves_is_what_the_best_input_leaves(desk):
     """By least squares of numpy; nothing is left where the motor pushes as w does."""
     M, D, S = (np.array(x) for x in desk.data("sos-reach")["plant"].values())
@@ -893,7 +893,7 @@ def test_a_mass_is_chosen_by_mouse_and_finger(desk):
     assert len(set(seen)) == 3 and "The motor moves every mode." in seen[1]
 
 
-# ------------------------------------------------- delayed (chapters 19 and 22)
+# ------------------------------------------------- delayed (chapter 15)
 @pytest.mark.parametrize("h", [0, 0.4, 1.1, 1.6])
 def test_delayed_roots_are_the_packages(desk, h):
     for k, loop in enumerate(desk.data("sos-delayed")["loops"]):
@@ -921,7 +921,7 @@ def test_delayed_responses_are_the_packages(desk):
     assert np.allclose(period[2:] / period[1:-1], -(1.55 - 0.5), atol=5e-3)
 
 
-# ----------------------------------------------------------- clock (chapter 28)
+# ----------------------------------------------------------- clock (chapter 23)
 @pytest.mark.parametrize("sensing", [0, 1])
 def test_clock_has_the_radius_of_the_sampled_loop(desk, sensing):
     middle, laws = Mip.printed(), desk.data("sos-clock")["laws"]
@@ -954,7 +954,7 @@ def test_mass_is_the_chain_with_a_light_body(desk):
         assert np.allclose(here["v"], run.dz[3], atol=1e-6)
 
 
-# ---------------------------------------------------------- kalman (chapter 24)
+# ---------------------------------------------------------- kalman (chapter 19)
 def test_kalman_is_scipys_filter_and_the_loops_poles(desk):
     data = desk.data("sos-kalman")
     E, A, B = (np.array(data[x]) for x in "EAB")
@@ -974,7 +974,7 @@ def test_kalman_is_scipys_filter_and_the_loops_poles(desk):
         assert distance(here["poles"], np.linalg.eigvals(loop)) < 1e-5
 
 
-# ----------------------------------------------------------- chirp (chapter 26)
+# ----------------------------------------------------------- chirp (chapter 21)
 def test_chirp_is_the_packages_experiment_and_its_fit(desk):
     e, f, d = desk.data("sos-chirp")["truth"]
     places = [{"amplitude": 1.85, "noise": 0}, {"amplitude": 1, "noise": 3}]
@@ -995,7 +995,7 @@ def test_chirp_is_the_packages_experiment_and_its_fit(desk):
         assert np.allclose(found, best, rtol=2e-3)
 
 
-# ---------------------------------------------------------- digits (chapter 30)
+# ---------------------------------------------------------- digits (chapter 25)
 def test_digits_are_pythons_and_numpys(desk):
     K = np.array(desk.data("sos-digits")["K"])
     places = [{"precision": k, "tilt": 7.5, "rate": -0.35} for k in (0, 1)]
@@ -1019,7 +1019,7 @@ def short(x):
     )
 
 
-# ----------------------------------------------------------- chain (chapter 31)
+# ----------------------------------------------------------- chain (chapter 26)
 def test_chain_hands_on_what_the_package_computes(desk):
     ratios = {"e_c": 27.0, "f_c": 7.2, "d_c": 120.0, "e_a": 199.0}
     place = ratios | {"R": 10, "spread": 12, "late": 70}
@@ -1035,7 +1035,7 @@ def test_chain_hands_on_what_the_package_computes(desk):
     assert np.allclose(here["radius"], true, atol=1e-7)
 
 
-# ----------------------------------------------------------- trust (chapter 16)
+# ----------------------------------------------------------- trust (chapter 29)
 def test_trust_proves_what_exact_arithmetic_proves(desk):
     """Against floats where they are sure; the status alone is sometimes wrong."""
     places = [

@@ -162,7 +162,7 @@ def test_an_uncertain_mass_has_the_package_s_gains():
     """Example 2: in the open the blocks of the vertices, as the call asks them."""
     seat = thesis.example_2()
     x0 = seat.saturation.x0
-    space = run("11", 2, plant=seat.plant, x0=x0, descriptors=descriptors)
+    space = run("12", 2, plant=seat.plant, x0=x0, descriptors=descriptors)
     design = sos.design_pid(seat.plant, **seat.requirements)
     assert_allclose(space["open_K"], design.K, rtol=1e-8)
     assert space["point"].prove().proven
@@ -174,13 +174,13 @@ def test_the_least_cost_is_riccati_s():
         np.eye(2), np.eye(2), [[3, -1], [-1, 2]], np.eye(2), np.eye(2)
     )
     design = sos.design_lqr(carts, 100 * np.eye(4), np.eye(2), noise="F")
-    space = run("23", 1, carts=carts, R=np.eye(2), design=design)
+    space = run("18", 1, carts=carts, R=np.eye(2), design=design)
     (d,) = descriptors(carts)
     A, B, G = d.state_space()
     X = solve_continuous_are(A, B, 100 * np.eye(4), np.eye(2))
     assert_allclose(np.trace(space["least"].values["J"]), np.trace(G.T @ X @ G), 1e-6)
     assert_allclose(space["open_K"], -B.T @ X, atol=2e-4)
-    field = plain("23", space, "plain_K =")
+    field = plain("18", space, "plain_K =")
     assert_allclose(field["plain"].value, np.trace(G.T @ X @ G), 1e-6)
     assert_allclose(field["plain_K"], -B.T @ X, atol=1e-4)
 
@@ -189,7 +189,7 @@ def test_the_pendulum_s_pairs_have_the_call_s_gains(capsys):
     """Between the dearest vertex, by scipy's Riccati equation, and the call's bound."""
     plants = polytope(Mip.printed())
     four = {("PD", R): sos.design_lqr(plants, np.eye(4), [[R]]) for R in (1, 2, 5)}
-    space = run("27", 1, plants=plants, four=four)
+    space = run("22", 1, plants=plants, four=four)
     assert capsys.readouterr().out.count("True") == len(four)
     loops = [d.state_space()[:2] for d in descriptors(plants)]
     alone = [np.trace(solve_continuous_are(*x, np.eye(4), [[5]])) for x in loops]
@@ -204,7 +204,7 @@ def test_the_observer_is_the_printed_one(capsys):
     """Table 4.3, to the digits that it prints, and the call's bound."""
     space = names(thesis=thesis, design_observer=sos.design_observer)
     space |= {"Mip": Mip, "vertices": vertices, "mean_descriptor": mean_descriptor}
-    every = code("24")
+    every = code("19")
     begin = next(k for k, x in enumerate(every) if x.startswith("C = np.array"))
     end = next(k for k, x in enumerate(every) if "open_L =" in x)
     exec(next(x for x in every if x.startswith("def error_and_state")), space)
@@ -215,11 +215,11 @@ def test_the_observer_is_the_printed_one(capsys):
     assert_allclose(space["open_L"], space["designs"][1].L, rtol=1e-3)
     least, bound = space["least"].values["J"].item(), space["designs"][1].bound
     assert bound * 0.999 < least < bound
-    J, L = plain("24", space, "def plain")["plain"](1e-4, inv(space["mean"].E))
+    J, L = plain("19", space, "def plain")["plain"](1e-4, inv(space["mean"].E))
     assert_allclose(1e8 * J, least, rtol=1e-5)
     assert_allclose(L, space["open_L"], rtol=2e-4)
     capsys.readouterr()
-    plain("24", space, "cp.SolverError")
+    plain("19", space, "cp.SolverError")
     assert "unit 1: Solver 'CLARABEL' failed" in capsys.readouterr().out
 
 
@@ -234,14 +234,14 @@ def test_a_lent_mass_keeps_the_procedure():
         designed.append(sos.design_pid(chain.plant, **wanted | {"K_A": K_A}))
         return designed[-1]
 
-    space = run("12", 2, wanted=wanted, loop=loop, ask=ask, K_A=chain.K_A)
+    space = run("13", 2, wanted=wanted, loop=loop, ask=ask, K_A=chain.K_A)
     assert_allclose(space["open_K"], designed[0].K, rtol=1e-6)
 
 
 def test_the_arm_s_region_is_kept_at_both_vertices():
     """Another gain than the call's: a cone. The truth is numpy's eigenvalues."""
     arm = thesis.example_4()
-    K = run("13", 1, plants=arm.plant, U=arm.U)["open_K"]
+    K = run("14", 1, plants=arm.plant, U=arm.U)["open_K"]
     for d in descriptors(arm.plant, arm.U):
         loop = np.linalg.eigvals(np.linalg.solve(d.E, d.A + d.Bu @ K))
         assert arm.region.contains(loop)
@@ -253,7 +253,7 @@ def test_the_delay_theorem_in_the_open_is_the_package_s():
     """The same block at the same point; the gain is certified by the call."""
     ex = thesis.delay_example_2()
     given = {"plant": ex.plant, "asked": ex.requirements, "U": ex.U}
-    space = run("20", 2, tau=ex.tau, mu=ex.mu, delta=ex.delta, **given)
+    space = run("16", 2, tau=ex.tau, mu=ex.mu, delta=ex.delta, **given)
     point, e1, e2 = space["point"], space["e1"], space["e2"]
     parts = (point.values[x] for x in ["P", "Q", "S", "R1", "R2", "R3", "Z"])
     times = theorems.Times(ex.tau, ex.mu, ex.delta, e1, e2)
@@ -262,7 +262,7 @@ def test_the_delay_theorem_in_the_open_is_the_package_s():
     ours = point.problem.text.blocks(point.values)["decay"]
     assert_allclose(theirs, ours, atol=1e-12 * abs(ours).max())
     assert space["again"].certify().proven
-    field = plain("20", space, "plain_K =")
+    field = plain("16", space, "plain_K =")
     assert field["given"].certify().proven
     assert norm(field["plain_K"] - ex.K) < 0.05 * norm(ex.K)
 
@@ -270,7 +270,7 @@ def test_the_delay_theorem_in_the_open_is_the_package_s():
 def test_the_printed_gains_decay_by_theorem_a_3():
     """In the open and by the call."""
     ex = thesis.delay_example_2()
-    point = run("21", 2, masses=ex)["point"]
+    point = run("17", 2, masses=ex)["point"]
     assert point.status == "feasible" and point.prove().proven
     given = sos.analyse_delay(ex.plant, ex.K, ex.U, ex.tau, ex.mu, ex.delta)
     assert given.certify().proven

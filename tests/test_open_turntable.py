@@ -25,11 +25,11 @@ def after(chapter, *words, **given):
 
 def test_the_vertices_of_the_table_have_the_call_s_bound():
     """Bernstein's weights give the table back; the call stays a hundredth away."""
-    space = after("33", "def bernstein", comb=comb)
+    space = after("31", "def bernstein", comb=comb)
     for t in (0, 0.3, 1):
         mean = np.dot([(1 - t) ** 2, 2 * t * (1 - t), t**2], space["loaded"])
         assert_allclose(mean, turntable.table(2, 0.05 + 0.05 * t).M[1, 1])
-    exec(cells("33")[0], space)
+    exec(cells("31")[0], space)
     design = sos.design_pid(
         TABLES,
         region=sos.PoleRegion(sigma=5, rho=200),
@@ -42,7 +42,7 @@ def test_the_vertices_of_the_table_have_the_call_s_bound():
 
 def test_free_multipliers_prove_what_the_call_proves():
     """The truth is eigenvalues': a hundredth below is proven, above is not."""
-    space = after("34", "def free(loops")
+    space = after("32", "def free(loops")
     K = np.array([[-3.0, 1.1, -0.3, -0.05]])  # another gain than the chapter's
     loops = [(d.E, d.A + d.Bu @ K) for d in descriptors(TABLES.polytope())]
     true = min(-np.linalg.eigvals(np.linalg.solve(*x)).real.max() for x in loops)
@@ -59,7 +59,7 @@ def test_the_joined_loop_and_its_cells_are_the_call_s():
     law = sos.PIDLaw(position=[[1, 0]], filter=0.01)
     gains = {"K_P": np.array([[-2.0]]), "K_D": np.array([[-0.3]])}
     motor = SimpleNamespace(gains=gains)
-    space = after("36", "def loop", "def kept", motor=motor, block_diag=block_diag)
+    space = after("34", "def loop", "def kept", motor=motor, block_diag=block_diag)
     for J in (0.01, 0.023):
         E, A = space["loop"](J)
         poles = sos.analyse_pid(turntable.drive(J), gains, law=law).poles()
@@ -72,9 +72,9 @@ def test_the_joined_loop_and_its_cells_are_the_call_s():
 
 
 def test_the_upright_table_s_least_push_is_the_closed_form(capsys):
-    space = after("41", "def tipped", null_space=null_space)
+    space = after("33", "def tipped", null_space=null_space)
     capsys.readouterr()
-    exec(cells("41")[0], space)
+    exec(cells("33")[0], space)
     for line in capsys.readouterr().out.splitlines():
         ours, by_hand = line.split(", by hand ")
         assert_allclose(float(ours), float(by_hand), rtol=5e-3)
@@ -82,8 +82,8 @@ def test_the_upright_table_s_least_push_is_the_closed_form(capsys):
 
 def test_the_least_norm_of_any_controller_is_clarabel_s():
     """By cvxpy in units in which it is right, with other noises than the chapter's."""
-    space = after("39", "def sensor", "def unseen", "def least", null_space=null_space)
-    exec(next(x for x in code("39") if "def by_clarabel" in x), space)
+    space = after("36", "def sensor", "def unseen", "def least", null_space=null_space)
+    exec(next(x for x in code("36") if "def by_clarabel" in x), space)
     T = np.diag([1, 1, 30, 30])
     A, B, B_w, C_z = (space[x] for x in ("A", "B", "B_w", "C_z"))
     plant = *(np.linalg.solve(T, x) for x in (A @ T, B, B_w)), C_z @ T
@@ -96,7 +96,7 @@ def test_the_least_norm_of_any_controller_is_clarabel_s():
 def test_rows_on_the_rate_prove_the_call_s_bound():
     """The truth is the worst gain over a grid of frequencies, at another gain."""
     K = np.array([[-200.0, 190.0, -2.0, -1.0]])
-    space = after("38", "K, C_a = ", tables=TABLES, still=SimpleNamespace(K=K))
+    space = after("37", "K, C_a = ", tables=TABLES, still=SimpleNamespace(K=K))
     true = 0
     for d in descriptors(TABLES.polytope()):
         for s in 1j * np.geomspace(1, 1e4, 4000):

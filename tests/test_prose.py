@@ -101,7 +101,7 @@ def test_a_number_that_drifted_is_loose(page, prose, shown):
         "Theorem 2.2, (2.15), (2.18)-(2.21), Figs 3.17, 3.19 and Table 4.1.",
         "See sections 3.1 and 4.3.2, chapter 17 and Appendix A.2 of 2023.",
         r"The two masses, $x \in \mathbb R^{12}$, $K_{P,44}$ and $\tfrac12 P$.",
-        "The 1st of 3 tries; `x[25]`; C99; [here](14_what_gamma_measures).",
+        "The 1st of 3 tries; `x[25]`; C99; [here](27_what_gamma_measures).",
     ],
 )
 def test_structure_and_references_are_no_results(page, prose):

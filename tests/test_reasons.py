@@ -169,7 +169,7 @@ def kinds(of):
 
 
 def test_chapter_41_has_every_reason_of_a_refusal():
-    page = Path(__file__).parents[1] / "book" / "41_limits.ipynb"
+    page = Path(__file__).parents[1] / "book" / "33_design_limits.ipynb"
     table = page.read_text("utf-8").split("| Its words |")[1].split(":::")[0]
     assert {k for k in kinds(Refusal) if f"`{k}`" not in table} == set()
 

@@ -182,7 +182,7 @@ def test_the_exit_status_tells_of_failures_and_of_a_broken_pytest(
     monkeypatch.setattr(rehearsal, "run", run)
     assert rehearsal.main(["--worlds", "noise-1", "--unit", "--", "03"]) == exit_status
     assert ran == [
-        ("noise-1", "notebooks", ["--nbval", "book/03_lmis_in_ten_minutes.ipynb"]),
+        ("noise-1", "notebooks", ["--nbval", "book/03_lmis.ipynb"]),
         ("noise-1", "unit", ["-m", f"{UNITS} and not last_digits", "tests", "sosbook"]),
     ]
     assert ("pytest itself failed" in capsys.readouterr().out) == (status == 3)

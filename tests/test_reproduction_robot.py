@@ -1,4 +1,4 @@
-"""The rows of chapters 28 and 29: the printed laws on a robot."""
+"""The rows of chapters 23 and 24: the printed laws on a robot."""
 
 import re
 
@@ -20,7 +20,7 @@ def verdicts(rows):
     return {
         row.item: row
         for row in rows
-        if row.chapter in ("28_discretisation", "29_on_the_desk")
+        if row.chapter in ("23_gains_to_samples", "24_on_the_desk")
     }
 
 

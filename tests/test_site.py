@@ -178,7 +178,7 @@ def assert_boxes_speak(tab):
 
 @pytest.mark.parametrize(
     "page",
-    ["book/intro", "book/20_delay_theorem", "book/30_c_code", "book/reproduction"],
+    ["book/intro", "book/16_delay_theorem", "book/25_program", "book/reproduction"],
 )
 def test_a_phone_in_the_dark_may_open_the_page_itself(site, visit, page):
     tab = visit(site / f"{page}.html", width=390, scheme="dark")
@@ -190,14 +190,14 @@ def test_a_phone_in_the_dark_may_open_the_page_itself(site, visit, page):
 
 
 def test_sections_for_readers_of_the_thesis_are_folded_until_asked_for(site, visit):
-    tab = visit(site / "book/08_singular_mass.html")
+    tab = visit(site / "book/08_zero_mass.html")
     section = tab.page.locator("details.sos-thesis")
     table = section.locator("table").first
     assert not table.is_visible()
     section.locator("summary").click()
     assert table.is_visible()
     section.get_by_role("checkbox").check()
-    tab.page.goto((site / "book/13_flexible_arm.html").as_uri())
+    tab.page.goto((site / "book/14_flexible_arm.html").as_uri())
     sections = tab.page.locator("details.sos-thesis")
     assert sections.count() == 2 and all(
         x.get_attribute("open") is not None for x in sections.all()
@@ -206,7 +206,7 @@ def test_sections_for_readers_of_the_thesis_are_folded_until_asked_for(site, vis
     tab.page.reload()
     assert [x.get_attribute("open") for x in sections.all()] == [None, None]
     place = sections.first.locator("[id]").first.get_attribute("id")
-    tab.page.goto((site / "book/13_flexible_arm.html").as_uri() + f"#{place}")
+    tab.page.goto((site / "book/14_flexible_arm.html").as_uri() + f"#{place}")
     tab.page.reload()
     assert sections.first.get_attribute("open") is not None
     assert tab.errors == []

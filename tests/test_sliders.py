@@ -24,7 +24,7 @@ DELAYED = thesis.delay_example_2()
 
 
 def heavier(mass):
-    """The two masses of chapter 20 with another first one."""
+    """The two masses of chapter 16 with another first one."""
     p = DELAYED.plant
     return sos.SecondOrderSystem(np.diag([mass, 1.0]), p.D, p.S, p.B)
 
@@ -37,30 +37,30 @@ CELLS = {
     "07_grasping_robot": (
         ["U = np.eye(2)\nwanted"], MOVED, lambda: sos.design_pid(ROBOT.plant, **ALL),
     ),
-    "21_delay_examples": (
+    "17_wing_and_two_masses": (
         [], {"tau": 0.15, "mu": 0.05, "delta": 0.2},
         lambda: sos.design_delay_pid(
             WING.plant, **WING.requirements | dict(tau=0.15, mu=0.05, delta=0.2)),
     ),
-    "20_delay_theorem": (
+    "16_delay_theorem": (
         ["example = ", "def chain(mass", "from sosbook.book import widgets"],
         {"low": 1.0, "delay": 0.5},
         lambda: sos.design_delay_pid(
             sos.Polytope([heavier(1.0), heavier(1.2)]), DELAYED.U,
             tau=0.5, mu=0.2, delta=0.05, alpha=1.6),
     ),
-    "23_lqr": (
+    "18_least_cost": (
         [], {"R": 20.0, "spread": 30},
         lambda: sos.design_lqr(polytope(Mip.printed(), 0.3), I4, [[20.0]]),
     ),
-    "27_pendulum_control": (
+    "22_printed_gains": (
         ["t = np.arange(0, 1.5"], {"R": 20.0, "tilt": 20},
         lambda: sos.design_lqr(polytope(Mip.printed()), I4, [[20.0]]),
     ),
 }  # fmt: skip
 BAD = {
     "04_lmi_regions": ({"rho": 1, "sigma": 3}, "rho = 1.0 must exceed sigma = 3.0"),
-    "21_delay_examples": ({"tau": 0.1, "mu": 0.3}, "mu = 0.3 exceeds tau = 0.1"),
+    "17_wing_and_two_masses": ({"tau": 0.1, "mu": 0.3}, "mu = 0.3 exceeds tau = 0.1"),
 }
 
 
@@ -179,49 +179,49 @@ TRUE = {
                 numbers(w.text), steady(s) if i == 0 else 0, atol=1e-3))
             for i, s in ((0, 2), (1, 2), (0, 0.5))],
     ),
-    "03_lmis_in_ten_minutes": (
+    "03_lmis": (
         [PLANT], [
             (dict(stiffness=s, damping=d), lambda w, s=s, d=d: (
                 w.text.startswith("feasible") == (min(s, d) > 0)))
             for s, d in ((1, 1), (-0.5, 1), (1, -0.5))],
     ),
-    "08_singular_mass": (  # the third body weighs 1 kg, and nothing pushes it
+    "08_zero_mass": (  # the third body weighs 1 kg, and nothing pushes it
         [PLANT], [
             (dict(m4=m, beta=b), lambda w, b=b: (
                 "K_A" in w.html if b < 1 else "K_A" not in w.html))
             for m, b in ((0, 0.9), (0.5, 0.2), (0, 1.1))],
     ),
-    "09_when_vertices_are_not_enough": (
+    "09_between_two_plants": (
         ["driven = ", PLANT], [
             (dict(spread=s, rho=10), lambda w, says=says: (
                 f"pairs: {says}" in w.text))
             for s, says in ((1, "infeasible"), (0.4, "feasible"))],
     ),
-    "16_how_far_to_trust": (
+    "29_how_far_to_trust": (
         [PLANT], [
             (dict(mass=1, sigma=s, digits=d), lambda w, yes=yes: (
                 w.text.endswith(str(yes))))
             for s, d, yes in ((0.7, 2, True), (3.4, 2, False), (3.4, 12, True))],
     ),
-    "19_input_delay": (
+    "15_delay": (
         [PLANT], [
             (dict(a=a, k=k, h=h), lambda w, a=a, k=k, h=h: np.isclose(
                 numbers(w.text)[0], late(a, k, h), atol=1e-3))
             for a, k, h in ((0, 1, 1.5), (0, 1, 1.6), (0.5, 1, 0.3))],
     ),
-    "24_observer": (
+    "19_observer": (
         ["C = np.array", "push = 2", "from sosbook.book import widgets"], [
             (dict(spread=0.04, gyro=0.03), observed),
             (dict(encoder=2.0), observed),
             (dict(spread=0.2), lambda w: w.result.L is None)],
     ),
-    "25_pendulum_model": (
+    "20_pendulum": (
         [PENDULUM, "from dataclasses import replace", PLANT], [
             (dict(load=x, brake=f), lambda w, x=x, f=f: np.allclose(
                 numbers(w.text), fallen(x, f), atol=6e-3))
             for x, f in ((1, 1), (2.5, 0.5))],
     ),
-    "28_discretisation": (
+    "23_gains_to_samples": (
         ["from dataclasses import replace\n\nfrom sosbook.book"], [
             (dict(T=T, ticks=0, coupling=1), lambda w, T=T: np.isclose(
                 numbers(w.text)[0], held(T), atol=1e-3)) for T in (0.01, 0.04)],

@@ -137,10 +137,10 @@ def test_both_readings_of_a_number_agree():
 def test_a_number_of_another_equation_is_noticed():
     """Numbers that were once invented for examples that have none."""
     invented = {
-        "3.2": {"is": "Example 2, the car seat", "at": "eq-11-motion"},
-        "3.3": {"is": "Example 3, the chain", "at": "12_singular_chain"},
-        "3.5": {"is": "the sine as an uncertain factor", "at": "13_flexible_arm"},
-        "3.6": {"is": "the vertices of Example 4", "at": "13_flexible_arm"},
+        "3.2": {"is": "Example 2, the car seat", "at": "eq-12-motion"},
+        "3.3": {"is": "Example 3, the chain", "at": "13_chain"},
+        "3.5": {"is": "the sine as an uncertain factor", "at": "14_flexible_arm"},
+        "3.6": {"is": "the vertices of Example 4", "at": "14_flexible_arm"},
     }
     assert set(astray(ROWS | invented)) == set(invented)
     assert set(misread(ROWS | invented)) == set(invented)

@@ -1,4 +1,4 @@
-"""Chapter 32, followed literally: two files outside the package, and pytest."""
+"""Chapter 40, followed literally: two files outside the package, and pytest."""
 
 import json
 import os

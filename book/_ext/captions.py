@@ -4,7 +4,7 @@ Sphinx numbers what stands in the text of a page: equations, theorems,
 exercises. The book's figures and tables are outputs of cells, which it takes
 for opaque HTML. Here each of them becomes an enumerated node, so it has a
 number of its chapter ("Figure 9.2"), an id and a link of its own. A cell with
-the tag ``fig-09-hole`` or ``tab-18-sizes`` gives its first figure or table
+the tag ``fig-09-hole`` or ``tab-p-sizes`` gives its first figure or table
 that name, and the text cites it like any other thing: {numref}`fig-09-hole`.
 
 Pages that aren't chapters have no number; there the counts start again.

@@ -22,6 +22,8 @@ TABLE = BOOK / "thesis_references.toml"
 #: The page of the table.
 PAGE = "book/thesis_references"
 FORM = re.compile(r"\[T ([^\[\]\n]+)\]")
+#: The pages without a number, by the letters in their labels.
+LETTERS = {"a": "appendix_a", "p": "performance", "s": "sharper_certificates"}
 #: What stays as it is written: code, formulas, other links, headings.
 VERBATIM = (
     nodes.literal,
@@ -60,8 +62,8 @@ def anchor(number):
 
 def page_of(place):
     """The page of a place: a page itself, or of a label by its chapter's name."""
-    if chapter := re.match(r"[a-z]+-(\d\d|a)-", place):
-        stem = "appendix_a" if chapter[1] == "a" else f"{chapter[1]}_*"
+    if chapter := re.match(r"[a-z]+-(\d\d|[a-z])-", place):
+        stem = LETTERS.get(chapter[1], f"{chapter[1]}_*")
         return next(path.stem for path in BOOK.glob(f"{stem}.ipynb"))
     return place
 

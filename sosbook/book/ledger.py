@@ -85,7 +85,7 @@ def wing(rate):
         low, high = (middle, high) if kept else (low, middle)
     promised = ex.mu if rate == ex.delta else None
     what, how = f"rate {rate}: mu", "interval functional, order 1"
-    return Best(what, " s", promised, proven, high, how, "21_delay_examples")
+    return Best(what, " s", promised, proven, high, how, "17_wing_and_two_masses")
 
 
 @cache
@@ -101,7 +101,7 @@ def masses():
     proven, (A, Ad) = _largest("delta", ex, ex.delta)
     true, _ = slowest_decay(A, Ad, ex.tau - ex.mu, ex.tau + ex.mu)
     what, how = "two masses: rate", "interval functional, order 1"
-    return Best(what, " 1/s", ex.delta, proven, true, how, "21_delay_examples")
+    return Best(what, " 1/s", ex.delta, proven, true, how, "17_wing_and_two_masses")
 
 
 @cache
@@ -119,5 +119,5 @@ def norm(number):
     if not found.certify().proven:
         raise ValueError(f"gamma = {found.gamma} isn't proven for Example {number}")
     what, how = f"Example {number}: norm from w to z", "bounded real lemma, free mu"
-    chapter = "14_what_gamma_measures"
+    chapter = "27_what_gamma_measures"
     return Best(what, "", ex.gamma, found.gamma, found.hinf(), how, chapter)

@@ -7,7 +7,7 @@ modes, as if that alone had the whole actuator.
 
 What would be lost without it: the thesis's two examples, asked for a quarter to
 eight times of their decay, are refused at nine of twelve places; six of these nine
-would be "undecided", among them both refusals of chapter 21.
+would be "undecided", among them both refusals of chapter 17.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The sampled optimal law: the regulator of chapter 28 behind an observer."""
+"""The sampled optimal law: the regulator of chapter 23 behind an observer."""
 
 from dataclasses import dataclass
 

@@ -1,6 +1,6 @@
 """Edges of requirements, proven from both sides.
 
-Asking for more never turns an infeasible request feasible (chapter 15). A certified
+Asking for more never turns an infeasible request feasible (chapter 28). A certified
 design stands on the edge's feasible side and exact multipliers, which exclude every
 design, on the other, both on round numbers: what is printed is what is proven.
 """
