@@ -85,6 +85,11 @@ def test_no_class_is_longer_than_a_module_may_be():
     assert {name: n for name, n in measured(classes()).items() if n > MOST} == {}
 
 
+def test_no_module_has_400_lines():
+    counts = {p: len(p.read_text("utf8").splitlines()) for p in ROOT.rglob("*.py")}
+    assert {p.name: n for p, n in counts.items() if n >= MOST} == {}
+
+
 def test_a_class_that_is_cut_into_a_base_stays_as_long():
     found = {"Whole": (300, ["Part"]), "Part": (200, []), "Other": (10, ["Shared"])}
     found |= {"Shared": (500, []), "Another": (20, ["Shared"])}

@@ -8,7 +8,6 @@ import numpy as np
 
 from ..loops.clock import Clock
 from ..plants.gain import Gain, input_names
-from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from ..sampled.discretize import SampleTiming, input_vertices
 from ..sampled.proof import certify_sampled
@@ -19,7 +18,7 @@ from .clock import checked_slack
 from .describing import predicted_cycles
 from .facts import facts_of
 from .limits import Faults, Limits, limits_of, per_signal
-from .matrices import from_state, matrices_of, start_of
+from .matrices import from_state, matrices_of, start_of, state_space
 from .memory import Estimate
 from .output_bounds import OutputBounds
 from .program import Code
@@ -181,10 +180,8 @@ class Controller(ReadOnly):
 
     @cached_property
     def start(self) -> np.ndarray:
-        """(l, q): the memory at the start, of what is measured there.
-
-        The machine is taken to be at rest, and the integrals so that it is asked
-        nothing.
+        """(l, q): the memory at the start, of what is measured there. The machine is
+        taken to be at rest, and the integrals so that it is asked nothing.
         """
         return start_of(self)
 
@@ -220,17 +217,16 @@ class Controller(ReadOnly):
         anti_windup: bool = True,
         load: Any = None,
     ) -> "Controller":
-        """Bound the outputs, and tell the integral what is withheld.
-
-        So is a `DynamicLaw`'s memory told that doesn't forget by itself.
+        """Bound the outputs, and tell the integral what is withheld; or the memory of
+        a `DynamicLaw` that doesn't forget by itself.
 
         Parameters
         ----------
         u_max, slew : float or dict, optional
             Largest output and its change per second, one number or by name.
         tracking_time : float, optional
-            With which the integral follows what is withheld, in s; without it the
-            geometric mean of T and the loop's slowest time constant.
+            With which the integral follows, in s; without it the geometric mean of T
+            and the loop's slowest time constant.
         anti_windup : bool
             Whether it follows at all.
         load : (p_w,) array_like, optional
@@ -246,9 +242,8 @@ class Controller(ReadOnly):
         return replace(self, limits=found)
 
     def watch(self, **faults: Any) -> "Controller":
-        """With other ``faults``, such as ``lost=0.01``, in seconds: see `Faults`.
-
-        A ValueError says where ticks that are proven would be counted as faults.
+        """With other ``faults``, such as ``lost=0.01``, in seconds: see `Faults`. A
+        ValueError says where ticks that are proven would be counted as faults.
         """
         watched = replace(self.faults, **faults)
         slack = checked_slack(watched.slack, self.clock)
@@ -267,11 +262,7 @@ class Controller(ReadOnly):
 
     def to_ss(self) -> Any:
         """python-control's StateSpace from [y; r] to u, with names, "_" for points."""
-        seen = *self.readings.signals, *self.set_points
-        inputs = [s.name.replace(".", "_") for s in seen]
-        names = dict(inputs=inputs, outputs=[s.name for s in self.outputs])
-        B, D = np.hstack([self.B, self.B_r]), np.hstack([self.D, self.D_r])
-        return library("control").ss(self.A, B, self.C, D, self.T, **names)
+        return state_space(self)
 
     def loop(self, d: Any) -> Ticks:
         """The sampled loop with a plant d, a `Descriptor` without integrators."""

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..exact.rational import exact, round_digits
 from ..plants.gain import signals
+from ..runtime.libraries import library
 from ..sampled.system import SampledSystem
 from .memory import DIGITS, ROUNDING, assembled, forgetting, shifted
 
@@ -54,3 +55,11 @@ def from_state(c):
     B_w, D_w = of(noise) if noise.any() else (None, None)
     names = signals(c.plant), tuple(s.name for s in c.outputs)
     return SampledSystem(c.A, B, c.C, D, c.T, B_w, D_w, *names)
+
+
+def state_space(c):
+    """A controller c as python-control's StateSpace from [y; r] to u, with names."""
+    inputs = [s.name.replace(".", "_") for s in (*c.readings.signals, *c.set_points)]
+    names = dict(inputs=inputs, outputs=[s.name for s in c.outputs])
+    B, D = np.hstack([c.B, c.B_r]), np.hstack([c.D, c.D_r])
+    return library("control").ss(c.A, B, c.C, D, c.T, **names)

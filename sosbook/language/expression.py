@@ -334,7 +334,8 @@ def block(rows):
     if any(issubclass(kind, Affine) for kind in kinds):
         return _block_affine(entries, size)
     if any(issubclass(kind, Matrices) for kind in kinds):
-        return _block_matrices(entries, size)
+        some = next(x for _, x in entries if isinstance(x, Matrices))
+        return some.block(entries, size)
     if all(issubclass(kind, np.ndarray) for kind in kinds):
         return _assembled(entries, size)
     from ..runtime.libraries import library
@@ -387,14 +388,6 @@ def _block_affine(entries, size):
             R = _pad(t.right.mT, right.start, size[1]).mT
             terms.append(Term(L, t.unknown, t.transposed, R))
     return kind._of(constant, terms)
-
-
-def _block_matrices(entries, size):
-    some = next(x for _, x in entries if isinstance(x, Matrices))
-    whole = np.zeros((len(some.array), *size))
-    for (down, right), x in entries:
-        some.write(whole[:, down, right], x)
-    return type(some)(whole)
 
 
 def _pad(matrix, start, size):

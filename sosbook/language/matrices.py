@@ -70,6 +70,13 @@ class Matrices:
         """Write an ``entry``, some matrices or a plain one, into their ``part``."""
         part[:] = array_of(entry)
 
+    def block(self, entries, size):
+        """The block matrices of this kind and ``size``; ``entries``: (place, entry)."""
+        whole = np.zeros((len(self.array), *size))
+        for (down, right), x in entries:
+            self.write(whole[:, down, right], x)
+        return type(self)(whole)
+
 
 class Reaches(Matrices):
     """Bounds of the entries of a matrix, and of how far they may move, read as one.

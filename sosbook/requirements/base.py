@@ -382,10 +382,8 @@ class Requirement(OfKind, ABC, ReadOnly):
         """The requirement of `data`, of whatever kind."""
         cls = Requirement.owner(data["kind"])
         if cls is None:
-            raise ValueError(
-                f"a requirement of the kind {data['kind']!r} isn't known: import "
-                "the module that defines it"
-            )
+            kind = f"a requirement of the kind {data['kind']!r} isn't known"
+            raise ValueError(f"{kind}: import the module that defines it")
         text = ("claim", "theorem")  # for those who haven't the class
         return cls.of_data({k: v for k, v in data.items() if k not in text})
 

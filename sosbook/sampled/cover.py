@@ -89,7 +89,8 @@ class _Search:
                 return None, trouble, None
             L = self._coordinates(loops)
             inside = [[_within(F, L) for F in row] for row in loops]
-            far = _distances(inside[0])
+            row = np.array(inside[0])
+            far = np.linalg.norm(row[:, None] - row, 2, axis=(2, 3))
             last = int(np.argsort(far.sum(axis=0), kind="stable")[0])
             cell = PlantCell(self.family, weights, L, self.clocks, last)
             found, timing = self._alone(cell)
@@ -381,11 +382,6 @@ def _multipliers(loops, bent, rate, held=0):
     P = round_digits((P + P.transpose(0, 2, 1)) / 2, LYAPUNOV_DIGITS)
     G = [round_digits(found[f"G{j}"] / size, LYAPUNOV_DIGITS) for j in range(len(bent))]
     return P, G
-
-
-def _distances(loops):
-    """How far the loops at some corners are from each other."""
-    return np.array([[np.linalg.norm(F - G, 2) for G in loops] for F in loops])
 
 
 def _longest(shape, weights, far):
