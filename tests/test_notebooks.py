@@ -333,6 +333,32 @@ def test_what_draws_or_imports_is_folded_and_control_is_not(path):
             assert not CONTROL.search(cell.source), cell.source
 
 
+ANNOUNCED = re.compile(r"[^:]:\s*(\Z|\n+#)")  # by a text's or a section's last sign
+NOTHING = re.compile(r"#|\(|:::\{solution-|:::\{exercise|\Z")
+
+
+def shows(cell):
+    """Whether a cell is seen where it stands: text, code, or what the code shows."""
+    if cell is None or cell.cell_type != "code":
+        return cell is not None and not NOTHING.match(cell.source)
+    tags = {*cell.metadata.get("tags", [])}
+    if tags & {"opening", "remove-cell", "hide-cell"}:
+        return False
+    hidden = tags & {"hide-output", "remove-output"}
+    return not tags & {"hide-input", "remove-input"} or bool(
+        cell.outputs and not hidden
+    )
+
+
+@each("path", FILES)
+def test_a_colon_is_followed_by_what_it_announces(path):
+    """Visibly, and where it stands: an opening is shown at the top of the page."""
+    every = notebooks.read(path).cells
+    for cell, after in zip(every, [*every[1:], None], strict=True):
+        if cell.cell_type == "markdown" and (found := ANNOUNCED.search(cell.source)):
+            assert not found[1].strip() and shows(after), cell.source[-200:]
+
+
 # nothing is said twice in a row, and no row of a table stands twice
 FORMULAS = re.compile(r"```.*?```|\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", re.DOTALL)
 AGAIN = re.compile(r"\b(\w[\w'’]*(?:[ \n]\w[\w'’]*){1,5})[\s:]+\1\b")

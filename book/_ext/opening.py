@@ -1,8 +1,9 @@
 """A page opens with what it is about, drawn or moving.
 
 What a cell with the tag ``opening`` shows stands below the page's one sentence,
-wherever the cell is: a picture can need numbers that the page computes later. In
-its own place a link says where it went. Nothing stands above what a reader moves: the
+wherever the cell is: a picture can need numbers that the page computes later. The
+paragraph before the cell, which introduces it, goes along and stands below it. In its
+own place a link says where it went. Nothing stands above what a reader moves: the
 folded code of an element comes below it.
 """
 
@@ -33,11 +34,14 @@ class Open(SphinxTransform):
         text = (nodes.Text("Shown "), link, nodes.Text("."))
         words = nodes.paragraph("", "", *text, classes=["sos-moved"])
         output.replace_self(words)
+        before = cell.parent.index(cell) - 1
+        introduced = before >= 0 and isinstance(cell.parent[before], nodes.paragraph)
+        sentences = [cell.parent.pop(before)] if introduced else []
         first = nodes.container(
             "", output, classes=["cell", "sos-opening"], ids=[PLACE], names=[PLACE]
         )
         sentence = next((k for k, c in enumerate(page) if _one_sentence(c)), 0)
-        page.insert(sentence + 1, first)
+        page[sentence + 1 : sentence + 1] = [first, *sentences]
         self.document.note_explicit_target(first, first)
 
 
