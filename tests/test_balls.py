@@ -9,7 +9,7 @@ from flint import fmpq
 from sosbook import PoleRegion, Polytope, SecondOrderSystem, design_pid
 from sosbook.exact import balls, proof_file
 from sosbook.exact.balls import BallReader, certain, surely_positive
-from sosbook.exact.checker import kernel
+from sosbook.exact.checker import arithmetic, kernel
 from sosbook.exact.definite import pivots
 from sosbook.exact.integers import Swift
 from sosbook.exact.rational import rational_matrix
@@ -115,6 +115,18 @@ def test_balls_hold_what_rationals_say(text):
         for (i, j), m in np.ndenumerate(ball.m):
             far = abs(Fraction(m) - plain.at(i, j))
             assert far <= Fraction(ball.e[i, j]) < 1e-9 * (1 + abs(plain.at(i, j)))
+
+
+def test_an_inverse_reads_its_matrix_once(monkeypatch):
+    """For each row again, a regulator of 20 masses took seven seconds for it."""
+    numbers, honest, n = [], arithmetic.number, 9
+    monkeypatch.setattr(arithmetic, "number", lambda x: numbers.append(x) or honest(x))
+    A = [["3" if i == j else f"0.{i + j}" for j in range(n)] for i in range(n)]
+    P = [["2" if i == j else "0" for j in range(n)] for i in range(n)]
+    lines, unknowns = ["x: he(P inv(A)) > 0"], {"P": f"symmetric {n}"}
+    file = dict(text=lines, data={"A": A}, sets={}, unknowns=unknowns, point={"P": P})
+    seen(file, BallReader)
+    assert n**2 <= len(numbers) < 6 * n**2
 
 
 def loops(P):

@@ -32,13 +32,14 @@ class Ball(Mat):
     """A stack of r x c matrices within ``e``, entry by entry, of floats ``m``.
 
     ``even``: each is certainly symmetric; ``given``: the floats nearest to decimals;
-    ``image``: what it is the transpose of.
+    ``image``: what it is the transpose of; ``decimals``: `exact`, once it was asked.
     """
 
-    __slots__ = "e", "even", "given", "image", "m"
+    __slots__ = "decimals", "e", "even", "given", "image", "m"
 
     def __init__(self, m, e, even=False):
-        self.m, self.e, self.even, self.given, self.image = m, e, even, None, None
+        self.m, self.e, self.even = m, e, even
+        self.given = self.image = self.decimals = None
         self.r, self.c = m.shape[-2:]
 
     @classmethod
@@ -62,7 +63,9 @@ class Ball(Mat):
         """The `Mat` of the decimals."""
         if self.given is None:
             raise Unsure("only bounds are known")
-        return arithmetic.read(self.given)
+        if self.decimals is None:
+            self.decimals = arithmetic.read(self.given)
+        return self.decimals
 
     def below(self):
         return self

@@ -108,10 +108,12 @@ def find(lmis, start=None, refuse=True, whole=False):
     """A point of ``lmis``, which are `ScaledLMIs`, or the lack of one, as an
     LMISolution. With many pairs of vertices most blocks are only looked at, and a few
     exclude what they exclude; ``whole`` takes all of them. ``start`` and ``refuse`` are
-    as for `LMIProblem.find`; without a start the frame guesses.
+    as for `LMIProblem.find`; without a start the frame guesses. Where a bound is free
+    and each vertex has its own P, few blocks and then more take longer than all.
     """
     request, first = lmis.request, None
-    if few_refuse(request) and not whole:
+    own = bool(lmis.free) and request.coupling.own_P
+    if few_refuse(request) and not whole and not own:
         if not few_decide(request):
             first = lmis.find(False, start or lmis.guess())
         if first is None or (first.values is None and refuse):
