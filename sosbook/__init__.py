@@ -29,6 +29,7 @@ _NAMES = {
     "requirements.hinf": ("HInfinity",),
     "requirements.input_bound": ("Saturation",),
     "requirements.pole_region": ("LMIRegion", "PoleRegion", "Region"),
+    "requirements.wish": ("Wish", "read_wish"),
     "sampled": (
         "SampledLQR",
         "certify_sampled",

@@ -20,6 +20,7 @@ from .requirements.h2 import H2
 from .requirements.hinf import HInfinity
 from .requirements.input_bound import Saturation
 from .requirements.pole_region import LMIRegion, PoleRegion, Region
+from .requirements.wish import Wish, read_wish
 from .sampled import SampledLQR, certify_sampled, design_sampled_lqr, furthest_sampled
 from .synthesis.design import Design
 from .synthesis.error_loop import observer_loop
@@ -68,6 +69,7 @@ __all__ = [
     "Step",
     "Steps",
     "Uncertain",
+    "Wish",
     "admissible_U",
     "analyse_delay",
     "analyse_pid",
@@ -82,6 +84,7 @@ __all__ = [
     "furthest_sampled",
     "infinite_modes",
     "observer_loop",
+    "read_wish",
     "regularize",
     "sampled",
     "simulate_nonlinear",

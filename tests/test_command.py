@@ -651,7 +651,8 @@ def test_no_text_of_a_plant_commands_the_terminal(small, tmp_path, capsys):
 def test_schemas_name_what_the_files_hold(tmp_path):
     """The keys of the schemas, the example and a proof are the same ones."""
     schema = json.loads((FOLDER / "plant.schema.json").read_text("utf-8"))
-    assert set(schema["properties"]) == {"$schema", "plant", "controller", *KEYS}
+    beside = {"$schema", "plant", "words", "controller"}
+    assert set(schema["properties"]) == {*beside, *KEYS}
     there = schema["properties"]["controller"]["properties"].keys()
     made = signature(sos.Design.controller), signature(Controller.limit)
     assert there == {*CONTROLLER} <= {x for call in made for x in call.parameters}

@@ -32,6 +32,7 @@ from sosbook.proofs.subject import (
     compare_plant,
     proofs_beside,
 )
+from sosbook.requirements.wish import wish_in
 from sosbook.runtime import matrix_files, reading
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file, write_texts
@@ -94,6 +95,10 @@ READERS = {
     "plants.files.plant_and_asked": [("json", plant_and_asked)],
     "proofs.command.read_plant_file": [
         (ending, read_plant_file) for ending in ("json", "toml", "op4")
+    ],
+    "requirements.wish.wish_in": [("json", wish_in)],
+    "requirements.wish.read_wish": [
+        ("json", lambda x: sosbook.read_wish("The loop settles every mode in 1 s", x))
     ],
     "proofs.subject.compare_plant": [
         *(

@@ -16,9 +16,9 @@ from ..exact.checker.verdict import AUTHOR, MOST_VERTICES, SECONDS, at_most, by_
 from ..exact.proof_file import ProofFile, is_proof, laid_out, load, parse
 from ..laws.taken import law_of
 from ..plants.as_data import plant_data
-from ..plants.files import plant_and_asked
 from ..plants.kinds import checked_plant
 from ..requirements.in_files import asked_in_file, made
+from ..requirements.wish import wish_in
 from ..runtime.digests import digest
 from ..runtime.later import MissingRoom
 from ..runtime.reading import named, read_bytes
@@ -174,7 +174,8 @@ def design(asked):
     """Design for a plant file; print gains and margins, write the proof or a folder."""
     folder, earlier, made = asked.out, Path(asked.proof), None
     try:
-        plant, requirements, computer = read_plant_file(asked.plant)
+        wish = wish_in(asked.plant)
+        plant, requirements, computer = _keywords(asked.plant, wish)
         whole, _ = law_of(None, requirements.get("law")).on(plant)
         if folder is not None:
             there = check_folder(folder, whole, asked.force)
@@ -198,7 +199,8 @@ def design(asked):
         if old.is_file() and is_proof(read_bytes(old)):
             error.add_note(f"{old} is still the answer to an earlier request")
         raise
-    answer, proof = {"status": result.status}, result.infeasibility
+    answer = {"asked": wish.sentence, "status": result.status}
+    proof = result.infeasibility
     if result.status == "feasible":
         proof = made.certificate if made else result.certify()
         parts = replace(result, K=proof.K).gains
@@ -262,10 +264,15 @@ def read_plant_file(path):
 
     ``path``: JSON or TOML, as ``plant.schema.json`` says, or what `load_plant` takes.
     """
-    plant, data = plant_and_asked(path)
-    data = data or {}
-    data.pop("$schema", None)
+    return _keywords(path, wish_in(path))
+
+
+def _keywords(path, wish):
+    """`read_plant_file` of the `Wish` of a file."""
     with named(path):
+        plant, data = wish.plant, dict(wish.data)
+        for name in ("$schema", "words"):
+            data.pop(name, None)
         plant = checked_plant(plant)
         computer = data.pop("controller", None)
         if computer is not None:

@@ -98,6 +98,11 @@ class Design(ClosedLoop["DesignProof"], Solution):
         return np.asarray(self.request.K_A, float)
 
     @property
+    def sentence(self) -> str:
+        """What was asked, in one sentence that `read_wish` reads, and the status."""
+        return f"{self.request.sentence.removesuffix('.')}: {self.status}."
+
+    @property
     def gamma(self) -> float | None:
         """The H-infinity bound that the design keeps, or None."""
         return self.request.gamma

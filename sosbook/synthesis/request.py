@@ -137,6 +137,13 @@ class Request(Shorthand, ReadOnly):
         """The same with another scalar of the slack matrix."""
         return replace(self, coupling=replace(self.coupling, slack=slack))
 
+    @property
+    def sentence(self):
+        """What is asked, in one sentence: see `read_wish`."""
+        from ..requirements.wish import Wish
+
+        return Wish.of(self).sentence
+
     @cached_property
     def distinct(self):
         """Indices of the vertices, without those that repeat another one."""

@@ -14,6 +14,11 @@ ASSETS, KERNEL = files(__package__) / "assets", files("sosbook.book.kernel")
 IMPORT = re.compile(
     r'^import (\{[^}]*\}|\* as \w+) from "(.*?)(\w+)\.js";\n', re.MULTILINE
 )
+#: Words that the package reads, too, become a part of the script.
+DATA = re.compile(
+    r'^import (\w+) from "((?:\.\./)+)([\w/]+\.json)" with \{type ?: "json"\};\n',
+    re.MULTILINE,
+)
 EXPORT = re.compile(r"^export (?=(?:class|const|function\*?|let) (\w+))", re.MULTILINE)
 
 
@@ -23,8 +28,8 @@ def modules(*names):
 
     Examples
     --------
-    >>> modules("program", "clock")
-    ('program', 'kit', 'kernel', 'linalg', 'plot', 'mover', 'pendulum', 'clock')
+    >>> modules("program", "plot")
+    ('sentence', 'program', 'kit', 'plot')
     """
     order = {}
     for name in names:
@@ -68,7 +73,7 @@ def _registered(name, value):
 def _body(text):
     """The body of a function that returns what the module exports."""
     names = ", ".join(EXPORT.findall(text))
-    text = IMPORT.sub(_read, EXPORT.sub("", text))
+    text = DATA.sub(_said, IMPORT.sub(_read, EXPORT.sub("", text)))
     return f'"use strict";\n{text}return {{{names}}};\n'
 
 
@@ -76,6 +81,11 @@ def _read(match):
     names, _, _ = match.groups()
     names = names.removeprefix("* as ").replace(" as ", ": ")
     return f"const {names} = sosModules.{_module(match)};\n"
+
+
+def _said(match):
+    name, _, path = match.groups()
+    return f"const {name} = {files('sosbook').joinpath(path).read_text('utf8')};\n"
 
 
 def _needed(name):

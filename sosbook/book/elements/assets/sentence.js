@@ -1,0 +1,372 @@
+// What a plant file asks, as a sentence of English, and such a sentence read again: the page's
+// counterpart of the package's requirements/sentence.py, by the same table of words.
+import TABLE from "../../../requirements/sentence.json" with {type : "json"};
+
+/** @type {any[]} */
+const CLAUSES = TABLE.clauses;
+const FIGURE = String.raw`[-+−]?(?:\d+(?:\.\d*|,\d+)?|[.,]\d+)(?:e[-+−]?\d+)?`;
+const DIGITS = 6, WIDEST = 21;
+const KEPT = ["$schema", "plant", "words", "U", "search"];
+const LOOSE = {
+  "²": String.raw`(?:²|\^?2)`,
+  "s⁻¹": "(?:s⁻¹|1/s|/s)",
+  "σ": "(?:σ|sigma)",
+  "θ": "(?:θ|theta)",
+  "ρ": "(?:ρ|rho)",
+  "γ": "(?:γ|gamma)",
+  "°": String.raw`(?:°|\s*deg(?:rees)?)`
+};
+
+// ------------------------------------------------------------------ numbers
+// The sign, the digits and the place of the point of a decimal.
+/** @returns {[string, string, number]} */
+function digitsOf(text) {
+  const [, sign, whole, part, power] = /^([-+]?)(\d*)\.?(\d*)(?:e([-+]?\d+))?$/.exec(text);
+  return [sign, whole + part, whole.length + Number(power ?? 0)];
+}
+function show(text, power = 0) {
+  const [sign, all, point] = digitsOf(text), late = all.replace(/^0+/, "");
+  const digits = late.replace(/0+$/, ""), k = digits.length, n = point + power - all.length + late.length;
+  if (!k) return "0";
+  const shown = k <= n && n <= WIDEST ? digits + "0".repeat(n - k)
+    : 0 < n && n <= WIDEST            ? `${digits.slice(0, n)}.${digits.slice(n)}`
+    : -6 < n && n <= 0 ? `0.${"0".repeat(-n)}${digits}`
+                       : `${digits[0]}${k > 1 ? "." : ""}${digits.slice(1)}e${n > 0 ? "+" : ""}${n - 1}`;
+  return (sign === "-" ? "−" : "") + shown.replace("-", "−");
+}
+const plain = text => {
+  const word = text.trim().toLowerCase().replaceAll("−", "-");
+  return word.includes(".") ? word : word.replace(",", ".");
+};
+// The number of a file that a text in a clause means, and the shortest text that means a number.
+export function valueOf({over = undefined, shift = 0}, text) {
+  const [sign, digits, point] = digitsOf(plain(text)), x = Number(`${sign}0.${digits}e${point + shift}`);
+  return over === undefined ? x : x ? over / x : Infinity;
+}
+export function shownOf(clause, x) {
+  const {over = undefined, shift = 0} = clause;
+  if (over === undefined) return show(String(x), -shift);
+  for (let digits = 0; digits < (x > 0 ? DIGITS : 0); digits++) {
+    const text = show((over / x).toExponential(digits), -shift);
+    if (valueOf(clause, text) === x) return text;
+  }
+  return null;
+}
+
+// ------------------------------------------------------------------- places
+const get = (data, at) => at.reduce((inner, name) => inner?.[name], data);
+function put(data, at, value) {
+  const way = at.slice(0, -1), name = at.at(-1);
+  if (value !== undefined) {
+    way.reduce((inner, key) => inner[key] ??= {}, data)[name] = value;
+    return;
+  }
+  const inner = get(data, way);
+  if (inner?.[name] === undefined) return;
+  delete inner[name];
+  if (way.length && !Object.keys(inner).length) put(data, way, undefined);
+}
+/** @returns {any} */
+const refuse = (words, at) => { throw Object.assign(new Error(`character ${at + 1}: ${words}`), {at}); };
+const limit = data => data.saturation?.u_max ?? undefined;
+const eye = n => Array.from({length: n}, (_, i) => Array.from({length: n}, (_, j) => Number(i === j)));
+
+// A plant file in the one form that a sentence leads to.
+export function canonical(given) {
+  const data = structuredClone(given), {region, law, controller} = data;
+  if (region?.settling_time !== undefined) {
+    region.sigma = 4 / region.settling_time;
+    delete region.settling_time;
+  }
+  if (law && "integrate" in law) {
+    if (law.integrate === true) law.integrate = eye(law.position?.length ?? 0);
+    if (!law.integrate || !law.integrate.length) delete law.integrate;
+  }
+  if (controller?.T !== undefined && limit(data) !== undefined) controller.u_max ??= limit(data);
+  return data;
+}
+// The rows of z that a law integrates.
+export function integrated({law, U = undefined}) {
+  const {position = [], integrate = []} = law ?? {}, [first = []] = position;
+  return law
+    ? integrate.map(row => first.map((_, j) => row.reduce((sum, x, k) => sum + x * position[k][j], 0)))
+    : U ?? [];
+}
+// The same mixtures where they are measured, else as many of what is.
+function mixed(rows, position) {
+  const seen = position.map(row => row.indexOf(1));
+  if (rows.every(row => row.every((x, j) => !x || seen.includes(j))))
+    return rows.map(row => seen.map(j => row[j]));
+  return eye(seen.length).slice(0, rows.length);
+}
+const equal = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+
+// ------------------------------------------------------------------ patterns
+const patterns = new Map();
+function pattern(form) {
+  if (!patterns.has(form)) patterns.set(form, compiled(form));
+  return patterns.get(form);
+}
+function compiled(form) {
+  const of = bit => {
+    if (bit === "{end}") return String.raw`((?:[\w.]+,\s*)*[\w.]+?)`;
+    if (bit === "{x0}") return String.raw`\s*(${FIGURE}(?:\s*;\s*${FIGURE})*)\s*`;
+    if (bit.startsWith("{")) return String.raw`\s*(${FIGURE})\s*`;
+    let text = bit.replaceAll("_", " ").replace(/[.*+?^${}()|[\]\\/]/g, "\\$&").replace(/\s+/g, "\\s*");
+    for (const [mark, loose] of Object.entries(LOOSE)) text = text.replaceAll(mark, loose);
+    return text;
+  };
+  return new RegExp(`^${form.split(/(\{\w+\})/).map(of).join("")}(?![\\w²])`, "iu");
+}
+
+// A form's texts and the places of its numbers.
+const cut = form => form.split(/(\{\w+\})/).filter(bit => bit).map(bit => {
+  const [, slot] = /^\{(\w+)\}$/.exec(bit) ?? [];
+  return slot ? {slot} : {text: bit};
+});
+
+// ------------------------------------------------------------------ sentences
+// Sentences about the plant of a file: with n coordinates, and `rest`, from the rows that are
+// integrated to the coordinates where the plant rests when each of these errors is one, or null.
+export class Sentences {
+  /** @param {any} given */
+  constructor(given, n, rest = _ => null) {
+    const {plant, words = {}} = given, {parameters = {}, coordinates} = Object(plant);
+    this.n = n;
+    this.rest = rest;
+    this.data = canonical(given);
+    this.ranges = Object.entries(parameters);
+    const named = coordinates ?? eye(n).map((_, i) => `z${i + 1}`), {filter: _, ...own} = words;
+    /** @type {any} */
+    this.names = {
+      ...TABLE.names,
+      ...Object.fromEntries(this.ranges.map(([name]) => [name, [name]])),
+      ...Object.fromEntries(named.map((name, i) => [`z${i + 1}`, [name]])),
+      it: [TABLE.it],
+      ...Object.fromEntries(Object.entries(own).map(([name, x]) => [name, [x].flat()]))
+    };
+  }
+
+  // Its words in order: {text}, and {slot, clause, shown} for each number that they hold.
+  get pieces() {
+    const said = new Map(), others = this.others();
+    for (const clause of CLAUSES) {
+      const parts = said.has(clause.key) ? null : this.parts(clause);
+      if (parts) said.set(clause.key, parts);
+    }
+    const more = others.length ? [[{text: TABLE.end.replace("{}", others.join(", "))}]] : [];
+    const clauses = [...said.values(), ...more].flatMap((parts, k) => [{text: k ? ", " : " "}, ...parts]);
+    return [...this.subject(), ...clauses];
+  }
+  toString() { return `${this.pieces.map(({text, shown}) => text ?? shown).join("")}.`; }
+
+  // The parts of the file that no clause says.
+  others() {
+    const found = [];
+    for (const [key, value] of Object.entries(this.data).sort(([a], [b]) => a < b ? -1 : 1)) {
+      const places = CLAUSES.filter(({at}) => at[0] === key).map(({at}) => at);
+      const known = places.flatMap(at => at.slice(1));
+      if (KEPT.includes(key)) continue;
+      if (!places.length || !this.readable(key, value)) found.push(key);
+      else if (key !== "law" && known.length) {
+        if (key === "saturation") known.push("x0");
+        if (key === "controller" && value.u_max === limit(this.data)) known.push("u_max");
+        found.push(
+          ...Object.keys(value).filter(name => !known.includes(name)).sort().map(name => `${key}.${name}`));
+      }
+    }
+    return found;
+  }
+  readable(key, value) {
+    if (key === "law") return this.lawWords(value) !== null;
+    if (key === "gamma") return typeof value === "number";
+    const needed = {saturation: ["u_max", "x0"], controller: ["T"], hinf: ["gamma"], cost: ["bound"]}[key] ??
+      [];
+    return Object.keys(Object(value)).length > 0 && needed.every(name => (value[name] ?? null) !== null);
+  }
+  subject() {
+    return [
+      {text: this.named(TABLE.subject)}, ...this.ranges.flatMap(([name, ends], k) => {
+        const clause = {shift: this.power(name), label: `${this.names[name][0]}, least and most`};
+        return cut(this.range(k, name)).map(({text, slot}) => {
+          const end = Number(slot === "high");
+          return slot ? {slot: `${name}/${end}`, clause, shown: shownOf(clause, ends[end])} : {text};
+        });
+      })
+    ];
+  }
+  range(k, name) {
+    const own = this.names[name][0] === this.names.it[0], form = TABLE.range[k ? 2 : own ? 0 : 1];
+    return this.named(form.replace("<p>", `<${name}>`).replace("[p]", `[${name}]`));
+  }
+  power(name) { return this.names[name][2] ?? 0; }
+  named(text) {
+    return text.replace(/<(\w+)>|\[(\w+)\]/g, (_, name, unit) => {
+      const [word, one = ""] = this.names[name ?? unit];
+      return name ? word : one && ` ${one}`;
+    });
+  }
+  /** @returns {any} */
+  parts(clause) {
+    const {key, at, says} = clause, {data} = this, value = get(data, at) ?? null;
+    if (value === null || !this.readable(at[0], data[at[0]])) return null;
+    const shown = {
+      law: () => this.lawWords(value),
+      step: () => {
+        const step = this.step();
+        return step === null ? null : show(String(step));
+      },
+      x0: () => data.saturation.x0.map(x => show(String(x))).join("; ")
+    };
+    const parts = cut(this.named(says))
+                    .map(({text, slot}) => slot ? {
+                      slot,
+                      clause: slot === key ? clause : {},
+                      shown: shown[slot] ? shown[slot]() : shownOf(clause, value)
+                    }
+                                                : {text});
+    return parts.some(({slot, shown}) => slot && shown === null) ? null : parts;
+  }
+
+  // [words, rows of the measured positions] of all laws that have words.
+  laws() {
+    const unit = eye(this.n), clause = CLAUSES.find(({key}) => key === "law");
+    const one = unit.map((row, i) => [this.named(clause.one.replace("<z>", `<z${i + 1}>`)), [row]]);
+    return [...(this.n > 1 ? one : []), [clause.all, unit]];
+  }
+  lawWords(law) {
+    if (Object.keys(law).some(name => !["position", "integrate", "filter"].includes(name))) return null;
+    const same = rows =>
+      equal(law.position, rows) && equal(law.integrate ?? [], mixed(integrated({law}), rows));
+    return this.laws().find(([, rows]) => same(rows))?.[0] ?? null;
+  }
+
+  // x(0) at rest, a step of all that is integrated away; null if that isn't known.
+  startOf(step, data) {
+    const rows = integrated(data), rest = this.rest(rows), {position, filter} = data.law ?? {};
+    if (!rest) return null;
+    const held = filter ? position.map(row => row.reduce((sum, x, j) => sum + x * rest[j], 0)) : [];
+    return [...rest, ...Array(this.n + rows.length).fill(0), ...held].map(x => 0 - step * x);
+  }
+  step() {
+    const {x0} = this.data.saturation, one = this.startOf(1, this.data), k = one?.findIndex(x => x) ?? -1;
+    if (k < 0 || x0.length !== one.length) return null;
+    const step = x0[k] / one[k];
+    return step > 0 && equal(this.startOf(step, this.data), x0.map(x => x + 0)) ? step : null;
+  }
+
+  // -------------------------------------------------------------- reading
+  // The plant file that a text asks for: what isn't said isn't asked. What isn't understood is an
+  // Error with its place and how the sentence may go on there.
+  read(text) {
+    const whole =
+      text.replaceAll("_", " ").replace(/\s+/g, " ").trim().replace(/\s*:[^:]*$/, "").replace(/\.$/, "");
+    /** @type {any} */
+    const found = {}, end = pattern(TABLE.end.replace("{}", "{end}"));
+    let at = this.readSubject(whole, found);
+    while (at < whole.length) {
+      at += /^[\s,]*/.exec(whole.slice(at))[0].length;
+      const last = end.exec(whole.slice(at));
+      if (last) {
+        this.readOthers(last, found, at);
+        at += last[0].length;
+        continue;
+      }
+      at += /^(?:and\s+)?/i.exec(whole.slice(at))[0].length;
+      const rest = whole.slice(at);
+      if (!rest) break;
+      const [clause, hit] = this.hit(rest);
+      if (!clause) refuse(`“${rest.slice(0, 40)}” isn't understood. It may go on: ${this.next(found)}`, at);
+      if (clause.key in found) refuse(`“${hit[0]}”: that is said twice`, at);
+      found[clause.key] = this.values(clause, hit, at);
+      at += hit[0].length;
+    }
+    return this.made(found);
+  }
+  readSubject(whole, found) {
+    const form = this.named(TABLE.subject) + this.ranges.map(([name], k) => this.range(k, name)).join("");
+    const hit = pattern(form).exec(whole);
+    if (!hit)
+      refuse(`the sentence begins “${this.subject().map(({text, shown}) => text ?? shown).join("")} …”`, 0);
+    let at = 0;
+    found.ranges = this.ranges.map(([name], k) => {
+      const texts = [hit[2 * k + 1], hit[2 * k + 2]];
+      const [low, high] = texts.map(text => valueOf({shift: this.power(name)}, text));
+      at = hit[0].indexOf(texts[0], at);
+      if (!(low < high)) refuse(`“${texts[0]}..${texts[1]}”: the smaller number stands first`, at);
+      at += texts.join("..").length;
+      return [name, [low, high]];
+    });
+    return hit[0].length;
+  }
+  /** @returns {any[]} */
+  hit(rest) {
+    for (const clause of CLAUSES) {
+      const says = this.named(clause.says);
+      for (const form of clause.key === "law" ? this.laws().map(([words]) => says.replace("{law}", words))
+                                              : [says]) {
+        const hit = pattern(form).exec(rest);
+        if (hit) return [clause, hit];
+      }
+    }
+    return [];
+  }
+  values(clause, hit, at) {
+    const {key, says, below, most, zero = false} = clause, values = {};
+    if (key === "law")
+      return {law: this.laws().find(([words]) => pattern(says.replace("{law}", words)).test(hit[0]))[1]};
+    [...says.matchAll(/\{(\w+)\}/g)].forEach(([, slot], k) => {
+      const text = hit[k + 1], own = slot === key;
+      if (slot === "x0") {
+        values.x0 = text.split(/\s*;\s*/).map(x => valueOf({}, x));
+        return;
+      }
+      const x = valueOf(own ? clause : {}, text), shown = valueOf({}, text);
+      if (own && below !== undefined && !(shown < below))
+        refuse(`“${hit[0]}”: a number below ${show(String(below))} is needed`, at);
+      if (own && most !== undefined && !(shown <= most))
+        refuse(`“${hit[0]}”: at most ${show(String(most))} is needed`, at);
+      if (!(x > 0 || (x === 0 && zero)) || x === Infinity)
+        refuse(`“${hit[0]}”: a number above zero is needed`, at);
+      values[slot] = x;
+    });
+    return values;
+  }
+  readOthers(hit, found, at) {
+    found.others = hit[1].trim().split(/\s*,\s*/);
+    for (const name of found.others)
+      if (!this.others().includes(name)) refuse(`“${name}”: the file says nothing else of it`, at);
+  }
+  next(found) {
+    const texts = new Map(), laws = this.laws().map(([words]) => words).join(" / ");
+    for (const {key, says} of CLAUSES)
+      if (!(key in found) && !texts.has(key))
+        texts.set(key, this.named(says).replace("{law}", laws).replace(/\{\w+\}/g, "…"));
+    return [...texts.values()].join("; ");
+  }
+  made({ranges, others = [], law, u_max, ...numbers}) {
+    const data = structuredClone(this.data), rows = integrated(data), unsaid = this.others();
+    for (const name of unsaid)
+      if (!others.includes(name)) put(data, name.split("."), undefined);
+    for (const {at} of CLAUSES)
+      if (!others.includes(at[0])) put(data, at, undefined);
+    if (!unsaid.includes("controller.u_max")) put(data, ["controller", "u_max"], undefined);
+    if (ranges.length) data.plant.parameters = Object.fromEntries(ranges);
+    if (!data.law && rows.length) data.U = rows;
+    if (law) {
+      const position = law.law, integrate = mixed(rows, position);
+      delete data.U;
+      data.law = {position, ...(integrate.length && {integrate})};
+    } else if (numbers.filter) refuse("“its rate over …” needs before it what is measured", 0);
+    for (const {key, at} of CLAUSES)
+      if (key in numbers) put(data, at, numbers[key][key]);
+    if (u_max) {
+      const x0 = u_max.x0 ?? this.startOf(u_max.step, data);
+      if (!x0) refuse("where this plant rests isn't known: write x(0) out", 0);
+      data.saturation = {...data.saturation, u_max: u_max.u_max, x0};
+    }
+    if (data.controller && !("T" in data.controller))
+      refuse("the controller needs its clock: say “at … kHz”", 0);
+    return canonical(data);
+  }
+}
