@@ -309,7 +309,7 @@ def test_a_link_leads_to_the_typed_plant_and_its_answer(tab, visit, wanted):
     if "u_max" in wanted:
         type_in(tab, x0="0.1 0 0 0 0")
     answer = design(tab)
-    slider = tab.page.get_by_label("Half-angle")
+    slider = tab.page.get_by_role("slider", name="Half-angle")
     for _ in range(3):
         slider.press("ArrowLeft")
     tab.page.wait_for_function(READY)
@@ -650,9 +650,12 @@ def test_words_become_the_package_s_numbers(tab, count):
     times, shares = 10 ** rng.uniform(-3, 3, count), rng.uniform(0.001, 0.99, count)
     mine = tab.page.evaluate(
         """([times, shares]) => {
-      const {valueOf} = sosModules.wishes, words = {words: ""};
-      const at = (key, x) => valueOf(words, {key, min: 1, max: 1e9}, String(x));
-      return times.map((t, k) => [at("sigma", t), at("theta", 100 * shares[k])]); }""",
+      const {valueOf} = sosModules.wishes;
+      const ends = {min: 1, max: 1e9};
+      const at = (key, clause, x) => valueOf(String(x), clause, {key, ...ends});
+      const over = {key: "overshoot", shift: -2};
+      return times.map((t, k) =>
+        [at("sigma", {over: 4}, t), at("theta", over, 100 * shares[k])]); }""",
         [times.tolist(), shares.tolist()],
     )
     for (sigma, theta), time, share in zip(mine, times, shares, strict=True):
@@ -662,6 +665,18 @@ def test_words_become_the_package_s_numbers(tab, count):
         assert np.radians(theta) == pytest.approx(region.theta, rel=1e-5)
 
 
+def number(tab, key):
+    """The field of a number in the sentence."""
+    return tab.page.locator(f".sos-num[data-bound='{key}']")
+
+
+def sentence(tab):
+    """What the sentence says, its fields' numbers among its words."""
+    return tab.page.evaluate("""() =>
+      [...document.querySelector(".sos-say").childNodes]
+        .map(x => x.value ?? x.textContent).join("").replaceAll("\\u00a0", " ")""")
+
+
 def test_numbers_are_typed_in_an_engineer_s_words(tab):
     page = tab.page
     type_in(tab, **RANGE)
@@ -669,15 +684,13 @@ def test_numbers_are_typed_in_an_engineer_s_words(tab):
     page.wait_for_function(READY)
     start = page.locator("[data-field=x0]").input_value()
     assert start == "-1 -1 0 0 0"  # from where the step's end is at rest
-    words = {"settles every mode in": "1,2", "lets no mode overshoot": "16.3"}
-    for label, text in words.items():
-        page.get_by_label(label).fill(text)
-    page.locator("[data-number='3']").fill("2")
+    for key, text in {"sigma": "1,2", "theta": "16.3 %", "u_max": "2"}.items():
+        number(tab, key).fill(text)
     page.wait_for_function(READY)
     asked = element(tab, "answer.asked")
     assert asked["sigma"] == pytest.approx(4 / 1.2, rel=1e-5) and asked["u_max"] == 2
     assert asked["theta"] == pytest.approx(np.pi / 3, rel=1e-3)
-    field = page.get_by_label("settles every mode in")
+    field = page.get_by_role("spinbutton", name="time in which every mode decays")
     field.fill("soon")
     assert field.get_attribute("aria-invalid") == "true"
     assert page.locator(".sos-readout.sos-old").count() == 1
@@ -687,6 +700,60 @@ def test_numbers_are_typed_in_an_engineer_s_words(tab):
     slider = page.get_by_role("slider", name="Decay rate")
     slider.press("ArrowLeft")
     assert float(field.input_value()) > 1.2
+    before = float(field.input_value())
+    field.press("ArrowDown")
+    assert float(field.input_value()) == pytest.approx(before - 0.1)
+    assert field.get_attribute("aria-valuetext") == f"{field.input_value()} s"
+    x, y = middle(number(tab, "u_max"))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 50, y, steps=5)
+    page.mouse.up()
+    assert float(number(tab, "u_max").input_value()) == pytest.approx(2.7)
+    page.wait_for_function(READY)
+
+
+def test_every_number_of_the_sentence_is_typed_where_it_stands(tab):
+    """Those of the plant, of the step and of the clock as well; all texts have it."""
+    page = tab.page
+    page.locator("sos-bench select").select_option("1")
+    for box in ("u_max", "clock", "gamma"):
+        page.locator(f"[data-wanted={box}]").check()
+    typed = {
+        "J2/1": "7,5", "T": "2", "step": "0.5", "sigma": "1.2", "theta": "16%",
+        "rho": "1000/s", "gamma": "30", "u_max": "2",
+    }  # fmt: skip
+    for key, text in typed.items():
+        number(tab, key).fill(text)
+        number(tab, key).press("Tab")
+    page.wait_for_function(READY)
+    said = (
+        "The load (3..7.5 g m²) settles every mode in 1.2 s, lets no mode overshoot "
+        "16 %, reacts no faster than 0.001 s, moves at most 30 rad under a load torque "
+        "of 1 N m, with at most 2 N m for a step of 0.5 rad, at 2 kHz"
+    )
+    assert sentence(tab) == f"{said}: feasible."
+    host = page.locator("sos-bench").get_attribute("aria-label")
+    assert host == f"A plant of your own. {said}."
+    assert page.locator("[data-field=x0]").input_value() == "-0.5 -0.5 0 0 0"
+    for kind in ("As Python", "As C"):
+        assert f"{said}." in program(tab, kind)
+    data = json.loads(program(tab, "As JSON"))
+    assert data["region"] == {"sigma": 4 / 1.2, "overshoot": 0.16, "rho": 1000}
+    words, plant = data.pop("words"), data.pop("plant")
+    parameters, unknown = plant["parameters"], {"J2": [0.003, 0.006]}
+    assert parameters == {"J2": [0.003, 0.0075]} != unknown
+    family = sos.Uncertain.read(
+        sos.SecondOrderSystem,
+        plant | {"parameters": [[k, *x] for k, x in unknown.items()]},
+        rows=True,
+    )
+    start = sos.Wish(family, {"U": data["U"], "words": words})
+    assert start.read(said).data == data | {"words": words}
+    page.wait_for_timeout(400)
+    page.reload()
+    page.wait_for_function(READY)
+    assert sentence(tab) == f"{said}: feasible."
 
 
 def test_the_truth_is_the_package_s(tab):
@@ -755,18 +822,18 @@ def test_undo_and_reload_bring_a_setting_back(tab, visit):
     type_in(tab, **RANGE)
     design(tab)
     page.wait_for_timeout(400)
-    page.get_by_label("settles every mode in").fill("0.8")
+    number(tab, "sigma").fill("0.8")
     page.wait_for_function(READY)
     page.wait_for_timeout(400)
     page.reload()
     page.wait_for_function(READY)
-    assert page.get_by_label("settles every mode in").input_value() == "0.8"
+    assert number(tab, "sigma").input_value() == "0.8"
     assert "J2" in page.locator("[data-field=M]").input_value()
     page.locator("sos-bench select").select_option("1")
     page.wait_for_function(READY)
     page.get_by_role("slider", name="Decay rate").press("Control+z")
     page.wait_for_function(READY)
-    assert page.get_by_label("settles every mode in").input_value() == "0.8"
+    assert number(tab, "sigma").input_value() == "0.8"
     assert "J2" in page.locator("[data-field=M]").input_value()
     page.get_by_role("button", name="Undo").click()
     assert "nothing to undo" in page.locator(".sos-more").inner_text()
@@ -807,7 +874,7 @@ def test_a_clock_goes_on_in_python(tab, tmp_path, monkeypatch, capsys, seen):
     said = capsys.readouterr().out
     assert "the sampled loop" in said and "is stable" in said
     mine = names["controller"]
-    assert mine.radius < 1 and [s.name for s in mine.measured] == seen
+    assert mine.radius < 1 and [s.name for s in mine.readings.signals] == seen
     assert names["design"].certify().proven
     (tmp_path / "plant.json").write_text(program(tab, "As JSON"), "utf8")
     assert main(["design", "plant.json", "--out", "out"]) == 0
@@ -912,8 +979,9 @@ def test_a_law_is_written_for_the_package(tab, tmp_path, capsys):
     assert "Not proven" in page.locator(".sos-more").inner_text()
     type_in(tab, outputs="position = 0 1\ninput = 0.01")
     design(tab)
-    for k, bound in enumerate(("0.5", "90", "1000", "50")):
-        page.locator(f"[data-number='{k}']").fill(bound)
+    bounds = {"sigma": "0.5/s", "theta": "90°", "rho": "1000/s", "gamma": "50"}
+    for key, bound in bounds.items():
+        number(tab, key).fill(bound)
     file.write_text(program(tab, "As JSON"), "utf-8")
     call, names = program(tab, "As Python").split("\nprint")[0], {}
     exec(call.replace("sos.design_pid(\n    plant,", "dict("), names)
@@ -966,8 +1034,8 @@ def test_what_no_law_can_do_is_named(tab):
     assert design(tab)["status"] == "feasible"  # all of z and z' is measured
     type_in(tab, **LAW)
     design(tab)
-    for k, bound in ((2, "9"), (0, "12")):  # no disk has such poles
-        page.locator(f"[data-number='{k}']").fill(bound)
+    for key, bound in (("rho", "9/s"), ("sigma", "12/s")):  # no disk has such poles
+        number(tab, key).fill(bound)
     page.wait_for_function(READY)
     assert "No controller keeps this, whatever it measures. Ask for less." in told(tab)
     type_in(tab, Q="1 1 1 1 1 1", R="1")  # the law's own states, too

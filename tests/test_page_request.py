@@ -36,16 +36,11 @@ def tab(visit, tmp_path):
 
 
 def numbers(tab):
-    """What stands in every field of the form, by its name."""
+    """What stands in every field of the form and of its sentence, by its name."""
     return tab.page.evaluate("""() => Object.fromEntries([
-      ...document.querySelectorAll("sos-bench .sos-typed input, sos-bench textarea")]
+      ...document.querySelectorAll("sos-bench .sos-num, sos-bench textarea")]
       .filter(e => e.checkVisibility())
-      .map(e => {
-        const k = e.dataset.number ?? e.dataset.words;
-        const name = k && document.querySelector("sos-bench").data.sliders[k].key;
-        const words = e.dataset.words ? " in words" : "";
-        return [e.dataset.field ?? name + words, e.value];
-      }))""")
+      .map(e => [e.dataset.field ?? `${e.dataset.bound} said`, e.value]))""")
 
 
 def tick(tab, box, on=True):
@@ -53,9 +48,9 @@ def tick(tab, box, on=True):
 
 
 def put(tab, key, text):
-    """Type a bound's number."""
-    k = element(tab, f"data.sliders.findIndex(s => s.key === '{key}')")
-    tab.page.locator(f"[data-number='{k}']").fill(text)
+    """Type a bound's number, that of the theorems."""
+    unit = {"sigma": "/s", "theta": "°", "rho": " 1/s"}.get(key, "")
+    tab.page.locator(f".sos-num[data-bound='{key}']").fill(text + unit)
 
 
 @pytest.mark.parametrize("example", range(len(EXAMPLES)))
@@ -97,9 +92,9 @@ def test_what_a_reader_typed_stays(tab, example):
     type_in(tab, S=text)
     design(tab)
     after = numbers(tab)
-    assert after["rho"] != before["rho"]  # which nobody typed
+    assert after["rho said"] != before["rho said"]  # which nobody typed
     for key in typed:
-        assert after[key] == before[key], key
+        assert after[f"{key} said"] == before[f"{key} said"], key
 
 
 def rows(tab):
@@ -141,7 +136,7 @@ TEXTS = """([texts, wanted, places]) => {
   const N = 2 * M.length + U.length, K = B[0].map((_, i) => Array(N).fill(0.5 + i));
   let code;
   const points = data.goal.map(() => M.map(() => 1));
-  try { code = outputs.program(asked, {K, U, points}); }
+  try { code = outputs.program(asked, {K, U, points}, "Said."); }
   catch (fault) { code = fault.message; }
   return [outputs.file(asked), program.design(data, named), code]; }"""
 
@@ -199,7 +194,7 @@ def caught(python):
 
 def in_c(code):
     """What a page's C says that was asked, and what its numbers are."""
-    asked = json.loads(re.search(r"/\* Asked: (.*)", code)[1])
+    asked = json.loads(re.search(r"   Asked: (.*)", code)[1])
     limit = re.search(r"#define LIMIT (\S+)", code)
     step = re.search(r"dt seconds, dt = ([\d.e-]+)\.", code)
     return asked, limit and float(limit[1]), step and float(step[1])

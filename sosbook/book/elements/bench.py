@@ -10,6 +10,30 @@ from ...synthesis.request import Request
 from ..thesis import example_1
 from .explorer import Explorer
 
+#: What sentences call the parts of some plants.
+SAID = {
+    "Two carts and a spring, one force": {
+        "it": "second cart",
+        "z": ["position", "m"],
+        "u": ["force", "N"],
+        "w": ["push", "N"],
+    },
+    "A drive whose load is known by a range": {
+        "it": "load",
+        "J2": ["load", "g m²", -3],
+        "z": ["angle", "rad"],
+        "u": ["torque", "N m"],
+        "w": ["load torque", "N m"],
+        "z1": "motor's encoder",
+        "z2": "load's encoder",
+    },
+    "A pendulum, upright": {
+        "it": "pendulum",
+        "z": ["angle", "rad"],
+        "u": ["torque", "N m"],
+        "w": ["torque", "N m"],
+    },
+}
 CARTS = "1 -1\n-1 1"
 WALL = "2 -1 0 0\n-1 2 -1 0\n0 -1 2 -1\n0 0 -1 2"
 ENDS = "1 0\n0 0\n0 0\n0 1"  # the first and the last of four masses
@@ -84,7 +108,10 @@ def bench(title="A plant of your own"):
     robot = example_1()
     grasping = {name: _text(getattr(robot.plant, name)) for name in "MDSBF"}
     names = {"The grasping robot (Example 1)": grasping | {"U": _text(robot.U)}}
-    examples = [{"name": k, "texts": v} for k, v in (EXAMPLES | names).items()]
+    examples = [
+        {"name": k, "texts": v, "words": SAID.get(k)}
+        for k, v in (EXAMPLES | names).items()
+    ]
     examples[-1]["x0"] = robot.saturation.x0.tolist()
     return Bench({"title": title, "examples": examples, "refusals": _refusals()})
 

@@ -12,7 +12,8 @@ import {lawOf, memory, ofLaw, seenBy, summed} from "./law.js";
 import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
 import * as python from "./program.js";
-import {beyond, fields, shownIn, valueOf, widen} from "./wishes.js";
+import {listen, speak} from "./spoken.js";
+import {beyond, sayable, valueOf, widen} from "./wishes.js";
 
 const CHANGED =
   "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
@@ -28,6 +29,8 @@ function words(error, before = "") {
 }
 const PAUSE = 300;  // ms without a move, before the address and the way back know it
 const PAST = 200;   // settings that "Undo" goes back
+
+const matricesOf = texts => [..."MDSBF"].map(name => compact(texts[name] ?? "")).join("|");
 
 class Bench extends Explorer {
   get buttons() {
@@ -48,7 +51,7 @@ class Bench extends Explorer {
       `<label class="sos-check"><input type="checkbox" data-wanted="${key}" ${QUIET}> ${words}</label>`;
     const names = this.data.examples.map(({name}) => name);
     const start = select({id: `${this.name}-example`, key: "example", label: "Start from", names});
-    return `<div class="sos-form">${
+    return `<p class="sos-say" role="status">&nbsp;</p><div class="sos-form">${
              panels(panel("machine", DRAWN) + `<div>${start}` +
                `<div class="sos-row">${button(["open", "Open files"])}<input type="file" multiple hidden>` +
                `<span class="sos-soft sos-source" role="status"></span></div>` +
@@ -60,9 +63,6 @@ class Bench extends Explorer {
   }
 
   inner() { return super.markup().replace(`<div class="sos-buttons">`, `<div class="sos-judged"></div>$&`); }
-
-  // A slider has fields for its number, and for the same in an engineer's words.
-  control(k, slider) { return `<div>${slider}${fields(this.name, k, this.data.sliders[k])}</div>`; }
 
   wire() {
     Object.assign(refusals, this.data.refusals);
@@ -76,6 +76,7 @@ class Bench extends Explorer {
                      .concat(fields.map(([name]) => name));
       this.fill(this.data.examples[this.example.value]);
       this.own = {};
+      this.jump = undefined;
       this.rebuild(
         went.length && `${printed(went.join(", "))} went with the plant before. Undo brings it back.`);
     });
@@ -87,10 +88,7 @@ class Bench extends Explorer {
         event.preventDefault();
         if (kind === "drop") this.take(event.dataTransfer.files);
       });
-    for (const kind of ["input", "change"])
-      this.view.addEventListener(kind, ({target}) => {
-        if (target.matches(".sos-typed input")) this.number(target, kind === "change");
-      });
+    listen(this);
     this.view.addEventListener("keydown", event => {
       if (event.key !== "z" || event.shiftKey || !(event.ctrlKey || event.metaKey)) return;
       if (event.target.matches("textarea, [type=text]")) return;
@@ -125,6 +123,7 @@ class Bench extends Explorer {
       ...this.own,
       ...this.named,
       ...this.wrong,
+      ...(this.jump && {step: this.jump}),
       example: this.example.value,
       ...Object.fromEntries(typed.map(name => [name, compact(this.area(name).value)])),
       ...this.matrices,
@@ -136,6 +135,7 @@ class Bench extends Explorer {
   // What an address asks for; where it doesn't say what is a reader's own, all of it is.
   open(linked) {
     const bounds = (linked.bounds ?? "").split(" "), example = number(linked.example);
+    this.jump = number(linked.step) || undefined;
     const own = linked.own?.split(" ") ?? Object.keys(linked).filter(key => linked[key]);
     this.own =
       Object.fromEntries(Object.entries(linked).filter(([key]) => key in BOUNDS && own.includes(key)));
@@ -154,7 +154,8 @@ class Bench extends Explorer {
   async take(files) {
     const names = [...files].map(({name}) => name).join(", "), source = this.find("source");
     try {
-      const {fields, left} = await read([...files]);
+      const {fields, left, words} = await read([...files]);
+      this.file = {texts: fields, words};
       this.open(fields);
       source.textContent = `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}`;
     } catch (error) {
@@ -179,9 +180,10 @@ class Bench extends Explorer {
     try {
       const {vertices: [v]} = plants(this.matrices), U = parsed("U", this.matrices.U);
       const law = this.wanted.law && lawOf(this.matrices, v.M.length, U), r = parsed("r", this.matrices.r);
-      const z = rest(v, U, r.length ? r.flat() : goals(v.M.length, U)).map(x => 0 - x);
+      const goal = r.length ? r.flat() : goals(v.M.length, U), {jump = 1} = this;
+      const z = rest(v, U, goal).map(x => 0 - jump * x);
       const start = [...z, ...z.map(() => 0), ...(law ? memory(law, z) : U.map(() => 0))], N = start.length;
-      const x0 = this.initial?.length === N ? this.initial : start;
+      const x0 = !this.jump && this.initial?.length === N ? this.initial : start;
       found = {x0, Q: Array(N).fill(1), R: v.B[0].map(() => 1), T: [0.001]};
     } catch { /* the form says it */
     }
@@ -199,7 +201,7 @@ class Bench extends Explorer {
     fault.textContent = "";
     try {
       const found = requestOf(this.matrices, wanted);
-      Object.assign(this.data, dataOf(found, wanted));
+      Object.assign(this.data, dataOf(found, wanted), {words: this.words});
       const rounded = found.rounded && "A corner has more digits than a number keeps, and is rounded.";
       this.warning = [note, found.warning, rounded].filter(x => x).join(" ");
     } catch (error) {
@@ -213,7 +215,6 @@ class Bench extends Explorer {
     this.wrong = {};
     super.wire();
     this.draw(null);
-    this.refill();
     this.reserve();
   }
 
@@ -223,9 +224,13 @@ class Bench extends Explorer {
     this.find("machine").innerHTML = machine(request.vertices[0], seen, motion);
   }
 
+  get sentences() { return python.sentences(this.asks, this.data.request, rest); }
+  get sentence() { return String(this.sentences); }
+
   // Until fields and answer belong together nothing below the fields can be used.
   settle() {
     super.settle();
+    if (this.data.request) speak(this);
     const inner = this.find("inner"), old = this.built !== this.typed;
     inner.classList.toggle("sos-locked", old);
     inner.inert = old;
@@ -245,6 +250,12 @@ class Bench extends Explorer {
     this.kept = now;
   }
 
+  // What the parts of this plant are called, where an example or a file says it.
+  get words() {
+    const known = [...this.data.examples, this.file ?? {texts: {}}], now = matricesOf(this.matrices);
+    return known.find(({texts}) => matricesOf(texts) === now)?.words;
+  }
+
   undo() {
     this.keep();
     const before = this.past.pop();
@@ -258,7 +269,7 @@ class Bench extends Explorer {
   read() {
     this.data.sliders.forEach((slider, k) => {
       if (!(slider.key in this.own)) return;
-      const text = String(this.own[slider.key]), value = valueOf({}, slider, text);
+      const text = String(this.own[slider.key]), value = valueOf(text, {}, slider);
       if (isFinite(value)) {
         widen(slider, value);
         return this.put(k, value);
@@ -269,38 +280,25 @@ class Bench extends Explorer {
     });
   }
 
-  // A reader types a number: what is none is marked, and taken back where the field is left.
-  number(field, left) {
-    const k = Number(field.dataset.number ?? field.dataset.words), slider = this.data.sliders[k];
-    const value = valueOf(field.dataset, slider, field.value), good = isFinite(value);
-    field.setAttribute("aria-invalid", String(!good && !left));
-    if (good) {
-      delete this.wrong[slider.key];
-      const old = this.values[k], same = field.value === shownIn(field.dataset, slider, old);
-      if (!(slider.key in this.own) || (value !== old && !same)) {
-        this.remember();
-        widen(slider, same ? old : value);
-        this.set(k, same ? old : value);
-      }
-    } else if (left) delete this.wrong[slider.key];
-    else this.wrong[slider.key] = field.value;
-    if (left) this.refill();
-    this.settle();
+  // A slider's numbers are such that the sentence has few digits.
+  set(k, value) { super.set(k, sayable(this.data.sliders[k].key, value, 3)); }
+  // A reader types a bound; what is no number of this slider is NaN.
+  type(k, value) {
+    if (value === this.values[k] && this.data.sliders[k].key in this.own) return;
+    this.remember();
+    widen(this.data.sliders[k], value);
+    super.set(k, value);
   }
-
-  refill(but = null) {
-    for (const field of this.view.querySelectorAll(".sos-typed input")) {
-      const k = Number(field.dataset.number ?? field.dataset.words);
-      if (field !== but) field.value = shownIn(field.dataset, this.data.sliders[k], this.values[k]);
-    }
-  }
-
   put(k, value) {
     const slider = this.data.sliders[k];
     widen(slider, clamp(value, slider.min, slider.max));
     super.put(k, value);
-    delete this.wrong[this.data.sliders[k].key];
-    this.refill(document.activeElement);
+    this.wrong = {};
+  }
+  // What a reader types stands in a field of the form.
+  fit(name, text) {
+    this.area(name).value = text;
+    this.rebuild();
   }
 
   // ------------------------------------------------------------- the truth
@@ -351,7 +349,7 @@ class Bench extends Explorer {
 
   // ------------------------------------------------------------- outputs
   get asks() { return python.asks(this.data, this.named); }
-  get program() { return python.design(this.data, this.named); }
+  get program() { return python.design(this.data, this.named, rest); }
 
   press(what) {
     super.press(what);
@@ -369,19 +367,19 @@ class Bench extends Explorer {
   get code() {
     const {answer: {K}, data: {request: {U, vertices: [plant]}, goal}} = this;
     const points = goal.map((_, k) => rest(plant, U, goal.map((_, j) => j === k ? 1 : 0)));
-    return outputs.program(this.asks, {K, U, points});
+    return outputs.program(this.asks, {K, U, points}, this.sentence);
   }
 
   // A page of all that is known, and its proof.
   async report() {
-    const {digest, texts} = this, html = name => this.find(name).innerHTML;
+    const {digest} = this, html = name => this.find(name).innerHTML;
     this.reply("<p>Computing with whole numbers …</p>");
     const {proof} = await this.solver.ask(this.name, "prove", this.request()) ?? {};
     if (this.find("more").dataset.digest !== digest || this.digest !== digest) return;
     const claims = proof?.proven ? `<ul>${proof.claims.map(x => `<li>${escape(x)}</li>`).join("")}</ul>`
                                  : "<p>Not proven.</p>";
     const parts = [
-      ["Asked", `<p>${escape(texts.join(", "))}</p>`], ["Found", html("readout")],
+      ["Asked", `<p>${escape(this.sentence)}</p>`], ["Found", html("readout")],
       ["Proven in exact arithmetic", claims], ["True at the corners", html("judged")],
       ["Poles and step", html("map") + html("step")]
     ];

@@ -1,6 +1,7 @@
 // Requirements that move freely: every position is a set of LMIs that the reader's own
 // browser solves.
 import {DesignElement, relax} from "./drawn.js";
+import {rest} from "./judge.js";
 import {announce, band, clean, define, drag, escape, number, printed, slider, withConjugates} from "./kit.js";
 import * as python from "./program.js";
 import {solverOf} from "./solver.js";
@@ -149,7 +150,7 @@ export class Explorer extends DesignElement {
 
   // The sliders' values by name, in the units shown.
   get named() { return Object.fromEntries(this.data.sliders.map(({key}, k) => [key, this.values[k]])); }
-  get program() { return python.design(this.data, {...this.data.shownFixed, ...this.named}); }
+  get program() { return python.design(this.data, {...this.data.shownFixed, ...this.named}, rest); }
 
   read(linked) {
     this.data.sliders.forEach(({key}, k) => {

@@ -3,24 +3,24 @@
 import {refuse} from "./checks.js";
 import {escape} from "./kit.js";
 import {mul, transpose} from "./linalg.js";
-import {written} from "./program.js";
+import {degreesOf, written} from "./program.js";
 
 const number = x => String(Number(x.toPrecision(9)));
 const table = rows => rows.map(row => `    {${row.map(number).join(", ")}}`).join(",\n");
 
 // What the program in C does of each key of a request: all of them stand in its head.
 export const IN_C = {
-  ...Object.fromEntries(
-    ["plant", "U", "K_A", "region", "gamma", "hinf", "cost", "coupling"].map(key => [key, () => ({})])),
+  ...Object.fromEntries(["plant", "words", "U", "K_A", "region", "gamma", "hinf", "cost", "coupling"].map(
+    key => [key, () => ({})])),
   saturation: ({u_max}) => ({limit: u_max}),
   controller: ({T, measured, u_max}) => ({T, measured, limit: u_max})
 };
 
 // The control law as a C function of its own. `points` are the set points of single goals.
-export function program(asked, {K, U, points}) {
+export function program(asked, {K, U, points}, sentence) {
   const {limit, T, measured} = Object.assign({}, ...written(asked, IN_C));
   const n = points[0].length, a = U.length, bounded = limit !== undefined;
-  const {plant: _, ...head} = asked;
+  const {plant: _, words: __, ...head} = asked;
   const only = (holds, text) => holds ? text : "";
   const clamp = `
         limited[i] = u[i] > LIMIT || u[i] < -LIMIT;
@@ -30,7 +30,8 @@ export function program(asked, {K, U, points}) {
             if (limited[k] && K[k][2 * STATES + i] * change * u[k] > 0)
                 change = 0;
 `;
-  return `/* Asked: ${flat(head)}
+  return `/* ${sentence}
+   Asked: ${flat(head)}
    u = K [e; z'; x3] with e = z - R r, where R r is at rest, and x3 the integral of U z - r.
    Call it every dt seconds${
     only(T, `, dt = ${T}`)}. The proof is of this law in continuous time, with everything
@@ -92,7 +93,7 @@ const PLACES = Object
                  .entries({
                    "": "U gamma",
                    law: "position velocity filter integrate structure",
-                   region: "sigma theta_deg:theta rho",
+                   region: "sigma theta_deg:theta rho settling_time overshoot",
                    hinf: "gamma:bound outputs",
                    saturation: "u_max x0",
                    cost: "Q R noise bound:cost",
@@ -105,7 +106,7 @@ const PLACES = Object
 
 // What such a file, or a plant alone, has for an address; `left` has no field.
 export function opened(data) {
-  const {plant, ...asked} = "plant" in data ? data : {plant: data};
+  const {plant, words, ...asked} = "plant" in data ? data : {plant: data};
   const {vertices = [plant], parameters = {}, coordinates, file = plant} = plant, found = {};
   if (asked.controller?.u_max === asked.saturation?.u_max) delete asked.controller?.u_max;
   if (typeof file === "string") refuse(`its plant is the file ${file}: open that, and type what is asked`);
@@ -115,6 +116,8 @@ export function opened(data) {
     found[name] = home[inner];
     delete home[inner];
   }
+  if ("settling_time" in found) found.sigma = 4 / Number(found.settling_time);
+  if ("overshoot" in found) found.theta = degreesOf(Number(found.overshoot));
   const text = X => [X].flat().map(row => [row].flat().join(" ")).join(";");
   const named = X => typeof X === "string"
     ? X
@@ -141,7 +144,7 @@ export function opened(data) {
                      ? Object.keys(X).map(inner => `${key}.${inner}`)
                      : X === undefined || key === "$schema" ? []
                                                             : [key]);
-  return {fields, left: left.join(", ")};
+  return {fields, left: left.join(", "), words};
 }
 
 const STYLE = `body{font:16px/1.5 system-ui,sans-serif;max-width:52rem;margin:2rem auto;padding:0 1rem;

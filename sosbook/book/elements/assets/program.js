@@ -1,4 +1,6 @@
 // What is asked, as the one object of a plant file, and the Python that is made of it alone.
+import {Sentences} from "./sentence.js";
+
 export const list = x => Array.isArray(x) ? `[${x.map(list).join(", ")}]`
   : typeof x === "object"
   ? `{${Object.entries(x).map(([key, y]) => `${JSON.stringify(key)}: ${list(y)}`).join(", ")}}`
@@ -11,9 +13,20 @@ function filled(x) {
   return there.length ? Object.fromEntries(there) : undefined;
 }
 
+// The half-angle, in degrees, of modes that overshoot by a share, and back.
+export const degreesOf = share => Math.atan2(Math.PI, -Math.log(share)) * 180 / Math.PI;
+export const shareOf = theta => Math.exp(-Math.PI / Math.tan(theta * Math.PI / 180));
+
+// The sector as a file has it: by an overshoot of few digits where there is one.
+function sector(theta) {
+  const shares = [1, 2, 3, 4].map(digits => Number(shareOf(theta).toPrecision(digits)));
+  const overshoot = shares.find(share => degreesOf(share) === theta && share < 1);
+  return overshoot === undefined ? {theta_deg: theta} : {overshoot};
+}
+
 // The plant file of a plant, of what is fixed and of bounds by name, in the units shown.
 /** @type {(data: any, bounds: any) => any} */
-export function asks({request, x0, mu, cost, law, outputs, clock}, bounds) {
+export function asks({request, x0, mu, cost, law, outputs, clock, words: vocabulary}, bounds) {
   const {vertices, family, U, K_A, coupling} = request;
   const {sigma, theta, rho, gamma, cost: bound, u_max} = bounds;
   const {parameters, ...words} = family ?? {}, [one, ...others] = vertices.map(filled);
@@ -22,16 +35,26 @@ export function asks({request, x0, mu, cost, law, outputs, clock}, bounds) {
     plant: family     ? {parameters: Object.fromEntries(ranges), ...words}
       : others.length ? {vertices: [one, ...others]}
                       : one,
+    words: vocabulary,
     U: law || !U.length ? null : U,
     law,
     K_A,
-    region: filled({sigma, theta_deg: theta, rho}),
+    region: filled({sigma, ...sector(theta), rho}),
     ...(outputs || mu && gamma ? {hinf: filled({gamma, mu, outputs})} : {gamma}),
     cost: bound === undefined ? null : {...cost, bound},
     saturation: u_max === undefined ? null : {u_max, x0},
     coupling: coupling === "pairs" ? null : coupling,
     controller: clock && filled({...clock, u_max})
   });
+}
+
+// The sentences about the plant of a request, and of what is asked of it; `rest` is that of judge.js.
+export function sentences(asked, {vertices: [plant]}, rest = undefined) {
+  const at = rows => {
+    const z = rest(plant, rows, (rows.length ? rows : plant.M).map(() => 1));
+    return z.every(isFinite) ? z : null;
+  };
+  return new Sentences(asked, plant.M?.length ?? 0, rest && at);
 }
 
 // What `writers` make of each key of a request; a key that none of them knows is an error.
@@ -68,14 +91,14 @@ const argument = (name, write = list) => [name, x => [name, write(x)]];
 const object = (name, kind) => argument(name, x => `sos.${kind}(${named(x)})`);
 // How Python writes each key of a request: as an argument of `design_pid`, or not among them.
 export const PYTHON = Object.fromEntries([
-  ["plant", () => []], ...["U", "K_A", "gamma", "coupling"].map(name => argument(name)),
+  ["plant", () => []], ["words", () => []], ...["U", "K_A", "gamma", "coupling"].map(name => argument(name)),
   object("law", "PIDLaw"), object("region", "PoleRegion"), object("saturation", "Saturation"),
   ["cost", x => ["requirements", `sos.QuadraticCost(${named(x)})`]], ["hinf", x => ["requirements", hinf(x)]],
   ["controller", () => []]
 ]);
 
 // The design of what is asked: `program_data`, and bounds by name in the units shown.
-export function design(data, bounds) {
+export function design(data, bounds, resting = undefined) {
   const {own = []} = data, known = {...bounds};
   for (const {key} of own) delete known[key];
   const asked = asks(data, known);
@@ -86,7 +109,10 @@ export function design(data, bounds) {
       ...words.filter(([name]) => name && name !== "requirements"),
       ["requirements", more.length && `[${more.join(", ")}]`]
     ],
-    [...new Set(own.map(({note}) => note).filter(note => note))],
+    [
+      ...(own.length ? [] : [`# ${sentences(asked, data.request, resting)}`]),
+      ...new Set(own.map(({note}) => note).filter(note => note))
+    ],
     asked.controller ? sampled(asked.controller) : "");
 }
 

@@ -5,45 +5,36 @@ import {eigenvalues} from "../../kernel/spectrum.js";
 import {truth} from "../../kernel/truth.js";
 
 import {BOUNDS} from "./explorer.js";
-import {clean, number, printed, QUIET} from "./kit.js";
+import {number} from "./kit.js";
+import {degreesOf, shareOf} from "./program.js";
+import {valueOf as meant} from "./sentence.js";
 
 const LARGEST = 6, CORNERS = 8;  // degrees of freedom and plants that a browser solves while one waits
 const SETTLED = 4;               // e^-4 is 2 %: as `PoleRegion` has it
 const FURTHEST = 1e3;            // times the end of a slider that a number may be typed
 
-// By the name of a bound: words before and behind its number, from the words' number to the one
-// that is shown, and back.
-const WORDS = {
-  sigma: ["settles every mode in", "s", time => SETTLED / time, sigma => SETTLED / sigma],
-  theta: [
-    "lets no mode overshoot", "%", share => Math.atan2(Math.PI, -Math.log(share / 100)) * 180 / Math.PI,
-    theta => 100 * Math.exp(-Math.PI / Math.tan(theta * Math.PI / 180))
-  ],
-  rho: ["reacts no faster than", "s", time => 1 / time, rho => 1 / rho]
-};
-
 // A number that a reader types, perhaps with a decimal comma.
 export const typed = text => number(text.trim().replace(/^([^.,]*),([^.,]*)$/, "$1.$2"));
 
-// The fields beside a slider: its number, and the same in words.
-export function fields(name, k, {key, symbol, unit}) {
-  const field = (kind, before, behind) =>
-    `<label>${printed(before)} <input type="text" inputmode="decimal" size="7" id="${name}-${kind}-${
-      k}" data-${kind}="${k}" ${QUIET}>${printed(behind)}</label>`;
-  const [before, behind] = WORDS[key] ?? [];
-  return `<div class="sos-typed">${field("number", `${symbol} =`, unit)}${
-    before ? field("words", before, ` ${behind}`) : ""}</div>`;
+// The nearest value of a slider that a sentence says in few digits: a time, or an overshoot.
+export function sayable(key, value, digits) {
+  const near = x => Number(x.toPrecision(digits)), share = key === "theta" ? shareOf(value) : 0;
+  if (key === "sigma") return SETTLED / near(SETTLED / value);
+  if (key === "rho") return 1 / near(1 / value);
+  return key === "theta" && near(share) > 0.001 && near(share) < 0.99 ? degreesOf(near(share)) : value;
 }
 
-// What stands in a field of a slider whose value is so much, and the value that a text means.
-export const shownIn = ({words}, {key}, value) =>
-  clean(words === undefined ? value : WORDS[key][3](value), 4);
-export function valueOf({words = undefined}, {key, ends, min, max}, text) {
-  const [low, high] = ends ?? [min, max];
-  const given = typed(text), value = words === undefined ? given : WORDS[key][2](given);
-  const most = key === "theta" ? 90 : FURTHEST * high;
-  return value >= (key === "theta" ? 1 : low / FURTHEST) && value <= most ? Number(value.toPrecision(6))
-                                                                          : NaN;
+// The value of a slider that a text means: in the unit of the clause where it stands, or in one that
+// it says itself, an engineer's (s, %) or a theorem's (1/s, degrees); NaN where it is none.
+export function valueOf(text, clause, {key, ends, min, max}) {
+  const [, plain, unit] = /^\s*(.*?)\s*(%|s|1?\/s|s⁻¹|°|deg)?\s*$/.exec(text),
+                  [low, high] = ends ?? [min, max];
+  if (Number.isNaN(typed(plain))) return NaN;
+  const own = {s: {over: {sigma: SETTLED, rho: 1}[key]}, "%": {key: "overshoot", shift: -2}}[unit];
+  const how = own ?? (unit ? {} : clause), given = meant(how, plain);
+  const value = how.key === "overshoot" ? degreesOf(given) : given,
+        most = key === "theta" ? 90 : FURTHEST * high;
+  return value >= (key === "theta" ? 1 : low / FURTHEST) && value <= most ? value : NaN;
 }
 // A slider reaches what is typed, and no further than it did where that is within its own ends.
 export function widen(slider, value) {
@@ -54,8 +45,13 @@ export function widen(slider, value) {
 
 // Two digits are enough for the end of a slider.
 const plain = x => Number(x.toPrecision(2));
-const slider = (key, min, max, value) =>
-  ({key, ...BOUNDS[key], min: plain(min), max: plain(max), value: plain(value)});
+const slider = (key, min, max, value) => ({
+  key,
+  ...BOUNDS[key],
+  min: plain(min),
+  max: plain(max),
+  value: key === "sigma" ? sayable(key, plain(value), 2) : plain(value)
+});
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
 export function beyond({request: {vertices}, x0, cost, law, outputs}) {
