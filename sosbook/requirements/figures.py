@@ -19,7 +19,7 @@ def _digits(text):
 
 
 def show(text, power=0):
-    """A decimal times a power of ten, as JavaScript prints numbers."""
+    """The decimal ``text`` times ten to the ``power``, as JavaScript prints numbers."""
     sign, digits, point = _digits(text)
     n = point + power - len(digits) + len(digits.lstrip("0"))
     digits = digits.strip("0")
@@ -43,11 +43,12 @@ def _plain(text):
 
 
 def number(text):
+    """The number of a ``text`` that a reader wrote, perhaps with a decimal comma."""
     return float(_plain(text))
 
 
 def value_of(clause, text):
-    """The number of the file that a text in a clause means."""
+    """The number of the file that a ``text`` in a ``clause`` means."""
     sign, digits, point = _digits(_plain(text))
     x = float(f"{sign}0.{digits}e{point + clause.get('shift', 0)}")
     if "over" not in clause:
@@ -56,7 +57,7 @@ def value_of(clause, text):
 
 
 def shown_of(clause, x):
-    """The shortest text that means the number x of a file, or None."""
+    """The shortest text that means the number ``x`` in a ``clause``, or None."""
     shift = -clause.get("shift", 0)
     if "over" not in clause:
         return show(repr(float(x)), shift)

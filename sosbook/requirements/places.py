@@ -35,8 +35,9 @@ def integrated(data):
 
 
 def mixed(rows, position):
-    """The mixtures of measured coordinates that a law integrates in the place of rows:
-    the same where they are measured, else as many of those that are.
+    """The mixtures of measured coordinates (the rows ``position``) that a law
+    integrates in the place of ``rows``: the same where they are measured, else as many
+    of those that are.
     """
     seen = [row.index(1) for row in position]
     if all(not x for row in rows for j, x in enumerate(row) if j not in seen):
@@ -46,17 +47,21 @@ def mixed(rows, position):
 
 
 def limit(data):
+    """The bound of the input in the ``data`` of a file, or None."""
     return (data.get("saturation") or {}).get("u_max")
 
 
 def get(data, at):
+    """The value in ``data`` at a place, the keys ``at``; None without one."""
     for name in at:
         data = data.get(name) if isinstance(data, dict) else None
     return data
 
 
 def put(data, at, value):
-    """Put a value at a place; None takes it away, and what is empty then."""
+    """Put a ``value`` into ``data`` at a place, the keys ``at``; None takes away what
+    is there, and what is empty then.
+    """
     *way, name = at
     if value is not None:
         for key in way:

@@ -1,4 +1,4 @@
-"""What a plant file asks, as a sentence of English, and such a sentence read again.
+"""Sentences of English that say all that a plant file asks, and are read again.
 
 The words stand in ``sentence.json``, which the book's pages read, too. A clause prints
 and reads the numbers of one place of the file. What it prints is the shortest decimal
@@ -118,7 +118,7 @@ class Sentences:
         return re.sub(r"<(\w+)>|\[(\w+)\]", of, text)
 
     def _clause(self, clause, data):
-        """What a clause says of the file's content, or None where it says nothing."""
+        """The words of a clause about the file's content, or None."""
         key, value = clause["key"], get(data, clause["at"])
         if value is None or not self._readable(clause["at"][0], data[clause["at"][0]]):
             return None
@@ -209,6 +209,7 @@ class Sentences:
         return self._made(found)
 
     def _read_subject(self, whole, found):
+        """Read the subject and the ranges of parameters; return where it ends."""
         form = self._named(TABLE["subject"])
         form += "".join(self._range(k, name) for k, name in enumerate(self.ranges))
         for k in range(len(self.ranges)):
@@ -339,7 +340,7 @@ def _refuse(words, at):
 
 @cache
 def _pattern(form):
-    """What a clause's words match, loosely; a group for each number."""
+    """The loose pattern of a clause's words, with a group for each number."""
 
     def of(bit):
         if bit == "{end}":

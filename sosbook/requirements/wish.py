@@ -47,7 +47,7 @@ class Wish:
 
     @classmethod
     def of(cls, request: Any) -> "Wish":
-        """What a ``request`` asks."""
+        """The wish that a ``request`` is."""
         return cls(request.plant, _as_data(request))
 
     @property
@@ -75,7 +75,7 @@ class Wish:
         return Sentences({**self.data, "plant": words}, first.n, _rest(first))
 
     def read(self, text: str) -> "Wish":
-        """What a sentence asks of this plant; see `read_wish`."""
+        """The wish of a ``text`` about this plant; see `read_wish`."""
         data = self._sentences.read(text)
         ranges = data.pop("plant").get("parameters")
         if not ranges:
@@ -89,7 +89,7 @@ def read_wish(
     plant: str | PathLike | SecondOrderSystem | Polytope | Uncertain,
     words: Mapping | None = None,
 ) -> Wish:
-    """What a sentence asks of a plant.
+    """The wish that a sentence has for a plant.
 
     Parameters
     ----------
@@ -168,6 +168,7 @@ def _rest(plant):
     """
 
     def rest(rows):
+        """The coordinates at which every row is one, with nine digits."""
         if not rows:
             return [1.0] * plant.n
         S, B, U = plant.S, plant.B, np.array(rows, float)
@@ -187,7 +188,7 @@ def _rest(plant):
 
 
 def _as_data(request):
-    """What a plant file would have beside its plant for a request."""
+    """The content of a plant file, beside its plant, of a request."""
     data: dict = {}
     law = request.law
     if law.whole:
@@ -216,7 +217,7 @@ def _as_data(request):
 
 
 def _law_as_data(law):
-    """What a file has of a law of positions; of another one that it is there."""
+    """The part of a file that is a law of positions; a mark of any other law."""
     seen, more = law.sensors, ("form", "limits", "rates", "noise", "lag")
     plain = hasattr(law, "integrate") and not any(getattr(law, x) for x in more)
     if not plain or seen is None or {*seen.given} != {"position"}:

@@ -99,7 +99,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
     @property
     def sentence(self) -> str:
-        """What was asked, in one sentence that `read_wish` reads, and the status."""
+        """All that was asked, as a sentence for `read_wish`, and the status."""
         return f"{self.request.sentence.removesuffix('.')}: {self.status}."
 
     @property

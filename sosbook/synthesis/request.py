@@ -139,7 +139,7 @@ class Request(Shorthand, ReadOnly):
 
     @property
     def sentence(self):
-        """What is asked, in one sentence: see `read_wish`."""
+        """All that is asked, in one sentence: see `read_wish`."""
         from ..requirements.wish import Wish
 
         return Wish.of(self).sentence
