@@ -1,10 +1,10 @@
-"""A requirement that the package doesn't know: the cells of chapter 40."""
+"""A requirement that the package doesn't know: the cells of chapter 41."""
 
 from pathlib import Path
 
 import nbformat
 
-PAGE = Path(__file__).parents[1] / "book" / "40_your_theorem.ipynb"
+PAGE = Path(__file__).parents[1] / "book" / "41_your_theorem.ipynb"
 
 
 def file_of(name, page=PAGE):

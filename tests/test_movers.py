@@ -27,8 +27,6 @@ from sosbook.plants import Descriptor, descriptors
 from sosbook.requirements.cost import QuadraticCost, noise_cost
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
-from tests.axis import design as axis_design
-from tests.axis import drive as axis_drive
 from tests.axis import stepless
 from tests.conftest import Tab
 from tests.elements import still, write_page
@@ -596,8 +594,9 @@ def test_the_ride_says_what_is_proven_and_where_nothing_is(desk):
 def programs():
     """The chapter's controllers, made anew, by clock."""
     units = {"motor": "rad", "load": "rad", "u": "N m"}
-    plants, K = sos.Uncertain(axis_drive, J2=(0.003, 0.006)), axis_design().K.round(3)
-    region = sos.PoleRegion(sigma=5, rho=400)
+    plants = sos.Uncertain(turntable.drive, J=(0.01, 0.03))
+    K = np.array([[-11.068, 5.641, -0.4, -0.356, -13.099]])
+    region = sos.PoleRegion(sigma=4, rho=200)
     design = sos.analyse_pid(plants, K, [[1, 0]], region=region)
     return [
         design.controller(["motor"], T=t, delay=t, counts=4096, units=units)
@@ -612,7 +611,7 @@ def programs():
 def test_the_drive_moves_as_the_packages_program_does(
     desk, programs, law, limit, clock, r, w
 ):
-    place = dict(law=law, limit=limit, clock=clock, r=r, w=w, counts=0, J=0.006)
+    place = dict(law=law, limit=limit, clock=clock, r=r, w=w, counts=0, J=0.03)
     (page,) = desk.compute("sos-drive", [place])
     c, ramp = programs[clock], desk.data("sos-drive")["clocks"][clock]["ramp"]
     c = stepless(c).watch(stall=20)
@@ -630,13 +629,13 @@ def test_the_drive_moves_as_the_packages_program_does(
 
 def test_the_drives_encoder_has_the_packages_steps(desk, programs):
     """Rounding may move a single reading by a step; the motion is the same to a few."""
-    (page,) = desk.compute("sos-drive", [dict(law=1, limit=2, r=0.5, J=0.003)])
+    (page,) = desk.compute("sos-drive", [dict(law=1, limit=2, r=0.5, J=0.01)])
     run = programs[0].limit(2.0).simulate(4, r=[0.5])
     at = np.rint(np.array(page["t"]) / 0.001).astype(int)
     few = 20 * 2 * np.pi / 4096
     assert np.allclose(page["z"], run.x[0, at, 1], atol=few)
     assert np.allclose(page["u"][:9], run.u[0, at[:9], 0], atol=1e-9)
-    assert abs(np.array(page["u"]) - run.u[0, at, 0]).max() < 0.05
+    assert abs(np.array(page["u"]) - run.u[0, at, 0]).max() < 0.2
 
 
 def test_the_drive_says_proven_where_a_bound_of_the_package_is_kept(desk, programs):
@@ -677,7 +676,7 @@ def test_the_drive_runs_away_comes_back_and_ramps(desk):
     assert "It runs away." in said() and "no proof reaches this step" in said()
     assert "It settles here: simulated only." in said(limit=2)
     assert "It settles: proven." in said(limit=2, law=2)
-    assert "w/k = 0.263 rad" in said(limit=2, law=2, w=10)
+    assert "w/k = 0.05 rad" in said(limit=2, law=2, w=10)
 
 
 # --------------------------------------------------------- sensors (chapter 34)

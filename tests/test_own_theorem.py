@@ -146,7 +146,7 @@ def test_implied_stability_is_no_proof_of_it(tmp_path):
 
 
 def test_blocks_of_a_size_and_of_a_level_are_those_of_the_class():
-    """A requirement with an unknown and a trace: the H2 norm of chapter 40."""
+    """A requirement with an unknown and a trace: the H2 norm of chapter 41."""
     space = dict(vars(energy_to_peak))
     cells = json.loads(PAGE.read_text("utf-8"))["cells"]
     code = ["".join(c["source"]) for c in cells if c["cell_type"] == "code"]

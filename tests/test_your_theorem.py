@@ -1,4 +1,4 @@
-"""Chapter 40, followed literally: two files outside the package, and pytest."""
+"""Chapter 41, followed literally: two files outside the package, and pytest."""
 
 import json
 import os

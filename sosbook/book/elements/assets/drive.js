@@ -76,7 +76,8 @@ class Drive extends Mover {
     const rms = Math.sqrt(rest.reduce((sum, v) => sum + (v - mean) ** 2, 0) / (rest.length || 1));
     const bound = (x, unit) => `at most ${number(Math.ceil(x * 1e4) / 1e4, unit)}`;
     const certain = [
-      "The sampled loop is stable for every load from 0.003 to 0.006 kg m², a tick late.",
+      `The sampled loop is stable for every load from ${
+        this.data.loads.map(x => number(x)).join(" to ")} kg m², a tick late.`,
       counts ? noise === null ? "No bound of what the encoder's steps ask was found at this clock."
                               : `The encoder's steps ask ${bound(noise, " N m")}.`
              : "The encoder's steps are left out.",
