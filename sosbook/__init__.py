@@ -92,6 +92,6 @@ def __dir__():
 
 
 if _sys.argv[:1] == ["-m"]:  # Python looks for a program, perhaps that of a room
-    _package, _, _room = _sys.orig_argv[-len(_sys.argv)].partition(".")
+    _package, _room, *_ = f"{_sys.orig_argv[-len(_sys.argv)]}.".split(".")
     if _package == __name__ and _room in _ROOMS:
         _import_module(f"{__name__}.runtime.later").or_exit(_room)

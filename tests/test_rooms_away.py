@@ -171,12 +171,19 @@ def test_a_start_loads_few_modules_and_no_library_that_it_does_without(start, tm
     assert int(count) <= STARTS[start] and not libraries, told[-1]
 
 
-@pytest.mark.parametrize("away", ["pendulum", "sampled/system.py"])
-def test_a_program_says_which_room_is_missing(away, tmp_path):
+@pytest.mark.parametrize(
+    ("program", "away"),
+    [
+        ("pendulum", "pendulum"),
+        ("pendulum", "sampled/system.py"),
+        ("book.notebooks", "book"),
+    ],
+)
+def test_a_program_says_which_room_is_missing(program, away, tmp_path):
     """All of the room, or another that it needs."""
     folder = copied(tmp_path, [away])
     paths = os.pathsep.join([str(folder), *LIBRARIES])
-    words = sys.executable, "-S", "-m", "sosbook.pendulum", "--help"
+    words = sys.executable, "-S", "-m", f"sosbook.{program}", "--help"
     done = process(*words, env=os.environ | {"PYTHONPATH": paths}, cwd=folder)
     module = f"sosbook.{away.removesuffix('.py').replace('/', '.')}"
     assert done.returncode == 3, done.stderr

@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from ..exact.checker.laws import under
+from ..exact.checker.families import under
 from ..exact.rational import exact
-from ..plants.as_data import states_data
-from ..plants.gain import Gain, named
+from ..plants.gain import Gain, named, states_data
 from ..plants.sensed import asked_of
 from ..runtime.names import claimed
 from ..runtime.read_only import ReadOnly

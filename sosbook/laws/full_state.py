@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from ..exact.checker.laws import under
+from ..exact.checker.families import under
 from ..exact.rational import exact
-from ..plants.as_data import states_data
 from ..plants.checks import matrix
 from ..plants.descriptor import Descriptor, descriptors
-from ..plants.gain import gain_of, signals
+from ..plants.gain import gain_of, signals, states_data
 from ..plants.outputs import Output
 from .applied import Applied
 from .base import Law, Parts

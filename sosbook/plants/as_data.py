@@ -1,11 +1,11 @@
 """Plants as plain data, and back again: as proof files have them, or people write."""
 
 from ..exact.rational import decimal, decimals, read_array
-from ..runtime.names import claimed
 from ..runtime.sparse import issparse
 from .checks import as_written
 from .descriptor import OF_ARGUMENTS
 from .descriptor_system import DescriptorSystem
+from .gain import states_data
 from .reduction import Reduction
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
@@ -24,12 +24,6 @@ def plant_data(plant):
     part = plant.reduction
     part = {} if part is None else {"reduced": [part.kept, part.of]}
     return _whole_data(plant) | states_data(plant) | part
-
-
-def states_data(plant):
-    """The names of the states of a ``plant`` that has some, for `plant_data`."""
-    names = getattr(plant, "states", None)
-    return {} if names is None else {"states": claimed(names)}
 
 
 def _whole_data(plant):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..runtime.array_like import ArrayLike
+from ..runtime.names import claimed
 from ..runtime.read_only import ReadOnly
 from .checks import matrix
 
@@ -167,3 +168,9 @@ def signals(plant, U=None, older=0):
 
     sums = (f"integral of {mixed(row)}" for row in rows)
     return (*z, *(f"{x}'" for x in z), *sums, *late)
+
+
+def states_data(plant):
+    """The names of the states of a ``plant`` that has some, for `plant_data`."""
+    names = getattr(plant, "states", None)
+    return {} if names is None else {"states": claimed(names)}

@@ -3,8 +3,7 @@
 from fractions import Fraction
 
 from .arithmetic import Beyond, need
-from .families import CHANGING, decimal, every_plant, keys
-from .laws import under
+from .families import CHANGING, decimal, every_plant, keys, under
 from .plants import coordinates, distinct, plant
 from .text import Text, number, positive, ratio
 

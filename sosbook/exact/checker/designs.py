@@ -5,9 +5,8 @@ from fractions import Fraction
 
 from . import payment
 from .arithmetic import Beyond, need, read
-from .families import CHANGING, CONSTANT, every_plant, keys
+from .families import CHANGING, CONSTANT, every_plant, keys, under
 from .language import Reader, parse
-from .laws import under
 from .plants import OUTPUTS, coordinates, corners_suffice, distinct, plant, suffice
 from .requirements import (
     BLOCKS,

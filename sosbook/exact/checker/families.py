@@ -8,6 +8,7 @@ from math import comb, prod
 from .arithmetic import MOST_DIGITS, need
 
 MATRICES = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
+SIGNAL = r"(?=[\w(-])(?:[\w ()'+#/-]|[.](?! )){1,99}(?<! )"
 CONSTANT, CHANGING = "constant", "constant or changing"
 MOST_FAMILY = 256  # vertices of a plant with parameters
 NAME, DIGITS = r"[A-Za-z_][A-Za-z0-9_]*", rf"[0-9]{{1,{MOST_DIGITS}}}"
@@ -196,6 +197,32 @@ def every_plant(plant, many, scope=""):
         which = f"with {', '.join(most)} and {last}" if most else f"with {last}"
         return every(which, scope)
     return every("of the polytope", scope) if many > 1 else "the plant"
+
+
+def listed(names, many):
+    """The ``names`` of so ``many`` signals in words, [a, b]: none is a sentence."""
+    good = isinstance(names, (list, tuple)) and len({*map(str, names)}) == many
+    good = good and all(isinstance(x, str) and re.fullmatch(SIGNAL, x) for x in names)
+    need(good and len(names) == many, "signals have names, each its own")
+    return f"[{', '.join(names)}]"
+
+
+def under(plant, law=None, free=0, late=""):
+    """How u comes about, in the words of a claim about a ``plant`` of the file.
+
+    With a ``law`` K multiplies its signals, and gives u and x_c' of ``free`` states.
+    ``late`` says of which time x is, where it isn't now.
+    """
+    states = plant.get("states")
+    x = "" if states is None else listed(states, len(states))
+    if law is None:
+        return f", under u = K x{late}" + f" with x = {x}" * bool(x) + ","
+    y, own = law["signals"], law["states"]
+    moved = "".join(f", {x}'" for x in own[len(own) - free :])
+    memory = f" and the memory {listed(own, len(own))}" if own else ""
+    given = f"[u{moved}]" if moved else "u"
+    where = f", of the states {x}" * bool(x)
+    return f", under {given} = K y with y = {listed(y, len(y))}{memory}{where},"
 
 
 def decimal(x):

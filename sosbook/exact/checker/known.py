@@ -4,8 +4,8 @@ import re
 from itertools import product
 
 from .arithmetic import Beyond, need
-from .families import CONSTANT, every_plant, keys, ranges
-from .laws import put_law, under
+from .families import CONSTANT, every_plant, keys, ranges, under
+from .laws import put_law
 from .outputs import Channel
 from .plants import distinct, plant
 from .requirements import BLOCKS, is_disk, numbers_of, start, stated, tag, weights
