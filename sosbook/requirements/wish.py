@@ -123,8 +123,8 @@ def read_wish(
     >>> import sosbook as sos
     >>> cart = sos.SecondOrderSystem(2, 1, 0, 1)
     >>> text = "The cart settles every mode in 4 s, lets no mode overshoot 5 %"
-    >>> read_wish(text, cart, {"it": "cart"}).data
-    {'region': {'sigma': 1.0, 'overshoot': 0.05}}
+    >>> read_wish(text, cart, {"it": "cart"}).data["region"]
+    {'sigma': 1.0, 'overshoot': 0.05}
     >>> read_wish("The loop flies", cart)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     ...
