@@ -1,6 +1,7 @@
 """Bounds of what a step asks: own simulations stay below them, and near."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from sosbook.controllers.tube import Tube
 from sosbook.exact.rational import exact
 from sosbook.plants.gain import signals
 from sosbook.sampled.balls import middle
+from sosbook.sampled.discretize import input_vertices
 from sosbook.sampled.loops import SampledFamily
 from tests.axis import drive
 
@@ -109,6 +111,47 @@ def test_every_plant_is_between_at_every_tick(name):
         assert outside(c, found, make, np.linspace(0.75, 1.5, 7), j, row) < 1e-9
         wide = 50 if make is light else 1  # in one cell
         assert 0 <= found.overshoot.proven - found.overshoot.seen < wide
+
+
+def box(m, d):
+    """A cart with two parameters."""
+    return sos.SecondOrderSystem([[0.3 * m]], [[d]], [[0]], [[9.81]])
+
+
+def families():
+    """Those whose cells aren't between two corners, or have no inertia."""
+    both = two(), two(1.2)
+    third = [both[0].M * 1.1, both[0].D * 1.3, both[0].S, both[0].B * 0.9]
+    law = sos.PIDLaw(position=[[0, 1]], filter=0.05, limits={"K_P": 9, "K_D": 9})
+    lags = [np.diag([x, 1.0]) for x in (0.3, 0.6)]
+    motor = sos.DescriptorSystem(lags, [[-1, 0], [9.81, 0]], [[1], [0]])
+    yield sos.Uncertain(box, m=(0.7, 1.4), d=(0.02, 0.3)), None, 60
+    yield sos.Polytope([*both, sos.SecondOrderSystem(*third)]), None, 60
+    yield motor, law, None
+
+
+@pytest.mark.parametrize("plants, law, rho", list(families()))
+def test_plants_inside_any_family_are_between(plants, law, rho):
+    region = sos.PoleRegion(0.5, rho=rho)
+    c = sos.design_pid(plants, law=law, region=region).controller(T=0.01, delay=0.004)
+    found, rng = c.bounds.step_response(0.3, cells=8), np.random.default_rng(1)
+    x, row = rest(c, 0).astype(float)[:, 0], int(c.vertices[0].n == 0)
+    for weights in rng.dirichlet(np.full(len(c.vertices), 0.7), 5):
+        if isinstance(plants, sos.Uncertain):
+            d = input_vertices(plants.sample(1, rng.integers(99))[0], None)[0]
+        else:
+            parts = {
+                k: sum(w * getattr(d, k) for w, d in zip(weights, c.vertices))
+                for k in ("E", "A", "Bu")
+            }
+            d = replace(c.vertices[0], **parts)
+        F, now, y = c.loop(d).F, -x, []
+        for _ in found.curves[0]:
+            y.append(0.3 * (now[row] + x[row]))
+            now = F @ now
+        assert (found.curves[1] <= np.array(y) + 1e-9).all()
+        assert (np.array(y) - 1e-9 <= found.curves[2]).all()
+    assert "slew" in repr(found) and "polyline" in found._repr_html_()
 
 
 MUTANTS = {  # what is changed, and how

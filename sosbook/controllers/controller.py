@@ -125,7 +125,7 @@ class Controller(ReadOnly):
 
     @cached_property
     def outputs(self) -> tuple:
-        """What comes out, a `Signal` each."""
+        """The outputs, a `Signal` each."""
         return signals_of(input_names(self.vertices[0].Bu.shape[1]), self.units)
 
     @cached_property
@@ -185,24 +185,25 @@ class Controller(ReadOnly):
         """
         return start_of(self)
 
-    def set_point(self, r: Any = None, ramp: Any = None) -> "Controller":
+    def set_point(self, r: Any = None, ramp: Any = None, b: float = 1) -> "Controller":
         """Choose what a set point asks of all coordinates.
 
         Parameters
         ----------
         r : (n, p) array_like, optional
             The coordinates' set points for one unit of each set point, with U r = I.
-            Without it K_P r asks nothing, or as little as can be: then a step moves
-            the integral alone, and overshoots less.
+            Without it K_P r asks as little as can be: a step overshoots less.
         ramp : float or dict, optional
             How fast a set point is followed, per second, one number or by its name.
+        b : float
+            P sees y - b r, the integral y - r: see `OutputBounds.weights`.
 
         Raises
         ------
         ValueError
-            If U r isn't I, or the controller has no position to set.
+            If U r isn't I, or nothing is there to be set, or integrated for a b.
         """
-        new = replace(self, R=chosen_set_point(self, r))
+        new = replace(self, R=chosen_set_point(self, r, b))
         if ramp is None:
             return new
         ramps = per_signal("ramp", ramp, new.set_points)
@@ -251,13 +252,12 @@ class Controller(ReadOnly):
 
     @property
     def bounds(self) -> OutputBounds:
-        """What sensors and set points do to its outputs, at the worst: proven."""
+        """Proven bounds of what sensors and set points do to its outputs."""
         return OutputBounds(self)
 
     @cached_property
     def of_state(self) -> SampledSystem:
         """From the plant's state x, and from w by what is read, to u: see `certify`."""
-
         return from_state(self)
 
     def to_ss(self) -> Any:

@@ -1,4 +1,4 @@
-"""What sensors and set points do to a controller's outputs, at the worst."""
+"""Bounds of what sensors and set points do to the outputs of a controller."""
 
 from functools import partial
 from typing import Any
@@ -16,6 +16,7 @@ from .limits import quantum
 from .rounding import rounding_bound
 from .signals import known_index
 from .step_bounds import StepBounds, step_bounds
+from .weights import weighted
 from .windup import Reach, proven_reach
 
 
@@ -179,6 +180,39 @@ class OutputBounds:
         work = partial(step_bounds, *asked, count("cells", cells, least=1))
         found = proven_within(checked_seconds(time_limit, needed=True), work)
         return step_bounds(*asked, 0) if isinstance(found, Stopped) else found
+
+    def weights(
+        self,
+        overshoot: float = 0.05,
+        effort: float | None = None,
+        *,
+        size: float = 1.0,
+        set_point: int = 0,
+        output: Any = None,
+        band: float = 0.02,
+    ) -> Any:
+        """The controller with the b of `Controller.set_point` that settles soonest.
+
+        Parameters
+        ----------
+        overshoot, effort : float
+            The most of every plant: a share of the step, and of the first u, if given.
+        size, set_point, output, band
+            As in `step_response`, by which it is proven.
+
+        Returns
+        -------
+        Controller
+            Proven for every plant.
+
+        Raises
+        ------
+        ValueError
+            If no b does it, which two plants then prove, or none was proven.
+        """
+        return weighted(
+            self.controller, overshoot, effort, size, set_point, output, band
+        )
 
     def _at_rest(self, set_point):
         """The state at rest: see `rest`; a ValueError where none is exactly so."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..plants.checks import matrix
+from ..plants.checks import finite, matrix
 from .signals import NOTHING_TO_SET, signals_of
 
 
@@ -17,23 +17,25 @@ def set_points_of(c):
     return signals_of([f"set point of {x}" for x in names], c.units)
 
 
-def chosen_set_point(c, r):
+def chosen_set_point(c, r, b=1.0):
     """The coordinates' set points, (n, p), for one unit of each of a controller c: r,
-    checked; without it those of `quiet_set_point`.
+    checked, without it those of `quiet_set_point`; times the weight b.
     """
     n = len(c.R)
     if not n:
         raise ValueError(NOTHING_TO_SET)
     U = np.zeros((0, n)) if c.U is None else c.U
+    if finite("b", b) != 1 and not len(U):
+        raise ValueError("b weighs what an integral moves, and nothing is integrated")
     if r is None:
-        return quiet_set_point(U, c.K_x[:, :n])
+        return b * quiet_set_point(U, c.K_x[:, :n])
     r = matrix("r", r, (n, None))
     if len(U) and (r.shape[1] != len(U) or abs(U @ r - np.eye(len(U))).max() > 1e-9):
         raise ValueError(
             "r must have U r = I: one column for each integral, and its set point "
             f"there; got U r = {(U @ r).tolist()}"
         )
-    return r
+    return b * r
 
 
 def quiet_set_point(U, K_P):

@@ -42,7 +42,7 @@ class Signal:
 
 @dataclass(frozen=True, eq=False)
 class Readings(ReadOnly):
-    """What a controller measures: y = rows x + noise w.
+    """The readings of a controller: y = rows x + noise w.
 
     Parameters
     ----------

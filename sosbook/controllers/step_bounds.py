@@ -84,8 +84,8 @@ class StepBounds:
         pairs = [(name, getattr(self, name)) for name in NUMBERS]
         for name in ("effort", "slew"):
             several = getattr(self, name)
-            ends = [""] if len(several) == 1 else [f" {k + 1}" for k in range(9**9)]
-            pairs += [(name + end, bound) for end, bound in zip(ends, several)]
+            for k, bound in enumerate(several, 1):
+                pairs.append((f"{name} {k}" if len(several) > 1 else name, bound))
         for name, bound in pairs:
             if bound is not None:
                 lines.append(f"  {name.replace('_', ' ')}: {self.words(name, bound)}")
@@ -106,7 +106,7 @@ class StepBounds:
 
 
 @dataclass(frozen=True, eq=False)
-class _Row:
+class Row:
     """An output: ``row``, (N,), of the loop's state, where it ``ends`` after a step of
     1, in rationals; its ``name`` and ``unit``.
     """
@@ -176,7 +176,7 @@ def step_bounds(c, x, size, j, output, band, most):
     """
     size = exact(positive("size", size))
     positive("band", band)
-    row = _Row.of(c, j, x, output)
+    row = Row.of(c, j, x, output)
     asked = outputs_of(c)
     ticks = ticks_of(c.radius)
     end = float(row.ends)
@@ -199,8 +199,9 @@ def step_bounds(c, x, size, j, output, band, most):
     found = None
     if most:
         found = of_all_plants(c, Joined(c, c.B_r[:, :0], c.D_r[:, :0]), judged, most)
-    seen = [_Numbers.seen(c, d, x, row, ticks) for _, d in plants_of(c)]
-    names = [name for name, _ in plants_of(c)]
+    plants = plants_of(c)
+    seen = [_Numbers.seen(c, d, x, row, ticks) for *_, d in plants]
+    names = [name for name, *_ in plants]
     where = {}
 
     def bound(name, of, times, unit):
@@ -266,11 +267,7 @@ class _Numbers:
     def seen(cls, c, d, x, row, ticks):
         """Those of one plant d of a controller c, in floats."""
         loop = c.loop(d)
-        now, states = -x.astype(float)[:, 0], []
-        for _ in range(ticks + 1):
-            states.append(now)
-            now = loop.F @ now
-        states = np.array(states)
+        states = motion_of(loop, -x, ticks)
         y = states @ row.row.astype(float)
         found = cls(y, y, 0.0, float(row.ends), [])
         for u in (states @ loop.H.T).T:
@@ -317,6 +314,15 @@ class _Numbers:
         return int(last[0] - first[0]) if last.size else None
 
 
+def motion_of(loop, x, ticks):
+    """(ticks + 1, N) states of a ``loop`` from x, (N, 1), in floats."""
+    now, found = x.astype(float)[:, 0], []
+    for _ in range(ticks + 1):
+        found.append(now)
+        now = loop.F @ now
+    return np.array(found)
+
+
 def seen_overshoot(c):
     """The largest overshoot in % of all set points of c at the vertices, in floats;
     None where none rests by itself, or the loop is unstable.
@@ -324,7 +330,7 @@ def seen_overshoot(c):
     found = []
     for j, _ in enumerate(c.set_points if c.radius < 1 else ()):
         if (x := rest(c, j)) is not None:
-            row = _Row.of(c, j, x, None)
+            row = Row.of(c, j, x, None)
             ticks = ticks_of(c.radius)
             found += [_Numbers.seen(c, d, x, row, ticks).overshoot for d in c.vertices]
     return 100 * max(found) if found else None
@@ -341,26 +347,19 @@ def _times(most, share):
 
 
 def plants_of(c):
-    """(name, Descriptor) of plants of a controller c to look at: of a family by the
-    values of its parameters, from one end to the other.
+    """(name, plant, Descriptor) of plants of a controller c to look at: of a family by
+    the values of its parameters, from one end to the other.
     """
-    family = getattr(c.plant, "family", None)
-    if family is None or c.vertices[0].E.shape != _at(family, family.box.low).E.shape:
-        many = len(c.vertices) > 1
-        words = [
-            f"vertex {k + 1}" if many else "the plant" for k in range(len(c.vertices))
-        ]
-        return list(zip(words, c.vertices))
+    family, many = getattr(c.plant, "family", None), len(c.plant.vertices) > 1
+    if family is None:
+        pairs = enumerate(zip(c.plant.vertices, c.vertices), 1)
+        return [(f"vertex {k}" if many else "the plant", *both) for k, both in pairs]
     box, found = family.box, []
     steps = SEEN.get(len(box.names), 2)
     shares = [exact(k) / (steps - 1) for k in range(steps)]
-    for point in product(
-        *([a + (b - a) * s for s in shares] for a, b in zip(box.low, box.high))
-    ):
+    ends = zip(box.low, box.high)
+    for point in product(*([a + (b - a) * s for s in shares] for a, b in ends)):
         words = (f"{x} = {float(v):.6g}" for x, v in zip(box.names, point))
-        found.append((", ".join(words), _at(family, list(point))))
+        plant = family.exactly_at(list(point))
+        found.append((", ".join(words), plant, input_vertices(plant, None)[0]))
     return found
-
-
-def _at(family, point):
-    return input_vertices(family.exactly_at(list(point)), None)[0]

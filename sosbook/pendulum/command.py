@@ -55,7 +55,7 @@ def main(argv=None):
 
 
 def chain(argv):
-    """The command that identifies, designs, proves and writes."""
+    """The command that identifies, designs, proves and writes, of words ``argv``."""
     parser = argparse.ArgumentParser(
         prog="python -m sosbook.pendulum",
         description=__doc__,
@@ -143,7 +143,7 @@ def parser_of(name, text):
 
 
 def record(argv):
-    """The command that writes the programs which record; returns their paths."""
+    """The command, of words ``argv``, that writes programs which record: paths."""
     parser = parser_of("record", "Write programs that record the two logs.")
     parser.add_argument("robot", help="robot.toml")
     parser.add_argument("folder", nargs="?", default="recorders")
@@ -164,7 +164,7 @@ def record(argv):
 
 
 def check(argv):
-    """The command that looks at logs; exits with 1 if one isn't usable."""
+    """The command, of words ``argv``, that looks at logs; 1 if one isn't usable."""
     parser = parser_of("check", "Say whether a log is usable, and why not.")
     parser.add_argument("logs", nargs="+", metavar="log.csv")
     parser.add_argument("--robot", help="robot.toml")

@@ -1,0 +1,123 @@
+r"""The weight b of a set point: P sees y - b r, the integral sees y - r.
+
+After a step from rest every output is affine in b, of each plant and at each tick. So a
+bound leaves an interval of b: a linear program of one unknown. Two of these intervals
+that share nothing prove that no b does it, by Farkas's multipliers of their two rows.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from flint import arb, ctx
+
+from ..exact.rational import exact
+from ..plants.checks import not_negative, positive
+from ..sampled.balls import balls, product
+from .bounds import outputs_of, rest, ticks_of
+from .cells import Joined
+from .step_bounds import Row, motion_of, plants_of
+
+ROUNDS = 5  # of a proof; before each next one the bounds that it missed are tighter,
+FINE = 0.002, 0.01  # by what it missed and this
+BITS = 4000  # of balls that hold a power of a loop
+STILL = 1e-9  # of a step: what b moves by less is taken as constant
+BAND = 0.98  # of the band, that is asked of plants in floats
+
+
+def weighted(c, overshoot, effort, size, j, output, band):
+    """A controller c with the b of set point ``j`` that settles soonest, proven.
+
+    ``overshoot``, ``effort``, ``size``, ``output``, ``band``: as in `OutputBounds`.
+    """
+    positive("size", size)
+    asked = [not_negative("overshoot", overshoot), positive("band", band)]
+    most = (
+        None if effort is None else positive("effort", effort) / positive("size", size)
+    )
+    ends = [c.set_point(b=b) for b in (0.0, 1.0)]
+    x = [rest(one, j) for one in ends]
+    if any(one is None for one in x):
+        raise ValueError("set_point: springs push back where it rests: b is for others")
+    row = Row.of(c, j, x[0], output)
+    if not row.ends:
+        raise ValueError("output must end where the set point moves it, not at zero")
+    plants, ticks = plants_of(c), ticks_of(c.radius)
+    hs = [row.row / row.ends, *outputs_of(c)[: most is not None]]
+    hs += [-h for h in hs]
+    seen = np.array(
+        [
+            [motion_of(c.loop(d), -one, ticks) @ np.array(hs, float).T for one in x]
+            for _, _, d in plants
+        ]
+    ).transpose(3, 1, 0, 2)  # of each row, end, plant and tick
+    room = [0.0, 0.0]
+    for _ in range(ROUNDS):
+        limits = [(0, asked[0] - room[0])]
+        limits += [(k, most - room[1]) for k in (1, 3)] if most is not None else []
+        low, high, places = _shared(seen, limits)
+        if low > high:
+            if not any(room) and _refuted(c, plants, x, hs, limits, places):
+                at = [f"{plants[i][0]} at {k * c.T:.4g} s" for _, i, k in places]
+                raise ValueError(
+                    f"no b keeps to it: b must be below {high:.4g} for {at[1]} and "
+                    f"above {low:.4g} for {at[0]}, proven in balls of these plants"
+                )
+            break
+        first, last = 0, ticks
+        while first < last:  # the first tick from which on some b keeps the band
+            k = (first + last) // 2
+            rows = [(i, BAND * asked[1]) for i in (0, len(hs) // 2)]
+            some = _shared(seen, limits, rows, k)
+            first, last = (first, k) if some[0] <= some[1] else (k + 1, last)
+        low, high, _ = _shared(seen, limits, rows, first)
+        b = (low + high) / 2 if np.isfinite(low + high) else np.clip(1.0, low, high)
+        found = c.set_point(b=float(f"{b:.6g}"))
+        shown = found.bounds.step_response(size, j, output, band)
+        proven = [shown.overshoot.proven, shown.effort[0].proven]
+        if None in proven:
+            break
+        over = [proven[0] / 100 - asked[0]]
+        over.append(0.0 if most is None else proven[1] / size - most)
+        if max(over) <= 0:
+            return found
+        room = [x + (y + fine) * (y > 0) for x, y, fine in zip(room, over, FINE)]
+    raise ValueError("undecided: no b was proven, and none refuted; ask for less")
+
+
+def _shared(seen, limits, late=(), first=0):
+    """(low, high, places): the b that keep rows below their limits at all plants and
+    ticks, and ``late`` ones from a ``first`` tick on; whose row, plant and tick it is.
+    """
+    ends, places = [-np.inf, np.inf], [None, None]
+    for (row, most), start in [(x, 0) for x in limits] + [(x, first) for x in late]:
+        at, slope = seen[row][0][:, start:], np.diff(seen[row], axis=0)[0][:, start:]
+        moved = abs(slope) > STILL
+        b = (most - at) / np.where(moved, slope, 1.0)
+        lows = np.where(moved & (slope < 0), b, -np.inf)
+        lows[~moved & (at > most + STILL)] = np.inf  # whatever b is
+        highs = np.where(moved & (slope > 0), b, np.inf)
+        for end, sign, values in ((0, 1, lows), (1, -1, highs)):
+            k = np.unravel_index((sign * values).argmax(), values.shape)
+            if sign * values[k] > sign * ends[end]:
+                ends[end] = float(values[k])
+                places[end] = row, int(k[0]), int(k[1]) + start
+    return *ends, places
+
+
+def _refuted(c, plants, x, hs, limits, places):
+    """True if balls prove that the two rows at these places share no b."""
+    if None in places:
+        return False
+    ends, slopes = [], []
+    with ctx.workprec(BITS):
+        for row, i, tick in places:
+            one = replace(c, plant=plants[i][1])
+            joined = Joined(one, c.B_r[:, :0], c.D_r[:, :0])
+            F, h = joined.family.loop(exact(np.ones(1)), c.timing), balls(hs[row][None])
+            v = [balls(-e) for e in x]
+            for _ in range(tick):
+                v = [product(F, e) for e in v]
+            a, other = ((h @ e)[0, 0] for e in v)
+            slopes.append(other - a)
+            ends.append((arb(exact(dict(limits)[row])) - a) / (other - a))
+    return bool(slopes[0] < 0 < slopes[1] and ends[0] > ends[1])
