@@ -43,6 +43,19 @@ SYNONYMS = {
     "structured singular value": ("mu analysis", "mu synthesis"),
     "windup": ("anti windup", "antiwindup"),
 }
+#: What engineers call the subject of a page whose title has other words.
+SUBJECTS = {
+    "book/05_h_infinity_norm": "hinf",
+    "book/06_control_signal": "saturation",
+    "book/08_zero_mass": "singular mass",
+    "book/13_chain": "singular mass chain",
+    "book/15_delay": "input delay",
+    "book/17_wing_and_two_masses": "delay examples",
+    "book/18_least_cost": "lqr",
+    "book/21_rig_to_model": "identification",
+    "book/23_gains_to_samples": "discretisation",
+    "book/26_logs_to_c_file": "whole chain",
+}
 GREEK = dict(
     zip(
         (
@@ -167,16 +180,17 @@ def finish(app, exception):
     env = app.env
     order = [env.config.root_doc, *env.toctree_includes.get(env.config.root_doc, ())]
     order += sorted(env.sos_search.keys() - set(order))
-    pages, rows = [], []
+    pages, subjects, rows = [], [], []
     for docname in dict.fromkeys(order):
         if docname not in env.sos_search:
             continue
         title = plain(env.titles[docname].astext())
         uri = app.builder.get_target_uri(docname)
         pages.append([uri, numbers(env, docname) + title])
+        subjects.append(SUBJECTS.get(docname, ""))
         rows += [[len(pages) - 1, *row] for row in env.sos_search[docname]]
     synonyms = [(word, meant) for meant, said in SYNONYMS.items() for word in said]
-    found = {"pages": pages, "rows": rows, "synonyms": synonyms}
+    found = {"pages": pages, "rows": rows, "synonyms": synonyms, "subjects": subjects}
     data = json.dumps(found, ensure_ascii=False)
     text = "window.SOS_SEARCH = " + data.replace("</", "<\\/") + ";\n"
     out = Path(app.outdir)

@@ -1,14 +1,14 @@
 // The search page: ranks the sections of search-index.js and shows excerpts.
 "use strict";
 (() => {
-  const {pages, rows, synonyms} = window["SOS_SEARCH"];
+  const {pages, rows, synonyms, subjects} = window["SOS_SEARCH"];
   const MOST = 40, PER_PAGE = 3, WIDE = 220;
   const fold = (text) => text.normalize("NFKD")
                            .replace(/[\u0300-\u036f]/g, "")
                            .toLowerCase()
                            .replace(/(?<=\p{L}{3})iz(?=e|ing|ation)/gu, "is");
   const kinds = ["", "statement", "in the package", "glossary", "of the thesis"];
-  const address = (page) => pages[page][0].replace(/[_\/.]/g, " ");
+  const address = (page) => `${pages[page][0].replace(/[_\/.]/g, " ")} ${subjects[page]}`;
   const entries = rows.map(([page, id, title, kind, text, code]) => ({
     page,
     id,
