@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import sosbook as sos
 from sosbook.exact import proof
 from sosbook.exact.checker import kernel, requirements
 from sosbook.exact.checker.verdict import asked_of as asked
 from sosbook.exact.rational import decimal
 from sosbook.laws.base import Law
-from tests.hunt import differences
+from tests.hunt import clocks, differences
 from tests.hunt.differences import Hunt
 from tests.hunt.laws import questions
 from tests.hunt.readers import Page
@@ -81,6 +82,23 @@ def test_a_delay_that_is_too_long_is_seen():
     whole["K"] = [[decimal(-float(x)) for x in row] for row in whole["K"]]
     (root, *_) = late_roots(whole)
     assert root.real > 1
+
+
+def test_a_loop_with_a_clock_falls_as_the_hunt_s_own_exponentials_say():
+    """Of whole ticks and older inputs, of a memory and jitter."""
+    plant = sos.SecondOrderSystem(0.3, 0.1, 9.81, 1)
+    hold = sos.sampled.SampledSystem([[0.5]], [[0.5, 0]], [[1]], [[0.2, -0.4]], 0.05)
+    for K, T, delay in (([[0.5, -0.4]], 0.05, 0.11), (hold, 0.05, (0, 0.04))):
+        proof = sos.certify_sampled(plant, K, T=T, delay=delay)
+        whole = asked(json.loads(proof.text))
+        assert proof.proven and clocks.falls(whole) is True
+        if delay == 0.11:
+            (F,) = sos.sampled.sampled_loop(plant, np.array(K), T, delay)
+            radius = abs(np.linalg.eigvals(F)).max()
+            for factor, kept in ((1 + 1e-6, True), (1 - 1e-6, False)):
+                assert clocks.falls(whole | {"rate": factor * radius}) is kept
+    pushed = whole["K"] | {"D": [["30", "0"]]}  # more than the spring's 9.81
+    assert clocks.falls(whole | {"K": pushed}) is False
 
 
 def test_a_small_input_is_judged_by_the_vertex_that_it_names():

@@ -13,6 +13,7 @@ import sosbook as sos
 from sosbook.exact.checker.verdict import asked_of as what_it_asks
 from sosbook.requirements.base import Requirement
 from tests.asking import asked_by, asking, mended
+from tests.hunt import clocks
 from tests.hunt.laws import questions, searched
 from tests.hunt.readers import alone, on_pages, package
 from tests.hunt.requests import FACTORS, in_units, request
@@ -22,6 +23,7 @@ from tests.hunt.truth import broken
 LIMIT = 10  # seconds for one answer
 CHANGES = 8  # of each proof file
 LAWS, SPOILT = 0.4, 0.2  # of the requests: with known gains, and their files changed
+CLOCKS = 0.3  # of the requests: their plants in a loop with a clock, too
 BETWEEN = 6  # plants between the vertices that a claim is tried on
 
 
@@ -70,6 +72,8 @@ class Hunt:
         self._elsewhere(asked, design, rng)
         if rng.random() < LAWS:
             self._known(asked, rng)
+        if rng.random() < CLOCKS:
+            self._clocked(asked, rng)
         if self.page is not None and on_pages(asked):
             self._on_page(asked, design, rng)
 
@@ -195,6 +199,18 @@ class Hunt:
         if rng.random() < SPOILT:
             self._tamper(asked, proof, rng)
 
+    def _clocked(self, asked, rng):
+        """A sampled loop: all read its proof, sequences of ticks fall as it says."""
+        words, plant, K, clock = clocks.request(asked.vertices, rng)
+        proof = sos.certify_sampled(plant, K, time_limit=LIMIT, **clock)
+        if not proof.proven:
+            self.counts["sampled loops: not proven"] += 1
+            return
+        who = "this package alone" if proof.examined.alone else "the checker"
+        self.counts[f"sampled loops: proven by {who}"] += 1
+        self._read(asked, proof.text, rng, f"the proof of {words}")
+        self._tamper(asked, proof, rng)
+
     def _on_page(self, asked, design, rng):
         self.counts["requests on a page"] += 1
         answer = self.page.design(asked)
@@ -214,7 +230,7 @@ def designed(asked):
 def other_proofs(plant, rng):
     """A proof of another kind of one plant, where there is one: (words, proof)."""
     n, m = plant.n, plant.m
-    match rng.choice(["regulator", "observer", "delay", "mass", "sampled", "none"]):
+    match rng.choice(["regulator", "observer", "delay", "mass", "none"]):
         case "regulator":
             C = rng.standard_normal((int(rng.integers(1, 2 * n + 1)), 2 * n))
             design = sos.design_lqr(
@@ -237,13 +253,6 @@ def other_proofs(plant, rng):
             )
         case "mass":
             design = sos.regularize(plant)
-        case "sampled":
-            T = 0.05 / (1e-3 + np.abs(plant.poles()).max())
-            K = np.zeros((m, 2 * n))
-            proof = sos.certify_sampled(plant, K, T=T, time_limit=LIMIT)
-            if proof.proven:
-                yield "a sampled loop", proof
-            return
         case _:
             return
     if design.status == "feasible":

@@ -8,7 +8,6 @@ import copy
 import json
 import re
 from fractions import Fraction
-from itertools import product
 
 import numpy as np
 from mpmath import mp
@@ -19,10 +18,9 @@ from sosbook.exact.checker import verdict as checker
 from sosbook.exact.checker.families import given_vertices
 from sosbook.exact.proof_file import ProofFile
 from sosbook.exact.rational import decimal
-from sosbook.plants.checks import as_written
 from sosbook.requirements.base import Requirement
 from sosbook.synthesis.request_as_data import read_request
-from tests.hunt import laws
+from tests.hunt import clocks, laws
 from tests.least_input import least_input
 from tests.least_norm import least_norm
 
@@ -148,21 +146,7 @@ def true_claims(whole):
             for M, B in plants
         )
     if whole["kind"] == "sampled":
-        from sosbook.sampled import sampled_loop
-
-        with as_written():  # a delay of 5e-324 is one
-            vertices = [
-                sos.SecondOrderSystem(*(np.array(v[x], float) for x in "MDSBF"))
-                for v in vertices_in(whole)
-            ]
-            K = np.array(whole["K"], float)
-            rng, worst = np.random.default_rng(0), 0.0
-            means = [*np.eye(len(vertices)), *rng.dirichlet([1.0] * len(vertices), 20)]
-            clocks = product(*({*map(float, whole[x])} for x in ("T", "delay")))
-            for (T, late), w in product(clocks, means):
-                (F,) = sampled_loop(sos.Polytope(vertices).at(w), K, T, late)
-                worst = max(worst, abs(np.linalg.eigvals(F)).max())
-        return worst < float(whole["rate"])
+        return clocks.falls(whole)
     refuses = whole["kind"] in ("fixed mode", "unreached response")
     if refuses and (whole["K"] is not None or whole["plant"]["kind"] == "descriptor"):
         return laws.true_refusal(whole)
