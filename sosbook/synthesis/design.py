@@ -72,8 +72,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         With ``coupling="multipliers"`` what is known of each demand: see
         `sosbook.synthesis.known_gain.Kept`.
     searched : Searched or None
-        How the gain of a ``law`` was searched: starts, seed, limits of the gains. As
-        text it is a sentence.
+        How the gain of a ``law`` was searched: starts, seed, limits; prints a sentence.
 
     Examples
     --------
@@ -100,7 +99,9 @@ class Design(ClosedLoop["DesignProof"], Solution):
     @property
     def sentence(self) -> str:
         """All that was asked, as a sentence for `read_wish`, and the status."""
-        return f"{self.request.sentence.removesuffix('.')}: {self.status}."
+        from ..requirements.wish import Wish
+
+        return f"{Wish.of(self.request).sentence.removesuffix('.')}: {self.status}."
 
     @property
     def gamma(self) -> float | None:
@@ -365,7 +366,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
                 "Nothing was found with any single requirement left out, "
                 "either: relax several of " + _words(asked) + "."
             )
-        enough.sort(key=self._weight, reverse=True)
+        enough.sort(key=lambda r: _weight(self, r), reverse=True)
         text = f"Relax the {_words(enough[:1])} first"
         if enough[1:]:
             text += "; leaving out one of these would do as well: "
@@ -373,17 +374,6 @@ class Design(ClosedLoop["DesignProof"], Solution):
         from .bounds import neighbour
 
         return f"{text}. {neighbour(whole, enough)}".strip()
-
-    def _weight(self, requirement):
-        """Share of the multipliers that a requirement's blocks carry."""
-        if self.multipliers is None:
-            return 0.0
-        expressions, _ = self.request.in_unknowns(self.frame)
-        return sum(
-            np.trace(z)
-            for name, z in zip(expressions, self.multipliers)
-            if name.requirement == requirement.key
-        )
 
     def _matrices(self):
         parts = super()._matrices()
@@ -395,3 +385,15 @@ class Design(ClosedLoop["DesignProof"], Solution):
 
 def _words(requirements):
     return ", ".join(r.words for r in requirements)
+
+
+def _weight(design, requirement):
+    """Share of a design's multipliers that the blocks of a requirement carry."""
+    if design.multipliers is None:
+        return 0.0
+    expressions, _ = design.request.in_unknowns(design.frame)
+    return sum(
+        np.trace(z)
+        for name, z in zip(expressions, design.multipliers)
+        if name.requirement == requirement.key
+    )

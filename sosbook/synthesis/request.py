@@ -137,13 +137,6 @@ class Request(Shorthand, ReadOnly):
         """The same with another scalar of the slack matrix."""
         return replace(self, coupling=replace(self.coupling, slack=slack))
 
-    @property
-    def sentence(self):
-        """All that is asked, in one sentence: see `read_wish`."""
-        from ..requirements.wish import Wish
-
-        return Wish.of(self).sentence
-
     @cached_property
     def distinct(self):
         """Indices of the vertices, without those that repeat another one."""
