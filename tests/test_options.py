@@ -219,8 +219,8 @@ CALLS = {
             filter_time=0.05 * (memory == "filter") or None,
         )
     ],
-    "Answers.rounding": [rounded],
-    "Answers.to_c": [lambda precision: TICKED().to_c("axis", precision)],
+    "OutputBounds.rounding": [rounded],
+    "Controller.to_c": [lambda precision: TICKED().to_c("axis", precision)],
     "Code": [lambda precision: Code(TICKED(), "axis", precision)],
     "CompiledCode": [lambda precision: CompiledCode(TICKED(), precision=precision)],
     "furthest_sampled": [
