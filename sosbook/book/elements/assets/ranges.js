@@ -123,7 +123,7 @@ class Ranges extends Mover {
         `<path class="sos-thin" d="M${at} 84L${end(load, 72).join(" ")}M${at} 6V16"/>` +
         `<circle cx="${u}" cy="${v}" r="${round(size)}" style="fill:var(--sos-second)"/>` +
         `<circle class="sos-part" cx="${at}" cy="84" r="14"/>` +
-        `<path class="sos-line" d="M${at} 84L${end(motor, 24).join(" ")}"/>` +
+        `<path d="M${at} 84L${end(motor, 24).join(" ")}" style="stroke:var(--sos-first);stroke-width:4"/>` +
         `<text x="${at}" y="172" text-anchor="middle">${words}</text>`;
     };
     const [worst, mean] = runs;
