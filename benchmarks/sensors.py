@@ -4,8 +4,8 @@ Each plant has a law. The fastest decay is searched and proven; then, where the 
 has a disturbance, the least H-infinity norm with a tenth of the input in the output
 and with three tenths of that decay. What is proven is held against the truth: the
 worst of vertices, edges and random plants, by numpy's eigenvalues alone. CPU seconds,
-into sensors.json, which chapter 34 prints; with numbers only these plants are run,
-and nothing is stored.
+into sensors.json, with which a change of the search is compared; with numbers only
+these plants are run, and nothing is stored.
 """
 
 import json

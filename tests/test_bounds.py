@@ -163,3 +163,16 @@ def test_many_cells_are_tried_after_few(monkeypatch):
     monkeypatch.setattr(known_gain, "HALVINGS", 0)
     (found,) = loop.bounds()
     assert found.true < found.proven < 1.06 * found.true
+
+
+@pytest.mark.parametrize("coupling", ["auto", "pairs", "multipliers"])
+def test_an_acceleration_has_its_three_numbers_whatever_was_shared(coupling):
+    """w moves y at once by 1 / m, 1 here, which no linear controller changes."""
+    carts = sos.Polytope([sos.SecondOrderSystem(m, 0.5, 2, 1, F=[[1]]) for m in (1, 2)])
+    felt = sos.HInfinity(3.0, outputs=sos.Output(acceleration=[[1.0]]))
+    design = sos.analyse_pid(carts, [[-1, -1]], requirements=[felt], coupling=coupling)
+    one = design.bounds()["gamma"]
+    w = np.linspace(0.01, 100, 20001)
+    loops = [abs(w**2 / (3 - m * w**2 + 1.5j * w)).max() for m in (1, 2)]
+    assert one.true == pytest.approx(max(loops), rel=1e-3)
+    assert 0.999 < one.excluded < 1 < one.true < one.proven < 1.01 * one.true

@@ -62,7 +62,8 @@ def excluded_at_once(request, r):
     gamma = float(round_digits(BELOW * max(sizes, default=0.0), SHOWN))
     if not gamma:
         return None, None
-    asked = replace(request, gain=None, requirements=[r.with_bound(gamma)])
+    asked = [r.with_bound(gamma)]
+    asked = replace(request, gain=None, coupling="pairs", requirements=asked)
     proof = refuse_at_once(asked)
     return (None, None) if proof is None else (gamma, proof)
 
