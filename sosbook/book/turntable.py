@@ -6,10 +6,12 @@ __all__ = ["drive", "table"]
 
 
 def drive(J, k=10):
-    """A motor of 0.01 kg m² turns a table of J kg m²; the shaft has k N m/rad.
+    """A motor of 0.01 kg m² turns a table of J kg m².
 
-    ``z``: the angles of motor and load in rad; u: the motor's torque, w: one on the
-    load, both in N m.
+    The shaft between them has k N m/rad.
+
+    z: the angles of motor and load in rad. u: the motor's torque,
+    w: a torque on the load, both in N m.
 
     >>> drive(0.02).n
     2
@@ -25,9 +27,9 @@ def drive(J, k=10):
 
 
 def table(m, r, k=10):
-    """An empty table of 0.01 kg m² and a payload of m kg, r m from the axis.
+    """A table of 0.01 kg m² with m kg on it, r m from the axis.
 
-    ``k``: as in `drive`.
+    k: as in drive.
 
     >>> table(2, 0.1).M[1, 1].round(9)
     np.float64(0.03)
