@@ -51,6 +51,14 @@ MORE = {  # files that the tests of other things don't have
     "near a box, first order": lambda: near_a_box(
         lambda plants: sos.DescriptorSystem.of(descriptors(plants))
     ),
+    "near a box, refused": lambda: (
+        sos.design_pid(
+            levers(8, 0.3),
+            coupling="pairs",
+            region=REGION,
+            saturation=sos.Saturation(17.9, [1, 0, 0, 0]),
+        ).infeasibility
+    ),
     "an author's": lambda: sos.design_pid(
         TWO,
         requirements=[EnergyToPeak(5.0), sos.Saturation(60, [0.1, 0])],

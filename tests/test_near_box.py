@@ -11,8 +11,9 @@ from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook.book import thesis
-from sosbook.exact.checker import payment, verdict
+from sosbook.exact.checker import payment, subject, verdict
 from sosbook.plants import descriptors, near_box
+from sosbook.plants.as_data import plant_data
 from sosbook.proofs import load
 from sosbook.requirements.cost import QuadraticCost
 from sosbook.studies import polytopes
@@ -91,6 +92,24 @@ def test_a_block_that_no_plant_moves_has_nothing_to_pay():
         )
         X = solve_continuous_lyapunov(A, -push @ push.T)
         assert np.sqrt(np.trace(X[:2, :2])) < 3.0
+
+
+def test_a_refusal_is_of_vertices_that_are_its_box_s_corners(tmp_path):
+    """Its blocks are the corners': of a plant with more force they say nothing."""
+    asked = dict(region=REGION, saturation=sos.Saturation(17.9, [1, 0, 0, 0]))
+    plants, file = levers(8, 0.3), tmp_path / "proof.json"
+    proof = sos.design_pid(plants, coupling="pairs", **asked).infeasibility
+    assert "at the corners of a box" in verdict.check(proof.text)[0]
+    easy = sos.Polytope(replace(v, B=1000 * v.B) for v in plants.vertices)
+    assert sos.design_pid(easy, coupling="pairs", **asked).K is not None
+    other = json.loads(proof.text)
+    for strong, of in ((False, plants), (True, easy)):
+        other["asks"]["plant"] = plant_data(of)
+        other["about"] = subject.about(verdict.asked_of(other))
+        file.write_text(json.dumps(other), "utf-8")
+        assert load(file).proven is not strong
+    with pytest.raises(verdict.Refused, match="far from the vertices"):
+        verdict.check(file.read_text("utf-8"))
 
 
 @pytest.mark.parametrize("share, status", [(0.8, "feasible"), (1.02, "infeasible")])

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from ..exact.checker import payment
 from ..exact.checker.families import given_vertices
 from ..exact.definite import exact, round_digits
 from ..exact.proof import Examined, first_proven
@@ -210,6 +211,11 @@ class DesignRefusal(Blocks, MultiplierRefusal):
     @classmethod
     def rebuilt(cls, data):
         request = read_request(data, gain=data["K"])
+        if "box" in data:
+            given = given_vertices(data["plant"])
+            corners = payment.corners(data["box"], data["plant"]["kind"], len(given))
+            if not payment.close(given, corners):
+                raise ValueError("the box is far from the vertices")
         frame = read_frame(data["coordinates"], request.order)
         named = {tuple(key[3:] * 2)[:2] for key, _ in data["multipliers"]}
         pairs = [pair for pair in request.pairs if pair in named]
@@ -220,20 +226,21 @@ class DesignRefusal(Blocks, MultiplierRefusal):
     def contents(cls, request, frame):
         """The data of the file for a request in a frame, without the multipliers."""
         free = request.gain is None
+        near = payment.AT_CORNERS if request.ground.near is not None else ""
         return {
-            "claims": [excluding(free, claims(request), request.sizes.condition)],
+            "claims": [excluding(free, claims(request), request.sizes.condition, near)],
             **request_data(request),
             "K": None if free else decimals(request.gain),
             "coordinates": frame_data(frame),
         }
 
 
-def excluding(free, claims, condition=""):
+def excluding(free, claims, condition="", near=""):
     """The refusal of ``claims`` by multipliers under a ``condition``, in words;
-    ``free`` says whether the gain was sought, too.
+    ``free`` says whether the gain was sought, too, ``near`` where the LMIs are asked.
     """
     who = "no gain and no matrices prove" if free else "no matrices prove"
-    which = "by these LMIs" + (f" {condition}" if condition else "")
+    which = "by these LMIs" + (f" {condition}" if condition else "") + near
     return f"{who} {which}: " + "; ".join(claims)
 
 

@@ -80,6 +80,9 @@ class Design:
         rows = OUTPUTS.values() if self.d["plant"]["kind"] == "descriptor" else "C"
         for name in (x for x in env.keys() | near if x.split(".")[0] in rows):
             need(env.get(name) == near.get(name), "the box has another output")
+        if self.refuted:  # nothing pays: what is refused are the vertices themselves
+            good = payment.close(given.vertices, self.vertices)
+            need(good, "the box is far from the vertices")
         for values in (env, near):
             several.append([])
             for i in range(1, self.many + 1):
@@ -149,6 +152,7 @@ class Design:
         if self.slack:
             ties += [f"slack = {float(positive(self.d['epsilon'])):g} s"]
         self.condition = f" for {' and '.join(ties)}" if ties else ""
+        self.where = "" if self.far is None else payment.AT_CORNERS
         if not self.refuted:  # where they are numbers, any may have one
             sized += [r for r in self.asked if r["kind"] not in BLOCKS]
             own = [r for r in sized if size_name(r) in self.d["unknowns"]]

@@ -15,6 +15,11 @@ from .arithmetic import Mat, eye, gather, inverse, mul, need, scalar, total
 from .families import given_vertices
 from .language import Reader, Val
 
+ROUNDING = Fraction(1, 10**8)  # of an entry, between vertices and what is refused
+AT_CORNERS = (
+    " at the corners of a box (whose entries are the vertices' within 1e-8 of the "
+    "largest)"
+)
 MAY_MOVE = {"name", "neg", "T", "he", "add", "mul", "div", "kron", "block"}
 
 
@@ -25,6 +30,18 @@ def corners(box, kind, many):
     good = all(type(k) is int and 0 <= k < len(there) for k in places)
     need(good and len(places) == many, "each vertex has a corner of the box")
     return [there[k] for k in places]
+
+
+def close(given, corners):
+    """True if each entry is its corner's, within `ROUNDING` of the largest there."""
+    names = "MDSBF" if "M" in given[0] else ("E", "A", "B", "B_w")
+    given, corners = (
+        [[Fraction(e) for x in names for row in v[x] for e in row] for v in several]
+        for several in (given, corners)
+    )
+    sizes = [ROUNDING * max(map(abs, e)) for e in zip(*given)]
+    pairs = (zip(*x, sizes) for x in zip(given, corners))
+    return all(abs(a - b) <= s for pair in pairs for a, b, s in pair)
 
 
 def reach(given, near):

@@ -69,7 +69,7 @@ class SmallInput:
         paid = sum(price.at(i, i) for i in range(m))
         good = positive(bound["u_max"]) ** 2 * paid < least
         need(good, "the multipliers exclude nothing")
-        which = "no gain and no matrices prove by these LMIs: "
+        which = f"no gain and no matrices prove by these LMIs{design.where}: "
         self.claims = [which + "; ".join(design.claims)]
 
     def _enclosed(self, d, E, A, B, start):

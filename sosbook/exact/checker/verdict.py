@@ -121,6 +121,7 @@ def text_of(asked):
         how = "no gain and no matrices prove" if free else "no matrices prove"
         how = "no gain proves" if kind == "regularization" else how
         which = "by these LMIs" + getattr(problem, "condition", "")
+        which += getattr(problem, "where", "")
         claims = Proven([f"{how} {which}: " + "; ".join(claims)])
     claims[:] = of_part(claims, asked)
     return problem.t, claims
