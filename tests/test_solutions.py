@@ -59,7 +59,7 @@ def faults(notebook):
 def test_exercises_and_solutions_match(path):
     notebook = notebooks.read(path)
     assert faults(notebook) == []
-    chapter = re.match(r"\d\d_|performance|sharper_", path.stem)
+    chapter = re.match(r"\d\d_|performance|sharper_|second_", path.stem)
     assert ("{exercise}" in str(notebook.cells)) == bool(chapter)
 
 
