@@ -5,11 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 from numpy.testing import assert_allclose
-from scipy.linalg import block_diag, null_space
+from scipy.linalg import block_diag, expm, null_space
 
 import sosbook as sos
-from sosbook.book import turntable
+from sosbook.book import plots, turntable
 from sosbook.plants import descriptors
+from tests.energy_to_peak import EnergyToPeak
 from tests.test_open_cells import cells, code, names
 
 TABLES = sos.Uncertain(turntable.drive, J=(0.01, 0.03))
@@ -104,3 +105,25 @@ def test_rows_on_the_rate_prove_the_call_s_bound():
             true = max(true, abs(s * x[3, 0]))
     assert space["rate"](1.02 * true).solve().prove().proven
     assert space["rate"](0.98 * true).solve(refuse=False).status != "feasible"
+
+
+def test_the_least_peak_in_the_open_is_the_call_s():
+    """The truth is the root of the impulse response's energy, integrated by steps."""
+    space = after("41", "def twisting", "tables = sos.Un", plots=plots)
+    space["limit"] = sos.Saturation(0.7, [0.1, 0.1, 0, 0])  # not the chapter's
+    exec(next(x for x in cells("41") if "least peak" in x), space)
+    point, tables = space["least"], space["tables"]
+    least = np.sqrt(point[space["size"]].item())
+    call = sos.design_pid(
+        tables, minimize="peak", requirements=[EnergyToPeak(), space["limit"]],
+        **space["asked"],
+    )  # fmt: skip
+    assert 1.009 <= call.request.owner("peak").bound / least < 1.02
+    K = point[space["Y"]] @ np.linalg.inv(point[space["P"]])
+    for J in (0.01, 0.017, 0.03):
+        (d,) = space["twisting"](J).vertices
+        step = expm(1e-4 * np.linalg.solve(d.E, d.A + d.Bu @ K))
+        x, energy = np.linalg.solve(d.E, d.Bw), 0
+        for _ in range(40_000):
+            energy, x = energy + 1e-4 * (d.C @ x).item() ** 2, step @ x
+        assert 0.3 * least < np.sqrt(energy) < least
