@@ -32,8 +32,10 @@ def claimed(names):
     ["place'", 'z1 - 0.5 z2', 'a_ b#3', 'a_ b#4']
     """
     strange = r"[^\w ()'+#/.-]|[.](?= )|^[^\w(-]|\s$"
-    found = [re.sub(strange, "_", x)[:95] for x in names]
-    return [f"{x}#{k}" if found.count(x) > 1 else x for k, x in enumerate(found, 1)]
+    found = [re.sub(strange, "_", x[:95]) or "_" for x in names]
+    twice = [f"{x}#{k}" for k, x in enumerate(found, 1)]
+    told = [y if found.count(x) > 1 else x for x, y in zip(found, twice)]
+    return told if len({*told}) == len(told) else twice
 
 
 class OfKind:
