@@ -15,6 +15,8 @@ import sys
 from pathlib import Path
 
 from ..runtime.libraries import library
+from ..runtime.reading import read_text
+from ..runtime.writing import write_file
 from . import notebooks
 
 v4 = library("nbformat.v4")
@@ -45,7 +47,7 @@ def read(path):
     """
     if path.suffix == ".ipynb":
         return notebooks.read(path)
-    text = path.read_text("utf-8")
+    text = read_text(path)
     return v4.new_notebook(cells=[v4.new_markdown_cell(text)])
 
 
@@ -122,7 +124,7 @@ def main(paths):
             continue
         for cell in notebook.cells:
             cell.source = TIME.sub(rf"\g<1>{said(notebook)}\g<3>", cell.source, 1)
-        path.write_text(notebooks.text(notebooks.canonical(notebook)), "utf-8")
+        write_file(path, notebooks.text(notebooks.canonical(notebook)))
         print(f"{path.name}: {said(notebook)} min")
 
 

@@ -108,7 +108,7 @@ def chain(argv):
     paths, name = options.pop("paths"), options.pop("name")
     replace = options.pop("replace")
     changes = {x.name: options.pop(x.name) for x in fields(Robot) if x.name in options}
-    robot, body, wheels, folder = places(paths)
+    robot, body, wheels, folder = _places(paths)
     if robot is None:  # the thesis's, with the weight of the book
         options.setdefault("R", 20.0)
     robot = described(robot, (body, wheels)).but(**changes)
@@ -122,7 +122,7 @@ def chain(argv):
     return deployment
 
 
-def places(paths):
+def _places(paths):
     """The description or None, the two logs and the folder."""
     paths = list(paths)
     first = paths.pop(0) if paths and paths[0].endswith(".toml") else None

@@ -6,16 +6,16 @@ that leads back to the very float; a clause that has none of six digits isn't ta
 and the next for the same place is.
 """
 
-import json
 import re
 from copy import deepcopy
 from functools import cache
 from pathlib import Path
 
+from ..runtime.reading import read_json
 from .figures import FIGURE, number, show, shown_of, value_of
 from .places import canonical, get, integrated, limit, mixed, put
 
-TABLE = json.loads(Path(__file__).with_name("sentence.json").read_text("utf-8"))
+TABLE = read_json(Path(__file__).with_name("sentence.json"))
 CLAUSES = TABLE["clauses"]
 #: What stays as it is in the file, said or not.
 KEPT = "$schema", "plant", "words", "U", "search"
