@@ -50,6 +50,7 @@ def test_no_page_that_was_once_published_is_forgotten():
             "10_a_p_for_each_plant#what-it-costs",
         ),
         ("22_sharper_certificates#sources", "sharper_certificates#sources"),
+        ("28_discretisation#ex-28-clock", "second_looks#ex-23-clock"),
     ],
 )
 def test_an_old_address_opens_the_new_page_at_its_place(site, browser, old, new):

@@ -64,7 +64,8 @@ def page(old, news, folder, project):
     for other in others:
         for place in places(folder / f"{other}.html"):
             if place not in here:
-                was = re.sub(rf"-{mark(other)}-", f"-{mark(old)}-", place, count=1)
+                marks = f"-(?:{mark(other)}|{mark(first)})-"  # a label may keep its own
+                was = re.sub(marks, f"-{mark(old)}-", place, count=1)
                 away[was] = [other, place]
     return PAGE.format(
         project=html.escape(project),
