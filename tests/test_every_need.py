@@ -6,6 +6,7 @@ functions are here. A `need` that is new, or that is never reached, is missing b
 
 import json
 from fractions import Fraction
+from itertools import permutations, product
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +15,12 @@ import pytest
 import sosbook as sos
 from sosbook.exact.checker import (
     arithmetic,
+    delays,
     fixed_mode,
     kernel,
     payment,
     plants,
+    regions,
     verdict,
 )
 from sosbook.exact.checker.language import Reader, parse
@@ -39,6 +42,7 @@ def text(lines, multipliers=None, **more):
 
 
 ONE, TWO_I = {"a": "1"}, {"a": [["1", "0"], ["0", "1"]]}
+CORNER = [[0, 0, 1], [0, 0, 0], [0, 0, 0]]
 CHAIN = "a: [1, 0, 0, 0; 1, 1, 0, 0; 0, 1, 1, 0; 0, 0, 1, O(2, 2)] > 0"
 AT_A_POINT = {  # from the words of a need to a text
     "kernel": {
@@ -122,6 +126,18 @@ MORE = [
     ("arithmetic", "an odd", text("a: 1 > 0", data={"x": {"zeros": [2, 9999]}})),
     ("arithmetic", "rows of a matrix differ",
      text("a: 1 > 0", data={"x": [["1", "2"], ["1"]]})),
+    ("arithmetic", "rows of a matrix differ", text("a: 1 > 0", data={"x": [[]]})),
+    ("arithmetic", "an odd", text("a: 1 > 0", data={"x": {"zeros": [2000, 1]}})),
+    ("arithmetic", "an odd", text("a: 1 > 0", data={"x": {"zeros": [2, 1], "y": 1}})),
+    ("language", "a mirror image of nothing", text("a: [2, .; 1, 2] > 0")),
+    ("language", "blocks that don't fit", text("a: [[1], O(2, 1); O(1, 1), [1]] > 0")),
+    ("kernel", "isn't an identity", text("a: inv(2) == 1")),
+    ("kernel", "isn't an identity",  # what 4000 digits and one more say
+     text("a: (11/10) y^5 == x", data={"x": "1" + "0" * 4000, "y": "1e800"})),
+    ("kernel", "a way out", text("a: Y > 0\nb: Y > 0", ONE | {"b": "1"})),
+    ("kernel", "isn't positive ",  # nearly a unit is lost of each entry, ten in all
+     text("a: c - near(x) > 0", data={"c": f"{(10 << 128) + 9}/{1 << 128}",
+          "x": [[f"{(1 << 148) + (1 << 20) - 1}/{1 << 148}"] * 10] * 10})),
 ]  # fmt: skip
 TEXTS = MORE + [
     (module, words, text(*(given if isinstance(given, tuple) else (given,))))
@@ -129,6 +145,55 @@ TEXTS = MORE + [
     for module, rows in table.items()
     for words, given in rows.items()
 ]
+
+
+def scaled(name, key, factor):
+    return [[[decimal(factor * float(e)) for e in row] for row in base(name)[key]]]
+
+
+def edges():
+    """The needs, the names and the changes of what is false by little."""
+    x = Fraction(8, 1000), Fraction(12, 1000)
+    (low, above), (below, high) = map(delays.exponential, x)
+    for name, k, e, words in (
+        ("legendre, varying", 0, above, "too large a factor"),
+        ("legendre, varying", 0, low * Fraction(100001, 100000), "too large a factor"),
+        ("legendre, varying", 1, below, "too small a factor"),
+        ("legendre, varying", 1, high * Fraction(99999, 100000), "too small a factor"),
+        ("delay", 0, Fraction(9232, 10000), "isn't rounded down"),
+        ("delay", 1, Fraction(8870, 10000), "isn't rounded down"),
+    ):
+        yield ("delays", words), name, [[["exponentials", k], str(e)]]
+    alone = "the multipliers exclude nothing"
+    for name, edge in (
+        ("little force for a fast fall", "1.9924903702247714"),
+        ("little force for a slow pair", "1.7693131667902287"),
+    ):
+        k = len(base(name)["requirements"]) - 1
+        wide = [[[x], *scaled(name, x, 1000)] for x in ("spread", "blur")]
+        bound = [["requirements", k, "u_max"], edge]
+        yield ("small_input", alone), name, [*wide, bound]
+        given = base(name)
+        none = [[[x], nought(given[x])] for x in ("share", "price")]
+        none += [[["multipliers", i, 1], nought(z)]
+                 for i, (_, z) in enumerate(given["multipliers"])]  # fmt: skip
+        yield ("small_input", alone), name, none
+    for times in (0.25, 1, 10):
+        for x, f in product("ab", (0.6, 0.999, 1.001, 1.6)):
+            yield ("regions", "don't belong"), *ellipse(times, **{x: f})
+
+
+def ellipse(times, a=1, b=1):
+    """The request of an ellipse by its matrices, times a number, with other words."""
+    numbers = [[[-4, 3], [3, -4]], [[0, 1.5], [-0.5, 0]]]
+    alpha, beta = ([[decimal(times * e) for e in u] for u in x] for x in numbers)
+    words = dict(centre="-3", a=decimal(4.0 * a), b=decimal(2.0 * b))
+    r = dict(kind="region", name="mine", form="ellipse", alpha=alpha, beta=beta)
+    return "stability", [[["requirements"], [r | words]]]
+
+
+def nought(x):
+    return "0" if isinstance(x, str) else [nought(e) for e in x]
 
 
 def moves(line):
@@ -164,13 +229,16 @@ def of_files():
     yield "kernel", "a key comes twice", kernel.contents, '{"a": 1, "a": 2}'
     yield "kernel", "too many digits", kernel.contents, "1" * 401
     yield "subject", "that is no number", verdict.wanted_gain, {"K": [[True]]}
-    yield "payment", "{x[0]} moves", moves, "x: inv(A) > 0"
+    for line in ("inv(A)", "at(A, 1, 1)", "kron(A, A)", "tr(A)"):
+        yield "payment", "{x[0]} moves", moves, f"x: {line} > 0"
     yield "payment", "{label} moves", moves, "x: A == [2]"
 
 
 def test_every_need_refuses_a_file_that_is_forged(tmp_path, monkeypatch, capsys):
     rows = [*((m, w, kernel.check, file) for m, w, file in TEXTS), *of_files()]
-    rows += [(*need, decided, changed(name, how)) for need, name, how in FORGED]
+    rows += [
+        (*need, decided, changed(name, how)) for need, name, how in (*FORGED, *edges())
+    ]
     for name in {name for _, name, _ in FORGED}:
         decided(base(name))  # what isn't changed is a proof
     (tmp_path / "proof.json").write_text(proof_of("stability").text, "utf-8")
@@ -210,7 +278,8 @@ def test_a_mode_is_outside_of_a_half_plane_or_a_disk_but_for_a_millionth(size):
     half = [[Fraction(2 * size)]], [[Fraction(1)]]
     disk = [[-size, -3 * size], [-3 * size, -size]], [[0, 1], [0, 0]]  # around 3 size
     disk = [[list(map(Fraction, row)) for row in x] for x in disk]
-    for step, out in ((1e-3, True), (1e-8, True), (-1e-8, True), (-1e-3, False)):
+    steps = (1e-3, True), (1e-8, True), (-1e-8, True), (-3e-6, False), (-1e-3, False)
+    for step, out in steps:
         for y in (0.0, 0.7 * size):
             x = Fraction(-size + step * size)
             assert fixed_mode.kept_out(*half, x, Fraction(y)) is out
@@ -222,6 +291,88 @@ def test_a_mode_is_outside_of_a_half_plane_or_a_disk_but_for_a_millionth(size):
     h = [c**3 - 9 * c, 3 * c**2 - 9, 3 * c, Fraction(1)]
     assert fixed_mode.mirrored(*half, h)
     assert not fixed_mode.mirrored([[Fraction(2 * size + 1)]], half[1], h)
+
+
+def test_words_of_a_region_are_true():
+    """An ellipse by its own matrices is taken; Re s < 2.5 doesn't say Re s < -2.5."""
+    for times in (0.25, 1, 10):
+        (_, (r,)) = ellipse(times)[1][0]
+        assert regions.region(r)[2].endswith("half axes 4 and 2 around -3")
+    for degrees in (0.3, 30, 68.76, 89):
+        found = float(regions.tangent(Fraction(degrees)))
+        assert found == pytest.approx(np.tan(np.radians(degrees)), rel=1e-12)
+    r = dict(kind="region", name="mine", form="half-plane", sigma="-2.5")
+    r |= dict(alpha=[["-5"]], beta=[["1"]])
+    asked = changed("stability", [[["requirements"], [r]]])
+    text, claims = verdict.text_of(asked)
+    kernel.check(text.file())
+    assert claims[1].endswith("half-plane Re s < 2.5")
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_mode_s_distance_and_mirror_images_are_those_of_numpy(seed):
+    rng = np.random.default_rng(seed)
+    h = [Fraction(float(x)) for x in rng.normal(size=5)]
+    x, y = rng.normal(size=2)
+    of = np.polynomial.Polynomial([float(e) for e in h])
+    there = [abs(of(x + 1j * y)) * 4, abs(of.deriv()(x + 1j * y))]
+    found = fixed_mode.steps(h, Fraction(x), Fraction(y))
+    assert [float(e) for e in found] == pytest.approx(np.square(there))
+    r, c, a, b = (int(k) for k in rng.integers(1, 9, 4))
+    disk = [[-r, -c], [-c, -r]], [[0, 1], [0, 0]]
+    disk = [[list(map(Fraction, row)) for row in x] for x in disk]
+    for third, same in ((Fraction(r * r, a + r + 1), True), (a + r + 2, False)):
+        h = [Fraction(1)]
+        for root in (c + a + r + 1, c + third, c + b + r, c + Fraction(r * r, b + r)):
+            h = [p - root * q for p, q in zip([0, *h], [*h, 0])]
+        assert fixed_mode.mirrored(*disk, h) is same
+    assert not fixed_mode.mirrored(*disk, [Fraction(x) for x in (c * c, -2 * c, 1)])
+    for roots in ((c + r + 1,), (c + a, c - Fraction(r * r, a))):
+        h = [Fraction(1)]
+        for root in roots:
+            h = [p - root * q for p, q in zip([0, *h], [*h, 0])]
+        assert not fixed_mode.mirrored(*disk, h)
+    h = [Fraction(x) for x in (c * c - r * r, -2 * c, 1)]  # c + r and c - r
+    wide = [[Fraction(0), Fraction(2)], [Fraction(1), Fraction(0)]]
+    assert fixed_mode.mirrored(*disk, h) and not fixed_mode.mirrored(disk[0], wide, h)
+    line = [[Fraction(2)]], [[Fraction(1)]]
+    assert not fixed_mode.mirrored(*line, [Fraction(e) for e in (1, 2, 3, 1)])
+    sector = [[[Fraction(0)] * 2] * 2, [[Fraction(1), Fraction(1)]] * 2]
+    assert not fixed_mode.mirrored(*sector, [Fraction(0), Fraction(0), Fraction(1)])
+
+
+@pytest.mark.parametrize("order", [*permutations(range(3))])
+@pytest.mark.parametrize("suffice, E, B", [
+    (True, lambda p, q, r: (p, 0, 2 * p, 0), lambda p, q, r: (0, 0)),
+    (True, lambda p, q, r: (p, 0, 2 * p, 0), lambda p, q, r: (q, r)),
+    (True, lambda p, q, r: (p, 0, 2 * p, 0), lambda p, q, r: (p, 2 * p)),
+    (True, lambda p, q, r: (p + p * q, 0, p * r, 0), lambda p, q, r: (0, 0)),
+    (False, lambda p, q, r: (p, 0, 2 * p, 0), lambda p, q, r: (p, p)),
+    (False, lambda p, q, r: (-2 * p, 0, 0, 0), lambda p, q, r: (0, 0)),
+    (False, lambda p, q, r: (p - p * q, 0, 0, p * q), lambda p, q, r: (0, 0)),
+    (False, lambda p, q, r: (p - p * r, 0, 0, p * r), lambda p, q, r: (q, q)),
+    (False, lambda p, q, r: (p + q - p * q, q, 0, p * q), lambda p, q, r: (0, 0)),
+])  # fmt: skip
+def test_corners_suffice_where_each_change_has_one_column(order, suffice, E, B):
+    """E moves in a parameter by multiples of a column, and B along it or not at all."""
+    several, points = [], []
+    for k in range(8):
+        where = [k >> i & 1 for i in order]
+        a, b, c, d = E(*where)
+        several.append(arithmetic.Mat(2, 2, [[1 + a, b], [c, 1 + d]]))
+        points.append(tuple(map(Fraction, (1 + a, c, b, 1 + d, *B(*where)))))
+    assert plants.corners_suffice(several, points) is suffice
+
+
+def test_a_third_column_of_E_moves_too_and_a_box_has_all_its_corners():
+    I3 = [arithmetic.eye(3), arithmetic.eye(3) + arithmetic.Mat(3, 3, CORNER)]
+    points = [(*map(Fraction, sum(E.T.a, [])), *B) for E, B in zip(I3, ((0,), (1,)))]
+    points = [(*p, Fraction(0), Fraction(0)) for p in points]
+    assert not plants.corners_suffice(I3, [(*p[:9], 0, p[9], 0) for p in points])
+    one, x, y = arithmetic.eye(2), *([[1, 0], [0, 0]], [[0, 0], [0, 1]])
+    E = [one, *(one + arithmetic.Mat(2, 2, e) for e in (x, y, [[1, 0], [0, 1]]))]
+    points = [tuple(map(Fraction, sum(e.T.a, []))) for e in E]
+    assert plants.suffice(E, points) and not plants.suffice(E[:3], points[:3])
 
 
 def test_a_witness_is_no_zero_and_its_form_isn_t_negative():

@@ -64,6 +64,11 @@ def test_a_change_that_ends_the_program_is_noticed():
     assert any(Inputs([]).notices("kernel", "module", x, 1.0) for x in found)
 
 
+def test_the_survivors_without_a_word_may_only_become_fewer():
+    why = [*command.survivors().values()]
+    assert {*why} <= command.WHY and why.count("") <= 20
+
+
 @pytest.fixture
 def three(tmp_path, monkeypatch):
     """A run of the command on three functions, each with a change that survives."""
@@ -105,9 +110,10 @@ def test_what_was_never_asked_is_no_survivor_that_the_list_lacks(
     assert found.read_text("utf-8").split("\n") == [f"f{k} lives" for k in range(3)] + [
         ""
     ]
-    found.write_text("f1 lives\nf2 dies\nf9 was\n", "utf-8")
+    found.write_text("f1 lives  # words\nf2 dies\nf9 was\n", "utf-8")
     capsys.readouterr()
     assert three() == command.SURVIVES
     said = capsys.readouterr().out
     assert "SURVIVES: f0 lives" in said and "NOTICED NOW" in said and "f2 dies" in said
     assert three("--write") == three() == 0
+    assert "f1 lives  # words" in found.read_text("utf-8").splitlines()

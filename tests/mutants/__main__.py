@@ -8,7 +8,10 @@ A change exchanges a comparison, a sign, "and" with "or", a constant or a digit 
 theorem's text, or leaves a `need` out. The tests of the checker run first, and what
 they ask is kept. `survivors.txt` lists the changes that nothing notices: it may only
 shrink. `asked.txt` names the functions all of whose changes were asked for that list,
-each with a digest of its changes; those that it doesn't name come first.
+each with a digest of its changes; those that it doesn't name come first. A survivor
+that was thought about ends with a word: the changed checker answers alike ("equal"),
+refuses more ("stricter"), says or exits otherwise ("words"), gives up elsewhere
+("limit"), or a test that calls the function notices it ("tested").
 Exit code: 0; 1 where a change of a function in `asked.txt` survives and isn't listed;
 3 where none does, and some functions were never asked.
 """
@@ -33,6 +36,7 @@ KEPT = ROOT / "_build" / "mutants.json"
 LIST, ASKED = (Path(__file__).with_name(f"{x}.txt") for x in ("survivors", "asked"))
 SECONDS = 6.0  # for one change
 SURVIVES, NOT_ASKED = 1, 3
+WHY = {"", "equal", "stricter", "words", "limit", "tested"}
 
 
 def main(words=None):
@@ -96,14 +100,21 @@ def functions():
     }
 
 
+def survivors():
+    """Why each change that is listed may survive, in one of the words `WHY`."""
+    lines = LIST.read_text("utf-8").splitlines() if LIST.is_file() else ()
+    return {line: why for line, _, why in (x.partition("  # ") for x in lines)}
+
+
 class Lists:
     """What the two files hold, and what a run finds beside it."""
 
     def __init__(self, every):
         self.every = every
-        self.listed, self.asked = (
-            {*path.read_text("utf-8").splitlines()} if path.is_file() else set()
-            for path in (LIST, ASKED)
+        self.why = survivors()
+        self.listed = set(self.why)
+        self.asked = (
+            {*ASKED.read_text("utf-8").splitlines()} if ASKED.is_file() else set()
         )
         self.asked &= every.keys()
         self.done, self.fresh, self.noticed, self.unlisted = set(), set(), [], []
@@ -123,6 +134,8 @@ class Lists:
         """Keep both lists; what is noticed or isn't a change any more leaves them."""
         changes = {line for several in self.every.values() for line in several}
         survive = ((self.listed & changes) - {*self.noticed}) | self.fresh
+        words = {line: self.why.get(line, "") for line in survive}
+        survive = {line + f"  # {why}" * bool(why) for line, why in words.items()}
         for path, lines in ((LIST, survive), (ASKED, self.asked | self.done)):
             path.write_text("\n".join(sorted(lines)) + "\n", "utf-8")
 
