@@ -1052,3 +1052,21 @@ def test_trust_proves_what_exact_arithmetic_proves(desk):
     assert any(x["status"] and not x["stable"] for x in seen)
     assert any(x["stable"] and not x["proven"] for x in seen)
     assert sum(x["proven"] for x in seen) > 10
+
+
+# ---------------------------------------------------------- noises (chapter 36)
+def test_an_encoder_s_worth_is_that_of_the_grid(desk):
+    """Less noise and a further encoder never hurt; the page takes the right entry."""
+    data = desk.data("sos-noises")
+    grid, least = data["grid"], {k: np.array(v) for k, v in data["least"].items()}
+    both = least["both"]
+    assert np.allclose(np.diff(np.log10(grid)), 2 / (len(grid) - 1), atol=1e-3)
+    for values in (*both, *both.T, least["motor"], least["load"]):
+        assert (np.diff(values) >= -1e-4 * values[1:]).all()
+    alone = np.minimum(least["motor"][:, None], least["load"])
+    assert (both <= 1.0001 * alone).all() and (both < 0.99 * alone).any()
+    cells = [(0, 6), (6, 0), (2, 3), (5, 5)]
+    places = [{"motor": grid[i], "load": grid[j]} for i, j in cells]
+    for (i, j), found in zip(cells, desk.compute("sos-noises", places), strict=True):
+        wanted = least["motor"][i], least["load"][j], both[i, j]
+        assert (found["motor"], found["load"], found["both"]) == wanted

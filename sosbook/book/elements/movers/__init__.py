@@ -7,7 +7,7 @@ from .mover import Mover, choice, slider, tick
 from .program import drive
 from .reach import reach
 from .ride import ride
-from .sensors import sensors
+from .sensors import noises, sensors
 
 __all__ = [
     "Mover",
@@ -20,6 +20,7 @@ __all__ = [
     "kalman",
     "landscape",
     "mass",
+    "noises",
     "ranges",
     "reach",
     "ride",

@@ -70,3 +70,29 @@ def sensors(drives, filters, limits, box):
         limits=limits,
         answer={"p1": 0, "p2": 1, "v1": 1},
     )
+
+
+def noises(grid, least):
+    """Two encoders whose noises can be moved, with what any controller keeps.
+
+    ``grid``: the noises in rad, evenly spaced in their logarithms, from 0.001 to 0.1;
+    ``least``: the least norms with the "motor"'s encoder and the "load"'s, a number for
+    each noise, and with "both", (motor's, load's) noise.
+
+    >>> noises([0.001, 0.01, 0.1], {"motor": [1, 2, 3], "load": [1, 2, 3]})
+    Noises: motor, load
+    """
+    step, log = 2 / (len(grid) - 1), (-3, -1)
+    return Mover(
+        "noises",
+        "What an encoder is worth",
+        "Make the load's encoder noisier until the motor's is the better one. Where is "
+        "a second encoder worth its money?",
+        [
+            slider("motor", "Motor's noise", " rad", log, step, 0.01, "log"),
+            slider("load", "Load's noise", " rad", log, step, 0.01, "log"),
+        ],
+        answer={"load": 0.1},
+        grid=list(grid),
+        least=least,
+    )
