@@ -109,8 +109,7 @@ def test_every_plant_is_between_at_every_tick(name):
         found = c.bounds.step_response(9.81, j, word, cells=1 if make is light else 99)
         row = signals(make()).index(word)
         assert outside(c, found, make, np.linspace(0.75, 1.5, 7), j, row) < 1e-9
-        wide = 50 if make is light else 1  # in one cell
-        assert 0 <= found.overshoot.proven - found.overshoot.seen < wide
+        assert 0 <= found.overshoot.proven - found.overshoot.seen < 1
 
 
 def box(m, d):
@@ -154,11 +153,44 @@ def test_plants_inside_any_family_are_between(plants, law, rho):
     assert "slew" in repr(found) and "polyline" in found._repr_html_()
 
 
+def test_a_loop_is_its_polynomial_at_every_plant_and_hardly_anything_is_left():
+    """A box, a simplex and a line, where balls of second derivatives were off by 2e-5:
+    the loops of plants inside, each sampled alone, are as near as is said.
+    """
+    cases = [(plants, 60, {"T": 0.01, "delay": 0.004}) for plants, *_ in families()][:2]
+    line = sos.Uncertain(light, m=(1.3, 1.5))
+    for plants, rho, clock in [*cases, (line, 600, PLANTS["hardly damped"][2])]:
+        U = [[1, 0]] if plants is line else None
+        design = sos.design_pid(plants, U, region=sos.PoleRegion(1, rho=rho))
+        c = design.controller(**clock)
+        with ctx.workprec(BALL_BITS):
+            joined = Joined(c, c.B_r[:, :0], c.D_r[:, :0])
+            rho, ((weights, L, P), *_) = c.falling
+            tube = Tube(joined, weights, L, P, rho)
+            floats, off, _ = tube.pieces
+            back, rng = np.linalg.inv(tube.frame), np.random.default_rng(3)
+            for share in rng.dirichlet(np.full(len(weights), 0.5), 4):
+                parts = share
+                if joined.family.shape.axes:
+                    a, b = share[:2] / share[:2].sum(), share[2:] / share[2:].sum()
+                    parts = np.outer(a, b).ravel()
+                q = parts @ tube.points
+                mixed = (parts[:, None] * weights.astype(float)).sum(axis=0)
+                F = (
+                    tube.frame
+                    @ middle(joined.family.loop(exact(mixed), c.timing))
+                    @ back
+                )
+                p = sum(M * np.prod(q ** np.array(e)) for e, M in floats.items())
+                assert (abs(p - F) <= off + 1e-12).all()
+    assert off.max() < 1e-7
+
+
 MUTANTS = {  # what is changed, and how
     "no bend": (
         SampledFamily,
-        "bends",
-        lambda true: lambda *a: [(n, 0 * H) for n, H in true(*a)],
+        "expansion",
+        lambda true: lambda *a: {e: (sum(e) < 2) * M for e, M in true(*a).items()},
     ),
     "nothing leaves the polynomials": (
         Tube,

@@ -24,7 +24,7 @@ from .tube import SAFE, Tube
 RATES = ((0.6, 32), (0.3, 128), (0.1, 512))  # of log(radius) to prove, and cells for it
 GOOD = 1.02  # of what is true of the corners: no more halving
 LEAST = 0.01  # radius that is asked for: of loops that are at rest after some ticks
-MOST_TERMS = 30_000  # that floats add
+MOST_TERMS = 60_000  # that floats add
 MOST_CELLS = 128  # of tubes; then any bound is taken
 
 

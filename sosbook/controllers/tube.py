@@ -14,11 +14,11 @@ mean :math:`\sum w_i P_i` and :math:`|v|_q^2 = v^\top P(q) v`. What
 its norm is the same at all ticks, and the triangle inequality gives :math:`|d_k|_q \le
 e_k`. :math:`|h d| \le \sqrt{h P^{-1} h^\top} |d|_q`, and h P^-1 h' is convex in P. []
 
-So what differs from plant to plant as a polynomial is no error. Along an axis of length
-two the loop is the mixture of the corners' less (1 - q^2)/8 times a second derivative
-somewhere: its middle is a polynomial, too, and its radius alone is an error.
+So what differs from plant to plant as a polynomial is no error. The loop is one, too,
+by Taylor's formula (`SampledFamily.expansion`): how much its highest derivatives differ
+in the cell is an error, and what they are in the middle is not.
 
-**Which numbers are balls, and which are floats.** Corners, bends, P and c are balls.
+**Which numbers are balls, and which are floats.** Loops, P and c are balls.
 The p_k are whatever floats the recursion makes, and delta_k is bounded afterwards: a
 sum of n products of floats, in any order, is off by at most n u / (1 - n u) times the
 sum of their sizes, u = 2^-53 (Higham, Accuracy and Stability of Numerical Algorithms,
@@ -38,13 +38,14 @@ from flint import arb
 from ..exact.rational import exact
 from ..sampled.balls import balls, balls_of, middle, product, solve
 from ..sampled.cells import least_pivot, size
-from ..sampled.loops import over, within
+from ..sampled.loops import over
 
 SAFE = 1 + 1e-9
 TINY = 1e-150
 BLOCK = 64  # ticks at once, a power of two
 ABOVE = 1 + 1e-6  # of the largest eigenvalue of a P, which balls then confirm
-DEGREES = (0, 5, 3, 2, 2)  # of the polynomials, by the number of axes; of more, 1
+EXPANDED = (0, 4, 3)  # the degree of the loops, likewise; of more, 2
+DEGREES = (0, 7, 3, 2, 2)  # of the polynomials, by the number of axes; of more, 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,34 +131,18 @@ class Tube:
         entries are off by at most, and how much it bends along each axis.
         """
         family, timing = self.joined.family, self.joined.controller.timing
-        N, axes, many = len(self.frame), self.points.shape[1], len(self.weights)
+        N, axes = len(self.frame), self.points.shape[1]
         wide = np.eye(N + self.joined.inputs)
         wide[:N, :N] = self.frame
-        wide, one = balls_of(wide), np.eye(axes, dtype=int)
-        corners = [within(family.loop(w, timing), wide) for w in self.weights]
-        bends = family.bends(self.weights, 0, wide, timing) if many > 1 else []
-        box, found, off = 2**axes == many, {}, 0 * corners[0]
-        if box:
-            stack = np.array(corners).reshape((2,) * axes + corners[0].shape)
-            for e in cartesian((0, 1), repeat=axes):
-                found[e] = stack
-                for a in e:
-                    low, high = found[e]
-                    found[e] = (high - low) / 2 if a else (low + high) / 2
-        else:
-            found[(0,) * axes] = sum(corners) / many
-            found |= {tuple(e): F - corners[-1] for e, F in zip(one, corners)}
-        for k, (n, H) in enumerate(bends):
-            if box:
-                M = np.vectorize(lambda e: e.mid() / 8, otypes=[object])(H)
-                found[(0,) * axes] = found[(0,) * axes] - M
-                found[tuple(2 * one[k])] = M
-                H = H - 8 * M
-            off = off + n * abs(H) / 8
+        wide = balls_of(wide)
+        degree = EXPANDED[axes] if axes < len(EXPANDED) else 2
+        found = family.expansion(self.weights, degree, wide, timing)
         floats = {e: middle(F) for e, F in found.items()}
+        off = 0 * wide
         for (e, F), most in zip(found.items(), self.largest(found)):
             off = off + abs(F - balls_of(floats[e])) * arb(most)
-        return floats, _above(off), [float(size(H).mid()) for _, H in bends]
+        twice = 2 * np.eye(axes, dtype=int)
+        return floats, _above(off), [np.linalg.norm(floats[tuple(e)]) for e in twice]
 
     @cached_property
     def recursion(self):

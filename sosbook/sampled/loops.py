@@ -3,12 +3,14 @@
 from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import sha256
+from math import prod
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb, arb_mat, ctx
 
 from ..exact.definite import exact
-from .balls import balls, balls_of, exponential, hull, middle, series, solve
+from . import series as power
+from .balls import balls, balls_of, entries, exponential, hull, middle, series, solve
 from .channel import with_channel
 from .discretize import generators
 from .shapes import PlantShape
@@ -111,6 +113,60 @@ class SampledFamily:
                 bend = self._flow([X, X1, X2, X12], timing) @ inner
                 bends.append((1 if X1 is X2 else 2, out @ bend))
         return bends
+
+    def expansion(self, weights, degree, L, timing):
+        """L F L^-1 of a cell of plants as a polynomial: {exponents: balls}.
+
+        The ``weights`` are its corners, the ``timing`` is a `SampleTiming`, and the
+        unknowns are those of `series.parts`. By Taylor's formula around the middle
+        of the cell, the terms of ``degree`` are balls, which hold what the derivatives
+        are at any point; the others are those of the middle, and tiny.
+        """
+        corners, out, inner = self._framed(weights, L, timing)
+        box, X, found = bool(self.shape.axes) or len(corners) == 2, None, {}
+        for whole in (False, True):
+            E, both = (power.parts(x, box, whole) for x in zip(*corners))
+            X = self._narrowed(E, both, degree, X, box)
+            flow = self._flows(X, degree, timing)
+            some = {e: M for e, M in flow.items() if not whole or sum(e) == degree}
+            found |= {e: out @ entries(M) @ inner for e, M in some.items()}
+        mean = sum(weights) / len(weights)
+        found[(0,) * len(next(iter(found)))] = within(self.loop(mean, timing), L)
+        return found
+
+    def _narrowed(self, E, both, degree, centre, box):
+        """The series of E X = A around all points, from that around the ``centre``; or
+        that one, where ``centre`` is None.
+        """
+        found = power.quotient(E, both, degree)
+        if centre is None:
+            return found
+        axes = len(next(iter(E)))
+        low, high = (-1, 1) if box else (arb(-1) / (axes + 1), arb(axes) / (axes + 1))
+        ends, one = arb(low).union(arb(high)), arb(1)
+        for _ in range(NARROWINGS):
+            terms = {e: found[e] if sum(e) == degree else M for e, M in centre.items()}
+            first = sum(
+                (M * prod([ends] * sum(e), start=one) for e, M in terms.items()),
+                0 * found[(0,) * axes],
+            )
+            found = power.quotient(E, both, degree, first)
+        return found
+
+    def _flows(self, X, degree, timing):
+        """As `_flow`, of a series of [A B], {exponents: arb_mat}."""
+        N, flow = self.shape.N, None
+        several = {e: timing.segments(*self._parts(entries(M))) for e, M in X.items()}
+        for pieces in zip(*several.values()):
+            step = {
+                e: arb_mat(*M.shape, balls(M).ravel().tolist()) * arb(exact(t))
+                for e, (M, t) in zip(several, pieces)
+            }
+            step = power.exponential(step, degree)
+            flow = step if flow is None else power.times(step, flow, degree)
+        rows = next(iter(flow.values())).ncols()
+        first = arb_mat(N, rows, np.eye(N, rows, dtype=int).ravel().tolist())
+        return {e: first * M for e, M in flow.items()}
 
     def _edges(self, corners, last):
         """The changes of E and [A B] along each edge of a cell, or axis, in balls."""
