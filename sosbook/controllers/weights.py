@@ -5,6 +5,7 @@ bound leaves an interval of b: a linear program of one unknown. Two of these int
 that share nothing prove that no b does it, by Farkas's multipliers of their two rows.
 """
 
+from bisect import bisect_left
 from dataclasses import replace
 
 import numpy as np
@@ -43,6 +44,7 @@ def weighted(c, overshoot, effort, size, j, output, band):
         raise ValueError("output must end where the set point moves it, not at zero")
     plants, ticks = plants_of(c), ticks_of(c.radius)
     hs = [row.row / row.ends, *outputs_of(c)[: most is not None]]
+    below = len(hs)  # where the rows for the other sign begin
     hs += [-h for h in hs]
     seen = np.array(
         [
@@ -63,12 +65,14 @@ def weighted(c, overshoot, effort, size, j, output, band):
                     f"above {low:.4g} for {at[0]}, proven in balls of these plants"
                 )
             break
-        first, last = 0, ticks
-        while first < last:  # the first tick from which on some b keeps the band
-            k = (first + last) // 2
-            rows = [(i, BAND * asked[1]) for i in (0, len(hs) // 2)]
-            some = _shared(seen, limits, rows, k)
-            first, last = (first, k) if some[0] <= some[1] else (k + 1, last)
+        rows = [(i, BAND * asked[1]) for i in (0, below)]
+
+        def keeps(k, limits=limits, rows=rows):
+            low, high, _ = _shared(seen, limits, rows, k)
+            return low <= high
+
+        # the first tick from which on some b keeps the band
+        first = bisect_left(range(ticks), True, key=keeps)
         low, high, _ = _shared(seen, limits, rows, first)
         b = (low + high) / 2 if np.isfinite(low + high) else np.clip(1.0, low, high)
         found = c.set_point(b=float(f"{b:.6g}"))
