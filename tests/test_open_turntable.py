@@ -122,6 +122,9 @@ def test_the_least_peak_in_the_open_is_the_call_s():
     K = point[space["Y"]] @ np.linalg.inv(point[space["P"]])
     for J in (0.01, 0.017, 0.03):
         (d,) = space["twisting"](J).vertices
+        (motor,) = descriptors(turntable.drive(J))
+        for name in ("E", "A", "Bu", "Bw"):
+            assert_allclose(getattr(d, name), getattr(motor, name))
         step = expm(1e-4 * np.linalg.solve(d.E, d.A + d.Bu @ K))
         x, energy = np.linalg.solve(d.E, d.Bw), 0
         for _ in range(40_000):
