@@ -177,7 +177,8 @@ def test_a_fork_is_a_kernel_as_any_other(monkeypatch, tmp_path):
     asked = {
         "empty": "[x for x in ('sos', 'np', 'plt') if x in dir()]",
         "package": "any(x.startswith('sosbook') for x in __import__('sys').modules)",
-        "place": "__import__('os').getcwd(), __import__('os').environ['WORD']",
+        "place": "__import__('os').getcwd()",
+        "word": "__import__('os').environ['WORD']",
         "backend": "__import__('matplotlib').get_backend()",
         "session": "__import__('os').getsid(0)",
         "child": "__import__('subprocess').run('exit 3', shell=True).returncode",
@@ -201,7 +202,8 @@ def test_a_fork_is_a_kernel_as_any_other(monkeypatch, tmp_path):
         assert {key: said[key]["data"]["text/plain"] for key in said} == {
             "empty": "[]",
             "package": "False",
-            "place": repr((str(tmp_path), "x")),
+            "place": repr(str(tmp_path)),
+            "word": "'x'",
             "backend": "'module://matplotlib_inline.backend_inline'",
             "session": str(pid),
             "child": "3",
