@@ -23,14 +23,17 @@ SUBREAPER = 36  # of prctl: orphans below this process become its children
 
 
 def forked(launch):
-    """Have jupyter_client's launcher fork kernels of this Python, on Linux."""
+    """Have jupyter_client's launcher fork kernels of this Python and environment, on
+    Linux.
+    """
 
     def launch_or_fork(command, *, cwd=None, env=None, **options):
         program, *words = [x for x in command if not x.startswith("-X")]
         ours = program == sys.executable and words[:2] == ["-m", "ipykernel_launcher"]
-        if not ours or sys.platform != "linux":
+        names = {"JPY_PARENT_PID": str(os.getpid()), **(env or os.environ)}
+        mine = {x for x, _ in names.items() ^ os.environ.items() if x[:4] != "JPY_"}
+        if not ours or mine or sys.platform != "linux":  # libraries read them at start
             return launch(command, cwd=cwd, env=env, **options)
-        names = {**(env or os.environ), "JPY_PARENT_PID": str(os.getpid())}
         return Kernel([words[2:], str(cwd or os.getcwd()), names])
 
     return launch_or_fork
