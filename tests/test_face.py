@@ -36,6 +36,8 @@ def test_pages_describe_themselves(site):
         assert tags["og:title"] and "<" not in tags["og:title"]
         descriptions.add(tags["description"])
     assert len(descriptions) == 5
+    front = meta(site / "book" / "intro.html")["description"]
+    assert front.startswith("An executable book")  # not what introduces the picture
 
 
 def test_there_is_an_icon_and_a_page_for_lost_readers(site):

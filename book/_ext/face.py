@@ -57,10 +57,13 @@ def configure(app, config):
 
 
 def description(doctree):
-    """The first real paragraph of a page, in at most 200 characters."""
+    """The first real paragraph of a page, in at most 200 characters; none that
+    introduces the picture at its top.
+    """
     for paragraph in doctree.findall(nodes.paragraph):
         text = " ".join(paragraph.astext().split())
-        if len(text) > 60 and "\\" not in text:
+        of_page = "sos-introduces" not in paragraph["classes"]
+        if len(text) > 60 and "\\" not in text and of_page:
             return text if len(text) <= 200 else text[:197].rsplit(" ", 1)[0] + " …"
     return ""
 

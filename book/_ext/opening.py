@@ -12,6 +12,7 @@ from sphinx.transforms import SphinxTransform
 from sphinx.transforms.post_transforms import SphinxPostTransform
 
 TAG, PLACE = "opening", "opening"
+INTRODUCES = "sos-introduces"  # a picture, not the page
 
 
 class Open(SphinxTransform):
@@ -37,6 +38,8 @@ class Open(SphinxTransform):
         before = cell.parent.index(cell) - 1
         introduced = before >= 0 and isinstance(cell.parent[before], nodes.paragraph)
         sentences = [cell.parent.pop(before)] if introduced else []
+        for paragraph in sentences:
+            paragraph["classes"].append(INTRODUCES)
         first = nodes.container(
             "", output, classes=["cell", "sos-opening"], ids=[PLACE], names=[PLACE]
         )

@@ -212,7 +212,7 @@ def step_bounds(c, x, size, j, output, band, most):
         proven = None
         if found is not None and None not in (each := [of(one) for one in found]):
             proven = _times(max(each), exact(times))
-        return Bounded(proven, known[k] * float(times), unit)
+        return Bounded(proven, float(known[k]) * float(times), unit)
 
     def per_output(name, k, times, more=""):
         return tuple(
