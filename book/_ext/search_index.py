@@ -55,6 +55,7 @@ SUBJECTS = {
     "book/21_rig_to_model": "identification",
     "book/23_gains_to_samples": "discretisation",
     "book/26_logs_to_c_file": "whole chain",
+    "book/34_sensors": "derivative filter drive",
 }
 GREEK = dict(
     zip(
