@@ -86,3 +86,15 @@ def test_the_closed_form_of_a_second_order_step(zeta):
     assert found.overshoot.seen == pytest.approx(over, rel=5e-3)
     with pytest.raises(ValueError, match="nothing is integrated"):
         second_order(zeta).set_point(b=0.5)
+
+
+def test_every_input_keeps_to_the_effort():
+    """The second pushes three times as hard as the first one."""
+    carts = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, [[1, 1]]), m=(1, 2))
+    K = np.outer([1, 3], [-3.0, -2.0, -1.0])
+    design = sos.analyse_pid(carts, K, U=[[1]], region=sos.PoleRegion(sigma=0.1))
+    c = design.controller(T=0.01)
+    found = c.bounds.weights(0.5, 4.0).bounds.step_response()
+    first, second = (bound.proven for bound in found.effort)
+    assert 3 * first == pytest.approx(second, rel=1e-3) and second <= 4.0
+    assert c.bounds.step(output=1).proven > 4.0  # with b = 1

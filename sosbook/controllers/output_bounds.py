@@ -196,7 +196,7 @@ class OutputBounds:
         Parameters
         ----------
         overshoot, effort : float
-            The most of every plant: a share of the step, and of the first u, if given.
+            The most of every plant: a share of the step, and of each u, if given.
         size, set_point, output, band
             As in `step_response`, by which it is proven.
 

@@ -43,7 +43,8 @@ def weighted(c, overshoot, effort, size, j, output, band):
     if not row.ends:
         raise ValueError("output must end where the set point moves it, not at zero")
     plants, ticks = plants_of(c), ticks_of(c.radius)
-    hs = [row.row / row.ends, *outputs_of(c)[: most is not None]]
+    asks = [] if most is None else [*outputs_of(c)]
+    hs = [row.row / row.ends, *asks]
     below = len(hs)  # where the rows for the other sign begin
     hs += [-h for h in hs]
     seen = np.array(
@@ -55,7 +56,11 @@ def weighted(c, overshoot, effort, size, j, output, band):
     room = [0.0, 0.0]
     for _ in range(ROUNDS):
         limits = [(0, asked[0] - room[0])]
-        limits += [(k, most - room[1]) for k in (1, 3)] if most is not None else []
+        limits += [
+            (start + 1 + k, most - room[1])
+            for start in (0, below)
+            for k, _ in enumerate(asks)
+        ]
         low, high, places = _shared(seen, limits)
         if low > high:
             if not any(room) and _refuted(c, plants, x, hs, limits, places):
@@ -77,11 +82,11 @@ def weighted(c, overshoot, effort, size, j, output, band):
         b = (low + high) / 2 if np.isfinite(low + high) else np.clip(1.0, low, high)
         found = c.set_point(b=float(f"{b:.6g}"))
         shown = found.bounds.step_response(size, j, output, band)
-        proven = [shown.overshoot.proven, shown.effort[0].proven]
-        if None in proven:
+        efforts = [bound.proven for bound in shown.effort]
+        if None in (shown.overshoot.proven, *efforts):
             break
-        over = [proven[0] / 100 - asked[0]]
-        over.append(0.0 if most is None else proven[1] / size - most)
+        over = [shown.overshoot.proven / 100 - asked[0]]
+        over.append(0.0 if most is None else max(efforts) / size - most)
         if max(over) <= 0:
             return found
         room = [x + (y + fine) * (y > 0) for x, y, fine in zip(room, over, FINE)]
