@@ -59,8 +59,8 @@ class Observer:
                            f"tr J is at most {d['bound']} there"]  # fmt: skip
         else:
             t.point("Y", "Y", f"{q} x {N}")
-            self.claims = ["no observer with this K is proven by these LMIs at the "
-                           "vertices"]  # fmt: skip
+            self.claims = ["no observer with this K that follows the file's model is "
+                           "proven by these LMIs at the vertices"]  # fmt: skip
         t.labels = {x: x for x in named}
         for i in range(1, len(vertices) + 1):
             for x in ("decay", "cost"):
