@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sosbook.pendulum import Mip, Robot
-from sosbook.pendulum.command import main, places
+from sosbook.pendulum.command import _places, main
 from sosbook.pendulum.deployment import deploy, described
 from sosbook.pendulum.experiments import chirp, motion
 from sosbook.pendulum.identify import identify
@@ -172,12 +172,12 @@ def test_foreign_logs_need_a_description(tmp_path):
 
 
 def test_the_places_of_the_files():
-    assert places(["a.toml", "b", "w", "f"]) == ("a.toml", "b", "w", "f")
-    assert places(["b", "w"]) == (None, "b", "w", "deployment")
-    assert places([])[1:3] == (DATA / "body.csv", DATA / "wheels.csv")
+    assert _places(["a.toml", "b", "w", "f"]) == ("a.toml", "b", "w", "f")
+    assert _places(["b", "w"]) == (None, "b", "w", "deployment")
+    assert _places([])[1:3] == (DATA / "body.csv", DATA / "wheels.csv")
     for bad in (["a.toml"], ["b"], ["a.toml", "b"], ["b", "w", "f", "g"]):
         with pytest.raises(ValueError, match="give robot.toml"):
-            places(bad)
+            _places(bad)
 
 
 # Every key arrives
