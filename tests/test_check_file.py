@@ -81,6 +81,13 @@ def test_a_reader_s_file_is_judged_in_plain_words(tab):
     words = said(tab, "clock.json", sampled)
     assert 'the kind "sampled" (a loop with a clock)' in words
     assert "a tick every 0.1 s, a delay of 0 s" in words and "proven" not in words
+    for more in (
+        dict(saturation=sos.Saturation(9, [[1, 0, 0, 0]])),
+        dict(saturation=sos.Saturation([9], [1, 0, 0, 0])),
+        dict(gamma=sos.HInfinity(9.0, outputs=sos.Output(velocity=[[1, 0]]))),
+    ):
+        other = sos.design_pid(ONE, **more).certify().text
+        assert judged(tab, other)[0]["status"] == "beyond"
     for odd in ('"x"', '"7"', '"1e999"', "0", '"-1"', "[]"):  # some never ended
         text = re.sub(r'"theta.2":"[^"]*"', f'"theta.2":{odd}', proof("places").text)
         assert judged(tab, text)[0]["status"] == "refused"

@@ -179,6 +179,10 @@ def measured(law, gains, **asked):
 
 TRIANGLE = loops(6, vertices=3, spread=1.6)
 GENTLE = [[-1, -0.5]]
+CORNERS = [[0.3, 0.1, 0, 0], [0.3, -0.1, 0, 0]]
+TRACKS = sos.SecondOrderSystem(
+    np.eye(2), 0.1 * np.eye(2), [[1, -0.5], [-0.5, 1]], np.eye(2)
+)
 # What the stand-alone checker decides, and what it must pass on.
 PROOFS = {
     "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
@@ -281,6 +285,14 @@ PROOFS = {
     "input, slack": lambda: sos.design_pid(
         TWO, region=SLOW, saturation=sos.Saturation(10, [1, 0]), coupling="slack"
     ).certify(),
+    "each input, a box": lambda: sos.design_pid(
+        TRACKS, region=SLOW, saturation=sos.Saturation([9, 8], CORNERS)
+    ).certify(),
+    "each input of a law": lambda: measured(
+        sos.PIDLaw([[1, 0]], filter=0.3),
+        dict(K_P=[[-0.5], [0]], K_D=[[-0.6], [0.1]]),
+        saturation=sos.Saturation([9, 8], CORNERS),
+    ),
     "all at once": lambda: sos.design_pid(
         TWO,
         ONE,

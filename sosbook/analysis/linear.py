@@ -155,8 +155,8 @@ def peak_gain(A, B, C, D=0.0):
     return float(best * unit)
 
 
-def peak_input(d, K, x0, K_A=None):
-    """The largest |K x(t)| of the free response of d from x0.
+def peak_input(d, K, x0, K_A=None, inputs=None):
+    """The largest |K x(t)| of the free response of d from x0, of some ``inputs``.
 
     With K_A the largest |K x(t) + K_A z''(t)|, the whole signal. It is
     infinite for an unstable loop. See `sosbook.analysis.peaks`; a loop too
@@ -166,7 +166,7 @@ def peak_input(d, K, x0, K_A=None):
     from .precise import ExactLoop, in_rationals
 
     if K_A is None and in_rationals(d, K):
-        peak = ExactLoop(d, K).peak_input(x0)
+        peak = ExactLoop(d, K).peak_input(x0, inputs)
         if peak is not None:
             return peak
     A = loop_matrix(d, K)
@@ -175,4 +175,5 @@ def peak_input(d, K, x0, K_A=None):
     if K_A is not None:
         n = len(d.C)
         K = K + K_A @ A[n : 2 * n]
+    K = K if inputs is None else K[list(inputs)]
     return largest_size(FreeMotion(A, K, x0))

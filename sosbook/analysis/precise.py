@@ -122,8 +122,8 @@ class ExactLoop:
         grid = np.sort([*np.linspace(*ends, SEARCH_POINTS), *near])
         return float(max(_highest(gain, grid), np.linalg.norm(D, 2)))
 
-    def peak_input(self, x0):
-        """The largest |K x(t)| of the free response from x0; None of a double pole."""
+    def peak_input(self, x0, inputs=None):
+        """The largest |K x(t)| of some ``inputs`` from x0; None of double poles."""
         poles = self.poles()
         if poles.real.max() >= 0:
             return np.inf
@@ -131,6 +131,7 @@ class ExactLoop:
             return None
         start = _flint(np.asarray(x0, float)[:, None])
         rows = [row[0] for row in self._numerators(self.K, start)]
+        rows = rows if inputs is None else [rows[i] for i in inputs]
         with ctx.workprec(POLYNOMIAL_BITS):
             roots = [root for root, _ in self.chi.complex_roots()]
             slope = acb_poly(self.chi.derivative())

@@ -36,7 +36,7 @@ class Channel(Requirement):
                 "several by &"
             )
         if self.inputs is not None:
-            put(self, inputs=_places(self.inputs))
+            put(self, inputs=places("inputs", self.inputs))
         if sane_name(self.name) in PARAMETERS and self.named:
             raise ValueError(
                 f"name={self.name!r} is that of another bound: take one of its own"
@@ -131,17 +131,15 @@ class Channel(Requirement):
         return claim(self.data())
 
 
-def _places(inputs):
-    """Which disturbances, from 0, as a tuple."""
+def places(name, some):
+    """``some`` disturbances or inputs as a tuple; ``name``: the argument's."""
     try:
-        places = tuple(count("inputs", i) for i in inputs)
+        found = tuple(count(name, i) for i in some)
     except TypeError:
-        raise ValueError(
-            "inputs must be a list of disturbances, counted from 0"
-        ) from None
-    if not places or len(set(places)) < len(places):
-        raise ValueError("inputs must name one disturbance or more, each once")
-    return places
+        raise ValueError(f"{name} must be a list of numbers, counted from 0") from None
+    if not found or len(set(found)) < len(found):
+        raise ValueError(f"{name} must name one or more, each once")
+    return found
 
 
 def _given_by_equations(seen: "Iterable[Descriptor]") -> bool:

@@ -11,6 +11,7 @@ from .pole_region import LMIRegion, PoleRegion, Region
 from .vocabulary import PARAMETERS
 
 KEYWORDS = ("region", "gamma", "saturation", "requirements")
+NAMED = Channel, Saturation  # of which a request may have more than one, by name
 NOT_GIVEN = object()  # a keyword that was left out, unlike one that is None
 
 
@@ -32,7 +33,7 @@ def collected(
             f"{type(requirements).__name__}"
         ) from None
     for r in requirements:
-        if isinstance(r, Region) and not isinstance(r, LMIRegion):
+        if isinstance(r, (Region, Saturation)) and not isinstance(r, LMIRegion):
             chosen.extend(r.parts)
         elif isinstance(r, Requirement):
             chosen.append(r)
@@ -56,7 +57,7 @@ def collected(
     if saturation is not NOT_GIVEN:
         if not isinstance(saturation, (Saturation, type(None))):
             raise ValueError("saturation must be a Saturation(u_max, x0)")
-        fresh[Saturation] = () if saturation is None else (saturation,)
+        fresh[Saturation] = () if saturation is None else saturation.parts
     chosen = [r for r in chosen if not any(_is(r, kind) for kind in fresh)]
     chosen += [r for some in fresh.values() for r in some]
     keys = [r.key for r in chosen]
@@ -86,12 +87,12 @@ def asked_once(*, requirements=(), **keywords):
 
 def _is(r, kind):
     """True if r is what the keyword of its kind asks, and has no name of its own."""
-    return isinstance(r, kind) and not (isinstance(r, Channel) and r.named)
+    return isinstance(r, kind) and not (isinstance(r, NAMED) and r.named)
 
 
 def _place(r):
-    """The key that may come once: of bounds of a norm, its name."""
-    return r.key if isinstance(r, Channel) else r.kind
+    """The key that may come once: of bounds of a norm or an input, its name."""
+    return r.key if isinstance(r, NAMED) else r.kind
 
 
 def no_requirement(name, value):

@@ -207,7 +207,7 @@ def _as_data(request):
             data.setdefault("region", {})[which[0]] = which[1]
         elif key == "gamma" and bound and r.outputs is None and r.inputs is None:
             data["gamma"] = bound
-        elif key == "u_max" and bound and not r.acceleration:
+        elif key == "u_max" and bound and r.bounds_input_from() is not None:
             data["saturation"] = {"u_max": bound, "x0": r.x0.tolist()}
         else:
             data[r.name] = None

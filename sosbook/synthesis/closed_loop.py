@@ -144,10 +144,12 @@ class ClosedLoop(Gains[Proven]):
             saturation = self.request.saturation
             if saturation is None:
                 raise ValueError("x0 is missing: the design has no saturation")
-            x0 = saturation.x0
-        from ..plants.response import vector
+            points = [x for _, x in saturation.points]
+        else:
+            from ..plants.response import vector
 
-        x0, energy = vector("x0", x0, K.shape[1]), finite("energy", energy)
+            points = [vector("x0", x0, K.shape[1])]
+        energy = finite("energy", energy)
         if energy < 0 or (energy and self.gamma is None):
             raise ValueError(
                 "energy must not be negative, and only a design with gamma bears "
@@ -157,7 +159,7 @@ class ClosedLoop(Gains[Proven]):
         for P in [self.P] if self.V is None else self.P:
             spread = P if self.V is None else self.V @ np.linalg.solve(P, self.V.T)
             reach.append(np.linalg.norm(K @ spread @ K.T, 2))
-            height.append(x0 @ np.linalg.solve(spread, x0))
+            height += [x @ np.linalg.solve(spread, x) for x in points]
         rise = self.mu * energy if energy else 0.0
         return float(np.sqrt(max(reach) * (max(height) + rise)))
 

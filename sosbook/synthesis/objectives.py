@@ -46,7 +46,7 @@ def objective_of(minimize, asked):
 
 def _check_open(which, asked):
     """Raise if a bound that shall be minimised is given, or can't be."""
-    owners = [r for r in asked if r.parameter is which]
+    owners = [r for r in asked if r.parameter == which]
     if which.open and (not owners):
         raise ValueError(f'minimize="{which.key}" needs {which.open}')
     if any(r.bound is not None for r in owners):

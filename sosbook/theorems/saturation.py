@@ -42,14 +42,14 @@ def control_bound(P, Y, u_max2):
     return block([[P, Y.T], [Y, u_max2 * eye(Y.shape[0])]])
 
 
-def whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2):
+def whole_control_bound(P, X, Y, K_A, mass, row, push, u_max2, some=None):
     """`control_bound` for the whole signal u = K x + K_A z''.
 
     ``P``, (N, N): the Lyapunov matrix; ``X``, ``Y``, (N, N): P and K P; with a slack
     matrix V' and K V'; ``K_A``, (m, n): the gain of the accelerations z''; ``mass``,
     ``row``, ``push``, (n, n): of the equation ``mass z'' = row x + push K x``; ``mass``
-    is M - B K_A; ``u_max2``: square of the bound.
+    is M - B K_A; ``u_max2``: square of the bound; ``some``: rows of I that pick inputs.
     """
     answer = K_A @ inverse(mass)
     signal = answer @ row @ X + (answer @ push + eye(Y.shape[0])) @ Y
-    return control_bound(P, signal, u_max2)
+    return control_bound(P, signal if some is None else some @ signal, u_max2)

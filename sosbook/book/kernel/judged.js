@@ -74,7 +74,8 @@ function designOf(file, text) {
     valuesOf(file)(file.asks);
   const words = "This page doesn't decide the file: it asks for something that no page asks.";
   const plain = plant.kind === "second order" && plant.vertices && !plant.reduced && K && unknowns;
-  const known = list.every(r => Object.hasOwn(BOUNDS_ASKED, r.form ?? r.kind)),
+  const plainly = r => !["u", "inputs", "outputs"].some(x => x in r) && !Array.isArray(r.x0?.[0]);
+  const known = list.every(r => Object.hasOwn(BOUNDS_ASKED, r.form ?? r.kind) && plainly(r)),
         odd = K_A ?? epsilon ?? E0 ?? null;
   if (!plain || !known || odd !== null || coupling !== "pairs" || Object.keys(more).length)
     return {status: "beyond", words};

@@ -20,7 +20,7 @@ kron({b}, P.c.j) - F.c {E} + {A}' G.c'; ., {d}-he(G.c {E})] > 0"""
 NORM = """-[he(F.c AL.i), P.c.j - F.c EL.i + AL.i' G.c', F.c BL.i{S}, mu.c Cy.i'; \
 ., -he(G.c EL.i), G.c BL.i{S}, {H}; ., ., -mu.c, {Z}; \
 ., ., ., -mu.c gamma{k}^2] > 0"""
-PEAK = "[P.c.j, mu.c Ku'; ., mu.c u_max^2] > 0"
+PEAK = "u_max{k}.c.j: [P.c.j, mu.c {K}'; ., mu.c u_max{k}^2] > 0"
 DECAY = """-[he(F.c AL.i) + mu.c {w}, P.c.j - F.c EL.i + AL.i' G.c'; \
 ., -he(G.c EL.i)] > 0"""
 NOISE = "[J.c, (H.c BL.i{S})'; ., he(H.c EL.i) - P.c.j] > 0"
@@ -190,11 +190,15 @@ class Known:
             each = ["decay.c.j: " + DECAY.format(w=f"{C}' {C}"),
                     "noise.c.j: " + NOISE.format(S=S)]  # fmt: skip
         elif kind == "input":
-            start(t, r, N)
             need(not (r["acceleration"] and self.d["K_A"]), "K_A z'' isn't K x")
+            kth = tag(r, self.d["requirements"])
+            points, some = start(t, r, N, self.m, kth)
             decay = POLES.format(a="[0]", b="[1]", d="", A="AL.i", E="EL.i")
-            each = [f"decay.c.j: {decay}", "x0.c.j: mu.c - x0' P.c.j x0 > 0",
-                    f"u_max.c.j: {PEAK}"]  # fmt: skip
+            each = [f"decay.c.j: {decay}"]
+            for _, label, x0 in points:
+                each.append(f"{label}.c.j: mu.c - {x0} P.c.j ({x0})' > 0")
+            K = f"({some} Ku)" if some else "Ku"
+            each.append(PEAK.format(K=K, k=kth))
         else:
             states = weights(t, r, self)
             if self.quiet and not states:  # white noise in u would cost too much

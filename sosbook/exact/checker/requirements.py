@@ -37,7 +37,7 @@ NAMES = {
     "cost": "cost",
     "input": "saturation",
 }  # regions have any
-SEVERAL = ("gamma", "h2")  # of which a request may have more than one, by name
+SEVERAL = ("gamma", "h2", "input")  # of which a request may have more than one, by name
 SIZED = ("gamma", "h2", "cost", "input")  # whose blocks aren't homogeneous in P
 NUMBERS = {"gamma": "gamma mu", "h2": "h2", "input": "u_max", "cost": "bound"}
 
@@ -100,34 +100,60 @@ def noise(d, r):
 
 
 def peak(d, r):
-    """Lemma 2.2: x0 lies in the ellipsoid x' P^-1 x < 1, and |K x| <= u_max there."""
-    t, (s, u, over) = d.t, d.size(r)
-    start(t, r, d.N)
+    """Lemma 2.2: each x0 lies in the ellipsoid x' P^-1 x < 1, and |K x| <= u_max there.
+
+    So does what lies between them and their negatives: an ellipsoid is convex and even.
+    """
+    t, (s, u, over), k = d.t, d.size(r), tag(r, d.asked)
+    points, some = start(t, r, d.N, d.m, k)
     back, to = ("back ", " back'") if "back" in t.data else ("", "")
     X, i, one = d.frame["X"], ".i" if d.slack else "", s.strip() or "1"
     where = "pair" if d.slack else "once"
     inner = f"{back}(he({d.frame['V']}) - {X}.i){to}" if d.slack else f"{back}{X}{to}"
-    yield where, "x0", f"x0{i}: [{one}, {s}x0'{to}{over}; ., {inner}] > 0"
-    lower = f"{s}u_max^2" + (f"/({u}scale)^2" if back else "")
+    for block, label, x0 in points:
+        line = f"{label}{i}: [{one}, {s}{x0}{to}{over}; ., {inner}] > 0"
+        yield where, block, line
+    lower = f"{s}u_max{k}^2" + (f"/({u}scale)^2" if back else "")
     if not r["acceleration"] or d.d["K_A"] is None:
-        yield where, "u_max", f"u_max{i}: [P{i}, Y'; ., {lower}] > 0"
+        Y = f"({some} Y)" if some else "Y"
+        yield where, "u_max", f"u_max{k}{i}: [P{i}, {Y}'; ., {lower}] > 0"
         return
     need(d.certain, "M - B K_A is uncertain")
     rest = ", O(n, rows(U))" if "U" in t.data else ""  # z'' = inertia^-1 (A x + B K x)
     P, T = "V'" if d.slack else "P", "T " if back else ""
     force = f"K_A inv(M.i - B.i K_A) ([-S.i, -D.i{rest}] {T}{P}{'/scale' * bool(back)}"
     force += " + B.i Y) + Y"
+    force = f"{some} ({force})" if some else force
     where = "pair" if d.slack else "all"
-    yield where, "u_max", f"u_max.i: [P{i}, ({force})'; ., {lower}] > 0"
+    yield where, "u_max", f"u_max{k}.i: [P{i}, ({force})'; ., {lower}] > 0"
 
 
-def start(t, r, N):
-    """The x0 of a bound of the input becomes data."""
-    keys(r, "kind name u_max x0 acceleration")
+def start(t, r, N, m, k):
+    """The states from which a bound of u holds, (block, label, row) of each x0',
+    and the name of the rows that pick its inputs; the names end with ``k``.
+    """
+    keys(r, "kind name u_max x0 acceleration" + " u" * ("u" in r))
     need(isinstance(r["acceleration"], bool), "acceleration must be true or false")
-    t.data["x0"] = [[e] for e in r["x0"]]
-    mat(t.data["x0"], N, 1)
-    t.places[id(r), "x0"] = "|x0"
+    need(isinstance(r["x0"], list) and r["x0"], "x0 must be a list")
+    x0, some = f"x0{k}", ""
+    if "u" in r:
+        good = isinstance(r["u"], list) and 0 < len(r["u"])
+        good = good and all(type(i) is int and 0 <= i < m for i in r["u"])
+        need(good and len({*r["u"]}) == len(r["u"]), "u aren't inputs")
+        some = "; ".join(f"pick({i + 1}, {m}, 1)" for i in r["u"])
+        t.write(f"some{k} = [{some}]")
+        some = f"some{k}"
+    if not isinstance(r["x0"][0], list):
+        t.data[x0] = [[e] for e in r["x0"]]
+        mat(t.data[x0], N, 1)
+        t.places[id(r), "x0"] = "|" + x0
+        return [("x0", x0, f"{x0}'")], some
+    count = len(r["x0"])
+    mat(r["x0"], count, N)
+    t.put(x0, r, "x0")
+    several = range(1, count + 1)
+    return [(f"x0 {j}", f"{x0}.of.{j}", f"pick({j}, {count}, 1) {x0}")
+            for j in several], some  # fmt: skip
 
 
 def cost(d, r):
@@ -289,13 +315,19 @@ def claim(r, signal="K x"):
     if r["kind"] not in BLOCKS:
         need(isinstance(r["claim"], str), "an author's claim must be words")
         return f"{r['name']}, by its author's theorem: {json.dumps(r['claim'])}"
-    if r["kind"] in SEVERAL:
+    if r["kind"] in ("gamma", "h2"):
         whose = "its" if r["name"] == r["kind"] else f"{r['name']}: its"
         norm = {"gamma": "H-infinity", "h2": "H2"}[r["kind"]]
         return f"{whose} {norm} norm{ends(r)} is below {r[r['kind']]}"
     if r["kind"] == "input":
         signal += " + K_A z''" if r["acceleration"] else "(t)"
-        return f"|{signal}| <= {r['u_max']} from x0 (with r = 0, w = 0)"
+        if "u" in r:
+            some = ", ".join(f"u{i + 1}" for i in r["u"])
+            signal = some + (signal[1:] if signal[:1] == "u" else f" of {signal}")
+        named, x0 = "" if r["name"] == NAMES["input"] else f"{r['name']}: ", "x0"
+        if r["x0"] and isinstance(r["x0"][0], list):
+            x0 = f"each x0 between {len(r['x0'])} states and their negatives"
+        return f"{named}|{signal}| <= {r['u_max']} from {x0} (with r = 0, w = 0)"
     return f"its quadratic cost is below {r['bound']} times the largest noise intensity"
 
 

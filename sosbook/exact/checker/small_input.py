@@ -35,7 +35,8 @@ class SmallInput:
         _, N, m, _ = plant(t, d)
         need(d["K"] is None, "the gain must be free")
         need(not design.slack, "this proof is for a common P")
-        (bound,) = [r for r in design.asked if r["kind"] == "input"]
+        bound, *others = [r for r in design.asked if r["kind"] == "input"]
+        need(not others and "u" not in bound, "this proof is for one bound of u")
         need(bound["acceleration"] is False, "this proof is for a bound of K x")
         vertex, k = vertex_of(t, d["vertex"]), len(d["spread"])
         need(0 < k < N, "the part must be smaller than the plant")
