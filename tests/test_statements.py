@@ -75,8 +75,11 @@ def key_in(proof, said, block):
     name, c, kind, i = re.fullmatch(r"(.*) cell (\d+) (.*?) ?(\d+)", block).groups()
     names = [name for _, name, _ in proof.data["cells"]]
     kind = {"": "poles", "stability": "poles"}.get(kind, kind)
-    whole = f"{kind}.{names.index(name) + 1}.{c}"
-    return next(x for x in (f"{whole}.{i}", whole) if x in said)
+    word, _, point = kind.partition(" ")
+    place = rf"{names.index(name) + 1}\.{c}"
+    own = rf"(\.\d+)?\.of\.{point}" if point else r"(\.\d+)?" * (word == "u_max")
+    label = rf"{word}{own}\.{place}(\.{i})?"
+    return max((x for x in said if re.fullmatch(label, x)), key=len)
 
 
 # of sampled loops test_sampled_text holds the blocks to floats
