@@ -11,6 +11,7 @@ import sys
 from dataclasses import FrozenInstanceError, replace
 from fractions import Fraction
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,8 +28,11 @@ from sosbook.exact.proof_file import KINDS, ProofFile
 from sosbook.exact.rational import decimal, fraction, read_number
 from sosbook.lmi import LMIProblem, he, symmetric
 from sosbook.proofs.command import main
+from sosbook.requirements.stability import Stability
 from sosbook.sampled.proof import by_balls
+from sosbook.synthesis.growing import refuse_by_growth
 from sosbook.synthesis.proofs import DesignProof
+from sosbook.synthesis.request import Request
 from tests.asking import asked_by, asking
 from tests.closed import analyse_loop
 from tests.energy_to_peak import EnergyToPeak
@@ -355,6 +359,16 @@ PROOFS = {
         ).proof
     ),
 }
+
+
+def growing(plant, requirement, gain=((0.0, 0.0),)):
+    """The refusal of a small loop by what refuses large ones."""
+    request = Request(plant, gain=np.array(gain), requirements=[requirement])
+    return SimpleNamespace(
+        infeasibility=refuse_by_growth(request, (0, 0), [requirement])
+    )
+
+
 EXCLUDED = {
     "too little force": lambda: sos.design_pid(
         mass(D=[[-1.0]], S=ONE), saturation=sos.Saturation(0.5, [1, 0])
@@ -399,6 +413,10 @@ EXCLUDED = {
         sos.Polytope([spring(D=0.0), spring(D=0.0, B=-1.0)])
     ),
     "a pole of a given loop": lambda: sos.analyse_pid(spring(M=3.0), [[-1, 2]]),
+    "a form that grows": lambda: growing(spring(D=-0.3), Stability()),
+    "two forms that grow": lambda: growing(
+        spring(D=0.3), sos.LMIRegion.sector(0.5), gain=[[0.1, -0.2]]
+    ),
     "a pole of a closed loop": lambda: analyse_loop(np.eye(2), [[0, 1], [1, 0]]),
     "an unstable mode, for H-infinity": lambda: sos.design_pid(twins(-0.1), gamma=3.0),
     "a mode that no sensor sees": lambda: sos.design_pid(
@@ -663,6 +681,7 @@ AWAY = {  # a file of the checker, and a proof that needs it
     "any_order": "no controller of any order",
     "delays": "delay",
     "fixed_mode": "a mode at rest",
+    "growing": "a form that grows",
     "mass": "a singular mass",
     "observer": "observer",
     "own": "an LMI of one's own",

@@ -39,6 +39,7 @@ NEW = (  # small ones of each kind
     "a mode between two plants",
     "a pole of a given loop",
     "a singular mass",
+    "two forms that grow",
     "a response out of reach",
     "an LMI of one's own",
     "an LMI of one's own, empty",

@@ -31,6 +31,7 @@ KINDS = {  # whose class each kind is, by its module: it is found when a file na
     "infeasible delay": "delay.proofs.DelayRefusal",
     "infeasible delay modes": "delay.modes.ModesRefusal",
     "fixed mode": "synthesis.fixed_mode.FixedModeRefusal",
+    "growing": "synthesis.growing.GrowingRefusal",
     "singular mass": "synthesis.fixed_mode.SingularMassRefusal",
     "small input": "synthesis.small_input.SmallInputRefusal",
     "unreached response": "synthesis.unreached.UnreachedResponseRefusal",

@@ -12,7 +12,7 @@ from ..plants.descriptor import MATRICES, Descriptor
 from ..plants.joined import of_one
 from ..plants.reduction import Reduction
 from .feasibility import answer
-from .fixed_mode import refuse_by_mode
+from .fixed_mode import FixedModeRefusal, refuse_by_mode
 from .request import Request
 from .unreached import refuse_by_response
 
@@ -53,6 +53,8 @@ def _named(r, proof):
     (claim, *_), before = proof.claims, "which breaks: "
     said, there, _ = claim.partition(before)
     if not there or "alpha + beta s" not in claim or r.pole_matrices() is None:
+        return claim
+    if not isinstance(proof, FixedModeRefusal):  # where its pole is isn't known
         return claim
     s = proof.mode
     outside = r.distance(s) < -CLEARLY * max(abs(s), 1.0)

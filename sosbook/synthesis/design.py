@@ -333,6 +333,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         Found by solving again with each requirement left out.
         """
         from .fixed_mode import FixedModeRefusal
+        from .growing import GrowingRefusal
 
         if self.status == "feasible":
             return ""
@@ -342,7 +343,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
             if self.status == "undecided":
                 more = advice.with_one_relaxed(self.request) + more
             return f"{self.reason} {more}Measure more, or ask for less."
-        if isinstance(self.infeasibility, FixedModeRefusal):
+        if isinstance(self.infeasibility, (FixedModeRefusal, GrowingRefusal)):
             if self.request.gain is not None:
                 what = "gain" if self.request.plant.m else "loop"
                 return f"{self.reason} Change the {what}, or ask for less."

@@ -17,6 +17,7 @@ from ..requirements.lmi_region import by_matrices
 from ..requirements.stability import Stability
 from ..runtime.names import claimed
 from ..runtime.time_limit import check_time
+from .growing import FROM_STATES, refuse_by_growth
 from .request_as_data import loop_data
 
 LAW = "rows", "noise", "E", "A", "B", "of_sensors", "of_states"
@@ -157,13 +158,17 @@ def _places(request):
 
 def refuse_by_mode(request, places=None, how=None):
     """The `FixedModeRefusal` of a ``request`` at some ``places``, see
-    `FixedModeRefusal.place`, or all; None without one. ``how`` is an `OfLaw` that
-    reads the plant of the law's request.
+    `FixedModeRefusal.place`, or all, of a large loop a `GrowingRefusal`; None without
+    one. ``how`` is an `OfLaw` that reads the plant of the law's request.
     """
     # whatever else is asked, all claims say that it is stable
     asked = {r.key: r for r in (*request.demands, Stability())}.values()
+    large = request.gain is not None and request.order >= FROM_STATES and how is None
     for place in _places(request) if places is None else places:
         check_time()
+        grown = refuse_by_growth(request, place, asked) if large else None
+        if grown is not None:
+            return grown
         part = fixed_part(*plant_at(request, place, how))
         for mode in part.modes() if part is not None else ():
             for r in asked:

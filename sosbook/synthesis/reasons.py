@@ -64,8 +64,14 @@ MOST_LOOKED_AT = 600  # states; of more the poles take longer than a word is wor
 
 
 def pole_named(request):
+    """`pole_seen` of a ``request``, where nothing is proven of it."""
+    seen = pole_seen(request)
+    return seen and f"{seen[:-1]}: no exact proof of it was found."
+
+
+def pole_seen(request):
     """A sentence about the pole under a given gain that breaks a ``request`` the most
-    in floats, where nothing is proven; empty where none does, or the gain is sought.
+    in floats; empty where none does, or the gain is sought.
     """
     K, worst = request.gain, (0.0, "")
     if K is None or request.order > MOST_LOOKED_AT:
@@ -86,7 +92,6 @@ def pole_named(request):
                 s = poles[beyond.argmax()]
                 place = listed(np.array([complex(s.real, abs(s.imag))]))
                 where = f" of vertex {k + 1}" if len(request.vertices) > 1 else ""
-                words = f"In floats a pole{where} at {place} rad/s breaks {{}}: "
-                words = words.format(r.words or r.name)
-                worst = beyond.max(), f"{words}no exact proof of it was found."
+                words = f"In floats a pole{where} at {place} rad/s breaks "
+                worst = beyond.max(), f"{words}{r.words or r.name}."
     return worst[1]

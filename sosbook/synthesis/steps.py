@@ -109,16 +109,23 @@ def taken(steps, case):
 def by_mode(case):
     """Refuse a ``case`` by a pole that no gain moves to where it is asked."""
     from .fixed_mode import refuse_by_mode
+    from .growing import GrowingRefusal
+    from .reasons import pole_seen
 
     request, proof = case.request, refuse_by_mode(case.request)
     if proof is None:
         return None
-    mode, (i, j) = proof.mode, (k + 1 for k in proof.place)
+    i, j = (k + 1 for k in proof.place)
     where = (
         f" of vertex {i}" if i == j else f" halfway between the vertices {i} and {j}"
     )
     where = "" if len(request.vertices) == 1 else where
     whose = "This gain leaves" if request.plant.m else "This loop has"
+    if isinstance(proof, GrowingRefusal):
+        text = f"{whose} a pole{where} that violates {proof.requirement}: a form that "
+        text = f"{text}grows along the loop proves it. {pole_seen(request)}".strip()
+        return case.left(text, "infeasible", proof)
+    mode = proof.mode
     text = f"{whose} a pole{where} at {mode:.4g} rad/s"
     if request.gain is None:
         text = f"No gain moves the mode{where} at {mode:.4g} rad/s: "

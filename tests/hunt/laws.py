@@ -339,6 +339,10 @@ def true_refusal(file):
         return None
     E, A, W, C = loop_in(file)
     poles = eigvals(A, E)
+    if file["kind"] == "growing":
+        asked = file["requirement"]
+        region = Requirement.read(asked) if asked else sos.LMIRegion.half_plane(0.0)
+        return min(x.min() for x in region.distances(poles).values()) < 1e-7
     if file["kind"] == "fixed mode":
         s, asked = (
             complex(*map(float, map(Fraction, file["point"]))),

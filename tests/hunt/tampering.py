@@ -147,7 +147,7 @@ def true_claims(whole):
         )
     if whole["kind"] == "sampled":
         return clocks.falls(whole)
-    refuses = whole["kind"] in ("fixed mode", "unreached response")
+    refuses = whole["kind"] in ("fixed mode", "growing", "unreached response")
     if refuses and (whole["K"] is not None or whole["plant"]["kind"] == "descriptor"):
         return laws.true_refusal(whole)
     if whole["kind"] == "fixed mode":

@@ -34,7 +34,8 @@ const KIND_WORDS = {
   regularization: "a mass that is made regular",
   lmi: "LMIs of an author's own"
 };
-const REFUSALS = ["fixed mode", "sum of poles", "singular mass", "unreached response", "small input"];
+const REFUSALS =
+  ["fixed mode", "growing", "sum of poles", "singular mass", "unreached response", "small input"];
 
 // {status, words, about, claims}: proven, refused, beyond (it isn't decided here) or odd (no file).
 export function judgedFile(text) {

@@ -27,11 +27,8 @@ class FixedMode:
         """Write the text: rows that no input moves, and their root outside."""
         t = self.t = Text(d)
         vertices, N, m, _ = plant(t, d)
-        i, j = (vertex_of(t, k) for k in d["place"])
-        where = f"the plant halfway between the vertices {i} and {j}"
-        if i == j:
-            where = vertex_words(d["plant"], i, len(vertices))
-        mean, who = f"({{0}}.{i} + {{0}}.{j})/2", "no gain"
+        where, mean = place(t, d, len(vertices))
+        who = "no gain"
         if "law" not in d:
             t.write(*(f"{x} = {mean.format(x)}" for x in ("E", "A", "Bu")))
         elif d["free"] is None:
@@ -59,18 +56,7 @@ class FixedMode:
                 f"mode: V {A} == L V E")  # fmt: skip
         if d["K"] is None:
             t.write(f"still: V Bu == O({k}, {m})")
-        asked, text = d["requirement"], STABLE
-        if asked is not None:
-            if asked["kind"] != "region":
-                raise Beyond(
-                    f"what a pole does to a {asked['kind']!r} isn't known here"
-                )
-            sane(asked["name"])
-            plain = asked["form"] == "disk"
-            if asked["form"] == "half-plane":
-                plain = 2 * number(asked["sigma"]) == number(asked["alpha"][0][0])
-            text = region(asked)[2] if plain else in_matrices(asked)
-        alpha, beta, _ = region(asked or STABILITY | {"kind": "region"})
+        alpha, beta, text = broken(d["requirement"])
         x, y = map(ratio, d["point"])
         value, slope = steps(h, x, y)
         good = value <= CLOSE**2 * (x * x + y * y) * slope
@@ -91,6 +77,29 @@ class FixedMode:
         self.claims = [f"{mode}, which breaks: {text}"]
 
 
+def place(t, d, count):
+    """A plant's place among so many vertices, in words, and how it is made of them."""
+    i, j = (vertex_of(t, k) for k in d["place"])
+    where = f"the plant halfway between the vertices {i} and {j}"
+    if i == j:
+        where = vertex_words(d["plant"], i, count)
+    return where, f"({{0}}.{i} + {{0}}.{j})/2"
+
+
+def broken(asked):
+    """alpha and beta of the region that is asked of the poles, and its claim."""
+    text = STABLE
+    if asked is not None:
+        if asked["kind"] != "region":
+            raise Beyond(f"what a pole does to a {asked['kind']!r} isn't known here")
+        sane(asked["name"])
+        plain = asked["form"] == "disk"
+        if asked["form"] == "half-plane":
+            plain = 2 * number(asked["sigma"]) == number(asked["alpha"][0][0])
+        text = region(asked)[2] if plain else in_matrices(asked)
+    return *region(asked or STABILITY | {"kind": "region"})[:2], text
+
+
 def outside(alpha, beta, h, x, y, v):
     """True if a root of h near c = x + iy lies outside of a region.
 
@@ -98,13 +107,20 @@ def outside(alpha, beta, h, x, y, v):
     stays positive or zero.
     """
     a, b = [p for p, _ in v], [q for _, q in v]  # v = a + ib
-    level = bilinear(a, alpha, a) + bilinear(b, alpha, b)
-    re = bilinear(a, beta, a) + bilinear(b, beta, b)
-    im = bilinear(a, beta, b) - bilinear(b, beta, a)
+    level, re, im = half_plane(alpha, beta, a, b)
     level += 2 * (x * re - y * im)
     value, slope = steps(h, x, y)
     reach = 4 * value * (re**2 + im**2)
     return any(map(any, v)) and level >= 0 and level**2 * slope >= reach
+
+
+def half_plane(alpha, beta, a, b):
+    """v* (alpha + beta s + beta' conj(s)) v = level + 2 Re((re + i im) s), v = a + ib:
+    the half-plane where that is negative holds the region.
+    """
+    level = bilinear(a, alpha, a) + bilinear(b, alpha, b)
+    re = bilinear(a, beta, a) + bilinear(b, beta, b)
+    return level, re, bilinear(a, beta, b) - bilinear(b, beta, a)
 
 
 def steps(h, x, y):

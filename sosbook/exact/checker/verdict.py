@@ -52,6 +52,7 @@ SINGLE = {  # without unknowns
                 "cells"),
     "fixed mode": ("fixed_mode.FixedMode", LOOP + "requirement place polynomial rows "
                    "point witness"),
+    "growing": ("growing.Growing", LOOP + "requirement place witness level form start"),
     "sum of poles": ("any_order.SumOfPoles", "plant U K_A law gains requirement "
                      "vertex"),
     "singular mass": ("mass.SingularMass", "plant U K_A between"),
