@@ -12,18 +12,16 @@ MOST = 400  # lines
 
 ARGUMENTS = 12  # at most, of a function or a constructor
 #: More. A number may only fall, and what fits leaves the list.
-MORE = {
+MORE = {"design_explorer": 17}
+#: Records that nobody calls with all of it: they are read from print or a file, or made
+#: by one function. A number may only fall.
+RECORDS = {
     "Example": 14,  # of the thesis, number by number
-    "Firmware": 13,
-    "MipPrint": 23,
+    "MipPrint": 23,  # the same
     "Robot": 39,  # a robot's file, key by key
-    "Settings": 33,
+    "Settings": 33,  # of the solver, in one place
     "Solution": 16,  # and its Design: made by the design functions, field by field
-    "TickLog": 16,
-    "analyse_delay": 14,
-    "design_explorer": 17,
-    "largest": 15,
-    "simulate": 17,
+    "TickLog": 16,  # the columns of a log
 }
 
 
@@ -51,7 +49,7 @@ def test_no_public_function_has_more_arguments_than_a_reader_keeps_in_mind():
         for name, count in arguments(tree):
             found[name] = max(found.get(name, 0), count)
     many = {name: count for name, count in found.items() if count > ARGUMENTS}
-    assert many == MORE
+    assert many == MORE | RECORDS
 
 
 def classes():

@@ -465,7 +465,7 @@ def test_a_design_and_a_controller_have_their_loop():
 
 
 def test_the_longest_delay_of_a_law_is_near_its_margin():
-    found = largest("tau", PLANT, OF_PID, tau=0.05, law=PID, refuse=False)
+    found = largest("tau", loop("PID"), tau=0.05, refuse=False)
     assert 0.5 * delay_margin("PID") < found.value < delay_margin("PID")
     assert loop("PID").late(0.05).largest("tau", refuse=False).value == found.value
 

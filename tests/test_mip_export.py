@@ -70,9 +70,8 @@ TEXTS.append(lambda program: program.rc_balance["rc_balance.c"])
 
 def test_the_text_is_the_same_every_time_and_free_of_dates():
     for make in TEXTS:
-        texts = [
-            make(Program(Firmware(LAWS["(4.30)"], note=("about",)))) for _ in range(2)
-        ]
+        law = LAWS["(4.30)"].noted("about")
+        texts = [make(Program(Firmware(law))) for _ in range(2)]
         assert texts[0] == texts[1]
         assert not re.search(r"\b20[2-9]\d\b", texts[0])
         assert texts[0].isascii() and texts[0].endswith("\n")
@@ -82,7 +81,7 @@ def test_the_text_is_the_same_every_time_and_free_of_dates():
 
 def test_the_header_says_where_the_law_comes_from():
     note = ("plant: thesis (4.25)", "R = 5, disc |z| < 0.9")
-    firmware = Firmware(LAWS["PD"], note=note)
+    firmware = Firmware(LAWS["PD"].noted(*note))
     for make in TEXTS:
         text = make(Program(firmware))
         for line in (
@@ -94,15 +93,14 @@ def test_the_header_says_where_the_law_comes_from():
 
 
 def test_no_note_ends_the_comment_that_holds_it(gcc, tmp_path):
-    firmware = Firmware(LAWS["PD"], note=HOSTILE)
+    firmware = Firmware(LAWS["PD"].noted(*HOSTILE))
     text = Program(firmware).gains
     assert text.index("*/") > text.index("xxx")
     assert text[: text.index("*/")].count("/*") == 1
     source = write(tmp_path, Program(firmware))
     run(*gcc, *FLAGS, *STRICT, "-c", source, "-o", tmp_path / "a.o")
     assert ast.get_docstring(ast.parse(Program(firmware).pyctrl))
-    assert Firmware(LAWS["PD"], note="one").note == "one"
-    assert " * one\n" in Program(Firmware(LAWS["PD"], note="one")).gains
+    assert " * one\n" in Program(Firmware(LAWS["PD"].noted("one"))).gains
 
 
 def test_what_gives_no_program():

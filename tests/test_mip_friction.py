@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sosbook.pendulum import (
+    Drivetrain,
     Firmware,
     Mip,
     Robot,
@@ -68,7 +69,7 @@ def test_a_compensation_out_of_range_is_refused(volts):
     with pytest.raises(ValueError, match="compensation"):
         Firmware(LAW, compensation=volts)
     with pytest.raises(ValueError, match="friction"):
-        simulate(MIP, Firmware(LAW), 0.1, 0.1, friction=-1.0)
+        Drivetrain(friction=-1.0)
     with pytest.raises(ValueError, match="compensation"):
         limit_cycle(SampledLoop(MIP, LAW), 0.3, -0.1)
 
@@ -108,7 +109,7 @@ def swings(mip, law, delay, limit, friction, compensation):
         delay,
         Sensors(ideal=True),
         substeps=8,
-        friction=friction,
+        drivetrain=Drivetrain(friction),
     )
     assert not run.fell.any()
     theta = run.x[0, 0, len(run.t) // 3 :]
@@ -149,7 +150,14 @@ def test_friction_makes_the_cycle_that_its_harmonic_predicts(which):
 def test_a_play_of_a_degree_leaves_every_robot_standing():
     firmware = recommend(MIP, robot=THESIS).firmware
     robots = list(vertices(MIP))
-    run = simulate(robots, firmware, 0.1, 4.0, 0.01, backlash=np.radians(1.0))
+    run = simulate(
+        robots,
+        firmware,
+        0.1,
+        4.0,
+        0.01,
+        drivetrain=Drivetrain(backlash=np.radians(1.0)),
+    )
     assert run.settled.all()
     sharp = simulate(robots, firmware, 0.1, 4.0, 0.01)
     assert not np.array_equal(run.V, sharp.V)

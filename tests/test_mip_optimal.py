@@ -93,12 +93,7 @@ def test_the_chain_offers_it_with_its_proofs(tmp_path):
     if find() is None:
         refuse()
     run = simulate(
-        list(found.robots),
-        Compiled(found.firmware, runs=5),
-        0.15,
-        3.0,
-        delay=0.01,
-        bias=None,
+        list(found.robots), Compiled(found.firmware, runs=5), 0.15, 3.0, delay=0.01
     )
     assert run.settled.all()
     stand = found.bench_firmware.law.D[0]

@@ -13,7 +13,7 @@ from sosbook.pendulum.fleet import Fleet, Push
 from sosbook.pendulum.recovery import largest_tilt, recover
 from sosbook.pendulum.rig import COUNTS_PER_TURN, GYRO_STEP
 from sosbook.pendulum.sensors import Sensors
-from sosbook.pendulum.simulator import Run, simulate
+from sosbook.pendulum.simulator import Drivetrain, Run, simulate
 from tests.gains import named
 
 T = 0.01
@@ -240,7 +240,7 @@ def test_the_seed_decides_every_run():
 
 def test_a_robot_at_fault_gets_no_voltage_and_lies_where_it_falls():
     lost = np.arange(101) >= 20
-    run = simulate(MIP, FIRMWARE, 0.2, 1.0, dropouts=lost)
+    run = simulate(MIP, FIRMWARE, 0.2, 1.0, sensors=Sensors(dropouts=lost))
     at = np.argmax(run.fault[0] > 0)
     assert at == 20 + FIRMWARE.missing
     assert FAULTS[run.fault[0, -1]] == "sensor"
@@ -260,8 +260,9 @@ def test_dropouts_may_differ_between_runs_or_be_a_function():
     count = 51
     lost = np.zeros((2, count), bool)
     lost[1, 30:33] = True
-    both = simulate(MIP, FIRMWARE, [0.1, 0.1], 0.5, dropouts=lost)
-    second = simulate(MIP, FIRMWARE, 0.1, 0.5, seed=1, dropouts=lambda k: 30 <= k < 33)
+    both = simulate(MIP, FIRMWARE, [0.1, 0.1], 0.5, sensors=Sensors(dropouts=lost))
+    three = Sensors(dropouts=lambda k: 30 <= k < 33)
+    second = simulate(MIP, FIRMWARE, 0.1, 0.5, seed=1, sensors=three)
     never = simulate(MIP, FIRMWARE, 0.1, 0.5)
     assert np.allclose(both.x[:, 1], second.x[:, 0], atol=1e-9)
     assert np.allclose(both.x[:, 0], never.x[:, 0], atol=1e-9)
@@ -271,8 +272,8 @@ def test_dropouts_may_differ_between_runs_or_be_a_function():
 def test_an_offset_the_controller_doesnt_know_tilts_its_estimate():
     """The gyro's integral errs by offset times t."""
     wrong = 8 * GYRO_STEP
-    sensors = Sensors(noise=0.0, offset=wrong)
-    run = simulate(MIP, FIRMWARE, 0.0, 2.0, sensors=sensors, bias=0.0)
+    sensors = Sensors(noise=0.0, offset=wrong, bias=0.0)
+    run = simulate(MIP, FIRMWARE, 0.0, 2.0, sensors=sensors)
     error = (run.estimate - run.x[0])[0]
     assert np.allclose(error, wrong * (run.t + T / 2), rtol=0, atol=2e-4)
 
@@ -340,14 +341,12 @@ def test_what_a_run_says_of_itself():
         (dict(delay=[0, 0]), "delay must be"),
         (dict(t_end=0), "t_end must be positive"),
         (dict(substeps=0), "substeps must be"),
-        (dict(dropouts=[True]), "dropouts ends"),
+        (dict(sensors=Sensors(dropouts=[True])), "dropouts ends"),
         (dict(controller=object()), "firmware or a T"),
         (dict(controller=Source(np.nan)), "must be finite"),
         (dict(controller=FIRMWARE.controller(3)), "is for 3 runs"),
-        (dict(battery=0.0), "battery must"),
-        (dict(battery=lambda t: -1.0), "battery must"),
-        (dict(nominal=7.4), "give battery"),
-        (dict(battery=7.4, nominal=-1.0), "nominal must"),
+        (dict(drivetrain=Drivetrain(battery=0.0)), "battery must"),
+        (dict(drivetrain=Drivetrain(battery=lambda t: -1.0)), "battery must"),
     ],
 )
 def test_bad_input_is_named(change, words):
@@ -363,11 +362,16 @@ def test_bad_input_is_named(change, words):
         (dict(counts=0), "counts"),
         (dict(accelerometer=-1.0), "accelerometer"),
         (dict(offset=np.nan), "offset"),
+        (dict(friction=-1.0), "friction must"),
+        (dict(backlash=np.nan), "backlash must"),
+        (dict(nominal=7.4), "give battery"),
+        (dict(battery=7.4, nominal=-1.0), "nominal must"),
     ],
 )
-def test_bad_sensors_are_named(change, words):
+def test_bad_sensors_and_drives_are_named(change, words):
+    kind = Sensors if hasattr(Sensors, next(iter(change))) else Drivetrain
     with pytest.raises(ValueError, match=words):
-        Sensors(**change)
+        kind(**change)
 
 
 def test_an_edge_just_after_a_tick_is_a_step_of_its_own():
@@ -389,6 +393,13 @@ def test_a_battery_gives_what_it_has():
         (4.0, dict(battery=12.0, nominal=8.0), 6.0),
     )
     for asked, supply, got in cases:
-        run = simulate(MIP, Source(asked), 0.1, 0.05, sensors=IDEAL, **supply)
+        run = simulate(
+            MIP,
+            Source(asked),
+            0.1,
+            0.05,
+            sensors=IDEAL,
+            drivetrain=Drivetrain(**supply),
+        )
         same = simulate(MIP, Source(got), 0.1, 0.05, sensors=IDEAL)
         assert np.array_equal(run.x, same.x) and (run.V == asked).all()

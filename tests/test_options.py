@@ -177,7 +177,12 @@ CALLS = {
     ],
     "largest": [
         lambda name="delta", **o: sos.delay.largest(
-            name, CART, K, tau=0.1, delta=0.05 * (name != "delta"), digits=1, **o
+            name,
+            sos.Loop(CART, K),
+            tau=0.1,
+            delta=0.05 * (name != "delta"),
+            digits=1,
+            **o,
         )
     ],
     "misprint": [counterexamples.misprint],

@@ -256,7 +256,7 @@ LIMITED = {
     ),
     "delay": lambda s: sos.design_delay_pid(CART, tau=0.1, time_limit=s),
     "largest": lambda s: sos.delay.largest(
-        "tau", CART, [[-1, -1]], tau=0.1, digits=1, alpha=0.1, time_limit=s
+        "tau", sos.Loop(CART, [[-1, -1]]), tau=0.1, digits=1, alpha=0.1, time_limit=s
     ),
     "certify": lambda s: sos.design_pid(CART).certify(time_limit=s),
     "edge": lambda s: maps.edge(

@@ -160,10 +160,9 @@ def largest_delays(seed, powers):
     there = as_units(plant, powers, 0)
     K = sos.design_lqr(plant, np.eye(2), [[10]]).K
     asked = dict(method="interval", digits=2, refuse=False)
-    here = largest("mu", plant, K, tau=0.3, mu=0.1, **asked)
-    other = largest(
-        "mu", there.plant(plant), there.gain(K), tau=0.3 * there.w0, **asked
-    )
+    here = largest("mu", sos.Loop(plant, K), tau=0.3, mu=0.1, **asked)
+    loop = sos.Loop(there.plant(plant), there.gain(K))
+    other = largest("mu", loop, tau=0.3 * there.w0, **asked)
     assert other.value == pytest.approx(here.value * there.w0)
 
 

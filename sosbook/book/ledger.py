@@ -58,8 +58,8 @@ def entries():
 
 def _largest(name, ex, delta):
     """The largest value of a name that `SHARPEST` proves for an example's gains."""
-    request = (ex.plant, ex.K, ex.U, ex.tau, ex.mu, delta)
-    found = largest(name, *request, digits=3, refuse=False, **SHARPEST)
+    asked = dict(tau=ex.tau, mu=ex.mu, delta=delta) | SHARPEST
+    found = largest(name, ex.loop, digits=3, refuse=False, **asked)
     if not found.design.certify().proven:
         raise ValueError(f"{name} = {found.value} isn't proven for the rate {delta}")
     return found.value, delayed_loop(*descriptors(ex.plant, ex.U), ex.K)

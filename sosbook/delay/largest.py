@@ -6,7 +6,7 @@ import numpy as np
 
 from ..exact.definite import round_digits
 from ..exact.rational import digit_count
-from ..loops import opened
+from ..loops import Loop, opened
 from ..plants.checks import is_word
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
@@ -65,7 +65,6 @@ class Largest:
 def largest(
     name,
     plant,
-    K=None,
     U=None,
     tau=None,
     mu=0.0,
@@ -76,8 +75,6 @@ def largest(
     digits=2,
     refuse=True,
     time_limit=None,
-    progress=False,
-    law=None,
 ):
     """Find the largest tau, mu or delta that still has a certificate.
 
@@ -85,10 +82,9 @@ def largest(
     ----------
     name : {"tau", "mu", "delta"}
         Its own argument says where to start from; the others are held.
-    plant
-        As in `design_delay_pid`.
-    K : (m, N) array_like, optional
-        Analyse this gain; design one at each value without it.
+    plant : SecondOrderSystem, Polytope, Uncertain, Loop or DelayedLoop
+        Of a plant, gains are designed at each value, as `design_delay_pid` does; a
+        loop is analysed as it is.
     U, tau, mu, delta
         As in `design_delay_pid` and `analyse_delay`.
     alpha : float, optional
@@ -103,10 +99,6 @@ def largest(
     time_limit : float, optional
         In seconds, for the whole search. The answer is the largest value
         found until then.
-    progress : bool
-        Show a bar of the seconds that have passed.
-    law
-        As in `analyse_delay`, of a given K.
 
     Returns
     -------
@@ -117,7 +109,7 @@ def largest(
     Raises
     ------
     ValueError
-        On bad input, or an unknown name.
+        On bad input, an unknown name, or a Loop with a clock.
 
     Examples
     --------
@@ -129,11 +121,17 @@ def largest(
     if not is_word(name, ("tau", "mu", "delta")):
         raise ValueError(f'name must be "tau", "mu" or "delta", got {name!r}')
     digits = digit_count(digits)
-    check_loop(plant, K, U)
-    if K is not None:
-        plant, K, U = opened(plant, K, U, law)
+    check_loop(plant, None, U)
+    K = None
+    if isinstance(plant, Loop):
+        if plant.clock is not None or U is not None:
+            raise ValueError(
+                "plant: a Loop says what it integrates, and has no clock here: leave U "
+                f'out, or ask loop.late(tau).largest("{name}")'
+            )
+        plant, K, U = opened(plant.plant, plant.gains, law=plant.law)
     given = DelayRequest(plant, U, tau, mu, delta, alpha, method, order, gain=K)
-    return _Search(name, given, digits, time_limit).run(refuse, progress)
+    return _Search(name, given, digits, time_limit).run(refuse)
 
 
 class _Search:
@@ -150,11 +148,11 @@ class _Search:
         self.known, self.hopeless = {}, set()  # designs by value and place of alpha
         self.places, self.place = range(len(alphas(given))), 0
 
-    def run(self, refuse, progress):
+    def run(self, refuse):
         """The `Largest`; what is known where the time is over."""
         design = None
         try:
-            with limited(self.seconds, progress):
+            with limited(self.seconds):
                 low, high = self._bracket()
                 if low is not None:
                     design = centred_design(self._at(low, self.place))

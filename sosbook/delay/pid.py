@@ -96,7 +96,11 @@ def design_delay_pid(
     >>> d.status, d.certify().proven, d.slowest_decay()[0] > 0.1
     ('feasible', True, True)
     """
-    _no_acceleration(K_A)
+    if K_A is not None and np.any(matrix("K_A", K_A)):
+        raise ValueError(
+            "K_A must be zero with a delayed input: it makes the loop neutral, M z''(t)"
+            " - B K_A z''(t - d), which the theorems don't cover; leave K_A out"
+        )
     if isinstance(plant, DelayedLoop):
         raise ValueError("a DelayedLoop leaves nothing to design: use analyse_delay")
     law = law_of(U, law)
@@ -126,9 +130,7 @@ def analyse_delay(
     law: Law | None = None,
     method: Literal["functional", "shift", "legendre", "interval"] = "functional",
     order: int | None = None,
-    K_A: ArrayLike | None = None,
-    printed: bool = False,
-    alpha: float | None = None,
+    printed: bool | float = False,
     time_limit: float | None = None,
     progress: bool = False,
 ) -> DelayDesign:
@@ -153,12 +155,9 @@ def analyse_delay(
     order : int, optional
         Of Bessel's inequality. For "legendre" 0, 1, ... (2 without it), for
         "interval" 0 or 1 (1 without it).
-    K_A
-        As in `design_delay_pid`.
-    printed : bool
-        Read Theorem A.3 as printed: unsound, for study only.
-    alpha : float, optional
-        The factor in the printed (A.20), without unit; 1 without it.
+    printed : bool or float
+        Read Theorem A.3 as printed: unsound, for study only. A number is the factor
+        alpha in the printed (A.20), without unit; True is one.
     time_limit : float, optional
         In seconds; without it the search takes as long as it takes. What
         isn't finished then is "undecided".
@@ -184,14 +183,12 @@ def analyse_delay(
     >>> analyse_delay(loop, tau=6.16, method="legendre").status
     'feasible'
     """
-    _no_acceleration(K_A)
     if K is None and not isinstance(plant, DelayedLoop):
         raise ValueError("K is missing: give the gain to be analysed")
     check_loop(plant, K, U)
     if not isinstance(plant, DelayedLoop):
         plant, K, U = opened(plant, K, U, law)
-    if alpha is not None and not printed:
-        raise ValueError("alpha stands in the printed (A.20) only: leave it out")
+    alpha = None if printed is True or not printed else printed
     asked = plant, U, tau, mu, delta, alpha, method, order
     request = DelayRequest(*asked, MISPRINTS if printed else (), K)
     return _in_pieces(request, solve_delay, time_limit, progress)
@@ -202,12 +199,3 @@ def _in_pieces(request, solve, seconds, progress):
     if request.plant.family is None:
         return solve(request, time_limit=seconds, progress=progress)
     return within(seconds, request, lambda: in_pieces(request, {}, solve), progress)
-
-
-def _no_acceleration(K_A):
-    if K_A is not None and np.any(matrix("K_A", K_A)):
-        raise ValueError(
-            "K_A must be zero with a delayed input: it makes the loop "
-            "neutral, M z''(t) - B K_A z''(t - d), which the theorems "
-            "don't cover; leave K_A out"
-        )

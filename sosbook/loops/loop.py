@@ -335,7 +335,8 @@ class Loop(ReadOnly):
             return furthest(c.plant, c, **ends, find=find, **how)
         clock = self.clock if isinstance(self.clock, Late) else Late(1.0)
         start = dict(tau=clock.tau, mu=clock.mu) | how
-        return later("delay", "largest")(find, *self.opened, **start)
+        bare = Loop(self.plant, self.law, self.request.gain)
+        return later("delay", "largest")(find, bare, **start)
 
     def to_c(self, name: str = "axis", **more: Any) -> Any:
         """Its program: see `Controller.to_c`, which takes ``name`` and ``more``."""

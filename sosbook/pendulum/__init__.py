@@ -8,7 +8,7 @@ from .margins import SampledLoop, lowest_rate
 from .model import R_G, V_MAX, Mip
 from .recovery import largest_tilt
 from .robot import Robot
-from .simulator import Push, Run, Sensors, simulate
+from .simulator import Drivetrain, Push, Run, Sensors, simulate
 from .spread import polytope, reduced, triangles, vertices
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "V_MAX",
     "Controller",
     "Deployment",
+    "Drivetrain",
     "Firmware",
     "Gain",
     "Mip",

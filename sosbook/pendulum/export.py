@@ -275,14 +275,13 @@ class Program:
     def _provenance(self):
         """Where the program comes from, line by line."""
         firmware, law = self.firmware, self.firmware.law
-        note = [firmware.note] if isinstance(firmware.note, str) else firmware.note
         rounded = (
             "Every number is rounded to single precision; what is said of the law is "
             "said of its decimals."
         )
         return [
             written_by(),
-            *(line for text in note for line in str(text).splitlines()),
+            *(line for text in law.note for line in str(text).splitlines()),
             *[rounded] * (self.precision == "single"),
             f"T_s = {law.T:.9g} s, at most {firmware.limit:.9g} V, order {law.order}.",
         ]

@@ -78,8 +78,6 @@ class Firmware:
     late : int
         So many more ticks may come late, or not at all, than come in time; then the
         programs, which know the time, switch the motors off. With zero they don't.
-    note : tuple of str
-        Where the law comes from; the C program's header carries it.
 
     Notes
     -----
@@ -114,7 +112,6 @@ class Firmware:
     deaf: int = 0
     compensation: float = 0.0
     late: int = 0
-    note: tuple = ()
 
     def __post_init__(self):
         """Check the law and the limits."""

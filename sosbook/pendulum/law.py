@@ -1,6 +1,6 @@
 """Control laws as a robot's computer runs them: one step per sample."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,8 @@ class SampledLaw:
         Without it the state knows nothing of the limit.
     start : (N,) array_like, optional
         The state at the start, per rad of tilt; zero without it.
+    note : tuple of str
+        Where the law comes from; the header of its C program carries it.
 
     Raises
     ------
@@ -64,6 +66,7 @@ class SampledLaw:
     T: float
     W: np.ndarray | None = None
     start: np.ndarray | None = None
+    note: tuple[str, ...] = ()
 
     def __post_init__(self):
         """Check the shapes; W and start are zeros by default."""
@@ -91,6 +94,10 @@ class SampledLaw:
     def order(self):
         """Number of states."""
         return len(self.A)
+
+    def noted(self, *lines):
+        """The same law with the ``lines``, str, as its note."""
+        return replace(self, note=lines)
 
     @classmethod
     def of_gain(cls, gain, T, tracking_time=TRACKING_TIME):

@@ -325,9 +325,9 @@ class Deployment:
 
     @cached_property
     def firmware(self):
-        """The `Firmware`, with the facts as its note."""
-        note = tuple(f"{word}: {text}" for word, text in self.facts.items())
-        return Firmware.of(self.law, self.robot, note=note)
+        """The `Firmware`, with the facts as its law's note."""
+        note = (f"{word}: {text}" for word, text in self.facts.items())
+        return Firmware.of(self.law.noted(*note), self.robot)
 
     @property
     def bench_firmware(self):
@@ -337,16 +337,16 @@ class Deployment:
         the air the gains of the wheels are positive feedback.
         """
         K = self.design.K[:, :4] if self.optimal else self.law.D
+        law = SampledLaw.of_gain(Gain(K * [1, 0, 1, 0], PD_SIGNALS), self.robot.T)
         return Firmware.of(
-            SampledLaw.of_gain(Gain(K * [1, 0, 1, 0], PD_SIGNALS), self.robot.T),
-            self.robot,
-            limit=min(BENCH_VOLTS, self.robot.limit),
-            compensation=0.0,
-            note=(
+            law.noted(
                 "For the stand, wheels in the air, to check signs: the "
                 "gains of theta and theta' alone. It doesn't balance.",
                 f"robot: {self.robot.words}",
             ),
+            self.robot,
+            limit=min(BENCH_VOLTS, self.robot.limit),
+            compensation=0.0,
         )
 
     @property

@@ -7,7 +7,7 @@ import numpy as np
 
 from .firmware import Firmware
 from .sensors import Sensors
-from .simulator import simulate
+from .simulator import Drivetrain, simulate
 
 __all__ = ["LOUDER", "QUIET_SHARE", "Gears", "volts_at_rest"]
 
@@ -99,8 +99,7 @@ def volts_at_rest(mip, law, robot, seconds, gears):
             robot.delay,
             sensors,
             substeps=4,
-            friction=friction,
-            backlash=gears.play,
+            drivetrain=Drivetrain(friction, gears.play),
         )
         if run.fell[0]:
             return robot.limit

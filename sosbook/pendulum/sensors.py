@@ -1,6 +1,7 @@
 """A robot's gyro, encoders and accelerometers."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,11 @@ class Sensors:
     ideal : bool
         The sensors say the truth: no noise, offset, rounding or error. The
         accelerometers still feel how the robot accelerates.
+    bias : float or (runs,) array_like, optional
+        The gyro's offset that the controller is told, in rad/s; the mean of 100
+        readings at rest without it.
+    dropouts : (k,) or (runs, k) array_like of bool, or callable, optional
+        The ticks at which no sensor can be read; a function is given the tick.
 
     Notes
     -----
@@ -60,6 +66,8 @@ class Sensors:
     r: float = 0.032
     g: float = 9.8
     ideal: bool = False
+    bias: Any = None
+    dropouts: Any = None
 
     def __post_init__(self):
         for name in ("counts", "gyro_step", "r", "g"):
@@ -129,7 +137,9 @@ class Readings:
         self.noise = np.array([r.standard_normal((count, 3)) for r in random]).T
 
     def bias(self):
-        """The gyro's mean over readings at rest, in rad/s."""
+        """The gyro's offset that a controller is told, in rad/s."""
+        if self.sensors.bias is not None:
+            return self.sensors.bias
         readings = [self.sensors.gyro(self.zero, noise) for noise in self.still]
         return np.mean(readings, axis=0)
 
@@ -149,3 +159,15 @@ class Readings:
     def tilt(self, x, ddz, k):
         """The accelerometers' tilt at the tick k, in rad, from x and z'' (``ddz``)."""
         return self.sensors.tilt(x, ddz, self.noise[1:, k])
+
+    def missed(self, k):
+        """True, or (runs,) bool, where no sensor can be read at the tick k."""
+        dropouts = self.sensors.dropouts
+        if dropouts is None:
+            return False
+        if callable(dropouts):
+            return dropouts(k)
+        dropouts = np.asarray(dropouts, bool)
+        if k >= dropouts.shape[-1]:
+            raise ValueError(f"dropouts ends at tick {k}: give one for each")
+        return dropouts[..., k]

@@ -8,14 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..plants.checks import finite, positive
+from ..plants.checks import positive
+from .drivetrain import Drivetrain
 from .firmware import Firmware
 from .fleet import Fleet, Push
 from .model import V_MAX, Mip
 from .play import Geared
 from .sensors import Readings, Sensors
 
-__all__ = ["Push", "Run", "Sensors", "simulate"]
+__all__ = ["Drivetrain", "Push", "Run", "Sensors", "simulate"]
 
 SETTLED_TILT = np.deg2rad(3)  # rad; a robot that settled stays within
 
@@ -80,14 +81,9 @@ def simulate(
     seed=0,
     substeps=10,
     push=None,
-    bias=None,
     target=None,
-    dropouts=None,
     start=(0, 0, 0),
-    friction=0.0,
-    backlash=0.0,
-    battery=None,
-    nominal=None,
+    drivetrain=Drivetrain(),
 ):
     """Let robots go at a tilt and run their controller.
 
@@ -118,29 +114,13 @@ def simulate(
         Runge-Kutta steps per tick, at least.
     push : Push, optional
         A disturbance; none without it.
-    bias : float or (runs,) array_like, optional
-        What the controller is told of the gyro's offset, in rad/s; the
-        mean of 100 readings at rest without it.
     target : float, (runs,) array_like or callable, optional
         Set point of phi since the start, in rad; or a function of t
         that gives [target, rate].
-    dropouts : (k,) or (runs, k) array_like of bool, or callable
-        The ticks at which no sensor can be read; a function is given
-        the tick.
     start : (3,) or (3, runs) array_like
         [phi; theta'; phi'] at the start.
-    friction : float
-        Coulomb friction in the gears, in V.
-    backlash : float
-        Play between the wheels and the motors, whose rotors and encoders turn on in
-        it: in rad of a wheel, from one end to the other.
-    battery : float or callable, optional
-        Its voltage under load, in V, or a function of t that gives it. The
-        motors get no more, whatever is asked for.
-    nominal : float, optional
-        A program that doesn't measure its battery takes it for this, in V: the
-        motors get battery / nominal of what is asked for. Without it the
-        battery is measured.
+    drivetrain : Drivetrain
+        The gears and the battery.
 
     Returns
     -------
@@ -167,13 +147,9 @@ def simulate(
     array([False,  True])
     """
     fleet, tilt, runs = _line_up(robots, tilt, sensors)
-    for name, value in (("friction", friction), ("backlash", backlash)):
-        if finite(name, value) < 0:
-            raise ValueError(f"{name} must be 0 or more, got {value!r}")
-    supply = _Supply(battery, nominal)
-    fleet.friction = friction
-    if backlash:
-        fleet = Geared(fleet.robots, backlash, friction, runs)
+    fleet.friction = drivetrain.friction
+    if drivetrain.backlash:
+        fleet = Geared(fleet.robots, drivetrain.backlash, drivetrain.friction, runs)
     if isinstance(controller, Firmware):
         controller = controller.controller(runs)
     T, limit = _pace(controller, runs)
@@ -185,9 +161,7 @@ def simulate(
     x[0], x[1:] = tilt, np.reshape(np.asarray(start, float), (3, -1))
     readings = Readings(sensors, runs, count, seed)
     controller.start(
-        readings.first_tilt(tilt),
-        readings.wheels(fleet.seen(x)),
-        readings.bias() if bias is None else bias,
+        readings.first_tilt(tilt), readings.wheels(fleet.seen(x)), readings.bias()
     )
 
     path, V = np.empty((4, runs, count)), np.empty((runs, count))
@@ -200,7 +174,7 @@ def simulate(
         if sensors.accelerometer is not None:
             ddz = fleet.acceleration(x, hold.V, _torques(push, now))
             seen[2] = readings.tilt(x, ddz, k)
-        missed = np.broadcast_to(_missed(dropouts, k), runs)
+        missed = np.broadcast_to(readings.missed(k), runs)
         seen = [np.where(missed, np.nan, reading) for reading in seen]
         u = controller.step(*seen, *_wanted(target, now))
         if not np.isfinite(u).all():
@@ -211,7 +185,7 @@ def simulate(
         estimate[:, k] = getattr(controller, "theta", np.nan)
         fault[:, k] = getattr(controller, "fault", 0)
 
-        hold.send(now + delay[k], supply.gives(V[:, k], now))
+        hold.send(now + delay[k], drivetrain.gives(V[:, k], now))
         for stop in hold.stops(now, then, edges):
             hold.reach(now)
             torques = _torques(push, (now + stop) / 2)
@@ -219,25 +193,6 @@ def simulate(
             x = fleet.advance(x, hold.V, torques, stop - now, steps)
             now = stop
     return Run(np.arange(count) * T, path, V, estimate, fault, limit)
-
-
-class _Supply:
-    """A battery: from the voltages that are asked for to those that it gives."""
-
-    def __init__(self, battery, nominal):
-        if nominal is not None and battery is None:
-            raise ValueError("nominal is what a battery is taken for: give battery")
-        self.battery = battery
-        self.nominal = None if nominal is None else positive("nominal", nominal)
-
-    def gives(self, V, t):
-        """The voltages (runs,) that the motors get at the time t."""
-        if self.battery is None:
-            return V
-        there = self.battery(t) if callable(self.battery) else self.battery
-        there = positive("battery", there)
-        scale = 1.0 if self.nominal is None else there / self.nominal
-        return np.clip(scale * V, -there, there)
 
 
 class _Hold:
@@ -329,14 +284,3 @@ def _wanted(target, t):
     if callable(target):
         return target(t)
     return (0.0 if target is None else np.asarray(target, float)), 0.0
-
-
-def _missed(dropouts, k):
-    if dropouts is None:
-        return False
-    if callable(dropouts):
-        return dropouts(k)
-    dropouts = np.asarray(dropouts, bool)
-    if k >= dropouts.shape[-1]:
-        raise ValueError(f"dropouts ends at tick {k}: give one for each")
-    return dropouts[..., k]

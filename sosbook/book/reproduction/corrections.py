@@ -62,7 +62,8 @@ def _wing():
     """How far the wing's promise is proven, and false."""
     ex = thesis.delay_example_1(published=True)
     best = ledger.wing(ex.delta)
-    theorem = largest("mu", ex.plant, ex.K, ex.U, ex.tau, 0.008, ex.delta, refuse=False)
+    asked = dict(tau=ex.tau, mu=0.008, delta=ex.delta)
+    theorem = largest("mu", ex.loop, **asked, refuse=False)
     return {
         "proven": best.proven / ex.tau,
         "false": best.false / ex.tau,

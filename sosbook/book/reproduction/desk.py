@@ -105,8 +105,8 @@ def _drift():
     for name, U in (("PD", None), ("PID", [[0, 1]])):
         gain = printed.gains[name][5]
         firmware = Firmware(SampledLaw.of_gain(gain, T))
-        gyro = dict(sensors=Sensors(ideal=True), bias=-np.deg2rad(0.1))
-        run = simulate(Mip.printed(), firmware, 0.0, 10.0, substeps=2, **gyro)
+        gyro = Sensors(ideal=True, bias=-np.deg2rad(0.1))
+        run = simulate(Mip.printed(), firmware, 0.0, 10.0, sensors=gyro, substeps=2)
         speeds[name] = np.degrees(run.x[1, 0, -1] - run.x[1, 0, -101])
         loop = analyse_pid(plants, gain.K, U, coupling="vertices")
         ends[name] = max(abs(x.dcgain()[1, 0]) for x in loop.closed_loop()) / 1000

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...laws import FullState
+from ...loops import Loop
 from ...plants.second_order import SecondOrderSystem
 
 
@@ -33,6 +35,11 @@ class DelayExample:
     def K(self):
         """[K_P K_D K_I]."""
         return np.hstack([self.K_P, self.K_D, self.K_I])
+
+    @property
+    def loop(self):
+        """The plant with the printed gains, a `Loop`."""
+        return Loop(self.plant, FullState(self.U), self.K)
 
     @property
     def requirements(self):
