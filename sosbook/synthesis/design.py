@@ -30,10 +30,9 @@ class Design(ClosedLoop["DesignProof"], Solution):
     request : Request
         The plant and what was asked.
     status : {"feasible", "infeasible", "undecided"}
-        "feasible": all blocks are positive definite, by a clear margin
-        or by an exact proof. "infeasible": exact arithmetic excludes
-        every solution, see `infeasibility`. Anything else is
-        "undecided". A solver's word decides nothing.
+        "feasible": all blocks are positive definite, by a clear margin or by an exact
+        proof. "infeasible": exact arithmetic excludes every solution, see
+        `infeasibility`. Else "undecided": a solver's word decides nothing.
     K : (m, N) array or None
         ``[K_P K_D K_I]``, in ``u = K [z; z'; x3]``. A gain that was
         given to `analyse_pid` stays, whatever the status. All digits of
