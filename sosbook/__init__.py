@@ -7,6 +7,8 @@ Techniques for Uncertain Second Order Systems: An LMI Approach" (2023).
 import sys as _sys
 from importlib import import_module as _import_module
 
+__version__ = "1.0.0"
+
 # Nothing is imported before it is asked for (PEP 562). Type checkers read
 # the same names in __init__.pyi.
 _NAMES = {
@@ -74,13 +76,11 @@ __all__ = sorted({*_HOMES, "delay", "sampled"})
 
 
 def __getattr__(name):
-    """Import what is asked for: a public name, a room, the version."""
+    """Import what is asked for: a public name or a room."""
     if name in _HOMES:
         value = _import_module(f"{__name__}.runtime.later").later(_HOMES[name], name)
     elif name in _ROOMS:
         value = _import_module(f"{__name__}.runtime.later").later(name)
-    elif name == "__version__":
-        value = _import_module("importlib.metadata").version(__name__)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value
@@ -88,7 +88,7 @@ def __getattr__(name):
 
 
 def __dir__():
-    return sorted({*globals(), *__all__, "__version__"})
+    return sorted({*globals(), *__all__})
 
 
 if _sys.argv[:1] == ["-m"]:  # Python looks for a program, perhaps that of a room

@@ -3,7 +3,8 @@
 import re
 import textwrap
 from importlib import resources
-from importlib.metadata import version
+
+from .. import __version__
 
 COMMENT_WIDTH = 70  # characters in a line of a comment
 PLACE = "(Where this comes from.)"  # of the note in a template's comment
@@ -35,7 +36,7 @@ def python_comment(lines):
 
 def written_by(edition=None):
     """The first line of every program that this ``edition`` of sosbook wrote."""
-    edition = edition or version("sosbook")
+    edition = edition or __version__
     return f"Written by sosbook {edition}; write it again rather than edit it."
 
 

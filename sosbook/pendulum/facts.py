@@ -1,9 +1,8 @@
 """The header of a robot's program."""
 
-from importlib.metadata import version
-
 import numpy as np
 
+from .. import __version__
 from ..runtime.digests import digest
 from .firmware import SOFTNESS
 from .rest import BRIDGE_STEPS, DEAD_SHARE, LOUDER, QUIET_SHARE
@@ -40,7 +39,7 @@ def facts(deployment):
         f"{len(deployment.robots)} robots and {len(deployment.loops)} delays",
         **_rest(deployment),
         "reach": _reach(deployment),
-        "written by": f"sosbook {version('sosbook')}",
+        "written by": f"sosbook {__version__}",
     }
 
 
