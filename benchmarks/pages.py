@@ -4,6 +4,7 @@ import numpy as np
 
 from sosbook.book import thesis
 from sosbook.book.elements.explorer import design_explorer
+from sosbook.requirements.hinf import HInfinity
 from tests import browser as chromium
 
 from .records import record, summary
@@ -12,18 +13,19 @@ from .run import machine
 NAME = "sosbook, slider move in the page"
 SHARE = 0.2  # of its printed value, by which each slider goes up and down
 MEASURE = """async share => {
-  const e = document.querySelector("sos-explorer"), moves = 60;
-  const times = [], solver = [], begin = [...e.values];
-  for (const [k, value] of begin.entries()) {
+  const e = document.querySelector("sos-wish"), moves = 60;
+  const times = [], solver = [];
+  for (const [key, value] of Object.entries(e.named)) {
     for (let move = 0; move < moves; move++) {
       const from = performance.now();
-      e.put(k, value * (1 + share * Math.sin(2 * Math.PI * move / moves)));
+      const there = value * (1 + share * Math.sin(2 * Math.PI * move / moves));
+      e.bounds[key] = key === "theta" ? Math.min(there, 90) : there;
       await e.solve();
       times.push(performance.now() - from);
       solver.push(e.answer?.ms);
       await new Promise(requestAnimationFrame);
     }
-    e.set(k, value);
+    e.set({[key]: value});
   }
   return {times, solver}; }"""
 
@@ -47,7 +49,7 @@ def moves():
             example = getattr(thesis, f"example_{k}")()
             plant = example.plant
             page.set_content(f"<!doctype html>{_explorer(example).html}")
-            page.wait_for_function("document.querySelector('sos-explorer')?.answer")
+            page.wait_for_function("document.querySelector('sos-wish')?.answer")
             for _ in range(2):
                 found = page.evaluate(MEASURE, SHARE)
             whole, solver = (np.array(found[key]) for key in ("times", "solver"))
@@ -69,13 +71,12 @@ def moves():
 
 
 def _explorer(example):
-    """Sliders around what is printed of an example."""
-    region, limit = example.region, example.saturation
-    printed = {name: getattr(region, name) for name in ("sigma", "theta", "rho")}
-    printed |= {"gamma": example.gamma, "u_max": limit.u_max}
-    given = {"K_A": example.K_A, "mu": 1.0}
-    ends = {key: (x * (1 - SHARE), x * (1 + SHARE)) for key, x in printed.items()}
-    ends["theta"] = (ends["theta"][0], min(ends["theta"][1], np.pi / 2))
+    """A wish as an example prints it."""
     return design_explorer(
-        example.plant, example.U, saturation=limit, start=printed, **given, **ends
+        example.plant,
+        example.U,
+        region=example.region,
+        gamma=HInfinity(example.gamma, mu=1.0),
+        saturation=example.saturation,
+        K_A=example.K_A,
     )

@@ -40,9 +40,8 @@ import sosbook as sos
 from sosbook.book import elements, thesis, widgets
 robot = thesis.example_1()
 explorer = elements.design_explorer(
-    robot.plant, robot.U, (0.3, 4), robot.saturation,
-    sigma=(0.1, 2.5), theta=np.radians([15, 90]), rho=(1.5, 12),
-    start={"sigma": 0.7, "theta": np.pi / 4, "rho": 5, "gamma": 1.257})
+    robot.plant, robot.U, gamma=1.257, saturation=robot.saturation,
+    region=sos.PoleRegion(0.7, np.pi / 4, 5))
 explorer"""
 SHELF = """\
 from pathlib import Path
@@ -216,23 +215,22 @@ def test_keys_and_the_mouse_move_a_design_and_what_is_impossible_is_said(page):
     ).wait_for()
 
 
-SAID = """([k, values]) => {
-  const {answer} = document.querySelectorAll("sos-explorer")[k] ?? {};
-  return answer && values.every((v, i) => answer.values[i] === v) && answer; }"""
+SAID = """k => {
+  const {answer, digest} = document.querySelectorAll("sos-wish")[k] ?? {};
+  return answer?.digest === digest && answer; }"""
+BOUNDS = "sigma", "theta", "rho", "gamma"
 
 
 def _ask(page, values):
     """What page and package say where the sliders of both stand."""
     page.wait_for_function(
-        "[...document.querySelectorAll('sos-explorer')].filter(e => e.answer)"
-        ".length === 2"
+        "[...document.querySelectorAll('sos-wish')].filter(e => e.answer).length === 2"
     )
     page.evaluate(
-        "values => document.querySelectorAll('sos-explorer').forEach("
-        "e => values.forEach((v, k) => e.set(k, v)))",
-        values,
+        "values => document.querySelectorAll('sos-wish').forEach(e => e.set(values))",
+        dict(zip(BOUNDS, values)),
     )
-    return [page.wait_for_function(SAID, arg=[k, values]).json_value() for k in (0, 1)]
+    return [page.wait_for_function(SAID, arg=k).json_value() for k in (0, 1)]
 
 
 @pytest.mark.parametrize(
@@ -247,7 +245,7 @@ def test_the_same_explorer_by_page_and_package(elements, values, status):
     here, there = _ask(elements, values)
     assert "by" not in here and there["by"] == "the package"
     assert here["status"] == there["status"] == status
-    texts = elements.locator("sos-explorer .sos-readout").all_inner_texts()
+    texts = elements.locator("sos-wish .sos-readout").all_inner_texts()
     assert len(texts) == 2
     if status == "feasible":
         apart = np.abs(np.subtract(here["K"], there["K"])).max()
@@ -263,7 +261,7 @@ def test_page_and_package_look_alike(elements):
     """All but the names of their parts, the times, and where they stand."""
     _ask(elements, [0.7, 45, 5, 1.257])
     shown = elements.evaluate(
-        """[...document.querySelectorAll("sos-explorer")].map(e => {
+        """[...document.querySelectorAll("sos-wish")].map(e => {
       const {width, height} = e.getBoundingClientRect(), style = getComputedStyle(e);
       const parts = [...e.querySelectorAll("label, figcaption, button, svg text")];
       const drawn = [...e.querySelectorAll("svg *")].map(
@@ -278,12 +276,12 @@ def test_page_and_package_look_alike(elements):
 
 
 def test_the_package_s_explorer_moves_by_key_and_proves(elements):
-    element = elements.locator("sos-explorer").nth(1)
+    element = elements.locator("sos-wish").nth(1)
     _ask(elements, [0.7, 45, 5, 1.257])
     before = element.locator(".sos-readout").inner_text()
-    element.get_by_label("Decay rate σ").press("ArrowRight")
+    element.get_by_role("spinbutton", name="decay rate σ").press("ArrowUp")
     elements.wait_for_function(
-        "old => document.querySelectorAll('sos-explorer .sos-readout')[1]"
+        "old => document.querySelectorAll('sos-wish .sos-readout')[1]"
         ".innerText !== old",
         arg=before,
     )

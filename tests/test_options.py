@@ -18,7 +18,7 @@ from numpydoc.docscrape import FunctionDoc
 
 import sosbook as sos
 from sosbook import pendulum
-from sosbook.book import counterexamples, elements, thesis
+from sosbook.book import counterexamples, thesis
 from sosbook.book.elements.movers import regulator
 from sosbook.book.elements.movers.mover import slider
 from sosbook.book.largest_margin import delay_margin
@@ -249,9 +249,6 @@ CALLS = {
     ],
     "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
     "designs": [lambda **o: maps.designs(CART, [completed(o)], progress=False)],
-    "design_explorer": [
-        lambda **o: elements.design_explorer(PAIR, sigma=(0.2, 0.4), rho=9.0, **o)
-    ],
 }
 
 #: What several requests in one don't take, with the words of their refusal.

@@ -141,7 +141,7 @@ def test_every_element_has_a_task_and_its_answer():
 
 
 #: Elements whose answer leaves one of their plots as it is.
-ALIKE = {"sos-explorer", "sos-landscape", "sos-sensors"}
+ALIKE = {"sos-wish", "sos-landscape", "sos-sensors"}
 #: What the plots of an element tell; a scene shows what moves, whatever is asked.
 PLOTS = """element => [...element.querySelectorAll(
   ".sos-panel > div:not(.sos-scene) > svg")].map(x => x.ariaLabel)"""

@@ -35,7 +35,7 @@ SWEEP = """async ([tag, count, known]) => {
       await (k < 20 ? null : wait(4));
     }
   };
-  const solved = () => e.answer?.values.every((v, k) => v === e.values[k]);
+  const solved = () => e.answer?.digest === e.digest;
   const answers = new Map(known), ask = e.solver?.ask;
   if (ask) e.solver.ask = async (key, kind, request) => {
     const text = JSON.stringify([kind, request]);
@@ -49,7 +49,8 @@ SWEEP = """async ([tag, count, known]) => {
   release();
   if (e.solve) await until(solved);
   note("start");
-  const controls = "input[type=range]:enabled, select[data-key]";
+  const plants = tag === "sos-bench" ? "" : ", select[data-key]";  // another form
+  const controls = `input[type=range]:enabled${plants}`;
   for (const input of e.view.querySelectorAll(controls)) {
     const before = input.value, choice = input.localName === "select";
     const last = choice ? input.options.length - 1 : Number(input.max);
@@ -65,7 +66,7 @@ SWEEP = """async ([tag, count, known]) => {
     for (let k = 0; k <= steps; k++) {
       await put(snaps ? Math.round(last * k / steps) : last * k / steps);
       if (e.answer?.status === "infeasible" && k % 4 === 0) {
-        await until(() => e.edges);
+        await until(() => e.offers);
         note(`${input.dataset.key} with advice`);
       }
     }

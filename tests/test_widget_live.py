@@ -27,27 +27,27 @@ EXPLORERS = {
         re.search(r'<script type="application/json">(.*?)</script>', text)[1]
     )
     for chapter, text in stored()
-    if text.startswith("<sos-explorer")
+    if text.startswith("<sos-wish")
 }
 
 
 def places(data, count):
-    """Where the sliders stand at first, and random places around."""
+    """The bounds at first, and random ones around them where they move."""
     rng = np.random.default_rng(len(data["title"]))
-    yield {s["key"]: s["value"] for s in data["sliders"]}
-    for _ in range(count):
+    for k in range(count + 1):
+        far = {x["key"]: x["moves"] and k > 0 for x in data["bounds"]}
         yield {
-            s["key"]: float(f"{s['min'] * (s['max'] / s['min']) ** rng.uniform():.3g}")
-            for s in data["sliders"]
+            x["key"]: float(
+                f"{x['value'] * 3 ** (far[x['key']] * rng.uniform(-1, 1)):.3g}"
+            )
+            for x in data["bounds"]
         }
 
 
-def asked_at(data, shown):
-    """What is asked where the sliders stand; angles are shown in degrees."""
-    degrees = {s["key"] for s in data["sliders"] if s["degrees"]}
-    return data["fixed"] | {
-        key: np.radians(x) if key in degrees else x for key, x in shown.items()
-    }
+def asked_at(shown):
+    """What is asked; angles are shown in degrees."""
+    angle = {"theta": np.radians(min(shown["theta"], 90))} if "theta" in shown else {}
+    return shown | angle
 
 
 @pytest.fixture
@@ -100,7 +100,7 @@ def test_page_and_package_answer_alike_where_the_book_has_an_explorer(kernel, ch
     """Where it starts, and at random places, of which the page may leave one open."""
     data, undecided = EXPLORERS[chapter], 0
     for k, shown in enumerate(places(data, 4)):
-        asked = asked_at(data, shown)
+        asked = asked_at(shown)
         asked |= {"x0": data["x0"]} if "u_max" in asked else {}
         asked |= {} if data["mu"] is None else {"mu": data["mu"]}
         request = data["request"] | {"asked": asked | (data.get("cost") or {})}
@@ -154,7 +154,7 @@ def test_what_cannot_be_asked_is_said(wished):
 
 @pytest.fixture
 def shown(robot):
-    return design_explorer(robot.plant, robot.U, sigma=(0.1, 2), rho=5.0, mu=1.0)
+    return design_explorer(robot.plant, robot.U, region=sos.PoleRegion(0.7, rho=5.0))
 
 
 def ask(widget, **job):

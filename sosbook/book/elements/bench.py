@@ -78,7 +78,7 @@ class Bench(Explorer):
         for what it refuses.
     """
 
-    tag, script, sheets = "sos-bench", "bench", ("explorer", "plant")
+    tag, script, sheets = "sos-bench", "bench", ("wish",)
     notice = "A solver for your own matrices"
 
     def __repr__(self):

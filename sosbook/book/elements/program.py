@@ -6,7 +6,6 @@ import numpy as np
 
 from ...plants.outputs import Output
 from ...plants.second_order import SecondOrderSystem
-from ...requirements.shorthand import parameter
 from .page import significant
 
 DIGITS = 15  # of the plant's matrices: all that a decimal keeps
@@ -76,17 +75,6 @@ def page_loop(request, r, horizon):
         "r": significant(r, 12),
         "horizon": significant(horizon, 8),
         "caption": f"Step response from rest to the set point ({goal}){many}.",
-    }
-
-
-def shown(fixed, held, far):
-    """``fixed`` bounds of the requirements ``held``, and a window out to ``far``."""
-    which = {key: parameter(key, held) for key in fixed}
-    return {
-        "fixed": fixed,
-        "shownFixed": {key: which[key].shown(value) for key, value in fixed.items()},
-        "also": [which[key].text(value) for key, value in fixed.items()],
-        "window": significant([-1.06 * far, 0.2 * far, far], 3),
     }
 
 

@@ -1,19 +1,18 @@
-// A plant of the reader's own, from an engineer's words to a proven gain: matrices to type, with
-// ranges or several plants; the explorer's sliders with a field for each number; what is true at
-// all corners; and outputs to take home.
+// A plant of the reader's own, from an engineer's words to a proven gain: a wish, and matrices to type,
+// with ranges or several plants; what is true at all corners; and outputs to take home.
 import {Fault, parsed, refusals} from "./checks.js";
 import {plants} from "./corners.js";
-import {BOUNDS, Explorer} from "./explorer.js";
 import {read} from "./files.js";
 import {BOXES, compact, dataOf, FIELDS, goals, requestOf, STRANGE} from "./form.js";
-import {judged, rest, said} from "./judge.js";
-import {announce, button, capital, clamp, clean, define, escape, number, panel, panels, printed, QUIET, select} from "./kit.js";
+import {rest, said} from "./judge.js";
+import {button, capital, define, escape, number, panel, panels, printed, QUIET, select} from "./kit.js";
 import {lawOf, memory, ofLaw, seenBy, summed} from "./law.js";
 import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
 import * as python from "./program.js";
-import {listen, speak} from "./spoken.js";
-import {beyond, sayable, valueOf, widen} from "./wishes.js";
+import {markup} from "./spoken.js";
+import {Wish} from "./wish.js";
+import {beyond, boundOf, BOUNDS} from "./wishes.js";
 
 const CHANGED =
   "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
@@ -32,11 +31,11 @@ const PAST = 200;   // settings that "Undo" goes back
 
 const matricesOf = texts => [..."MDSBF"].map(name => compact(texts[name] ?? "")).join("|");
 
-class Bench extends Explorer {
+class Bench extends Wish {
   get buttons() {
     const [, ...others] = super.buttons;
     return [
-      ["undo", "Undo"], ["reset", "Reset the sliders"], ...others, ["c", "As C"], ["json", "As JSON"],
+      ["undo", "Undo"], ["reset", "Reset the numbers"], ...others, ["c", "As C"], ["json", "As JSON"],
       ["report", "Report"]
     ];
   }
@@ -51,7 +50,7 @@ class Bench extends Explorer {
       `<label class="sos-check"><input type="checkbox" data-wanted="${key}" ${QUIET}> ${words}</label>`;
     const names = this.data.examples.map(({name}) => name);
     const start = select({id: `${this.name}-example`, key: "example", label: "Start from", names});
-    return `<p class="sos-say" role="status">&nbsp;</p><div class="sos-form">${
+    return `${markup(this.name)}<div class="sos-form">${
              panels(panel("machine", DRAWN) + `<div>${start}` +
                `<div class="sos-row">${button(["open", "Open files"])}<input type="file" multiple hidden>` +
                `<span class="sos-soft sos-source" role="status"></span></div>` +
@@ -62,7 +61,7 @@ class Bench extends Explorer {
       `<p class="sos-fault" role="alert"></p><p class="sos-note" role="status"></p></div><div class="sos-inner"></div>`;
   }
 
-  inner() { return super.markup().replace(`<div class="sos-buttons">`, `<div class="sos-judged"></div>$&`); }
+  body() { return super.body().replace(`<div class="sos-buttons">`, `<div class="sos-judged"></div>$&`); }
 
   wire() {
     Object.assign(refusals, this.data.refusals);
@@ -72,7 +71,9 @@ class Bench extends Explorer {
     this.past = [];
     on("select", "change", () => {
       const {wanted} = this, fields = FIELDS.filter(([name, , , box]) => wanted[box] && !this.follows(name));
-      const went = this.texts.filter((_, k) => this.data.sliders[k].key in this.own)
+      const went = Object.keys(this.own)
+                     .filter(key => key in this.bounds)
+                     .map(key => this.textOf(key))
                      .concat(fields.map(([name]) => name));
       this.fill(this.data.examples[this.example.value]);
       this.own = {};
@@ -88,14 +89,13 @@ class Bench extends Explorer {
         event.preventDefault();
         if (kind === "drop") this.take(event.dataTransfer.files);
       });
-    listen(this);
+    this.attend();
     this.view.addEventListener("keydown", event => {
       if (event.key !== "z" || event.shiftKey || !(event.ctrlKey || event.metaKey)) return;
       if (event.target.matches("textarea, [type=text]")) return;
       event.preventDefault();
       this.press("undo");
     });
-    this.wrong = {};
     this.fill(this.data.examples[0]);
     if ("M" in linked) this.rebuild();  // what there is below where the address has a fault
     this.open(linked);
@@ -121,8 +121,7 @@ class Bench extends Explorer {
     const typed = FIELDS.map(([name]) => name).filter(name => !this.follows(name));
     return {
       ...this.own,
-      ...this.named,
-      ...this.wrong,
+      ...super.address,
       ...(this.jump && {step: this.jump}),
       example: this.example.value,
       ...Object.fromEntries(typed.map(name => [name, compact(this.area(name).value)])),
@@ -137,8 +136,9 @@ class Bench extends Explorer {
     const bounds = (linked.bounds ?? "").split(" "), example = number(linked.example);
     this.jump = number(linked.step) || undefined;
     const own = linked.own?.split(" ") ?? Object.keys(linked).filter(key => linked[key]);
-    this.own =
-      Object.fromEntries(Object.entries(linked).filter(([key]) => key in BOUNDS && own.includes(key)));
+    this.own = Object.fromEntries(Object.keys(BOUNDS)
+        .filter(key => own.includes(key) && boundOf(key, linked[key]))
+        .map(key => [key, boundOf(key, linked[key])]));
     if ("M" in linked) {
       this.example.value = example in this.data.examples ? example : 0;
       const texts = Object.entries(linked).map(([key, text]) => [key, text.replaceAll(";", "\n")]);
@@ -211,10 +211,13 @@ class Bench extends Explorer {
     this.solver.cancel(this.name);
     clearTimeout(this.idle);
     this.built = this.typed;
-    this.find("inner").innerHTML = this.inner();
+    this.find("inner").innerHTML = this.body();
     this.wrong = {};
-    super.wire();
+    this.begin();
+    for (const key in this.bounds)
+      if (key in this.own) this.bounds[key] = this.own[key];
     this.draw(null);
+    this.solve();
     this.reserve();
   }
 
@@ -224,13 +227,9 @@ class Bench extends Explorer {
     this.find("machine").innerHTML = machine(request.vertices[0], seen, motion);
   }
 
-  get sentences() { return python.sentences(this.asks, this.data.request, rest); }
-  get sentence() { return String(this.sentences); }
-
   // Until fields and answer belong together nothing below the fields can be used.
   settle() {
     super.settle();
-    if (this.data.request) speak(this);
     const inner = this.find("inner"), old = this.built !== this.typed;
     inner.classList.toggle("sos-locked", old);
     inner.inert = old;
@@ -266,37 +265,24 @@ class Bench extends Explorer {
   }
 
   // ------------------------------------------------------------- numbers
-  read() {
-    this.data.sliders.forEach((slider, k) => {
-      if (!(slider.key in this.own)) return;
-      const text = String(this.own[slider.key]), value = valueOf(text, {}, slider);
-      if (isFinite(value)) {
-        widen(slider, value);
-        return this.put(k, value);
-      }
-      delete this.own[slider.key];
-      this.warning += ` ${printed(slider.symbol)} = ${text} can't stay: this plant's goes from ${
-        clean(slider.min)} to ${clean(slider.max)}.`;
-    });
+  textOf(key) { return `${BOUNDS[key].symbol} = ${this.bounds[key]}${BOUNDS[key].unit}`; }
+  moves(key) {
+    return key in this.bounds || key.includes("/") || ["step", "T", "delay", "filter"].includes(key);
   }
-
-  // A slider's numbers are such that the sentence has few digits.
-  set(k, value) { super.set(k, sayable(this.data.sliders[k].key, value, 3)); }
-  // A reader types a bound; what is no number of this slider is NaN.
-  type(k, value) {
-    if (value === this.values[k] && this.data.sliders[k].key in this.own) return;
-    this.remember();
-    widen(this.data.sliders[k], value);
-    super.set(k, value);
-  }
-  put(k, value) {
-    const slider = this.data.sliders[k];
-    widen(slider, clamp(value, slider.min, slider.max));
-    super.put(k, value);
-    this.wrong = {};
-  }
-  // What a reader types stands in a field of the form.
-  fit(name, text) {
+  // What a reader types in the sentence, and no bound has, stands in a field of the form.
+  fit(slot, x) {
+    const name = slot.includes("/") ? "ranges" : slot, [parameter, end] = slot.split("/");
+    if (name === "step") {
+      this.jump = x;
+      return this.rebuild();
+    }
+    const text = name !== "ranges"
+      ? String(x)
+      : this.sentences.ranges
+          .map(([one, ends]) =>
+                 `${one} = ${(one === parameter ? ends.with(Number(end), x) : ends).join(" .. ")}`)
+          .join("\n");
+    if (this.area(name).value === text) return;
     this.area(name).value = text;
     this.rebuild();
   }
@@ -318,16 +304,14 @@ class Bench extends Explorer {
   solve() {
     const {known} = this;
     if (!known) return super.solve();
-    this.inputs.forEach((input, k) => announce(input, this.texts[k]));
-    const {texts, digest, asked} = this;
-    this.answer = {...known, asked, values: [...this.values], texts, digest, ms: 0};
-    this.update();
+    const {digest, asked} = this;
+    this.accept({...known, asked, digest, ms: 0});
   }
 
   look() {
     if (!this.known && !this.data.law) return super.look();
   }
-  advice() { return this.data.law ? this.answer.help ?? "Ask for less." : super.advice(); }
+  advice() { return this.data.law ? escape(this.answer.help ?? "Ask for less.") : super.advice(); }
   async prove() {
     const {answer} = this;
     if (!this.data.law || (answer?.status === "infeasible" && !answer.help)) await super.prove();
@@ -337,8 +321,7 @@ class Bench extends Explorer {
   }
 
   update() {
-    const {answer, data: {request, goal, r}} = this, box = this.find("judged");
-    this.truth = answer.status === "feasible" ? judged(request, answer.K, goal, r) : null;
+    const {answer} = this, box = this.find("judged");
     super.update();
     this.draw(this.truth && this.response[0]);
     box.innerHTML = this.truth ? said(this.truth, answer.asked, this.data) : "";

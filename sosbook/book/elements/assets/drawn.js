@@ -1,4 +1,4 @@
-import {buttons, capital, clean, complex, controls, escape, gains, PageElement, panel, panels, printed, READOUT, withConjugates} from "./kit.js";
+import {buttons, capital, clean, complex, escape, gains, PageElement, panel, panels, printed, READOUT, withConjugates} from "./kit.js";
 import {add, apply, mul, pushed} from "./linalg.js";
 import {Plot, S_PLANE} from "./plot.js";
 
@@ -46,13 +46,6 @@ function regionPolygon(asked, [left, right, height]) {
   return polygon;
 }
 
-// Moves of single sliders that lead to a design, the nearest first, in words.
-export function relax(moves) {
-  const [first, ...others] = moves.map(({text}) => text);
-  return `Relax first: ${first}.` +
-    (others.length ? ` Moving one other bound would do as well: ${others.join("; or ")}.` : "");
-}
-
 // The verdict on what the sliders ask for, and what that means.
 export const verdictOf = (status, texts, more = "") => `<p><span class="sos-status">${
   capital(status)}</span> for ${escape(printed(texts.join(", ")))}${more}.</p>`;
@@ -61,22 +54,15 @@ export const verdictOf = (status, texts, more = "") => `<p><span class="sos-stat
 // A design drawn: its poles over what is asked, its response, its numbers.
 export class DesignElement extends PageElement {
   markup() {
-    return controls("Requirements", this.sliders()) +
-      panels(panel("map", "Closed-loop poles over the region that was asked for.") +
-        panel("step", escape(this.data.caption))) +
+    return panels(panel("map", "Closed-loop poles over the region that was asked for.") +
+             panel("step", escape(this.data.caption))) +
       READOUT + buttons(this.buttons);
   }
 
   // What is asked and found is a subclass's.
   /** @returns {any} */
   get design() { return null; }
-  get texts() { return []; }
   get buttons() { return []; }
-  sliders() { return ""; }
-  advice() { return ""; }
-
-  // Why there is no design, in HTML, where that is known.
-  get reason() { return undefined; }
 
   // A pole's mark, its number and the curve by which it decays belong together.
   listen() {
@@ -174,30 +160,18 @@ export class DesignElement extends PageElement {
     return plot.svg(`Step response over ${clean(horizon)} seconds: ${peaks.join(", ")}.`);
   }
 
-  readout(design) {
-    const {status, asked, K, poles, norm, peak, cost = null} = design;
-    const verdict = verdictOf(status, [...(design.texts ?? this.texts), ...this.data.also]);
-    if (status === "undecided")
-      return verdict +
-        `<p>${this.reason ?? "Neither a design nor a proof that there is none was found."}</p>`;
-    if (status === "infeasible") {
-      const empty = asked.rho <= asked.sigma;
-      return verdict +
-        `<p>${this.reason ?? (empty ? "The region is empty." : "These LMIs have no solution.")} ${
-          escape(printed(this.advice()))}</p>`;
-    }
-    const [block, margin] = design.margin, truth = [];
-    if (norm !== null)
-      truth.push(
-        `True H∞ norm ${clean(norm)}` + (asked.gamma ? ` (bound γ = ${clean(asked.gamma, 4)}).` : "."));
-    if (peak !== null)
-      truth.push(
-        `Largest ‖u‖ from x(0): ${clean(peak)}` + (asked.u_max ? ` (bound ${clean(asked.u_max, 4)}).` : "."));
-    if (cost !== null) truth.push(`True cost ${clean(cost, 4)} (bound J = ${clean(asked.cost, 4)}).`);
-    return verdict + gains(K, this.data.shape, 5) +
+  // A gain and what is true of it.
+  gains({asked, K, poles, norm, peak, cost = null, margin: [block, margin]}) {
+    const bounds = [
+      ["True H∞ norm", norm, "γ", asked.gamma], ["Largest ‖u‖ from x(0):", peak, "u_max", asked.u_max],
+      ["True cost", cost, "J", asked.cost]
+    ];
+    const truth = bounds.filter(([, x]) => x !== null).map(([name, x, symbol,
+      bound]) => `${name} ${clean(x, 4)}${bound ? ` (bound ${symbol} = ${clean(bound, 4)})` : ""}.`);
+    return gains(K, this.data.shape, 5) +
       `<p>Poles: ${
         poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(p[0], p[1])}</span>`)
           .join(", ")}.</p>` +
-      `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${truth.join(" ")}</p>`;
+      `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${printed(truth.join(" "))}</p>`;
   }
 }

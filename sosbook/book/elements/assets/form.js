@@ -8,7 +8,7 @@ import {plants} from "./corners.js";
 import {rest} from "./judge.js";
 import {number} from "./kit.js";
 import {lawOf, memory, outputsOf} from "./law.js";
-import {sliders, typed, typicalRate} from "./wishes.js";
+import {starts, typed, typicalRate} from "./wishes.js";
 
 export const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
 // name, words, shape, and the box that asks for it
@@ -122,11 +122,8 @@ export function dataOf(found, wanted) {
   return {
     ...found,
     mu: null,
-    fixed: {},
-    shownFixed: {},
-    also: [],
     goal: r,
-    sliders: sliders(found, omega, wanted),
+    bounds: starts(found, omega, wanted),
     shape: [n, B.cols, a],
     r: rest(request.vertices[0], request.U, r),
     horizon: Number((40 / omega).toPrecision(2)),

@@ -82,6 +82,9 @@ export function judged(request, K, r, at) {
 }
 
 const percent = share => `${clean(100 * share, 2)} %`;
+// What is true beside what was asked, in a line.
+export const worst = ({settled, overshoot, input}) => `In truth, at worst: a step is within 2 % after ${
+  clean(settled)} s, goes ${percent(overshoot)} over, and takes ${clean(input)}.`;
 
 // All that is said of the loops: for which plants, the table, and what comes next.
 export function said(truth, asked, {request: {family, vertices: {length, 0: {F}}}, goal, clock}) {
@@ -118,8 +121,7 @@ function table({settled, overshoot, input, load, rest, peak, at}, asked, corners
   ];
   const line = (tag, cells) =>
     `<tr>${cells.map(x => `<${tag}>${escape(printed(x))}</${tag}>`).join("")}</tr>`;
-  return `<table class="sos-truth"><caption>In truth, at worst: within 2 % after ${time}, ${
-           over} over, an input of ${most}. A step of ${unit} to rest at z = (${
+  return `<table class="sos-truth"><caption>A step of ${unit} to rest at z = (${
            at.map(x => clean(x)).join(", ")}), ${
            corners > 1 ? `the worst of ${corners} corners` : "computed"} in floats, not proven.</caption>` +
     line("th", ["of the loop", "true", "asked"]) + rows.map(row => line("td", row)).join("") + "</table>";

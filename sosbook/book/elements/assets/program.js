@@ -26,7 +26,7 @@ function sector(theta) {
 
 // The plant file of a plant, of what is fixed and of bounds by name, in the units shown.
 /** @type {(data: any, bounds: any) => any} */
-export function asks({request, x0, mu, cost, law, outputs, clock, words: vocabulary}, bounds) {
+export function asks({request, x0, mu, cost, law, outputs, clock, words: vocabulary, symbols}, bounds) {
   const {vertices, family, U, K_A, coupling} = request;
   const {sigma, theta, rho, gamma, cost: bound, u_max} = bounds;
   const {parameters, ...words} = family ?? {}, [one, ...others] = vertices.map(filled);
@@ -39,7 +39,7 @@ export function asks({request, x0, mu, cost, law, outputs, clock, words: vocabul
     U: law || !U.length ? null : U,
     law,
     K_A,
-    region: filled({sigma, ...sector(theta), rho}),
+    region: filled({sigma, ...(symbols ? {theta_deg: theta} : sector(theta)), rho}),
     ...(outputs || mu && gamma ? {hinf: filled({gamma, mu, outputs})} : {gamma}),
     cost: bound === undefined ? null : {...cost, bound},
     saturation: u_max === undefined ? null : {u_max, x0},
@@ -49,12 +49,12 @@ export function asks({request, x0, mu, cost, law, outputs, clock, words: vocabul
 }
 
 // The sentences about the plant of a request, and of what is asked of it; `rest` is that of judge.js.
-export function sentences(asked, {vertices: [plant]}, rest = undefined) {
+export function sentences(asked, {request: {vertices: [plant]}, symbols = false}, rest = undefined) {
   const at = rows => {
     const z = rest(plant, rows, (rows.length ? rows : plant.M).map(() => 1));
     return z.every(isFinite) ? z : null;
   };
-  return new Sentences(asked, plant.M?.length ?? 0, rest && at);
+  return new Sentences(asked, plant.M?.length ?? 0, rest && at, symbols);
 }
 
 // What `writers` make of each key of a request; a key that none of them knows is an error.
@@ -110,7 +110,7 @@ export function design(data, bounds, resting = undefined) {
       ["requirements", more.length && `[${more.join(", ")}]`]
     ],
     [
-      ...(own.length ? [] : [`# ${sentences(asked, data.request, resting)}`]),
+      ...(own.length ? [] : [`# ${sentences(asked, data, resting)}`]),
       ...new Set(own.map(({note}) => note).filter(note => note))
     ],
     asked.controller ? sampled(asked.controller) : "");

@@ -14,6 +14,7 @@ const LOOSE = {
   "θ": "(?:θ|theta)",
   "ρ": "(?:ρ|rho)",
   "γ": "(?:γ|gamma)",
+  "μ": "(?:μ|mu)",
   "°": String.raw`(?:°|\s*deg(?:rees)?)`
 };
 
@@ -127,13 +128,15 @@ const cut = form => form.split(/(\{\w+\})/).filter(bit => bit).map(bit => {
 
 // ------------------------------------------------------------------ sentences
 // Sentences about the plant of a file: with n coordinates, and `rest`, from the rows that are
-// integrated to the coordinates where the plant rests when each of these errors is one, or null.
+// integrated to the coordinates where the plant rests when each of these errors is one, or null;
+// with `symbols` they say σ, not a time.
 export class Sentences {
   /** @param {any} given */
-  constructor(given, n, rest = _ => null) {
+  constructor(given, n, rest = _ => null, symbols = false) {
     const {plant, words = {}} = given, {parameters = {}, coordinates} = Object(plant);
     this.n = n;
     this.rest = rest;
+    this.symbols = symbols;
     this.data = canonical(given);
     this.ranges = Object.entries(parameters);
     const named = coordinates ?? eye(n).map((_, i) => `z${i + 1}`), {filter: _, ...own} = words;
@@ -149,14 +152,19 @@ export class Sentences {
 
   // Its words in order: {text}, and {slot, clause, shown} for each number that they hold.
   get pieces() {
-    const said = new Map(), others = this.others();
-    for (const clause of CLAUSES) {
-      const parts = said.has(clause.key) ? null : this.parts(clause);
-      if (parts) said.set(clause.key, parts);
-    }
+    const said = this.clauses, others = this.others();
     const more = others.length ? [[{text: TABLE.end.replace("{}", others.join(", "))}]] : [];
     const clauses = [...said.values(), ...more].flatMap((parts, k) => [{text: k ? ", " : " "}, ...parts]);
     return [...this.subject(), ...clauses];
+  }
+  // The parts of each clause that is said, by its key.
+  get clauses() {
+    const said = new Map();
+    for (const clause of CLAUSES) {
+      const parts = said.has(clause.key) || (this.symbols && clause.plain) ? null : this.parts(clause);
+      if (parts) said.set(clause.key, parts);
+    }
+    return said;
   }
   toString() { return `${this.pieces.map(({text, shown}) => text ?? shown).join("")}.`; }
 

@@ -76,10 +76,10 @@ function queue(open) {
   return {ask, cancel};
 }
 
-const page = queue(start);
+const page = queue(start), proofs = queue(start);  // nobody waits for a proof that nobody asked for
 
-// Who answers an element: the package where it has a line, else this page.
-export function solverOf(element) {
+// Who answers an element, and who proves: the package where it has a line, else this page.
+export function solverOf(element, prover = false) {
   const home = element.closest(".sos-live");
-  return home ? home.sosQueue ??= queue(line(home, start)) : page;
+  return home ? home.sosQueue ??= queue(line(home, start)) : prover ? proofs : page;
 }

@@ -1,29 +1,27 @@
-// The sentence of a form, whose numbers are its controls: typed, dragged, or stepped by arrows.
-import {escape, QUIET} from "./kit.js";
+// The sentence of an element, whose numbers are its controls: typed, dragged, or stepped by arrows,
+// or moved by the ruler below.
+import {escape, QUIET, steady} from "./kit.js";
 import {shownOf, valueOf as numberOf} from "./sentence.js";
 import {typed, valueOf} from "./wishes.js";
 
-const DRAG = 0.006, FAR = 4;  // of a number, for a pixel; pixels that are a drag
+const DRAG = 0.006, FAR = 4;   // of a number, for a pixel; pixels that are a drag
+const RULER = 100, WIDE = 30;  // steps of the ruler to either side, and how many times a number it reaches
 const STEPS = {
   ArrowUp: 1,
   ArrowDown: -1,
   PageUp: 10,
   PageDown: -10
 };
-const SLIDERS = {
+// The bounds that a file has by other names.
+const BOUND = {
   theta_deg: "theta",
   overshoot: "theta",
   hinf: "gamma"
-};  // by the names of the file, where others
+};
 const LABELS = {
   step: "step of the set point"
 };
 const AFTER = /^(?:°| (?:%|s⁻¹|s|kHz|ms)(?![\p{L}\d]))/u;
-const WORDS = {
-  feasible: "feasible",
-  infeasible: "no design",
-  undecided: "undecided"
-};
 
 const tidy = x => Number(x.toPrecision(x.toPrecision(3)[0] === "1" ? 3 : 2));
 // A number some steps on, in its second digit.
@@ -32,21 +30,26 @@ function stepped(x, steps) {
   const next = Number((x + steps * size).toPrecision(12));
   return next > 0 === x > 0 && next ? next : x / 10;
 }
+// A number of the sentence as its element knows it.
+export const keyOf = slot => BOUND[slot] ?? slot;
 
-const index = (form, slot) => form.data.sliders.findIndex(({key}) => key === (SLIDERS[slot] ?? slot));
-// The field of the form where a number stands that has no slider.
-const place = slot => slot.includes("/") ? "ranges" : slot === "step" ? "x0" : slot;
-const moves = (form, slot) =>
-  index(form, slot) >= 0 || slot.includes("/") || ["step", "T", "delay", "filter"].includes(slot);
+// A line for the sentence, and one for the ruler of the number that was last taken.
+export const markup = name => `<p class="sos-say">&nbsp;</p><div class="sos-ruler" role="group" ` +
+  `aria-label="Ruler"><label for="${name}-ruler"></label><button type="button" class="sos-button" ` +
+  `data-step="-1" aria-label="less" ${QUIET}>−</button><input id="${name}-ruler" type="range" min="${
+    - RULER}" max="${RULER}" ${QUIET}><button type="button" class="sos-button" data-step="1" ` +
+  `aria-label="more" ${QUIET}>+</button></div>`;
 
 // ------------------------------------------------------------------ shown
+const unitsOf = names => Object.values(names).map(([, unit]) => unit).filter(unit => unit);
+const numbers = form => [...form.find("say").querySelectorAll("input")];
+const field = (form, key) => numbers(form).find(({dataset}) => dataset.bound === key);
+
 export function speak(form, force = false) {
-  const {answer, sentences} = form, {pieces, names} = sentences, line = form.find("say");
-  const active = document.activeElement,
-        units = Object.values(names).map(([, unit]) => unit).filter(unit => unit);
-  const status = answer?.digest === form.digest ? answer.status : "";
+  const {sentences, word} = form, {pieces, names} = sentences, line = form.find("say");
+  const active = document.activeElement, units = unitsOf(names);
   const shape =
-    JSON.stringify(pieces.map(({text, slot, shown}) => text ?? (moves(form, slot) ? [slot] : shown)));
+    JSON.stringify(pieces.map(({text, slot, shown}) => text ?? (form.moves(keyOf(slot)) ? [slot] : shown)));
   if (shape !== line.dataset.shape) {
     const {slot, text, clause} = held(line, active);
     const html = ({text}, k) => {  // no line ends before a unit, or in it
@@ -55,16 +58,16 @@ export function speak(form, force = false) {
       return escape(unit ? text.replace(` ${unit}`, `\u00a0${unit.replaceAll(" ", "\u00a0")}`) : text);
     };
     line.innerHTML =
-      pieces.map((piece, k) => piece.text === undefined ? field(form, piece) : html(piece, k)).join("") +
+      pieces.map((piece, k) => piece.text === undefined ? control(form, piece) : html(piece, k)).join("") +
       `: <em role="status"></em>.`;
     line.dataset.shape = shape;
-    const next = slot && line.querySelector(`[data-bound="${slot}"]`);
+    const next = slot && field(form, slot);
     if (next) {
       next.focus();
       Object.assign(next, {value: text, clause});
     }
   }
-  for (const input of line.querySelectorAll("input")) {
+  for (const input of numbers(form)) {
     const k = pieces.findIndex(({slot}) => slot === input.dataset.slot), {shown, clause} = pieces[k];
     const after = pieces[k + 1]?.text ?? "",
           typing = input === document.activeElement && input.clause && !force;
@@ -76,58 +79,52 @@ export function speak(form, force = false) {
     input.setAttribute("aria-valuenow", String(typed(shown)));
     input.setAttribute("aria-valuetext", shown + (unit ? ` ${unit}` : AFTER.exec(after)?.[0] ?? ""));
   }
-  const end = line.querySelector("em"), word = WORDS[status] ?? "…";
-  end.className = `sos-${status}`;
+  const end = line.querySelector("em");
+  end.className = `sos-${form.kind}`;
   if (end.textContent !== word) end.textContent = word;
   form.setAttribute("aria-label", `${form.data.title}. ${form.sentence}`);
+  measure(form);
 }
 const held = (line, active) =>
   line.contains(active) ? {slot: active.dataset.bound, text: active.value, clause: active.clause} : {};
-function field(form, {slot, clause, shown}) {
-  if (!moves(form, slot)) return `<strong>${escape(shown)}</strong>`;
+function control(form, {slot, clause, shown}) {
+  if (!form.moves(keyOf(slot))) return `<strong>${escape(shown)}</strong>`;
   return `<input type="text" inputmode="decimal" role="spinbutton" class="sos-num" data-slot="${
-    slot}" data-bound="${SLIDERS[slot] ?? slot}" aria-label="${
-    escape(LABELS[slot] ?? clause.label)}" value="${escape(shown)}" ${QUIET}>`;
+    slot}" data-bound="${keyOf(slot)}" aria-label="${escape(LABELS[slot] ?? clause.label)}" value="${
+    escape(shown)}" ${QUIET}>`;
+}
+
+// The ruler lies at the number that was taken last: around where this stood first, or beyond its ends.
+function measure(form) {
+  const ruler = form.find("ruler"), [less, input, more] = ruler.querySelectorAll("input, button");
+  const number = field(form, form.taken) ?? numbers(form)[0], now = number ? typed(number.value) : NaN;
+  form.taken = number?.dataset.bound;
+  ruler.hidden = !number;
+  [input, less, more].forEach(part => { part.disabled = !(now > 0); });
+  if (!(now > 0)) return;
+  const {slot} = number.dataset, far = Math.abs(Math.log(now / form.middles[slot]));
+  const start = form.middles[slot] = far < Math.log(WIDE) * 1.0001 ? form.middles[slot] : now;
+  ruler.querySelector("label").textContent = number.getAttribute("aria-label");
+  input.value = String(RULER * Math.log(now / start) / Math.log(WIDE));
+  input.setAttribute("aria-valuetext", number.getAttribute("aria-valuetext"));
+  for (const one of numbers(form)) one.classList.toggle("sos-taken", one === number);
 }
 
 // ------------------------------------------------------------------ asked
 // What stands in a field is asked from now on; false if it is no such number.
 function take(form, input, left) {
-  const {dataset: {slot}, value: text} = input, clause = input.clause ?? input.now, k = index(form, slot);
-  if (k >= 0) {
-    const value = valueOf(text, clause, form.data.sliders[k]);
-    if (isFinite(value)) {
-      delete form.wrong[slot];
-      form.type(k, value);
-      return true;
-    }
-  } else {
-    const x = Number.isNaN(typed(text)) ? NaN : numberOf(clause, text);
-    if (isFinite(x) && (x > 0 || slot.includes("/"))) {
-      delete form.wrong[slot];
-      if (left) put(form, slot, x);
-      return true;
-    }
+  const {dataset: {slot, bound}, value: text} = input, clause = input.clause ?? input.now;
+  const own = bound in form.bounds;
+  const x = own ? valueOf(text, clause, bound) : Number.isNaN(typed(text)) ? NaN : numberOf(clause, text);
+  if (isFinite(x) && (own || x > 0 || slot.includes("/"))) {
+    delete form.wrong[slot];
+    if (own) form.type(bound, x);
+    else if (left) form.fit(slot, x);
+    return true;
   }
   if (left) delete form.wrong[slot];
   else form.wrong[slot] = text;
   return false;
-}
-function put(form, slot, x) {
-  const name = place(slot), {value} = form.area(name), words = String(x);
-  if (name === "ranges") {
-    const [parameter, end] = slot.split("/"), {ranges} = form.sentences;
-    const text = ranges
-                   .map(([name, ends]) =>
-                          `${name} = ${(name === parameter ? ends.with(Number(end), x) : ends).join(" .. ")}`)
-                   .join("\n");
-    return form.fit(name, text);
-  }
-  if (name === "x0") {
-    form.jump = x;
-    return form.rebuild();
-  }
-  if (value !== words) form.fit(name, words);
 }
 function changed(form, input, left) {
   const good = take(form, input, left);
@@ -145,21 +142,39 @@ function write(form, input, x, left) {
 
 export function listen(form) {
   const {view} = form, num = target => target.matches?.(".sos-num") ? target : null;
+  const ruler = form.find("ruler").querySelector("input");
   let drag = null;
+  ruler.addEventListener("input", () => {  // before the view hears of it
+    const number = field(form, form.taken), {slot = "", bound = ""} = number?.dataset ?? {};
+    if (form.middles[slot])
+      write(
+        form, number, tidy(form.middles[slot] * WIDE ** (Number(ruler.value) / RULER)), bound in form.bounds);
+  });
   view.addEventListener("input", ({target}) => {
     if (!num(target)) return;
     target.clause ??= target.now;
     changed(form, target, false);
   });
+  view.addEventListener("click", ({target}) => {
+    const {step} = target.dataset, number = field(form, form.taken);
+    if (step && number) write(form, number, stepped(typed(number.value), Number(step)), true);
+  });
+  steady(ruler);
   view.addEventListener("change", ({target}) => {
-    if (num(target)) changed(form, target, true);
+    const number = target === ruler ? field(form, form.taken) : num(target);
+    if (number) changed(form, number, true);
   });
   view.addEventListener("focusin", ({target}) => {
-    if (num(target)) Object.assign(target, {before: target.value, clause: target.now});
+    if (!num(target)) return;
+    form.taken = target.dataset.bound;
+    form.remember();
+    measure(form);
+    Object.assign(target, {before: target.value, clause: target.now});
   });
   view.addEventListener("focusout", ({target}) => {
     if (!num(target)) return;
     target.clause = undefined;
+    target.inputMode = "decimal";
     speak(form, true);
   });
   view.addEventListener("keydown", event => {
@@ -178,6 +193,9 @@ export function listen(form) {
     const {target, clientX, button, pointerType} = event,
                                     from = num(target) && !button ? typed(target.value) : NaN;
     drag = from > 0 ? {slot: target.dataset.bound, clientX, from, on: false} : null;
+    // a finger's first touch opens the ruler, its second one the keyboard
+    if (drag && pointerType === "touch")
+      target.inputMode = target === document.activeElement ? "decimal" : "none";
     if (!drag || pointerType !== "mouse" || target === document.activeElement) return;
     event.preventDefault();  // it would select the text
     target.focus();
@@ -185,15 +203,15 @@ export function listen(form) {
   });
   view.addEventListener("pointermove", ({clientX, buttons, pointerId, isTrusted}) => {
     if (!drag || !buttons) return;
-    const far = clientX - drag.clientX, input = view.querySelector(`.sos-num[data-bound="${drag.slot}"]`);
+    const far = clientX - drag.clientX, input = field(form, drag.slot);
     if (!drag.on && Math.abs(far) >= FAR && isTrusted) view.setPointerCapture(pointerId);
     drag.on ||= Math.abs(far) >= FAR;
     if (drag.on && input)
-      write(form, input, tidy(drag.from * Math.exp(DRAG * far)), index(form, input.dataset.slot) >= 0);
+      write(form, input, tidy(drag.from * Math.exp(DRAG * far)), input.dataset.bound in form.bounds);
   });
   for (const kind of ["pointerup", "pointercancel"])
     view.addEventListener(kind, () => {
-      const input = drag?.on && view.querySelector(`.sos-num[data-bound="${drag.slot}"]`);
+      const input = drag?.on && field(form, drag.slot);
       drag = null;
       if (input) changed(form, input, true);
     });

@@ -1,57 +1,56 @@
-// What an engineer asks for, and the numbers of the theorems: the sliders of a plant.
+// What an engineer asks for, and the numbers of the theorems: the bounds of a plant.
 import {stateSpace} from "../../kernel/descriptor.js";
 import {design} from "../../kernel/design.js";
 import {eigenvalues} from "../../kernel/spectrum.js";
 import {truth} from "../../kernel/truth.js";
 
-import {BOUNDS} from "./explorer.js";
 import {number} from "./kit.js";
 import {degreesOf, shareOf} from "./program.js";
 import {valueOf as meant} from "./sentence.js";
 
 const LARGEST = 6, CORNERS = 8;  // degrees of freedom and plants that a browser solves while one waits
 const SETTLED = 4;               // e^-4 is 2 %: as `PoleRegion` has it
-const FURTHEST = 1e3;            // times the end of a slider that a number may be typed
+const ODD = 1e99;                // no number is as large, nor as small
+
+const bound = (symbol, unit, looser = 1, most = ODD) => ({symbol, unit, looser, most});
+// The bounds that a page knows, as the package's vocabulary has them; which way they are relaxed.
+export const BOUNDS = {
+  sigma: bound("σ", " 1/s", -1),
+  theta: bound("θ", "°", 1, 90),
+  rho: bound("ρ", " 1/s"),
+  gamma: bound("γ", ""),
+  cost: bound("J", ""),
+  u_max: bound("u_max", "")
+};
+
+// The value of a bound that an address or a file has; NaN where it is none.
+export const boundOf = (key, text) => {
+  const x = number(text);
+  return x > 1 / ODD && x <= BOUNDS[key].most ? x : NaN;
+};
 
 // A number that a reader types, perhaps with a decimal comma.
 export const typed = text => number(text.trim().replace(/^([^.,]*),([^.,]*)$/, "$1.$2"));
 
-// The nearest value of a slider that a sentence says in few digits: a time, or an overshoot.
+// The nearest value of a bound that a sentence says in few digits: a time, or an overshoot.
 export function sayable(key, value, digits) {
   const near = x => Number(x.toPrecision(digits)), share = key === "theta" ? shareOf(value) : 0;
   if (key === "sigma") return SETTLED / near(SETTLED / value);
   if (key === "rho") return 1 / near(1 / value);
-  return key === "theta" && near(share) > 0.001 && near(share) < 0.99 ? degreesOf(near(share)) : value;
+  if (key !== "theta") return near(value);
+  return near(share) > 0.001 && near(share) < 0.99 ? degreesOf(near(share)) : near(value);
 }
 
-// The value of a slider that a text means: in the unit of the clause where it stands, or in one that
+// The value of a bound that a text means: in the unit of the clause where it stands, or in one that
 // it says itself, an engineer's (s, %) or a theorem's (1/s, degrees); NaN where it is none.
-export function valueOf(text, clause, {key, ends, min, max}) {
-  const [, plain, unit] = /^\s*(.*?)\s*(%|s|1?\/s|s⁻¹|°|deg)?\s*$/.exec(text),
-                  [low, high] = ends ?? [min, max];
+export function valueOf(text, clause, key) {
+  const [, plain, unit] = /^\s*(.*?)\s*(%|s|1?\/s|s⁻¹|°|deg)?\s*$/.exec(text);
   if (Number.isNaN(typed(plain))) return NaN;
   const own = {s: {over: {sigma: SETTLED, rho: 1}[key]}, "%": {key: "overshoot", shift: -2}}[unit];
   const how = own ?? (unit ? {} : clause), given = meant(how, plain);
-  const value = how.key === "overshoot" ? degreesOf(given) : given,
-        most = key === "theta" ? 90 : FURTHEST * high;
-  return value >= (key === "theta" ? 1 : low / FURTHEST) && value <= most ? value : NaN;
+  const value = how.key === "overshoot" ? degreesOf(given) : given;
+  return boundOf(key, value);
 }
-// A slider reaches what is typed, and no further than it did where that is within its own ends.
-export function widen(slider, value) {
-  slider.ends ??= [slider.min, slider.max];
-  slider.min = Math.min(slider.ends[0], value);
-  slider.max = Math.max(slider.ends[1], value);
-}
-
-// Two digits are enough for the end of a slider.
-const plain = x => Number(x.toPrecision(2));
-const slider = (key, min, max, value) => ({
-  key,
-  ...BOUNDS[key],
-  min: plain(min),
-  max: plain(max),
-  value: key === "sigma" ? sayable(key, plain(value), 2) : plain(value)
-});
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
 export function beyond({request: {vertices}, x0, cost, law, outputs}) {
@@ -63,30 +62,22 @@ export function beyond({request: {vertices}, x0, cost, law, outputs}) {
   return vertices.length > CORNERS ? `This page computes with up to ${CORNERS} corners. ${take}` : "";
 }
 
-// The sliders of a plant whose poles have such a size. Bounds start at three times what a
-// design without bounds does.
-export function sliders(found, omega, wanted) {
-  const {request, x0, cost} = found;
+// The bounds of a plant whose poles have such a size: at first three times what a design does
+// that has none of them.
+export function starts(found, omega, wanted) {
+  const {request, x0, cost} = found, plain = x => Number(x.toPrecision(2));
+  const list = {sigma: sayable("sigma", plain(0.2 * omega), 2), theta: 60, rho: plain(8 * omega)};
   /** @type {any} */
   const now = {};
-  const bound = (size, usual) => {
-    const typical = size > 0 ? size : usual;
-    return [typical / 20, typical * 50, typical * 3];
-  };
-  const list = [
-    slider("sigma", 0.02 * omega, 2 * omega, 0.2 * omega), slider("theta", 10, 90, 60),
-    slider("rho", omega, 40 * omega, 8 * omega)
-  ];
   if ((wanted.gamma || cost || x0) && !beyond(found)) {
-    const [sigma, theta, rho] = list.map(({value, degrees}) => degrees ? value * Math.PI / 180 : value);
     /** @type {any} */
-    const known = design({...request, asked: {sigma, theta, rho}}, null, true);
+    const known = design({...request, asked: {...list, theta: Math.PI / 3}}, null, true);
     if (known.K) Object.assign(now, truth({...request, asked: {...cost, ...(x0 && {x0})}}, known));
   }
-  if (wanted.gamma) list.push(slider("gamma", ...bound(now.norm, 1)));
-  if (cost) list.push(slider("cost", ...bound(now.cost, 100)));
-  if (x0) list.push(slider("u_max", ...bound(now.peak, 10)));
-  return list;
+  const asked = {gamma: [wanted.gamma, now.norm, 1], cost: [cost, now.cost, 100], u_max: [x0, now.peak, 10]};
+  for (const [key, [on, size, usual]] of Object.entries(asked))
+    if (on) list[key] = plain(3 * (size > 0 ? size : usual));
+  return Object.entries(list).map(([key, value]) => ({key, value, moves: true}));
 }
 
 // The geometric mean of the plant's poles that aren't at rest.

@@ -1,4 +1,4 @@
-"""Sliders that the reader's browser solves, against the package."""
+"""A wish whose numbers move, solved by the reader's browser, against the package."""
 
 import re
 from functools import partial
@@ -14,14 +14,9 @@ from sosbook.book.elements.explorer import design_explorer
 from sosbook.plants.response import simulate
 from sosbook.synthesis.proofs import DesignProof
 from tests.elements import assert_quiet, first, middle, say, two_of, write_page
+from tests.test_page_elements import stored
 
-LABELS = {
-    "sigma": "Decay rate σ",
-    "theta": "Half-angle θ",
-    "rho": "Disk radius ρ",
-    "gamma": "H∞ bound γ",
-    "u_max": "Input bound uₘₐₓ",
-}
+BOUNDS = "sigma", "theta", "rho", "gamma", "u_max"
 
 
 @pytest.fixture(scope="module")
@@ -29,16 +24,11 @@ def explorer(robot):
     return design_explorer(
         robot.plant,
         robot.U,
-        (0.3, 4),
-        robot.saturation,
-        sigma=(0.1, 2.5),
-        theta=np.radians([15, 90]),
-        rho=(1.5, 12),
-        u_max=(40, 400),
-        start={"sigma": 0.7, "theta": np.pi / 4, "rho": 5, "gamma": 1.257,
-               "u_max": 150},
+        region=sos.PoleRegion(0.7, np.pi / 4, 5),
+        gamma=1.257,
+        saturation=robot.saturation,
         title="The <robot> & its designs",
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")
@@ -55,45 +45,46 @@ def tab(visit, sheet):
 
 
 def settled(tab, more="true"):
-    """Wait until the page has solved what its sliders ask for."""
+    """Wait until the page has solved what its sentence asks."""
     tab.page.wait_for_function(
-        """more => { const e = document.querySelector("sos-explorer");
-          return e?.answer && e.answer.values.every((v, k) => v === e.values[k])
-            && (more === "true" || e.edges); }""",
+        """more => { const e = document.querySelector("sos-wish");
+          return e?.answer?.digest === e.digest && e.answer
+            && (more === "true" || e.offers || e.answer.proof); }""",
         arg=more,
     )
 
 
-first, say = (partial(f, tag="sos-explorer") for f in (first, say))
+first, say = (partial(f, tag="sos-wish") for f in (first, say))
 
 
 def state(tab):
     """The element's own words: what it asked for and what it found."""
     return tab.page.evaluate(
-        "(() => { const {answer, values, edges, shown, found} ="
-        "document.querySelector('sos-explorer');"
-        "return {answer, values, edges, response: shown}; })()"
+        "(() => { const {answer, named, offers, shown, word} ="
+        "document.querySelector('sos-wish');"
+        "return {answer, named, offers, word, response: shown}; })()"
     )
 
 
-def at(robot, values):
-    """The package's design where the sliders stand, in the units they show."""
-    sigma, theta, rho, gamma, u_max = values
+def at(robot, named):
+    """The package's design for bounds by name, in the units of the page."""
     return sos.design_pid(
         robot.plant,
         robot.U,
-        region=sos.PoleRegion(sigma, rho=rho, theta_deg=theta),
-        gamma=gamma,
-        saturation=sos.Saturation(u_max, robot.saturation.x0),
+        region=sos.PoleRegion(
+            named["sigma"], rho=named["rho"], theta_deg=named["theta"]
+        ),
+        gamma=named["gamma"],
+        saturation=sos.Saturation(named["u_max"], robot.saturation.x0),
     )
 
 
-def move(tab, values):
-    """Put the sliders somewhere at once."""
+def move(tab, **named):
+    """Ask for bounds at once."""
     tab.page.evaluate(
-        "values => { const e = document.querySelector('sos-explorer');"
-        "e.remember(); values.forEach((v, k) => e.set(k, v)); }",
-        values,
+        "named => { const e = document.querySelector('sos-wish');"
+        "e.remember(); e.set(named); }",
+        named,
     )
     settled(tab)
 
@@ -102,11 +93,15 @@ def test_what_the_page_shows_is_what_the_package_finds(tab, robot):
     rng = np.random.default_rng(4)
     low, high = np.array([0.2, 30, 4, 0.8, 120]), np.array([1.2, 80, 9, 3, 350])
     feasible = 0
-    for values in [state(tab)["values"], *rng.uniform(low, high, (8, 5)).round(2)]:
-        move(tab, [float(v) for v in values])
-        answer, design = state(tab)["answer"], at(robot, values)
+    for values in [None, *rng.uniform(low, high, (8, 5)).round(2)]:
+        if values is not None:
+            move(tab, **dict(zip(BOUNDS, map(float, values))))
+        found = state(tab)
+        answer, design = found["answer"], at(robot, found["named"])
         assert answer["status"] == design.status
-        assert say(tab).lower().startswith(design.status)
+        word = {"infeasible": ["no design"]}.get(design.status, ["feasible", "proven"])
+        assert found["word"] in word
+        assert say(tab).lower().startswith(tuple(word))
         if design.status != "feasible":
             continue
         feasible += 1
@@ -119,15 +114,15 @@ def test_what_the_page_shows_is_what_the_package_finds(tab, robot):
 
 
 def test_the_region_s_edges_are_dragged_in_the_pole_map(tab):
-    handle = first(tab).locator("[data-handle='0']")  # sigma
+    handle = first(tab).locator("[data-handle='sigma']")  # sigma
     x, y = middle(handle)
     tab.page.mouse.move(x, y)
     tab.page.mouse.down()
     tab.page.mouse.move(x - 12, y, steps=4)
     tab.page.mouse.up()
     settled(tab)
-    assert state(tab)["values"][0] > 0.9
-    assert state(tab)["values"][1:] == [45, 5, 1.257, 150]
+    sigma, *others = state(tab)["named"].values()
+    assert sigma > 0.9 and others == [45, 5, 1.257, 150]
     assert first(tab).locator(".sos-ghost").count() > 0
 
 
@@ -137,8 +132,8 @@ def test_a_finger_drags_an_edge_and_the_page_stays(browser, sheet):
     )
     page = context.new_page()
     page.goto(sheet.as_uri())
-    page.wait_for_function("document.querySelector('sos-explorer')?.answer")
-    handle = page.locator("[data-handle='2']").first  # rho
+    page.wait_for_function("document.querySelector('sos-wish')?.answer")
+    handle = page.locator("[data-handle='rho']").first  # rho
     x, y = middle(handle)
     scrolled = page.evaluate("scrollY")
     fingers = context.new_cdp_session(page)
@@ -148,11 +143,11 @@ def test_a_finger_drags_an_edge_and_the_page_stays(browser, sheet):
             "Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points}
         )
     page.wait_for_function(
-        """() => { const e = document.querySelector("sos-explorer");
-          return e.values[2] < 5 && e.answer.values[2] === e.values[2]; }"""
+        """() => { const e = document.querySelector("sos-wish");
+          return e.bounds.rho < 5 && e.answer.asked.rho === e.bounds.rho; }"""
     )
-    values = page.evaluate("document.querySelector('sos-explorer').values")
-    assert values[:2] == [0.7, 45] and 2 < values[2] < 5
+    named = page.evaluate("document.querySelector('sos-wish').named")
+    assert (named["sigma"], named["theta"]) == (0.7, 45) and 2 < named["rho"] < 5
     assert page.evaluate("scrollY") == scrolled
     context.close()
 
@@ -172,7 +167,7 @@ def test_a_pole_its_number_and_its_curve_belong_together(tab):
         assert float(damping) == pytest.approx(-re_ / abs(complex(re_, im)), abs=6e-3)
     # the curve: the envelope at one decay time is 1/e away from the set point
     away = page.evaluate(
-        """() => { const e = document.querySelector("sos-explorer"), plot = e.stepPlot;
+        """() => { const e = document.querySelector("sos-wish"), plot = e.stepPlot;
           const d = e.view.querySelector(".sos-mode path").getAttribute("d");
           const points = d.split(/[ML]/).filter(x => x).map(p => p.split(" "));
           const {l, r, t, b, y: [low, high]} = plot;
@@ -187,7 +182,7 @@ def test_a_pole_its_number_and_its_curve_belong_together(tab):
 def test_the_step_response_is_the_one_of_python(tab, robot):
     """The page's matrix exponential against `sosbook.plants.response`."""
     found = state(tab)
-    z, design = np.array(found["response"][0]), at(robot, found["values"])
+    z, design = np.array(found["response"][0]), at(robot, found["named"])
     t = np.linspace(0, 8.0, len(z))
     K = np.array(found["answer"]["K"])
     true = simulate(design.request.vertices[0], K, t, r=np.ones(2))
@@ -197,7 +192,7 @@ def test_the_step_response_is_the_one_of_python(tab, robot):
 
 def test_the_poles_are_drawn_in_the_shaded_region(tab):
     inside = tab.page.evaluate("""() => {
-      const atlas = document.querySelector("sos-explorer");
+      const atlas = document.querySelector("sos-wish");
       const area = atlas.querySelector(".sos-region");
       return [...atlas.querySelectorAll(".sos-pole")].map(pole => {
         const box = pole.getBBox(), at = new DOMPoint(
@@ -208,10 +203,10 @@ def test_the_poles_are_drawn_in_the_shaded_region(tab):
 
 
 def test_the_shaded_region_is_the_one_asked_for(tab):
-    sigma, theta, rho, *_ = state(tab)["values"]
+    sigma, theta, rho, *_ = state(tab)["named"].values()
     region = sos.PoleRegion(sigma, rho=rho, theta_deg=theta)
     held = tab.page.evaluate("""() => {
-      const atlas = document.querySelector("sos-explorer");
+      const atlas = document.querySelector("sos-wish");
       const ticks = [...atlas.querySelectorAll(".sos-map .sos-grid")];
       const area = atlas.querySelector(".sos-region");
       const labels = [...atlas.querySelectorAll(".sos-map text[text-anchor]")];
@@ -239,58 +234,56 @@ def test_the_shaded_region_is_the_one_asked_for(tab):
     assert compared > 350
 
 
-def test_infeasible_keeps_the_picture_and_says_what_helps(tab, robot):
+def test_infeasible_keeps_the_picture_and_offers_what_would_do(tab, robot):
+    """Each offer is a design of the package; to press it gives what it says."""
     drawn = state(tab)["response"]
-    move(tab, [2.3, 45, 5, 1.257, 150])
-    settled(tab, "edges")
-    tab.page.wait_for_function(
-        "document.querySelector('sos-explorer .sos-readout')"
-        ".textContent.includes('Relax first')"
-    )
+    move(tab, sigma=2.3)
+    settled(tab, "offers")
     text, shown = say(tab), state(tab)
-    assert text.startswith("Infeasible") and "Exact multipliers" in text
-    assert at(robot, shown["values"]).status == "infeasible"
+    assert text.startswith("No design") and "Exact multipliers" in text
+    assert at(robot, shown["named"]).status == "infeasible"
     assert shown["response"] == drawn
     assert first(tab).locator(".sos-step.sos-stale").count() == 1
-    helped = re.search(r"Relax first: (\S+) = ([\d.]+)", text)
-    symbols = {"σ": 0, "θ": 1, "ρ": 2, "γ": 3, "uₘₐₓ": 4}
-    values = shown["values"]
-    values[symbols[helped[1]]] = float(helped[2])
-    assert at(robot, values).status == "feasible"
+    offers = shown["offers"]
+    assert len(offers) > 1 and offers[-1]["key"] == "sigma"  # which was just asked
+    for one in offers:
+        assert at(robot, shown["named"] | {one["key"]: one["to"]}).status == "feasible"
+    buttons = first(tab).locator("[data-do^='offer:']")
+    words = buttons.first.inner_text()
+    assert f"{offers[0]['to']:g}" in words or offers[0]["key"] in ("sigma", "rho")
+    buttons.first.click()
+    settled(tab, "proof")
+    assert state(tab)["word"] == "proven"
+    assert f", {words}" in f", {sentence(tab)}"
 
 
-def test_bands_end_where_the_package_s_designs_end(tab, robot):
-    settled(tab, "edges")
+def test_the_first_page_s_puzzle_has_an_answer(visit, tmp_path, robot):
+    """A bound that doesn't move in the sentence is looked at and offered, too."""
+    text = next(text for stem, text in stored() if stem == "intro" and "wish" in text)
+    tab = visit(write_page(tmp_path / "puzzle.html", text))
+    settled(tab, "proof")
+    first(tab).get_by_role("button", name="Show me").click()
+    settled(tab, "offers")
     shown = state(tab)
-    for k, (key, far) in enumerate(zip(LABELS, (-1, 1, 1, 1, 1), strict=True)):
-        edge = shown["edges"][k]
-        verdicts = []
-        ends = edge in (0, 200)  # the slider ends before the designs do
-        for step in (0,) if ends else (2 * far, -4 * far):  # looser, harder
-            values = list(shown["values"])
-            values[k] = tab.page.evaluate(
-                """([k, at]) => {
-              const s = document.querySelector("sos-explorer").data.sliders[k];
-              return s.log ? s.min * (s.max / s.min) ** (at / 200)
-                : s.min + (s.max - s.min) * at / 200; }""",
-                [k, edge + step],
-            )
-            verdicts.append(at(robot, values).status)
-        assert verdicts == ["feasible", "infeasible"][: 2 - ends], key
+    assert at(robot, shown["named"]).status == "infeasible"
+    assert (
+        shown["offers"][0]["key"] == "u_max" and shown["offers"][-1]["key"] == "sigma"
+    )
+    assert first(tab).locator(".sos-say input").count() == 3
+    first(tab).locator("[data-do='offer:u_max']").click()
+    settled(tab, "proof")
+    shown = state(tab)
+    assert shown["word"] == "proven" and at(robot, shown["named"]).status == "feasible"
+    assert tab.errors == []
 
 
-def test_bands_are_looked_for_once_the_explorer_is_in_sight(tab):
-    """Of the sheet's two only the first has been seen; the second is solved, too."""
-    settled(tab, "edges")
-    tab.page.wait_for_timeout(300)
-    of_second = "[...document.querySelectorAll('sos-explorer')][1]"
-    assert tab.page.evaluate(f"{of_second}.answer.status") == "feasible"
-    assert tab.page.evaluate(f"{of_second}.edges") is None
-    tab.page.locator("sos-explorer").nth(1).scroll_into_view_if_needed()
-    tab.page.wait_for_function(f"{of_second}.edges?.length === 5")
+def sentence(tab):
+    return first(tab).get_attribute("aria-label").split(". ", 1)[1]
 
 
 def test_the_proof_is_one_for_the_package(tab):
+    settled(tab, "proof")  # nobody has to press anything for it
+    assert state(tab)["word"] == "proven"
     first(tab).get_by_role("button", name="Prove it exactly").click()
     link = first(tab).locator("a[download]")
     with tab.page.expect_download() as loading:
@@ -302,7 +295,7 @@ def test_the_proof_is_one_for_the_package(tab):
 
 
 def test_a_refusal_is_proven_and_its_file_is_one_for_the_package(tab, capsys):
-    move(tab, [2.3, 45, 5, 1.257, 150])
+    move(tab, sigma=2.3)
     assert state(tab)["answer"]["status"] == "infeasible"
     first(tab).get_by_role("button", name="Prove it exactly").click()
     link = first(tab).locator("a[download]")
@@ -319,8 +312,8 @@ def test_a_refusal_is_proven_and_its_file_is_one_for_the_package(tab, capsys):
 def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
     example = thesis.example_4()
     element = design_explorer(
-        example.plant, example.U, sigma=(1, 9), rho=15, theta=np.pi / 3,
-        start={"sigma": 5}, horizon=3.0,
+        example.plant, example.U, region=sos.PoleRegion(5, np.pi / 3, 15),
+        move="sigma", horizon=3.0,
     )  # fmt: skip
     tab = visit(write_page(tmp_path / "arm.html", element.html))
     settled(tab)
@@ -336,9 +329,8 @@ def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
 def priced(visit, tmp_path, robot):
     """An explorer with a cost, in a page of its own."""
     element = design_explorer(
-        robot.plant, robot.U, sigma=(0.1, 2), cost_bound=(0.3, 300),
-        cost=sos.QuadraticCost(np.diag([1, 2, 0.5, 0, 1, 3]), np.eye(2), "F"),
-        start={"sigma": 0.7, "cost": 30},
+        robot.plant, robot.U, region=sos.PoleRegion(0.7), requirements=[
+            sos.QuadraticCost(np.diag([1, 2, 0.5, 0, 1, 3]), np.eye(2), "F", bound=30)],
     )  # fmt: skip
     tab = visit(write_page(tmp_path / "cost.html", element.html))
     settled(tab)
@@ -361,23 +353,24 @@ def test_a_cost_is_bounded_told_and_copied(priced):
 @pytest.mark.parametrize(
     "wrong, words",
     [
-        ({}, "nothing to slide"),
-        ({"sigma": (0.7, 0.5)}, "sigma must be a number, or a pair"),
-        ({"theta": (0.5, 45)}, "half-angle in radians"),
-        ({"sigma": (0.5, 0.7), "start": {"sigma": 0.9}}, "outside of its slider"),
-        ({"sigma": (0.5, 0.7), "start": {"rho": 5}}, "names no slider"),
-        ({"u_max": (10, 20)}, "u_max needs saturation"),
-        ({"cost_bound": (10, 20)}, "a cost needs both"),
-        ({"sigma": (1, 2), "cost": sos.QuadraticCost([[1]], [[1]], bound=1)}, "Q"),
-        ({"sigma": (0.5, 0.7), "coupling": "slack"}, "coupling must be"),
+        ({}, "nothing moves"),
+        (
+            {"region": sos.PoleRegion(0.5), "move": "rho"},
+            "move names rho, and asked are",
+        ),
+        ({"region": sos.PoleRegion(0.5), "coupling": "slack"}, "coupling must be"),
+        ({"requirements": [sos.H2(3.0)]}, "no page solves"),
+        ({"r": [1], "gamma": 2.0}, "r must hold n = 2"),
+        ({"law": sos.PIDLaw(position=[[1, 0]]), "gamma": 2.0}, "a law"),
     ],
 )
 def test_bad_input_is_explained(robot, wrong, words):
+    U = None if "law" in wrong else robot.U
     with pytest.raises(ValueError, match=words):
-        design_explorer(robot.plant, robot.U, **wrong)
+        design_explorer(robot.plant, U, **wrong)
 
 
 def test_a_plant_that_is_too_large_is_refused():
     five = sos.SecondOrderSystem(np.eye(5), np.eye(5), np.eye(5), np.eye(5))
     with pytest.raises(ValueError, match="MapAtlas"):
-        design_explorer(five, sigma=(0.1, 1))
+        design_explorer(five, region=sos.PoleRegion(0.1))
