@@ -9,6 +9,8 @@ import pytest
 
 from sosbook.exact.checker import arithmetic as a
 from sosbook.exact.checker.kernel import check
+from sosbook.exact.checker.language import Reader, Val
+from sosbook.exact.integers import Enclosing
 
 UNIT = mpmath.mpf(2) ** -a.BALL
 SIZES = Fraction(1, 10**5), Fraction(1, 10), Fraction(1), Fraction(9)
@@ -75,16 +77,21 @@ def test_what_is_made_of_balls_holds_what_is_made_of_their_members(seed):
     assert X.cut(0, 1, 0, n).e == X.e
 
 
+def exponential(x, reader):
+    return reader({}).op_exp(Val(x)).v
+
+
+@pytest.mark.parametrize("reader", [Reader, Enclosing])
 @pytest.mark.parametrize("seed", range(8))
-def test_exponentials_norms_and_signs_are_those_of_every_member(seed):
+def test_exponentials_norms_and_signs_are_those_of_every_member(seed, reader):
     rng = random.Random(seed)
     n, size = rng.randint(1, 5), rng.choice((*SIZES, Fraction(3, 16 * 5)))
     p = drawn(rng, n, n, size)
     x = a.gather(p, n)
-    E = a.exponential(x)
+    E = exponential(x, reader)
     assert inside(E, mpmath.expm(matrix(p))) and E.e < 1 << 70
     wide = widened(x.near(), 1 << rng.choice((20, 100)))
-    assert inside(a.exponential(wide), mpmath.expm(member(rng, wide)))
+    assert inside(exponential(wide, reader), mpmath.expm(member(rng, wide)))
     true = np.linalg.norm(np.array(p, float), 2)
     assert true * (1 - 1e-12) <= float(a.norm(x)) <= true * 1.12
     M = member(rng, wide)
@@ -98,6 +105,20 @@ def test_exponentials_norms_and_signs_are_those_of_every_member(seed):
         for share, so in ((Fraction(999, 1000), True), (Fraction(1001, 1000), False)):
             ball = a.Mat(n, n, S.near().a, 1 << a.BALL, int(units * share))
             assert a.definite(ball.below()) is so
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_products_of_both_readers_are_the_same(seed):
+    rng = random.Random(seed)
+    n, m, k = (rng.randint(1, 5) for _ in range(3))
+    x, y = (a.gather(drawn(rng, *s, rng.choice(SIZES)), s[1]) for s in ((n, m), (m, k)))
+    wide = widened(y.near(), 1 << 90)
+    for p, q in ((x, y), (x.near(), y), (x, wide), (x.near(), wide)):
+        both = [r({}).op_mul(Val(p), Val(q)).v for r in (Reader, Enclosing)]
+        first, second = ((z.r, z.c, z.a, z.d, z.e) for z in both)
+        assert first == second
+        with pytest.raises(a.Refused, match="shapes that don't fit"):
+            Enclosing({}).op_mul(Val(p), Val(a.zeros(m + 1, 2)))
 
 
 @pytest.mark.parametrize("x", [Fraction(1, 8), Fraction(1, 5), Fraction(249, 1000)])
@@ -145,8 +166,9 @@ def file_of(*lines, **data):
 )
 def test_a_text_may_speak_of_enclosed_matrices(line, good):
     file = file_of(line, X=[["1"]])
-    if good:
-        assert check(file) == ["a"]
-    else:
-        with pytest.raises(a.Refused):
-            check(file)
+    for reader in (Reader, Enclosing):
+        if good:
+            assert check(file, of=reader) == ["a"]
+        else:
+            with pytest.raises(a.Refused):
+                check(file, of=reader)
