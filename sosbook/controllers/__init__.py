@@ -6,9 +6,13 @@ from .code import code_fault, read_gains
 from .compiled import CompiledCode
 from .controller import Controller
 from .describing import Cycle
+from .frequency import OpenLoop
 from .limits import FAULTS, Faults, Limits
+from .margins import Margin, Margins
+from .motions import Move
 from .of_design import controller_of
 from .output_bounds import OutputBounds
+from .profile import Profile
 from .program import Code
 from .replay import Replay
 from .report import write_report
@@ -27,7 +31,12 @@ __all__ = [
     "Cycle",
     "Faults",
     "Limits",
+    "Margin",
+    "Margins",
+    "Move",
+    "OpenLoop",
     "OutputBounds",
+    "Profile",
     "Reach",
     "Readings",
     "Replay",

@@ -27,6 +27,13 @@ class _Exactly(SampledSystem):
         """Leave the matrices as they are."""
 
 
+def unrounded(A, B, C, D, T):
+    """The `SampledSystem` of ``A``, ``B``, ``C``, ``D`` in rationals, none of which is
+    rounded, every ``T`` s.
+    """
+    return _Exactly(A, B, C, D, T)
+
+
 @dataclass(frozen=True, eq=False)
 class Joined:
     """The loops of a ``controller`` with k inputs on its memory by ``own``, (l, k), and
@@ -49,7 +56,7 @@ class Joined:
         rows = np.vstack([np.hstack([A, exact(self.own), B]), exact(zeros)])
         A, B = np.split(rows, [len(A) + k], axis=1)
         C = np.hstack([(1 - self.less) * C, exact(self.direct)])
-        wide = _Exactly(A, B, C, (1 - self.less) * D, c.T)
+        wide = unrounded(A, B, C, (1 - self.less) * D, c.T)
         return SampledFamily.of(c.plant, c.vertices, c.timing, wide)
 
     @property

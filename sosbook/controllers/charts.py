@@ -33,15 +33,21 @@ def key(names):
     return f'<ul class="sos-keys">{"".join(parts)}</ul>'
 
 
-def chart(curves, label, limit=np.inf):
+def chart(curves, label, limit=np.inf, across="time in s", log=False, low=False):
     """An inline SVG of some ``curves`` (t, values) over the time, called ``label``; a
     finite ``limit`` is drawn on either side, or said where it is far from them.
+
+    ``across``: another axis than the time, in words; ``log``: its logarithm is drawn;
+    ``low``: it begins where the curves do, not at zero.
     """
     picked = []
     for t, values in curves:
         pick = np.unique(np.linspace(0, len(t) - 1, POINTS).astype(int))
         picked.append((t[pick], values[pick]))
-    end = max(t[-1] for t, _ in picked) or 1.0
+    low_end, start = low, 0.0
+    if low:
+        start = min(float(t.min()) for t, _ in picked)
+    end = max(float(t.max()) for t, _ in picked) or 1.0
     low = min(float(values.min()) for _, values in picked)
     high = max(float(values.max()) for _, values in picked)
     lines = []
@@ -53,8 +59,9 @@ def chart(curves, label, limit=np.inf):
     room = 0.05 * (high - low) or max(abs(high), 1.0)
     low, high = low - room, high + room
 
-    def across(t):
-        return LEFT + np.asarray(t) / end * WIDTH
+    def right(t):
+        t, ends = (np.log(x) if log else x for x in (np.asarray(t), (start, end)))
+        return LEFT + (t - ends[0]) / (ends[1] - ends[0]) * WIDTH
 
     def down(value):
         return TOP + (high - np.asarray(value)) / (high - low) * HEIGHT
@@ -64,20 +71,22 @@ def chart(curves, label, limit=np.inf):
         for y in lines
     ]
     for k, (t, values) in enumerate(picked):
-        pairs = zip(across(t), down(values))
+        pairs = zip(right(t), down(values))
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in pairs)
         parts.append(f'<polyline points="{points}" {dash(k)}/>')
-    for s in (0.0, 0.5, 1.0):
+    anchors = ("start", "middle", "end") if low_end else ("middle",) * 3
+    for s, anchor in zip((0.0, 0.5, 1.0), anchors):
         value = low + s * (high - low)
+        t = start ** (1 - s) * end**s if log else start + s * (end - start)
         parts += [
             _text(LEFT - 4, down(value) + 4, f"{value:.3g}", "end"),
-            _text(LEFT + s * WIDTH, TOP + HEIGHT + 18, f"{s * end:.3g}", "middle"),
+            _text(LEFT + s * WIDTH, TOP + HEIGHT + 18, f"{t:.3g}", anchor),
         ]
     parts += [
         _text(LEFT, TOP - 10, label, "start"),
-        _text(LEFT + WIDTH / 2, TOP + HEIGHT + 36, "time in s", "middle"),
+        _text(LEFT + WIDTH / 2, TOP + HEIGHT + 36, across, "middle"),
     ]
-    words = escape(f"{label} over time in s, {len(curves)} corners", quote=True)
+    words = escape(f"{label} over {across}, {len(curves)} corners", quote=True)
     wide, tall = LEFT + WIDTH + RIGHT, TOP + HEIGHT + LOW
     return (
         f'<svg role="img" aria-label="{words}" viewBox="0 0 {wide:g} {tall:g}" '

@@ -8,23 +8,20 @@ import numpy as np
 
 from ..loops.clock import Clock
 from ..plants.gain import Gain, input_names
-from ..runtime.read_only import ReadOnly
 from ..sampled.discretize import SampleTiming, input_vertices
-from ..sampled.proof import certify_sampled
 from ..sampled.system import SampledSystem
 from ..sampled.ticks import Ticks
 from .bounds import proven_decay
 from .clock import checked_slack
-from .describing import predicted_cycles
 from .facts import facts_of
 from .limits import Faults, Limits, limits_of, per_signal
 from .matrices import from_state, matrices_of, start_of, state_space
 from .memory import Estimate
 from .output_bounds import OutputBounds
 from .program import Code
+from .questions import Questions
 from .set_points import chosen_set_point, set_points_of
-from .signals import Readings, signals_of, vector_of
-from .simulation import Run, simulate_controller
+from .signals import Readings, signals_of
 from .step_bounds import seen_overshoot
 
 
@@ -38,7 +35,7 @@ def _part(name: str, about: str) -> Any:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Controller(ReadOnly):
+class Controller(Questions):
     """A sampled controller that is made of a proven gain, and all that it needs.
 
     x(k+1) = A x + B y + B_r r + W (v - u), u = C x + D y + D_r r, where y is measured,
@@ -287,87 +284,6 @@ class Controller(ReadOnly):
     def sensitivity_peak(self) -> float:
         """The largest sampled sensitivity at the plant's input, over the vertices."""
         return max(loop.sensitivity_peak for loop in self.loops)
-
-    def certify(self, **asked: Any) -> Any:
-        """Prove the sampled loop, with its memory and its delay, for every plant.
-
-        Parameters
-        ----------
-        **asked
-            ``rate``, ``cells``, ``time_limit`` and more of `certify_sampled`; T and
-            ``delay`` as ranges (low, high) prove it for a clock that jitters, as do
-            ``jitter`` and a range of delays of `Gains.controller`.
-
-        Returns
-        -------
-        SampledProof
-            Of the linear loop: limits and quantisation are no part of it. B R and D R
-            are rounded to doubles, as its file shows them; so are B N and D N of a
-            law whose ``noise`` N brings w into the readings.
-        """
-        T, delay = self.clock.ranges
-        T, delay = asked.pop("T", T), asked.pop("delay", delay)
-        return certify_sampled(self.plant, self.of_state, T, delay, **asked)
-
-    def static(self, r: Any = None, w: Any = None) -> tuple:
-        """Where every vertex comes to rest, and what it asks there.
-
-        Parameters
-        ----------
-        r : (p,) array_like, optional
-            Set points.
-        w : (p_w,) array_like, optional
-            Constant disturbances, of the plant's F and of what is measured.
-
-        Returns
-        -------
-        (vertices, N) and (vertices, m) arrays
-            The plant's state and the outputs. A load on what isn't measured leaves an
-            error there, which no integral of another signal takes away.
-        """
-        r = vector_of("r", r, self.R.shape[1])
-        w = vector_of("w", w, self.plant.p)
-        x, u = zip(*(loop.at_rest(r, w) for loop in self.loops))
-        return np.array(x), np.array(u)
-
-    def cycles(self, friction: Any = None, backlash: Any = None) -> list:
-        """The limit cycles that friction and a gap make, predicted: none is a proof.
-
-        Parameters
-        ----------
-        friction, backlash
-            As in `simulate`.
-
-        Returns
-        -------
-        list of Cycle
-            Of first harmonics, at all corners; empty where none balance.
-        """
-        return predicted_cycles(self, friction, backlash)
-
-    def simulate(
-        self, seconds: float, r: Any = None, w: Any = None, **more: Any
-    ) -> Run:
-        """Run its program against every vertex, or against other plants.
-
-        Parameters
-        ----------
-        seconds : float
-            How long.
-        r, w : array_like or callable, optional
-            Set points and disturbances, constant or functions of the time.
-        **more
-            ``x0``, the state at the start; ``plants``, others than the vertices, as
-            `Descriptor`; ``friction``, Coulomb's on each coordinate; ``backlash``, a
-            `Backlash`; ``program``, in the place of `Replay`; ``lose``, from a tick's
-            number to whether its sample is lost.
-
-        Returns
-        -------
-        Run
-            It proves nothing. Encoders have their steps.
-        """
-        return simulate_controller(self, seconds, r, w, **more)
 
     def to_c(
         self,

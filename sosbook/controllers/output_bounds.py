@@ -13,6 +13,7 @@ from ..runtime.time_limit import checked_seconds
 from .bounded import SECONDS, Bounded
 from .bounds import bounded_output, rest, rounded, sizes_of
 from .limits import quantum
+from .motions import Motions
 from .rounding import rounding_bound
 from .signals import known_index
 from .step_bounds import StepBounds, step_bounds
@@ -20,7 +21,7 @@ from .weights import weighted
 from .windup import Reach, proven_reach
 
 
-class OutputBounds:
+class OutputBounds(Motions):
     """The bounds of a ``controller``'s outputs: proven for every plant.
 
     Each bound is of the linear loop, but for `reach`. ``controller.bounds`` is one.

@@ -17,6 +17,7 @@ from .facts import ended, span, stepped
 from .signals import signals_of
 from .trial import kept, loads_of
 
+FOR_MARGINS = 10.0  # seconds, at each input
 CHROMIUMS = ("chromium-headless-shell", "chromium", "google-chrome", "chrome")
 STYLE = (
     "body{font:15px/1.45 sans-serif;max-width:52rem;margin:2rem auto;padding:0 1rem;"
@@ -98,6 +99,7 @@ def _page(design, c, code):
         f"<p>Sensitivity at the input, at most: {peak}sampled, with memory and delay: "
         f"{c.sensitivity_peak():.3f}; at the corners, in floats.</p>",
         pole_map(np.atleast_2d(design.poles()), design._region()),
+        *_margins(c),
         "<h2>What is proven, bounded and simulated of the program</h2>",
     ]
     for title, lines in code.facts:
@@ -125,6 +127,14 @@ def _page(design, c, code):
         f'<!doctype html><html lang="en"><meta charset="utf-8"><title>'
         f"{escape(code.name)}</title><style>{STYLE}</style>{''.join(parts)}</html>\n"
     )
+
+
+def _margins(c):
+    """The loop opened at each input, if it is stable: its margins and charts."""
+    if c.radius < 1:
+        yield "<h2>Margins of the sampled loop</h2>"
+        for k, _ in enumerate(c.outputs):
+            yield c.margins(k, FOR_MARGINS)._repr_html_()
 
 
 def _plant(d, name):

@@ -168,16 +168,18 @@ class Tube:
         left, gone = np.array([*left.values()]).reshape(-1, N, count * N + j), [*left]
         return np.concatenate([A, left]), self.largest([*self.exponents, *gone])
 
-    def motion(self, start=None, column=None, ticks=1):
-        """The `Motion` over ``ticks`` from a ``start``, (N, 1) in rationals; or from
-        zero, where the input of a ``column`` is one at tick 0.
+    def motion(self, start=None, column=None, ticks=1, first=None):
+        """The `Motion` over ``ticks`` from a ``start``, (N, 1) in rationals; or from a
+        polynomial, ``first``, (monomials, N); or from zero, where the input of a
+        ``column`` is one at tick 0.
         """
-        A, sizes = self.recursion
-        off = self.pieces[1]
+        A, _ = self.recursion
         count, (N, j) = len(self.exponents), (len(self.frame), self.joined.inputs)
         X = np.zeros((ticks + 1, count * N + j))
         e = np.zeros(ticks + 1)
-        if start is None:
+        if first is not None:
+            X[0, : count * N] = first.ravel()
+        elif start is None:
             X[0, count * N + column] = 1.0
         else:
             whole = balls_of(self.frame) @ balls(start)
@@ -196,7 +198,27 @@ class Tube:
             )
             done += more
             reach = reach if done > BLOCK else reach @ reach
-        now, then = X[:-1].T, X[1:, : count * N].T
+        lost = self.defect(X[:-1].T, X[1:, : count * N].T)
+        for k, delta in enumerate(lost):
+            e[k + 1] = self.rho * e[k] + delta
+        return Motion(self, X[:, : count * N].reshape(ticks + 1, count, N), e)
+
+    def seen_by(self, row):
+        """(h, doubt, c) of a ``row``, (N,) in rationals: it is h in the frame, each
+        entry but for the doubt, and |h x| is at most c |x|_q.
+        """
+        g = solve(balls_of(self.frame).T, balls(exact(row)[:, None]))
+        worst = max((g.T @ solve(P, g))[0, 0].upper() for P in self.matrices)
+        h = middle(g)[:, 0]
+        doubt = _above(g - balls_of(h[:, None]))[:, 0]
+        return h, doubt, float(arb(worst).sqrt().upper())
+
+    def defect(self, now, then):
+        """(k,) bounds of |F p + G i - p'|_q for polynomials p and p': the columns of
+        ``now``, (coefficients and inputs, k), and ``then``, (coefficients, k).
+        """
+        A, sizes = self.recursion
+        off, count, N = self.pieces[1], len(self.exponents), len(self.frame)
         flat, size_now = A.reshape(-1, A.shape[2]), abs(now)
         left = flat @ now
         left[: count * N] -= then
@@ -207,10 +229,7 @@ class Tube:
         whole = size_now[: count * N].reshape(count, N, -1)
         whole = np.tensordot(sizes[:count], whole, 1)
         whole = np.vstack([whole, size_now[count * N :]])
-        lost = self.longest * (lost + np.linalg.norm(off[:N] @ whole, axis=0)) + TINY
-        for k, delta in enumerate(lost):
-            e[k + 1] = self.rho * e[k] + delta
-        return Motion(self, X[:, : count * N].reshape(ticks + 1, count, N), e)
+        return self.longest * (lost + np.linalg.norm(off[:N] @ whole, axis=0)) + TINY
 
     def halves(self):
         """The two halves, cut where the loop bends most."""
@@ -245,11 +264,7 @@ class Motion:
         falls by rho.
         """
         tube, count = self.tube, self.X.shape[1]
-        g = solve(balls_of(tube.frame).T, balls(exact(row)[:, None]))
-        worst = max((g.T @ solve(P, g))[0, 0].upper() for P in tube.matrices)
-        c = float(arb(worst).sqrt().upper())
-        h = middle(g)[:, 0]
-        doubt = _above(g - balls_of(h[:, None]))[:, 0]
+        h, doubt, c = tube.seen_by(row)
         sizes = tube.largest(tube.exponents)
         Y = self.X @ h
         doubt = abs(self.X) @ (_gamma(len(h) + count) * abs(h) + doubt) @ sizes

@@ -1,0 +1,217 @@
+"""Questions to a controller about motions of its set points that don't jump."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..exact.proof import Stopped, proven_within
+from ..plants.checks import not_negative, positive
+from ..runtime.time_limit import checked_seconds
+from .bounded import SECONDS, Bounded
+from .follow import per_unit
+from .limits import per_signal
+from .profile import Profile, fastest, quickest
+
+
+@dataclass(frozen=True, eq=False)
+class Move:
+    """A move of a set point over a ``distance``, from rest to rest, by a ``profile``.
+
+    Parameters
+    ----------
+    profile : Profile
+        Its limits, set points and program.
+    distance : float
+        In the unit of the set point.
+    effort : tuple of Bounded
+        The largest size of each u.
+    error : Bounded
+        The farthest that the output is from the set point, at the ticks.
+    """
+
+    profile: Profile
+    distance: float
+    effort: tuple
+    error: Bounded
+
+    @property
+    def duration(self) -> float:
+        """Seconds in which the set point moves."""
+        return self.profile.duration(self.distance)
+
+    def __str__(self):
+        p = self.profile
+        words = ", ".join(str(x) for x in self.effort)
+        return (
+            f"{self.distance:g} {p.unit}".strip()
+            + f" in {self.duration:.4g} s, at most {p.velocity:.4g} a second, "
+            f"{p.acceleration:.4g} and {p.jerk:.4g} of acceleration and jerk: "
+            f"u {words}; from the set point {self.error}"
+        )
+
+
+class Motions:
+    """The part of `OutputBounds` that is about motions with bounded acceleration."""
+
+    controller: Any
+
+    def follow(
+        self,
+        velocity: float,
+        acceleration: float,
+        jerk: float | None = None,
+        set_point: int = 0,
+        output: Any = None,
+        time_limit: float = SECONDS,
+    ) -> Bounded:
+        """The largest distance of an output from where it would rest, at the ticks,
+        for every motion of a set point within these limits, of any length.
+
+        Parameters
+        ----------
+        velocity, acceleration, jerk : float
+            Of the set point, per second, and so on; without ``jerk`` any.
+        set_point : int
+            Which one.
+        output : str, int or Output, optional
+            As in `step_response`: of a u, by its index, its largest size.
+        time_limit : float
+            Seconds, after which there is no proof, or a less sharp one.
+
+        Returns
+        -------
+        Bounded
+            Proven for every plant of the loop without limits; see
+            `sosbook.controllers.follow` for the theorem. No file holds it.
+
+        Raises
+        ------
+        ValueError
+            As for `OutputBounds.ramp`.
+
+        Examples
+        --------
+        >>> import sosbook as sos
+        >>> cart = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=(1, 2))
+        >>> design = sos.design_pid(cart, [[1]], region=sos.PoleRegion(1, rho=9))
+        >>> c = design.controller(T=0.01)
+        >>> force = c.bounds.follow(9, 0.5, 2, output=0)
+        >>> 1 < force.seen <= force.proven  # the heavier mass is 2
+        True
+        """
+        names = "velocity", "acceleration", "jerk"
+        given = velocity, acceleration, 0.0 if jerk is None else jerk
+        size = [not_negative(name, x, "per second") for name, x in zip(names, given)]
+        bounds = []
+        for with_jerk in (False,) if jerk is None else (True, False):  # both hold
+            units = self._units(set_point, output, with_jerk, time_limit)
+            proven, seen = units.bound(size)
+            bounds.append((np.inf if proven is None else proven, seen))
+        proven, seen = min(bounds)
+        return Bounded(None if proven == np.inf else proven, seen, units.unit)
+
+    def limits_for(
+        self,
+        u_max: Any = None,
+        distance: float = 1.0,
+        set_point: int = 0,
+        time_limit: float = SECONDS,
+    ) -> Profile:
+        """The limits with which a ``distance`` takes least, and every other motion
+        within them asks no more than ``u_max``, too.
+
+        Parameters
+        ----------
+        u_max : float or dict, optional
+            Of the outputs, one number or by name; the controller's own without it.
+        distance, set_point
+            Of a set point, and which.
+        time_limit : float
+            As for `follow`.
+
+        Raises
+        ------
+        ValueError
+            If nothing was proven, or no output has a limit.
+        """
+        return self._planned(fastest, u_max, distance, set_point, time_limit)[0]
+
+    def move(
+        self,
+        distance: float,
+        u_max: Any = None,
+        set_point: int = 0,
+        output: Any = None,
+        time_limit: float = SECONDS,
+    ) -> Move:
+        """The fastest move over a ``distance`` that was found within ``u_max``.
+
+        Parameters
+        ----------
+        distance, u_max, set_point
+            As for `limits_for`.
+        output : str, int or Output, optional
+            Of which `Move.error` speaks, as in `step_response`.
+        time_limit : float
+            As for `follow`.
+
+        Returns
+        -------
+        Move
+            Of this one move, from rest, proven for every plant of the loop without
+            limits. A shorter one within the same limits asks another u, by `follow`.
+
+        Raises
+        ------
+        ValueError
+            As for `limits_for`.
+
+        Examples
+        --------
+        >>> import sosbook as sos
+        >>> cart = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=(1, 2))
+        >>> design = sos.design_pid(cart, [[1]], region=sos.PoleRegion(1, rho=9))
+        >>> move = design.controller(T=0.01).bounds.move(3.0, u_max=2.0)
+        >>> move.duration > 2 * (3 * 2 / 2.0) ** 0.5, move.effort[0].proven <= 2
+        (True, True)
+        """
+        found = self._planned(quickest, u_max, distance, set_point, time_limit)
+        profile, units = found
+        r = profile.points(distance)
+        error = self._units(set_point, output, True, time_limit)
+        whole = [_of_move(p, r, profile.T) for p in (*units, error)]
+        return Move(profile, float(distance), tuple(whole[:-1]), whole[-1])
+
+    def _units(self, set_point, output, jerk, seconds):
+        """The `PerUnit` of an ``output``, within some ``seconds``."""
+        x, c = self._at_rest(set_point), self.controller
+        asked = c, x, set_point, output, jerk
+        limit = checked_seconds(seconds, needed=True)
+        found = proven_within(limit, lambda: per_unit(*asked))
+        return per_unit(*asked, most=0) if isinstance(found, Stopped) else found
+
+    def _planned(self, plan, u_max, distance, set_point, seconds):
+        """The `Profile` that ``plan`` makes, and the `PerUnit` of each output."""
+        c, distance = self.controller, positive("distance", distance)
+        limits = c.limits.u_max
+        if u_max is not None:
+            limits = per_signal("u_max", u_max, c.outputs)
+        some = np.flatnonzero(np.isfinite(limits))
+        if not some.size:
+            raise ValueError("u_max is missing: give the largest output")
+        units = [self._units(set_point, int(k), True, seconds) for k in some]
+        if any(p.cells is None for p in units):
+            raise ValueError(
+                "u_max: no bound was proven of what motions ask: a longer time_limit "
+                "may help"
+            )
+        unit = c.set_points[set_point].unit
+        return plan(units, limits[some], distance, float(c.T), unit), units
+
+
+def _of_move(units, r, T):
+    """The `Bounded` of a `PerUnit` for one move r."""
+    proven = max((k.largest(r, T) for k in units.kernels), default=None)
+    seen = max((k.largest(r, T, False) for k in units.kernels), default=np.nan)
+    return Bounded(proven, seen, units.unit)

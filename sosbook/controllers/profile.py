@@ -1,0 +1,300 @@
+"""Moves from rest to rest within velocity, acceleration and jerk, tick by tick.
+
+A step of a set point that goes through three moving averages of n1, n2 and n3 ticks
+moves by at most :math:`D/(n_1 T)` a second, and so on: its fourth difference is eight
+impulses. So a move is four integer counters, which end exactly: nothing drifts. The
+program <name>_move.h is `Profile.points`, operation by operation.
+
+Source: L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and
+Robots (2008), on moves by convolution.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from ..exact.rational import exact
+from ..plants.checks import finite, positive
+from .numbers import literal
+from .template import written_by
+
+MOST = 2**52  # of the counters, which floats then hold exactly
+SHARES = np.linspace(0.02, 1, 50)  # of t1, that t2 and t3 are tried at
+SIGNS = (1, -1, -1, -1, 1, 1, 1, -1)
+HALVINGS = 60
+TWO, THREE = (0.4, 0.55, 0.7, 0.85, 1.0), (0.0, 0.06, 0.12, 0.25, 0.5)  # t2/t1, t3/t2
+ROOM, FINE = (1.0, 1.003, 1.01, 1.03), 1e-3
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Moves of a set point within these limits, every ``T`` s.
+
+    Parameters
+    ----------
+    velocity, acceleration, jerk : float
+        Of the set point, per second, and so on.
+    T : float
+        Between ticks, in s.
+    unit : str
+        Of the set point.
+
+    Raises
+    ------
+    ValueError
+        If one isn't positive, or windows of so many ticks can't be counted.
+
+    Examples
+    --------
+    >>> profile = Profile(2.0, 8.0, 64.0, 0.01)
+    >>> r = profile.points(1.0)
+    >>> float(r[0]), float(r[-1]), len(r) - 1 == profile.ticks(1.0)
+    (0.0, 1.0, True)
+    >>> bool(abs(np.diff(r)).max() / 0.01 < 2.0 + 1e-9)
+    True
+    """
+
+    velocity: float
+    acceleration: float
+    jerk: float
+    T: float
+    unit: str = ""
+
+    def __post_init__(self):
+        """Check the numbers."""
+        for name in ("velocity", "acceleration", "jerk", "T"):
+            positive(name, getattr(self, name))
+        self.windows(0.0)
+
+    def windows(self, distance):
+        """(n1, n2, n3) of a move over a ``distance``; n1 >= n2 + n3 and n2 >= n3.
+
+        Then velocity, acceleration and jerk are at most D/(n1 T), D/(n1 n2 T^2) and
+        D/(n1 n2 n3 T^3), for no two of the averages' flanks meet.
+        """
+        D, T = abs(exact(finite("distance", distance))), exact(self.T)
+        V, A, J = map(exact, (self.velocity, self.acceleration, self.jerk))
+        n3 = int((A / (J * T)).ceil())
+        n2 = max(int((V / (A * T)).ceil()), n3)
+        n1 = max(int((D / (V * T)).ceil()), n2 + n3)
+        if n1 * n2 * n3 > MOST:
+            raise ValueError(
+                f"distance = {float(D):g} would take windows of {n1}, {n2} and {n3} "
+                "ticks, which floats can't count: take a larger jerk or a longer T"
+            )
+        return n1, n2, n3
+
+    def ticks(self, distance):
+        """After how many ticks a move over a ``distance`` has ended."""
+        return sum(self.windows(distance)) - 2
+
+    def duration(self, distance):
+        """Seconds of a move over a ``distance``."""
+        return self.ticks(distance) * self.T
+
+    def points(self, distance, start=0.0):
+        """(ticks + 1,) set points of a move over a ``distance`` from a ``start``."""
+        n1, n2, n3 = self.windows(distance)
+        at = (0, n1, n2, n3, n1 + n2, n1 + n3, n2 + n3, n1 + n2 + n3)
+        count, whole = self.ticks(distance), n1 * n2 * n3
+        jumps = np.zeros(sum(at[1:4]) + 1, np.int64)
+        np.add.at(jumps, np.array(at), np.array(SIGNS))
+        place = jumps
+        for _ in range(4):
+            place = np.cumsum(place)
+        place = place[:count]
+        end = start + distance
+        found = start + (end - start) * (place / whole)
+        return np.concatenate([[start], np.where(place == whole, end, found)])
+
+    def to_c(self, name: str = "axis", precision: str = "double") -> str:
+        """The text of <name>_move.h, C99: `points`, one after the other.
+
+        Parameters
+        ----------
+        name : str
+            In front of each identifier.
+        precision : {"double", "single"}
+            Of the set points.
+        """
+        u = self.unit.replace("/", "_per_")
+        u = "".join(x if x.isalnum() else "_" for x in u).upper()
+        mark = f"_{u}" if u else ""
+        real = {"double": "double", "single": "float"}[precision]
+        numbers = "".join(
+            f"#define AXIS_{word}{mark}_S{power} {literal(value, precision)}\n"
+            for word, value, power in (
+                ("VELOCITY", self.velocity, ""),
+                ("ACCELERATION", self.acceleration, "2"),
+                ("JERK", self.jerk, "3"),
+            )
+        )
+        n1, n2, n3 = self.windows(0.0)
+        text = TEXT.replace("@NUMBERS@", numbers).replace("@WRITTEN@", written_by())
+        per_tick = literal(float(exact(self.velocity) * exact(self.T)), precision)
+        for mark, value in (
+            ("@N1@", n1), ("@N2@", n2), ("@N3@", n3), ("@MOST@", MOST // (n2 * n3)),
+            ("@STEP@", per_tick), ("@REAL@", real), ("@TICK@", f"{self.T:g}"),
+        ):  # fmt: skip
+            text = text.replace(mark, str(value))
+        return text.replace("AXIS", name.upper()).replace("axis", name)
+
+
+def fastest(units, limits, distance, T, unit=""):
+    """The `Profile` in which a ``distance`` takes least where the outputs with these
+    ``units``, a `PerUnit` each, stay within ``limits``, (outputs,), for every motion.
+    ``T``: between ticks; ``unit``: of the set point.
+    """
+    rows = np.vstack([p.cells / limit for p, limit in zip(units, limits)])
+    two, three = (x.ravel() for x in np.meshgrid(SHARES, SHARES))
+    good = (two >= three) & (two + three <= 1)
+    two, three = two[good], three[good]
+    parts = np.array([np.ones(len(two)), 1 / two, 1 / (two * three)])
+
+    def asked(t):
+        return (rows @ (distance * parts / np.array([t, t**2, t**3]))).max(axis=0)
+
+    low, high = np.full(len(two), 1e-12), np.full(len(two), 1.0)
+    while (asked(high) > 1).any():
+        high = np.where(asked(high) > 1, 2 * high, high)
+    for _ in range(HALVINGS):
+        mean = np.sqrt(low * high)
+        fine = asked(mean) <= 1
+        low, high = np.where(fine, low, mean), np.where(fine, mean, high)
+    best = int(np.argmin(high * (1 + two + three)))
+    t1 = high[best]
+    n3, n2 = (ceil(x * t1 / T) for x in (three[best], two[best]))
+    n2 = max(n2, n3)
+    n1 = max(ceil(t1 / T), n2 + n3)
+    return _of_windows(n1, n2, n3, distance, T, unit)
+
+
+def quickest(units, limits, distance, T, unit=""):
+    """As `fastest`, with the same ``units``, ``limits``, ``distance``, ``T`` and
+    ``unit``, of this one move alone, which asks less than the worst motion.
+    """
+
+    def fits(t, two, three, proven=False):
+        n3 = max(ceil(three * two * t / T), 1)
+        n2 = max(ceil(two * t / T), n3)
+        profile = _of_windows(max(ceil(t / T), n2 + n3), n2, n3, distance, T, unit)
+        r = profile.points(distance)
+        good = all(
+            kernel.largest(r, T, proven) <= limit
+            for p, limit in zip(units, limits)
+            for kernel in p.kernels
+        )
+        return profile if good else None
+
+    slow = fastest(units, limits, distance, T, unit)
+    best, ticks = slow, slow.ticks(distance)
+    for two, three in product(TWO, THREE):
+        if two * (1 + three) > 1:
+            continue
+        low, high = 0.0, ticks * T / (1 + two * (1 + three))  # no better beyond it
+        if fits(high, two, three) is None:
+            continue
+        while high - low > max(T, FINE * high):
+            mean = (low + high) / 2
+            low, high = (low, mean) if fits(mean, two, three) else (mean, high)
+        for more in ROOM:  # for the plants between corners
+            found = fits(high * more, two, three, True)
+            if found is not None and found.ticks(distance) < ticks:
+                best, ticks = found, found.ticks(distance)
+                break
+    return best
+
+
+def _of_windows(n1, n2, n3, distance, T, unit):
+    """The `Profile` in which a ``distance`` has these windows."""
+    V = distance / (n1 * T)
+    sizes = V, V / (n2 * T), V / (n2 * n3 * T**2)
+    # a little more than what the windows need, so that they come out the same
+    return Profile(*map(_six, sizes), T, unit)
+
+
+def _six(x: Any) -> float:
+    """A float of eight digits that is a little more than x."""
+    return float(f"{x * (1 + 1e-7):.8g}")
+
+
+TEXT = """\
+/* axis_move.h: set points of moves from rest to rest, one each @TICK@ s.
+ *
+ * @WRITTEN@
+ *
+ * Velocity, acceleration and jerk of the set point stay within these limits, per
+ * second. axis_move_to begins a move where the last one has ended; axis_move_next is
+ * the set point for the next tick. All counters are integers: a move ends exactly.
+ */
+#ifndef AXIS_MOVE_H
+#define AXIS_MOVE_H
+#include <stdint.h>
+
+#define AXIS_MOVE_REAL @REAL@
+@NUMBERS@#define AXIS_MOVE_STEP ((@REAL@)@STEP@) /* the farthest in a tick */
+
+typedef struct {
+    @REAL@ from, to;
+    int64_t n1, k, count, jump, bend, rate, place, whole;
+} axis_move;
+
+/* At rest at a set point. */
+static inline void axis_move_start(axis_move *m, @REAL@ r)
+{
+    const axis_move rest = {r, r, 1, 0, 0, 0, 0, 0, 0, 1};
+    *m = rest;
+}
+
+/* 1: the move is over, and a next one may begin. */
+static inline int axis_move_over(const axis_move *m)
+{
+    return m->k >= m->count;
+}
+
+/* 0: the last move isn't over, or the next one is too long to be counted. */
+static inline int axis_move_to(axis_move *m, @REAL@ r)
+{
+    const @REAL@ far = r < m->to ? m->to - r : r - m->to;
+    const @REAL@ ticks = far / AXIS_MOVE_STEP;
+    int64_t n1 = @N1@;
+    if (!axis_move_over(m) || !(ticks < (@REAL@)@MOST@))
+        return 0;
+    if (ticks > (@REAL@)n1) {
+        n1 = (int64_t)ticks;
+        n1 += (@REAL@)n1 < ticks;
+    }
+    m->from = m->to;
+    m->to = r;
+    m->n1 = n1;
+    m->k = m->jump = m->bend = m->rate = m->place = 0;
+    m->count = n1 + @N2@ + @N3@ - 2;
+    m->whole = n1 * @N2@ * @N3@;
+    return 1;
+}
+
+/* The set point for the next tick. */
+static inline @REAL@ axis_move_next(axis_move *m)
+{
+    const int64_t n1 = m->n1, at[8] = {0, n1, @N2@, @N3@, n1 + @N2@, n1 + @N3@,
+                                       @N2@ + @N3@, n1 + @N2@ + @N3@};
+    static const int sign[8] = {1, -1, -1, -1, 1, 1, 1, -1};
+    int i;
+    if (axis_move_over(m))
+        return m->to;
+    for (i = 0; i < 8; i++)
+        m->jump += at[i] == m->k ? sign[i] : 0;
+    m->bend += m->jump;
+    m->rate += m->bend;
+    m->place += m->rate;
+    m->k++;
+    if (m->place == m->whole)
+        return m->to;
+    return m->from + (m->to - m->from) * ((@REAL@)m->place / (@REAL@)m->whole);
+}
+
+#endif
+"""

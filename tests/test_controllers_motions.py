@@ -1,0 +1,197 @@
+"""Motions within velocity, acceleration and jerk: my own loops stay inside."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from sosbook.controllers.profile import Profile
+from tests.test_controllers_margins import drive, drives, held
+
+T = 0.001
+INERTIAS = np.linspace(0.003, 0.006, 7)
+
+
+def own(c, J2):
+    """(F, G, H): the drive's loop with set point, [x; u before; memory], by hand."""
+    A, now, _ = held(drive(J2), T, 0.0)
+    rows, l = c.readings.rows, c.order
+    F = np.zeros((5 + l, 5 + l))
+    H = np.hstack([c.D @ rows, [[0]], c.C])
+    F[:4, :4], F[:4, 4:5], F[4], F[5:, :4] = A, now, H, c.B @ rows
+    F[5:, 5:] = c.A
+    return F, np.vstack([np.zeros((4, 1)), c.D_r, c.B_r])[:, 0], H[0]
+
+
+def run(c, J2, r):
+    """(u, load) at the ticks while the set point is r, from rest at r[0] = 0."""
+    F, G, H = own(c, J2)
+    x, found = np.zeros(len(F)), []
+    for k, goal in enumerate([*r, *[r[-1]] * 600]):
+        found.append((H @ x + c.D_r[0, 0] * goal, x[1] - r[min(k, len(r) - 1)]))
+        x = F @ x + G * goal
+    return np.array(found).T
+
+
+@pytest.fixture(scope="module")
+def c():
+    return drives()
+
+
+@pytest.fixture(scope="module")
+def least(c):
+    """Of u and the load: what my own plants ask for a unit of A, and of J."""
+    found = []
+    for J2 in INERTIAS:
+        F, G, H = own(c, J2)
+        left, load = np.eye(len(F)) - F, np.eye(len(F))[1]
+        x_r = np.linalg.solve(left, G)
+        y = np.linalg.solve(left, -T * np.linalg.solve(left, -T * x_r))
+        of_A, sums = [abs(H @ y), abs(load @ y)], np.zeros(2)
+        for _ in range(1500):
+            sums += abs(np.array([H @ y, load @ y]))
+            y = F @ y
+        found.append([of_A, T * sums])
+    return np.max(found, axis=0)
+
+
+def test_every_motion_asks_what_plants_do_and_little_more(c, least):
+    for k, output in enumerate((0, "load")):
+        found = c.bounds._units(0, output, True, 60).cells.max(axis=0)
+        assert found[0] < 1e-9  # speed costs nothing: nothing rubs on the ground
+        assert (least[:, k] * 0.9999 <= found[1:]).all()
+        assert (found[1:] <= 1.02 * least[:, k]).all()
+    jumps = c.bounds.follow(50, 3.0, output=0)  # of any jerk
+    for jerk, share in ((5.0, 0.6), (1e4, 1.0)):
+        smooth = c.bounds.follow(50, 3.0, jerk, output=0).proven
+        assert share * jumps.proven * 0.9 < smooth <= share * jumps.proven
+
+
+def test_adversaries_stay_within_and_come_near(c):
+    """Jerk against the loop's own answer is the worst there is."""
+    profile = Profile(30.0, 60.0, 1500.0, T)
+    sizes = profile.velocity, profile.acceleration, profile.jerk
+    most = [c.bounds.follow(*sizes, output=x).proven for x in (0, "load")]
+    rng, worst = np.random.default_rng(2), np.zeros(2)
+    for J2 in INERTIAS[::3]:
+        F, G, H = own(c, J2)
+        left = np.eye(len(F)) - F
+        y = np.linalg.solve(
+            left, T * T * np.linalg.solve(left, np.linalg.solve(left, G))
+        )
+        answer = []
+        for _ in range(400):
+            answer.append(H @ y)
+            y = F @ y
+        j = 1500.0 * np.sign(answer[::-1])
+        a, v = 0.0, 0.0
+        r = [0.0]
+        for push in [*j, *(1500.0 * np.sign(rng.normal(size=300)))]:
+            after = np.clip(a + T * push, -60, 60)
+            if abs(v + T * after) > 30 - abs(after) * 0.05:
+                after = a - np.clip(a + 1500 * T * np.sign(v), -1500 * T, 1500 * T)
+            r.append(r[-1] + T * v)
+            v, a = v + T * a, after
+        r = np.array(r)
+        v = np.diff(r) / T
+        a = np.diff(v) / T
+        keeps = abs(np.diff(a)).max() / T <= 1500.1 and abs(a).max() <= 60.001
+        if keeps and abs(v).max() <= 30.001:
+            worst = np.maximum(worst, [abs(x[: len(r)]).max() for x in run(c, J2, r)])
+        for distance in rng.uniform(0.01, 40, 2):
+            found = run(c, J2, profile.points(distance))
+            worst = np.maximum(worst, abs(found).max(axis=1))
+    assert (worst <= most).all() and worst[0] > 0.5 * most[0]
+
+
+def test_sixty_radians_take_little_more_than_the_motor_needs(c):
+    move = c.bounds.move(60.0, u_max=2.0, output="load")
+    r = move.profile.points(60.0)
+    assert r[0] == 0 and r[-1] == 60 and move.effort[0].proven <= 2
+    found = np.array([abs(run(c, J2, r)).max(axis=1) for J2 in INERTIAS]).max(axis=0)
+    proven = np.array([move.effort[0].proven, move.error.proven])
+    assert (found <= proven).all() and (proven < 1.05 * found).all()
+    least = 2 * np.sqrt(60 * 0.0085 / 2.0)  # of the heaviest drive, by bangs
+    assert least < move.duration < 1.5
+    safe = c.bounds.limits_for(2.0, 60.0)
+    sizes = safe.velocity, safe.acceleration, safe.jerk
+    assert c.bounds.follow(*sizes, output=0).proven <= 2
+    assert move.duration < safe.duration(60.0) < 1.25 * move.duration
+    assert "60 in 1." in str(move)
+
+
+@pytest.mark.parametrize(
+    "limits",
+    [(2.0, 8.0, 64.0, 0.01), (0.3, 9.81, 9.81, 0.02), (94.8, 186.0, 1526.0, 0.001),
+     (7.0, 7.0, 7.0, 0.05)],
+)  # fmt: skip
+def test_a_profile_keeps_its_limits_and_ends_exactly(limits):
+    profile, rng, T = Profile(*limits), np.random.default_rng(8), limits[3]
+    for distance in [*rng.uniform(-3, 3, 6), 1e-9, 40.0]:
+        start = rng.uniform(-1, 1)
+        r = profile.points(distance, start)
+        assert r[0] == start and r[-1] == start + distance
+        whole, size = np.concatenate([[start] * 3, r, [r[-1]] * 3]), abs(r).max()
+        for k, most in enumerate(limits[:3], 1):
+            noise = 2.0**k * 1e-15 * size / T**k
+            assert abs(np.diff(whole, k)).max() / T**k <= most * (1 + 1e-9) + noise
+        V, A, J = limits[:3]
+        free = abs(distance) / V + V / A + A / J + max(0, A / J - V / A)
+        assert (
+            profile.duration(distance)
+            <= max(free, 2 * (max(V / A, A / J) + A / J)) + 4 * T
+        )
+
+
+MAIN = """#include <stdio.h>
+#include "arm_move.h"
+int main(void) {
+    const double goal[] = {%s};
+    arm_move m;
+    unsigned i;
+    arm_move_start(&m, 0);
+    for (i = 0; i < sizeof goal / sizeof *goal; i++) {
+        if (!arm_move_to(&m, (ARM_MOVE_REAL)goal[i])) return 1;
+        if (arm_move_to(&m, 9)) return 3;
+        while (!arm_move_over(&m)) printf("%%.17g\\n", (double)arm_move_next(&m));
+    }
+    if (arm_move_to(&m, (ARM_MOVE_REAL)1e30)) return 2;
+    return arm_move_next(&m) != m.to;
+}
+"""
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_the_program_is_the_profile_bit_by_bit(precision, tmp_path):
+    profile = Profile(2.0, 8.0, 64.0, 0.01, "rad")
+    goals = [1.0, -0.37, 0.0, 1e-7, 25.3]
+    text = profile.to_c("arm", precision)
+    assert "ARM_VELOCITY_RAD_S " in text and "ARM_JERK_RAD_S3 " in text
+    (tmp_path / "arm_move.h").write_text(text, "utf-8")
+    (tmp_path / "main.c").write_text(MAIN % ", ".join(map(repr, goals)))
+    words = "-std=c99 -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -pedantic"
+    build = ["cc", *words.split(), "main.c", "-o", "main"]
+    subprocess.run(build, cwd=tmp_path, check=True)
+    done = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, check=True)
+    found = np.array(done.stdout.split(), float)
+    mine, here = [], 0.0
+    for goal in np.array(goals, np.float32 if precision == "single" else float):
+        mine += [*profile.points(float(goal) - here, here)[1:-1], float(goal)]
+        here = float(goal)
+    off = 1e-15 if precision == "double" else 1e-6
+    assert len(found) == len(mine) and abs(found - mine).max() <= 30 * off
+    ends = np.cumsum([profile.ticks(b - a) for a, b in zip([0, *goals], goals)]) - 1
+    assert (found[ends] == np.array(mine)[ends]).all()
+
+
+def test_what_cannot_be_asked_is_said(c):
+    with pytest.raises(ValueError, match="u_max is missing"):
+        c.bounds.move(1.0)
+    with pytest.raises(ValueError, match="acceleration"):
+        c.bounds.follow(1.0, -1.0)
+    with pytest.raises(ValueError, match="larger jerk or a longer T"):
+        Profile(1e9, 1.0, 1e-3, 1e-6)
+    with pytest.raises(ValueError, match="jerk"):
+        Profile(1.0, 1.0, 0.0, 0.01)
