@@ -100,8 +100,8 @@ class Kernel:
 def per_unit(c, x, j, output, jerk=True, most=MOST_CELLS):
     """The `PerUnit` of an ``output`` (see `OutputBounds.step_response`) of c while set
     point j moves from rest, x being where it rests: of an output that ends elsewhere
-    than at zero its distance from there. Without ``jerk`` that column is zero. ``most``:
-    parts of the family; none proves nothing.
+    than at zero its distance from there. Without ``jerk`` that column is zero.
+    ``most``: parts of the family; none proves nothing.
     """
     row = Row.of(c, j, x, output)
     ticks, T = ticks_of(c.radius), float(c.T)
