@@ -111,7 +111,7 @@ def test_typed_matrices_are_designed_for(tab):
 
 @pytest.mark.parametrize("example", range(4))
 def test_every_example_has_a_design(tab, example):
-    tab.page.locator("sos-bench select").select_option(str(example))
+    tab.page.locator("[data-key=example]").select_option(str(example))
     answer = design(tab)
     assert answer["status"] == "feasible"
     assert all(re < 0 for poles in answer["poles"] for re, _ in poles)
@@ -371,7 +371,7 @@ def test_an_answer_for_another_plant_is_never_drawn(tab):
             """seed => {
           const e = document.querySelector("sos-bench"), fire = (part, kind, Kind) =>
             part.dispatchEvent(new (Kind ?? Event)(kind, {bubbles: true}));
-          const select = e.view.querySelector("select");
+          const select = e.view.querySelector("[data-key=example]");
           const ruler = e.find("ruler").querySelector("input");
           fire(ruler, "pointerdown", PointerEvent);
           e.find("map").querySelector("[data-handle]")?.dispatchEvent(
@@ -422,7 +422,7 @@ def test_what_the_solver_fails_on_is_said_in_a_sentence(visit, sheet):
 def test_the_c_program_is_the_control_law(tab, tmp_path):
     if (command := find()) is None:
         refuse()
-    tab.page.locator("sos-bench select").select_option("1")
+    tab.page.locator("[data-key=example]").select_option("1")
     K = np.array(design(tab)["K"])
     code = program(tab, "As C")
     assert re.search(r"#define INTEGRATORS 1\b", code)
@@ -677,9 +677,10 @@ def number(tab, key):
 
 def sentence(tab):
     """What the sentence says, its fields' numbers among its words."""
-    return tab.page.evaluate("""() =>
+    said = tab.page.evaluate("""() =>
       [...document.querySelector(".sos-say").childNodes]
         .map(x => x.value ?? x.textContent).join("").replaceAll("\\u00a0", " ")""")
+    return said.replace(", with all measured", "")
 
 
 def test_numbers_are_typed_in_an_engineer_s_words(tab):
@@ -721,7 +722,7 @@ def test_numbers_are_typed_in_an_engineer_s_words(tab):
 def test_every_number_of_the_sentence_is_typed_where_it_stands(tab):
     """Those of the plant, of the step and of the clock as well; all texts have it."""
     page = tab.page
-    page.locator("sos-bench select").select_option("1")
+    page.locator("[data-key=example]").select_option("1")
     for box in ("u_max", "clock", "gamma"):
         page.locator(f"[data-wanted={box}]").check()
     typed = {
@@ -834,7 +835,7 @@ def test_undo_and_reload_bring_a_setting_back(tab, visit):
     page.wait_for_function(READY)
     assert number(tab, "sigma").input_value() == "0.8"
     assert "J2" in page.locator("[data-field=M]").input_value()
-    page.locator("sos-bench select").select_option("1")
+    page.locator("[data-key=example]").select_option("1")
     page.wait_for_function(READY)
     page.locator(".sos-ruler input").press("Control+z")
     page.wait_for_function(READY)
@@ -1006,11 +1007,29 @@ def test_a_law_is_written_for_the_package(tab, tmp_path, capsys):
     )
     assert np.real(loop.poles()).max() < -0.5
     setting = element(tab, "digest")
-    page.locator("sos-bench select").select_option("2")
+    page.locator("[data-key=example]").select_option("2")
     assert "left out: search.starts" in chosen(tab, file)
     page.wait_for_function(READY)
     now, then = (dict(parse_qsl(x)) for x in (element(tab, "digest"), setting))
     assert now | {"example": "", "outputs": ""} == then | {"example": "", "outputs": ""}
+
+
+def test_what_is_measured_is_a_choice_in_the_sentence(tab):
+    """It asks for the law of a file, of errors that it sees, and takes it back."""
+    tab.page.locator("[data-key=example]").select_option("1")
+    choice = tab.page.locator(".sos-choice")
+    assert choice.input_value() == "with all measured"
+    choice.select_option("from the motor's encoder alone")
+    tab.page.wait_for_function(READY)
+    data = json.loads(program(tab, "As JSON"))
+    assert data["law"] == {"position": [[1, 0]], "filter": 0.003, "integrate": [[1]]}
+    assert "U" not in data and "from the motor's encoder alone, its rate over 3 ms" in (
+        sentence(tab)
+    )
+    choice.select_option("with all measured")
+    tab.page.wait_for_function(PROVEN)
+    assert "law" not in json.loads(program(tab, "As JSON"))
+    assert sentence(tab).endswith(": proven.")
 
 
 def test_what_no_law_can_do_is_named(tab):

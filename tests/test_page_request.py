@@ -54,7 +54,7 @@ def put(tab, key, text):
 @pytest.mark.parametrize("example", range(len(EXAMPLES)))
 def test_what_a_reader_typed_stays(tab, example):
     """Whatever is pressed; only what nobody touched follows the plant."""
-    tab.page.locator("sos-bench select").select_option(str(example))
+    tab.page.locator("[data-key=example]").select_option(str(example))
     for box in ("u_max", "cost", "gamma", "clock"):
         tick(tab, box)
     bounds = element(tab, "named")
@@ -104,10 +104,10 @@ def test_what_cannot_stay_is_named(tab):
     type_in(tab, S="1e9 -1e9; -1e9 1e9")  # however far from this plant's size
     design(tab)
     assert element(tab, "bounds.sigma") == 0.3
-    tab.page.locator("sos-bench select").select_option("1")
+    tab.page.locator("[data-key=example]").select_option("1")
     tick(tab, "u_max")
     put(tab, "u_max", "7")
-    tab.page.locator("sos-bench select").select_option("2")
+    tab.page.locator("[data-key=example]").select_option("2")
     note = tab.page.locator(".sos-note").inner_text()
     assert "uₘₐₓ = 7 went with the plant before" in note
     type_in(tab, x0="1 2 3 4")
@@ -258,7 +258,7 @@ def test_a_key_that_a_writer_does_not_know_is_an_error(tab):
 @pytest.mark.parametrize("example", [0, 1, 2])
 def test_python_without_a_design_says_why(tab, tmp_path, monkeypatch, capsys, example):
     monkeypatch.chdir(tmp_path)
-    tab.page.locator("sos-bench select").select_option(str(example))
+    tab.page.locator("[data-key=example]").select_option(str(example))
     for box in ("u_max", "clock"):
         tick(tab, box)
     put(tab, "u_max", f"{element(tab, 'bounds.u_max') / 3e4}")
@@ -273,7 +273,7 @@ def test_python_without_a_design_says_why(tab, tmp_path, monkeypatch, capsys, ex
 @pytest.mark.usefixtures("without_bounds")
 def test_the_limit_of_the_file_s_program_is_the_request_s(tab, tmp_path, capsys):
     file = tmp_path / "plant.json"
-    tab.page.locator("sos-bench select").select_option("1")
+    tab.page.locator("[data-key=example]").select_option("1")
     for box in ("u_max", "clock"):
         tick(tab, box)
     put(tab, "u_max", "2")

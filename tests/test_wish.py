@@ -1,7 +1,9 @@
 """A wish whose numbers move, solved by the reader's browser, against the package."""
 
 import re
+import sys
 from functools import partial
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book import thesis
 from sosbook.book.elements.explorer import design_explorer
+from sosbook.book.notebooks import BOOK
 from sosbook.plants.response import simulate
 from sosbook.synthesis.proofs import DesignProof
 from tests.elements import assert_quiet, first, middle, say, two_of, write_page
@@ -323,6 +326,36 @@ def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
     answer = state(tab)["answer"]
     assert np.abs(answer["K"] - design.K).max() < 1e-6 * np.abs(design.K).max()
     assert len(answer["poles"]) == 2 and answer["norm"] is None
+
+
+@pytest.mark.parametrize("stem", ["intro", "14_flexible_arm", "own_plant"])
+def test_a_page_without_a_script_has_a_still_of_it(visit, browser, tmp_path, stem):
+    """Its sentence, its verdict and its pictures are those of the script."""
+    sys.path.append(str(BOOK / "_ext"))
+    pages = import_module("elements")
+    text = next(
+        x for name, x in stored() if name == stem and x.startswith(pages.WISHES)
+    )
+    (still,) = pages.stills(pages.WHOLE.match(text)[0])
+    sheet = write_page(tmp_path / "still.html", still + text[text.index("<style") :])
+    tab = visit(sheet)
+    tab.page.wait_for_function(
+        "document.querySelector('.of-kit:has(.sos-say)').answer?.proof"
+    )
+    live = tab.page.locator(".of-kit").first
+    assert live.locator(".sos-absent").count() == 0
+    drawn = live.locator(".sos-map svg, .sos-step svg").all()
+    pictures = [x.get_attribute("aria-label") for x in drawn]
+    words = live.get_attribute("aria-label").split(". ", 1)[1].removesuffix(".")
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(sheet.as_uri())
+    absent = page.locator(".sos-absent")
+    assert absent.locator(".sos-say").inner_text() == f"{words}: proven."
+    shown = absent.locator("svg").all()
+    assert [x.get_attribute("aria-label") for x in shown] == pictures
+    assert all(x.is_visible() for x in shown)
+    context.close()
 
 
 @pytest.fixture

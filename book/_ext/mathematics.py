@@ -28,18 +28,22 @@ RULE = re.compile(r'([^\n{}]*)\{(?:"(?:\\.|[^"\\])*"|[^{}"])*\}\n?')
 log = logging.getLogger(__name__)
 
 
+def deno():
+    """The words that run a script by Deno; what it may read is added."""
+    beside = shutil.which("deno", path=Path(sys.executable).parent)
+    program = beside or shutil.which("deno")
+    if program is None:
+        raise ExtensionError("Formulas and stills are set by Deno: pip install deno")
+    return program, "run", "--no-config", "--no-remote", "--no-lock"
+
+
 @cache
 def setter():
     """The process that sets formulas; it ends with this one."""
-    beside = shutil.which("deno", path=Path(sys.executable).parent)
-    deno = beside or shutil.which("deno")
-    if deno is None:
-        raise ExtensionError("Formulas are set by Deno: pip install deno")
     quiet = {"DENO_NO_UPDATE_CHECK": "1", "NO_COLOR": "1"}
-    words = ("run", "--no-config", "--no-remote", f"--allow-read={HERE}")
     script = (HERE / "mathematics.js", HERE / "mathjax", FONTS)
     return subprocess.Popen(
-        [deno, *words, *script],
+        [*deno(), f"--allow-read={HERE}", *script],
         env=os.environ | quiet,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

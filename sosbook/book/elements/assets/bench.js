@@ -6,7 +6,7 @@ import {read} from "./files.js";
 import {BOXES, compact, dataOf, FIELDS, goals, requestOf, STRANGE} from "./form.js";
 import {rest, said} from "./judge.js";
 import {button, capital, define, escape, number, panel, panels, printed, QUIET, select} from "./kit.js";
-import {lawOf, memory, ofLaw, seenBy, summed} from "./law.js";
+import {lawOf, memory, ofLaw, seen, seenBy, summed, withChoice} from "./law.js";
 import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
 import * as python from "./program.js";
@@ -69,7 +69,7 @@ class Bench extends Wish {
     const on = (name, kind, act) =>
       this.view.querySelectorAll(name).forEach(part => part.addEventListener(kind, act));
     this.past = [];
-    on("select", "change", () => {
+    on("[data-key=example]", "change", () => {
       const {wanted} = this, fields = FIELDS.filter(([name, , , box]) => wanted[box] && !this.follows(name));
       const went = Object.keys(this.own)
                      .filter(key => key in this.bounds)
@@ -102,7 +102,7 @@ class Bench extends Wish {
     this.kept = this.digest;
   }
 
-  get example() { return this.view.querySelector("select"); }
+  get example() { return this.view.querySelector("[data-key=example]"); }
   area(name) { return this.view.querySelector(`[data-field=${name}]`); }
 
   // The wishes that are ticked, and the fields that count.
@@ -268,6 +268,19 @@ class Bench extends Wish {
   textOf(key) { return `${BOUNDS[key].symbol} = ${this.bounds[key]}${BOUNDS[key].unit}`; }
   moves(key) {
     return key in this.bounds || key.includes("/") || ["step", "T", "delay", "filter"].includes(key);
+  }
+  get pieces() { return withChoice(this.sentences, this.data.law); }
+  choose(words) {
+    const law = this.sentences.laws().find(([name]) => words === `from ${name}`);
+    this.boxes.find(box => box.dataset.wanted === "law").checked = Boolean(law);
+    if (law) {
+      const {U} = this.data.request, [, position] = law,
+            texts = {position, velocity: [], U: seen(U, position)};
+      for (const [name, rows] of Object.entries(texts))
+        this.area(name).value = rows.map(row => row.join(" ")).join("\n");
+      this.area("filter").value ||= String(Number((1 / this.bounds.rho).toPrecision(1)));
+    }
+    this.rebuild();
   }
   // What a reader types in the sentence, and no bound has, stands in a field of the form.
   fit(slot, x) {

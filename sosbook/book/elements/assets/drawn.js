@@ -53,10 +53,10 @@ export const verdictOf = (status, texts, more = "") => `<p><span class="sos-stat
 // ---------------------------------------------------------- the element
 // A design drawn: its poles over what is asked, its response, its numbers.
 export class DesignElement extends PageElement {
+  get captions() { return ["Closed-loop poles over the region that was asked for.", this.data.caption]; }
   markup() {
-    return panels(panel("map", "Closed-loop poles over the region that was asked for.") +
-             panel("step", escape(this.data.caption))) +
-      READOUT + buttons(this.buttons);
+    const [map, step] = this.captions;
+    return panels(panel("map", map) + panel("step", escape(step))) + READOUT + buttons(this.buttons);
   }
 
   // What is asked and found is a subclass's.

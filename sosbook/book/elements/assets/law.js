@@ -3,6 +3,7 @@
 import {parsed, refuse} from "./checks.js";
 import {clean, number} from "./kit.js";
 import {apply, eye, mul, solve, trace, transpose} from "./linalg.js";
+import {mixed} from "./sentence.js";
 
 const SIGNALS = ["position", "velocity", "acceleration", "integral", "input", "disturbance"];
 const GAINS = ["K_P", "K_D", "K_I"];
@@ -107,3 +108,17 @@ export const outputsOf = text => lines("outputs", text, SIGNALS).map(([name, row
   if (word !== undefined) refuse(`outputs: "${word}" is no number.`);
   return {[name]: row.length > 1 ? [row] : row[0]};
 });
+
+// What is measured is a choice: the words of a sentence, where this stands in it whatever it is.
+const ALL = "with all measured";
+export function withChoice(sentences, law) {
+  const {pieces} = sentences, at = pieces.findIndex(x => x.slot === "law");
+  const choices = [ALL, ...sentences.laws().map(([words]) => `from ${words}`)];
+  const choice = {slot: "law", choices, clause: {label: "what is measured"}};
+  if (at > 0 && choices.includes(`from ${pieces[at].shown}`))
+    return pieces.with(at - 1, {text: pieces[at - 1].text.replace(/from $/, "")})
+      .with(at, {...choice, shown: `from ${pieces[at].shown}`});
+  return law ? pieces : [...pieces, {text: ", "}, {...choice, shown: ALL}];
+}
+// The errors that are integrated in the place of U where only these rows are measured.
+export const seen = (U, position) => U.length ? mul(mixed(U, position), position) : [];

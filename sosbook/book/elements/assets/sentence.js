@@ -94,7 +94,7 @@ export function integrated({law, U = undefined}) {
     : U ?? [];
 }
 // The same mixtures where they are measured, else as many of what is.
-function mixed(rows, position) {
+export function mixed(rows, position) {
   const seen = position.map(row => row.indexOf(1));
   if (rows.every(row => row.every((x, j) => !x || seen.includes(j))))
     return rows.map(row => seen.map(j => row[j]));

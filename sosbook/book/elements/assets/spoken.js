@@ -46,10 +46,11 @@ const numbers = form => [...form.find("say").querySelectorAll("input")];
 const field = (form, key) => numbers(form).find(({dataset}) => dataset.bound === key);
 
 export function speak(form, force = false) {
-  const {sentences, word} = form, {pieces, names} = sentences, line = form.find("say");
+  const {sentences, word, pieces} = form, {names} = sentences, line = form.find("say");
   const active = document.activeElement, units = unitsOf(names);
-  const shape =
-    JSON.stringify(pieces.map(({text, slot, shown}) => text ?? (form.moves(keyOf(slot)) ? [slot] : shown)));
+  const known = ({text, slot, shown, choices}) =>
+    text ?? (choices || !form.moves(keyOf(slot)) ? [shown, choices] : [slot]);
+  const shape = JSON.stringify(pieces.map(known));
   if (shape !== line.dataset.shape) {
     const {slot, text, clause} = held(line, active);
     const html = ({text}, k) => {  // no line ends before a unit, or in it
@@ -87,7 +88,11 @@ export function speak(form, force = false) {
 }
 const held = (line, active) =>
   line.contains(active) ? {slot: active.dataset.bound, text: active.value, clause: active.clause} : {};
-function control(form, {slot, clause, shown}) {
+function control(form, {slot, clause, shown, choices}) {
+  if (choices)
+    return `<select class="sos-choice" aria-label="${escape(clause.label)}" ${QUIET}>${
+      choices.map(x => `<option value="${escape(x)}"${x === shown ? " selected" : ""}>${escape(x)}</option>`)
+        .join("")}</select>`;
   if (!form.moves(keyOf(slot))) return `<strong>${escape(shown)}</strong>`;
   return `<input type="text" inputmode="decimal" role="spinbutton" class="sos-num" data-slot="${
     slot}" data-bound="${keyOf(slot)}" aria-label="${escape(LABELS[slot] ?? clause.label)}" value="${
@@ -162,6 +167,7 @@ export function listen(form) {
   steady(ruler);
   view.addEventListener("change", ({target}) => {
     const number = target === ruler ? field(form, form.taken) : num(target);
+    if (target.matches(".sos-choice")) form.choose(target.value);
     if (number) changed(form, number, true);
   });
   view.addEventListener("focusin", ({target}) => {

@@ -67,13 +67,17 @@ export class Wish extends DesignElement {
 
   // A plant, and its bounds as they are at first.
   begin() {
-    for (const one of this.data.bounds) one.value = said(one.key, one.value);
-    this.bounds = Object.fromEntries(this.data.bounds.map(({key, value}) => [key, value]));
+    this.bounds = this.starts();
     Object.assign(this, {answer: null, found: null, ghost: null, offers: null, middles: {}});
     drag(this.find("map"), ({handle}) => {
       this.remember();
       return handle;
     }, (key, place) => this.pull(key, place));
+  }
+
+  starts() {
+    for (const one of this.data.bounds) one.value = said(one.key, one.value);
+    return Object.fromEntries(this.data.bounds.map(({key, value}) => [key, value]));
   }
 
   moves(key) { return this.data.bounds.some(one => one.key === key && one.moves); }
@@ -115,6 +119,7 @@ export class Wish extends DesignElement {
   get address() { return {...this.named, ...this.wrong}; }
   get asks() { return python.asks(this.data, this.named); }
   get sentences() { return python.sentences(this.asks, this.data, rest); }
+  get pieces() { return this.sentences.pieces; }
   get sentence() { return String(this.sentences); }
   get program() { return python.design(this.data, this.named, rest); }
 
