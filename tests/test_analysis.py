@@ -12,7 +12,7 @@ from sosbook.analysis.linear import hinf_norm, peak_gain, peak_input
 from sosbook.analysis.precise import ExactLoop
 from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
-from tests.cases import random_plant
+from tests.cases import random_plant, seeds
 from tests.random_plants import ODD
 
 
@@ -199,7 +199,7 @@ def test_a_single_plant_has_nothing_to_sample():
         design.poles(samples=3)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_the_peak_of_a_gain_with_a_direct_part_is_that_of_a_sweep(seed):
     """Against python-control's frequency response, refined around its top."""
     rng = np.random.default_rng(seed)

@@ -17,7 +17,7 @@ from sosbook.solver.settings import Settings
 from sosbook.solver.structure import UnknownLayout
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
-from tests.cases import random_plant
+from tests.cases import random_plant, seeds
 
 few = settings(max_examples=40, derandomize=True, deadline=None)
 
@@ -197,7 +197,7 @@ def test_an_arrow_changes_no_gain(vertices, n, monkeypatch):
     assert_allclose(mine.K, wanted.K, rtol=0, atol=1e-8 * abs(wanted.K).max())
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", seeds(12))
 def test_an_arrow_changes_no_verdict(seed, monkeypatch):
     """Most of these plants have no solution, of some nothing is known."""
     rng = np.random.default_rng(seed)

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 import sosbook as sos
 from sosbook.controllers import FAULTS, Backlash, Replay
 from tests.axis import UNITS, T, axis, design, drive, rubbed, stepless
-from tests.cases import by_hand
+from tests.cases import by_hand, seeds
 
 NAN = float("nan")
 
@@ -58,7 +58,7 @@ def test_the_sampled_loop_of_every_load_is_proven():
     assert "every constant plant with J2 in [0.003, 0.006]" in proof.claims[0]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 @pytest.mark.parametrize("memory", ["observer", "filter", None])
 def test_loops_of_random_plants_in_odd_units(seed, memory):
     """Unsymmetric, scaled by .3 and 9.81, several inputs: the same law, joined anew."""

@@ -10,6 +10,7 @@ from sosbook.book.reproduction import vertices
 from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
 from sosbook.plants.descriptor import descriptors
 from sosbook.studies import polytopes
+from tests.cases import seeds
 
 
 def single(mass, stiffness=1.0):
@@ -184,7 +185,7 @@ def test_what_is_no_polytope_or_no_name_is_named():
             polytopes.compare(pair, wrong)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(3))
 def test_a_polytope_of_first_order_is_one_too(seed):
     """Each study says of it what it says of the same plants in second order."""
     plants = counterexamples.random_chain(seed)

@@ -16,6 +16,7 @@ from sosbook.delay import (
     simulate_delay,
 )
 from sosbook.theorems import Times, interval_decay, interval_kernel
+from tests.cases import seeds
 from tests.test_delay_theorems import Motion, integral
 
 SCALAR = DelayedLoop([[0]], [[-1]])
@@ -151,7 +152,7 @@ def test_order_1_proves_what_order_0_proves():
     assert seen >= 3
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_a_certified_rate_is_true(seed):
     """Roots of constant delays, and motions under delays that vary."""
     rng = np.random.default_rng(seed)

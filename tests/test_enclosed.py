@@ -11,6 +11,7 @@ from sosbook.exact.checker import arithmetic as a
 from sosbook.exact.checker.kernel import check
 from sosbook.exact.checker.language import Reader, Val
 from sosbook.exact.integers import Enclosing
+from tests.cases import seeds
 
 UNIT = mpmath.mpf(2) ** -a.BALL
 SIZES = Fraction(1, 10**5), Fraction(1, 10), Fraction(1), Fraction(9)
@@ -56,7 +57,7 @@ def member(rng, ball):
     return matrix(ball) + far * mpmath.matrix(change.tolist())
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_what_is_made_of_balls_holds_what_is_made_of_their_members(seed):
     rng = random.Random(seed)
     n, m, size = rng.randint(1, 5), rng.randint(1, 4), rng.choice(SIZES)
@@ -82,7 +83,7 @@ def exponential(x, reader):
 
 
 @pytest.mark.parametrize("reader", [Reader, Enclosing])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_exponentials_norms_and_signs_are_those_of_every_member(seed, reader):
     rng = random.Random(seed)
     n, size = rng.randint(1, 5), rng.choice((*SIZES, Fraction(3, 16 * 5)))
@@ -107,7 +108,7 @@ def test_exponentials_norms_and_signs_are_those_of_every_member(seed, reader):
             assert a.definite(ball.below()) is so
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_products_of_both_readers_are_the_same(seed):
     rng = random.Random(seed)
     n, m, k = (rng.randint(1, 5) for _ in range(3))

@@ -26,6 +26,7 @@ from sosbook.exact.checker import (
 from sosbook.exact.checker.language import Reader, parse
 from sosbook.exact.rational import decimal
 from sosbook.proofs.subject import compare_plant
+from tests.cases import seeds
 from tests.forged import base, changed, decided, needs, refusal
 from tests.test_proof_files import proof_of
 
@@ -309,7 +310,7 @@ def test_words_of_a_region_are_true():
     assert claims[1].endswith("half-plane Re s < 2.5")
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", seeds(5))
 def test_a_mode_s_distance_and_mirror_images_are_those_of_numpy(seed):
     rng = np.random.default_rng(seed)
     h = [Fraction(float(x)) for x in rng.normal(size=5)]
@@ -396,7 +397,7 @@ def test_columns_that_are_no_inverse_are_refused_at_a_residual_of_three_halves()
     assert "aren't near an inverse" in needs()[at][1]
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", seeds(30))
 def test_determinants_are_those_of_numpy(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 6))

@@ -8,6 +8,7 @@ from sosbook.exact.adjoint import adjoint, slopes_at
 from sosbook.exact.definite import definite, exact, pivots, positive, semidefinite
 from sosbook.exact.rational import exact_margin, inverse, log2, rational_matrix
 from sosbook.language.expression import Unknown, block, he
+from tests.cases import seeds
 
 
 def rationals(rng, *shape):
@@ -22,7 +23,7 @@ def rationals(rng, *shape):
     return found.view(type(exact(np.eye(1))))
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_pivots_are_quotients_of_leading_minors(seed):
     rng = np.random.default_rng(seed)
     size = int(rng.integers(1, 9))
@@ -67,7 +68,7 @@ def test_the_sign_of_a_matrix_with_long_entries(q, above, exponent):
         assert definite(x)[0] is positive(x)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_singular_matrices_with_long_entries(seed):
     """W Z W' with Z > 0 is semidefinite; less a little along v, it isn't."""
     rng = np.random.default_rng(seed)
@@ -117,7 +118,7 @@ def by_units(expressions, unknowns, Z):
     return found
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_derivatives_are_differences(seed):
     rng = np.random.default_rng(seed)
     expressions, unknowns = blocks(rng)
@@ -158,7 +159,7 @@ def test_floats_are_refused():
             adjoint([expression], [P], [Z])
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_a_margin_below_rounding_is_that_of_the_rational_inverse(seed):
     rng = np.random.default_rng(seed)
     q = int(rng.integers(1, 9))

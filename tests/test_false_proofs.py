@@ -29,7 +29,7 @@ from sosbook.synthesis.quotient import affine_in_quotient
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
 from tests.asking import asked_by, asking
-from tests.cases import campaign
+from tests.cases import campaign, seeds
 from tests.closed import analyse_loop
 from tests.hunt import truth
 from tests.hunt.tampering import verdicts
@@ -103,7 +103,7 @@ def test_weights_of_outputs_are_read_alike(seed):
     assert agree(refused.infeasibility)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_an_output_is_weighed_exactly(seed):
     """The file holds C; its cost is that of Q = C'C."""
     C, rng = low_rank(seed)

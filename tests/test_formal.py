@@ -11,6 +11,7 @@ import pytest
 import sosbook as sos
 from formal import collect, gen, rocq
 from sosbook.exact.proof_file import ProofFile
+from tests.cases import seeds
 from tests.closed import analyse_loop
 
 ONE_INPUT = [[0.0], [1.0]]
@@ -155,7 +156,7 @@ def test_what_is_false_has_no_witness():
         gen.written(gen.read(json.dumps(data)))
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_a_witness_shows_what_eigenvalues_say(seed):
     draw = random.Random(seed)
     n, scale = draw.randint(1, 6), 10 ** draw.randint(0, 40)

@@ -24,6 +24,7 @@ from sosbook.requirements.stability import Stability
 from sosbook.studies import polytopes
 from sosbook.synthesis.request import Request
 from tests import energy_to_peak
+from tests.cases import seeds
 
 N, INPUTS = 3, 2
 SHAPES = {"E": (N, N), "A": (N, N), "Bu": (N, INPUTS), "Bw": (N, 1)}
@@ -100,7 +101,7 @@ def test_where_vertices_suffice_the_quotient_stays_in_their_hull(vertices, seed)
 
 
 @pytest.mark.parametrize("spoilt", [False, True])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_between_corners_the_quotient_is_a_mean_of_theirs(seed, spoilt):
     """A parameter of E has one column and row, which depend on the others."""
     rng = np.random.default_rng(seed)
@@ -273,7 +274,7 @@ def test_a_requirement_of_ones_own_gets_its_pairs():
     assert len(Request(plants).pairs) == 4
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_designs_at_vertices_that_suffice_keep_their_promises(seed):
     """Gamma, poles and cost of plants between, by formulas without LMIs."""
     rng = np.random.default_rng(seed)

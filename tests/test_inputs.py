@@ -13,6 +13,7 @@ from sosbook.book import thesis
 from sosbook.plants.second_order import MassWarning
 from sosbook.requirements.hinf import HInfinity
 from sosbook.studies import maps
+from tests.cases import campaign
 
 ONE = dict(M=2, D=0.1, S=3, B=1)
 RECORDS = np.zeros(2, dtype=[("name", float)])
@@ -152,7 +153,7 @@ def test_a_strange_mass_is_named_where_it_was_written(M, words):
     assert seen[0].filename == __file__
 
 
-@pytest.mark.parametrize("factor", [1, 0.3, 1 / 9.81, 2.2046])
+@pytest.mark.parametrize("factor", [0.3, 2.2046, *campaign([1, 1 / 9.81])])
 def test_rows_that_were_divided_are_no_error(factor):
     """A crane's load: its row divided by its mass, so they fill one row of M."""
     m, load, g, rope = 100 * factor, 50 * factor, 9.81, 7.0

@@ -13,7 +13,7 @@ from sosbook.plants.checks import rank_deficient
 from sosbook.plants.descriptor import descriptors
 from sosbook.synthesis import integrators
 from sosbook.synthesis.integrators import admissible_U, proven_everywhere
-from tests.cases import by_hand, random_plant
+from tests.cases import by_hand, random_plant, seeds
 from tests.random_plants import ODD, random_case
 from tests.test_proof_files import checker
 
@@ -89,7 +89,7 @@ def test_the_core_refuses_exactly_the_inadmissible(make):
                 descriptors(example.plant, choice.U, example.K_A)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", seeds(5))
 def test_mass_damping_and_acceleration_gain_play_no_part(seed):
     rng = np.random.default_rng(seed)
     plant = random_plant(rng, 3, 2)
@@ -104,7 +104,7 @@ def test_mass_damping_and_acceleration_gain_play_no_part(seed):
         assert here.distance == there.distance
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(10))
 def test_distance_is_that_of_the_nearest_inadmissible_plant(seed):
     rng = np.random.default_rng(seed)
     plant = random_plant(rng, 3, 2)
@@ -224,7 +224,7 @@ def test_admissible_vertices_with_an_inadmissible_middle():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", seeds(12))
 def test_what_is_proven_holds_at_sampled_plants(seed):
     rng = np.random.default_rng(seed)
     plants = random_plant(rng, 3, 2, vertices=3, spread=0.5)
@@ -320,7 +320,7 @@ def test_words():
     assert repr(admissible_U(robot())[1]) == ("<1 on z1: inadmissible, distance 0>")
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_units_of_rows_and_columns_hide_no_rank(seed):
     """[-S B; U 0] with as many inputs as errors: alternating scaling is slow."""
     rng = np.random.default_rng(seed)
@@ -351,7 +351,7 @@ def test_integrators_are_within_reach_in_any_units(unit):
     assert design.status == "feasible" and design.certify().proven
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", seeds(30))
 def test_the_first_choice_is_one_that_a_design_can_take(seed):
     """Of plants with fewer inputs than coordinates, too; integers hide integrators."""
     plant = integer_plant(seed)

@@ -22,6 +22,7 @@ from sosbook.sampled import (
     sampled_loop,
 )
 from sosbook.sampled.timing import TimeBox
+from tests.cases import campaign
 
 # x' = A x + B u, u = K x(t_k): stable for each constant interval up to 1.7294 s
 TEXTBOOK = sos.DescriptorSystem(np.eye(2), [[0, 1], [0, -0.1]], [[0], [0.1]])
@@ -226,8 +227,10 @@ def differences(T, stiff, damp, tau):
     )
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.05])
-@pytest.mark.parametrize("listed", [False, True])
+@pytest.mark.parametrize(
+    "delay, listed",
+    [(0.0, False), (0.05, True), *campaign([(0.0, True), (0.05, False)])],
+)
 def test_a_box_of_mass_and_stiffness_is_decided_in_few_cells(delay, listed):
     """Four vertices, an uncertain mass: 64 cells with one P each weren't enough."""
     law = differences(0.05, 1.0, 2.0, 0.15)

@@ -12,6 +12,7 @@ from scipy.linalg import block_diag
 
 from sosbook.exact.checker import kernel
 from sosbook.exact.checker.arithmetic import read
+from tests.cases import seeds
 from tests.processes import alone, process
 
 RNG = np.random.default_rng(8)
@@ -122,7 +123,7 @@ def test_a_product_of_two_unknowns_is_a_value_and_no_block():
             value(text, point=False)
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", seeds(30))
 def test_what_is_positive_has_positive_eigenvalues(seed):
     rng = np.random.default_rng(seed)
     n, rank = int(rng.integers(1, 7)), int(rng.integers(1, 9))

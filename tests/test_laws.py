@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import sosbook as sos
 from sosbook.exact.rational import exact
 from sosbook.studies import maps
-from tests.cases import by_hand
+from tests.cases import by_hand, seeds
 
 
 def joint(J, k):
@@ -45,7 +45,7 @@ def random_plants(seed, n, m):
     return [sos.SecondOrderSystem(k * M, D, S, B, F) for k in (1, 1.3)], rng
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_a_law_makes_the_loop_that_python_control_makes(seed):
     plants, rng = random_plants(seed, 3, 2)
     C = rng.normal(size=(2, 3)).round(2)

@@ -7,7 +7,7 @@ import sosbook as sos
 from sosbook.requirements.magnitudes import Magnitudes
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaling import Frame
-from tests.cases import falling_plant
+from tests.cases import falling_plant, seeds
 from tests.random_plants import ODD_POWERS, as_units
 
 POWERS = [(0,) * 5, ODD_POWERS, (3, 6, -4, 5, 0), (-6, -9, 2, -5, 0)]
@@ -26,7 +26,7 @@ def request(seed, powers, name):
 
 @pytest.mark.parametrize("name", ["gamma", "u_max"])
 @pytest.mark.parametrize("powers", POWERS)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(3))
 def test_the_package_s_requirements_have_the_same_in_closed_form(seed, powers, name):
     asked = request(seed, powers, name)
     (r,), frame = asked.requirements, Frame.of(asked)

@@ -29,6 +29,7 @@ from sosbook.synthesis.pair_stacks import named_margins, pair_margins
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
+from tests.cases import seeds
 
 REGION = sos.PoleRegion(sigma=0.4, theta=1.3, rho=20)
 
@@ -83,7 +84,7 @@ def designed(asked, seed=0):
     return sos.design_pid(plants(seed), **ASKED[asked])
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(3))
 @pytest.mark.parametrize("integrators", [0, 1])
 def test_many_pairs_are_looked_at_as_each_alone(seed, integrators):
     asked = ASKED["saturation"] | ASKED["cost"]
@@ -297,7 +298,7 @@ def stiffnesses(count, gain, seed=0):
     return dict(plant=plant, region=REGION, gamma=0.8, saturation=saturation)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(3))
 def test_few_pairs_refuse_for_all(seed, monkeypatch):
     """What a few vertices exclude isn't excluded once more by hundreds of blocks."""
     sizes = []

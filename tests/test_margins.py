@@ -11,7 +11,7 @@ from sosbook.analysis.linear import loop_matrix
 from sosbook.analysis.margins import DiskMargin, disk_margin, sensitivity_peak
 from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
-from tests.cases import random_plant
+from tests.cases import random_plant, seeds
 from tests.closed import analyse_loop
 
 ROBOT = thesis.example_1()
@@ -171,7 +171,7 @@ def observed_loops(seed):
     return design, loops
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_margins_with_an_observer_are_those_of_the_composed_loop(seed):
     design, loops = observed_loops(seed)
     seen = skewed = 0.0

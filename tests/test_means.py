@@ -10,6 +10,7 @@ from sosbook.lmi import LMIProblem
 from sosbook.plants.bernstein import means
 from sosbook.synthesis import known_gain
 from sosbook.synthesis.ranges import family
+from tests.cases import seeds
 from tests.test_bounds import table
 
 K = [[-8.56, 6.008, -0.369, -0.22]]
@@ -40,7 +41,7 @@ def test_what_is_a_mean_but_for_the_last_bit_stays():
     assert means(line) == {2: {0: fmpq(1, 2), 1: fmpq(1, 2)}}
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_repeated_points_and_means_of_means_go(seed):
     rng = np.random.default_rng(seed)
     points = exact(rng.integers(-9, 9, (5, 3)) / 7)

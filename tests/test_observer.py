@@ -13,6 +13,7 @@ from sosbook.plants.descriptor import descriptors, mean_descriptor
 from sosbook.solver.loop import Unbounded
 from sosbook.synthesis import observer
 from sosbook.synthesis.error_loop import error_loop, observed
+from tests.cases import seeds
 from tests.closed import analyse_loop
 
 MIP = Mip.printed()
@@ -167,7 +168,7 @@ def test_bad_input_is_named():
         design_observer(unseen, [[0, 0]], np.eye(4), [[1]])
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_the_gain_of_one_plant_needs_no_word_on_the_noise_of_the_cost(seed):
     """L is Kalman's for any B_w; without one tr J bounds the error's variances."""
     rng = np.random.default_rng(seed)

@@ -19,6 +19,7 @@ import sosbook
 from sosbook import SecondOrderSystem
 from sosbook.plants import DescriptorSystem, load_plant
 from sosbook.runtime import matrix_files, reading
+from tests.cases import seeds
 from tests.op4_files import binary_op4
 
 ONE = np.eye(4)
@@ -146,7 +147,7 @@ def test_one_sparse_matrix_is_no_plant(tmp_path):
 
 
 # ------------------------------------------------------------------ state space
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_second_order_is_recognised_in_any_order_of_rows(seed, tmp_path):
     given = frame(3, seed)
     M = given["M"]

@@ -11,7 +11,7 @@ from sosbook.exact.checker import verdict
 from sosbook.plants import descriptors, filtered
 from sosbook.proofs.command import main
 from sosbook.requirements.base import Requirement
-from tests.cases import by_hand, norm_on_a_grid
+from tests.cases import by_hand, norm_on_a_grid, seeds
 
 
 def plant(rng, n=2, m=1, p=2):
@@ -80,7 +80,7 @@ def checked(proof):
     return proof.claims
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_for_one_plant_and_a_known_gain_nothing_is_lost(seed):
     rng = np.random.default_rng(seed)
     one, U = plant(rng), np.eye(2)[: seed % 2]
@@ -355,7 +355,7 @@ def true_h2(one, U, K, rows, inputs):
     return control.system_norm(control.ss(A, W[:, inputs], C, 0), 2)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(3))
 def test_the_H2_norm_of_one_plant_loses_nothing(seed):
     rng = np.random.default_rng(20 + seed)
     one, U = plant(rng), np.eye(2)[: seed % 2]

@@ -54,7 +54,7 @@ def quick():
 
 
 # "auto" takes a slack matrix, too
-@pytest.mark.parametrize("coupling", ["pairs", "auto", *campaign(["slack"])])
+@pytest.mark.parametrize("coupling", ["auto", *campaign(["pairs", "slack"])])
 def test_cuts_lower_the_bound_of_a_bicycle(coupling, quick, monkeypatch):
     whole = in_one_piece(monkeypatch, BICYCLES, coupling)
     cut = quick if coupling == "auto" else least(BICYCLES, coupling)

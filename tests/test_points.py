@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 import sosbook as sos
 from benchmarks import structures
 from sosbook.synthesis import equations
-from tests.cases import by_hand, chain, norm_on_a_grid
+from tests.cases import by_hand, campaign, chain, norm_on_a_grid
 
 N_MODES = 24  # 48 states: above the size from which equations answer
 
@@ -37,7 +37,7 @@ def rotor(n=N_MODES, speed=30.0):
     return sos.SecondOrderSystem(M, damping + 0.1 * speed * turn, S, B, B)
 
 
-@pytest.mark.parametrize("unit", [1.0, 0.3, 9.81])
+@pytest.mark.parametrize("unit", [0.3, 9.81, *campaign([1.0])])
 def test_a_stable_structure_needs_no_gain(unit):
     design = sos.design_pid(structure(unit=unit), region=sos.PoleRegion(1e-3))
     assert design.status == "feasible" and design.central is False

@@ -20,7 +20,7 @@ from sosbook.plants.as_data import read_plant
 from sosbook.plants.reduction import Reduction
 from sosbook.proofs import load
 from sosbook.proofs.command import main
-from tests.cases import by_hand
+from tests.cases import by_hand, seeds
 
 UNITS = [1.0, 0.3, 9.81]
 
@@ -202,7 +202,7 @@ def test_a_loop_that_breaks_it_is_of_a_part_in_states():
         assert design.infeasibility.verify() and states in design._repr_html_()
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(3))
 def test_a_loop_whose_numbers_no_float_holds_is_refused(seed, tmp_path):
     """Modes of all digits times a gain and a filter: the file has the rationals."""
     rng = np.random.default_rng(seed)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from tests.cases import campaign
 
 LAW = sos.PIDLaw([[1]], [[1]])
 CASES = {  # M, D, S, B, F; the decay and the effort that are asked; where gains are
@@ -51,7 +52,7 @@ def of_all_gains(plant, sigma, effort, P, D):
     return best
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", ["spring", *campaign(["table"])])
 def test_how_far_each_bound_goes_is_said_and_is_no_better_than_true(name):
     matrices, sigma, effort, *where = CASES[name]
     decay, least = of_all_gains(matrices, sigma, effort, *where)

@@ -8,7 +8,7 @@ from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 import sosbook as sos
 from sosbook.analysis.riccati import balanced_units, lyapunov, riccati
 from sosbook.plants.descriptor import descriptors
-from tests.cases import by_hand, random_plant
+from tests.cases import by_hand, random_plant, seeds
 from tests.closed import analyse_loop
 
 
@@ -25,7 +25,7 @@ def system(seed):
 
 
 @pytest.mark.filterwarnings("ignore:M isn't symmetric")
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", seeds(40))
 def test_it_is_the_stabilising_solution(seed):
     A, B, Q, R = system(seed)
     X = riccati(A, B, Q, R)
@@ -68,7 +68,7 @@ def test_scipy_has_the_word_where_the_schur_vectors_are_lost(
     assert len(asked) == lost
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", seeds(60))
 def test_it_is_the_same_in_any_units(seed):
     """Of states, of time and of cost, each from 1e-9 to 1e9."""
     rng = np.random.default_rng(seed)
@@ -134,7 +134,7 @@ def test_nor_has_a_sampled_one(monkeypatch):
         sos.design_sampled_lqr(cart, np.eye(2), [[1]], 0.1)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(10))
 def test_the_lyapunov_equation_is_scipys(seed):
     A, _, Q, _ = system(seed)
     wanted = solve_continuous_lyapunov(A, Q)

@@ -10,6 +10,7 @@ from scipy.linalg import expm
 import sosbook as sos
 from sosbook.exact.checker import verdict
 from sosbook.plants.descriptor import descriptors
+from tests.cases import seeds
 
 CONSTANT, CHANGING = "every constant plant ", "every constant or changing plant "
 I2 = np.eye(2)
@@ -52,7 +53,7 @@ def test_a_swing_that_pumps_itself_up_is_proven_while_it_is_constant():
     assert common.status == "infeasible"
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(4))
 def test_what_is_proven_of_changing_plants_survives_their_changes(seed):
     """Random loads with an uncertain mass, changed at frequencies near every mode's."""
     rng = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ from sosbook.proofs import SmallInputRefusal
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.small_input import refuse_by_input
-from tests.cases import campaign
+from tests.cases import campaign, seeds
 from tests.least_input import least_input
 from tests.random_plants import ODD, ODD_POWERS, as_units
 from tests.test_near_box import levers
@@ -153,7 +153,7 @@ def test_the_file_says_which_modes():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", seeds(3))
 def test_vertices_near_a_box_are_refused_in_a_text(seed):
     asked = Request(levers(seed, unit=0.3), saturation=sos.Saturation(1e-3, HERE))
     proof = refuse_by_input(asked, search)

@@ -12,6 +12,7 @@ from benchmarks.robustness import SYSTEMS, asked_in_units
 from sosbook.proofs import UnreachedResponseRefusal
 from sosbook.synthesis.request import Request
 from sosbook.synthesis.unreached import refuse_by_response
+from tests.cases import seeds
 from tests.least_norm import least_norm
 from tests.random_plants import ODD, ODD_POWERS, as_units
 
@@ -29,7 +30,7 @@ def plant(seed):
     return sos.SecondOrderSystem(*parts), least_norm(*parts)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(8))
 def test_the_bound_is_exact(seed):
     one, bound = plant(seed)
     U = np.eye(one.n)[:1] if seed % 2 else None
