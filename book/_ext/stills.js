@@ -35,7 +35,7 @@ console.log(JSON.stringify(page.map(data => {
   const figure = (picture, words) => `<figure class="sos-panel">${picture}<figcaption class="sos-caption">${
     escape(words)}</figcaption></figure>`;
   return `<p class="sos-title">${escape(wish.data.title)}</p><p class="sos-say">${
-           escape(wish.sentence.slice(0, -1))}: <em class="sos-${wish.kind}">${wish.word}</em>.</p>` +
+           escape(wish.sentence.slice(0, -1))}: <em class="sos-${wish.kind}">${wish.word}.</em></p>` +
     `<div class="sos-panels">${figure(wish.map(design), wish.captions[0])}${
       figure(wish.step(design), wish.captions[1])}</div>`;
 })));

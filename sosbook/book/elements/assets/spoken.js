@@ -60,7 +60,7 @@ export function speak(form, force = false) {
     };
     line.innerHTML =
       pieces.map((piece, k) => piece.text === undefined ? control(form, piece) : html(piece, k)).join("") +
-      `: <em role="status"></em>.`;
+      `: <em role="status"></em>`;
     line.dataset.shape = shape;
     const next = slot && field(form, slot);
     if (next) {
@@ -82,7 +82,7 @@ export function speak(form, force = false) {
   }
   const end = line.querySelector("em");
   end.className = `sos-${form.kind}`;
-  if (end.textContent !== word) end.textContent = word;
+  if (end.textContent !== `${word}.`) end.textContent = `${word}.`;
   form.setAttribute("aria-label", `${form.data.title}. ${form.sentence}`);
   measure(form);
 }
