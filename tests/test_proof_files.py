@@ -187,8 +187,35 @@ CORNERS = [[0.3, 0.1, 0, 0], [0.3, -0.1, 0, 0]]
 TRACKS = sos.SecondOrderSystem(
     np.eye(2), 0.1 * np.eye(2), [[1, -0.5], [-0.5, 1]], np.eye(2)
 )
+
+
+def ticks(a=(0.5, 1.2)):
+    """A family of plants of discrete time."""
+
+    def builder(a):
+        A, B = [[a, 0.9], [-0.3, 1.1]], [[0.2], [1]]
+        return sos.DescriptorSystem(
+            [[1, 0.1], [0, a + 0.5]], A, B, B, C=[[1, 0]], D_u=[[0.1]], dt=0.05
+        )
+
+    return sos.Uncertain(builder, a=a)
+
+
+AT_TICKS = dict(
+    region=sos.LMIRegion.disk(0.97),
+    gamma=30.0,
+    requirements=[sos.H2(30.0), sos.QuadraticCost(np.eye(2), ONE, "F", 99.0)],
+)
 # What the stand-alone checker decides, and what it must pass on.
 PROOFS = {
+    "ticks, pairs": lambda: sos.design_pid(ticks(), **AT_TICKS).certify(),
+    "ticks, slack": lambda: sos.design_pid(
+        ticks(), coupling="slack", **AT_TICKS
+    ).certify(),
+    "ticks, known gain": lambda: known(ticks(), [[-0.6, -1.6]], **AT_TICKS),
+    "ticks, states": lambda: sos.design_pid(
+        ticks(), requirements=[sos.QuadraticCost(np.eye(2), ONE, bound=99.0)]
+    ).certify(),
     "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
     "known gain": lambda: known(
         sos.Uncertain(moving, m=(0.5, 2), v=(-1, 3)),
@@ -370,6 +397,10 @@ def growing(plant, requirement, gain=((0.0, 0.0),)):
 
 
 EXCLUDED = {
+    "ticks, a fixed mode": lambda: sos.design_pid(
+        sos.DescriptorSystem(np.eye(2), [[0.5, 1], [0, 1.2]], [[1], [0]], dt=0.1)
+    ),
+    "ticks, too small a norm": lambda: sos.design_pid(ticks(), gamma=0.1),
     "too little force": lambda: sos.design_pid(
         mass(D=[[-1.0]], S=ONE), saturation=sos.Saturation(0.5, [1, 0])
     ),

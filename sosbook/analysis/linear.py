@@ -86,8 +86,30 @@ def closed_loop(d, K):
     return library("control").ss(A, B, C, D, **names)
 
 
-def hinf_norm(d, K):
+def unstable(A, step=None):
+    """True if x' = ``A`` x doesn't die out; with a ``step`` x' is (x(k+1) - x(k)) /
+    step, and x(k) is meant.
+    """
+    poles = np.linalg.eigvals(A)
+    if step is not None:
+        return np.abs(1 + step * poles).max() >= 1
+    return poles.real.max() >= 0
+
+
+def gramian(A, weight, step):
+    """X with A X + X A' + step A X A' + ``weight`` = 0: where x(k+1) = (I + step A)
+    x(k) + w and w has the covariance step times the weight, that of x is X.
+    """
+    from scipy.linalg import solve_discrete_lyapunov
+
+    return solve_discrete_lyapunov(np.eye(len(A)) + step * A, step * weight)
+
+
+def hinf_norm(d, K, step=None):
     """H-infinity norm of d under u = K x, from w to y; infinite if it is unstable.
+
+    With a ``step`` it is that of a plant of discrete time whose change is d: the
+    bilinear z = (1 + step s / 2) / (1 - step s / 2) takes the circle to the axis.
 
     Notes
     -----
@@ -98,12 +120,27 @@ def hinf_norm(d, K):
     """
     from .precise import ExactLoop, in_rationals
 
+    if step is not None:
+        return _norm_of_ticks(d, K, step)
     if in_rationals(d, K):
         return ExactLoop(d, K).hinf_norm()
     _, _, B = d.state_space()
     d = d.explicit()
     D = 0.0 if d.Dw is None else d.Dw
     return peak_gain(loop_matrix(d, K), B, d.output(K), D)
+
+
+def _norm_of_ticks(d, K, step):
+    """`hinf_norm` of a plant of discrete time: its (z - 1) / step is s / (1 - step s /
+    2) with such an s.
+    """
+    A, (_, _, B) = loop_matrix(d, K), d.state_space()
+    if unstable(A, step):
+        return np.inf
+    middle = np.eye(len(A)) + step / 2 * A
+    C = np.linalg.solve(middle.T, d.output(K).T).T
+    D = (0.0 if d.Dw is None else d.Dw) - step / 2 * C @ B
+    return peak_gain(*(np.linalg.solve(middle, x) for x in (A, B)), C, D)
 
 
 def peak_gain(A, B, C, D=0.0):

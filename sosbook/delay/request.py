@@ -120,7 +120,7 @@ class DelayRequest(ReadOnly):
             if self.gain is None:
                 put(self, "gain", np.eye(self.plant.m))
         else:
-            put(self, "plant", checked_plant(self.plant))
+            put(self, "plant", checked_plant(self.plant, of="a late input"))
             put(self, "free", _free(self.plant, self.U))
         if self.gain is not None:
             K, shape = self.gain, (self.plant.m, self.free.order)

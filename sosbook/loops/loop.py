@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.linear import hinf_norm
 from ..analysis.margins import DiskMargin
 from ..exact.checker.families import CONSTANT
 from ..exact.rational import exact
@@ -257,9 +256,8 @@ class Loop(ReadOnly):
         if self.clock is not None:
             raise ValueError("the norm of a loop whose input is late isn't computed")
         request = self.request
-        asked = request.applied.asked(asked)
-        K = request.state_gain
-        return max(hinf_norm(asked.seen(d), K) for d in request.vertices)
+        asked = request.applied.asked(asked).stepped(request.step)
+        return asked.truth(request.vertices, request.state_gain)
 
     def static(self, r: Any = None, w: Any = None) -> tuple:
         """Where every vertex comes to rest: (x, u), (vertices, N) and (vertices, m).

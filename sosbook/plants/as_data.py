@@ -1,10 +1,10 @@
 """Plants as plain data, and back again: as proof files have them, or people write."""
 
-from ..exact.rational import decimal, decimals, read_array
+from ..exact.rational import decimal, decimals, read_array, read_number
 from ..runtime.sparse import issparse
 from .checks import as_written
 from .descriptor import OF_ARGUMENTS
-from .descriptor_system import DescriptorSystem
+from .descriptor_system import DescriptorSystem, of_next
 from .gain import states_data
 from .reduction import Reduction
 from .second_order import Polytope, SecondOrderSystem
@@ -37,9 +37,10 @@ def _whole_data(plant):
         one = common.keys() <= {"C", "D_u"} and common
         if not one:  # they are written beside each vertex
             names |= {"C": "C"} | OF_ARGUMENTS
-        several = [
-            {k: getattr(d, name) for k, name in names.items()} for d in plant.vertices
-        ]
+        loops = plant.vertices
+        if plant.dt is not None:  # a file has x(k+1)
+            loops = [of_next(d, plant.dt).map(lambda x: x.astype(float)) for d in loops]
+        several = [{k: getattr(d, name) for k, name in names.items()} for d in loops]
         written = [
             {k: None if x is None else decimals(x) for k, x in v.items()}
             for v in several
@@ -71,8 +72,10 @@ def read_plant(data, names=None):
     more = {"reduction": part} | ({"coordinates": names} if names else {})
     if "states" in data:
         more["states"] = tuple(data["states"])
+    if "dt" in data:
+        more["dt"] = read_number(data["dt"])
     if "parameters" in data:
-        own = "kind", "reduced", "states"
+        own = "kind", "reduced", "states", "dt"
         matrices = {k: rows for k, rows in data.items() if k not in own}
         kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
         return Uncertain.read(kinds[data["kind"]], matrices, **more).polytope()

@@ -9,6 +9,7 @@ import numpy as np
 from ..exact.rational import exact
 from .checks import matrix
 from .descriptor import OF_ARGUMENTS
+from .descriptor_system import of_next
 from .parametric import ParameterError, Symbolic, building, parameters
 from .suspicions import divided
 
@@ -35,7 +36,7 @@ def built(builder, box):
     one = next(iter(parameters(box).values()))
     matrices, rest = {}, {}
     for name, given in made.given.items():
-        if name == "coordinates":
+        if name in ("coordinates", "states", "dt"):
             rest[name] = given
         elif given is not None:
             matrices[name] = _entries(name, given, one)
@@ -189,7 +190,7 @@ def check_by_numbers(builder, box, expected):
         if isinstance(plant, Symbolic):  # made of symbols of sympy, not of arguments
             return _tell(said, False)
         for name, mine in expected(point).items():
-            given = _matrix_of(plant.vertices[0], name)
+            given = np.asarray(_matrix_of(_first(plant), name), float)
             largest = np.abs(given).max(initial=0.0)
             if given.shape != mine.shape or (
                 np.abs(given - mine).max(initial=0.0) > CHECKED_TO * largest
@@ -212,6 +213,12 @@ def _tell(said, lagrange):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
+def _first(plant):
+    """The first vertex as the builder has it: of discrete time with x(k+1)."""
+    d, dt = plant.vertices[0], getattr(plant, "dt", None)
+    return d if dt is None else of_next(d, dt)
+
+
 def _matrix_of(vertex, name):
     """The matrix of a plant, or of a `Descriptor`, by its constructor's name."""
     if hasattr(vertex, "Bu"):
@@ -230,7 +237,7 @@ def along(base, changes, rows):
             "base must be one SecondOrderSystem or DescriptorSystem, got "
             f"{type(base).__name__}"
         )
-    names, (vertex,) = rows[type(base)], base.vertices
+    names, vertex = rows[type(base)], _first(base)
     parts = [_matrix_of(vertex, name) for name in names]
     high, wide = len(parts[0]), sum(x.shape[1] for x in parts)
     ranges, steps = {}, {}
@@ -252,7 +259,9 @@ def along(base, changes, rows):
         steps[name] = sum(exact(u.T) @ exact(w) for u, w in pairs)
     whole, cuts = exact(np.hstack(parts)), np.cumsum([x.shape[1] for x in parts])[:-1]
     second = hasattr(vertex, "M")
-    beside = {"coordinates": base.coordinates} if second else base.outputs
+    beside = (
+        {"coordinates": base.coordinates} if second else base.outputs | {"dt": base.dt}
+    )
 
     def builder(**values):
         total = whole.view(np.ndarray)

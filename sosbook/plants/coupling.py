@@ -85,6 +85,10 @@ class Coupling:
         """The condition of a refusal, in words: ("slack = 0.1 s",) or nothing."""
         return ()
 
+    def of_ticks(self, step):
+        """The same for a plant with the tick ``step``, None in continuous time."""
+        return self
+
     def settled(self, request):
         """The coupling to be taken for a ``request``: itself, unless it `chooses`."""
         return self
@@ -216,6 +220,12 @@ class PPerVertex(Coupling):
     own_P: ClassVar[bool] = True
     unknown_words: ClassVar[str] = "P_i, V"
     slack: float | None = None
+
+    def of_ticks(self, step):
+        """With the tick as scalar no gain of one plant is lost: de Oliveira, Bernussou
+        and Geromel (1999).
+        """
+        return self if step is None or not self.open else PPerVertex(step)
 
     @property
     def condition(self):

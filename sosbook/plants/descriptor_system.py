@@ -1,14 +1,15 @@
 """Plants and loops in first order, where the second-order form ends."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..exact.rational import exact
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
-from .checks import check_rank, checked_names, matrices_of, matrix
+from .checks import check_rank, checked_names, matrices_of, matrix, positive
 from .descriptor import MATRICES, OF_ARGUMENTS, Descriptor, combined
 from .parametric import MayBeSymbolic
 from .reduction import Reduction, balanced
@@ -20,6 +21,9 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
 
     For plants from which a state was taken out, and for closed loops
     with an observer or a filter. Its controllers are u = K x.
+
+    With ``dt`` it is a plant of discrete time, E x(k+1) = A x(k) + B u(k) + B_w w(k),
+    y(k) = C x(k) + D_u u(k) + D_w w(k): an identified model, or one from a file.
 
     Parameters
     ----------
@@ -45,11 +49,26 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         What it was before sensors that are late were joined: a law does it.
     states : sequence of N str, optional
         What the states are called, by proofs too; x1, x2, ... without it.
+    dt : float, optional
+        The time from one tick to the next, in s, of a plant of discrete time. Regions
+        are of its poles z then: ``LMIRegion.disk(0.9)`` asks for abs(z) < 0.9. The H2
+        norm and the cost are means over the ticks, with noise of variance one at each.
+
+    Notes
+    -----
+    The ``vertices`` of a plant of discrete time are those of its change from tick to
+    tick: with v = (x(k+1) - x(k)) / dt it is dt E v = (A - E) x + B u + B_w w, which
+    is one of continuous time with v in the place of x'. A pole z is s = (z - 1) / dt
+    there, and stability is the disk of radius 1 / dt around -1 / dt. x' P x rises in a
+    tick by dt (2 x' P v + dt v' P v): each theorem has one more term, of size dt.
 
     Examples
     --------
     >>> DescriptorSystem(np.eye(2), [[0, 1], [-2, -3]]).order
     2
+    >>> plant = DescriptorSystem(1, 1.2, 0.5, dt=0.1)
+    >>> plant.vertices[0].E, plant.vertices[0].A
+    (array([[0.1]]), array([[0.2]]))
     """
 
     E: np.ndarray
@@ -63,6 +82,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
     reduction: Reduction | None = None
     sensed: Any = None
     states: Any = None
+    dt: float | None = None
 
     if TYPE_CHECKING:  # what the constructor takes, and makes
 
@@ -82,7 +102,9 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             reduction: Reduction | None = None,
             sensed: Any = None,
             states: Iterable[str] | None = None,
-        ) -> None: ...
+            dt: float | None = None,
+        ) -> None:
+            """Take the matrices, and what else is known."""
 
     #: The `Uncertain` whose vertices these are; None where they were given.
     family = None
@@ -94,6 +116,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         reduction: Reduction | None = None,
         sensed: Any = None,
         states: Any = None,
+        dt: float | None = None,
     ) -> "DescriptorSystem":
         """The polytope of some vertices.
 
@@ -101,20 +124,32 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         ----------
         vertices : sequence of Descriptor
             They have the same sizes.
-        reduction, sensed, states
-            As of the class.
+        reduction, sensed, states, dt
+            As of the class; with ``dt`` they are those of the change.
         """
-        several: Any = [[getattr(d, x) for d in vertices] for x in MATRICES]
-        given: Any = [None if x[0] is None else x for x in several]
+        shown = list(vertices)
+        if dt is not None:
+            shown = [of_next(d, dt).map(lambda x: x.astype(float)) for d in vertices]
+        several: Any = [[getattr(d, x) for d in shown] for x in MATRICES]
+        alone = len(shown) == 1
+        given: Any = [None if x[0] is None else x[0] if alone else x for x in several]
         made = cls(*given)
         object.__setattr__(made, "reduction", reduction)
         object.__setattr__(made, "sensed", sensed)
         object.__setattr__(made, "states", checked_names(states, made.order, "states"))
+        object.__setattr__(made, "dt", dt)
         object.__setattr__(made, "vertices", tuple(vertices))
         return made
 
     def __post_init__(self):
         """Check the shapes and make the vertices."""
+        if self.dt is not None:
+            object.__setattr__(self, "dt", positive("dt", self.dt))
+            if self.C_a is not None:
+                raise ValueError(
+                    "C_a weighs x', which a plant of discrete time hasn't: leave it "
+                    "out, and write what is weighed as C x + D_u u + D_w w"
+                )
         N = len(matrices_of("E", self.E)[0])
         object.__setattr__(self, "states", checked_names(self.states, N, "states"))
         empty = {"B": (N, 0), "B_w": (N, 0), "C": (0, N)}
@@ -141,12 +176,16 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
             lists[name] = matrices * (count // len(matrices))
         for E in lists["E"]:
             check_rank(E, "E is singular at a vertex", 1e-14)
-        object.__setattr__(self, "vertices", tuple(map(Descriptor, *lists.values())))
+        several = map(Descriptor, *lists.values())
+        if self.dt is not None:
+            several = (of_change(d, self.dt) for d in several)
+        object.__setattr__(self, "vertices", tuple(several))
 
     def __repr__(self):
         corners = "" if len(self.vertices) == 1 else f"{len(self.vertices)} vertices, "
+        ticks = "" if self.dt is None else f"ticks of {self.dt:g} s, "
         return (
-            f"<DescriptorSystem: {corners}order {self.order}, {self.m} inputs, "
+            f"<DescriptorSystem: {ticks}{corners}order {self.order}, {self.m} inputs, "
             f"{self.p} disturbances, {self.n} outputs>"
         )
 
@@ -156,6 +195,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         alike = str(self.reduction) == str(other.reduction)
         return (
             alike
+            and self.dt == other.dt
             and len(self.vertices) == len(other.vertices)
             and all(
                 _equal(getattr(a, name), getattr(b, name))
@@ -188,12 +228,12 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         def mean(some):
             return sum(w * x for w, x in zip(given, some))
 
-        d = combined(self.vertices, mean)
-        arguments = {name: word for word, name in OF_ARGUMENTS.items()}
-        known = {arguments.get(name, name): getattr(d, name) for name in MATRICES}
-        own = "reduction", "sensed", "states"
-        whole = {x: getattr(self, x) for x in own}
-        return DescriptorSystem(**known, **whole)
+        return self.having([combined(self.vertices, mean)])
+
+    def having(self, vertices: "Sequence[Descriptor]") -> "DescriptorSystem":
+        """The same system with other ``vertices``, as `of` takes them."""
+        own = "reduction", "sensed", "states", "dt"
+        return DescriptorSystem.of(vertices, **{x: getattr(self, x) for x in own})
 
     def reduce(self, states: int) -> "DescriptorSystem":
         """The system in fewer states, which knows that it is a part of this one.
@@ -221,6 +261,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         """
         if self.reduction is not None or len(self.vertices) > 1:
             raise ValueError("reduce one whole system: this has vertices, or is a part")
+        if self.dt is not None:
+            raise ValueError(OF_TICKS.format("reduce"))
         (d,) = self.vertices
         basis, back = balanced(d, states)
         A, B, B_w = d.state_space()
@@ -282,6 +324,40 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
                 return {}
         every = {k: getattr(first, x) for k, x in names.items()}
         return {k: x for k, x in every.items() if x is not None}
+
+
+OF_TICKS = (
+    "the plant is one of discrete time (dt is given), and {} is for plants of "
+    "continuous time: design_pid, analyse_pid and design_lqr take both, with regions, "
+    "norms and a quadratic cost"
+)
+
+
+def of_change(d, dt):
+    """A `Descriptor` of x(k+1) as the one of v = (x(k+1) - x(k)) / dt: its floats are
+    next to the rationals dt E and A - E, which it keeps.
+    """
+    exactly = d.map(exact)
+    E, A = exact(dt) * exactly.E, exactly.A - exactly.E
+    made = replace(d, E=E.astype(float), A=A.astype(float))
+    vars(made)["_exactly"] = replace(exactly, E=E, A=A)
+    return made
+
+
+def keep(plant, matrices):
+    """Let the one vertex of a ``plant`` know its rationals, ``matrices`` by name."""
+    (d,), dt = plant.vertices, getattr(plant, "dt", None)
+    d.keep(matrices)
+    if dt is not None:
+        known = vars(of_change(vars(d)["_exactly"], dt))
+        vars(d)["_exactly"] = known["_exactly"]
+
+
+def of_next(d, dt):
+    """The `Descriptor` of x(k+1), in rationals, from that of `of_change`."""
+    exactly = d.map(exact)
+    E = exactly.E / exact(dt)
+    return replace(exactly, E=E, A=exactly.A + E)
 
 
 def _equal(a, b):

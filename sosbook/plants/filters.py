@@ -67,7 +67,7 @@ def filtered(
         raise ValueError("the filter isn't proper: its numerator has a higher power")
     if len(den) > 1 and np.roots(den).real.max() >= 0:
         raise ValueError("the filter isn't stable: its poles must lie in Re s < 0")
-    checked = checked_plant(plant)
+    checked = checked_plant(plant, of="filtered")
     vertices: Sequence[Descriptor]
     if isinstance(checked, DescriptorSystem):
         if U is not None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..exact.rational import decimal
 from ..runtime.array_like import ArrayLike
 from ..runtime.names import claimed
 from ..runtime.read_only import ReadOnly
@@ -171,6 +172,9 @@ def signals(plant, U=None, older=0):
 
 
 def states_data(plant):
-    """The names of the states of a ``plant`` that has some, for `plant_data`."""
-    names = getattr(plant, "states", None)
-    return {} if names is None else {"states": claimed(names)}
+    """The names of the states of a ``plant`` that has some, and its tick, for
+    `plant_data`.
+    """
+    names, dt = getattr(plant, "states", None), getattr(plant, "dt", None)
+    found = {} if names is None else {"states": claimed(names)}
+    return found if dt is None else found | {"dt": decimal(dt)}

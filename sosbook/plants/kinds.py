@@ -6,7 +6,7 @@ import numpy as np
 
 from ..exact.checker.families import every
 from ..runtime.array_like import ArrayLike
-from .descriptor_system import DescriptorSystem
+from .descriptor_system import OF_TICKS, DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
 from .uncertain import Uncertain
 
@@ -24,9 +24,10 @@ class Prepared(ABC):
         """The plant and its K_A; raises ValueError if another ``K_A`` is given."""
 
 
-def checked_plant(plant, kinds=Plant):
+def checked_plant(plant, kinds=Plant, of=None):
     """The ``plant``, if it is of the ``kinds``, or a ValueError that says what to give
-    instead. Here alone a family with parameters becomes the polytope around it.
+    instead. Here alone a family with parameters becomes the polytope around it. ``of``
+    names what takes no plant of discrete time; without it they are taken, too.
 
     >>> checked_plant([SecondOrderSystem(1, 1, 1, 1)], SecondOrderSystem)
     Traceback (most recent call last):
@@ -35,6 +36,8 @@ def checked_plant(plant, kinds=Plant):
     if isinstance(plant, Uncertain):
         plant = plant.polytope()
     if isinstance(plant, kinds):
+        if of is not None and getattr(plant, "dt", None) is not None:
+            raise ValueError(OF_TICKS.format(of))
         return plant
     cure = ": wrap it in Polytope([...])" if isinstance(plant, (list, tuple)) else ""
     if isinstance(plant, Prepared):

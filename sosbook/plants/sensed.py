@@ -216,6 +216,7 @@ def sensed(plant, seen, lag):
     function = partial(_with_lags, *parts, exact(lag))
     names = (*signals(plant), *np.array(seen.names, object)[late])
     known = dict(sensed=Sensed(seen.C[late], seen.n, plant), states=names)
+    known |= {"dt": plant.dt} if isinstance(plant, DescriptorSystem) else {}
     if plant.family is not None:
         return joined_family(plant.family, function, **known).polytope()
     vertices = plant.vertices

@@ -12,7 +12,7 @@ from ..exact.rational import exact, rational_matrix
 from .bernstein import NO_RANGES, Box, corners_hold, spelled
 from .checks import as_written, checked_names
 from .checks import count as whole
-from .descriptor_system import DescriptorSystem
+from .descriptor_system import DescriptorSystem, keep
 from .parametric import ParameterError, made_of
 from .polynomials import Polynomials, check_regular, read_entries, read_ranges
 from .second_order import Polytope, SecondOrderSystem
@@ -336,7 +336,7 @@ class Uncertain:
             floats = {name: x.astype(float) for name, x in matrices.items()}
             plant = self.kind(**floats, **self._rest)
         if kept:
-            plant.vertices[0].keep(matrices)
+            keep(plant, matrices)
         return plant
 
     def halves(self, name: str | None = None) -> "tuple[Uncertain, Uncertain]":
@@ -384,7 +384,7 @@ class Uncertain:
     @cached_property
     def _around(self):
         several = [v.vertices[0] for v in self._corners]
-        own = {k: self._rest.get(k) for k in ("reduction", "sensed", "states")}
+        own = {k: self._rest.get(k) for k in ("reduction", "sensed", "states", "dt")}
         one = self.kind is SecondOrderSystem
         plants = Polytope(several) if one else DescriptorSystem.of(several, **own)
         object.__setattr__(plants, "family", self)

@@ -18,16 +18,12 @@ from ..plants.checks import positive
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..plants.outputs import Output
+from ..runtime.later import later
 from ..runtime.names import OfKind
 from ..runtime.read_only import ReadOnly, put
 from .known_gain import KnownVertex
 from .posed import PosedLoop
 from .vocabulary import KINDS, Parameter
-
-ONE_BY_ONE = (
-    "a request takes one of them. Design for one, and ask the other of the gain: "
-    "analyse_pid(plant, design.K, {}), with the same U or law"
-)
 
 
 class Requirement(OfKind, ABC, ReadOnly):
@@ -90,6 +86,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     titles: dict[str, str] = {}
     outputs: Output | None = None
     inputs: tuple | None = None
+    step: float | None = None
 
     def __post_init__(self):
         if self.bound is not None:
@@ -229,6 +226,12 @@ class Requirement(OfKind, ABC, ReadOnly):
         N, c = parts.rows.shape[1], len(parts.states)
         return self.resized(N, N + c) if c else self
 
+    def stepped(self, step: float | None) -> "Requirement":
+        """The same for the change from tick to tick, ``step`` s, of a plant of discrete
+        time: see `DescriptorSystem`; for one of continuous time where it is None.
+        """
+        return later("requirements.in_steps", "with_step")(self, step)
+
     def of_plant(self) -> "Requirement":
         """The same of a plant whose output and disturbances are those it is about."""
         return self
@@ -322,10 +325,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         return None
 
     def rate(self) -> tuple | None:
-        """(rank, typical rate in rad/s); None where it names no rate.
-
-        One of rank 2 is for plants that have none, such as free masses.
-        """
+        """(rank, typical rate in rad/s), of rank 2 for plants without one; or None."""
 
     def riccati(self) -> Any:
         """(Q, R) of the Riccati equation that it is about, or None."""
@@ -340,14 +340,14 @@ class Requirement(OfKind, ABC, ReadOnly):
                 contents[field.name] = decimals(value)
             elif isinstance(value, (int, float)) and not isinstance(value, bool):
                 contents[field.name] = decimal(value)
+        contents.pop("step", None)  # the plant has it
         return contents
 
     @classmethod
     def of_data(cls, data: dict) -> "Requirement":
         """The requirement of `data`, of this kind."""
-        return cls(
-            **{k: _value(v) for k, v in data.items() if k not in ("kind", "name")}
-        )
+        fixed = "kind", "name"
+        return cls(**{k: _value(v) for k, v in data.items() if k not in fixed})
 
     # what follows
 
@@ -384,7 +384,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         if cls is None:
             kind = f"a requirement of the kind {data['kind']!r} isn't known"
             raise ValueError(f"{kind}: import the module that defines it")
-        text = ("claim", "theorem")  # for those who haven't the class
+        text = "claim", "theorem"  # for those who haven't the class
         return cls.of_data({k: v for k, v in data.items() if k not in text})
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .. import analysis, theorems
+from ..analysis.linear import gramian, unstable
 from ..analysis.riccati import lyapunov
 from ..exact.definite import definite, exact, inverse
 from ..language import Unknown, eye, he
@@ -17,10 +18,10 @@ from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import put
-from .base import ONE_BY_ONE, Requirement
+from .base import Requirement
 from .known_gain import KnownVertex
 from .posed import PosedLoop
-from .vocabulary import COST
+from .vocabulary import COST, ONE_BY_ONE
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,9 @@ class QuadraticCost(Requirement):
         matrix in floats then.
     N : (s, m) array_like, optional
         Weighs 2 x' N u, too. [Q N; N' R] is semidefinite, and mended as Q is.
+    step : float, optional
+        As in `Requirement`: a request sets it. Of a plant of discrete time the cost is
+        the mean over the ticks.
 
     Raises
     ------
@@ -71,6 +75,7 @@ class QuadraticCost(Requirement):
     bound: float | None = None
     C: np.ndarray | None = None
     N: np.ndarray | None = None
+    step: float | None = None
 
     kind = name = promise = "cost"
     parameter = COST
@@ -93,6 +98,7 @@ class QuadraticCost(Requirement):
             bound: float | None = None,
             C: ArrayLike | None = None,
             N: ArrayLike | None = None,
+            step: float | None = None,
         ) -> None: ...
 
     def __post_init__(self):
@@ -196,13 +202,14 @@ class QuadraticCost(Requirement):
 
     def once(self, loop: PosedLoop) -> Iterable:
         J = loop.own["J"]
-        yield "trace", (), theorems.trace_bound(J, loop.level(self))
+        level = self._level(loop.level(self), loop.step(self))
+        yield "trace", (), theorems.trace_bound(J, level)
         if self.noise == "states" and loop.epsilon is None:
             yield "cost", (), theorems.lqr_cost(loop.near(loop.P), self._one(loop), J)
 
     def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         c, weights = self._mixed_into(c, c.EP, loop), self._weights(loop)
-        yield "lqr", theorems.lqr_decay(c, *weights)
+        yield "lqr", theorems.lqr_decay(c, *weights, loop.step(self))
         if self.noise == "F":
             yield "cost", theorems.lqr_cost(c.EPE, c.Bw, loop.own["J"])
 
@@ -213,18 +220,20 @@ class QuadraticCost(Requirement):
             noise = self._one(loop)
         yield "cost", theorems.lqr_cost(inner, noise, loop.own["J"])
         c, weights = self._mixed_into(c, c.EV, loop), self._weights(loop)
-        yield "lqr", theorems.slack_lqr_decay(c, *weights, loop.epsilon)
+        how = loop.epsilon, loop.step(self)
+        yield "lqr", theorems.slack_lqr_decay(c, *weights, *how)
 
     def known_gain(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
-        yield "lqr", theorems.free_lqr_decay(c, self._known_weight(c))
+        yield "lqr", theorems.free_lqr_decay(c, self._known_weight(c), c.step(self))
         J = c.own.get("J")
         if self.noise == "states":
             noise = c.state(exact(np.eye(len(c.E))))
             J = noise.T @ c.P @ noise
         else:
             yield "cost", theorems.free_gramian(c, J, c.own["H"])
-        yield "trace", theorems.trace_bound(J, c.level(self) * c.mu)
+        level = self._level(c.level(self) * c.mu, c.step(self))
+        yield "trace", theorems.trace_bound(J, level)
 
     def known_gain_unknowns(self, c: KnownVertex) -> dict:
         mu = c.rate / np.linalg.norm(self._known_weight(c), 2)
@@ -234,6 +243,14 @@ class QuadraticCost(Requirement):
             units[Unknown("J", p, symmetric=True)] = c.reach**2 or 1.0
             units[Unknown("H", N, N)] = 1.0
         return units
+
+    def _level(self, level, step):
+        """The bound of tr J. From tick to tick x' P x falls by ``step`` times the cost;
+        noise on x(k+1) adds tr P, and B_w w adds step^2 B_w' E'^-1 P E^-1 B_w.
+        """
+        if not step:
+            return level
+        return level * step if self.noise == "states" else level / step
 
     def _known_weight(self, c):
         """Q + K' R K in the arithmetic and coordinates of a vertex."""
@@ -276,12 +293,14 @@ class QuadraticCost(Requirement):
         return max(noise_cost(d, K, self) for d in loops)
 
     def noise_input(self, d: Descriptor) -> np.ndarray:
-        """Where the noise enters x' of a vertex ``d``, (N, q)."""
+        """Where the noise enters x', or x(k+1), of a vertex ``d``, (N, q)."""
         if self.noise == "states":
             return np.eye(len(d.E))
-        return np.linalg.solve(d.E, d.Bw)
+        return np.linalg.solve(d.E, d.Bw) * (self.step or 1.0)
 
     def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
+        if self.step is not None:
+            return None
         A, noise = analysis.loop_matrix(d, K), self.noise_input(d)
         X = lyapunov(A.T, -_weight(self, K))
         Y = lyapunov(A, -noise @ noise.T)
@@ -297,10 +316,13 @@ def noise_cost(d, K, cost):
     """The true cost of a vertex ``d`` under u = ``K`` x by the weights and noise of a
     ``cost``, (2.30) and (2.31) with W = I; infinite for an unstable loop.
     """
-    A = analysis.loop_matrix(d, K)
-    if np.linalg.eigvals(A).real.max() >= 0:
+    A, weight, step = analysis.loop_matrix(d, K), _weight(cost, K), cost.step
+    if unstable(A, step):
         return np.inf
-    X = lyapunov(A.T, -_weight(cost, K))
+    if step is None:
+        X = lyapunov(A.T, -weight)
+    else:
+        X = gramian(A.T, weight / step, step)
     noise = cost.noise_input(d)
     return float(np.trace(noise.T @ X @ noise))
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import theorems
-from ..analysis.linear import loop_matrix
+from ..analysis.linear import gramian, loop_matrix, unstable
 from ..analysis.riccati import lyapunov
 from ..language import Unknown
 from ..plants.coupled import Coupled, SlackVertex
@@ -34,6 +34,8 @@ class H2(Channel):
     name : str
         Tells several of them apart; one that isn't "h2" is also what ``minimize``
         takes.
+    step : float, optional
+        As in `Requirement`: a request sets it.
 
     Notes
     -----
@@ -58,6 +60,7 @@ class H2(Channel):
     outputs: Output | None = None
     inputs: Sequence[int] | None = None
     name: str = "h2"
+    step: float | None = None
 
     kind = "h2"
     plain = H2_NORM
@@ -96,18 +99,20 @@ class H2(Channel):
         yield "trace", (), theorems.trace_bound(loop.own[self._J], loop.level(self))
 
     def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
-        yield "noise", theorems.h2_noise(c)
+        yield "noise", theorems.h2_noise(c, loop.step(self))
         yield "output", theorems.h2_output(c.EPC, c.EPE, loop.own[self._J])
 
     def slack(self, loop: PosedLoop, c: SlackVertex, i: int) -> Iterable:
-        yield "noise", theorems.slack_h2_noise(c, loop.epsilon)
+        yield "noise", theorems.slack_h2_noise(c, loop.epsilon, loop.step(self))
         yield "output", theorems.h2_output(c.EVC, c.EPE, loop.own[self._J])
 
     def known_gain(self, c: KnownVertex) -> Iterable:
         yield "mu", c.mu
-        yield "decay", theorems.free_lqr_decay(c, c.C.T @ c.C)
+        step, level = c.step(self), c.level(self) * c.mu
+        yield "decay", theorems.free_lqr_decay(c, c.C.T @ c.C, step)
         yield "noise", theorems.free_gramian(c, c.own["J"], c.own["H"])
-        yield "trace", theorems.trace_bound(c.own["J"], c.level(self) * c.mu)
+        level = level / step if step else level
+        yield "trace", theorems.trace_bound(c.own["J"], level)
 
     def known_gain_unknowns(self, c: KnownVertex) -> dict:
         N, p = c.B.shape
@@ -120,14 +125,16 @@ class H2(Channel):
     def truth(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
     ) -> float:
-        return max(h2_norm(self.seen(d), K) for d in loops)
+        return max(h2_norm(self.seen(d), K, self.step) for d in loops)
 
 
-def h2_norm(d, K):
-    """The H2 norm of a `Descriptor` d under u = K x; infinite for an unstable loop."""
+def h2_norm(d, K, step=None):
+    """The H2 norm of a `Descriptor` d under u = K x; infinite for an unstable loop.
+    With a ``step`` d is the change from tick to tick.
+    """
     A, (_, _, B) = loop_matrix(d, K), d.state_space()
-    if np.linalg.eigvals(A).real.max() >= 0:
+    if unstable(A, step):
         return np.inf
-    X = lyapunov(A, -B @ B.T)
+    X = lyapunov(A, -B @ B.T) if step is None else gramian(A, step * B @ B.T, step)
     C = d.output(K)
     return float(np.sqrt(np.trace(C @ X @ C.T)))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from .. import analysis, theorems
 from ..exact.rational import decimal
@@ -34,6 +35,8 @@ class HInfinity(Channel):
     name : str
         Tells several of them apart; one that isn't "gamma" is also what
         ``minimize`` takes.
+    step : float, optional
+        As in `Requirement`: a request sets it.
 
     Examples
     --------
@@ -52,6 +55,7 @@ class HInfinity(Channel):
     outputs: Output | None = None
     inputs: Sequence[int] | None = None
     name: str = "gamma"
+    step: float | None = None
 
     kind = "gamma"
     plain = GAMMA
@@ -77,21 +81,24 @@ class HInfinity(Channel):
         return 1.0 if self.mu is None else self.mu
 
     def pair(self, loop, c):
-        yield "hinf", theorems.bounded_real(c, loop.level(self), loop.scalar(self._mu))
+        mu = loop.scalar(self._mu)
+        yield "hinf", theorems.bounded_real(c, loop.level(self), mu, loop.step(self))
 
     def slack(self, loop, c, i):
         mu = loop.scalar(self._mu)
-        yield "hinf", theorems.slack_bounded_real(c, loop.level(self), mu, loop.epsilon)
+        how = mu, loop.epsilon, loop.step(self)
+        yield "hinf", theorems.slack_bounded_real(c, loop.level(self), *how)
 
     def known_gain(self, c):
         yield "mu", c.mu
-        yield "hinf", theorems.free_bounded_real(c, c.level(self))
+        yield "hinf", theorems.free_bounded_real(c, c.level(self), c.step(self))
 
     def known_gain_unknowns(self, c):
         return {Unknown("mu", 1, symmetric=True): c.reach**2 / c.rate or 1.0}
 
     def truth(self, loops, K, K_A=None):
-        return max(analysis.hinf_norm(self.seen(d), K) for d in loops)
+        norm = partial(analysis.hinf_norm, step=self.step)
+        return max(norm(self.seen(d), K) for d in loops)
 
     def bounds_response(self):
         return self.gamma

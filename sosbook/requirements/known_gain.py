@@ -149,6 +149,11 @@ class KnownVertex:
         X = X.astype(float)
         return X if self.T is None else np.linalg.solve(self.T, X)
 
+    def step(self, requirement):
+        """The tick of a requirement's plant, zero in continuous time."""
+        step = requirement.step
+        return 0 if step is None else self.number(np.array(step)).item()
+
     def level(self, requirement):
         """The requirement's bound to the power of its level."""
         parameter = requirement.parameter

@@ -14,6 +14,7 @@ from ..plants.checks import matrix
 from ..plants.coupled import Coupled, SlackVertex
 from ..plants.descriptor import Descriptor
 from ..runtime.array_like import ArrayLike
+from ..runtime.later import later
 from ..runtime.names import sane_name
 from ..runtime.read_only import put
 from .base import Requirement
@@ -219,22 +220,29 @@ class LMIRegion(RegionForms, Region, Requirement):
     def pole_matrices(self) -> tuple:
         return exact(self.alpha), exact(self.beta)
 
+    def stepped(self, step: float | None) -> "LMIRegion":
+        made = later("requirements.in_steps", "InSteps")
+        return self if step is None else made(self, step)
+
+    def matrices(self, number: Any) -> tuple:
+        """alpha and beta in the arithmetic of ``number``."""
+        return number(self.alpha), number(self.beta)
+
     def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
-        alpha, beta = loop.number(self.alpha), loop.number(self.beta)
-        yield "", theorems.pole_region(c, alpha, beta)
+        yield "", theorems.pole_region(c, *self.matrices(loop.number))
 
     def slack(self, loop: PosedLoop, c: SlackVertex, i: int) -> Iterable:
-        alpha, beta = loop.number(self.alpha), loop.number(self.beta)
-        yield "", theorems.slack_pole_region(c, alpha, beta, loop.epsilon)
+        how = *self.matrices(loop.number), loop.epsilon
+        yield "", theorems.slack_pole_region(c, *how)
 
     def known_gain(self, c: KnownVertex) -> Iterable:
-        alpha, beta = c.number(self.alpha), c.number(self.beta)
+        alpha, beta = self.matrices(c.number)
         if self.multiplier_rows == len(alpha):
-            yield "", theorems.free_pole_region(c, alpha, beta, 0 * alpha)
-            return
-        # (|s - q|^2 - rho^2) / rho < 0
-        rho, q = -alpha[:1, :1], -alpha[:1, 1:]
-        yield "", theorems.free_pole_region(c, q * q / rho - rho, -q / rho, 1 / rho)
+            form = alpha, beta, 0 * alpha
+        else:  # (|s - q|^2 - rho^2) / rho < 0
+            rho, q = -alpha[:1, :1], -alpha[:1, 1:]
+            form = q * q / rho - rho, -q / rho, 1 / rho
+        yield "", theorems.free_pole_region(c, *form)
 
     @property
     def multiplier_rows(self) -> int:

@@ -110,6 +110,10 @@ class PosedLoop:
         turn = self.back @ self.T  # the identity, up to rounding
         return turn @ P @ turn.T
 
+    def step(self, requirement):
+        """The tick of a requirement's plant, zero in continuous time."""
+        return 0 if requirement.step is None else self.scalar(requirement.step)
+
     def level(self, requirement):
         """The requirement's level: its own, or the one that is sought."""
         free = self.levels.get(requirement.parameter.key)

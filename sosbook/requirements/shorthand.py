@@ -183,8 +183,9 @@ class Shorthand:
 
     @property
     def region(self):
-        """Where the poles must lie; None if anywhere in the left half."""
-        return PoleRegion.of(self.parts) if self.parts else None
+        """Where the poles must lie, those of ticks as z; None if nothing is said."""
+        parts = [getattr(part, "of_z", part) for part in self.parts]
+        return PoleRegion.of(parts) if parts else None
 
     @property
     def gamma(self):

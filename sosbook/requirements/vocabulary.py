@@ -118,3 +118,9 @@ KINDS = {  # whose class each kind is, by its module: it is found when a file na
     "region": "requirements.lmi_region.LMIRegion",
     "stability": "requirements.stability.Stability",
 }
+
+#: Of two requirements of a kind.
+ONE_BY_ONE = (
+    "a request takes one of them. Design for one, and ask the other of the gain: "
+    "analyse_pid(plant, design.K, {}), with the same U or law"
+)

@@ -109,7 +109,7 @@ def sampled_loop(plant, K, T, delay=0.0, U=None):
     True
     """
     timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
-    K = by_name(K, checked_plant(plant), U, T, delay)
+    K = by_name(K, checked_plant(plant, of="a clock"), U, T, delay)
     full, own = timing.feedback(K, vertices[0])
     return tuple(
         np.vstack([np.hstack(held) @ full, own]) for held in map(timing.held, vertices)
@@ -307,7 +307,7 @@ def input_vertices(plant, U):
 
     Its E is regular. No regularization is taken: no sampler holds its K_A z''.
     """
-    plant = checked_plant(plant)
+    plant = checked_plant(plant, of="a clock")
     try:
         return Request(plant, U).vertices
     except ValueError as error:

@@ -64,7 +64,7 @@ def furthest_sampled(
     >>> proof.proven, round(proof.T[1], 2)
     (True, 1.73)
     """
-    plant = plant_of(checked_plant(plant), K)
+    plant = plant_of(checked_plant(plant, of="a clock"), K)
     K = by_name(K, plant, asked.get("U"), T, delay)
     slowest = asked.pop("rate", 1.0)
     ranges = {"T": T, "delay": delay, "rate": (slowest, 0.0)}

@@ -45,7 +45,7 @@ def sampled_cost(plant, K, Q, R, T, delay=0.0, U=None, x0=None):
     [array([6.35]), array([3.76])]
     """
     timing, vertices = SampleTiming.of(T, delay), input_vertices(plant, U)
-    K = timing.gain(gain_of(K, checked_plant(plant), U), vertices[0])
+    K = timing.gain(gain_of(K, checked_plant(plant, of="a clock"), U), vertices[0])
     Q, R = _weights(Q, R, vertices[0])
     N, order = len(vertices[0].E), K.shape[1]
     start = np.eye(order)

@@ -140,7 +140,7 @@ def by_balls(
 ):  # fmt: skip
     """As `certify_sampled`, for a search: the proof has no text, and balls decide."""
     rate, centre = _rate(rate), finite("centre", centre)
-    plant = plant_of(checked_plant(plant), K)
+    plant = plant_of(checked_plant(plant, of="a clock"), K)
     clocks, floats = TimeBox.of(T, delay), input_vertices(plant, U)
     if centre and (clocks.varies or abs(centre) + rate > 1):
         raise ValueError(

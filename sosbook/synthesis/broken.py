@@ -155,6 +155,7 @@ def alone(d, of):
     of; None without one.
     """
     try:
-        return of_one(d, Reduction.in_states(of, len(d.E)))
+        part = Reduction.in_states(of, len(d.E))
+        return of_one(d, part, getattr(of, "dt", None))
     except ValueError:  # its E is singular
         return None

@@ -2,7 +2,9 @@
 
 from functools import cached_property
 
+from ..exact.checker.families import ticks
 from ..plants.coupling import OneP
+from ..plants.gain import states_data
 from ..plants.kinds import every_plant
 from ..requirements.stability import Stability
 
@@ -32,16 +34,27 @@ class Claims:
         if N > 1 and not self.covers_polytope:
             where = f"each of the {N} vertices (not the plants between)"
         under = request.applied.under if request.plant.m else ""
-        said = [f"{where}{under} is stable"]
+        said = [f"{where}{under} is stable{ticks(states_data(request.plant))}"]
         said += [r.statement for r in request.requirements]
         return list(zip(said, self.owners, strict=True))
+
+    @property
+    def stability(self):
+        """That the plants are stable, as a requirement."""
+        return Stability().stepped(self.request.step)
+
+    def place(self, s):
+        """Where the pole ``s`` of the loops is, in words: of ticks as the plant's z."""
+        step = self.request.step
+        return f"{s:.4g} rad/s" if step is None else f"z = {1 + step * s:.4g}"
 
     @cached_property
     def owners(self):
         """The requirements whose blocks prove stability and what is required."""
         asked = self.request.requirements
         implying = (r for r in asked if r.implies_stability)
-        owners = [next((r for r in implying if r.of_package), Stability())]
+        stated = (r for r in implying if r.of_package)
+        owners = [next(stated, self.stability)]
         for r in asked:
             owned = (o for o in owners[1:] if r.of_package and r.repeats(o))
             owners.append(next(owned, r))

@@ -1,12 +1,14 @@
 """The loop of a gain: its poles, norms, peaks and motions."""
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import analysis
 from ..plants.checks import count, finite
+from ..plants.descriptor_system import OF_TICKS
 from ..plants.second_order import Polytope
 from ..requirements.cost import QuadraticCost, checked_cost
 from ..runtime.array_like import ArrayLike
@@ -53,7 +55,7 @@ class ClosedLoop(Gains[Proven]):
         return self._each(lambda d: analysis.closed_loop(d, K))
 
     def poles(self, samples: int = 0, seed: int = 0) -> np.ndarray:
-        """Closed-loop poles, in rad/s.
+        """Closed-loop poles, in rad/s; of a plant of discrete time its poles z.
 
         Parameters
         ----------
@@ -68,8 +70,26 @@ class ClosedLoop(Gains[Proven]):
             One row for each vertex or sample of a polytope.
         """
         K = self._gain()
-        poles = [analysis.poles(d, K) for d in self._loops(samples, seed)]
-        return self.request.plant.per_vertex(np.array(poles))
+        poles = np.array([analysis.poles(d, K) for d in self._loops(samples, seed)])
+        step = self._step
+        return self.request.plant.per_vertex(
+            poles if step is None else 1 + step * poles
+        )
+
+    @property
+    def pole_axis(self) -> str:  # type: ignore[override]
+        """The words below the picture of its poles."""
+        return super().pole_axis if self._step is None else "poles z"
+
+    @property
+    def _step(self):
+        """The tick of a plant of discrete time, or None."""
+        return getattr(self.request, "step", None)
+
+    def _of_time(self, what):
+        """A ValueError for a plant of discrete time, of which there is no ``what``."""
+        if self._step is not None:
+            raise ValueError(OF_TICKS.format(what))
 
     def hinf(self, samples: int = 0, seed: int = 0) -> float:
         """The largest true H-infinity norm from w to z.
@@ -82,7 +102,8 @@ class ClosedLoop(Gains[Proven]):
         if plant.p == 0 or plant.n == 0:
             lacking = "F" if plant.p == 0 else "C"
             raise ValueError(f"the plant has no {lacking}: there is no such norm")
-        return max(analysis.hinf_norm(d, K) for d in self._loops(samples, seed))
+        norm = partial(analysis.hinf_norm, step=self._step)
+        return max(norm(d, K) for d in self._loops(samples, seed))
 
     def noise_cost(
         self, cost: QuadraticCost | None = None, samples: int = 0, seed: int = 0
@@ -99,7 +120,8 @@ class ClosedLoop(Gains[Proven]):
         K, cost = self._gain(), self.request.cost if cost is None else cost
         if cost is None:
             raise ValueError("cost is missing: the design was made without")
-        return checked_cost(cost).truth(self._loops(samples, seed), K)
+        cost = checked_cost(cost).stepped(self._step)
+        return cost.truth(self._loops(samples, seed), K)
 
     def peak_input(self, samples: int = 0, seed: int = 0) -> float:
         """The largest signal that saturation bounds, from x0.
@@ -171,6 +193,7 @@ class ClosedLoop(Gains[Proven]):
         See `sosbook.analysis.margins.sensitivity_peak`.
         """
         K = self._gain()
+        self._of_time("sensitivity_peak")
         return max(analysis.sensitivity_peak(d, K) for d in self._loops(samples, seed))
 
     def disk_margin(self, samples: int = 0, seed: int = 0) -> "DiskMargin":
@@ -180,6 +203,7 @@ class ClosedLoop(Gains[Proven]):
         `poles`.
         """
         K = self._gain()
+        self._of_time("disk_margin")
         margins = [analysis.disk_margin(d, K) for d in self._loops(samples, seed)]
         return min(margins, key=lambda margin: margin.radius)
 

@@ -134,7 +134,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         K = 0 keeps all that is asked already
         the force at one unit is 0 of the stiffness's
         """
-        if self.K is None or not self.request.law.whole:
+        if self.K is None or self._step or not self.request.law.whole:
             return None
         from .equations import effort_of
 

@@ -42,7 +42,7 @@ def observer_loop(
 
 def _joined(plant, K, L, C, closed):
     """The plant with its observer: the loop, or opened at u."""
-    plant = checked_plant(plant)
+    plant = checked_plant(plant, of="error_loop")
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", C, (None, N))
@@ -78,7 +78,7 @@ def observed(plant, K, L, C):
 
 def vertices_of(plant):
     """One `Descriptor` for each vertex of a plant of any kind."""
-    plant = checked_plant(plant)
+    plant = checked_plant(plant, of="error_loop")
     if isinstance(plant, DescriptorSystem):
         return plant.vertices
     return descriptors(plant)

@@ -193,7 +193,7 @@ def refused_alone(request, k):
     asked = tuple(r for r in request.requirements if r.of_package)
     plant = request.plant
     if isinstance(plant, DescriptorSystem):
-        plant = DescriptorSystem.of([plant.vertices[k]], plant.reduction)
+        plant = plant.having([plant.vertices[k]])
     else:
         plant = plant.vertices[k]
     one = replace(request, plant=plant, requirements=asked, coupling="pairs")

@@ -162,8 +162,9 @@ def refuse_by_mode(request, places=None, how=None):
     one. ``how`` is an `OfLaw` that reads the plant of the law's request.
     """
     # whatever else is asked, all claims say that it is stable
-    asked = {r.key: r for r in (*request.demands, Stability())}.values()
+    asked = {r.key: r for r in (*request.demands, request.claims.stability)}.values()
     large = request.gain is not None and request.order >= FROM_STATES and how is None
+    large = large and request.step is None
     for place in _places(request) if places is None else places:
         check_time()
         grown = refuse_by_growth(request, place, asked) if large else None

@@ -124,6 +124,7 @@ def _plants(whole):
 
 
 def _found(design, whole):
+    design._of_time("check_on")
     K, U = lifted(design, whole)
     search = _Search(design, _pencil(whole, K, U))
     search.run()

@@ -185,7 +185,7 @@ def _explained(solution, cost):
     request = solution.request
     alone = len(request.requirements) == len(request.distinct) == 1
     plain, mode = cost.noise == "states" and cost.N is None, None
-    if solution.status == "feasible" and alone and plain:
+    if solution.status == "feasible" and alone and plain and request.step is None:
         with suppress(OutOfTime):
             mode = _unseen(request, cost.Q)
     if mode is None:

@@ -97,7 +97,7 @@ def design_observer(
     >>> observer.status, observer.analyse().certify().proven
     ('feasible', True)
     """
-    plant = checked_plant(plant)
+    plant = checked_plant(plant, of="design_observer")
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", vertices[0].C if C is None else C, (None, N))

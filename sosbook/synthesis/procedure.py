@@ -8,6 +8,7 @@ import numpy as np
 from ..laws.taken import law_of
 from ..plants.checks import is_word
 from ..plants.coupling import coupling_of
+from ..plants.descriptor_system import OF_TICKS
 from ..requirements.pole_region import LMIRegion
 from ..requirements.shorthand import asked_once, collected, moved
 from ..requirements.vocabulary import SIGMA
@@ -54,6 +55,13 @@ def design_asked(
     request = Request(
         plant, K_A=K_A, coupling=coupling, gain=gain, law=law, requirements=asked,
     )  # fmt: skip
+    if request.step is not None and search.prefer == "least":
+        raise ValueError(OF_TICKS.format('prefer="least"'))
+    if request.step is not None and maximize is not None:
+        raise ValueError(
+            'maximize="sigma" is for plants of continuous time: of one with dt ask '
+            "for region=LMIRegion.disk(rho) with smaller and smaller rho"
+        )
     if search.start is not None:
         search = replace(search, start=_checked_start(search.start, request, auto))
     task = Task(request, gain, objective, auto, search)

@@ -90,8 +90,10 @@ def pole_seen(request):
             beyond = beyond / (np.abs(alpha).max() + np.abs(poles).max())
             if beyond.max() > max(worst[0], FLOATS_TELL):
                 s = poles[beyond.argmax()]
-                place = listed(np.array([complex(s.real, abs(s.imag))]))
+                s = complex(s.real, abs(s.imag))
+                place = f"{listed(np.array([s]))} rad/s"
+                place = place if request.step is None else request.claims.place(s)
                 where = f" of vertex {k + 1}" if len(request.vertices) > 1 else ""
-                words = f"In floats a pole{where} at {place} rad/s breaks "
+                words = f"In floats a pole{where} at {place} breaks "
                 worst = beyond.max(), f"{words}{r.words or r.name}."
     return worst[1]

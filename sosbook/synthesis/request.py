@@ -17,6 +17,7 @@ from ..plants.descriptor import mean_descriptor, twins
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.kinds import Prepared, checked_plant
 from ..requirements.blocks import BlockTable
+from ..requirements.in_steps import timed
 from ..requirements.posed import PosedLoop
 from ..requirements.shorthand import Shorthand, collected, moved, no_requirement
 from ..runtime.names import sane_name
@@ -75,16 +76,17 @@ class Request(Shorthand, ReadOnly):
             if isinstance(plant, DescriptorSystem):
                 raise ValueError(LATE_SENSORS if plant.sensed else NO_MATRICES)
             K_A = matrix("K_A", K_A, (plant.m, plant.n))
-        coupling = coupling_of(coupling)
-        put(self, plant=plant, K_A=K_A, coupling=coupling, law=law)
-        put(self, applied=law.applied(plant))
-        wanted = tuple(map(self.applied.asked, collected(*asked, **more)))
+        put(self, plant=plant, K_A=K_A, law=law)
+        coupling, step = coupling_of(coupling).of_ticks(self.step), self.step
+        put(self, applied=law.applied(plant), coupling=coupling)
+        wanted = map(self.applied.asked, collected(*asked, **more))
+        wanted = tuple(timed(r, step) for r in wanted)
         put(self, requirements=wanted, gain=self.applied.gain(gain))
         put(self, vertices=self.described(plant))
         put(self, ground=Ground.of(self))
         put(self, pairs=tuple(self.pairs_of(coupling)))
         if coupling.chooses:
-            coupling = coupling.settled(self)
+            coupling = coupling.settled(self).of_ticks(step)
             put(self, coupling=coupling, pairs=tuple(self.pairs_of(coupling)))
         for r in self.requirements:
             sane_name(r.name)
@@ -101,6 +103,11 @@ class Request(Shorthand, ReadOnly):
     def described(self, plant):
         """The `Descriptor` of each vertex of another ``plant`` of these shapes."""
         return self.applied.vertices(plant, self.gain, self.K_A)
+
+    @property
+    def step(self):
+        """The tick of a plant of discrete time, or None."""
+        return getattr(self.plant, "dt", None)
 
     @property
     def U(self):
@@ -182,8 +189,7 @@ class Request(Shorthand, ReadOnly):
         """
         stable, *others = self.claims.owners
         asked = {r.key: r for r in others}
-        if stable.key not in asked:
-            asked = {stable.key: stable} | asked
+        asked = asked if stable.key in asked else {stable.key: stable} | asked
         return tuple(sorted(asked.values(), key=lambda r: not r.unknowns(self)))
 
     @property

@@ -32,7 +32,7 @@ def riccati_point(request):
     equation's solution isn't positive definite by far.
     """
     several = len(request.requirements) > 1 or len(request.distinct) > 1
-    if several or request.coupling.own_P:
+    if several or request.coupling.own_P or request.step is not None:
         return None
     (cost,) = request.requirements
     frame = Frame.of(request)

@@ -23,7 +23,6 @@ from ..exact.refusal import Refusal
 from ..plants.checks import inverse_by_rows
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.lmi_region import by_matrices
-from ..requirements.stability import Stability
 from ..runtime.time_limit import check_time
 from .request import Request
 from .request_as_data import read_request, request_data
@@ -43,7 +42,7 @@ LEAST_BOUND = 1e-25  # relative; exact data leave no error at all
 def pole_demands(request):
     """The requirements of a request that its LMIs make of the poles, by key."""
     asked = [r for r in request.requirements if r.pole_matrices() is not None]
-    return {r.key: r for r in (*asked, Stability())}
+    return {r.key: r for r in (*asked, request.claims.stability)}
 
 
 def input_bound(request):
@@ -57,7 +56,8 @@ def refuse_by_input(request, search):
     `LMISolution` of a Request.
     """
     bound = input_bound(request)
-    if bound is None or request.gain is not None or request.coupling.own_P:
+    late = request.gain is not None or request.step is not None
+    if bound is None or late or request.coupling.own_P:
         return None
     known = [r for r in map(by_matrices, request.requirements) if r is not None]
     if known != list(request.requirements):

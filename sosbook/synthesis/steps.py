@@ -125,10 +125,10 @@ def by_mode(case):
         text = f"{whose} a pole{where} that violates {proof.requirement}: a form that "
         text = f"{text}grows along the loop proves it. {pole_seen(request)}".strip()
         return case.left(text, "infeasible", proof)
-    mode = proof.mode
-    text = f"{whose} a pole{where} at {mode:.4g} rad/s"
+    mode = request.claims.place(proof.mode)
+    text = f"{whose} a pole{where} at {mode}"
     if request.gain is None:
-        text = f"No gain moves the mode{where} at {mode:.4g} rad/s: "
+        text = f"No gain moves the mode{where} at {mode}: "
         text += "it is uncontrollable"
     text = f"{text}, which violates {proof.requirement}."
     return case.left(text, "infeasible", proof)

@@ -5,33 +5,40 @@ one, of what y sees, which is the same number in one loop.
 """
 
 from ..language import block, eye, he
+from .hinf import with_square
 
 
-def h2_noise(c):
+def h2_noise(c, step=0):
     """White noise w keeps x in the covariance E'^-1 (E P E') E^-1 or below it.
 
     Parameters
     ----------
     c : Coupled
         A vertex, or a pair of them.
+    step : scalar
+        As in `bounded_real`.
 
     Notes
     -----
-    Source: with X = P, A X E' + E X A' + B_w B_w' < 0 by Schur's complement.
+    Source: with X = P, A X E' + E X A' + B_w B_w' < 0 by Schur's complement. From tick
+    to tick it is A X E' + E X A' + step (A X A' + B_w B_w') < 0, which is the same as
+    that x' X^-1 x rises by less than w' w.
     """
-    return -block([
-        [he(c.Theta), c.Bw],
-        [c.Bw.T,      -eye(c.Bw.shape[1])],
-    ])
+    one = eye(c.Bw.shape[1])
+    rows = [[he(c.Theta), c.Bw], [c.Bw.T, -one / step if step else -one]]
+    return -block(with_square(rows, [c.Theta.T, c.Bw.T], c.EPE, step))
 
 
-def slack_h2_noise(c, epsilon):
-    """`h2_noise` with a slack matrix, for a vertex c and its scalar ``epsilon``."""
-    cross = c.EPE - c.EVE + epsilon * c.Theta.T
+def slack_h2_noise(c, epsilon, step=0):
+    """`h2_noise` with a slack matrix, for a vertex c and its scalar ``epsilon``;
+    ``step`` is as there.
+    """
+    cross, one = c.EPE - c.EVE + epsilon * c.Theta.T, eye(c.Bw.shape[1])
+    last = -epsilon * he(c.EVE)
     return -block([
         [he(c.Theta), cross,                c.Bw],
-        [cross.T,     -epsilon * he(c.EVE), epsilon * c.Bw],
-        [c.Bw.T,      epsilon * c.Bw.T,     -eye(c.Bw.shape[1])],
+        [cross.T, last + step * c.EPE if step else last, epsilon * c.Bw],
+        [c.Bw.T,      epsilon * c.Bw.T,     -one / step if step else -one],
     ])
 
 

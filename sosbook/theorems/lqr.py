@@ -1,6 +1,7 @@
 """Lemma 2.3 and Theorem 2.4: a bound of the quadratic cost."""
 
 from ..language import block, eye, he, tr
+from .hinf import with_square
 
 
 def lqr_cost(EPE, noise, J):
@@ -21,7 +22,7 @@ def lqr_cost(EPE, noise, J):
     return block([[J, noise.T], [noise, EPE]])
 
 
-def lqr_decay(c, L, W, R_inv):
+def lqr_decay(c, L, W, R_inv, step=0):
     """The matrix of (2.36), times -1.
 
     Parameters
@@ -32,6 +33,8 @@ def lqr_decay(c, L, W, R_inv):
         The weight of the state is Q = L W^-1 L', so L = Q_F where W = I.
     R_inv : (m, m) array
         The inverse of R, the weight of the input.
+    step : scalar
+        As in `bounded_real`.
 
     Returns
     -------
@@ -46,24 +49,26 @@ def lqr_decay(c, L, W, R_inv):
     tr J times lambda_max(W), not the square root of tr J.
     """
     EPL = c.EP @ L
-    return -block([
+    rows = [
         [he(c.Theta), EPL, c.EY],
         [EPL.T, -W, 0],
         [c.EY.T, 0, -R_inv],
-    ])
+    ]
+    return -block(with_square(rows, [c.Theta.T, 0, 0], c.EPE, step))
 
 
-def slack_lqr_decay(c, L, W, R_inv, epsilon):
+def slack_lqr_decay(c, L, W, R_inv, epsilon, step=0):
     """`lqr_decay` with a slack matrix: affine in (E, A, B_u).
 
     The arguments c, L, W and R_inv are those of `lqr_decay`, but c is a
-    `SlackVertex`; ``epsilon`` is the scalar of the slack matrix.
+    `SlackVertex`; ``epsilon`` is the scalar of the slack matrix, ``step`` as there.
     """
     EPL = c.EV @ L
     cross = c.EPE - c.EVE + epsilon * c.Theta.T
+    last = -epsilon * he(c.EVE)
     return -block([
         [he(c.Theta), cross, EPL, c.EY],
-        [cross.T, -epsilon * he(c.EVE), 0, 0],
+        [cross.T, last + step * c.EPE if step else last, 0, 0],
         [EPL.T, 0, -W, 0],
         [c.EY.T, 0, 0, -R_inv],
     ])

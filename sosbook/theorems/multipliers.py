@@ -48,16 +48,18 @@ def free_stability(loop):
     return free_pole_region(loop, 0 * eye(1), eye(1), 0 * eye(1))
 
 
-def free_bounded_real(loop, gamma2):
+def free_bounded_real(loop, gamma2, step=0):
     """The H-infinity norm from w to y is below gamma, for a vertex loop.
 
     ``gamma2`` is the square of gamma. With all P_i > 0 every plant is stable, too.
+    ``step`` is the tick of a plant of discrete time, whose change is the loop.
 
     Notes
     -----
     Source: the bounded real lemma, by Finsler's. Along a motion the terms in F and
     G vanish, and the first three rows are the derivative of x' P x, less mu w'w;
-    the last one, by Schur's complement, adds mu y'y / gamma2.
+    the last one, by Schur's complement, adds mu y'y / gamma2. From tick to tick, with
+    the change v, x' P x rises by step times 2 x' P v + step v' P v.
     """
     cross = loop.P - loop.F @ loop.E + loop.A.T @ loop.G.T
     FB, GB, outputs = loop.F @ loop.B, loop.G @ loop.B, (loop.C, loop.rates, loop.D)
@@ -65,14 +67,16 @@ def free_bounded_real(loop, gamma2):
     y, w = C.shape[0], FB.shape[1]
     return -block([
         [he(loop.F @ loop.A), cross,      FB,                C.T],
-        [cross.T, -he(loop.G @ loop.E),   GB,                turned(H)],
+        [cross.T, _last(loop, step),      GB,                turned(H)],
         [FB.T,    GB.T,                   -loop.mu * eye(w), turned(D)],
         [C,       H,                      D,         -gamma2 * loop.mu * eye(y)],
     ])
 
 
-def free_lqr_decay(loop, weight):
+def free_lqr_decay(loop, weight, step=0):
     """x' P x falls faster than mu x' (weight) x, for a vertex loop.
+
+    With a ``step``, as in `free_bounded_real`, that is meant of its mean in a tick.
 
     Then P / mu lies above the Gramian X of the loop, with E' as the weight of its
     input: the integral of x' (weight) x from x(0) is below x(0)' P x(0) / mu.
@@ -80,8 +84,14 @@ def free_lqr_decay(loop, weight):
     cross = loop.P - loop.F @ loop.E + loop.A.T @ loop.G.T
     return -block([
         [he(loop.F @ loop.A) + loop.mu * weight, cross],
-        [cross.T, -he(loop.G @ loop.E)],
+        [cross.T, _last(loop, step)],
     ])
+
+
+def _last(loop, step):
+    """The share of the change, or derivative, of a loop's state alone."""
+    free = -he(loop.G @ loop.E)
+    return free + step * loop.P if step else free
 
 
 def free_gramian(loop, J, H):

@@ -48,15 +48,15 @@ def slack_stability(c, epsilon):
     return -block(_form(c, 0, 1, 0, epsilon))
 
 
-def slack_bounded_real(c, gamma2, mu, epsilon):
+def slack_bounded_real(c, gamma2, mu, epsilon, step=0):
     """The H-infinity norm from w to y = C x is below gamma, for a vertex c.
 
-    ``gamma2`` is its square, ``mu`` the scalar of Theorem 2.1, and ``epsilon``
-    that of the slack matrix.
+    ``gamma2`` is its square, ``mu`` the scalar of Theorem 2.1, ``epsilon``
+    that of the slack matrix, and ``step`` the tick of a plant of discrete time.
 
     Parameters as in `bounded_real` and `slack_pole_region`.
     """
-    (rate, cross), (_, last) = _form(c, 0, 1, 0, epsilon)
+    (rate, cross), (_, last) = _form(c, 0, 1, step, epsilon)
     y, w = c.EVC.shape[1], c.Bw.shape[1]
     return -block([
         [rate,    cross,            c.EVC,                 c.Bw],

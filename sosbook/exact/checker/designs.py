@@ -5,7 +5,7 @@ from fractions import Fraction
 
 from . import payment
 from .arithmetic import Beyond, need, read
-from .families import CHANGING, CONSTANT, every_plant, keys, under
+from .families import CHANGING, CONSTANT, every_plant, keys, ticks, under
 from .language import Reader, parse
 from .plants import OUTPUTS, coordinates, corners_suffice, distinct, plant, suffice
 from .requirements import (
@@ -41,11 +41,11 @@ class Design:
         """Write the text: P, the gain, the blocks of each requirement and pair."""
         self.d, self.t, self.asked = d, Text(d), d["requirements"]
         self.refuted, self.ids, t = "multipliers" in d, {}, self.t
-        self.vertices, self.N, self.m, self.p = plant(t, d)
+        self.vertices, self.N, self.m, self.p = plant(t, d, ticks=True)
         self.plain, self.integrals = self.N, len(d["U"])
         self.many, self.few = len(self.vertices), distinct(self.vertices)
         need(d["coupling"] in ("pairs", "vertices", "slack"), "unknown coupling")
-        self.slack = d["coupling"] == "slack"
+        self.slack, self.ticks = d["coupling"] == "slack", "dt" in d["plant"]
         self.far = self._far() if "box" in d else None
         none = d["epsilon"] is None, d["E0"] is None
         need(none == (not self.slack,) * 2, "epsilon and E0 belong to a slack matrix")
@@ -60,7 +60,7 @@ class Design:
         if not self.whole:
             where = f"each of the {self.many} vertices (not the plants between)"
         where += under(d["plant"]) if self.m else ""
-        self.claims, demands = stated(f"{where} is stable", self.asked)
+        self.claims, demands = stated(f"{where} is stable{ticks(d['plant'])}", d)
         self.demands = list(demands.values())
         self._sizes()
         self._write()
@@ -75,7 +75,7 @@ class Design:
         """How far the plants are from those of the box that is near them."""
         need(not self.slack and "parameters" not in self.d["plant"], "a box of nothing")
         given = Text(self.d)
-        plant(given, {k: x for k, x in self.d.items() if k != "box"})
+        plant(given, {k: x for k, x in self.d.items() if k != "box"}, ticks=True)
         env, near, several = given.values(), self.t.values(), []
         rows = OUTPUTS.values() if self.d["plant"]["kind"] == "descriptor" else "C"
         for name in (x for x in env.keys() | near if x.split(".")[0] in rows):
@@ -190,7 +190,7 @@ class Design:
         for k, r in enumerate(self.asked, 1):
             self.ids[id(r)] = k
             if r["kind"] in BLOCKS:
-                numbers_of(t, self.asked, k, r)
+                numbers_of(t, self.asked, k, r, self.ticks)
             else:
                 self._of_author(k, r["theorem"])
         for r in self.demands:

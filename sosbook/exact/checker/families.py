@@ -32,7 +32,7 @@ def part_of(plant):
 def given_vertices(plant):
     """The matrices of each vertex by name; a reduced model has as many as it says."""
     part_of(plant)
-    own = "reduced", "states"
+    own = "reduced", "states", "dt"
     vertices = whole_vertices({k: x for k, x in plant.items() if k not in own})
     first = vertices[0].get("M", vertices[0].get("E"))
     names = plant.get("states", first)
@@ -110,7 +110,7 @@ def vertex_words(plant, k, many):
 
 def ranges(plant):
     """Of the parameters the ends, pieces and degrees; the matrices of polynomials."""
-    plant = {k: x for k, x in plant.items() if k != "states"}
+    plant = {k: x for k, x in plant.items() if k not in ("states", "dt")}
     names = MATRICES[plant["kind"]]
     may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
     keys(may | plant, "kind parameters " + names)
@@ -218,11 +218,18 @@ def under(plant, law=None, free=0, late=""):
     if law is None:
         return f", under u = K x{late}" + f" with x = {x}" * bool(x) + ","
     y, own = law["signals"], law["states"]
-    moved = "".join(f", {x}'" for x in own[len(own) - free :])
+    change = ", {0}'" if "dt" not in plant else ", (next {0} - {0})/({1} s)"
+    moved = [change.format(x, plant.get("dt")) for x in own[len(own) - free :]]
+    moved = "".join(moved)
     memory = f" and the memory {listed(own, len(own))}" if own else ""
     given = f"[u{moved}]" if moved else "u"
     where = f", of the states {x}" * bool(x)
     return f", under {given} = K y with y = {listed(y, len(y))}{memory}{where},"
+
+
+def ticks(plant):
+    """The clock of a plant of discrete time, in the words of a claim."""
+    return f" from tick to tick of {plant['dt']} s" if "dt" in plant else ""
 
 
 def decimal(x):

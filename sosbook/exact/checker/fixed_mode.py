@@ -9,8 +9,8 @@ from .arithmetic import Beyond, need
 from .families import vertex_words
 from .laws import joined, put_law
 from .plants import plant, vertex_of
-from .regions import STABLE, in_matrices, region
-from .requirements import STABILITY
+from .regions import STABLE, at_ticks, in_matrices, region
+from .requirements import STABILITY, stability
 from .text import Text, number, ratio, sane
 
 CLOSE = Fraction(1, 10**6)  # of |s|, of which six digits are said
@@ -26,7 +26,7 @@ class FixedMode:
     def __init__(self, d):
         """Write the text: rows that no input moves, and their root outside."""
         t = self.t = Text(d)
-        vertices, N, m, _ = plant(t, d)
+        vertices, N, m, _ = plant(t, d, ticks=True)
         where, mean = place(t, d, len(vertices))
         who = "no gain"
         if "law" not in d:
@@ -56,7 +56,7 @@ class FixedMode:
                 f"mode: V {A} == L V E")  # fmt: skip
         if d["K"] is None:
             t.write(f"still: V Bu == O({k}, {m})")
-        alpha, beta, text = broken(d["requirement"])
+        alpha, beta, text = broken(d["requirement"], d)
         x, y = map(ratio, d["point"])
         value, slope = steps(h, x, y)
         good = value <= CLOSE**2 * (x * x + y * y) * slope
@@ -69,11 +69,15 @@ class FixedMode:
         else:
             need(mirrored(alpha, beta, h), "the modes don't come in pairs")
             need(kept_out(alpha, beta, x, y), "the mode keeps what is asked")
+        letter = "s"
+        if "dt" in d["plant"]:
+            dt, letter = number(d["plant"]["dt"]), "z"
+            x, y = 1 + dt * x, dt * y
         s = f"{float(x):.6g}" + (f"{float(y):+.6g}j" if y else "")
-        mode = f"{who} moves the mode near s = {s} of {where}"
+        mode = f"{who} moves the mode near {letter} = {s} of {where}"
         if d["K"] is not None:
             mode = f"{where} has {'under the given gain ' if m else ''}a mode near "
-            mode += f"s = {s}"
+            mode += f"{letter} = {s}"
         self.claims = [f"{mode}, which breaks: {text}"]
 
 
@@ -86,9 +90,12 @@ def place(t, d, count):
     return where, f"({{0}}.{i} + {{0}}.{j})/2"
 
 
-def broken(asked):
-    """alpha and beta of the region that is asked of the poles, and its claim."""
-    text = STABLE
+def broken(asked, d):
+    """alpha and beta of the region that is asked of the poles, and its claim; of ticks
+    those of s = (z - 1)/dt.
+    """
+    stable = stability(d)
+    text = STABLE if stable is STABILITY else region(stable | {"kind": "region"})[2]
     if asked is not None:
         if asked["kind"] != "region":
             raise Beyond(f"what a pole does to a {asked['kind']!r} isn't known here")
@@ -97,7 +104,8 @@ def broken(asked):
         if asked["form"] == "half-plane":
             plain = 2 * number(asked["sigma"]) == number(asked["alpha"][0][0])
         text = region(asked)[2] if plain else in_matrices(asked)
-    return *region(asked or STABILITY | {"kind": "region"})[:2], text
+    alpha, beta, _ = region(asked or stable | {"kind": "region"})
+    return at_ticks(d["plant"], alpha, beta, text)
 
 
 def outside(alpha, beta, h, x, y, v):

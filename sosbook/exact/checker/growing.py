@@ -21,7 +21,7 @@ class Growing:
         where, mean = place(t, d, len(vertices))
         t.write(*(f"{x} = {mean.format(x)}" for x in ("E", "A", "Bu")))
         t.put("K", d, "K", N)
-        alpha, beta, text = broken(d["requirement"])
+        alpha, beta, text = broken(d["requirement"], d)
         a, b = ([number(e[k]) for e in d["witness"]] for k in (0, 1))
         need(len(a) == len(alpha), "the witness has a wrong length")
         level, re, im = half_plane(alpha, beta, a, b)

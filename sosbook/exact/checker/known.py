@@ -4,11 +4,21 @@ import re
 from itertools import product
 
 from .arithmetic import Beyond, need
-from .families import CONSTANT, every_plant, keys, ranges, under
+from .families import CONSTANT, every_plant, keys, ranges, ticks, under
 from .laws import put_law
 from .outputs import Channel
 from .plants import distinct, plant
-from .requirements import BLOCKS, is_disk, numbers_of, start, stated, tag, weights
+from .requirements import (
+    BLOCKS,
+    INSIDE,
+    is_disk,
+    numbers_of,
+    per_tick,
+    start,
+    stated,
+    tag,
+    weights,
+)
 from .text import Text
 
 PARTS = "EL", "AL", "BL"  # of the loop E x' = A x + B w
@@ -18,11 +28,11 @@ SIDE = "box.{0}.a.b: {0}.a - {0}.b == {0}.c - {0}.d"
 POLES = """-[kron({a}, P.c.j) + he(F.c {A}), \
 kron({b}, P.c.j) - F.c {E} + {A}' G.c'; ., {d}-he(G.c {E})] > 0"""
 NORM = """-[he(F.c AL.i), P.c.j - F.c EL.i + AL.i' G.c', F.c BL.i{S}, mu.c Cy.i'; \
-., -he(G.c EL.i), G.c BL.i{S}, {H}; ., ., -mu.c, {Z}; \
+., {d}-he(G.c EL.i), G.c BL.i{S}, {H}; ., ., -mu.c, {Z}; \
 ., ., ., -mu.c gamma{k}^2] > 0"""
 PEAK = "u_max{k}.c.j: [P.c.j, mu.c {K}'; ., mu.c u_max{k}^2] > 0"
 DECAY = """-[he(F.c AL.i) + mu.c {w}, P.c.j - F.c EL.i + AL.i' G.c'; \
-., -he(G.c EL.i)] > 0"""
+., {d}-he(G.c EL.i)] > 0"""
 NOISE = "[J.c, (H.c BL.i{S})'; ., he(H.c EL.i) - P.c.j] > 0"
 
 
@@ -49,8 +59,10 @@ class Known:
         self.t, self.d, self.means, self.quiet = t, d, {}, ""
         if "parameters" in whole:  # their ranges are cut below
             whole = dict(whole, parameters=[x[:3] for x in whole["parameters"]])
-        vertices, self.N, self.m, self.p = plant(t, dict(d, plant=whole))
+        vertices, self.N, self.m, self.p = plant(t, dict(d, plant=whole), True)
         self.plain, self.integrals = self.N, len(d["U"])
+        self.ticks = "dt" in whole
+        self.rise = "dt P.c.j " * self.ticks  # by the square of the change
         self.slack = True  # rows on x' stay rows on x'
         self.vertices, self.few = vertices, distinct(vertices)
         self.pairs = [(0, 1)] if len(self.few) > 1 else []
@@ -63,14 +75,16 @@ class Known:
             t.write(*PLAIN, loop="i in vertices")
         stable = every_plant(d["plant"], self.many, CONSTANT)
         free = len(d["K"]) - self.m
-        stable += under(whole, d["law"], free) * bool(self.m) + " is stable"
+        stable += (
+            under(whole, d["law"], free) * bool(self.m) + " is stable" + ticks(whole)
+        )
         signal = "u" if law else "K x"
-        self.claims, asked = stated(stable, d["requirements"], signal)
+        self.claims, asked = stated(stable, d, signal)
         self.ids = {id(r): k for k, r in enumerate(d["requirements"], 1)}
         for k, r in enumerate(d["requirements"], 1):
             if r["kind"] not in BLOCKS:
                 raise Beyond("an author's theorem with multipliers isn't a text")
-            numbers_of(t, d["requirements"], k, r)
+            numbers_of(t, d["requirements"], k, r, self.ticks)
         root, parts = self._root(whole, [i + 1 for i in distinct(vertices)]), []
         for q, (kind, name, cuts) in enumerate(d["cells"], 1):
             need((kind, name) in asked, f"nothing is asked of {name!r:.40}, or twice")
@@ -179,15 +193,18 @@ class Known:
         elif kind == "gamma":
             need(r["mu"] is None, "mu is an unknown")
             S, H, Z = self._channel(r, "mu")
-            text = NORM.format(S=S, H=H, Z=Z, k=tag(r, self.d["requirements"]))
+            text = NORM.format(
+                d=self.rise, S=S, H=H, Z=Z, k=tag(r, self.d["requirements"])
+            )
             each = [f"hinf.c.j: {text}".replace("Cy.i", f"Cy.{self.ids[id(r)]}.i")]
         elif kind == "h2":  # (C x)' (C x) is convex in C, which may move
             S, *_ = self._channel(r, "", rates=False)
             C, h2 = f"Cy.{self.ids[id(r)]}.i", "h2" + tag(r, self.d["requirements"])
             own |= {"J": f"symmetric {len(r.get('inputs', range(self.p)))}",
                     "H": f"{N} x {N}"}  # fmt: skip
-            once.append(f"trace.c: mu.c {h2}^2 - tr(J.c) > 0")
-            each = ["decay.c.j: " + DECAY.format(w=f"{C}' {C}"),
+            level = f"mu.c {h2}^2{per_tick(self, False)}"
+            once.append(f"trace.c: {level} - tr(J.c) > 0")
+            each = ["decay.c.j: " + DECAY.format(w=f"{C}' {C}", d=self.rise),
                     "noise.c.j: " + NOISE.format(S=S)]  # fmt: skip
         elif kind == "input":
             need(not (r["acceleration"] and self.d["K_A"]), "K_A z'' isn't K x")
@@ -208,8 +225,9 @@ class Known:
                     + " + he(Nq Ku)" * mixed)  # fmt: skip
             if "Q" in r:  # what is weighed isn't negative, whatever x and u are
                 t.write("weights: " + ("[Q, Nq; ., R]" if mixed else "Q") + " >= 0")
-            each = ["lqr.c.j: " + DECAY.format(w="weight")]
-            trace = "trace.c{0}: mu.c bound - tr({1}.c{0}) > 0"
+            each = ["lqr.c.j: " + DECAY.format(w="weight", d=self.rise)]
+            level = f"mu.c bound{per_tick(self, states)}"
+            trace = f"trace.c{{0}}: {level} - tr({{1}}.c{{0}}) > 0"
             if states:
                 each.append(trace.format(".j", "P"))
             else:
@@ -281,8 +299,12 @@ class Known:
         """The size of a region's matrices, and the block."""
         a, b, d, k, lines = "[0]", "[1]", "", 1, []
         E, A = "EL.i", "AL.i"
-        if r["kind"] == "region":
-            a, b = (f"{x}.{self.ids[id(r)]}" for x in ("alpha", "beta"))
+        if r["kind"] == "region" or r is INSIDE:
+            name = self.ids.get(id(r), "stability")
+            if r is INSIDE:
+                inside = INSIDE | {"kind": "region"}
+                numbers_of(self.t, [], name, inside, self.ticks)
+            a, b = f"alpha.{name}", f"beta.{name}"
             k = len(r["alpha"])
             if is_disk(r):
                 rho, hub = f"radius.{q}", f"hub.{q}"  # (|s - hub|^2 - rho^2)/rho < 0

@@ -36,7 +36,7 @@ class SingularMass:
 
     def __init__(self, d):
         self.t = Text(d)
-        plant(self.t, d)
+        plant(self.t, d, ticks=True)
         i, j = (vertex_of(self.t, k) for k in d["between"])
         env = self.t.values()
         E, F = env[f"E.{i}"], env[f"E.{j}"]

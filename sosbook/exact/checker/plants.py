@@ -13,11 +13,14 @@ Bu.i = [O(n, cols(B.i)); B.i{push}]
 Bw.i = [O(n, cols(F.i)); F.i{gust}]"""
 OUTPUTS = {"C": "C", "D_u": "D", "D_w": "Z", "C_a": "H"}
 OTHER = "E.i = Ed.i", "A.i = Ad.i", "Bu.i = Bd.i", "Bw.i = Wd.i"
+CHANGE = "E.i = dt Ed.i", "A.i = Ad.i - Ed.i", *OTHER[2:]  # (next x - x)/dt for x'
 
 
-def plant(t, d):
+def plant(t, d, ticks=False):
     """The lines of E x' = A x + B u + W w, y = C x + D u; (vertices, N, m, p)."""
     kind, vertices = d["plant"]["kind"], given_vertices(d["plant"])
+    known = ticks and kind == "descriptor"
+    need(known or "dt" not in d["plant"], "a plant of ticks isn't known here")
     family = "parameters" in d["plant"] or "box" in d
     if "box" in d:
         vertices = payment.corners(d["box"], kind, len(vertices))
@@ -29,6 +32,8 @@ def plant(t, d):
         n, U = len(vertices[0]["M"]), len(d["U"])
         N = 2 * n + U
     else:
+        none = [v.get("C_a") is None for v in vertices]
+        need("dt" not in d["plant"] or all(none), "there is no x' at ticks")
         need(d["U"] == [] and d.get("K_A") is None, "this plant has no U, no K_A")
         names, N = dict(E="Ed", A="Ad", B="Bd", B_w="Wd"), len(vertices[0]["E"])
     sizes, beside = set(), kind == "descriptor" and "C" in vertices[0]
@@ -45,7 +50,11 @@ def plant(t, d):
     need({*shapes} == {(rows, rows)} and high == rows, "a matrix has a wrong shape")
     if kind == "descriptor":
         outputs_of(t, d["plant"], vertices, dict(C=N, D_u=m, D_w=p, C_a=N), entry)
-        t.write(*OTHER, loop="i in vertices")
+        ticks = "dt" in d["plant"]
+        if ticks:
+            t.put_number("dt", d["plant"], "dt")
+            t.write("sign.dt: dt > 0")
+        t.write(*(CHANGE if ticks else OTHER), loop="i in vertices")
         return vertices, N, m, p
     if U:
         t.put("U", d, "U")

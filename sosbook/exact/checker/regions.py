@@ -99,6 +99,27 @@ def region(r):
     return alpha, beta, "its poles lie in the " + text
 
 
+def at_ticks(plant, alpha, beta, words):
+    """A region of z as one of s, with z = 1 + dt s: alpha + beta s + beta' s* changes.
+
+    Of a plant without ticks nothing does.
+    """
+    if "dt" not in plant:
+        return alpha, beta, words
+    dt, k = positive(plant["dt"]), range(len(alpha))
+    alpha = [[(alpha[i][j] + beta[i][j] + beta[j][i]) / dt for j in k] for i in k]
+    return alpha, beta, of_z(words)
+
+
+def of_z(words):
+    """The words of a region as one of the poles z of a plant of discrete time."""
+    for old, new in (("its poles lie", "its poles z lie"), (" s < ", " z < "),
+                     ("beta s + beta' s*", "beta z + beta' z*"),
+                     ("|Im s|", "|Im z|")):  # fmt: skip
+        words = words.replace(old, new)
+    return words
+
+
 def in_matrices(r):
     return (
         "its poles lie in the region alpha + beta s + beta' s* < 0, with alpha = "

@@ -11,26 +11,33 @@ from .arithmetic import Mat, definite, inverse, need
 from .families import keys
 from .language import Parser
 from .outputs import Channel, ends
-from .regions import FORMS, region
+from .regions import FORMS, of_z, region
 from .text import mat, sane
 
 SLACK_CROSS = "EPE - EVE + epsilon Theta', "
+AT_TICKS = "(alpha.z.{0} + beta.{0} + beta.{0}')/dt"  # z = 1 + dt s
 REGION = "-(kron({a}, EPE) + he(kron({b}, Theta))) > 0"
 REGION_SLACK = """-[kron({a}, EPE) + he(kron({b}, Theta)), \
 kron({b}, EPE - EVE) + epsilon kron(I({k}), Theta'); ., \
 -epsilon he(kron(I({k}), EVE))] > 0"""
 DISK_SLACK = """-[({q}^2 - {rho}^2) EPE - {q} he(Theta), \
 -{q} EPE + {q} EVE + Theta'; ., EPE - he(EVE)] > 0"""
-HINF = "-[he(Theta), {y}, {w}; ., -{s}gamma{k}^2/mu{k}, {z}; ., {h}, -{s}mu{k}] > 0"
+HINF = """-[he(Theta), {y}, {w}{c}; ., -{s}gamma{k}^2/mu{k}, {z}{o}; \
+., {h}, -{s}mu{k}{v}{last}] > 0"""
+SQUARE = "; ., ., ., -EPE/dt"  # of the change in a tick, by Schur's complement
 HINF_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', {y}, {w}; \
-., -epsilon he(EVE), {a}, epsilon {w}; \
+., {tick}-epsilon he(EVE), {a}, epsilon {w}; \
 ., ., -{s}gamma{k}^2/mu{k}, {z}; ., ., ., -{s}mu{k}] > 0"""
-LQR = "-[he(Theta), EP {u}L, {y}; ., -{s}Wq, 0; ., 0, -{s}inv(R){r2}] > 0"
+LQR = """-[he(Theta), EP {u}L, {y}{c}; ., -{s}Wq, 0{o}; \
+., 0, -{s}inv(R){r2}{o}{last}] > 0"""
 LQR_SLACK = """-[he(Theta), EPE - EVE + epsilon Theta', EP {u}L, {y}; \
-., -epsilon he(EVE), 0, 0; ., ., -{s}Wq, 0; ., ., ., -{s}inv(R){r2}] > 0"""
+., {tick}-epsilon he(EVE), 0, 0; ., ., -{s}Wq, 0; ., ., ., -{s}inv(R){r2}] > 0"""
 
 STABILITY = {"kind": "stability", "name": "stability", "form": "half-plane",
              "sigma": "0", "alpha": [["0"]], "beta": [["1"]]}  # fmt: skip
+INSIDE = {"kind": "stability", "name": "stability", "form": "disk", "rho": "1",
+          "centre": "0", "alpha": [["-1", "0"], ["0", "-1"]],
+          "beta": [["0", "1"], ["0", "0"]]}  # fmt: skip
 NAMES = {
     "gamma": "gamma",
     "h2": "h2",
@@ -45,7 +52,10 @@ NUMBERS = {"gamma": "gamma mu", "h2": "h2", "input": "u_max", "cost": "bound"}
 def poles(d, r):
     """Theorem 2.2 for the region alpha + beta s + beta' s* < 0."""
     label, block, a, b, k = "stability", "stability", "[0]", "[1]", 1
-    if r is not STABILITY:
+    if r is INSIDE:
+        numbers_of(d.t, d.asked, "stability", INSIDE | {"kind": "region"}, d.ticks)
+        a, b = "alpha.stability", "beta.stability"
+    elif r is not STABILITY:
         name, block, k = d.ids[id(r)], "", len(r["alpha"])
         label, a, b = f"region.{name}", f"alpha.{name}", f"beta.{name}"
     if not d.slack:
@@ -74,6 +84,7 @@ def gamma(d, r):
     z, label = c.through(s), f"hinf{k}"
     form = dict(s=s, y=c.y(u), w=f"{s}W{c.S}{over}", a=c.rates(u), z=z, k=k)
     form["h"] = "0" if z == "0" else "."
+    form |= square(d, f", ({form['w']})'")
     if d.slack:
         yield "pair", "hinf", f"{label}.i: " + HINF_SLACK.format(**form)
     else:
@@ -91,10 +102,13 @@ def noise(d, r):
     t.point(f"J_h2{k}", f"J {r['name']}", f"symmetric {c.height}")
     J = f"J_h2{k}" if d.refuted or not s else f"{s}J_h2{k}"  # there it stands for s J
     i, cross = (".i", SLACK_CROSS) if d.slack else (".i.j", "")
-    last = " ., -epsilon he(EVE), epsilon " + w + ";" if d.slack else ""
+    tick = square(d, f", ({w})'")
+    last = f" ., {tick['tick']}-epsilon he(EVE), epsilon {w};" if d.slack else ""
+    one += "/dt" * d.ticks
     yield "once", "trace", f"h2{k}.trace: {s}h2{k}^2 - tr({J}) > 0"
     dots = "., ., " if d.slack else "., "
-    line = f"-[he(Theta), {cross}{w};{last} {dots}-{one}] > 0"
+    line = f"-[he(Theta), {cross}{w}{tick['c']};{last} {dots}-{one}{tick['v']}"
+    line += (SQUARE.replace("., ., .", "., .") if tick["c"] else "") + "] > 0"
     yield "pair", "noise", f"h2{k}.noise{i}: {line}"
     yield "pair", "output", f"h2{k}.output{i}: [{J}, ({y})'; ., EPE] > 0"
 
@@ -175,7 +189,7 @@ def cost(d, r):
     J = "J" if d.refuted or not s else f"{s}J"  # there it stands for s J
     X, i, framed = d.frame["X"], ".i" if d.slack else "", "back" in t.data
     back, to = ("back ", " back'") if framed else ("", "")
-    yield "once", "trace", f"trace: {s}bound - tr({J}) > 0"
+    yield "once", "trace", f"trace: {s}bound{per_tick(d, states)} - tr({J}) > 0"
     if states:
         inner = f"(he({d.frame['V']}) - {X}.i)" if d.slack else X
         noise = f"{s}back'{over}" if framed else s.strip() or "1"
@@ -188,8 +202,21 @@ def cost(d, r):
     more["r2"] = f"/({u}scale)^2" if framed else ""
     if "N" in r:
         more["y"] += " + EP Nq inv(R)" + "/scale" * framed
+    more |= square(d)
     form, i = (LQR_SLACK, ".i") if d.slack else (LQR, ".i.j")
     yield "pair", "lqr", f"lqr{i}: " + form.format(s=s, u=u, **more)
+
+
+def square(d, w=""):
+    """The parts that a block has more at ticks: the square of the change, w in it."""
+    pairs = d.ticks and not d.slack
+    return {"tick": "dt EPE" * d.ticks, "c": ", Theta'" * pairs, "o": ", 0" * pairs,
+            "v": w * pairs, "last": SQUARE * pairs}  # fmt: skip
+
+
+def per_tick(d, states):
+    """The factor from a bound of the cost in a tick to what x' P x falls by."""
+    return (" dt" if states else "/dt") * d.ticks
 
 
 def weights(t, r, d):
@@ -221,25 +248,34 @@ def own(d, r):
         yield where, block, f"{label}{at}: {text} > 0"
 
 
-def stated(stable, asked, signal="K x"):
+def stability(d):
+    """That a plant of a file is stable."""
+    return INSIDE if "dt" in d["plant"] else STABILITY
+
+
+def stated(stable, d, signal="K x"):
     """The claims, `stable` first, and by name the requirements that prove them."""
+    asked, ticks = d["requirements"], "dt" in d["plant"]
     need(isinstance(asked, list), "requirements must be a list")
     names = [(r["kind"], sane(r["name"])) for r in asked]
     named = [NAMES.get(kind, name) == name for kind, name in names
              if kind not in SEVERAL]  # fmt: skip
     need(all(named), "a requirement has another name than its kind")
     need(len(set(names)) == len(names), "a requirement comes twice")
-    owners = [next(filter(implies_stability, asked), STABILITY)]
+    sure = (r for r in asked if implies_stability(r, ticks))
+    owners = [next(sure, stability(d))]
     owners += [next(o for o in asked if repeats(r, o)) for r in asked]
-    words = [stable, *(claim(r, signal) for r in asked)]
+    words = [stable, *(claim(r, signal, ticks) for r in asked)]
     return words, {key_of(r): r for r in owners}
 
 
-def numbers_of(t, asked, k, r):
+def numbers_of(t, asked, k, r, ticks):
     """The numbers of the k-th requirement become data; words need their signs."""
     if r["kind"] == "region":
-        for name in ("alpha", "beta"):
-            t.put(f"{name}.{k}", r, name)
+        t.put(f"alpha{'.z' * ticks}.{k}", r, "alpha")
+        t.put(f"beta.{k}", r, "beta")
+        if ticks:
+            t.write(f"alpha.{k} = {AT_TICKS.format(k)}")
         for name in FORMS[r["form"]].split():
             t.put_number(f"{name}.{k}", r, name)
         return
@@ -301,17 +337,20 @@ def repeats(r, other):
         [[one * e for e in u] for u in x] for x in (c, d)]  # fmt: skip
 
 
-def implies_stability(r):
+def implies_stability(r, ticks=False):
     if r["kind"] != "region":
         return r["kind"] in ("gamma", "h2", "cost")
     alpha, beta, _ = region(r)
+    if ticks:
+        disk = r["form"] == "disk"
+        return disk and Fraction(r["rho"]) + abs(Fraction(r["centre"])) <= 1
     return len(beta) == 1 and beta[0][0] > 0 <= alpha[0][0]
 
 
-def claim(r, signal="K x"):
+def claim(r, signal="K x", ticks=False):
     """The words that the blocks of a requirement prove."""
     if r["kind"] == "region":
-        return region(r)[2]
+        return of_z(region(r)[2]) if ticks else region(r)[2]
     if r["kind"] not in BLOCKS:
         need(isinstance(r["claim"], str), "an author's claim must be words")
         return f"{r['name']}, by its author's theorem: {json.dumps(r['claim'])}"

@@ -1,6 +1,6 @@
 """A response that no gain, or not the given one, makes as small as is asked."""
 
-from .families import keys, vertex_words
+from .families import keys, ticks, vertex_words
 from .outputs import at_vertex, ends
 from .plants import plant, vertex_of
 from .text import Text, mat, ratio
@@ -22,7 +22,7 @@ class UnreachedResponse:
             more = [x for x in ("outputs", "inputs") if x in r]
             keys(r, " ".join(["kind name gamma mu", *more]))
             at = r, "gamma"
-        vertices, N, m, _ = sizes = plant(t, d)
+        vertices, N, m, _ = sizes = plant(t, d, ticks=True)
         k = vertex_of(t, d["vertex"])
         t.put_number("gamma", *at)
         for name, rows in (("s", [1, 1]), ("v", [N] * 2), ("y", [None] * 2)):
@@ -43,4 +43,4 @@ class UnreachedResponse:
         where = vertex_words(d["plant"], k, len(vertices))
         who = "no gain makes" if d["K"] is None else "the given gain doesn't make"
         self.claims = [f"{who} {where} stable with an H-infinity norm{ends(r)} below "
-                       f"{at[0][at[1]]}"]  # fmt: skip
+                       f"{at[0][at[1]]}{ticks(d['plant'])}"]  # fmt: skip

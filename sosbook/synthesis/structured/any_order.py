@@ -95,8 +95,10 @@ class AnyOrder(MultiplierRefusal):
 def excluded(request, d, r, gamma):
     """The refusal of every controller with the sensors of a ``request``'s law that
     keeps ``gamma`` of ``r``, for one of its plants, ``d``, in rationals and without a
-    controller; or None.
+    controller; or None. Of ticks no file says it.
     """
+    if request.step is not None:
+        return None
     some = slice(None) if r.inputs is None else list(r.inputs)
     sensors = request.applied.parts
     r, plant = of_plant_alone(r, d, sensors)

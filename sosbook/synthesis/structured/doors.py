@@ -60,8 +60,8 @@ def refused_by_sum(request, loops, sought):
     of the poles excludes; or None. ``loops`` are its own, whose structure is read; a
     bound that is ``sought`` refuses nothing.
     """
-    if loops.first.any():  # a file says nothing of what is fixed
-        return None
+    if loops.first.any() or request.step is not None:
+        return None  # a file says nothing of what is fixed, or of ticks
     asked = [r for r in request.requirements if r.parameter is SIGMA and r.bound > 0]
     r = max((r for r in asked if r is not sought), key=lambda r: r.bound, default=None)
     sigma = exact(0.0 if r is None else r.bound)  # the loop is stable in any case
@@ -92,10 +92,9 @@ def refused_by_mode(request, sought=None):
         ):
             proof = refuse_by_mode(one, [(k, k)], how)
             if proof:
-                text = (
-                    f"{who} moves the mode of {where} at {proof.mode:.4g} rad/s: "
-                    f"{why}. It violates {proof.requirement}."
-                )
+                at = request.claims.place(proof.mode)
+                text = f"{who} moves the mode of {where} at {at}: {why}. "
+                text += f"It violates {proof.requirement}."
                 return _refused(request, text, proof)
     return None
 

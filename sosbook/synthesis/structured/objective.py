@@ -22,7 +22,8 @@ class Task:
     """The task of a search over some loops: their poles in ``regions``, requirements
     ``bounded`` otherwise, and a ``goal`` that shall be as good as can be, None where
     all shall be kept. ``rate`` is the loop's, in rad/s, ``ends``, (2, k), are the least
-    and the largest of each free number, and ``m`` is the number of inputs u.
+    and the largest of each free number, ``m`` is the number of inputs u, and ``step``
+    the tick of a plant of discrete time.
     """
 
     regions: tuple
@@ -31,6 +32,7 @@ class Task:
     rate: float
     ends: np.ndarray
     m: int
+    step: float | None = None
 
     @property
     def limits(self):
@@ -54,13 +56,23 @@ class Task:
         rate = _asked_rate(asked) or own
         largest = LARGEST * np.max([loops.units(s) for s in (slow, rate, fast)], axis=0)
         ends = loops.form.within(largest)
-        return cls(tuple(regions), tuple(bounded), goal, rate, ends, request.plant.m)
+        some = tuple(regions), tuple(bounded)
+        return cls(*some, goal, rate, ends, request.plant.m, request.step)
 
     @property
     def least_decay(self):
         """In 1/s, of every loop that is taken: no more than is asked."""
+        if self.step is not None:
+            return min(LEAST_DECAY * self.rate, LEAST_DECAY / self.step)
         asked = [r.bound for r in self.regions if r.parameter is SIGMA and r.bound > 0]
         return min([LEAST_DECAY * self.rate, *asked])
+
+    @property
+    def stable(self):
+        """The region of the loops that decay so: of ticks a disk of z."""
+        if self.step is None:
+            return LMIRegion.half_plane(self.least_decay)
+        return LMIRegion.disk(1 - self.step * self.least_decay).stepped(self.step)
 
 
 FASTER = 4.0  # than its own rates a plant shall be, where a decay is sought
@@ -83,7 +95,7 @@ class Objective:
         self.task, self.loops, self.unit, self.norms = task, loops, unit, norms
         self.least, self.at = np.inf, None
         parts = [(r.alpha, r.beta, _size(r) * task.rate) for r in task.regions]
-        least = LMIRegion.half_plane(task.least_decay)
+        least = task.stable
         stable = (least.alpha, least.beta, _size(least) * task.rate)
         self.regions = parts if task.goal == DECAY else [*parts, stable]
         self.axis = [(np.zeros((1, 1)), np.eye(1), 2 * task.rate)]
@@ -127,7 +139,7 @@ class Objective:
             return fast + over, T + PENALTY * poles.slope(*where)
         if not self.norms:
             return value, poles.slope(*where)
-        if poles.s.real.max() >= 0:
+        if task.stable.distance(poles.s).min() <= -task.least_decay * (task.step or 1):
             return np.inf, 0 * K
         goal, S = task.goal, None
         for r in task.bounded:

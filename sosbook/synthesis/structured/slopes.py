@@ -73,7 +73,7 @@ def norm(loops, K, r, m, poles=None):
     _, B, _ = loops.matrices
     KC, KD = K @ loops.measured, K @ noisy
     A, W, C, through = loops.closed(K), W + B @ KD, C + D @ KC, through + D @ KD
-    poles = poles or Poles(loops, K)
+    poles, half = poles or Poles(loops, K), 0.5j * (r.step or 0.0)
     s, modes, one = poles.s, poles.modes, np.eye(A.shape[1])
     sizes = np.abs(s)
     grid = np.geomspace(max(sizes.min(), 1e-9 * sizes.max()), sizes.max(), GRID)
@@ -84,7 +84,10 @@ def norm(loops, K, r, m, poles=None):
         seen, pushed = C @ poles.V, modes @ W
 
     def gains(i, omega):
-        """Of the loops i, each at its row of frequencies."""
+        """Of the loops i, each at its row of frequencies; of ticks on z's circle, by
+        the bilinear of `hinf_norm`.
+        """
+        omega = omega / (1 - half * omega)
         if modes is None:
             pencil = 1j * omega[..., None, None] * one - A[i, None]
             answers = C[i, None] @ np.linalg.solve(pencil, W[i, None] + 0j)
@@ -104,7 +107,7 @@ def norm(loops, K, r, m, poles=None):
     beyond = np.where(all_omega > 1.001 * mid[:, None], all_omega, np.inf)
     high = np.minimum(beyond.min(axis=1), 2 * omega[i, -1])
     best, omega = _summit(lambda w: gains(i, w), np.array([low, mid, high]).T)
-    i = i[best]
+    i, omega = i[best], omega / (1 - half * omega)
     both = np.linalg.solve(1j * omega * one - A[i], np.hstack([W[i], B[i]]) + 0j)
     w, u = both[:, : W.shape[2]], both[:, W.shape[2] :]
     U, (value, *_), V = np.linalg.svd(C[i] @ w + through[i])
