@@ -14,6 +14,7 @@ from .profiles import (
 )
 from .proofs import DelayProof
 from .request import DelayedLoop, DelayRequest
+from .rising import ConstantDelays, constant_delays
 from .simulation import DelayedResponse, simulate_delay
 from .solve import solve_delay
 from .spectrum import (
@@ -25,6 +26,7 @@ from .spectrum import (
 
 __all__ = [
     "ConstantDelay",
+    "ConstantDelays",
     "DelayDesign",
     "DelayProof",
     "DelayRequest",
@@ -37,6 +39,7 @@ __all__ = [
     "SwitchingDelay",
     "analyse_delay",
     "characteristic_roots",
+    "constant_delays",
     "delay_margin",
     "delayed_loop",
     "design_delay_pid",

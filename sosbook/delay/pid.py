@@ -14,6 +14,7 @@ from ..runtime.threads import one_thread
 from ..synthesis.slack import in_pieces
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
+from .rising import solve_rising
 from .solve import first_design, solve_delay, within
 from .theorems import MISPRINTS
 
@@ -153,8 +154,9 @@ def analyse_delay(
         the whole interval with the reciprocally convex bound. Of these two
         the first is sharper for a small mu, the second for a large one.
     order : int, optional
-        Of Bessel's inequality. For "legendre" 0, 1, ... (2 without it), for
-        "interval" 0 or 1 (1 without it).
+        Of Bessel's inequality. For "legendre" 0, 1, ...; without it 2, and higher ones
+        where that proves nothing and floats see a stable loop. For "interval" 0 or 1 (1
+        without it).
     printed : bool or float
         Read Theorem A.3 as printed: unsound, for study only. A number is the factor
         alpha in the printed (A.20), without unit; True is one.
@@ -191,6 +193,8 @@ def analyse_delay(
     alpha = None if printed is True or not printed else printed
     asked = plant, U, tau, mu, delta, alpha, method, order
     request = DelayRequest(*asked, MISPRINTS if printed else (), K)
+    if method == "legendre" and order is None:
+        return solve_rising(request, time_limit, progress)
     return _in_pieces(request, solve_delay, time_limit, progress)
 
 

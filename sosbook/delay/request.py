@@ -13,7 +13,6 @@ from ..plants.checks import is_word, matrix, not_negative, positive
 from ..plants.descriptor import Descriptor, twins
 from ..plants.gain import gain_of
 from ..plants.kinds import checked_plant
-from ..plants.second_order import SecondOrderSystem
 from ..runtime.array_like import ArrayLike
 from ..runtime.read_only import ReadOnly
 from ..synthesis.request import Request
@@ -139,7 +138,7 @@ class DelayRequest(ReadOnly):
                 f'method="{self.method}" analyses a given gain; design with '
                 '"functional" or "shift"'
             )
-        if not isinstance(self.plant, (SecondOrderSystem, DelayedLoop)):
+        if len(self.vertices) > 1:
             raise ValueError(
                 f'method="{self.method}" takes one plant: its blocks are not '
                 "affine in M; analyse the vertices one by one, or take "
