@@ -43,6 +43,7 @@ def solve_rising(request, time_limit=None, progress=False):
 
 
 def _rising(request):
+    """The result of `solve_rising` without a limit of time."""
     first, *higher = orders(request)
     found = solve_delay(request.at(order=first))
     rate, at = DelayDesign(request, "undecided", request.gain).slowest_decay()
