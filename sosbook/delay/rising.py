@@ -46,7 +46,7 @@ def _rising(request):
     """The result of `solve_rising` without a limit of time."""
     first, *higher = orders(request)
     found = solve_delay(request.at(order=first))
-    rate, at = DelayDesign(request, "undecided", request.gain).slowest_decay()
+    rate, at = _slowest(request)
     if found.status == "feasible" or rate <= request.delta:
         return found
     for order in higher:
@@ -64,6 +64,11 @@ def _rising(request):
     else:
         text += ". A higher order=... may prove it"
     return replace(found, status="undecided", reason=text)
+
+
+def _slowest(request):
+    """The slowest decay, and the constant delay where it occurs, in floats."""
+    return DelayDesign(request, "undecided", request.gain).slowest_decay()
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +187,7 @@ def constant_delays(
         plant, K, U = opened(plant, K, U, law)
     asked = partial(DelayRequest, plant, U, delta=delta, method="legendre", gain=K)
     whole = asked(**_around(low, high))
-    rate, at = DelayDesign(whole, "undecided", whole.gain).slowest_decay()
+    rate, at = _slowest(whole)
     if rate <= delta:
         text = f"in floats the constant delay {at:.6g} s has the decay {rate:.3g} 1/s"
         return ConstantDelays(low, high, "undecided", reason=text)
