@@ -31,7 +31,7 @@ def hunted(seeds, page=None):
 @pytest.mark.slow
 def test_package_checker_and_page_agree(kernel):
     rounded = 1_300_139  # a part of its set ends beside the centre of a smaller one
-    hunt = hunted([*range(5), rounded], Page(kernel))
+    hunt = hunted([*range(10), rounded], Page(kernel))
     assert not hunt.differences
     for what in ("changed files", "requests in other units", "requests on a page"):
         assert hunt.counts[what] > 3, what

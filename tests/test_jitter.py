@@ -228,11 +228,11 @@ def differences(T, stiff, damp, tau):
 
 
 @pytest.mark.parametrize(
-    "delay, listed",
-    [(0.0, False), (0.05, True), *campaign([(0.0, True), (0.05, False)])],
+    "case", [(0.0, False), (0.05, True), *campaign([(0.0, True), (0.05, False)])]
 )
-def test_a_box_of_mass_and_stiffness_is_decided_in_few_cells(delay, listed):
+def test_a_box_of_mass_and_stiffness_is_decided_in_few_cells(case):
     """Four vertices, an uncertain mass: 64 cells with one P each weren't enough."""
+    delay, listed = case
     law = differences(0.05, 1.0, 2.0, 0.15)
     ranges = dict(m=(0.5, 1.5), k=(0.8, 1.6))
     plants = sos.Uncertain(drive, **ranges)
