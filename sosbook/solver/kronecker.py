@@ -17,8 +17,8 @@ General cones form W G_kb W for every variable b, which is many times as much.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import product
+from functools import cached_property, lru_cache
+from itertools import groupby, product
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +47,8 @@ class Hessian:
                 if some.products:
                     V, starts = _distinct(some, s.q)
                     self.forms.append((k, sliced(some.indices), V))
-                    plan.append((tuple(t.unknown for t in some.products), starts))
+                    unknowns = tuple(t.unknown for t in some.products)
+                    plan.append((unknowns, starts, V.shape[2]))
         self.pairs = _pairs(tuple(self.layouts), tuple(plan))
         self.slopes = None  # all of them, where few products are faster than many calls
         if not self.layouts:
@@ -75,13 +76,14 @@ class Hessian:
         H, of = self.matrix, self.layouts
         H.clear()
         grams = gram([roots[k][blocks] @ V for k, blocks, V in self.forms])
+        flat = [M.reshape(len(M), -1) for M in grams]
         for (u, v), (straight, crossed) in self.pairs.items():
             part = H.part(of[u], of[v])
             large = of[u].symmetric and of[v].symmetric
             if large and of[u].rows >= self.slabs_from:
-                self._write_slabs(part, grams, u, v, straight)
+                self._write_slabs(part, grams, u, v, straight.terms)
             else:
-                part[...] = _at_once(grams, of[u], of[v], straight, crossed)
+                part[...] = _at_once(flat, of[u], of[v], straight, crossed)
         for s, N in zip(self.stacks, roots):
             if s.gradient is not None:
                 H.add_square(N.item() ** 2 * s.gradient)
@@ -123,17 +125,17 @@ class Hessian:
             start += a + 1
 
 
-def _at_once(grams, of_u, of_v, straight, crossed):
+def _at_once(flat, of_u, of_v, straight, crossed):
     """The part of two unknowns, from the Kronecker products of all their entries.
 
     The entry for dX_ab and dY_cd is that of (b, c), (d, a) in the product with
     vec(dY), and of (b, d), (c, a) in the one with vec(dY').
     """
     a, b, c, d = of_u.rows, of_u.cols, of_v.rows, of_v.cols
-    total = _sum_of(straight, grams)
+    total = straight.of(flat)
     total = total.reshape(b, c, d, a).transpose(3, 0, 1, 2)
-    if crossed:
-        more = _sum_of(crossed, grams).reshape(b, d, c, a)
+    if crossed.terms:
+        more = crossed.of(flat).reshape(b, d, c, a)
         total = total + more.transpose(3, 0, 2, 1)
     total = _packed(of_u, total.reshape(a * b, c * d))
     return _packed(of_v, total.T).T
@@ -143,11 +145,10 @@ def _at_once(grams, of_u, of_v, straight, crossed):
 def _pairs(layouts, plan):
     """The terms of both Kronecker products: with vec(dY), and with vec(dY').
 
-    Two lists of `_Term` for each two unknowns that share a block, a symmetric one
-    first.
+    Two `_Sum` for each two unknowns that share a block, a symmetric one first.
     """
     found = {}
-    for k, (products, starts) in enumerate(plan):
+    for k, (products, starts, _) in enumerate(plan):
         factors = [*zip(products, *_columns(layouts, products, starts))]
         for (u, Ls, Rs), (v, Lt, Rt) in product(factors, repeat=2):
             if (not layouts[u].symmetric, u) > (not layouts[v].symmetric, v):
@@ -158,7 +159,8 @@ def _pairs(layouts, plan):
                 straight.append(_Term(k, (Lt, Ls), (Rs, Rt), True))
             else:
                 crossed.append(_Term(k, (Rs, Rt), (Lt, Ls), False))
-    return dict(sorted(found.items()))
+    widths = [width for *_, width in plan]
+    return {k: tuple(_Sum(t, widths) for t in found[k]) for k in sorted(found)}
 
 
 class _Term(NamedTuple):
@@ -179,28 +181,60 @@ class _Term(NamedTuple):
         B = A if self.A == self.B else self._vectors(M[:, *self.B])
         return A, B
 
+    def places(self, width):
+        """The same as places in M's entries by rows, of ``width`` columns."""
+        M = np.arange(width * width).reshape(1, width, width)
+        return self.vectors({self.form: M})
+
     def _vectors(self, some):
         some = some.mT if self.transposed else some
         return some.reshape(len(some), -1)
 
 
-def _sum_of(terms, grams):
-    """The sum of terms, from each form's M; A kron A takes half of the time."""
-    squares, others, total = [], ([], []), 0.0
-    for t in terms:
-        A, B = t.vectors(grams)
-        if B is A:
-            squares.append(A)
-        else:
-            others[0].append(A)
-            others[1].append(B)
-    if squares:
-        A = np.concatenate(squares)
-        total = A.T @ A
-    if others[0]:
-        A, B = map(np.concatenate, others)
-        total = total + A.T @ B
-    return 2 * total
+class _Sum:
+    """The sum of ``terms``; A kron A takes half of the time of two factors.
+
+    Of each form of blocks it takes all factors at once, by their places in M, which has
+    ``widths`` columns.
+    """
+
+    def __init__(self, terms, widths):
+        self.terms, self.widths = terms, widths
+
+    @cached_property
+    def places(self):
+        """[(form, A's)] of squares, and those of the A and of the B of the others."""
+        squares, left, right = [], [], []
+        for form, some in groupby(self.terms, lambda t: t.form):
+            places = [t.places(self.widths[form]) for t in some]
+            for to, found in (
+                (squares, [A for A, B in places if A is B]),
+                (left, [A for A, B in places if A is not B]),
+                (right, [B for A, B in places if A is not B]),
+            ):
+                if found:
+                    to.append((form, np.concatenate(found)))
+        return squares, left, right
+
+    def of(self, flat):
+        """The sum, from each form's M as rows, ``flat``."""
+        squares, left, right = self.places
+        total = 0.0
+        if squares:
+            A = _taken(flat, squares)
+            total = A.T @ A
+        if left:
+            total = total + _taken(flat, left).T @ _taken(flat, right)
+        return 2 * total
+
+
+def _taken(flat, places):
+    """The entries of M at ``places``, (form, array), below one another."""
+    rows = [
+        flat[form].take(at, 1).swapaxes(0, 1).reshape(-1, at.shape[1])
+        for form, at in places
+    ]
+    return rows[0] if len(rows) == 1 else np.concatenate(rows)
 
 
 def _distinct(some, q):
