@@ -237,6 +237,8 @@ def test_what_a_program_calls_otherwise_has_its_own_words(tmp_path):
     scipy.io.savemat(tmp_path / "x.mat", {"M": M3, "C": C3, "K": K3})
     text = refusal(load_plant, tmp_path / "x.mat")
     assert "add B, a column for each actuator" in text and "names=" not in text
+    assert "pass push= with these rows" in text
+    assert (load_plant(tmp_path / "x.mat", push=[2]).B == [[0], [0], [1]]).all()
     scipy.io.savemat(
         tmp_path / "x.mat", {"M": M3, "K": (1 + 0.03j) * K3, "C": C3, "B": M3}
     )
@@ -251,6 +253,6 @@ def test_what_a_program_calls_otherwise_has_its_own_words(tmp_path):
         "\n".join([head, f"3 3 {len(lines)}", *lines]), "utf-8"
     )
     assert (load_plant(tmp_path).S == K3).all()
-    for kind, words in ((".pch", "OUTPUT4"), (".sti", "%%MatrixMarket")):
+    for kind, words in ((".pch", "DMIGPCH"), (".sti", "%%MatrixMarket")):
         (tmp_path / f"x{kind}").touch()
         assert words in refusal(load_plant, tmp_path / f"x{kind}")

@@ -85,6 +85,7 @@ MATRIX_READERS = {
     "read_entries": "mtx",
     "read_mat": "mat",
     "read_op4": "op4",
+    "read_punch": "pch",
 }
 #: From a function that takes a file, to the endings of files and how it reads them.
 READERS = {

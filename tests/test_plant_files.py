@@ -173,7 +173,7 @@ def test_two_files_for_one_matrix_are_refused(tmp_path):
         ({"plant": {"file": "a.mat", "place": 1}}, "plant: 'place' isn't known"),
         ({"plant": {"file": "a.mat", "names": {"S": 1}}}, "plant: names must be like"),
         ({"plant": {"file": "a.mat", "without": 1}}, "plant: without must be a list"),
-        ({"plant": {"file": "a.mat", "condensed": 1}}, "condensed true or false"),
+        ({"plant": {"file": "a.mat", "condensed": 1}}, "condensed must be true"),
     ],
 )
 def test_json_that_is_no_plant_is_refused(tmp_path, data, words):

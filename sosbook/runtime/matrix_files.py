@@ -16,6 +16,7 @@ import numpy as np
 
 from .libraries import library
 from .op4 import matrices_of_op4
+from .punch import matrices_of_punch
 from .reading import MOST_BYTES, number, read_bytes, read_text
 from .sparse import issparse
 
@@ -287,6 +288,14 @@ def read_op4(path, wanted=list):
     content = read_bytes(path)
     with _decoded(path, "a file of Nastran (OUTPUT4)"):
         found = matrices_of_op4(content, check_size)
+    return {name: found[name] for name in wanted(dict.fromkeys(found, ""))}
+
+
+def read_punch(path, wanted=list):
+    """The matrices, ``wanted``, in a punch file of Nastran at ``path``: their entries
+    as `read_entries` has them, from DMIG.
+    """
+    found = matrices_of_punch(read_text(path), path)
     return {name: found[name] for name in wanted(dict.fromkeys(found, ""))}
 
 

@@ -200,9 +200,9 @@ class Design(ClosedLoop["DesignProof"], Solution):
         Returns
         -------
         Found
-            The rightmost pole that was found, each refined by Newton's method on
-            the plant's own matrices, and what it breaks. Of a polytope that of the
-            worst vertex. It proves nothing: see `certify`.
+            The rightmost pole that was found, each refined until a residual on the
+            plant's own matrices says that it is one, and what it breaks. Of a polytope
+            that of the worst vertex. It proves nothing: see `certify`.
 
         Raises
         ------

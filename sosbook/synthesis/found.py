@@ -159,9 +159,13 @@ class _Search:
         try:
             for done, (place, count) in enumerate(places):
                 new = self.pencil.near(place, count)
-                seen += new
-                if new:
-                    self._refine(*max(new, key=lambda pair: self._outside(pair[0])))
+                for s, _, doubt in new:
+                    if doubt is not None:
+                        self._keep(s, doubt)
+                left = [x for x in new if x[2] is None]
+                seen += left
+                if left:
+                    self._refine(*max(left, key=lambda x: self._outside(x[0])))
                 if self.refined and self._broken() and done + 1 < len(places):
                     self.stopped = (
                         f"the search ended there, at {done + 1} of {len(places)} places"
@@ -201,7 +205,9 @@ class _Search:
         """Refine the rightmost ones, and of each claim the one that keeps it least."""
         from ..analysis.large import RIGHTMOST
 
-        places = np.array([s for s, _ in poles])
+        if not poles:
+            return
+        places = np.array([s for s, *_ in poles])
         few: list = []
         for k in np.argsort(-places.real).tolist():
             s = places[k] if places[k].imag >= 0 else places[k].conj()
@@ -213,15 +219,20 @@ class _Search:
         for k in dict.fromkeys([*(k for _, k in few), *worst]):
             self._refine(*poles[k])
 
-    def _refine(self, s, q):
+    def _refine(self, s, q, _):
         s, q = (s, q) if s.imag >= 0 else (s.conj(), q.conj())
         if _among(self.refined, s):
             return
         one = self.pencil.refined(s, q)
         if one is None:
             self.unsettled.append(s)
-        elif not _among(self.refined, one[0]):
-            self.refined.setdefault(*one)
+        else:
+            self._keep(*one)
+
+    def _keep(self, s, doubt):
+        s = s if s.imag >= 0 else s.conjugate()
+        if not _among(self.refined, s):
+            self.refined[s] = doubt
 
     def _places(self):
         """Points where poles of a sparse whole are sought, and how many there: on the

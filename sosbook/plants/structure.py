@@ -1,0 +1,137 @@
+"""A structure of a program of finite elements, and what no such program says of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array, issparse
+
+from ..runtime.matrix_files import check_size
+from .as_data import ALIASES
+from .checks import matrix
+from .condensing import condense
+from .massless import empty_rows, listed
+from .matrix_names import listed_names
+from .second_order import SecondOrderSystem
+from .sparse import MOST_DENSE
+
+PENALTY = 1e30  # on a diagonal: supports of Abaqus have 1e36, no structure has so much
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Arguments of `load_plant` beside a file; see there."""
+
+    without: Sequence[int] = ()
+    condensed: bool = False
+    push: Sequence[str | int] = ()
+    rayleigh: Sequence[float] | None = None
+
+    def __post_init__(self):
+        if not isinstance(self.condensed, bool):
+            raise ValueError("condensed must be true or false")
+        for name in ("without", "push"):
+            if isinstance(getattr(self, name), (str, int, dict)):
+                raise ValueError(f"{name} must be a list of rows, from 0")
+        if self.rayleigh is not None:
+            a, b = matrix("rayleigh", [self.rayleigh], (1, 2))[0]
+            if min(a, b) < 0:
+                raise ValueError("rayleigh must be (a, b), not below 0")
+
+    @property
+    def made(self):
+        """From a matrix that these make to the argument that does."""
+        made = {"B": "push"} if len(self.push) else {}
+        return made | ({} if self.rayleigh is None else {"D": "rayleigh"})
+
+    def __bool__(self):
+        return bool(len(self.without) or self.condensed or self.made)
+
+
+def structure_of(matrices, chosen, beside):
+    """The plant of ``matrices`` M, D, S, B and perhaps F, some of which may be entries
+    by node and direction, ``chosen`` by name, and of what is said ``beside`` them.
+    """
+    dofs = _assemble(matrices)
+    matrices = {name: matrix_of(name, x, name in "MDS") for name, x in matrices.items()}
+    n, without = matrices["M"].shape[0], beside.without
+    if beside.rayleigh is not None:
+        a, b = beside.rayleigh
+        matrices["D"] = a * matrices["M"] + b * matrices["S"]
+    if len(beside.push):
+        matrices["B"] = _pushed(beside.push, n, dofs)
+    for name, alias in ALIASES.items():
+        if chosen.get(name) in (alias, alias.lower()) and matrices[name].shape != (
+            n,
+            n,
+        ):
+            size = " x ".join(map(str, matrices[name].shape))
+            raise ValueError(
+                f"{alias} is {size} and M has {n} rows, so it isn't taken for "
+                f"{name}, which is missing: call that {name}, or pass names="
+            )
+    if len(without):
+        cut = np.asarray(without)
+        if cut.dtype.kind not in "iu" or cut.min() < 0 or cut.max() >= n:
+            raise ValueError(f"without must be rows from 0 to {n - 1}, got {without}")
+        keep = np.setdiff1d(np.arange(n), cut)
+        for name, x in matrices.items():
+            if x.shape[0] == n:  # a wrong size is an error of its own
+                matrices[name] = x[keep][:, keep] if name in "MDS" else x[keep]
+        dofs = dofs and [dofs[k] for k in keep]
+    for name in "MDS":
+        if len(held := np.flatnonzero(abs(matrices[name].diagonal()) >= PENALTY)):
+            where = f" ({', '.join(dofs[k] for k in held)})" if dofs else ""
+            raise ValueError(
+                f"{name} has {matrices[name][held[0], held[0]]:g} on its diagonal: "
+                f"penalties instead of supports. Pass without={held.tolist()}{where}"
+            )
+    fit = all(x.shape[0] == n for x in matrices.values())
+    if fit and (empty := empty_rows(matrices)):
+        where = f" ({listed([dofs[k] for k in empty])})" if dofs else ""
+        some = ", ".join(matrices)
+        raise ValueError(f"rows are empty in {some}: pass without={empty}{where}")
+    if beside.condensed:
+        return condense(**matrices, coordinates=dofs)
+    try:
+        return SecondOrderSystem(**matrices, coordinates=dofs)
+    except ValueError as error:
+        cure = "; or pass condensed=True" if "plants.condense" in str(error) else ""
+        raise ValueError(f"{error}{cure}") from None
+
+
+def _pushed(push, n, dofs):
+    """B with a column for each actuator, a one in the row that it pushes."""
+    B = np.zeros((n, len(push)))
+    for column, place in enumerate(push):
+        row = place
+        if dofs and place in dofs:
+            row = dofs.index(place)
+        if isinstance(row, (str, bool)) or row not in range(n):
+            some = f" or of {listed_names(dofs)}" if dofs else ""
+            raise ValueError(f"push: {place!r:.40} is none of 0 to {n - 1}{some}")
+        B[row, column] = 1.0
+    return B
+
+
+def matrix_of(name, x, large=False):
+    """A matrix of a file; one that may be ``large`` stays sparse then."""
+    if issparse(x):
+        if large and max(x.shape) > MOST_DENSE:
+            return csc_array(x)
+        check_size(*x.shape)
+    return matrix(name, x)
+
+
+def _assemble(matrices):
+    """Make Abaqus's entries matrices, of all nodes' dofs; their names, or None."""
+    tables = {name: x for name, x in matrices.items() if isinstance(x, dict)}
+    dofs = sorted({dof for x in tables.values() for pair in x for dof in pair})
+    order = {dof: k for k, dof in enumerate(dofs)}
+    for name, entries in tables.items():
+        rows = [order[row] for row, _ in entries]
+        columns = [order[column] for _, column in entries]
+        places = np.array([rows, columns], int)
+        values = np.array([*entries.values()], float)
+        matrices[name] = coo_array((values, places), shape=(len(dofs),) * 2)
+    return [f"{node}.{dof}" for node, dof in dofs] or None
