@@ -1,4 +1,4 @@
-"""The package's answer where an explorer's sliders stand, in the page's words.
+"""The package's answer to what an explorer asks, in the page's words.
 
 In Jupyter an explorer asks the package instead of the page's own solver; both take
 the same request and give an answer of the same form.

@@ -61,7 +61,7 @@ class Live(OnPage, ipywidgets.VBox):
 def live(element):
     """The same explorer as in the rendered pages, with the package behind it.
 
-    In Jupyter it asks the package for each move, band and proof. On a page, where no
+    In Jupyter it asks the package for each move, offer and proof. On a page, where no
     kernel runs, it is the explorer alone, whose own solver answers.
 
     Parameters

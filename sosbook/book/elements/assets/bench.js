@@ -4,7 +4,7 @@ import {Fault, parsed, refusals} from "./checks.js";
 import {plants} from "./corners.js";
 import {read} from "./files.js";
 import {BOXES, compact, dataOf, FIELDS, goals, requestOf, STRANGE} from "./form.js";
-import {rest, said} from "./judge.js";
+import {rest} from "./judge.js";
 import {button, capital, define, escape, number, panel, panels, printed, QUIET, select} from "./kit.js";
 import {lawOf, memory, ofLaw, seen, seenBy, summed, withChoice} from "./law.js";
 import {machine} from "./machine.js";
@@ -60,8 +60,6 @@ class Bench extends Wish {
         QUIET}>Design for these matrices</button>${BOXES.map(box).join("")}</div>` +
       `<p class="sos-fault" role="alert"></p><p class="sos-note" role="status"></p></div><div class="sos-inner"></div>`;
   }
-
-  body() { return super.body().replace(`<div class="sos-buttons">`, `<div class="sos-judged"></div>$&`); }
 
   wire() {
     Object.assign(refusals, this.data.refusals);
@@ -334,13 +332,8 @@ class Bench extends Wish {
   }
 
   update() {
-    const {answer} = this, box = this.find("judged");
     super.update();
     this.draw(this.truth && this.response[0]);
-    box.innerHTML = this.truth ? said(this.truth, answer.asked, this.data) : "";
-    box.hidden = Boolean(this.data.law);
-    box.dataset.digest = answer.digest;
-    this.settle();
   }
 
   // ------------------------------------------------------------- outputs
@@ -376,8 +369,7 @@ class Bench extends Wish {
                                  : "<p>Not proven.</p>";
     const parts = [
       ["Asked", `<p>${escape(this.sentence)}</p>`], ["Found", html("readout")],
-      ["Proven in exact arithmetic", claims], ["True at the corners", html("judged")],
-      ["Poles and step", html("map") + html("step")]
+      ["Proven in exact arithmetic", claims], ["Poles and step", html("map") + html("step")]
     ];
     const own = [
       ["As Python", this.program], ["As JSON", outputs.file(this.asks)], ["As C", this.code],

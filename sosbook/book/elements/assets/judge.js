@@ -3,7 +3,7 @@ import {descriptors, stateSpace} from "../../kernel/descriptor.js";
 import {combined, matrix, rowsOf, times} from "../../kernel/matrices.js";
 import {gainAt} from "../../kernel/truth.js";
 
-import {clean, escape, printed} from "./kit.js";
+import {clean} from "./kit.js";
 import {apply, block, eigenvalues, eye, pushed, scale, solve, transpose, zeros} from "./linalg.js";
 
 const STEPS = 800, LONG = 8;  // of a motion, and how many time constants it lasts
@@ -43,8 +43,7 @@ function sensitivity(A, B, K, poles) {
   return Math.max(1, most);
 }
 
-// The worst of all corners for a step of the set point r, to `at`, and loads of one: what its
-// numbers are called stands in `table`.
+// The worst of all corners for a step of the set point r, to `at`, and loads of one.
 export function judged(request, K, r, at) {
   const {U} = request, n = at.length;
   const goals = U.length ? U : eye(n),
@@ -78,51 +77,16 @@ export function judged(request, K, r, at) {
     }
     more("peak", sensitivity(loop, B0, gain, poles));
   }
-  return {...worst, at};
+  return worst;
 }
 
-const percent = share => `${clean(100 * share, 2)} %`;
-// What is true beside what was asked, in a line.
-export const worst = ({settled, overshoot, input}) => `In truth, at worst: a step is within 2 % after ${
-  clean(settled)} s, goes ${percent(overshoot)} over, and takes ${clean(input)}.`;
-
-// All that is said of the loops: for which plants, the table, and what comes next.
-export function said(truth, asked, {request: {family, vertices: {length, 0: {F}}}, goal, clock}) {
-  const names =
-    family?.parameters.map(([name, low, high]) => `${name} from ${clean(low, 6)} to ${clean(high, 6)}`);
-  const whole = names ? `<p>The gain is one for all plants with ${escape(names.join(", "))}.</p>` : "";
-  const next = clock
-    ? `<p>This is said of u = K x in continuous time, with everything measured. As Python goes on: ${
-        clock.measured ? `an observer from ${escape(clock.measured.join(", "))}, `
-                       : ""}the loop sampled every ${clean(clock.T)} s${
-        clock.delay ? ` with a dead time of ${clean(clock.delay)} s` : ""}, its proof and its program.</p>`
-    : "";
-  return whole + table(truth, asked, length, F, goal.map(x => clean(x)).join(", ")) + next;
-}
-
-// The numbers in words, beside what was asked: rows of HTML.
-function table({settled, overshoot, input, load, rest, peak, at}, asked, corners, F, unit) {
+// What is true beside what was asked, at the worst of all corners.
+export function worst({settled, overshoot, input, load, rest, peak}, {vertices: {length, 0: {F}}}) {
   const margin = 2 * Math.asin(Math.min(1, 1 / (2 * peak))) * 180 / Math.PI;
-  const wish = (bound, words) => bound === undefined ? "" : words(bound);
-  const [time, over, most] = [`${clean(settled)} s`, percent(overshoot), clean(input)];
-  const rows = [
-    ["Settles within 2 %", time, wish(asked.sigma, x => `every mode within 4/σ = ${clean(4 / x)} s`)],
-    [
-      "Overshoot", over,
-      wish(asked.theta, x => `${percent(Math.exp(-Math.PI / Math.tan(x)))} of one mode alone`)
-    ],
-    ["Largest input on the way", most, wish(asked.u_max, x => `${clean(x)} from x(0), with r = 0`)],
-    ...(F ? [[
-      "A load of 1 moves z by", `${clean(load)}, at rest ${clean(rest < 1e-6 * load ? 0 : rest)}`,
-      wish(asked.gamma, x => `γ = ${clean(x)} of a load that swings`)
-    ]]
-          : []),
-    ["Largest sensitivity", clean(peak), `a phase margin of ${clean(margin)}° or more`]
-  ];
-  const line = (tag, cells) =>
-    `<tr>${cells.map(x => `<${tag}>${escape(printed(x))}</${tag}>`).join("")}</tr>`;
-  return `<table class="sos-truth"><caption>A step of ${unit} to rest at z = (${
-           at.map(x => clean(x)).join(", ")}), ${
-           corners > 1 ? `the worst of ${corners} corners` : "computed"} in floats, not proven.</caption>` +
-    line("th", ["of the loop", "true", "asked"]) + rows.map(row => line("td", row)).join("") + "</table>";
+  const moved =
+    F ? ` A load of 1 moves z by ${clean(load)}, at rest ${clean(rest < 1e-6 * load ? 0 : rest)}.` : "";
+  return `In truth, ${
+           length > 1 ? `at worst of ${length} corners` : "in floats"}: a step is within 2 % after ${
+           clean(settled)} s, goes ${clean(100 * overshoot, 2)} % over, and takes ${clean(input)}.${moved}` +
+    ` The largest sensitivity is ${clean(peak)}, a phase margin of ${clean(margin)}° or more.`;
 }

@@ -314,7 +314,7 @@ export class Wish extends DesignElement {
     const {asked} = this, number = 0.00088, offers = bounds.map(({key}) => ({key, from: 1, to: 88.8}));
     const at = this.elsewhere({
       offers,
-      truth: {settled: 88.8, overshoot: 0.88, input: 88.8},
+      truth: {settled: 88.8, overshoot: 0.88, input: 88.8, load: 88.8, rest: 88.8, peak: 88.8},
       answer:
         {ms: 888, bounded: !(asked.gamma || asked.u_max || asked.cost), digest: this.digest, clauses: []}
     });
@@ -341,8 +341,9 @@ export class Wish extends DesignElement {
     const how = proof?.proven ? `in exact arithmetic, for the gain rounded to ${proof.digits} digits.`
                               : "floats solve the LMIs with this gain.";
     const solved = `Solved ${by ? `by ${escape(by)}` : "in your browser"} in ${clean(ms, 2)} ms.`;
-    return head([how, ...why].map(escape).join(" ")) + (this.truth ? `<p>${worst(this.truth)}</p>` : "") +
-      this.gains(design) + `<p class="sos-soft">${solved}${bounded ? ` ${PART}` : ""}</p>`;
+    return head([how, ...why].map(escape).join(" ")) +
+      (this.truth ? `<p>${worst(this.truth, this.data.request)}</p>` : "") + this.gains(design) +
+      `<p class="sos-soft">${solved}${bounded ? ` ${PART}` : ""}</p>`;
   }
 
   // ----------------------------------------------------------------- the proof
