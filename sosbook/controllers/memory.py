@@ -133,7 +133,7 @@ def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
     l, q = estimate.A.shape[0], estimate.take.shape[1]
     d = m * timing.n_past_inputs if estimate.knows_the_output else 0
     order = l + d + a
-    known = min(d, estimate.older.shape[1])  # none, of inputs later than it was made for
+    known = min(d, estimate.older.shape[1])  # none of later inputs
     older = np.pad(estimate.older[:, :known], ((0, 0), (0, d - known)))
     C = np.hstack([K_x @ estimate.stay, np.zeros((m, d)), K_I])
     D = K_x @ estimate.take
