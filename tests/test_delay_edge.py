@@ -210,6 +210,17 @@ def test_infeasible_rates_of_a_polytope_stay_infeasible():
     assert verdicts[-1] == "infeasible"
 
 
+@pytest.mark.parametrize("published, rate", [(False, 0.61), (True, 0.71)])
+def test_without_its_modes_a_wing_is_undecided(published, rate, monkeypatch):
+    """As chapter 17 says; Theorem 2.3 has no regular multipliers there."""
+    wing = thesis.delay_example_1(published)
+    asked = wing.plant, wing.U, 0.2, 0.0, rate
+    found = sos.design_delay_pid(*asked, alpha=0.6)
+    assert found.infeasibility.kind == "infeasible delay modes"
+    monkeypatch.setattr("sosbook.delay.refusal._by_modes", lambda request: None)
+    assert sos.design_delay_pid(*asked, alpha=0.6).status == "undecided"
+
+
 def test_largest_tells_what_is_proven_from_what_gave_up():
     proven = largest("tau", SCALAR, tau=1)
     assert proven.proven
