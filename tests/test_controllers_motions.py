@@ -6,7 +6,9 @@ import subprocess
 import numpy as np
 import pytest
 
-from sosbook.controllers.profile import Profile
+import sosbook as sos
+from sosbook.controllers import Code, CompiledCode, Profile
+from sosbook.controllers.facts import bounded
 from tests.test_controllers_margins import drive, drives, held
 
 T = 0.001
@@ -184,6 +186,88 @@ def test_the_program_is_the_profile_bit_by_bit(precision, tmp_path):
     assert len(found) == len(mine) and abs(found - mine).max() <= 30 * off
     ends = np.cumsum([profile.ticks(b - a) for a, b in zip([0, *goals], goals)]) - 1
     assert (found[ends] == np.array(mine)[ends]).all()
+
+
+def test_what_a_move_leaves_of_the_limit_is_left_for_a_step(c):
+    """In mid-move the set point jumps: with the limit, every drive still arrives."""
+    limited = c.limit(2.0)
+    reach = limited.bounds.reach(seconds=60, asked=1.5)
+    whole = limited.bounds.reach(seconds=60)
+    assert 0 < reach.step <= 0.26 * whole.step
+    move = c.bounds.move(20.0, u_max=1.5)
+    r = move.profile.points(20.0)
+    for at in (len(r) // 4,):  # where it accelerates most
+        moved = r + reach.step * (np.arange(len(r)) >= at)
+        run = limited.simulate(
+            len(r) * T + 0.7, r=lambda t, x=moved: [x[min(round(t / T), len(x) - 1)]]
+        )
+        assert abs(run.u).max() <= 2 and not run.fault.any()
+        assert abs(run.x[:, -1, 1] - moved[-1]).max() < 1e-2
+    with pytest.raises(ValueError, match="leaves nothing"):
+        limited.bounds.reach(asked=2.0)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_a_program_with_moves_runs_as_bounded(c, tmp_path):
+    """From what was asked to compiled C, with another weight of the set point, too."""
+    move = c.bounds.move(60.0, u_max=2.0)
+    moved = c.set_point(profile=move.profile)
+    code = Code(moved, "arm")
+    assert code.texts["arm_sketch/arm_move.h"] == code.texts["arm_move.h"]
+    code.write(tmp_path)
+    assert (tmp_path / "arm_move.h").read_text("utf-8") == move.profile.to_c("arm")
+    limits = move.profile.velocity, move.profile.acceleration, move.profile.jerk
+    for words in (c.bounds.follow(*limits, output=0), c.bounds.follow(*limits)):
+        assert str(words) in " ".join(bounded(moved, ()))
+    r = move.profile.points(60.0)
+    for weighted in (moved.limit(2.0), moved.limit(2.0).set_point(b=0.427)):
+        runs = []
+        for program in (None, CompiledCode(weighted, runs=2)):
+            more = {} if program is None else {"program": program}
+            goal = dict(r=lambda t: [r[min(round(t / T), len(r) - 1)]])
+            runs.append(weighted.simulate(1.6, **goal, **more))
+        assert (runs[0].u == runs[1].u).all() and not runs[1].fault.any()
+        assert abs(runs[1].x[:, -1, 1] - 60).max() < 0.2
+    with pytest.raises(ValueError, match="profile has T"):
+        c.set_point(profile=Profile(1.0, 1.0, 1.0, 0.5))
+
+
+def spring(k, m=1.3):
+    return sos.SecondOrderSystem(m, 0.05, k, 1, coordinates=["place"])
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_springs_leave_each_plant_its_own_rest_and_a_step_is_bounded(several):
+    law = sos.PIDLaw(position=[[1]], integrate=True, filter=0.01)
+    ranges = dict(k=(2, 9.81), **({"m": (1, 1.6)} if several else {}))
+    gains = {"K_P": [[-30.0]], "K_D": [[-9.0]], "K_I": [[-40.0]]}
+    design = sos.analyse_pid(sos.Uncertain(spring, **ranges), gains, law=law)
+    c = design.controller(T=0.01, delay=0.006)
+    found = c.bounds.step_response(size=0.3)
+    t, low, high = found.curves
+    rows, rng, seen = c.readings.rows, np.random.default_rng(1), np.zeros(3)
+    for _ in range(12):
+        some = {x: rng.uniform(*ends) for x, ends in ranges.items()}
+        A, now, before = held(spring(**some), 0.01, 0.006)
+        x, old, xi, places, force = np.zeros(2), 0.0, np.zeros(c.order), [], []
+        for _ in t:
+            u = (c.D @ rows @ x + c.C @ xi + c.D_r[:, 0] * 0.3)[0]
+            places.append(x[0])
+            force.append(u)
+            xi = c.A @ xi + c.B @ rows @ x + c.B_r[:, 0] * 0.3
+            x, old = A @ x + now[:, 0] * u + before[:, 0] * old, u
+        places, force = np.array(places), np.array(force)
+        assert (low <= places).all() and (places <= high).all()
+        out = np.flatnonzero(abs(places - 0.3) > 0.02 * 0.3)
+        measures = 100 * (places.max() / 0.3 - 1), t[out[-1] + 1], abs(force).max()
+        seen = np.maximum(seen, measures)
+    proven = found.overshoot, found.settling_time, found.effort[0]
+    for one, bound in zip(seen, proven):
+        assert one <= bound.proven <= bound.seen * 1.02 and bound.seen < 1.2 * one
+    # at rest the stiffest spring asks k z: a bound of what moves alone would miss it
+    assert c.bounds.step_response(output="place'").effort[0].proven >= 9.81
+    with pytest.raises(ValueError, match="StepBounds.effort"):
+        c.bounds.step_response(output=0)
 
 
 def test_what_cannot_be_asked_is_said(c):

@@ -26,6 +26,10 @@ GOOD = 1.02  # of what is true of the corners: no more halving
 LEAST = 0.01  # radius that is asked for: of loops that are at rest after some ticks
 MOST_TERMS = 60_000  # that floats add
 MOST_CELLS = 128  # of tubes; then any bound is taken
+ENDS = (
+    "output ends elsewhere for each plant, where springs push back: take one that is "
+    "integrated, or a plant without them; StepBounds.effort is what u asks"
+)
 
 
 def four_digits(x, rounding):
@@ -162,6 +166,35 @@ def rest(c, j):
     x, xi = found[:n], found[n:]
     older = exact(np.zeros((len(c.loops[0].F) - len(x) - len(xi), 1)))
     return np.vstack([x, older, xi])
+
+
+def fixed_end(c, j, x, row):
+    """Where a ``row`` of the loop's state ends after a step of 1 of set point j of c,
+    the same for every plant, as the controller's rest and what all plants have in
+    common say; x: see `rest`, or None. A ValueError where plants differ.
+    """
+    if x is not None:
+        return (row @ x)[0]
+    n, l = c.readings.rows.shape[1], c.order
+    plants = [d.map(exact) for d in c.vertices]
+    still = [
+        k
+        for k in range(len(plants[0].A))
+        if not plants[0].Bu[k].any() and all((d.A[k] == plants[0].A[k]).all()
+                                             and not d.Bu[k].any() for d in plants)
+    ]  # fmt: skip
+    rests = np.hstack([plants[0].A[still], exact(np.zeros((len(still), l)))])
+    seen = -(exact(c.B) @ exact(c.readings.rows))
+    own = np.hstack([seen, exact(np.eye(l)) - exact(c.A)])  # times [x; xi] is B_r r
+    known = np.vstack([rests, own]).T
+    pushed = np.concatenate([exact(np.zeros(len(still))), exact(c.B_r)[:, j]])
+    wanted = np.concatenate([row[:n], row[len(row) - l :]])[:, None]
+    both, rank = fmpq_mat(np.hstack([known, wanted]).tolist()).rref()
+    rows = np.array(both.tolist(), object)[:rank]
+    first = [int(np.flatnonzero(r)[0]) for r in rows]
+    if known.shape[1] in first:
+        raise ValueError(ENDS)
+    return sum((r[-1] * pushed[k] for r, k in zip(rows, first)), exact(0))
 
 
 def _solved(left, right):

@@ -182,7 +182,9 @@ class Controller(Questions):
         """
         return start_of(self)
 
-    def set_point(self, r: Any = None, ramp: Any = None, b: float = 1) -> "Controller":
+    def set_point(
+        self, r: Any = None, ramp: Any = None, b: float = 1, profile: Any = None
+    ) -> "Controller":
         """Choose what a set point asks of all coordinates.
 
         Parameters
@@ -194,17 +196,27 @@ class Controller(Questions):
             How fast a set point is followed, per second, one number or by its name.
         b : float
             P sees y - b r, the integral y - r: see `OutputBounds.weights`.
+        profile : Profile, optional
+            Of the moves of the first set point, by `OutputBounds.limits_for` or `move`:
+            `to_c` writes their generator, <name>_move.h, and bounds all of them.
 
         Raises
         ------
         ValueError
-            If U r isn't I, or nothing is there to be set, or integrated for a b.
+            If U r isn't I, or nothing is there to be set, or integrated for a b; or the
+            profile's T is another.
         """
-        new = replace(self, R=chosen_set_point(self, r, b))
-        if ramp is None:
-            return new
-        ramps = per_signal("ramp", ramp, new.set_points)
-        return replace(new, limits=replace(new.limits, ramp=ramps))
+        new, limits = replace(self, R=chosen_set_point(self, r, b)), self.limits
+        if profile is not None:
+            if profile.T != self.T:
+                raise ValueError(
+                    f"profile has T = {profile.T:g} s, and the controller {self.T:g} s"
+                )
+            limits = replace(limits, profile=profile)
+        if ramp is not None:
+            ramps = per_signal("ramp", ramp, new.set_points)
+            limits = replace(limits, ramp=ramps)
+        return replace(new, limits=limits)
 
     def limit(
         self,

@@ -120,6 +120,19 @@ def bounded(c, trials):
                 f"overshoots by {found.words('overshoot')}, and is within 2 % after "
                 f"{found.words('settling_time')}"
             )
+    if (profile := c.limits.profile) is not None:
+        limits = profile.velocity, profile.acceleration, profile.jerk
+        moved = (
+            f"every motion of {c.set_points[0]} within {limits[0]:.6g} a second, "
+            f"{limits[1]:.6g} and {limits[2]:.6g} of acceleration and jerk, as the one "
+            "file of moves makes them,"
+        )
+        for k, signal in enumerate(c.outputs):
+            bound = c.bounds.follow(*limits, output=k)
+            within = (bound.proven or np.inf) <= c.limits.u_max[k]
+            end = "" if within else ", without its limit"
+            lines.append(f"{moved} asks {signal}: {bound}{end}")
+        lines.append(f"{moved} leaves it from there: {c.bounds.follow(*limits)}")
     if c.set_points:
         lines.append("one program, sosbook, has made these bounds: no file holds them")
     if np.isfinite(c.limits.u_max).all():

@@ -153,18 +153,7 @@ def _blurred(tube, x):
 
 def _followed(tube, T, goal):
     """(y, lost): a polynomial y with F y - y near T ``goal``, and |s|_q at most."""
-    floats, _, _ = tube.pieces
-    N, place = len(tube.frame), {e: k for k, e in enumerate(tube.exponents)}
-    zero = tube.exponents[0]
-    one = np.eye(N) - floats[zero][:N, :N]
-    y = np.zeros_like(goal)
-    for k, e in enumerate(tube.exponents):  # by degree
-        right = -T * goal[k]
-        for g, F in floats.items():
-            rest = tuple(a - b for a, b in zip(e, g))
-            if g != zero and rest in place:
-                right = right + F[:N, :N] @ y[place[rest]]
-        y[k] = np.linalg.solve(one, right)
+    y = tube.solved(-T * goal)
     now = np.concatenate([y.ravel(), np.zeros(tube.joined.inputs)])
     lost = tube.defect(now[:, None], (y + T * goal).ravel()[:, None])[0]
     most = tube.largest(tube.exponents)

@@ -1,6 +1,7 @@
 """Limits of a controller's output, and the faults that stop it."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -60,12 +61,15 @@ class Limits:
     tracking_time : float or None
         In s: while the output is at its limit the integral follows what is withheld
         with this time constant. None: it knows nothing of the limit.
+    profile : Profile or None
+        Of the moves of the first set point that the program's <name>_move.h makes.
     """
 
     u_max: np.ndarray
     slew: np.ndarray
     ramp: np.ndarray
     tracking_time: float | None = None
+    profile: Any = None
 
 
 @dataclass(frozen=True)
@@ -143,7 +147,8 @@ def limits_of(c, u_max, slew, load, anti_windup, tracking_time):
             "would overshoot what is withheld"
         )
     slew = per_signal("slew", slew, c.outputs)
-    return Limits(u_max, slew, c.limits.ramp, tracking_time)
+    held = c.limits.ramp, tracking_time, c.limits.profile
+    return Limits(u_max, slew, *held)
 
 
 def _not_too_coarse(c, u_max):

@@ -1,5 +1,6 @@
 """Bounds of what sensors and set points do to the outputs of a controller."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,7 @@ from ..plants.checks import count, positive
 from ..runtime.time_limit import checked_seconds
 from .bounded import SECONDS, Bounded
 from .bounds import bounded_output, rest, rounded, sizes_of
-from .limits import quantum
+from .limits import per_signal, quantum
 from .motions import Motions
 from .rounding import rounding_bound
 from .signals import known_index
@@ -174,9 +175,12 @@ class OutputBounds(Motions):
         Raises
         ------
         ValueError
-            As for `ramp`, or where no row is an output.
+            Where no row is an output, or springs push back and the output isn't one
+            that is integrated: then it ends elsewhere for each plant.
         """
-        x, c = self._at_rest(set_point), self.controller
+        c = self.controller
+        known_index("set_point", set_point, c.set_points)
+        x = rest(c, set_point)
         asked = c, x, size, set_point, output, band
         work = partial(step_bounds, *asked, count("cells", cells, least=1))
         found = proven_within(checked_seconds(time_limit, needed=True), work)
@@ -316,7 +320,9 @@ class OutputBounds(Motions):
         work = partial(rounding_bound, c, precision, range, speed, output)
         return Bounded.within(time_limit, work, np.nan, unit)
 
-    def reach(self, set_point: int = 0, seconds: float = 30.0) -> Reach:
+    def reach(
+        self, set_point: int = 0, seconds: float = 30.0, asked: Any = None
+    ) -> Reach:
         """Which steps settle although the output is limited: see `Reach`.
 
         Parameters
@@ -325,9 +331,23 @@ class OutputBounds(Motions):
             Which one.
         seconds : float
             After which the best that was proven is the answer.
+        asked : float or dict, optional
+            The most that a motion by itself asks of each output, as `follow` says: then
+            such steps settle at any time of it, and it goes on as without them.
         """
         c = self.controller
         if not np.isfinite(c.limits.u_max).all():
             raise ValueError("u_max is missing: limit every output first")
         known_index("set_point", set_point, c.set_points)
+        if asked is not None:
+            # where |u_p| <= U, sat(u_p + e) - u_p is e for |e| <= u_max - U, never
+            # beyond e, and at least (1 - kappa) e up to (u_max - U) / (1 - kappa)
+            most = per_signal("asked", asked, c.outputs)
+            left = [rounded(arb(a) - arb(b), 0) for a, b in zip(c.limits.u_max, most)]
+            if not min(left) > 0:
+                raise ValueError(
+                    f"asked = {asked!r} leaves nothing of u_max = {c.limits.u_max}: "
+                    "move more gently"
+                )
+            c = replace(c, limits=replace(c.limits, u_max=np.array(left)))
         return proven_reach(c, set_point, seconds)

@@ -141,7 +141,11 @@ class Code:
         texts[f"{name}_gains.h"] = self.gains
         texts[f"{name}_plants.h"] = _plants(c, self.precision, self.trials)
         texts |= {f"proof_{name}{end}.json": text for end, text in self.proofs}
-        for part in (".h", ".c", "_tick.h", "_gains.h"):
+        parts = ".h", ".c", "_tick.h", "_gains.h"
+        if c.limits.profile is not None:
+            texts[f"{name}_move.h"] = c.limits.profile.to_c(name, self.precision)
+            parts += ("_move.h",)
+        for part in parts:
             texts[f"{name}_sketch/{name}{part}"] = texts[f"{name}{part}"]
         return texts | {f"program_{name}.json": record(texts, name)}
 

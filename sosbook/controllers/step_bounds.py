@@ -13,7 +13,7 @@ from ..plants.outputs import Output
 from ..plants.sensed import in_states
 from ..sampled.discretize import input_vertices
 from .bounded import Bounded
-from .bounds import of_all_plants, outputs_of, rest, rounded, ticks_of
+from .bounds import ENDS, fixed_end, of_all_plants, outputs_of, rest, rounded, ticks_of
 from .cells import Joined, work
 from .charts import chart
 from .signals import known_index, unit_of
@@ -121,13 +121,16 @@ class Row:
         """That of an ``output`` (see `OutputBounds.step_response`) of c after a
         step of set point j to the rest x.
         """
-        N, whole = c.readings.rows.shape[1], len(x)
+        N, whole = c.readings.rows.shape[1], len(c.loops[0].F)
         names = signals(c.plant)
         if isinstance(output, Output):
             row, share = _weights(c, output)
             name, unit = output.name or output.words, ""
             row = np.concatenate([row, exact(np.zeros(whole - N))])
-            return cls(row + share @ outputs_of(c), (row @ x)[0], name, unit)
+            ends = fixed_end(c, j, x, row)
+            if x is None and share.any():
+                raise ValueError(ENDS)  # of u, springs ask something at rest
+            return cls(row + share @ outputs_of(c), ends, name, unit)
         if output is None:
             n, name = len(c.R), c.set_points[j].name.removeprefix("set point of ")
             known = c.readings.rows[:n] if c.estimate.errors else np.eye(N)[:n]
@@ -144,9 +147,11 @@ class Row:
         else:
             known_index("output", output, c.outputs)
             signal = c.outputs[output]
+            if x is None:
+                raise ValueError(ENDS)
             return cls(outputs_of(c)[output], exact(0), signal.name, signal.unit)
         row = np.concatenate([exact(row), exact(np.zeros(whole - N))])
-        return cls(row, (row @ x)[0], name, unit_of(name, c.units))
+        return cls(row, fixed_end(c, j, x, row), name, unit_of(name, c.units))
 
 
 def _weights(c, output):
@@ -171,8 +176,8 @@ def _weights(c, output):
 def step_bounds(c, x, size, j, output, band, most):
     """The `StepBounds` of a controller c after a step of a ``size`` of set point j.
 
-    x: see `rest`; ``output``, ``band``: see `OutputBounds.step_response`; in
-    ``most`` cells at most: none proves nothing.
+    x: see `rest`, None where each plant has its own; ``output``, ``band``: see
+    `OutputBounds.step_response`; in ``most`` cells at most: none proves nothing.
     """
     size = exact(positive("size", size))
     positive("band", band)
@@ -183,13 +188,23 @@ def step_bounds(c, x, size, j, output, band, most):
     goal = abs(end) or 1.0
 
     def judged(tube):
-        motion = tube.motion(-x, ticks=ticks)
+        if x is None:
+            y, away = tube.resting
+            motion = tube.motion(first=-y, ticks=ticks, away=away)
+            rests = tube.motion(first=y, away=away)
+        else:
+            motion = tube.motion(-x, ticks=ticks)
         near, off, tail = motion.seen(row.row)
         answer = _Numbers.of(near.min(axis=1) - off, near.max(axis=1) + off, tail, end)
         excess = [off.max() - FINE[0] * (goal if end else abs(near).max())]
-        for h in asked:
+        for h, at_once in zip(asked, c.D_r[:, j]):
             u, doubt, last = motion.seen(h)
-            most = max((abs(u).max(axis=1) + doubt).max(), last)
+            end_u = 0.0
+            if x is None:  # what springs ask at rest
+                held, more, _ = rests.seen(h)
+                u, doubt = u + held[0] + at_once, doubt + more[0]
+                end_u = abs(held[0] + at_once).max() + more[0]
+            most = max((abs(u).max(axis=1) + doubt).max(), last + end_u)
             jump = abs(np.diff(u, axis=0)).max(axis=1) + doubt[1:] + doubt[:-1]
             jump = max(jump.max(initial=0.0), 2 * last, abs(u[0]).max() + doubt[0])
             answer.asked.append((most * SAFE, jump * SAFE))
@@ -198,9 +213,11 @@ def step_bounds(c, x, size, j, output, band, most):
 
     found = None
     if most:
-        found = of_all_plants(c, Joined(c, c.B_r[:, :0], c.D_r[:, :0]), judged, most)
+        pushed = slice(0) if x is not None else [j]
+        joined = Joined(c, c.B_r[:, pushed], c.D_r[:, pushed])
+        found = of_all_plants(c, joined, judged, most)
     plants = plants_of(c)
-    seen = [_Numbers.seen(c, d, x, row, ticks) for *_, d in plants]
+    seen = [_Numbers.seen(c, d, x, row, ticks, j) for *_, d in plants]
     names = [name for name, *_ in plants]
     where = {}
 
@@ -264,13 +281,17 @@ class _Numbers:
         return cls(low - room, high + room, tail * SAFE, end, [])
 
     @classmethod
-    def seen(cls, c, d, x, row, ticks):
+    def seen(cls, c, d, x, row, ticks, j):
         """Those of one plant d of a controller c, in floats."""
-        loop = c.loop(d)
+        loop, held = c.loop(d), 0.0
+        if x is None:
+            left = np.eye(len(loop.F)) - loop.F
+            x = np.linalg.solve(left, loop.set_point[:, [j]])
+            held = (loop.H @ x)[:, 0] + loop.direct_r[:, j]
         states = motion_of(loop, -x, ticks)
         y = states @ row.row.astype(float)
         found = cls(y, y, 0.0, float(row.ends), [])
-        for u in (states @ loop.H.T).T:
+        for u in (states @ loop.H.T + held).T:
             moved = abs(np.diff(u, prepend=0.0)).max()
             found.asked.append((abs(u).max(), moved))
         return found
@@ -332,7 +353,9 @@ def seen_overshoot(c):
         if (x := rest(c, j)) is not None:
             row = Row.of(c, j, x, None)
             ticks = ticks_of(c.radius)
-            found += [_Numbers.seen(c, d, x, row, ticks).overshoot for d in c.vertices]
+            found += [
+                _Numbers.seen(c, d, x, row, ticks, j).overshoot for d in c.vertices
+            ]
     return 100 * max(found) if found else None
 
 

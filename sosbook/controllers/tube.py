@@ -168,17 +168,17 @@ class Tube:
         left, gone = np.array([*left.values()]).reshape(-1, N, count * N + j), [*left]
         return np.concatenate([A, left]), self.largest([*self.exponents, *gone])
 
-    def motion(self, start=None, column=None, ticks=1, first=None):
-        """The `Motion` over ``ticks`` from a ``start``, (N, 1) in rationals; or from a
-        polynomial, ``first``, (monomials, N); or from zero, where the input of a
-        ``column`` is one at tick 0.
+    def motion(self, start=None, column=None, ticks=1, first=None, away=0.0):
+        """The `Motion` over ``ticks`` from a ``start``, (N, 1) in rationals; or from
+        within ``away`` of a polynomial, ``first``, (monomials, N); or from zero, where
+        the input of a ``column`` is one at tick 0.
         """
         A, _ = self.recursion
         count, (N, j) = len(self.exponents), (len(self.frame), self.joined.inputs)
         X = np.zeros((ticks + 1, count * N + j))
         e = np.zeros(ticks + 1)
         if first is not None:
-            X[0, : count * N] = first.ravel()
+            X[0, : count * N], e[0] = first.ravel(), away
         elif start is None:
             X[0, count * N + column] = 1.0
         else:
@@ -202,6 +202,36 @@ class Tube:
         for k, delta in enumerate(lost):
             e[k + 1] = self.rho * e[k] + delta
         return Motion(self, X[:, : count * N].reshape(ticks + 1, count, N), e)
+
+    def solved(self, goal):
+        """y with (I - F) y near a ``goal``, polynomials in floats, (monomials, N)."""
+        floats, _, _ = self.pieces
+        N, zero = len(self.frame), self.exponents[0]
+        place = {e: k for k, e in enumerate(self.exponents)}
+        one, y = np.eye(N) - floats[zero][:N, :N], np.zeros_like(goal)
+        for k, e in enumerate(self.exponents):  # by degree
+            right = goal[k]
+            for g, F in floats.items():
+                rest = tuple(a - b for a, b in zip(e, g))
+                if g != zero and rest in place:
+                    right = right + F[:N, :N] @ y[place[rest]]
+            y[k] = np.linalg.solve(one, right)
+        return y
+
+    @cached_property
+    def resting(self):
+        """(y, away): where the first input being one holds the loop at rest, to within
+        ``away`` in the norm: at most |F y + G - y| / (1 - rho).
+        """
+        floats, _, _ = self.pieces
+        N, j = len(self.frame), self.joined.inputs
+        push = [
+            floats[e][:N, N] if e in floats else np.zeros(N) for e in self.exponents
+        ]
+        y = self.solved(np.array(push))
+        now = np.concatenate([y.ravel(), np.eye(j)[0]])
+        lost = self.defect(now[:, None], y.ravel()[:, None])[0]
+        return y, lost / (1 - self.rho) * SAFE
 
     def seen_by(self, row):
         """(h, doubt, c) of a ``row``, (N,) in rationals: it is h in the frame, each
