@@ -29,6 +29,8 @@ SHORTHAND = {
     "pendulum/facts.py": {"cost"},  # writes the weights into a C comment
     "theorems/text.py": {"gamma"},  # the size of a theorem's argument
     "controllers/limits.py": {"u_max"},  # an argument, in what is said of it
+    "controllers/margins.py": {"disk"},  # a margin's name
+    "controllers/motions.py": {"u_max"},
     "controllers/output_bounds.py": {"u_max"},
     "proofs/folder.py": {"u_max"},  # the limit of a controller
 }
