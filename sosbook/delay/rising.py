@@ -144,10 +144,12 @@ def constant_delays(
 
     Parameters
     ----------
-    plant, K, U, delta, law
+    plant, K, U
         As in `analyse_delay`; one plant.
     low, high : float
         The interval of delays, in s; 0 < low <= high.
+    delta, law
+        As in `analyse_delay`.
     time_limit : float, optional
         In seconds; what isn't proven then is "undecided".
 

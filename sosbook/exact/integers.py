@@ -198,7 +198,7 @@ class Enclosing(Reader):
 
 
 def _exponential(x):
-    """What `arithmetic.exponential` encloses, by arb's balls of each entry.
+    """The enclosure of `arithmetic.exponential`, by arb's balls of each entry.
 
     e^64 takes 93 bits before the point, BALL come after it: twice BALL are enough.
     """

@@ -334,8 +334,8 @@ OF_TICKS = (
 
 
 def of_change(d, dt):
-    """A `Descriptor` of x(k+1) as the one of v = (x(k+1) - x(k)) / dt: its floats are
-    next to the rationals dt E and A - E, which it keeps.
+    """A `Descriptor` ``d`` of x(k+1) as the one of v = (x(k+1) - x(k)) / ``dt``: its
+    floats are next to the rationals dt E and A - E, which it keeps.
     """
     exactly = d.map(exact)
     E, A = exact(dt) * exactly.E, exactly.A - exactly.E
@@ -354,7 +354,7 @@ def keep(plant, matrices):
 
 
 def of_next(d, dt):
-    """The `Descriptor` of x(k+1), in rationals, from that of `of_change`."""
+    """The `Descriptor` of x(k+1), in rationals, from ``d``, of `of_change`, and dt."""
     exactly = d.map(exact)
     E = exactly.E / exact(dt)
     return replace(exactly, E=E, A=exactly.A + E)

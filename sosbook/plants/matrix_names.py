@@ -1,4 +1,4 @@
-"""What the matrices of a plant are called in files of other programs."""
+"""The names of a plant's matrices in files of other programs."""
 
 from .as_data import ALIASES, NAMES, OPTIONAL
 from .state_space import BLOCK, LETTERS, STEPS

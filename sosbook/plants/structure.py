@@ -20,7 +20,9 @@ PENALTY = 1e30  # on a diagonal: supports of Abaqus have 1e36, no structure has 
 
 @dataclass(frozen=True)
 class Beside:
-    """Arguments of `load_plant` beside a file; see there."""
+    """Arguments of `load_plant` beside a file: ``without``, ``condensed``, ``push`` and
+    ``rayleigh``, as there.
+    """
 
     without: Sequence[int] = ()
     condensed: bool = False
@@ -115,7 +117,7 @@ def _pushed(push, n, dofs):
 
 
 def matrix_of(name, x, large=False):
-    """A matrix of a file; one that may be ``large`` stays sparse then."""
+    """The matrix ``x`` of this ``name``; one that may be ``large`` stays sparse."""
     if issparse(x):
         if large and max(x.shape) > MOST_DENSE:
             return csc_array(x)

@@ -83,8 +83,8 @@ def with_step(r: Requirement, step: float | None) -> Requirement:
 
 
 def timed(r: Requirement, step: float | None) -> Requirement:
-    """The requirement ``r`` of a plant with this tick, or of continuous time; it must
-    not be that of another tick.
+    """The requirement ``r`` of a plant with this tick, ``step``, or of continuous time;
+    it must not be that of another tick.
     """
     if r.step == step:
         return r

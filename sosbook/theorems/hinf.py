@@ -43,7 +43,7 @@ def bounded_real(c, gamma2, mu=1, step=0):
 
 def with_square(rows, column, EPE, step):
     """The ``rows`` of a block with the square of the change, whose ``column`` it is;
-    with a zero ``step`` the rows themselves.
+    with a zero ``step`` the rows themselves. ``EPE`` is E P E'.
     """
     if not step:
         return rows
