@@ -188,6 +188,7 @@ def step_bounds(c, x, size, j, output, band, most):
     goal = abs(end) or 1.0
 
     def judged(tube):
+        """The numbers of a ``tube``'s step, and how far its doubt is above `FINE`."""
         if x is None:
             y, away = tube.resting
             motion = tube.motion(first=-y, ticks=ticks, away=away)
