@@ -229,6 +229,10 @@ def margins_of(c, at=0, seconds=60.0):
     with suppress(OutOfTime), time_limit(checked_seconds(seconds, needed=True)):
         _of_disks(cut, loop, known, disks, found)
         _of_delay(c, late, found)
+    if disks:  # what they hold is known, also where the time has ended a search
+        found["phase"] = np.degrees(max(_covered(*x) for x in disks)) * (1 - 1e-9)
+        low, high = _joined(disks)
+        found |= {"low": max(low, 0.0), "high": high}
 
     def margin(name, unit=""):
         value, k = known[name]
@@ -246,7 +250,7 @@ def margins_of(c, at=0, seconds=60.0):
 
 
 def _of_disks(cut, loop, known, disks, found):
-    """Find disk, gain and phase from ``disks`` that are proven, into ``found``."""
+    """Prove ``disks``, of which gain and phase follow; that around one is ``found``."""
 
     def disk(centre, radius):
         """The radius that is proven around a centre, or None."""
@@ -273,8 +277,6 @@ def _of_disks(cut, loop, known, disks, found):
     angles = [_covered(x, SHARES[0] * r) for x, r in zip(CENTRES, sizes)]
     best = int(np.argmax(angles))
     disk(CENTRES[best], sizes[best])
-    proven = max(_covered(*x) for x in disks) if disks else 0.0
-    found["phase"] = float(np.degrees(proven)) * (1 - 1e-9) or None
     reach = _joined(disks)
     for name, k, way in (("high", 1, 1), ("low", 0, -1)):
         goal = known[name][0]
@@ -291,8 +293,6 @@ def _of_disks(cut, loop, known, disks, found):
             if disk(*most) is None:
                 break
             reach = _joined(disks)
-        if reach[k] != 1:
-            found[name] = max(reach[k], 0.0)
 
 
 def _joined(disks):
