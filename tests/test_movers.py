@@ -1,6 +1,7 @@
 """Elements that compute in the page: their numbers, and mouse, keyboard, touch."""
 
 import re
+from itertools import product
 
 import numpy as np
 import pytest
@@ -1052,6 +1053,37 @@ def test_trust_proves_what_exact_arithmetic_proves(desk):
     assert any(x["status"] and not x["stable"] for x in seen)
     assert any(x["stable"] and not x["proven"] for x in seen)
     assert sum(x["proven"] for x in seen) > 10
+
+
+# ------------------------------------------------------------ shaft (chapter 33)
+def test_a_shaft_shows_what_was_computed_for_its_setting(desk):
+    """The setting of the values that stand; an angle's mark turns by it, grown."""
+    data = desk.data("sos-shaft")
+    keys, grids = list(data["grids"]), data["grids"].values()
+    settings = dict(zip(product(*grids), data["settings"], strict=True))
+    steps = {c["key"]: range(len(c["names"])) for c in data["controls"] if "names" in c}
+    places = [
+        {k: list(steps[k])[data["grids"][k].index(v)] if k in steps else v
+         for k, v in zip(keys, values, strict=True)} for values in settings
+    ]  # fmt: skip
+    found = desk.compute("sos-shaft", places)
+    assert found == list(settings.values())
+    turns, discs, dots = desk.page.evaluate(
+        """() => {
+      const element = document.querySelector("sos-shaft");
+      const all = (kind, keys) => [...element.querySelectorAll(kind)].map(
+        e => keys.map(key => Number(e.getAttribute(key))));
+      element.seek(element.horizon / 4);
+      return [element.result.turns, all("ellipse", ["cx", "cy", "rx", "ry"]),
+              all("circle", ["cx", "cy"])]; }"""
+    )
+    here = np.array(turns)
+    angles = here[:, round((here.shape[1] - 1) / 4)]
+    (x, y, rx, ry), (u, v) = np.transpose(discs), np.transpose(dots[: len(discs)])
+    drawn = np.arctan2((u - x) / rx, (y - v) / ry)
+    scale = abs(here).max()
+    assert np.ptp(here, 1).max() > 0.1 * scale
+    assert np.allclose(drawn * angles[-1], drawn[-1] * angles, atol=0.04 * scale)
 
 
 # ---------------------------------------------------------- noises (chapter 36)

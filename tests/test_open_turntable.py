@@ -5,11 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 from numpy.testing import assert_allclose
-from scipy.linalg import block_diag, expm, null_space
+from scipy.linalg import block_diag, eigh, expm, null_space
 
 import sosbook as sos
 from sosbook.book import plots, turntable
-from sosbook.plants import descriptors
+from sosbook.plants import condense, descriptors
 from tests.energy_to_peak import EnergyToPeak
 from tests.test_open_cells import cells, code, names
 
@@ -105,6 +105,28 @@ def test_rows_on_the_rate_prove_the_call_s_bound():
             true = max(true, abs(s * x[3, 0]))
     assert space["rate"](1.02 * true).solve().prove().proven
     assert space["rate"](0.98 * true).solve(refuse=False).status != "feasible"
+
+
+def test_a_reduced_shaft_s_gain_is_the_call_s_and_shifts_a_mode_as_the_formula_says():
+    """Other flanges and another table; the truth is eigenvalues of the whole shaft."""
+    space = after(
+        "38", "NODES, FLANGES", "def design", condense=condense, inv=np.linalg.inv
+    )
+    whole = condense(*space["matrices"](0.013, flange=3e-4, friction=2e-5))
+    part = whole.reduce(rows=[0, 6])
+    (source,) = cells("38")
+    exec(source, space | {"part": part}, space)
+    K, proven = space["gain"](part, 15)
+    assert proven
+    assert_allclose(K, space["design"](part, 15).K, rtol=1e-9)
+    (d,), small = descriptors(whole), 0.01 * np.array([[0, 0, -1, -7]])
+    A = d.A + d.Bu @ part.reduction.lift(small)
+    poles = np.linalg.eigvals(np.linalg.solve(d.E, A))
+    squares, V = eigh(whole.S, whole.M)
+    for w, mode in zip(np.sqrt(squares[2:]), V.T[2:], strict=True):
+        rates = small[0, 2:] @ mode[[0, 6]] * mode[0] - mode @ whole.D @ mode
+        true = poles[abs(poles - 1j * w).argmin()].real
+        assert_allclose(rates / 2, true, rtol=2e-2)
 
 
 def test_the_least_peak_in_the_open_is_the_call_s():

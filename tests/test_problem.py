@@ -1,5 +1,7 @@
 """`LMIProblem` against Lyapunov's equation, Riccati's and a second solver."""
 
+import re
+
 import cvxpy
 import numpy as np
 import pytest
@@ -390,3 +392,33 @@ def test_a_singular_multiplier_of_few_digits_is_taken_as_it_is():
     refusal = problem.refuse([np.outer(z, z)])
     assert refusal.verify() and float(refusal.value) < 0
     assert problem.solve().status == "infeasible"
+
+
+#: Words that name the cure, and what is written wrong, of P, 2 x 2, and Y, 1 x 2.
+WRONG = {
+    'matrix("Y", 2, 6)': "matrix('Y', (2, 6)); matrix('Y', 2); matrix('Y', 2, '6');"
+    "matrix('Y', 2, 6.0); matrix('Y', 0, 2); matrix('Y', -1, 2)",
+    'symmetric("P", 6)': "symmetric('P', (2, 2)); symmetric('P', 2.5);"
+    "symmetric('P', True); symmetric('P', 0)",
+    "must be one line of": "matrix(3, 2, 2); matrix('', 2, 2); symmetric('g^2', 2);"
+    "symmetric(P, 2)",
+    "eye(2)": "eye('2'); eye((2, 2)); eye(2.5); eye(-1)",
+    "square array or expression": "he(3); he('P'); he(Y); he([[1, 2], [3, 4]]);"
+    "he(np.zeros((2, 3)))",
+    "block takes rows": "block(3); block(P); block([P, P]); block([[]])",
+    "rows of a block have": "block([]); block([[P, 0], [Y]])",
+    "a row has zeros alone": "block([[P, 0], [0, 0]])",
+    "doesn't fit": "np.zeros((2, 3)) @ P; Y @ [[1, 2, 3]]",
+    "as a row or a column": "P @ [1, 2]; np.array([1, 2]) @ P",
+    "divided by zero": "P / 0; P / [[0]]",
+    "isn't affine": "P / P; P @ P; P @ Y; P * Y",
+    'LMIProblem({"a name": P - Q})': "P > 0; P <= eye(2)",
+}
+
+
+@pytest.mark.parametrize("words", WRONG)
+def test_what_is_written_wrong_is_said_in_our_words(words):
+    names = globals() | {"P": symmetric("P", 2), "Y": matrix("Y", 1, 2)}
+    for written in WRONG[words].split(";"):
+        with pytest.raises((ValueError, TypeError), match=re.escape(words)):
+            eval(written.strip(), names)

@@ -7,13 +7,14 @@ from dataclasses import replace
 import ipywidgets
 import numpy as np
 import pytest
-from scipy.linalg import expm
+from scipy.linalg import eig, expm
 from scipy.special import lambertw
 
 import sosbook as sos
 from sosbook.book import notebooks, thesis, widgets
 from sosbook.book.notebooks import BOOK
 from sosbook.pendulum import Mip, polytope, vertices
+from sosbook.plants import condense
 
 I4 = np.eye(4)
 ROBOT, WING = thesis.example_1(), thesis.delay_example_1(published=True)
@@ -146,6 +147,53 @@ def fallen(load, brake):
     return np.sort(np.linalg.eigvals(companion(p.M, p.D, p.S)).real)
 
 
+def late_by_a_tick(R, spread):
+    """The largest radius of the PD's loops at 100 Hz whose answer is a tick late."""
+    robot, radii = Mip.printed(), []
+    K = sos.design_lqr(polytope(robot, spread), I4, [[R]]).gain.K
+    for each in (robot, *vertices(robot, spread)):
+        p = each.plant()
+        A = companion(p.M, p.D, p.S)
+        B = np.vstack([np.zeros((2, 1)), np.linalg.solve(p.M, p.B)])
+        step = expm(0.01 * np.block([[A, B], [np.zeros((1, 5))]]))
+        step[4] = [*K[0], 0]
+        radii.append(abs(np.linalg.eigvals(step)).max())
+    return max(radii)
+
+
+def loud(R):
+    """How many volts a radian of tilt asks, by the robust PID of this weight."""
+    return sos.design_lqr(polytope(Mip.printed()), np.eye(5), [[R]], [[0, 1]]).K[0, 0]
+
+
+def bent(amplitude):
+    """By how many percent a sine at resonance of this voltage bends d/c, at most."""
+    e, f, d = 30.52, 7.133, 110.6
+    return 100 * (amplitude * e / f) ** 2 / (d - f**2 / 4) / 8
+
+
+def rightmost(flange, friction, sigma):
+    """The rightmost pole of chapter 38's shaft, by the pencil of all its angles."""
+    stiff = 200 * (2 * np.eye(21) - np.eye(21, k=1) - np.eye(21, k=-1))
+    stiff[0, 0] = stiff[20, 20] = 200
+    mass, D = np.zeros(21), np.zeros((21, 21))
+    at = [3, 7, 10, 13, 17]
+    mass[at], D[at, at] = flange, friction
+    mass[[0, 20]] = 0.01, 0.02
+    D[0, 0], D[20, 20], D[0, 20], D[20, 0] = 0.03, 0.01, -0.01, -0.01
+    part = condense(np.diag(mass), D, stiff, np.eye(21)[:, :1]).reduce(rows=[0, 6])
+    start = sos.Saturation(300, [0.1, 0.1, 0, 0])
+    region = sos.PoleRegion(sigma=sigma, rho=400)
+    K = sos.design_pid(part, region=region, saturation=start).K[0]
+    D[0, [0, 20]] -= K[2:]
+    stiff[0, [0, 20]] -= K[:2]
+    one, none = np.eye(21), np.zeros((21, 21))
+    A, E = np.block([[none, one], [-stiff, -D]]), np.diag([1] * 21 + [*mass])
+    poles = eig(A, E, right=False, homogeneous_eigvals=True)
+    real = abs(poles[1]) > 1e-12 * abs(poles[0])
+    return (poles[0][real] / poles[1][real]).real.max()
+
+
 def numbers(text):
     return [float(x) for x in re.findall(r"[-+]?[0-9]+[.][0-9]*", text)]
 
@@ -220,6 +268,50 @@ TRUE = {
             (dict(load=x, brake=f), lambda w, x=x, f=f: np.allclose(
                 numbers(w.text), fallen(x, f), atol=6e-3))
             for x, f in ((1, 1), (2.5, 0.5))],
+    ),
+    "21_rig_to_model": (
+        ["truth = ", PLANT], [
+            (dict(amplitude=a, friction=0), lambda w, a=a: (
+                0.6 < -numbers(w.text)[0] / bent(a) < 1
+                and abs(numbers(w.text)[1]) < 0.01)) for a in (0.25, 0.6)],
+    ),
+    "24_on_the_desk": (  # the voltage is largest at the first tick
+        ["def design(R)", "def hold", "import ipywidgets"], [
+            (dict(R=R, tilt=t), lambda w, R=R, t=t: (
+                np.isclose(numbers(w.text)[0], np.radians(t) * loud(R), atol=0.1)
+                and numbers(w.text)[1] < 1)) for R, t in ((20, 8), (100, 5))],
+    ),
+    "25_program": (
+        ["T, mip", PLANT], [
+            (dict(offset=b, blend=k), lambda w: np.isclose(
+                *numbers(w.text), rtol=0.02)) for b, k in ((0.1, 0.005), (0.5, 0.01))],
+    ),
+    "26_logs_to_c_file": (
+        [PLANT], [
+            (dict(R=R, spread=s, late=10), lambda w, R=R, s=s: np.isclose(
+                numbers(w.text)[0], late_by_a_tick(R, s), atol=1e-3))
+            for R, s in ((20, 0.04), (500, 0.2))],
+    ),
+    "30_inside_the_solver": (
+        [PLANT], [
+            (dict(damping=d, sigma=x * d), lambda w, x=x: (
+                w.text.startswith("feasible") == (x < 0.5)))
+            for d, x in ((0.4, 0.2), (0.4, 0.49), (0.4, 0.51), (1.5, 0.6))],
+    ),
+    "36_any_controller": (  # a worse encoder never helps, a second one never hurts
+        ["(d,) = desc", "def sensor", "X, Y, g", "def least", "best = "], [
+            (dict(motor=m, load=n), lambda w, bound=bound: (
+                w.result and bound(*map(float, re.findall(r"[0-9.]+", w.text)))))
+            for m, n, bound in (
+                (0.01, 0.1, lambda a, b, c: c <= a < b),
+                (0.1, 0.01, lambda a, b, c: c <= b < a),
+                (0.001, 0.001, lambda a, b, c: c <= min(a, b)))],
+    ),
+    "38_model_from_somewhere_else": (
+        ["NODES, FLANGES", "def design"], [
+            (dict(zip(("flange", "friction", "sigma"), x)), lambda w, x=x: np.isclose(
+                numbers(w.text)[0], rightmost(*x), atol=1e-3))
+            for x in ((2e-4, 1e-4, 20), (2e-4, 1e-4, 40), (1e-3, 1e-4, 20))],
     ),
     "23_gains_to_samples": (
         ["from dataclasses import replace\n\nfrom sosbook.book"], [

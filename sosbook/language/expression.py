@@ -285,13 +285,26 @@ def lower_triangle(size):
 
 
 def eye(size):
-    """The identity with ``size`` rows, of integers: exact in every arithmetic."""
-    return size.eye() if isinstance(size, Symbols) else np.eye(size, dtype=int)
+    """The identity with ``size`` rows, of integers: exact in every arithmetic.
+
+    A ``size`` that is no whole number is a ValueError.
+    """
+    if isinstance(size, Symbols):
+        return size.eye()
+    if not isinstance(size, Integral) or size < 0:
+        raise ValueError(f"eye takes a number of rows, as eye(2); got {size!r}")
+    return np.eye(size, dtype=int)
 
 
 def he(x):
-    """``x + x.T``, the thesis's sm{x}."""
-    return x + x.T
+    """``x + x.T``, the thesis's sm{x}; a ValueError where x isn't square."""
+    try:
+        return x + x.T
+    except (AttributeError, ValueError):
+        given = f"the shape {x.shape}" if hasattr(x, "shape") else repr(x)
+        raise ValueError(
+            f"he(X) is X + X' of a square array or expression; got {given}"
+        ) from None
 
 
 def block(rows):
@@ -305,8 +318,8 @@ def block(rows):
     Raises
     ------
     ValueError
-        If a row or column has no entry that tells its size, or if the
-        sizes don't agree.
+        If these aren't rows of one length, if a row or column has no entry that tells
+        its size, or if the sizes don't agree.
 
     Examples
     --------
@@ -315,6 +328,13 @@ def block(rows):
            [0., 1., 0.],
            [0., 0., 1.]])
     """
+    lists = list, tuple
+    if not isinstance(rows, lists) or not all(isinstance(r, lists) and r for r in rows):
+        raise ValueError(
+            f"block takes rows, as block([[P, Y.T], [Y, Q]]); got {rows!r}"
+        )
+    if len({len(r) for r in rows}) != 1:
+        raise ValueError(f"the rows of a block have {[len(r) for r in rows]} entries")
     if len(rows) == len(rows[0]) == 1 and not isinstance(rows[0][0], int):
         return rows[0][0] * 1  # an array of its own, of the same kind
     columns = zip(*rows, strict=True)
@@ -360,6 +380,11 @@ def _common(entries, axis):
                 f"written {x!r} * eye(1)"
             )
     sizes = {x.shape[axis] for x in entries if not isinstance(x, int)}
+    if not sizes:
+        raise ValueError(
+            f"block sizes don't fit: a {('row', 'column')[axis]} has zeros alone; "
+            "write one of them as an array of zeros, which has a size"
+        )
     if len(sizes) != 1:
         raise ValueError(f"block sizes {sorted(sizes)} don't fit")
     return sizes.pop()

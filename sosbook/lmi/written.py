@@ -1,9 +1,12 @@
 """Unknowns and expressions as a reader writes them, whose decimals stay exact."""
 
+from numbers import Integral
+
 import numpy as np
 
 from ..exact.rational import exact
 from ..language.expression import Affine, Unknown
+from ..runtime.names import sane_name
 
 __all__ = ["matrix", "pairs", "symmetric"]
 
@@ -33,9 +36,16 @@ class Expression(Affine):
         return Expression(constant, terms)
 
     def _data(self, x):
+        if isinstance(x, Affine):
+            raise TypeError("a quotient or product of two unknowns isn't affine")
         x = np.asarray(super()._data(x))
         if x.dtype.kind not in "iufO":
             raise ValueError(f"data must be real numbers, got an array of {x.dtype}")
+        if x.ndim == 1:
+            raise ValueError(
+                f"data must be a matrix or a number, got {x.shape}: give "
+                "a vector as a row or a column"
+            )
         if x.dtype.kind in "iu":
             return x if x.ndim else int(x)
         return exact(x) if x.ndim else exact(x.item())
@@ -49,7 +59,27 @@ class Expression(Affine):
         return super()._read(x)
 
     def __truediv__(self, divisor):  # of integers it would be a float
+        divisor = self._data(divisor)
+        if np.any(divisor == 0):
+            raise ValueError(f"{self!r} can't be divided by zero")
         return self * (1 / exact(divisor))
+
+    def __matmul__(self, matrix):
+        if not isinstance(matrix, Affine):
+            _fits(self.shape, np.shape(matrix))
+        return super().__matmul__(matrix)
+
+    def __rmatmul__(self, matrix):
+        _fits(np.shape(matrix), self.shape)
+        return super().__rmatmul__(matrix)
+
+    def _compared(self, other):
+        raise TypeError(
+            "an inequality is a block that is positive definite: P > Q is written as "
+            'LMIProblem({"a name": P - Q})'
+        )
+
+    __gt__ = __ge__ = __lt__ = __le__ = _compared
 
     def in_floats(self):
         """The same `Affine` expression in floats."""
@@ -61,13 +91,30 @@ def _in_floats(x):
     return np.asarray(x, float)
 
 
+def _fits(left, right):
+    if len(left) == len(right) == 2 and left[1] != right[0]:
+        raise ValueError(f"a product of shapes {left} and {right} doesn't fit")
+
+
+def _unknown(name, rows, cols, symmetric, call):
+    """An unknown as an expression; a ValueError shows how it is ``call``ed."""
+    whole = isinstance(rows, Integral) and isinstance(cols, Integral)
+    if not whole or bool in map(type, (rows, cols)) or min(rows, cols) < 1:
+        raise ValueError(
+            f"{name!r} needs whole numbers of rows and columns, as in {call}; got "
+            f"{rows!r}" + ("" if symmetric else f" and {cols!r}")
+        )
+    unknown = Unknown(sane_name(name), int(rows), int(cols), symmetric=symmetric)
+    return Expression(unknown.constant, unknown.terms)
+
+
 def symmetric(name, size):
     """A symmetric unknown matrix, of a ``name`` and so many rows.
 
     Raises
     ------
     ValueError
-        If ``size`` is no whole number.
+        If ``size`` is no whole number above zero, or the name isn't one line of words.
 
     Examples
     --------
@@ -75,17 +122,17 @@ def symmetric(name, size):
     >>> P.shape
     (2, 2)
     """
-    unknown = Unknown(name, size, symmetric=True)
-    return Expression(unknown.constant, unknown.terms)
+    return _unknown(name, size, size, True, 'symmetric("P", 6)')
 
 
-def matrix(name, rows, cols):
+def matrix(name, rows, cols=None):
     """An unknown matrix of a ``name`` and a shape.
 
     Raises
     ------
     ValueError
-        If ``rows`` or ``cols`` is no whole number.
+        If ``rows`` or ``cols`` is no whole number above zero, or the name isn't one
+        line of words.
 
     Examples
     --------
@@ -93,8 +140,7 @@ def matrix(name, rows, cols):
     >>> (Y @ [[0.3], [9.81]]).shape
     (1, 1)
     """
-    unknown = Unknown(name, rows, cols)
-    return Expression(unknown.constant, unknown.terms)
+    return _unknown(name, rows, cols, False, 'matrix("Y", 2, 6)')
 
 
 def pairs(name, block, vertices):

@@ -1,5 +1,6 @@
 // A two-mass drive under its program: a step of the set point, sampled, late, in counts
 // of the encoder, with or without a limit. Beside the motion stands what is proven of it.
+import {disc, twist} from "./discs.js";
 import {define, round} from "./kit.js";
 import {apply, combine, held, solve} from "./linalg.js";
 import {Mover, number, verdict} from "./mover.js";
@@ -122,25 +123,11 @@ class Drive extends Mover {
   pose(result, time) {
     super.pose(result, time);
     const {t, z, q, u} = result, at = t.findLastIndex(x => x <= time + 1e-9), k = Math.max(0, at);
-    const disc = (x, size, angle, kind = "sos-part") => {
-      const rim = turn => [round(x + 0.35 * size * Math.sin(turn)), round(70 - size * Math.cos(turn))];
-      const spokes = [0, 1, 2].map(i => `M${x} 70L${rim(angle + 2 * Math.PI * i / 3).join(" ")}`);
-      const [u0, v0] = rim(angle);
-      return `<ellipse class="${kind}" cx="${x}" cy="70" rx="${round(0.35 * size)}" ry="${round(size)}"/>` +
-        `<path class="sos-thin" d="${spokes.join("")}"/>` +
-        `<circle cx="${u0}" cy="${v0}" r="4" style="fill:var(--sos-first)"/>`;
-    };
-    const shaft = Array.from({length: 13}, (_, i) => {
-      const x = 124 + 8 * i, turn = q[k] + (z[k] - q[k]) * i / 12, c = round(9 * Math.cos(turn));
-      return `M${x} ${70 - c}L${round(x + 4 * Math.sin(turn))} ${70 + c}`;
-    });
     const aim = [0.35 * (this.size + 8) * Math.sin(this.goal), -(this.size + 8) * Math.cos(this.goal)];
     const force = round(60 * Math.max(-1.3, Math.min(1.3, u[k] / this.data.u_max)));
     this.find("scene").innerHTML = picture(150, "A motor turns a load through a shaft that twists",
       `<rect class="sos-part" x="30" y="46" width="56" height="48" rx="5"/>` +
-        `<path class="sos-thin" d="M86 70H100"/>` + disc(108, 30, q[k]) +
-        `<path class="sos-thin" d="M118 61H226M118 79H226"/>` +
-        `<path class="sos-thin" style="stroke:var(--sos-second)" d="${shaft.join("")}"/>` +
+        `<path class="sos-thin" d="M86 70H100"/>` + disc(108, 30, q[k]) + twist([118, q[k]], [226, z[k]]) +
         disc(240, this.size, z[k]) +
         `<path d="M${round(240 + aim[0])} ${
           round(70 + aim[1])}l0 -8" style="stroke:var(--sos-bad);stroke-width:3"/>` +

@@ -8,6 +8,7 @@ from .program import drive
 from .reach import reach
 from .ride import ride
 from .sensors import noises, sensors
+from .shaft import shaft
 
 __all__ = [
     "Mover",
@@ -26,6 +27,7 @@ __all__ = [
     "ride",
     "segment",
     "sensors",
+    "shaft",
     "slider",
     "tick",
     "trust",
