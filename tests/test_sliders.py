@@ -147,20 +147,6 @@ def fallen(load, brake):
     return np.sort(np.linalg.eigvals(companion(p.M, p.D, p.S)).real)
 
 
-def late_by_a_tick(R, spread):
-    """The largest radius of the PD's loops at 100 Hz whose answer is a tick late."""
-    robot, radii = Mip.printed(), []
-    K = sos.design_lqr(polytope(robot, spread), I4, [[R]]).gain.K
-    for each in (robot, *vertices(robot, spread)):
-        p = each.plant()
-        A = companion(p.M, p.D, p.S)
-        B = np.vstack([np.zeros((2, 1)), np.linalg.solve(p.M, p.B)])
-        step = expm(0.01 * np.block([[A, B], [np.zeros((1, 5))]]))
-        step[4] = [*K[0], 0]
-        radii.append(abs(np.linalg.eigvals(step)).max())
-    return max(radii)
-
-
 def loud(R):
     """How many volts a radian of tilt asks, by the robust PID of this weight."""
     return sos.design_lqr(polytope(Mip.printed()), np.eye(5), [[R]], [[0, 1]]).K[0, 0]
@@ -280,17 +266,6 @@ TRUE = {
             (dict(R=R, tilt=t), lambda w, R=R, t=t: (
                 np.isclose(numbers(w.text)[0], np.radians(t) * loud(R), atol=0.1)
                 and numbers(w.text)[1] < 1)) for R, t in ((20, 8), (100, 5))],
-    ),
-    "25_program": (
-        ["T, mip", PLANT], [
-            (dict(offset=b, blend=k), lambda w: np.isclose(
-                *numbers(w.text), rtol=0.02)) for b, k in ((0.1, 0.005), (0.5, 0.01))],
-    ),
-    "26_logs_to_c_file": (
-        [PLANT], [
-            (dict(R=R, spread=s, late=10), lambda w, R=R, s=s: np.isclose(
-                numbers(w.text)[0], late_by_a_tick(R, s), atol=1e-3))
-            for R, s in ((20, 0.04), (500, 0.2))],
     ),
     "30_inside_the_solver": (
         [PLANT], [
