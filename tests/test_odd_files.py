@@ -61,7 +61,7 @@ PLAIN = '"M": [[2]], "D": [[2]], "S": [[2]], "B": [[2]]'
 ALONE = f"{{{PLAIN}}}"
 SPARSE = sp.csc_array(([1.0, 2.0, 3.0], [0, 0, 1], [0, 2, 3]), shape=(2, 2))
 TWO = dict.fromkeys("MDB", np.eye(2))
-HELD = {"A": np.eye(2) / 2, "B": np.ones((2, 1)), "dt": 0.1}
+HELD = {"A": np.eye(2) / 2, "B": np.ones((2, 1)), "T": 0.1}
 #: Files by name; what both say, or the M, D, S that both read.
 ODD = {
     "an entry twice": (market("general", "1 1 1\n1 1 5"), "row 1, column 1 is there"),
@@ -89,7 +89,7 @@ ODD = {
     "a small one in JSON": (words(ALONE.replace("2", "1e-400")), "too small"),
     "a zero": (table(S_csv="0e-400"), [[0]]),
     "headings": (table(S_csv="S\n1"), "'?\"?S'?\"? is no number"),
-    "discrete time": (mat(**HELD), "discrete time|M, D, S is missing"),
+    "a T beside A": (mat(**HELD), "call it dt|M, D, S is missing"),
     "small letters": (mat(**{x.lower(): np.eye(1) for x in "MCKB"}), [[1]]),
     "an f": (mat(**dict.fromkeys("MDSBf", np.eye(1))), "f isn't read: call it F"),
     "a complex matrix": (mat(**TWO, S=1j * np.eye(2)), "complex"),

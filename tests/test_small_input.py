@@ -193,3 +193,19 @@ def test_no_units_hide_the_mode_that_asks_for_most(seed, powers):
         np.sort_complex(np.round(x, 6)) for x in (here.modes, other.modes * there.w0)
     )
     assert theirs == pytest.approx(mine, abs=1e-5)
+
+
+def test_one_unstable_mode_of_a_large_plant_is_refused_before_a_search():
+    """The force that just holds one unstable mode, among 20 others, is known."""
+    n, a = 21, 0.5
+    S, D, B = np.diag(np.linspace(1, 9.81, n) ** 2), 0.1 * np.eye(n), np.ones((n, 1))
+    S[0, 0] = -a * (a + D[0, 0])  # z'' + .1 z' - .3 z: a pole at .5
+    x0 = np.eye(2 * n)[0]
+    # of its left vector (a + .1, 1): (a + .1) a is the force that only just holds it
+    needed = a * (a + D[0, 0])
+    plant = sos.SecondOrderSystem(np.eye(n), D, S, B)
+    d = sos.design_pid(plant, saturation=sos.Saturation(0.99 * needed, x0))
+    assert d.status == "infeasible" and isinstance(d.infeasibility, SmallInputRefusal)
+    assert d.infeasibility.modes.real == pytest.approx([a]) and "0.5" in d.reason
+    request = Request(plant, requirements=[sos.Saturation(1.01 * needed, x0)])
+    assert refuse_by_input(request, search) is None

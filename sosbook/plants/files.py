@@ -65,9 +65,9 @@ def load_plant(
         DMIG), ``.json`` or ``.toml``. Where S
         or D isn't there, ``K`` of the size of M is the stiffness and ``C`` the damping.
         Without M, but with ``A``, or with ``ABCD`` and ``nx`` (Modelica), they are a
-        state space E x' = A x + B u + B_w w, y = C x + D u, where only A is needed; one
-        of discrete time (``dt``, ``Ts`` or ``T``) is refused. Small letters serve where
-        there are no large ones. JSON and TOML have M, D, S, B and F
+        state space E x' = A x + B u + B_w w, y = C x + D u, where only A is needed;
+        with ``dt`` or ``Ts`` one of discrete time. Small letters serve where there are
+        no large ones. JSON and TOML have M, D, S, B and F
         alone, or a list of such plants under ``"vertices"``, or ranges under
         ``"parameters"``; they may be the file of ``python -m sosbook design``, whose
         ``"plant"`` may be the name of another file, beside it.

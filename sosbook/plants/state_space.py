@@ -15,25 +15,22 @@ def plant_of_state_space(where, given, asked):
     """The plant of ``given`` A and others; of second order where it can be. ``asked``:
     whether what errors call ``where`` is known to be a state space.
     """
-    steps = {name: np.asarray(given[name]) for name in STEPS if name in given}
+    dt = _step(given)
     if "ABCD" in given:
         given = _parts(*(given[name] for name in BLOCK))
-    for name, step in steps.items():
-        if step.size == 1 and step.item():
-            raise ValueError(_sampled(name, step.item(), given))
     A, D_u = given["A"], given.get("D")
     E, B, B_w, C = (given.get(name) for name in ("E", "B", "B_w", "C"))
     if D_u is not None and not D_u.any():
         D_u = None
     E = np.eye(len(A)) if E is None else E
-    system = DescriptorSystem(E, A, B, B_w, C, D_u)
+    system = DescriptorSystem(E, A, B, B_w, C, D_u, dt=dt)
     alike = len({np.shape(x) for x in (A, B, C)}) == 1 and len(A) > 1
     if alike and not asked and (system.C != np.eye(len(A))).any():
         raise ValueError(
             f"A, B and C are all {len(A)} x {len(A)}: for A z'' + B z' + C z pass "
             "names={'M': 'A', 'D': 'B', 'S': 'C'}, for a state space names={'A': 'A'}"
         )
-    plant = second_order(*system.vertices)
+    plant = None if dt else second_order(*system.vertices)
     if plant is None:
         return system
     if C is not None:
@@ -42,6 +39,21 @@ def plant_of_state_space(where, given, asked):
             "design_observer takes another as C="
         )
     return plant
+
+
+def _step(given):
+    """The time between two samples in a file of these, of 0 or none None."""
+    for name in STEPS:
+        step = np.asarray(given.get(name, 0))
+        if step.size != 1 or not step.item():
+            continue
+        if name == "T" or step.dtype == bool or not step.item() > 0:
+            raise ValueError(
+                f"{name} = {step.item()} beside A: if it is the time between two "
+                "samples call it dt, in seconds; of continuous time leave it out"
+            )
+        return float(step.item())
+    return None
 
 
 def second_order(d):
@@ -72,23 +84,3 @@ def _parts(whole, states):
         raise ValueError(f"nx must say how many rows of ABCD {whole.shape} are A's")
     parts = whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:]
     return {name: x for name, x in zip("ABCD", parts) if x.size}
-
-
-def _sampled(name, step, given):
-    """The cure for a state space of discrete time, in words."""
-    A = given["A"]
-    words = (
-        f"{name} = {step}: the state space is of discrete time, and plants here are of "
-        "continuous time. Bring the one that was sampled"
-    )
-    if step is True or not step > 0 or "E" in given or A.shape[0] != A.shape[1]:
-        return words
-    values = np.linalg.eigvals(A)
-    real = values.real[abs(values.imag) <= 1e-12 * abs(values).max(initial=0.0)]
-    if (real <= 0).any():
-        return f"{words}: no real matrix has this A as its exponential"
-    held = "np.block([[A, B], [0 * B.T, np.eye(B.shape[1])]])" if "B" in given else "A"
-    return (
-        f"{words}; or, if its inputs were held, use MATLAB's d2c, or "
-        f"scipy.linalg.logm({held}) / {name}, whose first {len(A)} rows are A and B"
-    )

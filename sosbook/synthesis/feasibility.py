@@ -307,6 +307,12 @@ STEPS = (
     ),
     Step(MODE, "exact poles; of large plants", lambda c: c.large, by_mode),
     Step(
+        "an input that is too small",
+        "a search for slow modes; of large plants",
+        lambda c: c.first is None and c.request.order >= FROM_STATES and _of_input(c),
+        _by_input,
+    ),
+    Step(
         "a search",
         "phase one in up to four frames",
         lambda c: c.first is None,

@@ -21,6 +21,7 @@ from ..exact.definite import exact, inverse, round_digits
 from ..exact.rational import decimals, read_array
 from ..exact.refusal import Refusal
 from ..plants.checks import inverse_by_rows
+from ..plants.controllability import matrix_of
 from ..plants.descriptor_system import DescriptorSystem
 from ..requirements.lmi_region import by_matrices
 from ..runtime.time_limit import check_time
@@ -222,7 +223,10 @@ class _Part:
         self.k, N = k, len(E)
         T, R = (real_form(*map(exact, x)) for x in bases)
         E, A, B = (real_form(x, 0 * x) for x in (E, A, B))
-        K, J, push = T @ A @ R, T @ E @ R, T @ B
+        T, R, A, E, B = map(matrix_of, (T, R, A, E, B))
+        K, J, push = (
+            np.array((x).table(), object) for x in (T * A * R, T * E * R, T * B)
+        )
         top, rest = ([*range(a, b), *range(N + a, N + b)] for a, b in ((0, k), (k, N)))
         first = K[np.ix_(top, top)] @ J[np.ix_(top, rest)] - K[np.ix_(top, rest)]
         off = J - exact(np.eye(2 * N))
