@@ -20,7 +20,7 @@ import sosbook as sos
 from sosbook import proofs
 from sosbook.book import thesis
 from sosbook.book.reproduction.region_of_attraction import region_of_attraction
-from sosbook.exact import quick
+from sosbook.exact import proof_file, quick
 from sosbook.exact.checker import families, in_one_file
 from sosbook.exact.checker import text as texts
 from sosbook.exact.checker import verdict as checker
@@ -559,6 +559,16 @@ def test_the_quick_answer_is_the_package_s(name, tmp_path, capsys, monkeypatch):
         assert quickly == (main(["verify", str(file)]), capsys.readouterr().out)
     file.write_text(proof_of(name).text.replace("1", "2"), "utf-8")
     assert quick.verify(file) is None and not capsys.readouterr().out
+
+
+def test_a_verdict_is_kept_with_its_text():
+    """Of 65 proofs that are asked in turn each was examined again."""
+    proof = copy.copy(proof_of(next(iter(PROOFS))))
+    first = proof.examined
+    proof_file._remembered.cache_clear()
+    assert first.proven and proof.examined is first
+    object.__setattr__(proof, "text", "{}")
+    assert not proof.proven
 
 
 def test_each_kind_is_a_text_or_says_that_it_is_an_enclosure():

@@ -159,8 +159,12 @@ class ProofFile(Verdict, OfKind):
 
     @property
     def examined(self):
-        """The verdict on the text."""
-        return _remembered(type(self), self.text, self.__dict__.get("said"))
+        """The verdict on the text, kept with it as long as the proof lives."""
+        text, found = self.__dict__.get("judged", (None, None))
+        if text is not self.text:
+            found = _remembered(type(self), self.text, self.__dict__.get("said"))
+            self.__dict__["judged"] = self.text, found
+        return found
 
     @property
     def data(self):
