@@ -69,16 +69,16 @@ def motion(e, f, d, V, T, friction=0.0, steps=2, stick=STICTION_SPEED):
         force, half, sixth = e * volt, h / 2, h / 6
         for _ in rounds:  # written out: calls of a function take as long
             pull = held * tanh(w / stick) if held else 0.0
-            a1 = force - f * w - d * sin(q) - pull
+            a1 = force - f * w - (d * sin(q) if d else 0.0) - pull
             w2 = w + half * a1
             pull = held * tanh(w2 / stick) if held else 0.0
-            a2 = force - f * w2 - d * sin(q + half * w) - pull
+            a2 = force - f * w2 - (d * sin(q + half * w) if d else 0.0) - pull
             w3 = w + half * a2
             pull = held * tanh(w3 / stick) if held else 0.0
-            a3 = force - f * w3 - d * sin(q + half * w2) - pull
+            a3 = force - f * w3 - (d * sin(q + half * w2) if d else 0.0) - pull
             w4 = w + h * a3
             pull = held * tanh(w4 / stick) if held else 0.0
-            a4 = force - f * w4 - d * sin(q + h * w3) - pull
+            a4 = force - f * w4 - (d * sin(q + h * w3) if d else 0.0) - pull
             q += sixth * (w + 2 * w2 + 2 * w3 + w4)
             w += sixth * (a1 + 2 * a2 + 2 * a3 + a4)
     q, w = np.array(path).T
