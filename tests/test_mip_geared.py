@@ -13,7 +13,7 @@ from sosbook.pendulum.deployment import deploy, in_words, least_spread
 from sosbook.pendulum.gate import Inspection, check_log, refused, widened
 from sosbook.pendulum.log_fits import fit_wheel
 from sosbook.pendulum.rig import shipped
-from tests.geared_robots import ALL, KINDS, described, recorded
+from tests.geared_robots import ALL, described, recorded
 
 SECONDS = 10.0  # either way: a third of what the recorders take
 
@@ -24,7 +24,15 @@ def off(fit, machine):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(
+    "name",
+    [  # the others once a week
+        pytest.param(
+            name, marks=[pytest.mark.campaign] * (name != "gear motors 200 Hz")
+        )
+        for name in ALL
+    ],
+)
 def test_a_robot_with_play_and_coarse_counts_is_fitted(name):
     """Its logs were refused, with wrong causes, before a play was fitted."""
     machine = ALL[name]
@@ -39,7 +47,7 @@ def test_a_robot_with_play_and_coarse_counts_is_fitted(name):
         assert 0.2 * machine.play < found < 1.5 * machine.play
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 @pytest.mark.parametrize("seed", [6])
 def test_a_robot_by_chance_is_fitted_as_its_intervals_say(seed):
     """One of benchmarks.robots; dry gears hide where its log begins at rest."""
@@ -77,7 +85,7 @@ def test_without_play_none_is_found():
     assert max(map(abs, off(seen.identified, machine).values())) < 0.04
 
 
-@pytest.mark.parametrize("share", [0.5, 0.8])
+@pytest.mark.parametrize("share", [0.5, pytest.param(0.8, marks=pytest.mark.campaign)])
 def test_counts_that_come_seldom_are_fitted_as_angles(share):
     """Ninety a turn: of the differenced speeds nine of ten are nothing."""
     machine = ALL["hub"]

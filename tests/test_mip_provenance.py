@@ -14,7 +14,8 @@ from sosbook.pendulum.firmware import PUSHING_SHARE, SOFTNESS, TRUSTED_VOLTS
 from sosbook.pendulum.recording import GYRO_RANGES
 from sosbook.pendulum.spread import vertices
 from sosbook.pendulum.steering import MOST_COUNTED
-from tests.test_mip_robot import exact_data
+from tests.six_robots import spared
+from tests.test_mip_robot import exact_data, written
 
 FLT_DIGITS, DBL_DIGITS = 24, 53  # of their mantissas
 TEMPLATES = Path(sosbook.pendulum.__file__).parent / "templates"
@@ -27,10 +28,8 @@ NUMBER = re.compile(
 TURN = 6.2831853  # rad, in single precision
 #: What a template has for an example's robot, which another's must not have: all
 #: definitions but those of pins, of rest, of sticks and the like.
-FIXED = (
-    r"TURN = 6\.283185307|SILENCE|REST_(?!TICKS)|DSM_|LOG_|LONGEST|MOST_COUNTED|IMU\b"
-)
-FIXED += r"|ENCODER_[AB]|FORWARD|BACKWARD|PWM_PIN"
+FIXED = r"TURN = 6\.283185307|SILENCE|REST_(?!TICKS)|DSM_|LOG_|LONGEST|MOST_COUNTED"
+FIXED += r"|GENTLE|IMU\b|ENCODER_[AB]|FORWARD|BACKWARD|PWM_PIN"
 EXAMPLES = re.compile(
     rf"^(?:#define (?!{FIXED})\w+ .*"
     rf"|(?:static .*?\b)?(?!{FIXED})[A-Z]\w*[\[\]\w]* = [^;]*?(?:;|$(?=\n\S|\n\n)).*)$"
@@ -139,9 +138,8 @@ def strange(request, tmp_path_factory):
         robot = Robot(**STRANGE, **about, **more)
     data = {"identified": "by hand"}
     found = recommend(sosbook.pendulum.Mip.printed(), robot=robot, data=data)
-    object.__setattr__(found, "lacking", ())
-    object.__setattr__(found, "sampled", {})
-    paths = found.write(tmp_path_factory.mktemp("strange"))
+    spared(found)
+    paths = written(found, tmp_path_factory.mktemp("strange")).values()
     return found, [p for p in paths if not p.name.startswith(("proof_", "check_"))]
 
 

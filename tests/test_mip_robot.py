@@ -16,6 +16,7 @@ from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.rig import COUNTS_PER_TURN, DATA
 from sosbook.pendulum.robot import STEERING
 from sosbook.pendulum.tuning import timed
+from tests.six_robots import spared
 
 THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
 
@@ -200,11 +201,11 @@ def record(robot, folder, amplitude=4.0):
     """The logs of the two experiments, with noise and counts."""
     mip, random = truth(robot), np.random.default_rng(12)
     rate = 1 / robot.T
-    t, V = chirp(0.5, 12, 15, rate, amplitude)
+    t, V = chirp(0.5, 12, 10, rate, amplitude)
     _, w = motion(-mip.e / mip.c, mip.f / mip.c, mip.d / mip.c, V, robot.T, steps=6)
     gyro = w + 0.01 + 0.002 * random.standard_normal(len(t))
     body = Log(t, V, gyro=np.round(gyro, 4))
-    t, V = chirp(0.3, 20, 15, rate, amplitude)
+    t, V = chirp(0.3, 20, 10, rate, amplitude)
     q, _ = motion(
         mip.e / (2 * mip.I_w), mip.f / (2 * mip.I_w), 0.0, V, robot.T, steps=6
     )
@@ -368,10 +369,12 @@ def test_each_key_of_the_fit_changes_the_robot(key):
 )
 def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
     robot = THESIS.but(**{key: CHANGES[key][0]})
-    if key in CHAINED:
+    found = told(base, robot)
+    if key == "counts":  # the fit takes it
         found = deploy(DATA / "body.csv", DATA / "wheels.csv", robot)
-    else:
-        found = told(base, robot)
+    elif key in CHAINED:
+        found = replace(base, robot=robot, R=None)
+    spared(found)
     ours = written(found, tmp_path / "new")
     changed = {
         name

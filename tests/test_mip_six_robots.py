@@ -1,14 +1,26 @@
 """Robots of many kinds end to end, against a simulator of their own."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
 from sosbook.pendulum import recommend
 from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.deployment import deploy
+from sosbook.pendulum.fit_spread import FitSpread
 from sosbook.pendulum.gate import widened
 from tests.compiler import find, refuse
-from tests.six_robots import OTHERS, SIX, by_its_sheet, logs, pendulum, stand, write
+from tests.six_robots import (
+    OTHERS,
+    SIX,
+    by_its_sheet,
+    logs,
+    pendulum,
+    spared,
+    stand,
+    write,
+)
 
 
 def described(machine):
@@ -24,20 +36,26 @@ MACHINES = [
 ]
 
 
-def identified(machine, folder, **asked):
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
     """What comes of a machine's logs and its description."""
-    body, wheels = logs(machine)
-    write(folder / "body.csv", "t,V,gyro", body)
-    write(folder / "wheels.csv", "t,V,encoder1,encoder2", wheels)
-    return deploy(
-        folder / "body.csv", folder / "wheels.csv", described(machine), **asked
-    )
+    folder = tmp_path_factory.mktemp("logs")
+
+    @cache
+    def deployment(machine):
+        body, wheels = logs(machine)
+        write(folder / "body.csv", "t,V,gyro", body)
+        write(folder / "wheels.csv", "t,V,encoder1,encoder2", wheels)
+        paths = folder / "body.csv", folder / "wheels.csv"
+        return deploy(*paths, described(machine))
+
+    return deployment
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", MACHINES)
-def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
-    found = identified(machine, tmp_path)
+def test_from_its_logs_to_a_minute_upright(machine, identified, tmp_path, pytestconfig):
+    found = identified(machine)
     ratios = found.identified.ratios
     for (name, value), sd in zip(ratios.items(), widened(found.identified)):
         truth = machine.truth[name]
@@ -45,12 +63,13 @@ def test_from_its_logs_to_a_minute_upright(machine, tmp_path):
     assert found.mip.J == pytest.approx(machine.J, rel=0.1)
 
     assert found.sensitivity <= 2 and found.proven, found.lacking
-    found.write(tmp_path / "out")
+    spared(found).write(tmp_path / "out")
     if find() is None:
         refuse()
     program = Compiled(found.firmware)
-    tilts, fault = stand(machine, program, machine.V_n)
-    assert fault == 0 and len(tilts) == round(60 / machine.T)
+    seconds = 60.0 if pytestconfig.getoption("--campaign") else 20.0
+    tilts, fault = stand(machine, program, machine.V_n, seconds)
+    assert fault == 0 and len(tilts) == round(seconds / machine.T)
     assert abs(tilts).max() < 0.5
     assert abs(tilts[len(tilts) // 2 :]).max() < np.deg2rad(3)
     print(f"{machine.name}: {found.facts['specification']}, {found.sensitivity:.2f}")
@@ -65,7 +84,7 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
     (machine,) = (m for m in SIX if m.name == name)
     R = 10.0 if warned else None  # the peak's choice: at rest the motors chatter
     found = recommend(pendulum(machine), R=R, robot=described(machine))
-    vars(found)["sampled"] = {}  # the proofs aren't the matter, and take seconds
+    spared(found, sampled={}, held=found.certificate)  # proofs aren't the matter
     assert ("warning, counts" in found.facts) == warned
     program = Compiled(found.firmware) if find() else refuse()
     volts = []
@@ -87,16 +106,18 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
     if warned:
         seeing = found.robot.but(law="observer")
         again = recommend(pendulum(machine), R=None, robot=seeing)
-        vars(again)["sampled"] = {}
-        assert "warning, counts" not in again.facts
+        assert "warning, counts" not in spared(again, sampled={}).facts
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)  # one takes 40 s of a processor, the others six
 @pytest.mark.parametrize("machine", MACHINES)
-def test_it_is_proven_for_all_that_its_fit_allows(machine, tmp_path):
+def test_it_is_proven_for_all_that_its_fit_allows(machine, identified):
     """All five ratios are uncertain, and the machine is one of the pendulums."""
-    found = identified(machine, tmp_path, confidence=0.99)
+    fit = identified(machine).identified
+    spread = FitSpread.of(fit, widened(fit), 0.99)
+    asked = dict(spread=spread, robot=described(machine), identified=fit)
+    found = recommend(fit.mip, R=None, **asked)
     assert found.sensitivity <= 2 and found.proven, found.lacking
     truth, mip = pendulum(machine), found.mip
     moved = [getattr(truth, x) / getattr(mip, x) - 1 for x in ("c", "e", "f", "I_w")]

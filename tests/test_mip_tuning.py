@@ -19,7 +19,7 @@ from sosbook.pendulum.tuning import (
     timed,
 )
 from tests.gains import named
-from tests.six_robots import SIX, pendulum, stand
+from tests.six_robots import SIX, pendulum, spared, stand
 from tests.test_mip_robot import GEARS as OTHER
 from tests.test_mip_robot import THESIS, truth
 from tests.test_mip_six_robots import described
@@ -124,8 +124,7 @@ def test_bad_input(asked, words):
 
 @pytest.mark.slow
 def test_a_thin_margin_is_not_written(tmp_path):
-    found = recommend(Mip.printed(), R=10.0)
-    object.__setattr__(found, "lacking", ())
+    found = spared(recommend(Mip.printed(), R=10.0), lacking=(), sampled={})
     with pytest.raises(ValueError, match="margin is thin.* peaks at 2"):
         found.write(tmp_path / "none")
     assert not (tmp_path / "none").exists()
@@ -135,7 +134,7 @@ def test_a_thin_margin_is_not_written(tmp_path):
 
 @pytest.mark.slow
 def test_other_weights_are_said():
-    found = recommend(Mip.printed(), Q=[2, 1, 1, 1, 0.5])
+    found = spared(recommend(Mip.printed(), Q=[2, 1, 1, 1, 0.5]), sampled={})
     assert "Q = diag(2, 1, 1, 1, 0.5), R = 20" in (found.facts["specification"])
     assert timed(Robot.shipped("thesis"), found.mip).words == found.facts["robot"]
 
@@ -169,7 +168,7 @@ def test_the_reach_is_what_is_held_with_the_faults_on():
     """Seen by another simulator: it stands up a little below and not far above."""
     machine = next(m for m in SIX if m.name == "8 kg")
     found = recommend(pendulum(machine), R=5.0, robot=described(machine))
-    vars(found)["sampled"] = {}
+    spared(found, sampled={}, held=found.certificate, reach=found.reach)
     bound = recoverable_tilt(found.mip, machine.V_n)
     assert found.reach < bound < found.robot.tip
     words = found.facts["reach"]
@@ -181,5 +180,5 @@ def test_the_reach_is_what_is_held_with_the_faults_on():
             machine, program, machine.V_n, 6.0, share * found.reach, dropouts=0.0
         )
         assert (fault == 0 and abs(tilts[-100:]).max() < 0.06) == upright
-    short = replace(found, robot=found.robot.but(tip=0.2))
+    short = spared(replace(found, robot=found.robot.but(tip=0.2)), sampled={})
     assert "the motors go off beyond tip = 11 degrees" in facts(short)["reach"]
