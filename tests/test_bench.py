@@ -654,6 +654,9 @@ def test_words_become_the_package_s_numbers(tab, count):
         [at("sigma", {over: 4}, t), at("theta", over, 100 * shares[k])]); }""",
         [times.tolist(), shares.tolist()],
     )
+    own = tab.page.evaluate("""() => ["1.1/s", "1.23e-1/s", "12 1/s", "2 s"].map(
+      text => sosModules.wishes.valueOf(text, {}, "sigma"))""")
+    assert own == [1.1, 0.123, 12, 2]
     for (sigma, theta), time, share in zip(mine, times, shares, strict=True):
         region = sos.PoleRegion(settling_time=time, overshoot=share)
         if sigma is not None and 1e-3 <= region.sigma:

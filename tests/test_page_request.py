@@ -33,6 +33,11 @@ def tab(visit, tmp_path):
     assert tab.errors == []
 
 
+#: The address, and the way back, know the setting.
+KEPT = """() => { const e = document.querySelector("sos-bench");
+  return e.kept === e.digest; }"""
+
+
 def numbers(tab):
     """What stands in every field of the form and of its sentence, by its name."""
     return tab.page.evaluate("""() => Object.fromEntries([
@@ -74,11 +79,11 @@ def test_what_a_reader_typed_stays(tab, example):
         elif press == "design":
             tab.page.locator(".sos-design").click()
         elif press == "reload":
-            tab.page.wait_for_timeout(400)
+            tab.page.wait_for_function(KEPT)
             tab.page.reload()
         elif press == "undo":
-            put(tab, "sigma", "1.23e-1")
-            tab.page.wait_for_timeout(400)
+            put(tab, "sigma", "0.123")
+            tab.page.wait_for_function(KEPT)
             tab.page.locator("[data-do=undo]").click()
         else:
             tab.page.locator(f"[data-do={press}]").click()

@@ -44,7 +44,7 @@ export function sayable(key, value, digits) {
 // The value of a bound that a text means: in the unit of the clause where it stands, or in one that
 // it says itself, an engineer's (s, %) or a theorem's (1/s, degrees); NaN where it is none.
 export function valueOf(text, clause, key) {
-  const [, plain, unit] = /^\s*(.*?)\s*(%|s|1?\/s|s⁻¹|°|deg)?\s*$/.exec(text);
+  const [, plain, unit] = /^\s*(.*?)\s*(%|s|(?<=\s)1\/s|\/s|s⁻¹|°|deg)?\s*$/.exec(text);
   if (Number.isNaN(typed(plain))) return NaN;
   const own = {s: {over: {sigma: SETTLED, rho: 1}[key]}, "%": {key: "overshoot", shift: -2}}[unit];
   const how = own ?? (unit ? {} : clause), given = meant(how, plain);
