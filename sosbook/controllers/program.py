@@ -141,7 +141,7 @@ class Code:
         texts[f"{name}_gains.h"] = self.gains
         texts[f"{name}_plants.h"] = _plants(c, self.precision, self.trials)
         texts |= {f"proof_{name}{end}.json": text for end, text in self.proofs}
-        parts = ".h", ".c", "_tick.h", "_gains.h"
+        parts: tuple[str, ...] = (".h", ".c", "_tick.h", "_gains.h")
         if c.limits.profile is not None:
             texts[f"{name}_move.h"] = c.limits.profile.to_c(name, self.precision)
             parts += ("_move.h",)
