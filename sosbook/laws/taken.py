@@ -68,7 +68,13 @@ def _of_system(plant, K, law):
     """The law and the gains of a system K, its signals found by their names."""
     from .dynamic import DynamicLaw
 
-    if K.nstates and K.dt != 0:
+    dt = getattr(plant, "dt", None) or 0
+    if K.nstates and dt and K.dt != dt:
+        raise ValueError(
+            f"K has dt = {K.dt!r}, and the plant's ticks are of {dt:g} s: give a "
+            f"controller with dt = {dt:g}"
+        )
+    if K.nstates and K.dt != dt:
         raise ValueError(
             f"K is sampled, with dt = {K.dt!r}: what runs at ticks is proven by "
             "certify_sampled; a controller of continuous time has dt = 0"
@@ -85,6 +91,8 @@ def _of_system(plant, K, law):
         )
     A, B, C, D = (np.asarray(x, float) for x in (K.A, K.B, K.C, K.D))
     C, D = C[rows], D[rows]
+    if dt:  # the memory's change in a tick
+        A, B = (A - np.eye(len(A))) / dt, B / dt
     if law is not None:
         columns = order_of(K, "input", law.parts(plant).sensors)
     else:

@@ -69,6 +69,14 @@ class Parameter:
         """The bound of a level."""
         return float(np.sqrt(level) if self.power == 2 else level)
 
+    def eased(self, bound, share):
+        """A bound of three digits that asks for less, by a factor of ``share``."""
+        wanted = bound * float(share) ** -self.harder
+        size = 10.0 ** (np.floor(np.log10(wanted)) - 2)
+        whole = np.floor(wanted / size) if self.harder > 0 else np.ceil(wanted / size)
+        eased = float(f"{whole * size:.3g}")
+        return min(eased, np.pi / 2) if self.degrees else eased
+
     def fault(self, values):
         """The fault of values of the parameter, in words; else empty."""
         if self.degrees and np.max(values) > np.pi / 2:

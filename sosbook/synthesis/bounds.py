@@ -11,7 +11,7 @@ from ..runtime.later import later
 from ..runtime.time_limit import LEAST_TIME, OutOfTime, checked_seconds, time_limit
 from .feasibility import guarded
 from .objectives import at_optimum
-from .slack import with_slack
+from .slack import designed, feasible, with_slack
 from .solution import Solution
 
 ANY_ORDER = "synthesis.structured.any_order"
@@ -151,7 +151,7 @@ def neighbour(request, relaxed):
     """
     r = next((r for r in relaxed if _minimised(r)), None)
     if r is None or request.gain is not None:
-        return ""
+        return "" if request.gain is not None else _nearest(request, relaxed)
     key, objective = r.parameter.key, {r.parameter.key: 1.0}
 
     def work():
@@ -177,6 +177,54 @@ def neighbour(request, relaxed):
     if one.proven <= r.bound and all(b.proven is not None for b in rest):
         text += f": its gain keeps {key} = {r.bound:g}, as was asked"
     return f"{text}."
+
+
+SHARES = 1.05, 1.2, 1.6, 2.5, 6.0, 25.0  # of a bound that gives way, in this order
+NARROWED = 3  # halvings between the last share without a point and the first with one
+
+
+def nearest(r, keeps):
+    """The bound of ``r`` nearest to the asked one that ``keeps``, a function, is true
+    of; or None.
+    """
+    low, found = 1.0, None
+    for share in SHARES:
+        if keeps(r.parameter.eased(r.bound, share)):
+            found = share
+            break
+        low = share
+    for _ in range(NARROWED if found else 0):
+        middle = (low * found) ** 0.5
+        if keeps(r.parameter.eased(r.bound, middle)):
+            found = middle
+        else:
+            low = middle
+    return found and r.parameter.eased(r.bound, found)
+
+
+def _nearest(request, relaxed):
+    """A sentence, or nothing, on the first of the ``relaxed``, a region: the number
+    with which there is a design.
+    """
+    r, p = relaxed[0], relaxed[0].parameter
+    if p is None or r.pole_matrices() is None:
+        return ""
+
+    def work():
+        bound = nearest(r, lambda b: feasible(request.with_bounds({p.key: b})))
+        if bound is None:
+            return Solution(request, "undecided")
+        asked = request.with_bounds({p.key: bound})
+        return designed(asked, {}, NEXT_BACKOFF, None, None)
+
+    found = guarded(request, SECONDS, work)
+    if found.status != "feasible":
+        return ""
+    best = found.request.owner(p.key).bound
+    return (
+        f"With {r.words} = {p.shown(best):.6g} there is a design (asked: "
+        f"{p.shown(r.bound):.6g})."
+    )
 
 
 def _minimised(r):

@@ -77,8 +77,8 @@ def observed(plant, K, L, C):
 
 
 def vertices_of(plant):
-    """One `Descriptor` for each vertex of a plant of any kind."""
-    plant = checked_plant(plant, of="error_loop")
+    """One `Descriptor` for each vertex of a plant of any kind; of ticks its change."""
+    plant = checked_plant(plant)
     if isinstance(plant, DescriptorSystem):
         return plant.vertices
     return descriptors(plant)

@@ -8,8 +8,11 @@ import numpy as np
 
 from ..lmi.solution import LMISolution
 from ..plants.checks import matrices_of, matrix
+from ..plants.descriptor import Descriptor, mean_descriptor
+from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import gain_of
 from ..plants.kinds import Plant, checked_plant
+from ..requirements.pole_region import Region
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
@@ -19,8 +22,9 @@ from .error_loop import vertices_of
 from .feasibility import FROM_STATES
 from .observer_design import ObserverDesign
 from .observer_problem import ObserverProblem
+from .pid import design_pid
 from .riccati_point import bound_of, riccati_observer
-from .search import USUAL
+from .search import USUAL, Search
 
 REFUSED = (
     "Exact multipliers of the LMIs exclude every observer with this K by Theorem 2.5; "
@@ -30,6 +34,7 @@ REFUSED_IN_FLOATS = (
     "Multipliers in floating point exclude every observer with this K by Theorem 2.5; "
     "no exact proof was found. Others may do."
 )
+OF_TRANSPOSED = "Of the transposed plant, whose input is C', which sees its modes:"
 NOTHING_FOUND = (
     "The numerics found neither an observer with this K by Theorem 2.5 nor multipliers "
     "that exclude it."
@@ -44,14 +49,15 @@ TOO_THIN = (
 def design_observer(
     plant: Plant,
     K: ArrayLike,
-    Q_F: ArrayLike,
-    R_F: ArrayLike,
+    Q_F: ArrayLike | None = None,
+    R_F: ArrayLike | None = None,
     *,
+    region: Region | None = None,
     C: ArrayLike | None = None,
     B_w: ArrayLike | Sequence[ArrayLike] | None = None,
     time_limit: float = USUAL.time_limit,
 ) -> ObserverDesign:
-    """Design an observer for a known state feedback (Theorem 2.5).
+    """Design an observer for a known state feedback (Theorem 2.5), or by its poles.
 
     Parameters
     ----------
@@ -65,6 +71,9 @@ def design_observer(
         noise enters the estimate.
     R_F : (q, q) array_like
         R = R_F R_F': covariance of the measurement noise.
+    region : PoleRegion or LMIRegion, optional
+        In the place of Q_F and R_F: where the poles of the error lie, for each plant
+        under its own model. The plant may be one of discrete time.
     C : (q, N) array_like, optional
         What is measured; the plant's own C without it.
     B_w : (N, p) array_like, or one for each vertex, optional
@@ -81,6 +90,10 @@ def design_observer(
 
     Notes
     -----
+    By a ``region`` L is the gain of the transposed plant, with C' in the place of B:
+    A + L C and A' + C' L' have the same poles (R. E. Kalman, 1960). Then `certify`
+    proves the loop, and `observer.loop.prove(HInfinity(...))` a norm of it.
+
     Source: thesis (2.43)-(2.45), Procedure 2.5. With Q_F and R_F as
     section 4.3.2 uses them (it prints them under each other's name).
     Where several observers have the least cost it is the central one, if that is found.
@@ -97,7 +110,7 @@ def design_observer(
     >>> observer.status, observer.analyse().certify().proven
     ('feasible', True)
     """
-    plant = checked_plant(plant, of="design_observer")
+    plant = checked_plant(plant, of=None if region else "design_observer by noise")
     vertices = vertices_of(plant)
     N = len(vertices[0].E)
     C = matrix("C", vertices[0].C if C is None else C, (None, N))
@@ -108,9 +121,15 @@ def design_observer(
             "integral into the matrices of a DescriptorSystem, and measure it (a row "
             "of C)"
         )
-    Q_F = matrix("Q_F", Q_F, (2 * N, None))
     if len(C) == 0:
         raise ValueError("C is missing: the plant has no outputs, so say what is seen")
+    if region is not None:
+        if Q_F is not None or R_F is not None or B_w is not None:
+            raise ValueError("give region, or the noise by Q_F and R_F, not both")
+        return _by_region(plant, vertices, K, C, region, time_limit)
+    if Q_F is None or R_F is None:
+        raise ValueError("give the noise by Q_F and R_F, or where poles lie by region")
+    Q_F = matrix("Q_F", Q_F, (2 * N, None))
     R_F = matrix("R_F", R_F, (len(C), len(C)))
     if B_w is None:
         own = any(d.Bw.any() for d in vertices)
@@ -136,6 +155,20 @@ def design_observer(
     except (Unbounded, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = f"The numerics gave up ({error}): are the units far apart?"
     return ObserverDesign(plant, K, C, "undecided", reason=reason)
+
+
+def _by_region(plant, vertices, K, C, region, seconds):
+    """The design with the gain of the transposed plants, whose input is C'."""
+    none = np.zeros((len(C.T), 0))
+    several = [Descriptor(d.E.T, d.A.T, C.T, none, none.T) for d in vertices]
+    dual = DescriptorSystem.of(several, dt=getattr(plant, "dt", None))
+    found = design_pid(dual, region=region, search=Search(time_limit=seconds))
+    L = None
+    if found.K is not None and found.status == "feasible":
+        L = np.linalg.solve(mean_descriptor(vertices).E, found.K.T)
+    reason = "" if L is not None else f"{OF_TRANSPOSED} {found.reason}"
+    known = dict(L=L, margins=found.margins, reason=reason, region=region)
+    return ObserverDesign(plant, K, C, found.status, **known)
 
 
 def _solved(problem):

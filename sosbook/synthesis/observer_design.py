@@ -68,6 +68,9 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     reason : str
         Why there is no observer: what is proven, or what was excluded and what
         was merely not found. Empty for a feasible design.
+    region : Region or None
+        Where the poles of the error lie, if that was asked: of each vertex's own A + L
+        C.
     """
 
     plant: Any
@@ -81,6 +84,7 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     problem: Any = None
     multipliers: list | None = None
     reason: str = ""
+    region: Any = None
 
     def __repr__(self):
         bound = "" if self.bound is None else f", bound {self.bound:.4g}"
@@ -154,6 +158,7 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
         estimate : (N,) array_like, optional
             The observer's initial state; zero without it.
         """
+        self.loop.design._of_time("simulate")
         N, request = len(self._observer()), self.loop.request
         start = np.append(vector("x0", x0, N), vector("estimate", estimate, N))
         K = request.state_gain
@@ -169,6 +174,9 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
 
     def _prove(self, digits: int | None) -> ObserverProof:
         given = self._observer()
+        if self.region is not None:  # of the loop, which has K's poles, too
+            inside = self.region.contains(self.poles())
+            return self.loop.prove(*(self.region.parts if inside else ()))
 
         def attempt(digits, places):
             L = round_digits(given, digits)
@@ -210,13 +218,17 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
         d = mean_descriptor(vertices_of(self.plant))
         A, B, _ = d.state_space()
         names = [row_words(x, signals(self.plant), repr) for x in self.C.tolist()]
+        flow, push, dt = A + B @ self.K + L @ self.C, -L, getattr(self.plant, "dt", 0)
+        if dt:
+            flow, push = np.eye(len(A)) + dt * flow, dt * push
         return library("control").ss(
-            A + B @ self.K + L @ self.C,
-            -L,
+            flow,
+            push,
             self.K,
             np.zeros((len(self.K), len(self.C))),
             inputs=[x.replace(".", "_") for x in names],
             outputs=list(input_names(len(self.K))),
+            dt=dt or 0,
         )
 
     def its_law(self) -> tuple:

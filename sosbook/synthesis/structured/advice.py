@@ -1,5 +1,6 @@
 """Advice on a law, tried before it is given: another law, or a weaker bound."""
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import reduce
 from operator import and_
@@ -11,6 +12,7 @@ from ...laws.dynamic import DynamicLaw
 from ...laws.pid import PIDLaw
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import LEAST_TIME, OutOfTime, time_limit
+from ..bounds import nearest
 from ..request import Request
 from ..search import Search
 from .design import FEW, by_law
@@ -41,27 +43,44 @@ def with_memory(request):
     return f"A DynamicLaw of order {order} does it, as tried. " if kept else ""
 
 
+def _eased(request, r):
+    """The Solution of a ``request`` with the nearest bound of ``r``, which can't be
+    minimised, with which a quick search finds one; or None.
+    """
+    found = []
+
+    def keeps(bound):
+        asked = request.with_bounds({r.parameter.key: bound})
+        found.append(by_law(asked, {}, QUICK))
+        return found[-1].status == "feasible"
+
+    with suppress(OutOfTime):  # what was found stays
+        nearest(r, keeps)
+    kept = [s for s in found if s.status == "feasible"]
+    harder, key = r.parameter.harder, r.parameter.key
+    return max(kept, key=lambda s: harder * s.request.owner(key).bound, default=None)
+
+
 def with_one_relaxed(request):
     """Sentences on the requirements of a ``request`` with a law, one at a time: the
     best bound with which a gain was found and proven that keeps the others. Nothing on
     those for which none was, within `TRIAL` seconds for all.
     """
     asked = replace(request, gain=None)
-    relaxed = [
-        r
-        for r in asked.requirements
-        if r.parameter and (r.parameter.power or r.parameter is SIGMA)
-    ]
+    relaxed = [r for r in asked.requirements if r.parameter]
     others = "With the others kept, the" if len(asked.requirements) > 1 else "The"
     text, end = "", monotonic() + TRIAL
     for left, r in zip(range(len(relaxed), 0, -1), relaxed):
         p = r.parameter
         try:
             with time_limit(max((end - monotonic()) / left, LEAST_TIME)):
-                found = by_law(asked, {p.key: 1.0}, QUICK)
+                if p.power or (p is SIGMA and request.step is None):
+                    found = by_law(asked, {p.key: 1.0}, QUICK)
+                else:
+                    found = _eased(asked, r)
         except NOTHING:
             continue
-        if found.status == "feasible":
+        if found is not None and found.status == "feasible":
             best = found.request.owner(p.key).bound
             most = "largest" if p.harder > 0 else "least"
             kept = ", which keeps all" if p.harder_than(r.bound, best) <= 0 else ""
