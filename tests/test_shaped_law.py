@@ -1,0 +1,90 @@
+"""Notches, leads and internal models as parts of a law."""
+
+import control
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.exact.checker import verdict as checker
+from sosbook.laws import Filter, ShapedLaw
+
+S = control.tf("s")
+
+
+def roots(loop):
+    return np.sort_complex(control.poles(loop))
+
+
+def test_a_drive_behind_a_notch_has_the_poles_of_the_whole_loop():
+    drive = sos.SecondOrderSystem(1, 1.2, 3600, 3600, F=[[1]])
+    notch, lead = Filter.notch(60, 0.05, 0.5), Filter.lead(30, 300)
+    law = ShapedLaw(sos.PIDLaw(position=[[1]], integrate=True), [notch, lead])
+    d = sos.design_pid(drive, law=law, region=sos.PoleRegion(sigma=0.9))
+    assert d.certify().proven and checker.check(d.certify().text)
+    P, I = (d.gains[x].item() for x in ("K_P", "K_I"))
+    shaped = (S**2 + 6 * S + 3600) / (S**2 + 60 * S + 3600) * (S / 30 + 1)
+    plant = 3600 / (S**2 + 1.2 * S + 3600)
+    loop = control.feedback(-plant * shaped / (S / 300 + 1) * (P + I / S), 1)
+    mine = np.sort_complex(d.poles())
+    for s in mine:  # feedback keeps what cancels
+        assert abs(roots(loop) - s).min() < 1e-4 * abs(s)
+    s = 17.3j
+    seen = control.evalfr(d.loop.to_ss(), s)
+    wanted = control.evalfr(shaped / (S / 300 + 1) * (P + I / S), s)
+    assert abs(seen - wanted) < 1e-6 * abs(wanted)
+
+
+def test_ramps_and_sines_leave_no_error():
+    mass = sos.SecondOrderSystem(0.3, 0.1, 9.81, 1, F=[[1]])
+    inner = sos.PIDLaw(position=[[1]], integrate=True, filter=0.02)
+    law = ShapedLaw(inner, ramp=True, sines=[3.0])
+    d = sos.design_pid(mass, law=law, region=sos.PoleRegion(sigma=0.3))
+    assert d.certify().proven and d.gains["K_R"].shape == (1, 3)
+    c = d.loop.to_ss()
+    plant = control.ss([[0, 1], [-32.7, -1 / 3]], [[0], [1 / 0.3]], [[1, 0]], 0)
+    pushed = control.feedback(plant, control.ss(c.A, c.B, c.C, c.D), sign=1)
+    assert roots(pushed).real.max() < -0.3
+    for s in (3j, 1e-4):  # a sine; and a ramp w = t, whose error is T(0) / s
+        assert abs(control.evalfr(pushed, s)) < 1e-6
+    assert abs(control.evalfr(pushed, 2.7j)) > 1e-3
+    program = d.controller(T=1e-3)
+    assert program.certify().proven and program.radius < 1
+    assert d.loop.late(1e-3).prove().proven
+
+
+def test_a_dynamic_law_behind_a_resonance():
+    mass = sos.SecondOrderSystem(0.3, 0.1, 9.81, 1)
+    law = ShapedLaw(sos.DynamicLaw(1, position=[[1]]), [Filter.resonance(6, 0.5)])
+    d = sos.design_pid(mass, law=law, region=sos.PoleRegion(sigma=0.3))
+    assert d.certify().proven
+    c = d.loop.to_ss()
+    assert c.nstates == 3
+    parts = [d.gains[x].item() for x in ("A_c", "B_c", "C_c")]
+    a, b, k = parts
+    wanted = 36 / (S**2 + 6 * S + 36) * (k * b / (S - a))
+    assert abs(control.evalfr(c, 2j) - control.evalfr(wanted, 2j)) < 1e-6
+
+
+def test_bad_filters_and_laws_are_refused():
+    inner = sos.PIDLaw(position=[[1]])
+    mass = sos.SecondOrderSystem(1, 1, 1, 1)
+    for made, words in (
+        (lambda: ShapedLaw(inner), "give through"),
+        (lambda: ShapedLaw(sos.laws.FullState(), [Filter.lead(1, 2)]), "PIDLaw"),
+        (lambda: ShapedLaw(inner, ["notch"]), "Filter"),
+        (lambda: Filter([1.0], [1.0, -1.0], "x"), "stable"),
+        (lambda: Filter([1.0, 0, 0], [1.0, 1.0], "x"), "highest power"),
+        (
+            lambda: sos.design_pid(mass, law=ShapedLaw(inner, ramp=True)),
+            "integrate=True",
+        ),
+        (
+            lambda: sos.design_pid(
+                sos.DescriptorSystem(1, 0.5, 1, dt=0.1),
+                law=ShapedLaw(inner, [Filter.lead(1, 2)]),
+            ),
+            "discrete time",
+        ),
+    ):
+        with pytest.raises(ValueError, match=words):
+            made()
