@@ -116,7 +116,6 @@ FALSE = {
     "23_gains_to_samples": ("R = 5: infeasible, proven:",),
     "25_program": ("/* False for", "good:", "bad:", "limit reached:"),
     "26_logs_to_c_file": ("one file:", "all three:", "anything written:"),
-    "38_model_from_somewhere_else": ("the whole:",),
     "appendix_a": ("impulses", "diag(X, X):"),
 }
 
