@@ -113,7 +113,7 @@ def test_the_rectangle_and_its_triangles_hold_every_plant_that_is_meant():
 
 
 @pytest.mark.slow
-def test_it_is_designed_and_proven_and_balance_is_as_without(found):
+def test_it_is_designed_and_proven(found):
     design = found.steering
     assert found.proven and design.lacking == ()
     assert design.sensitivity <= 2 and design.coupled_radius < 1
@@ -121,9 +121,6 @@ def test_it_is_designed_and_proven_and_balance_is_as_without(found):
     assert design.delayed.request.tau + design.delayed.request.mu == pytest.approx(
         ROBOT.T + ROBOT.delay
     )
-    plain = told(found, replace(ROBOT, **dict.fromkeys(KEYS)))
-    assert plain.steering is None
-    assert np.array_equal(plain.law.D, found.law.D)
 
 
 @pytest.mark.slow
@@ -160,7 +157,7 @@ KEYS = "track", "steering", "unequal", "turning"
 def test_what_is_written(found, tmp_path):
     paths = {path.name: path for path in found.write(tmp_path / "with")}
     plain = told(found, replace(ROBOT, **dict.fromkeys(KEYS)))
-    assert np.array_equal(plain.law.D, found.law.D)
+    assert plain.steering is None
     # the same proofs aren't made twice
     spared(plain, sampled=found.sampled, held=found.held, certificate=found.certificate)
     others = {path.name: path for path in plain.write(tmp_path / "without")}
