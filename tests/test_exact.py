@@ -7,7 +7,7 @@ from flint import arb, fmpq, fmpq_mat
 from sosbook.exact.adjoint import adjoint, slopes_at
 from sosbook.exact.definite import definite, exact, pivots, positive, semidefinite
 from sosbook.exact.rational import exact_margin, inverse, log2, rational_matrix
-from sosbook.language.expression import Unknown, block, he
+from sosbook.language import Unknown, block, he
 from tests.cases import seeds
 
 

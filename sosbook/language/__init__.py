@@ -1,7 +1,8 @@
 """LMIs as they are written: unknowns, affine expressions, blocks."""
 
 from ..runtime.later import by_name
-from .expression import Affine, Unknown, block, eye, he
+from .expression import Affine, Unknown, eye, he
+from .layout import block
 from .words import kron, named, pick, tr, turned
 
 __all__ = [

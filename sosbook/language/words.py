@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .expression import block, eye
+from .expression import eye
+from .layout import block
 from .matrices import Symbols
 
 

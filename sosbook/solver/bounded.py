@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ..language.expression import block, eye
+from ..language.expression import eye
+from ..language.layout import block
 from .loop import NO_LEAST, Unbounded, centre, minimize, phase_one
 
 MINIMUM_BOUNDS = 1e5, 1e7  # of the unknowns, between which a minimum has to be the same

@@ -220,6 +220,7 @@ class _Part:
     """
 
     def __init__(self, E, A, B, bases, k):
+        """Multiply all of it in rationals."""
         self.k, N = k, len(E)
         T, R = (real_form(*map(exact, x)) for x in bases)
         E, A, B = (real_form(x, 0 * x) for x in (E, A, B))
