@@ -69,7 +69,9 @@ class Filter(ReadOnly):
 
     @classmethod
     def resonance(cls, frequency: float, damping: float) -> "Filter":
-        """w^2 / (s^2 + 2 damping w s + w^2), as of positive position feedback."""
+        """w^2 / (s^2 + 2 damping w s + w^2), as of positive position feedback, with the
+        ``frequency`` w in rad/s.
+        """
         w, damping = positive("frequency", frequency), positive("damping", damping)
         den = np.array([1, 2 * damping * w, w * w])
         return cls(np.array([w * w]), den, f"resonance at {w:g} rad/s")
@@ -208,7 +210,7 @@ class ShapedLaw(Law):
 
     def parts(self, plant: Any) -> Parts:
         """The integrals, the states of the filters and of the models, and the law's
-        other states, in this order.
+        other states, in this order, joined to a ``plant``.
         """
         plant, law = self.on(plant)
         if law is not self:
@@ -253,7 +255,7 @@ class ShapedLaw(Law):
         return Structure((rows, whole), (*inner.blocks, more), inner.limits)
 
     def words(self, plant: Any) -> str:
-        """The law's words, and what its readings pass."""
+        """The law's words at a ``plant``, and the filters of its readings."""
         words = self.law.words(plant)
         if self.through:
             words += f", through a {', a '.join(x.name for x in self.through)}"
