@@ -348,6 +348,8 @@ def test_the_page_stands_alone_and_says_what_is_known(tmp_path):
     charts = re.findall(r"<svg role=.img..*?</svg>", page, re.DOTALL)
     motions = [chart for chart in charts if "over time" in chart]
     assert len(motions) == 6 and sum(x.count("<polyline") for x in motions) == 12
+    for words in ("Margins of the sampled", "gain, times: from", "over frequency in"):
+        assert words in page
     assert f"{c.gain.K[0, 0]:.6g}" in page and "arm_step(" in page
     proof = (tmp_path / "arm" / "proof_arm_sampled.json").read_bytes()
     assert digest(proof) in page
