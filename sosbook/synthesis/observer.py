@@ -167,7 +167,7 @@ def _by_region(plant, vertices, K, C, region, seconds):
     if found.K is not None and found.status == "feasible":
         L = np.linalg.solve(mean_descriptor(vertices).E, found.K.T)
     reason = "" if L is not None else f"{OF_TRANSPOSED} {found.reason}"
-    known = dict(L=L, margins=found.margins, reason=reason, region=region)
+    known = dict(L=L, margins=found.margins, reason=reason, place=region)
     return ObserverDesign(plant, K, C, found.status, **known)
 
 

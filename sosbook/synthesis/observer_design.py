@@ -68,7 +68,7 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     reason : str
         Why there is no observer: what is proven, or what was excluded and what
         was merely not found. Empty for a feasible design.
-    region : Region or None
+    place : Region or None
         Where the poles of the error lie, if that was asked: of each vertex's own A + L
         C.
     """
@@ -84,7 +84,7 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     problem: Any = None
     multipliers: list | None = None
     reason: str = ""
-    region: Any = None
+    place: Any = None
 
     def __repr__(self):
         bound = "" if self.bound is None else f", bound {self.bound:.4g}"
@@ -174,9 +174,9 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
 
     def _prove(self, digits: int | None) -> ObserverProof:
         given = self._observer()
-        if self.region is not None:  # of the loop, which has K's poles, too
-            inside = self.region.contains(self.poles())
-            return self.loop.prove(*(self.region.parts if inside else ()))
+        if self.place is not None:  # of the loop, which has K's poles, too
+            inside = self.place.contains(self.poles())
+            return self.loop.prove(*(self.place.parts if inside else ()))
 
         def attempt(digits, places):
             L = round_digits(given, digits)
