@@ -25,8 +25,10 @@ class Ground(ReadOnly):
 
     @classmethod
     def of(cls, request):
-        """That of a ``request``, whose plants are described."""
-        common = request.coupling.one_P and request.law.whole
+        """That of a ``request``, whose plants are described. At ticks it is the
+        plant's: a file's box has matrices of x(k+1).
+        """
+        common = request.coupling.one_P and request.law.whole and request.step is None
         if common and all(map(pays, request.requirements)):
             near = NearBox.of(request.plant)
             found = near and near.ground(request.vertices, request.described)
