@@ -130,7 +130,7 @@ def test_a_robot_is_proven_within_it_and_says_so(spread, tmp_path):
     assert model.spread.confidence == 0.99 and model.text == Model.of(found).text
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_steering_is_proven_within_it(fit, spread):
     robot = Robot.shipped("thesis").but(track=0.07)
     design = recommend(fit.mip, spread=spread, robot=robot).steering

@@ -77,7 +77,7 @@ def test_the_stored_rate_is_that_of_its_records():
     assert stored["summary"]["most_seconds"] < 30
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_without_play_none_is_found():
     machine = replace(ALL["n20"], play=0.0)
     seen = Inspection.of(*recorded(machine, SECONDS).values(), described(machine))

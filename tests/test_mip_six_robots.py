@@ -109,7 +109,7 @@ def test_counts_that_shake_the_motors_are_warned_of(name, warned):
         assert "warning, counts" not in spared(again, sampled={}).facts
 
 
-@pytest.mark.slow
+@pytest.mark.campaign  # test_mip_fit_spread proves one in the gate
 @pytest.mark.timeout(900)  # one takes 40 s of a processor, the others six
 @pytest.mark.parametrize("machine", MACHINES)
 def test_it_is_proven_for_all_that_its_fit_allows(machine, identified):
