@@ -60,13 +60,13 @@ def least(c):
 
 def test_every_motion_asks_what_plants_do_and_little_more(c, least):
     for k, output in enumerate((0, "load")):
-        found = c.bounds._units(0, output, True, 60).cells.max(axis=0)
+        found = c.motions._units(0, output, True, 60).cells.max(axis=0)
         assert found[0] < 1e-9  # speed costs nothing: nothing rubs on the ground
         assert (least[:, k] * 0.9999 <= found[1:]).all()
         assert (found[1:] <= 1.02 * least[:, k]).all()
-    jumps = c.bounds.follow(50, 3.0, output=0)  # of any jerk
+    jumps = c.motions.follow(50, 3.0, output=0)  # of any jerk
     for jerk, share in ((5.0, 0.6), (1e4, 1.0)):
-        smooth = c.bounds.follow(50, 3.0, jerk, output=0).proven
+        smooth = c.motions.follow(50, 3.0, jerk, output=0).proven
         assert share * jumps.proven * 0.9 < smooth <= share * jumps.proven
 
 
@@ -74,7 +74,7 @@ def test_adversaries_stay_within_and_come_near(c):
     """Jerk against the loop's own answer is the worst there is."""
     profile = Profile(30.0, 60.0, 1500.0, T)
     sizes = profile.velocity, profile.acceleration, profile.jerk
-    most = [c.bounds.follow(*sizes, output=x).proven for x in (0, "load")]
+    most = [c.motions.follow(*sizes, output=x).proven for x in (0, "load")]
     rng, worst = np.random.default_rng(2), np.zeros(2)
     for J2 in INERTIAS[::3]:
         F, G, H = own(c, J2)
@@ -108,7 +108,7 @@ def test_adversaries_stay_within_and_come_near(c):
 
 
 def test_sixty_radians_take_little_more_than_the_motor_needs(c):
-    move = c.bounds.move(60.0, u_max=2.0, output="load")
+    move = c.motions.move(60.0, u_max=2.0, output="load")
     r = move.profile.points(60.0)
     assert r[0] == 0 and r[-1] == 60 and move.effort[0].proven <= 2
     found = np.array([abs(run(c, J2, r)).max(axis=1) for J2 in INERTIAS]).max(axis=0)
@@ -116,9 +116,9 @@ def test_sixty_radians_take_little_more_than_the_motor_needs(c):
     assert (found <= proven).all() and (proven < 1.05 * found).all()
     least = 2 * np.sqrt(60 * 0.0085 / 2.0)  # of the heaviest drive, by bangs
     assert least < move.duration < 1.5
-    safe = c.bounds.limits_for(2.0, 60.0)
+    safe = c.motions.limits_for(2.0, 60.0)
     sizes = safe.velocity, safe.acceleration, safe.jerk
-    assert c.bounds.follow(*sizes, output=0).proven <= 2
+    assert c.motions.follow(*sizes, output=0).proven <= 2
     assert move.duration < safe.duration(60.0) < 1.25 * move.duration
     assert "60 in 1." in str(move)
 
@@ -194,7 +194,7 @@ def test_what_a_move_leaves_of_the_limit_is_left_for_a_step(c):
     reach = limited.bounds.reach(seconds=60, asked=1.5)
     whole = limited.bounds.reach(seconds=60)
     assert 0 < reach.step <= 0.26 * whole.step
-    move = c.bounds.move(20.0, u_max=1.5)
+    move = c.motions.move(20.0, u_max=1.5)
     r = move.profile.points(20.0)
     for at in (len(r) // 4,):  # where it accelerates most
         moved = r + reach.step * (np.arange(len(r)) >= at)
@@ -210,14 +210,14 @@ def test_what_a_move_leaves_of_the_limit_is_left_for_a_step(c):
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
 def test_a_program_with_moves_runs_as_bounded(c, tmp_path):
     """From what was asked to compiled C, with another weight of the set point, too."""
-    move = c.bounds.move(60.0, u_max=2.0)
+    move = c.motions.move(60.0, u_max=2.0)
     moved = c.set_point(profile=move.profile)
     code = Code(moved, "arm")
     assert code.texts["arm_sketch/arm_move.h"] == code.texts["arm_move.h"]
     code.write(tmp_path)
     assert (tmp_path / "arm_move.h").read_text("utf-8") == move.profile.to_c("arm")
     limits = move.profile.velocity, move.profile.acceleration, move.profile.jerk
-    for words in (c.bounds.follow(*limits, output=0), c.bounds.follow(*limits)):
+    for words in (c.motions.follow(*limits, output=0), c.motions.follow(*limits)):
         assert str(words) in " ".join(bounded(moved, ()))
     r = move.profile.points(60.0)
     for weighted in (moved.limit(2.0), moved.limit(2.0).set_point(b=0.427)):
@@ -272,9 +272,9 @@ def test_springs_leave_each_plant_its_own_rest_and_a_step_is_bounded(several):
 
 def test_what_cannot_be_asked_is_said(c):
     with pytest.raises(ValueError, match="u_max is missing"):
-        c.bounds.move(1.0)
+        c.motions.move(1.0)
     with pytest.raises(ValueError, match="acceleration"):
-        c.bounds.follow(1.0, -1.0)
+        c.motions.follow(1.0, -1.0)
     with pytest.raises(ValueError, match="larger jerk or a longer T"):
         Profile(1e9, 1.0, 1e-3, 1e-6)
     with pytest.raises(ValueError, match="jerk"):

@@ -5,11 +5,11 @@ from .bounded import Bounded
 from .code import code_fault, read_gains
 from .compiled import CompiledCode
 from .controller import Controller
-from .describing import Cycle
+from .describing import Cycle, predicted_cycles
 from .frequency import OpenLoop
 from .limits import FAULTS, Faults, Limits
 from .margins import Margin, Margins
-from .motions import Move
+from .motions import Motions, Move
 from .of_design import controller_of
 from .output_bounds import OutputBounds
 from .profile import Profile
@@ -33,6 +33,7 @@ __all__ = [
     "Limits",
     "Margin",
     "Margins",
+    "Motions",
     "Move",
     "OpenLoop",
     "OutputBounds",
@@ -45,6 +46,7 @@ __all__ = [
     "StepBounds",
     "code_fault",
     "controller_of",
+    "predicted_cycles",
     "read_gains",
     "write_report",
 ]

@@ -19,6 +19,7 @@ from ..sampled.cover import cover
 from ..sampled.proof_file import _leaves
 from ..sampled.timing import TimeBox
 from .cells import Joined, work
+from .signals import known_index
 from .tube import SAFE, Tube
 
 RATES = ((0.6, 32), (0.3, 128), (0.1, 512))  # of log(radius) to prove, and cells for it
@@ -141,6 +142,20 @@ def rounded(x, way):
     end = x.upper() if way > x else x.lower()
     found = float(end)
     return found if arb(found) == end else float(np.nextafter(found, way))
+
+
+def at_rest(c, set_point):
+    """The state where a ``set_point`` of c rests: a ValueError if none exactly is."""
+    known_index("set_point", set_point, c.set_points)
+    x = rest(c, set_point)
+    if x is None:
+        raise ValueError(
+            "set_point: where it rests the output isn't exactly zero for every "
+            "plant (springs push back, or a memory without integrals has rounded "
+            "numbers), so what a motion asks depends on where it ends; see "
+            "static(r=...)"
+        )
+    return x
 
 
 def rest(c, j):

@@ -14,15 +14,16 @@ from ..sampled.ticks import Ticks
 from .bounds import proven_decay
 from .clock import checked_slack
 from .facts import facts_of
-from .limits import Faults, Limits, limits_of, per_signal
+from .limits import Faults, Limits, limits_of
 from .matrices import from_state, matrices_of, start_of, state_space
 from .memory import Estimate
+from .motions import Motions
 from .output_bounds import OutputBounds
 from .program import Code
 from .questions import Questions
-from .set_points import chosen_set_point, set_points_of
+from .set_points import followed_of, set_points_of, with_set_point
 from .signals import Readings, signals_of
-from .step_bounds import seen_overshoot
+from .step_bounds import described
 
 
 def _part(name: str, about: str) -> Any:
@@ -80,7 +81,10 @@ class Controller(Questions):
     place (m) 3
     >>> print(controller.radius < 1)
     True
-    >>> controller.certify().proven
+    >>> controller.certify().proven, controller.furthest(tolerance=0.1).T[1] > 0.02
+    (True, True)
+    >>> found = controller.margins()
+    >>> 0.97 < found.phase.proven / found.phase.seen <= 1
     True
     """
 
@@ -98,12 +102,7 @@ class Controller(Questions):
     certificate: Any = None
 
     def __repr__(self):
-        names = ", ".join(s.name for s in self.readings.signals)
-        given = ", ".join(s.name for s in self.outputs)
-        kind = f"T = {self.T:g} s, order {self.order}, {self.estimate.words}"
-        if (over := seen_overshoot(self)) is not None:
-            kind += f", a step overshoots by {over:.3g} % at corners"
-        return f"<Controller: {given} of {names}, {kind}>"
+        return described(self)
 
     @property
     def T(self) -> float:
@@ -131,14 +130,9 @@ class Controller(Questions):
         return SampleTiming.of(self.T, self.delay)
 
     @property
-    def K_x(self) -> np.ndarray:
-        """The gain of what is estimated: the plant's state, or a law's signals."""
-        return self.gain.K[:, : len(self.estimate.take)]
-
-    @property
-    def K_I(self) -> np.ndarray:
-        """The gain of the integrals, (m, a)."""
-        return self.gain.K[:, len(self.estimate.take) :]
+    def gains(self) -> tuple:
+        """The gain of what is estimated, a state or signals, and of the integrals."""
+        return tuple(np.split(self.gain.K, [len(self.estimate.take)], axis=1))
 
     @cached_property
     def parts(self) -> dict:
@@ -171,9 +165,7 @@ class Controller(Questions):
     @property
     def followed(self) -> list:
         """For each set point the index of what is measured of it, or None."""
-        named = {s.name: k for k, s in enumerate(self.readings.signals)}
-        goals = (s.name.removeprefix("set point of ") for s in self.set_points)
-        return [named.get(name) for name in goals]
+        return followed_of(self)
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -197,7 +189,7 @@ class Controller(Questions):
         b : float
             P sees y - b r, the integral y - r: see `OutputBounds.weights`.
         profile : Profile, optional
-            Of the moves of the first set point, by `OutputBounds.limits_for` or `move`:
+            Of the moves of the first set point, by `Motions.limits_for` or `move`:
             `to_c` writes their generator, <name>_move.h, and bounds all of them.
 
         Raises
@@ -206,17 +198,7 @@ class Controller(Questions):
             If U r isn't I, or nothing is there to be set, or integrated for a b; or the
             profile's T is another.
         """
-        new, limits = replace(self, R=chosen_set_point(self, r, b)), self.limits
-        if profile is not None:
-            if profile.T != self.T:
-                raise ValueError(
-                    f"profile has T = {profile.T:g} s, and the controller {self.T:g} s"
-                )
-            limits = replace(limits, profile=profile)
-        if ramp is not None:
-            ramps = per_signal("ramp", ramp, new.set_points)
-            limits = replace(limits, ramp=ramps)
-        return replace(new, limits=limits)
+        return with_set_point(self, r, ramp, b, profile)
 
     def limit(
         self,
@@ -245,8 +227,7 @@ class Controller(Questions):
         Raises
         ------
         ValueError
-            If the limit is below what the load needs at rest, or below twice what
-            the sensors' steps alone can ask.
+            If it is below what the load needs, or twice what sensors' steps can ask.
         """
         found = limits_of(self, u_max, slew, load, anti_windup, tracking_time)
         return replace(self, limits=found)
@@ -263,6 +244,11 @@ class Controller(Questions):
     def bounds(self) -> OutputBounds:
         """Proven bounds of what sensors and set points do to its outputs."""
         return OutputBounds(self)
+
+    @property
+    def motions(self) -> Motions:
+        """Motions of its set points within velocity, acceleration and jerk."""
+        return Motions(self)
 
     @cached_property
     def of_state(self) -> SampledSystem:

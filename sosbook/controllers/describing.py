@@ -7,6 +7,7 @@ samples the harmonic and holds what it answers.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -46,14 +47,34 @@ class Cycle:
         )
 
 
-def predicted_cycles(c, friction=None, backlash=None):
-    """The `Cycle` of each balance of a controller c, at all corners of its plant, under
-    Coulomb's ``friction`` (a force on each coordinate) and a ``backlash`` between two.
+def predicted_cycles(controller: Any, friction: Any = None, backlash: Any = None):
+    """The limit cycles that friction and a gap make, predicted: none is a proof.
+
+    Parameters
+    ----------
+    controller : Controller
+        At all corners of its plant.
+    friction : (n,) array_like, optional
+        Coulomb's force on each coordinate.
+    backlash : Backlash, optional
+        Between two coordinates.
+
+    Returns
+    -------
+    list of Cycle
+        Of first harmonics; empty where none balance.
+
+    Raises
+    ------
+    ValueError
+        If ``backlash`` is no `Backlash`, or they don't fit the coordinates.
     """
+    c = controller
     if backlash is not None and not isinstance(backlash, Backlash):
         raise ValueError(f"backlash must be a Backlash, got {backlash!r}")
     names = signals(c.plant)
-    n, asked = coordinates(c.vertices, friction, backlash), []
+    n = coordinates(c.vertices, friction, backlash)
+    asked: list[tuple] = []
     if friction is not None:
         force = np.broadcast_to(np.asarray(friction, float), (n,))
         asked += [(_rubbing, k, force[k]) for k in range(n) if force[k] > 0]

@@ -128,11 +128,11 @@ def bounded(c, trials):
             "file of moves makes them,"
         )
         for k, signal in enumerate(c.outputs):
-            bound = c.bounds.follow(*limits, output=k)
+            bound = c.motions.follow(*limits, output=k)
             within = (bound.proven or np.inf) <= c.limits.u_max[k]
             end = "" if within else ", without its limit"
             lines.append(f"{moved} asks {signal}: {bound}{end}")
-        lines.append(f"{moved} leaves it from there: {c.bounds.follow(*limits)}")
+        lines.append(f"{moved} leaves it from there: {c.motions.follow(*limits)}")
     if c.set_points:
         lines.append("one program, sosbook, has made these bounds: no file holds them")
     if np.isfinite(c.limits.u_max).all():

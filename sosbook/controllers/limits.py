@@ -136,7 +136,7 @@ def limits_of(c, u_max, slew, load, anti_windup, tracking_time):
                     f"must be {need[k]:.6g} to hold the load {load!r}"
                 )
     _not_too_coarse(c, u_max)
-    if not (anti_windup and (c.K_I.size or c.estimate.winds_up)):
+    if not (anti_windup and (c.gains[1].size or c.estimate.winds_up)):
         tracking_time = None
     elif tracking_time is None:
         slowest = -c.T / np.log(min(c.radius, 1 - 1e-12))

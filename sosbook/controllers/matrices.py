@@ -12,15 +12,15 @@ from .memory import DIGITS, ROUNDING, assembled, forgetting, shifted
 def matrices_of(c):
     """The matrices of a controller c by name, and its memory's ``states`` in words."""
     e, T, tracking_time = c.estimate, c.T, c.limits.tracking_time
-    K_P = c.K_x[:, : len(c.R)]
+    K_P = c.gains[0][:, : len(c.R)]
     K_r, size = -K_P @ c.R, abs(K_P) @ abs(c.R)
     K_r = np.where(abs(K_r) <= ROUNDING * size, 0.0, K_r) + 0.0
-    parts, words = assembled(e, c.timing, c.K_x, c.K_I, c.sums, T, K_r)
+    parts, words = assembled(e, c.timing, c.gains[0], c.gains[1], c.sums, T, K_r)
     if e.errors:
         parts = shifted(parts, e.start, c.R)
-    a, W = c.K_I.shape[1], parts["W"].copy()
+    a, W = c.gains[1].shape[1], parts["W"].copy()
     if a and tracking_time:
-        back = np.linalg.pinv(c.K_I) * (T / tracking_time)
+        back = np.linalg.pinv(c.gains[1]) * (T / tracking_time)
         W[len(W) - a :] = round_digits(back, DIGITS)
     elif e.winds_up and tracking_time:
         W = forgetting(parts["A"], parts["C"], np.exp(-T / tracking_time))
@@ -32,13 +32,13 @@ def start_of(c):
     e, q = c.estimate, len(c.readings.signals)
     found = np.zeros((len(c.A), q))
     found[: len(e.start)] = e.start
-    a = c.K_I.shape[1]
+    a = c.gains[1].shape[1]
     if a:
         r = np.zeros((len(c.set_points), q))
         for j, k in enumerate(c.followed):
             r[j, q if k is None else k :][:1] = 1
-        asked = c.K_x @ (e.stay @ e.start + e.take) + c.D_r @ r
-        back = -np.linalg.pinv(c.K_I) @ asked
+        asked = c.gains[0] @ (e.stay @ e.start + e.take) + c.D_r @ r
+        back = -np.linalg.pinv(c.gains[1]) @ asked
         found[len(found) - a :] = round_digits(back, DIGITS)
     return found + 0.0
 

@@ -9,6 +9,7 @@ from ..exact.proof import Stopped, proven_within
 from ..plants.checks import not_negative, positive
 from ..runtime.time_limit import checked_seconds
 from .bounded import SECONDS, Bounded
+from .bounds import at_rest
 from .follow import per_unit
 from .limits import per_signal
 from .profile import Profile, fastest, quickest
@@ -52,9 +53,16 @@ class Move:
 
 
 class Motions:
-    """The part of `OutputBounds` that is about motions with bounded acceleration."""
+    """Motions of a controller's set points within limits, and what they ask: proven.
 
-    controller: Any
+    Parameters
+    ----------
+    controller : Controller
+        Whose `Controller.motions` this is.
+    """
+
+    def __init__(self, controller: Any) -> None:
+        self.controller = controller
 
     def follow(
         self,
@@ -96,7 +104,7 @@ class Motions:
         >>> cart = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=(1, 2))
         >>> design = sos.design_pid(cart, [[1]], region=sos.PoleRegion(1, rho=9))
         >>> c = design.controller(T=0.01)
-        >>> force = c.bounds.follow(9, 0.5, 2, output=0)
+        >>> force = c.motions.follow(9, 0.5, 2, output=0)
         >>> 1 < force.seen <= force.proven  # the heavier mass is 2
         True
         """
@@ -172,7 +180,7 @@ class Motions:
         >>> import sosbook as sos
         >>> cart = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=(1, 2))
         >>> design = sos.design_pid(cart, [[1]], region=sos.PoleRegion(1, rho=9))
-        >>> move = design.controller(T=0.01).bounds.move(3.0, u_max=2.0)
+        >>> move = design.controller(T=0.01).motions.move(3.0, u_max=2.0)
         >>> move.duration > 2 * (3 * 2 / 2.0) ** 0.5, move.effort[0].proven <= 2
         (True, True)
         """
@@ -185,8 +193,8 @@ class Motions:
 
     def _units(self, set_point, output, jerk, seconds):
         """The `PerUnit` of an ``output``, within some ``seconds``."""
-        x, c = self._at_rest(set_point), self.controller
-        asked = c, x, set_point, output, jerk
+        c = self.controller
+        asked = c, at_rest(c, set_point), set_point, output, jerk
         limit = checked_seconds(seconds, needed=True)
         found = proven_within(limit, lambda: per_unit(*asked))
         return per_unit(*asked, most=0) if isinstance(found, Stopped) else found

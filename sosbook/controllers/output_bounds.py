@@ -12,9 +12,8 @@ from ..exact.rational import exact
 from ..plants.checks import count, positive
 from ..runtime.time_limit import checked_seconds
 from .bounded import SECONDS, Bounded
-from .bounds import bounded_output, rest, rounded, sizes_of
+from .bounds import at_rest, bounded_output, rest, rounded, sizes_of
 from .limits import per_signal, quantum
-from .motions import Motions
 from .rounding import rounding_bound
 from .signals import known_index
 from .step_bounds import StepBounds, step_bounds
@@ -22,7 +21,7 @@ from .weights import weighted
 from .windup import Reach, proven_reach
 
 
-class OutputBounds(Motions):
+class OutputBounds:
     """The bounds of a ``controller``'s outputs: proven for every plant.
 
     Each bound is of the linear loop, but for `reach`. ``controller.bounds`` is one.
@@ -219,25 +218,11 @@ class OutputBounds(Motions):
             self.controller, overshoot, effort, size, set_point, output, band
         )
 
-    def _at_rest(self, set_point):
-        """The state at rest: see `rest`; a ValueError where none is exactly so."""
-        c = self.controller
-        known_index("set_point", set_point, c.set_points)
-        x = rest(c, set_point)
-        if x is None:
-            raise ValueError(
-                "set_point: where it rests the output isn't exactly zero for every "
-                "plant (springs push back, or a memory without integrals has rounded "
-                "numbers), so what a motion asks depends on where it ends; see "
-                "static(r=...)"
-            )
-        return x
-
     def _of_motion(self, size, set_point, output, seconds, peak=False):
         """The `Bounded` of an ``output`` while ``set_point`` moves by ``size`` a tick,
         or at its step (``peak``); ``seconds`` for the proof.
         """
-        x, c = self._at_rest(set_point), self.controller
+        x, c = at_rest(self.controller, set_point), self.controller
         known_index("output", output, c.outputs)
         own, direct = c.B_r[:, [set_point]], c.D_r[:, [set_point]]
 

@@ -1,4 +1,4 @@
-"""Questions to a controller's loop: proofs, margins, rests, cycles and runs."""
+"""Questions to a controller's loop: proofs, margins, rests and runs."""
 
 from typing import Any
 
@@ -8,7 +8,6 @@ from ..plants.checks import positive
 from ..runtime.read_only import ReadOnly
 from ..sampled.furthest import furthest_sampled
 from ..sampled.proof import certify_sampled
-from .describing import predicted_cycles
 from .margins import Margins, margins_of
 from .signals import vector_of
 from .simulation import Run, simulate_controller
@@ -31,20 +30,16 @@ class Questions(ReadOnly):
         Parameters
         ----------
         **asked
-            ``rate``, ``cells``, ``time_limit`` and more of `certify_sampled`; T and
-            ``delay`` as ranges (low, high) prove it for a clock that jitters, as do
-            ``jitter`` and a range of delays of `Gains.controller`.
+            Of `certify_sampled`; ``T`` and ``delay`` are the clock's, or other ranges.
 
         Returns
         -------
         SampledProof
-            Of the linear loop: limits and quantisation are no part of it. B R and D R
-            are rounded to doubles, as its file shows them; so are B N and D N of a
-            law whose ``noise`` N brings w into the readings.
+            Of the linear loop: limits and quantisation are no part of it. B R, D R, B N
+            and D N, of the noise N of a law's readings, are doubles, as its file shows.
         """
-        T, delay = self.clock.ranges
-        T, delay = asked.pop("T", T), asked.pop("delay", delay)
-        return certify_sampled(self.plant, self.of_state, T, delay, **asked)
+        asked = dict(zip(("T", "delay"), self.clock.ranges)) | asked
+        return certify_sampled(self.plant, self.of_state, **asked)
 
     def furthest(self, find: str = "T", most: float | None = None, **asked: Any) -> Any:
         """The longest interval, or delay, for which the program as it is is proven.
@@ -52,33 +47,21 @@ class Questions(ReadOnly):
         Parameters
         ----------
         find : {"T", "delay"}
-            Every sequence of intervals from T to it, the delay being as it is; or of
-            delays from the present one to it.
+            Every sequence of intervals from T to it; or of delays from the present one.
         most : float, optional
-            Up to which it is sought, in s; without it 4 T, or the tick after the
-            present delay: beyond, older inputs would be others.
+            Up to which it is sought, in s; without it 4 T, or the tick after the delay.
         **asked
             ``tolerance``, ``time_limit`` and more of `furthest_sampled`.
 
         Returns
         -------
         SampledProof
-            Its ``T`` or ``delay`` says how far it goes. Its matrices stay those of T: a
-            program for another T is that of ``design.controller(T=...)``.
+            Its ``T`` or ``delay`` says how far it goes, with the program as it is.
 
         Raises
         ------
         ValueError
             If another thing is sought, or ``most`` isn't above the present value.
-
-        Examples
-        --------
-        >>> import sosbook as sos
-        >>> cart = sos.SecondOrderSystem(1, 0, 0, 1, coordinates=["place"])
-        >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
-        >>> proof = design.controller(T=0.01).furthest(tolerance=0.1)
-        >>> proof.proven, bool(proof.T[1] > 0.02)
-        (True, True)
         """
         T, delay = self.clock.T, self.clock.latest
         ends = {"T": (T, LONGER * T), "delay": (delay, (delay // T + 1) * T)}
@@ -105,22 +88,12 @@ class Questions(ReadOnly):
         -------
         Margins
             Each proven for every plant of the family, and seen at the worst of some;
-            ``open_loop`` has the frequency response, and Bode's, Nyquist's and
-            Nichols's plots. T and delay don't vary in them.
+            ``open_loop`` has the plots. T and delay don't vary in them.
 
         Raises
         ------
         ValueError
             If there is no such signal, or the loop isn't stable.
-
-        Examples
-        --------
-        >>> import sosbook as sos
-        >>> cart = sos.SecondOrderSystem(1, 0, 0, 1, coordinates=["place"])
-        >>> design = sos.design_pid(cart, region=sos.PoleRegion(1, rho=9))
-        >>> found = design.controller(T=0.01, delay=0.01).margins()
-        >>> 0.97 < found.phase.proven / found.phase.seen <= 1
-        True
         """
         return margins_of(self, at, time_limit)
 
@@ -145,21 +118,6 @@ class Questions(ReadOnly):
         x, u = zip(*(loop.at_rest(r, w) for loop in self.loops))
         return np.array(x), np.array(u)
 
-    def cycles(self, friction: Any = None, backlash: Any = None) -> list:
-        """The limit cycles that friction and a gap make, predicted: none is a proof.
-
-        Parameters
-        ----------
-        friction, backlash
-            As in `simulate`.
-
-        Returns
-        -------
-        list of Cycle
-            Of first harmonics, at all corners; empty where none balance.
-        """
-        return predicted_cycles(self, friction, backlash)
-
     def simulate(
         self, seconds: float, r: Any = None, w: Any = None, **more: Any
     ) -> Run:
@@ -172,10 +130,9 @@ class Questions(ReadOnly):
         r, w : array_like or callable, optional
             Set points and disturbances, constant or functions of the time.
         **more
-            ``x0``, the state at the start; ``plants``, others than the vertices, as
-            `Descriptor`; ``friction``, Coulomb's on each coordinate; ``backlash``, a
-            `Backlash`; ``program``, in the place of `Replay`; ``lose``, from a tick's
-            number to whether its sample is lost.
+            ``x0``, at the start; ``plants``, others than the vertices, as `Descriptor`;
+            ``friction``, Coulomb's on each coordinate; ``backlash``, a `Backlash`;
+            ``program``, for `Replay`; ``lose``, from a tick to whether its sample is.
 
         Returns
         -------

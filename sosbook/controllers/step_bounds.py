@@ -387,3 +387,13 @@ def plants_of(c):
         plant = family.exactly_at(list(point))
         found.append((", ".join(words), plant, input_vertices(plant, None)[0]))
     return found
+
+
+def described(c):
+    """A controller c in a line."""
+    names = ", ".join(s.name for s in c.readings.signals)
+    given = ", ".join(s.name for s in c.outputs)
+    kind = f"T = {c.T:g} s, order {c.order}, {c.estimate.words}"
+    if (over := seen_overshoot(c)) is not None:
+        kind += f", a step overshoots by {over:.3g} % at corners"
+    return f"<Controller: {given} of {names}, {kind}>"
