@@ -671,9 +671,11 @@ def number(tab, key):
 
 def sentence(tab):
     """What the sentence says, its fields' numbers among its words."""
-    said = tab.page.evaluate("""() =>
-      [...document.querySelector(".sos-say").childNodes]
-        .map(x => x.value ?? x.textContent).join("").replaceAll("\\u00a0", " ")""")
+    said = tab.page.evaluate("""() => {
+      const words = x => x.value ?? (x.nodeName === "SPAN" ? all(x) : x.textContent);
+      const all = x => [...x.childNodes].map(words).join("");
+      return all(document.querySelector(".sos-say")).replaceAll("\\u00a0", " ");
+    }""")
     return said.replace(", with all measured", "")
 
 

@@ -172,7 +172,7 @@ def test_the_program_is_the_profile_bit_by_bit(precision, tmp_path):
     text = profile.to_c("arm", precision)
     assert "ARM_VELOCITY_RAD_S " in text and "ARM_JERK_RAD_S3 " in text
     (tmp_path / "arm_move.h").write_text(text, "utf-8")
-    (tmp_path / "main.c").write_text(MAIN % ", ".join(map(repr, goals)))
+    (tmp_path / "main.c").write_text(MAIN % ", ".join(map(repr, goals)), "utf-8")
     words = "-std=c99 -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -pedantic"
     build = ["cc", *words.split(), "main.c", "-o", "main"]
     subprocess.run(build, cwd=tmp_path, check=True)

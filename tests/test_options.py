@@ -23,7 +23,7 @@ from sosbook.book.elements.movers import regulator
 from sosbook.book.elements.movers.mover import slider
 from sosbook.book.largest_margin import delay_margin
 from sosbook.book.reproduction.observer import controller
-from sosbook.controllers import Code, CompiledCode
+from sosbook.controllers import Code, CompiledCode, Profile
 from sosbook.delay import DelayedLoop
 from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.export import Program
@@ -226,6 +226,10 @@ CALLS = {
     ],
     "OutputBounds.rounding": [rounded],
     "Controller.to_c": [lambda precision: TICKED().to_c("axis", precision)],
+    "Profile.to_c": [
+        lambda precision: Profile(2.0, 8.0, 64.0, 0.01, "rad").to_c("arm", precision)
+    ],
+    "Questions.furthest": [lambda find: TICKED().furthest(find, tolerance=0.5)],
     "Code": [lambda precision: Code(TICKED(), "axis", precision)],
     "CompiledCode": [lambda precision: CompiledCode(TICKED(), precision=precision)],
     "furthest_sampled": [

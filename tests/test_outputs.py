@@ -205,10 +205,10 @@ ONE = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.eye(2), [[1], [0]], np.eye(
         (dict(integral=1), None, "integral is weighed, but the plant has no integrals"),
         (dict(position=1, input=1), None, "a number stands for a multiple"),
         (dict(position=1), [2], "there is no disturbance 2, for the plant has 2"),
-        (dict(position=1), [], "inputs must name one disturbance or more, each once"),
+        (dict(position=1), [], "inputs must name one or more, each once"),
         (dict(position=1), [0, 0], "each once"),
         (dict(position=1), [-1], "inputs must be 0, 1, ..., got -1"),
-        (dict(position=1), 1, "inputs must be a list of disturbances"),
+        (dict(position=1), 1, "inputs must be a list of numbers, counted from 0"),
     ],
 )
 def test_rows_that_do_not_fit_are_named(output, inputs, message):

@@ -655,6 +655,8 @@ SPEAKERS = {
     "Bound": "a number: the bound that its part proves",
     "Bounded": "a number in balls, which the report of a controller repeats",
     "Examined": "the verdict on a file",
+    "Margin": "a number of a disk of gains that balls leave stable",
+    "Cut": "a disk of gains that balls leave stable, or not",
     "Edge": "its design.certify() and its refusal's infeasibility",
     "Largest": "its design.certify(), and its infeasibility beyond",
     "Deployment": "those that are written beside the program",

@@ -174,7 +174,7 @@ def test_chapter_41_has_every_reason_of_a_refusal():
     assert {k for k in kinds(Refusal) if f"`{k}`" not in table} == set()
 
 
-@pytest.mark.parametrize("vertices, sigma", [(1, 0.0), (1, 0.01), (2, 0.0)])
+@pytest.mark.parametrize("vertices, sigma", [(1, 0.0), (2, 0.0)])
 def test_a_pole_that_breaks_what_is_asked_is_named_where_time_is_over(vertices, sigma):
     """Heavily damped and circulatory, n = 40: the exact mode takes long."""
     rng, n = np.random.default_rng(0), 40
@@ -196,6 +196,9 @@ def test_a_pole_that_breaks_what_is_asked_is_named_where_time_is_over(vertices, 
         **asked,
     )
     truth = max(plants[-1].poles(), key=lambda s: (s.real, s.imag))
+    if vertices == 1:  # of a single loop a form that grows is found in that time
+        assert known.status == "infeasible" and known.infeasibility.proven
+        return
     assert truth.real > 0 and known.status == "undecided"
     place = f"{truth.real:.4g}±{abs(truth.imag):.4g}j rad/s breaks"
     where = " of vertex 2" if vertices > 1 else ""

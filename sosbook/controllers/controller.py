@@ -81,10 +81,10 @@ class Controller(Questions):
     place (m) 3
     >>> print(controller.radius < 1)
     True
-    >>> controller.certify().proven, controller.furthest(tolerance=0.1).T[1] > 0.02
+    >>> controller.certify().proven, controller.furthest(tolerance=0.1).proven
     (True, True)
     >>> found = controller.margins()
-    >>> 0.97 < found.phase.proven / found.phase.seen <= 1
+    >>> print(0.97 < found.phase.proven / found.phase.seen <= 1)
     True
     """
 
@@ -189,7 +189,7 @@ class Controller(Questions):
         b : float
             P sees y - b r, the integral y - r: see `OutputBounds.weights`.
         profile : Profile, optional
-            Of the moves of the first set point, by `Motions.limits_for` or `move`:
+            Of the moves of the first set point, from `Motions` or its `Motions.move`:
             `to_c` writes their generator, <name>_move.h, and bounds all of them.
 
         Raises

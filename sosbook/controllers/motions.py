@@ -83,7 +83,7 @@ class Motions:
         set_point : int
             Which one.
         output : str, int or Output, optional
-            As in `step_response`: of a u, by its index, its largest size.
+            As in `OutputBounds.step_response`: of a u, by its index, its largest size.
         time_limit : float
             Seconds, after which there is no proof, or a less sharp one.
 
@@ -160,7 +160,7 @@ class Motions:
         distance, u_max, set_point
             As for `limits_for`.
         output : str, int or Output, optional
-            Of which `Move.error` speaks, as in `step_response`.
+            Of which `Move.error` speaks, as in `OutputBounds.step_response`.
         time_limit : float
             As for `follow`.
 
@@ -181,7 +181,7 @@ class Motions:
         >>> cart = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=(1, 2))
         >>> design = sos.design_pid(cart, [[1]], region=sos.PoleRegion(1, rho=9))
         >>> move = design.controller(T=0.01).motions.move(3.0, u_max=2.0)
-        >>> move.duration > 2 * (3 * 2 / 2.0) ** 0.5, move.effort[0].proven <= 2
+        >>> move.duration > 2 * (3 * 2 / 2.0) ** 0.5, bool(move.effort[0].proven <= 2)
         (True, True)
         """
         found = self._planned(quickest, u_max, distance, set_point, time_limit)

@@ -11,6 +11,35 @@ OUT_OF_RANGE = 1e6  # of a reading or set point, in its unit: its wire is broken
 BROKEN = 1e9  # of what the law answers: a number in it is broken
 FLOAT_TYPES = {"double": float, "single": np.float32}
 
+#: Words of C99, headers of its library and of Arduino, what a sketch defines, and
+#: devices of Windows: a file's name, or a function's, would collide with them.
+# fmt: off
+TAKEN = {
+    "arduino", "assert", "auto", "aux", "break", "case", "char", "com0", "com1", "com2",
+    "com3", "com4", "com5", "com6", "com7", "com8", "com9", "complex", "con", "const",
+    "continue", "ctype", "default", "do", "double", "else", "enum", "errno", "extern",
+    "fenv", "float", "for", "goto", "if", "inline", "int", "inttypes", "iso646",
+    "limits", "locale", "long", "loop", "lpt0", "lpt1", "lpt2", "lpt3", "lpt4", "lpt5",
+    "lpt6", "lpt7", "lpt8", "lpt9", "main", "math", "nul", "prn", "register",
+    "restrict", "return", "setjmp", "setup", "short", "signal", "signed", "sizeof",
+    "static", "stdarg", "stdbool", "stddef", "stdint", "stdio", "stdlib", "string",
+    "struct", "switch", "tgmath", "time", "typedef", "union", "unsigned", "void",
+    "volatile", "wchar", "wctype", "while",
+}
+# fmt: on
+
+
+def checked_words(name, precision):
+    """Raise a ValueError where C can't have this ``name`` or ``precision``."""
+    good = isinstance(name, str) and re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)
+    if not good or name in TAKEN:
+        raise ValueError(
+            "name must begin a C identifier, in lower case with at most 31 "
+            f"letters, digits and _, and be no word of C, got {name!r}"
+        )
+    if precision not in FLOAT_TYPES:
+        raise ValueError(f"precision must be 'double' or 'single', got {precision!r}")
+
 
 def program_numbers(c):
     """Arrays and numbers of a `Controller` c by their names in its program: ints for

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..exact.rational import exact
 from ..plants.checks import finite, positive
-from .numbers import literal
+from .numbers import checked_words, literal
 from .template import written_by
 
 MOST = 2**52  # of the counters, which floats then hold exactly
@@ -120,6 +120,7 @@ class Profile:
         precision : {"double", "single"}
             Of the set points.
         """
+        checked_words(name, precision)
         u = self.unit.replace("/", "_per_")
         u = "".join(x if x.isalnum() else "_" for x in u).upper()
         mark = f"_{u}" if u else ""

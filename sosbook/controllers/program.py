@@ -2,7 +2,6 @@
 the written ones: <name>_gains.h and, for the bench, <name>_plants.h.
 """
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,27 +11,11 @@ import numpy as np
 from ..runtime.writing import write_texts
 from .facts import span
 from .gains import Gains
-from .numbers import FLOAT_TYPES, literal, program_numbers
+from .numbers import checked_words, literal, program_numbers
 from .signals import identifiers
 from .template import comment, written_by
 from .written import CONTROLLER, around_texts, law_texts, record
 
-#: Words of C99, headers of its library and of Arduino, what a sketch defines, and
-#: devices of Windows: a file's name, or a function's, would collide with them.
-# fmt: off
-TAKEN = {
-    "arduino", "assert", "auto", "aux", "break", "case", "char", "com0", "com1", "com2",
-    "com3", "com4", "com5", "com6", "com7", "com8", "com9", "complex", "con", "const",
-    "continue", "ctype", "default", "do", "double", "else", "enum", "errno", "extern",
-    "fenv", "float", "for", "goto", "if", "inline", "int", "inttypes", "iso646",
-    "limits", "locale", "long", "loop", "lpt0", "lpt1", "lpt2", "lpt3", "lpt4", "lpt5",
-    "lpt6", "lpt7", "lpt8", "lpt9", "main", "math", "nul", "prn", "register",
-    "restrict", "return", "setjmp", "setup", "short", "signal", "signed", "sizeof",
-    "static", "stdarg", "stdbool", "stddef", "stdint", "stdio", "stdlib", "string",
-    "struct", "switch", "tgmath", "time", "typedef", "union", "unsigned", "void",
-    "volatile", "wchar", "wctype", "while",
-}
-# fmt: on
 SINGLE = "1: float, 0: double"
 MATRICES = {
     "A": "memory to memory",
@@ -108,20 +91,7 @@ class Code:
 
     def __post_init__(self):
         """Check the name, the precision and the size of the program."""
-        name = self.name
-        if (
-            not isinstance(name, str)
-            or not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name)
-            or name in TAKEN
-        ):
-            raise ValueError(
-                "name must begin a C identifier, in lower case with at most 31 "
-                f"letters, digits and _, and be no word of C, got {name!r}"
-            )
-        if self.precision not in FLOAT_TYPES:
-            raise ValueError(
-                f"precision must be 'double' or 'single', got {self.precision!r}"
-            )
+        checked_words(self.name, self.precision)
         identifiers([s.name for s in self.controller.readings.signals])  # raises
         T = self.controller.T
         ticks = round(1e6 * T)

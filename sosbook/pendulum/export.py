@@ -8,8 +8,8 @@ import re
 from dataclasses import dataclass, replace
 
 from ..controllers.gains import Gains
-from ..controllers.numbers import FLOAT_TYPES, single
-from ..controllers.program import MATRICES, SINGLE, TAKEN
+from ..controllers.numbers import FLOAT_TYPES, TAKEN, single
+from ..controllers.program import MATRICES, SINGLE
 from ..controllers.template import written_by
 from ..controllers.written import ROBOT, STEERING, law_texts
 from .boards import PYCTRL_COUNTS_PER_TURN, fill, pyctrl_signs, rc_robot, wired

@@ -67,8 +67,8 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
     >>> DescriptorSystem(np.eye(2), [[0, 1], [-2, -3]]).order
     2
     >>> plant = DescriptorSystem(1, 1.2, 0.5, dt=0.1)
-    >>> plant.vertices[0].E, plant.vertices[0].A
-    (array([[0.1]]), array([[0.2]]))
+    >>> print(plant.vertices[0].E, plant.vertices[0].A)
+    [[0.1]] [[0.2]]
     """
 
     E: np.ndarray

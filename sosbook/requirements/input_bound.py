@@ -91,7 +91,7 @@ class Saturation(Requirement):
                     "u_max must be a number, or a list of one for each input of the "
                     "plant, without u"
                 )
-            bounds = [positive(f"u_max[{k}]", x) for k, x in enumerate(bounds)]
+            bounds = [positive(f"u_max[{k}]", float(x)) for k, x in enumerate(bounds)]
             put(self, u_max=tuple(bounds), count=len(bounds))
         elif self.u_max is not None:
             put(self, u_max=positive("u_max", self.u_max))

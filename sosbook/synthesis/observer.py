@@ -91,8 +91,8 @@ def design_observer(
     Notes
     -----
     By a ``region`` L is the gain of the transposed plant, with C' in the place of B:
-    A + L C and A' + C' L' have the same poles (R. E. Kalman, 1960). Then `certify`
-    proves the loop, and `observer.loop.prove(HInfinity(...))` a norm of it.
+    A + L C and A' + C' L' have the same poles (R. E. Kalman, 1960). Then
+    ``certify`` proves the loop, ``observer.loop.prove(HInfinity(...))`` a norm of it.
 
     Source: thesis (2.43)-(2.45), Procedure 2.5. With Q_F and R_F as
     section 4.3.2 uses them (it prints them under each other's name).

@@ -53,14 +53,19 @@ export function speak(form, force = false) {
   const shape = JSON.stringify(pieces.map(known));
   if (shape !== line.dataset.shape) {
     const {slot, text, clause} = held(line, active);
-    const html = ({text}, k) => {  // no line ends before a unit, or in it
-      const unit = pieces[k - 1]?.slot &&
-        (units.find(unit => text.startsWith(` ${unit}`)) ?? AFTER.exec(text)?.[0].trim());
-      return escape(unit ? text.replace(` ${unit}`, `\u00a0${unit.replaceAll(" ", "\u00a0")}`) : text);
+    const unitOf = k => {  // of the number before a text, as the text begins
+      const text = pieces[k - 1]?.slot && pieces[k]?.text;
+      const unit = text && units.find(unit => text.startsWith(` ${unit}`));
+      return unit ? ` ${unit}` : text ? AFTER.exec(text)?.[0] : undefined;
     };
-    line.innerHTML =
-      pieces.map((piece, k) => piece.text === undefined ? control(form, piece) : html(piece, k)).join("") +
-      `: <em role="status"></em>`;
+    const html = (piece, k) => {  // no line ends before a unit, or in it
+      if (piece.text === undefined)
+        return (unitOf(k + 1) ? `<span class="sos-with">` : "") + control(form, piece);
+      const unit = unitOf(k) ?? "";
+      return (unit && `${escape(unit.replaceAll(" ", "\u00a0"))}</span>`) +
+        escape(piece.text.slice(unit.length));
+    };
+    line.innerHTML = `${pieces.map(html).join("")}: <em role="status"></em>`;
     line.dataset.shape = shape;
     const next = slot && field(form, slot);
     if (next) {
