@@ -54,6 +54,7 @@ SUBJECTS = {
     "book/18_least_cost": "lqr",
     "book/21_rig_to_model": "identification",
     "book/23_gains_to_samples": "discretisation",
+    "book/24_on_the_desk": "friction gear play",
     "book/26_logs_to_c_file": "whole chain",
     "book/34_sensors": "derivative filter drive",
 }
