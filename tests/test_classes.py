@@ -17,7 +17,6 @@ RECORDS = {
     "Example": 14,  # of the thesis, number by number
     "MipPrint": 23,  # the same
     "Robot": 39,  # a robot's file, key by key
-    "Settings": 33,  # of the solver, in one place
     "Solution": 16,  # and its Design: made by the design functions, field by field
     "TickLog": 16,  # the columns of a log
 }

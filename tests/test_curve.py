@@ -6,7 +6,7 @@ import pytest
 import sosbook as sos
 from benchmarks.catalogue import case
 from sosbook.solver.barrier import Barrier
-from sosbook.solver.curve import Curve
+from sosbook.solver.curve import MOST_TERMS, Curve
 from sosbook.solver.loop import centre
 from sosbook.solver.stacks import gram
 from sosbook.synthesis.feasibility import search
@@ -46,7 +46,7 @@ def test_the_gradient_shrinks_evenly(family, size, times):
     x = first.problem.text.packed(first.values)
     radius = None if times is None else times * np.linalg.norm(x)
     curve = curve_at(newton, x, radius=radius)
-    assert len(curve.terms) == newton.settings.most_terms
+    assert len(curve.terms) == MOST_TERMS
     start, left = gradient(newton, x, radius), []
     for s in (0.02, 0.04):
         there = gradient(newton, curve(s / (1 - s * curve.rho)), radius)

@@ -24,21 +24,10 @@ __all__ = [
 
 
 def misprint(name):
-    """An unstable loop that Theorem A.3 accepts with one misprint.
+    """A `DelayRequest` for an unstable loop, with a root in the right half-plane for
+    its longest delay, that Theorem A.3 accepts with the misprint ``name``, one of
+    "sign", "transpose" and "alpha" of `sosbook.theorems.delay_decay`.
 
-    Parameters
-    ----------
-    name : {"sign", "transpose", "alpha"}
-        See `sosbook.theorems.delay_decay`.
-
-    Returns
-    -------
-    DelayRequest
-        The request for a loop with a root in the right half-plane for its
-        longest delay; `sosbook.delay.solve_delay` finds its LMIs feasible.
-
-    Examples
-    --------
     >>> from sosbook.delay import solve_delay
     >>> solve_delay(misprint("sign")).status
     'feasible'
@@ -56,22 +45,8 @@ def misprint(name):
 
 
 def rotation():
-    """Two first-order descriptor systems E x' = A x, and P = I.
-
-    At both vertices A P E^T + E P A^T = -0.2 I; halfway the eigenvalues
-    of E^-1 A are 4.9 +- 5j.
-
-    Returns
-    -------
-    (Descriptor, Descriptor), (2, 2) array
-        The two systems, and the matrix P.
-
-    Examples
-    --------
-    >>> (first, second), P = rotation()
-    >>> first.A @ P @ first.E.T + first.E @ P @ first.A.T
-    array([[-0.2,  0. ],
-           [ 0. , -0.2]])
+    """Two first-order systems E x' = A x, and P = I: at both vertices A P E^T + E P A^T
+    = -0.2 I; halfway the eigenvalues of E^-1 A are 4.9 +- 5j.
     """
     S = np.array([[0.0, -1.0], [1.0, 0.0]])
     first = _uncontrolled(np.eye(2), -0.1 * np.eye(2) + 10 * S)
@@ -80,23 +55,9 @@ def rotation():
 
 
 def turn():
-    """Two systems E x' = -x that differ in E only, and P = I.
-
-    The second E is a rotation by 53 degrees (cosine 3/5). At both
-    vertices all poles have modulus one; halfway it is 1.118. Every disk
-    LMI with rho > 1 holds at both vertices with P = I.
-
-    Returns
-    -------
-    (Descriptor, Descriptor), (2, 2) array
-        The two systems, and the matrix P.
-
-    Examples
-    --------
-    >>> (first, second), P = turn()
-    >>> E = (first.E + second.E) / 2
-    >>> abs(np.linalg.eigvals(np.linalg.solve(E, first.A))).round(3)
-    array([1.118, 1.118])
+    """Two systems E x' = -x that differ in E only, and P = I: the second E is a
+    rotation by 53 degrees (cosine 3/5). At both vertices all poles have modulus one;
+    halfway it is 1.118. Every disk LMI with rho > 1 holds at both vertices with P = I.
     """
     turned = np.array([[0.6, -0.8], [0.8, 0.6]])
     first = _uncontrolled(np.eye(2), -np.eye(2))
@@ -109,21 +70,9 @@ def _uncontrolled(E, A):
 
 
 def mechanical():
-    """A mechanical polytope with positive definite masses, and its P.
-
-    (2.18) with sigma = 0 and K = 0 holds strictly at both vertices with
-    the common P; the plant halfway has a pole near +3.91.
-
-    Returns
-    -------
-    Polytope, (4, 4) array
-        The polytope, and the matrix P.
-
-    Examples
-    --------
-    >>> plants, P = mechanical()
-    >>> round(float(plants.mean.poles().real.max()), 2)
-    3.91
+    """A mechanical polytope with positive definite masses, and its P, (4, 4): (2.18)
+    with sigma = 0 and K = 0 holds strictly at both vertices with it; the plant halfway
+    has a pole near +3.91.
     """
     B = np.zeros((2, 1))
     first = SecondOrderSystem(
@@ -147,18 +96,8 @@ def mechanical():
 
 
 def actuated():
-    """The polytope of `mechanical`, with a force on each mass.
-
-    Returns
-    -------
-    Polytope
-        It has B = F = I. It can be stabilised as a whole, yet a design at
-        the vertices may miss the plants between.
-
-    Examples
-    --------
-    >>> actuated().m
-    2
+    """The polytope of `mechanical` with a force on each mass, B = F = I: it can be
+    stabilised as a whole, yet a design at the vertices may miss the plants between.
     """
     plants, _ = mechanical()
     one = np.eye(2)
@@ -168,23 +107,10 @@ def actuated():
 
 
 def slower_corners():
-    """A mechanical polytope in which only the mass varies; no input.
-
-    Both masses are positive definite, all plants are stable. At the
-    vertices the fastest pole has modulus 16.5 and 15.8, and one P proves
-    the disk of radius 17 at both; between them it is 18.2.
-
-    Returns
-    -------
-    Polytope
-        The polytope with two vertices.
-
-    Examples
-    --------
-    >>> plants = slower_corners()
-    >>> [round(float(abs(plants.at([1 - a, a]).poles()).max()), 1)
-    ...  for a in (0, 0.7, 1)]
-    [16.5, 18.2, 15.8]
+    """A mechanical polytope in which only the mass varies; no input. Both masses are
+    positive definite, all plants are stable. At the vertices the fastest pole has
+    modulus 16.5 and 15.8, and one P proves the disk of radius 17 at both; between them
+    it is 18.2.
     """
     D, S = [[6.28, -3.62], [3.47, 0.07]], [[1.15, 0.87], [-0.27, 2.69]]
     masses = [[0.39, 0.3], [0.3, 3.29]], [[0.32, 0.14], [0.14, 0.22]]
@@ -192,29 +118,10 @@ def slower_corners():
 
 
 def random_chain(seed, masses=2, spread=0.3, box=True):
-    """Masses between two walls, each uncertain by a fraction.
-
-    Parameters
-    ----------
-    seed : int
-        The same seed gives the same springs and dampers.
-    masses : int
-        How many masses the chain has.
-    spread : float
-        Each mass lies within its nominal value times 1 -+ spread.
-    box : bool
-        Whether to take all 2^masses corners of that box; if not, only two, the
-        odd masses light while the even ones are heavy and the converse.
-
-    Returns
-    -------
-    Polytope
-        A force on each mass, the disturbance on the last one.
-
-    Examples
-    --------
-    >>> random_chain(0, masses=3, spread=0.2).N
-    8
+    """Some ``masses`` between two walls, each within 1 -+ ``spread`` of its nominal
+    value, as a Polytope: all corners of the ``box``, or two, the odd masses light while
+    the even ones are heavy and the converse. A force acts on each mass, the disturbance
+    on the last one; the ``seed`` draws springs and dampers.
     """
     if positive("spread", spread) >= 1:
         raise ValueError(f"spread must be below one, got {spread!r}")
@@ -240,26 +147,9 @@ def _links(k):
 
 
 def random_pair(seed, ratio=16.0):
-    """Two unrelated plants with two degrees of freedom.
-
-    Parameters
-    ----------
-    seed : int
-        It says which pair is drawn.
-    ratio : float
-        The ratio of the principal masses of each plant, in a random frame.
-
-    Returns
-    -------
-    Polytope
-        A force on each coordinate. M is positive definite; D and S are
-        any: nothing makes these plants stable.
-
-    Examples
-    --------
-    >>> plants = random_pair(0)
-    >>> [bool(np.linalg.eigvalsh(v.M)[0] > 0) for v in plants.vertices]
-    [True, True]
+    """A Polytope of two unrelated plants with two degrees of freedom, a force on each;
+    the ``seed`` draws them. M is positive definite with principal masses in the
+    ``ratio``, in a random frame; D and S are any: nothing makes these plants stable.
     """
     rng = np.random.default_rng(seed)
     vertices = []

@@ -123,32 +123,11 @@ def region_margin(example):
 
 
 def delay_margin(example, mu=None, second=1.0, misprints=()):
-    """The largest margin of an example with a delayed input, by Theorem 2.3.
-
-    Parameters
-    ----------
-    example : DelayExample
-        As `sosbook.book.thesis.delay_example_2`.
-    mu : float, optional
-        The tolerance of the delay in seconds, if not the example's.
-    second : float
-        So many units of time make a second: 1000 measures all times in
-        milliseconds.
-    misprints : collection of {"sign"}
-        What to leave as it is printed, see `sosbook.theorems`.
-
-    Returns
-    -------
-    LargestMargin
-        With the gain ``K = X inv(F')`` in the units of the example. The
-        blocks are (2.22) to (2.25) of the thesis, corrected.
-
-    Raises
-    ------
-    ValueError
-        If there is no point inside, as for the wing with its printed mu.
-    RuntimeError
-        As `largest_margin`.
+    """The `LargestMargin` of an ``example`` with a delayed input, by (2.22) to (2.25),
+    corrected but for the ``misprints``: {"sign"}; ``K = X inv(F')`` in its units.
+    ``mu``, in s, is another tolerance of the delay; ``second`` is how many units of
+    time make a second. Raises ValueError without a point inside, RuntimeError as
+    `largest_margin`.
     """
     if not {"sign"}.issuperset(misprints):
         raise ValueError(f'misprints may hold "sign", got {misprints!r}')

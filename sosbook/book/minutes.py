@@ -38,13 +38,7 @@ CODE = "\N{OBJECT REPLACEMENT CHARACTER}"
 
 
 def read(path):
-    """A notebook, or a page of Markdown as one of a single cell.
-
-    Parameters
-    ----------
-    path : Path
-        Of a file .ipynb or .md.
-    """
+    """The notebook at a ``path``, or a page of Markdown as one of a single cell."""
     if path.suffix == ".ipynb":
         return notebooks.read(path)
     text = read_text(path)
@@ -52,14 +46,8 @@ def read(path):
 
 
 def measured(notebook):
-    """The minutes of a notebook by the rule, not rounded.
-
-    Where a cell of code stands in a part that isn't read, it isn't read either.
-
-    Parameters
-    ----------
-    notebook : nbformat.NotebookNode
-        As `read` returns it.
+    """The minutes of a ``notebook`` by the rule, not rounded; cells of parts that
+    aren't read don't count.
     """
     cells, text = notebook.cells, ""
     for k, cell in enumerate(cells):
@@ -88,36 +76,18 @@ def _code(cell):
 
 
 def stored(notebook):
-    """The minutes that its line says, or None.
-
-    Parameters
-    ----------
-    notebook : nbformat.NotebookNode
-        As `read` returns it.
-    """
+    """The minutes that the line of a ``notebook`` says, or None."""
     found = TIME.search("\n".join(c.source for c in notebook.cells))
     return found and int(found[2])
 
 
 def said(notebook):
-    """The minutes that its line should say.
-
-    Parameters
-    ----------
-    notebook : nbformat.NotebookNode
-        As `read` returns it.
-    """
+    """The minutes that the line of a ``notebook`` should say."""
     return max(STEP, STEP * round(measured(notebook) / STEP))
 
 
 def main(paths):
-    """Write the minutes into each notebook that has such a line.
-
-    Parameters
-    ----------
-    paths : list of str
-        Notebooks; all of the book if there are none.
-    """
+    """Write the minutes into each notebook of ``paths``, or all, that has that line."""
     for path in map(Path, paths or sorted(notebooks.BOOK.glob("*.ipynb"))):
         notebook = notebooks.read(path)
         if stored(notebook) in (None, said(notebook)):

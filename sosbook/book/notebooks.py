@@ -66,19 +66,8 @@ _DIGITS = re.compile(r"\d\.\d{11,}")  # more than other processors agree on
 
 
 def canonical(notebook):
-    """Bring a notebook to the canonical form, in place, and return it.
-
-    Only what the book needs stays: sources, outputs, tags. Times, versions,
-    widgets and their state go. A cell's id is a hash of its source, so it does not
-    depend on the editor that wrote it.
-
-    Examples
-    --------
-    >>> import nbformat.v4 as v4
-    >>> cell = v4.new_code_cell("1 + 1", metadata={"collapsed": True})
-    >>> notebook = canonical(v4.new_notebook(cells=[cell]))
-    >>> notebook.cells[0].metadata, notebook.metadata.kernelspec.name
-    ({}, 'python3')
+    """Bring a ``notebook`` to the canonical form, in place, and return it: only
+    sources, outputs and tags stay. A cell's id is a hash of its source.
     """
     notebook.metadata = nbformat.from_dict(METADATA)
     notebook.nbformat, notebook.nbformat_minor = 4, 5
@@ -124,14 +113,7 @@ def execute(notebook, folder=BOOK):
 
 
 def problems(notebook):
-    """List what keeps a notebook out of the book, in words.
-
-    Examples
-    --------
-    >>> import nbformat.v4 as v4
-    >>> problems(v4.new_notebook(cells=[v4.new_code_cell("1 + 1")]))
-    ['cell 0 has execution count None instead of 1: run the notebook']
-    """
+    """A list, in words, of all that keeps a ``notebook`` out of the book."""
     sentences = []
     count = 0
     for index, cell in enumerate(notebook.cells):

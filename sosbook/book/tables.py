@@ -28,19 +28,10 @@ MARKS = {
 
 
 class Table:
-    """An HTML table that scrolls inside itself on a narrow screen.
+    """An HTML table with a ``caption`` and column ``heads``, whose ``rows`` are HTML of
+    the cells, the first one heading its row; it scrolls inside itself on a narrow
+    screen.
 
-    Parameters
-    ----------
-    caption : str
-        What the table holds.
-    heads : sequence of str
-        Column heads.
-    rows : sequence of sequences of str
-        HTML of the cells; the first one heads its row.
-
-    Examples
-    --------
     >>> Table("Squares", ["n", "n * n"], [["2", "4"]])
     Table: Squares, 1 row
     """

@@ -54,7 +54,7 @@ class Minimum:
         try:
             if each.max() > FARTHEST_MINIMUM:
                 raise missed
-            blocks = LMIText(write, unknowns).compiled(self.problem.settings)
+            blocks = LMIText(write, unknowns).compiled()
             x, bound = minimize(blocks, self.slope * each, missed.x / each, self.gap)
             if self.slope @ missed.x < bound:  # rounding errors, far away
                 raise missed

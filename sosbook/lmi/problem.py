@@ -27,8 +27,6 @@ class LMIProblem:
     time_limit : float, optional
         Seconds after which each of `find`, `solve`, `centre` and
         `minimize` stops. It is checked at every Newton step.
-    settings : Settings, optional
-        Numbers by which the solver chooses its ways and ends them.
 
     Raises
     ------
@@ -63,17 +61,16 @@ class LMIProblem:
     ('undecided', True)
     """
 
-    def __init__(self, blocks, time_limit=None, settings=None):
+    def __init__(self, blocks, time_limit=None):
         # The package's own blocks come as an `LMIText`, which isn't checked.
         self.text = blocks if isinstance(blocks, LMIText) else WrittenText(blocks)
         self.unknowns = self.text.unknowns
         self.time_limit = checked_seconds(time_limit)
-        self.settings = settings
 
     @cached_property
     def compiled(self):
         """The `Blocks` that the solver takes."""
-        return self.text.compiled(self.settings)
+        return self.text.compiled()
 
     @one_thread
     def find(self, refuse=True, start=None):

@@ -76,12 +76,9 @@ class LMIText:
         """The blocks by name, as `Affine` expressions in floats."""
         return self.in_unknowns()
 
-    def compiled(self, settings=None):
-        """The `Blocks` that the solver takes, with its ``settings``."""
-        blocks = Blocks(self.expressions.values(), self.unknowns)
-        if settings is not None:
-            blocks.settings = settings
-        return blocks
+    def compiled(self):
+        """The `Blocks` that the solver takes."""
+        return Blocks(self.expressions.values(), self.unknowns)
 
     def margins(self, values):
         """The smallest eigenvalue of each block, its diagonal scaled to one, at

@@ -16,6 +16,11 @@ MOST_DOUBLINGS = 30  # of a curve's length; there may be no end
 CONVERGES_BELOW = 0.25  # a decrement that each step squares (section 9.6.4)
 GROWTH_ABOVE = 1e-3  # what rounding leaves of a decrement near a centre is less
 MOST_GROWTHS = 1  # of a decrement; rounding may have made one
+LINE_SEARCH_ABOVE = 0.3  # a decrement; below, the full step converges (9.6.4)
+LONGEST_CURVE = 4.0  # where it is tried first, by the best step on the line
+MOST_PROMISED = 1.5  # decrements, by which a step shall lower the barrier at most
+# a curve's term of this length is the last: far from the centre, and near
+SMALL_TERM, LAST_TERM = 0.1, 1e-8
 
 
 def grows(before, decrement):
@@ -33,8 +38,7 @@ class Barrier:
     """
 
     def __init__(self, newton, radius=None):
-        self.newton, self.settings = newton, newton.settings
-        self.radius = radius
+        self.newton, self.radius = newton, radius
         self._last = None, None  # a point and its Cholesky factors
         self._inverses = None, None  # and theirs
 
@@ -81,16 +85,15 @@ class Barrier:
         direction = -solve(gradient, tolerance)
         decrement = np.sqrt(max(-gradient @ direction, 0.0))
         curved = not self.newton.iterative
-        use = self.settings
-        bends = curved and decrement > use.straight_below
-        searched = decrement > use.line_search_above  # else the full step converges
+        bends = curved and decrement > self.newton.settings.straight_below
+        searched = decrement > LINE_SEARCH_ABOVE  # else the full step converges
         change = self.newton.scaled(roots, direction) if bends or searched else None
         if bends:
-            small = use.small_term if searched else use.last_term
+            small = SMALL_TERM if searched else LAST_TERM
             curve = Curve(
                 self.newton, roots, x, direction, change, solve, small, self.radius
             )
-            promised = decrement * min(decrement / 2, use.most_promised)
+            promised = decrement * min(decrement / 2, MOST_PROMISED)
             least = -promised if searched else np.inf
             moved = self._along(curve, factors, cost, 1.0, least)
             if moved is not None:
@@ -130,7 +133,7 @@ class Barrier:
             rise += self._in_ball(curve.x, moved)
             return rise, (moved, factors)
 
-        longest = self.settings.longest_curve * max(length, 1.0)
+        longest = LONGEST_CURVE * max(length, 1.0)
         t = min(curve.end, longest)
         for _ in range(3):
             fallen, best = change(t)

@@ -38,13 +38,11 @@ class Blocks:
     def joined(self, write):
         """These blocks and more, which ``write`` makes of a list of values."""
         more = Blocks(write(self.unknowns), self.unknowns)
-        joined = Blocks.compiled(
+        return Blocks.compiled(
             [*self.expressions, *more.expressions],
             [*self.structure[2], *more.structure[2]],
             self.unknowns,
         )
-        joined.settings = self.settings
-        return joined
 
     @cached_property
     def slopes(self):

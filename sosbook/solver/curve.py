@@ -25,6 +25,9 @@ where rho is what a_2 is along a_1, in the norm of H.
 
 import numpy as np
 
+MOST_TERMS = 8  # of the series; sixteen save one step in twenty
+FARTHEST_POLE = 0.9  # where the sum of the series is at most ten times as far
+
 
 class Curve:
     """The curve of the module's head, as a function of t = s / (1 - s rho).
@@ -42,7 +45,7 @@ class Curve:
         self.rho, self.end, self.terms = 0.0, 1.0, [direction]
         last, squared = direction, newton.inner(change, change)
         squared += ball.inner(last, last)
-        for k in range(2, newton.settings.most_terms + 1):
+        for k in range(2, MOST_TERMS + 1):
             known = [series.products() for series in inverse]
             term = -solve(newton.scaled_adjoint(roots, known) + ball.products())
             ball.append(term)
@@ -50,7 +53,7 @@ class Curve:
             if k == 2:
                 along = newton.inner(before, change) + ball.inner(last, term)
                 self.rho = max(along / squared, 0.0)
-                self.end = 1 / (1 - min(self.rho, newton.settings.farthest_pole))
+                self.end = 1 / (1 - min(self.rho, FARTHEST_POLE))
             self.terms.append(term - self.rho * last)
             rest = [d - self.rho * b for d, b in zip(change, before)]
             left = newton.inner(rest, rest) + ball.inner(self.terms[-1], self.terms[-1])

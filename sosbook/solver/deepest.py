@@ -25,6 +25,7 @@ import numpy as np
 from .primal_dual import FARTHEST_POINT, interior_steps, positive
 
 ZERO_DEPTH = 1e-13  # a smallest eigenvalue that floats can't tell from zero
+MOST_STEPS = 80  # of points and multipliers; usually some twenty are taken
 STALLED = 0.5  # the gap by minus the depth: it is one or more, but for rounding
 
 
@@ -59,8 +60,8 @@ def deepest(blocks, accuracy=1.0, watch=None):
     x[-1] = cost[-1] = -1.0
     multipliers = _Multipliers(newton, blocks)
     state = dict(x=x, gap=np.inf, Z=None)
-    most, Z = newton.settings.deepest_steps, multipliers.first()
-    for state in interior_steps(newton, x, cost, newton.degree, most, Z=Z):
+    Z = multipliers.first()
+    for state in interior_steps(newton, x, cost, newton.degree, MOST_STEPS, Z=Z):
         depth, gap = state["x"][-1], state["gap"]
         if watch is not None:
             watch(state | {"t": depth})

@@ -27,6 +27,10 @@ from .matrix import Dense
 from .stacks import gram
 from .structure import Product
 
+#: Newton's matrix is made of a dense table of slopes of at most so many entries for
+#: each two unknowns that share a block, else of Kronecker products. A machine's number.
+TABLE_PER_PAIR = 10_000
+
 
 class Hessian:
     """The matrix H_ab = sum_k <G_ka, W_k G_kb W_k> of the blocks ``stacked``.
@@ -54,7 +58,7 @@ class Hessian:
         if not self.layouts:
             self.slopes = [s.slopes for s in self.stacks]
         elif matrix is None and stacked.table_entries <= (
-            stacked.settings.table_per_pair * len(self.pairs)
+            TABLE_PER_PAIR * len(self.pairs)
         ):
             self.slopes = stacked.values.slopes()
         if self.layouts:

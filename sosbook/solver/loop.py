@@ -9,7 +9,7 @@
    it (`minimize_linear`), and where these don't end, follows it by Newton's method.
 
 The numbers of sections are those of Boyd and Vandenberghe (2004), where each step is
-derived; the numbers that end a phase are fields of `Settings`.
+derived.
 """
 
 from dataclasses import dataclass
@@ -31,6 +31,18 @@ from .primal_dual import (
 LONGEST_SOLUTION = 1e9  # norm of x; a longer one is no solution in floats of 16 digits
 ENDLESS = "no analytic centre was found: the set seems to be unbounded"
 NO_LEAST = "no minimum was found: perhaps it isn't attained"
+CENTRE_DECREMENT = 1e-4  # of the last step to a centre; a bent one leaves its cube
+ITERATIVE_DECREMENT = 1e-5  # what conjugate gradients may leave of it
+LAST_STEP_BELOW = 3e-3  # a decrement after which one step by these is enough
+# what a step lowers by less isn't near, unless it is so much smaller than the last
+# step's: a gain whose unit is 0.3 was 1e-5 off where the steps crept
+SLOW_FALL = 0.1
+# of Newton's method, before one of points and multipliers is tried: without these and
+# without curves a set may be taken for one without a centre
+STEPS_ALONE = 15
+STEPS_BEFORE_DIRECTIONS = 6  # without an end; few sets with a centre need more
+FAR_STEP = 3.0  # times as far from 0 as before: directions are looked for at once
+BARRIER_STEPS = 8  # before points and multipliers find a minimum
 
 
 class Unbounded(ValueError):
@@ -154,14 +166,14 @@ def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
     is asked for another point inside, or None. Raises Unbounded if no centre is found.
     """
     barrier = blocks.barrier
-    newton, use = barrier.newton, blocks.settings
+    newton = barrier.newton
     zero, decrement, left, growths, alone = np.zeros(len(x)), 1.0, 1.0, 0, 0
     ways = [elsewhere, partial(near_centre, newton)]
     ways = [] if newton.iterative else [way for way in ways if way is not None]
-    enough, goal = enough or use.centre_decrement, use.centre_decrement_iterative
+    enough, goal = enough or CENTRE_DECREMENT, ITERATIVE_DECREMENT
     for count in range(200):
         before, behind = decrement, x
-        last = left < use.last_step_below  # where one more step is enough
+        last = left < LAST_STEP_BELOW  # where one more step is enough
         tolerance = goal / (2 * left) if last else min(0.1, decrement)
         x, decrement = barrier.step(x, zero, tolerance)
         left = decrement * max(decrement, tolerance)  # of conjugate gradients
@@ -170,20 +182,20 @@ def centre(blocks, x, watch=None, enough=None, directions=None, elsewhere=None):
             state = dict(step=count + 1, x=x, decrement=decrement)
             watch(state | dict(iterations=newton.iterations[-1:]))
         # where it falls slowly Newton's method isn't near yet, however small it is
-        quick = decrement < use.slow_fall * max(before, enough)
+        quick = decrement < SLOW_FALL * max(before, enough)
         if (decrement < enough and quick) or (newton.iterative and left < goal):
             return x
         if x @ x > 1e16 or growths > MOST_GROWTHS:
             break
         # below one there is a centre (section 9.6.4)
-        far = x @ x > use.far_step**2 * (behind @ behind)
-        far = far or count + 1 == use.steps_before_directions
+        far = x @ x > FAR_STEP**2 * (behind @ behind)
+        far = far or count + 1 == STEPS_BEFORE_DIRECTIONS
         if directions is not None and decrement >= 1 and far:
             if barrier.recedes(x, directions()):
                 raise Unbounded(ENDLESS)
             directions = None
         alone += 1
-        if alone == use.steps_alone and decrement >= 1 and ways:
+        if alone == STEPS_ALONE and decrement >= 1 and ways:
             near = None
             while near is None and ways:
                 near = ways.pop(0)(x)
@@ -206,7 +218,7 @@ def minimize(blocks, cost, x, gap=1e-6):
     barrier = Barrier(newton)
     weight = blocks.degree / max(abs(cost @ x), 1e-12)
     try:  # the primal-dual method is slow from a point near the boundary
-        near = barrier.descend(x, weight * cost, 1.0, blocks.settings.barrier_steps)
+        near = barrier.descend(x, weight * cost, 1.0, BARRIER_STEPS)
         x = near if np.abs(near).max() < FARTHEST_POINT else x
     except np.linalg.LinAlgError:
         pass

@@ -18,6 +18,8 @@ from .modal import Modal
 from .stacks import Stacked, gram
 from .sums import Sums
 
+MOST_ITERATIONS = 300  # of one solution, where a dense matrix can take over
+MOST_ITERATIONS_ALONE = 3000  # where it can't
 RIDGES = [10.0**k for k in range(-15, 1)]  # that are added, relative to the diagonal
 
 
@@ -131,9 +133,9 @@ class Newton(Stacked):
                 Hd += 2 / s * d + (4 / s**2 * (x @ d)) * x
             return Hd
 
-        dense, spent, most = None, 0, self.settings.most_iterations_alone
+        dense, spent, most = None, 0, MOST_ITERATIONS_ALONE
         if self._fits:  # three times what the dense matrix takes is too much
-            most = int(min(self.settings.most_iterations, 3 * self.patience))
+            most = int(min(MOST_ITERATIONS, 3 * self.patience))
 
         def solve(g, tolerance=0.1):
             nonlocal dense, spent

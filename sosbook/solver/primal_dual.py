@@ -30,6 +30,11 @@ SHORTEST_STEP = 1e-8  # shorter ones change nothing any more
 SMALLEST_SQUARE = 1e-8  # of Lambda^2, by the largest; eigenvalues lose smaller ones
 FARTHEST_POINT = 1e8  # a norm of x beyond it is taken for infinity
 LARGEST_SHIFT = 1e-7  # of a minimum, relative, that rounding leaves uncertain
+# the most steps; usually some twenty are taken
+PHASE_ONE_STEPS, MINIMUM_STEPS, CENTRE_STEPS = 60, 40, 100
+POLISHING_STEPS = 3  # after a minimum is known; they bring the point nearer
+DIRECTION_TOLERANCE = 0.1  # of conjugate gradients; later steps correct it
+STEP_FRACTION = 0.95  # of the longest step that stays inside
 
 
 class _Scaling:
@@ -95,8 +100,7 @@ def maximize_t(newton, x, watch=None):
     inverses = _inverses(newton.at(x))
     weight = -newton.adjoint(inverses)[-1]  # so that sum <D_k, Z_k> = 1
     Z = [w / weight for w in inverses]
-    most = newton.settings.phase_one_steps
-    for state in interior_steps(newton, x, cost, weight, most, Z=Z):
+    for state in interior_steps(newton, x, cost, weight, PHASE_ONE_STEPS, Z=Z):
         x = state["x"]
         if watch is not None:
             watch(state | {"t": x[-1]})
@@ -114,8 +118,8 @@ def minimize_linear(newton, x, cost, gap, weight):
     The optimum is known to the relative accuracy ``gap``, else the answer is None:
     there may be no minimum. ``weight``: of the ``cost``, as in `interior_steps`.
     """
-    near, count, most = None, 0, newton.settings.minimum_steps
-    for state in interior_steps(newton, x, cost, weight, most):
+    near, count = None, 0
+    for state in interior_steps(newton, x, cost, weight, MINIMUM_STEPS):
         last, x, residual = x, state["x"], state["residual"]
         if x @ x > FARTHEST_POINT**2:
             return None
@@ -125,7 +129,7 @@ def minimize_linear(newton, x, cost, gap, weight):
         known = state["gap"] < gap * size and shift < LARGEST_SHIFT * size
         if known and norm < 1e-6 * np.linalg.norm(cost) and positive(newton.at(x)):
             near, count = (x, cost @ x - state["gap"] - shift), count + 1
-            if count > newton.settings.polishing_steps:
+            if count > POLISHING_STEPS:
                 break
         elif near is not None:
             break
@@ -138,8 +142,8 @@ def near_centre(newton, x):
     At the centre S Z = I with sum <G_ka, Z_k> = 0. Where Newton's steps are short, as
     far from a centre of many vertices, steps of S and of Z take some twenty.
     """
-    zero, most = np.zeros(len(x)), newton.settings.centre_steps
-    for state in interior_steps(newton, x, zero, 1.0, most, target=1.0):
+    zero = np.zeros(len(x))
+    for state in interior_steps(newton, x, zero, 1.0, CENTRE_STEPS, target=1.0):
         far = np.linalg.norm(state["x"])
         if far > FARTHEST_POINT:
             return None
@@ -208,7 +212,7 @@ def _direction(newton, scalings, x, mu, cost, target=None):
 
     def step_towards(T, raised):
         """dx and the scaled dS and dZ with dS + dZ = T and no dual residual."""
-        dx = solve(raised - cost, newton.settings.direction_tolerance)
+        dx = solve(raised - cost, DIRECTION_TOLERANCE)
         if not np.isfinite(dx).all():
             raise np.linalg.LinAlgError("no finite step")
         dS = [s.scaled(d) for s, d in zip(scalings, newton.along(dx))]
@@ -238,8 +242,8 @@ def _direction(newton, scalings, x, mu, cost, target=None):
         raised = [r - s.unscaled_dual(e) for s, r, e in zip(scalings, raised, errors)]
     dx, dS, dZ = step_towards(T, newton.adjoint(raised))
     rates = [s.rates(np.array(d)) for s, *d in zip(scalings, dS, dZ)]
-    primal = min(1.0, newton.settings.step_fraction * _longest([r[0] for r in rates]))
-    dual = min(1.0, newton.settings.step_fraction * _longest([r[1] for r in rates]))
+    primal = min(1.0, STEP_FRACTION * _longest([r[0] for r in rates]))
+    dual = min(1.0, STEP_FRACTION * _longest([r[1] for r in rates]))
     return dx, [s.unscaled_dual(d) for s, d in zip(scalings, dZ)], primal, dual
 
 

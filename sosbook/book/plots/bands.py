@@ -13,32 +13,11 @@ from .style import BLUE, VERMILLION, legend_above
 
 
 def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
-    """Shade the envelope of one signal over several plants.
+    """Shade, on Axes ``ax``, the envelope of the ``signals``, (plants, k), of several
+    plants at times ``t`` in s; ``name`` is for the legend, ``middle`` a row that is
+    drawn as a line, ``colour`` theirs, ``points`` about how many times are drawn.
+    Raises ValueError without a plant or where rows don't fit to the times.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    t : (k,) array_like
-        Times, in seconds.
-    signals : (plants, k) array_like
-        The signal of each plant.
-    name : str
-        What the legend calls it.
-    middle : int, optional
-        Row that is drawn as a line inside the band.
-    colour : str
-        The colour of the line and of the band.
-    points : int
-        About how many times are drawn.
-
-    Raises
-    ------
-    ValueError
-        If there is no plant, or a row doesn't fit to the times.
-
-    Examples
-    --------
     >>> import matplotlib.pyplot as plt
     >>> figure, ax = plt.subplots()
     >>> ax = envelope(ax, [0, 1, 2], [[0, 1, 1], [0, 2, 1]], "z")
@@ -89,30 +68,11 @@ def track_poles(poles):
 
 
 def pole_cloud(ax, poles, values, region=None, window=None, name="value"):
-    """Poles over a range of a parameter, over the shaded D-region.
+    """Draw, on Axes ``ax``, the ``poles``, (count, N) in rad/s, over the rising
+    ``values`` of a parameter with a ``name``, over the shaded ``region``. ``window`` is
+    (left, right, height) of the plane, else all is shown. Raises ValueError if poles
+    hasn't a row for each value.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    poles : (count, N) array_like of complex
-        A row for each value of the parameter, in rad/s.
-    values : (count,) array_like
-        The parameter, in increasing order.
-    region : PoleRegion or LMIRegion, optional
-        What was asked of the poles; drawn beneath them.
-    window : (left, right, height), optional
-        The part of the plane shown; chosen to fit if left out.
-    name : str
-        The parameter's name, in the legend.
-
-    Raises
-    ------
-    ValueError
-        If poles hasn't one row for each value.
-
-    Examples
-    --------
     >>> import matplotlib.pyplot as plt
     >>> figure, ax = plt.subplots()
     >>> ax = pole_cloud(ax, [[-1, -3], [-2, -4]], [70, 120], name="m")

@@ -8,25 +8,10 @@ from .style import BLUE, COLOURS, DASHES, GREY, LIMIT, MARKERS, SPAN, legend_abo
 
 
 def root_map(ax, roots, delta=None, label=None, colour=None):
-    """Characteristic roots in the complex plane; call it again to compare.
+    """Draw, on Axes ``ax``, characteristic ``roots`` in rad/s; call it again to
+    compare. ``delta``, in 1/s, draws the line Re s = -delta; ``label`` is for the
+    legend; ``colour`` and marker follow from how many sets are there.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    roots : array of complex
-        The roots in rad/s, such as `characteristic_roots` returns.
-    delta : float, optional
-        Draws the line Re s = -delta (1/s), left of which the roots of a
-        loop with that decay rate lie.
-    label : str, optional
-        Name in the legend.
-    colour : str, optional
-        Without it, colour and marker follow from how many sets of roots
-        were drawn before.
-
-    Examples
-    --------
     >>> import matplotlib.pyplot as plt
     >>> figure, ax = plt.subplots()
     >>> len(root_map(ax, [-1 + 2j, -1 - 2j], delta=0.5).collections)
@@ -49,26 +34,10 @@ def root_map(ax, roots, delta=None, label=None, colour=None):
 
 
 def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
-    """Spectral abscissa of x' = A x + A_d x(t - h) over constant delays h.
+    """Draw, on Axes ``ax``, the spectral abscissa of x' = ``A`` x + ``A_d`` x(t - h)
+    over increasing ``delays`` h in s. ``interval``, (low, high), is shaded, ``delta``
+    draws the line of a decay rate in 1/s; ``label`` is for the legend.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    A, A_d : (N, N) array_like
-        The matrices of x'(t) = A x(t) + A_d x(t - d).
-    delays : (k,) array_like
-        Increasing, in seconds, 0 or more.
-    interval : (low, high), optional
-        Delays to shade, in seconds.
-    delta : float, optional
-        Draws the line -delta (1/s), below which the loop decays at that
-        rate.
-    label : str, optional
-        Name of the curve in the legend.
-
-    Examples
-    --------
     >>> import matplotlib.pyplot as plt
     >>> figure, ax = plt.subplots()
     >>> ax = decay_curve(ax, [[0]], [[-1]], [0, 1], interval=(0.2, 0.4))
@@ -93,19 +62,9 @@ def decay_curve(ax, A, A_d, delays, interval=None, delta=None, label=None):
 
 
 def delay_signal(ax, delay, t_end):
-    """The delay d(t) over [0, t_end], its range shaded, gaps at its jumps.
+    """Draw, on Axes ``ax``, a ``delay`` signal d(t), such as `SawtoothDelay`, up to
+    ``t_end`` in s, its range shaded, with gaps at its jumps.
 
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    delay : delay signal
-        Such as `SawtoothDelay`.
-    t_end : float
-        The last time, in seconds, > 0.
-
-    Examples
-    --------
     >>> import matplotlib.pyplot as plt
     >>> from sosbook.delay import SwitchingDelay
     >>> figure, ax = plt.subplots()

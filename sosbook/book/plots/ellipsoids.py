@@ -6,22 +6,9 @@ from .style import BLUE, INK, SKY, VERMILLION, legend_above, subscript
 
 
 def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
-    """Shadow of the ellipsoid x' P⁻¹ x <= 1 on two coordinates (Lemma 2.2).
-
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    P : (order, order) array
-        The matrix of the ellipsoid x' P⁻¹ x <= 1.
-    plane : (int, int)
-        The two coordinates of x.
-    x0 : array, optional
-        The start, drawn as a dot.
-    x : (T, order) array, optional
-        A trajectory to draw.
-    names : (str, str), optional
-        What stands at the axes.
+    """Draw, on Axes ``ax``, the shadow of the ellipsoid x' P^-1 x <= 1 (Lemma 2.2) of
+    ``P`` on a ``plane`` of two coordinates, with the start ``x0`` as a dot, the motion
+    ``x``, (T, order), and the coordinates' ``names``.
     """
     i, j = plane
     outline = ellipse_outline(P, plane)
@@ -38,15 +25,8 @@ def ellipsoid(ax, P, plane=(0, 1), x0=None, x=None, names=None):
 
 
 def ellipse_outline(P, plane=(0, 1), corners=120):
-    """Outline (2, corners) of the shadow of x' P⁻¹ x <= 1 on a ``plane``.
-
-    That is a pair of coordinates.
-
-    Examples
-    --------
-    >>> ellipse_outline([[4, 0], [0, 9]], corners=2).round(6) + 0.0
-    array([[ 2., -2.],
-           [ 0.,  0.]])
+    """The outline, (2, ``corners``), of the shadow of x' P^-1 x <= 1 of ``P`` on a
+    ``plane`` of two coordinates.
     """
     block = np.asarray(P, float)[np.ix_(plane, plane)]
     angle = 2 * np.pi * np.arange(corners) / corners

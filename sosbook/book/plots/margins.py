@@ -8,21 +8,9 @@ from .style import BLUE, VERMILLION
 
 
 def margins(ax, margins, labels=None):
-    """Bars on a logarithmic scale: how far each requirement is from failing.
-
-    A requirement that is violated is hatched and says so; its bar has the
-    size of the violation.
-
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    margins : dict
-        {"half-plane": 0.12, …}: smallest eigenvalue of each block, scaled.
-        Of the blocks of a polytope, "half-plane 1", "half-plane 1,2", …,
-        the smallest is drawn.
-    labels : dict, optional
-        Other words for the keys.
+    """Draw, on Axes ``ax``, how far each requirement is from failing, as logarithmic
+    bars: ``margins`` as of a design, of which the smallest of the vertices and pairs
+    counts, with other ``labels``, a dict. What is violated is hatched and says so.
     """
     names = {
         "P": "P > 0",
@@ -57,13 +45,7 @@ def margins(ax, margins, labels=None):
 
 
 def smallest_of_each(margins):
-    """The smallest of the margins of each requirement, over vertices and pairs.
-
-    Examples
-    --------
-    >>> smallest_of_each({"P": 0.3, "disk 1": 0.2, "disk 1,2": 0.1})
-    {'P': 0.3, 'disk': 0.1}
-    """
+    """The smallest of the ``margins`` of each requirement, over vertices and pairs."""
     least = {}
     for name, value in margins.items():
         name = re.sub(r" [\d,]+$", "", name)

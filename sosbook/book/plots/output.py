@@ -24,11 +24,8 @@ LARGEST = 1.6
 
 
 class Figure:
-    """An inline SVG with its alternative text and caption, as an output.
-
-    Attributes
-    ----------
-    svg, alt, caption, html : str
+    """An inline ``svg`` with its ``alt`` text and ``caption``, and all of it as
+    ``html``.
     """
 
     def __init__(self, svg, alt, caption=""):
@@ -47,29 +44,10 @@ class Figure:
 
 
 def show(figure, alt=None, caption=""):
-    """Turn a matplotlib figure into an accessible output; put it last in a cell.
+    """Turn a matplotlib ``figure`` into an accessible output, a `Figure`; put it last
+    in a cell. ``alt`` says what it shows to readers who can't see it, and must be there
+    (ValueError); ``caption`` what to take from it. The figure is closed.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        It is closed, so that it isn't drawn a second time.
-    alt : str
-        What the picture shows, for readers who can't see it.  Mandatory.
-    caption : str, optional
-        What the reader should take from it.
-
-    Returns
-    -------
-    Figure
-        Displayed as ``<figure><svg role="img" …></svg><figcaption>…``.
-
-    Raises
-    ------
-    ValueError
-        If ``alt`` is missing or empty.
-
-    Examples
-    --------
     >>> figure, ax = plt.subplots()
     >>> show(figure, alt="Empty axes", caption="Nothing yet.")
     Figure: Empty axes

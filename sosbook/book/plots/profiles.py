@@ -32,11 +32,8 @@ OURS = "sosbook"
 
 
 def times(records):
-    """Seconds by case and competitor.
-
-    ``records``: with family, size, competitor, status and cpu_s. Returns dict: from
-    (family, size) to a dict from competitor to seconds, infinite where the answer isn't
-    right.
+    """Seconds of ``records`` (family, size, competitor, status, cpu_s): a dict from
+    (family, size) to one by competitor, infinite where the answer isn't right.
 
     >>> one = dict(family="chain", size=2, competitor="a", status="right", cpu_s=0.5)
     >>> times([one, one | dict(competitor="b", status="wrong", cpu_s=0.1)])
@@ -50,11 +47,8 @@ def times(records):
 
 
 def ratios(seconds):
-    """Each competitor's times over the best one's, case by case.
-
-    ``seconds``: from a case to a dict from competitor to seconds, as of `times`. Who is
-    missing in a case hasn't solved it. Returns dict: from a competitor to one ratio a
-    case, infinite where it has no answer. Cases that nobody solved are among them.
+    """Each competitor's ``seconds``, as of `times`, over the best one's, case by case,
+    cases that nobody solved among them: infinite without an answer.
 
     >>> ratios({1: {"a": 2.0, "b": 1.0}, 2: {"a": 3.0, "b": math.inf}})
     {'a': [2.0, 1.0], 'b': [1.0, inf]}
@@ -70,25 +64,13 @@ def ratios(seconds):
 
 
 def share(factors, tau):
-    """The part of all cases in which a ratio is at most tau.
-
-    ``factors``: one ratio a case; ``tau``: one or more. Returns float: between zero and
-    one.
-
-    >>> share([1.0, 1.1, 3.0, math.inf], 1.2)
-    0.5
-    """
+    """The part of all cases in which one of the ``factors`` is at most ``tau``."""
     return sum(r <= tau for r in factors) / len(factors)
 
 
 def best_of_others(case):
-    """The fastest of the others, and its seconds.
-
-    ``case``: seconds by competitor. Returns (str or None, float): None and infinity
-    where no other has an answer.
-
-    >>> best_of_others({"sosbook": 1.0, "a": 3.0, "b": 2.0})
-    ('b', 2.0)
+    """The fastest of the others in a ``case``, seconds by competitor, and its seconds;
+    None and infinity without one.
     """
     others = {n: t for n, t in case.items() if n != OURS and t < math.inf}
     name = min(others, key=others.get, default=None)
@@ -96,11 +78,8 @@ def best_of_others(case):
 
 
 def faster(seconds):
-    """Where somebody else is faster, the worst case first.
-
-    ``seconds``: as of `times`. Returns list of (case, str, float): the case, the
-    fastest one there, and how many times as long we take, which is infinite where only
-    others have an answer.
+    """Where somebody else is faster in ``seconds`` of `times`, the worst first: (case,
+    who, how many times as long we take).
 
     >>> faster({1: {"sosbook": 2.0, "b": 1.0}, 2: {"sosbook": 3.0, "b": math.inf}})
     [(1, 'b', 2.0)]
@@ -115,14 +94,8 @@ def faster(seconds):
 
 
 def from_data(records):
-    """Our seconds, those of the fastest other one who begins with finished data, and
-    what it takes to make these, by case of those that both solve.
-
-    ``records``: as for `times`, with data_s.
-
-    >>> one = dict(family="chain", size=2, status="right", cpu_s=0.5, data_s=0.2)
-    >>> from_data([one | dict(competitor=name) for name in ("sosbook", "b")])
-    {('chain', 2): (0.5, 0.3, 0.2)}
+    """Our seconds, those of the fastest one who begins with finished data, and what
+    these take, by case that both solve, of ``records`` as for `times` with data_s.
     """
     cases = {}
     for r in records:
@@ -138,16 +111,9 @@ def from_data(records):
 
 
 def speedup(seconds, size, theirs):
-    """The median over families of their time over ours, at a size.
-
-    Who has no answer takes infinitely long, as in the profile.
-
-    ``seconds``: as of `times`, by (family, size); ``size``: the size; ``theirs``:
-    another competitor. Returns float or None: infinite where they have no answer in
-    most families; None where in no family anybody has one.
-
-    >>> speedup({("a", 8): {"sosbook": 1.0, "b": 5.0}}, 8, "b")
-    5.0
+    """The median over families of ``theirs``, a competitor's time, over ours, in
+    ``seconds`` of `times` at a ``size``; who has no answer takes infinitely long. None
+    if nobody has one.
     """
     both = [
         (case.get(theirs, math.inf), case.get(OURS, math.inf))
@@ -159,25 +125,15 @@ def speedup(seconds, size, theirs):
 
 
 def power(seconds, first, last):
-    """The exponent of growth between two sizes.
-
-    ``seconds``: by size; ``first``, ``last``: two sizes. Returns float: p, where the
-    time grows like the size to the power p.
-
-    >>> power({40: 1.0, 80: 8.0}, 40, 80)
-    3.0
+    """p, where ``seconds`` by size grow like the size to the power p, from ``first`` to
+    ``last``.
     """
     return math.log2(seconds[last] / seconds[first]) / math.log2(last / first)
 
 
 def uphill(seconds):
-    """The largest ratio of a smaller size's time to a larger one's.
-
-    ``seconds``: by size. Returns (float, int, int): the ratio and the two sizes; below
-    one where time only grows.
-
-    >>> uphill({2: 1.0, 3: 2.0, 4: 1.0, 5: 3.0})
-    (2.0, 3, 4)
+    """The largest ratio of a smaller size's ``seconds`` to a larger one's, and both
+    sizes.
     """
     return max(
         (seconds[a] / seconds[b], a, b) for a in seconds for b in seconds if a < b

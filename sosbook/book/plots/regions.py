@@ -50,20 +50,9 @@ def frame_plane(ax, window):
 
 
 def poles(ax, poles, region=None, window=None, label="closed loop"):
-    """Poles in the complex plane, over the shaded D-region.
-
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    poles : array of complex, any shape, or a dict {label: array}
-        (N, order) for a polytope; a dict compares several loops.
-    region : PoleRegion, LMIRegion or a sequence of LMIRegion, optional
-        What was asked of the poles; drawn beneath them.
-    window : (left, right, height), optional
-        The part of the plane shown; chosen to fit everything if left out.
-    label : str
-        Name in the legend when `poles` is no dict.
+    """Draw, on Axes ``ax``, ``poles``, of any shape, or of several loops in a dict by
+    label, over the shaded ``region`` that was asked. ``window`` is (left, right,
+    height) of the plane, else all is shown; ``label`` is for the legend.
     """
     sets = dict(poles) if isinstance(poles, dict) else {label: poles}
     window = window or window_of(list(sets.values()), region)

@@ -17,19 +17,8 @@ LABELS = {
 
 
 def response(response, u_max=None):
-    """Time histories of a simulated loop: z, z', e and u, a panel each.
-
-    Parameters
-    ----------
-    response : Response
-        What `Design.simulate` returns: t in s, and z, dz, e, u by row.
-    u_max : float, optional
-        Drawn as a limit in the panel of u; the norm of u is drawn beside it.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The figure.
+    """A figure of z, z', e and u over time, a panel each, of a ``response`` of
+    `Design.simulate`; ``u_max`` draws its limit and the norm of u.
     """
     figure, axes = plt.subplots(2, 2, sharex=True, figsize=(6.8, 4.6))
     for ax, (key, label) in zip(axes.flat, LABELS.items()):

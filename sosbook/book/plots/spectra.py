@@ -6,17 +6,9 @@ from .style import COLOURS, DASHES, LIMIT, legend_above
 
 
 def singular_values(ax, systems, gamma=None):
-    """Largest singular value of the disturbance-to-position map over frequency.
-
-    Parameters
-    ----------
-    ax : matplotlib Axes
-        The axes to draw on.
-    systems : StateSpace, or a tuple of them for a polytope
-        As `Design.closed_loop` returns them, reduced to the channel of
-        interest: ``loop[:n, :p]``.
-    gamma : float, optional
-        The bound asked for, drawn as a line.
+    """Draw, on Axes ``ax``, the largest singular value over frequency of ``systems``,
+    one StateSpace or a tuple of them for a polytope, from w to z: ``loop[:n, :p]`` of
+    `Design.closed_loop`. ``gamma`` draws a bound.
     """
     systems = systems if isinstance(systems, (list, tuple)) else (systems,)
     moduli = np.abs(np.concatenate([system.poles() for system in systems]))
@@ -36,12 +28,8 @@ def singular_values(ax, systems, gamma=None):
 
 
 def largest_singular_value(A, B, C, D, frequency):
-    """max singular value of C (jωI - A)⁻¹ B + D at each frequency in rad/s.
-
-    Examples
-    --------
-    >>> largest_singular_value([[-1]], [[1]], [[2]], [[0]], [0.0])
-    array([2.])
+    """The largest singular value of ``C`` (jw I - ``A``)^-1 ``B`` + ``D`` at each w of
+    ``frequency`` in rad/s.
     """
     A, B, C, D = (np.atleast_2d(np.asarray(X, float)) for X in (A, B, C, D))
     points = 1j * np.asarray(frequency, float)[:, None, None]

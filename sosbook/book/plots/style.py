@@ -44,16 +44,9 @@ STYLE = {
 
 
 def use_book_style():
-    """Set matplotlib's defaults to the book's: call it once, in the first cell.
-
-    Text becomes paths of matplotlib's own font, so a figure does not depend
-    on the fonts of the machine, and ids follow from a fixed salt.
-
-    Examples
-    --------
-    >>> use_book_style()
-    >>> plt.rcParams["svg.fonttype"]
-    'path'
+    """Set matplotlib's defaults to the book's: call it once, in the first cell. Text
+    becomes paths, so a figure doesn't depend on a machine's fonts, and ids follow from
+    a fixed salt.
     """
     plt.rcParams.update(STYLE)
 

@@ -18,13 +18,7 @@ UNITS = ((86400, "d"), (3600, "h"), (60, "min"), (1, "s"), (1e-3, "ms"), (1e-6, 
 
 
 def words(seconds):
-    """A time, a number of ``seconds``, in words with two digits.
-
-    Examples
-    --------
-    >>> [words(s) for s in (0.00231, 3, 754, 200_000)]
-    ['2.3 ms', '3 s', '13 min', '2.3 d']
-    """
+    """A time of some ``seconds`` in words with two digits, as 2.3 ms or 13 min."""
     unit_in_seconds, unit = next(
         (u for u in UNITS if seconds >= 0.9995 * u[0]), UNITS[-1]
     )
@@ -32,23 +26,13 @@ def words(seconds):
 
 
 def two(number):
-    """A number with two digits, more before the point only if it must be.
-
-    Examples
-    --------
-    >>> [two(x) for x in (0.0318, 1, 6.84, 143.2)]
-    ['0.032', '1', '6.8', '143']
-    """
+    """A ``number`` with two digits, more before the point only if it must be."""
     return f"{number:.2g}" if number < 99.5 else f"{number:.0f}"
 
 
 def seconds(ax, records, label="competitor"):
-    """One row a record: its median on a log axis, and in words.
-
-    Hollow marks were measured on a part and scaled up.
-
-    ``ax``: the axes to draw on; ``records``: the records of benchmarks/waiting.json,
-    one a row; ``label``: the field that names a row.
+    """Draw, on Axes ``ax``, a row a record of benchmarks/waiting.json, ``records``,
+    named by the field ``label``: its median, hollow where it was measured on a part.
     """
     if not records:
         return empty(ax)
@@ -79,13 +63,9 @@ def _listed(ax, names):
 
 
 def shares(ax, records, limit=0.025):
-    """Stacked bars of slider moves: solver and drawing.
-
-    For each case the upper bar starts cold, the lower one warm. The median
-    shares are scaled so that a bar is as long as the median move.
-
-    ``ax``: the axes to draw on; ``records``: the records of benchmarks/waiting.json;
-    ``limit``: seconds; a dashed line.
+    """Draw, on Axes ``ax``, slider moves of the ``records``, as long as their medians,
+    split into solver and drawing: cold above, warm below; ``limit`` in s is a dashed
+    line.
     """
     moves = pick(records, family="slider")
     if not moves:

@@ -14,11 +14,8 @@ TITLE = re.compile(r'<h1[^>]*>((?:(?!</h1>).)*?)<a class="headerlink"', re.DOTAL
 
 @dataclass(frozen=True)
 class Chapter:
-    """A page of the book.
-
-    ``path``: the built page; ``title``: its title, with the chapter's number if it has
-    one; ``part``: the part of the book that it belongs to; ``opens``: whether the part
-    begins with it.
+    """A page of the book: the ``path`` built, its ``title`` with the number, the
+    ``part`` that it belongs to, and whether it ``opens`` that.
     """
 
     path: Path
@@ -33,11 +30,9 @@ class Chapter:
 
 
 def contents(site: Path, listing: Path) -> list:
-    """The chapters of a built book.
-
-    ``site``: the folder of the built pages; ``listing``: the ``_toc.yml`` that the book
-    was built from. Returns list of Chapter: in the order of the listing; the root comes
-    first. Raises FileNotFoundError if a page of the listing isn't built.
+    """The `Chapter` of each page of the built ``site``, in the order of the
+    ``listing``, a ``_toc.yml``, the root first. Raises FileNotFoundError for a page
+    that isn't built.
     """
     chapters, part, opens = [], "", False
     for key, value in LINE.findall(listing.read_text("utf-8")):

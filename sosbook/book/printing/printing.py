@@ -26,15 +26,11 @@ def print_book(
     address: str = "",
     textbook: bool = False,
 ) -> Bound:
-    """Print chapters of a built book as one PDF with an outline and working links.
-
-    Several have a title and a table of contents, whose pages have Roman numbers.
-
-    ``site``: the folder of the built pages; ``output``: the file to write;
-    ``chapters``: what is printed; ``chromium``: the program; without it playwright's
-    own; ``address``: where the site is served, for the links of what moves;
-    ``textbook``: leave out what is for readers of the thesis. Returns the numbers of
-    pages and bytes.
+    """Print ``chapters`` of the built ``site`` into one PDF, ``output``, with an
+    outline and working links, by ``chromium``, or playwright's own; several have a
+    title and contents with Roman numbers. ``address`` serves what moves, a ``textbook``
+    leaves out what is for readers of the thesis. Returns the numbers of pages and
+    bytes.
     """
     wanted = anchors(chapters)
     playwright = library("playwright.sync_api")

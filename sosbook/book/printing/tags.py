@@ -2,12 +2,9 @@
 
 
 class Tags:
-    """The trees of the chapters' tags as one tree.
-
-    A page or a link names its tags by a number; each chapter counts from 0, and
-    here they count on.
-
-    ``pypdf``: the library; ``writer``: the book.
+    """The trees of the chapters' tags as one tree: a page or a link names its tags by a
+    number, and here all chapters count on. ``pypdf``: the library; ``writer``: the
+    book.
     """
 
     def __init__(self, pypdf, writer):

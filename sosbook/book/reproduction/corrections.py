@@ -15,16 +15,8 @@ from .table import Erratum, read_texts
 
 @dataclass(frozen=True)
 class Checked:
-    """A part of the text that stands.
-
-    Parameters
-    ----------
-    place, what : str
-        Where it stands in the thesis, and what was checked.
-    how : str
-        How the book checks it.
-    chapter : str
-        File of the chapter that does.
+    """A part of the text that stands: its ``place``, ``what`` was checked and ``how``,
+    and the ``chapter``, a file, that does.
     """
 
     place: str

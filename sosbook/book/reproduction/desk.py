@@ -161,11 +161,8 @@ def _laws():
 
 
 def without_the_fast(controller, edge=200):
-    """(4.29) for (4.28): a controller without what is faster than the edge.
-
-    Poles and zeros of the ``controller`` beyond the ``edge`` are left out.
-
-    The gains at s = 0 are kept, and four digits of everything.
+    """(4.29) for (4.28): a ``controller`` without poles and zeros beyond the ``edge``,
+    with the same gains at s = 0, and four digits of everything.
     """
 
     def kept(values):

@@ -14,11 +14,9 @@ from . import assumptions, checked, errata, readings, rows
 
 
 def files():
-    """The text of each file by its name: the rows, all that is known, and a form.
-
-    ``reproduction.csv`` has the rows, ``reproduction.json`` the errata, assumptions
-    and readings too, and ``readings.csv`` a column for what a reader of the PDF
-    finds.
+    """The text of each file by its name: ``reproduction.csv`` has the rows,
+    ``reproduction.json`` errata, assumptions and readings too, ``readings.csv`` is a
+    form for readers.
     """
     lines = [asdict(row) for row in rows()]
     form = [entry | {"decides": " ".join(entry["decides"])} for entry in readings()]

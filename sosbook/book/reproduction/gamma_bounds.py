@@ -27,13 +27,7 @@ class GammaLowerBounds:
     mu: float
 
     def gamma(self, mu):
-        """No joint certificate has a smaller gamma at this mu.
-
-        Examples
-        --------
-        >>> GammaLowerBounds(norm=1.0, energy=4.0, mu=0.01).gamma(9.0)
-        6.0
-        """
+        """No joint certificate has a smaller gamma at this ``mu``."""
         if positive("mu", mu) <= self.mu:
             return np.inf
         return float(max(self.norm, np.sqrt(mu * self.energy)))
@@ -45,39 +39,12 @@ class GammaLowerBounds:
 
 
 def gamma_lower_bounds(plant, K, U=None, saturation=None, K_A=None):
-    """Lower bounds of gamma for a stable loop, the largest over its vertices.
+    """The `GammaLowerBounds` of a stable loop, the largest over its vertices.
+    ``plant``, ``K``, ``U``, ``K_A``: as in `analyse_pid`; ``saturation``: u_max and
+    x(0). With V = x' P^-1 x the LMIs say that along every motion V' < mu w'w - (mu /
+    gamma^2) z'z, V(x(0)) < 1 and |K x|^2 < u_max^2 V: put w = 0, or start from rest.
+    Raises ValueError if the loop isn't stable, or nothing is disturbed.
 
-    Parameters
-    ----------
-    plant : SecondOrderSystem or Polytope
-        The plant, with its ``F``.
-    K : (m, N) array_like
-        The gain that is analysed.
-    U
-        As in `design_pid`.
-    saturation : Saturation
-        u_max and x(0).
-    K_A
-        As in `design_pid`.
-
-    Returns
-    -------
-    GammaLowerBounds
-        The bounds, the largest over all vertices.
-
-    Raises
-    ------
-    ValueError
-        If the loop isn't stable, or nothing is disturbed.
-
-    Notes
-    -----
-    With the Lyapunov function V = x' P^-1 x the LMIs say that along
-    every motion V' < mu w'w - (mu / gamma^2) z'z, V(x(0)) < 1 and
-    |K x|^2 < u_max^2 V. Put w = 0, or start from rest.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> ex = thesis.example_1()
     >>> lower = gamma_lower_bounds(ex.plant, ex.K, ex.U, ex.saturation)

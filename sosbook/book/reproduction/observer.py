@@ -47,25 +47,11 @@ def rows():
 
 
 def controller(R, form="natural", printed=None):
-    """The controller of Table 4.3, in continuous time, for u = H y.
+    """The controller of Table 4.3 for ``R``, 1 or 2, a StateSpace for u = H y. Its
+    observer contains the mean of the ``form``: "natural", of
+    `sosbook.pendulum.reduced`, or "printed", of (4.25) with its digits, of ``printed``
+    data, a `MipPrint`.
 
-    Parameters
-    ----------
-    R : {1, 2}
-    form : {"natural", "printed"}
-        Whose mean the observer contains: of `sosbook.pendulum.reduced`, or of
-        the matrices of (4.25), with their digits. The plants are the
-        same, their means aren't.
-    printed : sosbook.book.thesis.MipPrint, optional
-        The thesis's data.
-
-    Returns
-    -------
-    control.StateSpace
-        The controller.
-
-    Examples
-    --------
     >>> np.sort(controller(2, "printed").poles().real).round(2)
     array([-1694.17,   -10.45,    -5.04])
     """

@@ -26,19 +26,9 @@ OPTIMUM_GAP = 1e-4  # relative
 
 @dataclass(frozen=True, eq=False)
 class RegionOfAttraction:
-    """The ellipsoid x' P^-1 x <= 1, invariant within |row x| <= bound.
-
-    Parameters
-    ----------
-    status : {"feasible", "infeasible", "undecided"}
-        Whether a common P keeps the decay rate at all.
-    reach : float
-        ``reach * start`` lies in the ellipsoid; 0 if there is none.
-    P : (N, N) array or None
-        The matrix of the ellipsoid x' P^-1 x < 1.
-    proof : LMIProof or None
-        A file: exact arithmetic confirms invariance, the bound on ``row x``
-        and that ``reach * start`` lies within.
+    """The ellipsoid x' ``P``^-1 x <= 1, invariant within |row x| <= bound; ``reach``
+    times the start lies in it. ``status``: whether a common P keeps the decay rate at
+    all; ``proof``: a file of the invariance, the bound and the reach.
     """
 
     status: str
@@ -69,44 +59,13 @@ class RegionOfAttraction:
 def region_of_attraction(
     plant, K, U=None, sigma=0.0, *, row, bound, start, backoff=0.01
 ):
-    r"""The ellipsoid that reaches farthest along a direction.
+    """The `RegionOfAttraction` that reaches farthest along ``start``, (N,), of a
+    ``plant`` that holds the nonlinear one as long as |``row`` x| <= ``bound``, under
+    ``K`` with the integrals of ``U``; sqrt(x' P^-1 x) decays at the rate ``sigma``, and
+    the fraction ``backoff`` of the reach is given back. By thesis (2.18) and the two
+    matrices of (2.21), with row P in the place of Y. Raises ValueError on wrong shapes,
+    or if ``start`` is zero.
 
-    Parameters
-    ----------
-    plant : Polytope or SecondOrderSystem
-        Holds the nonlinear plant as long as :math:`|c x| \le` bound.
-    K : (m, N) array_like
-        ``[K_P K_D K_I]``.
-    U : (a, n) array_like, optional
-        Which errors are integrated.
-    sigma : float
-        Rate, in rad/s, at which sqrt(x' P^-1 x) shall decay.
-    row : (N,) array_like
-        c, the output whose range the polytope presumes.
-    bound : float
-        The size that c x must not exceed.
-    start : (N,) array_like
-        Direction in which the ellipsoid shall be long.
-    backoff : float
-        Fraction of the optimal reach that is given back for margin.
-
-    Returns
-    -------
-    RegionOfAttraction
-        The ellipsoid, and whether it is proven.
-
-    Raises
-    ------
-    ValueError
-        On wrong shapes, or if ``start`` is zero.
-
-    Notes
-    -----
-    Source: thesis (2.18) for the decay and the two matrices of (2.21),
-    with c P in the place of Y = K P.
-
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> ex = thesis.example_4()
     >>> basin = region_of_attraction(ex.plant, ex.K, ex.U, row=[1, 0, 0, 0, 0],

@@ -88,12 +88,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Erratum:
-    """One correction.
-
-    ``kind``: a key of `KINDS`; ``place``, ``printed``, ``correct``: where it stands in
-    the thesis, what stands there, and what should; ``evidence``: why, and what computes
-    it; ``chapter``: file of the chapter that shows it; ``claim``: the claim of the rows
-    that compute it.
+    """One correction: its ``kind``, a key of `KINDS`, its ``place`` in the thesis, what
+    is ``printed``, what is ``correct``; the ``evidence``, the ``chapter`` that shows
+    it, and the ``claim`` of the rows that compute it.
     """
 
     kind: str
@@ -110,13 +107,9 @@ class Erratum:
 
 
 def evaluate(name, /, *tested, **words):
-    """The row of ``rows.toml`` with a name, judged by what was ``tested``.
-
-    ``name``: the row's id, without what its words add in braces; ``*tested``: what the
-    row's kind judges, see `JUDGES`: the printed and our numbers; or whether a claim
-    holds, on each reading; or whether the printed text and the mended one pass a test;
-    ``**words``: what stands in the braces of its texts. Returns Row: the row. Raises
-    KeyError: for a name that no row has.
+    """The `Row` of ``rows.toml`` with a ``name``, its id, judged by what was
+    ``tested``: see `JUDGES`; ``words`` stand in the braces of its texts. Raises
+    KeyError.
     """
     entry = _entries()[name]
     verdict, computed = JUDGES[entry["kind"]](entry, *tested)
@@ -215,26 +208,14 @@ def compare(printed, ours, tolerance):
 
 
 def claim(*holds):
-    """Verdict on a claim: whether it holds, on each reading of it.
-
-    Examples
-    --------
-    >>> print(claim(True), claim(False, False), claim(True, False), sep="; ")
-    property holds; claim refuted; not reproducible
-    """
+    """Verdict on a claim: whether it ``holds``, on each reading of it."""
     if all(holds):
         return "property holds"
     return "not reproducible" if any(holds) else "claim refuted"
 
 
 def misprint(printed, mended):
-    """Verdict on a character: whether ``printed`` or ``mended`` passes a test.
-
-    Examples
-    --------
-    >>> print(misprint(False, True), misprint(True, True), sep="; ")
-    misprint; not reproducible
-    """
+    """Verdict on a character: whether ``printed`` or ``mended`` passes a test."""
     if not printed and mended:
         return "misprint"
     return claim(printed, not mended)

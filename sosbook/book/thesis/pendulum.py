@@ -87,14 +87,8 @@ class MipPrint:
 
 
 def mip():
-    """The mobile inverted pendulum: every printed number of chapter 4.
-
-    `sosbook.pendulum` has the model with the signs mended.
-
-    Examples
-    --------
-    >>> mip().pid[5]
-    array([[22.276 ,  0.9197,  2.1935,  0.9469,  0.4472]])
+    """The `MipPrint`, every printed number of chapter 4; `sosbook.pendulum` has its
+    signs mended.
     """
     low, mid, high = -0.5584, -0.5659, -0.5739  # D of vertices 2, 1, 3
     wheels = [0.9024, -0.9024]

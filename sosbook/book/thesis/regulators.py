@@ -81,16 +81,8 @@ class Example:
 
 
 def example_1():
-    """Example 1, a grasping robot, equation (3.1).
-
-    The thesis prints Re(s) < 0.7 for the half-plane Re(s) < -0.7. The
-    disturbance is 5 sin(10 t) + 5 for t in [10, 20] s.
-
-    Examples
-    --------
-    >>> robot = example_1()
-    >>> robot.plant.M.diagonal()
-    array([10., 11.])
+    """Example 1, a grasping robot, equation (3.1). The thesis prints Re(s) < 0.7 for
+    the half-plane Re(s) < -0.7. The disturbance is 5 sin(10 t) + 5 for t in [10, 20] s.
     """
     return Example(
         plant=SecondOrderSystem(
@@ -118,15 +110,9 @@ def example_1():
 
 
 def car_seat(mass, k22=4e4 + 5e3):
-    """The plant of Example 2 with a seat and driver of the given mass.
-
-    Parameters
-    ----------
-    mass : float
-        m_s, in kg.
-    k22 : float
-        Lower right entry of S, in N/m: k1 + k2. The thesis prints k1 + b2,
-        which adds newtons per metre to newton seconds per metre.
+    """The plant of Example 2 with a seat and driver of the given ``mass`` in kg.
+    ``k22``, the lower right entry of S in N/m, is k1 + k2; the thesis prints k1 + b2,
+    which adds newtons per metre to newton seconds per metre.
     """
     k2, b1, b2 = 5e3, 4e3, 500
     return SecondOrderSystem(
@@ -139,15 +125,8 @@ def car_seat(mass, k22=4e4 + 5e3):
 
 
 def example_2():
-    """Example 2, the seat of a car: m_s between 70 and 120 kg.
-
-    The disturbance is 1000 sin(5 t) + 1000 for t in [7, 12] s, in
-    newtons on the car's mass (F = diag(0, 1)).
-
-    Examples
-    --------
-    >>> [v.M[0, 0] for v in example_2().plant.vertices]
-    [np.float64(70.0), np.float64(120.0)]
+    """Example 2, the seat of a car: m_s between 70 and 120 kg. The disturbance is 1000
+    sin(5 t) + 1000 for t in [7, 12] s, in newtons on the car's mass (F = diag(0, 1)).
     """
     return Example(
         plant=Polytope([car_seat(70), car_seat(120)]),
@@ -165,15 +144,8 @@ def example_2():
 
 
 def example_3():
-    """Example 3, four masses in a chain; the last weighs nothing.
-
-    The disturbance is sin(5 t) + 1 for t in [10, 20] s. The open-loop
-    poles leave out the one at infinity.
-
-    Examples
-    --------
-    >>> example_3().plant.M.diagonal()
-    array([3., 2., 1., 0.])
+    """Example 3, four masses in a chain; the last weighs nothing. The disturbance is
+    sin(5 t) + 1 for t in [10, 20] s. The open-loop poles leave out the one at infinity.
     """
     B = np.array([[1.0, 0, 0, 0], [0, 0, 0, 1]]).T
     return Example(
@@ -216,12 +188,8 @@ def example_3():
 
 
 def arm(factor):
-    """The plant of Example 4 with m g l sin(phi1) as m g l factor phi1.
-
-    Parameters
-    ----------
-    factor : float
-        sin(phi1) / phi1 for a motion about the rest position (3.3).
+    """The plant of Example 4 with m g l sin(phi1) as m g l ``factor`` phi1, about rest
+    (3.3).
     """
     k, mgl = 50, 1 * 10 * 0.1
     return SecondOrderSystem(
@@ -233,16 +201,10 @@ def arm(factor):
 
 
 def example_4():
-    """Example 4, a flexible rotor with an arm: phi1 in [-pi/2, pi/2].
-
-    The vertices are those of (3.3): factor 1 and 2 / pi. The thesis rounds the
-    second S11 to 50.64 and tabulates the poles for 50 + 2 / pi. U isn't
-    printed: integrating the motor's angle phi2 gives Table 3.3.
-
-    Examples
-    --------
-    >>> [round(float(v.S[0, 0]), 4) for v in example_4().plant.vertices]
-    [51.0, 50.6366]
+    """Example 4, a flexible rotor with an arm: phi1 in [-pi/2, pi/2]; the vertices have
+    the factors 1 and 2 / pi of (3.3). The thesis rounds the second S11 to 50.64 and
+    tabulates the poles for 50 + 2 / pi. U isn't printed: integrating the motor's angle
+    phi2 gives Table 3.3.
     """
     return Example(
         plant=Polytope([arm(1.0), arm(2 / np.pi)]),

@@ -17,12 +17,9 @@ HIDDEN = {"display": "none"}
 
 
 class Live(OnPage, ipywidgets.VBox):
-    """An explorer of the rendered pages whose questions the package answers.
-
-    Made by `live`.
-
-    ``element``: what is shown, on a page by itself. Has ``question``: what the element
-    asks, as JSON; not seen; ``answer``: what the package says to it, as JSON; not seen.
+    """An explorer of the rendered pages, ``element``, whose questions the package
+    answers, made by `live`. ``question``, ``answer``: what is asked and said, as JSON,
+    unseen.
     """
 
     def __init__(self, element):
@@ -59,25 +56,10 @@ class Live(OnPage, ipywidgets.VBox):
 
 
 def live(element):
-    """The same explorer as in the rendered pages, with the package behind it.
-
-    In Jupyter it asks the package for each move, offer and proof. On a page, where no
-    kernel runs, it is the explorer alone, whose own solver answers.
-
-    Parameters
-    ----------
-    element : elements.Explorer
-        As `elements.design_explorer` and `elements.bench` return it.
-
-    Returns
-    -------
-    Live
-        The widget; put it last in a cell.
-
-    Raises
-    ------
-    ValueError
-        If the element isn't an explorer: the others compute what they show.
+    """The same explorer, ``element``, as in the rendered pages, with the package behind
+    it, as a `Live`: in Jupyter it asks the package for each move, offer and proof; on a
+    page its own solver answers. Raises ValueError for other elements, which compute
+    what they show.
     """
     if not isinstance(element, Explorer):
         raise ValueError(
