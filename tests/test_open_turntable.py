@@ -152,3 +152,23 @@ def test_the_least_peak_in_the_open_is_the_call_s():
         for _ in range(40_000):
             energy, x = energy + 1e-4 * (d.C @ x).item() ** 2, step @ x
         assert 0.3 * least < np.sqrt(energy) < least
+
+
+def test_a_motion_s_three_numbers_hold_a_motion_of_my_own():
+    """Whose acceleration goes to and fro as fast as it may; and a guess of a step."""
+    space = after("42", "tables = ", "loop = axis", "def tube", "left = ")
+    axis, F, h, n = (space[x] for x in ("axis", "F", "h", "n"))
+    guess, doubt, true = space["tube"](6, 300)
+    bound = axis.bounds.step_response(output="load").overshoot.proven / 100
+    assert true.max() < (guess + doubt).max() < 1.002 * bound
+    x, r, v, a, worst = np.zeros(n), 0.0, 0.0, 0.0, 0.0
+    for k in range(1500):
+        worst = max(worst, abs(h @ (x - space["x_r"] * r)))
+        x = F @ x + space["loop"].set_point[:, 0] * r
+        r, v = r + 0.002 * v, v + 0.002 * a
+        a += 0.002 * (50 if (k + 200) % 800 < 400 else -50)
+        assert abs(v) <= 10 and abs(a) <= 20.001
+    sizes = abs(h @ space["y_v"]), abs(h @ space["y_a"]), space["total"]
+    three = np.dot(sizes, (10, 20, 50))
+    assert 0.5 * three < worst < three
+    assert three < axis.motions.follow(10, 20, 50, output=0).proven < 1.02 * three

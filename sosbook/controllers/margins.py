@@ -80,8 +80,9 @@ class Margins:
         It may turn by so many degrees, either way, at all frequencies.
     disk : Margin
         alpha: it may be multiplied by any complex (2 + a) / (2 - a) with |a| < alpha.
-    delay : Margin
-        All inputs may come later by any constant time up to this, in s.
+    delay : Margin or None
+        All inputs may come later by any constant time up to this, in s; None where it
+        wasn't asked.
     open_loop : OpenLoop
         Its frequency response at some plants, and charts.
     """
@@ -90,7 +91,7 @@ class Margins:
     gain: tuple
     phase: Margin
     disk: Margin
-    delay: Margin
+    delay: Margin | None
     open_loop: OpenLoop
 
     def __repr__(self):
@@ -100,8 +101,9 @@ class Margins:
             f"  gain, times: from {low} to {high}",
             f"  phase, either way: {self.phase}",
             f"  disk, alpha: {self.disk}",
-            f"  delay of all inputs, more: {self.delay}",
         ]
+        if self.delay is not None:
+            lines.append(f"  delay of all inputs, more: {self.delay}")
         return "\n".join(lines)
 
     def _repr_html_(self):
@@ -217,18 +219,21 @@ def _bordered(x, rows, columns):
     return found
 
 
-def margins_of(c, at=0, seconds=60.0):
-    """The `Margins` of a controller c, opened ``at`` a signal, in some ``seconds``."""
+def margins_of(c, at=0, seconds=60.0, sharp=True):
+    """The `Margins` of a controller c, opened ``at`` a signal, in some ``seconds``;
+    ``sharp``: see its `margins`.
+    """
     cut = Cut.at(c, at)
     if not c.radius < 1:
         raise ValueError("margins are of a stable loop, and this one isn't: see radius")
     names, several, loop = cut.seen
     known = {x: loop.seen(x) for x in ("low", "high", "phase", "disk")}
-    late, which = _latest(c, several, loop)
+    late, which = _latest(c, several, loop) if sharp else (np.inf, 0)
     disks, found = [], dict.fromkeys(("disk", "low", "high", "phase", "delay"))
     with suppress(OutOfTime), time_limit(checked_seconds(seconds, needed=True)):
-        _of_disks(cut, loop, known, disks, found)
-        _of_delay(c, late, found)
+        _of_disks(cut, loop, known, disks, found, LINKS if sharp else 0)
+        if sharp:
+            _of_delay(c, late, found)
     if disks:  # what they hold is known, also where the time has ended a search
         found["phase"] = np.degrees(max(_covered(*x) for x in disks)) * (1 - 1e-9)
         low, high = _joined(disks)
@@ -244,13 +249,15 @@ def margins_of(c, at=0, seconds=60.0):
         (margin("low"), margin("high")),
         margin("phase", "deg"),
         margin("disk"),
-        margin("delay", "s"),
+        margin("delay", "s") if sharp else None,
         loop,
     )
 
 
-def _of_disks(cut, loop, known, disks, found):
-    """Prove ``disks``, of which gain and phase follow; that around one is ``found``."""
+def _of_disks(cut, loop, known, disks, found, links):
+    """Prove ``disks``, of which gain and phase follow; that around one is ``found``.
+    ``links``: of the chain of disks for each end of the gain.
+    """
 
     def disk(centre, radius):
         """The radius that is proven around a centre, or None."""
@@ -280,7 +287,7 @@ def _of_disks(cut, loop, known, disks, found):
     reach = _joined(disks)
     for name, k, way in (("high", 1, 1), ("low", 0, -1)):
         goal = known[name][0]
-        for _ in range(LINKS):
+        for _ in range(links):
             here = reach[k]
             near = goal if goal not in (0, np.inf) else (LARGEST if way > 0 else 1e-3)
             if way * (here - near * CLOSE**way) >= 0 or here <= 0:

@@ -17,7 +17,7 @@ from .facts import ended, span, stepped
 from .signals import signals_of
 from .trial import kept, loads_of
 
-FOR_MARGINS = 2.0  # seconds, at each input: the disk takes one, sharper gains ten
+FOR_MARGINS = 10.0  # seconds, at each input
 CHROMIUMS = ("chromium-headless-shell", "chromium", "google-chrome", "chrome")
 STYLE = (
     "body{font:15px/1.45 sans-serif;max-width:52rem;margin:2rem auto;padding:0 1rem;"
@@ -134,7 +134,7 @@ def _margins(c):
     if c.radius < 1:
         yield "<h2>Margins of the sampled loop</h2>"
         for k, _ in enumerate(c.outputs):
-            yield c.margins(k, FOR_MARGINS)._repr_html_()
+            yield c.margins(k, FOR_MARGINS, sharp=False)._repr_html_()
 
 
 def _plant(d, name):
