@@ -19,6 +19,7 @@ _NAMES = {
     "laws.dynamic": ("DynamicLaw",),
     "laws.full_state": ("FullState",),
     "laws.pid": ("PIDLaw",),
+    "laws.scheduled": ("Scheduled",),
     "loops": ("Clock", "Late", "Loop", "Signal"),
     "plants.descriptor_system": ("DescriptorSystem",),
     "plants.outputs": ("Output",),

@@ -8,6 +8,7 @@ from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .laws.dynamic import DynamicLaw
 from .laws.full_state import FullState
 from .laws.pid import PIDLaw
+from .laws.scheduled import Scheduled
 from .loops import Clock, Late, Loop, Signal
 from .plants.descriptor_system import DescriptorSystem
 from .plants.outputs import Output
@@ -62,6 +63,7 @@ __all__ = [
     "SampledDesign",
     "SampledLQR",
     "Saturation",
+    "Scheduled",
     "Search",
     "SecondOrderSystem",
     "Signal",

@@ -216,6 +216,11 @@ PROOFS = {
     "ticks, states": lambda: sos.design_pid(
         ticks(), requirements=[sos.QuadraticCost(np.eye(2), ONE, bound=99.0)]
     ).certify(),
+    "scheduled": lambda: sos.design_pid(
+        sos.Uncertain(lambda m: spring(m, 0, 0), m=(1, 9)),
+        law=sos.Scheduled("m"),
+        region=sos.PoleRegion(sigma=1, rho=4),
+    ).certify(),
     "sampled": lambda: sos.certify_sampled(TWO, [[-1, -1.5]], T=0.2, delay=0.1),
     "known gain": lambda: known(
         sos.Uncertain(moving, m=(0.5, 2), v=(-1, 3)),

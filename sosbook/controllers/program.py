@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from ..plants.schedule import Schedule
 from ..runtime.writing import write_texts
 from .facts import span
 from .gains import Gains
 from .numbers import checked_words, literal, program_numbers
+from .schedule import schedule_text
 from .signals import identifiers
 from .template import comment, written_by
 from .written import CONTROLLER, around_texts, law_texts, record
@@ -115,6 +117,11 @@ class Code:
         if c.limits.profile is not None:
             texts[f"{name}_move.h"] = c.limits.profile.to_c(name, self.precision)
             parts += ("_move.h",)
+        family = c.plant.family
+        if family is not None and family.schedule:
+            mean = Schedule(family.schedule, family.box), len(c.outputs)
+            texts[f"{name}_schedule.h"] = schedule_text(*mean, name, self.precision)
+            parts += ("_schedule.h",)
         for part in parts:
             texts[f"{name}_sketch/{name}{part}"] = texts[f"{name}{part}"]
         return texts | {f"program_{name}.json": record(texts, name)}

@@ -6,6 +6,7 @@ from .full_state import FullState
 
 __all__ = ["FullState", "Law", "Parts", "Structure"]
 _HOMES = {"DynamicLaw": "laws.dynamic", "PIDLaw": "laws.pid"}
+_HOMES["Scheduled"] = "laws.scheduled"
 _HOMES |= dict.fromkeys(("Filter", "ShapedLaw"), "laws.shaped")
 __all__ += _HOMES
 __getattr__ = by_name(__name__, _HOMES)

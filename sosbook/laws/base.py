@@ -206,6 +206,10 @@ class Law(ABC, ReadOnly):
         put(new, places=seen.places, given=asked)
         return sensed(plant, seen, asked.lag), new
 
+    def demands(self, plant: Any, asked: tuple) -> tuple:
+        """The requirements on the loop of a ``plant`` that those ``asked`` of it make."""
+        return asked
+
     def applied(self, plant: Any) -> Applied:
         """The law on a ``plant`` that `on` gave: what its numbers mean there."""
         return Applied(self, plant)

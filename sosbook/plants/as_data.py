@@ -30,7 +30,9 @@ def _whole_data(plant):
     """The data of a plant that isn't reduced."""
     if plant.family is not None:
         kind = "descriptor" if isinstance(plant, DescriptorSystem) else "second order"
-        return {"kind": kind, **plant.family.data()}
+        followed = [*plant.family.schedule]
+        followed = {"schedule": followed} if followed else {}
+        return {"kind": kind, **plant.family.data()} | followed
     if isinstance(plant, DescriptorSystem):
         names = {x: x for x in "EA"} | {k: OF_ARGUMENTS[k] for k in ("B", "B_w")}
         common = plant.outputs
@@ -75,10 +77,12 @@ def read_plant(data, names=None):
     if "dt" in data:
         more["dt"] = read_number(data["dt"])
     if "parameters" in data:
-        own = "kind", "reduced", "states", "dt"
+        own = "kind", "reduced", "states", "dt", "schedule"
         matrices = {k: rows for k, rows in data.items() if k not in own}
         kinds = {"descriptor": DescriptorSystem, "second order": SecondOrderSystem}
-        return Uncertain.read(kinds[data["kind"]], matrices, **more).polytope()
+        family = Uncertain.read(kinds[data["kind"]], matrices, **more)
+        family.schedule = tuple(data.get("schedule", ()))
+        return family.polytope()
     vertices = data["vertices"]
     if data["kind"] == "descriptor":
         several: dict = {

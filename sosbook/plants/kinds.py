@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from ..exact.checker.families import every
+from ..exact.checker.families import by_corners, every
 from ..runtime.array_like import ArrayLike
 from .descriptor_system import OF_TICKS, DescriptorSystem
 from .second_order import Polytope, SecondOrderSystem
@@ -59,6 +59,7 @@ def every_plant(plant, scope):
     """
     family = plant if isinstance(plant, Uncertain) else plant.family
     if family is not None and family.box.names:
-        return every(f"with {family.box}", scope)
+        followed = by_corners(family.schedule)
+        return every(f"with {family.box}{followed}", scope)
     many = len(plant.vertices) > 1
     return every("of the polytope", scope) if many else "the plant"

@@ -73,6 +73,8 @@ class Uncertain:
            [0.    , 0.004 ]])
     """
 
+    schedule: tuple = ()  # measured parameters, with inputs for each of their corners
+
     def __init__(self, builder: Callable[..., Any], /, **ranges: Any) -> None:
         from .builder import built, check_by_numbers
 
@@ -128,7 +130,7 @@ class Uncertain:
     def within(self, box: Box) -> "Uncertain":
         """The same plants with the ranges of ``box``, a `Box`, not cut into pieces."""
         other = Uncertain.made(self.kind, box, self.parts, **self._rest)
-        other.rows = self.rows
+        other.rows, other.schedule = self.rows, self.schedule
         return other
 
     @property

@@ -1,7 +1,7 @@
 """The gain of a design of u = K x, part by part, whatever the theorem."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,6 +9,9 @@ from ..plants.gain import Gain, GainParts
 from ..plants.second_order import Polytope, SecondOrderSystem
 from ..runtime.later import later
 from .result import Proven, Result
+
+if TYPE_CHECKING:
+    from .schedule import ScheduledGain
 
 WHOLE = "This is said {}. What is left out may do anything: look at the whole plant."
 
@@ -124,6 +127,13 @@ class Gains(Result[Proven]):
         plant, (law, K) = self.request.plant, self.its_law()
         known = getattr(plant, "sensed", None)
         return later("loops", "Loop")(known.bare if known else plant, law, K)
+
+    @property
+    def schedule(self) -> "ScheduledGain":
+        """The gain as a function of what is measured: see `ScheduledGain`."""
+        from .schedule import ScheduledGain
+
+        return ScheduledGain(self)
 
     def its_law(self) -> tuple:
         """The law and its numbers, by name where K is the gain of all states."""

@@ -40,7 +40,7 @@ def design_asked(
         raise ValueError("maximize is given without law: give region=PoleRegion(sigma)")
     else:
         search.taking("backoff start prefer time_limit", "a design without a law")
-    asked = asked_once(**given(**asked))
+    asked = law.demands(plant, asked_once(**given(**asked)))
     objective = objective_of(minimize, asked)
     if law.searched:
         objective, asked = _one_objective(objective, maximize, asked)

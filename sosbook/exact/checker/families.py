@@ -10,6 +10,7 @@ from .arithmetic import MOST_DIGITS, need
 MATRICES = {"second order": "M D S B F", "descriptor": "E A B B_w C D_u D_w C_a"}
 SIGNAL = r"(?=[\w(-])(?:[\w ()'+#/-]|[.](?! )){1,99}(?<! )"
 CONSTANT, CHANGING = "constant", "constant or changing"
+BESIDE = "reduced", "states", "dt"  # what any plant may have beside its matrices
 MOST_FAMILY = 256  # vertices of a plant with parameters
 NAME, DIGITS = r"[A-Za-z_][A-Za-z0-9_]*", rf"[0-9]{{1,{MOST_DIGITS}}}"
 FACTOR = (rf"(?:{DIGITS}/{DIGITS}|{DIGITS}(?:[.]{DIGITS})?(?:e[-+]?[0-9]{{1,3}})?"
@@ -32,8 +33,7 @@ def part_of(plant):
 def given_vertices(plant):
     """The matrices of each vertex by name; a reduced model has as many as it says."""
     part_of(plant)
-    own = "reduced", "states", "dt"
-    vertices = whole_vertices({k: x for k, x in plant.items() if k not in own})
+    vertices = whole_vertices({k: x for k, x in plant.items() if k not in BESIDE})
     first = vertices[0].get("M", vertices[0].get("E"))
     names = plant.get("states", first)
     good = names is first or ("E" in vertices[0] and len(names) == len(first))
@@ -110,7 +110,8 @@ def vertex_words(plant, k, many):
 
 def ranges(plant):
     """Of the parameters the ends, pieces and degrees; the matrices of polynomials."""
-    plant = {k: x for k, x in plant.items() if k not in ("states", "dt")}
+    measured = plant.get("schedule")
+    plant = {k: x for k, x in plant.items() if k not in (*BESIDE, "schedule")}
     names = MATRICES[plant["kind"]]
     may = dict.fromkeys(("D_u", "D_w", "C_a")) if "D_u" in names else {}
     keys(may | plant, "kind parameters " + names)
@@ -133,7 +134,50 @@ def ranges(plant):
     many = prod(2 + (d - 1) * n for d, n in zip(degrees, cells) if d)
     need(many <= MOST_FAMILY, "the family has too many vertices")
     need(all(degrees), "the plant doesn't depend on a parameter")
+    if measured is not None:
+        scheduled(measured, ends, read)
     return ends, cells, degrees, read
+
+
+def scheduled(measured, ends, read):
+    """See that the inputs are those of B times the weights of corners.
+
+    With a gain for each corner of the measured ranges, K(p) is their mean by weights
+    w_i >= 0 of sum 1, products of (p - a)/(b - a) or (b - p)/(b - a). Then B K(p) is
+    [w_1 B, w_2 B, ...] times the gains below each other, a constant one.
+    """
+    good = isinstance(measured, list) and measured and len(measured) == len({*measured})
+    need(good and {*measured} <= ends.keys(), "what is measured is no parameter")
+    none = dict.fromkeys(ends, 0)
+    weights = [{tuple(none.values()): Fraction(1)}]
+    for name in measured:
+        (a, b), one = ends[name], tuple((none | {name: 1}).values())
+        zero = tuple(none.values())
+        down, up = (
+            {one: s / (b - a), zero: e / (b - a)} for s, e in ((-1, b), (1, -a))
+        )
+        weights = [product_of(w, x) for w in weights for x in (down, up)]
+    for rows in (read[x] for x in ("B", "D_u") if x in read):
+        for row in rows:
+            m, rest = divmod(len(row), len(weights))
+            need(not rest, "a corner of what is measured has no inputs")
+            for j in range(m):
+                whole = {}
+                for entry in row[j::m]:
+                    for place, c in entry.items():
+                        whole[place] = whole.get(place, 0) + c
+                good = [product_of(whole, w) for w in weights] == row[j::m]
+                need(good, "the inputs aren't those of B by the weights of corners")
+
+
+def product_of(first, second):
+    """The product of two polynomials, coefficients by powers."""
+    found = {}
+    for p, c in first.items():
+        for q, d in second.items():
+            place = tuple(map(sum, zip(p, q)))
+            found[place] = found.get(place, 0) + c * d
+    return {place: c for place, c in found.items() if c}
 
 
 def polynomial(text, ends):
@@ -195,8 +239,14 @@ def every_plant(plant, many, scope=""):
     if ranges:
         *most, last = ranges
         which = f"with {', '.join(most)} and {last}" if most else f"with {last}"
-        return every(which, scope)
+        return every(which + by_corners(plant.get("schedule", ())), scope)
     return every("of the polytope", scope) if many > 1 else "the plant"
+
+
+def by_corners(measured):
+    """That the gain follows what is ``measured``, in words; nothing without it."""
+    there = " and ".join(measured)
+    return f", with a gain for each corner of {there} by its weight" * bool(there)
 
 
 def listed(names, many):
