@@ -207,7 +207,7 @@ class Law(ABC, ReadOnly):
         return sensed(plant, seen, asked.lag), new
 
     def demands(self, plant: Any, asked: tuple) -> tuple:
-        """The requirements on the loop of a ``plant`` that those ``asked`` of it make."""
+        """The requirements on the loop of a ``plant`` that these ``asked`` make."""
         return asked
 
     def applied(self, plant: Any) -> Applied:

@@ -1,7 +1,7 @@
 """A law whose gain follows measured parameters."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..plants.kinds import checked_plant
@@ -54,7 +54,7 @@ class Scheduled(Law):
     """
 
     measured: Any
-    law: Law = FullState()
+    law: Law = field(default_factory=FullState)
 
     def __post_init__(self):
         """Check the names and the inner law."""
@@ -106,8 +106,8 @@ class Scheduled(Law):
         return self.law.on(plant)
 
     def demands(self, plant: Any, asked: tuple) -> tuple:
-        """The requirements ``asked`` of a ``plant``, a bound of each corner's gain in the
-        place of a bound of u.
+        """The requirements ``asked`` of a ``plant``, with a bound of each corner's gain
+        in the place of a bound of u.
         """
         family = checked_plant(plant).family
         if family is None or family.schedule:
