@@ -8,7 +8,7 @@ from scipy.linalg import solve_continuous_lyapunov
 
 import sosbook as sos
 from sosbook.synthesis import known_gain, known_lmis
-from sosbook.synthesis.equations import of_modes
+from sosbook.synthesis.starting_points import of_modes
 
 
 def row(n, c=0.3, k=9.81):

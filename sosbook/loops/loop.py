@@ -12,15 +12,16 @@ from ..exact.rational import exact
 from ..laws import Law
 from ..laws.taken import law_of, taken
 from ..plants.descriptor_system import DescriptorSystem
-from ..plants.gain import signals
+from ..plants.gain import input_names, signals
 from ..plants.joined import joined_family
 from ..plants.kinds import checked_plant, every_plant
 from ..plants.outputs import Output
 from ..plants.response import Response
-from ..plants.sensed import asked_of
+from ..plants.sensed import asked_of, row_words
 from ..requirements.base import Requirement
 from ..requirements.shorthand import collected
 from ..runtime.later import later
+from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly, put
 from ..synthesis.design import Design
 from ..synthesis.pid import analyse_pid
@@ -28,7 +29,6 @@ from ..synthesis.request import Request
 from .as_data import loop_data, read_loop
 from .clock import Clock, Late
 from .signal import Signal, signals_of
-from .system import system_of
 
 MOMENTS = 1001  # of a simulation whose times nobody gave
 
@@ -364,7 +364,19 @@ class Loop(ReadOnly):
         """
         if isinstance(self.clock, Clock):
             return self.controller.to_ss()
-        return system_of(self.request)
+        request, plant = self.request, self.request.plant
+        parts = request.applied.parts
+        A, B, C, D = (
+            np.asarray(x, float) for x in parts.controller(exact(request.gain))
+        )
+        dt = request.step or 0
+        if dt:  # the memory's change in a tick
+            A, B = np.eye(len(A)) + dt * A, dt * B
+        rows, names = parts.rows.astype(float).tolist(), signals(plant)
+        inputs = [row_words(x, names, repr) for x in rows]
+        outputs = list(input_names(plant.m))
+        inputs = [x.replace(".", "_") for x in inputs]
+        return library("control").ss(A, B, C, D, inputs=inputs, outputs=outputs, dt=dt)
 
 
 def opened(plant, K, U=None, law=None):

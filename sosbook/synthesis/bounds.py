@@ -27,15 +27,11 @@ AS_ASKED = (
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """A requirement of a gain, in three numbers.
-
-    ``requirement``: what was asked; ``asked``: its bound; ``proven``: the best bound
-    that is proven, to four digits, with a P of its own; ``true``: the worst that a
-    search has found, over the vertices and between; ``part``: the proof; ``excluded``:
-    no linear controller of any order, with the law's sensors, or without a law with all
-    of the state, keeps this bound or a smaller one. None where no exact multipliers
-    were found, or looked for, for any; ``refusal``: the proof of that; ``as_asked``:
-    whether the proof of the design gives what was asked, where ``proven`` is None.
+    """A requirement of a gain, in three numbers: the bound as asked, the best one that
+    is ``proven``, to four digits, with a P of its own (``part`` is the proof), and the
+    worst ``true`` value that a search has found. No linear controller of any order
+    keeps ``excluded``, which the ``refusal`` proves; ``as_asked``: whether the proof of
+    the design gives what was asked.
     """
 
     requirement: Any
@@ -49,10 +45,7 @@ class Bound:
 
 
 class Bounds(tuple):
-    """The `Bound` of each requirement that has one; a table when it is shown.
-
-    ``iterable``: as for a tuple.
-    """
+    """The `Bound` of each requirement that has one, of an ``iterable``: a table."""
 
     __slots__ = ()
 

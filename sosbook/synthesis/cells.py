@@ -83,9 +83,7 @@ class Mixtures:
         self.whole = Cell(self, exact(np.eye(len(loops))))
 
     def points(self):
-        """Where the search for the worst plant begins, weights, one a row: at the
-        vertices, and what lies halfway.
-        """
+        """Weights, one a row, from which the worst plant is sought."""
         corners = np.eye(self.dimension)
         middles = [(a + b) / 2 for k, a in enumerate(corners) for b in corners[:k]]
         return corners, middles
@@ -303,10 +301,7 @@ def known_loops(request):
 
 
 def corners_of_box(loops):
-    """The corner of each of some ``loops``, where they are a box of four or more, else
-    None. The shortest changes from the first one come first: what isn't a sum of them
-    is the next.
-    """
+    """Each loop's corner where ``loops`` are a box of four or more, else None."""
     count = len(loops).bit_length() - 1
     if not 1 < count <= MOST_PARAMETERS or len(loops) != 2**count:
         return None

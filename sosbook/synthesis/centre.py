@@ -84,9 +84,7 @@ def finish(lmis, values):
 
 
 def _solution(lmis, x, central, reason=""):
-    """The `Solution` at x; ``reason`` says why it isn't ``central``. Of a given gain it
-    is no matter which P proves it.
-    """
+    """The `Solution` at x; ``reason`` says why it isn't ``central``."""
     solution = lmis.solution(unpacked(lmis.unknowns, x))
     if lmis.request.gain is not None:
         return solution
@@ -155,9 +153,7 @@ def _gain_alone(lmis):
 
 
 def _settles(lmis, x, r):
-    """True if a centre x with P below r I has hardly another gain with a larger r, by
-    one Newton step towards the centre with a bound that is a little larger.
-    """
+    """True if a larger bound r of P hardly moves the gain at x, by one Newton step."""
     wider, _ = bounded(lmis.compiled, lmis.unknowns, x, 1.01 * r)
     try:
         moved, _ = Barrier(wider.newton).step(x, np.zeros(len(x)))
@@ -174,10 +170,7 @@ def _gain_inside(lmis, x):
 
 
 def _hints(lmis):
-    """Options that help `centre` on its way from a point inside. The blocks of many
-    vertices push a point against those that belong to no vertex, along which it moves
-    slowly; the centres of a few vertices lead past that.
-    """
+    """Options of `centre`: the centres of a few vertices lead past slow ways."""
 
     def elsewhere(x):
         led = Cuts(lmis).find(unpacked(lmis.unknowns, x), refuse=False).values

@@ -23,11 +23,9 @@ class Claims:
         return every or len(request.pairs) == len(request.pairs_of(OneP()))
 
     def statements(self):
-        """The statements that the blocks prove: (words, requirement) each, the
-        requirement that demands the blocks which prove it. It is the one place where
-        claims are made: `demands` and the proofs' claims come from here. What exactly
-        repeats an earlier requirement rests on that one's blocks; that an author's
-        class implies stability is no proof of it.
+        """The (words, requirement) that the blocks prove: the one place where claims
+        are made. What repeats an earlier requirement rests on that one's blocks; that
+        an author's class implies stability is no proof of it.
         """
         request, N = self.request, len(self.request.vertices)
         where = every_plant(request.plant, request.coupling.scope)

@@ -25,9 +25,7 @@ CLEARANCE = 0.1  # of the least margin of what is chosen; a pair that has less j
 
 class Cuts:
     """The LMIs of many pairs of vertices, ``lmis``, of which a few are solved at a
-    time. Blocks are written for the pairs that are chosen; what belongs to no pair,
-    such as P, is always there. All the pairs are looked at in floats, many in one numpy
-    call.
+    time; all are looked at in floats, many in one numpy call.
     """
 
     def __init__(self, lmis):
@@ -58,9 +56,7 @@ class Cuts:
         return Blocks.compiled(*zip(*(b for _, b in parts)), self.lmis.unknowns)
 
     def margins(self, x, below=np.inf):
-        """The least margin of each pair's blocks at ``x``; above ``below`` it may be
-        infinite.
-        """
+        """The least margin of each pair at ``x``; above ``below`` perhaps infinite."""
         request, values = self.lmis.request, unpacked(self.lmis.unknowns, x)
         if request.coupling.own_P:
             least = defaultdict(lambda: np.inf)
@@ -103,10 +99,7 @@ class Cuts:
         return True
 
     def _apart(self, fresh, depths, count):
-        """Some of the ``fresh`` pairs that lie far apart, the deepest: one after the
-        other that of the largest depth times squared distance to the nearest one that
-        is chosen, in `places`.
-        """
+        """The deepest ``fresh`` pairs, by ``depths`` and distance to those chosen."""
         places, found = self.places, []
         squared, free = np.ones(len(fresh)), np.ones(len(fresh), bool)
         known = np.array([pair in self.chosen for pair in self.lmis.request.pairs])
@@ -123,9 +116,7 @@ class Cuts:
 
     @cached_property
     def places(self):
-        """Where the pairs lie among all, (pairs, k), without units: their blocks are
-        bilinear in two vertices.
-        """
+        """Where the pairs lie among all, (pairs, k), without units."""
         request, frame, parts = self.lmis.request, self.lmis.frame, []
         vertices = request.ground.at(frame)
         for name in ("E", "A", "Bu", "Bw"):
@@ -232,9 +223,7 @@ def _key(name):
 
 
 def holds(lmis, values):
-    """True if all blocks of ``lmis``, a `ScaledLMIs`, are definite at ``values`` by
-    name.
-    """
+    """True if all blocks of ``lmis`` are definite at ``values`` by name."""
     x = lmis.text.packed(values)
     if len(lmis.request.pairs) > CENTRE_UP_TO_PAIRS:
         return Cuts(lmis).holds(x)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # only what a few methods return
     from ..exact.proof import Unproven
     from ..exact.refusal import Refusal
     from .bounds import Bounds
-    from .equations import Effort
+    from .effort import Effort
     from .found import Found
     from .proofs import DesignProof
 
@@ -136,7 +136,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         """
         if self.K is None or self._step or not self.request.law.whole:
             return None
-        from .equations import effort_of
+        from .effort import effort_of
 
         return effort_of(self)
 

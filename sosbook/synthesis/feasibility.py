@@ -105,11 +105,9 @@ def search(request, free=(), whole=False):
 
 
 def find(lmis, start=None, refuse=True, whole=False):
-    """A point of ``lmis``, which are `ScaledLMIs`, or the lack of one, as an
-    LMISolution. With many pairs of vertices most blocks are only looked at, and a few
-    exclude what they exclude; ``whole`` takes all of them. ``start`` and ``refuse`` are
-    as for `LMIProblem.find`; without a start the frame guesses. Where a bound is free
-    and each vertex has its own P, few blocks and then more take longer than all.
+    """A point of `ScaledLMIs`, ``lmis``, or the lack of one, as an LMISolution. Of many
+    pairs a few decide, unless ``whole``, or a bound is free and each vertex has its P.
+    ``start``, else the frame's guess, and ``refuse`` are as for `LMIProblem.find`.
     """
     request, first = lmis.request, None
     own = bool(lmis.free) and request.coupling.own_P
@@ -209,9 +207,7 @@ def refused_alone(request, k):
 
 
 def _by_a_vertex(case):
-    """Refuse a ``case`` by that vertex on which its search's multipliers weigh most:
-    few blocks are sooner made exact than all.
-    """
+    """Refuse a ``case`` by the vertex on which its search's multipliers weigh most."""
     weights, first = Counter(), case.first
     for name, Z in zip(first.problem.text.expressions, first.multipliers):
         if len(set(name.vertices)) == 1:

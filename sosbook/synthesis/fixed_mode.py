@@ -102,10 +102,8 @@ class FixedModeRefusal(Refusal):
 
 @dataclass(frozen=True, eq=False)
 class OfLaw:
-    """How a plant is read whose mode no gain of a law moves, which joins ``parts``. If
-    it is ``seen``, the plant is transposed, with the sensors in the place of B: its
-    modes that no input moves are those that no sensor sees. Else it has the law's
-    states.
+    """How a plant joined with ``parts`` of a law is read, whose mode no gain moves:
+    transposed if the mode is ``seen`` by no sensor, else with the law's states.
     """
 
     parts: Parts
@@ -266,10 +264,7 @@ class SingularMassRefusal(Refusal):
 
 
 def refuse_by_mass(request):
-    """The `SingularMassRefusal` of a ``request``, or None. A proof for the whole
-    polytope would make a plant without mass there stable; where only the vertices
-    count, nothing is excluded.
-    """
+    """The `SingularMassRefusal` of a ``request`` about all of a polytope; or None."""
     vertices = request.vertices
     if not request.coupling.between or all(
         np.array_equal(d.E, vertices[0].E) for d in vertices

@@ -67,9 +67,7 @@ class Found(ReadOnly):
 
 
 def lifted(design, whole):
-    """The gain of a ``design`` of a part on a ``whole`` plant's state, and the U of its
-    integrators; a plant of the part's own size has them as they are.
-    """
+    """The gain of a ``design`` of a part on a ``whole`` plant's state, and its U."""
     request, K = design.request, design._gain()
     kind = DescriptorSystem if isinstance(request.plant, DescriptorSystem) else None
     if not isinstance(whole, kind or SecondOrderSystem):
@@ -269,9 +267,7 @@ def _pencil(whole, K, U):
 
 
 def _outside(form, poles, doubts=0.0):
-    """How far outside of a region each pole may lie; it is inside if that's negative.
-    No region has its edge: a pole that floats can't tell from that is outside.
-    """
+    """How far outside of a region each pole lies; one at its edge is outside, too."""
     alpha, beta = form
     s = np.asarray(poles)[:, None, None]
     values = np.linalg.eigvalsh(alpha + s * beta + s.conj() * beta.T)[:, -1]

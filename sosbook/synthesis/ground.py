@@ -25,9 +25,7 @@ class Ground(ReadOnly):
 
     @classmethod
     def of(cls, request):
-        """That of a ``request``, whose plants are described. At ticks it is the
-        plant's: a file's box has matrices of x(k+1).
-        """
+        """That of a ``request``; a file's box has matrices of x(k+1) at ticks."""
         common = request.coupling.one_P and request.law.whole and request.step is None
         if common and all(map(pays, request.requirements)):
             near = NearBox.of(request.plant)
@@ -38,9 +36,7 @@ class Ground(ReadOnly):
 
     @cached_property
     def certain(self):
-        """The vertices, such as E = diag(I, M - B K_A, I), free of rounding errors:
-        whether two of them are equal, floats can't tell.
-        """
+        """The vertices free of rounding errors: floats can't tell if two are equal."""
         rounded = any(d.rounded for d in self.vertices)
         return [d.map(exact) for d in self.vertices] if rounded else self.vertices
 

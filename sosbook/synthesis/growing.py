@@ -123,9 +123,7 @@ def worst_pole(poles, asked):
 
 
 def _level(rates, most, level):
-    """A level, at most the one of a region, that lies far from minus all ``rates``, and
-    above that of the one which is ``most``.
-    """
+    """A level, at most a region's and above ``most``, far from minus all ``rates``."""
     inner = np.sort(rates[(rates > -level) & (rates <= most)])
     tries = np.append(level, -(inner[1:] + inner[:-1]) / 2)
     tries = tries[tries + most > 0]

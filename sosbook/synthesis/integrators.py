@@ -208,9 +208,7 @@ def _check_stabilisable(plant):
 
 
 def _regular(v):
-    """An acceleration gain that makes M - B K_A nonsingular: it maps the null space of
-    M onto what M leaves out.
-    """
+    """An acceleration gain that makes M - B K_A nonsingular."""
     left, sizes, right = np.linalg.svd(v.M)
     null = sizes < 1e-12 * max(sizes[0], 1e-300)
     scale = (sizes[0] or 1.0) / (np.linalg.norm(v.B, 2) ** 2 or 1.0)

@@ -12,7 +12,7 @@ from ..exact.refusal import Refusal
 from ..plants.checks import SIZE_LIMITS
 from ..runtime.read_only import ReadOnly
 from ..runtime.time_limit import OutOfTime, check_time
-from .broken import broken, itself
+from .counterexample import broken, itself
 from .feasibility import answer
 from .known_lmis import KnownLMIs, coordinates, with_means
 from .ranges import family
@@ -108,10 +108,8 @@ def worst(request, r, plants, enough=False):
 
 
 def _search(plants, quickly, surely):
-    """Ever worse plants: the worst vertex, among given points, along coordinates, among
-    random ones. Of a point both functions tell the `Worst` there, ``surely`` where
-    rounding errors may show, too: only what seems to be the worst is asked twice, and
-    each one where the two aren't the same.
+    """Ever worse plants: the worst vertex, given points, along coordinates, random
+    ones. Only what seems the worst is asked twice, ``surely`` the second time.
     """
     at = surely
 
@@ -160,14 +158,10 @@ def _room(r, bound, truth):
 
 
 def decided(request, r, plants, bad=None, most=MOST_CELLS):
-    """The `Kept` of ``r``, a demand of a ``request`` with a given gain, whose loops are
-    ``plants`` (see `sosbook.synthesis.ranges.family`), ``bad`` the worst, if known, by
-    at ``most`` so many cells: kept, broken or undecided.
-
-    A claim that holds strictly for the closed family is proven after finitely many
-    halvings: at one plant the LMIs with multipliers lose nothing, and they hold around
-    it with the same P, F and G. One that a plant breaks strictly is broken by a
-    rational one. Only at the edge neither need be found.
+    """The `Kept` of ``r``, a demand of a ``request``, by at ``most`` so many cells of
+    its ``plants`` (a `family`), ``bad`` the worst, if known. A claim that holds
+    strictly is proven after finitely many halvings, for the LMIs lose nothing at one
+    plant and hold around it; one that is broken strictly is broken by a rational plant.
     """
     bad = bad or worst(request, r, plants)
     if bad.kept <= 0:

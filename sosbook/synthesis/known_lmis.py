@@ -80,9 +80,7 @@ class KnownLMIs(LMIProblem):
         return turn @ g @ turn
 
     def margin(self, values):
-        """The smallest eigenvalue of all blocks, their diagonals scaled to one, at
-        ``values``.
-        """
+        """The smallest eigenvalue at ``values`` of all blocks, scaled to ones."""
         return min(map(margin, self.text.blocks(values).values()))
 
     def rounded(self, values):
@@ -112,9 +110,7 @@ class KnownLMIs(LMIProblem):
 
 
 def rational_blocks(requirement, loops, values):
-    """The blocks of a ``requirement`` at some ``loops``, the corners, in the plant's
-    own coordinates, of rational ``values`` of the unknowns by name.
-    """
+    """The blocks of a ``requirement`` at ``loops`` and rational ``values`` by name."""
     taken = (_taken(values, f"P {i}") for i, _ in enumerate(loops, 1))
     return _blocks(
         requirement, (KnownVertex(x, *v, exact) for x, v in zip(loops, taken))
@@ -122,10 +118,8 @@ def rational_blocks(requirement, loops, values):
 
 
 def with_means(requirement, loops, some, means):
-    """A ``requirement``'s values at all ``loops``, from ``some``, at all but ``means``.
-
-    P of a mean is the mean of the P whose weights `plants.bernstein.means` gives.
-    Returns decimals at which all blocks in rationals are definite; None without.
+    """Decimals that keep a ``requirement`` at all ``loops``, from ``some`` and the
+    ``means``, whose P have the weights of `bernstein.means`; or None.
     """
     stay = (k for k in range(len(loops)) if k not in means)
     P = {k: some[f"P {i}"] for i, k in enumerate(stay, 1)}

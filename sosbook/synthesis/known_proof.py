@@ -88,9 +88,7 @@ def known_by_theorems(data):
 
 
 class Joined(Law):
-    """The law of a file's ``data``, whose K has so many ``rows``; it knows what it
-    joins, and has no words.
-    """
+    """The law of a file's ``data``, whose K has ``rows``; without words."""
 
     def __init__(self, data, rows):
         wide = dict.fromkeys(LAW, 0) | {"B": len(data["rows"])}

@@ -200,10 +200,8 @@ def _explained(solution, cost):
 
 
 def _unseen(request, Q):
-    """A mode on the imaginary axis that Q doesn't see, by exact arithmetic; or None.
-    The cost of any K is that of the least solution X of the Riccati equation and the
-    response of (K + R^-1 B'X) x, so that it is least for -R^-1 B'X alone, whose loop
-    has all unseen modes on the axis.
+    """A mode on the imaginary axis that Q doesn't see, exactly, or None: no gain
+    attains the least cost then, as the Riccati gain's loop has it on the axis.
     """
     (d,) = request.vertices_in(exact, request.distinct)
     part = fixed_part(d.E.T, d.A.T, exact(Q))

@@ -143,9 +143,7 @@ def _least(lmis, objective, values, gap):
 
 
 def _minimum(lmis, objective, x, gap):
-    """The result of `_least` in these coordinates from x; of many pairs with some
-    blocks.
-    """
+    """The result of `_least` in these coordinates; of many pairs with some blocks."""
     cost = lmis.weights(objective)
 
     def work(blocks, x):
@@ -164,9 +162,7 @@ def _minimum(lmis, objective, x, gap):
 
 
 def _with_sizes(first, searched, objective, gap):
-    """`optimum` where some sizes are searched, each in shrinking steps while that
-    helps.
-    """
+    """`optimum` where sizes are searched, in shrinking steps while that helps."""
     lmis, known = first.problem, {}
 
     def best(sizes):
@@ -223,9 +219,7 @@ class Unattained(ValueError):
 
 
 class Unfinished(OutOfTime):
-    """Raised where time ends before a minimum is found; ``first`` is a point of
-    `ScaledLMIs` inside, whose bounds are larger.
-    """
+    """Raised where time ends before a minimum; ``first`` is a point inside."""
 
     def __init__(self, first):
         super().__init__("the time limit is over")

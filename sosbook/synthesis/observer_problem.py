@@ -210,10 +210,8 @@ class ObserverRefusal(MultiplierRefusal):
 
 
 def refuse_observer(problem):
-    """The `ObserverRefusal` of a ``problem``, an `ObserverProblem`; or None. P1, P2 and
-    Y may be scaled down, and J up: what decides is whether he(A'P + C'Y) < 0 at all. Y
-    may be anything, so it decides only where C e = 0; multipliers of that, W Z W', are
-    multipliers of all blocks.
+    """The `ObserverRefusal` of a ``problem``, an `ObserverProblem`, or None: he(A'P +
+    C'Y) < 0 decides, where C e = 0, for P1, P2 and Y may be small and J large.
     """
     lmi, N = problem.open(), len(problem.T[0])
     whole = lmi.text.in_unknowns(rationals)

@@ -1,10 +1,12 @@
 """From the keywords of the design functions to a request, and to who solves it."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from ..exact.definite import round_digits
 from ..laws.taken import law_of
 from ..plants.checks import is_word
 from ..plants.coupling import coupling_of
@@ -13,7 +15,7 @@ from ..requirements.pole_region import LMIRegion
 from ..requirements.shorthand import asked_once, collected, moved
 from ..requirements.vocabulary import SIGMA
 from ..runtime.later import later
-from ..runtime.time_limit import check_time_of_eigenvalues
+from ..runtime.time_limit import LONGEST, OutOfTime, check_time_of_eigenvalues
 from .design import Design
 from .feasibility import answer, guarded
 from .objectives import objective_of
@@ -110,9 +112,7 @@ class Task:
         found = in_pieces(request, objective, self._searched)
         simple = self.auto and not known and not objective
         if simple and found.status == "undecided" and _have_multipliers(request):
-            from .simple_gains import or_simple
-
-            found = or_simple(found, request)
+            found = _or_simple(found, request)
         return found
 
     def _of_given(self, request, first=None):
@@ -233,3 +233,40 @@ def _meets(request, K, free):
     if any(r.truth(loops, K, request.K_A) != 0 for r in free):
         return False
     return request.kept_by(K, [r for r in request.demands if r not in free])
+
+
+DIGITS = 6  # of the mean plant's gain
+BY_ITSELF = (
+    "No search found a gain, but {} keeps what is asked: each requirement is proven by "
+    "itself, with multipliers."
+)
+
+
+def _or_simple(first, request):
+    """The undecided ``first`` Solution of a ``request`` of several plants, or that of a
+    simple gain, each requirement proven with multipliers.
+    """
+    from .known_gain import kept_or_broken
+
+    try:
+        for words, K in _gains(request):
+            known = replace(request, gain=K, coupling="multipliers")
+            if known.kept_by(K, known.demands):
+                work = partial(kept_or_broken, known, enough=True)
+                found = guarded(known, LONGEST, work)
+                if found.status == "feasible":
+                    return replace(found, central=False, reason=BY_ITSELF.format(words))
+    except OutOfTime:  # what is known stays
+        pass
+    return first
+
+
+def _gains(request):
+    """(What it is, the gain) of each simple gain; the mean plant's takes a search."""
+    yield "K = 0", np.zeros((request.plant.m, request.order))
+    mean = getattr(request.plant, "mean", None)
+    if hasattr(mean, "vertices"):
+        middle = replace(request, plant=mean, coupling="pairs")
+        found = guarded(middle, LONGEST, lambda: answer(middle, refuse=False))
+        if found.status == "feasible":
+            yield "the gain of the mean plant", round_digits(found.K, DIGITS)

@@ -1,21 +1,29 @@
 """Points of a large plant's LMIs by equations, before anything is searched: K = 0 where
 that will do, else the least effort that moves what must be moved, else a Riccati
 equation. Each is judged by the blocks, in coordinates in which every mode has the size
-one.
+one. Lightly damped modes with frequencies far apart kill the conjugate gradients that
+large blocks need; an equation gives a point at once.
 """
 
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import LinAlgError, block_diag
+from scipy.linalg import (
+    LinAlgError,
+    block_diag,
+    eigh,
+    matrix_balance,
+    schur,
+    solve_discrete_are,
+)
 
-from ..analysis.riccati import riccati
+from ..analysis.riccati import lyapunov, riccati
 from ..lmi.solution import CLEAR_MARGIN
 from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
-from ..runtime.time_limit import check_time
+from ..plants.second_order import SecondOrderSystem
+from ..runtime.time_limit import check_time, check_time_of_eigenvalues
 from ..solver.loop import margin
-from .equations import balanced, bounded_real, deflated, in_disk, least_effort, of_modes
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution
@@ -26,6 +34,13 @@ ROUNDING = 1e-12  # of the largest entry of M
 WEIGHTS = 10.0 ** np.arange(4, -9, -1)
 INSIDE = 1.01, 1.1, 1.5  # decays asked of the modes that move, relative to sigma
 ONE, SEVERAL = 1e-3, 0.2  # of a mode's place, to the edge: nearer ones move, too
+SLOWEST = 1e-6  # of the median frequency: rigid modes have none of their own
+SHARES = 10.0 ** -np.arange(14)  # of room in a bounded real equation
+DEFECTIVE = 1e5  # condition of eigenvectors; its square is that of P
+NUDGE = 1e-5  # of the fastest mode: two equal ones are apart by its root then
+RESIDUAL = 1e-6  # relative; a larger one is no solution's
+NEWTON_STEPS = 4  # they square the residual, which begins near 1e-8
+SCHUR = 4.0  # times as long as the eigenvalues
 DISKS = 6  # centres that are tried, where a decay alone won't do
 
 NOT_CENTRAL = "K is no analytic centre but found by an equation: {how}."
@@ -191,3 +206,129 @@ class _Loop:
         P = bounded_real(A, self.Bw, self.d.output(K), self.response)
         if P is not None:
             yield P
+
+
+def balanced(plant, descriptor):
+    """T in x = T xi in which every mode of an undamped ``plant`` has the size one: V /
+    w and V, with V' M V = I and V' S V = w^2; the states of ``descriptor`` are [z; z';
+    x3]. A `Descriptor` is balanced by powers of two; None where M isn't positive
+    definite.
+    """
+    N = len(descriptor.E)
+    check_time_of_eigenvalues(N)
+    if not isinstance(plant, SecondOrderSystem):
+        scales = matrix_balance(descriptor.state_space()[0], separate=True)[1][0]
+        return np.diag(scales)
+    n = plant.n
+    try:
+        squares, V = eigh(plant.S + plant.S.T, plant.M + plant.M.T)
+    except np.linalg.LinAlgError:
+        return None
+    w = np.sqrt(np.abs(squares))
+    w = np.maximum(w, SLOWEST * np.median(w) or 1.0)
+    T = np.eye(N)
+    T[:n, :n], T[n : 2 * n, n : 2 * n] = V / w, V
+    integrated = descriptor.A[2 * n :, :n] @ V / w**2  # x3' = U z
+    T[2 * n :, 2 * n :] *= np.linalg.norm(integrated, axis=1)[:, None]
+    return T
+
+
+def of_modes(A):
+    """P > 0 that keeps every region of the poles which the eigenvalues of ``A`` keep.
+    With A V = V L the block of the region alpha, beta is (I x V) [alpha x I + beta x L
+    + beta' x L*] (I x V*), and the bracket is diagonal but for order: so P = V V* keeps
+    all regions at once. Columns of V have length one. Of a defective A they would make
+    P singular: then they are those of an A whose diagonal has moved by next to nothing.
+    """
+    check_time_of_eigenvalues(len(A))
+    modes, V = np.linalg.eig(A)
+    if np.linalg.cond(V) > DEFECTIVE:
+        size = NUDGE * np.abs(modes).max()
+        V = np.linalg.eig(A + size * np.diag(np.linspace(-1, 1, len(A))))[1]
+    P = (V @ V.conj().T).real
+    return (P + P.T) / 2
+
+
+def deflated(A, B, out, design):
+    """K, (m, N), that moves the modes of x' = ``A`` x + ``B`` u that are ``out`` (of
+    pairs it says the same) and no others, and how many these are. W' A = A_b W' with
+    orthonormal columns W, the ordered Schur vectors of A'; with K = K_b W' the loop is
+    block triangular in [W, its complement], with A_b + W'B K_b and the modes that stay
+    on its diagonal. ``design`` makes K_b of A_b and W'B.
+    """
+    check_time_of_eigenvalues(len(A), SCHUR)
+    T, Q, count = schur(A.T, sort=lambda re, im: out(complex(re, im)))
+    W = Q[:, :count]
+    if not count:
+        return np.zeros(B.T.shape), 0
+    return design(T[:count, :count].T, W.T @ B) @ W.T, count
+
+
+def least_effort(sigma):
+    """A design for `deflated`: of all gains the least that makes the decay ``sigma``.
+    What is right of -sigma is mirrored there: F Y + Y F' = B B' with F = A + sigma I, K
+    = -B' Y^-1, and F + B K = -Y F' Y^-1. It minimises the integral of |u|^2 exp(2 sigma
+    t) from the worst state, whatever the units of x.
+    """
+
+    def design(A, B):
+        Y = lyapunov(A + sigma * np.eye(len(A)), B @ B.T)
+        return -np.linalg.solve(Y.T, B).T
+
+    return design
+
+
+def in_disk(centre, radius):
+    """A design for `deflated` into the disk of a ``radius`` about -``centre``, in
+    rad/s: the discrete Riccati equation without a weight of the state mirrors what is
+    outside at the circle. Source: K. Furuta and S. B. Kim, IEEE Trans. Automatic
+    Control 32, 1987.
+    """
+
+    def design(A, B):
+        F, G = (A + centre * np.eye(len(A))) / radius, B / radius
+        one = np.eye(B.shape[1])
+        X = solve_discrete_are(F, G, np.zeros_like(F), one)
+        return -np.linalg.solve(one + G.T @ X @ G, G.T @ X @ F)
+
+    return design
+
+
+def bounded_real(A, Bw, C, gamma):
+    """P of the bounded real lemma for ``A``, ``Bw``, ``C`` and a ``gamma`` above the
+    norm, well inside its block; None where there is none. A P + P A' + Bw Bw' + P C'C P
+    / gamma^2 = -e R with the largest power of ten e that has a solution. R is what
+    `of_modes` leaves of Lyapunov's equation, so that every mode has room at its own
+    rate.
+    """
+    P = of_modes(A)
+    room = -(A @ P + P @ A.T)
+    noise, bent = Bw @ Bw.T, C.T @ C / gamma**2
+    most = np.linalg.norm(noise, 2) / np.linalg.norm(room, 2)
+    for share in most * SHARES:
+        P = _riccati(A.T, -bent, noise + share * room)
+        if P is not None and np.linalg.eigvalsh(P)[0] > 0:
+            return P
+    return None
+
+
+def _riccati(A, G, Q):
+    """The stabilising X of A'X + X A - X G X + Q = 0 for any symmetric G; or None."""
+    N = len(A)
+    check_time_of_eigenvalues(2 * N, SCHUR)
+    H = np.block([[A, -G], [-Q, -A.T]])
+    try:
+        _, U, count = schur(H, sort="lhp")
+        if count != N:
+            return None
+        X = np.linalg.solve(U[:N, :N].T, U[N:, :N].T)
+        for _ in range(NEWTON_STEPS):
+            X = (X + X.T) / 2
+            left = A.T @ X + X @ A - X @ G @ X + Q
+            X = X + lyapunov((A - G @ X).T, -left)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+    X = (X + X.T) / 2
+    left, bent = A.T @ X + X @ A - X @ G @ X + Q, X @ G @ X
+    size = max(np.abs(x).max() for x in (X @ A, bent, Q))
+    return X if np.abs(left).max() < RESIDUAL * size else None

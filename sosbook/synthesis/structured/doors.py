@@ -6,7 +6,7 @@ from ...exact.rational import exact, fractions, inverse
 from ...exact.refusal import Refusal
 from ...requirements.vocabulary import SIGMA
 from ...runtime.time_limit import OutOfTime, time_limit
-from ..broken import alone
+from ..counterexample import alone
 from ..feasibility import answer
 from ..fixed_mode import OfLaw, parts_data, refuse_by_mode
 from ..request import Request
