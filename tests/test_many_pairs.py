@@ -30,6 +30,7 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.cases import seeds
+from tests.hunt.requests import request as hunted
 
 REGION = sos.PoleRegion(sigma=0.4, theta=1.3, rho=20)
 
@@ -387,3 +388,14 @@ def test_the_checker_builds_the_pairs_that_a_refusal_names(monkeypatch):
     monkeypatch.setattr(kernel.Reader, "statements", watched)
     assert check.check(proof.text) == list(proof.claims)
     assert {name for name in built if "region" in name} == {"region.1.1.1"}
+
+
+def test_pairs_of_two_plants_each_refuse_without_a_vertex():
+    """Of the few pairs that decide none is a vertex with itself: the largest weight of
+    a vertex was that of an empty list.
+    """
+    asked = hunted(99)
+    design = sos.design_pid(asked.plant, **asked.keywords)
+    assert design.status == "infeasible" and check.check(design.infeasibility.text)
+    pairs = json.loads(design.infeasibility.text)["sets"]["pairs"]
+    assert len(pairs) < 15 and all(i != j for i, j in pairs)

@@ -212,6 +212,8 @@ def _by_a_vertex(case):
     for name, Z in zip(first.problem.text.expressions, first.multipliers):
         if len(set(name.vertices)) == 1:
             weights[name.vertices[0]] += np.trace(Z)
+    if not weights:  # of a few pairs of two plants each
+        return None
     found = refused_alone(case.request, max(weights, key=weights.get))
     return found and case.left(found.reason, "infeasible", found.infeasibility)
 
