@@ -9,7 +9,7 @@ from scipy.linalg import block_diag
 
 import sosbook as sos
 from benchmarks import structures
-from sosbook.synthesis import equations
+from sosbook.synthesis import starting_points
 from tests.cases import by_hand, campaign, chain, norm_on_a_grid
 
 N_MODES = 24  # 48 states: above the size from which equations answer
@@ -218,28 +218,28 @@ def test_structures_are_measured_as_they_are_stored(kind, size):
 def test_equations_do_what_they_promise():
     rng = np.random.default_rng(0)
     A, B = rng.normal(size=(6, 6)), rng.normal(size=(6, 2))
-    K, count = equations.deflated(
-        A, B, lambda s: s.real > -0.5, equations.least_effort(0.5)
+    K, count = starting_points.deflated(
+        A, B, lambda s: s.real > -0.5, starting_points.least_effort(0.5)
     )
     before, after = np.linalg.eigvals(A), np.linalg.eigvals(A + B @ K)
     out = before.real > -0.5
     assert count == out.sum()
     expected = np.r_[before[~out], -1.0 - before[out].conj()]
     assert np.allclose(np.sort_complex(after), np.sort_complex(expected), atol=1e-8)
-    K, _ = equations.deflated(
-        A, B, lambda s: abs(s + 3) > 2, equations.in_disk(3.0, 2.0)
+    K, _ = starting_points.deflated(
+        A, B, lambda s: abs(s + 3) > 2, starting_points.in_disk(3.0, 2.0)
     )
     assert np.abs(np.linalg.eigvals(A + B @ K) + 3).max() < 2 + 1e-9
     stable = A - 4 * np.eye(6)
-    P = equations.of_modes(stable)
+    P = starting_points.of_modes(stable)
     assert np.linalg.eigvalsh(P)[0] > 0
     assert np.linalg.eigvalsh(stable @ P + P @ stable.T)[-1] < 0
     B = rng.normal(size=(6, 6))  # as many as outputs: control's norm wants that
     norm = control.system_norm(control.ss(stable, B, np.eye(6), 0), "inf")
-    P = equations.bounded_real(stable, B, np.eye(6), 1.01 * norm)
+    P = starting_points.bounded_real(stable, B, np.eye(6), 1.01 * norm)
     block = stable @ P + P @ stable.T + B @ B.T + P @ P / (1.01 * norm) ** 2
     assert np.linalg.eigvalsh(P)[0] > 0 and np.linalg.eigvalsh(block)[-1] < 0
-    assert equations.bounded_real(stable, B, np.eye(6), 0.99 * norm) is None
+    assert starting_points.bounded_real(stable, B, np.eye(6), 0.99 * norm) is None
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.3])
