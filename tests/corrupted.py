@@ -33,69 +33,43 @@ def cut(log, start):
 
 
 def rewritten(log, **columns):
-    return replace(
-        log,
-        **{
-            k: f(getattr(log, k))
-            for k, f in columns.items()
-            if getattr(log, k) is not None
-        },
-    )
+    here = {k: f for k, f in columns.items() if getattr(log, k) is not None}
+    return replace(log, **{k: f(getattr(log, k)) for k, f in here.items()})
 
 
 def both(log, f):
     return rewritten(log, encoder1=f, encoder2=f)
 
 
-#: From a name to what it makes of (body, wheels), and what the refusal
-#: must name.
+def of_body(**columns):
+    """What rewrites the body's log alone; below of the wheels', and of both logs."""
+    return lambda b, w: (rewritten(b, **columns), w)
+
+
+def of_wheels(f):
+    return lambda b, w: (b, both(w, f))
+
+
+def of_all(**columns):
+    return lambda b, w: (rewritten(b, **columns), rewritten(w, **columns))
+
+
+def over(number):
+    return lambda y: y / number
+
+
+#: From a name to what it makes of (body, wheels), and what the refusal must name.
 SPOILT = {
-    "gyro in deg/s": (
-        lambda b, w: (rewritten(b, gyro=np.rad2deg), w),
-        "deg/s|times e/f",
-    ),
-    "t in ms": (
-        lambda b, w: (
-            rewritten(b, t=lambda t: 1000 * t),
-            rewritten(w, t=lambda t: 1000 * t),
-        ),
-        "not in ms",
-    ),
-    "V a duty in the body's log": (
-        lambda b, w: (rewritten(b, V=lambda V: V / 12), w),
-        "duty|times e/f",
-    ),
-    "V a duty in both": (
-        lambda b, w: (
-            rewritten(b, V=lambda V: V / 40),
-            rewritten(w, V=lambda V: V / 40),
-        ),
-        "duty",
-    ),
-    "V a duty of 7.4 V in both": (
-        lambda b, w: (
-            rewritten(b, V=lambda V: V / 7.4),
-            rewritten(w, V=lambda V: V / 7.4),
-        ),
-        "duty in both",
-    ),
-    "V in mV": (
-        lambda b, w: (
-            rewritten(b, V=lambda V: 1e3 * V),
-            rewritten(w, V=lambda V: 1e3 * V),
-        ),
-        "mV",
-    ),
-    "encoders in rad": (
-        lambda b, w: (b, both(w, lambda n: 2 * np.pi * n / 2000)),
-        "counts",
-    ),
-    "encoders in degrees": (
-        lambda b, w: (b, both(w, lambda n: 360 * n / 2122.2)),
-        "counts",
-    ),
+    "gyro in deg/s": (of_body(gyro=np.rad2deg), "deg/s|times e/f"),
+    "t in ms": (of_all(t=over(1e-3)), "not in ms"),
+    "V a duty in the body's log": (of_body(V=over(12)), "duty|times e/f"),
+    "V a duty in both": (of_all(V=over(40)), "duty"),
+    "V a duty of 7.4 V in both": (of_all(V=over(7.4)), "duty in both"),
+    "V in mV": (of_all(V=over(1e-3)), "mV"),
+    "encoders in rad": (of_wheels(over(2000 / 2 / np.pi)), "counts"),
+    "encoders in degrees": (of_wheels(over(2122.2 / 360)), "counts"),
     "angle for rate": (
-        lambda b, w: (rewritten(b, gyro=lambda g: np.cumsum(g - g.mean()) * b.T), w),
+        lambda b, w: (replace(b, gyro=np.cumsum(b.gyro - b.gyro.mean()) * b.T), w),
         "e/f|model|ran away|positive",
     ),
     "an encoder's column for the gyro's": (
@@ -106,33 +80,24 @@ SPOILT = {
         lambda b, w: (b, replace(w, encoder1=b.gyro[: len(w.t)], encoder2=None)),
         "fractions",
     ),
-    "gyro clipped": (lambda b, w: (rewritten(b, gyro=clipped), w), "clipped"),
-    "three spikes": (
-        lambda b, w: (rewritten(b, gyro=lambda g: spikes(g, 30.0)), w),
-        "spike",
-    ),
+    "gyro clipped": (of_body(gyro=clipped), "clipped"),
+    "three spikes": (of_body(gyro=lambda g: spikes(g, 30.0)), "spike"),
     "an encoder's glitches": (
         lambda b, w: (b, rewritten(w, encoder1=lambda n: spikes(n, 500.0))),
         "spike",
     ),
     "a gyro that goes over its end": (
-        lambda b, w: (rewritten(b, gyro=lambda g: wrapped(g, 1.2 * abs(g).max())), w),
+        of_body(gyro=lambda g: wrapped(g, 1.2 * abs(g).max())),
         "goes on at the other end",
     ),
     "a counter that goes over its end too fast": (
-        lambda b, w: (b, both(w, lambda n: wrapped(16 * n, 2**8))),
+        of_wheels(lambda n: wrapped(16 * n, 2**8)),
         "counter of 8 bits, .* by too much between two samples",
     ),
-    "gyro two samples late": (
-        lambda b, w: (rewritten(b, gyro=lambda g: late(g, 2)), w),
-        "late",
-    ),
-    "gyro one sample late": (
-        lambda b, w: (rewritten(b, gyro=lambda g: late(g, 1)), w),
-        "late",
-    ),
+    "gyro two samples late": (of_body(gyro=lambda g: late(g, 2)), "late"),
+    "gyro one sample late": (of_body(gyro=lambda g: late(g, 1)), "late"),
     "encoders two samples late": (
-        lambda b, w: (b, both(w, lambda n: late(n, 2))),
+        of_wheels(lambda n: late(n, 2)),
         "encoder1 seems to be 2 sample.s. late",
     ),
     "one encoder lost a channel": (
@@ -143,14 +108,8 @@ SPOILT = {
         lambda b, w: (replace(b, V=b.gyro, gyro=b.V), w),
         "another's place|motors|positive|model",
     ),
-    "gyro reversed": (
-        lambda b, w: (rewritten(b, gyro=np.negative), w),
-        "must be positive",
-    ),
-    "V zero": (lambda b, w: (rewritten(b, V=np.zeros_like), w), "V reaches 0"),
-    "a dead encoder": (
-        lambda b, w: (b, both(w, np.zeros_like)),
-        "says the same all the time",
-    ),
+    "gyro reversed": (of_body(gyro=np.negative), "must be positive"),
+    "V zero": (of_body(V=np.zeros_like), "V reaches 0"),
+    "a dead encoder": (of_wheels(np.zeros_like), "says the same all the time"),
     "not at rest": (lambda b, w: (cut(b, 33), w), "rest"),
 }

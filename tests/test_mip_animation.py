@@ -207,11 +207,7 @@ def test_the_page_runs_the_loop_of_python(engine, law, R, tilt, delay, robot):
 
 @pytest.mark.parametrize(
     "law, R, delay, noise, word",
-    [
-        ("PD", 5, 10, 5, "stands"),
-        ("PD", 1, 10, 1, "chatters"),
-        ("PID", 1, 0, 1, "chatters"),
-    ],
+    [("PD", 5, 10, 5, "stands"), ("PD", 1, 10, 1, "chatters")],
 )
 def test_noise_and_counts_are_those_of_python(engine, law, R, delay, noise, word):
     page, verdict = ran(

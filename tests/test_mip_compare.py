@@ -16,6 +16,7 @@ from sosbook.pendulum.ticks import FORMATS, START, TickLog
 from tests import test_mip_export as programs
 from tests.gains import named
 from tests.six_robots import SIX, advance, pendulum
+from tests.turning import ramp
 
 MACHINE = SIX[0]
 
@@ -44,7 +45,7 @@ def run(machine=MACHINE, late=0.003, seconds=24.0, drive=6.0, seed=1):
         wheels = turn * np.floor((x[1] - x[0]) / turn)
         tilt = x[0] + 0.01 * random.standard_normal()
         wanted = drive if (k * T) % (2 * half) > half else -drive
-        points = limits.ramp(wanted, T, 1, points[-1])
+        points = ramp(limits, wanted, T, 1, points[-1])
         u = float(controller.step(gyro, wheels, tilt, *points[-1])[0])
         fault = int(controller.fault[0])
         theta = float(controller.theta[0])
@@ -182,7 +183,7 @@ def test_librobotcontrols_program_logs_what_it_did(gcc, tmp_path):
     log = TickLog.read(tmp_path / "log.csv")
     assert len(log.t) == 81 and np.allclose(np.diff(log.t), 0.01)
     assert np.array_equal(log.replayed(firmware), log.V)
-    points = Drive(3.0, 5.0).ramp(-1.5, 0.01, 80)
+    points = ramp(Drive(3.0, 5.0), -1.5, 0.01, 80)
     assert np.allclose(np.column_stack([log.target, log.rate])[1:], points)
     duties = [left for left, *_ in ticks[101:]]
     drawn = np.clip(log.V[1:] / log.battery[1:], -1, 1)
@@ -190,15 +191,6 @@ def test_librobotcontrols_program_logs_what_it_did(gcc, tmp_path):
     (tmp_path / "speed.txt").write_text("99\n", "utf-8")  # more than it may
     robot.live([*programs.REST, *programs.moves(80)], *words)
     assert abs(TickLog.read(tmp_path / "log.csv").rate).max() == 3.0
-
-
-@pytest.mark.slow
-def test_a_ramp_is_driven_without_a_fault():
-    """As fast as it is allowed to, on the nonlinear machine."""
-    drive = Drive.of(MODEL.mip, MODEL.robot.limit)
-    log = run(drive=drive.speed, seconds=16.0)
-    assert log.fault[-1] == 0 and abs(log.theta[200:]).max() < 0.25
-    assert abs(log.V).max() < MODEL.robot.limit
 
 
 @pytest.mark.parametrize("machine", SIX, ids=lambda machine: machine.name)

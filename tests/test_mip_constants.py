@@ -38,19 +38,9 @@ from tests.turning import steer_functions
 T, LIMIT = 0.01, 3.0
 K = np.array([15.78, 0.49, 1.42, 0.69, 0.22])
 TRACKING_TIME = 0.5  # s, of `SampledLaw.of_gain` and `Steering`
-FULL = Firmware(
-    SampledLaw.of_gain(Gain([K], PID_SIGNALS), T),
-    limit=LIMIT,
-    tip=0.85,
-    blend=0.02,
-    missing=5,
-    frozen=12,
-    stall=50,
-    fastest=60.0,
-    gyro_range=8.0,
-    deaf=30,
-    compensation=0.4,
-)
+NUMBERED = dict(limit=LIMIT, tip=0.85, blend=0.02, missing=5, frozen=12, stall=50)
+NUMBERED |= dict(fastest=60.0, gyro_range=8.0, deaf=30, compensation=0.4)
+FULL = Firmware(SampledLaw.of_gain(Gain([K], PID_SIGNALS), T), **NUMBERED)
 TURN = np.array([-0.93, -0.29, -0.52])
 STEERING = Steering(FULL, [TURN], share=0.25, track=0.07, r=0.034)
 FACTORS = (-1.0, 1.5, 2 / 3)
@@ -432,89 +422,20 @@ def is_the_gain_of_the_true_state(p, K):
     assert told > 5 and p.fault == "running"
 
 
-def survives(kind, made):
-    """A start that takes all volts there are is survived, thanks to the anti-windup.
-
-    With its sign turned the robot falls.
-    """
+@pytest.mark.parametrize("kind", ["gain", "observer"])
+def test_a_start_that_takes_all_volts_is_survived_thanks_to_the_anti_windup(kind):
+    """With its sign turned the robot falls."""
     tilt, delay = (0.5, 0.0) if kind == "gain" else (0.45, T)
     law = FULL.law if kind == "gain" else of_least_cost().firmware.law
 
     def told(law):
         firmware = Firmware(law, limit=LIMIT, tip=1.2, stall=10**4)
-        ideal = Sensors(ideal=True)
-        return simulate(MIP, made(firmware), tilt, 12.0, delay, sensors=ideal)
+        return simulate(MIP, firmware, tilt, 12.0, delay, sensors=Sensors(ideal=True))
 
     run = told(law)
     assert np.mean(abs(run.V) == LIMIT) > 0.01 and run.settled.all()
     assert abs(run.x[1, 0, -1]) < 0.02  # where it began
     assert told(replace(law, W=-law.W)).fell.all()
-
-
-@pytest.mark.parametrize("kind", ["gain", "observer"])
-def test_a_start_that_takes_all_volts_is_survived(kind):
-    survives(kind, lambda firmware: firmware)
-
-
-@pytest.mark.usefixtures("gcc")
-@pytest.mark.parametrize("kind", ["gain", "observer"])
-def test_a_start_that_takes_all_volts_is_survived_by_the_c(kind):
-    survives(kind, Compiled)
-
-
-class Python:
-    """`Controller` in the place of the compiled program."""
-
-    def __init__(self, firmware):
-        self._controller = firmware.controller()
-        self.start = self._controller.start
-
-    def step(self, *seen, **asked):
-        return float(self._controller.step(*seen, **asked)[0])
-
-    @property
-    def state(self):
-        known = {name: getattr(self._controller, name) for name in (*NUMBERS, *COUNTS)}
-        return SimpleNamespace(
-            x=[value[0] for value in self._controller.x],
-            **{name: value[0] for name, value in known.items()},
-        )
-
-    @property
-    def fault(self):
-        return FAULTS[self.state.fault]
-
-
-class PythonSteers:
-    """`Steered` in the place of the compiled program."""
-
-    def __init__(self, steering):
-        self._steered = steering.controller()
-        self.start = self._steered.start
-
-    def step(self, V, left, right, target=0.0, rate=0.0):
-        found = self._steered.step([V], [0], left, right, target, rate)
-        return tuple(float(volts[0]) for volts in found)
-
-    @property
-    def state(self):
-        steered = self._steered
-        return SimpleNamespace(lost=steered.lost[0], sum=steered.sum[0])
-
-
-@pytest.mark.parametrize("statement", BALANCE, ids=lambda x: x.__name__)
-def test_what_balances_does_in_python_what_is_said_of_it(statement):
-    statement(Python(FULL))
-
-
-@pytest.mark.parametrize("statement", STEERS, ids=lambda x: x.__name__)
-def test_what_steers_does_in_python_what_is_said_of_it(statement):
-    statement(PythonSteers(STEERING))
-
-
-def test_a_law_of_least_cost_is_the_gain_of_the_true_state():
-    about = of_least_cost()
-    is_the_gain_of_the_true_state(Python(about.firmware), about.K)
 
 
 # Each number

@@ -1,4 +1,4 @@
-"""Every written program takes a turn of a wheel for a turn.
+"""Every sketch takes a turn of a wheel for a turn, as each program by its numbers.
 
 An encoder of 374 periods a turn of a wheel; what a description calls its counts
 depends on how many edges of a period they are.
@@ -12,16 +12,13 @@ import pytest
 from sosbook.pendulum import Firmware, Robot, SampledLaw
 from sosbook.pendulum.export import Program
 from sosbook.pendulum.recording import recorders
-from sosbook.pendulum.ticks import TickLog
-from tests import test_mip_export as programs
 from tests import test_mip_recording as recording
 from tests.compiler import run
 from tests.gains import named
 
-cpp, fake_pyctrl = recording.cpp, programs.fake_pyctrl
+cpp = recording.cpp
 PERIODS, TURNS = 374, 3
 LAW = SampledLaw.of_gain(named([[20, 0.8, 2, 0.9, 0.4]]), 0.01)
-BOARD = Robot.shipped("thesis").but(counts=4.0 * PERIODS)
 #: Two wheels that roll forward by so many periods, edge by edge. With its
 #: channels swapped an encoder would count down.
 WHEELS = """
@@ -31,27 +28,18 @@ WHEELS = """
 static int level[16], mode[16];
 static void (*handler[16])(void);
 Bus Wire;
-void Bus::begin(void) {}
-void Bus::setClock(uint32_t) {}
+void Bus::begin(void) {} void Bus::setClock(uint32_t) {}
 void Bus::beginTransmission(uint8_t) {}
 uint8_t Bus::write(uint8_t) { return 1; }
 uint8_t Bus::endTransmission(bool) { return 0; }
 uint8_t Bus::requestFrom(uint8_t, uint8_t count) { return count; }
 int Bus::read(void) { return 0; }
-void digitalWrite(uint8_t, uint8_t) {}
-void analogWrite(uint8_t, int) {}
-void pinMode(uint8_t, uint8_t) {}
-void interrupts(void) {}
-void noInterrupts(void) {}
+void digitalWrite(uint8_t, uint8_t) {} void analogWrite(uint8_t, int) {}
+void pinMode(uint8_t, uint8_t) {} void interrupts(void) {} void noInterrupts(void) {}
 int digitalRead(uint8_t pin) { return level[pin]; }
 int digitalPinToInterrupt(int pin) { return pin == 2 || pin == 3 ? pin - 2 : -1; }
 void attachInterrupt(int number, void (*func)(void), int how)
-{
-    if (number >= 0) {
-        handler[number + 2] = func;
-        mode[number + 2] = how;
-    }
-}
+{ if (number >= 0) { handler[number + 2] = func; mode[number + 2] = how; } }
 static void set(int pin, int to)
 {
     level[pin] = to;
@@ -76,45 +64,19 @@ int main(int argc, char **argv)
 
 
 @pytest.mark.parametrize("edges", [4, 2, 1])
-@pytest.mark.parametrize("kind", ["balance_sketch", "identify"])
-def test_a_sketch_counts_as_the_description_does(kind, edges, cpp, tmp_path):
+def test_a_sketch_counts_as_the_description_does(edges, cpp, tmp_path):
     robot = Robot.shipped("gearmotors").but(counts=float(PERIODS * edges), edges=edges)
-    texts = Program(Firmware(LAW), robot=robot).sketch | recorders(robot)
+    texts, more = Program(Firmware(LAW), robot=robot).sketch, recorders(robot)
     for name in ("robot_io.h", "robot_io.cpp"):
-        (tmp_path / name).write_text(texts[f"{kind}/{name}"], "utf-8")
+        text = texts[f"balance_sketch/{name}"]
+        (tmp_path / name).write_text(text, "utf-8")
+        assert text.split("*/", 1)[1] == more[f"identify/{name}"].split("*/", 1)[1]
     (tmp_path / "wheels.cpp").write_text(WHEELS, "utf-8")
     flags = recording.sketch_flags(tmp_path)
-    program, sources = (
-        tmp_path / "a",
-        [tmp_path / "robot_io.cpp", tmp_path / "wheels.cpp"],
-    )
-    run(*cpp, *flags, *sources, "-o", program)
+    program, sources = tmp_path / "a", [tmp_path / "robot_io.cpp"]
+    run(*cpp, *flags, *sources, tmp_path / "wheels.cpp", "-o", program)
     counted = list(map(int, run(program, str(TURNS * PERIODS)).split()))
     assert counted == 2 * [TURNS * robot.counts]
     code = texts["balance_sketch/balance_sketch.ino"]
     one = eval(re.search(r"TURN = ([\d.]+f / [\d.]+)f", code)[1].replace("f", ""))
     assert counted[0] * one == pytest.approx(2 * np.pi * TURNS)
-
-
-def test_librobotcontrols_programs_count_four_edges(gcc, tmp_path):
-    """Their counters count all edges, and so does the description."""
-    robot = programs.Robot(gcc, tmp_path, Firmware(LAW), robot=BOARD)
-    _, *row = programs.REST[-1]
-    row[2] += 4 * PERIODS * TURNS
-    row[3] -= 4 * PERIODS * TURNS
-    robot.live([*programs.REST, *2 * [("t", *row)]], str(tmp_path / "log.csv"))
-    log = TickLog.read(tmp_path / "log.csv")
-    assert log.wheels[1] - log.wheels[0] == pytest.approx(2 * np.pi * TURNS)
-
-
-@pytest.mark.usefixtures("fake_pyctrl")
-def test_pyctrls_script_counts_four_edges(gcc, tmp_path):
-    """Its turns are the counter's over 60 times 35.557."""
-    _, block = programs.script(gcc, tmp_path, Firmware(LAW), robot=BOARD)
-    block.logging = True
-    for _ in range(101):
-        block.write(-0.065, 0.001, 0.2, 0.3)
-    more = 4 * PERIODS * TURNS / (60 * 35.557)
-    block.write(-0.065, 0.001, 0.2 + more, 0.3 + more)
-    first, last = block.rows[0], block.rows[-1]
-    assert last[2] - first[2] == pytest.approx(2 * np.pi * TURNS)

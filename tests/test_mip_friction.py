@@ -19,6 +19,7 @@ from sosbook.pendulum.margins import SampledLoop
 from sosbook.pendulum.play import Geared
 from sosbook.pendulum.rig import gear_motors
 from sosbook.pendulum.spread import vertices
+from sosbook.pendulum.tuning import design
 from tests.gains import named
 from tests.six_robots import spared
 
@@ -40,9 +41,8 @@ def test_describing_functions_are_first_harmonics(amplitude):
     measured = harmonic(0.4 * np.sign(sine), amplitude)
     assert measured == pytest.approx(coulomb(amplitude, 0.4), rel=1e-4)
     soft = 0.4 * np.clip(sine / 0.8, -1, 1)
-    assert harmonic(soft, amplitude) == pytest.approx(
-        soft_sign(amplitude, 0.4, 0.8), rel=1e-4
-    )
+    expected = soft_sign(amplitude, 0.4, 0.8)
+    assert harmonic(soft, amplitude) == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize("mip", [MIP, gear_motors()], ids=["no J", "rotors"])
@@ -60,9 +60,8 @@ def test_in_the_gap_the_motors_turn_themselves_and_at_its_ends_the_wheels(mip):
     if mip.J:  # teeth without a gap: the pendulum that has none
         stiff, same = Geared([mip], 1e-9, 0.0, 1), np.array([[0.05], [0], [0], [0]])
         ends = stiff.advance(same, 0.5, (0, 0), 0.1, 9)
-        assert ends == pytest.approx(
-            Fleet([mip]).advance(same, 0.5, (0, 0), 0.1, 99), rel=0.03, abs=2e-3
-        )
+        none = Fleet([mip]).advance(same, 0.5, (0, 0), 0.1, 99)
+        assert ends == pytest.approx(none, rel=0.03, abs=2e-3)
 
 
 @pytest.mark.parametrize("volts", [-0.1, 7.4, np.nan])
@@ -102,16 +101,8 @@ def swings(mip, law, delay, limit, friction, compensation):
     loop = SampledLoop(mip, law, delay, "firmware", 0.005)
     predicted = limit_cycle(loop, friction, compensation)
     firmware = Firmware(law, limit=limit, blend=0.005, compensation=compensation)
-    run = simulate(
-        mip,
-        firmware,
-        0.03,
-        36.0,
-        delay,
-        Sensors(ideal=True),
-        substeps=8,
-        drivetrain=Drivetrain(friction),
-    )
+    how = dict(substeps=8, drivetrain=Drivetrain(friction))
+    run = simulate(mip, firmware, 0.03, 36.0, delay, Sensors(ideal=True), **how)
     assert not run.fell.any()
     theta = run.x[0, 0, len(run.t) // 3 :]
     swing = theta - theta.mean()
@@ -134,7 +125,7 @@ def test_friction_makes_the_cycle_that_its_harmonic_predicts(which):
         "gears": (GEARS, 0.005, 0.002, 12.0, 0.5, 10.0),
     }[which]
     mip, T, delay, limit, friction, R = case
-    K = recommend(mip, R=R, robot=THESIS).certificate.K
+    K = design(mip, THESIS, 0.04, np.eye(5), R, 2.0, None).certify().K
     law = SampledLaw.of_gain(named(K), T)
     tilts = []
     for compensation in (0.0, friction):
@@ -151,14 +142,8 @@ def test_friction_makes_the_cycle_that_its_harmonic_predicts(which):
 def test_a_play_of_a_degree_leaves_every_robot_standing():
     found = recommend(MIP, robot=THESIS)
     firmware, robots = Firmware.of(found.law, found.robot), list(vertices(MIP))
-    run = simulate(
-        robots,
-        firmware,
-        0.1,
-        4.0,
-        0.01,
-        drivetrain=Drivetrain(backlash=np.radians(1.0)),
-    )
+    play = Drivetrain(backlash=np.radians(1.0))
+    run = simulate(robots, firmware, 0.1, 4.0, 0.01, drivetrain=play)
     assert run.settled.all()
     sharp = simulate(robots, firmware, 0.1, 4.0, 0.01)
     assert not np.array_equal(run.V, sharp.V)

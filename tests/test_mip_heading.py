@@ -13,7 +13,7 @@ from sosbook.pendulum.ticks import START, STEER_COLUMNS, TickLog
 from tests.six_robots import advance
 from tests.test_mip_compare import first
 from tests.test_mip_steering import FIRMWARE, MACHINE, MIP, ROBOT, STEERING
-from tests.turning import TURNER
+from tests.turning import TURNER, ramp
 
 MODEL = Model(
     MIP, ROBOT.but(delay=0.005, jitter=0.0005), 0.04, FIRMWARE.law, STEERING.K
@@ -39,8 +39,8 @@ def run(turner=TURNER, speed=4.0, turn=1.5, seconds=24.0, seed=1, steering=None)
         left, right = one * np.floor(turner.wheels(x[:3]) / one)
         gyro = x[3] + bias + 0.002 * random.standard_normal()
         tilt = x[0] + 0.01 * random.standard_normal()
-        point = rolls.ramp(speed if at % 4 > 2 else -speed, T, 1, point)[-1]
-        heading = turns.ramp(turn if at % 3 > 1.5 else -turn, T, 1, heading)[-1]
+        point = ramp(rolls, speed if at % 4 > 2 else -speed, T, 1, point)[-1]
+        heading = ramp(turns, turn if at % 3 > 1.5 else -turn, T, 1, heading)[-1]
         V = controller.step(gyro, (left + right) / 2, tilt, *point)
         motors = steered.step(
             V, controller.fault, left, right, per * heading[0], per * heading[1]

@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from sosbook.pendulum import Mip, Robot, recommend, simulate
-from sosbook.pendulum.compiled import Compiled
+from sosbook.pendulum import Mip, Robot, recommend
 from sosbook.pendulum.margins import SampledLoop
 from sosbook.pendulum.optimal import optimal_law
 from sosbook.pendulum.rest import Gears
 from sosbook.pendulum.tuning import design, recoverable_tilt
-from sosbook.proofs import load
 from sosbook.sampled import c2d, design_sampled_lqr
-from tests.compiler import find, refuse
-from tests.six_robots import ALL, by_its_sheet, spared
+from tests.six_robots import ALL, by_its_sheet
 
 MIP, THESIS, Q = Mip.printed(), Robot.shipped("thesis"), np.eye(5)
 #: Its motors settle in 24 ms, its clock is 20 ms.
@@ -70,35 +67,6 @@ def test_the_limit_is_known_to_the_law():
     assert abs(u) > 1
     following = law.A @ x + law.B @ y + law.W[:, 0] * (V - u)
     assert following[-1] == pytest.approx(V)
-
-
-@pytest.mark.slow
-def test_the_chain_offers_it_with_its_proofs(tmp_path):
-    found = recommend(MIP, R=None, robot=THESIS.but(law="observer", jitter=0.0005))
-    assert found.proven and found.sensitivity <= 2, found.lacking
-    spared(found, varying_robots=found.varying_robots)
-    said = found.facts["proof of the sampled loop"]
-    assert "constant delays 0, 5, 10 ms; and each of 5 robots" in said
-    assert "sequence of delays from 0 to 10 ms and of ticks from 9.5 to 10.5 ms" in said
-    assert "That isn't proven of robots between these: patience" in said
-    names = {path.name for path in found.write(tmp_path)}
-    clocks = "every sequence of sampling intervals in [0.0095, 0.0105] s and delays in"
-    assert len(found.varying_robots) == 5
-    for k, proof in enumerate(found.varying_robots, 1):
-        assert proof.proven and clocks in proof.claims[0]
-        assert load(tmp_path / f"proof_balance_varying_{k}.json") == proof
-    assert sum(name.startswith("proof_balance_sampled") for name in names) == 6
-    assert not {"proof_balance.json", "proof_balance_hold.json"} & names
-    text = (tmp_path / "balance_gains.h").read_text("utf-8")
-    assert "law = observer" in " ".join(text.replace(" * ", "").split())
-    if find() is None:
-        refuse()
-    run = simulate(
-        list(found.robots), Compiled(found.firmware, runs=5), 0.15, 3.0, delay=0.01
-    )
-    assert run.settled.all()
-    stand = found.bench_firmware.law.D[0]
-    assert stand[0] > 0 < stand[2] and not stand[[1, 3]].any()
 
 
 @pytest.mark.slow

@@ -95,28 +95,17 @@ def rc_identify(gcc, tmp_path_factory):
     (folder / "stub.c").write_text(STUB, "utf-8")
     flags = [*FLAGS, *programs.STRICT, "-I", folder]
     run(*gcc, *flags, "-c", folder / "rc_identify.c", "-o", folder / "rc_identify.o")
-    run(
-        *gcc,
-        "-std=c99",
-        folder / "stub.c",
-        folder / "rc_identify.o",
-        "-lm",
-        "-o",
-        folder / "rc_identify",
-    )
+    files = folder / "stub.c", folder / "rc_identify.o"
+    run(*gcc, "-std=c99", *files, "-lm", "-o", folder / "rc_identify")
     return folder / "rc_identify"
 
 
 def live(program, experiment, path, machine=MACHINE, ticks=2000, word="t"):
     """Run it on a bench; the last line that it says."""
     bench = Bench(machine, experiment)
-    with subprocess.Popen(
-        [str(program), experiment, str(path)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        encoding="utf-8",
-    ) as process:
+    pipe = dict(stdin=subprocess.PIPE, text=True, encoding="utf-8")
+    words = [str(program), experiment, str(path)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, **pipe) as process:
         for _ in range(ticks):
             degrees, n = float(np.rad2deg(bench.gyro)), bench.counts
             if process.poll() is not None:
@@ -327,16 +316,10 @@ def live_sketch(program, word, answer):
     the sensors say.
     """
     serial = program.parent / "serial.txt"
+    pipes = dict(stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     with (
         open(serial, "w", encoding="utf-8") as file,
-        subprocess.Popen(
-            [str(program), word],
-            stdin=subprocess.PIPE,
-            stdout=file,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-        ) as process,
+        subprocess.Popen([str(program), word], stdout=file, **pipes) as process,
     ):
         for line in process.stderr:
             *volts, now = map(float, line.split())
@@ -414,9 +397,8 @@ def test_the_check_of_one_log_names_what_is_wrong(tmp_path, capsys):
         said = capsys.readouterr().out
         assert "not usable" in said and "refused" in said
         assert re.search(name.split()[-1], said), said
-    found = main(
-        ["check", str(DATA / "wheels.csv"), "--robot", str(DATA / "thesis.toml")]
-    )
+    paths = str(DATA / "wheels.csv"), "--robot", str(DATA / "thesis.toml")
+    found = main(["check", *paths])
     assert found[0].usable and not found[0].findings
     assert len(found[0].fits) == 2
 
@@ -432,9 +414,8 @@ def test_a_short_or_faint_log_is_vague(tmp_path):
 
 def test_a_log_of_neither_experiment_or_of_both_is_refused(tmp_path):
     (tmp_path / "none.csv").write_text("t,V\n0,0\n0.01,1\n0.02,1\n", "utf-8")
-    (tmp_path / "both.csv").write_text(
-        "t,V,gyro,encoder1\n0,0,0,0\n0.01,1,0,0\n0.02,1,0,0\n", "utf-8"
-    )
+    both = "t,V,gyro,encoder1\n0,0,0,0\n0.01,1,0,0\n0.02,1,0,0\n"
+    (tmp_path / "both.csv").write_text(both, "utf-8")
     for name, words in (("none", "no sensor"), ("both", "both a gyro")):
         with pytest.raises(ValueError, match=words):
             check_recording(tmp_path / f"{name}.csv")

@@ -79,12 +79,10 @@ def test_no_robot_is_louder_than_what_is_said(name, share):
 def test_friction_and_play_are_those_of_the_fits():
     """Of both logs, 1.96 deviations either way; a play may be described, too."""
     robot = asked(ALL["tele"])[1]
+    known = {("e_c", "friction"): (9, 0.1), ("e_a", "play"): (9, 1)}
     fits = [
         Fit(names, np.array(values), np.eye(2) * 0.01, np.zeros(3))
-        for names, values in (
-            (("e_c", "friction"), (9, 0.1)),
-            (("e_a", "play"), (9, 1)),
-        )
+        for names, values in known.items()
     ]
     found = SimpleNamespace(body=fits[0], wheels=(fits[1], fits[0]))
     gears = Gears.of(found, robot)
@@ -136,9 +134,8 @@ def test_the_gain_stands_in_for_an_observer_that_is_not_proven(monkeypatch):
     monkeypatch.setattr(Deployment, "lacking_sampled", property(shy))
     found = recommend(mip, R=20.0, robot=robot)
     assert found.robot.law == "gain" and found.proven
-    assert (
-        spared(found).facts["law"] == f"gain, since of the observer it is said: {why}"
-    )
+    words = f"gain, since of the observer it is said: {why}"
+    assert spared(found).facts["law"] == words
     seeing = recommend(mip, R=20.0, robot=robot.but(law="observer"))
     assert seeing.robot.law == "observer" and seeing.lacking == (why,)
     slow = recommend(mip, R=20.0, robot=robot.but(blend=0.0))

@@ -1,13 +1,17 @@
 """The description of a robot, and where each of its keys arrives."""
 
+import json
 import re
+from copy import copy
 from dataclasses import fields, replace
+from functools import cache
 
 import numpy as np
 import pytest
 
-from sosbook.pendulum import Mip, Robot
+from sosbook.pendulum import Mip, Robot, simulate
 from sosbook.pendulum.command import _places, main
+from sosbook.pendulum.compiled import Compiled
 from sosbook.pendulum.deployment import deploy, described
 from sosbook.pendulum.experiments import chirp, motion
 from sosbook.pendulum.identify import identify
@@ -16,54 +20,29 @@ from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.rig import COUNTS_PER_TURN, DATA
 from sosbook.pendulum.robot import STEERING
 from sosbook.pendulum.tuning import timed
+from sosbook.proofs import load
+from tests.compiler import find, refuse
 from tests.six_robots import spared
 
 THESIS, GEARS = Robot.shipped("thesis"), Robot.shipped("gearmotors")
 
 
 def table(robot):
-    return {
-        x.name: getattr(robot, x.name)
-        for x in fields(robot)
-        if getattr(robot, x.name) is not None
-    }
+    return {key: value for key, value in vars(robot).items() if value is not None}
 
 
 def text(robot):
     """As a TOML file."""
-    return (
-        "\n".join(
-            f"{k} = "
-            + (
-                str(v).lower()
-                if isinstance(v, bool)
-                else f'"{v}"'
-                if isinstance(v, str)
-                else str(list(v))
-                if isinstance(v, tuple)
-                else repr(v)
-            )
-            for k, v in table(robot).items()
-        )
-        + "\n"
-    )
+    return "".join(f"{k} = {json.dumps(v)}\n" for k, v in table(robot).items())
 
 
 # The file
 
 
 def test_the_thesiss_robot_is_the_one_that_the_functions_assume():
+    known = {k: getattr(THESIS, k) for k in ("M_b", "l", "r", "M_w", "g")}
     assert THESIS.counts == COUNTS_PER_TURN
-    assert (
-        Mip.from_ratios(
-            30.52,
-            7.133,
-            110.6,
-            208.8,
-            **{k: getattr(THESIS, k) for k in ("M_b", "l", "r", "M_w", "g")},
-        )
-        == Mip.printed()
-    )
+    assert Mip.from_ratios(30.52, 7.133, 110.6, 208.8, **known) == Mip.printed()
 
 
 LAW, RC, PYCTRL = "balance_gains.h", "rc_balance.c", "pyctrl_balance.py"
@@ -76,22 +55,9 @@ STEERED = {
     "unequal": (0.05, set()),
     "turning": ((1e-4, 2e-4), {LAW}),
 }
-
-
-OPTIONAL = {
-    "free_rpm",
-    "ten_swings",
-    "g",
-    "jitter",
-    "blend",
-    "compensation",
-    "backlash_deg",
-    "edges",
-    "law",
-    "tip",
-    "missing",
-}
-OPTIONAL |= {"frozen", "stall", "deaf", "late", "board", *STEERED}
+OPTIONAL = {"free_rpm", "ten_swings", "g", "jitter", "blend", "compensation",
+            "backlash_deg", "edges", "law", "tip", "missing", "frozen", "stall", "deaf",
+            "late", "board", *STEERED}  # fmt: skip
 
 
 @pytest.mark.parametrize("robot", [THESIS, GEARS])
@@ -217,33 +183,17 @@ def record(robot, folder, amplitude=4.0):
 
 #: Another value of each key, and which files' code it changes, all comments and notes
 #: left out.
-CHANGES = {
+CHANGES = dict(M_b=0.28, l=0.041, r=0.033, M_w=0.03, g=9.81, gyro_range=17.5, limit=6.5)
+CHANGES |= dict(rotors=True, friction=True, delay=0.008, jitter=0.001, blend=0.006)
+CHANGES |= dict(tip=0.8, compensation=0.25, law="observer", missing=0.04, frozen=0.14)
+CHANGES |= dict(stall=0.7, deaf=0.14, late=0.2)
+CHANGES = {key: (value, {LAW}) for key, value in CHANGES.items()} | {
     "name": ("other", set()),
-    "M_b": (0.28, {LAW}),
-    "l": (0.041, {LAW}),
-    "r": (0.033, {LAW}),
-    "M_w": (0.03, {LAW}),
-    "g": (9.81, {LAW}),
     "counts": (2100.0, {LAW, RC, PYCTRL}),
-    "gyro_range": (17.5, {LAW}),
-    "limit": (6.5, {LAW}),
     "free_rpm": (300.0, set()),
     "ten_swings": (6.0, set()),
-    "rotors": (True, {LAW}),
-    "friction": (True, {LAW}),
     "T": (0.005, {LAW, PINS, PYCTRL}),
-    "delay": (0.008, {LAW}),
-    "jitter": (0.001, {LAW}),
-    "blend": (0.006, {LAW}),
-    "tip": (0.8, {LAW}),
-    "compensation": (0.25, {LAW}),
     "backlash_deg": (1.5, set()),
-    "law": ("observer", {LAW}),
-    "missing": (0.04, {LAW}),
-    "frozen": (0.14, {LAW}),
-    "stall": (0.7, {LAW}),
-    "deaf": (0.14, {LAW}),
-    "late": (0.2, {LAW}),
     "mount": (0.5, {RC, PYCTRL}),
     "nominal": (7.3, {PINS, PYCTRL}),
     "battery": ((5.5, 8.9), {PINS}),
@@ -279,10 +229,15 @@ def wordless(name):
     return exact_data(name) or bool(re.fullmatch(same, name))
 
 
-@pytest.fixture(scope="module")
-def base(tmp_path_factory):
-    """The thesis's robot, without proofs: they aren't the matter."""
+@cache
+def deployed():
+    """The deployment of the thesis's robot, which several tests look at."""
     return deploy(DATA / "body.csv", DATA / "wheels.csv")
+
+
+@pytest.fixture(scope="module")
+def base():
+    return deployed()
 
 
 @pytest.fixture(scope="module")
@@ -302,13 +257,16 @@ def told(base, robot):
     return found
 
 
-def written(found, folder):
-    """What `write` writes, whatever is proven; the sampled proofs take seconds."""
-    object.__setattr__(found, "lacking", ())
-    object.__setattr__(found, "sampled", {})
+def bare(found):
+    """A deployment without sampled proofs, which take seconds: nothing is lacking."""
     if found.steering:
-        object.__setattr__(found.steering, "sampled", {})
-        object.__setattr__(found.steering, "unequal", ())
+        spared(found.steering, sampled={}, unequal=())
+    return spared(found, lacking=(), sampled={}, rest=found.rest, reach=found.reach)
+
+
+def written(found, folder):
+    """What `write` writes, whatever is proven."""
+    found = bare(copy(found))
     return {path.name: path for path in found.write(folder)}
 
 
@@ -400,26 +358,14 @@ def test_each_key_arrives_where_it_belongs(key, base, theirs, tmp_path):
 def second(tmp_path_factory):
     """Another robot, end to end, by the command."""
     folder = tmp_path_factory.mktemp("gears")
-    wired = GEARS.but(
-        board="beaglebone",
-        mount=0.1,
-        nominal=11.1,
-        battery=(9.0, 12.6),
-        motor_channels=(3, 2),
-        motor_polarities=(-1, 1),
-        encoder_channels=(3, 2),
-        encoder_polarities=(1, -1),
-        T=0.005,
-    )
+    board = dict(board="beaglebone", mount=0.1, nominal=11.1, battery=(9.0, 12.6))
+    board |= dict(motor_channels=(3, 2), motor_polarities=(-1, 1))
+    board |= dict(encoder_channels=(3, 2), encoder_polarities=(1, -1))
+    wired = GEARS.but(**board, T=0.005)
     (folder / "robot.toml").write_text(text(wired), "utf-8")
     record(wired, folder)
-    return (
-        wired,
-        folder,
-        main(
-            [str(folder / x) for x in ("robot.toml", "body.csv", "wheels.csv", "out")]
-        ),
-    )
+    names = "robot.toml", "body.csv", "wheels.csv", "out"
+    return wired, folder, main([str(folder / name) for name in names])
 
 
 @pytest.mark.slow
@@ -448,6 +394,33 @@ def test_a_second_robot_end_to_end(second):
         assert not re.search(r"2122|2134|35\.577|0\.49\b|7\.4 V|0\.272", words), name
         plain = " ".join(re.sub(r"^ \*", "", words, flags=re.M).split())
         assert "counts = 1496 a turn" in plain or wordless(name), name
+
+
+@pytest.mark.slow
+def test_an_observer_is_written_with_the_proofs_of_its_clocks(second):
+    """Without being asked for; and the compiled program raises all robots."""
+    _, folder, found = second
+    said, out = found.facts["proof of the sampled loop"], folder / "out"
+    assert "constant delays 0, 1, 2 ms; and each of 5 robots" in said
+    assert "sequence of delays from 0 to 2 ms and of ticks from 4.5 to 5.5 ms" in said
+    assert "That isn't proven of robots between these: patience" in said
+    clocks = "every sequence of sampling intervals in [0.0045, 0.0055] s and delays in"
+    assert len(found.varying_robots) == 5
+    for k, proof in enumerate(found.varying_robots, 1):
+        assert proof.proven and clocks in proof.claims[0]
+        assert load(out / f"proof_balance_varying_{k}.json") == proof
+    assert len([*out.glob("proof_balance_sampled*")]) == 6
+    assert not (out / "proof_balance.json").exists()
+    assert not (out / "proof_balance_hold.json").exists()
+    text = (out / LAW).read_text("utf-8")
+    assert "law = observer" in " ".join(text.replace(" * ", "").split())
+    if find() is None:
+        refuse()
+    program = Compiled(found.firmware, runs=5)
+    run = simulate(list(found.robots), program, 0.15, 3.0, delay=0.002)
+    assert run.settled.all()
+    stand = found.bench_firmware.law.D[0]
+    assert stand[0] > 0 < stand[2] and not stand[[1, 3]].any()
 
 
 def test_a_board_of_ones_own_gets_the_law_alone(base, tmp_path):

@@ -1,34 +1,21 @@
 """The sketch that balances: compiled, and on a simulated robot by a pipe."""
 
 import re
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import sosbook.pendulum
-import tests.test_mip_export as programs
 from sosbook.book import thesis
 from sosbook.pendulum import FAULTS, Firmware, Robot, SampledLaw
 from sosbook.pendulum.drive import Drive
 from sosbook.pendulum.export import Program
-from sosbook.pendulum.steering import Steering
 from sosbook.pendulum.ticks import TickLog
-from tests.compiler import run
 from tests.gains import named
 from tests.six_robots import SIX, advance
-from tests.test_mip_recording import (
-    PIPE,
-    cpp,
-    live_sketch,
-    sketch_flags,
-    sketch_program,
-)
+from tests.test_mip_recording import PIPE, cpp, live_sketch, sketch_program
 
 assert cpp  # a fixture
-TEMPLATES = Path(sosbook.pendulum.__file__).parent / "templates"
 MACHINE = SIX[0]
 ROBOT = Robot.shipped("gearmotors").but(
     counts=MACHINE.counts, limit=7.4, T=MACHINE.T, delay=0.003
@@ -58,33 +45,6 @@ for _old, _new in (
 ):
     assert _old in BOARD
     BOARD = BOARD.replace(_old, _new)
-
-
-@pytest.mark.parametrize("steers", [0, 1])
-def test_the_templates_compile_as_they_stand(steers, gcc, cpp, tmp_path):
-    """With and without steering, and with friction that is compensated or isn't."""
-    (tmp_path / "robotcontrol.h").write_text(programs.HEADER, "utf-8")
-    if sys.platform == "win32":
-        (tmp_path / "poll.h").write_text(programs.POLL, "utf-8")
-    flags = [*programs.FLAGS, *programs.STRICT, "-c", "-I", tmp_path]
-    firmware = replace(FIRMWARE, compensation=0.1 * steers)
-    steering = Steering(firmware, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
-    for name, precision in (("balance", "double"), ("balance_single", "single")):
-        about = dict(steering=steering) if steers else {}
-        programs.write(tmp_path, Program(firmware, name, precision, **about))
-    for template in TEMPLATES.iterdir():
-        text = template.read_text("utf-8")
-        if template.suffix == ".ino":
-            text = '#include "Arduino.h"\n' + text
-        (tmp_path / template.name).write_text(text, "utf-8")
-    for template in TEMPLATES.iterdir():
-        path, out = tmp_path / template.name, tmp_path / "out.o"
-        if template.suffix == ".c" and (steers or "steer" not in path.name):
-            run(*gcc, *flags, path, "-o", out)
-        if template.suffix in (".ino", ".cpp"):
-            run(*cpp, *sketch_flags(tmp_path), "-x", "c++", "-c", path, "-o", out)
-        if template.suffix == ".py":
-            compile(path.read_text("utf-8"), path.name, "exec")
 
 
 @pytest.fixture

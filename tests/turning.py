@@ -110,6 +110,21 @@ def drive(turner, volts_of, speed=0.0, turn=0.0, seconds=12.0, tilt=0.05, seed=0
     return np.array(path), np.array(given)
 
 
+def ramp(drive, wanted, T, count, start=(0.0, 0.0)):
+    """Set points of phi and phi' for a speed that is wanted, tick by tick.
+
+    Of a ``drive``'s speed and acceleration, as the programs shall compute it; ``start``
+    has those before.
+    """
+    wanted = min(max(wanted, -drive.speed), drive.speed)
+    (target, rate), step, points = start, drive.acceleration * T, []
+    for _ in range(count):
+        rate = rate + min(max(wanted - rate, -step), step)
+        target = target + rate * T
+        points.append((target, rate))
+    return points
+
+
 #: The first of the six, which has a track of 70 mm here.
 TURNER = Turner(SIX[0], 0.07, 1.5e-4)
 

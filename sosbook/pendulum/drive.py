@@ -67,19 +67,3 @@ class Drive:
             turn=SPEED_SHARE * volts * mip.e / mip.f / per_radian,
             turn_acceleration=volts * mip.e / inertia / 2 / per_radian,
         )
-
-    def ramp(self, wanted, T, count, start=(0.0, 0.0)):
-        """Set points of phi and phi' for a speed that is wanted.
-
-        ``wanted``: in rad/s; cut to ``speed``; ``T``: time between samples, in s;
-        ``count``: how many ticks; ``start``, (float, float): set points of phi and phi'
-        before. Returns list of (float, float): a pair for each tick, as the programs
-        compute it.
-        """
-        wanted = min(max(wanted, -self.speed), self.speed)
-        (target, rate), step, points = start, self.acceleration * T, []
-        for _ in range(count):
-            rate = rate + min(max(wanted - rate, -step), step)
-            target = target + rate * T
-            points.append((target, rate))
-        return points

@@ -177,19 +177,11 @@ class Firmware:
 
 
 class Controller:
-    """A `Firmware` at work on robots side by side.
+    """A `Firmware` at work on ``runs`` robots side by side.
 
-    Every value is an array with an entry for each robot. Call `start`
-    with the robot at rest, then `step` at every tick.
-
-    Parameters
-    ----------
-    firmware : Firmware
-        The law, its limits and its faults.
-    runs : int
-        How many robots stand side by side.
-    kind : float or np.float32
-        The precision of all arithmetic.
+    Every value is an array with an entry for each robot. Call `start` with the robot at
+    rest, then `step` at every tick. ``firmware``: the law, its limits and its faults;
+    ``kind``: the precision of all arithmetic, float or np.float32.
     """
 
     def __init__(self, firmware, runs=1, kind=float):
@@ -201,14 +193,9 @@ class Controller:
     def start(self, tilt, wheels=0.0, bias=0.0):
         """Forget everything; the robot rests.
 
-        Parameters
-        ----------
-        tilt : float or (runs,) array
-            theta, from the accelerometers, in rad.
-        wheels : float or (runs,) array
-            The encoders' mean angle, wheels against body, in rad.
-        bias : float or (runs,) array
-            What the gyro says at rest, in rad/s.
+        Each is a float or (runs,): ``tilt``: theta, from the accelerometers, in rad;
+        ``wheels``: the encoders' mean angle, wheels against body, in rad; ``bias``:
+        what the gyro says at rest, in rad/s.
         """
         lanes = self._lanes
         none = lanes.zero
@@ -235,26 +222,13 @@ class Controller:
         return [shown(entry) for entry in value] if name == "x" else shown(value)
 
     def step(self, gyro, wheels, tilt=np.nan, target=0.0, rate=0.0):
-        """One tick.
+        """One tick: (runs,) volts for the motors; zero after a fault.
 
-        Parameters
-        ----------
-        gyro : float or (runs,) array
-            The gyro's reading, in rad/s. One that isn't a number, or is out of
-            range, is a bad one.
-        wheels : float or (runs,) array
-            The encoders' mean angle, in rad; it may be bad likewise.
-        tilt : float or (runs,) array
-            The accelerometers' tilt, in rad; not a number where there is none,
-            which is no fault.
-        target, rate : float or (runs,) array
-            Set point of phi since the start and of phi', in rad and
-            rad/s.
-
-        Returns
-        -------
-        (runs,) array
-            Volts for the motors; zero after a fault.
+        Each is a float or (runs,): ``gyro``: its reading, in rad/s. One that isn't a
+        number, or is out of range, is a bad one; ``wheels``: the encoders' mean angle,
+        in rad; it may be bad likewise; ``tilt``: the accelerometers' tilt, in rad; not
+        a number where there is none, which is no fault; ``target``, ``rate``: set point
+        of phi since the start and of phi', in rad and rad/s.
         """
         if self._now is None:
             raise ValueError("the controller isn't started: call start(tilt)")

@@ -103,30 +103,15 @@ class SampledLaw:
     def of_gain(cls, gain, T, tracking_time=TRACKING_TIME):
         """V = K [theta, phi, theta', phi', x3] of measured states; x3 sums T phi.
 
-        Parameters
-        ----------
-        gain : Gain
-            The ``gain`` of a design for a pendulum's plant, of `PD_SIGNALS` or
-            `PID_SIGNALS` in any order.
-        T : float
-            Time between samples, in s.
-        tracking_time : float
-            While the voltage is at its limit, K_I x3 follows what is
-            withheld with this time constant, in s.
+        ``gain``: that of a design for a pendulum's plant, of `PD_SIGNALS` or
+        `PID_SIGNALS` in any order; ``T``: time between samples, in s;
+        ``tracking_time``: while the voltage is at its limit, K_I x3 follows what is
+        withheld with this time constant, in s. Raises ValueError if the gain doesn't
+        say what it multiplies, or that isn't what a robot measures and sums.
 
-        Raises
-        ------
-        ValueError
-            If the gain doesn't say what it multiplies, or that isn't what a robot
-            measures and sums.
-
-        Notes
-        -----
         Source: thesis (2.8), sampled; back calculation against windup
         as in Astrom and Hagglund, PID Controllers, section 3.5.
 
-        Examples
-        --------
         >>> gain = Gain([[20, 0.8, 2, 0.9, 0.4]], PID_SIGNALS)
         >>> SampledLaw.of_gain(gain, 0.01).W
         array([[0.05]])
@@ -155,21 +140,10 @@ class SampledLaw:
         The state x1 sums K_I U e and x2 sums T x1 + K_P e, with e the two
         rates; neither angle is measured. The thesis lacks U and names two
         signals wrongly. ``start`` presets x2, without which the law doesn't
-        know at which tilt it begins.
+        know at which tilt it begins. ``gain``, ``T``: as for `of_gain`.
 
-        Parameters
-        ----------
-        gain : Gain
-            As for `of_gain`.
-        T : float
-            Time between samples, in s.
-
-        Notes
-        -----
         Source: thesis (4.26), Appendix B.
 
-        Examples
-        --------
         >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
         >>> SampledLaw.appendix_b(gain, 0.01).start
         array([   0., 2000.])
@@ -190,22 +164,12 @@ class SampledLaw:
     def of_controller(cls, controller, T, W=None, start=None):
         """The zero-order hold of a controller from both rates to V.
 
-        Parameters
-        ----------
-        controller : control.StateSpace or control.TransferFunction
-            A controller from [theta', phi'] to V, in continuous time, or
-            already sampled with this T. Inputs that have names have these two.
-        T : float
-            Time between samples, in s.
-        W, start : array_like, optional
-            As in `SampledLaw`.
+        ``controller``: of python-control, from [theta', phi'] to V, in continuous time,
+        or already sampled with this T. Inputs that have names have these two; ``T``:
+        time between samples, in s; ``W``, ``start``: as in `SampledLaw`.
 
-        Notes
-        -----
         Source: thesis (4.30), which is u = -H y.
 
-        Examples
-        --------
         >>> import control
         >>> lag = control.ss([[-1]], [[1, 0]], [[1]], [[0, 0]])
         >>> law = SampledLaw.of_controller(lag, 0.1)

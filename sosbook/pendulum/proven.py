@@ -358,27 +358,12 @@ class Deployment:
     def write(self, folder, name="balance", replace=False):
         """Write the programs, their provenance and their proofs.
 
-        Parameters
-        ----------
-        folder : str or Path
-            Made if it doesn't exist.
-        name : str
-            The name of the C functions and files.
-        replace : bool
-            As for `write_texts`: replace files of an earlier run that differ.
-
-        Returns
-        -------
-        list of Path
-            Where the files stand.
-
-        Raises
-        ------
-        ValueError
-            If something isn't proven, or the sensitivity peaks above
-            ``peak``: such a controller isn't written.
-        FileExistsError
-            If a file is there that may not be replaced; then nothing is written.
+        ``folder``: made if it doesn't exist; ``name``: of the C functions and files;
+        ``replace``: files of an earlier run that differ, as for `write_texts`. Returns
+        list of Path: where the files stand. Raises ValueError if something isn't
+        proven, or the sensitivity peaks above ``peak``: such a controller isn't
+        written; FileExistsError if a file is there that may not be replaced: then
+        nothing is written.
         """
         check(self)
         return write_texts(folder, texts(self, name), replace)

@@ -162,19 +162,8 @@ def gear_motors():
 
 
 def shipped(name):
-    """A log that the package ships.
+    """The `Log` that the package ships of an experiment, ``name``: "body" or "wheels".
 
-    Parameters
-    ----------
-    name : {"body", "wheels"}
-
-    Returns
-    -------
-    Log
-        The log of that experiment.
-
-    Examples
-    --------
     >>> shipped("wheels").encoder2[:3]
     array([0., 0., 0.])
     """
