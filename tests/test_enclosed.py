@@ -6,11 +6,12 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
+from flint import ctx
 
 from sosbook.exact.checker import arithmetic as a
 from sosbook.exact.checker.kernel import check
 from sosbook.exact.checker.language import Reader, Val
-from sosbook.exact.integers import Enclosing
+from sosbook.exact.integers import Ball, Enclosing
 from tests.cases import seeds
 
 UNIT = mpmath.mpf(2) ** -a.BALL
@@ -19,7 +20,7 @@ SIZES = Fraction(1, 10**5), Fraction(1, 10), Fraction(1), Fraction(9)
 
 @pytest.fixture(autouse=True)
 def many_digits():
-    with mpmath.workprec(500):
+    with mpmath.workprec(500), ctx.workprec(2 * a.BALL):
         yield
 
 
@@ -36,6 +37,15 @@ def inside(ball, x):
     off = (matrix(ball) - x) / UNIT
     rows = [[float(off[i, j]) for j in range(off.cols)] for i in range(off.rows)]
     return np.linalg.norm(rows, 2) <= ball.e * (1 + 1e-9)
+
+
+def around(x):
+    """A ball of the norm around a `Ball`, which has one for each entry."""
+    middles, radii = ([[Fraction(int(n)) * Fraction(2) ** int(p)
+                        for n, p in (part(e).man_exp() for e in row)]
+                       for row in x.m.table()]
+                      for part in (lambda e: e.mid(), lambda e: e.rad()))  # fmt: skip
+    return widened(a.gather(middles, x.c).near(), a.gather(radii, x.c).long())
 
 
 def drawn(rng, r, c, size):
@@ -79,7 +89,8 @@ def test_what_is_made_of_balls_holds_what_is_made_of_their_members(seed):
 
 
 def exponential(x, reader):
-    return reader({}).op_exp(Val(x)).v
+    E = reader({}).op_exp(Val(x)).v
+    return around(E) if isinstance(E, Ball) else E
 
 
 @pytest.mark.parametrize("reader", [Reader, Enclosing])
@@ -109,17 +120,25 @@ def test_exponentials_norms_and_signs_are_those_of_every_member(seed, reader):
 
 
 @pytest.mark.parametrize("seed", seeds(4))
-def test_products_of_both_readers_are_the_same(seed):
+def test_balls_of_entries_hold_what_is_made_of_members(seed):
     rng = random.Random(seed)
     n, m, k = (rng.randint(1, 5) for _ in range(3))
     x, y = (a.gather(drawn(rng, *s, rng.choice(SIZES)), s[1]) for s in ((n, m), (m, k)))
     wide = widened(y.near(), 1 << 90)
-    for p, q in ((x, y), (x.near(), y), (x, wide), (x.near(), wide)):
-        both = [r({}).op_mul(Val(p), Val(q)).v for r in (Reader, Enclosing)]
-        first, second = ((z.r, z.c, z.a, z.d, z.e) for z in both)
-        assert first == second
-        with pytest.raises(a.Refused, match="shapes that don't fit"):
-            Enclosing({}).op_mul(Val(p), Val(a.zeros(m + 1, 2)))
+    for p, q in ((x.near(), y), (x, wide), (x.near(), wide)):
+        P, Q = (member(rng, z) if z.e else matrix(z) for z in (p, q))
+        for ways in ((Ball.of(p), q), (p, Ball.of(q)), (Ball.of(p), Ball.of(q))):
+            left, right = map(Val, ways)
+            both = around(Enclosing({}).op_mul(left, right).v)
+            assert inside(both, P * Q) and both.e <= 5 * (p @ q).e + (1 << 12)
+            with pytest.raises(a.Refused, match="shapes that don't fit"):
+                Enclosing({}).op_mul(left, Val(Ball.of(a.zeros(m + 1, 2))))
+        B = Ball.of(q)
+        assert inside(around(B + q), Q + matrix(q)) and inside(around(B.T), Q.T)
+        assert inside(around(B.times(Fraction(3, 7))), Q * 3 / 7)
+        assert inside(around(B.cut(0, 1, 0, k)), Q[0, :])
+        true = np.linalg.norm(np.array(Q.tolist(), float), 2)
+        assert true * (1 - 1e-12) <= float(B.norm()) <= true * 1.12
 
 
 @pytest.mark.parametrize("x", [Fraction(1, 8), Fraction(1, 5), Fraction(249, 1000)])
@@ -128,8 +147,9 @@ def test_the_series_is_long_enough_where_it_is_longest(x):
     assert inside(E, matrix([[x]]).apply(mpmath.exp)) and E.e <= 64
 
 
-def test_a_ball_is_never_taken_for_its_middle():
-    ball = a.gather([[Fraction(2)]], 1).near()
+@pytest.mark.parametrize("of", [lambda x: x, Ball.of])
+def test_a_ball_is_never_taken_for_its_middle(of):
+    ball = of(a.gather([[Fraction(2)]], 1).near())
     for use in (
         lambda: ball == ball,
         lambda: ball.dot(ball),

@@ -145,6 +145,8 @@ def test_blocks_of_several_threads_may_overlap(two):
 
 LIGHT = sos.SecondOrderSystem(np.diag([2, 0]), np.eye(2), np.eye(2), np.eye(2))
 Q, R = np.eye(2), np.eye(1)
+FREE = sos.SecondOrderSystem([[1]], [[1]], [[0]], [[1]])
+AXIS = sos.analyse_pid(FREE, [[-1, -1]]).controller(T=0.1, counts=500)
 DOORS = {
     "design_pid": lambda: sos.design_pid(PLANT),
     "analyse_pid": lambda: sos.analyse_pid(PLANT, [[-1, -1]]),
@@ -157,6 +159,12 @@ DOORS = {
     "design_sampled_lqr": lambda: sos.design_sampled_lqr(PLANT, Q, R, 0.1),
     "certify_sampled": lambda: sos.certify_sampled(PLANT, [[-1, -1]], 0.1),
     "regularize": lambda: sos.regularize(LIGHT),
+    "furthest_sampled": lambda: sos.furthest_sampled(
+        PLANT, [[-1, -1]], T=(0.01, 0.1), tolerance=0.3
+    ),
+    "bounds.noise": lambda: AXIS.bounds.noise(),
+    "bounds.step_response": lambda: AXIS.bounds.step_response(),
+    "margins": lambda: AXIS.margins(0, 0.2),
 }
 
 

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from functools import cached_property, wraps
 
 import numpy as np
-from flint import arb, ctx
+from flint import ctx
 
 from ..exact.definite import exact
+from ..runtime.threads import one_thread
 from ..sampled.balls import balls, middle, solve
-from ..sampled.cells import SHARES, PlantCell, least_pivot
+from ..sampled.cells import PlantCell, least_pivot, less_grams
 from ..sampled.loops import BALL_BITS, SampledFamily
 from ..sampled.system import SampledSystem
 from ..sampled.timing import TimeBox
@@ -98,22 +99,13 @@ class JoinedCell:
         except ZeroDivisionError:
             return -np.inf
         right = solve(L.T, solve(L.T, R).T)
-        grams = [F.T @ F for F in loops]
-        if bent is None:
-            return min(least_pivot(right - gram) for gram in grams)
-        t = np.array(SHARES)[:, None, None]
-        less = middle(right) - (1 + 1 / t) * middle(bent)
-        left = [np.linalg.eigvalsh(less - (1 + t) * middle(g))[:, 0] for g in grams]
-        best = arb(exact(SHARES[int(np.min(left, axis=0).argmax())]))
-        return min(
-            least_pivot(right - (1 + best) * gram - (1 + 1 / best) * bent)
-            for gram in grams
-        )
+        return min(map(least_pivot, less_grams(right, loops, bent)))
 
 
 def work(function):
-    """The function, with the precision of balls around it."""
+    """The function, with the precision of balls around it, and one thread."""
 
+    @one_thread
     @wraps(function)
     def inside(*arguments, **named):
         with ctx.workprec(BALL_BITS):

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..exact.rational import exact
+from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds, time_limit
 from ..sampled.balls import balls
 from ..sampled.cover import cover
@@ -219,6 +220,7 @@ def _bordered(x, rows, columns):
     return found
 
 
+@one_thread
 def margins_of(c, at=0, seconds=60.0, sharp=True):
     """The `Margins` of a controller c, opened ``at`` a signal, in some ``seconds``;
     ``sharp``: see its `margins`.

@@ -43,6 +43,7 @@ from ..sampled.loops import over
 SAFE = 1 + 1e-9
 TINY = 1e-150
 BLOCK = 64  # ticks at once, a power of two
+TICKS = 256  # whose errors are bounded at once
 ABOVE = 1 + 1e-6  # of the largest eigenvalue of a P, which balls then confirm
 EXPANDED = (0, 4, 3)  # the degree of the loops, likewise; of more, 2
 DEGREES = (0, 7, 3, 2, 2)  # of the polynomials, by the number of axes; of more, 1
@@ -248,18 +249,24 @@ class Tube:
         ``now``, (coefficients and inputs, k), and ``then``, (coefficients, k).
         """
         A, sizes = self.recursion
-        off, count, N = self.pieces[1], len(self.exponents), len(self.frame)
-        flat, size_now = A.reshape(-1, A.shape[2]), abs(now)
-        left = flat @ now
-        left[: count * N] -= then
-        doubt = abs(flat) @ size_now
-        doubt[: count * N] += abs(then)
-        left = abs(left) + _gamma(A.shape[2]) * doubt
-        lost = sizes @ np.linalg.norm(left.reshape(len(A), N, -1), axis=1)
-        whole = size_now[: count * N].reshape(count, N, -1)
-        whole = np.tensordot(sizes[:count], whole, 1)
-        whole = np.vstack([whole, size_now[count * N :]])
-        return self.longest * (lost + np.linalg.norm(off[:N] @ whole, axis=0)) + TINY
+        count, N = len(self.exponents), len(self.frame)
+        off, flat = self.pieces[1][:N], A.reshape(-1, A.shape[2])
+        ends = [*range(0, count * N, N), *range(count * N, A.shape[2])]
+        squares = np.add.reduceat((A**2).sum(axis=1), ends, axis=1)
+        doubts = _gamma(A.shape[2]) * (sizes @ np.sqrt(squares))  # of each part of now
+        own, lost = _gamma(A.shape[2]) * sizes[:count], []
+        for k in range(0, now.shape[1], TICKS):  # as many as a processor's cache holds
+            some, goal = abs(now[:, k : k + TICKS]), then[:, k : k + TICKS]
+            left = flat @ now[:, k : k + TICKS]
+            left[: count * N] -= goal
+            part = sizes @ _lengths(left, N) + own @ _lengths(goal, N)
+            part += doubts @ np.sqrt(np.add.reduceat(some**2, ends))
+            whole = np.tensordot(
+                sizes[:count], some[: count * N].reshape(count, N, -1), 1
+            )
+            whole = np.vstack([whole, some[count * N :]])
+            lost.append(part + np.linalg.norm(off @ whole, axis=0))
+        return self.longest * np.concatenate(lost) + TINY
 
     def halves(self):
         """The two halves, cut where the loop bends most."""
@@ -307,6 +314,11 @@ class Motion:
 def _gamma(n):
     """More than a sum of n products is off by, and some roundings beside it."""
     return 1.01 * (n + 9) * 2.0**-53
+
+
+def _lengths(x, N):
+    """(blocks, k) lengths of the columns of each N rows of x."""
+    return np.sqrt(np.square(x).reshape(-1, N, x.shape[1]).sum(axis=1))
 
 
 def _above(x):

@@ -3,18 +3,16 @@
 import re
 from decimal import Decimal
 from fractions import Fraction
-from itertools import chain
-from math import isqrt, lcm
+from math import lcm
 
 import numpy as np
-from flint import arb, arb_mat, ctx, fmpq, fmpz_mat
+from flint import arb, arb_mat, fmpq, fmpz_mat
 
 from .checker.arithmetic import (
     BALL,
     LARGEST,
     LARGEST_EXPONENT,
     Mat,
-    ball,
     need,
     number,
     read,
@@ -173,47 +171,130 @@ class Swift(Reader):
         return Integers(fmpz_mat(r, c, flat), d)
 
 
-class Enclosing(Reader):
-    """A `Reader` of enclosed matrices: exponentials and products are python-flint's,
-    which take more than half of the time of a proof where they are Python's.
+class Ball(Integers):
+    """An enclosed `Mat`, with a ball for each entry: ``m``, an arb_mat. What needs
+    integers refuses it.
     """
+
+    __slots__ = ("m",)
+
+    def __init__(self, m):
+        self.r, self.c, self.m, self.e = m.nrows(), m.ncols(), m, 1
+
+    @classmethod
+    def of(cls, x):
+        """A ball around a `Mat` x."""
+        if isinstance(x, cls):
+            return x
+        off = arb(0, x.e)
+        flat = [(arb(e) + off) / x.d for row in x.a for e in row]
+        return cls(arb_mat(x.r, x.c, flat))
+
+    @property
+    def z(self):
+        """Refused: it has no integers."""
+        return self.exact()
+
+    d = z
+
+    def __add__(self, o):
+        need((self.r, self.c) == (o.r, o.c), "a sum of two shapes")
+        return Ball(self.m + Ball.of(o).m)
+
+    __radd__ = __add__
+
+    def times(self, f):
+        """Its product with a number ``f``."""
+        return Ball(self.m * (arb(f.numerator) / f.denominator))
+
+    def __matmul__(self, o):
+        need(self.c == o.r, "a product of shapes that don't fit")
+        return Ball(self.m * Ball.of(o).m)
+
+    def __rmatmul__(self, o):
+        return Ball.of(o) @ self
+
+    @property
+    def T(self):
+        """The transpose."""
+        return Ball(self.m.transpose())
+
+    def cut(self, i, r, j, c):
+        """See `Integers.cut`."""
+        some = [self.m[k, n] for k in range(i, i + r) for n in range(j, j + c)]
+        return Ball(arb_mat(r, c, some))
+
+    def long(self):
+        """See `Mat.long`."""
+        return _above(_length(e.abs_upper() for e in self.m.entries())) + 1
+
+    def below(self):
+        """See `Mat.below`."""
+        both = (self.m + self.m.transpose()).entries()
+        less = _above(_length(arb(e.rad()) for e in both)) + self.r + 1  # cut off
+        flat = [_units(e.mid()) for e in both]
+        flat[:: self.r + 1] = [e - less for e in flat[:: self.r + 1]]
+        return Integers(fmpz_mat(self.r, self.c, flat), 1 << BALL)
+
+    def exponential(self):
+        """See `arithmetic.exponential`."""
+        need(self.r == self.c, "the exponential of a matrix that isn't square")
+        need(self.long() < LARGEST_EXPONENT << BALL, "an exponential is too large")
+        return Ball(self.m.exp())
+
+    def norm(self):
+        """See `arithmetic.norm`."""
+        size = Fraction(self.long(), 1 << BALL)
+        y = self.times(1 / size)
+        y = (y.T @ y if y.c < y.r else y @ y.T).m
+        for _ in range(3):
+            y = y * y
+        root = _length(e.abs_upper() for e in y.entries())
+        for _ in range(4):
+            root = root.sqrt()
+        return size * min(Fraction(_above(root) + 1, 1 << BALL), 1)
+
+
+class Enclosing(Swift):
+    """A `Reader` of such balls, of as many bits as python-flint works with: twice
+    `BALL`, as e^64 takes 93 before the point.
+    """
+
+    def op_near(self, a):
+        """See `Reader.op_near`."""
+        return Val(Ball.of(certain(a)))
 
     def op_exp(self, a):
-        """A ball around the exponential of ``a``: see `arithmetic.exponential`."""
-        return Val(_exponential(certain(a)))
+        """See `Reader.op_exp`."""
+        return Val(Ball.of(certain(a)).exponential())
 
-    def op_mul(self, a, b):
-        """The product of a and b: see `Reader.op_mul`."""
-        x, y = a.v, b.v
-        if scalar(x) or scalar(y) or a.back is not None or b.back is not None:
-            return super().op_mul(a, b)
-        need(x.c == y.r, "a product of shapes that don't fit")
-        e = (x.e or y.e) and (x.e * y.long() + x.long() * y.e >> BALL) + 1
-        left, right = (fmpz_mat(z.r, z.c, list(chain(*z.a))) for z in (x, y))
-        both = left * right
-        flat, c = [int(z) for z in both.entries()], y.c
-        rows = [flat[k * c : k * c + c] for k in range(x.r)]
-        return Val(ball(Mat(x.r, c, rows, x.d * y.d), e))
+    def op_norm(self, a):
+        """See `Reader.op_norm`."""
+        return Val(Ball.of(certain(a)).norm())
+
+    @staticmethod
+    def joined(r, c, parts):
+        """See `arithmetic.joined`."""
+        if not any(x.e for *_, x in parts):
+            return Swift.joined(r, c, parts)
+        flat = [arb(0)] * (r * c)
+        for top, left, x in parts:
+            entries = Ball.of(x).m.entries()
+            for k in range(x.r):
+                at = (top + k) * c + left
+                flat[at : at + x.c] = entries[k * x.c : k * x.c + x.c]
+        return Ball(arb_mat(r, c, flat))
 
 
-def _exponential(x):
-    """The enclosure of `arithmetic.exponential`, by arb's balls of each entry.
+def _length(sizes):
+    """The root of the sum of the squares of ``sizes``."""
+    return sum((e * e for e in sizes), arb(0)).sqrt()
 
-    e^64 takes 93 bits before the point, BALL come after it: twice BALL are enough.
-    """
-    need(x.r == x.c, "the exponential of a matrix that isn't square")
-    x = x.near(x.e)
-    need(x.long() < LARGEST_EXPONENT << BALL, "an exponential is too large")
-    with ctx.workprec(2 * BALL):
-        unit = arb(2) ** -BALL
-        off = arb(0, x.e)
-        flat = [(arb(e) + off) * unit for row in x.a for e in row]
-        found = arb_mat(x.r, x.r, flat).exp().entries()
-        need(all(e.is_finite() for e in found), "an exponential is too large")
-        flat = [_units(e.mid()) for e in found]
-        radii = [_units(e.rad()) + 2 for e in found]  # it and the middle are cut off
-    rows = [flat[k : k + x.r] for k in range(0, len(flat), x.r)]
-    return Mat(x.r, x.r, rows, 1 << BALL, isqrt(sum(e * e for e in radii)) + 1)
+
+def _above(x):
+    """A whole number of 2^-BALL above all of a ball x."""
+    need(x.is_finite(), "a ball is too large")
+    return -_units(-x.upper())
 
 
 def _units(x):

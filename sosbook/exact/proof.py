@@ -4,10 +4,12 @@ from dataclasses import dataclass
 from time import monotonic
 
 import numpy as np
+from flint import ctx
 
+from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, check_time, checked_seconds, time_limit
 from .checker import kernel
-from .checker.arithmetic import scalar
+from .checker.arithmetic import BALL, scalar
 from .definite import definite, positive, semidefinite
 from .integers import Integers, as_rational, swiftest
 from .rational import digit_count
@@ -111,7 +113,8 @@ class Examined:
             failed.append(names.get(label, label))
             return True  # what fails is listed, and the others are looked at
 
-        value = kernel.check(whole, decide, swiftest(whole)).value
+        with ctx.workprec(2 * BALL):
+            value = kernel.check(whole, decide, swiftest(whole)).value
         value = None if value is None else nearest(value)
         return cls(() if failed else tuple(claims), None, tuple(failed), value)
 
@@ -207,6 +210,7 @@ class Stopped(Unproven):
         super().__init__(f"stopped after {seconds:g} s; raise time_limit{share}")
 
 
+@one_thread
 def proven_within(seconds, work, progress=False):
     """The proof that ``work()`` returns, examined, or `Stopped` after some ``seconds``.
 

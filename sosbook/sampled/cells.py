@@ -38,6 +38,7 @@ import numpy as np
 from flint import arb
 from scipy.linalg import solve_triangular
 
+from ..bisection import highest
 from ..exact.definite import exact
 from .balls import balls, balls_of, middle, orthonormal, product, solve
 from .loops import SampledFamily, key_of, within
@@ -45,9 +46,7 @@ from .timing import TimeBox
 
 __all__ = ["PlantCell", "gram_bound", "least_pivot"]
 
-#: Values of t that `PlantCell.least` may take.
-SHARES = tuple(10.0 ** (k / 4) for k in range(-24, 5))
-
+SHARES = 10.0 ** (np.arange(-24, 5) / 4)  # of W that are tried
 HUGE = 1e100  # no loop with such an entry is seen to fall, and floats overflow near it
 
 
@@ -108,11 +107,7 @@ class PlantCell:
             if pivots and not min(pivots) > 0:
                 break
             if self.P is None:
-                grams = [F.T @ F for F in loops]
-                if W is not None:
-                    t = arb(exact(_best_share(float(rate), grams, W)))
-                    grams = [(1 + t) * gram + (1 + 1 / t) * W for gram in grams]
-                blocks = [pace**2 * one - gram for gram in grams]
+                blocks = less_grams(pace**2 * one, loops, W)
             else:
                 blocks = _blocks(pace, self._turned_P, G, loops, W)
             pivots += map(least_pivot, blocks)
@@ -248,24 +243,40 @@ def _blocks(pace, P, G, loops, W):
 
 def _best_s(pace, P, GG, rests, cross, W):
     """The s that leaves the most room, in floats."""
-    pace, W, GG = float(pace.mid()), middle(W), middle(GG)
-    s = 1 + 1 / np.array(SHARES)[:, None, None]
-    left = []
-    for x, rest, C in zip(P, rests, cross):
-        block = np.empty((len(s), 2 * len(W), 2 * len(W)))
-        block[:] = middle(np.block([[pace**2 * x, C.T], [C, rest]]))
-        block[:, : len(W), : len(W)] -= s * W
-        block[:, len(W) :, len(W) :] -= GG / s
-        left.append(np.linalg.eigvalsh(block)[:, 0])
-    return float(s[int(np.min(left, axis=0).argmax()), 0, 0])
+    pace, W, GG, o = float(pace.mid()), middle(W), middle(GG), np.zeros(W.shape)
+    blocks = [
+        middle(np.block([[pace**2 * x, C.T], [C, rest]]))
+        for x, rest, C in zip(P, rests, cross)
+    ]
+    first, second = np.block([[W, o], [o, o]]), np.block([[o, o], [o, GG]])
+    return most_room(blocks, [first], second, 1 + 1 / SHARES)[0]
 
 
-def _best_share(rate, grams, bent):
-    """The t of `SHARES` that leaves the most room, in floats."""
-    bent, t = middle(bent), np.array(SHARES)[:, None, None]
-    less = rate**2 * np.eye(len(bent)) - (1 + 1 / t) * bent
-    left = [np.linalg.eigvalsh(less - (1 + t) * middle(g))[:, 0] for g in grams]
-    return SHARES[int(np.min(left, axis=0).argmax())]
+def less_grams(right, loops, W):
+    """Balls below ``right`` less (F + D)'(F + D) for each F of some ``loops``, where
+    D'D is below W; None where D is zero.
+    """
+    grams = [F.T @ F for F in loops]
+    if W is None:
+        return [right - gram for gram in grams]
+    less, bent, several = middle(right), middle(W), np.array([*map(middle, grams)])
+    t, _ = most_room(less - bent - several, several, bent, SHARES)
+    t = arb(exact(t))
+    return [right - (1 + t) * gram - (1 + 1 / t) * W for gram in grams]
+
+
+def most_room(blocks, first, second, points):
+    """(s, room): with which of some ``points`` the smallest eigenvalue of ``blocks``
+    less s ``first`` less ``second`` / s, which is concave in s, is largest; in floats.
+    """
+    blocks, first = (np.array(x)[:, None] for x in (blocks, first))
+
+    def room(s):
+        s = s[:, None, None]
+        left = np.linalg.eigvalsh(blocks - s * first - second / s)
+        return left[..., 0].min(axis=0)
+
+    return highest(room, points)
 
 
 def least_pivot(S):

@@ -9,6 +9,7 @@ from ..laws.taken import is_controller
 from ..plants.checks import positive
 from ..plants.kinds import Plant, checked_plant
 from ..plants.sensed import plant_of
+from ..runtime.threads import one_thread
 from ..runtime.time_limit import OutOfTime, checked_seconds
 from ..runtime.time_limit import time_limit as limited
 from .channel import checked_norm
@@ -19,6 +20,7 @@ from .proof_file import SampledProof, in_text
 __all__ = ["furthest_sampled"]
 
 
+@one_thread
 def furthest_sampled(
     plant: Plant,
     K: Any,

@@ -13,10 +13,11 @@ from scipy.linalg import expm
 
 from ..exact.checker.text import number
 from ..exact.checker.ticks import Ticks
+from .cells import most_room
 
 __all__ = ["LONGEST", "Numbers", "norm"]
 
-SHARES = tuple(float(f"{10 ** (k / 4):.3g}") for k in range(-24, 33))
+SHARES = np.array([float(f"{10 ** (k / 4):.3g}") for k in range(-24, 33)])
 LONGEST = 30.0  # of an exponent: the text refuses 64
 
 
@@ -185,25 +186,20 @@ class Numbers:
 
         The ``loops`` are at the corners, with W, P and G.
         """
-        n, r2 = len(loops[0]), self.rate**2
-        s = np.array(SHARES)[:, None, None] if W is not None else np.ones((1, 1, 1))
-        W = np.zeros((n, n)) if W is None else W
-        rooms = []
-        for k, F in enumerate(loops):
-            if P is None:
-                more, less = (s, 1 / s) if W.any() else (0 * s, 0 * s)
-                block = r2 * np.eye(n) - (1 + more) * (F.T @ F) - (1 + less) * W
-            else:
-                x, GF, o = P[k % len(P)], G @ F, 0 * s
-                rest = G + G.T - x - (G @ G.T) / s * bool(W.any())
-                top, cross = r2 * x - s * W, GF.T + o
-                upper = np.concatenate([top, cross], axis=2)
-                lower = np.concatenate([GF + o, rest], axis=2)
-                block = np.concatenate([upper, lower], axis=1)
-            rooms.append(np.linalg.eigvalsh(block)[:, 0])
-        room = np.min(rooms, axis=0)
-        best = int(room.argmax())
-        return float(s[best, 0, 0]), room[best]
+        F, (n, _), r2 = np.array(loops), loops[0].shape, self.rate**2
+        bent, o = W is not None and W.any(), np.zeros((n, n))
+        if P is None:
+            first, second = F.mT @ F, W if bent else o
+            blocks = r2 * np.eye(n) - first - second
+            first = first * bent
+        else:
+            x, GF = P[np.arange(len(F)) % len(P)], G @ F
+            top = np.concatenate([r2 * x, GF.mT], axis=2)
+            rest = np.concatenate([GF, G + G.T - x], axis=2)
+            blocks = np.concatenate([top, rest], axis=1)
+            first = np.block([[W if bent else o, o], [o, o]])[None]
+            second = np.block([[o, o], [o, G @ G.T * bent]])
+        return most_room(blocks, first, second, np.ones(1) if W is None else SHARES)
 
 
 def _floats(x):
