@@ -138,14 +138,16 @@ class ObserverModel(ReadOnly):
         return first - P @ L
 
     def estimate(self, L, memory, y):
-        """x^, and d^ below it, of a ``memory`` and what is measured, by columns."""
+        """x^, and d^ below it, of a ``memory`` and what is measured, ``y``, by columns,
+        under the observer's gain ``L``.
+        """
         if not self.reduced:
             return memory
         return self._parts[2] @ memory + self._of_sensors(L) @ y
 
 
 def loads_of(disturbance, N, Bu):
-    """The matrix (N, p) of a ``disturbance``: True is one beside each input."""
+    """The matrix (N, p) of a ``disturbance``: True is one beside each input, ``Bu``."""
     if disturbance is None:
         return None
     if disturbance is True:
