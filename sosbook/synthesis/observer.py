@@ -139,7 +139,7 @@ def design_observer(
         if not isinstance(reduced, bool):
             raise ValueError(f"reduced must be True or False, got {reduced!r}")
         loads = loads_of(disturbance, N, mean_descriptor(vertices).Bu)
-        model = ObserverModel(tuple(vertices), K, C, loads, reduced)
+        model = ObserverModel(tuple(vertices), K, C, loads, reduced, region)
         return _by_region(plant, model, region, time_limit)
     if disturbance is not None or reduced:
         raise ValueError("disturbance and reduced need a region: give where poles lie")
@@ -181,7 +181,7 @@ def _by_region(plant, model, region, seconds):
     if found.K is not None and found.status == "feasible":
         L = model.observer_gain(found.K)
     reason = "" if L is not None else f"{OF_TRANSPOSED} {found.reason}"
-    known = dict(L=L, margins=found.margins, reason=reason, place=region, model=model)
+    known = dict(L=L, margins=found.margins, reason=reason, model=model)
     return ObserverDesign(plant, model.K, model.C, found.status, **known)
 
 

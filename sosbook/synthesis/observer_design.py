@@ -68,12 +68,10 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     reason : str
         Why there is no observer: what is proven, or what was excluded and what
         was merely not found. Empty for a feasible design.
-    place : Region or None
-        Where the poles of the error lie, if that was asked: of each vertex's own A + L
-        C.
     model : ObserverModel or None
-        What the observer follows, if its poles were asked: with loads L has their rows
-        below, and where sensors are believed it has those of the rest alone.
+        What the observer follows, and the ``place`` of its poles, if these were asked:
+        with loads L has their rows below, and where sensors are believed it has those
+        of the rest alone.
     """
 
     plant: Any
@@ -87,7 +85,6 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     problem: Any = None
     multipliers: list | None = None
     reason: str = ""
-    place: Any = None
     model: Any = None
 
     def __repr__(self):
@@ -181,9 +178,10 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
 
     def _prove(self, digits: int | None) -> ObserverProof:
         given = self._observer()
-        if self.place is not None:  # of the loop, which has K's poles, too
-            inside = self.place.contains(self.poles())
-            return self.loop.prove(*(self.place.parts if inside else ()))
+        if self.model is not None:  # of the loop, which has K's poles, too
+            place = self.model.place
+            inside = place.contains(self.poles())
+            return self.loop.prove(*(place.parts if inside else ()))
 
         def attempt(digits, places):
             L = round_digits(given, digits)

@@ -29,7 +29,8 @@ NO_REST = (
 class ObserverModel(ReadOnly):
     """The model of an observer with the gain ``K``, (m, N), that sees ``C``, (q, N), of
     the plants at ``vertices``; ``loads``, (N, p), is where constant loads enter E x',
-    or None; ``reduced``: whether the sensors are believed.
+    or None; ``reduced``: whether the sensors are believed; ``place``: the region of the
+    error's poles that was asked, of each vertex's own A + L C.
     """
 
     vertices: tuple
@@ -37,6 +38,7 @@ class ObserverModel(ReadOnly):
     C: np.ndarray
     loads: np.ndarray | None = None
     reduced: bool = False
+    place: object = None
 
     def __post_init__(self):
         """Check that loads can be cancelled and that sensors can be believed."""
