@@ -31,9 +31,20 @@ def first(tab, tag):
     return tab.page.locator(tag).first
 
 
+def said(element):
+    """What an element says: the verdict of its sentence, and what more there is."""
+    parts = ".sos-say em", ".sos-readout"
+    return " ".join(element.locator(part).inner_text() for part in parts)
+
+
+def whole(element):
+    """The same with its sentence."""
+    return element.get_attribute("aria-label") + said(element)
+
+
 def say(tab, tag):
-    """What it says."""
-    return first(tab, tag).locator(".sos-readout").inner_text()
+    """What the first of a kind says."""
+    return said(first(tab, tag))
 
 
 def held(tab, tag, code, given=None):
@@ -105,37 +116,46 @@ def assert_readable(tab, elements, inks=INKS):
 
 
 def assert_buttons(tab, visit, tag, label):
-    """Reset, a link that leads back, and a program's names, after a slider moved."""
-    element = tab.page.locator(tag).first
-    readout, slider = (
-        element.locator(".sos-readout"),
-        element.get_by_role("slider", name=label),
-    )
-    begin = readout.inner_text()
-    last = slider.input_value() == slider.get_attribute("max")
-    slider.press("ArrowLeft" if last else "ArrowRight")
-    moved = readout.inner_text()
+    """Reset, a link that leads back, and a program's names, after a number moved."""
+    element = first(tab, tag)
+    begin = whole(element)
+    step(element.get_by_role("spinbutton", name=label))
+    moved = whole(element)
     assert moved != begin
     element.get_by_role("button", name="Link to this").click()
     again = visit(tab.page.url)
-    assert again.page.locator(tag).first.locator(".sos-readout").inner_text() == moved
+    assert whole(first(again, tag)) == moved
     assert again.errors == []
     element.get_by_role("button", name="As Python").click()
     names = {}
     exec(element.locator("pre").inner_text(), names)
     element.get_by_role("button", name="Reset").click()
-    assert readout.inner_text() == begin and element.locator("pre").count() == 0
+    assert whole(element) == begin and element.locator("pre").count() == 0
     return names
 
 
-def green(tab, tag):
-    """For each slider of the first element the stretches of its band, in parts."""
-    return tab.page.evaluate(
-        """tag => [...document.querySelector(tag).querySelectorAll(".sos-band")].map(
-          band => [...band.style.background.matchAll(
+def step(number):
+    """Move a number of a sentence by a step, up where it can."""
+    before = number.input_value()
+    number.press("ArrowUp")
+    if number.input_value() == before:
+        number.press("ArrowDown")
+
+
+def green(tab, tag, key):
+    """The stretches of a number's way under the ruler: [whether green, from, to]."""
+    element = first(tab, tag)
+    element.scroll_into_view_if_needed()
+    element.locator(f".sos-num[data-slot='{key}']").focus()
+    tab.page.wait_for_function(
+        "([t, k]) => { const e = document.querySelector(t);"
+        "return e.surveyed && e.taken === k; }",
+        arg=[tag, key],
+    )
+    return element.locator(".sos-band").evaluate(
+        """band => [...band.style.background.matchAll(
             /(region|line)\\) (-?[\\d.]+)% ([\\d.]+)%/g)].map(
-            ([, colour, from, to]) => [colour === "region", from / 100, to / 100]))""",
-        tag,
+            ([, colour, from, to]) => [colour === "region", from / 100, to / 100])"""
     )
 
 

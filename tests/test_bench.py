@@ -672,7 +672,8 @@ def number(tab, key):
 def sentence(tab):
     """What the sentence says, its fields' numbers among its words."""
     said = tab.page.evaluate("""() => {
-      const words = x => x.value ?? (x.nodeName === "SPAN" ? all(x) : x.textContent);
+      const words = x => x.selectedOptions?.[0].text ?? x.value ??
+        (x.nodeName === "SPAN" ? all(x) : x.textContent);
       const all = x => [...x.childNodes].map(words).join("");
       return all(document.querySelector(".sos-say")).replaceAll("\\u00a0", " ");
     }""")
@@ -1029,7 +1030,7 @@ def test_what_is_measured_is_a_choice_in_the_sentence(tab):
     """It asks for the law of a file, of errors that it sees, and takes it back."""
     tab.page.locator("[data-key=example]").select_option("1")
     choice = tab.page.locator(".sos-choice")
-    assert choice.input_value() == "with all measured"
+    assert choice.input_value() == "0"  # with all measured
     choice.select_option("from the motor's encoder alone")
     tab.page.wait_for_function(READY)
     data = json.loads(program(tab, "As JSON"))

@@ -19,7 +19,7 @@ from nbformat.sign import NotebookNotary
 import sosbook as sos
 from sosbook.book import thesis
 from sosbook.book.notebooks import BOOK
-from tests.elements import middle, still
+from tests.elements import middle, step, still
 from tests.test_page_elements import FIRST, TAGS
 
 pytestmark = pytest.mark.live
@@ -300,15 +300,9 @@ def test_every_kind_of_element_works_in_the_notebook(kinds, tag):
         "tag => document.querySelector(tag + ' .sos-readout')?.innerText", arg=tag
     )
     before = readout.inner_text()
-    sliders = element.locator("input[type=range]:enabled")
-    if sliders.count():
-        control = sliders.first
-        control.scroll_into_view_if_needed()
-        last = control.input_value() == control.get_attribute("max")
-        control.press("ArrowLeft" if last else "ArrowRight")
-    else:
-        choice = element.locator("select").first
-        choice.select_option("1" if choice.input_value() == "0" else "0")
+    number = element.locator(".sos-num").first
+    number.scroll_into_view_if_needed()
+    step(number)
     kinds.wait_for_function(
         "([tag, old]) => document.querySelector(tag + ' .sos-readout')"
         ".innerText !== old",

@@ -30,7 +30,7 @@ from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
 from tests.axis import stepless
 from tests.conftest import Tab
-from tests.elements import still, write_page
+from tests.elements import green, said, step, still, write_page
 from tests.gains import named
 from tests.test_page_elements import FIRST
 
@@ -69,7 +69,7 @@ class Sheet(Tab):
         return self.page.evaluate("tag => document.querySelector(tag).place", tag)
 
     def said(self, tag):
-        return self.page.locator(f"{tag} .sos-readout").inner_text()
+        return said(self.page.locator(tag))
 
     def drag(self, handle, right, down):
         """Move a handle by the mouse."""
@@ -152,10 +152,8 @@ def alone(desk, tag):
 def test_reset_brings_the_first_setting_back(alone, tag):
     alone.compute(tag, [])
     begin, said = alone.place(tag), alone.said(tag)
-    for slider in alone.page.locator(f"{tag} input[type=range]").all():
-        slider.focus()
-        highest = slider.input_value() == slider.get_attribute("max")
-        alone.page.keyboard.press("ArrowLeft" if highest else "ArrowRight")
+    for number in alone.page.locator(f"{tag} .sos-num").all():
+        step(number)
     assert alone.place(tag) != begin
     alone.page.locator(f"{tag} .sos-reset").click()
     assert alone.place(tag) == begin and alone.said(tag) == said
@@ -163,7 +161,7 @@ def test_reset_brings_the_first_setting_back(alone, tag):
 
 @pytest.mark.parametrize("tag", TAGS)
 def test_every_position_has_a_picture_and_a_sentence(desk, tag):
-    """Both ends of every slider, every choice; no NaN in what is drawn."""
+    """Both ends of every number, every choice; no NaN in what is drawn."""
     faults = desk.page.evaluate(
         """tag => {
       const element = document.querySelector(tag), faults = [];
@@ -171,7 +169,7 @@ def test_every_position_has_a_picture_and_a_sentence(desk, tag):
         const text = element.view.innerHTML;
         const wrong = text.match(/NaN|undefined|Infinity/);
         if (wrong) faults.push([where, wrong[0]]);
-        if (!element.view.querySelector(".sos-readout").textContent.trim())
+        if (!element.words || element.find("say em").textContent !== element.words)
           faults.push([where, "says nothing"]);
         for (const svg of element.view.querySelectorAll("svg")) {
           const plot = svg.querySelector(".sos-grid ~ .sos-line:not(.sos-ghost)");
@@ -179,14 +177,12 @@ def test_every_position_has_a_picture_and_a_sentence(desk, tag):
             faults.push([where, "a plot that doesn't say its state"]);
         }
       };
-      for (const control of element.data.controls) {
-        const input = element.inputs[control.key];
-        const ends = control.names ? control.names.map((_, k) => k) : [0, input.max];
-        for (const end of ends) {
+      for (const {key, names} of element.controls) {
+        const {low, high, value} = names ? {} : element.scaleOf(key);
+        for (const end of names ? names.map((_, k) => k) : [value(low), value(high)]) {
           element.reset();
-          element.put(control.key, end);
-          input.dispatchEvent(new Event("input"));
-          look([control.key, end]);
+          element.move({[key]: end});
+          look([key, end]);
         }
       }
       element.reset();
@@ -197,44 +193,40 @@ def test_every_position_has_a_picture_and_a_sentence(desk, tag):
 
 
 @pytest.mark.parametrize("tag", TAGS)
-def test_bands_are_green_where_the_verdict_is(alone, tag):
-    """At random places of each slider, a step or more away from an end of green."""
+def test_the_ruler_is_green_where_the_verdict_is(alone, tag):
+    """At random places of each number, a step or more away from an end of green."""
     element = alone.page.locator(tag)
     means = alone.page.evaluate("t => document.querySelector(t).means", tag)
-    assert element.get_by_text(f"Green under a slider: there {means}").count() == bool(
+    assert element.get_by_text(f"Green below the ruler: there {means}").count() == bool(
         means
     )
     if not means:
         return
-    alone.compute(tag, [])
-    element.scroll_into_view_if_needed()
-    alone.page.wait_for_function("t => document.querySelector(t).surveyed", arg=tag)
-    told = alone.page.evaluate(
-        """tag => {
-      const element = document.querySelector(tag), told = [];
-      for (const control of element.data.controls.filter(c => !c.names)) {
-        const input = element.inputs[control.key], last = Number(input.max);
-        const band = input.parentElement.querySelector(".sos-band").style.background;
-        const ends = [...band.matchAll(/(region|line)\\) ([\\d.]+)% ([\\d.]+)%/g)]
-          .map(([, colour, from, to]) => [colour === "region", from / 100, to / 100]);
-        for (let k = 0; k < 12; k++) {
-          const at = Math.round(last * ((0.618 * (k + 1)) % 1));
-          const [good, from, to] = ends.find(e => at / last <= e[2]);
-          const inside = at / last - from > 1.1 / last || from === 0;
-          if (!inside || (to - at / last < 1.1 / last && to < 1)) continue;
+    told = 0
+    for number in element.locator(".sos-num").all():
+        key = number.get_attribute("data-slot")
+        alone.compute(tag, [])
+        bands = green(alone, tag, key)
+        found = alone.page.evaluate(
+            """([tag, key, bands]) => {
+          const element = document.querySelector(tag), told = [];
+          const {high, value} = element.scaleOf(key);
+          for (let k = 0; k < 12; k++) {
+            const at = Math.round(high * ((0.618 * (k + 1)) % 1));
+            const [good, from, to] = bands.find(e => at / high <= e[2]);
+            const inside = at / high - from > 1.1 / high || from === 0;
+            if (!inside || (to - at / high < 1.1 / high && to < 1)) continue;
+            element.reset();
+            element.move({[key]: value(at)});
+            told.push([at, good, element.kind === "feasible"]);
+          }
           element.reset();
-          input.value = at;
-          input.dispatchEvent(new Event("input"));
-          const said = element.find("readout").classList.contains("sos-feasible");
-          told.push([control.key, at, good, said]);
-        }
-      }
-      element.reset();
-      return told; }""",
-        tag,
-    )
-    assert len(told) > 5
-    assert [t for t in told if t[2] != t[3]] == []
+          return told; }""",
+            [tag, key, bands],
+        )
+        assert [t for t in found if t[1] != t[2]] == []
+        told += len(found)
+    assert told > 5
 
 
 def test_a_motion_plays_and_rests(desk):
@@ -516,9 +508,7 @@ def test_a_gain_is_dragged_by_mouse_and_by_touch_and_moved_by_keys(desk):
     after = desk.place(tag)
     assert after["x"] > before["x"] and after["y"] < before["y"]
     assert desk.said(tag) != said
-    slider = desk.page.locator(f"{tag} [data-key=x]")
-    slider.focus()
-    slider.press("ArrowRight")
+    desk.page.locator(f"{tag} [data-slot=x]").press("ArrowUp")
     assert desk.place(tag)["x"] == pytest.approx(after["x"] + 0.5)
     box = still(handle)
     touch = desk.page.context.new_cdp_session(desk.page)
@@ -652,10 +642,10 @@ def test_the_drive_says_proven_where_a_bound_of_the_package_is_kept(desk, progra
         return places.map(p => e.proven({...e.place, ...p})); }""",
         places,
     )
-    for place, said in zip(places, found, strict=True):
+    for place, proven in zip(places, found, strict=True):
         most = sums[place["law"]] * place["r"] + noise
-        assert said["total"] == pytest.approx(most)
-        assert said["holds"] is (not place["limit"] or most <= 2)
+        assert proven["total"] == pytest.approx(most)
+        assert proven["holds"] is (not place["limit"] or most <= 2)
     (loaded,) = desk.page.evaluate(
         """() => [document.querySelector("sos-drive")].map(
              e => e.proven({...e.place, limit: 2, law: 1, r: 1, w: 0.1}))"""
@@ -666,10 +656,8 @@ def test_the_drive_says_proven_where_a_bound_of_the_package_is_kept(desk, progra
 def test_the_drive_runs_away_comes_back_and_ramps(desk):
     def said(**place):
         desk.page.evaluate(
-            """p => { const e = document.querySelector("sos-drive"); e.reset();
-            for (const [key, at] of Object.entries(p)) {
-              e.inputs[key].value = at;
-              e.inputs[key].dispatchEvent(new Event("input", {bubbles: true})); } }""",
+            """p => { const e = document.querySelector("sos-drive");
+            e.reset(); e.move(p); }""",
             place,
         )
         return desk.said("sos-drive")
@@ -677,7 +665,7 @@ def test_the_drive_runs_away_comes_back_and_ramps(desk):
     assert "It runs away." in said() and "no proof reaches this step" in said()
     assert "It settles here: simulated only." in said(limit=2)
     assert "It settles: proven." in said(limit=2, law=2)
-    assert "w/k = 0.05 rad" in said(limit=2, law=2, w=10)
+    assert "w/k = 0.05 rad" in said(limit=2, law=2, w=0.5)
 
 
 # --------------------------------------------------------- sensors (chapter 34)

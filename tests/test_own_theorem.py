@@ -182,7 +182,7 @@ def typed(tab, *lines, **place):
       if (lines.length) e.areas.lines.value = lines.join("\\n");
       e.reset({lines: "", ...place});
       const {file, failed, ...rest} = e.result;
-      return {...rest, failed, file, said: e.find("readout").innerText,
+      return {...rest, failed, file, said: e.words + e.find("readout").innerText,
               wrong: e.find("fault").textContent}; }""",
         [lines, place],
     )

@@ -8,7 +8,7 @@ import pytest
 from sosbook.book.elements.page import PageElement, whole
 from sosbook.book.notebooks import BOOK
 from tests import layout
-from tests.elements import assert_readable, points, still, write_page
+from tests.elements import assert_readable, points, said, step, still, write_page
 
 KINDS = {"sos-delay", "sos-map", "sos-robot"}
 pytestmark = pytest.mark.skipif(
@@ -59,7 +59,7 @@ def test_all_kinds_work_on_one_page(tab):
     assert all(count for v in views for count, _ in v)
     assert len({name for v in views for _, name in v}) == 4
     ids = tab.page.evaluate("[...document.querySelectorAll('[id]')].map(e => e.id)")
-    assert len(ids) == len(set(ids)) > 10
+    assert len(ids) == len(set(ids)) > 4
     assert tab.errors == []
 
 
@@ -69,10 +69,9 @@ def test_a_control_moves_its_own_element_only(tab):
             """tag => {
           const all = [...document.querySelectorAll(Object.keys({
             "sos-delay": 1, "sos-map": 1, "sos-robot": 1}).join())];
-          const said = () => all.map(
-            e => e.view.querySelector(".sos-readout").textContent);
+          const said = () => all.map(e => e.view.textContent);
           const before = said();
-          const input = document.querySelector(tag + " input[type=range]:enabled");
+          const input = document.querySelector(tag + " .sos-ruler input");
           input.value = input.value === input.max ? 0 : input.max;
           input.dispatchEvent(new Event("input", {bubbles: true}));
           return [before, said()]; }""",
@@ -111,25 +110,22 @@ def alone(shelf, tag):
     sheet.evaluate("style => style.remove()")
 
 
-def words(slider):
-    return slider.get_attribute("aria-valuetext")
-
-
 @pytest.mark.parametrize("tag", TAGS)
-def test_every_slider_by_key_mouse_and_finger(alone, tag):
-    sliders = alone.locator(f"{tag} input[type=range]:enabled").all()
-    assert sliders or tag == "sos-digits"
-    for slider in sliders:
-        slider.focus()
-        before, name = words(slider), slider.get_attribute("id")
-        assert alone.locator(f"label[for='{name}']").inner_text()
-        last = float(slider.input_value()) == float(slider.get_attribute("max"))
-        alone.keyboard.press("ArrowLeft" if last else "ArrowRight")
-        moved = words(slider)
-        at = points(slider, 0.2, 0.9)
-        clicked = [alone.mouse.click(*point) or words(slider) for point in at]
-        tapped = [alone.touchscreen.tap(*point) or words(slider) for point in at]
-        assert moved != before and clicked[0] != clicked[1] and tapped == clicked
+def test_every_number_by_key_mouse_and_finger(alone, tag):
+    """Each by arrows; the one that was taken last by the ruler, too."""
+    numbers = alone.locator(f"{tag} .sos-num").all()
+    assert numbers
+    for number in numbers:
+        before, name = number.input_value(), number.get_attribute("aria-label")
+        step(number)
+        assert name and number.input_value() != before
+        assert number.get_attribute("aria-valuetext").startswith(number.input_value())
+    ruler = alone.locator(f"{tag} .sos-ruler input")
+    assert alone.locator(f"{tag} .sos-ruler label").inner_text() == name
+    at = points(ruler, 0.2, 0.9)
+    clicked = [alone.mouse.click(*point) or number.input_value() for point in at]
+    tapped = [alone.touchscreen.tap(*point) or number.input_value() for point in at]
+    assert clicked[0] != clicked[1] and tapped == clicked
 
 
 def test_every_element_has_a_task_and_its_answer():
@@ -153,15 +149,16 @@ def test_the_answer_of_a_task_is_shown(alone, tag):
     if not button.count():
         return
     alone.locator(f"{tag} .sos-reset").click()
-    said = alone.locator(f"{tag} .sos-readout").inner_text()
+    told = said(alone.locator(tag))
     before = alone.locator(tag).evaluate(PLOTS)
     button.click()
     held = "t => Object.entries(t.data.answer).every(([k, v]) => t.address[k] == v)"
     assert alone.locator(tag).evaluate(held)
     alone.wait_for_function(
-        "([tag, said]) => ![null, said].includes(document.querySelector("
-        "  tag + ' .sos-readout:not(.sos-old)')?.innerText ?? null)",
-        arg=[tag, said],
+        "([tag, said]) => { const e = document.querySelector(tag);"
+        "  return e.querySelector('.sos-readout:not(.sos-old)') && said !== "
+        "    `${e.find('say em').innerText} ${e.find('readout').innerText}`; }",
+        arg=[tag, told],
     )
     after = alone.locator(tag).evaluate(PLOTS)
     assert tag in ALIKE or [x for x in before if x in after] == []

@@ -49,29 +49,36 @@ SWEEP = """async ([tag, count, known]) => {
   release();
   if (e.solve) await until(solved);
   note("start");
-  const plants = tag === "sos-bench" ? "" : ", select[data-key]";  // another form
-  const controls = `input[type=range]:enabled${plants}`;
-  for (const input of e.view.querySelectorAll(controls)) {
-    const before = input.value, choice = input.localName === "select";
-    const last = choice ? input.options.length - 1 : Number(input.max);
-    const snaps = choice || (input.step !== "any" && Number(input.step) >= 1);
-    const steps = snaps ? Math.min(count, last / (Number(input.step) || 1)) : count;
+  const ruler = e.find("ruler").querySelector("input"), choice = "[data-choice]";
+  const sweep = async (key, input, kind, begin) => {
+    const before = input.value;
+    const [low, high] = kind === "number" ? [Number(input.min), Number(input.max)]
+                                         : [0, input.options.length - 1];
+    const steps = Math.min(count, high - low);
     const put = async value => {
+      begin?.();
       input.value = value;
       input.dispatchEvent(new Event("input", {bubbles: true}));
-      note(`${input.dataset.key} at ${value}, at once`);
+      note(`${key} at ${value}, at once`);
       if (e.solve) await until(solved); else await wait(0);
-      note(`${input.dataset.key} at ${value}`);
+      note(`${key} at ${value}`);
     };
     for (let k = 0; k <= steps; k++) {
-      await put(snaps ? Math.round(last * k / steps) : last * k / steps);
+      await put(Math.round(low + (high - low) * k / steps));
       if (e.answer?.status === "infeasible" && k % 4 === 0) {
         await until(() => e.offers);
-        note(`${input.dataset.key} with advice`);
+        note(`${key} with advice`);
       }
     }
     await put(before);
-  }
+  };
+  const keys = (list, name) => [...e.find("say").querySelectorAll(list)].map(
+    x => [x.dataset[name], () => e.find(`say [data-${name}="${x.dataset[name]}"]`)]);
+  for (const [key, number] of keys(".sos-num", "slot"))
+    await sweep(key, ruler, "number", () => number().focus());
+  if (tag !== "sos-bench")  // another choice, another form
+    for (const [key, select] of keys(`select${choice}`, "choice"))
+      await sweep(key, select(), "choice");
   return [seen, [...answers]]; }"""
 #: Pixels between the readout's last line and its end.
 BLANK = """tag => {

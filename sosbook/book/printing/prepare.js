@@ -25,14 +25,7 @@ async ({css, part, head, first, anchors, elsewhere, textbook}) => {
     if (!one.localName.startsWith("sos-")) continue;
     const note = document.createElement("p");
     note.className = "sos-elsewhere";
-    const setting = [...one.querySelectorAll(".sos-slider label")].map(label => {
-      const [name, value] = label.children.length
-        ? [...label.children].map(x => x.textContent)
-        : [label.textContent, label.nextElementSibling.selectedOptions[0].textContent];
-      return value.includes("=") ? value : `${name}: ${value}`;
-    });
-    note.append(
-      "A still of what moves on the page", ...(setting.length ? [`; here ${setting.join(", ")}`] : []));
+    note.append("A still of what moves on the page");
     if (elsewhere) {
       const link = document.createElement("a");
       link.href = link.textContent = elsewhere;

@@ -268,8 +268,8 @@ class Bench extends Wish {
     return key in this.bounds || key.includes("/") || ["step", "T", "delay", "filter"].includes(key);
   }
   get pieces() { return withChoice(this.sentences, this.data.law); }
-  choose(words) {
-    const law = this.sentences.laws().find(([name]) => words === `from ${name}`);
+  choose(at) {
+    const law = this.sentences.laws()[at - 1];
     this.boxes.find(box => box.dataset.wanted === "law").checked = Boolean(law);
     if (law) {
       const {U} = this.data.request, [, position] = law,

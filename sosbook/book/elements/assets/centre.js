@@ -1,6 +1,6 @@
 import {clean, define} from "./kit.js";
 import {add, combine, eigenvalues, eye, lyapunov, make, mul, rightmost, scale, solve, trace, transpose} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 import {bar, mark, picture, Plot} from "./plot.js";
 
 const SLOPES = [[[1, 0], [0, 0]], [[0, 1], [1, 0]]];
@@ -8,6 +8,7 @@ const det = ([[a, b], [c, d]]) => a * d - b * c;
 const /** @type {any} */ least = ([[a, b], [, d]]) => (a + d) / 2 - Math.hypot((a - d) / 2, b);
 
 class Centre extends Mover {
+  get says() { return "For a decay rate of σ = {sigma}, your point has p = {p} and q = {q}."; }
   figures = {
     set:
       "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre.",
@@ -107,10 +108,10 @@ class Centre extends Mover {
                 write(i, 250, names[i]) + write(i, v > 0 ? 146 : 122, clean(v)))
             .join(""));
     this.tell(feasible ? "feasible" : "infeasible",
-      verdict(feasible ? "Your point is feasible."
-          : centre     ? "Your point isn't feasible."
-                       : `No point is feasible: no loop decays faster than its slowest pole.`) +
-        `<p>Schur: P ≻ 0 where p − q² = ${number(schur)} is positive. ` +
+      feasible   ? "Your point is feasible."
+        : centre ? "Your point isn't feasible."
+                 : `No point is feasible: no loop decays faster than its slowest pole.`,
+      `<p>Schur: P ≻ 0 where p − q² = ${number(schur)} is positive. ` +
         (centre ? `Centre: (${centre.map(v => number(v, "", 4)).join(", ")}). ` : "") +
         (feasible ? `Newton takes ${path.length - 1} steps; its decrements: ${
                       path.map(s => number(Math.max(s.decrement, 1e-12), "", 1)).join(", ")}.`

@@ -1,6 +1,6 @@
 import {clean, define} from "./kit.js";
 import {add, eigenvalues, eye, mul, regulator, rightmost, spectralRadius} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 import {linear, sampledLoop, vertices} from "./pendulum.js";
 
 const T = 0.01;  // s
@@ -12,6 +12,9 @@ function pendulum({e_c, f_c, d_c, e_a}, {M_b, l, r, M_w, g}) {
 }
 
 class Chain extends Mover {
+  get says() {
+    return "From e/c = {e_c}, f/c = {f_c}, d/c = {d_c} and e/a = {e_a}, with R = {R}, to robots within {spread}, {late} late.";
+  }
   figures = {
     links: "Each link hands its numbers to the next; what changed with your last move is framed.",
     radius: "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."
@@ -34,12 +37,11 @@ class Chain extends Mover {
   show({mip, K, radius, right}, old, place) {
     const good = this.good({radius, right});
     this.tell(good ? "feasible" : "infeasible",
-      verdict(good    ? "These numbers may go into the program, as far as eigenvalues can say."
-          : right < 0 ? "Stopped: the loop is unstable at 100 Hz."
-                      : "Stopped: the loop is unstable for a vertex.") +
-        `<p>Rightmost pole at a vertex ${number(right, " s⁻¹")}, largest modulus at 100 Hz ${
-          number(
-            Math.max(...radius), "", 4)}. The real chain proves it for every constant plant between.</p>`);
+      good          ? "These numbers may go into the program, as far as eigenvalues can say."
+        : right < 0 ? "Stopped: the loop is unstable at 100 Hz."
+                    : "Stopped: the loop is unstable for a vertex.",
+      `<p>Rightmost pole at a vertex ${number(right, " s⁻¹")}, largest modulus at 100 Hz ${
+        number(Math.max(...radius), "", 4)}. The real chain proves it for every constant plant between.</p>`);
     const links = [
       ["ratios", [["e/c", place.e_c], ["f/c", place.f_c], ["d/c", place.d_c], ["e/a", place.e_a]]],
       ["letters (× 10³)", "abcdef".split("").map(x => [x, 1000 * mip[x], old && 1000 * old.mip[x]])],

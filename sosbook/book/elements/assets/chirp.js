@@ -1,6 +1,6 @@
 import {clamp, clean, define, degrees, round} from "./kit.js";
 import {solve} from "./linalg.js";
-import {Mover, normal, number, series, verdict} from "./mover.js";
+import {Mover, normal, number, series} from "./mover.js";
 import {runge} from "./pendulum.js";
 import {bar, picture} from "./plot.js";
 
@@ -34,6 +34,7 @@ function fit(V, y, start, linear) {
 }
 
 class Chirp extends Mover {
+  get says() { return "A chirp of {amplitude} shakes the body, and the noise of its gyro is {noise}."; }
   get horizon() { return T * STEPS; }
   get still() { return 3; }
 
@@ -62,11 +63,11 @@ class Chirp extends Mover {
     const widest = degrees(Math.max(...q.map(Math.abs))), names = ["e/c", "f/c", "d/c"];
     const bad = Math.abs(off[1][2]) > 1;
     this.tell(bad ? "infeasible" : "feasible",
-      verdict(bad ? `The linear model's d/c is wrong by ${Math.abs(off[1][2]).toFixed(1)} %.`
-                  : "Both find d/c to a per cent.") +
-        `<p>The body swings up to ${number(widest, "°", 2)}. Errors of e/c, f/c, d/c: pendulum ${
-          off[0].map(x => number(x, " %", 2)).join(", ")}; linear ${
-          off[1].map(x => number(x, " %", 2)).join(", ")}.</p>`);
+      bad ? `The linear model's d/c is wrong by ${Math.abs(off[1][2]).toFixed(1)} %.`
+          : "Both find d/c to a per cent.",
+      `<p>The body swings up to ${number(widest, "°", 2)}. Errors of e/c, f/c, d/c: pendulum ${
+        off[0].map(x => number(x, " %", 2)).join(", ")}; linear ${
+        off[1].map(x => number(x, " %", 2)).join(", ")}.</p>`);
     const line = (values, colour, dash) => ({points: series(values, T, 3), colour, dash});
     const speeds = (x, linear) => swing(x, V, linear).map(s => s[1]);
     this.curves("log", "θ′ (rad/s)", "The gyro and two fits", [

@@ -1,11 +1,12 @@
 import {clean, define} from "./kit.js";
 import {apply, combine, dot, eigenvalues, exponential, motion, rightmost, scale, stable} from "./linalg.js";
-import {Mover, number, series, verdict} from "./mover.js";
+import {Mover, number, series} from "./mover.js";
 import {Plot} from "./plot.js";
 
 const T = 0.05, STEPS = 1200;  // s
 
 class Circulation extends Mover {
+  get says() { return "With circulation κ = {kappa} and damping {damping} the hand starts at (0.2, 0.2)."; }
   get horizon() { return T * STEPS; }
   get still() { return 60; }
   get pace() { return 6; }
@@ -32,10 +33,10 @@ class Circulation extends Mover {
   show({poles, z, energy}, ghost, {kappa}) {
     const good = stable(poles), most = Math.max(0.3, ...z.flat().map(Math.abs)) * 1.05;
     this.tell(good ? "feasible" : "infeasible",
-      verdict(
-        good ? "It comes to rest." : "It never comes to rest: circulation gives more than damping takes.") +
-        `<p>κ = ${number(kappa)}. Rightmost pole: real part ${number(rightmost(poles), " s⁻¹")}. After ${
-          this.horizon} s ${number(100 * energy.at(-1) / energy[0], " %")} of the energy is there.</p>`);
+
+      good ? "It comes to rest." : "It never comes to rest: circulation gives more than damping takes.",
+      `<p>κ = ${number(kappa)}. Rightmost pole: real part ${number(rightmost(poles), " s⁻¹")}. After ${
+        this.horizon} s ${number(100 * energy.at(-1) / energy[0], " %")} of the energy is there.</p>`);
     this.poleMap(
       "poles", {x: [-0.7, 0.3], y: [0.6, 1.2], label: "Poles of the robot", poles, ghost: ghost?.poles});
     const plot = this.plot = new Plot({x: [-most, most], y: [-most, most], labels: ["z₁", "z₂"]});

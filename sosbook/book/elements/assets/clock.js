@@ -1,12 +1,15 @@
 import {clean, define, degrees} from "./kit.js";
 import {apply, eigenvalues, spectralRadius} from "./linalg.js";
-import {Mover, number, stairs, verdict} from "./mover.js";
+import {Mover, number, stairs} from "./mover.js";
 import {sampledLoop} from "./pendulum.js";
 import {markAll, Plot} from "./plot.js";
 
 const TILT = 2 * Math.PI / 180;
 
 class Clock extends Mover {
+  get says() {
+    return "Under {law} a tick comes every {T}, its voltage {delay} later; the wheels' rate is {sensing}.";
+  }
   get horizon() { return 0.6; }
   get still() { return 0.6; }
   get pace() { return 0.2; }
@@ -42,11 +45,11 @@ class Clock extends Mover {
     const good = this.good({radius}), [middle, ...others] = radius;
     this.draw("circle", plot, `Eigenvalues of the sampled loop, the largest of size ${clean(middle)}`);
     this.tell(good ? "feasible" : "infeasible",
-      verdict(good ? "Stable for all five robots."
-                   : `Unstable for ${radius.filter(r => r >= 1).length} of five robots.`) +
-        `<p>Sampled at ${number(1 / T, " Hz")}, late by ${
-          number(1000 * late, " ms")}. Largest modulus: middle robot ${number(middle, "", 4)}, worst vertex ${
-          number(Math.max(...others), "", 4)}.</p>`);
+      good ? "Stable for all five robots."
+           : `Unstable for ${radius.filter(r => r >= 1).length} of five robots.`,
+      `<p>Sampled at ${number(1 / T, " Hz")}, late by ${
+        number(1000 * late, " ms")}. Largest modulus: middle robot ${number(middle, "", 4)}, worst vertex ${
+        number(Math.max(...others), "", 4)}.</p>`);
     this.curves("tilt", "θ (degrees)", "Tilt at the ticks", [{points: theta}],
       {y: [-4, 4], ghosts: ghost && [{points: ghost.theta}]});
     this.curves("volts", "V (volts)", "Voltage over time",

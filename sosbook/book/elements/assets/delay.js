@@ -1,7 +1,7 @@
-import {verdictOf} from "./drawn.js";
 import {delayedRun} from "./history.js";
-import {announce, buttons, clean, controls, define, escape, gainRows, gains, inPairs, number, PageElement, panel, panels, places, READOUT, select, slider, steady, withConjugates} from "./kit.js";
+import {capital, clean, define, escape, gainRows, gains, inPairs, printed, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
+import {Mover} from "./mover.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 import {asks, list, program} from "./program.js";
 
@@ -35,121 +35,79 @@ function simulate({A, B, s}, K, r, delay, horizon, steps) {
 
 const sign = (colour, text) => `<span class="sos-mark" style="color:var(${colour})">${text}</span>`;
 
-// Sliders over designs that were solved beforehand.
-class DelayAtlas extends PageElement {
-  sliders() {
-    return this.data.sliders
-      .map(({key, label, values}, k) =>
-             slider({id: `${this.name}-${k}`, key, label, max: values.length - 1, value: this.data.start[k]}))
-      .join("");
+// Designs that were solved beforehand, on a grid.
+class DelayAtlas extends Mover {
+  get says() {
+    const alpha = this.control("alpha") ? ", with α = {alpha} s" : "";
+    return `A delay of τ = {tau} s that varies by {ratio} of itself (drawn: {kind}) leaves a decay of δ = {delta} s⁻¹${
+      alpha}.`;
   }
+  get controls() {
+    const {sliders, start, kinds} = this.data;
+    return [
+      ...sliders.map((one, k) => ({...one, start: one.values[start[k]]})),
+      {key: "kind", label: "How the delay varies", names: kinds, start: 0}
+    ];
+  }
+  get means() { return "a design is known"; }
+  probe(place) { return typeof this.stored(place) !== "number"; }
 
   markup() {
     const roots = DELAYS.map((name, k) => sign(COLOURS[k], `${SIGNS[k]} ${name}`)).join(", ");
-    const words = {label: "How the delay varies", names: this.data.kinds};
-    return controls(
-             "Requirements", this.sliders() + select({id: `${this.name}-kind`, key: "kind", ...words})) +
-      panels(panel("map", `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`) +
-        panel("step", escape(this.data.caption)) +
-        panel("input",
-          `The control signal: ${sign("--sos-first", "┄ as asked")}, ${
-            sign("--sos-second", "— as it arrives")}.`) +
-        READOUT) +
-      this.note + buttons([["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]);
+    this.figures = {
+      map: `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`,
+      step: escape(this.data.caption),
+      input: `The control signal: ${sign("--sos-first", "┄ as asked")}, ${
+        sign("--sos-second", "— as it arrives")}.`
+    };
+    return `${super.markup()}<p class="sos-soft">Solved beforehand at ${
+      this.data.designs
+        .length} positions, to which the numbers snap: the page's own solver doesn't know the LMIs of a delay.</p>`;
   }
-
-  // Why there is a grid.
-  get note() {
-    return `<p class="sos-soft">Solved beforehand at ${this.data.designs.length} positions, to which the ` +
-      `sliders snap: the page's own solver doesn't know the LMIs of a delay.</p>`;
-  }
-
-  wire() {
-    const kind = this.view.querySelector("select");
-    kind.addEventListener("change", () => {
-      this.kind = Number(kind.value);
-      this.update();
-    });
-    this.inputs = [...this.view.querySelectorAll("input[type=range]")];
-    this.inputs.forEach((input, k) => {
-      input.addEventListener("input", () => this.move(this.place.with(k, Number(input.value))));
-      steady(input);
-    });
-    this.reset(this.linked());
-  }
-
-  move(place) {
-    this.place = [...place];
-    this.inputs.forEach((input, k) => { input.value = place[k]; });
-    this.update();
-  }
-
-  reset(to = {}) {
-    const kind = number(to.kind);
-    this.kind = this.view.querySelector("select").value = kind in this.data.kinds ? kind : 0;
-    this.move(this.data.sliders.map(({key, values}, k) => {
-      const at = values.indexOf(number(to[key]));
-      return at < 0 ? this.data.start[k] : at;
-    }));
-  }
-
-  index(place) { return place.reduce((sum, at, k) => sum * this.data.sliders[k].values.length + at, 0); }
+  get buttons() { return [...super.buttons, ["python", "As Python"]]; }
 
   // 0 is infeasible, 1 undecided, everything else a design.
-  stored(place = this.place) { return this.data.designs[this.index(place)]; }
-
-  get asked() {
-    return Object.fromEntries(this.data.sliders.map(({key, values}, k) => [key, values[this.place[k]]]));
+  stored(place) {
+    return this.data.designs[this.data.sliders.reduce(
+      (sum, {key, values}) => sum * values.length + values.indexOf(place[key]), 0)];
   }
-
-  get texts() { return this.data.sliders.map(({texts}, k) => texts[this.place[k]]); }
-
-  states() {
-    const at = this.elsewhere({place: null}), {sliders} = this.data,
-          all = sliders.reduce(
-            (places, {values}) => places.flatMap(place => values.map((_, k) => [...place, k])), [[]]);
-    return all.map(place => {
-      at.place = place;
-      return at.readout(at.design);
-    });
-  }
-
-  get address() { return {...this.asked, kind: this.kind}; }
 
   get program() {
-    const {tau, ratio, delta, alpha = this.data.alpha} = this.asked, {request} = this.data;
+    const {tau, ratio, delta, alpha = this.data.alpha} = this.stands, {request} = this.data;
     return program(asks({request}, {}).plant, "design_delay_pid", [
       ["U", list(request.U)], ["tau", tau], ["mu", Number((ratio * tau).toPrecision(12))], ["delta", delta],
       ["alpha", alpha]
     ]);
   }
 
-  /** @returns {any} */
-  get design() {
-    const stored = this.stored(), asked = {...this.asked, mu: this.asked.tau * this.asked.ratio};
+  compute(place) {
+    const stored = this.stored(place), asked = {...place, mu: place.tau * place.ratio};
     if (typeof stored === "number") return {status: ["infeasible", "undecided"][stored], asked};
     const [gain, [block, margin], [rate, at], roots] = stored;
     const K = gainRows(gain, this.data.shape), least = [this.data.blocks[block], margin];
     return {status: "feasible", asked, rate, at, K, margin: least, roots: roots.map(inPairs)};
   }
 
-  update() {
-    const design = this.design, good = place => typeof this.stored(place) !== "number";
+  show(design) {
     this.response = this.answer(design);
-    this.inputs.forEach((input, k) => {
-      announce(input, this.texts[k]);
-      places(input, this.data.sliders[k].values.map((_, at) => good(this.place.with(k, at))));
-    });
     this.find("map").innerHTML = this.map(design);
     this.find("step").innerHTML = this.step();
     this.find("input").innerHTML = this.input();
-    this.tell(design.status, this.readout(design));
+    this.tell(design.status, ...this.told(design));
+  }
+  said() { return this.places([{}]).map(place => this.told(this.compute(place))); }
+
+  // All places of the grid.
+  places(list) {
+    for (const {key, values} of this.data.sliders)
+      list = list.flatMap(place => values.map(x => ({...place, [key]: x})));
+    return list;
   }
 
   answer({K, asked}) {
     if (!K) return null;
     const {vertices: [plant], r, horizon, U, varying, steps} = this.data;
-    const delay = delayOf(this.kind, asked.tau, asked.mu, varying);
+    const delay = delayOf(asked.kind, asked.tau, asked.mu, varying);
     const run = simulate(plant, K, r, delay, horizon, steps);
     const z = run.states.map(x => apply(U, x.slice(0, r.length)));
     return {...run, z};
@@ -188,7 +146,7 @@ class DelayAtlas extends PageElement {
       plot.line(values.map((v, k) => [this.response.t[k], v]).filter((_, k) => k % (steps / points) === 0),
         colour, dash);
     }
-    if (!this.response) plot.absent(this.design.status, 150);
+    if (!this.response) plot.absent(this.compute(this.place).status, 150);
     return plot.svg(label);
   }
 
@@ -218,42 +176,38 @@ class DelayAtlas extends PageElement {
       asked.length ? [] : [-1, 1]);
   }
 
-  // The nearest move of each single slider to a design, the shortest first.
-  moves() {
-    return this.data.sliders
-      .flatMap((slider, k) => {
-        const near = slider.values.map((_, at) => at)
-                       .sort((p, q) => Math.abs(p - this.place[k]) - Math.abs(q - this.place[k]));
-        const at =
-          near.find(i => typeof this.stored(this.place.map((old, j) => j === k ? i : old)) !== "number");
-        return at === undefined ? [] : [{far: Math.abs(at - this.place[k]), text: slider.texts[at]}];
-      })
-      .sort((p, q) => p.far - q.far);
+  // The nearest move of each single number to a design, the shortest first.
+  advice(place) {
+    const moves = this.data.sliders.flatMap(({key, values, texts}) => {
+      const far = k => Math.abs(k - values.indexOf(place[key]));
+      const good = values.map((_, k) => k).filter(k => this.probe({...place, [key]: values[k]}));
+      const near = good.sort((p, q) => far(p) - far(q))[0];
+      return near === undefined ? [] : [[far(near), texts[near]]];
+    });
+    const texts = moves.sort(([p], [q]) => p - q).map(([, text]) => text);
+    return texts.length
+      ? `${texts.length > 1 ? "Each of these moves" : "This move"} leads to a design: ${texts.join("; or ")}.`
+      : "No move of a single number leads to a design.";
   }
 
-  advice() {
-    const moves = this.moves().map(move => move.text);
-    return moves.length
-      ? `${moves.length > 1 ? "Each of these moves" : "This move"} leads to a design: ${moves.join("; or ")}.`
-      : "No move of a single slider leads to a design.";
-  }
-
-  readout(design) {
-    const {tau, mu, delta} = design.asked, span = `[${clean(tau - mu)}, ${clean(tau + mu)}] s`;
-    const {texts, data: {also}} = this;
-    const verdict = verdictOf(design.status, [...texts, ...also], `: the delay stays in ${span}`);
-    if (design.status !== "feasible") {
-      return verdict +
+  /** @param {any} design */
+  told({status, asked, K, margin: [block, margin] = [], rate, at}) {
+    const {tau, mu, delta} = asked, span = `[${clean(tau - mu)}, ${clean(tau + mu)}] s`;
+    const word = `${capital(status)}: the delay stays in ${span}.`;
+    if (!K)
+      return [
+        word,
         `<p>${
-          design.status === "infeasible"
-            ? "No certificate: the corrected LMI has no solution, by exact multipliers."
-            : "No certificate was found, nor a proof that there is none."} ${escape(this.advice())}</p>`;
-    }
-    const [block, margin] = design.margin;
-    return verdict + gains(design.K, this.data.shape, 4) +
-      `<p>Promised rate, however the delay varies: ${clean(delta)} s⁻¹. ` +
-      `True slowest rate over the constant delays: ${clean(design.rate)} s⁻¹, at ${clean(design.at)} s.</p>` +
-      `<p>Smallest margin: ${clean(margin, 2)} (block: ${escape(block)}).</p>`;
+          status === "infeasible" ? "No certificate: the corrected LMI has no solution, by exact multipliers."
+                                  : "No certificate was found, nor a proof that there is none."} ${
+          escape(printed(this.advice(asked)))}</p>`
+      ];
+    return [
+      word,
+      gains(K, this.data.shape, 4) + `<p>Promised rate, however the delay varies: ${clean(delta)} s⁻¹. ` +
+        `True slowest rate over the constant delays: ${clean(rate)} s⁻¹, at ${clean(at)} s.</p>` +
+        `<p>Smallest margin: ${clean(margin, 2)} (block: ${escape(block)}).</p>`
+    ];
   }
 }
 

@@ -1,7 +1,7 @@
 import {delayedRun} from "./history.js";
 import {define, withConjugates} from "./kit.js";
 import {apply, combine, eigenvalues, eye, make, scale, solve, trace} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 
 // The loop x' = A x + A_d x(t - h) on Chebyshev nodes between t - h and t.
 function generator(A, Ad, h, n) {
@@ -56,6 +56,10 @@ const LATE = {
 const growing = x => Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
 
 class Delayed extends Mover {
+  get says() {
+    const loop = this.control("loop") ? "loop of the {loop}" : "loop";
+    return `With {gain} its gain the ${loop} hears its input h = {h} late; the delay is {kind}.`;
+  }
   good({roots: [[right]], x}) { return right < 0 && !growing(x); }
   get means() { return "the loop is stable"; }
   get horizon() { return this.data.horizon; }
@@ -85,12 +89,12 @@ class Delayed extends Mover {
     const top = Math.min(3, 1.1 * Math.max(...x.map(Math.abs).filter(Number.isFinite)));
     const grows = growing(x);
     this.tell(this.good({roots: all, x}) ? "feasible" : "infeasible",
-      verdict(right >= 0  ? "Unstable for this constant delay."
-          : kind && grows ? "Grows; at a constant delay it wouldn't."
-          : kind          ? "Settles, as with a constant delay."
-                          : "Stable for this constant delay.") +
-        `<p>Rightmost root: real part ${number(right, " s⁻¹")}${
-          all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);
+      right >= 0        ? "Unstable for this constant delay."
+        : kind && grows ? "Grows; at a constant delay it wouldn't."
+        : kind          ? "Settles, as with a constant delay."
+                        : "Stable for this constant delay.",
+      `<p>Rightmost root: real part ${number(right, " s⁻¹")}${
+        all[0][1] ? `, ${number(Math.abs(all[0][1]), " rad/s")}` : ""}.</p>`);
     this.poleMap(
       "roots", {x: wide[0], y: wide[1], label: "Characteristic roots", poles: all, ghost: ghost?.roots});
     const line = (values, colour, dash) =>

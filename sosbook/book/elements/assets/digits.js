@@ -1,5 +1,5 @@
 import {clean, define, escape} from "./kit.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 const NAMES = ["θ", "φ", "θ′", "φ′", "∫φ"];
 
 // A double as C99 and Python write it: 0x1.8p+3.
@@ -14,6 +14,9 @@ function hex(x) {
 }
 
 class Digits extends Mover {
+  get says() {
+    return "The gain of {entry}, in {precision} precision, meets a tilt of {tilt} and a rate of {rate}.";
+  }
   figures = {
     table: "One tick: gain times state, entry by entry, as the program has it.",
     bits: "The bits of the chosen gain: sign, exponent, fraction. Pale bits are dropped in single precision."
@@ -30,11 +33,10 @@ class Digits extends Mover {
 
   show({gains, hex: all, state, exact, single, most}, _, {precision, entry}) {
     this.tell("feasible",
-      verdict(precision ? "Single precision: 24 bits of each are kept."
-                        : "Double precision: the proven gain itself.") +
-        `<p>V = ${number(exact, " V", 9)} in double, ${
-          number(single, " V",
-            9)} in single precision: a difference of ${number(Math.abs(single - exact), " V", 2)}. ` +
+      precision ? "Single precision: 24 bits of each are kept." : "Double precision: the proven gain itself.",
+      `<p>V = ${number(exact, " V", 9)} in double, ${
+        number(single, " V",
+          9)} in single precision: a difference of ${number(Math.abs(single - exact), " V", 2)}. ` +
         `Single gains are off by ${number(most, "", 2)} of their size at most.</p>`);
     this.find("table").innerHTML =
       gains

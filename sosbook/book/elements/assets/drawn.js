@@ -1,4 +1,4 @@
-import {buttons, capital, clean, complex, escape, gains, PageElement, panel, panels, printed, READOUT, withConjugates} from "./kit.js";
+import {buttons, clean, complex, escape, gains, PageElement, panel, panels, printed, READOUT, withConjugates} from "./kit.js";
 import {add, apply, mul, pushed} from "./linalg.js";
 import {Plot, S_PLANE} from "./plot.js";
 
@@ -45,10 +45,6 @@ function regionPolygon(asked, [left, right, height]) {
   }
   return polygon;
 }
-
-// The verdict on what the sliders ask for, and what that means.
-export const verdictOf = (status, texts, more = "") => `<p><span class="sos-status">${
-  capital(status)}</span> for ${escape(printed(texts.join(", ")))}${more}.</p>`;
 
 // ---------------------------------------------------------- the element
 // A design drawn: its poles over what is asked, its response, its numbers.

@@ -3,7 +3,7 @@
 import {disc, twist} from "./discs.js";
 import {define, round} from "./kit.js";
 import {apply, combine, held, solve} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 import {picture} from "./plot.js";
 
 const SECONDS = 4, LOAD_FROM = 2.5;  // s
@@ -12,6 +12,9 @@ const NEAR = 0.05, AWAY = 1.6;       // of the step: where it ends, where it has
 const LOST = 1e6;                    // rad: further nothing is drawn
 
 class Drive extends Mover {
+  get says() {
+    return "With a set point {law}, {limit}, a clock of {clock} and an encoder {counts}, a step of {r} turns a load of {J}, on which {w} act from 2.5 s on.";
+  }
   get horizon() { return SECONDS; }
   get still() { return 0.25; }
   get pace() { return 0.5; }
@@ -101,10 +104,10 @@ class Drive extends Mover {
     this.tell(lost ? "infeasible"
         : holds    ? "feasible"
                    : "undecided",
-      verdict(lost ? "It runs away."
-          : holds  ? "It settles: proven."
-                   : "It settles here: simulated only.") +
-        `<p><strong>Proven, in fractions and balls, by the package</strong></p>${list(certain)}` +
+      lost      ? "It runs away."
+        : holds ? "It settles: proven."
+                : "It settles here: simulated only.",
+      `<p><strong>Proven, in fractions and balls, by the package</strong></p>${list(certain)}` +
         `<p><strong>Simulated in this page, one load</strong></p>${list(seen)}`);
     const curve = (values, more) => ({points: result.t.map((t, k) => [t, values[k]]), ...more});
     this.curves("angle", "angle (rad)", "The load's angle over time",

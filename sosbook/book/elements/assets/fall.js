@@ -1,12 +1,15 @@
 import {clamp, clean, define, degrees, round} from "./kit.js";
 import {samples} from "./linalg.js";
-import {Mover, number, series, verdict} from "./mover.js";
+import {Mover, number, series} from "./mover.js";
 import {linear, runge, slope} from "./pendulum.js";
 import {picture} from "./plot.js";
 
 const T = 0.005, STEPS = 160, METRE = 900, GROUND = 200;  // s; units of the drawing a metre
 
 class Fall extends Mover {
+  get says() {
+    return "Let go at {angle}, with {volts} for the first {pulse}, and the inertia of the rotors {rotors}.";
+  }
   get horizon() { return T * STEPS; }
   get still() { return 0.3; }
   get pace() { return 0.25; }
@@ -41,11 +44,10 @@ class Fall extends Mover {
     plot("wheel", "φ", turned, linePhi, phi, ghost?.phi);
     const down = theta.findIndex(x => Math.abs(x) > Math.PI / 2);
     this.tell("feasible",
-      verdict(apart === null ? `Both models agree within 5° for ${clean(this.horizon)} s.`
-                             : `The models are 5° apart after ${clean(apart)} s.`) +
-        `<p>After ${clean(this.horizon)} s the pendulum leans by ${
-          number(
-            degrees(theta.at(-1)), "°")}, its linear model by ${number(degrees(lineTheta.at(-1)), "°")}.` +
+      apart === null ? `Both models agree within 5° for ${clean(this.horizon)} s.`
+                     : `The models are 5° apart after ${clean(apart)} s.`,
+      `<p>After ${clean(this.horizon)} s the pendulum leans by ${
+        number(degrees(theta.at(-1)), "°")}, its linear model by ${number(degrees(lineTheta.at(-1)), "°")}.` +
         (down < 0 ? "" : ` The pendulum passes 90° after ${number(down * T, " s")}.`) + "</p>");
     const robot = dash =>
       `<g><path class="sos-part" style="fill:none;stroke:var(${

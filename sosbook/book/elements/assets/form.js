@@ -8,7 +8,8 @@ import {plants} from "./corners.js";
 import {rest} from "./judge.js";
 import {number} from "./kit.js";
 import {lawOf, memory, outputsOf} from "./law.js";
-import {starts, typed, typicalRate} from "./wishes.js";
+import {typed} from "./spoken.js";
+import {starts, typicalRate} from "./wishes.js";
 
 export const STRANGE = "These matrices can't be computed with: choose other units, or take the package.";
 // name, words, shape, and the box that asks for it

@@ -1,11 +1,14 @@
 import {clamp, define, round} from "./kit.js";
 import {add, block, combine, eigenvalues, motion, mul, rightmost, samples, solve, zeros} from "./linalg.js";
-import {Mover, number, series, verdict} from "./mover.js";
+import {Mover, number, series} from "./mover.js";
 import {picture} from "./plot.js";
 
 const T = 0.025, STEPS = 800, PUSH = 400;  // s; the step at which the force sets in
 
 class Integral extends Mover {
+  get says() {
+    return "With {first} times the integral of e₁ and {second} times that of e₂, a force of {force} comes at 10 s.";
+  }
   get horizon() { return T * STEPS; }
   get still() { return 12; }
   get pace() { return 3; }
@@ -43,12 +46,12 @@ class Integral extends Mover {
     const both =
       off ? (off === 2 ? " No integral is connected: this is PD." : " One integral isn't connected.") : "";
     this.tell(good ? "feasible" : "infeasible",
-      verdict(good                      ? "Stable."
-          : Math.min(first, second) < 0 ? "Unstable: a wrong sign, however small."
-                                        : "Unstable.") +
-        `<p>${both} Rightmost pole: ${number(rightmost(poles), " s⁻¹")}. Errors z − r at 10 s: ${
-          far(z[PUSH][0])} and ${far(z[PUSH][1])}; at ${this.horizon} s: ${far(z.at(-1)[0])} and ${
-          far(z.at(-1)[1])}.</p>`);
+      good                            ? "Stable."
+        : Math.min(first, second) < 0 ? "Unstable: a wrong sign, however small."
+                                      : "Unstable.",
+      `<p>${both} Rightmost pole: ${number(rightmost(poles), " s⁻¹")}. Errors z − r at 10 s: ${
+        far(z[PUSH][0])} and ${far(z[PUSH][1])}; at ${this.horizon} s: ${far(z.at(-1)[0])} and ${
+        far(z.at(-1)[1])}.</p>`);
     this.poleMap("poles", {x: [-6, 2], y: [-4, 4], label: "Poles of the loop", poles, ghost: ghost?.poles});
     const pair = list => [0, 1].map(i => ({
       points: series(list.map(v => v[i]), T, 2),

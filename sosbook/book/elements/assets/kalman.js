@@ -1,10 +1,13 @@
 import {define, degrees} from "./kit.js";
 import {add, apply, block, eigenvalues, held, mul, riccati, rightmost, scale, solve, stable, transpose, zeros} from "./linalg.js";
-import {Mover, normal, number, series, verdict} from "./mover.js";
+import {Mover, normal, number, series} from "./mover.js";
 
 const T = 0.005, STEPS = 400;  // s
 
 class Kalman extends Mover {
+  get says() {
+    return "The gyro's noise is {gyro}, that of the wheels' rate {wheels}; knocks are {push}, and the plant is {plant}.";
+  }
   get horizon() { return T * STEPS; }
   get still() { return 0.4; }
   get pace() { return 0.4; }
@@ -51,11 +54,11 @@ class Kalman extends Mover {
     const late = (list, f) => rms(list.slice(STEPS / 2).map(f));
     const error = late(theta.map((x, k) => x - belief[k]), degrees);
     this.tell(this.good({poles}) ? "feasible" : "infeasible",
-      verdict(right < 0 ? "The loop with the observer is stable."
-                        : "Unstable: this plant isn't the one that the observer has in mind.") +
-        `<p>Kalman's gain, computed here: L = ${
-          L.map(row => `[${row.map(x => number(x)).join(", ")}]`).join(" ")}. Rightmost pole of the loop ${
-          number(right, " s⁻¹")}, fastest of the filter ${number(fast, " s⁻¹")}. ` +
+      right < 0 ? "The loop with the observer is stable."
+                : "Unstable: this plant isn't the one that the observer has in mind.",
+      `<p>Kalman's gain, computed here: L = ${
+        L.map(row => `[${row.map(x => number(x)).join(", ")}]`).join(" ")}. Rightmost pole of the loop ${
+        number(right, " s⁻¹")}, fastest of the filter ${number(fast, " s⁻¹")}. ` +
         (right < 0 ? `In the second half: error ${number(error, "°", 2)} rms, voltage ${
                        number(late(V, x => x), " V", 2)} rms.`
                    : "") +

@@ -63,25 +63,13 @@ export function gains(K, [n, , a], digits) {
 // ---------------------------------------------------------------- controls
 export const QUIET = `autocomplete="off" data-lm-suppress-shortcuts="true"`;
 
-/** @param {any} given */
-export const slider = ({id, key, label, max, step = 1, value = 0}) =>
-  `<div class="sos-slider"><label for="${id}"><span>${escape(printed(label))}</span><output for="${
-    id}"></output></label>` +
-  `<input id="${id}" type="range" min="0" max="${max}" step="${step}" value="${value}" data-key="${
-    escape(key)}" ${QUIET}></div>`;
-
 export const select = ({id, key, label, names}) =>
   `<div class="sos-slider"><label for="${id}">${escape(label)}</label><select id="${id}" data-key="${
     escape(key)}" ${QUIET}>` +
   `${options(names)}</select></div>`;
 
-export const tick = ({id, key, label}) => `<label class="sos-tick" for="${id}"><input id="${
-  id}" type="checkbox" data-key="${escape(key)}" ${QUIET}> ${escape(label)}</label>`;
-
 export const options = names =>
   names.map((name, k) => `<option value="${k}">${escape(name)}</option>`).join("");
-export const controls = (label, inner) =>
-  `<div class="sos-sliders" role="group" aria-label="${label}">${inner}</div>`;
 export const panels = inner => `<div class="sos-panels">${inner}</div>`;
 export const panel = (name, caption, kind = "") =>
   `<figure class="sos-panel"><div class="sos-${name}"></div>` +
@@ -96,34 +84,6 @@ export const button = ([key, words]) =>
 export const buttons = (list, more = "") =>
   `<div class="sos-buttons">${list.map(button).join("")}${more}</div>` +
   `<div class="sos-more" aria-live="polite"></div>`;
-
-// The band under a slider: stretches [from, to, good] of its way, in parts of one.
-export function band(input, stretches) {
-  const at = input.parentElement.querySelector(".sos-band") ||
-    input.parentElement.appendChild(document.createElement("div"));
-  at.className = "sos-band";
-  at.setAttribute("aria-hidden", "true");
-  const colours = stretches.map(
-    ([from, to, good]) => `var(--sos-${good ? "region" : "line"}) ${round(100 * from)}% ${round(100 * to)}%`);
-  at.style.background = `linear-gradient(to right, ${colours.join(", ")})`;
-}
-
-// The same for a slider that snaps: whether each of its places is good.
-export const places = (input, goods) => {
-  const last = Math.max(1, goods.length - 1);
-  band(input, goods.map((good, k) => [(k - 0.5) / last, (k + 0.5) / last, good]));
-};
-
-// A swipe that scrolls the page gives a slider back its value.
-export function steady(input) {
-  let held;
-  input.addEventListener("pointerdown", () => { held = input.value; });
-  input.addEventListener("pointercancel", () => {
-    if (input.value === held) return;
-    input.value = held;
-    input.dispatchEvent(new Event("input"));
-  });
-}
 
 // Handles of a picture are dragged: `begin` says what of its data a handle holds, and
 // `move` hears of that and of the pointer's place in the picture.
@@ -148,11 +108,17 @@ export function drag(field, begin, move) {
   for (const over of ["pointerup", "pointercancel"]) field.addEventListener(over, () => { held = null; });
 }
 
-// What a slider's value means, for eyes and for screen readers.
-export function announce(input, words) {
-  const text = printed(words);
-  input.setAttribute("aria-valuetext", text);
-  input.parentElement.querySelector("output").textContent = text;
+// The height of the tallest of some texts in a box.
+export function tallest(box, texts) {
+  const probe = box.cloneNode();
+  probe.style.cssText = `position:absolute;visibility:hidden;width:${box.offsetWidth}px`;
+  box.after(probe);
+  const heights = texts.map(html => {
+    probe.innerHTML = html;
+    return Math.ceil(probe.getBoundingClientRect().height);
+  });
+  probe.remove();
+  return Math.max(0, ...heights);
 }
 
 // ----------------------------------------------------------------- element
@@ -315,16 +281,9 @@ export class PageElement extends HTMLElement {
   }
 
   room() {
-    const box = this.find("readout"), probe = document.createElement("div");
+    const box = this.find("readout");
     this.wide = box.offsetWidth;
-    probe.className = "sos-readout";
-    probe.style.cssText = `position:absolute;visibility:hidden;width:${this.wide}px`;
-    box.after(probe);
-    this.tall = Math.max(0, ...this.longest.map(html => {
-      probe.innerHTML = html;
-      return Math.ceil(probe.getBoundingClientRect().height);
-    }));
-    probe.remove();
+    this.tall = tallest(box, this.longest);
     box.style.minHeight = `${this.tall}px`;
   }
 }

@@ -3,7 +3,7 @@
 import {descend} from "./descent.js";
 import {clean, define, uniform} from "./kit.js";
 import {combine, eigenvalues, rightmost} from "./linalg.js";
-import {Mover, number, range, verdict} from "./mover.js";
+import {Mover, number, range} from "./mover.js";
 import {mark, Plot} from "./plot.js";
 
 const GRID = 48;                                          // squares a side of the map
@@ -76,11 +76,10 @@ class Landscape extends Mover {
     const said = many
       ? `<p>${STARTS} starts end: ${ends}${minima.length > 3 ? ", others above" : ""} s⁻¹.</p>`
       : "<p>Another start may end elsewhere: look at 16.</p>";
-    this.tell(right < -SURE ? "feasible" : "undecided",
-      verdict(right < -SURE ? "Stable here." : "Not stable here.") +
-        `<p>Largest real part at (${number(x)}, ${number(y)}): ${rate(right)}. Descent: ${
-          number(path.length - 1)} steps to (${number(end[0])}, ${number(end[1])}) with ${rate(value)}${
-          value < -SURE ? ", stable" : "; none stable, which proves nothing"}.</p>` +
+    this.tell(right < -SURE ? "feasible" : "undecided", right < -SURE ? "Stable here." : "Not stable here.",
+      `<p>Largest real part at (${number(x)}, ${number(y)}): ${rate(right)}. Descent: ${
+        number(path.length - 1)} steps to (${number(end[0])}, ${number(end[1])}) with ${rate(value)}${
+        value < -SURE ? ", stable" : "; none stable, which proves nothing"}.</p>` +
         said);
     this.map(result, [x, y]);
     this.cut(result);

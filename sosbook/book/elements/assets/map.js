@@ -1,75 +1,48 @@
-import {announce, buttons, clean, controls, define, escape, gainRows, gains, nearest, number, options, PageElement, panel, panels, places, printed, READOUT, select, slider, steady} from "./kit.js";
+import {clean, define, escape, gainRows, gains, nearest, printed} from "./kit.js";
+import {Mover} from "./mover.js";
 import {Plot} from "./plot.js";
 import * as python from "./program.js";
 
-class FeasibilityMap extends PageElement {
-  markup() {
-    const named = (key, more) => ({id: `${this.name}-${key}`, key, ...more});
-    const slide = key => slider(named(key, {label: "", max: 0}));
-    return controls("Plant and requirements",
-             select(named("group", {label: "Plant", names: this.data.groups.map(group => group.name)})) +
-               select(named("pair", {label: "Requirements", names: []})) + slide("x") + slide("y")) +
-      panels(panel("plot", "") + READOUT) +
-      buttons([["reset", "Reset"], ["link", "Link to this"], ["python", "As Python"]]);
+class FeasibilityMap extends Mover {
+  figures = {plot: ""};
+
+  get says() {
+    const {x, y} = this.map;
+    return printed(`For {group}, the map of {pair} asks for ${x.symbol} = {x} and ${y.symbol} = {y}.`);
+  }
+  // Plants, their maps, and the axes of one.
+  get controls() {
+    const {groups} = this.data, {x, y, asked} = this.map;
+    const axis = (key, {label, unit, values}, k) =>
+      ({key, label: printed(label), unit: printed(unit), values, start: values[nearest(values, asked[k])]});
+    const pairs = this.group.maps.map(({x, y}) => printed(`${x.symbol} and ${y.symbol}`));
+    return [
+      {key: "group", label: "Plant", names: groups.map(({name}) => name), start: 0},
+      {key: "pair", label: "Requirements", names: pairs, start: 0}, axis("x", x, 0), axis("y", y, 1)
+    ];
+  }
+  get group() { return this.data.groups[this.stands?.group ?? 0]; }
+  get map() { return this.group.maps[this.stands?.pair ?? 0]; }
+  get means() { return "a design is certified"; }
+  probe(place) { return this.verdict(this.index(place)).status === "feasible"; }
+
+  // Another map begins where its designs were asked for.
+  /** @param {any} to */
+  reset({group, pair, ...to} = {}) {
+    this.stands = {};
+    for (const [key, value, list] of [["group", group, this.data.groups], ["pair", pair, null]])
+      this.stands[key] = (list ?? this.group.maps)[value] ? Number(value) : 0;
+    super.reset({...this.stands, ...to});
+    if (this.longest) this.reserve();
+  }
+  choose(at, key) {
+    this.reset({...this.stands, ...(key === "group" && {pair: 0}), x: "", y: "", [key]: at});
   }
 
-  wire() {
-    this.control("group").addEventListener("change", () => this.choose());
-    this.control("pair").addEventListener("change", () => this.open());
-    for (const key of ["x", "y"]) {
-      this.control(key).addEventListener("input", () => this.update());
-      steady(this.control(key));
-    }
-    this.reset(this.linked());
-  }
-
-  // A slider at the value next to this one.
-  put(key, value) { this.control(key).value = nearest(this.map[key].values, value); }
-
-  get values() { return ["x", "y"].map((key, k) => this.map[key].values[this.place[k]]); }
-
-  reset(to = {}) {
-    const {group = "", pair = this.control("pair").value, x, y} = to;
-    if (number(group) in this.data.groups) this.control("group").value = group;
-    this.choose(pair);
-    for (const [key, value] of Object.entries({x: number(x), y: number(y)}))
-      if (value > 0 && isFinite(value)) this.put(key, value);
-    this.update();
-  }
-
-  get address() {
-    const [x, y] = this.values;
-    return {group: this.control("group").value, pair: this.control("pair").value, x, y};
-  }
-
+  get buttons() { return [...super.buttons, ["python", "As Python"]]; }
   get program() {
-    const {x, y, bounds, program} = this.map, [u, v] = this.values;
-    return python.design(program, {...bounds, [x.key]: u, [y.key]: v});
-  }
-
-  control(key) { return this.view.querySelector(`[data-key=${key}]`); }
-  get group() { return this.data.groups[Number(this.control("group").value)]; }
-  // Between a list's "input" and its "change" a plant may lack the pair of the one before.
-  get map() { return this.group.maps[Number(this.control("pair").value)] ?? this.group.maps[0]; }
-  get place() { return [Number(this.control("x").value), Number(this.control("y").value)]; }
-
-  choose(pair = "0") {
-    this.control("pair").innerHTML =
-      options(this.group.maps.map(({x, y}) => printed(`${x.symbol} and ${y.symbol}`)));
-    this.control("pair").value = number(pair) in this.group.maps ? pair : 0;
-    this.open();
-    if (this.longest) this.reserve();  // those of another plant
-  }
-
-  // The sliders start at what was asked, or next to it.
-  open() {
-    ["x", "y"].forEach((key, k) => {
-      const axis = this.map[key], input = this.control(key);
-      input.max = axis.values.length - 1;
-      this.put(key, this.map.asked[k]);
-      input.parentElement.querySelector("span").textContent = printed(axis.label);
-    });
-    this.update();
+    const {x, y, bounds, program} = this.map, at = this.stands;
+    return python.design(program, {...bounds, [x.key]: at.x, [y.key]: at.y});
   }
 
   unit(axis) { return printed(axis.unit.trim() ? `${axis.symbol} (${axis.unit.trim()})` : axis.symbol); }
@@ -90,22 +63,21 @@ class FeasibilityMap extends PageElement {
     return {status: "undecided"};
   }
 
-  update() {
-    const {x, y} = this.map, [i, j] = this.place, verdict = this.verdict([i, j]);
-    const held = at => this.verdict(at).status === "feasible";
-    places(this.control("x"), x.values.map((_, k) => held([k, j])));
-    places(this.control("y"), y.values.map((_, k) => held([i, k])));
-    announce(this.control("x"), this.say(x, x.values[i]));
-    announce(this.control("y"), this.say(y, y.values[j]));
-    this.find("plot").innerHTML = this.plot(verdict);
+  // Where a place lies on the grid.
+  /** @returns {[number, number]} */
+  index({x, y}) { return [this.map.x.values.indexOf(x), this.map.y.values.indexOf(y)]; }
+  compute(place) { return this.verdict(this.index(place)); }
+
+  show(verdict, _ghost, place) {
+    this.find("plot").innerHTML = this.plotted(verdict, this.index(place));
     this.find("caption").textContent =
       `Shaded: a certified design. Hatched: proven infeasible. Blank: between the proofs. Diamond: what was asked. Held: ${
         printed(this.map.held.join(", ")) || "nothing else"}.`;
-    this.tell(verdict.status, this.readout(verdict));
+    this.tell(verdict.status, ...this.told(verdict));
   }
 
-  plot(verdict) {
-    const {x, y, rows, asked} = this.map, [i, j] = this.place;
+  plotted(verdict, [i, j]) {
+    const {x, y, rows, asked} = this.map;
     const near = [...x.values, asked[0]], all = [...y.values, asked[1]];
     const plot = new Plot({
       x: [Math.min(...near) / 1.03, Math.max(...near) * 1.03],
@@ -143,35 +115,36 @@ class FeasibilityMap extends PageElement {
       `${this.say(y, y.values[j])} is ${verdict.status}.`);
   }
 
-  states() {
-    return this.group.maps.flatMap(map => map.x.values.flatMap((_, i) => map.y.values.map((_, j) => {
-      const at = this.elsewhere({map, place: [i, j]});
-      return at.readout(at.verdict([i, j]));
-    })));
+  said() {
+    const {x, y} = this.map, all = x.values.flatMap((_, i) => y.values.map((_, j) => [i, j]));
+    return all.map(at => this.told(this.verdict(at)));
   }
 
-  readout({status, kept}) {
-    const {x, y, shape} = this.map, [i, j] = this.place;
-    const point = `${this.say(x, x.values[i])}, ${this.say(y, y.values[j])}`;
+  told({status, kept}) {
+    const {shape} = this.map;
     const word = {feasible: "Certified", infeasible: "Excluded", undecided: "Undecided"}[status];
-    const head = `<p><span class="sos-status">${word}</span>: ${escape(point)}.</p>`;
     if (status === "undecided")
-      return head +
-        "<p>Neither a certified design nor a proof that there is none is stored for this point.</p>";
-    if (status === "infeasible") {
-      const bars =
-        kept.shares
-          .map(([name, share]) => `<li><span class="sos-bar" style="width:${5 * share}em"></span>` +
-              `${escape(printed(name))}: ${Math.round(100 * share)} %</li>`)
-          .join("");
-      return head + `<p>Exact multipliers: no design for ${escape(printed(kept.asked))}, nor for more.</p>` +
-        (bars ? `<p>What relaxing each by the same small factor would bring:</p><ul class="sos-shares">${
-                  bars}</ul>`
-              : "");
-    }
-    return head +
-      `<p>This design, certified for ${escape(printed(kept.asked))}, keeps it; its tightest block is ` +
-      `${escape(printed(this.data.blocks[kept.block]))}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`;
+      return [
+        `${word}.`,
+        "<p>Neither a certified design nor a proof that there is none is stored for this point.</p>"
+      ];
+    if (status === "feasible")
+      return [
+        `${word}.`,
+        `<p>This design, certified for ${escape(printed(kept.asked))}, keeps it; its tightest block is ${
+          escape(printed(this.data.blocks[kept.block]))}.</p>${gains(gainRows(kept.K, shape), shape, 4)}`
+      ];
+    const bars = kept.shares
+                   .map(([name, share]) => `<li><span class="sos-bar" style="width:${5 * share}em"></span>` +
+                       `${escape(printed(name))}: ${Math.round(100 * share)} %</li>`)
+                   .join("");
+    return [
+      `${word}.`,
+      `<p>Exact multipliers: no design for ${escape(printed(kept.asked))}, nor for more.</p>` +
+        (bars &&
+          `<p>What relaxing each by the same small factor would bring:</p><ul class="sos-shares">${
+            bars}</ul>`)
+    ];
   }
 }
 

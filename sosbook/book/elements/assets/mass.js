@@ -1,11 +1,14 @@
 import {clean, define, round} from "./kit.js";
 import {eigenvalues, make, motion, samples, spectralRadius} from "./linalg.js";
-import {Mover, number, series, verdict} from "./mover.js";
+import {Mover, number, series} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
 const STEPS = 300;
 
 class Mass extends Mover {
+  get says() {
+    return "The last body weighs m₄ = {m4}, on a damper of b₄ = {b4}; feedback of its acceleration lends it {lent}.";
+  }
   get horizon() { return 0.05; }
   get still() { return 0.05; }
   get pace() { return 0.01; }
@@ -38,9 +41,9 @@ class Mass extends Mover {
     const T = this.horizon / STEPS, size = spectralRadius(poles);
     const peak = Math.max(...v), limit = b4 ? 1 / b4 : null;
     this.tell("feasible",
-      verdict(b4 ? `A jump: the velocity goes to 1/b₄ = ${clean(limit)} m/s, the sooner the smaller the mass.`
-                 : "An impulse: without the damper the velocity has no limit as the mass vanishes.") +
-        `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` +
+      b4 ? `A jump: the velocity goes to 1/b₄ = ${clean(limit)} m/s, the sooner the smaller the mass.`
+         : "An impulse: without the damper the velocity has no limit as the mass vanishes.",
+      `<p>Largest pole ${number(size, " rad/s")}; highest velocity ${number(peak, " m/s")}. ` +
         `Acceleration feedback lends ${number(lent, " kg")}: ${number(mass, " kg")} are felt.</p>`);
     this.curves("speed", "velocity (m/s)", "Velocity of the last body", [{points: series(v, T)}], {
       y: [Math.min(0, 1.1 * Math.min(...v)), Math.max(0.06, 1.1 * peak)],

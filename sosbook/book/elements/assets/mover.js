@@ -1,23 +1,25 @@
-// What the elements have in common that compute what they show: sliders from data,
-// a hint, buttons, a motion that plays, and the last setting as a ghost.
-import {announce, band, buttons, clamp, clean, complex, controls, drag, escape, gaussian, number as decimal, PageElement, panel, panels, printed, READOUT, select, slider, steady, tick, uniform} from "./kit.js";
+// What the elements have in common that compute what they show: a sentence whose numbers and choices
+// are its controls, a hint, buttons, a motion that plays, and the last setting as a ghost.
+import {buttons, clamp, clean, complex, drag, escape, gaussian, number as decimal, PageElement, panel, panels, READOUT, tallest, uniform} from "./kit.js";
 import {mark, markAll, Plot, S_PLANE} from "./plot.js";
-
-// Room for the longest of the words that a slider may show: its label doesn't break anew.
-const roomy = (input, texts) => {
-  const longest = Math.max(...texts.map(text => printed(text).length));
-  input.parentElement.querySelector("output").style.minWidth = `${longest}ch`;
-};
+import {cut, shownOf} from "./sentence.js";
+import {listen, markup, speak, typed} from "./spoken.js";
 
 const FEW = 3;     // poles that a plot's name tells
-const LOOKS = 25;  // at a slider, before those by halves
-const steps = control => Math.round((control.max - control.min) / control.step);
+const LOOKS = 25;  // at a ruler, before those by halves
+const WAY = 300;   // pixels that lead from one end of a number's range to the other
+
+// A number goes from one position of its ruler to the next: its values, or evenly, or by logarithm.
+const steps = ({values, min, max, step}) => values ? values.length - 1 : Math.round((max - min) / step);
 const value = (control, position) => {
+  if (control.values) return control.values[position];
   const at = control.min + position * control.step;
   return control.scale === "log" ? Number((10 ** at).toPrecision(3)) : Number(at.toPrecision(12)) + 0;
 };
-const position = (control, x) =>
-  Math.round(((control.scale === "log" ? Math.log10(x) : x) - control.min) / control.step);
+const position = ({values, scale, min, step}, x) => values
+  ? values.reduce((near, v, k) => Math.abs(v - x) < Math.abs(values[near] - x) ? k : near, 0)
+  : Math.round(((scale === "log" ? Math.log10(x) : x) - min) / step);
+const some = control => Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
 
 // The same text with numbers of six characters or more.
 export const wide = html =>
@@ -26,8 +28,20 @@ export const wide = html =>
 export class Mover extends PageElement {
   /** @type {any} */
   plot;  // whose handles are dragged
+  /** @type {any} */
+  stands;  // the controls, by name
+  /** @type {any} */
+  words;  // the verdict
+  /** @type {any} */
+  taken;  // the number on the ruler
 
-  // What a subclass has of its own. The caption of each panel, empty where `pose` writes it;
+  // What a subclass has of its own. What it says of its controls: {key} is a number and its unit, a
+  // choice or a tick; which numbers go in steps alone, and which choices mean nothing now;
+  get says() { return `${this.controls.map(({key, label}) => `${label}: {${key}}`).join("; ")}.`; }
+  /** @returns {string[]} */
+  get snaps() { return []; }
+  off(_key) { return false; }
+  // the caption of each panel, empty where `pose` writes it;
   /** @type {any} */
   figures = {};
   // numbers alone, and what draws and tells them;
@@ -41,36 +55,21 @@ export class Mover extends PageElement {
   pose(_result, time) {
     for (const name in this.timed) this.now(name, this.timed[name], time);
   }
-  // where a result is good, the bands under the sliders are green, which means something.
+  // where a result is good, the ruler is green, which means something.
   good(_result, _place) { return false; }
   get means() { return ""; }
   // It has work to do when nothing moves: `looks`.
   get idles() { return this.means !== ""; }
 
   markup() {
-    const named = (control, more) =>
-      ({id: `${this.name}-${control.key}`, key: control.key, label: control.label, ...more});
-    return this.ticks(named) +
-      controls("Setting",
-        this.data.controls.filter(control => !control.tick)
-          .map(control => control.names ? select(named(control, {names: control.names}))
-                                        : slider(named(control, {max: steps(control)})))
-          .join("")) +
-      (this.means ? `<p class="sos-soft">Green under a slider: there ${
-                      escape(this.means)}, while the others stay.</p>`
+    const figures =
+      Object.entries(this.figures).map(([name, caption]) => panel(name, caption, caption ? "" : " sos-live"));
+    return markup(this.name) +
+      (this.means ? `<p class="sos-soft">Green below the ruler: there ${
+                      this.means}, while the other numbers stay.</p>`
                   : "") +
       buttons(this.buttons, this.option) +
-      panels(Object.entries(this.figures)
-          .map(([name, caption]) => panel(name, caption, caption ? "" : " sos-live"))
-          .join("")) +
-      READOUT;
-  }
-
-  ticks(named) {
-    const all = this.data.controls.filter(control => control.tick);
-    return all.length ? `<div class="sos-ticks" role="group" aria-label="${escape(all[0].tick)}">` +
-        `<span>${escape(all[0].tick)}</span>${all.map(control => tick(named(control, {}))).join("")}</div>`
-                      : "";
+      (figures.length > 1 ? panels(figures.join("")) + READOUT : panels(figures.join("") + READOUT));
   }
 
   get buttons() {
@@ -85,17 +84,8 @@ export class Mover extends PageElement {
   }
 
   wire() {
-    this.inputs = {};
-    for (const input of this.view.querySelectorAll("[data-key]")) {
-      this.inputs[input.dataset.key] = input;
-      input.addEventListener("input", () => this.update());
-      input.addEventListener("change", () => { this.ghost = this.result; });
-      steady(input);
-    }
-    for (const control of this.data.controls.filter(c => !c.names)) {
-      const all = Array.from({length: LOOKS}, (_, k) => Math.round(k * steps(control) / (LOOKS - 1)));
-      roomy(this.inputs[control.key], all.map(k => this.words(control, value(control, k))));
-    }
+    Object.assign(this, {wrong: {}, middles: {}});
+    listen(this);
     if (this.horizon) this.ready();
     if (this.idles) {
       new IntersectionObserver(([entry]) => {
@@ -107,84 +97,137 @@ export class Mover extends PageElement {
   }
 
   reset(to = {}) {
-    for (const control of this.data.controls) {
-      const {key, names, start} = control, wanted = decimal(to[key]);
-      const x = isFinite(wanted) && (!names || wanted in names) ? wanted : start;
-      this.put(key, names ? x : position(control, x));
-    }
+    this.stands = Object.fromEntries(this.controls.map(control => {
+      const {key, start, names} = control,
+                         x = names ? decimal(to[key]) : this.meaning(key, String(to[key] ?? ""));
+      return [key, names ? x in names ? x : start : isFinite(x) ? x : start];
+    }));
+    this.wrong = {};
     this.reply("");
     this.ghost = undefined;
     this.update();
   }
 
-  // Where a control stands: of a tick 1 or 0.
-  stands(key) {
-    const input = this.inputs[key];
-    return Number(input.type === "checkbox" ? input.checked : input.value);
+  // ------------------------------------------------------------- the sentence
+  get controls() { return this.data.controls; }
+  /** @returns {any} */
+  control(key) { return this.controls.find(control => control.key === key); }
+  get place() { return {...this.stands}; }
+  get address() { return this.place; }
+  get sentences() {
+    return {
+      names: Object.fromEntries(this.controls.map(({key, label, unit = ""}) => [key, [label, unit.trim()]]))
+    };
+  }
+  get pieces() {
+    return cut(this.says).flatMap(({text, slot}) => {
+      if (!slot) return {text};
+      const control = this.control(slot), {names, tick, unit} = control, x = this.stands[slot];
+      const piece = {slot, clause: control, off: this.off(slot)};
+      if (tick) return {...piece, choices: true, shown: x ? control.label : `(not ${control.label})`};
+      if (names) return {...piece, choices: names, shown: names[x]};
+      const widest = Math.max(...some(control).map(k => shownOf({}, value(control, k)).length));
+      return [{...piece, shown: shownOf({}, x), widest}, ...(unit ? [{text: unit}] : [])];
+    });
+  }
+  get sentence() { return this.pieces.map(({text, shown}) => text ?? shown).join(""); }
+  get ending() { return [" ", this.words]; }
+  moves(_key) { return true; }
+  scaleOf(slot) {
+    const control = this.control(slot), high = steps(control);
+    const at = x => position(control, x), go = k => value(control, clamp(Math.round(k), 0, high));
+    return {
+      low: 0,
+      high,
+      at,
+      value: go,
+      stepped: (x, count) => go(at(x) + count),
+      pulled: (x, far) => go(at(x) + far * high / WAY)
+    };
   }
 
-  put(key, place) {
-    const input = this.inputs[key];
-    if (input.type === "checkbox") input.checked = Number(place) === 1;
-    else input.value = place;
+  // What a text means as the number of a control; NaN where it is none, or out of its range.
+  meaning(slot, text) {
+    const control = this.control(slot), {unit = ""} = control, x = typed(text.replace(unit.trim(), ""));
+    const ends = [value(control, 0), value(control, steps(control))];
+    if (!(x >= Math.min(...ends) && x <= Math.max(...ends))) return NaN;
+    return control.values || this.snaps.includes(slot) ? value(control, position(control, x)) : x;
+  }
+  ask(slot, x, left) { this.move({[slot]: x}, left); }
+  choose(x, slot) { this.move({[slot]: x}); }
+  remember() {
+    this.surveyed = false;
+    this.survey();
+  }
+  // Controls that are moved, by hand or in a picture; what was before is a ghost until the hand leaves.
+  move(places, left = true) {
+    if (Object.keys(places).some(key => places[key] !== this.stands[key])) {
+      Object.assign(this.stands, places);
+      this.update();
+    }
+    if (left) this.ghost = this.result;
   }
 
-  // Controls that are moved in a picture, as if by hand.
-  choose(places, kinds = ["input", "change"]) {
-    const keys = Object.keys(places);
-    for (const key of keys) this.put(key, places[key]);
-    for (const kind of kinds) this.inputs[keys[0]].dispatchEvent(new Event(kind, {bubbles: true}));
-  }
-
-  // The handles on the plot of the map are dragged; `keys` names what a handle moves,
-  // across and up.
+  // The handles on the plot of the map are dragged; `keys` names what a handle moves, across and up.
   handles(keys) {
-    const control = key => this.data.controls.find(c => c.key === key);
     drag(this.find("map"), keys, (held, place) => {
-      const at = this.plot.at(place);
-      const to = held.map((key, k) => [key, clamp(position(control(key), at[k]), 0, steps(control(key)))]);
-      this.choose(Object.fromEntries(to), ["input"]);
+      const at = this.plot.at(place), to = (key, x) => {
+        const {value, at} = this.scaleOf(key);
+        return [key, value(at(x))];
+      };
+      this.move(Object.fromEntries(held.map((key, k) => to(key, at[k]))), false);
     });
   }
 
-  words({unit}, x) { return `${clean(x, 4)}${unit}`; }
-
-  get address() { return this.place; }
-
-  get place() {
-    return Object.fromEntries(this.data.controls.map(control => {
-      const at = this.stands(control.key);
-      return [control.key, control.names ? at : value(control, at)];
-    }));
+  settle() {
+    super.settle();
+    if (this.words === undefined) return;
+    speak(this);
+    if (this.verdicts && this.find("say em").getBoundingClientRect().height > this.high + 0.01) {
+      this.verdicts.push(this.words);
+      this.room();
+    }
+  }
+  // A verdict ends the sentence; what more there is stands below.
+  tell(status, words, html) {
+    Object.assign(this, {words, kind: status});
+    super.tell(status, html);
   }
 
   update() {
-    const place = this.place;
-    for (const control of this.data.controls.filter(c => !c.names)) {
-      announce(this.inputs[control.key], this.words(control, place[control.key]));
-    }
-    this.result = this.compute(place);
-    this.show(this.result, this.ghost, place);
+    this.result = this.compute(this.place);
+    this.show(this.result, this.ghost, this.place);
     if (this.horizon) this.seek(this.playing ? 0 : this.still ?? this.time);
-    this.view.querySelectorAll(".sos-band").forEach(old => old.classList.add("sos-old"));
+    this.find("band").classList.add("sos-old");
     this.surveyed = false;
     this.survey();
   }
 
   // What is said here and at both ends of each control, in longer numbers.
-  states() {
+  said() {
     const said = [];
-    const at =
-      this.elsewhere({tell: (_, html) => said.push(wide(html)), find: () => document.createElement("div")});
-    const ends = this.data.controls.flatMap(control => {
+    const at = this.elsewhere(
+      {tell: (_, words, html) => said.push([words, wide(html)]), find: () => document.createElement("div")});
+    const ends = this.controls.flatMap(control => {
       const {key, names} = control, last = names ? names.length - 1 : steps(control);
       return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));
     });
     for (const place of [this.place, ...ends]) at.show(at.compute(place), undefined, place);
     return said;
   }
+  states() {
+    const said = this.said();
+    this.verdicts = said.map(([words]) => words);
+    return said.map(([, html]) => html);
+  }
+  room() {
+    super.room();
+    const end = this.find("say em");
+    this.high = tallest(end, this.verdicts.map(escape));
+    end.style.minHeight = `${this.high}px`;
+  }
 
-  // ----------------------------------------------------------------- bands
+  // ------------------------------------------------------------------ band
   probe(place) { return this.good(this.compute(place), place); }
 
   // When nothing has moved for a while and readers may see it: a few milliseconds at a time.
@@ -204,36 +247,37 @@ export class Mover extends PageElement {
     this.idle = setTimeout(go, 250);
   }
 
-  // Each slider at some places, then by halves where the verdict changes.
+  // The number on the ruler at some places, then by halves where the verdict changes: below the ruler
+  // stretches of its way are green.
   * looks(place) {
-    for (const control of this.data.controls.filter(c => !c.names)) {
-      const last = steps(control), known = new Map(), ends = [];
-      const at = k => {
-        const there = {...place, [control.key]: value(control, k)};
-        if (!known.has(k)) known.set(k, this.probe(there));
-        return known.get(k);
-      };
-      for (let k = 0; k < LOOKS; k++) {
-        at(Math.round(k * last / (LOOKS - 1)));
-        yield;
-      }
-      const seen = [...known.keys()];
-      for (let i = 1; i < seen.length; i++) {
-        let [from, to] = [seen[i - 1], seen[i]];
-        if (at(from) === at(to)) continue;
-        while (to - from > 1) {
-          const middle = (from + to) >> 1;
-          if (at(middle) === at(from)) from = middle;
-          else to = middle;
-          yield;
-        }
-        ends.push([(from + to) / 2 / last, at(to)]);
-      }
-      const stretches = [[0, at(0)], ...ends];
-      band(this.inputs[control.key],
-        stretches.map(([from, good], k) => [from, stretches[k + 1]?.[0] ?? 1, good]));
+    const control = this.control(this.taken), last = steps(control), known = new Map();
+    const at = k => {
+      const there = {...place, [control.key]: value(control, k)};
+      if (!known.has(k)) known.set(k, this.probe(there));
+      return known.get(k);
+    };
+    for (const k of some(control)) {
+      at(k);
       yield;
     }
+    const seen = [...known.keys()], stretches = [[0, at(0)]];
+    for (let i = 1; i < seen.length; i++) {
+      let [from, to] = [seen[i - 1], seen[i]];
+      if (at(from) === at(to)) continue;
+      while (to - from > 1) {
+        const middle = (from + to) >> 1;
+        if (at(middle) === at(from)) from = middle;
+        else to = middle;
+        yield;
+      }
+      stretches.push([(from + to) / 2 / last, at(to)]);
+    }
+    const band = this.find("band"), percent = x => `${Math.round(1000 * x) / 10}%`;
+    const colours = stretches.map(
+      ([from, good], k) =>
+        `var(--sos-${good ? "region" : "line"}) ${percent(from)} ${percent(stretches[k + 1]?.[0] ?? 1)}`);
+    band.className = "sos-band";
+    band.style.background = `linear-gradient(to right, ${colours.join(", ")})`;
   }
 
   // ----------------------------------------------------------------- plots
@@ -351,4 +395,3 @@ export const stairs = (points, end) =>
   points.flatMap(([t, v], k) => [[t, v], [Math.min(end, points[k + 1]?.[0] ?? end), v]]);
 export const number = (x, unit = "", digits = 3) =>
   `<span class="sos-number">${clean(x, digits)}${unit}</span>`;
-export const verdict = words => `<p><span class="sos-status">${words}</span></p>`;

@@ -1,7 +1,9 @@
 import {define} from "./kit.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 
 class Noises extends Mover {
+  get says() { return "The motor's encoder has a noise of {motor}, the load's one of {load}."; }
+  get snaps() { return ["motor", "load"]; }
   figures = {
     norm: "Least norm: solid the load's encoder alone, dashed the motor's, dotted both; the mark is here."
   };
@@ -18,10 +20,9 @@ class Noises extends Mover {
     const {grid, least} = this.data, better = load < motor ? "load" : "motor";
     const log = values => values.map((x, k) => [Math.log10(grid[k]), Math.log10(x)]);
     const unit = " rad per N m", gain = 100 * (1 - both / Math.min(load, motor));
-    this.tell(better === "load" ? "feasible" : "infeasible",
-      verdict(`The ${better}'s encoder is the better one.`) +
-        `<p>Motor's alone ${number(motor, unit)}, load's alone ${number(load, unit)}, both ${
-          number(both, unit)}: a second encoder saves ${number(gain, " %", 2)}.</p>`);
+    this.tell(better === "load" ? "feasible" : "infeasible", `The ${better}'s encoder is the better one.`,
+      `<p>Motor's alone ${number(motor, unit)}, load's alone ${number(load, unit)}, both ${
+        number(both, unit)}: a second encoder saves ${number(gain, " %", 2)}.</p>`);
     this.curves("norm", ["log₁₀ of the load's noise in rad", "log₁₀ of the norm"],
       "Least norm over the load's noise",
       [

@@ -3,7 +3,7 @@
 import {affine, corners, covering, drawn, ends, middle, quotient} from "./cells.js";
 import {clean, complex, define, round} from "./kit.js";
 import {eigenvalues, rightmost, samples} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 import {mark, picture, Plot} from "./plot.js";
 
 const MOST = 600;  // cells that are tried: a drag stays a drag
@@ -12,6 +12,9 @@ const SECONDS = 1.5, STEPS = 400;
 const TURN = 1;  // rad, of motor and table at first
 
 class Ranges extends Mover {
+  get says() {
+    return "The gain {gain} turns payloads from {m0} to {m1} at r² from {q0} to {q1}, and claims a decay of σ = {sigma}.";
+  }
   get horizon() { return SECONDS; }
   get still() { return 0; }
   get pace() { return 0.5; }
@@ -66,15 +69,15 @@ class Ranges extends Mover {
     const found = `The worst plant that was found (${where}) has its slowest poles at ${
       complex(pole[0], Math.abs(pole[1]))}.`;
     const state = broken ? "infeasible" : open.length ? "undecided" : "feasible";
-    const claim = `σ = ${number(sigma, " s⁻¹")}`;
+    const claim = `σ = ${clean(sigma)} s⁻¹`;
     this.tell(state,
-      verdict(broken ? `Broken: a plant of the box is slower than ${claim}.`
-          : open.length
-          ? `Undecided for ${claim} within this page's number of cells.`
-          : `Kept by every constant plant of the box: ${claim} is proven, in exact arithmetic, with ${
-              done.length} ${done.length === 1 ? "cell" : "cells"}.`) +
-        `<p>${found}</p><p>Proven cells ${number(done.length)}, open ${
-          number(open.length)}. True decay of the box, as far as was looked: ${number(-right, " s⁻¹")}.</p>`);
+      broken ? `Broken: a plant of the box is slower than ${claim}.`
+        : open.length
+        ? `Undecided for ${claim} within this page's number of cells.`
+        : `Kept by every constant plant of the box: ${claim} is proven, in exact arithmetic, with ${
+            done.length} ${done.length === 1 ? "cell" : "cells"}.`,
+      `<p>${found}</p><p>Proven cells ${number(done.length)}, open ${
+        number(open.length)}. True decay of the box, as far as was looked: ${number(-right, " s⁻¹")}.</p>`);
     this.map(box, worst, broken, done, open, sigma);
   }
 

@@ -2,13 +2,16 @@
 // left with the best of all inputs. What is refused or proven comes from the package.
 import {clean, define, round} from "./kit.js";
 import {solve} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
 const POINTS = 300, MILLI = 1000, [LEFT, RIGHT, HEIGHT] = [10, 330, 74], ROOM = 24, HALF = 20;
 const size = z => Math.hypot(...z.flat());
 
 class Reach extends Mover {
+  get says() {
+    return "The motor pushes {motor}, w shakes {gust} with ω = {omega}, and you ask for at most γ = {gamma}.";
+  }
   get horizon() { return 5; }
   get pace() { return 0.4; }
   get still() { return 0.1; }
@@ -52,7 +55,7 @@ class Reach extends Mover {
     this.view.addEventListener("click", ({target}) => {
       const {cell} = target.closest("[data-cell]")?.dataset ?? {};
       if (cell === undefined) return;
-      this.choose({motor: cell});
+      this.move({motor: Number(cell)});
     });
   }
 
@@ -69,10 +72,9 @@ class Reach extends Mover {
     }[state];
     const [free, left] = [result.free, result.left].map(z => number(MILLI * size(z), " mm/N"));
     const modes = fixed.map(([re, im]) => `${clean(re)} ± ${clean(im)}j`).join(", ");
-    this.tell(state,
-      verdict(words) +
-        `<p>At ${clean(place.omega)} rad/s: ${free} without the motor, ${left} with the best input.</p><p>${
-          modes ? `The motor doesn't move the mode at ${modes} rad/s.` : "The motor moves every mode."}</p>`);
+    this.tell(state, words,
+      `<p>At ${clean(place.omega)} rad/s: ${free} without the motor, ${left} with the best input.</p><p>${
+        modes ? `The motor doesn't move the mode at ${modes} rad/s.` : "The motor moves every mode."}</p>`);
     const {curves} = result, top = Math.max(...curves.free.map(p => p[1]));
     this.curves("curve", ["frequency ω (rad/s)", "motion (mm/N)"],
       "Motion over frequency without the motor, and with the best input",

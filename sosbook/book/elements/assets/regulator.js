@@ -1,6 +1,6 @@
 import {clamp, clean, define, degrees, gains, nearest, round} from "./kit.js";
 import {add, apply, combine, eigenvalues, eye, lyapunov, mul, regulator, rightmost, stable, trace, transpose} from "./linalg.js";
-import {Mover, number, range, series, verdict} from "./mover.js";
+import {Mover, number, range, series} from "./mover.js";
 import {linear, runge, slope, STEP, vertices} from "./pendulum.js";
 import {mark, picture, Plot, S_PLANE} from "./plot.js";
 
@@ -23,6 +23,10 @@ function recover(mip, K, tilt, limit, horizon) {
 }
 
 class Regulator extends Mover {
+  get says() {
+    const law = this.control("law") ? "{law} gain" : "gain";
+    return `Four robots of ±{spread} are let go at {tilt}, with the ${law} by the {design} for R = {R}.`;
+  }
   get horizon() { return this.data.horizon; }
   get still() { return 0.1; }
   get pace() { return 0.5; }
@@ -81,8 +85,8 @@ class Regulator extends Mover {
     const word = fallen ? `falls at ${fallen} of 4 vertices`
       : bad ? `unstable at ${bad} of 4 vertices, though it hasn't fallen yet`
             : "stands at all four vertices";
-    this.tell(this.good({loops, stands}) ? "feasible" : "infeasible",
-      verdict(`From ${clean(tilt)}° it ${word}.`) + gains([K], [2, 1, law], 4) +
+    this.tell(this.good({loops, stands}) ? "feasible" : "infeasible", `From ${clean(tilt)}° it ${word}.`,
+      gains([K], [2, 1, law], 4) +
         `<p>${from}. Peak voltage ${number(peak, " V")}${
           peak >= limit ? " (limit)" : ""}; worst cost at a vertex ${
           worst < Infinity ? number(worst, "", 4) : `<span class="sos-number">infinite</span>`}; ` +

@@ -1,6 +1,6 @@
 import {clean, define, round} from "./kit.js";
 import {add, dot, make, motion, mul, samples, scale, solve, zeros} from "./linalg.js";
-import {Mover, number, series, verdict} from "./mover.js";
+import {Mover, number, series} from "./mover.js";
 import {picture, spring} from "./plot.js";
 
 const STEPS = 600, HEIGHT = 0.05;         // m, of the bump
@@ -9,6 +9,10 @@ const GROW = 700, AHEAD = 300, AT = 170;  // pixels a metre up, a second ahead, 
 const most = values => Math.max(...values.map(Math.abs));
 
 class Ride extends Mover {
+  get says() {
+    return "The force makes small {made}, with a stroke of at most {stroke}; a body of {m} meets a bump that lasts {bump}.";
+  }
+  get snaps() { return ["stroke"]; }
   get horizon() { return 1.5; }
   get still() { return 0.07; }
   get pace() { return 0.3; }
@@ -50,13 +54,13 @@ class Ride extends Mover {
   show({design, passive, a, s, u}, _ghost, {made}) {
     const T = this.horizon / STEPS, {K, bounds, status} = design;
     this.tell(!made || K ? "feasible" : "infeasible",
-      verdict(!made ? "No force: spring and damper alone."
-          : K       ? "Proven for every car: " +
-            bounds.map(b => `${b.name} below ${clean(b.proven, 4)}`).join(", ") + "."
-              : `These bounds: ${status}. The car rolls without a force.`) +
-        `<p>This car on this bump: acceleration up to ${number(most(a), " m/s²")} (without a force ${
-          number(most(passive.a), " m/s²")}), stroke up to ${number(1000 * most(s), " mm")} (${
-          number(1000 * most(passive.s), " mm")}), force up to ${number(most(u), " kN")}.</p>`);
+      !made ? "No force: spring and damper alone."
+        : K
+        ? "Proven for every car: " + bounds.map(b => `${b.name} below ${clean(b.proven, 4)}`).join(", ") + "."
+        : `These bounds: ${status}. The car rolls without a force.`,
+      `<p>This car on this bump: acceleration up to ${number(most(a), " m/s²")} (without a force ${
+        number(most(passive.a), " m/s²")}), stroke up to ${number(1000 * most(s), " mm")} (${
+        number(1000 * most(passive.s), " mm")}), force up to ${number(most(u), " kN")}.</p>`);
     const beside = (key, by = 1) => {
       const points = values => series(values.map(v => by * v), T);
       return [

@@ -1,5 +1,5 @@
 // The robot, simulated and drawn: its pendulum, its sensors and its firmware.
-import {capital, clamp, clean, define, degrees, escape, gains, gaussian, nearest, QUIET, round, uniform} from "./kit.js";
+import {clamp, clean, define, degrees, gains, gaussian, nearest, QUIET, round, uniform} from "./kit.js";
 import {Mover, stairs} from "./mover.js";
 import {runge, slope} from "./pendulum.js";
 import {picture} from "./plot.js";
@@ -123,6 +123,11 @@ const ENDINGS = {
 };
 
 class Animation extends Mover {
+  get says() {
+    return "The robot {robot} under the {law} for R = {R} starts at {tilt}; its voltage comes {delay} late, and " +
+      "its gyro's noise is {noise}.";
+  }
+  get snaps() { return ["delay"]; }
   // A run ends with the fall, or long after the last push.
   get horizon() {
     const robot = this.result?.robot;
@@ -169,16 +174,20 @@ class Animation extends Mover {
   }
 
   // Each law has its own weights R; another one begins with the nearest.
+  get controls() {
+    const {R} = this.data.laws[this.stands?.law ?? 0];
+    return this.data.controls.map(one => one.key === "R" ? {...one, names: R.map(x => clean(x))} : one);
+  }
   reset(to = {}) {
+    const {start} = this.data.controls.find(({key}) => key === "law");
+    this.stands = {law: this.data.laws[to.law] ? Number(to.law) : start};
     this.weights = null;
-    this.inputs.R.max = this.data.controls.find(({key}) => key === "R").max;
     super.reset(to);
   }
 
   update() {
-    const {R} = this.data.laws[this.place.law], {weights = R} = this, input = this.inputs.R;
-    const at = weights && weights !== R ? nearest(R, weights[input.value]) : input.value;
-    Object.assign(input, {max: R.length - 1, disabled: R.length < 2, value: at});
+    const {R} = this.data.laws[this.stands.law], {weights = R} = this;
+    if (weights && weights !== R) this.stands.R = nearest(R, weights[this.stands.R]);
     this.weights = R;
     this.pushes = [];
     super.update();
@@ -194,14 +203,8 @@ class Animation extends Mover {
     if (robot.down && this.time > robot.fell) return;
     if (!this.pushes.includes(at)) this.pushes.push(at);
     this.result = this.compute(this.place);
-    this.show(this.result, null, this.place);
+    this.show(this.result);
     this.seek(this.time);
-  }
-
-  words(control, x) {
-    if (control.key !== "R") return super.words(control, x);
-    const {R} = this.data.laws[this.place.law];
-    return `R = ${clean(R[x] ?? R[0])}`;
   }
 
   // A robot in a setting, pushed at steps.
@@ -229,10 +232,10 @@ class Animation extends Mover {
     return {robot, verdict: judge(run, this.data, robot.mip.radius)};
   }
 
-  show({robot, verdict}, _ghost, place) {
+  show({robot, verdict}) {
     this.find("scene").firstChild.setAttribute("aria-label", `Side view: it ${verdict.word}.`);
     this.tell(verdict.word === "stands" ? "feasible" : "infeasible",
-      this.said(verdict, robot.K, place, robot.pushes.length));
+      ...this.told(verdict, robot.K, robot.pushes.length));
   }
 
   // ---------------------------------------------------------------- pictures
@@ -283,25 +286,22 @@ class Animation extends Mover {
 
   // ---------------------------------------------------------------- verdicts
   // Each ending with each law, in long numbers.
-  states() {
+  said() {
     const long = {full: 0.088, turns: 88.8, rms: 0.088, fell: 8.88, settled: 8.88, peak: 8.8, far: 88.8};
-    return this.data.laws.flatMap(({K}, law) => Object.keys(ENDINGS).map(
-                                    word => this.said({word, ...long}, K[0].map(() => -88.88),
-                                      {...this.place, law, R: 0, tilt: 28, delay: 27.5, noise: 4.5}, 0)));
+    return this.data.laws.flatMap(
+      ({K}) => Object.keys(ENDINGS).map(word => this.told({word, ...long}, K[0].map(() => -88.88), 88)));
   }
 
-  said(verdict, K, place, blows) {
-    const {peak, far, full, turns} = verdict, {laws, controls, tip} = this.data;
-    const at = key => this.words(controls.find(c => c.key === key), place[key]);
-    const {name, R} = laws[place.law];
-    const pushed = blows ? `, pushed ${blows === 1 ? "once" : `${blows} times`}` : "";
+  told(verdict, K, blows) {
+    const {word, peak, far, full, turns} = verdict, {tip} = this.data;
+    const pushed = blows ? ` Pushed ${blows === 1 ? "once" : `${blows} times`}.` : "";
     const limit =
       `of the last second ${clean(100 * full, 2)} % at the limit, ${clean(turns, 2)} changes of sign.`;
-    return `<p><span class="sos-status">${capital(verdict.word)}</span> ` +
-      escape(`with ${name}, R = ${clean(R[place.R])}, from ${at("tilt")}${pushed}: ${
-               ENDINGS[verdict.word](verdict, limit, tip)} ` +
-        `Peak ${clean(peak, 2)} V; it rolls up to ${clean(far, 2)} cm away.`) +
-      `</p>${gains([K], [2, 1, K.length - 4], 4)}`;
+    return [
+      `It ${word}: ${ENDINGS[word](verdict, limit, tip)}`,
+      `<p>Peak ${clean(peak, 2)} V; it rolls up to ${clean(far, 2)} cm away.${pushed}</p>${
+        gains([K], [2, 1, K.length - 4], 4)}`
+    ];
   }
 }
 

@@ -1,10 +1,11 @@
 import {define} from "./kit.js";
 import {add, combine, eigenvalues, leastEigenvalue, mul, rightmost, scale, solve, stable, transpose} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 
 const POINTS = 100;
 
 class Segment extends Mover {
+  get says() { return "On the segment of the {plant}, the second vertex weighs {weight}."; }
   figures = {
     poles: "Poles on the way from one vertex to the other (dots), and here (crosses).",
     right: "Real part of the rightmost pole. Above zero: unstable.",
@@ -39,9 +40,9 @@ class Segment extends Mover {
     const right = rightmost(poles), {window} = this.data.plants[plant];
     const bad = way.filter(p => rightmost(p.poles) >= 0).length / way.length;
     this.tell(this.good({poles}) ? "feasible" : "infeasible",
-      verdict(right < 0 ? "This plant is stable." : "This plant is unstable.") +
-        `<p>Weight of the second vertex ${number(weight)}: rightmost pole ${
-          number(right, " s⁻¹")}, smallest eigenvalue of −L ${number(least)}. ` +
+      right < 0 ? "This plant is stable." : "This plant is unstable.",
+      `<p>Weight of the second vertex ${number(weight)}: rightmost pole ${
+        number(right, " s⁻¹")}, smallest eigenvalue of −L ${number(least)}. ` +
         `At the vertices ${number(way[0].least)} and ${number(way.at(-1).least)}; of the pair ${
           number(pair)}. About ${number(100 * bad, " %", 2)} of the way is unstable.</p>`);
     this.poleMap("poles", {

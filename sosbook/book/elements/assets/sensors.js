@@ -4,7 +4,7 @@
 import {corners, covering, drawn, ends, middle, quotient} from "./cells.js";
 import {capital, clamp, clean, complex, define, drag, round} from "./kit.js";
 import {eigenvalues, mul, rightmost, samples, spectralRadius, trace} from "./linalg.js";
-import {Mover, number, series, verdict, wide} from "./mover.js";
+import {Mover, number, series, wide} from "./mover.js";
 import {hatching, mark, picture, Plot} from "./plot.js";
 import {driven, hidden, law, loop, sought, ticked, unit} from "./sought.js";
 
@@ -31,6 +31,9 @@ const below = x => {
 };
 
 class Sensors extends Mover {
+  get says() {
+    return "Measured are {p1}, {p2}, {v1}, {v2} {integral}; where no rate is, a filter of {filter} makes one. The load has {J0} to {J1}, the shaft {k0} to {k1}.";
+  }
   get horizon() { return SECONDS; }
   get still() { return 0.12; }
   get idles() { return true; }
@@ -126,32 +129,35 @@ class Sensors extends Mover {
     super.wire();
     this.view.addEventListener("click", ({target}) => {
       const {tick, cell} = target.closest("[data-tick], [data-cell]")?.dataset ?? {};
-      if (tick) this.choose({[tick]: 1 - this.place[tick]});
-      if (cell) this.choose(Object.fromEntries(TICKS.map((key, k) => [key, Number(cell[k])])));
+      if (tick) this.move({[tick]: 1 - this.place[tick]});
+      if (cell) this.move(Object.fromEntries(TICKS.map((key, k) => [key, Number(cell[k])])));
     });
     this.handles(({end}) => ["J" + end, "k" + end]);
     const {step} = this.data.controls.find(({key}) => key === "k0"), [[, soft], [, stiff]] = ranges;
     drag(this.find("scene"), () => [this.place.k0, this.place.k1], ([k0, k1], {y}) => {
       const wanted = soft + (stiff - soft) * (y - WAY[0]) / (WAY[1] - WAY[0]) - (k0 + k1) / 2;
       const shift = clamp(wanted, soft - Math.min(k0, k1), stiff - Math.max(k0, k1));
-      const at = k => Math.round((k + shift - soft) / step);
-      this.choose({k0: at(k0), k1: at(k1)}, ["input"]);
+      const at = k => Number((soft + step * Math.round((k + shift - soft) / step)).toPrecision(12));
+      this.move({k0: at(k0), k1: at(k1)}, false);
     });
   }
 
-  update() {
-    super.update();
-    this.inputs.integral.disabled = !ticked(this.place, "p").length;
-    this.inputs.filter.disabled = ticked(this.place, "v").length > 0;
+  off(key) {
+    return (key === "integral" && !ticked(this.stands, "p").length) ||
+      (key === "filter" && ticked(this.stands, "v").length > 0);
   }
+  remember() {}
 
-  states() {
+  said() {
     const {result} = this, others = [{}, {tried: true}, {sigma: 1}, {decay: 0}, {unseen: [[0, 0]]}];
-    return others.map(more => wide(this.said({...result, decay: this.size, limit: 1, ...more})[1]));
+    return others.map(more => {
+      const [, words, html] = this.told({...result, decay: this.size, limit: 1, ...more});
+      return [words, wide(html)];
+    });
   }
 
   show(result, ghost, place) {
-    this.tell(...this.said(result));
+    this.tell(...this.told(result));
     this.scene(place);
     this.map(result, place);
     this.bars(result);
@@ -166,7 +172,7 @@ class Sensors extends Mover {
       {y: [-1.3, 1.3]});
   }
 
-  said({names, gains, worst, decay, limit, unseen, full, sigma, cells, tried}) {
+  told({names, gains, worst, decay, limit, unseen, full, sigma, cells, tried}) {
     const rate = x => number(x, " s⁻¹"), stable = this.decays(decay), [pole] = unseen;
     const left = pole && `the pole at ${complex(pole[0], Math.abs(pole[1]))}`;
     const state = stable ? "feasible" : pole ? "infeasible" : "undecided";
@@ -174,7 +180,7 @@ class Sensors extends Mover {
                                       names.length ? "these sensors don't see it" : "nothing is measured"}.`
       : !stable ? "Undecided: the search found no gains that are stable in the whole range."
       : sigma
-      ? `Proven for every constant plant of the range: σ = ${rate(sigma)}, in exact arithmetic, with ${
+      ? `Proven for every constant plant of the range: σ = ${clean(sigma)} s⁻¹, in exact arithmetic, with ${
           cells.length} ${cells.length === 1 ? "cell" : "cells"}.`
       : tried ? `Stable as far as was looked; ${MOST} cells prove nothing.`
               : "Stable as far as was looked. The proof comes when nothing moves.";
@@ -189,11 +195,10 @@ class Sensors extends Mover {
       ? stable ? `No controller of any order moves ${left}.` : ""
       : "With enough memory a controller gives any single plant any decay; of one controller for all of them that isn't said.";
     return [
-      state,
-      verdict(words) +
-        `<p>${kinds.join("; ") || "No gain"}. True decay, as far as was looked: ${
-          rate(Math.abs(decay) > STILL * this.size ? decay : 0)}, with a load of ${
-          number(worst[0], " kg m²")} and a shaft of ${number(worst[1], " N m/rad")}.</p>` +
+      state, words,
+      `<p>${kinds.join("; ") || "No gain"}. True decay, as far as was looked: ${
+        rate(Math.abs(decay) > STILL * this.size ? decay : 0)}, with a load of ${
+        number(worst[0], " kg m²")} and a shaft of ${number(worst[1], " N m/rad")}.</p>` +
         `<p>${sum}</p><p>With all four measured, no memory and the same limits of the gains the page finds ${
           rate(full)}. ${any}</p>`
     ];

@@ -121,7 +121,7 @@ function compiled(form) {
 }
 
 // A form's texts and the places of its numbers.
-const cut = form => form.split(/(\{\w+\})/).filter(bit => bit).map(bit => {
+export const cut = form => form.split(/(\{\w+\})/).filter(bit => bit).map(bit => {
   const [, slot] = /^\{(\w+)\}$/.exec(bit) ?? [];
   return slot ? {slot} : {text: bit};
 });

@@ -1,13 +1,14 @@
 // Discs on a shaft that turn as the package computed it for each setting of the controls.
 import {disc, twist} from "./discs.js";
 import {define, nearest, round} from "./kit.js";
-import {Mover, series, verdict} from "./mover.js";
+import {Mover, series} from "./mover.js";
 import {picture} from "./plot.js";
 
 const [LEFT, RIGHT, LARGEST] = [52, 288, 42];  // the outer discs, and the size of the heaviest
 const GROWN = 0.9;                             // rad, of the largest angle
 
 class Shaft extends Mover {
+  get snaps() { return Object.keys(this.data.grids); }
   get horizon() { return this.data.seconds; }
   get pace() { return this.data.pace; }
 
@@ -27,7 +28,7 @@ class Shaft extends Mover {
 
   show({state, words, line, rules = []}, ghost) {
     const [first, ...more] = words;
-    this.tell(state, verdict(first) + more.map(text => `<p>${text}</p>`).join(""));
+    this.tell(state, first, more.map(text => `<p>${text}</p>`).join(""));
     if (!line) return;
     const T = this.horizon / (line.length - 1), [label, y] = this.data.axis;
     this.curves("curve", label, `${label} over time`, [{points: series(line, T)}],

@@ -1,8 +1,7 @@
 // The sentence of an element, whose numbers are its controls: typed, dragged, or stepped by arrows,
 // or moved by the ruler below.
-import {escape, QUIET, steady} from "./kit.js";
-import {shownOf, valueOf as numberOf} from "./sentence.js";
-import {typed, valueOf} from "./wishes.js";
+import {escape, number as decimal, options, QUIET} from "./kit.js";
+import {shownOf} from "./sentence.js";
 
 const DRAG = 0.006, FAR = 4;   // of a number, for a pixel; pixels that are a drag
 const RULER = 100, WIDE = 30;  // steps of the ruler to either side, and how many times a number it reaches
@@ -23,6 +22,8 @@ const LABELS = {
 };
 const AFTER = /^(?:°| (?:%|s⁻¹|s|kHz|ms)(?![\p{L}\d]))/u;
 
+// A number that a reader types, perhaps with a decimal comma.
+export const typed = text => decimal(text.trim().replace(/^([^.,]*),([^.,]*)$/, "$1.$2"));
 const tidy = x => Number(x.toPrecision(x.toPrecision(3)[0] === "1" ? 3 : 2));
 // A number some steps on, in its second digit.
 function stepped(x, steps) {
@@ -30,26 +31,46 @@ function stepped(x, steps) {
   const next = Number((x + steps * size).toPrecision(12));
   return next > 0 === x > 0 && next ? next : x / 10;
 }
+// Where a positive number lies on a ruler: by its logarithm, in steps to either side of where it stood
+// first, or of itself beyond the ends. An element's own ruler has the same four and `low` and `high`.
+function free(form, slot, now) {
+  const far = Math.abs(Math.log(now / form.middles[slot]));
+  const start = form.middles[slot] = far < Math.log(WIDE) * 1.0001 ? form.middles[slot] : now;
+  return {
+    low: -RULER,
+    high: RULER,
+    at: x => RULER * Math.log(x / start) / Math.log(WIDE),
+    value: at => tidy(start * WIDE ** (at / RULER)),
+    stepped,
+    pulled: (x, far) => tidy(x * Math.exp(DRAG * far))
+  };
+}
+const scaleOf = (form, slot, now) => form.scaleOf?.(slot) ?? free(form, slot, now);
+
 // A number of the sentence as its element knows it.
 export const keyOf = slot => BOUND[slot] ?? slot;
 
 // A line for the sentence, and one for the ruler of the number that was last taken.
-export const markup = name => `<p class="sos-say">&nbsp;</p><div class="sos-ruler" role="group" ` +
+export const markup = name =>
+  `<p class="sos-say"><em role="status">&nbsp;</em></p><div class="sos-ruler" role="group" ` +
   `aria-label="Ruler"><label for="${name}-ruler"></label><button type="button" class="sos-button" ` +
-  `data-step="-1" aria-label="less" ${QUIET}>−</button><input id="${name}-ruler" type="range" min="${
-    - RULER}" max="${RULER}" ${QUIET}><button type="button" class="sos-button" data-step="1" ` +
+  `data-step="-1" aria-label="less" ${QUIET}>−</button><span><input id="${name}-ruler" type="range" ` +
+  `${
+    QUIET}><b class="sos-band" aria-hidden="true"></b></span><button type="button" class="sos-button" data-step="1" ` +
   `aria-label="more" ${QUIET}>+</button></div>`;
 
 // ------------------------------------------------------------------ shown
 const unitsOf = names => Object.values(names).map(([, unit]) => unit).filter(unit => unit);
-const numbers = form => [...form.find("say").querySelectorAll("input")];
+const numbers = form => [...form.find("say").querySelectorAll(".sos-num")];
 const field = (form, key) => numbers(form).find(({dataset}) => dataset.bound === key);
 
 export function speak(form, force = false) {
-  const {sentences, word, pieces} = form, {names} = sentences, line = form.find("say");
-  const active = document.activeElement, units = unitsOf(names);
-  const known = ({text, slot, shown, choices}) =>
-    text ?? (choices || !form.moves(keyOf(slot)) ? [shown, choices] : [slot]);
+  const {sentences, ending: [join, word], pieces} = form, {names} = sentences, line = form.find("say");
+  const active = document.activeElement, units = unitsOf(names), end = line.querySelector("em");
+  const known = ({text, slot, shown, choices}) => text ??
+    (choices                      ? [slot, choices]
+        : form.moves(keyOf(slot)) ? [slot]
+                                  : [shown]);
   const shape = JSON.stringify(pieces.map(known));
   if (shape !== line.dataset.shape) {
     const {slot, text, clause} = held(line, active);
@@ -65,13 +86,12 @@ export function speak(form, force = false) {
       return (unit && `${escape(unit.replaceAll(" ", "\u00a0"))}</span>`) +
         escape(piece.text.slice(unit.length));
     };
-    line.innerHTML = `${pieces.map(html).join("")}: <em role="status"></em>`;
+    line.innerHTML = pieces.map(html).join("") + join;
+    line.append(end);
     line.dataset.shape = shape;
-    const next = slot && field(form, slot);
-    if (next) {
-      next.focus();
-      Object.assign(next, {value: text, clause});
-    }
+    const next = slot && line.querySelector(`[data-bound="${slot}"], [data-choice="${slot}"]`);
+    next?.focus();
+    if (next?.matches(".sos-num")) Object.assign(next, {value: text, clause});
   }
   for (const input of numbers(form)) {
     const k = pieces.findIndex(({slot}) => slot === input.dataset.slot), {shown, clause} = pieces[k];
@@ -85,23 +105,30 @@ export function speak(form, force = false) {
     input.setAttribute("aria-valuenow", String(typed(shown)));
     input.setAttribute("aria-valuetext", shown + (unit ? ` ${unit}` : AFTER.exec(after)?.[0] ?? ""));
   }
-  const end = line.querySelector("em");
+  for (const part of line.querySelectorAll("[data-choice]")) {
+    const {choices, shown, off = false} = pieces.find(({slot}) => slot === part.dataset.choice);
+    part.disabled = off;
+    if (choices === true) part.checked = shown === part.closest("label").textContent.trim();
+    else part.selectedIndex = choices.indexOf(shown);
+  }
   end.className = `sos-${form.kind}`;
-  if (end.textContent !== `${word}.`) end.textContent = `${word}.`;
+  if (end.textContent !== word) end.textContent = word;
   form.setAttribute("aria-label", `${form.data.title}. ${form.sentence}`);
   measure(form);
 }
-const held = (line, active) =>
-  line.contains(active) ? {slot: active.dataset.bound, text: active.value, clause: active.clause} : {};
-function control(form, {slot, clause, shown, choices}) {
+const held = (line, active) => line.contains(active)
+  ? {slot: active.dataset.bound ?? active.dataset.choice, text: active.value, clause: active.clause}
+  : {};
+function control(form, {slot, clause, shown, choices, widest = 1}) {
+  const {label} = clause, data = `data-choice="${slot}" ${QUIET}`;
+  if (choices === true)
+    return `<label class="sos-tick"><input type="checkbox" ${data}> ${escape(label)}</label>`;
   if (choices)
-    return `<select class="sos-choice" aria-label="${escape(clause.label)}" ${QUIET}>${
-      choices.map(x => `<option value="${escape(x)}"${x === shown ? " selected" : ""}>${escape(x)}</option>`)
-        .join("")}</select>`;
+    return `<select class="sos-choice" aria-label="${escape(label)}" ${data}>${options(choices)}</select>`;
   if (!form.moves(keyOf(slot))) return `<strong>${escape(shown)}</strong>`;
-  return `<input type="text" inputmode="decimal" role="spinbutton" class="sos-num" data-slot="${
-    slot}" data-bound="${keyOf(slot)}" aria-label="${escape(LABELS[slot] ?? clause.label)}" value="${
-    escape(shown)}" ${QUIET}>`;
+  return `<input type="text" inputmode="decimal" role="spinbutton" class="sos-num" style="min-width:${
+    widest}ch" data-slot="${slot}" data-bound="${keyOf(slot)}" aria-label="${
+    escape(LABELS[slot] ?? label)}" value="${escape(shown)}" ${QUIET}>`;
 }
 
 // The ruler lies at the number that was taken last: around where this stood first, or beyond its ends.
@@ -110,12 +137,11 @@ function measure(form) {
   const number = field(form, form.taken) ?? numbers(form)[0], now = number ? typed(number.value) : NaN;
   form.taken = number?.dataset.bound;
   ruler.hidden = !number;
-  [input, less, more].forEach(part => { part.disabled = !(now > 0); });
-  if (!(now > 0)) return;
-  const {slot} = number.dataset, far = Math.abs(Math.log(now / form.middles[slot]));
-  const start = form.middles[slot] = far < Math.log(WIDE) * 1.0001 ? form.middles[slot] : now;
+  const {slot} = number?.dataset ?? {}, scale = number && scaleOf(form, slot, now), at = scale?.at(now);
+  [input, less, more].forEach(part => { part.disabled = !isFinite(at ?? NaN); });
+  if (less.disabled) return;
   ruler.querySelector("label").textContent = number.getAttribute("aria-label");
-  input.value = String(RULER * Math.log(now / start) / Math.log(WIDE));
+  Object.assign(input, {min: scale.low, max: scale.high, value: at});
   input.setAttribute("aria-valuetext", number.getAttribute("aria-valuetext"));
   for (const one of numbers(form)) one.classList.toggle("sos-taken", one === number);
 }
@@ -123,13 +149,10 @@ function measure(form) {
 // ------------------------------------------------------------------ asked
 // What stands in a field is asked from now on; false if it is no such number.
 function take(form, input, left) {
-  const {dataset: {slot, bound}, value: text} = input, clause = input.clause ?? input.now;
-  const own = bound in form.bounds;
-  const x = own ? valueOf(text, clause, bound) : Number.isNaN(typed(text)) ? NaN : numberOf(clause, text);
-  if (isFinite(x) && (own || x > 0 || slot.includes("/"))) {
+  const {dataset: {slot}, value: text} = input, x = form.meaning(slot, text, input.clause ?? input.now);
+  if (isFinite(x)) {
     delete form.wrong[slot];
-    if (own) form.type(bound, x);
-    else if (left) form.fit(slot, x);
+    form.ask(slot, x, left);
     return true;
   }
   if (left) delete form.wrong[slot];
@@ -153,26 +176,40 @@ function write(form, input, x, left) {
 export function listen(form) {
   const {view} = form, num = target => target.matches?.(".sos-num") ? target : null;
   const ruler = form.find("ruler").querySelector("input");
-  let drag = null;
+  const bounds = input => input.dataset.bound in (form.bounds ?? {});
+  let drag = null, held;
+  const move = (number, steps) => {
+    const now = typed(number.value);
+    if (isFinite(now)) write(form, number, scaleOf(form, number.dataset.slot, now).stepped(now, steps), true);
+  };
   ruler.addEventListener("input", () => {  // before the view hears of it
-    const number = field(form, form.taken), {slot = "", bound = ""} = number?.dataset ?? {};
-    if (form.middles[slot])
+    const number = field(form, form.taken), {slot} = number?.dataset ?? {};
+    if (number)
       write(
-        form, number, tidy(form.middles[slot] * WIDE ** (Number(ruler.value) / RULER)), bound in form.bounds);
+        form, number, scaleOf(form, slot, typed(number.value)).value(Number(ruler.value)), bounds(number));
   });
+  // before the element settles, which shows what is asked
   view.addEventListener("input", ({target}) => {
+    const {choice} = target.dataset;
+    if (choice)
+      form.choose(target.type === "checkbox" ? Number(target.checked) : target.selectedIndex, choice);
     if (!num(target)) return;
     target.clause ??= target.now;
     changed(form, target, false);
-  });
+  }, true);
   view.addEventListener("click", ({target}) => {
     const {step} = target.dataset, number = field(form, form.taken);
-    if (step && number) write(form, number, stepped(typed(number.value), Number(step)), true);
+    if (step && number) move(number, Number(step));
   });
-  steady(ruler);
+  // a swipe that scrolls the page gives the ruler back its value
+  ruler.addEventListener("pointerdown", () => { held = ruler.value; });
+  ruler.addEventListener("pointercancel", () => {
+    if (ruler.value === held) return;
+    ruler.value = held;
+    ruler.dispatchEvent(new Event("input"));
+  });
   view.addEventListener("change", ({target}) => {
     const number = target === ruler ? field(form, form.taken) : num(target);
-    if (target.matches(".sos-choice")) form.choose(target.value);
     if (number) changed(form, number, true);
   });
   view.addEventListener("focusin", ({target}) => {
@@ -195,15 +232,16 @@ export function listen(form) {
       target.value = target.before;
       changed(form, target, true);
     }
-    const now = typed(target.value);
-    if (!(key in STEPS) || Number.isNaN(now)) return;
+    if (!(key in STEPS)) return;
     event.preventDefault();
-    write(form, target, stepped(now, STEPS[key]), true);
+    move(target, STEPS[key]);
   });
   view.addEventListener("pointerdown", event => {
     const {target, clientX, button, pointerType} = event,
                                     from = num(target) && !button ? typed(target.value) : NaN;
-    drag = from > 0 ? {slot: target.dataset.bound, clientX, from, on: false} : null;
+    drag = isFinite(from) && isFinite(scaleOf(form, target.dataset.slot, from).at(from))
+      ? {slot: target.dataset.bound, clientX, from, on: false}
+      : null;
     // a finger's first touch opens the ruler, its second one the keyboard
     if (drag && pointerType === "touch")
       target.inputMode = target === document.activeElement ? "decimal" : "none";
@@ -218,7 +256,7 @@ export function listen(form) {
     if (!drag.on && Math.abs(far) >= FAR && isTrusted) view.setPointerCapture(pointerId);
     drag.on ||= Math.abs(far) >= FAR;
     if (drag.on && input)
-      write(form, input, tidy(drag.from * Math.exp(DRAG * far)), input.dataset.bound in form.bounds);
+      write(form, input, scaleOf(form, input.dataset.slot, drag.from).pulled(drag.from, far), bounds(input));
   });
   for (const kind of ["pointerup", "pointercancel"])
     view.addEventListener(kind, () => {

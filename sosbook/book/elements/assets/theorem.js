@@ -8,7 +8,7 @@ import {exponential} from "../../kernel/spectrum.js";
 import {unproven, unsymmetric} from "../../kernel/written.js";
 
 import {clean, define, escape, QUIET} from "./kit.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 
 const POINTS = 160, SECONDS = 12;  // of the curve
 const DIGITS = [6, 10, 17];        // of K and P, in the order of trial
@@ -29,6 +29,9 @@ function fileOf({file, mark}, lines, words, numbers, K, P) {
 }
 
 class Theorem extends Mover {
+  get says() {
+    return "A gust may move z by at most peak = {peak}, with an input of at most uₘₐₓ = {u_max}.";
+  }
   figures = {
     reach:
       "The farthest that a gust of energy one can move z until t: with the design, and pale without. Dashed: the number peak.",
@@ -65,7 +68,7 @@ class Theorem extends Mover {
   }
 
   reset(to = {}) {
-    if (this.inputs && to.lines === undefined) {
+    if (this.stands && to.lines === undefined) {
       this.areas.lines.value = this.data.lines.join("\n");
       this.areas.words.value = this.data.words;
     }
@@ -136,22 +139,21 @@ class Theorem extends Mover {
       {x: [0, SECONDS], y: [0, most], ghosts: [{points: free, colour: "--sos-soft"}], rules: [peak]});
     this.find("text").innerHTML = this.proof(result.file);
     if (status === "fault")
-      this.tell("undecided", verdict("These lines can't be read yet.") + "<p>The design waits for them.</p>");
-    else if (!held) this.tell("undecided", verdict("No design was found.") + `<p>${escape(reason)}</p>`);
+      this.tell("undecided", "These lines can't be read yet.", "<p>The design waits for them.</p>");
+    else if (!held) this.tell("undecided", "No design was found.", `<p>${escape(reason)}</p>`);
     else if (failed.length)
-      this.tell("undecided",
-        verdict("Not proven.") +
-          `<p>In fractions ${
-            failed.map(x => `<code>${escape(this.label(x))}</code>`)
-              .join(", ")} is no symmetric positive definite matrix.</p>`);
+      this.tell("undecided", "Not proven.",
+        `<p>In fractions ${
+          failed.map(x => `<code>${escape(this.label(x))}</code>`)
+            .join(", ")} is no symmetric positive definite matrix.</p>`);
     else
       this.tell(over ? "infeasible" : "feasible",
-        verdict(
-          over ? "The blocks are proven, and they don't mean that." : "Designed and proven in fractions.") +
-          `<p>K = [${K[0].map(x => clean(x, 4)).join(", ")}]: ${
-            lines.length + 4} blocks are positive definite. The truth: |z| gets to ${
-            number(truth)} at the most, ${over ? "more" : "less"} than peak = ${number(peak)}.${
-            over ? " A theorem that proves a falsehood has a slip." : ""}</p>`);
+
+        over ? "The blocks are proven, and they don't mean that." : "Designed and proven in fractions.",
+        `<p>K = [${K[0].map(x => clean(x, 4)).join(", ")}]: ${
+          lines.length + 4} blocks are positive definite. The truth: |z| gets to ${
+          number(truth)} at the most, ${over ? "more" : "less"} than peak = ${number(peak)}.${
+          over ? " A theorem that proves a falsehood has a slip." : ""}</p>`);
   }
 
   // What the reader calls a block of a file.

@@ -4,9 +4,13 @@ import {FLOATS, rowsOf} from "../../kernel/matrices.js";
 import {decreasing} from "./cells.js";
 import {clean, define} from "./kit.js";
 import {block, combine, eigenvalues, eye, leastEigenvalue, lyapunov, rightmost, scale, solve, stable, trace, transpose, zeros} from "./linalg.js";
-import {Mover, number, verdict} from "./mover.js";
+import {Mover, number} from "./mover.js";
 
 class Trust extends Mover {
+  get says() {
+    return "At κ = {kappa}, with {digits} digits of P, the status forgives an eigenvalue of −10 to the power {tolerance}.";
+  }
+  get snaps() { return ["digits"]; }
   figures = {
     rungs: "Four rungs of the ladder, for this P. The proof multiplies integers, so it has no rounding.",
     poles: "The truth: poles of the plant."
@@ -52,12 +56,12 @@ class Trust extends Mover {
       "</table>";
     const lie = !this.good({status, stable}), missed = stable && !proven;
     this.tell(lie ? "infeasible" : "feasible",
-      verdict(lie  ? "The status is wrong: the plant is unstable, and the tolerance hides it."
-          : missed ? "The plant is stable, but these digits of P don't prove it."
-          : proven ? "Proven, and true."
-                   : "Nothing is claimed.") +
-        `<p>Smallest eigenvalues: of P ${number(least[0])}, of the inequality ${
-          number(least[1])}. Rightmost pole ${number(rightmost(poles), " s⁻¹")}.</p>`);
+      lie        ? "The status is wrong: the plant is unstable, and the tolerance hides it."
+        : missed ? "The plant is stable, but these digits of P don't prove it."
+        : proven ? "Proven, and true."
+                 : "Nothing is claimed.",
+      `<p>Smallest eigenvalues: of P ${number(least[0])}, of the inequality ${
+        number(least[1])}. Rightmost pole ${number(rightmost(poles), " s⁻¹")}.</p>`);
     this.poleMap(
       "poles", {x: [-0.6, 0.2], y: [-1.2, 1.2], label: "Poles of the plant", poles, ghost: ghost?.poles});
   }

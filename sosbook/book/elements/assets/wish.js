@@ -5,10 +5,11 @@ import {judged, rest, worst} from "./judge.js";
 import {capital, clean, define, drag, escape, QUIET, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
 import * as python from "./program.js";
+import {valueOf as numberOf} from "./sentence.js";
 import {solverOf} from "./solver.js";
-import {keyOf, listen, markup, speak} from "./spoken.js";
+import {keyOf, listen, markup, speak, typed} from "./spoken.js";
 import {clauses, verdict} from "./verdict.js";
-import {boundOf, BOUNDS, sayable} from "./wishes.js";
+import {boundOf, BOUNDS, sayable, valueOf} from "./wishes.js";
 
 const PAUSE = 400;                  // ms without a move, before what was found is proven
 const FURTHEST = 1e3, FINE = 0.01;  // how far a bound is relaxed, by a factor, and in which steps
@@ -96,6 +97,19 @@ export class Wish extends DesignElement {
     this.set({[key]: value});
   }
 
+  // What a text means as a number of the sentence, and what is asked by it then.
+  meaning(slot, text, clause) {
+    const key = keyOf(slot), x = Number.isNaN(typed(text)) ? NaN : numberOf(clause, text);
+    if (key in this.bounds) return valueOf(text, clause, key);
+    return x > 0 || slot.includes("/") ? x : NaN;
+  }
+  ask(slot, x, left) {
+    const key = keyOf(slot);
+    if (key in this.bounds) this.type(key, x);
+    else if (left) this.fit(slot, x);
+  }
+  fit(_slot, _x) {}
+
   // The design before a move stays as a ghost.
   remember() {
     if (this.found) this.ghost = {...this.found, response: this.shown};
@@ -179,6 +193,7 @@ export class Wish extends DesignElement {
     return verdict(answer.status, answer.clauses ?? [], answer.proof?.proven);
   }
   get word() { return this.verdict.word; }
+  get ending() { return [": ", `${this.word}.`]; }
   get kind() {
     return this.word.includes("proven") ? "feasible" : {"no design": "infeasible"}[this.word] ?? this.word;
   }

@@ -7,6 +7,7 @@ import {truth} from "../../kernel/truth.js";
 import {number} from "./kit.js";
 import {degreesOf, shareOf} from "./program.js";
 import {valueOf as meant} from "./sentence.js";
+import {typed} from "./spoken.js";
 
 const LARGEST = 6, CORNERS = 8;  // degrees of freedom and plants that a browser solves while one waits
 const SETTLED = 4;               // e^-4 is 2 %: as `PoleRegion` has it
@@ -28,9 +29,6 @@ export const boundOf = (key, text) => {
   const x = number(text);
   return x > 1 / ODD && x <= BOUNDS[key].most ? x : NaN;
 };
-
-// A number that a reader types, perhaps with a decimal comma.
-export const typed = text => number(text.trim().replace(/^([^.,]*),([^.,]*)$/, "$1.$2"));
 
 // The nearest value of a bound that a sentence says in few digits: a time, or an overshoot.
 export function sayable(key, value, digits) {
