@@ -3,6 +3,7 @@
 import ast
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import ipywidgets
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.special import lambertw
 import sosbook as sos
 from sosbook.book import notebooks, thesis, widgets
 from sosbook.book.notebooks import BOOK
-from sosbook.pendulum import Mip, polytope, vertices
+from sosbook.pendulum import Mip, SampledLaw, polytope, vertices
 from sosbook.plants import condense
 
 I4 = np.eye(4)
@@ -54,6 +55,16 @@ CELLS = {
         [], {"R": 20.0, "spread": 30},
         lambda: sos.design_lqr(polytope(Mip.printed(), 0.3), I4, [[20.0]]),
     ),
+    "28_feasibility_maps": (
+        ["from dataclasses import replace\n\nfrom sosbook.book"],
+        {"mass": 1.5, "gamma": 3.0, "u_max": 300.0},
+        lambda: sos.design_pid(
+            sos.SecondOrderSystem(1.5 * ROBOT.plant.M, *(
+                getattr(ROBOT.plant, x) for x in "DSBF")),
+            **ROBOT.requirements | dict(
+                gamma=sos.HInfinity(3.0, mu=1.0),
+                saturation=sos.Saturation(300, ROBOT.saturation.x0))),
+    ),
     "22_printed_gains": (
         ["t = np.arange(0, 1.5"], {"R": 20.0, "tilt": 20},
         lambda: sos.design_lqr(polytope(Mip.printed()), I4, [[20.0]]),
@@ -71,13 +82,14 @@ def cell():
     if not BOOK.exists():
         pytest.skip("the package without its book")
 
-    def shown(chapter, starts=None):
+    def shown(chapter, starts=None, given=()):
         sources = [
             c.source
             for c in notebooks.read(BOOK / f"{chapter}.ipynb").cells
             if c.cell_type == "code"
         ]
-        starts, names = CELLS[chapter][0] if starts is None else starts, {}
+        starts = CELLS[chapter][0] if starts is None else starts
+        names = {name: make() for name, make in dict(given).items()}
         needed = [s for s in sources if s.startswith(tuple(starts))] if starts else []
         (kit,) = (s for s in sources if "widgets.sliders(" in s)
         for source in (sources[0], *needed):
@@ -147,9 +159,33 @@ def fallen(load, brake):
     return np.sort(np.linalg.eigvals(companion(p.M, p.D, p.S)).real)
 
 
+def robust(R):
+    """The gain of the robust PID of this weight."""
+    return sos.design_lqr(polytope(Mip.printed()), np.eye(5), [[R]], [[0, 1]]).gain
+
+
 def loud(R):
-    """How many volts a radian of tilt asks, by the robust PID of this weight."""
-    return sos.design_lqr(polytope(Mip.printed()), np.eye(5), [[R]], [[0, 1]]).K[0, 0]
+    """How many volts a radian of tilt asks."""
+    return robust(R).K[0, 0]
+
+
+def chain():
+    """What chapter 26's cell needs of its chain, by the printed pendulum."""
+    law = SampledLaw.of_gain(robust(20), 0.01)
+    return SimpleNamespace(
+        mip=Mip.printed(), law=law, robot=SimpleNamespace(blend=0.005)
+    )
+
+
+def holds_while_scaled(widget):
+    """Whether the voltage may be scaled as the distance of Nyquist's curve says."""
+    volts = widget.sliders["volts"]
+    peak = numbers(widget.text)[1]
+    for share, stable in ((1.01 / (1 + 1 / peak), 1), (0.99 / (1 - 1 / peak), 1)):
+        volts.value = 7.4 * share
+        assert (numbers(widget.text)[0] < 1) == stable
+    volts.value = 18
+    return numbers(widget.text)[0] > 1
 
 
 def bent(amplitude):
@@ -267,6 +303,25 @@ TRUE = {
                 np.isclose(numbers(w.text)[0], np.radians(t) * loud(R), atol=0.1)
                 and numbers(w.text)[1] < 1)) for R, t in ((20, 8), (100, 5))],
     ),
+    "10_a_p_for_each_plant": (  # a common P ends by the circle criterion
+        [PLANT], [
+            (dict(spread=s, damping=d), lambda w, s=s, d=d: w.text.split("\n") == [
+                f"pairs: {'in' * int(np.sqrt(1 + s) - np.sqrt(1 - s) > d)}feasible",
+                "slack: feasible"])
+            for s, d in ((0.19, 0.2), (0.21, 0.2), (0.45, 0.5), (0.55, 0.5))],
+    ),
+    "25_program": (  # the voltage is largest at the first tick, or at its limit
+        ["T, mip = ", PLANT], [
+            (dict(limit=u, tilt=t), lambda w, u=u, t=t, end=end: (
+                w.text.startswith(end) and np.isclose(
+                    numbers(w.text)[0], min(u, np.radians(t) * loud(20)), atol=0.01)))
+            for u, t, end in (
+                (7.4, 10, "stands"), (3, 20, "stands"), (3, 40, "falls"))],
+    ),
+    "26_logs_to_c_file": (
+        ["from sosbook.book import widgets\n\nlaw"], [({}, holds_while_scaled)],
+        {"chain": chain},
+    ),
     "30_inside_the_solver": (
         [PLANT], [
             (dict(damping=d, sigma=x * d), lambda w, x=x: (
@@ -298,8 +353,8 @@ TRUE = {
 
 @pytest.mark.parametrize("chapter", TRUE)
 def test_a_moved_cell_says_what_is_true_there(cell, chapter):
-    starts, moves = TRUE[chapter]
-    widget = cell(chapter, starts)
+    starts, moves, *given = TRUE[chapter]
+    widget = cell(chapter, starts, *given)
     for places, holds in moves:
         for key, value in places.items():
             widget.sliders[key].value = value
