@@ -397,30 +397,6 @@ def test_a_reference_to_an_exercise_says_exercise_once(path):
         assert not re.search(r"exercise\s+\{ref\}`ex-", text, re.IGNORECASE)
 
 
-def in_sight(after):
-    """Whether the first of these cells that shows anything is code or its output."""
-    for cell in after:
-        if cell.cell_type != "code" or "opening" in cell.metadata.get("tags", []):
-            return False  # the built page shows an opening below its title
-        if cell.outputs or not folded(cell):
-            return True
-    return False
-
-
-def announces(text):
-    """Whether a text's last line ends with a colon; ::: ends a box."""
-    lines = [x for x in text.split("\n") if x.strip() and not x.startswith(":::")]
-    return bool(lines) and lines[-1].rstrip().endswith(":")
-
-
-@each("path", FILES)
-def test_what_a_colon_announces_follows_in_sight(path):
-    found = notebooks.read(path).cells
-    for k, cell in enumerate(found, 1):
-        if cell.cell_type == "markdown" and announces(cell.source):
-            assert in_sight(found[k:]), cell.source
-
-
 def parsed(path):
     return [
         ast.parse(c.source) for c in notebooks.read(path).cells if "code" in c.cell_type

@@ -93,3 +93,13 @@ def test_a_file_has_the_number_and_words_of_its_title(path):
     title = notebooks.read(path).cells[0].source.split("\n")[0].lower()
     words = set(re.findall(r"\w+", title))
     assert set(path.stem[3:].split("_")) <= words, (path.stem, title)
+
+
+def test_a_word_of_the_glossary_leads_to_a_chapter_that_has_it():
+    glossary = (ROOT / "book" / "glossary.md").read_text("utf-8")
+    entries = re.findall(r"^(\w[^\n]*)\n((?:  .*\n)+)", glossary, re.MULTILINE)
+    for term, body in entries:
+        for page in re.findall(r"\]\((\w+\.ipynb)\)", body)[:1]:
+            text = (ROOT / "book" / page).read_text("utf-8").lower()
+            assert term.lower().split()[0][:7] in text, (term, page)
+    assert len(entries) > 70

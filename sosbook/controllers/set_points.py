@@ -50,7 +50,9 @@ def chosen_set_point(c, r, b=1.0):
         raise ValueError(NOTHING_TO_SET)
     U = np.zeros((0, n)) if c.U is None else c.U
     if finite("b", b) != 1 and not len(U):
-        raise ValueError("b weighs what an integral moves, and nothing is integrated")
+        raise ValueError(
+            "b weighs what an integral moves, and nothing is integrated: leave b out"
+        )
     if r is None:
         return b * quiet_set_point(U, c.gains[0][:, :n])
     r = matrix("r", r, (n, None))

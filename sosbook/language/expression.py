@@ -23,6 +23,11 @@ from .matrices import Symbols, array_of
 
 __all__ = ["Affine", "Unknown", "eye", "he"]
 
+PRODUCT = (
+    "a product of two unknowns isn't affine: make the product an unknown of its own, "
+    "as Y for K P"
+)
+
 
 class Term:
     """The product ``left @ X @ right``, with ``X`` transposed if asked."""
@@ -119,7 +124,10 @@ class Affine:
             return self
         other = self._read(other)
         if other.shape != self.shape:
-            raise ValueError(f"shapes {self.shape} and {other.shape} don't add up")
+            raise ValueError(
+                f"shapes {self.shape} and {other.shape} don't add up: a sum needs "
+                "equal shapes, and a number is written 2 * eye(n)"
+            )
         if other.decimals and not self.decimals:
             self = other._read(self)
         return self._of(self.constant + other.constant, self.terms + other.terms)
@@ -134,7 +142,7 @@ class Affine:
 
     def __mul__(self, factor):
         if isinstance(factor, Affine):
-            raise TypeError("a product of two unknowns isn't affine")
+            raise TypeError(PRODUCT)
         factor = self._data(factor)
         if np.ndim(factor) >= 2:  # a 1 x 1 expression times a matrix
             return self._times_matrix(np.asarray(factor))
@@ -156,7 +164,7 @@ class Affine:
 
     def __matmul__(self, matrix):
         if isinstance(matrix, Affine):
-            raise TypeError("a product of two unknowns isn't affine")
+            raise TypeError(PRODUCT)
         matrix = np.asarray(self._data(matrix))
         # A product over no columns is zero. numpy would write it with plain
         # integers, and half of one is a float, which no rational goes with.
@@ -169,7 +177,10 @@ class Affine:
 
     def _times_matrix(self, matrix):
         if self.shape != (1, 1):
-            raise ValueError("only a 1 x 1 expression scales a matrix")
+            raise ValueError(
+                "only a 1 x 1 expression scales a matrix, and this one is "
+                f"{self.shape[0]} x {self.shape[1]}: write a product of matrices with @"
+            )
         identity = eye(matrix.shape[-1])
         total = self._of(self.constant[0, 0] * matrix)
         for j in np.flatnonzero((matrix != 0).any(axis=tuple(range(matrix.ndim - 1)))):
@@ -245,7 +256,10 @@ class Unknown(Affine):
                 f'Unknown("{name}", 2, 6); got {rows!r}, {cols!r}'
             )
         if symmetric and rows != cols:
-            raise ValueError(f"unknown {name}: symmetric but not square")
+            raise ValueError(
+                f"unknown {name}: symmetric but not square, {rows} x {cols}: leave "
+                "cols out"
+            )
         term = Term(eye(rows), self, False, eye(cols))
         super().__init__(np.zeros((rows, cols), int), [term])
 

@@ -35,7 +35,10 @@ def block(rows):
             f"block takes rows, as block([[P, Y.T], [Y, Q]]); got {rows!r}"
         )
     if len({len(r) for r in rows}) != 1:
-        raise ValueError(f"the rows of a block have {[len(r) for r in rows]} entries")
+        raise ValueError(
+            f"the rows of a block have {[len(r) for r in rows]} entries: give each row "
+            "as many, with 0 for a block of zeros"
+        )
     if len(rows) == len(rows[0]) == 1 and not isinstance(rows[0][0], int):
         return rows[0][0] * 1  # an array of its own, of the same kind
     columns = zip(*rows, strict=True)
@@ -84,7 +87,10 @@ def _common(entries, axis):
             "write one of them as an array of zeros, which has a size"
         )
     if len(sizes) != 1:
-        raise ValueError(f"block sizes {sorted(sizes)} don't fit")
+        raise ValueError(
+            f"block sizes {sorted(sizes)} don't fit: the entries of a "
+            f"{('row', 'column')[axis]} need equally many {('rows', 'columns')[axis]}"
+        )
     return sizes.pop()
 
 

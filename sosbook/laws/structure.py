@@ -123,7 +123,9 @@ class Structure(ReadOnly):
         if rest.any():
             i, j = np.argwhere(rest != 0)[0]
             raise ValueError(
-                f"K: entry ({i + 1}, {j + 1}) isn't what the law's structure allows"
+                f"K: entry ({i + 1}, {j + 1}) isn't what the law's structure allows: "
+                f"{K[i, j]:g} stands where the structure has a zero, a fixed number or "
+                "a number shared with another entry"
             )
         return K
 

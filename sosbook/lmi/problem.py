@@ -316,6 +316,7 @@ class LMIProblem:
         if margins[least] <= 0:
             raise ValueError(
                 f"start isn't inside block {least!r}: its margin is "
-                f"{margins[least]:.2g}"
+                f"{margins[least]:.2g}. Leave start out, or give a point at which "
+                "every block is positive definite"
             )
         return x

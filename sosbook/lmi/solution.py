@@ -6,6 +6,7 @@ from math import inf
 from typing import Any
 
 CLEAR_MARGIN = 1e-9  # smallest eigenvalue; rounding makes 1e-15 of unit blocks
+NO_POINT = "the problem is {}: there is no point; its reason says why"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ class LMISolution:
             If there is no point, or the blocks don't have one of its unknowns.
         """
         if self.values is None:
-            raise ValueError(f"the problem is {self.status}: there is no point")
+            raise ValueError(NO_POINT.format(self.status))
         return self.problem.text.value(expression, self.values)
 
     @cached_property
@@ -135,5 +136,5 @@ class LMISolution:
             If there is no point.
         """
         if self.values is None:
-            raise ValueError(f"the problem is {self.status}: there is no point")
+            raise ValueError(NO_POINT.format(self.status))
         return self.problem.prove(self.values, claims, digits)

@@ -117,7 +117,9 @@ class WrittenText(LMIText):
         if not names:
             raise ValueError("no block has an unknown: there is nothing to find")
         if len(set(names)) < len(names):
-            raise ValueError(f"two unknowns have one name: {names}")
+            raise ValueError(
+                f"two unknowns have one name: {names}; give each a name of its own"
+            )
         self._check()
 
     def in_unknowns(self, number=floats):

@@ -254,7 +254,10 @@ class Loop(ReadOnly):
             pairs = zip(self.controller.vertices, self.ticks)
             return max(x.norm(asked.seen(d), inputs) for d, x in pairs)
         if self.clock is not None:
-            raise ValueError("the norm of a loop whose input is late isn't computed")
+            raise ValueError(
+                "the norm of a loop whose input is late isn't computed: take that of "
+                "the loop at ticks, loop.at(T, delay).norm(...)"
+            )
         request = self.request
         asked = request.applied.asked(asked).stepped(request.step)
         return asked.truth(request.vertices, request.state_gain)
@@ -309,7 +312,10 @@ class Loop(ReadOnly):
             peak = max(x.peak_of(0.5) for x in self.ticks)
             return DiskMargin(0.0 if peak == np.inf else float(1 / peak))
         if self.clock is not None:
-            raise ValueError("margins of a loop whose input is late aren't computed")
+            raise ValueError(
+                "margins of a loop whose input is late aren't computed: take those of "
+                "the loop at ticks, loop.at(T, delay).margins()"
+            )
         return self.design.disk_margin()
 
     def largest(self, find: str, to: float | None = None, **how: Any) -> Any:

@@ -103,7 +103,9 @@ class Program:
         """Check the firmware, the precision, the name and the steering."""
         firmware, name = self.firmware, self.name
         if not isinstance(firmware, Firmware):
-            raise ValueError("firmware must be a Firmware")
+            raise ValueError(
+                f"firmware must be a Firmware, got {type(firmware).__name__}"
+            )
         if self.precision not in FLOAT_TYPES:
             raise ValueError(
                 f"precision must be 'double' or 'single', got {self.precision!r}"
@@ -125,7 +127,10 @@ class Program:
                 )
         law = firmware.law
         if not (law.D.any() or (law.C.any() and law.B.any())):
-            raise ValueError("law doesn't use what it measures: D is zero, and B or C")
+            raise ValueError(
+                "law doesn't use what it measures: D is zero, and B or C; give a law "
+                "whose output depends on y"
+            )
         if not isinstance(self.steering, Steering | None):
             raise ValueError("steering must be a Steering, or left out")
 

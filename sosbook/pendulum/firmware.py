@@ -116,7 +116,10 @@ class Firmware:
     def __post_init__(self):
         """Check the law and the limits."""
         if not isinstance(self.law, SampledLaw):
-            raise ValueError("law must be a SampledLaw")
+            raise ValueError(
+                "law must be a SampledLaw, such as SampledLaw.of_gain(gain, T), got "
+                f"{type(self.law).__name__}"
+            )
         for name in ("limit", "tip", "fastest", "gyro_range"):
             object.__setattr__(self, name, positive(name, getattr(self, name)))
         share("blend", self.blend)

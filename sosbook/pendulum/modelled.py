@@ -64,7 +64,10 @@ class Model:
             )
         table = read_json(paths[0])
         if not isinstance(table, dict) or table.get("format") != FORMAT:
-            raise ValueError(f"{paths[0]} isn't a model of this version ({FORMAT})")
+            raise ValueError(
+                f"{paths[0]} isn't a model of this version ({FORMAT}): write the "
+                "programs again"
+            )
         try:
             return cls._of(table, str(paths[0]))
         except (LookupError, TypeError, AttributeError, ArithmeticError) as error:

@@ -57,11 +57,14 @@ class Rig:
     def __post_init__(self):
         if self.mip.I_w is None:
             raise ValueError(
-                "mip has no I_w: the wheels' experiment measures e / (2 I_w)"
+                "mip has no I_w: the wheels' experiment measures e / (2 I_w); give "
+                "the inertia of a wheel with its gears, as Mip.printed() has it"
             )
         for name in ("noise", "friction"):
             if not getattr(self, name) >= 0:
-                raise ValueError(f"{name} can't be negative")
+                raise ValueError(
+                    f"{name} can't be negative, got {getattr(self, name)!r}"
+                )
         for name in ("amplitude", "rate", "seconds", "counts", "gyro_step"):
             positive(name, getattr(self, name))
 

@@ -217,7 +217,10 @@ def listed(robots):
     """A list of Mips, of one or of many."""
     robots = [robots] if isinstance(robots, Mip) else list(robots)
     if not robots or not all(isinstance(r, Mip) for r in robots):
-        raise ValueError("robots must be a Mip or a sequence of them")
+        raise ValueError(
+            "robots must be a Mip or a sequence of them, got "
+            f"{', '.join(type(r).__name__ for r in robots) or 'an empty one'}"
+        )
     return robots
 
 
@@ -238,7 +241,10 @@ def _line_up(robots, tilt, sensors):
                 "give one, or one for each"
             )
     if not (np.abs(tilt) <= np.pi / 2).all():
-        raise ValueError("tilt must lie within a quarter turn of upright")
+        raise ValueError(
+            "tilt must lie within a quarter turn of upright, in rad: np.radians takes "
+            f"degrees; got up to {np.abs(tilt).max():g}"
+        )
     tilt = np.broadcast_to(tilt.ravel(), runs)
     return Fleet(robots), tilt, runs
 

@@ -26,7 +26,10 @@ def vertices(mip, spread=0.04):
     [0.4747, 0.4639, 0.4865, 0.4747]
     """
     if mip.I_w is None:
-        raise ValueError("mip has no I_w: say which part of a is geared")
+        raise ValueError(
+            "mip has no I_w: give the inertia of a wheel with its gears, the part of a "
+            "that the spread moves, as Mip.printed() has it"
+        )
     if isinstance(spread, FitSpread):
         return spread.vertices(mip)
     if not 0 <= finite("spread", spread) < 1:

@@ -45,9 +45,14 @@ def turning_plants(mip, robot, spread=0.04):
     quotients the rectangle holds. Returns the rectangle, then its two triangles.
     """
     if mip.I_w is None:
-        raise ValueError("mip has no I_w: say which part of a is geared")
+        raise ValueError(
+            "mip has no I_w: give the inertia of a wheel with its gears, as "
+            "Mip.printed() has it"
+        )
     if robot.track is None:
-        raise ValueError("the robot has no track: how far apart are its wheels?")
+        raise ValueError(
+            "the robot has no track: give the distance between its wheels, in m"
+        )
     around = vertices(mip, spread)
     quotients = [x / m.e for m in around for x in inertia_bounds(m, robot)]
     inertia = min(quotients), max(quotients)

@@ -32,7 +32,9 @@ def built(builder, box):
             raise ValueError(
                 f"the builder must return a plant, got {type(made).__name__}"
             )
-        raise ValueError(f"the plant doesn't depend on {', '.join(box.names)}")
+        raise ValueError(
+            f"the plant doesn't depend on {', '.join(box.names)}: give the plant itself"
+        )
     one = next(iter(parameters(box).values()))
     matrices, rest = {}, {}
     for name, given in made.given.items():

@@ -148,7 +148,7 @@ def matrices_of(name, value):
         matrix(name, value)  # raises: it is a vector
     matrices = [matrix(name, x) for x in value]
     if not matrices:
-        raise ValueError(f"{name} is an empty list")
+        raise ValueError(f"{name} is an empty list: give one matrix or more")
     return matrices
 
 

@@ -64,7 +64,10 @@ def filtered(
     if not den[0] or not num[0]:
         raise ValueError("the first coefficients of a filter must not be zero")
     if len(num) > len(den):
-        raise ValueError("the filter isn't proper: its numerator has a higher power")
+        raise ValueError(
+            "the filter isn't proper: its numerator has a higher power than its "
+            "denominator; give the denominator as many poles"
+        )
     if len(den) > 1 and np.roots(den).real.max() >= 0:
         raise ValueError("the filter isn't stable: its poles must lie in Re s < 0")
     checked = checked_plant(plant, of="filtered")

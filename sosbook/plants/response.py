@@ -155,7 +155,7 @@ def times(t):
     t = numbers("t", t)
     good = t.ndim == 1 and len(t) > 1 and np.isfinite(t).all()
     if not good or t[0] != 0 or (np.diff(t) <= 0).any():
-        raise ValueError("t must increase from 0 and hold two times")
+        raise ValueError("t must increase from 0 and hold two times or more")
     return t
 
 
@@ -163,7 +163,11 @@ def vector(name, value, size):
     """A value as ``size`` finite numbers, zero for None; its name is for a refusal."""
     vector = np.zeros(size) if value is None else numbers(name, value)
     if vector.shape != (size,) or not np.isfinite(vector).all():
-        raise ValueError(f"{name} must hold {size} finite numbers")
+        raise ValueError(
+            f"{name} must hold {size} finite numbers, got the shape {vector.shape}"
+            if vector.shape != (size,)
+            else f"{name} must hold {size} finite numbers, got {vector.tolist()}"
+        )
     return vector
 
 

@@ -291,7 +291,9 @@ class Requirement(OfKind, ABC, ReadOnly):
     def with_bound(self, bound: float) -> "Requirement":
         """The same requirement with another bound."""
         if self.parameter is None:
-            raise ValueError(f"{self.name} has no bound that can be moved")
+            raise ValueError(
+                f"{self.name} has no bound that can be moved: name another requirement"
+            )
         return replace(self, **{self.parameter.key: bound})
 
     def untied(self) -> "Requirement":

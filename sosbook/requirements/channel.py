@@ -95,7 +95,9 @@ class Channel(Requirement):
                 )
             )
         if not len(seen[0].C):
-            raise ValueError(f"{self.name} bounds an output without rows")
+            raise ValueError(
+                f"{self.name} bounds an output without rows: give C or outputs a row"
+            )
 
     def of_plant(self) -> "Requirement":
         return replace(self, outputs=None, inputs=None)

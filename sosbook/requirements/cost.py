@@ -118,7 +118,9 @@ class QuadraticCost(Requirement):
         R = R if R.size else np.zeros((0, 0))  # [] for a loop without an input
         R = symmetric_weight("R", R)
         if len(R) and not definite(exact(R))[0]:
-            raise ValueError("R must be positive definite")
+            raise ValueError(
+                "R must be positive definite: each input needs a price above zero"
+            )
         put(self, R=R)
         if self.N is not None:
             self._mix()

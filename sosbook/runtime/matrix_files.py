@@ -92,7 +92,10 @@ def _array(content):
         (2, 0): np.lib.format.read_array_header_2_0,
     }
     if version not in headers:
-        raise ValueError(f"its version is {version}")
+        raise ValueError(
+            f"its version is {version}, and (1, 0) and (2, 0) are read: save it by "
+            "numpy.save"
+        )
     shape, _, kind = headers[version](stream)
     if kind.hasobject:
         raise ValueError(
@@ -130,7 +133,9 @@ def read_sparse(path):
     arrays = read_npz(path)
     with _decoded(path, "a sparse matrix of scipy.sparse.save_npz"):
         if not {"format", "shape"} <= arrays.keys():
-            raise ValueError(f"it holds {', '.join(arrays) or 'nothing'}")
+            raise ValueError(
+                f"it holds {', '.join(arrays) or 'nothing'}: save a matrix by save_npz"
+            )
         check_size(*arrays["shape"].tolist(), full=False)
         return _sound(load_npz(BytesIO(read_bytes(path))))
 
@@ -144,7 +149,9 @@ def read_mtx(path):
         rows, columns, count, form, field, _ = mminfo(BytesIO(content))
         check_size(rows, columns, full=form == "array")
         if field == "pattern":
-            raise ValueError("it has a pattern and no numbers")
+            raise ValueError(
+                "it has a pattern and no numbers: save it with its numbers"
+            )
         least = SHORTEST * (1 if form == "array" else 3)
         if (count // 2 if form == "array" else count) * least > len(content):
             raise ValueError(

@@ -206,7 +206,8 @@ class SampleTiming:
             return None
         if D.shape[1] != d.Bw.shape[1]:
             raise ValueError(
-                f"K reads {D.shape[1]} disturbances, but the plant has {d.Bw.shape[1]}"
+                f"K reads {D.shape[1]} disturbances, but the plant has "
+                f"{d.Bw.shape[1]}: give B_w and D_w a column for each"
             )
         return exact(D), exact(B)
 

@@ -119,7 +119,9 @@ class ClosedLoop(Gains[Proven]):
         """
         K, cost = self._gain(), self.request.cost if cost is None else cost
         if cost is None:
-            raise ValueError("cost is missing: the design was made without")
+            raise ValueError(
+                "cost is missing: the design was made without; give QuadraticCost(Q, R)"
+            )
         cost = checked_cost(cost).stepped(self._step)
         return cost.truth(self._loops(samples, seed), K)
 
@@ -133,7 +135,10 @@ class ClosedLoop(Gains[Proven]):
         K = self._gain()
         saturation = self.request.saturation
         if saturation is None:
-            raise ValueError("the design has no saturation, so no x0")
+            raise ValueError(
+                "the design has no saturation, so no x0: simulate from the start that "
+                "you mean, or design with saturation=Saturation(u_max, x0)"
+            )
         return saturation.truth(self._loops(samples, seed), K, self.K_A)
 
     def peak_bound(self, x0: ArrayLike | None = None, energy: float = 0.0) -> float:
@@ -165,7 +170,9 @@ class ClosedLoop(Gains[Proven]):
         if x0 is None:
             saturation = self.request.saturation
             if saturation is None:
-                raise ValueError("x0 is missing: the design has no saturation")
+                raise ValueError(
+                    "x0 is missing: the design has no saturation that names one"
+                )
             points = [x for _, x in saturation.points]
         else:
             from ..plants.response import vector
