@@ -257,8 +257,7 @@ class Unknown(Affine):
             )
         if symmetric and rows != cols:
             raise ValueError(
-                f"unknown {name}: symmetric but not square, {rows} x {cols}: leave "
-                "cols out"
+                f"unknown {name}: symmetric but not square, {rows} x {cols}"
             )
         term = Term(eye(rows), self, False, eye(cols))
         super().__init__(np.zeros((rows, cols), int), [term])
