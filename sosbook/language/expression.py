@@ -256,9 +256,7 @@ class Unknown(Affine):
                 f'Unknown("{name}", 2, 6); got {rows!r}, {cols!r}'
             )
         if symmetric and rows != cols:
-            raise ValueError(
-                f"unknown {name}: symmetric but not square, {rows} x {cols}"
-            )
+            raise ValueError(f"{name}: symmetric but not square, {rows} x {cols}")
         term = Term(eye(rows), self, False, eye(cols))
         super().__init__(np.zeros((rows, cols), int), [term])
 

@@ -123,9 +123,7 @@ class Uncertain:
         self.rows, self.pieces = {}, dict.fromkeys(box.names, 1)
         used = np.max([m for part in parts.values() for m in part.monomials], axis=0)
         if idle := [name for name, d in zip(box.names, used) if not d]:
-            raise ValueError(
-                f"the plant doesn't depend on {', '.join(idle)}: leave that range out"
-            )
+            raise ValueError(f"the plant doesn't depend on {', '.join(idle)}")
         #: The highest power of each parameter, by name.
         self.degree = dict(zip(box.names, used.tolist()))
 

@@ -291,9 +291,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     def with_bound(self, bound: float) -> "Requirement":
         """The same requirement with another bound."""
         if self.parameter is None:
-            raise ValueError(
-                f"{self.name} has no bound that can be moved: name another requirement"
-            )
+            raise ValueError(f"{self.name} has no bound that can be moved")
         return replace(self, **{self.parameter.key: bound})
 
     def untied(self) -> "Requirement":
