@@ -144,8 +144,8 @@ def _cell(joined, weights, H, kappa, at_rest):
     g = at_rest.astype(float)
     for room in ROOMS:
         inner = _common(both, H.astype(float), kappa, g, room)
-        if inner is None:
-            continue
+        if inner is None:  # a larger room asks for more
+            return None
         N = len(inner)
         L = np.zeros((N + m,) * 2)
         L[:N, :N] = inner
