@@ -17,6 +17,11 @@ def campaign(values):
     return [pytest.param(x, marks=pytest.mark.campaign) for x in values]
 
 
+def later(*rows):
+    """The same of several parameters: a row for each case."""
+    return [pytest.param(*row, marks=pytest.mark.campaign) for row in rows]
+
+
 def seeds(count):
     """A third of some seeds, at least two; the others wait for the campaign."""
     now = max(2, -(-count // 3))

@@ -12,7 +12,7 @@ from sosbook.analysis.linear import hinf_norm, peak_gain, peak_input
 from sosbook.analysis.precise import ExactLoop
 from sosbook.book import thesis
 from sosbook.plants.descriptor import descriptors
-from tests.cases import random_plant, seeds
+from tests.cases import campaign, random_plant, seeds
 from tests.random_plants import ODD
 
 
@@ -89,15 +89,6 @@ def test_late_peak_of_a_stiff_loop():
     assert np.isclose(peak, 0.25e-9, rtol=1e-6, atol=0)
 
 
-def test_peak_of_a_slow_beat():
-    """Lightly damped, far more periods than a fixed grid would hold."""
-    d, _ = lightly_damped(1e-4)
-    K = 1e-12 * np.array([[0, 1.0, 0, 0], [0, 0, 0, 0]])
-    x0 = np.array([1.0, 0, 0, 0])
-    dense = dense_peak(d, K, x0, 200)
-    assert dense <= peak_input(d, K, x0) < 1.0001 * dense
-
-
 def oscillator(damping, omega):
     """A loop with one resonance, the push of its gain, and its peak from z' = 1."""
     k = 0.3 * omega**2
@@ -124,7 +115,7 @@ def test_norm_and_peak_of_a_resonance_against_closed_forms(damping, omega):
         assert found == pytest.approx(peak, rel=1e-13)
 
 
-@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9, *ODD])
+@pytest.mark.parametrize("unit", [1e-9, ODD[0], *campaign([1.0, 1e9, *ODD[1:]])])
 def test_peak_of_two_resonances_that_beat(unit):
     """u = exp(-1e-6 t) (cos t - cos 1.0037 t): largest after a hundred periods."""
     damping, faster = 1e-6, 1.0037

@@ -90,7 +90,7 @@ def test_whatever_is_asked_gets_an_answer(entries, sigma, gamma, u_max, K):
         region=sigma and sos.PoleRegion(sigma),
         gamma=gamma,
         saturation=u_max and sos.Saturation(u_max, [1, 0]),
-        search=sos.Search(time_limit=1),
+        search=sos.Search(time_limit=0.3),
     )
     M, D, S, B, F = ([[x]] for x in entries)
     with warnings.catch_warnings():

@@ -401,8 +401,11 @@ def test_a_folder_has_gains_proof_and_page(small, designed, tmp_path):
     assert plain_run.items() <= answer.items()
 
 
-def test_a_controller_is_the_package_s_and_toml_is_json(designed, tmp_path, capsys):
+def test_a_controller_is_the_package_s_and_toml_is_json(
+    designed, tmp_path, capsys, monkeypatch
+):
     """Its program to the letter, and the proofs that belong to it."""
+    monkeypatch.setattr("sosbook.controllers.report.FOR_MARGINS", 600)  # by no clock
     folder = tmp_path / "out"
     code, out, _ = designed(controller=COMPUTER | {"u_max": {"u": 60}})
     assert code == 0 and json.loads(out)["controller_proven"] is True
@@ -599,7 +602,7 @@ def test_what_takes_for_ever_ends_within_the_limit(small, tmp_path, program):
     for name, text in heavy(small).items():
         file = tmp_path / "heavy.json"
         file.write_text(text, "utf-8")
-        done = process(*command, file, "--time-limit", "2", timeout=60)
+        done = process(*command, file, "--time-limit", "1", timeout=60)
         said = done.stdout + done.stderr
         assert "Traceback" not in said and len(said) < 2000, name
         if done.returncode == 4:

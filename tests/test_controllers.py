@@ -280,9 +280,9 @@ def test_a_cycle_of_friction_is_where_energy_balances():
     """Positive damping c against friction F: 4 F / pi a = c, an unstable cycle."""
     plant = sos.SecondOrderSystem([[1]], [[0]], [[0]], [[1]], coordinates=["q"])
     K = [[-100.0, 0.5]]
-    c = sos.analyse_pid(plant, K, region=sos.PoleRegion(0)).controller(T=1e-4)
+    c = sos.analyse_pid(plant, K, region=sos.PoleRegion(0)).controller(T=3e-4)
     (cycle,) = predicted_cycles(c, friction=[0.2])
-    held = 0.5 + 100 * 1e-4 / 2  # half a tick of age is a damping of its own
+    held = 0.5 + 100 * 3e-4 / 2  # half a tick of age is a damping of its own
     assert cycle.frequency == pytest.approx(10 / 2 / np.pi, rel=1e-2)
     assert cycle.amplitude == pytest.approx(4 * 0.2 / np.pi / held, rel=1e-2)
     assert "a cycle at 1.59 Hz" in str(cycle)
@@ -291,7 +291,7 @@ def test_a_cycle_of_friction_is_where_energy_balances():
         for share in (0.8, 1.2)
     ]
     first, last = np.array(
-        [[abs(x[:5000]).max(), abs(x[-5000:]).max()] for x in around]
+        [[abs(x[:1700]).max(), abs(x[-1700:]).max()] for x in around]
     ).T
     assert last[0] < 0.97 * first[0] and last[1] > 1.03 * first[1]
 

@@ -404,7 +404,7 @@ def test_single_precision_stays_within_its_bound():
     c = stepless(axis().set_point(ramp=6.0))
     single = c.bounds.rounding("single", range=60.0, speed=6.0)
     ways = [Replay(c, 2, kind) for kind in (float, np.float32)]
-    runs = [c.simulate(2.0, r=[12.0], program=way) for way in ways]
+    runs = [c.simulate(1.0, r=[6.0], program=way) for way in ways]
     off = abs(runs[0].u - runs[1].u).max()
     assert 0 < off < single.proven < 0.1
     double = c.bounds.rounding("double", range=60.0, speed=6.0)

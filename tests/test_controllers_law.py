@@ -63,6 +63,11 @@ def cart(law, gains, **region):
     return sos.analyse_pid(plant, gains, law=law, region=sos.PoleRegion(0.1, **region))
 
 
+def held():
+    """The cart by a PD law of its place."""
+    return cart(sos.PIDLaw([[1]], filter=0.1), {"K_P": [[-3]], "K_D": [[-2]]})
+
+
 def test_an_arm_with_one_encoder_is_proven_for_every_load_and_a_clock_that_jitters():
     c = axis()
     assert [str(s) for s in c.readings.signals] == ["motor (rad)"]
@@ -146,8 +151,7 @@ def test_a_run_is_that_of_the_law_written_by_hand():
 
 
 def test_what_is_fast_enough_is_the_law_in_continuous_time():
-    law = sos.PIDLaw([[1]], filter=0.1)
-    design = cart(law, {"K_P": [[-3]], "K_D": [[-2]]})
+    design = held()
     A = np.asarray(design.closed_loop().A)
     x0 = np.array([1.0, 0, 1.0])  # the filter knows where it is
     for span, far in ((0.01, 0.02), (0.001, 0.002)):
@@ -158,8 +162,7 @@ def test_what_is_fast_enough_is_the_law_in_continuous_time():
 
 def test_set_points_are_those_of_the_errors():
     """P and I see y - r, the rate y; other laws see y - r; at rest y = r."""
-    pd = cart(sos.PIDLaw([[1]], filter=0.1), {"K_P": [[-3]], "K_D": [[-2]]})
-    c = pd.controller(T=0.01)
+    c = held().controller(T=0.01)
     assert c.D_r == 3 and not c.B_r.any()  # the rate asks nothing
     assert 3 <= c.bounds.step().proven < 3.3  # the exact rest is found
     own = sos.DynamicLaw(1, [[1]], strictly_proper=False)
@@ -227,25 +230,21 @@ def test_c_is_python_bit_for_bit(gcc, precision):
 
 
 @pytest.mark.slow
-def test_the_header_says_what_is_proven_of_which_law():
+@pytest.mark.usefixtures("without_bounds")
+def test_report_and_header_say_what_is_proven_of_which_law(tmp_path):
     c = axis().limit(2.0)
-    code = c.to_c()
-    text = " ".join(code.gains.split("#ifndef")[0].replace("*", "").split())
+    path = arm().report(tmp_path, controller=c)
+    page = path.read_text("utf-8")
+    assert "integral of motor" in page and page.count("over time in s") >= 6
+    gains = (tmp_path / "axis" / "axis_gains.h").read_text("utf-8")
+    text = " ".join(gains.split("#ifndef")[0].replace("*", "").split())
+    assert float(re.search(r"steps up to (\S+) rad from rest settle", text)[1]) > 0.2
     assert "u depends on motor alone: PID with a filter of 0.005 s" in text
     assert "in continuous time: every constant plant with J2 in [0.003, 0.006]" in text
     assert "rate of motor" in text and "NOT PROVEN" not in text
-    assert code_fault(c.certify().data, code.gains) == ""
+    assert code_fault(c.certify().data, gains) == ""
     (_, proven), *_ = rough().controller(T=0.03).to_c().facts
     assert "(z1 - 0.5 z2)" in proven[-1]
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("without_bounds")
-def test_a_report_is_written(tmp_path):
-    assert axis().limit(2.0).bounds.reach(seconds=60).step > 0.2
-    path = arm().report(tmp_path, controller=axis().limit(2.0))
-    page = path.read_text("utf-8")
-    assert "integral of motor" in page and page.count("over time in s") >= 6
 
 
 def test_what_the_law_has_decided_is_named():
@@ -354,21 +353,21 @@ def test_the_page_stands_alone_and_says_what_is_known(tmp_path):
     proof = (tmp_path / "arm" / "proof_arm_sampled.json").read_bytes()
     assert digest(proof) in page
     with pytest.raises(FileExistsError):
-        of_states().report(tmp_path, controller=full().limit(1.5), name="arm")
+        held().report(tmp_path, T=0.01, name="arm")
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("without_bounds")
 def test_a_chromium_prints_the_page(tmp_path, monkeypatch):
-    c = full().limit(2.0)
+    c = held().controller(T=0.01)
     with monkeypatch.context() as m:
         m.setenv("PATH", "")
         with pytest.raises(FileNotFoundError, match="pdf=True needs a Chromium"):
-            of_states().report(tmp_path / "none", controller=c, pdf=True)
+            held().report(tmp_path / "none", controller=c, pdf=True)
     assert not (tmp_path / "none").exists()
     if not any(map(which, CHROMIUMS)):
         pytest.skip("there is no Chromium on the PATH")
-    path = of_states().report(tmp_path, controller=c, pdf=True)
+    path = held().report(tmp_path, controller=c, pdf=True)
     pages = PdfReader(path.with_suffix(".pdf")).pages
     text = "".join(page.extract_text() for page in pages)
     assert "What was asked" in text and "axis_step(" in text

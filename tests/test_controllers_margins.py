@@ -107,10 +107,10 @@ def test_what_is_proven_is_stable_and_little_beyond_is_not(name):
     _, at, of_input, plants = CASES[name]
     (low, high), rng = margins.gain, np.random.default_rng(3)
     phase = np.radians(margins.phase.proven)
-    inside = [*np.geomspace(max(low.proven, 1e-4), high.proven, 25)]
-    inside += [*np.exp(1j * phase * np.linspace(-1, 1, 25))]
+    inside = [*np.geomspace(max(low.proven, 1e-4), high.proven, 9)]
+    inside += [*np.exp(1j * phase * np.linspace(-1, 1, 9))]
     alpha = margins.disk.proven
-    a = alpha * np.sqrt(rng.random(40)) * np.exp(2j * np.pi * rng.random(40))
+    a = alpha * np.sqrt(rng.random(15)) * np.exp(2j * np.pi * rng.random(15))
     inside += [*((2 + a) / (2 - a))]
     for plant in plants:
         assert max(radius(c, plant, at, of_input, g) for g in inside) < 1

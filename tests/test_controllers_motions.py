@@ -246,7 +246,7 @@ def test_springs_leave_each_plant_its_own_rest_and_a_step_is_bounded(several):
     found = c.bounds.step_response(size=0.3)
     t, low, high = found.curves
     rows, rng, seen = c.readings.rows, np.random.default_rng(1), np.zeros(3)
-    for _ in range(12):
+    for _ in range(6):
         some = {x: rng.uniform(*ends) for x, ends in ranges.items()}
         A, now, before = held(spring(**some), 0.01, 0.006)
         x, old, xi, places, force = np.zeros(2), 0.0, np.zeros(c.order), [], []

@@ -18,7 +18,7 @@ from sosbook.exact.definite import exact, inverse
 from sosbook.lmi import Unknown, block, he
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.deepest import deepest
-from tests.cases import campaign
+from tests.cases import campaign, later
 
 PUBLISHED = thesis.delay_example_1(published=True)
 PRINTED = thesis.delay_example_1()
@@ -68,12 +68,11 @@ def test_a_wing_close_to_its_edge_is_designed_proven_and_analysed(
     "example, delta, changes",
     [
         (PUBLISHED, 0.12, {}),
-        (PUBLISHED, 0.6, {}),
         (PRINTED, 0.31, {}),
-        (PRINTED, 0.6, {}),
         (PUBLISHED, 0.16, dict(method="shift", alpha=0.8)),
+        *later((PUBLISHED, 0.6, {}), (PRINTED, 0.6, {})),
     ],
-    ids=["published", "promise", "printed", "printed promise", "shift"],
+    ids=["published", "printed", "shift", "promise", "printed promise"],
 )
 def test_a_wing_beyond_its_edge_is_refuted_by_its_slowest_mode(example, delta, changes):
     refused = wing(example, delta, **changes)
@@ -87,12 +86,13 @@ def test_a_wing_beyond_its_edge_is_refuted_by_its_slowest_mode(example, delta, c
 @pytest.mark.parametrize(
     "example, start, changes, value",
     [
-        (PUBLISHED, 0.1, {}, 0.11),
         (PRINTED, 0.3, {}, 0.30),
-        (PUBLISHED, 0.1, dict(method="shift"), 0.14),
         (PUBLISHED, 0.1, dict(method="shift", alpha=0.8), 0.15),
+        *later(
+            (PUBLISHED, 0.1, {}, 0.11), (PUBLISHED, 0.1, dict(method="shift"), 0.14)
+        ),
     ],
-    ids=["published", "printed", "shift", "wider alpha"],
+    ids=["printed", "wider alpha", "published", "shift"],
 )
 def test_largest_finds_the_edge_and_proves_it(example, start, changes, value):
     asked = dict(U=example.U, tau=0.2, mu=0.1, delta=start, alpha=0.6) | changes
@@ -160,7 +160,7 @@ def test_multipliers_of_other_modes_are_refused():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1, *campaign([2, 3])])
+@pytest.mark.parametrize("seed", [0, *campaign([1, 2, 3])])
 def test_infeasible_is_always_proven_and_never_wrong(seed):
     """Along the rate: feasible, then not; what is infeasible is proven."""
     rng = np.random.default_rng(seed)

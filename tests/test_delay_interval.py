@@ -127,6 +127,7 @@ def test_the_scalar_loop_beyond_the_wall(order, proven, beyond):
     assert old.status == "undecided" and "order" in old.reason
 
 
+@pytest.mark.campaign
 def test_the_two_masses_beyond_the_wall():
     asked = dict(K=MASSES.K, U=MASSES.U, tau=0.4, method="interval", order=0)
     d = analyse_delay(MASSES.plant, mu=0.397, **asked)

@@ -42,9 +42,10 @@ def modules():
 def imported():
     """Names that some module of the package takes from another one."""
     files = Path(sosbook.__path__[0]).rglob("*.py")
-    trees = (ast.walk(ast.parse(file.read_text("utf-8"))) for file in files)
-    froms = (x for tree in trees for x in tree if isinstance(x, ast.ImportFrom))
-    return {one.name for x in froms for one in x.names if one.name[0] != "_"}
+    taken = r"^ *from [\w.]+ import (?:\(([^)]*)\)|(.*))"
+    froms = (re.findall(taken, file.read_text("utf-8"), re.M) for file in files)
+    words = (x.split() for found in froms for y in found for x in "".join(y).split(","))
+    return {x[0] for x in words if x and x[0].isidentifier() and x[0][0] != "_"}
 
 
 @cache

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
+from tests.cases import campaign
 from tests.closed import analyse_loop
 
 SIZES = pytest.mark.parametrize("n", [1, 3, 9, 11, 19, 20, 22])
@@ -53,7 +54,7 @@ ASKED = {
 LONG = ("a norm", "slack")  # not in the quick lane
 
 
-@pytest.mark.parametrize("n", [1, 19, 20])
+@pytest.mark.parametrize("n", [1, 20, *campaign([19])])
 @pytest.mark.parametrize(
     "name", [pytest.param(k, marks=[pytest.mark.slow] * (k in LONG)) for k in ASKED]
 )

@@ -16,6 +16,7 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from tests.attacks import placed
+from tests.cases import later
 from tests.closed import analyse_loop
 
 ONE = [[1.0]]
@@ -277,12 +278,7 @@ def test_a_minimum_that_time_cuts_short_still_has_a_design(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "B, spread",
-    [
-        pytest.param("first two", True, marks=pytest.mark.slow),
-        ("first two", False),
-        ("random", False),
-    ],
+    "B, spread", [*later(("first two", True)), ("first two", False), ("random", False)]
 )
 def test_a_large_plant_that_is_not_controllable_answers_at_once(B, spread):
     n = 60

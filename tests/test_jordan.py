@@ -9,6 +9,7 @@ from scipy.linalg import solve_continuous_lyapunov
 import sosbook as sos
 from sosbook.synthesis import known_gain, known_lmis
 from sosbook.synthesis.starting_points import of_modes
+from tests.cases import campaign
 
 
 def row(n, c=0.3, k=9.81):
@@ -47,7 +48,7 @@ LOOPS = {
 }
 
 
-@pytest.mark.parametrize("share", [20, 1.05])
+@pytest.mark.parametrize("share", [1.05, *campaign([20])])
 @pytest.mark.parametrize("name", LOOPS)
 def test_norms_of_a_loop_with_a_jordan_block_are_proven(name, share):
     plant, K = LOOPS[name]

@@ -1,6 +1,7 @@
 """A requirement has a home: no other module knows it by name."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import sosbook
@@ -98,6 +99,7 @@ def test_no_other_module_imports_a_requirement():
     assert importers <= MAKERS
 
 
+@cache
 def classes():
     """Names of the requirements' classes."""
     known = {"Requirement", "Region", "RegionForms"}
@@ -120,7 +122,7 @@ def asked_for_its_type(text):
     def named(*nodes):
         inner = (x for node in nodes for x in ast.walk(node))
         names = {getattr(x, "id", getattr(x, "attr", "")) for x in inner}
-        return names & CLASSES
+        return names & classes()
 
     def call_of(node, *functions):
         return isinstance(node, ast.Call) and getattr(node.func, "id", "") in functions
@@ -141,9 +143,6 @@ def asked_for_its_type(text):
             asked = isinstance(node, ast.MatchClass) and named(node.cls)
         if asked:
             yield node.lineno if hasattr(node, "lineno") else node.cls.lineno
-
-
-CLASSES = classes()
 
 
 @each("file", OTHERS)

@@ -70,7 +70,7 @@ def verdict_of(plants, pace=1.0):
     return design.status, proof.proven, len(design.request.pairs)
 
 
-@pytest.mark.parametrize("seed", [1, 8, *campaign([0, 2])])
+@pytest.mark.parametrize("seed", [1, *campaign([0, 2, 8])])
 def test_no_unit_and_no_last_bit_changes_a_verdict(seed):
     """Of boxes whose corners are sums and products of floats."""
     verdicts = {verdict_of(levers(seed, **how), pace) for how, pace in requests()}

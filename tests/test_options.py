@@ -354,7 +354,12 @@ def documented():
     return found
 
 
-MARKS = {"Compiled": pytest.mark.compiler, "delay_margin": pytest.mark.slow}
+MARKS = {
+    "Compiled": pytest.mark.compiler,
+    "delay_margin": pytest.mark.slow,
+    "compare, minimize='gamma'": pytest.mark.campaign,
+    "ObserverDesign.analyse, minimize='u_max'": pytest.mark.campaign,
+}
 
 
 def cases():
@@ -364,7 +369,7 @@ def cases():
             option,
             (value,) if several else value,
             id=f"{name}, {option}={value!r}",
-            marks=MARKS.get(name, ()),
+            marks=MARKS.get(f"{name}, {option}={value!r}", MARKS.get(name, ())),
         )
         for name, known in documented().items()
         for option, (values, several) in known.items()

@@ -57,17 +57,6 @@ def test_a_figure_without_alternative_text_is_refused(alt):
 
 
 @pytest.mark.slow
-def test_the_same_data_give_the_same_bytes(design):
-    once, again = (
-        {
-            kind: plots.show(made, alt=kind).html
-            for kind, made in pictures(design).items()
-        }
-        for _ in range(2)
-    )
-    assert once == again
-
-
 def test_the_output_does_not_depend_on_the_reader_s_settings(design):
     expected = plots.show(plots.pole_map(design.poles()), alt="poles").html
     plt.rcParams["svg.fonttype"] = "none"

@@ -34,6 +34,7 @@ from sosbook.synthesis.growing import refuse_by_growth
 from sosbook.synthesis.proofs import DesignProof
 from sosbook.synthesis.request import Request
 from tests.asking import asked_by, asking
+from tests.cases import campaign
 from tests.closed import analyse_loop
 from tests.energy_to_peak import EnergyToPeak
 from tests.hunt.tampering import true_claims
@@ -739,7 +740,7 @@ AWAY = {  # a file of the checker, and a proof that needs it
 }
 
 
-@pytest.mark.parametrize("module", [*AWAY, "*"])
+@pytest.mark.parametrize("module", ["*", *campaign(AWAY)])
 def test_a_checker_without_a_kind_says_so_and_decides_the_others(module, tmp_path):
     folder, away = tmp_path / "checker", [*AWAY] if module == "*" else [module]
     gone = shutil.ignore_patterns("__pycache__", *(f"{x}.py" for x in away))

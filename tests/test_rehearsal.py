@@ -133,7 +133,7 @@ def test_a_world_is_chosen_by_name_or_kind():
     assert one.environment()["PYTHONPATH"].startswith(str(Path(noise.__file__).parent))
 
 
-@pytest.mark.slow
+@pytest.mark.campaign
 def test_other_kernels_and_narrow_vectors_are_really_in_use():
     usual = worlds.probe(worlds.World("usual", "usual", {}))
     kernels = [worlds.probe(world)[0] for world in worlds.kernels()]

@@ -36,7 +36,7 @@ def of_all_gains(plant, sigma, effort, P, D):
     for decays in True, False:
         ends = np.array([P, D], float)
         for _ in range(4):
-            p, r = np.meshgrid(*(np.linspace(*e, 1200) for e in ends), indexing="ij")
+            p, r = np.meshgrid(*(np.linspace(*e, 400) for e in ends), indexing="ij")
             damping, spring = d - b * r, s - b * p
             root = np.sqrt(damping**2 - 4 * m * spring + 0j).real
             decay = (damping - root) / (2 * m)

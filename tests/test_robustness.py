@@ -28,7 +28,7 @@ def known(seed):
     return random_case(seed, LARGEST)
 
 
-@pytest.mark.parametrize("seed", [*SEEDS, *campaign(range(28, 84))])
+@pytest.mark.parametrize("seed", [*range(14), *campaign(range(14, 84))])
 def test_the_answer_is_right_and_backed(seed):
     """Certified, excluded exactly or undecided: never wrong, nor without a proof."""
     case = known(seed)
@@ -40,7 +40,7 @@ def test_the_answer_is_right_and_backed(seed):
         assert ROUNDED in case.reason
 
 
-@pytest.mark.parametrize("seed", [*range(8), *campaign(range(8, 12))])
+@pytest.mark.parametrize("seed", [*range(4), *campaign(range(4, 12))])
 def test_an_attack_never_finds_a_false_refusal(seed):
     """The gain exists, in exact arithmetic; its proof may be beyond floats."""
     case = attack(seed)

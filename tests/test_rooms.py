@@ -193,12 +193,6 @@ def test_an_unknown_name_is_an_error():
         importlib.import_module("sosbook.pendulum.nothing")
 
 
-@pytest.mark.slow
-def test_the_robots_program_runs():
-    done = process(sys.executable, "-m", "sosbook.pendulum", "--help", check=True)
-    assert "folder" in done.stdout
-
-
 def test_no_name_that_is_found_later_is_a_module_beside_it():
     """Python binds a module in its package when it is imported: the name would change
     from what it stands for into that module.

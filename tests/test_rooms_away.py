@@ -12,6 +12,7 @@ import pytest
 import scipy
 
 import sosbook as sos
+from tests.cases import campaign
 from tests.processes import process
 from tests.test_rooms import OPTIONAL
 
@@ -134,7 +135,7 @@ def run(folder, code, find=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*OPTIONAL, ALL])
+@pytest.mark.parametrize("name", [ALL, "sampled", *campaign(OPTIONAL)])
 def test_the_core_needs_no_optional_room(name, tmp_path):
     away = [*OPTIONAL] if name == ALL else [name]
     folder = copied(tmp_path, [x for room in away for x in OPTIONAL[room]])

@@ -110,7 +110,7 @@ def test_multiples_of_rows_added_to_rows_leave_one_form(matrices, seed):
 
 
 @pytest.mark.filterwarnings("ignore::sosbook.MassWarning")
-@pytest.mark.parametrize("matrices", [crane, gyroscope])
+@pytest.mark.parametrize("matrices", [crane, *campaign([gyroscope])])
 def test_multiples_of_rows_change_no_verdict_and_no_bound(matrices):
     rng, x0 = np.random.default_rng(3), [1, 0, 0, 0]
     asked = dict(region=sos.PoleRegion(sigma=0.2), saturation=sos.Saturation(None, x0))

@@ -33,7 +33,7 @@ def of_one_mode(plant, sigma, x0):
     return (slow + sigma) * abs(w @ np.diag([1, M]) @ x0 / (w[1] * B))
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6, *ODD])
+@pytest.mark.parametrize("unit", [1e-6, ODD[0], *campaign([1.0, 1e6, *ODD[1:]])])
 @pytest.mark.parametrize(
     ("M", "D", "S", "B", "sigma", "x0"),
     [
@@ -89,7 +89,7 @@ def random_request(seed, u_max=1.0):
     return Request(plant, U, saturation=sos.Saturation(u_max, x0), **asked)
 
 
-SEEDS = [*range(6), *campaign(range(6, 16))]
+SEEDS = [*range(3), *campaign(range(3, 16))]
 
 
 @pytest.mark.parametrize("seed", SEEDS)

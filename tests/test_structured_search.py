@@ -22,7 +22,7 @@ from sosbook.synthesis.structured.doors import SumOfPoles, mean_pole
 from sosbook.synthesis.structured.moving_gain import loops_of
 from sosbook.synthesis.structured.objective import Objective, Task
 from sosbook.synthesis.structured.search import Found
-from tests.cases import by_hand, campaign, seeds
+from tests.cases import by_hand, campaign, later, seeds
 from tests.test_proof_files import held_against
 
 FEW = sos.Search(starts=3)
@@ -186,7 +186,7 @@ def test_a_norm_falls_to_that_of_a_global_search():
     assert design.certify().proven and "K_P up to 3" in str(design.searched)
 
 
-@pytest.mark.parametrize("rate, gain", [(1, 500), (1000, 0.3), (0.3, 9.81)])
+@pytest.mark.parametrize("rate, gain", [(0.3, 9.81), *later((1, 500), (1000, 0.3))])
 def test_the_fastest_lag_ends_at_its_limit_in_each_unit(rate, gain):
     """s^2 + (rate - gain K_P) s - gain K_I: two equal poles, as K_I allows."""
     lag = sos.DescriptorSystem([[1.0]], [[-rate]], [[gain]])

@@ -249,12 +249,9 @@ def swapped():
     yield "a smaller feedback", late | {"K": half}
 
 
-SWAPPED = dict(swapped())
-
-
-@pytest.mark.parametrize("what", SWAPPED)
-def test_parts_of_other_proofs_are_refused(what):
-    assert verdicts(asking(SWAPPED[what])) == (False, False)
+def test_parts_of_other_proofs_are_refused():
+    accepted = [x for x, whole in swapped() if any(verdicts(asking(whole)))]
+    assert accepted == []
 
 
 @pytest.mark.parametrize(

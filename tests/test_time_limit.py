@@ -27,6 +27,7 @@ from sosbook.synthesis.request import Request
 from sosbook.synthesis.scaled_lmis import ScaledLMIs
 from sosbook.synthesis.scaling import Frame
 from sosbook.synthesis.small_input import refuse_by_input
+from tests.cases import campaign
 
 SMALL, LARGE = exact(np.eye(5) + 1), exact(np.eye(40) + 1)
 P, Q9 = Unknown("P", 2, symmetric=True), symmetric("Q", 9)
@@ -187,10 +188,7 @@ REQUESTS = {
 }
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(x, marks=[pytest.mark.slow] * (x == "singular")) for x in REQUESTS],
-)
+@pytest.mark.parametrize("name", [*list(REQUESTS)[:-1], *campaign(["singular"])])
 def test_wherever_the_time_ends_there_is_an_answer(name, monkeypatch):
     """The clock moves by one at each question: it runs out at any of them."""
     asked = dict(REQUESTS[name])

@@ -448,7 +448,7 @@ PROPERTIES = (
     requirements_of_others,
     requirements_of_others_with_slack,
 )
-LONG = (regulators_with_slack,)  # not in the gate
+LONG = (regulators_with_slack, requirements_of_others)  # not in the gate
 
 
 @pytest.mark.slow

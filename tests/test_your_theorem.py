@@ -56,7 +56,6 @@ SLIPS = {
         ("epsilon * c.Bw.T", "0 * c.Bw.T"),
     ],
     "sign of Theta": [("[[-he(c.Theta), c.Bw]", "[[he(c.Theta), c.Bw]")],
-    "twice Theta": [("[[-he(c.Theta), c.Bw]", "[[-he(2 * c.Theta), c.Bw]")],
     "level": [("size = loop.level(self) *", "size = 2 * loop.level(self) *")],
     "cross": [("c.EPE - c.EVE + epsilon", "c.EPE - c.EVE - epsilon")],
 }
