@@ -61,9 +61,7 @@ class Traced(Symbols):
 
     @classmethod
     def matrix(cls, name, rows, cols=None, symmetric=False):
-        """A matrix of that ``name``.
-
-        It has some ``rows`` and ``cols``, which is square without them, and may be
+        """A matrix of that ``name``: ``rows``, ``cols`` as many without a word,
         ``symmetric``.
         """
         tree = ("name", name, symmetric, False, None)

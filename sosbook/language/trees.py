@@ -160,10 +160,8 @@ def shown(x, level=0):
 
 
 def scaled_constants(x, s, unknowns):
-    """The tree of s G(X / s), where that of G(X) is x: its constants times s.
-
-    ``x``, ``s``: trees, that of G and of the number s; ``unknowns``: the names in G
-    that are unknown.
+    """The tree of s G(X / s), where ``x`` is that of G(X), ``s`` of s: constants of G
+    times s, in all but its ``unknowns``.
     """
     if x[0] == "neg":
         return negative(scaled_constants(x[1], s, unknowns))

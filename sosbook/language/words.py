@@ -65,11 +65,5 @@ def pick(k, parts, size):
 
 
 def named(name, x):
-    """A matrix x itself, which the text of a theorem calls by a ``name`` of its own.
-
-    Examples
-    --------
-    >>> named("q", np.eye(1))
-    array([[1.]])
-    """
+    """A matrix ``x`` itself, which the text of a theorem calls by a ``name``."""
     return x.named(name) if isinstance(x, Symbols) else x

@@ -29,10 +29,7 @@ class LMIText:
         self.write, self.unknowns = write, list(unknowns)
 
     def blocks(self, values, number=floats):
-        """The blocks by name, for ``values`` of the unknowns by name, each a
-        matrix-like; ``number`` brings data into their arithmetic. Raises ValueError if
-        a value is missing.
-        """
+        """The blocks by name for ``values`` of all unknowns, data by ``number``."""
         missing = [u.name for u in self.unknowns if u.name not in values]
         if missing:
             raise ValueError(f"values has no {', '.join(missing)}")

@@ -124,12 +124,9 @@ class Box:
         return rational_matrix([[entry(x, m) for m in monomials] for x in places])
 
     def answers(self, terms, sure, never):
-        """The answers for a polynomial with coefficients ``terms``: {True}, {False}, or
-        both.
-
-        ``sure`` and ``never`` say of two numbers whether it is so, or isn't, of all
-        between. The box is halved until Bernstein's coefficients tell; beyond
-        ``MOST_CELLS`` None is added.
+        """{True}, {False}, or both: the answers ``sure`` and ``never`` give for a
+        polynomial with coefficients ``terms``. The box is halved until they tell;
+        beyond ``MOST_CELLS`` None joins.
         """
         if not terms:
             return {sure(0, 0)}

@@ -169,9 +169,7 @@ class Coupling:
                     yield r, name, (i, j), g
 
     def data(self, request):
-        """Its data in a proof file of a ``request``: its word, and the data of a slack
-        matrix.
-        """
+        """Its data in a proof file of a ``request``: its word, and a slack matrix's."""
         E0 = None if self.slack is None else decimals(request.mean.E)
         scalar = None if self.slack is None else decimal(self.slack)
         return {"coupling": self.proof.word, "epsilon": scalar, "E0": E0}

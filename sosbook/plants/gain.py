@@ -172,9 +172,7 @@ def signals(plant, U=None, older=0):
 
 
 def states_data(plant):
-    """The names of the states of a ``plant`` that has some, and its tick, for
-    `plant_data`.
-    """
+    """The names of the states of a ``plant`` that has some, and its tick."""
     names, dt = getattr(plant, "states", None), getattr(plant, "dt", None)
     found = {} if names is None else {"states": claimed(names)}
     return found if dt is None else found | {"dt": decimal(dt)}

@@ -92,12 +92,9 @@ def negative_modes(M, S):
 
 
 def lowest(M, S, modes):
-    """The lowest squares of frequencies, ascending, and their modes, V' M V = I, of
-    symmetric ``M`` > 0 and ``S``, dense or sparse.
-
-    Sparse ones are sought by Lanczos' method near shifts. One lies just to the left of
-    zero. As many as are counted left of it are sought at shifts further left, each as
-    far from its neighbour as from zero, where few others are near.
+    """The lowest squares of frequencies, ascending, and modes, V' M V = I, of symmetric
+    ``M`` > 0 and ``S``. Sparse ones are sought by Lanczos' method near shifts, just
+    left of zero and, for as many as are counted there, further left.
     """
     if not issparse(S):
         return eigh(S, M, subset_by_index=(0, modes - 1))

@@ -179,9 +179,7 @@ def plant_of(plant, K):
 
 
 def asked_of(plant, r):
-    """A requirement ``r`` of what a ``plant`` was before its sensors were joined, of
-    the plant; r itself where none were.
-    """
+    """A requirement ``r`` of what a ``plant`` was before sensors were joined, of it."""
     known = getattr(plant, "sensed", None)
     return r if known is None else known.asked(r)
 

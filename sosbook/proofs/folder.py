@@ -39,11 +39,9 @@ OTHER = "give --out another name"
 
 
 def controller_in(data):
-    """The checked value of a plant file's key "controller".
-
-    ``data``: keys among `CONTROLLER`, as `Gains.controller` and `Controller.limit` take
-    them. Raises ValueError if a key isn't known, T is missing, T or delay is no time,
-    or measured no list.
+    """The checked value of a plant file's key "controller", with keys among
+    `CONTROLLER`. Raises ValueError of others, of bad ones, and without T; ``data`` has
+    it.
     """
     if not isinstance(data, dict):
         raise ValueError('controller must be an object, such as {"T": 0.001}')
@@ -86,11 +84,9 @@ def unlimited(design, asked):
 
 
 def check_folder(folder, plant, force=False):
-    """The files of an earlier answer that a new one about a ``plant`` may replace.
-
-    ``folder``: where the new one goes; ``plant``: that of the new one; ``force``:
-    whether that one may be about another plant, or changed. Returns set of str: their
-    names in the folder. Raises FileExistsError if the folder holds anything else.
+    """The names of files of an earlier answer in ``folder`` that a new one about a
+    ``plant`` may replace, with ``force`` another's or changed ones, too. Raises
+    FileExistsError of anything else.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
@@ -125,11 +121,8 @@ def check_folder(folder, plant, force=False):
 
 
 def write_folder(folder, answer, texts, earlier):
-    """Write into a ``folder`` an ``answer`` and the ``texts`` of its files by name.
-
-    The answer then has their digests. ``earlier`` are the files that
-    `check_folder` found: those that nothing replaces are removed, so that no stale
-    program stays beside new gains.
+    """Write an ``answer``, with digests, and ``texts`` by name into a ``folder``; of
+    the ``earlier`` files of `check_folder` those that nothing replaces are removed.
     """
     folder = Path(folder)
     files = {name: digest(text.encode()) for name, text in texts.items()}

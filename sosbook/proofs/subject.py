@@ -27,10 +27,8 @@ FILES = re.compile(r"\(file[\s*]+sha256[\s*]+([0-9a-f]{64})\)")
 
 
 def compare_plant(data, path):
-    """The difference between the plant of a proof's data and that of a file; or "".
-
-    ``data``: those of a proof file; ``path``: as `load_plant` takes it. Where it is a
-    file of ``python -m sosbook design``, its U, K_A and law must be the proof's, too.
+    """The difference between the plant of a proof's ``data`` and that of a file at
+    ``path``, and U, K_A and law of a file of ``python -m sosbook design``; or "".
     """
     plant, file = plant_and_asked(path)
     plant = checked_plant(plant)
@@ -72,10 +70,8 @@ def _where(data, wanted):
 
 
 def compare_gain(data, path):
-    """The difference between the gain of a proof's data and that of a file; or "".
-
-    ``data``: those of a proof file; ``path``: JSON: a matrix, or an object with one
-    under "K", as ``design`` prints it.
+    """The difference between the gain of a proof's ``data`` and that of a JSON file at
+    ``path``, a matrix or an object with "K"; or "".
     """
     given = read_json(path)
     if isinstance(given, dict):
@@ -88,11 +84,9 @@ def compare_gain(data, path):
 
 
 def compare_code(proof, path):
-    """(difference between a proof and a program, words for what was compared).
-
-    ``proof``: what was read; ``path``: the <name>_gains.h, <name>_tick.h, <name>.c or
-    <name>.h that `Controller.to_c` or a pendulum's `Program` writes; the others lie
-    beside it. Returns (str, list of str): the fault, or "", and each comparison.
+    """(difference between a ``proof`` and a program at ``path``, each comparison in
+    words); one of the files that `Controller.to_c` or a pendulum's `Program` writes,
+    all beside it.
     """
     text, gains, name = _numbers(path)
     if fault := later(CODE, "code_fault")(proof.data, text):

@@ -145,9 +145,7 @@ def places(name, some):
 
 
 def _given_by_equations(seen: "Iterable[Descriptor]") -> bool:
-    """True if one mixture of the equations gives what the output has of x'; then y is
-    affine in the plant all the same.
-    """
+    """True if one mixture of the equations gives what the output has of x'."""
     first, *others = seen
     if first.Ca is None:
         return True

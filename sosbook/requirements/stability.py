@@ -11,10 +11,8 @@ from .lmi_region import LMIRegion
 
 
 class Stability(Requirement):
-    """Re s < 0; joins a request where no other block demands it.
-
-    Of a plant of discrete time it is that the poles z are inside the unit
-    circle, the `InSteps` that ``disk`` is.
+    """Re s < 0, or, of a plant of discrete time, the poles z in the unit circle, the
+    `InSteps` that ``disk`` is; joins a request where no other block demands it.
     """
 
     kind = name = "stability"

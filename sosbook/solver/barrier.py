@@ -172,19 +172,14 @@ class Barrier:
         return sum(2 * np.log(L.diagonal(0, 1, 2)).sum() for L in factors)
 
     def recedes(self, x, directions):
-        """True if all points from x, inside, along one of the directions are inside.
-
-        Then no block decreases along it: up to rounding no rate is negative.
-        """
+        """True if no block, from x inside, decreases along one of the directions."""
         roots = self.roots(x)
         rates = (_rates(self.newton.scaled(roots, d)) for d in directions)
         return any(r.min() > -RATE_ROUNDING * r.max() for r in rates)
 
     def _search(self, x, direction, slope, rates):
-        """The s that minimises slope s - sum log(1 + s rate), and the ball's part.
-
-        Newton's method on the derivative, within an interval: once the rates are known
-        an exact line search costs nothing (9.7.1).
+        """The s that minimises slope s - sum log(1 + s rate) and the ball's part, by
+        Newton's method within an interval: with known rates that costs nothing (9.7.1).
         """
         limit = np.inf
         if rates.min() < 0:

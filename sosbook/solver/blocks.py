@@ -14,10 +14,8 @@ MOST_SLOPES = 2e7  # entries of all slopes that `refined` may make, thrice: 500 
 
 
 class Blocks:
-    """Symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka, of `Affine` ``expressions``.
-
-    The variables are the free entries of the ``unknowns``, one after the other;
-    ``constants``: the G_k0, (q, q) arrays; ``settings``: how they are solved.
+    """Symmetric blocks G_k(x) = G_k0 + sum_a x_a G_ka of `Affine` ``expressions`` in
+    the free entries of the ``unknowns``; ``constants`` are the G_k0, (q, q).
     """
 
     settings = DEFAULTS
@@ -135,11 +133,8 @@ def excluded_radius(blocks, Z):
 
 
 def refined(blocks, Z):
-    """Multipliers Z of ``blocks`` that satisfy sum <G_ka, Z_k> = 0 more closely.
-
-    Each Z_k = L L' becomes L (I + X_k) L' with X_k of the least 2-norm, which spares
-    small eigenvalues; Z itself where that isn't positive definite, or slopes are too
-    many.
+    """Multipliers Z of ``blocks`` that satisfy sum <G_ka, Z_k> = 0 more closely: Z_k =
+    L L' becomes L (I + X_k) L' with the X_k of least 2-norm, if that is definite.
     """
     if blocks.variables * sum(z.size for z in Z) > MOST_SLOPES:
         return Z

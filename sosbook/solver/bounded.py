@@ -37,11 +37,9 @@ def any_centre(blocks, unknowns, x, enough=None, **hints):
 
 
 def any_minimum(blocks, unknowns, cost, x, gap):
-    """A point of ``blocks`` where cost.x is nearly least, as by `minimize`.
-
-    A minimum may be attained at infinity in directions that ``cost`` nothing: then it
-    is that of a part with bounded ``unknowns``. Raises Unbounded if none is found to
-    the accuracy ``gap``, with the best point that doesn't go far for it.
+    """A point of ``blocks`` where cost.x is nearly least, to the accuracy ``gap``, with
+    bounded ``unknowns`` where directions ``cost`` nothing; raises Unbounded, with the
+    best point, if none is found. ``x`` lies inside.
     """
     try:
         return minimize(blocks, cost, x, gap)[0]

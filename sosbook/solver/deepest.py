@@ -31,10 +31,8 @@ STALLED = 0.5  # the gap by minus the depth: it is one or more, but for rounding
 
 @dataclass(frozen=True, eq=False)
 class Deepest:
-    """How deep a cone of LMIs is: its best point ``x``, at the ``depth`` t.
-
-    Where that is positive, x satisfies all blocks. No point is deeper than depth +
-    ``gap``, up to rounding errors; ``Z`` are multipliers of the blocks.
+    """The best point ``x`` of a cone of LMIs, at the ``depth`` t, positive where x
+    satisfies all blocks; none is deeper than depth + ``gap``. ``Z``: multipliers.
     """
 
     x: np.ndarray
@@ -44,11 +42,9 @@ class Deepest:
 
 
 def deepest(blocks, accuracy=1.0, watch=None):
-    """The `Deepest` point of homogeneous ``blocks``; a ValueError of others.
-
-    It stops when the depth is known to a relative ``accuracy``; ``watch`` gets a dict
-    after each step (step, x, t, gap, ...), and may raise an exception to stop the
-    search.
+    """The `Deepest` point of homogeneous ``blocks``, a ValueError of others, to a
+    relative ``accuracy`` of the depth; ``watch`` gets a dict after each step and may
+    raise.
     """
     if any(c.any() for c in blocks.constants):
         raise ValueError("blocks must be homogeneous: a constant isn't zero")

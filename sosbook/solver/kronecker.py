@@ -130,10 +130,8 @@ class Hessian:
 
 
 def _at_once(flat, of_u, of_v, straight, crossed):
-    """The part of two unknowns, from the Kronecker products of all their entries.
-
-    The entry for dX_ab and dY_cd is that of (b, c), (d, a) in the product with
-    vec(dY), and of (b, d), (c, a) in the one with vec(dY').
+    """The part of two unknowns from the Kronecker products of all entries: for dX_ab
+    and dY_cd those of (b, c), (d, a) with vec(dY), and (b, d), (c, a) with vec(dY').
     """
     a, b, c, d = of_u.rows, of_u.cols, of_v.rows, of_v.cols
     total = straight.of(flat)
@@ -196,10 +194,8 @@ class _Term(NamedTuple):
 
 
 class _Sum:
-    """The sum of ``terms``; A kron A takes half of the time of two factors.
-
-    Of each form of blocks it takes all factors at once, by their places in M, which has
-    ``widths`` columns.
+    """The sum of ``terms``, of each form of blocks all factors at once by their places
+    in M, of ``widths`` columns; A kron A takes half of the time of two factors.
     """
 
     def __init__(self, terms, widths):
@@ -280,10 +276,8 @@ def _packed(layout, rows):
 
 @dataclass(frozen=True, eq=False)
 class Alike:
-    """Those of many blocks whose products have the same unknowns and shapes.
-
-    ``indices`` says which b blocks; the factors of their ``products`` are arrays (b,
-    rows, columns), or (1, rows, columns) where all have the same.
+    """Those ``indices`` of b blocks whose ``products`` have the same unknowns and
+    shapes: factors (b, rows, columns), or (1, ...) where all are the same.
     """
 
     indices: np.ndarray

@@ -24,10 +24,8 @@ RIDGES = [10.0**k for k in range(-15, 1)]  # that are added, relative to the dia
 
 
 class Newton(Stacked):
-    """``blocks`` with the means to solve Newton's equations.
-
-    ``iterative``: by conjugate gradients; False from where they fail; ``iterations``:
-    how many each solution took.
+    """``blocks`` with the means to solve Newton's equations, ``iterative``, by
+    conjugate gradients, until they fail; ``iterations``: how many each solution took.
     """
 
     def __init__(self, blocks):
@@ -155,11 +153,8 @@ class Newton(Stacked):
 
 
 def _conjugate_gradients(times, g, precondition, tolerance, most):
-    """Solve H d = g by preconditioned conjugate gradients (Vandenberghe and Boyd 1995).
-
-    They stop when the residual, in the preconditioner's norm, has fallen by
-    ``tolerance``; d is None where H isn't positive definite to rounding, or ``most``
-    aren't enough.
+    """Solve H d = g by preconditioned conjugate gradients, to a fall of the residual by
+    ``tolerance``; d is None where ``most`` aren't enough or H isn't definite.
     """
     d, r = np.zeros_like(g), g.copy()
     z = precondition(r)

@@ -113,10 +113,8 @@ def maximize_t(newton, x, watch=None):
 
 
 def minimize_linear(newton, x, cost, gap, weight):
-    """(x, bound) of a minimum of cost.x over ``newton``'s blocks, or None.
-
-    The optimum is known to the relative accuracy ``gap``, else the answer is None:
-    there may be no minimum. ``weight``: of the ``cost``, as in `interior_steps`.
+    """(x, bound) of a minimum of cost.x over ``newton``'s blocks to the relative
+    accuracy ``gap``, or None; ``weight`` is that of the ``cost`` in `interior_steps`.
     """
     near, count = None, 0
     for state in interior_steps(newton, x, cost, weight, MINIMUM_STEPS):
@@ -137,10 +135,8 @@ def minimize_linear(newton, x, cost, gap, weight):
 
 
 def near_centre(newton, x):
-    """A point near the analytic centre of ``newton``'s blocks, from x, or None.
-
-    At the centre S Z = I with sum <G_ka, Z_k> = 0. Where Newton's steps are short, as
-    far from a centre of many vertices, steps of S and of Z take some twenty.
+    """A point near the analytic centre of ``newton``'s blocks, S Z = I, from x, or
+    None: where Newton's steps are short, steps of S and of Z take some twenty.
     """
     zero = np.zeros(len(x))
     for state in interior_steps(newton, x, zero, 1.0, CENTRE_STEPS, target=1.0):

@@ -67,11 +67,8 @@ class Stacked:
         return changed
 
     def diagonal_magnitudes(self):
-        """How large each diagonal entry of a block may become: a (q,) array for each.
-
-        It is the constant's entry plus the 2-norm of its derivatives, which bounds it
-        for variables of norm one; zero where products cancel and leave nothing but
-        rounding.
+        """How large each diagonal entry may become, (q,) for each block: the constant's
+        entry plus the 2-norm of its derivatives; zero where all of it cancels.
         """
         squares = self.values.diagonal_squares()
         large = [
@@ -171,11 +168,8 @@ class _Stack:
         return constant
 
     def before_cancelling(self):
-        """How large diagonal entries were if no product cancelled another: (b, q).
-
-        Of what was added up no product is left. What doesn't cancel in its row is as
-        large then, or in rows of another unit as large as in a block that is positive,
-        where |g_ij|^2 <= g_ii g_jj.
+        """How large diagonal entries were if no product cancelled another: (b, q), by
+        |g_ij|^2 <= g_ii g_jj from what is left in their rows.
         """
         large = np.abs(self.constant.diagonal(0, 1, 2))
         squares = (self.slopes**2).sum(axis=0)
