@@ -134,7 +134,7 @@ class SampledLoop:
 
     @property
     def constants(self):
-        """How many of them are one: sums that nothing feeds back.
+        """How many of the poles are one: those of sums that nothing feeds back.
 
         A law of the rates doesn't know phi; a law that integrates the
         gyro doesn't know theta's beginning.
