@@ -77,7 +77,7 @@ class Questions(ReadOnly):
     def margins(
         self, at: int | str = 0, time_limit: float = 60.0, *, sharp: bool = True
     ) -> Margins:
-        """Gain, phase, delay and disk margins of the loop that is opened at a signal.
+        """Gain, phase, delay and disk margins of a stable loop, opened at a signal.
 
         Parameters
         ----------
@@ -94,11 +94,6 @@ class Questions(ReadOnly):
         Margins
             Each proven for every plant of the family, and seen at the worst of some;
             ``open_loop`` has the plots. T and delay don't vary in them.
-
-        Raises
-        ------
-        ValueError
-            If there is no such signal, or the loop isn't stable.
         """
         return margins_of(self, at, time_limit, sharp)
 

@@ -247,6 +247,7 @@ class Unknown(Affine):
     """
 
     def __init__(self, name, rows, cols=None, symmetric=False):
+        """Check the shape, whose entries are all free, or a triangle."""
         self.name = name
         self.symmetric = symmetric
         cols = rows if cols is None else cols

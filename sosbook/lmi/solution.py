@@ -49,7 +49,7 @@ class LMISolution:
         return f"<LMISolution: {self.status}, smallest margin {least:.3g}>"
 
     def __getitem__(self, expression):
-        """The value of an expression in the unknowns, floats; a ValueError without one."""
+        """The value of an expression in the unknowns; a ValueError without a point."""
         if self.values is None:
             raise ValueError(NO_POINT.format(self.status))
         return self.problem.text.value(expression, self.values)

@@ -208,16 +208,9 @@ class Uncertain:
     def made(cls, kind: type, box: Box, parts: dict, **rest: Any) -> "Uncertain":
         """The family of some matrices of polynomials, whatever its rows are.
 
-        Parameters
-        ----------
-        kind : type
-            `SecondOrderSystem` or `DescriptorSystem`.
-        box : Box
-            The ranges.
-        parts : dict
-            `Polynomials` by the name of the constructor's argument.
-        **rest
-            What else the constructor takes.
+        ``kind``: `SecondOrderSystem` or `DescriptorSystem`; ``box``: the ranges;
+        ``parts``: `Polynomials` by the name of the constructor's argument; ``rest``:
+        what else that takes.
         """
         family = object.__new__(cls)
         family._fill(kind, box, parts, rest)

@@ -156,10 +156,7 @@ class Requirement(OfKind, ABC, ReadOnly):
         )
 
     def known_gain_unknowns(self, c: KnownVertex) -> dict:
-        """The further unknowns of `known_gain`, each with its unit, near one for P = I.
-
-        ``c`` is a vertex in coordinates in which P is near I.
-        """
+        """Further unknowns of `known_gain` at ``c``, with units, near one for P = I."""
         return {}
 
     @property
@@ -274,10 +271,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     def reached(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
     ) -> float:
-        """The bound that the worst of the ``loops`` just doesn't keep.
-
-        ``K`` and ``K_A`` are as in `truth`.
-        """
+        """The bound that the worst loop just doesn't keep, by arguments of `truth`."""
         return self.truth(loops, K, K_A)
 
     def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
@@ -299,9 +293,8 @@ class Requirement(OfKind, ABC, ReadOnly):
         return self
 
     def repeats(self, other: Any) -> bool:
-        """True if its blocks are, exactly, positive multiples of an ``other`` one's.
-
-        Then they are demanded once. It is believed of the package's own classes only.
+        """True if its blocks are, exactly, positive multiples of an ``other`` one's;
+        then they are demanded once. It is believed of the package's own classes only.
         """
         return False
 
