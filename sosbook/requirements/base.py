@@ -271,7 +271,7 @@ class Requirement(OfKind, ABC, ReadOnly):
     def reached(
         self, loops: Sequence[Descriptor], K: np.ndarray, K_A: np.ndarray | None = None
     ) -> float:
-        """The bound that the worst loop just doesn't keep, by arguments of `truth`."""
+        """The bound that the worst of ``loops`` under ``K``, ``K_A`` doesn't keep."""
         return self.truth(loops, K, K_A)
 
     def slopes(self, d: Descriptor, K: np.ndarray) -> tuple | None:
