@@ -16,6 +16,7 @@ import sosbook as sos
 from sosbook.exact.checker import (
     arithmetic,
     delays,
+    families,
     fixed_mode,
     kernel,
     payment,
@@ -149,7 +150,10 @@ TEXTS = MORE + [
 
 
 def scaled(name, key, factor):
-    return [[[decimal(factor * float(e)) for e in row] for row in base(name)[key]]]
+    def times(x):
+        return decimal(factor * float(x)) if isinstance(x, str) else [*map(times, x)]
+
+    return [times(base(name)[key])]
 
 
 def edges():
@@ -179,6 +183,11 @@ def edges():
         none += [[["multipliers", i, 1], nought(z)]
                  for i, (_, z) in enumerate(given["multipliers"])]  # fmt: skip
         yield ("small_input", alone), name, none
+    name, short = "little force for a fast fall", "the multiplier of u_max"
+    price = [["price"], *scaled(name, "price", 0.3)]
+    far = [[[x], *scaled(name, x, 1e6)] for x in ("spread", "blur")]
+    for how in ([price, [["requirements", 0, "u_max"], "0.1"]], far):
+        yield ("small_input", short), name, how
     for times in (0.25, 1, 10):
         for x, f in product("ab", (0.6, 0.999, 1.001, 1.6)):
             yield ("regions", "don't belong"), *ellipse(times, **{x: f})
@@ -434,3 +443,115 @@ def test_a_refusal_by_the_sum_of_the_poles_says_which_gains_are_free(tmp_path):
         path = tmp_path / "plant.json"
         path.write_text(json.dumps(file | {"law": asked}), "utf-8")
         assert (compare_plant(proof.data, path) == "") is same
+
+
+def of_design(plant, gain=None, **asked):
+    """What a proof of a design, or of a known gain, asks."""
+    by = (
+        (sos.design_pid, (plant,)) if gain is None else (sos.analyse_pid, (plant, gain))
+    )
+    proof = by[0](*by[1], region=sos.PoleRegion(0.1, 1.5, 20), **asked).certify()
+    data = {k: v for k, v in proof.data.items() if k not in ("claims", "blocks")}
+    return {"kind": proof.kind, **data}
+
+
+def test_three_coefficients_of_a_square_are_no_corners_of_two_ranges():
+    """E moves along one column, then along two: between them only pairs speak."""
+    one = np.eye(2)
+    plants_ = sos.Uncertain(
+        lambda p: sos.SecondOrderSystem(
+            np.diag([1 + p, 1 + p**2]), 0.3 * one, one, one
+        ),
+        p=(0, 1),
+    )
+    for coupling, where in (("vertices", "each of the 3"), ("pairs", "every constant")):
+        asked = of_design(plants_, coupling=coupling)
+        file, claims = verdict.text_of(asked)
+        kernel.check(file.file())
+        assert claims[0].startswith(where)
+
+
+def test_a_range_in_pieces_keeps_them_out_of_a_known_gain_s_corners():
+    plants_ = sos.Uncertain(
+        lambda p: sos.SecondOrderSystem(1 + p, 0.3, 1 + p**2, 1), p=(0, 1)
+    ).cut(p=2)
+    asked = of_design(plants_, [[-1.0, -0.5]], coupling="multipliers")
+    assert asked["plant"]["parameters"] == [["p", "0", "1", 2]]
+    decided(asked)
+
+
+def test_a_state_that_the_gain_moves_is_no_integral_of_what_is_measured():
+    law = sos.DynamicLaw(order=1, position=[[1]])
+    gains = {"A_c": [[-2.0]], "B_c": [[1.0]], "C_c": [[-0.1]]}
+    seen = sos.HInfinity(50.0, outputs=sos.Output(position=1))
+    loop = sos.analyse_pid(
+        sos.SecondOrderSystem(1, 0.3, 1, 1, 1), gains, law=law, requirements=[seen]
+    )
+    assert (
+        verdict.check(loop.certify().text)[1]
+        == "its H-infinity norm to 1 z is below 50"
+    )
+
+
+def test_what_is_not_enclosed_weakens_a_refusal_by_both_parts_of_the_force():
+    name = "little force for a slow pair"
+    k = len(base(name)["requirements"]) - 1
+    wide = [[[x], *scaled(name, x, 1000)] for x in ("spread", "blur")]
+    start = [["requirements", k, "x0"], ["0.3", "1", "0", "0.7"]]
+    for edge, good in (("0.856173198803", True), ("0.856173198805", False)):
+        how = [*wide, start, [["requirements", k, "u_max"], edge]]
+        assert (refusal(decided, changed(name, how)) == "accepted") is good
+
+
+def test_a_vertex_of_ranges_is_named_by_its_parameters():
+    """The first parameter changes last, or first: each corner has its own words."""
+    plant = {"kind": "second order", "parameters": [["q", "0", "3"], ["r", "5", "7"]]}
+    plant |= {x: [["q*r + 1" if x == "D" else "1"]] for x in "MDSBF"}
+    built = families.given_vertices(plant)
+    for k, v in enumerate(built, 1):
+        words = families.vertex_words(plant, k, len(built))
+        q, r = (
+            float(x.split(" = ")[1]) for x in words.split("with ")[1].split(" and ")
+        )
+        assert float(Fraction(v["D"][0][0])) == 1 + q * r
+
+
+@pytest.mark.parametrize("multiplied", [False, True])
+def test_the_kernel_alone_says_what_a_point_or_multipliers_show(
+    multiplied, tmp_path, capsys
+):
+    given = text("a: -1 > 0", ONE) if multiplied else text("a: 1 > 0")
+    (tmp_path / "file.json").write_text(json.dumps(given), "utf-8")
+    assert kernel.main([str(tmp_path / "file.json")]) == 0
+    how = "not all positive definite" if multiplied else "positive definite"
+    assert capsys.readouterr().out == f"{how}: a\n"
+
+
+def test_what_a_reader_wants_is_compared_name_by_name(tmp_path):
+    """A plant in its envelope says U and K_A, too, by leaving them out."""
+    U, plant = [[1.0, 0.0]], dict(M=[[1.0, 0], [0, 1]], D=[[0.3, 0], [0, 0.3]])
+    plant |= dict(S=[[1.0, 0], [0, 1]], B=[[1.0, 0], [0, 1]], F=[[], []])
+    design = sos.design_pid(sos.SecondOrderSystem(**plant), U=U)
+    proof = design.certify()
+    gain = [[float(x) for x in row] for row in proof.data["K"]]
+    proofs = {"loop": proof.text, "sum": proof_of("sum of poles").text}
+    files = dict(
+        proofs, bare=plant, whole=dict(plant=plant, U=U), no_U=dict(plant=plant)
+    )
+    files |= dict(more=dict(plant=plant, U=U, K_A=[[0.1, 0], [0, 0.1]]))
+    files |= dict(gain={"K": gain}, other=[[0.0] * 5] * 2)
+    for name, value in files.items():
+        said = value if isinstance(value, str) else json.dumps(value)
+        (tmp_path / name).write_text(said, "utf-8")
+    for proof, option, name, code in (
+        ("loop", "plant", "bare", 0),
+        ("loop", "plant", "whole", 0),
+        ("loop", "plant", "no_U", 1),
+        ("loop", "plant", "more", 1),
+        ("loop", "gain", "gain", 0),
+        ("loop", "gain", "other", 1),
+        ("sum", "gain", "other", 1),
+        ("sum", "plant", "whole", 1),
+    ):
+        asked = [str(tmp_path / proof), f"--{option}", str(tmp_path / name)]
+        assert verdict.main(asked) == code, (proof, option, name)

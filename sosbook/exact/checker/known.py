@@ -1,7 +1,7 @@
 """A gain that is known: a Lyapunov matrix at each vertex, free multipliers, cells."""
 
 import re
-from itertools import product
+from itertools import product, takewhile
 
 from .arithmetic import Beyond, need
 from .families import CONSTANT, every_plant, keys, ranges, ticks, under
@@ -101,18 +101,10 @@ class Known:
         put_law(t, law)
         N, c, f = self.N, len(law["E"]), len(self.d["K"]) - m
         need(0 <= f <= c, "K has another number of rows")
-        whole = ("0",) * c  # its first states are integrals of what is measured
-        rows = zip(law["E"], law["A"])
-        self.integrals = next(
-            (
-                i
-                for i, (E, A) in enumerate(rows)
-                if i == c - f
-                or (*A,) != whole
-                or (*E,) != (*whole[:i], "1", *whole[i + 1 :])
-            ),
-            c - f,
-        )
+        rows, none = [*zip(law["E"], law["A"])], ["0"] * c
+        own = (rows[i] == ([*none[:i], "1", *none[i + 1 :]], none)
+               for i in range(c - f))  # fmt: skip
+        self.integrals = sum(takewhile(bool, own))  # of what is measured, the first
         t.write("y = [law.of_sensors law.rows, law.of_states]",
                 "noise = law.of_sensors law.noise",
                 f"Ku = [I({m}), O({m}, {f})] K y",

@@ -96,7 +96,7 @@ def outputs_of(t, plant, vertices, widths, entry):
     alike = alike and not any(v.get(k) for v in vertices for k in ("D_w", "C_a"))
     t.each = () if "C" in plant and alike else tuple(OUTPUTS.values())
     if "C" in plant and alike:
-        v = vertices[0] if "parameters" in plant else plant
+        v = vertices[0] if "C" in vertices[0] else plant  # of ranges, or of a box
         for key in ("C", "D_u"):
             if key == "C" or v.get(key) is not None:
                 t.put(OUTPUTS[key], v, key, widths[key], entry)
