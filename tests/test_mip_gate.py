@@ -95,7 +95,7 @@ def test_spoilt_logs_are_refused_with_the_reason(
 def test_friction_is_tried_where_gears_rub(robots):
     """Both are told, and those with friction are the robot's."""
     robot = robots["thesis"][0]
-    rig = Rig(friction=0.3, seconds=10.0)
+    rig = Rig(friction=0.3, seconds=6.0)
     logs = rig.body(), rig.wheels()
     seen = Inspection.of(*logs, robot)
     (told,) = [x.text for x in seen.findings if "with friction = true" in x.text]
@@ -116,11 +116,15 @@ def test_a_log_of_a_robot_that_balances_is_called_that(robots):
     assert re.search(r"gyro reads \S+ rad/s: is it in deg/s\?", str(error.value))
 
 
-def test_counts_off_by_a_little_are_a_warning(robots):
+@pytest.mark.parametrize("factor, severity", [(1.1, "warning"), (0.5, "refused")])
+def test_wrong_counts_are_told_and_refused_where_they_are_far_off(
+    factor, severity, robots
+):
     robot, body, wheels = robots["thesis"]
-    seen = Inspection.of(body, wheels, robot.but(counts=1.1 * COUNTS_PER_TURN))
-    assert [f.severity for f in seen.findings] == ["warning"]
-    assert not refused(seen.findings)
+    seen = Inspection.of(body, wheels, robot.but(counts=factor * COUNTS_PER_TURN))
+    told = [f.severity for f in seen.findings if "wrong counts per turn" in str(f)]
+    assert told == [severity]
+    assert bool(refused(seen.findings)) == (severity == "refused")
 
 
 @pytest.mark.parametrize("which", ["thesis", "gears"])

@@ -13,9 +13,11 @@ from sosbook.pendulum.deployment import deploy, in_words, least_spread
 from sosbook.pendulum.gate import Inspection, check_log, refused, widened
 from sosbook.pendulum.log_fits import fit_wheel
 from sosbook.pendulum.rig import shipped
+from tests.cases import campaign
 from tests.geared_robots import ALL, described, recorded
 
-SECONDS = 10.0  # either way: a third of what the recorders take
+#: Either way: a third of what the recorders take in the campaign; less in the gate.
+SECONDS, BRIEF, GATE = 10.0, 7.0, "gear motors 200 Hz"
 
 
 def off(fit, machine):
@@ -24,19 +26,11 @@ def off(fit, machine):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [  # the others once a week
-        pytest.param(
-            name, marks=[pytest.mark.campaign] * (name != "gear motors 200 Hz")
-        )
-        for name in ALL
-    ],
-)
+@pytest.mark.parametrize("name", [GATE, *campaign(x for x in ALL if x != GATE)])
 def test_a_robot_with_play_and_coarse_counts_is_fitted(name):
     """Its logs were refused, with wrong causes, before a play was fitted."""
-    machine = ALL[name]
-    seen = Inspection.of(*recorded(machine, SECONDS).values(), described(machine))
+    machine, seconds = ALL[name], BRIEF if name == GATE else SECONDS
+    seen = Inspection.of(*recorded(machine, seconds).values(), described(machine))
     assert not refused(seen.findings), seen.refusal
     identified = seen.identified
     errors = off(identified, machine)
@@ -74,11 +68,11 @@ def test_without_play_none_is_found():
     assert max(map(abs, off(seen.identified, machine).values())) < 0.04
 
 
-@pytest.mark.parametrize("share", [0.5, pytest.param(0.8, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("share", [0.5, *campaign([0.8])])
 def test_counts_that_come_seldom_are_fitted_as_angles(share):
     """Ninety a turn: of the differenced speeds nine of ten are nothing."""
     machine = ALL["hub"]
-    log = recorded(machine, SECONDS, {"wheels": share})["wheels"]
+    log = recorded(machine, BRIEF, {"wheels": share})["wheels"]
     assert np.mean(np.diff(log.encoder1) != 0) < 0.3
     fit = fit_wheel(log, counts=machine.counts, friction=True)
     for name in ("e_a", "f_a"):
@@ -93,7 +87,7 @@ def test_counts_that_come_seldom_are_fitted_as_angles(share):
 def test_the_proven_set_holds_what_the_logs_say_or_the_header_says_not(tmp_path):
     """The thesis's 4 % stood below intervals of 9 %."""
     machine, paths = ALL["lego"], []
-    for name, log in recorded(machine, SECONDS).items():
+    for name, log in recorded(machine, BRIEF).items():
         paths.append(tmp_path / f"{name}.csv")
         log.write(paths[-1])
     found = deploy(*paths, described(machine), R=20.0)

@@ -108,7 +108,9 @@ def test_sensors_say_the_truth_up_to_noise_and_steps(ideal):
     assert np.rad2deg(error.std()) == pytest.approx(
         np.hypot(0.1, step / 12**0.5), rel=0.05
     )
-    steps = Rig().body().gyro / GYRO_STEP
+    gyro = Rig().body().gyro
+    assert (Rig(seed=3).body().gyro != gyro).any()
+    steps = gyro / GYRO_STEP
     assert np.allclose(steps, steps.round(), atol=1e-9)
     log = shipped("wheels")
     for name in ("encoder1", "encoder2"):

@@ -12,11 +12,11 @@ from sosbook.pendulum.drive import Drive
 from sosbook.pendulum.export import Program
 from sosbook.pendulum.ticks import TickLog
 from tests.gains import named
-from tests.six_robots import SIX, advance
 from tests.test_mip_recording import PIPE, cpp, live_sketch, sketch_program
+from tests.turning import TURNER, advance
 
 assert cpp  # a fixture
-MACHINE = SIX[0]
+MACHINE = TURNER.machine
 ROBOT = Robot.shipped("gearmotors").but(
     counts=MACHINE.counts, limit=7.4, T=MACHINE.T, delay=0.003
 )
@@ -24,7 +24,7 @@ LAW = SampledLaw.of_gain(named(thesis.mip().pid[5]), MACHINE.T)
 FIRMWARE = Firmware(LAW, blend=0.005, gyro_range=17.4)
 DRIVE = Drive(4.0, 6.0)
 
-#: The pipe of the recorder's test, with a tilt and with lines of commands.
+#: The pipe of the recorder's test, with a second wheel, a tilt and lines of commands.
 LATER = """now += 97;
         if (k >= 20000 && k < 40000 && k % 5000 == 0)
             letters = "v 3\\n"; /* again and again, or it stops */
@@ -34,7 +34,10 @@ BOARD = PIPE
 for _old, _new in (
     ("static double rate,", "static double rate, tilt,"),
     ("io_tilt(void) { return 0; }", "io_tilt(void) { return (float)tilt; }"),
-    ('"%lf %ld", &rate, &count) == 2', '"%lf %ld %lf", &rate, &count, &tilt) == 3'),
+    ("static long count;", "static long count, other;"),
+    ("return side ? count : count;", "return side ? other : count;"),
+    ('"%lf %ld", &rate, &count) == 2',
+     '"%lf %ld %ld %lf", &rate, &count, &other, &tilt) == 4'),
     ("static int letter;", "static const char *letters;"),
     ("if (baud < 9600) letter = 0;", "if (baud < 9600) letters = 0;"),
     ("return letter != 0;", "return letters && *letters;"),
@@ -42,8 +45,8 @@ for _old, _new in (
     ("letter = argv[1][0];", 'letters = "l\\n";'),
     ("k < 1400000", "k < 62000"),
     ("now += 97;", LATER),
-):
-    assert _old in BOARD
+):  # fmt: skip
+    assert BOARD.count(_old) == 1, _old
     BOARD = BOARD.replace(_old, _new)
 
 
@@ -54,23 +57,26 @@ def program(gcc, cpp, tmp_path):
     return sketch_program(gcc, cpp, tmp_path, texts, BOARD)
 
 
-def live(program, word, dead=None):
-    """What it says on a machine that is held for a second and then let go."""
-    state, random = np.array([0.03, 0, 0, 0]), np.random.default_rng(2)
-    path, times = [], []
+def live(program, word, turner=TURNER, dead=None):
+    """The path of a robot that is held for a second and then let go, with the left
+    motor's volts; and what the sketch says. Its gyro may be ``dead`` from a tick on.
+    """
+    per_count = 2 * np.pi / MACHINE.counts
+    random, path, times = np.random.default_rng(2), [], []
+    x = np.array([0.03, 0, 0, 0, 0, 0])
 
     def answer(volts, now):
-        nonlocal state
+        nonlocal x
         if len(path) > 101:
-            state = advance(MACHINE.rate, state, volts[0], now - times[-1], 3)
+            x = advance(turner.rate, x, volts, now - times[-1], 3)
         times.append(now)
-        path.append((volts[0], *state))
-        count = np.floor((state[1] - state[0]) * MACHINE.counts / (2 * np.pi))
-        gyro = state[2] + 0.01 + 0.002 * random.standard_normal()
+        path.append((*x, volts[0]))
+        counts = np.floor(turner.wheels(x[:3]) / per_count).astype(int)
+        gyro = x[3] + 0.01 + 0.002 * random.standard_normal()
         if dead is not None and len(path) > dead:
             gyro = 99.0
-        tilt = state[0] + 0.01 * random.standard_normal()
-        return f"{float(gyro)!r} {int(count)} {float(tilt)!r}"
+        tilt = x[0] + 0.01 * random.standard_normal()
+        return f"{float(gyro)!r} {counts[0]} {counts[1]} {float(tilt)!r}"
 
     said = live_sketch(program, word, answer)
     return np.array(path), said
@@ -80,8 +86,8 @@ def live(program, word, dead=None):
 def test_the_sketch_balances_logs_and_obeys(program, tmp_path):
     path, said = live(program, "s\n")
     stood = path[102:400]
-    assert abs(stood[:, 1]).max() < 0.2 and abs(stood[:, 0]).max() > 0.1
-    assert set(path[402:, 0]) == {0.0}  # stopped
+    assert abs(stood[:, 0]).max() < 0.2 and abs(stood[:, -1]).max() > 0.1
+    assert set(path[402:, -1]) == {0.0}  # stopped
     (tmp_path / "log.csv").write_text(said, "utf-8")
     log = TickLog.read(tmp_path / "log.csv")
     assert len(log.t) > 280 and log.battery[0] == pytest.approx(7.4)
@@ -96,7 +102,7 @@ def test_the_sketch_balances_logs_and_obeys(program, tmp_path):
 def test_a_dead_sensor_stops_the_motors_and_says_why(program):
     path, said = live(program, "v 9\n", dead=220)
     assert "# motors off: sensor" in said
-    assert set(path[240:, 0]) == {0.0}
+    assert set(path[240:, -1]) == {0.0}
 
 
 def test_every_number_is_the_descriptions():

@@ -26,9 +26,9 @@ from tests.compiler import run
 from tests.gains import named
 from tests.geared_robots import ALL
 from tests.six_robots import by_its_sheet, pendulum, spared, wired
-from tests.test_mip_recording import cpp, live_sketch, sketch_program
+from tests.test_mip_recording import cpp, sketch_program
 from tests.test_mip_robot import told
-from tests.test_mip_sketch import BOARD
+from tests.test_mip_sketch import BOARD, live
 from tests.turning import TURNER, advance, drive, ramp, steer_functions
 
 assert cpp  # a fixture
@@ -403,7 +403,6 @@ def test_unequal_motors_turn_a_robot_that_does_not_steer(more, found, gcc, tmp_p
 
 @pytest.mark.slow
 def test_a_turn_is_followed_while_it_rolls(found, gcc, tmp_path):
-    turner = replace(TURNER, more=0.1, brake=-0.1)
     program = Program(gcc, tmp_path, found.steering.law, "single")
     per = found.steering.law.per_radian
 
@@ -412,7 +411,7 @@ def test_a_turn_is_followed_while_it_rolls(found, gcc, tmp_path):
 
     program.start(0.05, 0.0, 0.0)
     turn = 0.8 * found.drive.turn
-    path, _ = drive(turner, steered, speed=4.0, turn=turn)
+    path, _ = drive(UNEQUAL, steered, speed=4.0, turn=turn)
     assert program.law.fault[0] == 0 and abs(path[:, 0]).max() < 0.35
     assert path[-1, 5] == pytest.approx(turn, rel=0.05)
     assert path[-1, 2] == pytest.approx(path[-1, 8], abs=0.1)
@@ -575,40 +574,14 @@ def test_the_script_steers_and_obeys(gcc, tmp_path):
     assert (block.run.place, block.run.bearing, block.run.going) == (2.0, -0.7, 2)
 
 
-#: The board of the sketch's tests with two wheels, which says both motors' volts.
-TWO = BOARD
+TURNS = BOARD
 for _old, _new in (
-    ("static long count;", "static long count, other;"),
-    ("return side ? count : count;", "return side ? other : count;"),
-    ('"%lf %ld %lf", &rate, &count, &tilt) == 3',
-     '"%lf %ld %ld %lf", &rate, &count, &other, &tilt) == 4'),
     ("k >= 20000 && k < 40000 && k % 5000 == 0", "k == 20000"),
     ('letters = "v 3\\n";', 'letters = "v 3 1.5\\n";'),
-):  # fmt: skip
-    assert TWO.count(_old) == 1, _old
-    TWO = TWO.replace(_old, _new)
-
-
-def turned(program, word, more):
-    """The path of a robot with unequal motors under a sketch, and what it says."""
-    turner = replace(TURNER, more=more, brake=-more)
-    per_count = 2 * np.pi / MACHINE.counts
-    random, path, times = np.random.default_rng(2), [], []
-    x = np.array([0.03, 0, 0, 0, 0, 0])
-
-    def answer(volts, now):
-        nonlocal x
-        if len(path) > 101:
-            x = advance(turner.rate, x, volts, now - times[-1], 3)
-        times.append(now)
-        path.append(x)
-        counts = np.floor(turner.wheels(x[:3]) / per_count).astype(int)
-        gyro = x[3] + 0.01 + 0.002 * random.standard_normal()
-        tilt = x[0] + 0.01 * random.standard_normal()
-        return f"{float(gyro)!r} {counts[0]} {counts[1]} {float(tilt)!r}"
-
-    said = live_sketch(program, word, answer)
-    return np.array(path), said
+):
+    assert TURNS.count(_old) == 1, _old
+    TURNS = TURNS.replace(_old, _new)
+UNEQUAL = replace(TURNER, more=0.1, brake=-0.1)
 
 
 @pytest.mark.slow
@@ -616,8 +589,8 @@ def test_the_sketch_steers_and_stops_without_commands(gcc, cpp, found, tmp_path)
     law = found.steering.law
     limits = Drive(3.0, 6.0, 1.5, 6.0)
     about = Written(found.firmware, robot=ROBOT, drive=limits, steering=law)
-    program = sketch_program(gcc, cpp, tmp_path, about.sketch, TWO)
-    path, said = turned(program, "x\n", 0.1)
+    program = sketch_program(gcc, cpp, tmp_path, about.sketch, TURNS)
+    path, said = live(program, "x\n", UNEQUAL)
     serial = program.parent / "serial.txt"
     assert "motors off" not in said and abs(path[:, 0]).max() < 0.3
     log = TickLog.read(serial)
@@ -643,9 +616,9 @@ def test_the_sketch_goes_a_metre_and_turns_a_quarter(
     """Within 2 cm and 2 degrees, passed by less than 5 %, with motors that differ."""
     law = found.steering.law
     about = Written(found.firmware, robot=ROBOT, drive=found.drive, steering=law)
-    board = TWO.replace("k == 20000", "k < 0").replace("k < 62000", "k < 200000")
+    board = TURNS.replace("k == 20000", "k < 0").replace("k < 62000", "k < 200000")
     program = sketch_program(gcc, cpp, tmp_path, about.sketch, board)
-    path, said = turned(program, f"p {metres / MACHINE.r:.4f} {turn:.4f}\n", 0.1)
+    path, said = live(program, f"p {metres / MACHINE.r:.4f} {turn:.4f}\n", UNEQUAL)
     assert "motors off" not in said and abs(path[:, 0]).max() < 0.35
     way = path[:, 1] * MACHINE.r
     assert abs(way[-300:] - metres).max() < 0.02

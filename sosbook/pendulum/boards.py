@@ -1,6 +1,7 @@
 """The boards that there are whole programs for: their pins, clocks and signs."""
 
 import re
+from itertools import product
 
 import numpy as np
 
@@ -87,14 +88,11 @@ def pyctrl_signs(robot):
 
 def _pins(robot):
     """The channels and polarities of a robot as C names and spells them."""
-    words = {"channels": "CHANNEL", "polarities": "POLARITY"}
-    return {
-        f"{part}_{word}".upper(): "{{{}, {}}}".format(
-            *getattr(robot, f"{part}_{plural}")
-        )
-        for part in ("motor", "encoder")
-        for plural, word in words.items()
-    }
+    words, found = {"channels": "CHANNEL", "polarities": "POLARITY"}, {}
+    for part, plural in product(("motor", "encoder"), words):
+        pair = getattr(robot, f"{part}_{plural}")
+        found[f"{part}_{words[plural]}".upper()] = "{{{}, {}}}".format(*pair)
+    return found
 
 
 def rc_robot(robot, T):

@@ -66,21 +66,12 @@ def chain(argv):
     parser.add_argument("--name", default="balance", help="of the programs")
     for name, text in OPTION_HELP.items():
         parser.add_argument(f"--{name}", type=float, help=text)
-    parser.add_argument(
-        "--force",
-        action="store_true",
-        default=None,
-        help="go on with logs that are refused",
-    )
+    about = dict(action="store_true", default=None)
+    parser.add_argument("--force", help="go on with logs that are refused", **about)
     parser.add_argument("--replace", **REPLACE)
     parser.add_argument("--cells", type=int, help="for the sampled proofs")
-    parser.add_argument(
-        "--Q",
-        type=float,
-        nargs=5,
-        metavar="q",
-        help="diagonal of the weight of theta, phi, their rates and x3",
-    )
+    words = "diagonal of the weight of theta, phi, their rates and x3"
+    parser.add_argument("--Q", type=float, nargs=5, metavar="q", help=words)
     keys = parser.add_argument_group(
         "keys of the description that differ from robot.toml's"
     )
@@ -151,13 +142,8 @@ def record(argv):
     parser.add_argument("--seconds", type=float, default=SWEEP_SECONDS)
     parser.add_argument("--replace", **REPLACE)
     asked = parser.parse_args(argv)
-    paths = write_recorders(
-        asked.robot,
-        asked.folder,
-        asked.replace,
-        amplitude=asked.amplitude,
-        seconds=asked.seconds,
-    )
+    sweep = dict(amplitude=asked.amplitude, seconds=asked.seconds)
+    paths = write_recorders(asked.robot, asked.folder, asked.replace, **sweep)
     for path in paths:
         say(f"wrote {path}")
     return paths

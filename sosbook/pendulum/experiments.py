@@ -27,10 +27,8 @@ def chirp(first, last, seconds=30.0, rate=100.0, amplitude=1.85):
     Source: thesis sections 4.2.1 (1 Hz to 20 Hz) and 4.2.2 (0.3 Hz to
     30 Hz). That it is a sine, and linear, is our reading.
     """
-    asked = dict(
-        first=first, last=last, seconds=seconds, rate=rate, amplitude=amplitude
-    )
-    for name, value in asked.items():
+    asked = dict(first=first, last=last, seconds=seconds, rate=rate)
+    for name, value in (asked | dict(amplitude=amplitude)).items():
         positive(name, value)
     t = np.arange(round(2 * seconds * rate)) / rate
     s = np.minimum(t, 2 * seconds - t)  # mirrored in time

@@ -42,51 +42,28 @@ DESCRIBED = "limit", "tip", "blend", "gyro_range", "compensation"
 class Firmware:
     """A sampled law with all that a real robot needs around it.
 
-    Parameters
-    ----------
-    law : SampledLaw
-        The control law, which sees samples and gives a voltage.
-    limit : float
-        The largest voltage, in V.
-    tip : float
-        Beyond this tilt the motors go off for good, in rad.
-    blend : float
-        Share of the accelerometers' tilt in every estimate, 0 to 1:
-        T / (time constant). Zero integrates the gyro alone.
-    missing : int
-        So many ticks in a row without a good reading of the gyro, or of
-        the encoders, are bridged; each sensor has its own count.
-    frozen : int
-        For so many ticks in a row the gyro may repeat itself to the last bit,
-        which the noise of a working one prevents. With zero it isn't checked.
-    stall : int
-        After so many ticks in a row at the voltage's limit, of either
-        sign, the motors go off.
-    fastest : float
-        The wheels never turn faster against the body, in rad/s: a
-        reading beyond it is a bad one.
-    gyro_range : float
-        The gyro's full scale, in rad/s: a reading at it or beyond is a bad
-        one.
-    deaf : int
-        For so many ticks in a row the encoders may read the same while the
-        motors get a quarter of the limit. With zero it isn't checked.
-    compensation : float
-        Of the gears' Coulomb friction, in V, added in the command's sense: c
-        from 2 c on, and half of a smaller command. The gain from the law to
-        the voltage then lies between 1 and 1.5. Zero adds nothing.
-    late : int
-        So many more ticks may come late, or not at all, than come in time; then the
-        programs, which know the time, switch the motors off. With zero they don't.
+    ``law``: what sees samples and gives a voltage; ``limit``: the largest voltage, in
+    V; ``tip``: beyond this tilt the motors go off for good, in rad; ``blend``: share of
+    the accelerometers' tilt in every estimate, 0 to 1: T / (time constant). Zero
+    integrates the gyro alone; ``missing``: so many ticks in a row without a good
+    reading of the gyro, or of the encoders, are bridged; each sensor has its own count;
+    ``frozen``: for so many ticks in a row the gyro may repeat itself to the last bit,
+    which the noise of a working one prevents. With zero it isn't checked; ``stall``:
+    after so many ticks in a row at the voltage's limit, of either sign, the motors go
+    off; ``fastest``: the wheels never turn faster against the body, in rad/s: a reading
+    beyond it is a bad one; ``gyro_range``: the gyro's full scale, in rad/s: a reading
+    at it or beyond is a bad one; ``deaf``: for so many ticks in a row the encoders may
+    read the same while the motors get a quarter of the limit. With zero it isn't
+    checked; ``compensation``: of the gears' Coulomb friction, in V, added in the
+    command's sense: c from 2 c on, and half of a smaller command. The gain from the law
+    to the voltage then lies between 1 and 1.5. Zero adds nothing; ``late``: so many
+    more ticks may come late, or not at all, than come in time; then the programs, which
+    know the time, switch the motors off. With zero they don't.
 
-    Notes
-    -----
     theta is the gyro's integral by the trapezoidal rule, corrected by
     the accelerometers; phi, the absolute angle of the wheels, is the
     encoders' angle plus theta; its rate is phi's difference over T.
 
-    Examples
-    --------
     >>> from sosbook.pendulum import PD_SIGNALS, Gain
     >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
     >>> law = SampledLaw.of_gain(gain, 0.01)

@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 __all__ = ["Fit", "output_error"]
 
+TOLERANCES = dict(ftol=1e-12, xtol=1e-10, gtol=1e-12)
 CORRELATED_SAMPLES = 50  # so many samples later residuals count as unrelated
 
 
@@ -67,16 +68,8 @@ def output_error(model, y, start, step=None, rounds=100):
     guess = np.array(list(start.values()), dtype=float)
     try:
         with np.errstate(over="ignore"):  # a trial that ran away isn't taken
-            solution = least_squares(
-                lambda x: model(*x) - y,
-                guess,
-                x_scale="jac",
-                ftol=1e-12,
-                xtol=1e-10,
-                gtol=1e-12,
-                diff_step=step,
-                max_nfev=rounds,
-            )
+            how = dict(x_scale="jac", diff_step=step, max_nfev=rounds, **TOLERANCES)
+            solution = least_squares(lambda x: model(*x) - y, guess, **how)
     except (ValueError, OverflowError):
         raise ValueError(
             "the simulation with "

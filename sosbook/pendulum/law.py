@@ -26,33 +26,15 @@ class SampledLaw:
     x(k+1) = A x(k) + B y(k) + W (V(k) - u(k)),
     u(k) = C x(k) + D y(k), with V(k) the voltage after the limit.
 
-    Parameters
-    ----------
-    A : (N, N) array_like
-        How the state moves.
-    B : (N, 4) array_like
-        How the samples act on the state.
-    C : (1, N) array_like
-        How the state acts on the voltage.
-    D : (1, 4) array_like
-        How the samples act on the voltage, in V per rad and V per rad/s.
-    T : float
-        Time between samples, in s.
-    W : (N, 1) array_like, optional
-        Anti-windup: how what the limit withheld acts on the state.
-        Without it the state knows nothing of the limit.
-    start : (N,) array_like, optional
-        The state at the start, per rad of tilt; zero without it.
-    note : tuple of str
-        Where the law comes from; the header of its C program carries it.
+    ``A``, (N, N): how the state moves; ``B``, (N, 4): how the samples act on the state;
+    ``C``, (1, N): how the state acts on the voltage; ``D``, (1, 4): how the samples act
+    on the voltage, in V per rad and V per rad/s; ``T``: time between samples, in s;
+    ``W``, (N, 1): anti-windup: how what the limit withheld acts on the state. Without
+    it the state knows nothing of the limit; ``start``, (N,): the state at the start,
+    per rad of tilt; zero without it; ``note``: where the law comes from; the header of
+    its C program carries it. Raises ValueError on wrong shapes, entries that aren't
+    finite, or T <= 0.
 
-    Raises
-    ------
-    ValueError
-        On wrong shapes, entries that aren't finite, or T <= 0.
-
-    Examples
-    --------
     >>> gain = Gain([[20, 0.8, 2, 0.9, 0.4]], PID_SIGNALS)
     >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> law.order, law.D

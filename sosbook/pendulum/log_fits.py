@@ -117,13 +117,9 @@ def speed(log, wheel=1, counts=COUNTS_PER_TURN):
 
 
 def fit_wheel(
-    log,
-    wheel=1,
-    differencing="modelled",
-    counts=COUNTS_PER_TURN,
-    friction=False,
+    log, wheel=1, differencing="modelled", counts=COUNTS_PER_TURN, friction=False,
     share=None,
-):
+):  # fmt: skip
     r"""The wheels' experiment: e/a, f/a, with a = 2 I_w.
 
     ``log``: a log with the wheel's encoder; ``wheel``, {1, 2}; ``differencing``,

@@ -29,40 +29,16 @@ class Mip:
         - b \sin\theta\, \dot\theta^2
         &= e V - f (\dot\varphi - \dot\theta)
 
-    Parameters
-    ----------
-    a : float
-        r^2 (M_b + 2 M_w) + 2 I_w, in kg m^2.
-    b : float
-        M_b l r, in kg m^2.
-    c : float
-        I_b + M_b l^2, in kg m^2.
-    d : float
-        M_b g l, in N m.
-    e : float
-        2 R_g t_m / V_max, in N m / V.
-    f : float
-        2 R_g^2 C_m, in N m s.
-    I_w : float, optional
-        Inertia of one geared wheel, in kg m^2: the part of a that the
-        wheels' experiment measures. `vertices` needs it.
-    J : float
-        2 R_g^2 I_a, in kg m^2: the rotors turn against the body, not
-        against the ground, which couples theta and phi. The thesis
-        leaves it out.
+    ``a`` = r^2 (M_b + 2 M_w) + 2 I_w, ``b`` = M_b l r and ``c`` = I_b + M_b l^2, in
+    kg m^2; ``d`` = M_b g l, in N m; ``e`` = 2 R_g t_m / V_max, in N m / V; ``f`` =
+    2 R_g^2 C_m, in N m s; ``I_w``: inertia of one geared wheel, in kg m^2: the part of
+    a that the wheels' experiment measures. `vertices` needs it; ``J`` = 2 R_g^2 I_a, in
+    kg m^2: the rotors turn against the body, not against the ground, which couples
+    theta and phi. The thesis leaves it out. Raises ValueError if the mass matrix isn't
+    positive definite at every theta, or a number isn't finite.
 
-    Raises
-    ------
-    ValueError
-        If the mass matrix isn't positive definite at every theta, or a
-        number isn't finite.
-
-    Notes
-    -----
     Source: thesis (4.12), with the substitutions above it; J is zero.
 
-    Examples
-    --------
     >>> mip = Mip.printed()
     >>> [round(1e3 * x, 4) for x in (mip.a, mip.b, mip.c)]
     [0.4747, 0.3482, 0.9641]
@@ -90,20 +66,9 @@ class Mip:
 
     @classmethod
     def from_ratios(
-        cls,
-        e_c,
-        f_c,
-        d_c,
-        e_a,
-        *,
-        f_a=None,
-        M_b=0.272,
-        l=0.040,
-        r=0.032,
-        M_w=0.027,
-        g=9.8,
-        rotors=False,
-    ):
+        cls, e_c, f_c, d_c, e_a, *, f_a=None,
+        M_b=0.272, l=0.040, r=0.032, M_w=0.027, g=9.8, rotors=False,
+    ):  # fmt: skip
         """The pendulum with the ratios that two experiments measure.
 
         ``e_c``, ``f_c``, ``d_c``: e/c, f/c, d/c of the body's experiment (4.18);
@@ -124,10 +89,8 @@ class Mip:
         >>> round(mip.e, 4), round(mip.f, 4)
         (0.0294, 0.0069)
         """
-        asked = dict(
-            e_c=e_c, f_c=f_c, d_c=d_c, e_a=e_a, M_b=M_b, l=l, r=r, M_w=M_w, g=g
-        )
-        for name, value in asked.items():
+        asked = dict(e_c=e_c, f_c=f_c, d_c=d_c, e_a=e_a)
+        for name, value in (asked | dict(M_b=M_b, l=l, r=r, M_w=M_w, g=g)).items():
             positive(name, value)
         b, d = M_b * l * r, M_b * g * l
         c = d / d_c

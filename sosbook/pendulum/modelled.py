@@ -1,7 +1,7 @@
 """The pendulum and the program of a deployment, as a file of numbers."""
 
 import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -39,13 +39,9 @@ class Model:
     @classmethod
     def of(cls, deployment):
         """The model of a ``deployment``."""
-        designed = deployment.steering
+        d, designed = deployment, deployment.steering
         return cls(
-            deployment.mip,
-            deployment.robot,
-            deployment.spread,
-            deployment.law,
-            designed.law.K if designed else None,
+            d.mip, d.robot, d.spread, d.law, designed.law.K if designed else None
         )
 
     @classmethod
@@ -97,11 +93,7 @@ class Model:
     @property
     def text(self):
         """The file's text: JSON, whose numbers are exact."""
-        robot = {
-            x.name: getattr(self.robot, x.name)
-            for x in fields(self.robot)
-            if getattr(self.robot, x.name) is not None
-        }
+        robot = {x: value for x, value in vars(self.robot).items() if value is not None}
         law = {x: getattr(self.law, x).tolist() for x in LAW} | {"T": self.law.T}
         plant = self.mip.plant()
         table = {

@@ -66,15 +66,8 @@ def optimal_law(mip, robot, Q, R):
     voltage = np.vstack([B[:4], [[0]], B[4:]])
     withheld = voltage.copy()  # the older voltages are those after the limit
     withheld[4] = T / (TRACKING_TIME * K_I[0, 0])
-    law = SampledLaw(
-        moves + voltage @ C,
-        sees_y + voltage @ D,
-        C,
-        D,
-        T,
-        W=withheld,
-        start=[1, 0, 0, 0] + [0] * (1 + n),
-    )
+    parts = moves + voltage @ C, sees_y + voltage @ D, C, D, T
+    law = SampledLaw(*parts, W=withheld, start=[1, 0, 0, 0] + [0] * (1 + n))
     return OptimalLaw(K, M, np.asarray(Q, float), float(R), law)
 
 

@@ -50,42 +50,20 @@ LARGEST_PEAK = 2.0  # of the sensitivity: 1/2 is then the distance from -1
 class Deployment:
     """A controller for a robot, and what is known about it.
 
-    Parameters
-    ----------
-    mip : Mip
-        The robot in the middle, with its I_w.
-    R : float or None
-        Weight of the voltage. None searches the smallest of 1, 2, 5, 10, ... with
-        which no sampled loop's sensitivity exceeds ``peak``.
-    spread : float or FitSpread
-        Relative spread of e/c and of e/a; or that of all five ratios, from a fit.
-    robot : Robot, optional
-        The description; the thesis's robot without it. How long it bears a fault is
-        filled in, where it doesn't say.
-    Q : (5,) or (5, 5) array_like, optional
-        Weight of [theta, phi, theta', phi', x3], or its diagonal; the identity
-        without it.
-    decay : float
-        The decay rate behind the hold, in 1/s, if it can be proven; else the largest
-        of some shares of it that can.
-    peak : float
-        The largest peak of the sensitivity; above it nothing is written.
-    cells : int, optional
-        As for `certify_sampled`, at most; 600 without it, or 150 of a `FitSpread`, each
-        of which takes longer.
-    patience : float
-        Seconds, at most, for a proof that lets delays and ticks vary; without any
-        it isn't tried.
-    identified : Identified or None
-        What the logs say of the robot.
-    data : dict
-        Where the robot comes from: facts for the header.
-
-    Raises
-    ------
-    ValueError
-        On bad input, or motors that are too weak. `design` and `delayed` raise it
-        where there is none; they say why.
+    ``mip``: the robot in the middle, with its I_w; ``R``: weight of the voltage; None
+    searches the smallest of 1, 2, 5, 10, ... with which no sampled loop's sensitivity
+    exceeds ``peak``; ``spread``: relative, of e/c and of e/a; or that of all five
+    ratios, from a fit; ``robot``: the description; the thesis's robot without it. How
+    long it bears a fault is filled in, where it doesn't say; ``Q``, (5,) or (5, 5):
+    weight of [theta, phi, theta', phi', x3], or its diagonal; the identity without it;
+    ``decay``: the decay rate behind the hold, in 1/s, if it can be proven; else the
+    largest of some shares of it that can; ``peak``: the largest of the sensitivity;
+    above it nothing is written; ``cells``: as for `certify_sampled`, at most; 600
+    without it, or 150 of a `FitSpread`, each of which takes longer; ``patience``:
+    seconds, at most, for a proof that lets delays and ticks vary; without any it isn't
+    tried; ``identified``: what the logs say of the robot, or None; ``data``: where it
+    comes from: facts for the header. Raises ValueError on bad input, or motors that are
+    too weak. `design` and `delayed` raise it where there is none; they say why.
     """
 
     mip: Mip
@@ -207,16 +185,10 @@ class Deployment:
         counts; not proven.
         """
         robot = self.robot
-        tilts = largest_tilt(
-            self.robots,
-            Firmware.of(self.law, robot),
-            max(RESCUE_SECONDS, RESCUE * fall_time(self.mip)),
-            robot.tip,
-            rounds=2,
-            delay=robot.delay,
-            sensors=Sensors(counts=robot.counts),
-            substeps=4,
-        )
+        seconds = max(RESCUE_SECONDS, RESCUE * fall_time(self.mip))
+        asked = self.robots, Firmware.of(self.law, robot), seconds, robot.tip
+        how = dict(rounds=2, delay=robot.delay, substeps=4)
+        tilts = largest_tilt(*asked, sensors=Sensors(counts=robot.counts), **how)
         return float(tilts.min())
 
     @property
@@ -271,14 +243,9 @@ class Deployment:
         """The `SteeringDesign` of a robot that has a track; else None."""
         if self.robot.track is None:
             return None
-        return SteeringDesign(
-            self.robot,
-            self.robots,
-            self.spread,
-            Firmware.of(self.law, self.robot),
-            self._controller,
-            self.peak,
-        )
+        laws = Firmware.of(self.law, self.robot), self._controller
+        about = self.robot, self.robots, self.spread
+        return SteeringDesign(*about, *laws, self.peak)
 
     @property
     def _controller(self):

@@ -110,13 +110,8 @@ def curve(x, y, label, top=None):
     """
     count = max(len(y) // (CURVE_POINTS // 2), 1)
     ends = len(y) // count * count
-    some = np.sort(
-        np.reshape(
-            np.argsort(np.reshape(y[:ends], (-1, count)), axis=1)[:, [0, -1]]
-            + np.arange(0, ends, count)[:, None],
-            -1,
-        )
-    )
+    order = np.argsort(np.reshape(y[:ends], (-1, count)), axis=1)
+    some = np.sort((order[:, [0, -1]] + np.arange(0, ends, count)[:, None]).ravel())
     x, y = np.asarray(x)[some], np.asarray(y)[some]
     top = top or float(abs(y).max()) or 1.0
     across = CURVE_WIDTH * (x - x[0]) / (x[-1] - x[0])

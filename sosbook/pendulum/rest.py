@@ -80,30 +80,16 @@ def volts_at_rest(mip, law, robot, seconds, gears):
     how long the run lasts; ``gears``: `Gears`. Returns float: in V; the limit, if the
     motors go off.
     """
-    sensors = Sensors(
-        counts=robot.counts,
-        gyro_step=robot.gyro_range / 2**15,
-        accelerometer=ACCELEROMETER,
-        height=robot.l / 2,
-        r=robot.r,
-        g=robot.g,
-    )
+    place = dict(height=robot.l / 2, r=robot.r, g=robot.g)
+    seen = dict(counts=robot.counts, gyro_step=robot.gyro_range / 2**15)
+    sensors = Sensors(accelerometer=ACCELEROMETER, **seen, **place)
     most = 0.0
     for friction in sorted(set(gears.frictions)):
         program = Bridged(Firmware.of(law, robot))
-        run = simulate(
-            mip,
-            program,
-            START_TILT,
-            seconds,
-            robot.delay,
-            sensors,
-            substeps=4,
-            drivetrain=Drivetrain(friction, gears.play),
-        )
+        how = dict(substeps=4, drivetrain=Drivetrain(friction, gears.play))
+        run = simulate(mip, program, START_TILT, seconds, robot.delay, sensors, **how)
         if run.fell[0]:
             return robot.limit
-        most = max(
-            most, float(np.mean(np.square(program.asked[len(run.t) // 3 :])) ** 0.5)
-        )
+        late = program.asked[len(run.t) // 3 :]
+        most = max(most, float(np.mean(np.square(late)) ** 0.5))
     return min(LOUDER * most, robot.limit)

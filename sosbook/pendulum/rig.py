@@ -107,9 +107,8 @@ class Rig:
         """
         t, V = self._chirp(1, 20)
         x = self.ratios
-        _, gyro = motion(
-            -x["e_c"], x["f_c"], x["d_c"], V, t[1], self.friction, STEPS_PER_SAMPLE
-        )
+        how = V, t[1], self.friction, STEPS_PER_SAMPLE
+        _, gyro = motion(-x["e_c"], x["f_c"], x["d_c"], *how)
         if not self.ideal:
             random = np.random.default_rng(self.seed)
             gyro = gyro + self.noise * random.standard_normal(len(t))
@@ -126,15 +125,8 @@ class Rig:
         x, random = self.ratios, np.random.default_rng(self.seed + 1)
         counts = []
         for e, f in ((1.0, 1.0), self.second):
-            angle, _ = motion(
-                e * x["e_a"],
-                f * x["f_a"],
-                0.0,
-                V,
-                t[1],
-                self.friction,
-                STEPS_PER_SAMPLE,
-            )
+            how = V, t[1], self.friction, STEPS_PER_SAMPLE
+            angle, _ = motion(e * x["e_a"], f * x["f_a"], 0.0, *how)
             count = angle * self.counts / (2 * np.pi)
             if not self.ideal:  # it starts somewhere between two counts
                 count = np.floor(count + random.random()) + 0.0

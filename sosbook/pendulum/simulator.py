@@ -81,55 +81,24 @@ def simulate(
     At t = k T the sensors are read; the voltage that follows acts from
     k T + delay on and is held until the next one acts.
 
-    Parameters
-    ----------
-    robots : Mip or sequence of Mip
-        One for all runs, or one for each.
-    controller : Firmware or object
-        Any object with start(tilt, wheels, bias) and step(gyro, wheels,
-        tilt, target, rate) as `Controller` has them, and its
-        ``firmware`` or its own ``T``, in s.
-    tilt : float or (runs,) array_like
-        theta at the start, in rad.
-    t_end : float
-        How long the run lasts, in s.
-    delay : float or (k,) array_like
-        The time from the reading to the voltage, in s; or one for each tick. A
-        voltage that is overtaken by a later one never acts.
-    sensors : Sensors
-        What the controller is told of the state.
-    seed : int
-        Run i draws its noise from ``default_rng(seed + i)``, whatever
-        runs beside it.
-    substeps : int
-        Runge-Kutta steps per tick, at least.
-    push : Push, optional
-        A disturbance; none without it.
-    target : float, (runs,) array_like or callable, optional
-        Set point of phi since the start, in rad; or a function of t
-        that gives [target, rate].
-    start : (3,) or (3, runs) array_like
-        [phi; theta'; phi'] at the start.
-    drivetrain : Drivetrain
-        The gears and the battery.
+    ``robots``: one `Mip` for all runs, or one for each; ``controller``: a `Firmware`,
+    or any object with start(tilt, wheels, bias) and step(gyro, wheels, tilt, target,
+    rate) as `Controller` has them, and its ``firmware`` or its own ``T``, in s;
+    ``tilt``, float or (runs,): theta at the start, in rad; ``t_end``: how long the run
+    lasts, in s; ``delay``, float or (k,): the time from the reading to the voltage, in
+    s; or one for each tick. A voltage that is overtaken by a later one never acts;
+    ``sensors``: what the controller is told of the state; ``seed``: run i draws its
+    noise from ``default_rng(seed + i)``, whatever runs beside it; ``substeps``:
+    Runge-Kutta steps per tick, at least; ``push``: a disturbance; none without it;
+    ``target``, float, (runs,) or callable: set point of phi since the start, in rad; or
+    a function of t that gives [target, rate]; ``start``, (3,) or (3, runs): [phi;
+    theta'; phi'] at the start; ``drivetrain``: the gears and the battery. Returns
+    `Run`: a robot that tips by 90 degrees stays on the ground from then on. Raises
+    ValueError on sizes that don't match, numbers out of range, or a controller whose
+    voltage isn't finite.
 
-    Returns
-    -------
-    Run
-        A robot that tips by 90 degrees stays on the ground from then on.
-
-    Raises
-    ------
-    ValueError
-        On sizes that don't match, numbers out of range, or a
-        controller whose voltage isn't finite.
-
-    Notes
-    -----
     Source: thesis (4.13), without small angles.
 
-    Examples
-    --------
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Mip, SampledLaw
     >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)
@@ -157,16 +126,17 @@ def simulate(
 
     path, V = np.empty((4, runs, count)), np.empty((runs, count))
     estimate, fault = np.empty((runs, count)), np.zeros((runs, count), int)
-    hold = _Hold(np.zeros(runs), T)
+    hold, unknown = _Hold(np.zeros(runs), T), np.full(runs, np.nan)
     edges = [] if push is None else [push.at, push.at + push.length]
     for k in range(count):
         now, then = k * T, (k + 1) * T
-        seen = [readings.gyro(x, k), readings.wheels(fleet.seen(x)), np.nan]
+        seen = [readings.gyro(x, k), readings.wheels(fleet.seen(x)), unknown]
         if sensors.accelerometer is not None:
             ddz = fleet.acceleration(x, hold.V, _torques(push, now))
             seen[2] = readings.tilt(x, ddz, k)
-        missed = np.broadcast_to(readings.missed(k), runs)
-        seen = [np.where(missed, np.nan, reading) for reading in seen]
+        if sensors.dropouts is not None:
+            missed = np.broadcast_to(readings.missed(k), runs)
+            seen = [np.where(missed, np.nan, reading) for reading in seen]
         u = controller.step(*seen, *_wanted(target, now))
         if not np.isfinite(u).all():
             raise ValueError(
@@ -227,12 +197,8 @@ def listed(robots):
 def _line_up(robots, tilt, sensors):
     """The fleet, the tilt of each run and their number."""
     robots, tilt = listed(robots), np.asarray(tilt, float)
-    sizes = {
-        "robots": len(robots),
-        "tilt": tilt.size,
-        "offset": sensors.offset.size,
-        "tilt_error": sensors.tilt_error.size,
-    }
+    sizes = {"robots": len(robots), "tilt": tilt.size}
+    sizes |= {x: getattr(sensors, x).size for x in ("offset", "tilt_error")}
     runs = max(sizes.values())
     for name, entries in sizes.items():
         if entries not in (1, runs):

@@ -147,20 +147,11 @@ class SteeringDesign:
         if not w:
             return ()
         for mip, inertia, late in self._coupled_cases:
-            triangle = [
-                unequal_plant(mip, inertia, *pair)
-                for pair in ((-w, -w), (w, w), (w, -w))
-            ]
-            proofs.append(
-                certify_sampled(
-                    Polytope(triangle),
-                    _both(self.balance, self.law.system),
-                    self.robot.T,
-                    late,
-                    digits=12,
-                    cells=UNEQUAL_CELLS,
-                )
-            )
+            pairs = (-w, -w), (w, w), (w, -w)
+            triangle = Polytope([unequal_plant(mip, inertia, *pair) for pair in pairs])
+            asked = _both(self.balance, self.law.system), self.robot.T, late
+            how = dict(digits=12, cells=UNEQUAL_CELLS)
+            proofs.append(certify_sampled(triangle, *asked, **how))
             if not proofs[-1].proven:
                 break
         return tuple(proofs)

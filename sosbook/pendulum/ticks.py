@@ -169,14 +169,8 @@ class TickLog:
         turn = np.diff(self.heading, prepend=0.0) / steering.firmware.law.T
         volts = [(0.0, 0.0)]
         for k in range(1, len(self.t)):
-            left, right = steered.step(
-                self.V[k],
-                self.fault[k],
-                self.left[k],
-                self.right[k],
-                per * self.heading[k],
-                per * turn[k],
-            )
+            seen = self.V[k], self.fault[k], self.left[k], self.right[k]
+            left, right = steered.step(*seen, per * self.heading[k], per * turn[k])
             volts.append((float(left[0]), float(right[0])))
         return np.array(volts)
 

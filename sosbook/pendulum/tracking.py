@@ -66,11 +66,8 @@ class Known:
         """
         apart = np.std(blocks, axis=0, ddof=1) / BLOCKS**0.5
         sd = unit * np.hypot(apart, errors)
-        return cls(
-            dict(zip(names, map(float, values))),
-            dict(zip(names, map(float, sd))),
-            *rest,
-        )
+        both = (dict(zip(names, map(float, x))) for x in (values, sd))
+        return cls(*both, *rest)
 
     def interval(self, name, sds=1.96):
         """The ends of the interval of the parameter ``name``, so many ``sds`` away."""
@@ -154,15 +151,9 @@ def track(log, mip, T, counts):
     edges = np.linspace(0, len(V), BLOCKS + 1).astype(int)
     blocks = [fitted(slice(*ends), disturbance, x).x for ends in zip(edges, edges[1:])]
     values = np.array([*np.exp(x[:3]), T * x[3], x[4]])
-    return Tracking.of(
-        NAMES,
-        values,
-        blocks,
-        [*3 * [MODEL_ERROR], 0.0, 0.0],
-        np.array([*values[:3], T, 1.0]),
-        e * scale[:, None],
-        log.t[use][-e.shape[1] :],
-    )
+    errors, unit = [*3 * [MODEL_ERROR], 0.0, 0.0], np.array([*values[:3], T, 1.0])
+    rest = e * scale[:, None], log.t[use][-e.shape[1] :]
+    return Tracking.of(NAMES, values, blocks, errors, unit, *rest)
 
 
 def _friction(wheels, T):
@@ -320,6 +311,5 @@ def _turning(delta, signals, T, stretches):
     inertia = 1 / gains[0] if gains[0] else np.inf
     damping = np.exp(turn) * inertia
     stronger, mean, rub = gains[1:] * inertia
-    return np.array(
-        [inertia, damping, stronger / 2, mean / damping / 2, rub]
-    ), residuals
+    values = inertia, damping, stronger / 2, mean / damping / 2, rub
+    return np.array(values), residuals

@@ -5,6 +5,8 @@ distance from the critical point is searched, and then the fastest decay
 that can be proven behind the hold.
 """
 
+from decimal import Decimal
+
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
@@ -100,8 +102,9 @@ def prove_varying(parts, controller, robot, cells, seconds=None):
     delays up to the robot's and of ticks that are late by at most its jitter. Empty
     where one isn't proven; all together take so many ``seconds`` at most, if given.
     """
-    T, late, proofs = robot.T, robot.jitter, []
-    clock = (T - late, T + late), (0.0, robot.delay)
+    # sums of decimals: 0.005 - 0.0005 in floats is more than 0.0045
+    T, late = (Decimal(repr(x)) for x in (robot.T, robot.jitter))
+    clock, proofs = ((float(T - late), float(T + late)), (0.0, robot.delay)), []
     for part in parts:
         limit = seconds and seconds / len(parts)
         proof = certify_sampled(part, controller, *clock, cells=cells, time_limit=limit)
