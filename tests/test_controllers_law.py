@@ -15,6 +15,7 @@ from scipy.signal import cont2discrete, dlsim
 import sosbook as sos
 from sosbook.controllers import CompiledCode, code_fault
 from sosbook.controllers.compiler import FLAGS
+from sosbook.controllers.facts import bounded
 from sosbook.controllers.report import CHROMIUMS
 from sosbook.runtime.digests import digest
 from tests.axis import UNITS, T, drive
@@ -236,6 +237,10 @@ def test_report_and_header_say_what_is_proven_of_which_law(tmp_path):
     path = arm().report(tmp_path, controller=c)
     page = path.read_text("utf-8")
     assert "integral of motor" in page and page.count("over time in s") >= 6
+    told = "no file holds|file sha256|no proof has them|in floats|at all corners"
+    for part in re.split("<h[23]>", page)[1:]:  # each says who holds its proof
+        claims = re.search("<(li|p|pre)>.*(at most|proven)", part, re.DOTALL)
+        assert not claims or re.search(told, part), part[:400]
     gains = (tmp_path / "axis" / "axis_gains.h").read_text("utf-8")
     text = " ".join(gains.split("#ifndef")[0].replace("*", "").split())
     assert float(re.search(r"steps up to (\S+) rad from rest settle", text)[1]) > 0.2
@@ -292,6 +297,7 @@ def test_rates_alone_have_no_set_point(ask):
     runs = [c.simulate(0.1, x0=x0, program=p) for p in (None, CompiledCode(c))]
     assert runs[0].u.shape == (1, 10, 1) and abs(runs[0].u).max() > 0
     assert (runs[0].u == runs[1].u).all()
+    assert "no file holds" in bounded(c, ())[0]
 
 
 def test_a_program_whose_sensor_mixes_coordinates_is_held_to_its_proof():

@@ -134,10 +134,12 @@ def test_a_profile_keeps_its_limits_and_ends_exactly(limits):
         start = rng.uniform(-1, 1)
         r = profile.points(distance, start)
         assert r[0] == start and r[-1] == start + distance
-        whole, size = np.concatenate([[start] * 3, r, [r[-1]] * 3]), abs(r).max()
-        for k, most in enumerate(limits[:3], 1):
-            noise = 2.0**k * 1e-15 * size / T**k
-            assert abs(np.diff(whole, k)).max() / T**k <= most * (1 + 1e-9) + noise
+        assert kept(profile, np.concatenate([[start] * 3, r, [r[-1]] * 3]))
+        goals = np.concatenate([rng.normal(size=400) * limits[0], [distance] * 6000])
+        for several in (goals, np.repeat(goals, 30)[:12000]):
+            followed = profile.follow(several, start)
+            assert kept(profile, np.concatenate([[start] * 3, followed]))
+        assert profile.follow(goals)[-1] == distance or abs(distance) > 3
         V, A, J = limits[:3]
         free = abs(distance) / V + V / A + A / J + max(0, A / J - V / A)
         assert (
@@ -146,7 +148,8 @@ def test_a_profile_keeps_its_limits_and_ends_exactly(limits):
         )
 
 
-MAIN = """#include <stdio.h>
+MAIN = """#include <math.h>
+#include <stdio.h>
 #include "arm_move.h"
 int main(void) {
     const double goal[] = {%s};
@@ -159,9 +162,30 @@ int main(void) {
         while (!arm_move_over(&m)) printf("%%.17g\\n", (double)arm_move_next(&m));
     }
     if (arm_move_to(&m, (ARM_MOVE_REAL)1e30)) return 2;
-    return arm_move_next(&m) != m.to;
+    if (arm_move_next(&m) != m.to) return 4;
+    arm_follow f;
+    const double asked[] = {%s};
+    arm_follow_start(&f, (ARM_MOVE_REAL)0.3);
+    for (i = 0; i < %d + 150; i++) {
+        if (i == %d) arm_follow_stop(&f);
+        printf("%%.17g\\n", (double)arm_follow_next(
+            &f, (ARM_MOVE_REAL)(i < %d ? asked[i] : (double)NAN)));
+    }
+    return 0;
 }
 """
+STREAM = [1.7, np.nan, -2.5, 1e300, np.inf, 0.01, 3.0]
+
+
+def kept(profile, r):
+    """True if r moves within the limits of a profile, but for its own rounding."""
+    limits = profile.velocity, profile.acceleration, profile.jerk
+    noise = 1e-15 * abs(r).max()
+    return all(
+        abs(np.diff(r, k)).max() / profile.T**k
+        <= most * (1 + 1e-9) + 2.0**k * noise / profile.T**k
+        for k, most in enumerate(limits, 1)
+    )
 
 
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
@@ -172,18 +196,28 @@ def test_the_program_is_the_profile_bit_by_bit(precision, tmp_path):
     text = profile.to_c("arm", precision)
     assert "ARM_VELOCITY_RAD_S " in text and "ARM_JERK_RAD_S3 " in text
     (tmp_path / "arm_move.h").write_text(text, "utf-8")
-    (tmp_path / "main.c").write_text(MAIN % ", ".join(map(repr, goals)), "utf-8")
+    stream = np.repeat(STREAM, [120, 20, 60, 30, 10, 80, 90])
+    several = [", ".join(map(repr, x)) for x in (goals, stream.tolist())]
+    text = MAIN % (*several, *[len(stream)] * 3)
+    text = text.replace("nan", "NAN").replace("inf,", "INFINITY,")
+    (tmp_path / "main.c").write_text(text, "utf-8")
     words = "-std=c99 -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -pedantic"
     build = ["cc", *words.split(), "main.c", "-o", "main"]
     subprocess.run(build, cwd=tmp_path, check=True)
     done = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, check=True)
     found = np.array(done.stdout.split(), float)
+    found, followed = np.split(found, [-len(stream) - 150])
     mine, here = [], 0.0
     for goal in np.array(goals, np.float32 if precision == "single" else float):
         mine += [*profile.points(float(goal) - here, here)[1:-1], float(goal)]
         here = float(goal)
     off = 1e-15 if precision == "double" else 1e-6
     assert len(found) == len(mine) and abs(found - mine).max() <= 30 * off
+    again = profile.follow(stream, 0.3)
+    here = followed[: len(stream)]
+    assert abs(here - again).max() <= (0 if precision == "double" else 1e-6)
+    assert len(set(followed[-40:])) == 1 and followed[-1] != again[-1]  # it has stopped
+    assert precision == "single" or kept(profile, followed)
     ends = np.cumsum([profile.ticks(b - a) for a, b in zip([0, *goals], goals)]) - 1
     assert (found[ends] == np.array(mine)[ends]).all()
 

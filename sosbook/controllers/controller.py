@@ -83,9 +83,6 @@ class Controller(Questions):
     True
     >>> controller.certify().proven, controller.furthest(tolerance=0.1).proven
     (True, True)
-    >>> found = controller.margins()
-    >>> print(0.97 < found.phase.proven / found.phase.seen <= 1)
-    True
     """
 
     plant: Any

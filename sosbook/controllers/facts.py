@@ -15,6 +15,7 @@ MOST_TICKS = 20_000  # of that
 MIXED = re.compile(r"^\d| [+-] ")  # a name such as "2 z1" or "z1 - z2"
 AWAY = 0.1  # of a step: what ends further from its rest isn't there yet
 FINE = "no fault"
+ALONE = "one program, sosbook, has made these bounds: no file holds them"
 LOSE_EVERY = 97  # a tick: about one sample in a hundred
 
 
@@ -87,8 +88,9 @@ def bounded(c, trials):
     ``trials``: a `Trial` for each set point.
     """
     lines = [
+        ALONE,
         f"spectral radius {c.radius:.5f}, largest sensitivity at the input "
-        f"{c.sensitivity_peak():.3f}, at the corners, in floats"
+        f"{c.sensitivity_peak():.3f}, at the corners, in floats",
     ]
     for k, signal in enumerate(c.outputs):
         if c.readings.steps.any():
@@ -133,8 +135,6 @@ def bounded(c, trials):
             end = "" if within else ", without its limit"
             lines.append(f"{moved} asks {signal}: {bound}{end}")
         lines.append(f"{moved} leaves it from there: {c.motions.follow(*limits)}")
-    if c.set_points:
-        lines.append("one program, sosbook, has made these bounds: no file holds them")
     if np.isfinite(c.limits.u_max).all():
         for j, _ in enumerate(c.set_points):
             lines.append(str(c.bounds.reach(j)))

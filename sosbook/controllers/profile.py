@@ -5,6 +5,11 @@ moves by at most :math:`D/(n_1 T)` a second, and so on: its fourth difference is
 impulses. So a move is four integer counters, which end exactly: nothing drifts. The
 program <name>_move.h is `Profile.points`, operation by operation.
 
+A set point that comes tick by tick, from a hand or another program, is followed within
+the same limits: as a ramp, and then as the means of its last m2 and m3 ticks. A mean of
+m ticks makes of a speed V an acceleration of at most 2 V / (m T), and so on. A stop
+leaves the ramp where it is, so the motion comes to rest within the limits, too.
+
 Source: L. Biagiotti and C. Melchiorri, Trajectory Planning for Automatic Machines and
 Robots (2008), on moves by convolution.
 """
@@ -19,13 +24,14 @@ import numpy as np
 from ..exact.rational import exact
 from ..plants.checks import finite, positive
 from .numbers import checked_words, literal
-from .template import written_by
+from .template import noted, read, renamed, written_by
 
 MOST = 2**52  # of the counters, which floats then hold exactly
 SHARES = np.linspace(0.02, 1, 50)  # of t1, that t2 and t3 are tried at
 SIGNS = (1, -1, -1, -1, 1, 1, 1, -1)
 HALVINGS = 60
 TWO, THREE = (0.4, 0.55, 0.7, 0.85, 1.0), (0.0, 0.06, 0.12, 0.25, 0.5)  # t2/t1, t3/t2
+FINEST, LONGEST = 2**20, 2**62  # counts of a set point in a tick; all counters
 ROOM, FINE = (1.0, 1.003, 1.01, 1.03), 1e-3
 
 
@@ -110,6 +116,39 @@ class Profile:
         found = start + (end - start) * (place / whole)
         return np.concatenate([[start], np.where(place == whole, end, found)])
 
+    @property
+    def means(self):
+        """(m2, m3): over how many ticks the ramp of `follow` is averaged, twice."""
+        T, V, A, J = map(exact, (self.T, self.velocity, self.acceleration, self.jerk))
+        return tuple(max(int((2 * x).ceil()), 1) for x in (V / (A * T), A / (J * T)))
+
+    def follow(self, goals: Any, start: float = 0.0) -> np.ndarray:
+        """The set points that follow some ``goals``, one each tick, from a ``start`` at
+        rest; as axis_follow_next makes them. Not a number: the last goal stays.
+
+        >>> r = Profile(2.0, 8.0, 64.0, 0.01).follow([1.0] * 200)
+        >>> float(r[-1]), bool(np.diff(r).max() / 0.01 < 2.0 + 1e-9)
+        (1.0, True)
+        """
+        unit, whole = float(exact(self.velocity) * exact(self.T) / FINEST), 1
+        to, goal, found = float(start), _counts(start / unit), []
+        ramp, last = goal, []
+        for m in self.means:
+            last.append([goal * whole] * m)
+            whole *= m
+        sums = [sum(x) for x in last]
+        for k, r in enumerate(np.asarray(goals, float).tolist()):
+            if abs(r / unit) < float(LONGEST // whole):
+                to, goal = r, _counts(r / unit)
+            ramp += min(max(goal - ramp, -FINEST), FINEST)
+            now = ramp
+            for i, several in enumerate(last):
+                at = k % len(several)
+                sums[i] += now - several[at]
+                several[at], now = now, sums[i]
+            found.append(to if now == goal * whole else float(now) / whole * unit)
+        return np.array(found)
+
     def to_c(self, name: str = "axis", precision: str = "double") -> str:
         """The text of <name>_move.h, C99: `points`, one after the other.
 
@@ -125,23 +164,31 @@ class Profile:
         u = "".join(x if x.isalnum() else "_" for x in u).upper()
         mark = f"_{u}" if u else ""
         real = {"double": "double", "single": "float"}[precision]
-        numbers = "".join(
-            f"#define AXIS_{word}{mark}_S{power} {literal(value, precision)}\n"
-            for word, value, power in (
-                ("VELOCITY", self.velocity, ""),
-                ("ACCELERATION", self.acceleration, "2"),
-                ("JERK", self.jerk, "3"),
-            )
-        )
         n1, n2, n3 = self.windows(0.0)
-        text = TEXT.replace("@NUMBERS@", numbers).replace("@WRITTEN@", written_by())
-        per_tick = literal(float(exact(self.velocity) * exact(self.T)), precision)
-        for mark, value in (
-            ("@N1@", n1), ("@N2@", n2), ("@N3@", n3), ("@MOST@", MOST // (n2 * n3)),
-            ("@STEP@", per_tick), ("@REAL@", real), ("@TICK@", f"{self.T:g}"),
-        ):  # fmt: skip
-            text = text.replace(mark, str(value))
-        return text.replace("AXIS", name.upper()).replace("axis", name)
+        m2, m3 = self.means
+        per_tick = exact(self.velocity) * exact(self.T)
+        numbers = {
+            f"VELOCITY{mark}_S": self.velocity,
+            f"ACCELERATION{mark}_S2": self.acceleration,
+            f"JERK{mark}_S3": self.jerk,
+            "MOVE_REAL": real,
+            "MOVE_TICK": float(self.T),
+            "MOVE_STEP": float(per_tick),
+            "MOVE_UNIT": float(per_tick / FINEST),
+            **{f"MOVE_N{k}": x for k, x in enumerate((n1, n2, n3), 1)},
+            "MOVE_MOST": MOST // (n2 * n3),
+            "MOVE_M2": m2,
+            "MOVE_M3": m3,
+            "MOVE_WHOLE": m2 * m3,
+            "MOVE_FINEST": FINEST,
+            "MOVE_LONGEST": LONGEST // (m2 * m3),
+        }
+        lines = (
+            f"#define AXIS_{x} {literal(y, precision) if isinstance(y, float) else y}\n"
+            for x, y in numbers.items()
+        )
+        text = noted(read("sosbook.controllers", "axis_move.h"), [written_by()])
+        return renamed(text.replace("@NUMBERS@", "".join(lines)), "axis", name)
 
 
 def fastest(units, limits, distance, T, unit=""):
@@ -217,85 +264,11 @@ def _of_windows(n1, n2, n3, distance, T, unit):
     return Profile(*map(_six, sizes), T, unit)
 
 
+def _counts(x):
+    """The whole number next to x, as C rounds it."""
+    return int(x - 0.5 if x < 0 else x + 0.5)
+
+
 def _six(x: Any) -> float:
     """A float of eight digits that is a little more than x."""
     return float(f"{x * (1 + 1e-7):.8g}")
-
-
-TEXT = """\
-/* axis_move.h: set points of moves from rest to rest, one each @TICK@ s.
- *
- * @WRITTEN@
- *
- * Velocity, acceleration and jerk of the set point stay within these limits, per
- * second. axis_move_to begins a move where the last one has ended; axis_move_next is
- * the set point for the next tick. All counters are integers: a move ends exactly.
- */
-#ifndef AXIS_MOVE_H
-#define AXIS_MOVE_H
-#include <stdint.h>
-
-#define AXIS_MOVE_REAL @REAL@
-@NUMBERS@#define AXIS_MOVE_STEP ((@REAL@)@STEP@) /* the farthest in a tick */
-
-typedef struct {
-    @REAL@ from, to;
-    int64_t n1, k, count, jump, bend, rate, place, whole;
-} axis_move;
-
-/* At rest at a set point. */
-static inline void axis_move_start(axis_move *m, @REAL@ r)
-{
-    const axis_move rest = {r, r, 1, 0, 0, 0, 0, 0, 0, 1};
-    *m = rest;
-}
-
-/* 1: the move is over, and a next one may begin. */
-static inline int axis_move_over(const axis_move *m)
-{
-    return m->k >= m->count;
-}
-
-/* 0: the last move isn't over, or the next one is too long to be counted. */
-static inline int axis_move_to(axis_move *m, @REAL@ r)
-{
-    const @REAL@ far = r < m->to ? m->to - r : r - m->to;
-    const @REAL@ ticks = far / AXIS_MOVE_STEP;
-    int64_t n1 = @N1@;
-    if (!axis_move_over(m) || !(ticks < (@REAL@)@MOST@))
-        return 0;
-    if (ticks > (@REAL@)n1) {
-        n1 = (int64_t)ticks;
-        n1 += (@REAL@)n1 < ticks;
-    }
-    m->from = m->to;
-    m->to = r;
-    m->n1 = n1;
-    m->k = m->jump = m->bend = m->rate = m->place = 0;
-    m->count = n1 + @N2@ + @N3@ - 2;
-    m->whole = n1 * @N2@ * @N3@;
-    return 1;
-}
-
-/* The set point for the next tick. */
-static inline @REAL@ axis_move_next(axis_move *m)
-{
-    const int64_t n1 = m->n1, at[8] = {0, n1, @N2@, @N3@, n1 + @N2@, n1 + @N3@,
-                                       @N2@ + @N3@, n1 + @N2@ + @N3@};
-    static const int sign[8] = {1, -1, -1, -1, 1, 1, 1, -1};
-    int i;
-    if (axis_move_over(m))
-        return m->to;
-    for (i = 0; i < 8; i++)
-        m->jump += at[i] == m->k ? sign[i] : 0;
-    m->bend += m->jump;
-    m->rate += m->bend;
-    m->place += m->rate;
-    m->k++;
-    if (m->place == m->whole)
-        return m->to;
-    return m->from + (m->to - m->from) * ((@REAL@)m->place / (@REAL@)m->whole);
-}
-
-#endif
-"""

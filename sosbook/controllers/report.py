@@ -13,7 +13,7 @@ from ..plants.gain import signals
 from ..runtime.writing import write_texts
 from .charts import STYLE as OF_CHARTS
 from .charts import chart, key
-from .facts import ended, span, stepped
+from .facts import ALONE, ended, span, stepped
 from .signals import signals_of
 from .trial import kept, loads_of
 
@@ -132,7 +132,7 @@ def _page(design, c, code):
 def _margins(c):
     """The loop opened at each input, if it is stable: its margins and charts."""
     if c.radius < 1:
-        yield "<h2>Margins of the sampled loop</h2>"
+        yield f"<h2>Margins of the sampled loop</h2><p>{ALONE.capitalize()}.</p>"
         for k, _ in enumerate(c.outputs):
             yield c.margins(k, FOR_MARGINS, sharp=False)._repr_html_()
 
