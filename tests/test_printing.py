@@ -93,6 +93,7 @@ def test_a_chapter_alone_counts_from_one_and_shows_a_still_with_its_setting(
     text = " ".join("".join(texts).split())
     assert "A still of what moves on the page: " in text
     assert "decays with σ = 0.7 s⁻¹, rings within" in text  # its setting
+    assert "within ρ = 5 s⁻¹: proven." in text
     assert f"{site_address}/book/{one.name}.html" in text
     for control in ("Link to this", "Prove it exactly", "For readers of the thesis"):
         assert control not in text

@@ -18,6 +18,7 @@ from sosbook.plants.response import simulate
 from sosbook.synthesis.proofs import DesignProof
 from tests.elements import assert_quiet, first, middle, say, two_of, write_page
 from tests.test_page_elements import stored
+from tests.test_page_steady import HELD
 
 BOUNDS = "sigma", "theta", "rho", "gamma", "u_max"
 
@@ -316,6 +317,15 @@ def test_a_polytope_moves_with_all_its_vertices(visit, tmp_path):
     assert len(answer["poles"]) == 2 and answer["norm"] is None
 
 
+#: Each word that ends the sentence, from the start on.
+SEEN = """<script>
+const end = document.querySelector(".sos-say em"), words = [end.textContent];
+new MutationObserver(() => {
+  if (words.at(-1) !== end.textContent) words.push(end.textContent);
+}).observe(end, {childList: true, characterData: true, subtree: true});
+</script>"""
+
+
 @pytest.mark.parametrize("stem", ["intro", "14_flexible_arm", "own_plant"])
 def test_a_page_without_a_script_has_a_still_of_it(visit, browser, tmp_path, stem):
     """Its sentence, its verdict and its pictures are those of the script."""
@@ -325,11 +335,17 @@ def test_a_page_without_a_script_has_a_still_of_it(visit, browser, tmp_path, ste
         x for name, x in stored() if name == stem and x.startswith(pages.WISHES)
     )
     (still,) = pages.stills(pages.WHOLE.match(text)[0])
-    sheet = write_page(tmp_path / "still.html", still + text[text.index("<style") :])
+    rest = text[text.index("<style") :]
+    sheet = write_page(tmp_path / "still.html", HELD, still, rest, SEEN)
     tab = visit(sheet)
+    tab.page.evaluate("release()")
     tab.page.wait_for_function(
         "document.querySelector('.of-kit:has(.sos-say)').answer?.proof"
     )
+    assert tab.page.evaluate("words") == [
+        "proven."
+    ]  # before any answer, and ever after
+    assert tab.page.evaluate("document.querySelector('.of-kit').ended")
     live = tab.page.locator(".of-kit").first
     assert live.locator(".sos-absent").count() == 0
     drawn = live.locator(".sos-map svg, .sos-step svg").all()

@@ -21,6 +21,10 @@ async ({css, part, head, first, anchors, elsewhere, textbook}) => {
     line.textContent = part;
     article.prepend(line);
   }
+  // Each wish says what it ends with, as if it were in sight.
+  const wishes = [...article.querySelectorAll("sos-wish, sos-bench")];
+  for (const one of wishes) one.see();
+  while (!wishes.every(one => one.ended)) await new Promise(done => setTimeout(done, 50));
   for (const one of article.querySelectorAll("*")) {
     if (!one.localName.startsWith("sos-")) continue;
     const note = document.createElement("p");

@@ -98,6 +98,9 @@ class Bench extends Wish {
     if ("M" in linked) this.rebuild();  // what there is below where the address has a fault
     this.open(linked);
     this.kept = this.digest;
+    if (Object.keys(linked).length) return;
+    this.recall();
+    this.settle();
   }
 
   get example() { return this.view.querySelector("[data-key=example]"); }

@@ -153,7 +153,8 @@ export class PageElement extends HTMLElement {
     /** @type {any} */
     this.view = document.createElement("div");
     this.view.innerHTML = `<p class="sos-title">${escape(this.data.title)}</p>${this.task}${this.markup()}`;
-    this.querySelector(":scope > .sos-absent")?.remove();
+    this.absent = this.querySelector(":scope > .sos-absent");
+    this.absent?.remove();
     this.append(this.view);
     this.view.addEventListener("input", () => this.settle());
     this.view.addEventListener("click", ({target}) => {

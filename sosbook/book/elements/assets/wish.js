@@ -50,6 +50,7 @@ export class Wish extends DesignElement {
   wire() {
     this.attend();
     this.begin();
+    this.recall();
     this.read(this.linked());
     this.solve();
   }
@@ -60,10 +61,22 @@ export class Wish extends DesignElement {
     this.listen();
     listen(this);
     new IntersectionObserver(list => {
-      if (this.seen || !list.at(-1).isIntersecting) return;
-      this.seen = true;
-      this.wait();
+      if (!this.seen && list.at(-1).isIntersecting) this.see();
     }).observe(this.view);
+  }
+  see() {
+    this.seen = true;
+    this.wait();
+  }
+  // Whether all is said that this page finds for what is asked.
+  get ended() {
+    const {answer, offers} = this;
+    return answer?.digest === this.digest && Boolean(answer.proof ?? offers ?? answer.status === "undecided");
+  }
+  // The still of the first wish knows its proof before this page does.
+  recall() {
+    const word = this.absent?.querySelector(".sos-say em")?.textContent.slice(0, -1);
+    this.baked = word && {word, digest: this.digest};
   }
 
   // A plant, and its bounds as they are at first.
@@ -187,10 +200,14 @@ export class Wish extends DesignElement {
     this.truth = judged(request, answer.K, goal ?? (U.length ? apply(U, r) : r), r);
     answer.clauses = clauses({...request, asked: answer.asked}, clock, answer);
   }
+  worth({status, digest, clauses = [], proof}) {
+    const found = verdict(status, clauses, proof?.proven), {baked} = this;
+    return status === "feasible" && !proof && baked?.digest === digest ? {...found, word: baked.word} : found;
+  }
   get verdict() {
-    const {answer} = this;
-    if (!answer || answer.digest !== this.digest) return {word: "…", why: []};
-    return verdict(answer.status, answer.clauses ?? [], answer.proof?.proven);
+    const {answer, baked, digest} = this;
+    if (answer?.digest === digest) return this.worth(answer);
+    return {word: baked?.digest === digest ? baked.word : "…", why: []};
   }
   get word() { return this.verdict.word; }
   get ending() { return [": ", `${this.word}.`]; }
@@ -344,7 +361,7 @@ export class Wish extends DesignElement {
 
   readout(design) {
     const {status, asked} = design, {reason, by, ms, bounded, proof} = this.answer;
-    const {word, why} = verdict(status, this.answer.clauses ?? [], proof?.proven);
+    const {word, why} = this.worth(this.answer);
     const head = words => `<p><span class="sos-status">${capital(word)}</span>: ${words}</p>`;
     if (status === "undecided")
       return head(escape(reason ?? "neither a design nor a proof that there is none was found."));
@@ -354,7 +371,8 @@ export class Wish extends DesignElement {
         this.advice()}`);
     }
     const how = proof?.proven ? `in exact arithmetic, for the gain rounded to ${proof.digits} digits.`
-                              : "floats solve the LMIs with this gain.";
+      : word.includes("proven") ? "in exact arithmetic, when this page was made."
+                                : "floats solve the LMIs with this gain.";
     const solved = `Solved ${by ? `by ${escape(by)}` : "in your browser"} in ${clean(ms, 2)} ms.`;
     return head([how, ...why].map(escape).join(" ")) +
       (this.truth ? `<p>${worst(this.truth, this.data.request)}</p>` : "") + this.gains(design) +
