@@ -148,15 +148,27 @@ def alone(desk, tag):
     sheet.evaluate("style => style.remove()")
 
 
+#: Where the numbers stand, the address that says so, and the sentence.
+ADDRESS = """tag => { const e = document.querySelector(tag);
+  return [e.place, e.digest, e.sentence]; }"""
+
+
 @pytest.mark.parametrize("tag", TAGS)
-def test_reset_brings_the_first_setting_back(alone, tag):
+def test_reset_brings_the_first_setting_back_and_the_address_the_other(alone, tag):
     alone.compute(tag, [])
-    begin, said = alone.place(tag), alone.said(tag)
+    begin, told = alone.place(tag), alone.said(tag)
     for number in alone.page.locator(f"{tag} .sos-num").all():
         step(number)
-    assert alone.place(tag) != begin
+    there, address, sentence = alone.page.evaluate(ADDRESS, tag)
+    assert there != begin
     alone.page.locator(f"{tag} .sos-reset").click()
-    assert alone.place(tag) == begin and alone.said(tag) == said
+    assert alone.place(tag) == begin and alone.said(tag) == told
+    alone.page.evaluate(
+        """([tag, address]) => document.querySelector(tag).reset(
+             Object.fromEntries(new URLSearchParams(address)))""",
+        [tag, address],
+    )
+    assert alone.page.evaluate(ADDRESS, tag) == [there, address, sentence]
 
 
 @pytest.mark.parametrize("tag", TAGS)
@@ -203,7 +215,8 @@ def test_the_ruler_is_green_where_the_verdict_is(alone, tag):
     if not means:
         return
     told = 0
-    for number in element.locator(".sos-num").all():
+    numbers = element.locator(".sos-num").all()
+    for number in {numbers[0], numbers[-1]}:
         key = number.get_attribute("data-slot")
         alone.compute(tag, [])
         bands = green(alone, tag, key)

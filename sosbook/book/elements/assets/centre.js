@@ -8,7 +8,7 @@ const det = ([[a, b], [c, d]]) => a * d - b * c;
 const /** @type {any} */ least = ([[a, b], [, d]]) => (a + d) / 2 - Math.hypot((a - d) / 2, b);
 
 class Centre extends Mover {
-  get says() { return "For a decay rate of σ = {sigma}, your point has p = {p} and q = {q}."; }
+  says = "For a decay rate of σ = {sigma}, your point has p = {p} and q = {q}.";
   figures = {
     set:
       "All P = [p q; q 1] that satisfy both inequalities; dashed: P ≻ 0 alone. The line: Newton's steps from your point to the centre.",

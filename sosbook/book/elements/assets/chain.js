@@ -12,9 +12,8 @@ function pendulum({e_c, f_c, d_c, e_a}, {M_b, l, r, M_w, g}) {
 }
 
 class Chain extends Mover {
-  get says() {
-    return "From e/c = {e_c}, f/c = {f_c}, d/c = {d_c} and e/a = {e_a}, with R = {R}, to robots within {spread}, {late} late.";
-  }
+  says =
+    "From e/c = {e_c}, f/c = {f_c}, d/c = {d_c} and e/a = {e_a}, with R = {R}, to robots within {spread}, {late} late.";
   figures = {
     links: "Each link hands its numbers to the next; what changed with your last move is framed.",
     radius: "Largest eigenvalue of the sampled loop at 100 Hz for the four vertices. Above 1: unstable."

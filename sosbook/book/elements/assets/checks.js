@@ -225,7 +225,8 @@ export function weight(name, rows, size) {
     Math.abs(x - given[j][i]) <= ROUNDING * Math.sqrt(Math.abs(given[i][i] * given[j][j]));
   if (!given.every((row, i) => row.every((x, j) => near(x, i, j)))) refuse(`${name} must be symmetric`);
   const X = given.map((row, i) => row.map((x, j) => x / 2 + given[j][i] / 2));
-  if (name === "R" && rank(X) < X.length) refuse("R must be positive definite");
+  if (name === "R" && rank(X) < X.length)
+    refuse("R must be positive definite: each input needs a price above zero");
   for (const part of name === "Q" ? X.map((_, i) => joined(X, i)).filter((list, i) => list[0] === i) : []) {
     const larger = step => part.map(i => part.map(j => i === j ? X[i][i] * (1 + step) : X[i][j]));
     const step = [0, ...STEPS].find(step => rank(larger(step)) >= 0);

@@ -34,7 +34,7 @@ function fit(V, y, start, linear) {
 }
 
 class Chirp extends Mover {
-  get says() { return "A chirp of {amplitude} shakes the body, and the noise of its gyro is {noise}."; }
+  says = "A chirp of {amplitude} shakes the body, and the noise of its gyro is {noise}.";
   get horizon() { return T * STEPS; }
   get still() { return 3; }
 

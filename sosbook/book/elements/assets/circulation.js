@@ -6,7 +6,7 @@ import {Plot} from "./plot.js";
 const T = 0.05, STEPS = 1200;  // s
 
 class Circulation extends Mover {
-  get says() { return "With circulation κ = {kappa} and damping {damping} the hand starts at (0.2, 0.2)."; }
+  says = "With circulation κ = {kappa} and damping {damping} the hand starts at (0.2, 0.2).";
   get horizon() { return T * STEPS; }
   get still() { return 60; }
   get pace() { return 6; }

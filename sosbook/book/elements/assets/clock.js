@@ -7,9 +7,7 @@ import {markAll, Plot} from "./plot.js";
 const TILT = 2 * Math.PI / 180;
 
 class Clock extends Mover {
-  get says() {
-    return "Under {law} a tick comes every {T}, its voltage {delay} later; the wheels' rate is {sensing}.";
-  }
+  says = "Under {law} a tick comes every {T}, its voltage {delay} later; the wheels' rate is {sensing}.";
   get horizon() { return 0.6; }
   get still() { return 0.6; }
   get pace() { return 0.2; }

@@ -37,11 +37,6 @@ const sign = (colour, text) => `<span class="sos-mark" style="color:var(${colour
 
 // Designs that were solved beforehand, on a grid.
 class DelayAtlas extends Mover {
-  get says() {
-    const alpha = this.control("alpha") ? ", with α = {alpha} s" : "";
-    return `A delay of τ = {tau} s that varies by {ratio} of itself (drawn: {kind}) leaves a decay of δ = {delta} s⁻¹${
-      alpha}.`;
-  }
   get controls() {
     const {sliders, start, kinds} = this.data;
     return [
@@ -53,6 +48,9 @@ class DelayAtlas extends Mover {
   probe(place) { return typeof this.stored(place) !== "number"; }
 
   markup() {
+    this.says =
+      `A delay of τ = {tau} s that varies by {ratio} of itself (drawn: {kind}) leaves a decay of δ = {delta} s⁻¹${
+        this.control("alpha") ? ", with α = {alpha} s" : ""}.`;
     const roots = DELAYS.map((name, k) => sign(COLOURS[k], `${SIGNS[k]} ${name}`)).join(", ");
     this.figures = {
       map: `Rightmost roots for the constant delays: ${roots}. Dashed: Re s = −δ.`,

@@ -56,9 +56,10 @@ const LATE = {
 const growing = x => Math.max(...x.slice(-200).map(Math.abs)) > Math.max(...x.slice(0, 200).map(Math.abs));
 
 class Delayed extends Mover {
-  get says() {
+  markup() {
     const loop = this.control("loop") ? "loop of the {loop}" : "loop";
-    return `With {gain} its gain the ${loop} hears its input h = {h} late; the delay is {kind}.`;
+    this.says = `With {gain} its gain the ${loop} hears its input h = {h} late; the delay is {kind}.`;
+    return super.markup();
   }
   good({roots: [[right]], x}) { return right < 0 && !growing(x); }
   get means() { return "the loop is stable"; }

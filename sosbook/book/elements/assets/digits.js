@@ -14,9 +14,7 @@ function hex(x) {
 }
 
 class Digits extends Mover {
-  get says() {
-    return "The gain of {entry}, in {precision} precision, meets a tilt of {tilt} and a rate of {rate}.";
-  }
+  says = "The gain of {entry}, in {precision} precision, meets a tilt of {tilt} and a rate of {rate}.";
   figures = {
     table: "One tick: gain times state, entry by entry, as the program has it.",
     bits: "The bits of the chosen gain: sign, exponent, fraction. Pale bits are dropped in single precision."

@@ -12,9 +12,8 @@ const NEAR = 0.05, AWAY = 1.6;       // of the step: where it ends, where it has
 const LOST = 1e6;                    // rad: further nothing is drawn
 
 class Drive extends Mover {
-  get says() {
-    return "With a set point {law}, {limit}, a clock of {clock} and an encoder {counts}, a step of {r} turns a load of {J}, on which {w} act from 2.5 s on.";
-  }
+  says =
+    "With a set point {law}, {limit}, a clock of {clock} and an encoder {counts}, a step of {r} turns a load of {J}, on which {w} act from 2.5 s on.";
   get horizon() { return SECONDS; }
   get still() { return 0.25; }
   get pace() { return 0.5; }

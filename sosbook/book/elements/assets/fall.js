@@ -7,9 +7,7 @@ import {picture} from "./plot.js";
 const T = 0.005, STEPS = 160, METRE = 900, GROUND = 200;  // s; units of the drawing a metre
 
 class Fall extends Mover {
-  get says() {
-    return "Let go at {angle}, with {volts} for the first {pulse}, and the inertia of the rotors {rotors}.";
-  }
+  says = "Let go at {angle}, with {volts} for the first {pulse}, and the inertia of the rotors {rotors}.";
   get horizon() { return T * STEPS; }
   get still() { return 0.3; }
   get pace() { return 0.25; }

@@ -6,9 +6,8 @@ import {picture} from "./plot.js";
 const T = 0.025, STEPS = 800, PUSH = 400;  // s; the step at which the force sets in
 
 class Integral extends Mover {
-  get says() {
-    return "With {first} times the integral of e₁ and {second} times that of e₂, a force of {force} comes at 10 s.";
-  }
+  says =
+    "With {first} times the integral of e₁ and {second} times that of e₂, a force of {force} comes at 10 s.";
   get horizon() { return T * STEPS; }
   get still() { return 12; }
   get pace() { return 3; }

@@ -5,9 +5,8 @@ import {Mover, normal, number, series} from "./mover.js";
 const T = 0.005, STEPS = 400;  // s
 
 class Kalman extends Mover {
-  get says() {
-    return "The gyro's noise is {gyro}, that of the wheels' rate {wheels}; knocks are {push}, and the plant is {plant}.";
-  }
+  says =
+    "The gyro's noise is {gyro}, that of the wheels' rate {wheels}; knocks are {push}, and the plant is {plant}.";
   get horizon() { return T * STEPS; }
   get still() { return 0.4; }
   get pace() { return 0.4; }

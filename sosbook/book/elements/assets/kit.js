@@ -211,6 +211,7 @@ export class PageElement extends HTMLElement {
   link() {
     history.replaceState(null, "", `#${this.name}:${this.digest}`);
     this.reply("<p>The address of this page now leads to this setting.</p>");
+    this.copy(location.href);
   }
 
   linked() {
@@ -233,8 +234,11 @@ export class PageElement extends HTMLElement {
   // Code to read, and to paste where that is allowed.
   print(code, below = "") {
     this.reply(`<pre class="sos-code" tabindex="0">${escape(code)}</pre>${below}`);
-    const shown = this.find("code");
-    navigator.clipboard?.writeText(code).then(
+    this.copy(code);
+  }
+  copy(text) {
+    const shown = this.find("more").firstChild;
+    navigator.clipboard?.writeText(text).then(
       () => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"), () => {});
   }
 

@@ -6,10 +6,6 @@ import * as python from "./program.js";
 class FeasibilityMap extends Mover {
   figures = {plot: ""};
 
-  get says() {
-    const {x, y} = this.map;
-    return printed(`For {group}, the map of {pair} asks for ${x.symbol} = {x} and ${y.symbol} = {y}.`);
-  }
   // Plants, their maps, and the axes of one.
   get controls() {
     const {groups} = this.data, {x, y, asked} = this.map;
@@ -32,6 +28,8 @@ class FeasibilityMap extends Mover {
     this.stands = {};
     for (const [key, value, list] of [["group", group, this.data.groups], ["pair", pair, null]])
       this.stands[key] = (list ?? this.group.maps)[value] ? Number(value) : 0;
+    const {x, y} = this.map;
+    this.says = printed(`For {group}, the map of {pair} asks for ${x.symbol} = {x} and ${y.symbol} = {y}.`);
     super.reset({...this.stands, ...to});
     if (this.longest) this.reserve();
   }

@@ -6,9 +6,8 @@ import {picture, spring} from "./plot.js";
 const STEPS = 300;
 
 class Mass extends Mover {
-  get says() {
-    return "The last body weighs m₄ = {m4}, on a damper of b₄ = {b4}; feedback of its acceleration lends it {lent}.";
-  }
+  says =
+    "The last body weighs m₄ = {m4}, on a damper of b₄ = {b4}; feedback of its acceleration lends it {lent}.";
   get horizon() { return 0.05; }
   get still() { return 0.05; }
   get pace() { return 0.01; }

@@ -37,9 +37,9 @@ export class Mover extends PageElement {
 
   // What a subclass has of its own. What it says of its controls: {key} is a number and its unit, a
   // choice or a tick; which numbers go in steps alone, and which choices mean nothing now;
-  get says() { return `${this.controls.map(({key, label}) => `${label}: {${key}}`).join("; ")}.`; }
-  /** @returns {string[]} */
-  get snaps() { return []; }
+  says = "";
+  /** @type {string[]} */
+  snaps = [];
   off(_key) { return false; }
   // the caption of each panel, empty where `pose` writes it;
   /** @type {any} */
@@ -120,7 +120,8 @@ export class Mover extends PageElement {
     };
   }
   get pieces() {
-    return cut(this.says).flatMap(({text, slot}) => {
+    const list = () => this.controls.map(({key, label}) => `${label}: {${key}}`).join("; ");
+    return cut(this.says || `${list()}.`).flatMap(({text, slot}) => {
       if (!slot) return {text};
       const control = this.control(slot), {names, tick, unit} = control, x = this.stands[slot];
       const piece = {slot, clause: control, off: this.off(slot)};

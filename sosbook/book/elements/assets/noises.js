@@ -2,8 +2,8 @@ import {define} from "./kit.js";
 import {Mover, number} from "./mover.js";
 
 class Noises extends Mover {
-  get says() { return "The motor's encoder has a noise of {motor}, the load's one of {load}."; }
-  get snaps() { return ["motor", "load"]; }
+  says = "The motor's encoder has a noise of {motor}, the load's one of {load}.";
+  snaps = ["motor", "load"];
   figures = {
     norm: "Least norm: solid the load's encoder alone, dashed the motor's, dotted both; the mark is here."
   };

@@ -12,9 +12,8 @@ const SECONDS = 1.5, STEPS = 400;
 const TURN = 1;  // rad, of motor and table at first
 
 class Ranges extends Mover {
-  get says() {
-    return "The gain {gain} turns payloads from {m0} to {m1} at r² from {q0} to {q1}, and claims a decay of σ = {sigma}.";
-  }
+  says =
+    "The gain {gain} turns payloads from {m0} to {m1} at r² from {q0} to {q1}, and claims a decay of σ = {sigma}.";
   get horizon() { return SECONDS; }
   get still() { return 0; }
   get pace() { return 0.5; }

@@ -9,9 +9,7 @@ const POINTS = 300, MILLI = 1000, [LEFT, RIGHT, HEIGHT] = [10, 330, 74], ROOM = 
 const size = z => Math.hypot(...z.flat());
 
 class Reach extends Mover {
-  get says() {
-    return "The motor pushes {motor}, w shakes {gust} with ω = {omega}, and you ask for at most γ = {gamma}.";
-  }
+  says = "The motor pushes {motor}, w shakes {gust} with ω = {omega}, and you ask for at most γ = {gamma}.";
   get horizon() { return 5; }
   get pace() { return 0.4; }
   get still() { return 0.1; }

@@ -23,10 +23,6 @@ function recover(mip, K, tilt, limit, horizon) {
 }
 
 class Regulator extends Mover {
-  get says() {
-    const law = this.control("law") ? "{law} gain" : "gain";
-    return `Four robots of ±{spread} are let go at {tilt}, with the ${law} by the {design} for R = {R}.`;
-  }
   get horizon() { return this.data.horizon; }
   get still() { return 0.1; }
   get pace() { return 0.5; }
@@ -38,6 +34,8 @@ class Regulator extends Mover {
   };
 
   markup() {
+    const law = this.control("law") ? "{law} gain" : "gain";
+    this.says = `Four robots of ±{spread} are let go at {tilt}, with the ${law} by the {design} for R = {R}.`;
     this.figures.strips = `Tilt and voltage. Dashed: the motors' limit of ${this.data.limit} V.`;
     return super.markup();
   }

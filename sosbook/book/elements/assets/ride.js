@@ -9,10 +9,9 @@ const GROW = 700, AHEAD = 300, AT = 170;  // pixels a metre up, a second ahead, 
 const most = values => Math.max(...values.map(Math.abs));
 
 class Ride extends Mover {
-  get says() {
-    return "The force makes small {made}, with a stroke of at most {stroke}; a body of {m} meets a bump that lasts {bump}.";
-  }
-  get snaps() { return ["stroke"]; }
+  says =
+    "The force makes small {made}, with a stroke of at most {stroke}; a body of {m} meets a bump that lasts {bump}.";
+  snaps = ["stroke"];
   get horizon() { return 1.5; }
   get still() { return 0.07; }
   get pace() { return 0.3; }

@@ -123,11 +123,10 @@ const ENDINGS = {
 };
 
 class Animation extends Mover {
-  get says() {
-    return "The robot {robot} under the {law} for R = {R} starts at {tilt}; its voltage comes {delay} late, and " +
-      "its gyro's noise is {noise}.";
-  }
-  get snaps() { return ["delay"]; }
+  says =
+    "The robot {robot} under the {law} for R = {R} starts at {tilt}; its voltage comes {delay} late, and " +
+    "its gyro's noise is {noise}.";
+  snaps = ["delay"];
   // A run ends with the fall, or long after the last push.
   get horizon() {
     const robot = this.result?.robot;

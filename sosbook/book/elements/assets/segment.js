@@ -5,7 +5,7 @@ import {Mover, number} from "./mover.js";
 const POINTS = 100;
 
 class Segment extends Mover {
-  get says() { return "On the segment of the {plant}, the second vertex weighs {weight}."; }
+  says = "On the segment of the {plant}, the second vertex weighs {weight}.";
   figures = {
     poles: "Poles on the way from one vertex to the other (dots), and here (crosses).",
     right: "Real part of the rightmost pole. Above zero: unstable.",

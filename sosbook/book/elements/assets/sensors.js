@@ -31,9 +31,8 @@ const below = x => {
 };
 
 class Sensors extends Mover {
-  get says() {
-    return "Measured are {p1}, {p2}, {v1}, {v2} {integral}; where no rate is, a filter of {filter} makes one. The load has {J0} to {J1}, the shaft {k0} to {k1}.";
-  }
+  says =
+    "Measured are {p1}, {p2}, {v1}, {v2} {integral}; where no rate is, a filter of {filter} makes one. The load has {J0} to {J1}, the shaft {k0} to {k1}.";
   get horizon() { return SECONDS; }
   get still() { return 0.12; }
   get idles() { return true; }

@@ -8,12 +8,12 @@ const [LEFT, RIGHT, LARGEST] = [52, 288, 42];  // the outer discs, and the size 
 const GROWN = 0.9;                             // rad, of the largest angle
 
 class Shaft extends Mover {
-  get snaps() { return Object.keys(this.data.grids); }
   get horizon() { return this.data.seconds; }
   get pace() { return this.data.pace; }
 
   markup() {
     this.figures = this.data.captions;
+    this.snaps = Object.keys(this.data.grids);
     return super.markup();
   }
 

@@ -29,9 +29,7 @@ function fileOf({file, mark}, lines, words, numbers, K, P) {
 }
 
 class Theorem extends Mover {
-  get says() {
-    return "A gust may move z by at most peak = {peak}, with an input of at most uₘₐₓ = {u_max}.";
-  }
+  says = "A gust may move z by at most peak = {peak}, with an input of at most uₘₐₓ = {u_max}.";
   figures = {
     reach:
       "The farthest that a gust of energy one can move z until t: with the design, and pale without. Dashed: the number peak.",

@@ -7,10 +7,9 @@ import {block, combine, eigenvalues, eye, leastEigenvalue, lyapunov, rightmost, 
 import {Mover, number} from "./mover.js";
 
 class Trust extends Mover {
-  get says() {
-    return "At κ = {kappa}, with {digits} digits of P, the status forgives an eigenvalue of −10 to the power {tolerance}.";
-  }
-  get snaps() { return ["digits"]; }
+  says =
+    "At κ = {kappa}, with {digits} digits of P, the status forgives an eigenvalue of −10 to the power {tolerance}.";
+  snaps = ["digits"];
   figures = {
     rungs: "Four rungs of the ladder, for this P. The proof multiplies integers, so it has no rounding.",
     poles: "The truth: poles of the plant."
