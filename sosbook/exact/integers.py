@@ -226,7 +226,7 @@ class Ball(Integers):
 
     def long(self):
         """See `Mat.long`."""
-        return _above(_length(e.abs_upper() for e in self.m.entries())) + 1
+        return _above(_length(self.m.entries())) + 1
 
     def below(self):
         """See `Mat.below`."""
@@ -249,7 +249,7 @@ class Ball(Integers):
         y = (y.T @ y if y.c < y.r else y @ y.T).m
         for _ in range(3):
             y = y * y
-        root = _length(e.abs_upper() for e in y.entries())
+        root = _length(y.entries())
         for _ in range(4):
             root = root.sqrt()
         return size * min(Fraction(_above(root) + 1, 1 << BALL), 1)
@@ -286,9 +286,9 @@ class Enclosing(Swift):
         return Ball(arb_mat(r, c, flat))
 
 
-def _length(sizes):
-    """The root of the sum of the squares of ``sizes``."""
-    return sum((e * e for e in sizes), arb(0)).sqrt()
+def _length(entries):
+    """A number above the root of the sum of the squares of ``entries``, a ball."""
+    return sum((e * e for e in entries), arb(0)).upper().sqrt()
 
 
 def _above(x):

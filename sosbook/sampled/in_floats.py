@@ -56,7 +56,8 @@ class _Cell:
 
 def norm(x):
     """As large as the text's norm of ``x`` may be, which takes a 16th power."""
-    return np.linalg.norm(x, 2) * max(min(x.shape), 1) ** (1 / 32)
+    size = np.linalg.svd(x, compute_uv=False).max(initial=0.0)  # faster than its norm
+    return size * max(min(x.shape), 1) ** (1 / 32)
 
 
 class Numbers:
