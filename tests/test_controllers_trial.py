@@ -70,7 +70,9 @@ def test_a_proven_step_is_shown_and_is_no_fault():
         assert "proven" in trial.why and trial.asks[0].proven <= c.limits.u_max[0]
         run = c.simulate(2.0, r=[trial.size])
         assert not run.fault.any() and abs(run.u).max() < c.limits.u_max[0]
-    lines = "\n".join(sum((list(x) for _, x in facts_of(c, 60.0)[0]), []))
+    facts = facts_of(c, 60.0)[0]
+    assert facts_of(c, 60.0)[0] is facts  # a report proves no more than a program
+    lines = "\n".join(sum((list(x) for _, x in facts), []))
     assert f"a step of {trial.size:.4g} rad of set point of motor" in lines
     assert all(float(x) < 1000 for x in re.findall(r"([\d.e+]+) %", lines))
 

@@ -1,6 +1,7 @@
 """Text of a program's header: proven, bounded and only simulated facts."""
 
 import re
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,6 +26,12 @@ def facts_of(c, time_limit, step=None):
     ``time_limit``: seconds for the sampled loop's proof.
     """
     trials = steps_of(c, step)
+    return *_facts(c, time_limit, trials), trials
+
+
+@lru_cache(maxsize=4)
+def _facts(c, time_limit, trials):
+    """Columns and proofs of `facts_of`, which a program and its report both have."""
     sampled = c.certify(time_limit=time_limit)
     continuous = getattr(c.certificate, "kind", "") != getattr(sampled, "kind", "")
     words = "gain in continuous time" if continuous else "as designed"
@@ -70,7 +77,6 @@ def facts_of(c, time_limit, step=None):
             ("simulated only", simulated(c, trials)),
         ),
         tuple(proofs),
-        trials,
     )
 
 
