@@ -1,5 +1,7 @@
 """Bisection over round numbers: how far one requirement can be pushed."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ...bisection import narrowed
@@ -253,8 +255,9 @@ def _feasible(design):
     return design is not None and design.status == "feasible"
 
 
+@lru_cache(maxsize=256)
 def certified(design):
-    """True if a design has an exact proof."""
+    """True if a design has an exact proof: an edge asks for what a search has asked."""
     return design.certify().proven
 
 
