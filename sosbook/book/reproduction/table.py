@@ -36,31 +36,14 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Row:
-    """One printed number or claim, and what became of it.
-
-    Parameters
-    ----------
-    chapter : str
-        File of the book's chapter that shows it.
-    item, place : str
-        What, and where in the thesis.
-    printed, ours : str
-        The thesis's number, and the same quantity, computed here.
-    verdict : str
-        A key of `VERDICTS`.
-    why : str
-        Tolerance, reason, or what is missing.
-    claim : str, optional
-        The claim that the row tests, if several rows do or an erratum
-        speaks of it: a claim is counted once.
-    id : str, optional
-        The row's name, which no other row has.
-    kind : str, optional
-        How it was judged: a key of `JUDGES`.
-    tolerance : str, optional
-        How far numbers may be apart, where numbers are compared.
-    assumptions : str, optional
-        What the book takes for what the thesis leaves open.
+    """One printed number or claim, and what became of it: the ``chapter``, a file, that
+    shows it; ``item`` and ``place``, what, and where in the thesis; ``printed`` and
+    ``ours``, the thesis's number and the same quantity, computed here; the ``verdict``,
+    a key of `VERDICTS`, and ``why``: tolerance, reason, or what is missing; the
+    ``claim`` that the row tests, if several rows do or an erratum speaks of it: a claim
+    is counted once; its ``id``, which no other row has; ``kind``, how it was judged, a
+    key of `JUDGES`; the ``tolerance`` where numbers are compared; ``assumptions`` of
+    the book where the thesis leaves something open.
     """
 
     chapter: str

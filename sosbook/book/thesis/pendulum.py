@@ -7,46 +7,21 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class MipPrint:
-    """The mobile inverted pendulum of chapter 4, as printed.
-
-    Parameters
-    ----------
-    constants : dict
-        Known parameters, in SI units, as printed: they don't give a to
-        f, and l isn't printed.
-    body : tuple
-        (4.19): b1, b0, f/c and d/c of (b1 s + b0) / (s^2 + f/c s + d/c).
-    wheels : tuple of tuples
-        (4.23), (4.24): e/a and f/a of either wheel.
-    ratios : dict
-        e/c, f/c, d/c of (4.20) and e/a, f/a of (4.23).
-    spread : float
-        Delta of section 4.2.2 is 1 - spread to 1 + spread.
-    identified : dict
-        I_b, C_m, t_m and I_w, in SI units, as multiples of Delta.
-    letters : dict
-        a to f; of a the nominal, least and greatest value, of e the
-        least and greatest.
-    M, D, S : (4, 2, 2) arrays
-        (4.25). D and S have the opposite sign of (2.1).
-    B : (4, 2, 1) array
-        The printed input matrix.
-    F : (2, 1) array
-        The printed disturbance matrix.
-    C : (2, 3) array
-        The printed output matrix.
-    pd, pid : dict
-        Tables 4.1 and 4.2: [K_P K_D] and [K_P K_D K_I] for each R.
-    lqe : dict
-        Table 4.3: K = [K_P K_D] (1, 3) and L (3, 2) for each R; the
-        state is [theta, theta', phi'].
-    E_1, A_1, B_1, B_w : arrays
-        (4.27): the first vertex without phi. B_1 is vertex 4's.
-    controller, reduced : tuple
-        (4.28) and (4.29), R = 2: for theta' and phi' the gain and the
-        zeros; then the poles.
-    discrete : tuple of arrays
-        (4.30): A, B, C, D at 100 Hz, from [theta', phi'].
+    """The mobile inverted pendulum of chapter 4, as printed. ``constants``: known
+    parameters, in SI units: they don't give a to f, and l isn't printed; ``body``,
+    (4.19): b1, b0, f/c and d/c of (b1 s + b0) / (s^2 + f/c s + d/c); ``wheels``,
+    (4.23), (4.24): e/a and f/a of either; ``ratios``: e/c, f/c, d/c of (4.20) and e/a,
+    f/a of (4.23); ``spread``: Delta of section 4.2.2 is 1 - spread to 1 + spread;
+    ``identified``: I_b, C_m, t_m and I_w, in SI units, as multiples of Delta;
+    ``letters``: a to f, of a the nominal, least and greatest value, of e the least and
+    greatest; ``M``, ``D``, ``S``, (4, 2, 2), of (4.25), D and S with the opposite sign
+    of (2.1), ``B``, (4, 2, 1), ``F``, (2, 1), ``C``, (2, 3); ``pd``, ``pid``, Tables
+    4.1 and 4.2: [K_P K_D] and [K_P K_D K_I] for each R; ``lqe``, Table 4.3: K = [K_P
+    K_D] (1, 3) and L (3, 2) for each R, of the state [theta, theta', phi']; ``E_1``,
+    ``A_1``, ``B_1``, ``B_w``, (4.27): the first vertex without phi, but B_1 is vertex
+    4's; ``controller``, ``reduced``, (4.28) and (4.29), R = 2: for theta' and phi' the
+    gain and the zeros, then the poles; ``discrete``, (4.30): A, B, C, D at 100 Hz, from
+    [theta', phi'].
     """
 
     constants: dict

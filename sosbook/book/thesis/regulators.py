@@ -13,36 +13,15 @@ from ...requirements.pole_region import PoleRegion
 
 @dataclass(frozen=True, eq=False)
 class Example:
-    """An example of section 3.1, as printed.
-
-    Parameters
-    ----------
-    plant : SecondOrderSystem or Polytope
-        The plant of the example.
-    U : (a, n) array
-        Which errors are integrated.
-    region : PoleRegion
-        The D-region; theta is the half-angle.
-    K_P, K_D : (m, n) arrays
-        The printed gains of z and z'.
-    K_I : (m, a) array
-        The printed gain of the integrated errors.
-    closed_loop_poles : array of complex, or None
-        As tabulated; a row per vertex where there are several.
-    open_loop_poles : array of complex, or None
-        The finite ones, likewise.
-    gamma : float, optional
-        H-infinity bound.
-    saturation : Saturation, optional
-        u_max and x(0).
-    K_A : (m, n) array, optional
-        The printed acceleration gain.
-    set_point : (n,) array, optional
-        "Unity set point" of the figures.
-    disturbance : Sine, optional
-        Read as acting on every channel of F (the text doesn't say).
-    t_end : float
-        Seconds; our choice, the figures' axes are not in the text.
+    """An example of section 3.1, as printed: its ``plant``; ``U``, (a, n), which errors
+    are integrated; the D-``region``, whose theta is the half-angle; the printed gains
+    ``K_P`` and ``K_D``, (m, n), of z and z', ``K_I``, (m, a), of the integrated errors,
+    and ``K_A``, (m, n), of z''; ``closed_loop_poles`` and the finite
+    ``open_loop_poles`` as tabulated, a row for each vertex where there are several;
+    ``gamma``, the H-infinity bound; ``saturation``, u_max and x(0); ``set_point``,
+    (n,), the "unity set point" of the figures; ``disturbance``, read as acting on every
+    channel of F (the text doesn't say); ``t_end`` in s, our choice, for the figures'
+    axes are not in the text.
     """
 
     plant: SecondOrderSystem | Polytope
