@@ -17,7 +17,7 @@ KNOWN = (
     ("Theta", "= (A P + B Y) E′"),
     ("EPE", "= E P E′"),
     ("EP, W, C, P, Y", "as in the text"),
-    ("peak", "the slider"),
+    ("peak", "the number in the sentence"),
     ("he(X)", "= X + X′"),
     (".", "mirror image"),
     ("1", "the identity"),
