@@ -266,6 +266,54 @@ def test_a_program_with_moves_runs_as_bounded(c, tmp_path):
         c.set_point(profile=Profile(1.0, 1.0, 1.0, 0.5))
 
 
+MACHINES = {  # heaviest, lightest; K_P, K_D, K_I; filter, T, u_max, way, friction
+    "satellite": ((70, 130), (-12, -60, -0.6), (0.5, 0.1), 0.2, np.pi / 6, 0.004),
+    "slide": ((0.3, 0.5), (-98.1, -9.81, -98.1), (0.01, 0.002), 9.81, 3.0, 0.3),
+}
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.parametrize("name", MACHINES)
+def test_compiled_machines_move_step_and_follow_as_proven(name):
+    """Plants of my own, a tick late: with friction they keep near, without within."""
+    ends, gains, (lag, T), u_max, way, rubs = MACHINES[name]
+    masses = np.linspace(*ends, 3)
+    family = sos.Uncertain(lambda m: sos.SecondOrderSystem(m, 0, 0, 1), m=ends)
+    law = sos.PIDLaw(position=[[1]], integrate=True, filter=lag)
+    names = dict(zip(("K_P", "K_D", "K_I"), ([[x]] for x in gains)))
+    design = sos.analyse_pid(family, names, law=law, region=sos.PoleRegion(0.03))
+    c = design.controller(T=T, delay=T).limit(u_max).watch(stall=1e3 * T)
+
+    def ran(c, r, friction=0.0):
+        program = CompiledCode(c, runs=3)
+        z, v, now, seen = np.zeros(3), np.zeros(3), np.zeros(3), []
+        program.start(z[None])
+        for goal in r:
+            u = program.step(z[None], [goal])[0]
+            seen.append((z - goal, u, z))
+            sticks = (v == 0) & (abs(now) <= friction)
+            force = np.where(sticks, 0, now - friction * np.sign(np.where(v, v, now)))
+            after = v + T * force / masses
+            after = np.where(after * v < 0, 0, after)  # it sticks, and may break loose
+            z, v, now = z + T * (v + after) / 2, after, u
+        assert not program.fault.any()
+        return np.array(seen).transpose(1, 0, 2)
+
+    move = c.motions.move(way, u_max)
+    rest = [way] * round(160 * lag / T)
+    off, u, _ = ran(c, [*move.profile.points(way), *rest])
+    assert abs(off).max() <= move.error.proven and abs(u).max() <= move.effort[0].proven
+    assert move.duration < 1.3 * 2 * np.sqrt(way * ends[1] / u_max)  # by bangs
+    off, u, _ = ran(c, [*move.profile.points(way), *rest], rubs)
+    assert abs(u).max() <= u_max and abs(off[-1]).max() < 0.03 * way
+    soft = c.bounds.weights(0.05, u_max, size=way / 30)
+    *_, z = ran(soft, [way / 30] * len(rest))
+    assert 0.99 < z[-1].min() * 30 / way and z.max() <= 1.05 * way / 30
+    profile = c.motions.limits_for(u_max, way)
+    goals = np.repeat(np.random.default_rng(7).uniform(-way, way, 6), len(rest) // 9)
+    assert abs(ran(c, profile.follow(goals))[1]).max() <= u_max * 0.999
+
+
 def spring(k, m=1.3):
     return sos.SecondOrderSystem(m, 0.05, k, 1, coordinates=["place"])
 
