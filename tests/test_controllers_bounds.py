@@ -82,20 +82,6 @@ def test_ramps_and_steps_of_every_load(bounded):
     assert c.bounds.ramp_for(2.0) == pytest.approx(2.0 / ramp.proven)
 
 
-def test_a_set_point_that_moves_as_it_pleases_asks_no_more(bounded):
-    c, _, ramp, _ = bounded
-    rng = np.random.default_rng(2)
-    for loop in loops(c, LOADS[::3]):
-        x, r, most = np.zeros(len(loop.F)), 0.0, 0.0
-        for tick in range(4000):
-            if tick % 150 == 0:
-                speed = rng.choice([-1.0, 0.0, 1.0])
-            r += speed * T
-            most = max(most, abs(loop.H @ x + loop.direct_r[:, 0] * r)[0])
-            x = loop.F @ x + loop.set_point[:, 0] * r
-        assert 0.1 * ramp.proven < most <= ramp.proven
-
-
 def arm(m):
     """A pendulum upside down on an arm that turns freely: 0.1 to 0.16 kg; N m."""
     r, l, g = 0.12, 0.15, 9.81
