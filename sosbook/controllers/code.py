@@ -78,7 +78,7 @@ def definitions(text):
     lines = [line.strip() for line in _without_comments(text).split("\n")]
     lines = [LINE.fullmatch(line) or _refuse(line) for line in lines if line]
     if not lines:
-        raise ValueError("the text defines nothing")
+        raise ValueError("the text defines nothing: give that of <name>_gains.h")
     guard = lines[0].string.removeprefix("#ifndef ")
     prefix, given = guard.removesuffix("GAINS_H"), {}
     for line in lines[1:-1]:

@@ -43,7 +43,9 @@ class Steering:
 
     def __post_init__(self):
         if not isinstance(self.firmware, Firmware):
-            raise ValueError("firmware must be a Firmware")
+            raise ValueError(
+                f"firmware must be a Firmware, got {type(self.firmware).__name__}"
+            )
         object.__setattr__(self, "K", matrix("K", self.K, (1, 3)))
         if self.K[0, 2] == 0:
             raise ValueError("K's last entry, of the sum, is zero: nothing unwinds it")

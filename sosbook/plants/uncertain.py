@@ -364,7 +364,8 @@ class Uncertain:
         ([0.0, 0.0, 1.0], 6)
         """
         if unknown := pieces.keys() - set(self.box.names):
-            raise ValueError(f"{sorted(unknown)[0]!r} is no parameter")
+            named = ", ".join(self.box.names)
+            raise ValueError(f"{min(unknown)!r} is no parameter: {named} are")
         cells = {name: whole(name, n, 1) for name, n in pieces.items()}
         other = self.within(self.box)
         other.pieces = self.pieces | cells
