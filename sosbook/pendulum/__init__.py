@@ -11,31 +11,8 @@ from .robot import Robot
 from .simulator import Drivetrain, Push, Run, Sensors, simulate
 from .spread import polytope, reduced, triangles, vertices
 
-__all__ = [
-    "FAULTS",
-    "PD_SIGNALS",
-    "PID_SIGNALS",
-    "R_G",
-    "V_MAX",
-    "Controller",
-    "Deployment",
-    "Drivetrain",
-    "Firmware",
-    "Gain",
-    "Mip",
-    "Push",
-    "Robot",
-    "Run",
-    "SampledLaw",
-    "SampledLoop",
-    "Sensors",
-    "deploy",
-    "largest_tilt",
-    "lowest_rate",
-    "polytope",
-    "recommend",
-    "reduced",
-    "simulate",
-    "triangles",
-    "vertices",
-]
+__all__ = ["FAULTS", "PD_SIGNALS", "PID_SIGNALS", "R_G", "V_MAX", "Controller",
+           "Deployment", "Drivetrain", "Firmware", "Gain", "Mip", "Push", "Robot",
+           "Run", "SampledLaw", "SampledLoop", "Sensors", "deploy", "largest_tilt",
+           "lowest_rate", "polytope", "recommend", "reduced", "simulate", "triangles",
+           "vertices"]  # fmt: skip

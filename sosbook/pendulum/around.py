@@ -10,26 +10,19 @@ from .boards import fill, place
 #: The template of each file, and its numbers, which are a robot's.
 FILES = {
     "rc_{0}.c": ("rc_balance.c", "BOARD_MOUNT_ANGLE COUNTS"),
-    "rc_robot.h": (
-        "rc_robot.h",
-        "V_NOMINAL V_LOW V_HIGH RATE_HZ MOTOR_CHANNEL MOTOR_POLARITY ENCODER_CHANNEL "
-        "ENCODER_POLARITY",
-    ),
-    "pyctrl_{0}.py": (
-        "pyctrl_balance.py",
-        "T STEERS MOUNT BATTERY COUNTS THEIRS MOTOR_POLARITY ENCODER_POLARITY",
-    ),
+    "rc_robot.h": ("rc_robot.h", "V_NOMINAL V_LOW V_HIGH RATE_HZ MOTOR_CHANNEL "
+                   "MOTOR_POLARITY ENCODER_CHANNEL ENCODER_POLARITY"),
+    "pyctrl_{0}.py": ("pyctrl_balance.py", "T STEERS MOUNT BATTERY COUNTS THEIRS "
+                      "MOTOR_POLARITY ENCODER_POLARITY"),
     "ros_{0}/ros_{0}.py": ("ros_balance.py", "NODE RADIUS PER_RADIAN"),
     "ros_{0}/package.xml": ("package.xml", ""),
     "ros_{0}/CMakeLists.txt": ("CMakeLists.txt", ""),
     "{0}_sketch/{0}_sketch.ino": ("balance_sketch.ino", "TURN"),
     "{0}_sketch/platformio.ini": ("platformio.ini", ""),
     "{0}_sketch/robot_io.h": ("robot_io.h", ""),
-    "{0}_sketch/robot_io.cpp": (
-        "robot_io.cpp",
-        "COUNTS EDGES SEEN SUPPLY GYRO_STEP GYRO_RANGE",
-    ),
-}
+    "{0}_sketch/robot_io.cpp": ("robot_io.cpp", "COUNTS EDGES SEEN SUPPLY GYRO_STEP "
+                                "GYRO_RANGE"),
+}  # fmt: skip
 VALUE = re.compile(r'(?:[-+0-9.eEfFxXABCD{}(), /]|TURN|"[a-z]\w*")+')
 
 

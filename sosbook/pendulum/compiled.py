@@ -20,14 +20,6 @@ class Compiled:
     temporary one without it; ``flags``: the compiler's; ``runs``: how many robots stand
     side by side. Raises ValueError as for `Program`, FileExistsError if the folder has
     other files of these names, RuntimeError if there is no compiler, or it refuses.
-
-    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, SampledLaw
-    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
-    >>> controller = Compiled(Firmware(SampledLaw.of_gain(gain, 0.01)))
-    ... # doctest: +SKIP
-    >>> controller.start(tilt=0.1)            # doctest: +SKIP
-    >>> controller.step(gyro=0.0, wheels=0.0).round(3)  # doctest: +SKIP
-    array([2.])
     """
 
     def __init__(self, firmware, precision="double", folder=None, flags=FLAGS, runs=1):

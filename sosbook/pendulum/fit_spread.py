@@ -143,16 +143,11 @@ class FitSpread:
         return Uncertain.of(middle, **changes).polytope()
 
     def _moved(self, mip, c, e, f, I_w):
+        moved = {"c": c, "e": e, "f": f, "I_w": I_w}
+        moved = {name: getattr(mip, name) * (1 + x) for name, x in moved.items()}
         more = 2 * mip.I_w * I_w
-        return replace(
-            mip,
-            a=mip.a + more,
-            c=mip.c * (1 + c),
-            e=mip.e * (1 + e),
-            f=mip.f * (1 + f),
-            I_w=mip.I_w * (1 + I_w),
-            J=mip.J + more if mip.J else 0.0,
-        )
+        J = mip.J + more if mip.J else 0.0
+        return replace(mip, a=mip.a + more, J=J, **moved)
 
     def places(self, moved):
         """The places (..., 4) along the axes of points ``moved`` (..., 4).

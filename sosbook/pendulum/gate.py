@@ -52,15 +52,12 @@ class Inspection:
     def refusal(self):
         """Why these logs give no program, one reason a line."""
         lines = [f"- {f}" for f in refused(self.findings)]
-        more = (
-            ""
-            if self.identified is None
-            else (
-                "\nIf all this is right, force=True (--force) goes on with "
-                "them, and the program says so"
+        if self.identified is not None:
+            lines.append(
+                "If all this is right, force=True (--force) goes on with them, and the "
+                "program says so"
             )
-        )
-        return "these logs give no program:\n" + "\n".join(lines) + more
+        return "\n".join(["these logs give no program:", *lines])
 
 
 def _rubbing(identified, body, wheels, robot, findings):

@@ -106,14 +106,8 @@ class SampledLaw:
         K_I = K[0, 4]
         if K_I == 0:
             raise ValueError("K's last entry, K_I, is zero: leave it out")
-        return cls(
-            [[1]],
-            [[0, T, 0, 0]],
-            K[:, 4:],
-            K[:, :4],
-            T,
-            W=[[T / (tracking_time * K_I)]],
-        )
+        W = [[T / (tracking_time * K_I)]]
+        return cls([[1]], [[0, T, 0, 0]], K[:, 4:], K[:, :4], T, W)
 
     @classmethod
     def appendix_b(cls, gain, T):
@@ -132,15 +126,8 @@ class SampledLaw:
         """
         K, T = pendulum_gain(gain), positive("T", T)
         K_I = K[0, 4] if K.shape[1] == 5 else 0.0
-        rates = [0, 0], K[0, 2:4]
-        return cls(
-            [[1, 0], [T, 1]],
-            [[0, 0, 0, K_I], np.append([0, 0], K[0, :2])],
-            [[0, T]],
-            [np.concatenate(rates)],
-            T,
-            start=[0, K[0, 0] / T],
-        )
+        A, B = [[1, 0], [T, 1]], [[0, 0, 0, K_I], [0, 0, *K[0, :2]]]
+        return cls(A, B, [[0, T]], [[0, 0, *K[0, 2:4]]], T, start=[0, K[0, 0] / T])
 
     @classmethod
     def of_controller(cls, controller, T, W=None, start=None):

@@ -12,15 +12,8 @@ from ..sampled.system import SampledSystem
 from .law import PD_SIGNALS, SampledLaw
 from .model import Mip
 
-__all__ = [
-    "SENSING",
-    "SampledLoop",
-    "held",
-    "loop_radius",
-    "lowest_rate",
-    "peak_sensitivity",
-    "sensing",
-]
+__all__ = ["SENSING", "SampledLoop", "held", "loop_radius", "lowest_rate",
+           "peak_sensitivity", "sensing"]  # fmt: skip
 
 #: What the law is given for [theta, phi, theta', phi'].
 SENSING = ("exact", "differenced", "raw", "firmware")

@@ -8,6 +8,7 @@ import numpy as np
 from ..plants.checks import finite, positive
 from ..plants.gain import Gain
 from ..runtime.writing import write_texts
+from . import tuning
 from .drive import Drive
 from .facts import facts
 from .firmware import Firmware
@@ -20,17 +21,6 @@ from .robot import Robot
 from .sensors import Sensors
 from .spread import polytope, triangles, vertices
 from .steering_design import SteeringDesign
-from .tuning import (
-    U,
-    design,
-    fall_time,
-    loops,
-    prove,
-    prove_sampled,
-    prove_varying,
-    recoverable_tilt,
-    timed,
-)
 from .written import check, texts
 
 __all__ = ["Deployment"]
@@ -82,7 +72,7 @@ class Deployment:
         """Fill in the defaults and check the numbers."""
         Q = np.eye(5) if self.Q is None else np.asarray(self.Q, float)
         object.__setattr__(self, "Q", np.diag(Q) if Q.ndim == 1 else Q)
-        robot = timed(self.robot or Robot.shipped("thesis"), self.mip)
+        robot = tuning.timed(self.robot or Robot.shipped("thesis"), self.mip)
         object.__setattr__(self, "robot", robot)
         if self.cells is None:
             many = FIT_CELLS if isinstance(self.spread, FitSpread) else MOST_CELLS
@@ -95,7 +85,7 @@ class Deployment:
             value = finite(name, getattr(self, name))
             if value < 0:
                 raise ValueError(f"{name} must be 0 or more, in {unit}, got {value!r}")
-        tilt = recoverable_tilt(self.mip, robot.limit)
+        tilt = tuning.recoverable_tilt(self.mip, robot.limit)
         if tilt < LEAST_TILT:
             raise ValueError(
                 f"the motors are too weak: {robot.limit:g} V can bring the robot "
@@ -111,7 +101,7 @@ class Deployment:
         The latter is of the robot in the middle; of it the sampled loops alone are
         proven.
         """
-        return design(
+        return tuning.design(
             self.mip, self.robot, self.spread, self.Q, self.R, self.peak, self.gears
         )
 
@@ -124,8 +114,8 @@ class Deployment:
         """
         if self.optimal:
             return None
-        plants = polytope(self.mip, self.spread)
-        return prove(plants, U, self.robot, self.certificate.K, self.decay)
+        plants, K = polytope(self.mip, self.spread), self.certificate.K
+        return tuning.prove(plants, tuning.U, self.robot, K, self.decay)
 
     @property
     def optimal(self):
@@ -165,7 +155,7 @@ class Deployment:
         A dict from the delay in s to a tuple of `SampledLoop`, with the
         firmware's own sensing.
         """
-        return loops(self.robots, self.law, self.robot)
+        return tuning.loops(self.robots, self.law, self.robot)
 
     @property
     def radius(self):
@@ -185,7 +175,7 @@ class Deployment:
         counts; not proven.
         """
         robot = self.robot
-        seconds = max(RESCUE_SECONDS, RESCUE * fall_time(self.mip))
+        seconds = max(RESCUE_SECONDS, RESCUE * tuning.fall_time(self.mip))
         asked = self.robots, Firmware.of(self.law, robot), seconds, robot.tip
         how = dict(rounds=2, delay=robot.delay, substeps=4)
         tilts = largest_tilt(*asked, sensors=Sensors(counts=robot.counts), **how)
@@ -212,7 +202,7 @@ class Deployment:
         if self.varying:
             return {(0.0, self.robot.delay): self.varying}
         parts, controller = triangles(self.mip, self.spread), self._controller
-        return prove_sampled(parts, controller, self.robot, self.cells)
+        return tuning.prove_sampled(parts, controller, self.robot, self.cells)
 
     @cached_property
     def varying(self):
@@ -224,8 +214,9 @@ class Deployment:
         """
         if not self.patience:
             return ()
-        parts, limit = triangles(self.mip, self.spread), self.patience
-        return prove_varying(parts, self._controller, self.robot, self.cells, limit)
+        parts = triangles(self.mip, self.spread)
+        asked = self._controller, self.robot, self.cells, self.patience
+        return tuning.prove_varying(parts, *asked)
 
     @cached_property
     def varying_robots(self):
@@ -236,7 +227,7 @@ class Deployment:
         if self.varying or not self.optimal:
             return ()
         plants = [mip.plant() for mip in self.robots]
-        return prove_varying(plants, self._controller, self.robot, self.cells)
+        return tuning.prove_varying(plants, self._controller, self.robot, self.cells)
 
     @cached_property
     def steering(self):
@@ -305,16 +296,13 @@ class Deployment:
         """
         K = self.design.K[:, :4] if self.optimal else self.law.D
         law = SampledLaw.of_gain(Gain(K * [1, 0, 1, 0], PD_SIGNALS), self.robot.T)
-        return Firmware.of(
-            law.noted(
-                "For the stand, wheels in the air, to check signs: the "
-                "gains of theta and theta' alone. It doesn't balance.",
-                f"robot: {self.robot.words}",
-            ),
-            self.robot,
-            limit=min(BENCH_VOLTS, self.robot.limit),
-            compensation=0.0,
+        law = law.noted(
+            "For the stand, wheels in the air, to check signs: the gains of theta and "
+            "theta' alone. It doesn't balance.",
+            f"robot: {self.robot.words}",
         )
+        limit = min(BENCH_VOLTS, self.robot.limit)
+        return Firmware.of(law, self.robot, limit=limit, compensation=0.0)
 
     @property
     def drive(self):

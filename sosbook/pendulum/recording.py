@@ -114,14 +114,8 @@ def board_files(folder, robot, note):
     the ``note`` say where they come from. It returns a dict from the files'
     names to their texts.
     """
-    setting = next(
-        (
-            k
-            for k, full in enumerate(GYRO_RANGES)
-            if radians(full) > 0.99 * robot.gyro_range
-        ),
-        len(GYRO_RANGES) - 1,
-    )
+    enough = [radians(full) > 0.99 * robot.gyro_range for full in GYRO_RANGES]
+    setting = [*enough[:-1], True].index(True)
     seen = min(robot.edges, 2)  # of a period, with an interrupt on one channel
     values = {
         "COUNTS": f"{robot.counts:.12g}",

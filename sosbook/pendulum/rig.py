@@ -144,16 +144,9 @@ def gear_motors():
     M_b, l, r, M_w = (robot[x] for x in ("M_b", "l", "r", "M_w"))
     J = 2 * GEARS**2 * ROTOR
     double = M_w * r**2 + J  # 2 I_w: two discs and two rotors
-    return Mip(
-        a=r**2 * (M_b + 2 * M_w) + double,
-        b=M_b * l * r,
-        c=1.4 * M_b * l**2 + J,
-        d=M_b * GRAVITY * l,
-        e=2 * STALL_TORQUE / STALL_VOLTS,
-        f=2 * STALL_TORQUE / FREE_SPEED,
-        I_w=double / 2,
-        J=J,
-    )
+    a, b, c = r**2 * (M_b + 2 * M_w) + double, M_b * l * r, 1.4 * M_b * l**2 + J
+    e, f = 2 * STALL_TORQUE / STALL_VOLTS, 2 * STALL_TORQUE / FREE_SPEED
+    return Mip(a, b, c, M_b * GRAVITY * l, e, f, I_w=double / 2, J=J)
 
 
 def shipped(name):

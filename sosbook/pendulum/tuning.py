@@ -23,17 +23,8 @@ from .rest import QUIET_SHARE, volts_at_rest
 from .robot import WAITS
 from .spread import polytope, vertices
 
-__all__ = [
-    "DELAY_SHARES",
-    "design",
-    "fall_time",
-    "peak_of",
-    "prove",
-    "prove_sampled",
-    "prove_varying",
-    "recoverable_tilt",
-    "timed",
-]
+__all__ = ["DELAY_SHARES", "design", "fall_time", "peak_of", "prove", "prove_sampled",
+           "prove_varying", "recoverable_tilt", "timed"]  # fmt: skip
 
 U = [[0, 1]]  # integrate phi
 DELAY_SHARES = (0.0, 0.5, 1.0)  # of the largest delay, at which a loop is looked at
