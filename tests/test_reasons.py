@@ -208,3 +208,14 @@ def test_a_pole_that_breaks_what_is_asked_is_named_where_time_is_over(vertices, 
         calm, np.zeros((1, 2 * n)), search=sos.Search(time_limit=1e-6)
     )
     assert calm.status == "undecided" and "pole" not in calm.reason
+
+
+def test_a_reason_names_a_plant_of_ranges_by_its_parameters():
+    pendulums = sos.Uncertain(
+        lambda s: sos.SecondOrderSystem(0.3, 0.1, 1, s), s=(0, 9.81)
+    )
+    refused = sos.design_pid(pendulums, region=sos.PoleRegion(sigma=0.3))
+    assert "mode of the plant with s = 0 at" in refused.reason
+    several = sos.Polytope(list(pendulums.vertices))
+    refused = sos.design_pid(several, region=sos.PoleRegion(sigma=0.3))
+    assert "mode of vertex 1 at" in refused.reason

@@ -1,5 +1,6 @@
 """Plants as plain data, and back again: as proof files have them, or people write."""
 
+from ..exact.checker.families import vertex_words
 from ..exact.rational import decimal, decimals, read_array, read_number
 from ..runtime.sparse import issparse
 from .checks import as_written
@@ -24,6 +25,21 @@ def plant_data(plant):
     part = plant.reduction
     part = {} if part is None else {"reduced": [part.kept, part.of]}
     return _whole_data(plant) | states_data(plant) | part
+
+
+def vertex_place(plant, k):
+    """The vertex ``k`` of a ``plant`` in words: by the values of its parameters, if it
+    has some and is a corner of their ranges; nothing where there is one vertex.
+
+    >>> family = Uncertain(lambda s: SecondOrderSystem(1, 1, 1, s), s=(0, 10))
+    >>> vertex_place(family.polytope(), 1)
+    'the plant with s = 10'
+    """
+    many, family = len(plant.vertices), plant.family
+    if many == 1:
+        return ""
+    data = {} if family is None else plant_data(plant)
+    return vertex_words(data, k + 1, many).replace("the vertex", "vertex")
 
 
 def _whole_data(plant):

@@ -7,6 +7,7 @@ from time import monotonic
 import numpy as np
 
 from ..exact.definite import round_digits
+from ..plants.as_data import vertex_place
 from ..plants.descriptor_system import DescriptorSystem
 from ..runtime.time_limit import (
     LONGEST,
@@ -202,7 +203,7 @@ def refused_alone(request, k):
     if found is None:
         return None
     so = ", and so for every slack scalar" if request.coupling.own_P else ""
-    text = f"At vertex {k + 1} alone{so}: {found.reason}"
+    text = f"At {vertex_place(request.plant, k)} alone{so}: {found.reason}"
     return replace(found, request=request, frame=None, multipliers=None, reason=text)
 
 
@@ -257,8 +258,8 @@ def _by_input(case):
     request, proof = case.request, refuse_by_input(case.request, search)
     if proof is None:
         return None
-    many = len(request.vertices) > 1
-    where = f" of vertex {proof.place + 1}" if many else ""
+    of = vertex_place(request.plant, proof.place)
+    where = f" of {of}" if of else ""
     bound = input_bound(request)
     text = (
         f"By these LMIs {bound.parameter.key} = {bound.bound:g} is too small to move "

@@ -17,6 +17,7 @@ from ..language import Unknown, he
 from ..lmi.problem import LMIProblem
 from ..lmi.proofs import LMIProof
 from ..lmi.text import LMIText
+from ..plants.as_data import vertex_place
 from ..plants.checks import matrix, rank_deficient
 from ..plants.kinds import SecondOrderPlant, checked_plant
 from ..plants.second_order import Polytope
@@ -195,7 +196,8 @@ def _selections(plant):
 def _check_stabilisable(plant):
     """Raise where a vertex has an unstable mode that no gain moves."""
     for k, v in enumerate(plant.vertices):
-        where = f" at vertex {k + 1}" if len(plant.vertices) > 1 else ""
+        at = vertex_place(plant, k)
+        where = f" at {at}" if at else ""
         fixed = refuse_by_mode(Request(v, K_A=_regular(v)))
         at_rest = rank_deficient(np.hstack([v.S, v.B]))
         if at_rest or fixed is not None:

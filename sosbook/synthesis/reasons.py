@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ..plants.as_data import vertex_place
+
 MOST_MODES_NAMED = 4  # in a reason
 NO_COMMON_P = "There is no common P in this form of the rows."
 MOST_STATES = 20  # up to which it pays to prove how far multipliers reach
@@ -93,7 +95,8 @@ def pole_seen(request):
                 s = complex(s.real, abs(s.imag))
                 place = f"{listed(np.array([s]))} rad/s"
                 place = place if request.step is None else request.claims.place(s)
-                where = f" of vertex {k + 1}" if len(request.vertices) > 1 else ""
+                of = vertex_place(request.plant, k)
+                where = f" of {of}" if of else ""
                 words = f"In floats a pole{where} at {place} breaks "
                 worst = beyond.max(), f"{words}{r.words or r.name}."
     return worst[1]

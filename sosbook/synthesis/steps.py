@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ..plants.as_data import vertex_place
 from ..runtime.later import later
 from .payments import NOT_PAID
 from .request import Request
@@ -116,9 +117,8 @@ def by_mode(case):
     if proof is None:
         return None
     i, j = (k + 1 for k in proof.place)
-    where = (
-        f" of vertex {i}" if i == j else f" halfway between the vertices {i} and {j}"
-    )
+    of = vertex_place(request.plant, i - 1)
+    where = f" of {of}" if i == j else f" halfway between the vertices {i} and {j}"
     where = "" if len(request.vertices) == 1 else where
     whose = "This gain leaves" if request.plant.m else "This loop has"
     if isinstance(proof, GrowingRefusal):
