@@ -81,3 +81,103 @@ def test_what_is_not_seen_and_what_is_missing_is_said():
     for given in (dict(), dict(Q_F=np.eye(4), region=REGION)):
         with pytest.raises(ValueError, match="give"):
             sos.design_observer(blind, [[0, -2]], **given)
+
+
+def drive(unit, force):
+    """A motor, a shaft and a load that is known to 30 %; one encoder, on the motor."""
+
+    def builder(J):
+        M, D = np.diag([0.0025, J]) * unit, [[0.011, -0.01], [-0.01, 0.01]]
+        S = [[20, -20], [-20, 20]]
+        return sos.SecondOrderSystem(M, D, S, [[force], [0]], np.eye(2))
+
+    return sos.Uncertain(builder, J=(0.003 / unit, 0.0045 / unit))
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+@pytest.mark.parametrize(
+    "unit, force, load", [(1, 1, True), (0.3, 9.81, [[0], [0], [0.3], [9.81]])]
+)
+def test_a_load_that_stays_is_estimated_and_leaves_no_error(unit, force, load, reduced):
+    """Rest: x = -A^-1 B_d d of plant and observer, written out for other loads J."""
+    plants = drive(unit, force)
+    large = sos.Saturation(20 / force, [1, 1, 0, 0])
+    K = sos.design_pid(plants, region=sos.PoleRegion(8), saturation=large).K
+    seen = np.array([[1.0, 0, 0, 0]])
+    ask = dict(region=sos.PoleRegion(sigma=15), C=seen, reduced=reduced)
+    for given, q in ((load, 5), (None, 4)):
+        found = sos.design_observer(plants, K, disturbance=given, **ask)
+        assert found.status == "feasible" and found.certify().proven
+        c = found.controller()
+        assert c.nstates == q - reduced and bool(np.any(c.D)) == reduced
+        for J in np.linspace(
+            *(float(x[0]) for x in (plants.box.low, plants.box.high)), 5
+        ):
+            (d,) = sos.plants.descriptors(plants.at(J=J))
+            A, B, W = d.state_space()
+            rows = [[A + B @ c.D @ seen, B @ c.C], [c.B @ seen, c.A]]
+            loop = np.block(rows)
+            assert np.linalg.eigvals(loop).real.max() < 0
+            push = np.vstack([W @ [[0.3], [1]], np.zeros((len(c.A), 1))])
+            rest = -np.linalg.solve(loop, push)
+            still = abs(rest[0, 0]) < 1e-7 * abs(rest[:4]).max()
+            assert still == (given is not None)
+
+
+def test_the_poles_of_an_observer_of_loads_are_apart():
+    """Of one plant: those of A + B K, and those of the error, where they were asked."""
+    plant = drive(0.3, 9.81).at(J=0.011)
+    K = sos.design_lqr(plant, np.eye(4), [[0.1]]).K
+    (d,) = sos.plants.descriptors(plant)
+    A, B, _ = d.state_space()
+    region = sos.PoleRegion(sigma=12, rho=300)
+    for reduced in (False, True):
+        found = sos.design_observer(
+            plant, K, region=region, C=[[1, 0, 0, 0]], disturbance=True, reduced=reduced
+        )
+        rest = list(found.poles())
+        for s in np.linalg.eigvals(A + B @ K):
+            rest.remove(min(rest, key=lambda x: abs(x - s)))
+        assert len(rest) == len(found.L) and region.contains(np.array(rest))
+    r = found.simulate(np.linspace(0, 60, 4), w=sos.Step([2.0, 0]))
+    assert abs(r.z[0, -1]) < 1e-6 and np.isclose(r.estimate[-1, -1] * 9.81, 2)
+    assert np.allclose(r.estimate[:4, -1], r.x[:, -1], atol=1e-6)
+    code = found.loop.at(T=1e-3).controller
+    assert code.certify().proven and len(code.A) == 4
+
+
+def test_a_load_at_ticks_leaves_no_error():
+    F, G = np.array([[1, 0.05], [0, 0.98]]), np.array([[0], [0.05]])
+    axis = sos.DescriptorSystem(np.eye(2), F, G, G, C=[[1, 0]], dt=0.05)
+    K = sos.design_lqr(axis, np.eye(2), [[0.1]]).K
+    disk = sos.LMIRegion.disk(0.6)
+    found = sos.design_observer(axis, K, region=disk, disturbance=True)
+    c, x, s = found.controller(), np.zeros((2, 1)), np.zeros((3, 1))
+    assert found.certify().proven and c.dt == 0.05
+    for _ in range(600):
+        u, s, y = c.C @ s, c.A @ s + c.B @ (axis.C @ x), axis.C @ x
+        x = F @ x + G @ (u + 9.81)
+    assert abs(y) < 1e-9 and np.isclose(s[-1], 9.81)
+
+
+@pytest.mark.parametrize(
+    "more, words",
+    [
+        (dict(region=REGION, disturbance=np.zeros((3, 0))), "has no column"),
+        (dict(region=REGION, disturbance=[[1], [0]]), "disturbance has 2 rows"),
+        (dict(region=REGION, disturbance=[[1], [0], [0]]), "no u keeps what"),
+        (dict(region=REGION, reduced=1), "reduced must be True or False"),
+        (dict(region=REGION, C=np.eye(3), reduced=True), "all of the state"),
+        (dict(region=REGION, C=np.ones((2, 3)), reduced=True), "depend on each other"),
+        (dict(Q_F=np.eye(6), R_F=np.eye(2), reduced=True), "need a region"),
+    ],
+)
+def test_what_an_observer_of_loads_cannot_do_is_said(more, words):
+    B = np.array([[0], [0], [1.0]])
+    plant = sos.DescriptorSystem(np.eye(3), A, B, B, C=SEEN)
+    with pytest.raises(ValueError, match=words):
+        sos.design_observer(plant, [[0, 0, -1]], **more)
+    if words.endswith("region"):
+        found = sos.design_observer(plant, [[0, 0, -1]], region=REGION, reduced=True)
+        with pytest.raises(ValueError, match="observer of x alone"):
+            found.analyse()

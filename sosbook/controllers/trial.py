@@ -16,16 +16,8 @@ SHARE = 0.1  # of the limit, that a load asks
 
 @dataclass(frozen=True)
 class Trial:
-    """A step of a set point that is shown, or a load.
-
-    Parameters
-    ----------
-    size : float
-        In the unit of the set point or of the disturbance.
-    why : str
-        Which size that is.
-    asks : tuple of Bounded
-        What the step of a set point asks each output; empty where there is no bound.
+    """A step of a set point that is shown, or a load: its ``size`` in the unit of that,
+    ``why`` it has it, and what it ``asks`` each output, a tuple of `Bounded`.
     """
 
     size: float

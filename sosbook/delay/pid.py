@@ -11,7 +11,7 @@ from ..plants.checks import matrix
 from ..plants.kinds import SecondOrderPlant
 from ..runtime.array_like import ArrayLike
 from ..runtime.threads import one_thread
-from ..synthesis.slack import in_pieces
+from ..synthesis.families import in_pieces
 from .design import DelayDesign
 from .request import DelayedLoop, DelayRequest, check_loop
 from .rising import solve_rising

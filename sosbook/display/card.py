@@ -23,31 +23,11 @@ def card(
     sentences=(),
     axis="poles, rad/s",
 ):
-    """HTML of a result; needs no other file, script or library.
-
-    Parameters
-    ----------
-    name : str
-        What it is.
-    status : str
-        The verdict.
-    rows : sequence of (k,) array_like
-        Poles of each vertex, in rad/s; without them there is no picture.
-    region : Region, optional
-        What was asked of the poles; drawn beneath them.
-    gains : sequence of (str, array)
-        Matrices and their names.
-    margins : dict, optional
-        The smallest eigenvalue of each block, by its name.
-    sentences : sequence of str
-        Paragraphs at the end.
-    axis : str
-        What stands below the picture.
-
-    Returns
-    -------
-    str
-        All that comes from outside is escaped.
+    """HTML of a result, which needs no other file, script or library: ``name``, verdict
+    ``status``, ``gains`` (name and matrix each), ``margins`` by block, and
+    ``sentences`` at the end. ``rows``, poles of each vertex in rad/s, make a picture
+    over the ``region`` that was asked, with ``axis`` below it. All that comes from
+    outside is escaped.
     """
     state = status if status in STATUS_MARKS else "undecided"
     parts = [pole_map(rows, region, axis)] if len(rows) else []

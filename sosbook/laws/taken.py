@@ -32,21 +32,13 @@ def law_of(U, law):
 
 
 def taken(plant, K, law=None, U=None):
-    """(law, K): the law that K brings along, or the one given, and its numbers.
+    """(``law``, ``K``): the law that K brings along, or the one given, else `FullState`
+    with the integrals of ``U``, and its numbers. A design and an `ObserverDesign` have
+    a law of their own; a StateSpace of continuous time is a `DynamicLaw` whose sensors
+    are found by the names of its inputs, and without states a gain of the plant's
+    state. Anything else is handed on. Raises ValueError if names are missing or are
+    none of the ``plant``'s, or K has a clock.
 
-    Without either it is `FullState`, which integrates ``U``.
-
-    A design and an `ObserverDesign` have a law of their own; a StateSpace
-    of continuous time is a `DynamicLaw` whose sensors are found by the names of its
-    inputs, and without states a gain of the plant's state. Anything else is handed on.
-
-    Raises
-    ------
-    ValueError
-        If names are missing or are none of the ``plant``'s, or K has a clock.
-
-    Examples
-    --------
     >>> import control
     >>> import sosbook as sos
     >>> cart = sos.SecondOrderSystem(1, 0, 0, 1, coordinates=["place"])

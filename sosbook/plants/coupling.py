@@ -24,23 +24,13 @@ from .hull import quotient_in_hull
 
 @dataclass(frozen=True)
 class Coupling:
-    """One way to couple the plants; each subclass has a word in `BY_WORD`.
-
-    Attributes
-    ----------
-    one_P, own_P : bool
-        Whether all plants share one unknown P; whether each vertex has its own, beside
-        a slack matrix V. Neither, where a known gain is proven with multipliers.
-    between : bool
-        Whether the blocks speak of the plants between the vertices, too.
-    chooses : bool
-        Whether it is settled later which coupling it is.
-    scope : str
-        Whether a proof speaks of constant plants alone, or of changing ones, too.
-    unknown_words : str
-        What messages call its unknowns.
-    slack : float or None
-        The scalar of the slack LMIs, where there is one.
+    """One way to couple the plants; each subclass has a word in `BY_WORD`. Either all
+    plants share an unknown P (``one_P``), or each vertex has its own beside a slack
+    matrix V (``own_P``), or neither: a known gain is proven with multipliers.
+    ``between``: the blocks speak of the plants between the vertices, too; ``chooses``:
+    which coupling it is, is settled later; ``scope``: of constant plants alone, or of
+    changing ones; ``unknown_words``: for messages; ``slack``: the scalar of the slack
+    LMIs, or None.
     """
 
     one_P: ClassVar[bool] = False

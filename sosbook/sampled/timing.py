@@ -28,14 +28,8 @@ class TimeBox:
 
     @classmethod
     def of(cls, T, delay):
-        """The box of a T and a delay, each a number or two ends of a range.
-
-        Raises ValueError if they are bad.
-
-        Examples
-        --------
-        >>> TimeBox.of((0.1, 0.2), 0).T
-        (1/10, 1/5)
+        """The box of a ``T`` and a ``delay``, each a number or two ends; a ValueError
+        of bad ones.
         """
         (short, long), (early, late) = _ends("T", T), _ends("delay", delay)
         first, last = SampleTiming.of(short, early), SampleTiming.of(long, late)

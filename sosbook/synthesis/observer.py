@@ -8,7 +8,7 @@ import numpy as np
 
 from ..lmi.solution import LMISolution
 from ..plants.checks import matrices_of, matrix
-from ..plants.descriptor import Descriptor, mean_descriptor
+from ..plants.descriptor import mean_descriptor
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.gain import gain_of
 from ..plants.kinds import Plant, checked_plant
@@ -21,6 +21,7 @@ from ..solver.loop import Unbounded
 from .error_loop import vertices_of
 from .feasibility import FROM_STATES
 from .observer_design import ObserverDesign
+from .observer_model import ObserverModel, loads_of
 from .observer_problem import ObserverProblem
 from .pid import design_pid
 from .riccati_point import bound_of, riccati_observer
@@ -55,6 +56,8 @@ def design_observer(
     region: Region | None = None,
     C: ArrayLike | None = None,
     B_w: ArrayLike | Sequence[ArrayLike] | None = None,
+    disturbance: ArrayLike | bool | None = None,
+    reduced: bool = False,
     time_limit: float = USUAL.time_limit,
 ) -> ObserverDesign:
     """Design an observer for a known state feedback (Theorem 2.5), or by its poles.
@@ -80,6 +83,13 @@ def design_observer(
         Where the noise of the cost (2.44) enters; the plant's own without it, or E
         where the plant has none: then tr J bounds the sum of the variances of the
         error. Of one plant L doesn't depend on it, only the bound does.
+    disturbance : (N, p) array_like or True, optional
+        With a ``region``: where loads enter E x' that stay constant. They are
+        estimated, too, and u cancels them: in a stable loop what is measured comes to
+        rest at zero, if the loads are as many. True: one beside each input.
+    reduced : bool
+        With a ``region``: whether the sensors are believed, and only the rest of the
+        state is estimated. Then u jumps with y.
     time_limit : float
         Seconds after which the answer is "undecided".
 
@@ -126,7 +136,13 @@ def design_observer(
     if region is not None:
         if Q_F is not None or R_F is not None or B_w is not None:
             raise ValueError("give region, or the noise by Q_F and R_F, not both")
-        return _by_region(plant, vertices, K, C, region, time_limit)
+        if not isinstance(reduced, bool):
+            raise ValueError(f"reduced must be True or False, got {reduced!r}")
+        loads = loads_of(disturbance, N, mean_descriptor(vertices).Bu)
+        model = ObserverModel(tuple(vertices), K, C, loads, reduced, region)
+        return _by_region(plant, model, region, time_limit)
+    if disturbance is not None or reduced:
+        raise ValueError("disturbance and reduced need a region: give where poles lie")
     if Q_F is None or R_F is None:
         raise ValueError("give the noise by Q_F and R_F, or where poles lie by region")
     Q_F = matrix("Q_F", Q_F, (2 * N, None))
@@ -157,18 +173,16 @@ def design_observer(
     return ObserverDesign(plant, K, C, "undecided", reason=reason)
 
 
-def _by_region(plant, vertices, K, C, region, seconds):
+def _by_region(plant, model, region, seconds):
     """The design with the gain of the transposed plants, whose input is C'."""
-    none = np.zeros((len(C.T), 0))
-    several = [Descriptor(d.E.T, d.A.T, C.T, none, none.T) for d in vertices]
-    dual = DescriptorSystem.of(several, dt=getattr(plant, "dt", None))
+    dual = DescriptorSystem.of(model.duals(), dt=getattr(plant, "dt", None))
     found = design_pid(dual, region=region, search=Search(time_limit=seconds))
     L = None
     if found.K is not None and found.status == "feasible":
-        L = np.linalg.solve(mean_descriptor(vertices).E, found.K.T)
+        L = model.observer_gain(found.K)
     reason = "" if L is not None else f"{OF_TRANSPOSED} {found.reason}"
-    known = dict(L=L, margins=found.margins, reason=reason, place=region)
-    return ObserverDesign(plant, K, C, found.status, **known)
+    known = dict(L=L, margins=found.margins, reason=reason, model=model)
+    return ObserverDesign(plant, model.K, model.C, found.status, **known)
 
 
 def _solved(problem):

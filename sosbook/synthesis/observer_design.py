@@ -9,7 +9,6 @@ import numpy as np
 from ..exact.definite import round_digits
 from ..exact.proof import first_proven
 from ..laws.taken import taken
-from ..plants.descriptor import mean_descriptor
 from ..plants.gain import input_names, signals
 from ..plants.response import Response, simulate, vector
 from ..plants.sensed import row_words
@@ -20,6 +19,7 @@ from ..runtime.libraries import library
 from ..runtime.read_only import ReadOnly
 from .design import Design
 from .error_loop import observed, vertices_of
+from .observer_model import ObserverModel
 from .observer_problem import ObserverProof, ObserverRefusal, refuse_observer
 from .pid import analyse_pid
 from .result import Result
@@ -68,9 +68,10 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     reason : str
         Why there is no observer: what is proven, or what was excluded and what
         was merely not found. Empty for a feasible design.
-    place : Region or None
-        Where the poles of the error lie, if that was asked: of each vertex's own A + L
-        C.
+    model : ObserverModel or None
+        What the observer follows, and the ``place`` of its poles, if these were asked:
+        with loads L has their rows below, and where sensors are believed it has those
+        of the rest alone.
     """
 
     plant: Any
@@ -84,7 +85,7 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
     problem: Any = None
     multipliers: list | None = None
     reason: str = ""
-    place: Any = None
+    model: Any = None
 
     def __repr__(self):
         bound = "" if self.bound is None else f", bound {self.bound:.4g}"
@@ -155,28 +156,32 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
             Initial state; zero without it.
         w : Sine or Step, optional
             Disturbance.
-        estimate : (N,) array_like, optional
-            The observer's initial state; zero without it.
+        estimate : array_like, optional
+            The observer's initial memory, of as many numbers as L has rows; zero
+            without it.
         """
         self.loop.design._of_time("simulate")
-        N, request = len(self._observer()), self.loop.request
-        start = np.append(vector("x0", x0, N), vector("estimate", estimate, N))
+        N, request = self.C.shape[1], self.loop.request
+        memory = vector("estimate", estimate, len(self._observer()))
+        start = np.append(vector("x0", x0, N), memory)
         K = request.state_gain
         motions = [(d, simulate(d, K, t, w=w, x0=start)) for d in request.vertices]
         return self.plant.per_vertex([self._response(*each) for each in motions])
 
     def _response(self, d, both):
         A, B, Bw = d.state_space()
-        x, estimate = np.split(both.x, 2)
+        x, memory = np.split(both.x, [self.C.shape[1]])
+        estimate = self._model.estimate(self.L, memory, self.C @ x)
         z, rate = d.C @ both.x, A @ both.x + B @ both.u + Bw @ both.w
         whole = both.t, z, d.C @ rate, z, both.u, x, both.w, estimate
         return ObserverResponse(*whole)
 
     def _prove(self, digits: int | None) -> ObserverProof:
         given = self._observer()
-        if self.place is not None:  # of the loop, which has K's poles, too
-            inside = self.place.contains(self.poles())
-            return self.loop.prove(*(self.place.parts if inside else ()))
+        if self.model is not None:  # of the loop, which has K's poles, too
+            place = self.model.place
+            inside = place.contains(self.poles())
+            return self.loop.prove(*(place.parts if inside else ()))
 
         def attempt(digits, places):
             L = round_digits(given, digits)
@@ -210,22 +215,31 @@ class ObserverDesign(Result[ObserverProof], ReadOnly):
         return analyse_pid(*observed(self.plant, *self._gains()), **asked)
 
     def _gains(self):
+        if not self._model.plain:
+            raise ValueError(
+                "analyse speaks of an observer of x alone: take observer.loop.prove("
+                "...), or analyse_pid(plant, observer, ...)"
+            )
         return self.K, self._observer(), self.C
+
+    @property
+    def _model(self):
+        if self.model is not None:
+            return self.model
+        return ObserverModel(tuple(vertices_of(self.plant)), self.K, self.C)
 
     def controller(self) -> Any:
         """The controller from y to u as python-control's StateSpace, with names."""
-        L = self._observer()
-        d = mean_descriptor(vertices_of(self.plant))
-        A, B, _ = d.state_space()
+        flow, push, out, at_once = self._model.controller(self._observer())
         names = [row_words(x, signals(self.plant), repr) for x in self.C.tolist()]
-        flow, push, dt = A + B @ self.K + L @ self.C, -L, getattr(self.plant, "dt", 0)
+        dt = getattr(self.plant, "dt", 0)
         if dt:
-            flow, push = np.eye(len(A)) + dt * flow, dt * push
+            flow, push = np.eye(len(flow)) + dt * flow, dt * push
         return library("control").ss(
             flow,
             push,
-            self.K,
-            np.zeros((len(self.K), len(self.C))),
+            out,
+            at_once,
             inputs=[x.replace(".", "_") for x in names],
             outputs=list(input_names(len(self.K))),
             dt=dt or 0,

@@ -17,13 +17,14 @@ from ..requirements.vocabulary import SIGMA
 from ..runtime.later import later
 from ..runtime.time_limit import LONGEST, OutOfTime, check_time_of_eigenvalues
 from .design import Design
+from .families import in_pieces
 from .feasibility import answer, guarded
 from .objectives import objective_of
 from .request import Request
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .search import Search
-from .slack import designed, in_pieces, or_with_slack, with_slack
+from .slack import designed, or_with_slack, with_slack
 
 
 def design_asked(
