@@ -1,7 +1,7 @@
 import {delayedRun} from "./history.js";
 import {capital, clean, define, escape, gainRows, gains, inPairs, printed, withConjugates} from "./kit.js";
 import {apply} from "./linalg.js";
-import {Mover} from "./mover.js";
+import {Mover, range} from "./mover.js";
 import {mark, Plot, S_PLANE} from "./plot.js";
 import {asks, list, program} from "./program.js";
 
@@ -89,8 +89,7 @@ class DelayAtlas extends Mover {
   show(design) {
     this.response = this.answer(design);
     this.find("map").innerHTML = this.map(design);
-    this.find("step").innerHTML = this.step();
-    this.find("input").innerHTML = this.input();
+    this.charts(design);
     this.tell(design.status, ...this.told(design));
   }
   said() { return this.places([{}]).map(place => this.told(this.compute(place))); }
@@ -133,45 +132,29 @@ class DelayAtlas extends Mover {
         : `Root map: empty, because no design is known (${status}).`);
   }
 
-  // Lines over time, thinned.
-  chart(lines, ylabel, label, limits, target) {
-    const {horizon, steps, points} = this.data;
-    const all = lines.flatMap(line => line.values).concat(limits);
-    const low = Math.min(...all), high = Math.max(...all), room = 0.05 * (high - low);
-    const plot = new Plot({x: [0, horizon], y: [low - room, high + room], labels: ["time t (s)", ylabel]});
-    if (target !== undefined) plot.rule("sos-target", [0, horizon], [target, target]);
-    for (const {values, colour, dash} of this.response ? lines : []) {
-      plot.line(values.map((v, k) => [this.response.t[k], v]).filter((_, k) => k % (steps / points) === 0),
-        colour, dash);
-    }
-    if (!this.response) plot.absent(this.compute(this.place).status, 150);
-    return plot.svg(label);
-  }
-
-  step() {
-    const z = this.response ? this.response.z : [], dashes = ["", "7 4", "2 3"];
-    const lines = this.data.U.map(
-      (_, i) => ({values: z.map(row => row[i]), colour: COLOURS[i % 3], dash: dashes[i % 3]}));
-    const words =
-      lines.map(line => `peaks at ${clean(Math.max(...line.values))}, ends at ${clean(line.values.at(-1))}`);
-    return this.chart(lines, this.data.output,
-      this.response ? `Response over ${clean(this.data.horizon)} seconds: ${words.join("; ")}.`
-                    : "Response: none, for there is no design.",
-      [-0.1, 1.2], 1);
-  }
-
-  input() {
-    const {asked, applied} = this.response || {asked: [], applied: []};
-    const lines = Array
-                    .from({length: this.data.shape[1]},
-                      (_, i) => [{values: asked.map(u => u[i]), colour: "--sos-first", dash: "3 3"},
-                        {values: applied.map(u => u[i]), colour: "--sos-second"}])
-                    .flat();
-    const peak = Math.max(...applied.flat().map(Math.abs));
-    return this.chart(lines, "control signal u",
-      this.response ? `Control signal, as asked and as it arrives: at most ${clean(peak)} in size.`
-                    : "Control signal: none, for there is no design.",
-      asked.length ? [] : [-1, 1]);
+  // What is integrated, and the input, over time, thinned.
+  charts({status}) {
+    const {horizon, steps, points, output, shape: [, m], U} = this.data, {response} = this;
+    const {t = [], z = [], asked = [], applied = []} = response ?? {};
+    const line = (values, colour, dash) =>
+      ({points: values.map((v, k) => [t[k], v]).filter((_, k) => k % (steps / points) === 0), colour, dash});
+    const draw = (name, what, words, lines, y, rules = []) =>
+      this.curves(name, ["time t (s)", what], response ? words() : `${what}: none, for there is no design.`,
+        response ? lines : [], {x: [0, horizon], y: range(y), rules, absent: response ? "" : status});
+    const rows = U.map((_, i) => z.map(row => row[i])), part = (all, i) => all.map(u => u[i]);
+    draw("step", output,
+      () => `Response over ${clean(horizon)} seconds: ${
+        rows.map(v => `peaks at ${clean(Math.max(...v))}, ends at ${clean(v.at(-1))}`).join("; ")}.`,
+      rows.map((v, i) => line(v, COLOURS[i % 3], ["", "7 4", "2 3"][i % 3])), [...rows.flat(), -0.1, 1.2],
+      [1]);
+    draw("input", "control signal u",
+      () => `Control signal, as asked and as it arrives: at most ${
+        clean(Math.max(...applied.flat().map(Math.abs)))} in size.`,
+      Array
+        .from({length: m},
+          (_, i) => [line(part(asked, i), "--sos-first", "3 3"), line(part(applied, i), "--sos-second")])
+        .flat(),
+      response ? [...asked, ...applied].flat() : [-1, 1]);
   }
 
   // The nearest move of each single number to a design, the shortest first.

@@ -298,7 +298,8 @@ export class Mover extends PageElement {
   // Curves {points, colour, dash} and their pale `ghosts` over x, or over time, whose axis
   // needs no label; y fits unless it is given.
   /** @type {(name: string, labels: any, label: string, lines: any, more?: any) => void} */
-  curves(name, labels, label, lines, {x = null, y = null, ghosts = [], rules = [], marks = []} = {}) {
+  curves(
+    name, labels, label, lines, {x = null, y = null, ghosts = [], rules = [], marks = [], absent = ""} = {}) {
     const values = lines.flatMap(({points}) => points.map(p => p[1])).filter(Number.isFinite);
     const plot = new Plot({
       x: x ?? [0, this.horizon],
@@ -318,6 +319,7 @@ export class Mover extends PageElement {
       mark(plot, point, colour, shape);
       plot.said.push(`a mark at (${point.map(x => clean(x)).join(", ")})`);
     }
+    if (absent) plot.absent(absent, 110);
     plot.body += `<path class="sos-now"/>`;
     this.draw(name, plot, label);
     if (!x) this.timed = {...this.timed, [name]: plot};
