@@ -13,7 +13,7 @@ from scipy.linalg import expm
 from scipy.signal import cont2discrete, dlsim
 
 import sosbook as sos
-from sosbook.controllers import CompiledCode, code_fault
+from sosbook.controllers import Code, CompiledCode, code_fault
 from sosbook.controllers.compiler import FLAGS
 from sosbook.controllers.facts import bounded
 from sosbook.controllers.report import CHROMIUMS
@@ -314,7 +314,7 @@ def test_a_program_whose_sensor_mixes_coordinates_is_held_to_its_proof():
     at = text.index("0x", text.index("#define AXIS_D "))
     forged = text[:at] + re.sub(r"0x\S+p[+-]\d+", "0x1.8p+3", text[at:], count=1)
     assert "ROWS isn't the proof's" in code_fault(proof, forged)
-    single = c.to_c("axis", "single").texts["axis_gains.h"]
+    single = Code(c, "axis", "single").texts["axis_gains.h"]
     assert "in double precision" in code_fault(proof, single)
 
 

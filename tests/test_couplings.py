@@ -7,7 +7,6 @@ import sosbook as sos
 from sosbook.analysis.linear import poles
 from sosbook.book import counterexamples, thesis
 from sosbook.book.reproduction import vertices
-from sosbook.book.reproduction.gamma_bounds import gamma_lower_bounds
 from sosbook.plants.descriptor import descriptors
 from sosbook.studies import polytopes
 from tests.cases import seeds
@@ -141,13 +140,6 @@ def test_survey_counts_what_pairs_and_slack_never_do():
         assert not (found[name] <= 0).any()
 
 
-def test_unknown_names_are_refused():
-    with pytest.raises(ValueError, match="coupling must be one of"):
-        polytopes.block_count(2, "edges")
-    with pytest.raises(ValueError, match="factor"):
-        polytopes.scale_polytope(counterexamples.actuated(), np.nan)
-
-
 def test_rows_on_the_vertices():
     verdicts = [row.verdict for row in vertices.rows()]
     assert verdicts == [*5 * ["claim refuted"], *2 * ["property holds"]]
@@ -180,6 +172,10 @@ def test_what_is_no_polytope_or_no_name_is_named():
     for wrong in (None, 0, 2.5, "4"):
         with pytest.raises(ValueError, match="vertices must be 1, 2"):
             polytopes.block_count(wrong, "pairs")
+    with pytest.raises(ValueError, match="factor"):
+        polytopes.scale_polytope(pair, np.nan)
+    with pytest.raises(ValueError, match="coupling must be one of"):
+        polytopes.block_count(2, "edges")
     for wrong in (None, 3, "pairs", ["edges"], [["pairs"]], [np.array([1, 2])]):
         with pytest.raises(ValueError, match="coupling"):
             polytopes.compare(pair, wrong)
@@ -201,13 +197,3 @@ def test_a_polytope_of_first_order_is_one_too(seed):
     assert kept["pairs"] > 0 and kept["slack"] > 0
     with pytest.raises(ValueError, match="plants must be a Polytope, got Descriptor"):
         polytopes.scale_polytope(system, 0.5)
-
-
-def test_bounds_of_gamma_name_what_is_missing():
-    one = sos.SecondOrderSystem(1, 1, 1, 1, 1)
-    bounds = sos.Saturation(1.0, [1, 0])
-    for wrong in (None, [one], 1.0):
-        with pytest.raises(ValueError, match="plant must be a"):
-            gamma_lower_bounds(wrong, [[-1, -1]], saturation=bounds)
-    with pytest.raises(ValueError, match="u_max is None"):
-        gamma_lower_bounds(one, [[-1, -1]], saturation=sos.Saturation(None, [1, 0]))

@@ -18,7 +18,6 @@ from sosbook.plants import coupling as plants_coupling
 from sosbook.plants.coupled import Coupled
 from sosbook.plants.descriptor import Descriptor, descriptors, mean_descriptor
 from sosbook.plants.hull import quotient_in_hull
-from sosbook.requirements.base import Requirement
 from sosbook.requirements.hinf import HInfinity
 from sosbook.requirements.stability import Stability
 from sosbook.studies import polytopes
@@ -254,27 +253,6 @@ def test_rounded_sums_are_no_box_but_are_read_as_one():
     rounded = plants([0, 0.1, 0.2, 0.1 + 0.2])
     assert not quotient_in_hull(descriptors(rounded))
     assert polytopes.vertices_suffice(rounded)
-
-
-class Bounded(Requirement):
-    """E P E' < c I, which isn't affine after the division by E."""
-
-    kind = name = promise = "bounded"
-
-    def pair(self, loop, c):
-        yield "bounded", 100 * sos.lmi.eye(c.EPE.shape[0]) - c.EPE
-
-    def claim(self):
-        return "E P E' is bounded"
-
-    def truth(self, loops, K, K_A=None):
-        return 0.0
-
-
-def test_a_requirement_of_ones_own_gets_its_pairs():
-    plants = box([{"M": FIRST}, {"M": SECOND}])
-    assert len(Request(plants, requirements=[Bounded()]).pairs) == 10
-    assert len(Request(plants).pairs) == 4
 
 
 @pytest.mark.parametrize("seed", seeds(4))

@@ -17,21 +17,10 @@ import pytest
 from numpydoc.docscrape import FunctionDoc
 
 import sosbook as sos
-from sosbook import pendulum
-from sosbook.book import counterexamples, thesis
 from sosbook.book.elements.movers import regulator
 from sosbook.book.elements.movers.mover import slider
-from sosbook.book.largest_margin import delay_margin
-from sosbook.book.reproduction.observer import controller
 from sosbook.controllers import Code, CompiledCode, Profile
 from sosbook.delay import DelayedLoop
-from sosbook.pendulum.compiled import Compiled
-from sosbook.pendulum.export import Program
-from sosbook.pendulum.margins import SampledLoop, lowest_rate, sensing
-from sosbook.pendulum.play import motion_with_play
-from sosbook.pendulum.recorded import check_recording
-from sosbook.pendulum.rig import DATA, shipped
-from sosbook.pendulum.steering import Steering
 from sosbook.studies import maps, polytopes
 from tests.cases import campaign
 from tests.closed import analyse_loop
@@ -121,14 +110,6 @@ def across(x, y):
     )
 
 
-def law(T=0.01):
-    return pendulum.SampledLaw.of_gain(thesis.mip().gains["PD"][1], T)
-
-
-FIRMWARE = pendulum.Firmware(law())
-STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
-
-
 def late(function, plants, *given):
     def ask(plant):
         return lambda **o: function(plant, *given, tau=0.1, delta=0.01, **o)
@@ -150,8 +131,6 @@ def rounded(precision):
 BETWEEN = sos.Uncertain(  # soon singular at both ends
     lambda m: sos.SecondOrderSystem((m - 1) * (3 - m), 0.1, 2, 1, 1), m=(1.5, 2.5)
 )
-ROBOT = pendulum.Robot.shipped("thesis")
-GEARMOTORS = pendulum.Robot.shipped("gearmotors")
 
 #: For each public function or class with options small calls that take them.
 CALLS = {
@@ -185,37 +164,8 @@ CALLS = {
             **o,
         )
     ],
-    "misprint": [counterexamples.misprint],
     "slider": [lambda scale: slider("a", "A", "", (0.1, 1), 0.1, 1, scale)],
     "regulator": [lambda laws: regulator((1, 10), (10,), laws=laws)],
-    "delay_margin": [
-        lambda misprints: delay_margin(thesis.delay_example_2(), misprints=misprints)
-    ],
-    "controller": [lambda R=1, form="natural": controller(R, form)],
-    "Program": [
-        lambda precision: Program(FIRMWARE, "b", precision, steering=STEERING).law
-    ],
-    "Compiled": [lambda precision: Compiled(FIRMWARE, precision)],
-    "motion_with_play": [
-        lambda **o: motion_with_play(200, 30, 0, [1.0] * 9, 0.01, 0.1, 0.02, 0.5, **o)
-    ],
-    "sensing": [lambda kind: sensing(kind, 0.01)],
-    "SampledLoop": [
-        lambda sensing: SampledLoop(pendulum.Mip.printed(), law(), sensing=sensing)
-    ],
-    "lowest_rate": [
-        lambda sensing: lowest_rate(
-            [pendulum.Mip.printed()], law, sensing=sensing, rates=(200, 100)
-        )
-    ],
-    "check_recording": [
-        lambda experiment: check_recording(
-            DATA / ("wheels.csv" if experiment == "wheels" else "body.csv"),
-            ROBOT,
-            experiment,
-        )
-    ],
-    "shipped": [shipped],
     "Gains.controller": [
         lambda memory: sos.analyse_pid(CART, K).controller(
             ["z1"],
@@ -251,7 +201,6 @@ CALLS = {
             BETWEEN, "m", [[-3, -2]], digits=1, coupling=coupling
         ),
     ],
-    "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
     "designs": [lambda **o: maps.designs(CART, [completed(o)], progress=False)],
 }
 
@@ -355,8 +304,6 @@ def documented():
 
 
 MARKS = {
-    "Compiled": pytest.mark.compiler,
-    "delay_margin": pytest.mark.slow,
     "compare, minimize='gamma'": pytest.mark.campaign,
     "ObserverDesign.analyse, minimize='u_max'": pytest.mark.campaign,
 }
@@ -369,7 +316,7 @@ def cases():
             option,
             (value,) if several else value,
             id=f"{name}, {option}={value!r}",
-            marks=MARKS.get(f"{name}, {option}={value!r}", MARKS.get(name, ())),
+            marks=MARKS.get(f"{name}, {option}={value!r}", ()),
         )
         for name, known in documented().items()
         for option, (values, several) in known.items()

@@ -1,10 +1,13 @@
 """Designs of families with powers: ranges are cut while the bound falls."""
 
+from time import monotonic
+
 import numpy as np
 import pytest
 
 import sosbook as sos
 from sosbook.plants import descriptors
+from sosbook.runtime.time_limit import OutOfTime
 from sosbook.synthesis import slack as pieces
 from tests.cases import campaign
 from tests.test_uncertain import bicycle, drive
@@ -67,6 +70,15 @@ def test_cuts_lower_the_bound_of_a_bicycle(coupling, quick, monkeypatch):
     assert BICYCLES.pieces == {"v": 1}  # what was given stays as it is
     check(BICYCLES, cut.certify(), u_max)
     assert cut.request.coupling.word == ("pairs" if coupling == "pairs" else "slack")
+
+
+def test_what_was_found_before_the_time_was_over_is_kept(monkeypatch):
+    class Late:
+        def polytope(self):
+            raise OutOfTime(end=monotonic())
+
+    monkeypatch.setattr(pieces, "_cuts", lambda family: [Late()])
+    assert least(BICYCLES).certify().proven
 
 
 def test_cuts_stop_where_they_help_no_more():

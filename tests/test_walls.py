@@ -105,7 +105,9 @@ def test_corner_and_infinite_wall():
 @pytest.mark.parametrize(
     "change, message",
     [
+        (dict(plant=1.0), "plant must be a"),
         (dict(saturation=None), "saturation must be"),
+        (dict(saturation=sos.Saturation(None, np.ones(6))), "u_max is None"),
         (dict(saturation=sos.Saturation(1, np.ones(6), True)), "acceleration"),
         (dict(saturation=sos.Saturation(1, np.ones(5))), "5 entries, needs 2n"),
         (dict(K=np.zeros((2, 6))), "doesn't stabilise"),
@@ -114,9 +116,9 @@ def test_corner_and_infinite_wall():
 )
 def test_bad_input_is_named(change, message):
     example = EXAMPLES[0]()
-    asked = dict(K=example.K, U=example.U, saturation=example.saturation)
+    asked = dict(plant=example.plant, K=example.K, U=example.U)
     with pytest.raises(ValueError, match=message):
-        gamma_lower_bounds(example.plant, **asked | change)
+        gamma_lower_bounds(**asked | dict(saturation=example.saturation) | change)
 
 
 def test_a_plant_without_disturbance_is_named():
