@@ -1,6 +1,7 @@
 """Clocks that vary: proofs against closed forms and simulations by pieces."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import product
 
 import control
@@ -44,9 +45,12 @@ def motion(plant, K, intervals, delays, x0):
         K = SampledSystem([], [], [], K, 1.0)
     x, own, acting = np.array(x0, float), np.zeros(K.nstates), np.zeros(m)
 
+    @cache
+    def flow(span):
+        return expm(np.block([[A, B], [np.zeros((m, N + m))]]) * span)[:N]
+
     def held(x, u, span):
-        both = np.block([[A, B], [np.zeros((m, N + m))]])
-        return (expm(both * span) @ np.concatenate([x, u]))[:N]
+        return flow(span) @ np.concatenate([x, u])
 
     sizes = []
     for T, late in zip(intervals, delays):

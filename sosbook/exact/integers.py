@@ -162,13 +162,8 @@ class Swift(Reader):
     def joined(r, c, parts):
         """The r x c matrix of ``parts``: see `arithmetic.joined`."""
         parts = [(top, left, Integers.of(x)) for top, left, x in parts]
-        d, flat = lcm(*(x.d for *_, x in parts)), [0] * (r * c)
-        for top, left, x in parts:
-            entries = x.over(d).entries()
-            for k in range(x.r):
-                at = (top + k) * c + left
-                flat[at : at + x.c] = entries[k * x.c : k * x.c + x.c]
-        return Integers(fmpz_mat(r, c, flat), d)
+        d = lcm(*(x.d for *_, x in parts))
+        return Integers(_placed(fmpz_mat, r, c, [(*p, p[2].over(d)) for p in parts]), d)
 
 
 class Ball(Integers):
@@ -261,15 +256,12 @@ class Enclosing(Swift):
     """
 
     def op_near(self, a):
-        """See `Reader.op_near`."""
         return Val(Ball.of(certain(a)))
 
     def op_exp(self, a):
-        """See `Reader.op_exp`."""
         return Val(Ball.of(certain(a)).exponential())
 
     def op_norm(self, a):
-        """See `Reader.op_norm`."""
         return Val(Ball.of(certain(a)).norm())
 
     @staticmethod
@@ -277,13 +269,18 @@ class Enclosing(Swift):
         """See `arithmetic.joined`."""
         if not any(x.e for *_, x in parts):
             return Swift.joined(r, c, parts)
-        flat = [arb(0)] * (r * c)
-        for top, left, x in parts:
-            entries = Ball.of(x).m.entries()
-            for k in range(x.r):
-                at = (top + k) * c + left
-                flat[at : at + x.c] = entries[k * x.c : k * x.c + x.c]
-        return Ball(arb_mat(r, c, flat))
+        return Ball(_placed(arb_mat, r, c, [(*p, Ball.of(p[2]).m) for p in parts]))
+
+
+def _placed(kind, r, c, parts):
+    """The r x c matrix of python-flint with some ``parts``: (top, left, `Mat`, its)."""
+    flat = [0] * (r * c)
+    for top, left, x, matrix in parts:
+        entries = matrix.entries()
+        for k in range(x.r):
+            at = (top + k) * c + left
+            flat[at : at + x.c] = entries[k * x.c : k * x.c + x.c]
+    return kind(r, c, flat)
 
 
 def _length(entries):
