@@ -5,11 +5,10 @@ import {plants} from "./corners.js";
 import {read} from "./files.js";
 import {BOXES, compact, dataOf, FIELDS, goals, requestOf, STRANGE} from "./form.js";
 import {rest} from "./judge.js";
-import {button, capital, define, escape, number, panel, panels, printed, QUIET, select} from "./kit.js";
+import {button, capital, define, escape, number, options, panel, panels, printed, QUIET} from "./kit.js";
 import {lawOf, memory, ofLaw, seen, seenBy, summed, withChoice} from "./law.js";
 import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
-import * as python from "./program.js";
 import {markup} from "./spoken.js";
 import {Wish} from "./wish.js";
 import {beyond, boundOf, BOUNDS} from "./wishes.js";
@@ -49,7 +48,9 @@ class Bench extends Wish {
     const box = ([key, words]) =>
       `<label class="sos-check"><input type="checkbox" data-wanted="${key}" ${QUIET}> ${words}</label>`;
     const names = this.data.examples.map(({name}) => name);
-    const start = select({id: `${this.name}-example`, key: "example", label: "Start from", names});
+    const id = `${this.name}-example`,
+          start = `<label for="${id}">Start from</label>` +
+      `<select id="${id}" data-key="example" ${QUIET}>${options(names)}</select>`;
     return `${markup(this.name)}<div class="sos-form">${
              panels(panel("machine", DRAWN) + `<div>${start}` +
                `<div class="sos-row">${button(["open", "Open files"])}<input type="file" multiple hidden>` +
@@ -340,9 +341,6 @@ class Bench extends Wish {
   }
 
   // ------------------------------------------------------------- outputs
-  get asks() { return python.asks(this.data, this.named); }
-  get program() { return python.design(this.data, this.named, rest); }
-
   press(what) {
     super.press(what);
     if (what === "undo") this.undo();

@@ -63,11 +63,6 @@ export function gains(K, [n, , a], digits) {
 // ---------------------------------------------------------------- controls
 export const QUIET = `autocomplete="off" data-lm-suppress-shortcuts="true"`;
 
-export const select = ({id, key, label, names}) =>
-  `<div class="sos-slider"><label for="${id}">${escape(label)}</label><select id="${id}" data-key="${
-    escape(key)}" ${QUIET}>` +
-  `${options(names)}</select></div>`;
-
 export const options = names =>
   names.map((name, k) => `<option value="${k}">${escape(name)}</option>`).join("");
 export const panels = inner => `<div class="sos-panels">${inner}</div>`;
