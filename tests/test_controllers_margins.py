@@ -1,10 +1,13 @@
 """Margins of a controller's loop: eigenvalues and python-control, made without it."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
 import sosbook as sos
+from sosbook.controllers.charts import chart
 
 
 def drive(J2):
@@ -170,7 +173,23 @@ def test_curves_are_those_of_the_plant_and_the_law():
         assert np.isclose(loop.L[loop.names.index(name), k], L, rtol=1e-6)
     for svg in (loop.bode(), loop.nyquist(), loop.nichols(), margins._repr_html_()):
         assert "polyline" in svg and "nan" not in svg
-    assert "rad/s" in loop.bode()
+        lines = re.findall("<polyline.*?/>", svg)
+        assert all('fill="none"' in x for x in lines)  # on pages without a style, too
+    for line in re.findall('<polyline points="(.*?)"', loop.nyquist()):  # no chord
+        at = np.array([[*map(float, p.split(","))] for p in line.split()])
+        assert np.linalg.norm(np.diff(at, axis=0), axis=1).max() < 50
+    assert "rad/s" in loop.bode() and "J2 = 0.003" in margins._repr_html_()
+
+
+def test_a_band_is_what_the_curves_span():
+    t = np.array([1.0, 2.0, 4.0])
+    curves = [(t, np.array(y)) for y in ([1.0, 5.0, 3.0], [2.0, 4.0, 9.0], [0.0, 6, 4])]
+    svg = chart(curves, "y", log=True, low=True, band=True)
+    found = re.findall('points="(.*?)"', svg)
+    band, *lines = [[[*map(float, p.split(","))] for p in x.split()] for x in found]
+    least, most = (way(np.array(lines)[:, :, 1], axis=0) for way in (np.max, np.min))
+    assert [p[1] for p in band] == [*least, *most[::-1]]  # down is up
+    assert [p[0] for p in band[:3]] == [p[0] for p in band[:2:-1]]
 
 
 def test_the_clock_goes_as_far_as_own_sequences_of_ticks():

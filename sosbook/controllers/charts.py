@@ -10,35 +10,35 @@ POINTS = 400  # of a curve
 STYLES = ("", "7 3", "2 3", "9 3 2 3")  # dashes, so that no colour is needed
 COLOURS = ("#114", "#a40", "#075", "#808")  # of every four curves with these dashes
 NEAR = 3.0  # times what curves span: a limit that is further away is only said
-STYLE = (
-    "polyline,.sos-key{fill:none;stroke-width:1.4}"
-    ".sos-limit{stroke:#b00;stroke-dasharray:1 4}text{font:12px sans-serif}"
-    ".sos-keys{list-style:none;padding:0}"
-)
+STYLE = ".sos-keys{list-style:none;padding:0}"
 
 
 def dash(k):
-    """How curve ``k`` is drawn: attributes of SVG."""
+    """How curve ``k`` is drawn: attributes of SVG, for pages without a style."""
     colour = COLOURS[k // len(STYLES) % len(COLOURS)]
-    return f'stroke="{colour}" stroke-dasharray="{STYLES[k % len(STYLES)]}"'
+    line = f'fill="none" stroke-width="1.4" stroke="{colour}"'
+    return f'{line} stroke-dasharray="{STYLES[k % len(STYLES)]}"'
 
 
 def key(names):
     """Which line is which, of the ``names`` of some curves, as HTML."""
     parts = [
         f'<li><svg role="img" aria-label="line {k + 1}" width="44" height="10">'
-        f'<path class="sos-key" d="M2 5H42" {dash(k)}/></svg> {escape(name)}</li>'
+        f'<path d="M2 5H42" {dash(k)}/></svg> {escape(name)}</li>'
         for k, name in enumerate(names)
     ]
     return f'<ul class="sos-keys">{"".join(parts)}</ul>'
 
 
-def chart(curves, label, limit=np.inf, across="time in s", log=False, low=False):
+def chart(
+    curves, label, limit=np.inf, across="time in s", log=False, low=False, band=False
+):
     """An inline SVG of some ``curves`` (t, values) over the time, called ``label``; a
     finite ``limit`` is drawn on either side, or said where it is far from them.
 
     ``across``: another axis than the time, in words; ``log``: its logarithm is drawn;
-    ``low``: it begins where the curves do, not at zero.
+    ``low``: it begins where the curves do, not at zero; ``band``: between the lowest
+    and the highest of curves at the same t is shaded.
     """
     picked = []
     for t, values in curves:
@@ -66,14 +66,27 @@ def chart(curves, label, limit=np.inf, across="time in s", log=False, low=False)
     def down(value):
         return TOP + (high - np.asarray(value)) / (high - low) * HEIGHT
 
+    def points(t, values):
+        return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(right(t), down(values)))
+
     parts = [
-        f'<path class="sos-limit" d="M{LEFT} {down(y):.1f}H{LEFT + WIDTH}"/>'
+        f'<path class="sos-limit" stroke="#b00" stroke-dasharray="1 4" '
+        f'd="M{LEFT} {down(y):.1f}H{LEFT + WIDTH}"/>'
         for y in lines
     ]
-    for k, (t, values) in enumerate(picked):
-        pairs = zip(right(t), down(values))
-        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in pairs)
-        parts.append(f'<polyline points="{points}" {dash(k)}/>')
+    if band:
+        t, several = picked[0][0], [values for _, values in picked]
+        ends = (
+            points(t, np.min(several, axis=0)),
+            points(t[::-1], np.max(several, axis=0)[::-1]),
+        )
+        parts.append(
+            f'<polygon fill="#888" fill-opacity="0.2" points="{" ".join(ends)}"/>'
+        )
+    parts += [
+        f'<polyline points="{points(*pair)}" {dash(k)}/>'
+        for k, pair in enumerate(picked)
+    ]
     anchors = ("start", "middle", "end") if low_end else ("middle",) * 3
     for s, anchor in zip((0.0, 0.5, 1.0), anchors):
         value = low + s * (high - low)
@@ -90,8 +103,9 @@ def chart(curves, label, limit=np.inf, across="time in s", log=False, low=False)
     wide, tall = LEFT + WIDTH + RIGHT, TOP + HEIGHT + LOW
     return (
         f'<svg role="img" aria-label="{words}" viewBox="0 0 {wide:g} {tall:g}" '
-        f'width="{wide:g}"><rect class="sos-frame-chart" x="{LEFT}" y="{TOP}" '
-        f'width="{WIDTH}" height="{HEIGHT}"/>{"".join(parts)}</svg>'
+        f'width="{wide:g}" font-family="sans-serif" font-size="12"><rect fill="none" '
+        f'stroke="#777" x="{LEFT}" y="{TOP}" width="{WIDTH}" height="{HEIGHT}"/>'
+        f"{''.join(parts)}</svg>"
     )
 
 

@@ -5,8 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .charts import chart
+from .charts import POINTS, chart
 
+FAR = 4  # from zero, as far as L is drawn
 ONE = 1e-9  # a size or an angle that is zero but for roundings
 
 
@@ -105,24 +106,28 @@ class OpenLoop:
         return np.degrees(angles - 2 * np.pi * first)
 
     def bode(self):
-        """Inline SVG: |L| in dB and its phase over the frequency, of all plants."""
+        """Inline SVG: |L| in dB and its phase over the frequency, of all plants, and
+        the band between them.
+        """
         axis = dict(across="frequency in rad/s", log=True, low=True)
         charts = []
         for unit, curves in (("dB", self.decibels), ("degrees", self.phase)):
             words = f"{unit} of L at {self.at}"
-            charts.append(chart([(self.omega, y) for y in curves], words, **axis))
+            pairs = [(self.omega, y) for y in curves]
+            charts.append(chart(pairs, words, band=True, **axis))
         return "".join(charts)
 
     def nyquist(self):
-        """Inline SVG: L in the complex plane, near -1."""
+        """Inline SVG: L in the complex plane; what is far from zero is drawn nearer."""
         curves = []
-        for L in self.L:
-            near = abs(L) < 4
-            curves.append((L.real[near], L.imag[near]))
+        for L in self.L / np.maximum(abs(self.L) / FAR, 1):
+            way = np.cumsum(abs(np.diff(L, prepend=L[:1])))  # in even steps of it
+            L = L[np.searchsorted(way, np.linspace(0, way[-1], POINTS))]
+            curves.append((L.real, L.imag))
         dot = (np.array([-1.0, -1.0]), np.array([-0.1, 0.1]))
         return chart(
             [*curves, dot],
-            f"Im L at {self.at}; the mark is -1",
+            f"Im L at {self.at}, to the size {FAR}; the mark is -1",
             across="Re L",
             low=True,
         )

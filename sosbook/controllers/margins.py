@@ -29,6 +29,7 @@ from ..sampled.proof import by_balls
 from ..sampled.shapes import PlantShape
 from ..sampled.timing import TimeBox
 from .cells import unrounded, work
+from .charts import key
 from .frequency import OpenLoop
 from .signals import known_index
 from .step_bounds import plants_of
@@ -108,10 +109,11 @@ class Margins:
         return "\n".join(lines)
 
     def _repr_html_(self):
-        """The numbers, Bode's and Nyquist's plots."""
+        """The numbers, Bode's and Nyquist's plots, and which line is which plant."""
         from html import escape
 
-        charts = self.open_loop.bode() + self.open_loop.nyquist()
+        loop = self.open_loop
+        charts = loop.bode() + loop.nyquist() + key(loop.names)
         return f"<pre>{escape(repr(self))}</pre>{charts}"
 
 

@@ -24,7 +24,7 @@ STYLE = (
     "overflow-wrap:anywhere}"
     "table{border-collapse:collapse}td,th{border:1px solid #999;padding:.2rem .5rem;"
     "text-align:left}pre{background:#f4f4f4;padding:.6rem;overflow:auto}"
-    "svg{max-width:100%;height:auto}.sos-frame,.sos-frame-chart{fill:none;stroke:#777}"
+    "svg{max-width:100%;height:auto}.sos-frame{fill:none;stroke:#777}"
     ".sos-axis{stroke:#bbb;fill:none}.sos-region{fill:#cde7d8}"
     f".sos-pole{{stroke:#111;stroke-width:1.5;fill:none}}{OF_CHARTS}"
     "@media print{h2{break-after:avoid}svg,tr,li{break-inside:avoid}"
