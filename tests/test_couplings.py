@@ -65,9 +65,7 @@ def test_hull_gap_sees_a_disturbance_that_leaves_the_hull():
 @pytest.mark.parametrize(
     "count, blocks", [(1, (1, 1, 1)), (2, (2, 3, 2)), (8, (8, 36, 8))]
 )
-def test_block_count_is_what_the_request_makes(count, blocks):
-    found = [polytopes.block_count(count, x) for x in polytopes.COUPLINGS]
-    assert tuple(found) == blocks
+def test_a_coupling_has_so_many_blocks(count, blocks):
     masses = [np.diag([1.0 + k, 1.0 + k**2]) for k in range(count)]
     one = np.eye(2)
     plants = sos.Polytope([sos.SecondOrderSystem(M, one, one, one) for M in masses])
@@ -169,13 +167,8 @@ def test_what_is_no_polytope_or_no_name_is_named():
                 ask(pair, count=wrong)
         with pytest.raises(ValueError, match="count must be 2, 3"):
             polytopes.verify_on_samples(design, count=wrong)
-    for wrong in (None, 0, 2.5, "4"):
-        with pytest.raises(ValueError, match="vertices must be 1, 2"):
-            polytopes.block_count(wrong, "pairs")
     with pytest.raises(ValueError, match="factor"):
         polytopes.scale_polytope(pair, np.nan)
-    with pytest.raises(ValueError, match="coupling must be one of"):
-        polytopes.block_count(2, "edges")
     for wrong in (None, 3, "pairs", ["edges"], [["pairs"]], [np.array([1, 2])]):
         with pytest.raises(ValueError, match="coupling"):
             polytopes.compare(pair, wrong)

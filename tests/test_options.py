@@ -141,7 +141,6 @@ CALLS = {
     "compare": [lambda **o: polytopes.compare(PAIR, **completed(o))],
     "Search": [lambda prefer: sos.Search(prefer=prefer)],
     "verify_many": [lambda **o: polytopes.verify_many([PAIR], **completed(o))],
-    "block_count": [lambda coupling: polytopes.block_count(4, coupling)],
     "QuadraticCost": [noisy],
     "regularize": [lambda choose: sos.regularize(LIGHT, 0.1, choose=choose)],
     "edge": [edged],

@@ -96,10 +96,6 @@ class Coupling:
         """
         return [(i, i) for i in sorted(set(twins(vertices)))]
 
-    def most_pairs(self, count):
-        """The most `pairs` that ``count`` vertices may need."""
-        return count
-
     def lyapunov(self, first):
         """Names of the unknown P, one for each of the `Coupling.given`; ``first`` says
         for each vertex which one it repeats.
@@ -193,9 +189,6 @@ class OneP(Coupling):
         kinds = {E: kind for kind, E in enumerate(dict.fromkeys(masses.values()))}
         kind = {i: kinds[E] for i, E in masses.items()}
         return pairs + [(i, j) for i, j in combinations(kind, 2) if kind[i] != kind[j]]
-
-    def most_pairs(self, count):
-        return count * (count + 1) // 2
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from ..synthesis.pid import design_pid
 from ..synthesis.request import Request
 
 __all__ = [
-    "block_count",
     "compare",
     "hull_gap",
     "sample_plants",
@@ -176,28 +175,6 @@ def verify_many(polytopes, couplings=COUPLINGS, **asked):
             kept = min(verify_on_samples(design).values()) if found else np.nan
             worst[name].append(kept)
     return {name: np.array(kept) for name, kept in worst.items()}
-
-
-def block_count(vertices, coupling):
-    """How many copies of each LMI a coupling needs at most.
-
-    Pairs are fewer where vertices have the same E, and where `vertices_suffice`.
-
-    Parameters
-    ----------
-    vertices : int
-        How many vertices the polytope has.
-    coupling : {"vertices", "pairs", "slack"}
-        As in `design_pid`.
-
-    Examples
-    --------
-    >>> [block_count(4, name) for name in ("vertices", "pairs", "slack")]
-    [4, 10, 4]
-    """
-    (kind,) = _listed([coupling])
-    N = whole("vertices", vertices, 1)
-    return kind.most_pairs(N)
 
 
 def vertices_suffice(plants, U=None, K_A=None):
