@@ -130,7 +130,7 @@ class Gains(Result[Proven]):
 
     @property
     def schedule(self) -> "ScheduledGain":
-        """The gain as a function of what is measured: see `ScheduledGain`."""
+        """The gain as a function of what is measured, a ``ScheduledGain``."""
         from .schedule import ScheduledGain
 
         return ScheduledGain(self)
