@@ -317,8 +317,8 @@ class OutputBounds:
         seconds : float
             After which the best that was proven is the answer.
         asked : float or dict, optional
-            The most that a motion by itself asks of each output, as `follow` says: then
-            such steps settle at any time of it, and it goes on as without them.
+            The most that a motion by itself asks of each output: see `Motions.follow`.
+            Then such steps settle at any time of it, and it goes on as without them.
         """
         c = self.controller
         if not np.isfinite(c.limits.u_max).all():

@@ -118,7 +118,7 @@ class Profile:
 
     @property
     def means(self):
-        """(m2, m3): over how many ticks the ramp of `follow` is averaged, twice."""
+        """(m2, m3): over how many ticks the ramp that follows is averaged, twice."""
         T, V, A, J = map(exact, (self.T, self.velocity, self.acceleration, self.jerk))
         return tuple(max(int((2 * x).ceil()), 1) for x in (V / (A * T), A / (J * T)))
 
