@@ -9,6 +9,7 @@ import pytest
 import sosbook as sos
 from sosbook.controllers import Code, CompiledCode, Profile
 from sosbook.controllers.facts import bounded
+from tests.cases import campaign
 from tests.test_controllers_margins import drive, drives, held
 
 T = 0.001
@@ -281,7 +282,7 @@ def spring(k, m=1.3):
     return sos.SecondOrderSystem(m, 0.05, k, 1, coordinates=["place"])
 
 
-@pytest.mark.parametrize("several", [False, True])
+@pytest.mark.parametrize("several", [False, *campaign([True])])
 def test_springs_leave_each_plant_its_own_rest_and_a_step_is_bounded(several):
     law = sos.PIDLaw(position=[[1]], integrate=True, filter=0.01)
     ranges = dict(k=(2, 9.81), **({"m": (1, 1.6)} if several else {}))

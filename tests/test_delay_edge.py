@@ -210,7 +210,7 @@ def test_infeasible_rates_of_a_polytope_stay_infeasible():
     assert verdicts[-1] == "infeasible"
 
 
-@pytest.mark.parametrize("published, rate", [(False, 0.61), (True, 0.71)])
+@pytest.mark.parametrize("published, rate", [(False, 0.61), *later((True, 0.71))])
 def test_without_its_modes_a_wing_is_undecided(published, rate, monkeypatch):
     """As chapter 17 says; Theorem 2.3 has no regular multipliers there."""
     wing = thesis.delay_example_1(published)

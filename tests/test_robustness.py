@@ -48,7 +48,7 @@ def test_an_attack_never_finds_a_false_refusal(seed):
     assert set(row.elsewhere) <= {"feasible", "undecided"}, case.reason
 
 
-@pytest.mark.parametrize("seed", range(0, 84, 12))
+@pytest.mark.parametrize("seed", [0, 36, *campaign([12, 24, 48, 60, 72])])
 def test_no_units_contradict_each_other(seed):
     assert not judge(known(seed), systems=SYSTEMS).contradicted
 
