@@ -250,22 +250,19 @@ class Tube:
         """
         A, sizes = self.recursion
         count, N = len(self.exponents), len(self.frame)
-        off, flat = self.pieces[1][:N], A.reshape(-1, A.shape[2])
-        ends = [*range(0, count * N, N), *range(count * N, A.shape[2])]
-        squares = np.add.reduceat((A**2).sum(axis=1), ends, axis=1)
-        doubts = _gamma(A.shape[2]) * (sizes @ np.sqrt(squares))  # of each part of now
-        own, lost = _gamma(A.shape[2]) * sizes[:count], []
-        for k in range(0, now.shape[1], TICKS):  # as many as a processor's cache holds
-            some, goal = abs(now[:, k : k + TICKS]), then[:, k : k + TICKS]
-            left = flat @ now[:, k : k + TICKS]
-            left[: count * N] -= goal
-            part = sizes @ _lengths(left, N) + own @ _lengths(goal, N)
-            part += doubts @ np.sqrt(np.add.reduceat(some**2, ends))
-            whole = np.tensordot(
-                sizes[:count], some[: count * N].reshape(count, N, -1), 1
-            )
-            whole = np.vstack([whole, some[count * N :]])
-            lost.append(part + np.linalg.norm(off @ whole, axis=0))
+        off, flat, lost = self.pieces[1][:N], A.reshape(-1, A.shape[2]), []
+        wide, k = abs(flat), count * N
+        for j in range(0, now.shape[1], TICKS):  # as many as a processor's cache holds
+            some, goal = now[:, j : j + TICKS], then[:, j : j + TICKS]
+            left, size = flat @ some, abs(some)
+            left[:k] -= goal
+            doubt = wide @ size
+            doubt[:k] += abs(goal)
+            left = abs(left) + _gamma(A.shape[2]) * doubt
+            gone = sizes @ np.linalg.norm(left.reshape(len(A), N, -1), axis=1)
+            whole = np.tensordot(sizes[:count], size[:k].reshape(count, N, -1), 1)
+            whole = np.vstack([whole, size[k:]])
+            lost.append(gone + np.linalg.norm(off @ whole, axis=0))
         return self.longest * np.concatenate(lost) + TINY
 
     def halves(self):
@@ -314,11 +311,6 @@ class Motion:
 def _gamma(n):
     """More than a sum of n products is off by, and some roundings beside it."""
     return 1.01 * (n + 9) * 2.0**-53
-
-
-def _lengths(x, N):
-    """(blocks, k) lengths of the columns of each N rows of x."""
-    return np.sqrt(np.square(x).reshape(-1, N, x.shape[1]).sum(axis=1))
 
 
 def _above(x):
