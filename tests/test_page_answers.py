@@ -41,7 +41,7 @@ DRIVE = """async ([tag, seed, moves, texts]) => {
   };
   // what the controls show, and what was asked when a button was pressed
   const setting = () => JSON.stringify([...view.querySelectorAll(
-    "input:not(.sos-slow input), select, textarea")].map(part =>
+    "input:not(.sos-slow input, .sos-ruler input), select, textarea")].map(part =>
     part.type === "checkbox" ? part.checked
       : part.matches(".sos-field[hidden] textarea") ? null : part.value));
   const pressed = {html: "", setting: ""}, told = new Map(), sync = !e.solver;
@@ -72,10 +72,6 @@ DRIVE = """async ([tag, seed, moves, texts]) => {
     if (code?.textContent.startsWith("import") && !marked(code)
       && code.textContent !== e.program) fault("code of another setting");
     const readout = view.querySelector(".sos-readout");
-    if (!sync && !marked(readout) && readout.textContent)
-      for (const output of view.querySelectorAll(".sos-slider output"))
-        if (!readout.textContent.includes(output.textContent))
-          fault(`the verdict doesn't say ${output.textContent}`);
     if (sync && tag !== "sos-robot" && !marked(readout)) {   // its pushes: no control
       const said = readout.textContent + [...view.querySelectorAll("svg")].map(
         svg => svg.getAttribute("aria-label"));
@@ -146,13 +142,14 @@ DRIVE = """async ([tag, seed, moves, texts]) => {
     all("[type=checkbox]").forEach(box => box.checked && box.click());
   }
   await until(solved);
+  if (sync) await until(() => !marked(view.querySelector(".sos-readout")));
   buttons().find(x => x.textContent === "Link to this")?.click();
   const readout = view.querySelector(".sos-readout").textContent;
   return [[...faults], settings.size, setting(), sync ? readout : ""]; }"""
 HERE = """([tag, sync]) => {
   const e = document.querySelector(tag), {view} = e;
   return [JSON.stringify([...view.querySelectorAll(
-      "input:not(.sos-slow input), select, textarea")].map(part =>
+      "input:not(.sos-slow input, .sos-ruler input), select, textarea")].map(part =>
       part.type === "checkbox" ? part.checked
         : part.matches(".sos-field[hidden] textarea") ? null : part.value)),
     sync ? view.querySelector(".sos-readout").textContent : "",

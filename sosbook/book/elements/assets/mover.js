@@ -98,9 +98,9 @@ export class Mover extends PageElement {
 
   reset(to = {}) {
     this.stands = Object.fromEntries(this.controls.map(control => {
-      const {key, start, names} = control,
-                         x = names ? decimal(to[key]) : this.meaning(key, String(to[key] ?? ""));
-      return [key, names ? x in names ? x : start : isFinite(x) ? x : start];
+      const {key, start, names} = control, given = decimal(to[key]);
+      const x = names ? given in names ? given : NaN : this.meaning(key, String(given));
+      return [key, isFinite(x) ? x : start];
     }));
     this.wrong = {};
     this.reply("");
