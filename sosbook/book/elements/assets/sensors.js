@@ -32,7 +32,7 @@ const below = x => {
 
 class Sensors extends Mover {
   says =
-    "Measured are {p1}, {p2}, {v1}, {v2} {integral}; where no rate is, a filter of {filter} makes one. The load has {J0} to {J1}, the shaft {k0} to {k1}.";
+    "Measured are {p1}, {p2}, {v1}, {v2} {integral}; a filter of {filter} makes the rates. Load: {J0} to {J1}, shaft: {k0} to {k1}.";
   get horizon() { return SECONDS; }
   get still() { return 0.12; }
   get idles() { return true; }
@@ -178,9 +178,8 @@ class Sensors extends Mover {
     const words = !stable && pole ? `No controller of any order moves ${left}: ${
                                       names.length ? "these sensors don't see it" : "nothing is measured"}.`
       : !stable ? "Undecided: the search found no gains that are stable in the whole range."
-      : sigma
-      ? `Proven for every constant plant of the range: σ = ${clean(sigma)} s⁻¹, in exact arithmetic, with ${
-          cells.length} ${cells.length === 1 ? "cell" : "cells"}.`
+      : sigma   ? `Proven for every constant plant: σ = ${clean(sigma)} s⁻¹, exactly, in ${cells.length} ${
+                    cells.length === 1 ? "cell" : "cells"}.`
       : tried ? `Stable as far as was looked; ${MOST} cells prove nothing.`
               : "Stable as far as was looked. The proof comes when nothing moves.";
     const kinds = [...new Set(names)].map(

@@ -29,7 +29,7 @@ function fileOf({file, mark}, lines, words, numbers, K, P) {
 }
 
 class Theorem extends Mover {
-  says = "A gust may move z by at most peak = {peak}, with an input of at most uₘₐₓ = {u_max}.";
+  says = "A gust moves z by at most peak = {peak}, with |u| at most {u_max}.";
   figures = {
     reach:
       "The farthest that a gust of energy one can move z until t: with the design, and pale without. Dashed: the number peak.",
@@ -41,7 +41,7 @@ class Theorem extends Mover {
     const names = known.map(([name, means]) => `<span><code>${escape(name)}</code> ${escape(means)}</span>`);
     return `<div class="sos-form"><label for="${
              id}">Blocks that must be positive definite, one a line</label>` +
-      `<textarea id="${id}" class="sos-lines" rows="${lines.length + 1}" spellcheck="false" ${QUIET}>${
+      `<textarea id="${id}" class="sos-lines" rows="${lines.length}" spellcheck="false" ${QUIET}>${
         escape(lines.join("\n"))}</textarea><p class="sos-fault" role="alert"></p>` +
       `<p class="sos-soft sos-known">${names.join(" ")}</p>` +
       `<label for="${id}-words">What they prove, in your words</label>` +

@@ -5,11 +5,11 @@ from .boxes import bilinear, ends_of
 from .mover import Mover, choice, slider, tick
 
 TICKS = {
-    "p1": "the motor's angle φ₁",
-    "p2": "the load's angle φ₂",
-    "v1": "the motor's rate φ₁′",
-    "v2": "the load's rate φ₂′",
-    "integral": "and integrate the first angle",
+    "p1": "the motor's φ₁",
+    "p2": "the load's φ₂",
+    "v1": "the rate φ₁′",
+    "v2": "the rate φ₂′",
+    "integral": "and an integral",
 }
 
 
