@@ -64,7 +64,7 @@ def own_theorem(title="A theorem of your own"):
     return OwnTheorem(
         "theorem",
         title,
-        "Ask for a shorter peak. Then write W/4 for W: what does the truth say?",
+        "Ask for a shorter peak. Then write W/4 for W below: what is true?",
         [
             slider("peak", "Bound peak of |z|", "", (0.1, 1.5), 0.02, 0.6),
             slider("u_max", "Input bound u_max", "", (1.0, 3.0), 0.02, 120.0, "log"),

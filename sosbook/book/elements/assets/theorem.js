@@ -39,14 +39,13 @@ class Theorem extends Mover {
   markup() {
     const {lines, words, known} = this.data, id = `${this.name}-lines`;
     const names = known.map(([name, means]) => `<span><code>${escape(name)}</code> ${escape(means)}</span>`);
-    return `<div class="sos-form"><label for="${
+    return `${super.markup()}<div class="sos-form"><label for="${
              id}">Blocks that must be positive definite, one a line</label>` +
       `<textarea id="${id}" class="sos-lines" rows="${lines.length}" spellcheck="false" ${QUIET}>${
         escape(lines.join("\n"))}</textarea><p class="sos-fault" role="alert"></p>` +
       `<p class="sos-soft sos-known">${names.join(" ")}</p>` +
       `<label for="${id}-words">What they prove, in your words</label>` +
-      `<input id="${id}-words" type="text" class="sos-words" value="${escape(words)}" ${QUIET}></div>${
-        super.markup()}`;
+      `<input id="${id}-words" type="text" class="sos-words" value="${escape(words)}" ${QUIET}></div>`;
   }
 
   get buttons() { return [["reset", "Reset"], ["link", "Link to this"], ["save", "Save the proof"]]; }

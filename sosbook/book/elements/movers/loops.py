@@ -116,8 +116,7 @@ def kalman(plant, K, spread):
     return Mover(
         "kalman",
         "An observer and its noises",
-        "Make the gyro bad: the filter slows down. What do the error and the voltage "
-        "do? Then give the loop a plant that the observer doesn't have in mind.",
+        "Make the gyro bad: what do error and voltage do? Then take another plant.",
         [
             slider("gyro", "Gyro's noise", " rad/s/√Hz", (-3, 0), 0.05, 0.1, "log"),
             slider("wheels", "Noise of the wheels' rate", *noise, 0.05, 0.316, "log"),
