@@ -11,10 +11,15 @@ from sosbook.book import thesis
 from sosbook.lmi import Unknown, block, eye
 from sosbook.solver.barrier import Barrier
 from sosbook.solver.blocks import Blocks
-from sosbook.solver.loop import Unbounded, centre, minimize, phase_one
+from sosbook.solver.loop import (
+    STEPS_BEFORE_DIRECTIONS,
+    Unbounded,
+    centre,
+    minimize,
+    phase_one,
+)
 from sosbook.solver.newton import Newton
 from sosbook.solver.primal_dual import interior_steps
-from sosbook.solver.settings import DEFAULTS
 from sosbook.synthesis.feasibility import search
 from sosbook.synthesis.request import Request
 from tests.random_plants import random_case
@@ -105,7 +110,7 @@ def test_a_mode_in_its_place_is_seen_as_a_set_without_end(sigma, settled):
     if settled:
         with pytest.raises(Unbounded):
             centre(blocks, x, steps.append, directions=problem.free_directions)
-        assert len(steps) < DEFAULTS.steps_before_directions  # long ones
+        assert len(steps) < STEPS_BEFORE_DIRECTIONS  # long ones
         with pytest.raises(Unbounded):  # without a hint
             centre(blocks, x)
     else:  # no ray

@@ -17,10 +17,19 @@ import pytest
 from numpydoc.docscrape import FunctionDoc
 
 import sosbook as sos
+from sosbook import pendulum
+from sosbook.book import thesis
 from sosbook.book.elements.movers import regulator
 from sosbook.book.elements.movers.mover import slider
 from sosbook.controllers import Code, CompiledCode, Profile
 from sosbook.delay import DelayedLoop
+from sosbook.pendulum.compiled import Compiled
+from sosbook.pendulum.export import Program
+from sosbook.pendulum.margins import SampledLoop, lowest_rate, sensing
+from sosbook.pendulum.play import motion_with_play
+from sosbook.pendulum.recorded import check_recording
+from sosbook.pendulum.rig import DATA, shipped
+from sosbook.pendulum.steering import Steering
 from sosbook.studies import maps, polytopes
 from tests.cases import campaign
 from tests.closed import analyse_loop
@@ -43,6 +52,12 @@ WITH = {  # what the least bound of a name needs beside it
     "u_max": dict(saturation=sos.Saturation(None, [1, 0])),
     "cost": dict(requirements=[sos.QuadraticCost(np.eye(2), [[1]])]),
 }
+FIRMWARE = pendulum.Firmware(
+    pendulum.SampledLaw.of_gain(thesis.mip().gains["PD"][1], 0.01)
+)
+STEERING = Steering(FIRMWARE, [[-0.93, -0.29, -0.52]], 0.25, 0.07, 0.034)
+ROBOT = pendulum.Robot.shipped("thesis")
+GEARMOTORS = pendulum.Robot.shipped("gearmotors")
 OBSERVER = sos.design_observer(PAIR, K, np.eye(4), [[1]])
 
 
@@ -165,6 +180,36 @@ CALLS = {
     ],
     "slider": [lambda scale: slider("a", "A", "", (0.1, 1), 0.1, 1, scale)],
     "regulator": [lambda laws: regulator((1, 10), (10,), laws=laws)],
+    "Program": [
+        lambda precision: Program(FIRMWARE, "b", precision, steering=STEERING).law
+    ],
+    "Compiled": [lambda precision: Compiled(FIRMWARE, precision)],
+    "motion_with_play": [
+        lambda **o: motion_with_play(200, 30, 0, [1.0] * 9, 0.01, 0.1, 0.02, 0.5, **o)
+    ],
+    "sensing": [lambda kind: sensing(kind, 0.01)],
+    "SampledLoop": [
+        lambda sensing: SampledLoop(
+            pendulum.Mip.printed(), FIRMWARE.law, sensing=sensing
+        )
+    ],
+    "lowest_rate": [
+        lambda sensing: lowest_rate(
+            [pendulum.Mip.printed()],
+            lambda T: pendulum.SampledLaw.of_gain(thesis.mip().gains["PD"][1], T),
+            sensing=sensing,
+            rates=(200, 100),
+        )
+    ],
+    "check_recording": [
+        lambda experiment: check_recording(
+            DATA / ("wheels.csv" if experiment == "wheels" else "body.csv"),
+            ROBOT,
+            experiment,
+        )
+    ],
+    "shipped": [shipped],
+    "Robot": [lambda **o: ROBOT.but(**o), lambda **o: GEARMOTORS.but(**o)],
     "Gains.controller": [
         lambda memory: sos.analyse_pid(CART, K).controller(
             ["z1"],
@@ -303,6 +348,8 @@ def documented():
 
 
 MARKS = {
+    "Compiled, precision='double'": pytest.mark.compiler,
+    "Compiled, precision='single'": pytest.mark.compiler,
     "compare, minimize='gamma'": pytest.mark.campaign,
     "ObserverDesign.analyse, minimize='u_max'": pytest.mark.campaign,
 }

@@ -8,7 +8,7 @@ import pytest
 import sosbook as sos
 from sosbook.plants import descriptors
 from sosbook.runtime.time_limit import OutOfTime
-from sosbook.synthesis import slack as pieces
+from sosbook.synthesis import families as pieces
 from tests.cases import campaign
 from tests.test_uncertain import bicycle, drive
 

@@ -49,7 +49,13 @@ class LMISolution:
         return f"<LMISolution: {self.status}, smallest margin {least:.3g}>"
 
     def __getitem__(self, expression):
-        """The value of an expression in the unknowns; a ValueError without a point."""
+        """The value of an expression in the unknowns, an array in floats.
+
+        Raises
+        ------
+        ValueError
+            If there is no point, or the blocks don't have one of its unknowns.
+        """
         if self.values is None:
             raise ValueError(NO_POINT.format(self.status))
         return self.problem.text.value(expression, self.values)

@@ -178,11 +178,24 @@ class Comparison:
 
 
 def compare(log, model):
-    """The `Comparison` of the log of a running program with its model.
+    """Hold the log of a running program against its model.
 
-    ``log``: what a program logged, or its file; ``model``: the `Model` it was made for,
-    or the folder with its programs. Raises ValueError if a file isn't what it should
-    be.
+    Parameters
+    ----------
+    log : TickLog or path_like
+        What a program logged, or its file.
+    model : Model or path_like
+        What it was made for, or the folder with its programs.
+
+    Returns
+    -------
+    Comparison
+        The robot in the log, and what differs.
+
+    Raises
+    ------
+    ValueError
+        If a file isn't what it should be.
     """
     log = log if isinstance(log, TickLog) else TickLog.read(log)
     model = model if isinstance(model, Model) else Model.read(model)

@@ -13,13 +13,41 @@ __all__ = ["FLAGS", "Compiled", "compiler"]
 
 
 class Compiled:
-    """A `Firmware` in C at work on robots side by side, in place of its `Controller`.
+    """A `Firmware` in C at work on robots side by side.
 
-    ``firmware``: the law, its limits and its faults; ``precision``, {"double",
-    "single"}; ``folder``: where balance.h, balance.c and the compiled library go, a
-    temporary one without it; ``flags``: the compiler's; ``runs``: how many robots stand
-    side by side. Raises ValueError as for `Program`, FileExistsError if the folder has
-    other files of these names, RuntimeError if there is no compiler, or it refuses.
+    It has the methods of `Controller` and can take its place.
+
+    Parameters
+    ----------
+    firmware : Firmware
+        The law, its limits and its faults.
+    precision : {"double", "single"}
+    folder : path_like, optional
+        Where balance.h, balance.c and the compiled library go. Without it a
+        temporary folder.
+    flags : sequence of str
+        The compiler's flags.
+    runs : int
+        How many robots stand side by side.
+
+    Raises
+    ------
+    ValueError
+        As for `Program`.
+    FileExistsError
+        If the folder has other files of these names.
+    RuntimeError
+        If there is no compiler, or it refuses.
+
+    Examples
+    --------
+    >>> from sosbook.pendulum import PD_SIGNALS, Firmware, Gain, SampledLaw
+    >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
+    >>> law = SampledLaw.of_gain(gain, 0.01)
+    >>> controller = Compiled(Firmware(law))  # doctest: +SKIP
+    >>> controller.start(tilt=0.1)            # doctest: +SKIP
+    >>> controller.step(gyro=0.0, wheels=0.0).round(3)  # doctest: +SKIP
+    array([2.])
     """
 
     def __init__(self, firmware, precision="double", folder=None, flags=FLAGS, runs=1):

@@ -24,13 +24,29 @@ SPREAD = 0.04  # of e/c and e/a, at least: that of (4.25)
 
 
 def recommend(mip, R=20.0, **asked):
-    """The controller that this book recommends for a robot, a `Deployment`.
+    """The controller that this book recommends for a robot.
 
     A robot whose description has no law gets the observer; or the gain, where that is
-    proven and the observer isn't. The header says why. ``mip``: the pendulum, with its
-    I_w; ``R``: weight of the voltage, or None to search it; ``**asked``: as for
-    `Deployment`. Raises ValueError on bad input, or where there is no design; it says
-    why.
+    proven and the observer isn't. The header says why.
+
+    Parameters
+    ----------
+    mip : Mip
+        The pendulum, with its I_w.
+    R : float or None
+        Weight of the voltage, or None to search it.
+    **asked
+        As for `Deployment`.
+
+    Returns
+    -------
+    Deployment
+        The controller and all that is known of it.
+
+    Raises
+    ------
+    ValueError
+        On bad input, or where there is no design; it says why.
     """
     found = Deployment(mip, R, **asked)
     if asked.get("robot") and not asked["robot"].law:
@@ -61,18 +77,37 @@ def _or_gain(found):
 
 
 def deploy(body, wheels, robot=None, force=False, confidence=None, **asked):
-    """From the logs of the two experiments to a controller, a `Deployment`.
+    """From the logs of the two experiments to a controller.
 
-    ``body``, ``wheels``: CSV files, as `Log.read` takes them; ``robot``: the robot's
-    description, or the file that holds it. Only the logs that the package ships need
-    none: they are the thesis's robot's, of which a dict changes some keys; ``force``:
-    go on with logs that `check_log` or `check_fits` refuses; the header says so;
-    ``confidence``: with it all five ratios are uncertain: the spread is the `FitSpread`
-    of the logs, a box that holds the robot with this probability. Not beside
-    ``spread``. Without both the spread of e/c and e/a is that of (4.25), or the logs'
-    own 95 % interval where that is wider; ``**asked``: as for `recommend`; a described
-    robot's R is searched. Raises ValueError if other logs come without a description,
-    or if the logs are refused; it says why.
+    Parameters
+    ----------
+    body, wheels : str or Path
+        CSV files, as `Log.read` takes them.
+    robot : Robot, path_like or dict, optional
+        The robot's description, or the file that holds it. Only the
+        logs that the package ships need none: they are the thesis's
+        robot's, of which a dict changes some keys.
+    force : bool
+        Go on with logs that `check_log` or `check_fits` refuses; the
+        header says so.
+    confidence : float, optional
+        With it all five ratios are uncertain: the spread is the `FitSpread` of the
+        logs, a box that holds the robot with this probability. Not beside ``spread``.
+        Without both the spread of e/c and e/a is that of (4.25), or the logs' own
+        95 % interval where that is wider.
+    **asked
+        As for `recommend`; a described robot's R is searched.
+
+    Returns
+    -------
+    Deployment
+        The controller and all that is known of it.
+
+    Raises
+    ------
+    ValueError
+        If other logs come without a description, or if the logs are
+        refused; it says why.
     """
     if robot is not None and not isinstance(robot, dict):
         asked.setdefault("R", None)  # searched

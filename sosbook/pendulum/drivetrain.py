@@ -14,14 +14,28 @@ __all__ = ["Drivetrain"]
 class Drivetrain:
     """The battery and the gears between a command and the wheels.
 
-    ``friction``: Coulomb's, in the gears, in V; ``backlash``: play between the wheels
-    and the motors, whose rotors and encoders turn on in it: in rad of a wheel, from one
-    end to the other; ``battery``: its voltage under load, in V, or a function of t that
-    gives it. The motors get no more, whatever is asked for; ``nominal``: a program that
-    doesn't measure its battery takes it for this, in V: the motors get battery /
-    nominal of what is asked for. Without it the battery is measured. Raises ValueError
-    on negative friction or play, or a ``nominal`` without a battery.
+    Parameters
+    ----------
+    friction : float
+        Coulomb friction in the gears, in V.
+    backlash : float
+        Play between the wheels and the motors, whose rotors and encoders turn on in
+        it: in rad of a wheel, from one end to the other.
+    battery : float or callable, optional
+        Its voltage under load, in V, or a function of t that gives it. The
+        motors get no more, whatever is asked for.
+    nominal : float, optional
+        A program that doesn't measure its battery takes it for this, in V: the
+        motors get battery / nominal of what is asked for. Without it the
+        battery is measured.
 
+    Raises
+    ------
+    ValueError
+        On negative friction or play, or a ``nominal`` without a battery.
+
+    Examples
+    --------
     >>> Drivetrain(battery=6.0).gives(np.array([2.0, -9.0]), 0.0)
     array([ 2., -6.])
     """

@@ -42,28 +42,51 @@ DESCRIBED = "limit", "tip", "blend", "gyro_range", "compensation"
 class Firmware:
     """A sampled law with all that a real robot needs around it.
 
-    ``law``: what sees samples and gives a voltage; ``limit``: the largest voltage, in
-    V; ``tip``: beyond this tilt the motors go off for good, in rad; ``blend``: share of
-    the accelerometers' tilt in every estimate, 0 to 1: T / (time constant). Zero
-    integrates the gyro alone; ``missing``: so many ticks in a row without a good
-    reading of the gyro, or of the encoders, are bridged; each sensor has its own count;
-    ``frozen``: for so many ticks in a row the gyro may repeat itself to the last bit,
-    which the noise of a working one prevents. With zero it isn't checked; ``stall``:
-    after so many ticks in a row at the voltage's limit, of either sign, the motors go
-    off; ``fastest``: the wheels never turn faster against the body, in rad/s: a reading
-    beyond it is a bad one; ``gyro_range``: the gyro's full scale, in rad/s: a reading
-    at it or beyond is a bad one; ``deaf``: for so many ticks in a row the encoders may
-    read the same while the motors get a quarter of the limit. With zero it isn't
-    checked; ``compensation``: of the gears' Coulomb friction, in V, added in the
-    command's sense: c from 2 c on, and half of a smaller command. The gain from the law
-    to the voltage then lies between 1 and 1.5. Zero adds nothing; ``late``: so many
-    more ticks may come late, or not at all, than come in time; then the programs, which
-    know the time, switch the motors off. With zero they don't.
+    Parameters
+    ----------
+    law : SampledLaw
+        The control law, which sees samples and gives a voltage.
+    limit : float
+        The largest voltage, in V.
+    tip : float
+        Beyond this tilt the motors go off for good, in rad.
+    blend : float
+        Share of the accelerometers' tilt in every estimate, 0 to 1:
+        T / (time constant). Zero integrates the gyro alone.
+    missing : int
+        So many ticks in a row without a good reading of the gyro, or of
+        the encoders, are bridged; each sensor has its own count.
+    frozen : int
+        For so many ticks in a row the gyro may repeat itself to the last bit,
+        which the noise of a working one prevents. With zero it isn't checked.
+    stall : int
+        After so many ticks in a row at the voltage's limit, of either
+        sign, the motors go off.
+    fastest : float
+        The wheels never turn faster against the body, in rad/s: a
+        reading beyond it is a bad one.
+    gyro_range : float
+        The gyro's full scale, in rad/s: a reading at it or beyond is a bad
+        one.
+    deaf : int
+        For so many ticks in a row the encoders may read the same while the
+        motors get a quarter of the limit. With zero it isn't checked.
+    compensation : float
+        Of the gears' Coulomb friction, in V, added in the command's sense: c
+        from 2 c on, and half of a smaller command. The gain from the law to
+        the voltage then lies between 1 and 1.5. Zero adds nothing.
+    late : int
+        So many more ticks may come late, or not at all, than come in time; then the
+        programs, which know the time, switch the motors off. With zero they don't.
 
+    Notes
+    -----
     theta is the gyro's integral by the trapezoidal rule, corrected by
     the accelerometers; phi, the absolute angle of the wheels, is the
     encoders' angle plus theta; its rate is phi's difference over T.
 
+    Examples
+    --------
     >>> from sosbook.pendulum import PD_SIGNALS, Gain
     >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
     >>> law = SampledLaw.of_gain(gain, 0.01)
@@ -157,11 +180,19 @@ class Firmware:
 
 
 class Controller:
-    """A `Firmware` at work on ``runs`` robots side by side.
+    """A `Firmware` at work on robots side by side.
 
-    Every value is an array with an entry for each robot. Call `start` with the robot at
-    rest, then `step` at every tick. ``firmware``: the law, its limits and its faults;
-    ``kind``: the precision of all arithmetic, float or np.float32.
+    Every value is an array with an entry for each robot. Call `start`
+    with the robot at rest, then `step` at every tick.
+
+    Parameters
+    ----------
+    firmware : Firmware
+        The law, its limits and its faults.
+    runs : int
+        How many robots stand side by side.
+    kind : float or np.float32
+        The precision of all arithmetic.
     """
 
     def __init__(self, firmware, runs=1, kind=float):
@@ -173,9 +204,14 @@ class Controller:
     def start(self, tilt, wheels=0.0, bias=0.0):
         """Forget everything; the robot rests.
 
-        Each is a float or (runs,): ``tilt``: theta, from the accelerometers, in rad;
-        ``wheels``: the encoders' mean angle, wheels against body, in rad; ``bias``:
-        what the gyro says at rest, in rad/s.
+        Parameters
+        ----------
+        tilt : float or (runs,) array
+            theta, from the accelerometers, in rad.
+        wheels : float or (runs,) array
+            The encoders' mean angle, wheels against body, in rad.
+        bias : float or (runs,) array
+            What the gyro says at rest, in rad/s.
         """
         lanes = self._lanes
         none = lanes.zero
@@ -202,13 +238,26 @@ class Controller:
         return [shown(entry) for entry in value] if name == "x" else shown(value)
 
     def step(self, gyro, wheels, tilt=np.nan, target=0.0, rate=0.0):
-        """One tick: (runs,) volts for the motors; zero after a fault.
+        """One tick.
 
-        Each is a float or (runs,): ``gyro``: its reading, in rad/s. One that isn't a
-        number, or is out of range, is a bad one; ``wheels``: the encoders' mean angle,
-        in rad; it may be bad likewise; ``tilt``: the accelerometers' tilt, in rad; not
-        a number where there is none, which is no fault; ``target``, ``rate``: set point
-        of phi since the start and of phi', in rad and rad/s.
+        Parameters
+        ----------
+        gyro : float or (runs,) array
+            The gyro's reading, in rad/s. One that isn't a number, or is out of
+            range, is a bad one.
+        wheels : float or (runs,) array
+            The encoders' mean angle, in rad; it may be bad likewise.
+        tilt : float or (runs,) array
+            The accelerometers' tilt, in rad; not a number where there is none,
+            which is no fault.
+        target, rate : float or (runs,) array
+            Set point of phi since the start and of phi', in rad and
+            rad/s.
+
+        Returns
+        -------
+        (runs,) array
+            Volts for the motors; zero after a fault.
         """
         if self._now is None:
             raise ValueError("the controller isn't started: call start(tilt)")

@@ -26,15 +26,33 @@ class SampledLaw:
     x(k+1) = A x(k) + B y(k) + W (V(k) - u(k)),
     u(k) = C x(k) + D y(k), with V(k) the voltage after the limit.
 
-    ``A``, (N, N): how the state moves; ``B``, (N, 4): how the samples act on the state;
-    ``C``, (1, N): how the state acts on the voltage; ``D``, (1, 4): how the samples act
-    on the voltage, in V per rad and V per rad/s; ``T``: time between samples, in s;
-    ``W``, (N, 1): anti-windup: how what the limit withheld acts on the state. Without
-    it the state knows nothing of the limit; ``start``, (N,): the state at the start,
-    per rad of tilt; zero without it; ``note``: where the law comes from; the header of
-    its C program carries it. Raises ValueError on wrong shapes, entries that aren't
-    finite, or T <= 0.
+    Parameters
+    ----------
+    A : (N, N) array_like
+        How the state moves.
+    B : (N, 4) array_like
+        How the samples act on the state.
+    C : (1, N) array_like
+        How the state acts on the voltage.
+    D : (1, 4) array_like
+        How the samples act on the voltage, in V per rad and V per rad/s.
+    T : float
+        Time between samples, in s.
+    W : (N, 1) array_like, optional
+        Anti-windup: how what the limit withheld acts on the state.
+        Without it the state knows nothing of the limit.
+    start : (N,) array_like, optional
+        The state at the start, per rad of tilt; zero without it.
+    note : tuple of str
+        Where the law comes from; the header of its C program carries it.
 
+    Raises
+    ------
+    ValueError
+        On wrong shapes, entries that aren't finite, or T <= 0.
+
+    Examples
+    --------
     >>> gain = Gain([[20, 0.8, 2, 0.9, 0.4]], PID_SIGNALS)
     >>> law = SampledLaw.of_gain(gain, 0.01)
     >>> law.order, law.D
@@ -85,15 +103,30 @@ class SampledLaw:
     def of_gain(cls, gain, T, tracking_time=TRACKING_TIME):
         """V = K [theta, phi, theta', phi', x3] of measured states; x3 sums T phi.
 
-        ``gain``: that of a design for a pendulum's plant, of `PD_SIGNALS` or
-        `PID_SIGNALS` in any order; ``T``: time between samples, in s;
-        ``tracking_time``: while the voltage is at its limit, K_I x3 follows what is
-        withheld with this time constant, in s. Raises ValueError if the gain doesn't
-        say what it multiplies, or that isn't what a robot measures and sums.
+        Parameters
+        ----------
+        gain : Gain
+            The ``gain`` of a design for a pendulum's plant, of `PD_SIGNALS` or
+            `PID_SIGNALS` in any order.
+        T : float
+            Time between samples, in s.
+        tracking_time : float
+            While the voltage is at its limit, K_I x3 follows what is
+            withheld with this time constant, in s.
 
+        Raises
+        ------
+        ValueError
+            If the gain doesn't say what it multiplies, or that isn't what a robot
+            measures and sums.
+
+        Notes
+        -----
         Source: thesis (2.8), sampled; back calculation against windup
         as in Astrom and Hagglund, PID Controllers, section 3.5.
 
+        Examples
+        --------
         >>> gain = Gain([[20, 0.8, 2, 0.9, 0.4]], PID_SIGNALS)
         >>> SampledLaw.of_gain(gain, 0.01).W
         array([[0.05]])
@@ -116,10 +149,21 @@ class SampledLaw:
         The state x1 sums K_I U e and x2 sums T x1 + K_P e, with e the two
         rates; neither angle is measured. The thesis lacks U and names two
         signals wrongly. ``start`` presets x2, without which the law doesn't
-        know at which tilt it begins. ``gain``, ``T``: as for `of_gain`.
+        know at which tilt it begins.
 
+        Parameters
+        ----------
+        gain : Gain
+            As for `of_gain`.
+        T : float
+            Time between samples, in s.
+
+        Notes
+        -----
         Source: thesis (4.26), Appendix B.
 
+        Examples
+        --------
         >>> gain = Gain([[20, 0.8, 2, 0.9]], PD_SIGNALS)
         >>> SampledLaw.appendix_b(gain, 0.01).start
         array([   0., 2000.])
@@ -133,12 +177,22 @@ class SampledLaw:
     def of_controller(cls, controller, T, W=None, start=None):
         """The zero-order hold of a controller from both rates to V.
 
-        ``controller``: of python-control, from [theta', phi'] to V, in continuous time,
-        or already sampled with this T. Inputs that have names have these two; ``T``:
-        time between samples, in s; ``W``, ``start``: as in `SampledLaw`.
+        Parameters
+        ----------
+        controller : control.StateSpace or control.TransferFunction
+            A controller from [theta', phi'] to V, in continuous time, or
+            already sampled with this T. Inputs that have names have these two.
+        T : float
+            Time between samples, in s.
+        W, start : array_like, optional
+            As in `SampledLaw`.
 
+        Notes
+        -----
         Source: thesis (4.30), which is u = -H y.
 
+        Examples
+        --------
         >>> import control
         >>> lag = control.ss([[-1]], [[1, 0]], [[1]], [[0, 0]])
         >>> law = SampledLaw.of_controller(lag, 0.1)

@@ -21,15 +21,28 @@ INTEGRATION_TOLERANCE = 1e-9  # from one: a nearer eigenvalue counts as one
 
 
 def sensing(kind, T, blend=0.0):
-    """The `SampledSystem` from the true [theta, phi, theta', phi'] to what a law is
-    given.
+    """The system from the true [theta, phi, theta', phi'] to what the law is given.
 
-    ``kind``: "exact": the truth. "differenced": phi' is the encoders' difference over T
-    plus the gyro at this tick. "raw": the encoders' angle phi - theta, and its
-    difference, stand for phi and phi'. "firmware": as `Firmware` does it, theta by the
-    trapezoidal rule and phi' as the difference of absolute angles; ``T``: time between
-    samples, in s; ``blend``: as in `Firmware`, with accelerometers that say the truth.
+    Parameters
+    ----------
+    kind : {"exact", "differenced", "raw", "firmware"}
+        "exact": the truth. "differenced": phi' is the encoders'
+        difference over T plus the gyro at this tick. "raw": the
+        encoders' angle phi - theta, and its difference, stand for phi
+        and phi'. "firmware": as `Firmware` does it, theta by the
+        trapezoidal rule and phi' as the difference of absolute angles.
+    T : float
+        Time between samples, in s.
+    blend : float
+        As in `Firmware`, with accelerometers that say the truth.
 
+    Returns
+    -------
+    SampledSystem
+        A system with four inputs and four outputs, sampled with T.
+
+    Examples
+    --------
     >>> sensing("raw", 0.01).D
     array([[   1.,    0.,    0.,    0.],
            [  -1.,    1.,    0.,    0.],
@@ -75,11 +88,26 @@ def _held(robot, T, delay):
 class SampledLoop:
     """A pendulum about upright with a sampled law.
 
-    ``robot``: the pendulum; ``law``: what sees samples and gives a voltage; ``delay``:
-    the time from the sample to the voltage that follows from it, in s; ``sensing``,
-    {"exact", "differenced", "raw", "firmware"}: as in `sensing`; ``blend``: as in
-    `Firmware`. Raises ValueError on a negative delay or an unknown ``sensing``.
+    Parameters
+    ----------
+    robot : Mip
+        The pendulum.
+    law : SampledLaw
+        The control law, which sees samples and gives a voltage.
+    delay : float
+        The time from the sample to the voltage that follows from it, in s.
+    sensing : {"exact", "differenced", "raw", "firmware"}
+        As in `sensing`.
+    blend : float
+        As in `Firmware`.
 
+    Raises
+    ------
+    ValueError
+        On a negative delay or an unknown ``sensing``.
+
+    Examples
+    --------
     >>> from sosbook.book import thesis
     >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][1], 0.01)
     >>> round(SampledLoop(Mip.printed(), law).radius, 3)
@@ -193,13 +221,29 @@ def peak_sensitivity(gain):
 def lowest_rate(
     robots, law_of, ticks=0.0, sensing="exact", rates=tuple(np.geomspace(1000, 10, 241))
 ):
-    """The rate in Hz down to which every robot's loop is stable; infinite if none is.
+    """The rate down to which every robot's loop is stable.
 
-    ``robots``: the pendulums, all of which shall be stable; ``law_of``: makes a
-    `SampledLaw` of T, in s; ``ticks``: the delay, in units of T; ``sensing``: as in
-    `sensing`; ``rates``: in Hz, from the fastest down; the answer is the last one
-    before the first that fails. A slower one may be stable again.
+    Parameters
+    ----------
+    robots : sequence of Mip
+        The pendulums, all of which shall be stable.
+    law_of : callable
+        Makes a `SampledLaw` of T, in s.
+    ticks : float
+        The delay, in units of T.
+    sensing : {"exact", "differenced", "raw", "firmware"}
+        As in `sensing`.
+    rates : sequence of float
+        Rates in Hz, from the fastest down; the answer is the last one before
+        the first that fails. A slower one may be stable again.
 
+    Returns
+    -------
+    float
+        The rate in Hz; infinite if the first fails.
+
+    Examples
+    --------
     >>> from sosbook.book import thesis
     >>> gain = thesis.mip().gains["PD"][5]
     >>> rate = lowest_rate(

@@ -29,16 +29,40 @@ class Mip:
         - b \sin\theta\, \dot\theta^2
         &= e V - f (\dot\varphi - \dot\theta)
 
-    ``a`` = r^2 (M_b + 2 M_w) + 2 I_w, ``b`` = M_b l r and ``c`` = I_b + M_b l^2, in
-    kg m^2; ``d`` = M_b g l, in N m; ``e`` = 2 R_g t_m / V_max, in N m / V; ``f`` =
-    2 R_g^2 C_m, in N m s; ``I_w``: inertia of one geared wheel, in kg m^2: the part of
-    a that the wheels' experiment measures. `vertices` needs it; ``J`` = 2 R_g^2 I_a, in
-    kg m^2: the rotors turn against the body, not against the ground, which couples
-    theta and phi. The thesis leaves it out. Raises ValueError if the mass matrix isn't
-    positive definite at every theta, or a number isn't finite.
+    Parameters
+    ----------
+    a : float
+        r^2 (M_b + 2 M_w) + 2 I_w, in kg m^2.
+    b : float
+        M_b l r, in kg m^2.
+    c : float
+        I_b + M_b l^2, in kg m^2.
+    d : float
+        M_b g l, in N m.
+    e : float
+        2 R_g t_m / V_max, in N m / V.
+    f : float
+        2 R_g^2 C_m, in N m s.
+    I_w : float, optional
+        Inertia of one geared wheel, in kg m^2: the part of a that the
+        wheels' experiment measures. `vertices` needs it.
+    J : float
+        2 R_g^2 I_a, in kg m^2: the rotors turn against the body, not
+        against the ground, which couples theta and phi. The thesis
+        leaves it out.
 
+    Raises
+    ------
+    ValueError
+        If the mass matrix isn't positive definite at every theta, or a
+        number isn't finite.
+
+    Notes
+    -----
     Source: thesis (4.12), with the substitutions above it; J is zero.
 
+    Examples
+    --------
     >>> mip = Mip.printed()
     >>> [round(1e3 * x, 4) for x in (mip.a, mip.b, mip.c)]
     [0.4747, 0.3482, 0.9641]
@@ -71,18 +95,35 @@ class Mip:
     ):  # fmt: skip
         """The pendulum with the ratios that two experiments measure.
 
-        ``e_c``, ``f_c``, ``d_c``: e/c, f/c, d/c of the body's experiment (4.18);
-        ``e_a``, ``f_a``: e/a and f/a of the wheels' (4.22), where a = 2 I_w. The thesis
-        measures f/a and leaves it out; given, e, f and I_w fit the four ratios best, in
-        the least squares of their logarithms; ``M_b``, ``l``, ``r``, ``M_w``, ``g``:
-        masses of body and one wheel, distance of their centres, radius, gravity, in SI
-        units. The defaults aren't printed; with them every printed digit of a to f
-        follows; ``rotors``: set J to 2 I_w - M_w r^2, which (4.6) says is 2 R_g^2 I_a.
-        Raises ValueError if a number isn't positive, or the wheels seem lighter than
-        discs and ``rotors`` is asked.
+        Parameters
+        ----------
+        e_c, f_c, d_c : float
+            e/c, f/c, d/c of the body's experiment (4.18).
+        e_a : float
+            e/a of the wheels' experiment (4.22), where a = 2 I_w.
+        f_a : float, optional
+            f/a of the same. The thesis measures it and leaves it out.
+            Given, e, f and I_w fit the four ratios best, in the least
+            squares of their logarithms.
+        M_b, l, r, M_w, g : float
+            Masses of body and one wheel, distance of their centres,
+            radius, gravity; in SI units. The defaults aren't printed;
+            with them every printed digit of a to f follows.
+        rotors : bool
+            Set J to 2 I_w - M_w r^2, which (4.6) says is 2 R_g^2 I_a.
 
+        Raises
+        ------
+        ValueError
+            If a number isn't positive, or the wheels seem lighter than
+            discs and ``rotors`` is asked.
+
+        Notes
+        -----
         Source: thesis section 4.2. I_b = c - M_b l^2 isn't needed.
 
+        Examples
+        --------
         >>> mip = Mip.from_ratios(30.52, 7.133, 110.6, 208.8)
         >>> mip == Mip.printed()
         True
@@ -123,12 +164,21 @@ class Mip:
     def plant(self, F=((1,), (1,))):
         """The linear plant about upright, z = [theta; phi], u = V.
 
-        M = [[c, b - J], [b - J, a]] is symmetric and positive definite, and the
-        matrices are affine in a to f and J. ``F``, (2, p) or None: disturbance torques,
-        in N m per unit of w. Without it, one w acts on both equations of motion.
+        M = [[c, b - J], [b - J, a]] is symmetric and positive definite,
+        and the matrices are affine in a to f and J.
 
+        Parameters
+        ----------
+        F : (2, p) array_like or None
+            Disturbance torques, in N m per unit of w. Without it, one
+            w acts on both equations of motion.
+
+        Notes
+        -----
         Source: thesis (4.12), linearised by (4.14).
 
+        Examples
+        --------
         >>> Mip.printed().plant().B.round(4)
         array([[-0.0294],
                [ 0.0294]])
@@ -146,13 +196,22 @@ class Mip:
     def printed_form(self, F=((1,), (1,))):
         """The same plant as (4.15) writes it, M = (a c - b^2) I.
 
-        It is `plant` times the adjugate of its M, so it has the same poles and the same
-        responses. The thesis reverses B's sign; (4.25) and (4.27) print -D and -S.
-        ``F``, (2, p) or None: as (4.25) has it, where w / (a c - b^2) is an
-        acceleration of both angles.
+        It is `plant` times the adjugate of its M, so it has the same
+        poles and the same responses. The thesis reverses B's sign; (4.25)
+        and (4.27) print -D and -S.
 
+        Parameters
+        ----------
+        F : (2, p) array_like or None
+            As (4.25) has it: here w / (a c - b^2) is an acceleration
+            of both angles.
+
+        Notes
+        -----
         Source: thesis (4.15), (4.25).
 
+        Examples
+        --------
         >>> Mip.printed().printed_form().D.round(9)
         array([[ 5.659e-06, -5.659e-06],
                [-9.024e-06,  9.024e-06]])
@@ -168,13 +227,26 @@ class Mip:
         )
 
     def acceleration(self, z, dz, V):
-        """z'' of the nonlinear pendulum, (2, ...), in rad/s^2.
+        """z'' of the nonlinear pendulum, in rad/s^2.
 
-        ``z``, ``dz``, (2, ...): [theta; phi] and rates; further axes are runs side by
-        side; ``V``: volts; one number, or one for each run.
+        Parameters
+        ----------
+        z, dz : (2, ...) array_like
+            [theta; phi] and rates; further axes are runs side by side.
+        V : float or array_like
+            Volts; one number, or one for each run.
 
+        Returns
+        -------
+        (2, ...) array
+            [theta''; phi''] in rad/s^2.
+
+        Notes
+        -----
         Source: thesis (4.13), with e V cos(theta) once, not twice.
 
+        Examples
+        --------
         >>> Mip.printed().acceleration([0.1, 0], [0, 0], V=0).round(2)
         array([ 14.97, -10.92])
         """
@@ -186,8 +258,17 @@ class Mip:
     def energy(self, z, dz):
         """Kinetic plus potential energy, in J; zero at rest, theta = 90°.
 
-        ``z``, ``dz``: as for `acceleration`. Source: thesis (4.7) and (4.8), mended.
+        Parameters
+        ----------
+        z, dz : (2, ...) array_like
+            As for `acceleration`.
 
+        Notes
+        -----
+        Source: thesis (4.7) and (4.8), mended.
+
+        Examples
+        --------
         >>> round(float(Mip.printed().energy([0, 0], [0, 0])), 4)
         0.1066
         """

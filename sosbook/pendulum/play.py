@@ -135,12 +135,36 @@ def motion_with_play(e, f, d, V, T, friction, play, share, sees="driven"):
     angle q and the motors' m, in units of the whole inertia; p is the push of a
     spring and a damper where m - q exceeds half of the play, and never a pull.
 
-    ``e``, ``f``, ``d``, ``V``, ``T``: as for `motion`; ``friction``: Coulomb's, dry, on
-    the motors' side, in V; ``play``: the gap, in rad at the wheels; ``share``: s, of
-    the inertia on the motors' side, between 0 and 1; ``sees``, {"driven", "motors"}:
-    whose angle and speed the sensor has. Returns q, w, (N,): angle and speed before
-    V[k] acts. Raises ValueError if a number isn't finite, T isn't positive or the share
-    isn't in (0, 1).
+    Parameters
+    ----------
+    e, f, d : float
+        As for `motion`.
+    V : (N,) array_like
+        Voltage, held from one sample to the next.
+    T : float or (N,) array_like
+        Sampling time in s, or the time from each sample to the next.
+    friction : float
+        Coulomb friction on the motors' side, in V; it is dry.
+    play : float
+        The gap, in rad at the wheels.
+    share : float
+        s, of the inertia on the motors' side, between 0 and 1.
+    sees : {"driven", "motors"}
+        Whose angle and speed the sensor has.
+
+    Returns
+    -------
+    q, w : (N,) arrays
+        Angle and speed before V[k] acts.
+
+    Raises
+    ------
+    ValueError
+        If a number isn't finite, T isn't positive or the share isn't in (0, 1).
+
+    Examples
+    --------
+    Without play it is the motion of one body.
 
     >>> from .experiments import motion
     >>> V = [1.0] * 100

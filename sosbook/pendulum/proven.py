@@ -40,20 +40,42 @@ LARGEST_PEAK = 2.0  # of the sensitivity: 1/2 is then the distance from -1
 class Deployment:
     """A controller for a robot, and what is known about it.
 
-    ``mip``: the robot in the middle, with its I_w; ``R``: weight of the voltage; None
-    searches the smallest of 1, 2, 5, 10, ... with which no sampled loop's sensitivity
-    exceeds ``peak``; ``spread``: relative, of e/c and of e/a; or that of all five
-    ratios, from a fit; ``robot``: the description; the thesis's robot without it. How
-    long it bears a fault is filled in, where it doesn't say; ``Q``, (5,) or (5, 5):
-    weight of [theta, phi, theta', phi', x3], or its diagonal; the identity without it;
-    ``decay``: the decay rate behind the hold, in 1/s, if it can be proven; else the
-    largest of some shares of it that can; ``peak``: the largest of the sensitivity;
-    above it nothing is written; ``cells``: as for `certify_sampled`, at most; 600
-    without it, or 150 of a `FitSpread`, each of which takes longer; ``patience``:
-    seconds, at most, for a proof that lets delays and ticks vary; without any it isn't
-    tried; ``identified``: what the logs say of the robot, or None; ``data``: where it
-    comes from: facts for the header. Raises ValueError on bad input, or motors that are
-    too weak. `design` and `delayed` raise it where there is none; they say why.
+    Parameters
+    ----------
+    mip : Mip
+        The robot in the middle, with its I_w.
+    R : float or None
+        Weight of the voltage. None searches the smallest of 1, 2, 5, 10, ... with
+        which no sampled loop's sensitivity exceeds ``peak``.
+    spread : float or FitSpread
+        Relative spread of e/c and of e/a; or that of all five ratios, from a fit.
+    robot : Robot, optional
+        The description; the thesis's robot without it. How long it bears a fault is
+        filled in, where it doesn't say.
+    Q : (5,) or (5, 5) array_like, optional
+        Weight of [theta, phi, theta', phi', x3], or its diagonal; the identity
+        without it.
+    decay : float
+        The decay rate behind the hold, in 1/s, if it can be proven; else the largest
+        of some shares of it that can.
+    peak : float
+        The largest peak of the sensitivity; above it nothing is written.
+    cells : int, optional
+        As for `certify_sampled`, at most; 600 without it, or 150 of a `FitSpread`, each
+        of which takes longer.
+    patience : float
+        Seconds, at most, for a proof that lets delays and ticks vary; without any
+        it isn't tried.
+    identified : Identified or None
+        What the logs say of the robot.
+    data : dict
+        Where the robot comes from: facts for the header.
+
+    Raises
+    ------
+    ValueError
+        On bad input, or motors that are too weak. `design` and `delayed` raise it
+        where there is none; they say why.
     """
 
     mip: Mip

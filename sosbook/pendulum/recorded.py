@@ -58,13 +58,29 @@ class Recording:
 def check_recording(path, robot=None, experiment=None):
     """Look at one log alone, before the other experiment is done.
 
-    ``path``: a CSV file, as `Log.read` takes it; ``robot``: the robot's description, or
-    its file: without it counts, the gyro's range and the motors' limit can't be
-    checked; ``experiment``, {"body", "wheels"}: without it a log with a gyro is the
-    body's, one with encoders the wheels'. Returns the `Recording`: the log, its fits
-    and what speaks against it. Raises ValueError if the file is no log, or may be of
-    either experiment.
+    Parameters
+    ----------
+    path : str or Path
+        A CSV file, as `Log.read` takes it.
+    robot : Robot or path_like, optional
+        The robot's description. Without it counts, the gyro's range and
+        the motors' limit can't be checked.
+    experiment : {"body", "wheels"}, optional
+        Without it a log with a gyro is the body's, one with encoders the
+        wheels'.
 
+    Returns
+    -------
+    Recording
+        The log, its fits and what speaks against it.
+
+    Raises
+    ------
+    ValueError
+        If the file is no log, or may be of either experiment.
+
+    Examples
+    --------
     >>> from sosbook.pendulum.rig import DATA
     >>> print(check_recording(DATA / "body.csv").report)
     log of the body: 6000 samples, 60.0 s at 100 Hz, V up to 1.85 V

@@ -13,15 +13,34 @@ __all__ = ["largest_tilt", "recover"]
 def largest_tilt(
     robots, controller, t_end=3.0, high=np.pi / 3, points=8, rounds=3, **options
 ):
-    """The tilt in rad up to which each robot stands up again, (len(robots),).
+    """The tilt up to which each robot stands up again.
 
-    ``robots``: the pendulums; ``controller``: what drives them; ``t_end``: how long
-    each run lasts, in s; ``high``: no robot is let go beyond this tilt, in rad;
-    ``points``: tilts tried side by side; the first that fails bounds the next round,
-    which splits what is left; ``rounds``: how often the interval of tilts is split;
-    ``**options``: as for `simulate`. The answer is, to high / points^rounds, the last
-    tilt tried from which it stands up, and it does from all smaller ones tried.
+    Parameters
+    ----------
+    robots : Mip or sequence of Mip
+        The pendulums.
+    controller : Firmware
+        What drives them.
+    t_end : float
+        How long each run lasts, in s.
+    high : float
+        No robot is let go beyond this tilt, in rad.
+    points : int
+        Tilts tried side by side; the first that fails bounds the next
+        round, which splits what is left.
+    rounds : int
+        How often the interval of tilts is split.
+    **options
+        As for `simulate`.
 
+    Returns
+    -------
+    (len(robots),) array
+        The tilt in rad, to high / points^rounds: the last tilt tried from
+        which it stands up, and it does from all smaller ones tried.
+
+    Examples
+    --------
     >>> from sosbook.book import thesis
     >>> from sosbook.pendulum import Firmware, Mip, SampledLaw
     >>> law = SampledLaw.of_gain(thesis.mip().gains["PD"][5], 0.01)

@@ -150,8 +150,19 @@ def gear_motors():
 
 
 def shipped(name):
-    """The `Log` that the package ships of an experiment, ``name``: "body" or "wheels".
+    """A log that the package ships.
 
+    Parameters
+    ----------
+    name : {"body", "wheels"}
+
+    Returns
+    -------
+    Log
+        The log of that experiment.
+
+    Examples
+    --------
     >>> shipped("wheels").encoder2[:3]
     array([0., 0., 0.])
     """

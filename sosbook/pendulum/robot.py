@@ -43,43 +43,79 @@ class Robot:
     keys; the package ships two, ``Robot.shipped("thesis")`` and
     ``Robot.shipped("gearmotors")``.
 
-    ``name``: in a few words; ``M_b``, ``l``, ``r``, ``M_w``, ``g``: as for
-    `Mip.from_ratios`, in SI units; ``counts``: an encoder's, per turn of a wheel
-    against the body; ``edges``, 4, 2 or 1: how many edges of an encoder's period
-    ``counts`` has: all four of both channels, both of one channel, or one. A program
-    that sees fewer edges lets each stand for several counts; the BeagleBone Blue sees
-    four; ``gyro_range``: the gyro's full scale, in rad/s; ``limit``: the largest
-    voltage that a program asks for, in V; ``free_rpm``: by the motors' sheet, of a
-    wheel that turns freely under ``limit``, in turns a minute: logs that say another
-    number are refused; ``ten_swings``: by a stopwatch, in s, of the body upside down
-    with held wheels and free motors; likewise; ``rotors``, ``friction``: as for
-    `identify`; ``T``, ``delay``, ``jitter``: time between samples, the longest time
-    from a sample to its voltage, and the longest by which a tick may come late; in s.
+    Parameters
+    ----------
+    name : str
+        What the robot is called, in a few words.
+    M_b, l, r, M_w, g : float
+        As for `Mip.from_ratios`, in SI units.
+    counts : float
+        An encoder's counts per turn of a wheel against the body.
+    edges : {4, 2, 1}
+        How many edges of an encoder's period ``counts`` has: all four of both
+        channels, both of one channel, or one. A program that sees fewer edges lets
+        each stand for several counts; the BeagleBone Blue sees four.
+    gyro_range : float
+        The gyro's full scale, in rad/s.
+    limit : float
+        The largest voltage that a program asks for, in V.
+    free_rpm : float, optional
+        By the motors' sheet, of a wheel that turns freely under ``limit``, in turns a
+        minute: logs that say another number are refused.
+    ten_swings : float, optional
+        By a stopwatch, in s, of the body upside down with held wheels and free motors;
+        likewise.
+    rotors, friction : bool
+        As for `identify`.
+    T, delay, jitter : float
+        Time between samples, the longest time from a sample to its voltage,
+        and the longest by which a tick may come late; in s.
+    blend : float, optional
+        As in `Firmware`; T / (2 s) without it.
+    compensation : float
+        As in `Firmware`: the friction that a fit with ``friction`` gives.
+    backlash_deg : float
+        The gears' play, by which a wheel can be turned while its motor rests, in
+        degrees from one end to the other; R is chosen with it.
+    tip : float
+        Tilt beyond which the motors go off, in rad.
+    missing, frozen, stall, deaf, late : float, optional
+        As in `Firmware`, but in s; without them a `Deployment` takes them from the
+        time in which the robot falls.
+    law : {"observer", "gain"}, optional
+        The gain of Theorem 2.4, or the `optimal_law`. Without it the observer,
+        which is quiet at rest; `recommend` takes the gain where that isn't proven.
+    board : {"other", "beaglebone"}
+        For the BeagleBone Blue there are complete programs.
+    mount : float
+        Tilt of the board in the body, in rad.
+    nominal : float
+        Voltage of a battery that isn't measured, in V.
+    battery : (float, float)
+        Between these voltages a measured battery lies, in V.
+    motor_channels, motor_polarities : (int, int)
+        Channels of the left and the right motor; 1 or -1.
+    encoder_channels, encoder_polarities : (int, int)
+        Channels of the left and the right encoder; 1 or -1.
+    track : float, optional
+        The distance between the wheels' middles, in m: with it the program
+        steers, too.
+    steering : float
+        The most that steering takes of the limit; 0.25 without it.
+    unequal : float
+        By this share one motor may be stronger, and the other weaker, than
+        their mean; 0.1 without it.
+    turning : (float, float), optional
+        Bounds of the body's inertia about the vertical, in kg m^2; without
+        them it is that of any body within the circle through both wheels.
 
-    ``blend``: as in `Firmware`; T / (2 s) without it; ``compensation``: likewise: the
-    friction that a fit with ``friction`` gives; ``backlash_deg``: the gears' play, by
-    which a wheel can be turned while its motor rests, in degrees from one end to the
-    other; R is chosen with it; ``tip``: tilt beyond which the motors go off, in rad;
-    ``missing``, ``frozen``, ``stall``, ``deaf``, ``late``: as in `Firmware`, but in s;
-    without them a `Deployment` takes them from the time in which the robot falls;
-    ``law``, "observer" or "gain": that of Theorem 2.4, or the `optimal_law`. Without it
-    the observer, which is quiet at rest; `recommend` takes the gain where that isn't
-    proven.
+    Raises
+    ------
+    ValueError
+        That names the key and what it must be.
 
-    ``board``, "other" or "beaglebone": for the BeagleBone Blue there are complete
-    programs, which take: ``mount``: tilt of the board in the body, in rad;
-    ``nominal``: voltage of a battery that isn't measured, in V; ``battery``: a measured
-    battery lies between these voltages, in V; ``motor_channels``,
-    ``motor_polarities``, ``encoder_channels``, ``encoder_polarities``: of the left and
-    the right one; polarities are 1 or -1. ``track``: the distance between the wheels'
-    middles, in m: with it the program steers, too; ``steering``: the most that steering
-    takes of the limit; 0.25 without it; ``unequal``: by this share one motor may be
-    stronger, and the other weaker, than their mean; 0.1 without it; ``turning``: bounds
-    of the body's inertia about the vertical, in kg m^2; without them it is that of any
-    body within the circle through both wheels.
-
-    A ValueError names the key and what it must be.
-
+    Examples
+    --------
     >>> robot = Robot.shipped("thesis")
     >>> robot.counts, robot.limit
     (2122.2, 7.4)

@@ -17,23 +17,41 @@ READINGS_AT_REST = 100  # of the gyro, whose mean is taken for its offset
 class Sensors:
     """The readings of the robot's sensors: steps, noise and offsets.
 
-    ``noise``: standard deviation of the gyro's noise, in rad/s; ``offset``, float or
-    (runs,): what the gyro says at rest, in rad/s; ``counts``: the encoders', per turn
-    of a wheel against the body; ``gyro_step``: the step of the gyro's 16 bits, in
-    rad/s; ``tilt_error``, float or (runs,): the error of the tilt at the start, in rad;
-    ``accelerometer``: standard deviation of each accelerometer's noise, in m/s^2.
-    Without it there are none; ``height``, ``r``, ``g``: the height of the
-    accelerometers above the axle and the wheels' radius, in m; gravity, in m/s^2;
-    ``ideal``: the sensors say the truth: no noise, offset, rounding or error. The
-    accelerometers still feel how the robot accelerates; ``bias``, float or (runs,): the
-    gyro's offset that the controller is told, in rad/s; the mean of 100 readings at
-    rest without it; ``dropouts``, (k,) or (runs, k) of bool, or callable: the ticks at
-    which no sensor can be read; a function is given the tick.
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of the gyro's noise, in rad/s.
+    offset : float or (runs,) array_like
+        What the gyro says at rest, in rad/s.
+    counts : float
+        The encoders' counts per turn of a wheel against the body.
+    gyro_step : float
+        The step of the gyro's 16 bits, in rad/s.
+    tilt_error : float or (runs,) array_like
+        The error of the tilt at the start, in rad.
+    accelerometer : float, optional
+        Standard deviation of each accelerometer's noise, in m/s^2.
+        Without it there are none.
+    height, r, g : float
+        The height of the accelerometers above the axle and the wheels' radius,
+        in m; gravity, in m/s^2.
+    ideal : bool
+        The sensors say the truth: no noise, offset, rounding or error. The
+        accelerometers still feel how the robot accelerates.
+    bias : float or (runs,) array_like, optional
+        The gyro's offset that the controller is told, in rad/s; the mean of 100
+        readings at rest without it.
+    dropouts : (k,) or (runs, k) array_like of bool, or callable, optional
+        The ticks at which no sensor can be read; a function is given the tick.
 
+    Notes
+    -----
     About upright, accelerometers at the height r (b + c) / (a + b), 51 mm for
     the thesis's robot, don't feel the motors: there the accelerations of the
     axle and of the turning body cancel.
 
+    Examples
+    --------
     >>> Sensors().wheels(np.array([0.01]), part=0.0).round(5)
     array([0.00888])
     """

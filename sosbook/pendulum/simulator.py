@@ -25,11 +25,20 @@ SETTLED_TILT = np.deg2rad(3)  # rad; a robot that settled stays within
 class Run:
     """The motion of the robots over k ticks.
 
-    ``t``, (k,): the times of the ticks, in s; ``x``, (4, runs, k): [theta; phi; theta';
-    phi'] at them; ``V``, (runs, k): the voltage commanded, after the limit;
-    ``estimate``, (runs, k): theta as the controller has it; not a number if it doesn't
-    say; ``fault``, (runs, k) of int: the index in `FAULTS`; zero if the controller
-    doesn't say; ``limit``: the largest voltage, in V.
+    Parameters
+    ----------
+    t : (k,) array
+        The times of the ticks, in s.
+    x : (4, runs, k) array
+        [theta; phi; theta'; phi'] at the ticks.
+    V : (runs, k) array
+        The voltage commanded at the ticks, after the limit.
+    estimate : (runs, k) array
+        theta as the controller has it; not a number if it doesn't say.
+    fault : (runs, k) array of int
+        The index in `FAULTS`; zero if the controller doesn't say.
+    limit : float
+        The largest voltage, in V.
     """
 
     t: np.ndarray

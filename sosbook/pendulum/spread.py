@@ -16,12 +16,26 @@ __all__ = ["polytope", "reduced", "spread_words", "triangles", "vertices"]
 def vertices(mip, spread=0.04):
     """Four pendulums: e/c and e/a off by the spread, either way.
 
-    ``mip``: the one in the middle, with I_w; ``spread``: the relative spread, between 0
-    and 1; or what a fit allows, a `FitSpread`. Returns them in the order of (4.25):
-    (e/c, e/a) times (1 - s, 1 - s), (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s); of
-    a `FitSpread` its 16. Raises ValueError if mip has no I_w, or the spread isn't in
-    [0, 1).
+    Parameters
+    ----------
+    mip : Mip
+        The one in the middle, with I_w.
+    spread : float or FitSpread
+        The relative spread, between 0 and 1; or what a fit allows.
 
+    Returns
+    -------
+    tuple of Mip
+        In the order of (4.25): (e/c, e/a) times (1 - s, 1 - s),
+        (1 - s, 1 + s), (1 + s, 1 - s), (1 + s, 1 + s). Of a `FitSpread` its 16.
+
+    Raises
+    ------
+    ValueError
+        If mip has no I_w, or the spread isn't in [0, 1).
+
+    Examples
+    --------
     >>> [round(1e3 * v.a, 4) for v in vertices(Mip.printed())]
     [0.4747, 0.4639, 0.4865, 0.4747]
     """
@@ -50,15 +64,29 @@ def scaled(mip, body, wheels):
 
 
 def polytope(mip, spread=0.04):
-    """The plants of `vertices`, and all between them; or the box of a `FitSpread`.
+    """The plants of `vertices`, and all between them.
 
     M, D, S and B are affine in (I_w, e), and the pairs (I_w, e) that
     the two spreads allow fill a quadrilateral: the polytope holds just
     the plants it is meant to hold. `Mip.printed_form`, quadratic in
-    them, hasn't this property. ``mip``, ``spread``: as for `vertices`.
+    them, hasn't this property.
 
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    Polytope
+        A polytope with four vertices, or the box of a `FitSpread`.
+
+    Notes
+    -----
     Source: thesis (4.25), in the natural form of `Mip.plant`.
 
+    Examples
+    --------
     >>> polytope(Mip.printed()).N
     4
     """
@@ -69,12 +97,24 @@ def polytope(mip, spread=0.04):
 
 
 def triangles(mip, spread=0.04):
-    """Two polytopes of three vertices that cover `polytope`; a `FitSpread`'s box alone.
+    """Two polytopes of three vertices that cover `polytope`.
 
-    The four vertices lie in a plane, that of (I_w, e), so two triangles, of the
-    vertices 1, 4, 2 and 1, 4, 3, hold all the plants between them, and with fewer
-    weights. ``mip``, ``spread``: as for `vertices`.
+    The four vertices lie in a plane, that of (I_w, e), so two triangles
+    hold all the plants between them, and with fewer weights.
 
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    tuple of Polytope
+        The triangles of the vertices 1, 4, 2 and 1, 4, 3. Of a `FitSpread` the box
+        alone.
+
+    Examples
+    --------
     >>> [part.N for part in triangles(Mip.printed())]
     [3, 3]
     """
@@ -101,14 +141,28 @@ def spread_words(spread):
 def reduced(mip, spread=0.04):
     """The plants of `polytope` without the wheels' angle.
 
-    Two rates are measured, from which phi can't be observed: nothing in the equations
-    of motion depends on it. What remains fits no second-order form. ``mip``,
-    ``spread``: as for `vertices`. Returns DescriptorSystem: it has a vertex for each of
-    them; the state is [theta; theta'; phi'], the outputs are theta' and phi', and w is
-    one torque on both equations of motion, as in `Mip.plant`.
+    Two rates are measured, from which phi can't be observed: nothing in
+    the equations of motion depends on it. What remains fits no
+    second-order form.
 
+    Parameters
+    ----------
+    mip, spread
+        As for `vertices`.
+
+    Returns
+    -------
+    DescriptorSystem
+        It has a vertex for each of `vertices`; the state is [theta;
+        theta'; phi'], the outputs are theta' and phi', and w is one
+        torque on both equations of motion, as in `Mip.plant`.
+
+    Notes
+    -----
     Source: thesis (4.27), in the natural form of `Mip.plant`.
 
+    Examples
+    --------
     >>> plant = reduced(Mip.printed())
     >>> plant.order, len(plant.vertices), plant.n
     (3, 4, 2)

@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 from ..runtime.time_limit import OutOfTime, check_time
+from .objectives import WORTH, value
 
 MOST_VERTICES = 12  # of a family that is cut; with more an LMI takes too long
-WORTH = 0.95  # of the bound so far that one more cut must reach
 
 
 def in_pieces(request, objective, solve):
@@ -46,14 +46,3 @@ def _cuts(family):
         if degree > 1 and not family.straight
     )
     return [cut for cut in several if cut.count <= MOST_VERTICES]
-
-
-def value(solution, objective):
-    """The value of ``objective`` at a ``solution``."""
-    if solution.status != "feasible":
-        return float("inf")
-    owners = {name: solution.request.owner(name) for name in objective}
-    return sum(
-        weight * owners[name].bound ** owners[name].parameter.power
-        for name, weight in objective.items()
-    )

@@ -17,6 +17,9 @@ from .feasibility import answer, find, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
 
+#: Of the bound so far, that another way must reach to be worth its time.
+WORTH = 0.95
+
 
 def objective_of(minimize, asked):
     """Weights by name of what ``minimize`` names, from the requirements ``asked``."""
@@ -42,6 +45,17 @@ def objective_of(minimize, asked):
         name: positive(f"minimize[{name!r}]", weight)
         for name, weight in minimize.items()
     }
+
+
+def value(solution, objective):
+    """The value of ``objective`` at a ``solution``."""
+    if solution.status != "feasible":
+        return float("inf")
+    owners = {name: solution.request.owner(name) for name in objective}
+    return sum(
+        weight * owners[name].bound ** owners[name].parameter.power
+        for name, weight in objective.items()
+    )
 
 
 def _check_open(which, asked):

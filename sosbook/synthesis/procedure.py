@@ -17,7 +17,6 @@ from ..requirements.vocabulary import SIGMA
 from ..runtime.later import later
 from ..runtime.time_limit import LONGEST, OutOfTime, check_time_of_eigenvalues
 from .design import Design
-from .families import in_pieces
 from .feasibility import answer, guarded
 from .objectives import objective_of
 from .request import Request
@@ -110,7 +109,11 @@ class Task:
             )
             each = replace(request, coupling="multipliers")
             return self._of_given(each, request if one_P else None)
-        found = in_pieces(request, objective, self._searched)
+        if request.plant.family is None:
+            found = self._searched(request)
+        else:
+            in_pieces = later("synthesis.families", "in_pieces")
+            found = in_pieces(request, objective, self._searched)
         simple = self.auto and not known and not objective
         if simple and found.status == "undecided" and _have_multipliers(request):
             found = _or_simple(found, request)

@@ -14,9 +14,8 @@ from ..runtime.time_limit import (
     time_left,
     time_limit,
 )
-from .families import WORTH, value
 from .feasibility import answer, follow, guarded, refused_alone, search
-from .objectives import Unattained, at_optimum, optimum
+from .objectives import WORTH, Unattained, at_optimum, optimum, value
 from .scaled_lmis import ScaledLMIs
 from .scaling import Frame
 from .solution import Solution

@@ -74,7 +74,7 @@ def named(text):
     ``text``: the page's HTML.
 
     >>> named('<sos-map class="of-kit of-map" data-script="map" role="group">')
-    (('kit', 'map'), ('kit', 'plot', 'sentence', 'program', 'map'))
+    (('kit', 'map'), ('kit', 'plot', 'sentence', 'spoken', 'mover', 'program', 'map'))
     """
     found = ELEMENT.findall(text)
     sheets = dict.fromkeys(
