@@ -9,6 +9,7 @@ import pytest
 import sosbook as sos
 from sosbook.controllers import Code, CompiledCode, Profile
 from sosbook.controllers.facts import bounded
+from sosbook.plants import descriptors
 from tests.cases import campaign
 from tests.test_controllers_margins import drive, drives, held
 
@@ -228,6 +229,45 @@ def test_a_program_with_moves_runs_as_bounded(c, tmp_path):
         assert abs(runs[1].x[:, -1, 1] - 60).max() < 0.2
     with pytest.raises(ValueError, match="profile has T"):
         c.set_point(profile=Profile(1.0, 1.0, 1.0, 0.5))
+
+
+RUBBING = {  # M, D and S of a first and a second end; gains; filter and T; way, u_max
+    "turntable": (
+        lambda q: ([[0.01, 0], [0, 0.01 + 0.02 * q]], [[0.03, -0.01], [-0.01, 0.01]],
+                   [[10, -10], [-10, 10]]),
+        (-4, -0.5, -10), (0.01, 0.002), 10.0, 1.88,
+    ),
+    "cart in oil": (
+        lambda q: ([[2.943 * (1 + q)]], [[98.1]], [[0]]),
+        (-981, -98.1, -98.1), (0.03, 0.003), 0.3, 30.0,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", RUBBING)
+def test_a_move_asks_no_more_than_is_proven_where_speed_costs_something(name):
+    made, gains, (lag, T), way, u_max = RUBBING[name]
+
+    def plant(q):
+        M, D, S = made(q)
+        return sos.SecondOrderSystem(M, D, S, np.eye(len(M))[:, :1])
+
+    ends = [plant(0), plant(1)]
+    law = sos.PIDLaw(position=np.eye(ends[0].n)[:1], integrate=True, filter=lag)
+    names = dict(zip(("K_P", "K_D", "K_I"), ([[x]] for x in gains)))
+    design = sos.analyse_pid(sos.Uncertain(plant, q=(0, 1)), names, law=law)
+    c = design.controller(T=T, delay=T)
+    move = c.motions.move(way, u_max)
+    r = move.profile.points(way)
+    most = 0.0
+    for q in (0.0, 0.3, 1.0):
+        run = c.simulate(
+            len(r) * T + 40 * lag,
+            plants=descriptors(plant(q)),
+            r=lambda t: [r[min(round(t / T), len(r) - 1)]],
+        )
+        most = max(most, abs(run.u).max())
+    assert most <= move.effort[0].proven <= 1.1 * most
 
 
 MACHINES = {  # heaviest, lightest; K_P, K_D, K_I; filter, T, u_max, way, friction

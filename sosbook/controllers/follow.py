@@ -86,7 +86,8 @@ class Kernel:
         most = sizes = 0.0
         for one, two, later in zip(*self.now, self.later.T):
             u = np.zeros(len(j) + len(later))
-            u[: len(v)], u[: len(a)] = u[: len(v)] + one * v, u[: len(a)] + two * a
+            u[: len(v)] = one * v
+            u[: len(a)] += two * a
             u[1:] -= T * fftconvolve(j, later)[: len(u) - 1]
             most = max(most, abs(u).max())
             sizes = max(sizes, T * abs(later).sum() + abs(one) + abs(two))
