@@ -124,7 +124,8 @@ class Profile:
 
     def follow(self, goals: Any, start: float = 0.0) -> np.ndarray:
         """The set points that follow some ``goals``, one each tick, from a ``start`` at
-        rest; as axis_follow_next makes them. Not a number: the last goal stays.
+        rest; as axis_follow_next makes them. A goal that is no number, or is too far
+        to be counted, changes nothing: the last one stays.
 
         >>> r = Profile(2.0, 8.0, 64.0, 0.01).follow([1.0] * 200)
         >>> float(r[-1]), bool(np.diff(r).max() / 0.01 < 2.0 + 1e-9)

@@ -100,7 +100,7 @@ static inline void axis_follow_start(axis_follow *f, AXIS_MOVE_REAL r)
         f->means[i] = f->sum[0];
 }
 
-/* The set point for the next tick, on the way to r; not a number: no new one. */
+/* The set point for the next tick, on the way to r. No number, or too far: no new way. */
 static inline AXIS_MOVE_REAL axis_follow_next(axis_follow *f, AXIS_MOVE_REAL r)
 {
     const AXIS_MOVE_REAL counts = r / (AXIS_MOVE_REAL)AXIS_MOVE_UNIT;
