@@ -33,7 +33,7 @@ from sosbook.proofs.subject import (
     proofs_beside,
 )
 from sosbook.requirements.wish import wish_in
-from sosbook.runtime import matrix_files, reading
+from sosbook.runtime import matrix_files, reading, tables
 from sosbook.runtime.saying import visible
 from sosbook.runtime.writing import write_file, write_texts
 from tests.axis import axis
@@ -77,15 +77,23 @@ def numbers_in(path):
 
 
 MATRIX_READERS = {
-    "read_csv": "csv",
-    "read_npy": "npy",
-    "read_npz": "npz",
-    "read_sparse": "npz",
-    "read_mtx": "mtx",
-    "read_entries": "mtx",
-    "read_mat": "mat",
-    "read_op4": "op4",
-    "read_punch": "pch",
+    f"runtime.{module.__name__.rpartition('.')[2]}.{name}": (
+        ending,
+        getattr(module, name),
+    )
+    for module, names in {
+        matrix_files: {
+            "read_npy": "npy",
+            "read_npz": "npz",
+            "read_sparse": "npz",
+            "read_mtx": "mtx",
+            "read_mat": "mat",
+            "read_op4": "op4",
+            "read_punch": "pch",
+        },
+        tables: {"read_csv": "csv", "read_entries": "mtx", "read_dofs": "dof"},
+    }.items()
+    for name, ending in names.items()
 }
 #: From a function that takes a file, to the endings of files and how it reads them.
 READERS = {
@@ -145,10 +153,7 @@ READERS = {
     "runtime.reading.numbers_of": [("csv", numbers_in)],
     "runtime.reading.read_text": [("txt", reading.read_text)],
     "runtime.reading.read_bytes": [("txt", reading.read_bytes)],
-    **{
-        f"runtime.matrix_files.{name}": [(ending, getattr(matrix_files, name))]
-        for name, ending in MATRIX_READERS.items()
-    },
+    **{name: [case] for name, case in MATRIX_READERS.items()},
 }
 #: Readers of contents of which some of the files are right.
 TAKES = {
@@ -159,7 +164,7 @@ TAKES = {
     "runtime.reading.read_json",
     "runtime.reading.read_toml",
     "runtime.reading.read_data",
-    *(f"runtime.matrix_files.{name}" for name in MATRIX_READERS),
+    *MATRIX_READERS,
 }
 #: What takes a path and reads no file of others.
 WRITERS = {

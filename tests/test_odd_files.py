@@ -16,7 +16,9 @@ import scipy.sparse as sp
 
 import sosbook
 from sosbook.plants import load_plant
+from sosbook.proofs.command import main
 from tests.processes import process
+from tests.test_punch import arguments_in, model
 
 ASSETS = Path(sosbook.__file__).parent / "book" / "elements" / "assets"
 ONE = {name: b"2" for name in "MDSB"}
@@ -41,9 +43,10 @@ def mat(**matrices):
 
 def table(**changed):
     """One number a matrix as CSV, but for the files by name that are ``changed``."""
-    own = {name.replace("_", "."): text.encode() for name, text in changed.items()}
+    own = {name.replace("_", "."): text for name, text in changed.items()}
     left = ONE.keys() - {name.partition(".")[0] for name in own}
-    return own | {f"{name}.csv": ONE[name] for name in left}
+    there = {name: text.encode() for name, text in own.items() if text is not None}
+    return there | {f"{name}.csv": ONE[name] for name in left}
 
 
 def words(text):
@@ -51,16 +54,17 @@ def words(text):
 
 
 def market(kind, lines):
-    whole = dict.fromkeys(("M_csv", "D_csv", "B_csv"), "2 0\n0 2")
     head = f"%%MatrixMarket matrix coordinate real {kind}"
     count = len(lines.splitlines())
-    return table(**whole, S_mtx=f"{head}\n2 2 {count}\n{lines}\n")
+    return table(**WHOLE, S_mtx=f"{head}\n2 2 {count}\n{lines}\n")
 
 
 PLAIN = '"M": [[2]], "D": [[2]], "S": [[2]], "B": [[2]]'
 ALONE = f"{{{PLAIN}}}"
 SPARSE = sp.csc_array(([1.0, 2.0, 3.0], [0, 0, 1], [0, 2, 3]), shape=(2, 2))
 TWO = dict.fromkeys("MDB", np.eye(2))
+ROWS, THREE = "row,column,value", np.array([[3, -1, 0], [-1, 2, -1], [0, -1, 9.81]])
+WHOLE = dict.fromkeys(("M_csv", "D_csv", "B_csv"), "2 0\n0 2")
 HELD = {"A": np.eye(2) / 2, "B": np.ones((2, 1)), "T": 0.1}
 #: Files by name; what both say, or the M, D, S that both read.
 ODD = {
@@ -89,11 +93,59 @@ ODD = {
     "a small one in JSON": (words(ALONE.replace("2", "1e-400")), "too small"),
     "a zero": (table(S_csv="0e-400"), [[0]]),
     "headings": (table(S_csv="S\n1"), "'?\"?S'?\"? is no number"),
-    "a T beside A": (mat(**HELD), "call it dt|M, D, S is missing"),
+    "a table of entries": (
+        table(
+            M_txt="2 0\n0 2",
+            D_csv="2 0\n0 2",
+            B_csv=f"{ROWS}\n1,1,2",
+            S_csv=f"""
+# of all
+{ROWS}
+1,1,3
+2,1,4"""
+            + "\n1,2,4",
+        ),
+        [[3, 4], [4, 0]],
+    ),
+    "half of such a table": (
+        table(**WHOLE, S_csv=f"{ROWS}\n1,1,3\n2,1,4"),
+        [[3, 0], [4, 0]],
+    ),
+    "a column of no number": (table(S_csv=f"{ROWS}\n1,0,3"), "row.*column"),
+    "a table without its heading": (
+        table(**WHOLE | {"S_csv": None}, K_csv="1 1 3"),
+        "row,column,value",
+    ),
+    "Abaqus's coordinates": (table(**WHOLE, S_mtx="1 1 3\n2 1 4\n"), [[3, 4], [4, 0]]),
+    "coordinates and nodes": (
+        table(S_mtx="1 1 3\n", M_mtx="1,1,1,1,2\n"),
+        "some have nodes, some numbers",
+    ),
+    "a T beside A": (mat(**HELD), "call it dt|a state space"),
+    "half of three rows": (
+        mat(M=np.eye(3), D=np.eye(3), S=np.tril(THREE), B=np.eye(3)),
+        np.tril(THREE).tolist(),
+    ),
+    "rows of nothing": (
+        mat(**{x: np.diag([1.0, 0, 2]) for x in "MDSB"}),
+        r"rows are empty in .*(without=\[1\]|columns 2)",
+    ),
     "small letters": (mat(**{x.lower(): np.eye(1) for x in "MCKB"}), [[1]]),
     "an f": (mat(**dict.fromkeys("MDSBf", np.eye(1))), "f isn't read: call it F"),
     "a complex matrix": (mat(**TWO, S=1j * np.eye(2)), "complex"),
-    "a struct": (mat(sys={x: np.eye(1) for x in "MDSB"}), "sys is"),
+    "a struct": (mat(sys=dict(zip("MCKB", [np.eye(2)] * 4)), note="x"), np.eye(2)),
+    "a small struct": (
+        mat(sys={x.lower(): sp.csc_array(np.eye(2)) for x in "MDSB"}, info={"x": 1.0}),
+        np.eye(2),
+    ),
+    "two structs": (
+        mat(**{x: {y: np.eye(1) for y in "MDSB"} for x in ("up", "down")}),
+        "which is the plant, up or down",
+    ),
+    "a struct in a struct": (
+        mat(sys={"of": {"M": np.eye(1)}}),
+        "M, D, S, B is missing",
+    ),
     "more than a plant": (mat(**TWO, S=np.eye(2), G=1), np.eye(2).tolist()),
     "no actuator": (mat(**dict.fromkeys("MDS", np.eye(2))), "dd B, a column for"),
     "constructor": (table() | {"constructor.csv": b"1"}, [[2]]),
@@ -138,25 +190,53 @@ def test_page_and_package_read_alike(case, page, tmp_path):
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         plant = load_plant(place)
-    assert plant.S.tolist() == wanted
-    found, left = page[case]["fields"], page[case]["left"]
+    assert plant.S.tolist() == np.asarray(wanted).tolist()
+    found, left, odd = (page[case].get(x) for x in ("fields", "left", "odd"))
     for name in "MDSB":
         rows = [[float(x) for x in row.split()] for row in found[name].split(";")]
         assert rows == getattr(plant, name).tolist()
     assert bool(left) == any("left out" in str(w.message) for w in seen)
     assert all(left in str(w.message) for w in seen)
+    assert bool(odd) == any("is it half of a" in str(w.message) for w in seen)
 
 
-def test_the_line_of_the_page_runs(tmp_path):
+def line_of(told):
+    """The words of Python in a line that the page says."""
+    return re.search(r'python -c "(.*?\)\))"', told)[1]
+
+
+def test_the_line_of_the_page_runs(tmp_path, monkeypatch):
     """Where the package can read what a page can't, and only there."""
     np.savez(tmp_path / "x y.npz", **dict.fromkeys("MDSB", 2 * np.eye(1)))
     hostile = "a$(touch pwned).h5", "a'); import os; os.system('id.op4"
-    names = "x y.npz", *hostile, "x.pch"
+    (tmp_path / "x.toml").write_text("M = 2\nD = 2\nS = 2\nB = 2", "utf-8")
+    model(tmp_path).rename(tmp_path / "x.pch")
+    names = "x y.npz", *hostile, "x.pkl", "x.toml", "x.pch", "M.npy"
     told = said(tmp_path, [{name: b""} for name in names])
-    line = re.search(r'python -c "(.*)"', told[0])[1]
-    assert process(sys.executable, "-c", line, cwd=tmp_path).returncode == 0
-    written = json.loads((tmp_path / "plant.json").read_text("utf-8"))
-    assert written == {x: [[2.0]] for x in "MDSB"} | {"F": [[]]}
-    assert load_plant(tmp_path / "plant.json").S == 2
-    assert all("load_plant('YOUR_FILE')" in text for text in told[1:3])
-    assert "python" not in told[3]
+    assert all("load_plant('YOUR_FILE'" in text for text in told[1:3])
+    assert "python" not in told[3] and "load_plant('.')" in told[6]
+    assert process(sys.executable, "-c", line_of(told[0]), cwd=tmp_path).returncode == 0
+    monkeypatch.chdir(tmp_path)
+    for words in told[0], told[4]:
+        exec(line_of(words), {})
+        written = json.loads((tmp_path / "plant.json").read_text("utf-8"))
+        assert written == {x: [[2.0]] for x in "MDSB"} | {"F": [[]]}
+        assert load_plant(tmp_path / "plant.json").S == 2
+    line, call = line_of(told[5]), "load_plant('x.pch'"
+    for _ in range(2):  # what is asked for stands beside the name
+        with pytest.raises(ValueError) as asked:
+            exec(line, {})
+        line = line.replace(call, f"{call}, {arguments_in(str(asked.value))}")
+    exec(line, {})
+    assert load_plant(tmp_path / "plant.json").S[0, 0] == 3
+
+
+def test_a_state_space_is_for_the_package(tmp_path, monkeypatch, capsys):
+    """The page says the command that works on such a file."""
+    (held,) = mat(A=np.array([[0, 1], [2, 0.3]]), B=np.eye(2)[:, 1:]).values()
+    (tmp_path / "p.mat").write_bytes(held)
+    (told,) = said(tmp_path, [{"p.mat": held}])
+    monkeypatch.chdir(tmp_path)
+    command = re.search('python -m sosbook (design) "(p.mat)"', told)
+    assert main([*command.groups()]) == 0
+    assert '"proven": true' in capsys.readouterr().out

@@ -285,7 +285,8 @@ def test_supports_by_penalties_are_named_and_left_out(tmp_path):
         ("1,1, 1,1, 1\n\n1,1, 1,1, 2", r"line 3: .* is there twice"),
         ("1,1, 1,1, 1d5", r"line 1: '1d5' is no number"),
         ("1,1, 1,-1, 1", r"line 1: .* is neither"),
-        ("1 1 2.0", r"line 1: .* is neither"),
+        ("1 2 3 2.0", r"line 1: .* is neither"),
+        ("1 1 2.0\n1,1, 1,1, 1", r"line 2: some lines have nodes"),
         ("", r"M is empty|M has 0 rows|S has 4 rows, needs"),
     ],
 )
@@ -462,15 +463,22 @@ def test_without_h5py_the_cure_is_named(tmp_path, monkeypatch):
 
 
 # --------------------------------------------------------------- the manual's page
+def coordinates(x, between):
+    return "\n".join(
+        f"{i + 1}{between}{j + 1}{between}{float(x[i, j])!r}" for i, j in np.argwhere(x)
+    )
+
+
 def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     given, B = frame(), np.eye(4)[:, :1]
     massless = given | {"M": np.diag([1.0, 0, 1, 0]), "C": np.zeros((4, 4))}
     own = {"M": given["M"], "Daa": given["C"], "Kaa": given["K"], "B": B}
     A = np.block([[np.zeros((4, 4)), ONE], [-given["K"], -given["C"]]])
-    for folder in ("sparse", "market", "abaqus", "penalties"):
+    for folder in ("sparse", "market", "abaqus", "penalties", "calculix", "entries"):
         (tmp_path / folder).mkdir()
     for name, x in {
         "plant": given,
+        "struct": {"sys": given},
         "slicot": {"A": A, "B": np.vstack([0 * B, B]), "C": np.eye(8)[:1]},
         "dslin": {"ABCD": np.block([[A, np.vstack([0 * B, B])]]), "nx": 8},
         "massless": massless,
@@ -484,6 +492,13 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
     save_npz(tmp_path / "sparse", given)
     mtx(tmp_path / "market", given)
     elements(tmp_path / "abaqus")
+    for end, name in ((".sti", "K"), (".mas", "M")):
+        lines = coordinates(given[name], " ")
+        (tmp_path / "calculix" / f"job{end}").write_text(lines, "utf-8")
+    (tmp_path / "calculix" / "job.dof").write_text("7.1\n7.2\n9.1\n9.2", "utf-8")
+    for name, x in given.items():
+        text = "row,column,value\n" + coordinates(x, ",")
+        (tmp_path / "entries" / f"{name}.csv").write_text(text, "utf-8")
     elements(tmp_path / "penalties", K=given["K"] + np.diag([0, 1e36, 0, 1e36]))
     import sympy  # takes two seconds
 
@@ -499,7 +514,7 @@ def test_the_lines_of_the_manual_run(tmp_path, monkeypatch):
             if ".h5" not in line:  # `test_hdf5_is_read`
                 plant = eval(line, names)
                 orders.append(getattr(plant, "order", plant.n))
-    assert orders == [*[4] * 7, 2, 2, *[4] * 3, 8, 2]
+    assert orders == [*[4] * 10, 2, 2, *[4] * 3, 8, 2]
 
 
 def blocks_of_the_manual():

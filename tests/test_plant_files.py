@@ -91,7 +91,10 @@ def test_a_design_of_another_program_s_file(tmp_path, capsys):
     request.write_text(json.dumps(asked | {"U": [[0, 1]]}), "utf-8")
     assert main(verify) == 1
     assert main(["design", str(tmp_path / "plant.mat"), "--proof", proof]) == 2
-    assert "names, without and condensed stand in a file" in capsys.readouterr().err
+    assert (
+        "names, without, condensed, push and rayleigh stand in a file"
+        in capsys.readouterr().err
+    )
 
 
 def test_csv_of_a_spreadsheet_is_read(tmp_path):

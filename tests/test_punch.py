@@ -1,7 +1,10 @@
 """Nastran's punch files, and what no program of finite elements writes."""
 
+import re
+
 import numpy as np
 import pytest
+import scipy.io
 
 import sosbook as sos
 from sosbook.plants.files import load_plant
@@ -101,7 +104,7 @@ def test_a_card_that_is_no_entry_is_named(wrong, words, tmp_path):
         (dict(push=[1], rayleigh=(-1, 0)), "not below 0"),
         (dict(push=[1], rayleigh=0.3), "rayleigh"),
         (dict(push=[1], names=NAMES | {"B": "KAAX"}), "B is there: leave push out"),
-        (dict(), "add B.*pass push= with these rows; add D, or pass rayleigh="),
+        (dict(), r"add D, or pass rayleigh=.*pass push=\['7.3'\].*of 7.3, 21.1, 21.3"),
     ],
 )
 def test_what_is_said_beside_a_file_is_checked(beside, words, tmp_path):
@@ -111,6 +114,76 @@ def test_what_is_said_beside_a_file_is_checked(beside, words, tmp_path):
         asked = dict(rayleigh=(0, 0)) | asked
     with pytest.raises(ValueError, match=words):
         load_plant(path, **asked)
+
+
+def arguments_in(told):
+    """The arguments of `load_plant` that a refusal names, as text; 0 for a and b."""
+    found = re.findall(
+        r"pass (\w+=(?:\{.*?\}|\[.*?\]|\(.*?\)|True))", told, re.IGNORECASE
+    )
+    return ", ".join(found).replace("(a, b)", "(0, 1e-3)")
+
+
+def whole_matrices(n=4):
+    return dict(M=M, D=0.1 * M, S=S, B=np.eye(n)[:, :1])
+
+
+def with_row(row, **more):
+    """The matrices with a last row that is nothing but what is ``more``."""
+    wide = {x: np.pad(v, [[0, 1], [0, x != "B"]]) for x, v in whole_matrices().items()}
+    for name, value in more.items():
+        wide[name][-1, row] = value
+    return wide
+
+
+def without_mass():
+    still = np.diag([1.0, 1, 1, 0])
+    return whole_matrices() | {"M": M * still, "D": M * still}
+
+
+@pytest.mark.parametrize(
+    "given, refusals",
+    [
+        (None, 2),  # a punch file: names, then B and D
+        ({x: whole_matrices()[x] for x in "MS"}, 1),
+        ({"Maa": M, "Kaa": S, "Daa": M, "B": np.eye(4)}, 1),
+        (with_row(0), 1),
+        (with_row(-1, M=1e-3, S=1e36), 1),
+        (without_mass(), 1),
+        ({"own": {"Mff": M, "Kff": S}}, 2),
+    ],
+)
+def test_the_cure_that_a_refusal_names_works(given, refusals, tmp_path):
+    """Its arguments are passed as they are written, until the file is read."""
+    path = model(tmp_path) if given is None else tmp_path / "plant.mat"
+    if given is not None:
+        scipy.io.savemat(path, given)
+    passed = {}
+    for _ in range(refusals):
+        with pytest.raises(ValueError) as fault:
+            load_plant(path, **passed)
+        passed |= eval(f"dict({arguments_in(str(fault.value))})")
+    assert load_plant(path, **passed).S.any()
+
+
+def test_calculix_writes_three_files(tmp_path):
+    """One half of each matrix by numbers of rows, and the names of the rows."""
+    for end, X in ((".sti", S), (".mas", M)):
+        i, j = np.nonzero(np.tril(X))
+        lines = [f"{a + 1} {b + 1} {X[a, b]:.13e}" for a, b in zip(i, j)]
+        (tmp_path / f"job{end}").write_text("\n".join(lines), "utf-8")
+    with pytest.raises(FileNotFoundError, match=r"job\.dof is missing"):
+        load_plant(tmp_path, push=["103.5"], rayleigh=(0, 0))
+    dofs = "\n".join(f"{node}.{direction}" for node, direction in NODES)
+    (tmp_path / "job.dof").write_text(dofs, "utf-8")
+    plant = load_plant(tmp_path, push=["103.5"], rayleigh=(0, 0))
+    assert (plant.S == S).all() and (plant.M == M).all() and plant.B[3, 0] == 1
+    assert plant.coordinates == ("7.3", "21.1", "21.3", "103.5")
+    with pytest.raises(ValueError, match="put .sti, .mas and .dof into a folder"):
+        load_plant(tmp_path / "job.sti")
+    (tmp_path / "job.dof").write_text("7.3 21", "utf-8")
+    with pytest.raises(ValueError, match="'21' is no node.direction"):
+        load_plant(tmp_path)
 
 
 def test_a_plant_file_says_it_too(tmp_path):

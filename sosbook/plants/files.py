@@ -5,9 +5,6 @@ from dataclasses import fields
 from os import PathLike
 
 from ..runtime.matrix_files import (
-    COORDINATES,
-    read_csv,
-    read_entries,
     read_mat,
     read_mtx,
     read_npy,
@@ -18,6 +15,7 @@ from ..runtime.matrix_files import (
 )
 from ..runtime.reading import named, path_of, read_data
 from ..runtime.saying import warn_outside
+from ..runtime.tables import read_csv, read_dofs, read_entries
 from .as_data import NAMES, plant_of
 from .descriptor_system import DescriptorSystem
 from .matrix_names import ENDS, chosen_names, listed_names
@@ -36,9 +34,8 @@ READERS = {
     ".op4": read_op4,
     ".pch": read_punch,
 }
-HINTS = {  # by endings of files that hold plants, and aren't read
-    ".sti": COORDINATES
-}
+CALCULIX = {".sti": "K", ".mas": "M"}  # by the endings of its files
+HINTS = dict.fromkeys((*CALCULIX, ".dof"), "; put .sti, .mas and .dof into a folder")
 
 
 def load_plant(
@@ -56,13 +53,16 @@ def load_plant(
     ----------
     path : str or path
         A folder with ``M.csv``, ``D.csv``, ``S.csv``, ``B.csv`` and perhaps
-        ``F.csv`` (numbers with a point, between commas, semicolons or spaces,
-        one of these in a line; ``#`` begins a comment), or ``M.mtx`` and so on
-        (Matrix Market, or Abaqus's lines "node, dof, node, dof, value"), ``M.npy``,
-        or ``M.npz`` (scipy.sparse.save_npz). Or one file that holds them all under
+        ``F.csv``, or .txt (numbers with a point, between commas, semicolons or spaces,
+        one of these in a line, or row, column and value below a line of these three
+        words; ``#`` begins a comment), or ``M.mtx`` and so on (Matrix Market, or
+        Abaqus's lines "node, dof, node, dof, value" or "row column value"), ``M.npy``,
+        or ``M.npz`` (scipy.sparse.save_npz), or CalculiX's ``.sti``, ``.mas`` and
+        ``.dof`` of a job. Or one file that holds them all under
         these names: ``.npz``, ``.mat``, ``.h5`` (that and MATLAB 7.3 by h5py),
         ``.op4`` (Nastran's OUTPUT4, ASCII or binary), ``.pch`` (its punch file of
-        DMIG), ``.json`` or ``.toml``. Where S
+        DMIG), ``.json`` or ``.toml``. The fields of a struct of MATLAB are called
+        ``sys.M``, and serve where the file has no plant beside it. Where S
         or D isn't there, ``K`` of the size of M is the stiffness and ``C`` the damping.
         Without M, but with ``A``, or with ``ABCD`` and ``nx`` (Modelica), they are a
         state space E x' = A x + B u + B_w w, y = C x + D u, where only A is needed;
@@ -154,7 +154,7 @@ def _read(path, names, beside=PLAIN):
 
     if place.is_dir():
         files = _folder(place)
-        there = {own: _matrix(place, files[own]) for own in wanted(files)}
+        there = {own: _matrix(place, own, files[own]) for own in wanted(files)}
     elif not place.exists():
         raise FileNotFoundError(f"{path}: there is no such file or folder")
     elif kind in IN_WORDS:
@@ -181,7 +181,7 @@ def _read(path, names, beside=PLAIN):
             plant = plant_of_state_space(path, matrices, asked="A" in names)
             odd = ""
         else:
-            plant = structure_of(matrices, chosen, beside)
+            plant = structure_of(matrices, chosen, beside, left)
             odd = suspicion({name: getattr(plant, name) for name in "MDSBF"})
     unread = f"left out: {listed_names(left)}" if left else ""
     return plant, None, "; ".join(filter(None, (odd, unread)))
@@ -247,17 +247,25 @@ def _folder(path):
     there = {}
     for file in sorted(path.iterdir()):
         if file.suffix in ENDS:
-            there.setdefault(file.stem, []).append(file)
+            name = CALCULIX.get(file.suffix, file.stem)
+            there.setdefault(name, []).append(file)
     return there
 
 
-def _matrix(path, files):
-    """The matrix of a file; or entries of Abaqus, a dict."""
+def _matrix(path, own, files):
+    """The matrix of a file, or its `Entries`."""
     if len(files) > 1:
         twice = ", ".join(file.name for file in files)
-        raise ValueError(f"{path}: {files[0].stem} is there twice: {twice}")
+        raise ValueError(f"{path}: {own} is there twice: {twice}")
     (file,) = files
+    if file.suffix in CALCULIX:
+        dofs = file.with_suffix(".dof")
+        if not dofs.exists():
+            raise FileNotFoundError(f"{dofs} is missing: it names the rows of {file}")
+        return read_entries(file, read_dofs(dofs))
     if file.suffix == ".mtx":
         entries = read_entries(file)
         return read_mtx(file) if entries is None else entries
-    return {".csv": read_csv, ".npy": read_npy, ".npz": read_sparse}[file.suffix](file)
+    if file.suffix in (".csv", ".txt"):
+        return read_csv(file)
+    return {".npy": read_npy, ".npz": read_sparse}[file.suffix](file)

@@ -3,12 +3,9 @@
 from .as_data import ALIASES, NAMES, OPTIONAL
 from .state_space import BLOCK, LETTERS, STEPS
 
-ENDS = ".csv", ".mtx", ".npy", ".npz"
-FROM_ELSEWHERE = {  # what a program of finite elements hasn't
-    "B": "add B, a column for each actuator with ones in the rows that it pushes, or "
-    "pass push= with these rows",
-    "D": "add D, or pass rayleigh=(a, b) for a M + b S",
-}
+ENDS = ".csv", ".txt", ".mtx", ".npy", ".npz", ".sti", ".mas"
+STRUCTURE = "M", "S"  # what a program of finite elements always has
+INITIALS = {"M": "M", "S": "KS", "D": "DC", "B": "B"}  # of names of one's own
 
 
 def chosen_names(place, there, names, made):
@@ -21,14 +18,13 @@ def chosen_names(place, there, names, made):
             raise ValueError(f"names: {name!r:.40} is none of M, D, S, B, F, {LETTERS}")
         if own not in there:
             raise ValueError(f"{place}: {own} isn't there, but {listed_names(there)}")
-    letters = _letters(there)
+    letters, within = _letters(place, there)
     own = {n: x for n, x in letters.items() if n in (*NAMES, *LETTERS)}
     chosen = {n: x for n, x in own.items() if x not in names.values()} | dict(names)
-    if "A" not in chosen and "M" not in chosen and {*BLOCK} <= {*there}:
-        return {n: n for n in (*BLOCK, *STEPS) if n in there}
-    if "A" in chosen and "M" not in chosen:
-        steps = {n: n for n in STEPS if n in there}
-        return {n: own for n, own in chosen.items() if n in LETTERS} | steps
+    state_space = (*BLOCK, *LETTERS, *STEPS)
+    if "M" not in chosen and {"A", "ABCD"} & letters.keys() | {"A"} & chosen.keys():
+        rest = {n: within + n for n in (*BLOCK, *STEPS) if within + n in there}
+        return {n: x for n, x in chosen.items() if n in state_space} | rest
     chosen = {n: own for n, own in chosen.items() if n in NAMES}
     if "S" not in chosen and {"C", "D", "K"} <= letters.keys() and "D" not in names:
         raise ValueError(
@@ -41,44 +37,64 @@ def chosen_names(place, there, names, made):
     _refuse_small_letters(place, there, chosen)
     if twice := [n for n in made if n in chosen]:
         raise ValueError(f"{place}: {twice[0]} is there: leave {made[twice[0]]} out")
-    needed = [n for n in NAMES if n not in OPTIONAL and n not in made]
-    if missing := [n for n in needed if n not in chosen]:
-        cure = _cure_of(missing, there)
-        if place.is_dir():
-            *some, last = (f"{missing[0]}{end}" for end in ENDS)
-            raise FileNotFoundError(
-                f"{place}: {', '.join(some)} or {last} is missing; {cure}"
-            )
-        raise ValueError(f"{place}: {', '.join(missing)} is missing; {cure}")
-    return chosen
-
-
-def _letters(there):
-    """The names of the matrices: capital letters, or all of them small ones."""
-    known = *NAMES, *LETTERS, *ALIASES.values()
-    large = {n: n for n in known if n in there}
-    return large or {n: n.lower() for n in known if n.lower() in there}
-
-
-def _cure_of(missing, there):
-    """The cure for missing matrices, where others are there."""
-    pass_on = ", ".join(f"{n!r}: '...'" for n in missing)
-    strange = [(n, what) for n, what in there.items() if what and isinstance(what, str)]
-    for name, what in strange:
-        if what == "a struct":
-            return (
-                f"{name} is a struct: save('plant.mat', '-struct', '{name}') writes it"
-            )
-        return f"{name} is {what}, which only MATLAB opens: save its matrices by names"
-    spare = there.keys() - {*_letters(there).values()}
-    cure = f"{listed_names(there)} is there"
-    if len(spare) >= len(missing):
-        cure += f": pass names={{{pass_on}}} for other names"
-    if len(missing) < len(NAMES) - len(OPTIONAL):
-        cure += "".join(
-            f"; {words}" for n, words in FROM_ELSEWHERE.items() if n in missing
+    if all(name in chosen for name in STRUCTURE):
+        return chosen  # what else is missing the structure says, which knows its rows
+    missing = [n for n in NAMES if n not in OPTIONAL and n not in (*chosen, *made)]
+    cure = _cure_of(missing, there, chosen)
+    if place.is_dir():
+        first = next(n for n in STRUCTURE if n not in chosen)
+        *some, last = (f"{first}{end}" for end in ENDS[:5])
+        raise FileNotFoundError(
+            f"{place}: {', '.join(some)} or {last} is missing; {cure}"
         )
-    return cure
+    raise ValueError(f"{place}: {', '.join(missing)} is missing; {cure}")
+
+
+def _letters(place, there):
+    """The names of the matrices, capital letters or all of them small ones, and what
+    stands before each: "sys." of a struct that alone has a plant.
+    """
+    known = *NAMES, *LETTERS, *ALIASES.values(), *BLOCK
+    found = {}
+    for within in dict.fromkeys(
+        ("", *(x.partition(".")[0] + "." for x in there if "." in x))
+    ):
+        large = {n: within + n for n in known if within + n in there}
+        small = {n: within + n.lower() for n in known if within + n.lower() in there}
+        found[within] = large or small
+    some = [x for x, letters in found.items() if {"M", "A", "ABCD"} & letters.keys()]
+    if len(some) > 1 and some[0]:
+        raise ValueError(
+            f"{place}: which is the plant, {' or '.join(x[:-1] for x in some)}? Pass "
+            f"names={{'M': '{some[0]}M', ...}} with all of its matrices"
+        )
+    within = some[0] if some else ""
+    return found[within], within
+
+
+def _cure_of(missing, there, chosen):
+    """The cure for missing matrices, where others are there."""
+    strange = [(n, what) for n, what in there.items() if what and isinstance(what, str)]
+    spare = [n for n in there if n not in (*chosen.values(), *dict(strange))]
+    if strange and not spare:
+        name, what = strange[0]
+        return f"{name} is {what}, which only MATLAB opens: save its matrices by names"
+    return f"{listed_names(there)} is there{cure_by_name(missing, spare)}"
+
+
+def cure_by_name(missing, spare):
+    """The argument of `load_plant` that names ``missing`` matrices among ``spare``
+    ones, in words, as the initials tell.
+    """
+    own = {}
+    for name in missing:
+        like = [x for x in spare if x.rpartition(".")[2][:1].upper() in INITIALS[name]]
+        if len(like) == 1 or (spare and name in STRUCTURE):
+            own[name] = like[0] if len(like) == 1 else "..."
+    if not own:
+        return ""
+    passed = ", ".join(f"{n!r}: {x!r}" for n, x in own.items())
+    return f": pass names={{{passed}}} for other names"
 
 
 def listed_names(there):

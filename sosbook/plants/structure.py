@@ -7,11 +7,12 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array, issparse
 
 from ..runtime.matrix_files import check_size
+from ..runtime.tables import TABLE, Entries
 from .as_data import ALIASES
 from .checks import matrix
 from .condensing import condense
 from .massless import empty_rows, listed
-from .matrix_names import listed_names
+from .matrix_names import cure_by_name, listed_names
 from .second_order import SecondOrderSystem
 from .sparse import MOST_DENSE
 
@@ -50,11 +51,16 @@ class Beside:
         return bool(len(self.without) or self.condensed or self.made)
 
 
-def structure_of(matrices, chosen, beside):
-    """The plant of ``matrices`` M, D, S, B and perhaps F, some of which may be entries
-    by node and direction, ``chosen`` by name, and of what is said ``beside`` them.
+def structure_of(matrices, chosen, beside, spare=()):
+    """The plant of ``matrices`` M, D, S, B and perhaps F, some may be `Entries`,
+    ``chosen`` by name, and of what is said ``beside`` them; others are ``spare``.
     """
     dofs = _assemble(matrices)
+    if missing := [x for x in "DB" if x not in (*matrices, *beside.made)]:
+        raise ValueError(
+            f"{', '.join(missing)} is missing{cure_by_name(missing, spare)}"
+            + "".join(_cure(x, matrices["M"].shape[0], dofs) for x in missing)
+        )
     matrices = {name: matrix_of(name, x, name in "MDS") for name, x in matrices.items()}
     n, without = matrices["M"].shape[0], beside.without
     if beside.rayleigh is not None:
@@ -71,6 +77,8 @@ def structure_of(matrices, chosen, beside):
             raise ValueError(
                 f"{alias} is {size} and M has {n} rows, so it isn't taken for "
                 f"{name}, which is missing: call that {name}, or pass names="
+                + "; a table of entries begins with the line row,column,value"
+                * (matrices[name].shape[1] == len(TABLE))
             )
     if len(without):
         cut = np.asarray(without)
@@ -102,6 +110,20 @@ def structure_of(matrices, chosen, beside):
         raise ValueError(f"{error}{cure}") from None
 
 
+def _cure(name, n, dofs):
+    """The cure where a ``name``, B or D, is missing: no such program writes them."""
+    if name == "D":
+        return (
+            "; add D, or pass rayleigh=(a, b) for a M + b S, rayleigh=(0, 0) for none"
+        )
+    first = [dofs[0]] if dofs else [0]
+    which = listed_names(dofs) if dofs else f"the rows 0 to {n - 1}"
+    return (
+        "; add B, a column for each actuator with ones in the rows that it pushes, or "
+        f"pass push={first}, one for each actuator, of {which}"
+    )
+
+
 def _pushed(push, n, dofs):
     """B with a column for each actuator, a one in the row that it pushes."""
     B = np.zeros((n, len(push)))
@@ -126,14 +148,34 @@ def matrix_of(name, x, large=False):
 
 
 def _assemble(matrices):
-    """Make Abaqus's entries matrices, of all nodes' dofs; their names, or None."""
-    tables = {name: x for name, x in matrices.items() if isinstance(x, dict)}
-    dofs = sorted({dof for x in tables.values() for pair in x for dof in pair})
+    """Make `Entries` matrices, of all nodes' dofs or numbered rows; names of dofs, or
+    None.
+    """
+    tables = {name: x for name, x in matrices.items() if isinstance(x, Entries)}
+    if not tables:
+        return None
+    numbered = {x.numbered for x in tables.values() if x}
+    if len(numbered) > 1:
+        raise ValueError(
+            f"of {', '.join(tables)} some have nodes, some numbers of rows"
+        )
+    square = [x for name, x in tables.items() if name in "MDS"]
+    dofs = {row for x in tables.values() for row, _ in x}
+    dofs = sorted(dofs.union(column for x in square for _, column in x))
+    numbered = True in numbered
+    if numbered:
+        sizes = [x.shape[0] for x in matrices.values() if not isinstance(x, Entries)]
+        dofs = [(k + 1, 0) for k in range(max([dofs[-1][0], *sizes]))]
     order = {dof: k for k, dof in enumerate(dofs)}
     for name, entries in tables.items():
-        rows = [order[row] for row, _ in entries]
-        columns = [order[column] for _, column in entries]
-        places = np.array([rows, columns], int)
+        across = order
+        if name not in "MDS":
+            columns = sorted({column for _, column in entries})
+            across = {column: k for k, column in enumerate(columns)}
+        elif entries.half and not any((j, i) in entries for i, j in entries if i != j):
+            entries |= {(j, i): value for (i, j), value in entries.items()}
+        places = [[order[i] for i, _ in entries], [across[j] for _, j in entries]]
         values = np.array([*entries.values()], float)
-        matrices[name] = coo_array((values, places), shape=(len(dofs),) * 2)
-    return [f"{node}.{dof}" for node, dof in dofs] or None
+        shape = len(order), len(across)
+        matrices[name] = coo_array((values, np.array(places, int)), shape=shape)
+    return None if numbered else [f"{node}.{dof}" for node, dof in dofs]

@@ -43,7 +43,7 @@ __all__ = ["main"]
 
 PROVEN, NOT_PROVEN, BAD_INPUT, BEYOND, NOT_DECIDED = range(5)
 OF_OTHERS = (
-    "names, without and condensed stand in a file for design: "
+    "names, without, condensed, push and rayleigh stand in a file for design: "
     '{"plant": {"file": "plant.mat", "names": {"S": "K"}}, "region": {"sigma": 1}}'
 )
 
@@ -105,7 +105,7 @@ def main(arguments: list | None = None) -> int:
         return asked.run(asked)
     except (OSError, ValueError) as fault:
         words = [f"error: {one_line(fault)}", *getattr(fault, "__notes__", ())]
-        if re.search(r"\b(names|without|condensed)=", words[0]):
+        if re.search(r"\b(names|without|condensed|push|rayleigh)=", words[0]):
             words.append(OF_OTHERS)
         say("\n".join(words), sys.stderr)
         return BAD_INPUT

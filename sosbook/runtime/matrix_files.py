@@ -1,4 +1,4 @@
-"""Matrices of NumPy, MATLAB, Matrix Market, Abaqus, Nastran, within limits.
+"""Matrices of NumPy, MATLAB, Matrix Market and Nastran, within limits.
 
 Nothing in a file is ever executed, and no other file is opened. A reader of a file with
 several matrices asks ``wanted`` which of them to read: a function of a dict from each
@@ -17,11 +17,10 @@ import numpy as np
 from .libraries import library
 from .op4 import matrices_of_op4
 from .punch import matrices_of_punch
-from .reading import MOST_BYTES, number, read_bytes, read_text
+from .reading import MOST_BYTES, read_bytes, read_text
 from .sparse import issparse
 
 MOST_ENTRIES = 20_000_000  # of a matrix in a file; of a full one its zeros, too
-MOST_WORDS = 5_000_000  # numbers of a table, lines of Abaqus: each is an object
 FLOAT = 8  # bytes of one; numbers of fewer become floats
 NOT_READ = {  # by MATLAB's names of what holds no matrix
     "struct": "a struct",
@@ -30,11 +29,6 @@ NOT_READ = {  # by MATLAB's names of what holds no matrix
     "object": "an object",
     "function": "a function",
 }
-COORDINATES = (
-    "; of lines 'row column value' it becomes Matrix Market by two lines above them: "
-    "'%%MatrixMarket matrix coordinate real symmetric' (general, if both halves are "
-    "there), and 'rows columns entries'"
-)
 SHORTEST = 2  # bytes of a number in a text, with what parts it from the next
 PACKED = 15  # the kind of what is compressed in a file of MATLAB
 HDF5 = b"\x89HDF\r\n\x1a\n"  # begins such a file, and after 512 bytes MATLAB's own
@@ -48,32 +42,6 @@ def _decoded(path, kind):
     except Exception as error:  # a broken file brings a library to all kinds of ends
         words = str(error) or type(error).__name__
         raise ValueError(f"{path} can't be read as {kind}: {words}") from None
-
-
-def read_csv(path):
-    """The matrix in the text file at ``path`` of `load_plant`; errors name a line."""
-    rows, text = [], read_text(path, bom=True)
-    if sum(map(text.count, ";, \t")) > MOST_WORDS:
-        raise ValueError(f"{path} has more than {MOST_WORDS} numbers: save it as .npy")
-    for place, line in enumerate(text.splitlines(), 1):
-        line = line.partition("#")[0].strip()
-        if not line:
-            continue
-        between = next((x for x in ";," if x in line), None)
-        try:
-            rows.append([number(word.strip()) for word in line.split(between)])
-        except ValueError as error:
-            raise ValueError(
-                f"{path}, line {place}: {error}, and no headings"
-            ) from None
-        if len(rows[-1]) != len(rows[0]):
-            raise ValueError(
-                f"{path}, line {place}: {len(rows[-1])} numbers, "
-                f"the first line has {len(rows[0])}"
-            )
-    if not rows:
-        raise ValueError(f"{path}: there are no numbers")
-    return np.array(rows)
 
 
 def read_npy(path):
@@ -161,42 +129,10 @@ def read_mtx(path):
         return found if form == "array" else once(found)
 
 
-def read_entries(path):
-    """The entries in a matrix file of Abaqus or CalculiX at ``path``: from ((node,
-    dof), (node, dof)) to the value, of both triangles, where the file holds one; None
-    of a Matrix Market file. A ValueError has the line that isn't "node, dof, node, dof,
-    value".
-    """
-    entries, text = {}, read_text(path)
-    if not text.startswith("%%MatrixMarket") and text.count("\n") > MOST_WORDS:
-        raise ValueError(f"{path} has more than {MOST_WORDS} lines: save it as .mat")
-    for place, line in enumerate(text.splitlines(), 1):
-        if line.startswith("%%MatrixMarket"):
-            return None
-        words = [word.strip() for word in line.split(",")]
-        if line.startswith("*") or words == [""]:  # keywords, comments
-            continue
-        where = f"{path}, line {place}"
-        if len(words) != 5 or not all(w.isascii() and w.isdigit() for w in words[:4]):
-            raise ValueError(
-                f"{where}: {line!r:.60} is neither 'node, dof, node, dof, value' of "
-                "Abaqus nor has the file Matrix Market's first line, %%MatrixMarket"
-                f"{COORDINATES * (len(line.split()) == 3)}"
-            )
-        row, column = tuple(map(int, words[:2])), tuple(map(int, words[2:4]))
-        if (row, column) in entries:
-            raise ValueError(f"{where}: the entry {line!r:.60} is there twice")
-        try:
-            entries[row, column] = number(words[4])
-        except ValueError as error:
-            raise ValueError(f"{where}: {error}") from None
-    if not any((j, i) in entries for i, j in entries if i != j):
-        entries |= {(j, i): value for (i, j), value in entries.items()}
-    return entries
-
-
 def read_mat(path, wanted=list):
-    """The arrays, ``wanted``, in a file of MATLAB at ``path``, or of HDF5 by h5py."""
+    """The arrays, ``wanted``, in a file of MATLAB at ``path``, or of HDF5 by h5py; a
+    struct's are called "struct.field".
+    """
     from scipy.io import loadmat, whosmat
     from scipy.io.matlab import matfile_version
 
@@ -208,7 +144,23 @@ def read_mat(path, wanted=list):
         shapes = {
             name: (shape, form) for name, shape, form in whosmat(BytesIO(content))
         }
-    names = wanted({name: NOT_READ.get(form, "") for name, (_, form) in shapes.items()})
+    structs = [x for x, (_, form) in shapes.items() if form == "struct"]
+    with _decoded(path, kind):
+        if structs and matfile_version(BytesIO(content))[0]:
+            _check_unpacked(content)
+        whole = loadmat(BytesIO(content), variable_names=structs) if structs else {}
+        fields = {
+            f"{name}.{field}": whole[name][field].item()
+            for name in structs
+            if whole[name].shape == (1, 1)
+            for field in whole[name].dtype.names or ()
+        }
+    there = {name: NOT_READ.get(form, "") for name, (_, form) in shapes.items()}
+    for name in {x.partition(".")[0] for x in fields}:
+        del there[name]
+    names = wanted(there | {name: _strange(x) for name, x in fields.items()})
+    inner = {name: _sound(fields[name]) for name in names if name in fields}
+    names = [name for name in names if name not in fields]
     with _decoded(path, kind):
         kept = [shapes[name] for name in names]
         for shape, form in kept:
@@ -216,8 +168,18 @@ def read_mat(path, wanted=list):
         _check_bytes(prod(x) * FLOAT for x, form in kept if form != "sparse")
         if matfile_version(BytesIO(content))[0]:  # the fourth's never packed
             _check_unpacked(content)
-        found = loadmat(BytesIO(content), variable_names=[*names])
-        return {name: _sound(found[name]) for name in names}
+        found = loadmat(BytesIO(content), variable_names=[*names]) if names else {}
+        return inner | {name: _sound(found[name]) for name in names}
+
+
+def _strange(field):
+    """The kind of a struct's ``field`` where it is no matrix of numbers; else ""."""
+    if issparse(field) or (
+        isinstance(field, np.ndarray) and field.dtype.kind in "biufc"
+    ):
+        return ""
+    names = getattr(getattr(field, "dtype", None), "names", None)
+    return "a struct" if names else "no matrix of numbers"
 
 
 def _check_unpacked(content):
@@ -242,17 +204,21 @@ def _hdf5(path, content, wanted):
         file = h5py.File(BytesIO(content), "r")
     with file:
         with _decoded(path, kind):
-            own = [
-                x for x in file if isinstance(file.get(x, getlink=True), h5py.HardLink)
-            ]
-            groups = [x for x in own if isinstance(file[x], h5py.Group)]
-            strange = [x for x in groups if "MATLAB_sparse" not in file[x].attrs]
+            own = {x: x for x in _hard(file, h5py)}
+            for outer in [x for x in own if _is_struct(file[x], h5py)]:
+                del own[outer]
+                fields = _hard(file[outer], h5py) if outer[0] != "#" else ()
+                own |= {f"{outer}.{x}": f"{outer}/{x}" for x in fields}
+            groups = [x for x in own if isinstance(file[own[x]], h5py.Group)]
+            strange = [x for x in groups if _is_struct(file[own[x]], h5py)]
         names = wanted({x: "a struct" if x in strange else "" for x in own})
         with _decoded(path, kind):
             parts = {
-                name: {x: _plain(file[name], x, h5py) for x in ("data", "ir", "jc")}
+                name: {
+                    x: _plain(file[own[name]], x, h5py) for x in ("data", "ir", "jc")
+                }
                 if name in groups
-                else {"": _plain(file, name, h5py)}
+                else {"": _plain(file, own[name], h5py)}
                 for name in names
             }
             _check_bytes(
@@ -261,7 +227,16 @@ def _hdf5(path, content, wanted):
                 for x in several.values()
                 if x is not None
             )
-            return {name: _of_datasets(file[name], x) for name, x in parts.items()}
+            return {x: _of_datasets(file[own[x]], part) for x, part in parts.items()}
+
+
+def _hard(group, h5py):
+    """The names in a ``group`` of what stands in this very file."""
+    return [x for x in group if isinstance(group.get(x, getlink=True), h5py.HardLink)]
+
+
+def _is_struct(item, h5py):
+    return isinstance(item, h5py.Group) and "MATLAB_sparse" not in item.attrs
 
 
 def _plain(parent, name, h5py):

@@ -2,7 +2,7 @@
 
 import re
 
-from .reading import number
+from .tables import Entries
 
 EXPONENT = re.compile(r"(?<=[0-9.])(?:[dDeE]([+-]?)|([+-]))(?=[0-9])")
 MOST_LINES = 5_000_000
@@ -63,7 +63,7 @@ def _card(fields, found, forms):
                 f"{name} is of the form {form} and type {kind}: only real square and "
                 "symmetric matrices are read (1 or 6, of type 1 or 2)"
             )
-        forms[name], found[name] = form, {}
+        forms[name], found[name] = form, Entries()
         return
     if name not in forms:
         raise ValueError(f"{name} has no head, DMIG with a node 0, before its entries")
@@ -72,12 +72,9 @@ def _card(fields, found, forms):
         if not any(fields[k : k + 4]):
             continue
         row = _whole(fields[k]), _whole(fields[k + 1] or "0")
-        if (row, column) in entries:
-            raise ValueError(f"the entry of {row} and {column} is there twice")
-        value = number(EXPONENT.sub(r"e\1\2", fields[k + 2]))
-        entries[row, column] = value
+        entries.put(row, column, EXPONENT.sub(r"e\1\2", fields[k + 2]))
         if forms[name] == SYMMETRIC:
-            entries[column, row] = value
+            entries[column, row] = entries[row, column]
 
 
 def _whole(word):

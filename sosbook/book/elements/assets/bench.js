@@ -156,10 +156,11 @@ class Bench extends Wish {
   async take(files) {
     const names = [...files].map(({name}) => name).join(", "), source = this.find("source");
     try {
-      const {fields, left, words} = await read([...files]);
+      const {fields, left, odd, words} = await read([...files]);
       this.file = {texts: fields, words};
       this.open(fields);
-      source.textContent = `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}`;
+      source.textContent =
+        `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}${odd ? ` But ${odd}` : ""}`;
     } catch (error) {
       source.textContent = words(error, `${names}: `);
       source.classList.add("sos-wrong");

@@ -12,7 +12,7 @@ const WIDEST = 8 * MOST * MOST;                           // bytes of what such 
 const KINDS = [, "Int8", "Uint8", "Int16", "Uint16", "Int32", "Uint32", "Float32", , "Float64"];
 KINDS[12] = "BigInt64";
 KINDS[13] = "BigUint64";
-const MATRIX = 14, PACKED = 15, SPARSE = 5, DOUBLE = 6, LAST = 15, COMPLEX = 0x800;
+const MATRIX = 14, PACKED = 15, STRUCT = 2, SPARSE = 5, DOUBLE = 6, LAST = 15, COMPLEX = 0x800;
 
 const text = bytes => new TextDecoder().decode(bytes).replace(/^\ufeff/, "");
 // A number that a reader wrote as a word; NaN for none. What no float is near is refused.
@@ -35,6 +35,12 @@ function once(places, shift = 0) {
 
 const viewOf = bytes => new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
 
+const HEADING = "row column value";  // above a table of entries
+class Entries extends Map {
+  half = false;
+  numbered = true;
+}
+
 // The numbers of each line that counts.
 const table = (bytes, comment = /#.*/, between = undefined) =>
   text(bytes)
@@ -50,6 +56,15 @@ const table = (bytes, comment = /#.*/, between = undefined) =>
     })
     .filter(row => row);
 
+// A table of numbers, or of entries below their heading.
+function csv(bytes) {
+  const lines = text(bytes).split(/\r?\n/), at = lines.findIndex(line => line.replace(/#.*/, "").trim());
+  const head = lines[at]?.replace(/#.*/, "").trim().toLowerCase().split(/\s*[;,]\s*|\s+/).join(" ");
+  if (head !== HEADING) return table(bytes);
+  lines[at] = "";
+  return entries(table(new TextEncoder().encode(lines.join("\n"))), false);
+}
+
 function sized(rows, columns, entry = (_i, _j) => 0) {
   if (Math.max(rows, columns) > MOST)
     refuse(`it is ${rows} x ${columns}, and a field has ${MOST} rows and columns at most: reduce the plant ` +
@@ -60,7 +75,7 @@ function sized(rows, columns, entry = (_i, _j) => 0) {
 // A matrix of Matrix Market; of Abaqus the entries by "node,dof node,dof".
 function mtx(bytes) {
   const [head, , form, field, kind] = text(bytes).split(/\s+/, 5).map(word => word.toLowerCase());
-  if (head !== "%%matrixmarket") return entries(table(bytes, /^\*.*/, ","));
+  if (head !== "%%matrixmarket") return entries(table(bytes, /^\*.*/), true);
   if (!/^(real|integer)$/.test(field)) refuse(`its numbers are ${field}`);
   const [[rows, columns, count], ...list] = table(bytes, /^%.*/, /\s+/), X = sized(rows, columns);
   const below = kind === "general" ? -rows - columns : Number(kind === "skew-symmetric");
@@ -78,26 +93,40 @@ function mtx(bytes) {
   return X;
 }
 
-function entries(list) {
-  if (list.some(row => row.length !== 5))
-    refuse('its lines are neither "node, dof, node, dof, value" of Abaqus nor is the first %%MatrixMarket');
-  const found = new Map(list.map(row => [`${row.slice(0, 2)} ${row.slice(2, 4)}`, row[4]]));
-  if (found.size < list.length) refuse("an entry is there twice");
-  const mirror = key => key.split(" ").reverse().join(" "), keys = [...found.keys()];
-  if (!keys.some(key => key !== mirror(key) && found.has(mirror(key))))
-    for (const key of keys) found.set(mirror(key), found.get(key));
-  return found;
+function entries(list, half) {
+  const found = new Entries(), [{length}] = list.length ? list : [[]], dof = (a, b) => `${a},${b}`;
+  for (const row of list) {
+    const places = row.slice(0, -1);
+    if (row.length !== length || ![3, 5].includes(length) || !places.every(x => x >= 0 && x % 1 === 0) ||
+      length === 3 && places.includes(0))
+      refuse('its lines are neither "node, dof, node, dof, value" of Abaqus nor "row column value" nor is ' +
+        "the first %%MatrixMarket");
+    const [a, b, c, d] = places,
+                    key = length === 3 ? `${dof(a, 0)} ${dof(b, 0)}` : `${dof(a, b)} ${dof(c, d)}`;
+    if (found.has(key)) refuse("an entry is there twice");
+    found.set(key, row.at(-1));
+  }
+  return Object.assign(found, {half, numbered: length === 3});
 }
 
-// Of Abaqus's matrices one row for each degree of freedom of all nodes, sorted.
+// Of entries one row for each degree of freedom of all nodes, sorted, or for each number.
 function assembled(matrices) {
-  const tables = Object.values(matrices).filter(X => X instanceof Map);
-  const dofs = [...new Set(tables.flatMap(X => [...X.keys()].map(key => key.split(" ")[0])))];
+  const tables = Object.entries(matrices).filter(([, X]) => X instanceof Entries);
+  if (!tables.length) return matrices;
+  if (new Set(tables.map(([, X]) => X.numbered)).size > 1) refuse("some have nodes, some numbers of rows");
+  const square = name => /[MDSCK]$/i.test(name), pairs = X => [...X.keys()].map(key => key.split(" "));
   const order = dof => dof.split(",").reduce((sum, x) => 1000 * sum + Number(x), 0);  // a node has few
-  dofs.sort((a, b) => order(a) - order(b));
-  for (const [name, X] of Object.entries(matrices))
-    if (X instanceof Map)
-      matrices[name] = sized(dofs.length, dofs.length, (i, j) => X.get(`${dofs[i]} ${dofs[j]}`) ?? 0);
+  const sort = dofs => [...new Set(dofs)].sort((a, b) => order(a) - order(b));
+  const full = Object.values(matrices).filter(Array.isArray).map(X => X.length);
+  let dofs = sort(tables.flatMap(one => pairs(one[1]).flatMap(([i, j]) => square(one[0]) ? [i, j] : [i])));
+  if (tables[0][1].numbered)
+    dofs = Array.from({length: Math.max(parseInt(dofs.at(-1)), ...full)}, (_, k) => `${k + 1},0`);
+  for (const [name, X] of tables) {
+    const all = pairs(X), across = square(name) ? dofs : sort(all.map(([, j]) => j));
+    if (square(name) && X.half && !all.some(([i, j]) => i !== j && X.has(`${j} ${i}`)))
+      for (const [i, j] of all) X.set(`${j} ${i}`, X.get(`${i} ${j}`));
+    matrices[name] = sized(dofs.length, across.length, (i, j) => X.get(`${dofs[i]} ${across[j]}`) ?? 0);
+  }
   return matrices;
 }
 
@@ -126,73 +155,120 @@ async function unpacked(bytes, budget) {
   return new Uint8Array(await new Blob(found).arrayBuffer());
 }
 
-// The matrices in a file of MATLAB's versions 5 to 7.
+// The matrices in a file of MATLAB's versions 5 to 7; those of a struct are called "struct.field".
 async function mat(bytes) {
   const found = Object.create(null), budget = {left: MOST_BYTES};
   if (text(bytes.subarray(126, 128)) !== "IM")
-    refuse("it is no file of MATLAB's versions 5 to 7: save with '-v7'");
+    refuse(`it is no file of MATLAB's versions 5 to 7: save with '-v7'. ${byPackage("YOUR_FILE", "h5")}`);
   for (const part of parts(bytes.subarray(128))) {
     const [kind, inner] = part[0] === PACKED ? parts(await unpacked(part[1], budget))[0] : part;
-    if (kind !== MATRIX) continue;
-    const pieces = parts(inner), [[flags], [rows, columns], letters] = pieces.slice(0, 3).map(list);
-    const type = flags & 0xff, name = String.fromCharCode(...letters);
-    if (type !== SPARSE && (type < DOUBLE || type > LAST)) {
-      found[name] = undefined;
-      continue;
-    }
-    if (flags & COMPLEX) refuse(`${name} is complex`);
-    const X = found[name] = sized(rows, columns);
-    if (pieces.slice(3).some(([, {length}]) => length > 2 * WIDEST)) refuse(`${name} has too many entries`);
-    const [values, starts, entries] = pieces.slice(3).map(list), places = [];
-    for (let j = 0; j < columns; j++)
-      for (let k = type === SPARSE ? starts[j] : j * rows;
-        k < (type === SPARSE ? starts[j + 1] : (j + 1) * rows); k++) {
-        places.push([type === SPARSE ? values[k] : k - j * rows, j]);
-        X[places.at(-1)[0]][j] = (type === SPARSE ? entries : values)[k];
-      }
-    once(places, 1);
+    if (kind === MATRIX) put(found, parts(inner));
   }
   return found;
 }
 
+// Put what these pieces of a file of MATLAB are, by its own name or a field's of a struct.
+function put(found, pieces, field = "") {
+  const [[flags], [rows, columns], letters] = pieces.slice(0, 3).map(list),
+                                   word = x => String.fromCharCode(...x);
+  const type = flags & 0xff, name = field || word(letters);
+  if (type === STRUCT && !field && rows * columns === 1) {
+    const [[wide], names] = pieces.slice(3, 5).map(list);
+    pieces.slice(5).forEach(([, inner], k) => {
+      const own = word(names.slice(k * wide, (k + 1) * wide)).replace(/\0.*/, "");
+      put(found, parts(inner), `${name}.${own}`);
+    });
+    return;
+  }
+  if (type !== SPARSE && (type < DOUBLE || type > LAST)) {
+    found[name] = undefined;
+    return;
+  }
+  if (flags & COMPLEX)
+    refuse(`${name} is complex; of hysteretic damping give the real part, and imag(${name}) / omega for D, ` +
+      "at the frequency omega that matters");
+  const X = found[name] = sized(rows, columns);
+  if (pieces.slice(3).some(([, {length}]) => length > 2 * WIDEST)) refuse(`${name} has too many entries`);
+  const [values, starts, entries] = pieces.slice(3).map(list), places = [];
+  for (let j = 0; j < columns; j++)
+    for (let k = type === SPARSE ? starts[j] : j * rows;
+      k < (type === SPARSE ? starts[j + 1] : (j + 1) * rows); k++) {
+      places.push([type === SPARSE ? values[k] : k - j * rows, j]);
+      X[places.at(-1)[0]][j] = (type === SPARSE ? entries : values)[k];
+    }
+  once(places, 1);
+}
+
+const safely = name => /^[\w. -]+$/.test(name) ? name : "YOUR_FILE";
+
 // The line that makes what a page reads of what the package reads, which a page can't look into.
-function byPackage(name, kind) {
-  if (!["npz", "h5", "op4"].includes(kind)) return "Open .json, .mat, .mtx, .csv or .txt";
-  const safe = /^[\w. -]+$/.test(name) ? name : "YOUR_FILE";
+function byPackage(name, kind, many = false) {
+  const alone = ["npz", "h5", "op4", "pch", "toml"].includes(kind);
+  if (!alone && !["npy", "sti", "mas", "dof"].includes(kind)) return "Open .json, .mat, .mtx, .csv or .txt";
+  const safe = many || !alone ? "." : safely(name);
   return `If it holds M, D, S and B, the package makes a plant.json of it: python -c "import json, ` +
     `sosbook.plants as p; v = p.load_plant('${
       safe}'); json.dump({k: getattr(v, k).tolist() for k in 'MDSBF'}, open('plant.json', ` +
-    `'w'))"`;
+    `'w'))". What its last line asks for stands beside the name: load_plant('${safe}', push=[0])`;
 }
 
-// The matrices of the fields among those that are there: K and C may be S and D. `left` are others.
-function chosen(given) {
-  const known = [...NAMES, "K", "C", "A"], large = known.some(name => name in given);
-  const there = Object.create(null);
-  for (const [name, X] of Object.entries(given)) there[large ? name : name.toUpperCase()] = X;
+// The matrices of the fields among those that are there: K and C may be S and D, and those of a struct
+// serve where there is no plant beside it. `left` are others, `odd` is what may be wrong.
+function chosen(given, name) {
+  const known = [...NAMES, "K", "C", "A", "ABCD"], all = Object.keys(given);
+  const within = ["", ...new Set(all.flatMap(name => name.match(/^.*?\./) ?? []))].map(start => {
+    const own = all.filter(name => name.startsWith(start)).map(name => name.slice(start.length));
+    const large = known.some(name => own.includes(name)), there = Object.create(null);
+    for (const name of own) there[large ? name : name.toUpperCase()] = given[start + name];
+    return {start, large, there, plant: ["M", "A", "ABCD"].some(name => name in there)};
+  });
+  const own = within.filter(({plant}) => plant), [{start, large, there}] = [...own, ...within];
+  if (own.length > 1 && start)
+    refuse(`which is the plant, ${own.map(x => x.start.slice(0, -1)).join(" or ")}? Save one alone`);
   const {M, D, S, K, C} = there;
+  if (!M && ("A" in there || "ABCD" in there))
+    refuse(
+      "it is a state space, and the fields here are M, D, S and B; the package designs for it, as it is: " +
+      `python -m sosbook design "${name}"`);
   if (M && K && C && D && !S) refuse("beside K, is C or D the damping? Leave one of them out");
   const square = X => M && X?.length === M.length && X[0].length === M.length ? X : undefined;
-  const all = {...there, D: D ?? square(C), S: S ?? square(K)};
+  const plant = {...there, D: D ?? square(C), S: S ?? square(K)};
   if (large && "f" in there && !("F" in there)) refuse("f isn't read: call it F");
-  const lacking = NAMES.filter(name => !all[name] && name !== "F");
-  const listed = Object.keys(given).join(", ").slice(0, 200) || "nothing";
+  const lacking = NAMES.filter(name => !plant[name] && name !== "F");
+  const listed = all.join(", ").slice(0, 200) || "nothing";
   const more = lacking.includes("B") && lacking.length < 4
     ? ". Add B, a column for each actuator with ones in the rows that it pushes"
     : "";
+  const wide = [C, K].some(X => M && X?.[0]?.length === 3 && X.length !== M.length)
+    ? `. A table of entries begins with the line ${HEADING.replaceAll(" ", ",")}`
+    : "";
   if (lacking.length)
-    refuse(`${lacking.join(", ")} is missing; ${listed} is there: use these letters${more}`);
+    refuse(`${lacking.join(", ")} is missing; ${listed} is there: use these letters${more}${wide}`);
   for (const name of ["M", "D", "S"]) {
-    const held = all[name].flatMap((row, i) => Math.abs(row[i]) >= PENALTY ? [i] : []);
+    const held = plant[name].flatMap((row, i) => Math.abs(row[i]) >= PENALTY ? [i] : []);
     if (held.length)
       refuse(`${name} has penalties on its diagonal instead of supports: leave out rows and columns ${
         held.map(i => i + 1).join(", ")}`);
   }
+  const fit = NAMES.flatMap(name => plant[name]?.length === M.length ? [plant[name]] : []);
+  const empty = M.flatMap((_, i) => fit.some(X => X[i].some(x => x)) ? [] : [i + 1]);
+  if (empty.length) refuse(`rows are empty in M, D, S and B: leave out rows and columns ${empty.join(", ")}`);
   const used = [...NAMES, ...(D ? [] : ["C"]), ...(S ? [] : ["K"])];
-  const left = Object.keys(given).filter(name => !used.includes(large ? name : name.toUpperCase()));
-  return [
-    Object.fromEntries(NAMES.filter(name => all[name]?.[0].length).map(name => [name, all[name]])), left
-  ];
+  const left = all.filter(name => !name.startsWith(start) ||
+      !used.includes(large ? name.slice(start.length) : name.slice(start.length).toUpperCase()));
+  const matrices = NAMES.filter(name => plant[name]?.[0].length).map(name => [name, plant[name]]);
+  return {matrices: Object.fromEntries(matrices), left: left.join(", "), odd: halves(plant)};
+}
+
+// Which of M, D and S have entries on one side of the diagonal alone; of two rows one may.
+function halves(plant) {
+  const odd = ["M", "D", "S"].flatMap(name => {
+    const sides = new Set(plant[name].flatMap(
+      (row, i) => row.flatMap((x, j) => x && i !== j ? [i < j ? "above" : "below"] : [])));
+    return sides.size === 1 ? [`all entries of ${name} beside its diagonal are ${[...sides]} it`] : [];
+  });
+  return odd.length < (plant.M.length === 2 ? 2 : 1) ? ""
+                                                     : `${odd.join("; ")}: is it half of a symmetric matrix?`;
 }
 
 // What JSON holds: no key comes twice, and each number is near a float.
@@ -237,8 +313,8 @@ function plain(data) {
 
 const READERS = {
   json,
-  csv: table,
-  txt: table,
+  csv,
+  txt: csv,
   mtx,
   mat
 };
@@ -259,7 +335,7 @@ export const read = async files => {
     const {name} = file, [, stem, end] = /^(.*)\.(\w+)$/.exec(name) ?? [, name, ""], kind = end.toLowerCase();
     const there = await blamed(name, async () => {
       if (!Object.hasOwn(READERS, kind))
-        refuse(`a page can't read this kind of file. ${byPackage(name, kind)}`);
+        refuse(`a page can't read this kind of file. ${byPackage(name, kind, files.length > 1)}`);
       if (kind === "json" && files.length > 1) refuse("a plant in JSON is read by itself");
       if (file.size > MOST_BYTES) refuse(`it has more than ${MOST_BYTES} bytes: too large to read`);
       const there = await READERS[kind](new Uint8Array(await file.arrayBuffer()));
@@ -272,7 +348,7 @@ export const read = async files => {
     }
   }
   return blamed(files.length > 1 ? "." : first, () => {
-    const [matrices, left] = chosen(assembled(found)), {fields} = opened(matrices);
-    return {fields, left: left.join(", ")};
+    const {matrices, ...more} = chosen(assembled(found), files.length > 1 ? "." : safely(first));
+    return {...more, fields: opened(matrices).fields};
   });
 };
