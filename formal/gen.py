@@ -2,15 +2,20 @@
 
 What it prints proves by its own run, with the theorems beside this file, that the
 poles of the file's plants lie in the file's regions. Nothing here has to be believed:
-a wrong matrix doesn't pass. It needs Python 3.9 or newer and nothing else.
+a wrong matrix doesn't pass. Of a sampled loop it proves the last step, for the balls
+that the stand-alone checker computes. It needs Python 3.9 or newer and nothing else.
 
 Exit code: 0 written, 3 not covered, 1 nothing shows what the file says.
 """
 
 import json
+import re
 import sys
 from fractions import Fraction
 from math import isqrt, lcm
+from pathlib import Path
+
+CHECKER = Path(__file__).resolve().parents[1] / "sosbook" / "exact"
 
 #: Bits of the factors L; a block that none of these shows is near the boundary.
 BITS = (24, 32, 48, 64, 96, 128, 192, 256, 384, 512)
@@ -28,10 +33,12 @@ class Failed(Exception):
 
 
 def read(text):
-    """The problem of a file's text."""
+    """The problem of a file's text: a `Problem`, or the boxes of a sampled loop."""
     file = json.loads(text)
     if file.get("format") != "sosbook proof" or file.get("version") != 2:
         raise Refused("it is no proof file of version 2")
+    if file["kind"] == "sampled":
+        return boxes(text)
     if file["kind"] != "design":
         raise Refused(f"a proof of the kind {file['kind']!r}")
     if "text" not in file:
@@ -104,6 +111,42 @@ class Problem:
     @property
     def N(self):
         return self.n if self.kind == "descriptor" else 2 * self.n + self.p
+
+
+def boxes(text):
+    """Of each box of a sampled proof: rate, share, G, and (P, ball) of its corners.
+
+    A ball is the checker's, of the block that is decided; G and P are None where the
+    block has none.
+    """
+    sys.path.insert(0, str(CHECKER))
+    from checker import arithmetic, kernel, verdict
+
+    found, names = (
+        {},
+        dict(P=r"^\[rate\^2 ([^ ,]+)", G=r"he\(([^)]+)", share=r"(share[.]\d+)"),
+    )
+    try:
+        file = verdict.opened(text)[0]
+        lines = dict(line.split(": ", 1) for line in file["text"] if ": " in line)
+        program = kernel.parse("\n".join(file["text"]))
+        data = {name: kernel.Reader.read(x) for name, x in file["data"].items()}
+        reader = kernel.Reader(data, {}, file["sets"], True)
+        for sign, label, left, right in reader.statements(program):
+            kernel.holds(
+                sign, label, left, right, lambda _, *x: arithmetic.definite(*x)
+            )
+            if label.startswith("tick."):
+                said = (re.search(pattern, lines[label]) for pattern in names.values())
+                P, G, share = (x and reader.env[x[1]].v for x in said)
+                box = data["rate"], share or 0, G, []
+                box = found.setdefault(label.split(".")[1], box)
+                box[3].append((P, left.v if left.v.e else left.v.near()))
+    except arithmetic.Beyond as limit:
+        raise Refused(f"the checker doesn't decide it: {limit}") from None
+    except arithmetic.Refused as fault:
+        raise Failed(f"the checker refuses it: {fault}") from None
+    return list(found.values())
 
 
 # ---- Matrices of integers
@@ -257,8 +300,56 @@ def triple(witness):
     return f"({u}, {t}, {literal(L)})"
 
 
+FALLS = """\
+Theorem falls_{k} : {kind}_contract {n} {numbers} {d} {what}_{k}.
+Proof.
+by apply: (@{kind}_sound {n} {numbers} {d} {what}_{k} w_{k});
+  vm_cast_no_check (eq_refl true).
+Qed.
+"""
+
+
+def fallen(found):
+    """The file of the boxes of a sampled loop."""
+    text = [HEAD.format("sampled")]
+    for k, (rate, share, G, corners) in enumerate(found):
+        shown = [witness(least(ball)) for _, ball in corners]
+        if not all(shown):
+            raise Failed("nothing shows that the ball of a block is positive definite")
+        balls = [f"Ball {literal(ball.a)} {ball.e}" for _, ball in corners]
+        numbers, n, what = f"{ratio(rate)} {ratio(share)}", corners[0][1].r, "balls"
+        if G:
+            numbers, n, what = f"{numbers} ({rationals(G)})", n // 2, "corners"
+            balls = [f"Corner ({rationals(P)}) ({ball})"
+                     for (P, _), ball in zip(corners, balls)]  # fmt: skip
+        kind = "seq corner" if G else "seq ball"
+        text.append(constant(f"{what}_{k}", kind, "[:: " + ";\n ".join(balls) + "]"))
+        rows = ";\n ".join(map(triple, shown))
+        text.append(constant(f"w_{k}", "seq witness", f"[:: {rows}]"))
+        text.append(FALLS.format(k=k, kind="with_P" if G else "plain", n=n, what=what,
+                                 numbers=numbers, d=corners[0][1].d))  # fmt: skip
+    names = ", ".join(f"falls_{k}" for k in range(len(found)))
+    return "".join(text) + END.format(names)
+
+
+def least(ball):
+    """What twice the form of each matrix in a ball exceeds."""
+    return [[x + y - 2 * ball.e * (i == j) for j, (x, y) in enumerate(zip(u, v))]
+            for i, (u, v) in enumerate(zip(ball.a, zip(*ball.a)))]  # fmt: skip
+
+
+def ratio(x):
+    return "({} # {})%Q".format(*Fraction(x).as_integer_ratio())
+
+
+def rationals(x):
+    return literal([[ratio(Fraction(a, x.d)) for a in row] for row in x.a])
+
+
 def written(problem):
     """The whole file."""
+    if isinstance(problem, list):
+        return fallen(problem)
     d, e, pencils = problem.pencils()
     w = witness(problem.P)
     if w is None:

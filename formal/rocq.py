@@ -20,6 +20,7 @@ THEORY = (
     "mechanics",
     "descriptor",
     "forms",
+    "sampled",
 )
 
 PACKAGES = ("coq", "libcoq-mathcomp-algebra", "libcoq-mathcomp-algebra-tactics")

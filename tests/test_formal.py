@@ -11,6 +11,7 @@ import pytest
 import sosbook as sos
 from formal import collect, gen, rocq
 from sosbook.exact.proof_file import ProofFile
+from tests import test_sampled_text
 from tests.cases import seeds
 from tests.closed import analyse_loop
 
@@ -82,6 +83,69 @@ def test_rocq_proves_the_poles_of_files(theory):
     problems = [gen.read(file_of(name)) for name in PLANTS]
     count = rocq.prove(theory, "proofs", [gen.written(p) for p in problems])
     assert count == sum(len(p.regions) for p in problems)
+
+
+SAMPLED = {  # of one plant, of a box with P at each corner, of a clock that varies
+    name: test_sampled_text.CASES[name]
+    for name in ("one plant", "a box", "a clock that varies")
+}
+
+
+@pytest.fixture(scope="module")
+def sampled():
+    """What gen.py writes of sampled loops, and the boxes that it reads."""
+    texts = [test_sampled_text.proof(name).text for name in SAMPLED]
+    found = [gen.read(text) for text in texts]
+    return [gen.written(boxes) for boxes in found], found
+
+
+@pytest.mark.slow
+def test_rocq_proves_the_last_step_of_sampled_loops(theory, sampled):
+    texts, found = sampled
+    assert rocq.prove(theory, "proofs", texts) == sum(map(len, found)) == 6
+    kinds = {"with_P" if box[2] else "plain" for boxes in found for box in boxes}
+    assert kinds == {"with_P", "plain"}
+
+
+@pytest.mark.slow
+def test_rocq_accepts_no_changed_ball(theory, sampled):
+    text = sampled[0][0]
+    ((_, share, _, ((_, ball),)),) = sampled[1][0]
+    larger = str(ball.e << 110)
+    changed = {
+        "a larger radius": text.replace(f"]] {ball.e}", f"]] {larger}"),
+        "a middle": text.replace("Ball [:: [:: ", "Ball [:: [:: -", 1),
+        "a negative rate": text.replace("contract 5 (", "contract 5 (-"),
+        "no witness": text.replace(
+            "seq witness := [:: ", "seq witness := [:: ] ++ [:: (0, "
+        ),
+    }
+    assert share == 0
+    for what, other in changed.items():
+        assert other != text, what
+        with pytest.raises(rocq.Failed):
+            rocq.prove(theory, "changed", [text, other])
+
+
+def test_a_ball_exceeds_its_least_form(sampled):
+    """The integers that Rocq decides are below each block that the ball encloses."""
+    rng = np.random.default_rng(3)
+    for _, _, _, corners in (box for boxes in sampled[1] for box in boxes):
+        for _, ball in corners:
+            least = np.array(gen.least(ball), float) / ball.d
+            middle = np.array(ball.a, float) / ball.d
+            away = rng.normal(size=middle.shape)
+            away *= ball.e / ball.d / np.linalg.norm(away, 2)
+            x = middle + away
+            assert np.linalg.eigvalsh(x + x.T - least)[0] > -1e-12
+            assert np.linalg.eigvalsh(least)[0] > 0
+
+
+def test_what_the_checker_refuses_is_refused():
+    data = json.loads(test_sampled_text.proof("one plant").text)
+    data["data"]["rate"] = "0.1"
+    with pytest.raises(gen.Failed, match="checker refuses"):
+        gen.read(json.dumps(data))
 
 
 @pytest.mark.slow
