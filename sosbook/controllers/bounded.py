@@ -1,13 +1,17 @@
-"""A bound of an output, in words."""
+"""A bound of an output, in words, and the plants at which outputs are seen."""
 
 from dataclasses import dataclass
 from decimal import ROUND_CEILING
+from itertools import product
 from typing import Any
 
 from ..exact.proof import Stopped, proven_within
+from ..exact.rational import exact
 from ..runtime.time_limit import checked_seconds
+from ..sampled.discretize import input_vertices
 from .bounds import four_digits
 
+SEEN = {1: 9, 2: 5, 3: 3}  # values of each of so many parameters; of more, the ends
 SECONDS = 60.0  # for a bound; the count of its cells ends most sooner
 
 
@@ -58,3 +62,22 @@ class Bounded:
             )
         most = four_digits(self.proven, ROUND_CEILING)
         return f"at most {most}{unit} ({self.seen:.4g} at the corners)"
+
+
+def plants_of(c):
+    """(name, plant, Descriptor) of plants of a controller c to look at: of a family by
+    the values of its parameters, from one end to the other.
+    """
+    family, many = getattr(c.plant, "family", None), len(c.plant.vertices) > 1
+    if family is None:
+        pairs = enumerate(zip(c.plant.vertices, c.vertices), 1)
+        return [(f"vertex {k}" if many else "the plant", *both) for k, both in pairs]
+    box, found = family.box, []
+    steps = SEEN.get(len(box.names), 2)
+    shares = [exact(k) / (steps - 1) for k in range(steps)]
+    ends = zip(box.low, box.high)
+    for point in product(*([a + (b - a) * s for s in shares] for a, b in ends)):
+        words = (f"{x} = {float(v):.6g}" for x, v in zip(box.names, point))
+        plant = family.exactly_at(list(point))
+        found.append((", ".join(words), plant, input_vertices(plant, None)[0]))
+    return found

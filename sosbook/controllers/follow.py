@@ -13,12 +13,13 @@ A and J in size at all ticks, an output h with :math:`|h x| \le c |x|_q` has
     |h (x - x_r r)| \le |h y_v| V + |h y_a| A + T J \sum_i |h F^i y_a|
     + c\, (|s_v|_q V + |s_a|_q A) / (1 - \rho) ,
 
-and, without a bound of j, :math:`|h y_v| V + T A \sum_i |h F^i y_v| + c |s_v|_q V /
-(1 - \rho)`.
+and, whatever j is, :math:`|h y_v| V + T A \sum_i |h F^i y_v| + c |s_v|_q V /
+(1 - \rho)`, and, whatever a is, :math:`T V \sum_i |h F^i x_r|`. Each of the three
+holds, and so does the least: where an integral is slow, the sum of the jerk is long.
 
 *Proof.* :math:`x_{k+1} = F x_k + (x_r - F x_r) r_k`, v rises by T a, and a by T j; a
-push s now is at most :math:`c \rho^i |s|_q` after i ticks. For the second let y_a = 0.
-[]
+push s now is at most :math:`c \rho^i |s|_q` after i ticks. For the second let y_a = 0,
+and for the third both. []
 
 The y are polynomials in the plant, of which the s are what floats leave; the sums are
 those of tubes: see `sosbook.controllers.tube`.
@@ -27,12 +28,10 @@ those of tubes: see `sosbook.controllers.tube`.
 from dataclasses import dataclass
 
 import numpy as np
-from flint import arb
 from scipy.signal import fftconvolve
 
-from ..exact.rational import exact
 from ..sampled.balls import balls, balls_of, middle
-from .bounds import GOOD, of_all_plants, rounded, ticks_of
+from .bounds import GOOD, of_all_plants, ticks_of
 from .cells import Joined, work
 from .step_bounds import Row
 from .tube import SAFE, _above, _gamma
@@ -44,9 +43,10 @@ MOST_CELLS = 64
 class PerUnit:
     """How much an output is moved by each unit of velocity, acceleration and jerk.
 
-    ``cells``, (cells, 3): proven, of each part of the family; ``seen``, (corners, 3):
-    in floats; the bound of a motion is the largest sum of a row. ``kernels``: of one
-    motion alone, a `Kernel` for each part. ``unit``: the output's.
+    ``cells``, (cells, 3, 3), or None: proven, of each part of the family, by each bound
+    of the theorem, from that of all three limits to that of velocity alone; ``seen``,
+    (corners, 3, 3): in floats. ``kernels``: of one motion alone, a `Kernel` for each
+    part. ``unit``: the output's.
     """
 
     cells: np.ndarray | None
@@ -55,23 +55,34 @@ class PerUnit:
     unit: str
 
     def bound(self, size):
-        """(proven, seen) for ``size``, (3,): V, A and J, rationals or floats."""
-        seen = float((self.seen @ np.asarray(size, float)).max())
+        """(proven, seen) for ``size``, (3,): V, A and J, floats, also infinite."""
+        size = np.asarray(size, float)
+        seen = float(least(self.seen, size).max())
         if self.cells is None:
             return None, seen
-        sizes = [arb(exact(float(x))) for x in size]
-        sums = [sum((arb(a) * b for a, b in zip(row, sizes)), arb(0))
-                for row in self.cells]  # fmt: skip
-        return max(rounded(x, np.inf) for x in sums), seen
+        proven = np.nextafter(least(self.cells, size).max() * SAFE, np.inf)
+        return float(proven), seen
+
+
+def least(bounds, size):
+    """(cells, k) of ``bounds``, (cells, bounds, 3), the least one for ``size``, (3,) or
+    (3, k); what a bound doesn't count may be infinite.
+    """
+    some = np.where(np.isfinite(size), size, 0.0)
+    sums = bounds @ some + np.where((bounds > 0) @ np.isinf(size) * 1.0, np.inf, 0.0)
+    return sums.min(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """h y_v, h y_a, (corners,), and h F^i y_a, (ticks, corners), at a cell's corners;
-    ``spare``, (3,): how much others differ, a unit of V, A and J.
+    """The answer to one motion alone at a cell's corners, by each bound of the theorem.
+
+    ``now``, (2, corners): h y_v and h y_a; ``later``, (3, ticks, corners): h F^i y_a,
+    h F^i y_v and h F^i x_r; ``spare``, (3, 3): how much other plants differ, by each
+    bound, a unit of V, A and J.
     """
 
-    now: tuple
+    now: np.ndarray
     later: np.ndarray
     spare: np.ndarray
 
@@ -79,63 +90,73 @@ class Kernel:
         """A bound of |h (x - x_r r)| at all ticks of one motion r, which begins and
         ends at rest; without ``proven`` what is seen at the corners.
         """
-        rest = np.full(3, r[0]), np.full(4, r[-1])
-        v = np.diff(np.concatenate([rest[0], r, rest[1]])) / T
-        a = np.diff(v) / T
-        j = np.diff(a) / T
-        most = sizes = 0.0
-        for one, two, later in zip(*self.now, self.later.T):
-            u = np.zeros(len(j) + len(later))
-            u[: len(v)] = one * v
-            u[: len(a)] += two * a
-            u[1:] -= T * fftconvolve(j, later)[: len(u) - 1]
+        moves = [np.concatenate([[r[0]] * 3, r, [r[-1]] * 4])]
+        for _ in range(3):
+            moves.append(np.diff(moves[-1]) / T)
+        moves = moves[1:]
+        size = np.array([abs(x).max() for x in moves])
+        blur = (SAFE - 1) * size + 8 * 2.0**-52 * abs(r).max() / T ** np.arange(1, 4)
+        if not proven:
+            return self._by(2, moves, T)
+        doubts = [self._doubt(k, T) @ blur + self.spare[k] @ size for k in range(3)]
+        return SAFE * min(self._by(k, moves, T) + doubts[k] for k in range(3))
+
+    def _by(self, k, moves, T):
+        """The largest at the corners, by bound k, of the ``moves`` v, a and j."""
+        most, count = 0.0, 2 - k
+        for now, later in zip(self.now.T, self.later[k].T):
+            u = np.zeros(len(moves[count]) + len(later))
+            for share, move in zip(now[:count], moves):
+                u[: len(move)] += share * move
+            u[1:] -= T * fftconvolve(moves[count], later)[: len(u) - 1]
             most = max(most, abs(u).max())
-            sizes = max(sizes, T * abs(later).sum() + abs(one) + abs(two))
-        size = np.array([abs(x).max() for x in (v, a, j)])
-        rounded = 8 * 2.0**-52 * abs(r).max() / T**3  # in what floats make of j
-        doubt = self.spare @ size + sizes * ((SAFE - 1) * size.max() + rounded)
-        return (most + doubt) * SAFE if proven else most
+        return most
+
+    def _doubt(self, k, T):
+        """(3,) how much an error of v, a or j is felt in `_by`."""
+        found, count = np.zeros(3), 2 - k
+        found[:count] = abs(self.now[:count]).max(axis=1)
+        found[count] = T * abs(self.later[k]).sum(axis=0).max()
+        return found
 
 
 @work
-def per_unit(c, x, j, output, jerk=True, most=MOST_CELLS):
+def per_unit(c, x, j, output, most=MOST_CELLS):
     """The `PerUnit` of an ``output`` (see `OutputBounds.step_response`) of c while set
     point j moves from rest, x being where it rests: of an output that ends elsewhere
-    than at zero its distance from there. Without ``jerk`` that column is zero.
-    ``most``: parts of the family; none proves nothing.
+    than at zero its distance from there. ``most``: parts of the family; none proves
+    nothing.
     """
     row = Row.of(c, j, x, output)
     ticks, T = ticks_of(c.radius), float(c.T)
     joined = Joined(c, c.B_r[:, :0], c.D_r[:, :0])
 
     def judged(tube):
-        """A cell's row, and by how much it is above what is good."""
+        """A cell's bounds and its kernel, and by how much it is above what is good."""
         *_, reach = tube.seen_by(row.row)
         y_v, lost_v = _followed(tube, T, _rest_of(tube, x))
         lost_v += T * tube.longest * _blurred(tube, x)
-        parts = [_largest(tube, row.row, y_v)]
-        last, lost_a = y_v, 0.0
-        if jerk:
-            last, lost_a = _followed(tube, T, y_v)
-            parts.append(_largest(tube, row.row, last))
-        near, off, tail = tube.motion(first=last, ticks=ticks).seen(row.row)
-        sizes = abs(near[:-1]).sum(axis=0).max()
-        late = T * (off[:-1].sum() + tail / (1 - tube.rho))
+        y_a, lost_a = _followed(tube, T, y_v)
         lost = [reach * s / (1 - tube.rho) for s in (lost_v, lost_a)]
-        pairs = [(abs(near).max() + off, off, near) for near, off in parts]
-        found = [most + s for (most, *_), s in zip(pairs, lost)] + [T * sizes + late]
-        kernel = None
-        if jerk:
-            spare = [off + s for (_, off, _), s in zip(pairs, lost)] + [late]
-            kernel = Kernel((pairs[0][2], pairs[1][2]), near[:-1], np.array(spare))
-        found += [0.0] * (3 - len(found))
-        excess = max(late - (GOOD - 1) * T * sizes, sum(lost) - (GOOD - 1) * sum(found))
-        return (np.array(found) * SAFE, kernel), excess
+        now = [(_largest(tube, row.row, y), s) for y, s in zip((y_v, y_a), lost)]
+        found, spare, excess, later = np.zeros((3, 3)), np.zeros((3, 3)), [], []
+        for k, start in enumerate((dict(first=y_a), dict(first=y_v), dict(start=x))):
+            near, off, tail = tube.motion(**start, ticks=ticks).seen(row.row)
+            sizes = T * abs(near[:-1]).sum(axis=0).max()
+            late = T * (off[:-1].sum() + tail / (1 - tube.rho))
+            later.append(near[:-1])
+            spare[k, : 3 - k] = [*(doubt + s for (_, doubt), s in now[: 2 - k]), late]
+            found[k, : 3 - k] = [*(abs(h).max() for (h, _), _ in now[: 2 - k]), sizes]
+            excess.append(late - (GOOD - 1) * sizes)
+        found += spare
+        excess.append(sum(lost) - (GOOD - 1) * found[0].sum())
+        kernel = Kernel(np.array([h for (h, _), _ in now]), np.array(later), spare)
+        return (found * SAFE, kernel), max(excess)
 
     found = of_all_plants(c, joined, judged, most) if most else None
     cells, kernels = (None, []) if found is None else zip(*found)
     cells = None if cells is None else np.array(cells)
-    seen = [_seen(loop, x, row, T, jerk, ticks) for loop in c.loops]
+    seen = [_seen(loop, x, row, T, ticks) for loop in c.loops]
     return PerUnit(cells, np.array(seen), list(kernels), row.unit)
 
 
@@ -168,17 +189,15 @@ def _largest(tube, row, y):
     return near[0], float(off[0])
 
 
-def _seen(loop, x, row, T, jerk, ticks):
-    """A plant's row of `PerUnit`, in floats."""
-    h = row.row.astype(float)
-    left = np.eye(len(loop.F)) - loop.F
-    y = np.linalg.solve(left, -T * x.astype(float)[:, 0])
-    found = [abs(h @ y)]
-    if jerk:
-        y = np.linalg.solve(left, -T * y)
-        found.append(abs(h @ y))
-    total = 0.0
-    for _ in range(ticks):
-        total += abs(h @ y)
-        y = loop.F @ y
-    return [*found, T * total, *[0.0] * (2 - len(found))]
+def _seen(loop, x, row, T, ticks):
+    """A plant's bounds of `PerUnit`, (3, 3), in floats."""
+    h, left = row.row.astype(float), np.eye(len(loop.F)) - loop.F
+    found, ys = np.zeros((3, 3)), [x.astype(float)[:, 0]]
+    for k in range(2):
+        ys.append(np.linalg.solve(left, -T * ys[-1]))
+        found[: 2 - k, k] = abs(h @ ys[-1])
+    for k, y in enumerate(reversed(ys)):
+        for _ in range(ticks):
+            found[k, 2 - k] += T * abs(h @ y)
+            y = loop.F @ y
+    return found

@@ -28,11 +28,11 @@ from ..sampled.loops import SampledFamily
 from ..sampled.proof import by_balls
 from ..sampled.shapes import PlantShape
 from ..sampled.timing import TimeBox
+from .bounded import plants_of
 from .cells import unrounded, work
 from .charts import key
 from .frequency import OpenLoop
 from .signals import known_index
-from .step_bounds import plants_of
 
 SHARES = 0.98, 0.9, 0.7  # of what is seen, that are tried
 CENTRES = np.geomspace(0.05, 50, 121)  # of disks for a phase

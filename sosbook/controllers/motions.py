@@ -109,15 +109,12 @@ class Motions:
         True
         """
         names = "velocity", "acceleration", "jerk"
-        given = velocity, acceleration, 0.0 if jerk is None else jerk
-        size = [not_negative(name, x, "per second") for name, x in zip(names, given)]
-        bounds = []
-        for with_jerk in (False,) if jerk is None else (True, False):  # both hold
-            units = self._units(set_point, output, with_jerk, time_limit)
-            proven, seen = units.bound(size)
-            bounds.append((np.inf if proven is None else proven, seen))
-        proven, seen = min(bounds)
-        return Bounded(None if proven == np.inf else proven, seen, units.unit)
+        given = zip(names, (velocity, acceleration, jerk))
+        size = [np.inf if x is None else not_negative(name, x, "per second")
+                for name, x in given]  # fmt: skip
+        units = self._units(set_point, output, time_limit)
+        proven, seen = units.bound(size)
+        return Bounded(proven, seen, units.unit)
 
     def limits_for(
         self,
@@ -187,14 +184,14 @@ class Motions:
         found = self._planned(quickest, u_max, distance, set_point, time_limit)
         profile, units = found
         r = profile.points(distance)
-        error = self._units(set_point, output, True, time_limit)
+        error = self._units(set_point, output, time_limit)
         whole = [_of_move(p, r, profile.T) for p in (*units, error)]
         return Move(profile, float(distance), tuple(whole[:-1]), whole[-1])
 
-    def _units(self, set_point, output, jerk, seconds):
+    def _units(self, set_point, output, seconds):
         """The `PerUnit` of an ``output``, within some ``seconds``."""
         c = self.controller
-        asked = c, at_rest(c, set_point), set_point, output, jerk
+        asked = c, at_rest(c, set_point), set_point, output
         limit = checked_seconds(seconds, needed=True)
         found = proven_within(limit, lambda: per_unit(*asked))
         return per_unit(*asked, most=0) if isinstance(found, Stopped) else found
@@ -208,7 +205,7 @@ class Motions:
         some = np.flatnonzero(np.isfinite(limits))
         if not some.size:
             raise ValueError("u_max is missing: give the largest output")
-        units = [self._units(set_point, int(k), True, seconds) for k in some]
+        units = [self._units(set_point, int(k), seconds) for k in some]
         if any(p.cells is None for p in units):
             raise ValueError(
                 "u_max: no bound was proven of what motions ask: a longer time_limit "

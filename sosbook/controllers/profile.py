@@ -23,6 +23,7 @@ import numpy as np
 
 from ..exact.rational import exact
 from ..plants.checks import finite, positive
+from .follow import least
 from .numbers import checked_words, literal
 from .template import noted, read, renamed, written_by
 
@@ -197,14 +198,14 @@ def fastest(units, limits, distance, T, unit=""):
     ``units``, a `PerUnit` each, stay within ``limits``, (outputs,), for every motion.
     ``T``: between ticks; ``unit``: of the set point.
     """
-    rows = np.vstack([p.cells / limit for p, limit in zip(units, limits)])
+    bounds = np.vstack([p.cells / limit for p, limit in zip(units, limits)])
     two, three = (x.ravel() for x in np.meshgrid(SHARES, SHARES))
     good = (two >= three) & (two + three <= 1)
     two, three = two[good], three[good]
     parts = np.array([np.ones(len(two)), 1 / two, 1 / (two * three)])
 
     def asked(t):
-        return (rows @ (distance * parts / np.array([t, t**2, t**3]))).max(axis=0)
+        return least(bounds, distance * parts / np.array([t, t**2, t**3])).max(axis=0)
 
     low, high = np.full(len(two), 1e-12), np.full(len(two), 1.0)
     while (asked(high) > 1).any():

@@ -1,7 +1,6 @@
 """A step of a set point: its numbers proven for every plant, and seen at some."""
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 from flint import arb
@@ -11,8 +10,7 @@ from ..plants.checks import positive
 from ..plants.gain import signals
 from ..plants.outputs import Output
 from ..plants.sensed import in_states
-from ..sampled.discretize import input_vertices
-from .bounded import Bounded
+from .bounded import Bounded, plants_of
 from .bounds import ENDS, fixed_end, of_all_plants, outputs_of, rest, rounded, ticks_of
 from .cells import Joined, work
 from .charts import chart
@@ -21,7 +19,7 @@ from .tube import SAFE
 
 FINE = 0.002, 0.01  # of the output's step, and of the largest u: no more halving
 RISE = 0.1, 0.9  # of the way, between which an output rises
-SEEN = {1: 9, 2: 5, 3: 3}  # values of each of so many parameters; of more, the ends
+TOLD, DUST = 0.001, 1e-9  # %: of what a proof and floats can tell from none
 NUMBERS = "overshoot", "undershoot", "settling_time", "rise_time", "peak"
 
 
@@ -95,6 +93,9 @@ class StepBounds:
         """A number by its ``name``, or a ``bound``, in words, and where it is seen."""
         bound = getattr(self, name) if bound is None else bound
         where = self.plants[name.partition(" ")[0]]
+        if bound.unit == "%" and bound.proven is not None and bound.proven < TOLD:
+            seen = f"{bound.seen:.4g}" if bound.seen > DUST else "0 but for rounding"
+            return f"less than {TOLD:g} % ({seen} at {where})"
         return str(bound).replace("at the corners", f"at {where}")
 
     def _repr_html_(self):
@@ -266,7 +267,8 @@ def step_bounds(c, x, size, j, output, band, most):
 class _Numbers:
     """The numbers of a step, in ticks and shares of the step, of outputs between
     ``low`` and ``high``, (k,), less where they ``end``, and from then on within
-    ``tail``; ``asked``: the largest u and its largest change, of each.
+    ``tail``; ``asked``: the largest u and its largest change, of each; ``safe``: a
+    factor for the roundings of bounds.
     """
 
     low: np.ndarray
@@ -274,6 +276,7 @@ class _Numbers:
     tail: float
     end: float
     asked: list
+    safe: float = SAFE
 
     @classmethod
     def of(cls, low, high, tail, end):
@@ -291,7 +294,7 @@ class _Numbers:
             held = (loop.H @ x)[:, 0] + loop.direct_r[:, j]
         states = motion_of(loop, -x, ticks)
         y = states @ row.row.astype(float)
-        found = cls(y, y, 0.0, float(row.ends), [])
+        found = cls(y, y, 0.0, float(row.ends), [], 1.0)
         for u in (states @ loop.H.T + held).T:
             moved = abs(np.diff(u, prepend=0.0)).max()
             found.asked.append((abs(u).max(), moved))
@@ -306,25 +309,25 @@ class _Numbers:
     @property
     def overshoot(self):
         """Beyond the end."""
-        return max(self.away[1].max(), self.tail / abs(self.end), 0.0) * SAFE
+        return max(self.away[1].max(), self.tail / abs(self.end), 0.0) * self.safe
 
     @property
     def undershoot(self):
         """Below the start."""
         least = max(-self.away[0].min(), self.tail / abs(self.end))
-        return max(least * SAFE - 1, 0.0)
+        return max(least * self.safe - 1, 0.0)
 
     @property
     def peak(self):
         """The largest size of the output."""
         ends = abs(self.low + self.end).max(), abs(self.high + self.end).max()
-        return max(*ends, abs(self.end) + self.tail) * SAFE
+        return max(*ends, abs(self.end) + self.tail) * self.safe
 
     def settled(self, band):
         """The first tick from which on the output stays in the ``band``, or None."""
         low, high = self.away
-        out = np.flatnonzero(np.maximum(abs(low), abs(high)) * SAFE > band)
-        if self.tail / abs(self.end) * SAFE > band:
+        out = np.flatnonzero(np.maximum(abs(low), abs(high)) * self.safe > band)
+        if self.tail / abs(self.end) * self.safe > band:
             return None
         return int(out[-1]) + 1 if out.size else 0
 
@@ -370,30 +373,11 @@ def _times(most, share):
     return rounded(arb(most) * arb(share), np.inf)
 
 
-def plants_of(c):
-    """(name, plant, Descriptor) of plants of a controller c to look at: of a family by
-    the values of its parameters, from one end to the other.
-    """
-    family, many = getattr(c.plant, "family", None), len(c.plant.vertices) > 1
-    if family is None:
-        pairs = enumerate(zip(c.plant.vertices, c.vertices), 1)
-        return [(f"vertex {k}" if many else "the plant", *both) for k, both in pairs]
-    box, found = family.box, []
-    steps = SEEN.get(len(box.names), 2)
-    shares = [exact(k) / (steps - 1) for k in range(steps)]
-    ends = zip(box.low, box.high)
-    for point in product(*([a + (b - a) * s for s in shares] for a, b in ends)):
-        words = (f"{x} = {float(v):.6g}" for x, v in zip(box.names, point))
-        plant = family.exactly_at(list(point))
-        found.append((", ".join(words), plant, input_vertices(plant, None)[0]))
-    return found
-
-
 def described(c):
     """A controller c in a line."""
     names = ", ".join(s.name for s in c.readings.signals)
     given = ", ".join(s.name for s in c.outputs)
     kind = f"T = {c.T:g} s, order {c.order}, {c.estimate.words}"
     if (over := seen_overshoot(c)) is not None:
-        kind += f", a step overshoots by {over:.3g} % at corners"
+        kind += f", a step overshoots by {round(over, 6):.3g} % at corners"
     return f"<Controller: {given} of {names}, {kind}>"

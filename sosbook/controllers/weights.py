@@ -14,9 +14,10 @@ from flint import arb, ctx
 from ..exact.rational import exact
 from ..plants.checks import not_negative, positive
 from ..sampled.balls import balls, product
+from .bounded import plants_of
 from .bounds import outputs_of, rest, ticks_of
 from .cells import Joined
-from .step_bounds import Row, motion_of, plants_of
+from .step_bounds import Row, motion_of
 
 ROUNDS = 5  # of a proof; before each next one the bounds that it missed are tighter,
 FINE = 0.002, 0.01  # by what it missed and this
