@@ -313,6 +313,12 @@ class Requirement(OfKind, ABC, ReadOnly):
         """x0, where it asks |K x| <= bound from x0 by Lemma 2.2; else None."""
         return None
 
+    def of_part(self, rows: np.ndarray) -> "Requirement | None":
+        """The same about the states ``rows`` x, (k, N), of a part that moves by itself
+        and alone takes u; None where it is about other states, too.
+        """
+        return None if self.pole_matrices() is None else self
+
     def bounds_response(self) -> float | None:
         """A number that the H-infinity norm from w to z must stay below, or None."""
         return None

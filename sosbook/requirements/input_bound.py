@@ -248,6 +248,9 @@ class Saturation(Requirement):
         plain = self.u is None and self.x0.ndim == 1 and not self.acceleration
         return self.x0 if plain else None
 
+    def of_part(self, rows: np.ndarray) -> "Saturation | None":
+        return None if self.acceleration else replace(self, x0=self.x0 @ rows.T)
+
     def pair(self, loop: PosedLoop, c: Coupled) -> Iterable:
         return ()
 

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from time import monotonic
 
 import numpy as np
@@ -161,15 +162,17 @@ def refused(first):
 
 def _by_equation(case):
     """The gain of an equation, or the centre where there is time for it."""
+    from .moved_part import is_of_parts, point_of_part
     from .starting_points import point
 
     request, prefer = case.request, case.prefer
     found = point(request)
+    if found is None and request.order >= FROM_STATES:
+        found = point_of_part(request, partial(answer, refuse=False))
     if found is None:
         return None
-    poles_alone = all(r.pole_matrices() is not None for r in request.requirements)
     alone = request.gain is not None or prefer == "least"
-    if alone or (poles_alone and prefer is None):
+    if alone or (prefer is None and is_of_parts(request)):
         return found
     seconds = CENTRE_SECONDS if prefer is None else LONGEST
     try:

@@ -1,6 +1,7 @@
 """The least bounds that a request allows: its optimum, and a design near it."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ..solver.bounded import any_minimum, unpacked
 from ..solver.loop import Unbounded
 from .centre import finish, nearer
 from .cutting import Cuts, few_decide, holds
-from .feasibility import answer, find, search
+from .feasibility import FROM_STATES, answer, find, search
 from .scaled_lmis import ScaledLMIs
 from .solution import Solution
 
@@ -76,6 +77,13 @@ def at_optimum(request, objective, backoff):
     """
 
     from .bracket import bracketed, rounded_up
+    from .moved_part import point_of_part
+
+    if request.order >= FROM_STATES:
+        of = partial(at_optimum, objective=objective, backoff=backoff)
+        found = point_of_part(request, of, objective)
+        if found is not None:
+            return found
 
     def eased(bounds):
         return {name: rounded_up(b * (1 + backoff)) for name, b in bounds.items()}

@@ -39,6 +39,7 @@ SHARES = 10.0 ** -np.arange(14)  # of room in a bounded real equation
 DEFECTIVE = 1e5  # condition of eigenvectors; its square is that of P
 NUDGE = 1e-5  # of the fastest mode: two equal ones are apart by its root then
 RESIDUAL = 1e-6  # relative; a larger one is no solution's
+FLOOR, ROOM = 1e-5, 0.99  # of the largest mode's start or push; of x0' P^-1 x0
 NEWTON_STEPS = 4  # they square the residual, which begins near 1e-8
 SCHUR = 4.0  # times as long as the eigenvalues
 DISKS = 6  # centres that are tried, where a decay alone won't do
@@ -53,15 +54,10 @@ def point(request):
     """
     if len(request.pairs) > MOST_PAIRS or request.coupling.own_P:
         return None
-    T = balanced(request.plant.vertices[0], request.vertices[0])
-    if T is None:
+    lmis = units_of_modes(request)
+    if lmis is None or {u.name for u in lmis.unknowns} - {"P", "Y"}:
         return None
-    push = np.linalg.solve(T, request.vertices[0].state_space()[1])
-    unit_of_input = request.typical_rate / (np.linalg.norm(push, 2) or 1.0)
-    lmis = ScaledLMIs(request, Frame.at(request, T, unit_of_input))
-    if {u.name for u in lmis.unknowns} - {"P", "Y"}:
-        return None
-    loop = _Loop(request, lmis.frame)
+    loop = InFrame(request, lmis.frame)
     for how, K in loop.gains():
         for P in loop.lyapunov_matrices(K):
             check_time()
@@ -72,6 +68,18 @@ def point(request):
                 return found
             return replace(found, central=False, reason=NOT_CENTRAL.format(how=how))
     return None
+
+
+def units_of_modes(request):
+    """The `ScaledLMIs` of a ``request`` where every mode has the size one; None where M
+    isn't positive definite.
+    """
+    T = balanced(request.plant.vertices[0], request.vertices[0])
+    if T is None:
+        return None
+    push = np.linalg.solve(T, request.vertices[0].state_space()[1])
+    unit_of_input = request.typical_rate / (np.linalg.norm(push, 2) or 1.0)
+    return ScaledLMIs(request, Frame.at(request, T, unit_of_input))
 
 
 def odd_mass(request):
@@ -99,8 +107,8 @@ def at(lmis, values):
     )
 
 
-class _Loop:
-    """The plant in a frame, and what may do for it."""
+class InFrame:
+    """The plant of a ``request`` in a ``frame``, and what may do for it."""
 
     def __init__(self, request, frame):
         there = request.ground.at(frame)
@@ -142,11 +150,13 @@ class _Loop:
             if radius is not None:
                 yield from self._deflated(in_disk(c, radius), words)
 
+    def moves(self, s):
+        """True if a mode ``s`` must move."""
+        return not self._keeps(s, self.reserve)
+
     def _deflated(self, design, words):
         try:
-            K, count = deflated(
-                self.A, self.B, lambda s: not self._keeps(s, self.reserve), design
-            )
+            K, count = deflated(self.A, self.B, self.moves, design)
         except (LinAlgError, ValueError):  # a mode that the inputs hardly reach
             return
         if np.isfinite(K).all():
@@ -196,12 +206,15 @@ class _Loop:
             yield words, -(self.B.T @ X) / size
 
     def lyapunov_matrices(self, K):
-        """Lyapunov matrices that may prove a gain, in the frame."""
+        """Lyapunov matrices that may prove a gain ``K``, in the frame."""
         A = self.A + self.B @ K
         if not np.linalg.eigvals(A).real.max() < 0:
             return
         if self.response is None:
             yield of_modes(A)
+            starts = (r.bounds_input_from() for r in self.request.requirements)
+            for x0 in (x for x in starts if x is not None):
+                yield of_modes(A, K, np.linalg.solve(self.frame.T, x0))
             return
         P = bounded_real(A, self.Bw, self.d.output(K), self.response)
         if P is not None:
@@ -233,18 +246,26 @@ def balanced(plant, descriptor):
     return T
 
 
-def of_modes(A):
+def of_modes(A, K=None, x0=None):
     """P > 0 that keeps every region of the poles which the eigenvalues of ``A`` keep.
     With A V = V L the block of the region alpha, beta is (I x V) [alpha x I + beta x L
     + beta' x L*] (I x V*), and the bracket is diagonal but for order: so P = V V* keeps
     all regions at once. Columns of V have length one. Of a defective A they would make
     P singular: then they are those of an A whose diagonal has moved by next to nothing.
+
+    With ``K`` and ``x0`` the columns' squares are weighted so that x0' P^-1 x0 < 1 and
+    the trace of K P K' is the least: the sum over the modes of |w x0| |K v|, squared.
     """
     check_time_of_eigenvalues(len(A))
     modes, V = np.linalg.eig(A)
     if np.linalg.cond(V) > DEFECTIVE:
         size = NUDGE * np.abs(modes).max()
         V = np.linalg.eig(A + size * np.diag(np.linspace(-1, 1, len(A))))[1]
+    if K is not None:
+        starts, pushes = abs(np.linalg.solve(V, x0)), np.linalg.norm(K @ V, axis=0)
+        starts, pushes = (x + FLOOR * (x.max() or 1.0) for x in (starts, pushes))
+        weights = starts / pushes
+        V = V * np.sqrt(weights * (starts @ (starts / weights)) / ROOM)
     P = (V @ V.conj().T).real
     return (P + P.T) / 2
 
