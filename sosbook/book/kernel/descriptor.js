@@ -4,18 +4,23 @@ import {alike, EXACT, exactTransposed, signOfDeterminant} from "./exact.js";
 import {cholesky, combined, FLOATS, identity, inner, inverse, inverseLower, mapped, matrix, norm, scaled, solve, symmetricEigenvalues, times, transposed} from "./matrices.js";
 import {eigenvalues, riccati} from "./spectrum.js";
 
-// plant: {vertices: [{M, D, S, B, F}], U, K_A}, lists of rows. F, U and K_A may be missing.
-export function descriptors({vertices, U = [], K_A = null},
+// plant: {vertices: [{M, D, S, B, F}], U, K_A, law}, lists of rows. F, U, K_A and law may be missing;
+// a law joins its integrals, and what its filters hold.
+export function descriptors({vertices, U = [], K_A = null, law = null},
   /** @type {any} */ {matrix, zeros, identity, times, combined, place} = FLOATS) {
   return vertices.map(({M, D, S, B, F = null}) => {
-    const n = M.length, a = U.length, N = 2 * n + a, m = B[0].length;
+    const {integrate = [], position = [], filter = 0} = law ?? {}, seen = matrix(position, M.length);
+    const summed = law ? times(matrix(integrate, position.length), seen) : matrix(U);
+    const n = M.length, a = summed.rows, f = filter ? position.length : 0, N = 2 * n + a + f, m = B[0].length;
     let mass = matrix(M);
     if (K_A) mass = combined(1, mass, -1, times(matrix(B), matrix(K_A)));
     const E = zeros(N, N), A = zeros(N, N), Bu = zeros(N, m), p = F ? F[0].length : 0;
     const Bw = zeros(N, p), C = zeros(n, N);
     place(place(place(E, 0, 0, identity(n)), n, n, mass), 2 * n, 2 * n, identity(a));
+    place(E, 2 * n + a, 2 * n + a, identity(f, filter));
     place(place(place(A, 0, n, identity(n)), n, 0, matrix(S), -1), n, n, matrix(D), -1);
-    if (a) place(A, 2 * n, 0, matrix(U));
+    place(A, 2 * n, 0, summed);
+    if (f) place(place(A, 2 * n + a, 0, seen), 2 * n + a, 2 * n + a, identity(f), -1);
     place(Bu, n, 0, matrix(B));
     if (p) place(Bw, n, 0, matrix(F));
     place(C, 0, 0, identity(n));
@@ -34,9 +39,14 @@ const distinct = vertices =>
 // block is the mean of the vertices' blocks; a vertex that repeats another is left out,
 // and so are all pairs where the vertices suffice.
 export function coupledPairs(request, coupling = request.coupling ?? "pairs") {
-  const few = distinct(descriptors(request)), pairs = few.map(i => [i, i]);
-  if (coupling === "vertices" || !pairs[1]) return pairs;
-  const exactly = descriptors(request, EXACT), N = exactly[0].E.rows;
+  const few = distinct(descriptors(request));
+  return coupling === "vertices" ? few.map(i => [i, i]) : pairsOf(descriptors(request, EXACT), few);
+}
+
+// The same of exact descriptors, of which these `few` differ.
+export function pairsOf(exactly, few) {
+  const pairs = few.map(i => [i, i]), N = exactly[0].E.rows;
+  if (!pairs[1]) return pairs;
   const all = alike(few.flatMap(i => PARTS.map(name => exactTransposed(exactly[i][name]))));
   const points = few.map((_, k) => all.slice(4 * k, 4 * k + 4).flatMap(({at}) => at));
   const E = points.map(p => p.slice(0, N * N));

@@ -97,15 +97,19 @@ export const exactRegions = asked =>
 // (key, matrix) of each block in the plant's own coordinates, without a rounding error:
 // those of Theorem 2.1 multiplied by the size of their P and by powers of mu.
 function blocksAt(request, K, P, own, J) {
-  const {asked} = request, pairs = coupledPairs(request);
-  const X = exactMatrix(P), frame = plainFrame(P.length, EXACT);
-  const followers = Object.keys(own).map(key => key.replace("size for ", ""));
-  const {list} =
-    laidOut(descriptors(request, EXACT), pairs, asked, exactRegions(asked), frame, followers, EXACT);
+  const {asked} = request, X = exactMatrix(P),
+        followers = Object.keys(own).map(key => key.replace("size for ", ""));
   const values = {P: X, Y: exactTimes(exactMatrix(K), X)};
   for (const [key, s] of Object.entries(own)) values[key] = exactScalar(s);
   const size = values[sizeName("cost")];
   if (J) values.J = size ? exactScaled(size, exactMatrix(J)) : exactMatrix(J);
+  return blocksOf(descriptors(request, EXACT), coupledPairs(request), asked, values, followers);
+}
+
+// The same of exact descriptors and of values of the unknowns.
+export function blocksOf(plain, pairs, asked, values, followers = []) {
+  const {list} =
+    laidOut(plain, pairs, asked, exactRegions(asked), plainFrame(values.P.rows, EXACT), followers, EXACT);
   return list.map(({key, terms, constant, slopes}) => {
     let G = constant;
     for (const [name, L, R] of terms) {

@@ -6,12 +6,13 @@ import {read} from "./files.js";
 import {BOXES, compact, dataOf, FIELDS, goals, requestOf, STRANGE} from "./form.js";
 import {rest} from "./judge.js";
 import {button, capital, define, escape, number, options, panel, panels, printed, QUIET} from "./kit.js";
-import {lawOf, memory, ofLaw, seen, seenBy, summed, withChoice} from "./law.js";
+import {lawOf, memory, seen, seenBy, withChoice} from "./law.js";
+import {apply} from "./linalg.js";
 import {machine} from "./machine.js";
 import * as outputs from "./outputs.js";
+import {Searched} from "./searched.js";
 import {markup} from "./spoken.js";
-import {Wish} from "./wish.js";
-import {beyond, boundOf, BOUNDS} from "./wishes.js";
+import {boundOf, BOUNDS} from "./wishes.js";
 
 const CHANGED =
   "The fields were changed. What stands below belongs to the matrices before, and is locked until you design for these.";
@@ -30,7 +31,7 @@ const PAST = 200;   // settings that "Undo" goes back
 
 const matricesOf = texts => [..."MDSBF"].map(name => compact(texts[name] ?? "")).join("|");
 
-class Bench extends Wish {
+class Bench extends Searched {
   get buttons() {
     const [, ...others] = super.buttons;
     return [
@@ -304,38 +305,6 @@ class Bench extends Wish {
   }
 
   // ------------------------------------------------------------- the truth
-  meant(answer) {
-    const {law, request, cost, x0} = this.data;
-    const alone = request.vertices.length === 1 && !this.wanted.gamma && !cost && !x0;
-    return law ? ofLaw(answer, alone) : answer;
-  }
-
-  // Why there is no design, without the solver: {status, reason, help}.
-  get known() {
-    const {law, request: {vertices}} = this.data, reason = beyond(this.data);
-    return (law && summed(law, vertices, this.asked.sigma)) ??
-      (reason ? {status: "undecided", reason} : null);
-  }
-
-  solve() {
-    const {known} = this;
-    if (!known) return super.solve();
-    const {digest, asked} = this;
-    this.accept({...known, asked, digest, ms: 0});
-  }
-
-  look() {
-    if (!this.known && !this.data.law) return super.look();
-  }
-  advice() { return this.data.law ? escape(this.answer.help ?? "Ask for less.") : super.advice(); }
-  async prove() {
-    const {answer} = this;
-    if (!this.data.law || (answer?.status === "infeasible" && !answer.help)) await super.prove();
-    else
-      this.reply(`<p>Not proven here. ${escape(answer?.reason ?? "")}${
-        answer?.help ? " These are floats: press As JSON, and the package proves it exactly." : ""}</p>`);
-  }
-
   update() {
     super.update();
     this.draw(this.truth && this.response[0]);
@@ -356,16 +325,17 @@ class Bench extends Wish {
   }
 
   get code() {
-    const {answer: {K}, data: {request: {U, vertices: [plant]}, goal}} = this;
+    const {answer: {K, gains}, data: {request: {U, vertices: [plant]}, goal, law}} = this;
     const points = goal.map((_, k) => rest(plant, U, goal.map((_, j) => j === k ? 1 : 0)));
-    return outputs.program(this.asks, {K, U, points}, this.sentence);
+    const seen = law ? points.map(z => apply(law.position ?? [], z)) : points;
+    return outputs.program(this.asks, {K, U, points: seen, gains}, this.sentence);
   }
 
   // A page of all that is known, and its proof.
   async report() {
     const {digest} = this, html = name => this.find(name).innerHTML;
     this.reply("<p>Computing with whole numbers …</p>");
-    const {proof} = await this.solver.ask(this.name, "prove", this.request()) ?? {};
+    const proof = await this.proofOf();
     if (this.find("more").dataset.digest !== digest || this.digest !== digest) return;
     const claims = proof?.proven ? `<ul>${proof.claims.map(x => `<li>${escape(x)}</li>`).join("")}</ul>`
                                  : "<p>Not proven.</p>";
@@ -375,12 +345,12 @@ class Bench extends Wish {
     ];
     const own = [
       ["As Python", this.program], ["As JSON", outputs.file(this.asks)], ["As C", this.code],
-      ...(proof?.proven ? [["Proof, for python -m sosbook verify", proof.text]] : [])
+      ...(proof?.text ? [["Proof, for python -m sosbook verify", proof.text]] : [])
     ];
     const page = outputs.report(capital(this.data.title), parts, own);
     const address = URL.createObjectURL(new Blob([page], {type: "text/html"}));
     this.reply(`<p><a href="${address}" download="report.html">Download the report</a>: request, gains, ${
-                 proof?.proven ? "proof, " : ""}truth, pictures and programs on one page.</p>`,
+                 proof?.text ? "proof, " : ""}truth, pictures and programs on one page.</p>`,
       digest);
   }
 }

@@ -6,11 +6,12 @@ const COLOURS = ["--sos-first", "--sos-second", "--sos-third", "--sos-region"];
 const DASHES = ["", "7 4", "2 3", "8 3 2 3"];
 
 // -------------------------------------------------- the linear response
-// z(t) of x' = (A + B K) x + (s - B K_P r) from rest; one row an instant.
-function stepResponse({A, B, s}, K, r, horizon, steps) {
-  const n = r.length, level = apply(B, apply(K.map(row => row.slice(0, n)), r));
-  const push = s.map((x, i) => x - level[i]);
-  return pushed(add(A, mul(B, K)), push, horizon, steps).map(x => x.slice(0, n));
+// z(t) of x' = (A + B K) x + (s - B K x_r) from rest; one row an instant. What a law remembers of x_r is
+// `held`.
+function stepResponse({A, B, s, held = []}, K, r, horizon, steps) {
+  const N = s.length, at = [...r, ...Array(N - r.length - held.length).fill(0), ...held];
+  const level = apply(B, apply(K, at)), push = s.map((x, i) => x - level[i]);
+  return pushed(add(A, mul(B, K)), push, horizon, steps).map(x => x.slice(0, r.length));
 }
 
 // ----------------------------------------------------------- the region
@@ -157,17 +158,19 @@ export class DesignElement extends PageElement {
   }
 
   // A gain and what is true of it.
-  gains({asked, K, poles, norm, peak, cost = null, margin: [block, margin]}) {
+  gains({asked, K, poles, norm, peak, cost = null, margin = null, own = null}) {
     const bounds = [
       ["True H∞ norm", norm, "γ", asked.gamma], ["Largest ‖u‖ from x(0):", peak, "u_max", asked.u_max],
       ["True cost", cost, "J", asked.cost]
     ];
     const truth = bounds.filter(([, x]) => x !== null).map(([name, x, symbol,
       bound]) => `${name} ${clean(x, 4)}${bound ? ` (bound ${symbol} = ${clean(bound, 4)})` : ""}.`);
-    return gains(K, this.data.shape, 5) +
+    const shown = own ?? {K, shape: this.data.shape};
+    return gains(shown.K, shown.shape, 5) +
       `<p>Poles: ${
         poles.map((p, k) => `<span class="sos-number" data-pole="${k}">${complex(p[0], p[1])}</span>`)
           .join(", ")}.</p>` +
-      `<p>Smallest margin: ${clean(margin, 2)} (${escape(printed(block))}). ${printed(truth.join(" "))}</p>`;
+      `<p>${margin ? `Smallest margin: ${clean(margin[1], 2)} (${escape(printed(margin[0]))}). ` : ""}${
+        printed(truth.join(" "))}</p>`;
   }
 }

@@ -5,7 +5,7 @@ import {rowsOf} from "../../kernel/matrices.js";
 import * as checks from "./checks.js";
 import {parsed, refuse} from "./checks.js";
 import {plants} from "./corners.js";
-import {rest} from "./judge.js";
+import {atRest, rest} from "./judge.js";
 import {number} from "./kit.js";
 import {lawOf, memory, outputsOf} from "./law.js";
 import {typed} from "./spoken.js";
@@ -114,11 +114,13 @@ export function requestOf(texts, wanted) {
 
 // What the explorer needs to know of a plant.
 export function dataOf(found, wanted) {
-  const {request, r} = found, loops = descriptors(request).map(typicalRate);
-  const [{omega, B}] = loops, a = request.U.length, {M} = request.vertices[0], n = M.length;
+  const {request, law, r} = found, loops = descriptors({...request, law}).map(typicalRate);
+  const [{B}] = loops, {omega} = typicalRate(descriptors(request)[0]), a = request.U.length;
+  const {M} = request.vertices[0], n = M.length, at = rest(request.vertices[0], request.U, r);
+  const held = atRest({...request, law}, at).slice(2 * n + a);
   if (!loops.every(({A, B}) => [...A.at, ...B.at].every(isFinite)) || omega > 1e98 || omega < 1e-98)
     refuse(STRANGE);  // the package's bounds end at 1e100
-  const far = 10 * omega, s = [...Array(2 * n).fill(0), ...(a ? r : []).map(x => -x)];
+  const far = 10 * omega, s = [...Array(2 * n).fill(0), ...(a ? r : []).map(x => -x), ...held.map(() => 0)];
   const steps = request.U.length ? "the set point of U z" : "the set point";
   return {
     ...found,
@@ -126,10 +128,10 @@ export function dataOf(found, wanted) {
     goal: r,
     bounds: starts(found, omega, wanted),
     shape: [n, B.cols, a],
-    r: rest(request.vertices[0], request.U, r),
+    r: at,
     horizon: Number((40 / omega).toPrecision(2)),
     window: [-1.06 * far, 0.2 * far, far],
-    vertices: loops.map(({A, B}) => ({A: rowsOf(A), B: rowsOf(B), s})),
+    vertices: loops.map(({A, B}) => ({A: rowsOf(A), B: rowsOf(B), s, held})),
     caption:
       `Step of ${steps}, ${r.join(", ")}, from rest${request.vertices.length > 1 ? ", at all corners" : ""}.`
   };

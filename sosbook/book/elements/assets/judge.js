@@ -43,6 +43,12 @@ function sensitivity(A, B, K, poles) {
   return Math.max(1, most);
 }
 
+// The whole state at rest, where z is `at`: a law's filters hold what is measured.
+export const atRest = ({law, U}, at) => {
+  const {filter, position, integrate = U} = law ?? {};
+  return [...at, ...at.map(() => 0), ...integrate.map(() => 0), ...(filter ? apply(position, at) : [])];
+};
+
 // The worst of all corners for a step of the set point r, to `at`, and loads of one.
 export function judged(request, K, r, at) {
   const {U} = request, n = at.length;
@@ -51,12 +57,12 @@ export function judged(request, K, r, at) {
   const more = (name, x) => { worst[name] = Math.max(worst[name], x); };
   for (const d of descriptors(request)) {
     const [A0, B0, W0] = stateSpace(d), gain = matrix(K), loop = combined(1, A0, 1, times(B0, gain));
-    const A = rowsOf(loop), B = rowsOf(B0), poles = eigenvalues(A);
+    const A = rowsOf(loop), poles = eigenvalues(A);
     const slow = LONG / Math.min(...poles.map(([re]) => -re)),
           fast = LONG / Math.max(...poles.map(s => Math.hypot(...s)));
     if (!(slow > 0)) return null;  // a loop that isn't stable
-    const push = K.map(row => -row.slice(0, n).reduce((sum, k, i) => sum + k * at[i], 0));
-    const b = apply(B, push).map((x, i) => x - (i < 2 * n ? 0 : r[i - 2 * n]));
+    const push = apply(K, atRest(request, at)).map(x => -x);
+    const b = apply(rowsOf(B0), push).map((x, i) => x - (i < 2 * n ? 0 : r[i - 2 * n] ?? 0));
     for (const horizon of [fast, slow]) {
       const run = motion(A, b, horizon), y = x => apply(goals, x.slice(0, n));
       for (const [, x] of run) {

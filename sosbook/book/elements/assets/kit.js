@@ -46,8 +46,9 @@ export const gaussian = random => Math.sqrt(-2 * Math.log(1 - random())) * Math.
 export const gainRows = (list, [n, m, a]) =>
   Array.from({length: m}, (_, i) => list.slice(i * (2 * n + a), (i + 1) * (2 * n + a)));
 
-export function gains(K, [n, , a], digits) {
-  const parts = [["P", 0, n], ["D", n, 2 * n], ["I", 2 * n, 2 * n + a]].filter(([, from, to]) => to > from);
+// The parts of a gain, of n coordinates, d rates and a integrators.
+export function gains(K, [n, , a, d = n], digits) {
+  const parts = [["P", 0, n], ["D", n, n + d], ["I", n + d, n + d + a]].filter(([, from, to]) => to > from);
   return `<div class="sos-gains">` +
     parts
       .map(

@@ -1,6 +1,7 @@
 // The largest real part of a loop's poles over two gains: a gain that is dragged, and
 // the descents from there and from many starts. All of it in floats.
-import {descend} from "./descent.js";
+import {descend} from "../../kernel/descent.js";
+
 import {clean, define, uniform} from "./kit.js";
 import {combine, eigenvalues, rightmost} from "./linalg.js";
 import {Mover, number, range} from "./mover.js";

@@ -90,18 +90,6 @@ export const seenBy = ({position = [], velocity = []}) => ["", "'"].flatMap(
   (prime, k) => [position, velocity][k].flatMap(
     row => row.flatMap((x, j) => x ? [`z${j + 1}${prime}`] : [])));
 
-// What an answer for all of z and z' says of a law: the page looks for no gains of one. Where the
-// poles of one plant alone are asked there is one for z and z', or for no controller.
-export function ofLaw({status, ms, ...more}, alone) {
-  if (status === "infeasible" && alone)
-    return {status, ms, ...more, reason: "No controller keeps this, whatever it measures."};
-  const whole = {feasible: "has a design", infeasible: "has none with one Lyapunov matrix"}[status] ??
-    "is undecided";
-  const reason = `This page looks for no gains of a law. With all of z and z′ measured what is asked ${
-    whole}. With these sensors the package searches and proves: press As JSON or As Python.`;
-  return {status: "undecided", ms, reason};
-}
-
 // The outputs that a line each names; a number is that multiple of the signal.
 export const outputsOf = text => lines("outputs", text, SIGNALS).map(([name, row]) => {
   const word = row.find(x => typeof x === "string");

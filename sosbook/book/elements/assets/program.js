@@ -99,21 +99,21 @@ export const PYTHON = Object.fromEntries([
 
 // The design of what is asked: `program_data`, and bounds by name in the units shown.
 export function design(data, bounds, resting = undefined) {
-  const {own = []} = data, known = {...bounds};
+  const {own = [], found = null} = data, known = {...bounds};
   for (const {key} of own) delete known[key];
   const asked = asks(data, known);
   const words = written(asked, PYTHON), rest = own.map(({key, text}) => text.replace("{}", bounds[key]));
   const more = words.filter(([name]) => name === "requirements").map(([, text]) => text).concat(rest);
-  return program(asked.plant, "design_pid",
+  return program(asked.plant, found ? "analyse_pid" : "design_pid",
     [
-      ...words.filter(([name]) => name && name !== "requirements"),
+      ["K", found && list(found)], ...words.filter(([name]) => name && name !== "requirements"),
       ["requirements", more.length && `[${more.join(", ")}]`]
     ],
     [
       ...(own.length ? [] : [`# ${sentences(asked, data, resting)}`]),
       ...new Set(own.map(({note}) => note).filter(note => note))
     ],
-    asked.controller ? sampled(asked.controller) : "");
+    (found ? "print(design.certify())\n" : "") + (asked.controller ? sampled(asked.controller) : ""));
 }
 
 // The same gain with a clock, and an observer for what isn't measured.

@@ -1,10 +1,10 @@
 // A drive with the sensors that are ticked: its law, its loop in floats or in decimals, and gains
 // that give a set of plants with one input a large decay: descents from a few starts. The same
 // question has the same answer.
+import {descend} from "../../kernel/descent.js";
 import {FLOATS, rowsOf} from "../../kernel/matrices.js";
 
 import {affine} from "./cells.js";
-import {descend} from "./descent.js";
 import {clamp} from "./kit.js";
 import {combine, eigenvalues, eye, mul, solve, spectralRadius, trace, zeros} from "./linalg.js";
 

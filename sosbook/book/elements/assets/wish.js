@@ -28,6 +28,9 @@ async function edge(holds, good, bad, fine) {
   return good;
 }
 
+// The bounds that an offer sets.
+const several = ({key, to}) => to === Object(to) ? to : {[key]: to};
+
 // A bound of few digits in the sentence's unit, but for its last bit, is that.
 const said = (key, value) => {
   const near = sayable(key, value, 3);
@@ -130,7 +133,7 @@ export class Wish extends DesignElement {
 
   press(what) {
     const [, key] = /^offer:(.*)/.exec(what) ?? [];
-    if (key) this.set({[key]: this.offers.find(offer => offer.key === key).to});
+    if (key) this.set(several(this.offers.find(offer => offer.key === key)));
     super.press(what);
     if (what === "prove") this.prove();
   }
@@ -179,7 +182,7 @@ export class Wish extends DesignElement {
     const {digest, asked} = this, {request} = this.data;
     const answer = await this.solver.ask(this.name, "move", this.request());
     if (!answer || request !== this.data.request) return;  // another plant by now
-    this.accept({...this.meant(answer), asked, digest});
+    this.accept({...answer, asked, digest});
   }
   accept(answer) {
     this.answer = answer;
@@ -188,13 +191,11 @@ export class Wish extends DesignElement {
     this.update();
     this.wait();
   }
-  // What an answer of the solver means here.
-  meant(answer) { return answer; }
 
   // ------------------------------------------------------------ the verdict
   // The true numbers of the loop, and what the clauses are worth: the weakest is the verdict.
   judge() {
-    const {answer, data: {request, r, goal, clock}} = this, {U} = request;
+    const {answer, data: {r, goal, clock, law}} = this, request = {...this.data.request, law}, {U} = request;
     this.truth = null;
     if (answer.status !== "feasible") return;
     this.truth = judged(request, answer.K, goal ?? (U.length ? apply(U, r) : r), r);
@@ -268,11 +269,11 @@ export class Wish extends DesignElement {
     const {offers} = this;
     if (!offers) return "Looking for what to relax …";
     if (!offers.length) return "No single bound is enough: relax several.";
-    const words = ({key, to}) => {
-      const asked = python.asks(this.data, {...this.bounds, [key]: to});
-      const said = [...python.sentences(asked, this.data, rest).clauses.values()];
-      const parts = said.find(parts => parts.some(({slot}) => slot && keyOf(slot) === key));
-      return parts.map(({text, shown}) => text ?? shown).join("");
+    const words = offer => {
+      const bounds = several(offer), asked = python.asks(this.data, {...this.bounds, ...bounds});
+      const said = [...python.sentences(asked, this.data, rest).clauses.values()].filter(
+        parts => parts.some(({slot}) => slot && keyOf(slot) in bounds));
+      return said.map(parts => parts.map(({text, shown}) => text ?? shown).join("")).join(", ");
     };
     return `Would do: ${
       offers.slice(0, OFFERS)
@@ -284,12 +285,12 @@ export class Wish extends DesignElement {
   // --------------------------------------------------------------- the design
   /** @returns {any} */
   get design() {
-    const {status, asked, K, poles, margins, norm, peak, cost} = this.answer;
+    const {status, asked, K, poles, margins = {}, norm, peak, cost} = this.answer;
     if (status !== "feasible") return {status, asked};
     const upper = poles.flat().filter(([, im]) => im >= 0).sort((p, q) => q[0] - p[0]);
     const least = Math.min(...Object.values(margins));
     const block = Object.keys(margins).find(name => margins[name] === least);
-    return {status, asked, K, poles: upper, margin: [block, least], norm, peak, cost};
+    return {status, asked, K, poles: upper, margin: block && [block, least], norm, peak, cost};
   }
 
   update() {
@@ -360,11 +361,12 @@ export class Wish extends DesignElement {
   }
 
   readout(design) {
-    const {status, asked} = design, {reason, by, ms, bounded, proof} = this.answer;
+    const {status, asked} = design, {reason, by, ms, bounded, proof, gains} = this.answer;
     const {word, why} = this.worth(this.answer);
     const head = words => `<p><span class="sos-status">${capital(word)}</span>: ${words}</p>`;
     if (status === "undecided")
-      return head(escape(reason ?? "neither a design nor a proof that there is none was found."));
+      return head(escape(reason ?? "neither a design nor a proof that there is none was found.") +
+        (gains === null ? ` ${this.advice()}` : ""));
     if (status === "infeasible") {
       const empty = asked.rho <= asked.sigma;
       return head(`${escape(reason ?? (empty ? "The region is empty." : "These LMIs have no solution."))} ${
@@ -372,6 +374,7 @@ export class Wish extends DesignElement {
     }
     const how = proof?.proven ? `in exact arithmetic, for the gain rounded to ${proof.digits} digits.`
       : word.includes("proven") ? "in exact arithmetic, when this page was made."
+      : gains                   ? "the loop keeps this at all corners, in floats."
                                 : "floats solve the LMIs with this gain.";
     const solved = `Solved ${by ? `by ${escape(by)}` : "in your browser"} in ${clean(ms, 2)} ms.`;
     return head([how, ...why].map(escape).join(" ")) +

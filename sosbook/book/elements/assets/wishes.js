@@ -51,10 +51,10 @@ export function valueOf(text, clause, key) {
 }
 
 // Plants that are too large or too many for a browser aren't solved here: what to do is said.
-export function beyond({request: {vertices}, x0, cost, law, outputs}) {
+export function beyond({request: {vertices}, law, outputs}) {
   const take = "As Python and As JSON write what the package takes.";
   if (outputs) return `This page bounds what w does to z alone. ${take}`;
-  if (law && (x0 || cost)) return `This page bounds neither input nor cost of a law. ${take}`;
+  if (law?.structure) return `This page searches gains whose entries are all free. ${take}`;
   if (vertices[0].M?.length > LARGEST)
     return `This page computes with up to ${LARGEST} degrees of freedom. ${take}`;
   return vertices.length > CORNERS ? `This page computes with up to ${CORNERS} corners. ${take}` : "";
@@ -70,7 +70,8 @@ export function starts(found, omega, wanted) {
   if ((wanted.gamma || cost || x0) && !beyond(found)) {
     /** @type {any} */
     const known = design({...request, asked: {...list, theta: Math.PI / 3}}, null, true);
-    if (known.K) Object.assign(now, truth({...request, asked: {...cost, ...(x0 && {x0})}}, known));
+    const start = x0 && {x0: x0.slice(0, known.K?.[0].length)};  // without a law's filters
+    if (known.K) Object.assign(now, truth({...request, asked: {...(!found.law && cost), ...start}}, known));
   }
   const asked = {gamma: [wanted.gamma, now.norm, 1], cost: [cost, now.cost, 100], u_max: [x0, now.peak, 10]};
   for (const [key, [on, size, usual]] of Object.entries(asked))

@@ -1,24 +1,26 @@
 // Local minima of functions that aren't smooth: BFGS with weak Wolfe steps (Lewis and
 // Overton 2013).
-import {dot, eye} from "./linalg.js";
+import {dot} from "./solver.js";
 
 const TRIALS = 30;                          // of a line search
 const [DECREASE, CURVATURE] = [1e-4, 0.9];  // of the weak Wolfe conditions
 const FIRST = 0.1;                          // the first step's length
 
-// The points of a descent with the value at its end. `f` has a value at a point, and a function
-// that finds its slope there.
-export function descend(f, start, steps) {
-  let x = start, [value, slope] = f(x), g = slope(), H = eye(x.length), first = true;
+const ones = x => x.map((_, i) => x.map((_, j) => Number(i === j)));
+
+// The points of a descent with the value at its end, which is `enough` or may fall no further. `f` has
+// a value at a point, and a function that finds its slope there.
+export function descend(f, start, steps, enough = -Infinity) {
+  let x = start, [value, slope] = f(x), g = slope(), H = ones(x), first = true;
   const path = [x];
-  for (let count = 0; count < steps; count++) {
+  for (let count = 0; count < steps && value > enough; count++) {
     let d = H.map(row => -dot(row, g));
-    if (!(dot(d, g) < 0)) [H, d] = [eye(x.length), g.map(t => -t)];
+    if (!(dot(d, g) < 0)) [H, d] = [ones(x), g.map(t => -t)];
     if (first) d = d.map(t => t * FIRST / (Math.hypot(...g) || 1));
-    const found = line(f, x, value, g, d);
+    const found = wolfe(f, x, value, g, d);
     if (!found) {
       if (first) break;
-      [H, first] = [eye(x.length), true];
+      [H, first] = [ones(x), true];
       continue;
     }
     const s = found.x.map((t, k) => t - x[k]), y = found.g.map((t, k) => t - g[k]), sy = dot(s, y);
@@ -36,7 +38,7 @@ export function descend(f, start, steps) {
   return {path, value, end: x};
 }
 
-function line(f, x, value, g, d) {
+function wolfe(f, x, value, g, d) {
   let low = 0, high = Infinity, t = 1, kept = null;
   const down = dot(g, d);
   for (let count = 0; count < TRIALS; count++) {
