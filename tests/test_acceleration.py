@@ -64,6 +64,7 @@ def test_uncertain_mass_is_refused():
     seat = thesis.example_2()
     asked = seat.requirements
     asked["saturation"] = replace(asked["saturation"], acceleration=True)
+    asked["K_A"] = -0.1 * np.ones((seat.plant.m, seat.plant.n))
     with pytest.raises(ValueError, match="same M - B K_A"):
         sos.design_pid(seat.plant, **asked)
 
@@ -87,3 +88,17 @@ def test_the_block_holds_the_signal_of_the_loop(chain, coupling):
     n = chain.plant.n
     whole = chain.K + chain.K_A @ rate[n : 2 * n]
     assert np.allclose(found["u_max"][N:, :N], whole @ right)
+
+
+def test_without_a_gain_on_accelerations_different_masses_are_no_hindrance():
+    """Then K_A z'' is nothing, and the bound is that of K x: the same design."""
+    plant = sos.Polytope([sos.SecondOrderSystem(m, 0.3, 9.81, 1) for m in (0.3, 0.5)])
+    gains = [
+        sos.design_pid(
+            plant,
+            region=sos.PoleRegion(1.0),
+            saturation=sos.Saturation(40.0, [0.1, 0], acceleration=acceleration),
+        ).K
+        for acceleration in (False, True)
+    ]
+    np.testing.assert_array_equal(*gains)

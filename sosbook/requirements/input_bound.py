@@ -209,7 +209,8 @@ class Saturation(Requirement):
                 "as the B of a DescriptorSystem to analyse_pid"
             )
         first = request.ground.certain[0].E
-        if self.acceleration and any(
+        bounded = self.acceleration and request.K_A is not None
+        if bounded and any(
             not np.array_equal(d.E, first) for d in request.ground.certain
         ):
             raise ValueError(
