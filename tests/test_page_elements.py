@@ -134,6 +134,10 @@ def test_every_element_has_a_task_and_its_answer():
         data = json.loads(re.search(r"json\">(.*?)</script>", text, re.S)[1])
         assert data.get("hint") or text.startswith("<sos-bench"), stem
         assert data.get("answer") or text.startswith("<sos-bench"), stem
+        if "grids" in data or text.startswith("<sos-landscape"):
+            keys = [control["key"] for control in data["controls"]]
+            assert sorted(re.findall(r"{(\w+)}", data["says"])) == sorted(keys), stem
+            assert ": " not in data["says"], stem  # no list of labels
 
 
 #: Elements whose answer leaves one of their plots as it is.

@@ -79,7 +79,6 @@ class Bench(Explorer):
     """
 
     tag, script, sheets = "sos-bench", "bench", ("wish",)
-    notice = "A solver for your own matrices"
 
     def __repr__(self):
         return f"Bench: {self.title}"

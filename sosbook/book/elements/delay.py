@@ -94,7 +94,6 @@ class DelayAtlas(PageElement):
     """
 
     tag, script, sheets = "sos-delay", "delay", ("delay",)
-    notice = "Sliders over solved designs"
 
     def __init__(self, title, sliders, designs, loop, start):
         self.title, self.sliders = title, tuple(sliders)

@@ -23,7 +23,6 @@ class Explorer(PageElement):
     """
 
     tag, script, sheets = "sos-wish", "wish", ("wish",)
-    notice = "A wish that your browser solves as LMIs"
 
     def __init__(self, data):
         self.data, self.title = data, data["title"]

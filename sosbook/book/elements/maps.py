@@ -29,7 +29,6 @@ class MapAtlas(PageElement):
     """
 
     tag, script, sheets = "sos-map", "map", ("map",)
-    notice = "Maps of solved requests"
 
     def __init__(self, frontiers, title="Feasibility maps"):
         if not frontiers or not all(len(f) for f in frontiers.values()):

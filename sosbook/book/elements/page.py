@@ -20,7 +20,6 @@ class PageElement:
     tag = ""
     script = ""
     sheets = ()
-    notice = ""  # what it is, where its script doesn't run
 
     def _repr_html_(self):
         return self.html
@@ -46,8 +45,8 @@ class PageElement:
         return (
             f'<{self.tag} class="{kinds}" data-script="{self.script}" role="group" '
             f'aria-label="{page_text(self.title)}">'
-            f'<p class="sos-absent">{self.notice}. JavaScript must be on; in '
-            "JupyterLab, run the cell.</p>"
+            f'<p class="sos-absent">“{page_text(self.title)}” is a figure with numbers '
+            "to move. It needs JavaScript; in JupyterLab, run its cell.</p>"
             f'<script type="application/json">{json_text(self.data)}</script>'
             f"</{self.tag}>"
         )

@@ -40,7 +40,6 @@ class Animation(Mover):
     """
 
     sheets = ("mover", "robot")
-    notice = "A simulation of the robot"
 
     def __repr__(self):
         gains = sum(len(law["R"]) for law in self.data["laws"])

@@ -37,7 +37,8 @@ export class Mover extends PageElement {
 
   // What a subclass has of its own. What it says of its controls: {key} is a number and its unit, a
   // choice or a tick; which numbers go in steps alone, and which choices mean nothing now;
-  says = "";
+  /** @type {any} */
+  says;
   /** @type {string[]} */
   snaps = [];
   off(_key) { return false; }
@@ -120,8 +121,7 @@ export class Mover extends PageElement {
     };
   }
   get pieces() {
-    const list = () => this.controls.map(({key, label}) => `${label}: {${key}}`).join("; ");
-    return cut(this.says || `${list()}.`).flatMap(({text, slot}) => {
+    return cut(this.says ?? this.data.says).flatMap(({text, slot}) => {
       if (!slot) return {text};
       const control = this.control(slot), {names, tick, unit} = control, x = this.stands[slot];
       const piece = {slot, clause: control, off: this.off(slot)};

@@ -106,24 +106,26 @@ def ranges(plants, gains, box, sigma):
     )
 
 
-def landscape(loop, B, C, gains, others):
+def landscape(loop, B, C, gains, others, says):
     """The largest real part of x' = (A + B K C) x over K = [x y], with descents.
 
     ``loop``: from numbers, by name, to the matrix A, which is affine in each of them;
     ``B``, ``C``, (N, 1) and (2, N): of one input and two measured numbers; ``gains``:
     for each gain its label, its ends, its step and where it is at first; ``others``:
-    the same for each number of the loop: they move the landscape.
+    the same for each number of the loop: they move the landscape; ``says``: a sentence
+    with their names, x, y and many in braces, where their values stand.
 
     >>> landscape(lambda k: [[0, 1], [-k, 0]], [[0], [1]], np.eye(2),
     ...           [("K_P", (-4, 4), 0.1, 1), ("K_D", (-4, 4), 0.1, 1)],
-    ...           {"k": ("spring", (0, 2), 0.1, 1)})
+    ...           {"k": ("spring", (0, 2), 0.1, 1)},
+    ...           "With a spring of {k}, descents start at {x} and {y} {many}.")
     Landscape: x, y, k, many
     """
     none = dict.fromkeys(others, 0)
     A, B, C = (np.asarray(x, float) for x in (loop(**none), B, C))
     parts = {key: np.asarray(loop(**none | {key: 1}), float) - A for key in others}
     numbers = dict(zip("xy", gains)) | others
-    many = choice("many", "Descents", ("one, from the handle", "and 16 seeded starts"))
+    many = choice("many", "Descents", ("alone", "and 16 other places"))
     return Mover(
         "landscape",
         "Where does the descent end?",
@@ -137,6 +139,7 @@ def landscape(loop, B, C, gains, others):
             many,
         ],
         answer={"many": 1},
+        says=says,
         labels=[gains[0][0], gains[1][0]],
         ends=[list(gains[0][1]), list(gains[1][1])],
         A=A.tolist(),

@@ -13,7 +13,6 @@ class Mover(PageElement):
     """
 
     sheets = ("mover",)
-    notice = "A figure with sliders"
 
     def __init__(self, script, title, hint, controls, **given):
         self.tag, self.script, self.title = f"sos-{script}", script, title

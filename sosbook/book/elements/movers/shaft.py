@@ -10,7 +10,7 @@ from .mover import Mover, choice, slider
 DIGITS = 3  # of an angle
 
 
-def shaft(title, hint, controls, move, *, captions, names, seconds, **given):
+def shaft(title, hint, says, controls, move, *, captions, names, seconds, **given):
     """Discs on a shaft that turn as they do where the controls stand.
 
     Every setting is computed here. The page draws it, its largest angle at one size.
@@ -19,6 +19,8 @@ def shaft(title, hint, controls, move, *, captions, names, seconds, **given):
     ----------
     title, hint : str
         The heading, and what to try.
+    says : str
+        A sentence with each control's name in braces, where its value stands.
     controls : dict
         By name: a label, a unit, the values (words, or positive numbers, evenly spaced
         or evenly in their logarithms) and the value at first.
@@ -47,7 +49,8 @@ def shaft(title, hint, controls, move, *, captions, names, seconds, **given):
     >>> def turn(k):
     ...     return {"state": "feasible", "words": [f"{k} rad"],
     ...             "turns": [[0, 1, 0], [0, k, 0]]}
-    >>> shaft("Two discs", "Turn.", {"k": ("Angle", " rad", [1, 2, 3], 1)}, turn,
+    >>> shaft("Two discs", "Turn.", "A disc turns by {k}.",
+    ...       {"k": ("Angle", " rad", [1, 2, 3], 1)}, turn,
     ...       captions={"scene": "Discs."}, names={}, seconds=2)
     Shaft: k
     """
@@ -64,6 +67,7 @@ def shaft(title, hint, controls, move, *, captions, names, seconds, **given):
         title,
         hint,
         [_control(key, *control) for key, control in controls.items()],
+        says=says,
         captions=captions,
         names=list(names.items()),
         seconds=seconds,
