@@ -2,6 +2,7 @@
 
 import random
 from fractions import Fraction
+from itertools import product
 
 import mpmath
 import numpy as np
@@ -193,3 +194,22 @@ def test_a_text_may_speak_of_enclosed_matrices(line, good):
         else:
             with pytest.raises(a.Refused):
                 check(file, of=reader)
+
+
+@pytest.mark.parametrize("columns", [1, a.LONG - 1, a.LONG, a.LONG + 9])
+def test_products_of_long_rows_are_those_entry_by_entry(columns):
+    """Also where all entries are the largest of their length, of either sign."""
+    for bits in (1, 7, 8, 60, 131):
+        top = 2**bits - 1
+        for signs in product((-1, 0, 1), repeat=2):
+            x, y = (a.Mat(r, c, [[s * top] * c for _ in range(r)])
+                    for (r, c), s in zip([(2, 5), (5, columns)], signs))  # fmt: skip
+            assert (x @ y).a == [[5 * signs[0] * signs[1] * top**2] * columns] * 2
+        mixed = [
+            [(-1) ** (i * j) * (top >> j) for j in range(columns)] for i in range(5)
+        ]
+        x, y = a.Mat(1, 5, [[3, -top, 0, 1, top]]), a.Mat(5, columns, mixed)
+        assert (x @ y).a[0] == [
+            sum(u * v for u, v in zip(x.a[0], column)) for column in zip(*mixed)
+        ]
+    assert (a.zeros(2, 0) @ a.zeros(0, columns)).a == [[0] * columns] * 2

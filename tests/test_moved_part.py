@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 import sosbook as sos
+from sosbook.synthesis import small_input
 from sosbook.synthesis.request import Request
 from tests.cases import by_hand
 from tests.least_input import least_input
@@ -124,3 +125,15 @@ def test_a_given_gain_is_bounded_mode_by_mode():
     again = sos.analyse_pid(plant, design.K, **asked)
     assert again.status == "feasible" and again.certify().proven
     assert "looked at alone" in design.reason and not again.reason
+
+
+def test_bases_of_too_few_digits_are_taken_whole(monkeypatch):
+    plant, region = CASES["grid"]
+    low = sos.Saturation(0.5 * least(plant, region, start(plant)), start(plant))
+    sizes = []
+    for digits in (1, 10):
+        monkeypatch.setattr(small_input, "FEW", digits)
+        refused = sos.design_pid(plant, region=region, saturation=low)
+        assert refused.infeasibility.proven
+        sizes.append(len(str(refused.infeasibility.data)))
+    assert sizes[1] < 0.8 * sizes[0]

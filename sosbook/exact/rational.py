@@ -110,6 +110,18 @@ def digit_count(digits):
     return int(digits)
 
 
+def round_places(matrices, digits):
+    """Matrices of one shape, such as a real and an imaginary part, their entries
+    rounded to so many ``digits`` of the sizes of their row and column: the decimals
+    have about one length then.
+    """
+    both = np.max(np.abs(matrices), axis=0)
+    columns = both.max(axis=0)
+    sizes = columns * (both / columns).max(axis=1)[:, None]
+    places = 10.0 ** np.ceil(digits - np.log10(sizes))
+    return [np.round(x * places) / places for x in matrices]
+
+
 def round_digits(x, digits):
     """The numbers x rounded to so many significant ``digits``; a ValueError below one.
 

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import schur
 
 from ..exact.definite import exact, inverse, round_digits
-from ..exact.rational import decimals, read_array
+from ..exact.rational import decimals, read_array, round_places
 from ..exact.refusal import Refusal
 from ..plants.checks import inverse_by_rows
 from ..plants.controllability import matrix_of
@@ -34,6 +34,7 @@ OUTSIDE = 1e-9  # of the fastest mode; what lies nearer is left with the modes i
 RIDGE = 1e-10  # relative; keeps multipliers positive definite when they are rounded
 MARGIN = 1e-9  # relative; the least eigenvalue of a share
 DIGITS = 14  # of the multipliers
+LARGE, FEW = 40, 10  # states from which, and digits to which, bases are rounded first
 ROOM = 1.01  # by which bounds are wider than their image, in three digits
 WIDE_ROOM = 2.0  # the same, where they grow slowly
 SMALL_STEPS = 8  # before the room is wide
@@ -98,9 +99,10 @@ class SmallInputRefusal(Refusal):
         """The modes, in rad/s, to the accuracy of floats."""
         data = self.data
         A = read_request(data).vertices[data["vertex"]].A
-        T, R = (_complex(data[x]) for x in ("rows", "columns"))
         k = len(data["spread"])
-        return np.linalg.eigvals((T @ A @ R)[:k, :k])
+        T = _complex([x[:k] for x in data["rows"]])
+        R = _complex([[row[:k] for row in x] for x in data["columns"]])
+        return np.linalg.eigvals(T @ A @ R)
 
     @classmethod
     def contents(cls, request, vertex, bases, spread, blur, multipliers, share, price):
@@ -173,12 +175,13 @@ class _Vertex:
         for rows in self.bases(count):
             turn = rows[:count] @ small.T  # from the real basis of the part
             Z = _multipliers(first, bound.parameter.key, turn)
-            proof = _tried(self._proof, rows, count, *Z)
-            if proof is not None:
-                return proof
+            for digits in (FEW, None) if len(rows) >= LARGE else (None,):
+                proof = _tried(self._proof, digits, rows.copy(), count, *Z)
+                if proof is not None:
+                    return proof
         return None
 
-    def _proof(self, rows, count, Z, U, Q, N):
+    def _proof(self, digits, rows, count, Z, U, Q, N):
         """The exact refusal of some ``rows`` and multipliers, or None."""
         size = np.sqrt(Q.diagonal().real)  # of the rows: free of units
         Z = {key: _scaled(z, 1 / size) for key, z in Z.items()}
@@ -187,6 +190,8 @@ class _Vertex:
         rows *= size.mean() / (np.abs(N).max() or 1.0)
         columns = self.frame.T @ np.linalg.inv(rows)
         bases = [[x.real, x.imag] for x in (rows @ self.left, columns)]
+        if digits:
+            bases = [round_places(pair, digits) for pair in bases]
         enclosed = _enclosed(self.request, self.k, bases, count)
         if enclosed is None:
             return None

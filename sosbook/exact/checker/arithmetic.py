@@ -11,6 +11,7 @@ from math import factorial, gcd, isqrt, lcm
 MOST_DIGITS, LARGEST = 100_000, 2000
 BALL = 128  # bits after the point of what is enclosed
 LARGEST_EXPONENT = 64  # of an exponential: e^64 is beyond all loops
+LONG = 16  # entries of a row
 BITS = 32  # twice as many after the point: eigenvalues below 1e-18 are for full length
 
 
@@ -89,14 +90,7 @@ class Mat:
 
     def __matmul__(self, o):
         need(self.c == o.r, "a product of shapes that don't fit")
-        rows = []
-        for u in self.a:
-            total = [0] * o.c
-            for x, v in zip(u, o.a):
-                for j, y in enumerate(v if x else ()):
-                    if y:
-                        total[j] += x * y
-            rows.append(total)
+        rows = product(self.a, o.a, o.c)
         e = (self.e or o.e) and (self.e * o.long() + self.long() * o.e >> BALL) + 1
         return ball(Mat(self.r, o.c, rows, self.d * o.d), e)
 
@@ -131,6 +125,42 @@ class Mat:
 
     def at(self, i, j):
         return Fraction(self.exact().a[i][j], self.d)
+
+
+def product(a, b, c):
+    """The rows of a product of integers, of rows a and of rows b of length c.
+
+    Long ones are multiplied as one integer each: entries stand ``size`` bytes apart,
+    where no sum reaches half of that, and half is added so that none is negative.
+    """
+    if c < LONG:
+        rows = []
+        for u in a:
+            total = [0] * c
+            for x, v in zip(u, b):
+                for j, y in enumerate(v if x else ()):
+                    if y:
+                        total[j] += x * y
+            rows.append(total)
+        return rows
+    bits = [max((abs(x).bit_length() for u in y for x in u), default=0) for y in (a, b)]
+    size = (sum(bits) + len(b).bit_length() + 9) // 8
+    half = 1 << 8 * size - 1
+    halves = int.from_bytes(half.to_bytes(size, "little") * c, "little")
+
+    def packed(v):
+        parts = b"".join((y + half).to_bytes(size, "little") for y in v)
+        return int.from_bytes(parts, "little") - halves
+
+    def unpacked(x):
+        parts = (x + halves).to_bytes(size * c, "little")
+        return [
+            int.from_bytes(parts[k : k + size], "little") - half
+            for k in range(0, size * c, size)
+        ]
+
+    b = [packed(v) for v in b]
+    return [unpacked(sum(x * v for x, v in zip(u, b) if x)) for u in a]
 
 
 def eye(n):

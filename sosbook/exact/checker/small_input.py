@@ -43,7 +43,7 @@ class SmallInput:
         env, self.k, self.N = t.values(), k, N
         E, A, B = (env[f"{x}.{vertex}"] for x in ("E", "A", "Bu"))
         x0 = mat([[e] for e in bound["x0"]], N, 1)
-        L, F_of, blur, spread = self._enclosed(d, *map(real, (E, A, B, E @ x0)))
+        L, F_of, blur, spread = self._enclosed(d, E, A, real(B), real(E @ x0))
         S, F = self._multiplied(d, design)
         push, begin = F_of
         # the sum of <G, z> over the regions is -tr(Q p) - 2 Re tr(f y)
@@ -80,7 +80,7 @@ class SmallInput:
         spread, blur = mat(d["spread"], k, r), mat(d["blur"], k, k)
         need(min(map(min, spread.a + blur.a)) >= 0, "a bound is negative")
         T, R = (complex_of(d[x], N) for x in ("rows", "columns"))
-        K, J = T @ A @ R, T @ E @ R
+        K, J = (between(T, x, R) for x in (A, E))
         off = J + eye(2 * N).times(-1)
         need(max(sums(sizes_of(off))) < 1, "the columns aren't near an inverse")
         L = part(K, 0, k, 0, k)
@@ -137,6 +137,13 @@ def real_form(re, im):
 
 def real(x):
     return real_form(x, zeros(x.r, x.c))
+
+
+def between(T, x, R):
+    """T x R of a real x: a quarter of what its real form would ask."""
+    (a, b), (c, e) = halves(T), halves(R)
+    a, b = a @ x, b @ x
+    return real_form(a @ c + (b @ e).times(-1), a @ e + b @ c)
 
 
 def complex_of(pair, n):
