@@ -2,6 +2,7 @@
 of the time: the same operations in the same order either way.
 """
 
+from contextlib import nullcontext
 from functools import partial
 from types import SimpleNamespace
 
@@ -25,6 +26,12 @@ class Lanes:
         self.real = float if self.kind.type is np.float64 else self.kind.type
         self.where = _choice if runs == 1 else np.where
         self.zero = self.taken(self.array(0))
+
+    def silent(self):
+        """A context in which arithmetic beyond the numbers says nothing."""
+        if self.real is float and self.runs == 1:  # plain numbers never do
+            return nullcontext()
+        return np.errstate(invalid="ignore", over="ignore")
 
     def array(self, value):
         """(runs,) array of a value for all robots, or one for each."""

@@ -263,7 +263,7 @@ class Controller:
             raise ValueError("the controller isn't started: call start(tilt)")
         lanes = self._lanes
         seen = map(lanes.read, (gyro, wheels, tilt, target, rate))
-        with np.errstate(invalid="ignore", over="ignore"):
+        with lanes.silent():
             V, self._now = self._step(self._now, *seen)
         return lanes.shown(V)
 

@@ -72,10 +72,9 @@ class Fleet:
         if runs > FEW:
             return self._together(x, self._rate(self, np, V, torques), h, steps)
         robots = self.robots * (runs if len(self.robots) == 1 else 1)
-        volts = np.broadcast_to(V, runs).tolist()
         ends = [
             _alone(state, self._rate(mip, math, volt, torques), h, steps)
-            for mip, state, volt in zip(robots, x.T.tolist(), volts)
+            for mip, state, volt in zip(robots, x.T.tolist(), listed_for(x, V))
         ]
         return np.array(ends).T
 
@@ -106,6 +105,12 @@ class Fleet:
                 x[0] = np.clip(x[0], -UPSET, UPSET)
                 x[2:, lies] = 0
         return x
+
+
+def listed_for(x, V):
+    """The voltages V, one or one for each run of x, as a list for each run."""
+    V, runs = np.asarray(V, float), x.shape[1]
+    return V.tolist() if V.shape == (runs,) else [V.item()] * runs
 
 
 def _alone(state, rate, h, steps):

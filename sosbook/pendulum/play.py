@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from ..plants.checks import finite, positive
-from .fleet import STICTION_SPEED, UPSET, Fleet
+from .fleet import STICTION_SPEED, UPSET, Fleet, listed_for
 
 __all__ = ["Geared", "motion_with_play"]
 
@@ -54,16 +54,14 @@ class Geared(Fleet):
     def seen(self, x):
         """The states x with the angle and the rate of the rotors for the wheels'."""
         if self.rotors is None:
-            self.rotors = np.array(x[[1, 3]])
-        seen = np.array(x)
-        seen[[1, 3]] = self.rotors
+            self.rotors = x[1::2].copy()
+        seen = x.copy()
+        seen[1::2] = self.rotors
         return seen
 
     def acceleration(self, x, V, torques=(0.0, 0.0)):
         """z'' at the states x, under the voltage V and torques on theta and phi."""
-        self.seen(x)
-        volts = np.broadcast_to(V, x.shape[1])
-        states = zip(self.robots, self._whole(x), volts.tolist())
+        states = zip(self.robots, self._whole(x), listed_for(x, V))
         return np.array([self._rates(m, v, torques)(*s)[:2] for m, s, v in states]).T
 
     def advance(self, x, V, torques, time, steps):
@@ -71,13 +69,13 @@ class Geared(Fleet):
 
         It takes at least so many ``steps``.
         """
-        self.seen(x)
         steps = max(steps, math.ceil(time / LONGEST_STEP))
-        volts = np.broadcast_to(V, x.shape[1]).tolist()
         ends = np.array(
             [
                 _moved(state, self._rates(mip, volt, torques), time / steps, steps)
-                for mip, state, volt in zip(self.robots, self._whole(x), volts)
+                for mip, state, volt in zip(
+                    self.robots, self._whole(x), listed_for(x, V)
+                )
             ]
         ).T
         self.rotors = ends[[2, 5]]
@@ -85,8 +83,10 @@ class Geared(Fleet):
 
     def _whole(self, x):
         """[theta, phi, rho, and their rates] of each robot, in plain numbers."""
-        angle, rate = self.rotors
-        return np.array([x[0], x[1], angle, x[2], x[3], rate]).T.tolist()
+        if self.rotors is None:
+            self.rotors = x[1::2].copy()
+        (theta, phi, w, v), (angle, rate) = x.tolist(), self.rotors.tolist()
+        return zip(theta, phi, angle, w, v, rate)
 
     def _rates(self, mip, V, torques):
         """The rates of theta', phi' and rho' under a voltage and torques."""
@@ -99,8 +99,11 @@ class Geared(Fleet):
         sine, cosine, tanh = math.sin, math.cos, math.tanh
 
         def rates(theta, phi, rho, w, v, n):
-            push = bite(rho - phi, n - v, half, spring, damper)
-            torque = e * (V - friction * tanh((n - w) / STICTION_SPEED)) - f * (n - w)
+            twist = rho - phi
+            loose = -half <= twist <= half  # it is asked here: a call takes longer
+            push = 0.0 if loose else bite(twist, n - v, half, spring, damper)
+            rub = friction * tanh((n - w) / STICTION_SPEED) if friction else 0.0
+            torque = e * (V - rub) - f * (n - w)
             sin, lean = sine(theta), b * cosine(theta)
             p = d * sin - (push if own else torque) + on_body
             q = b * sin * w * w + push + on_wheels

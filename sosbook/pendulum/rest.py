@@ -66,7 +66,7 @@ class Bridged:
     def step(self, *seen):
         V, limit = self._controller.step(*seen), self.firmware.limit
         self.asked.append(float(V[0]))
-        duty = np.round(BRIDGE_STEPS * V / limit) / BRIDGE_STEPS
+        duty = np.rint(BRIDGE_STEPS * V / limit) / BRIDGE_STEPS
         return np.where(abs(duty) < DEAD_SHARE, 0.0, duty * limit)
 
 

@@ -87,8 +87,8 @@ class Sensors:
         """The gyro's reading of a ``rate`` theta', in rad/s; noise has variance 1."""
         if self.ideal:
             return rate
-        steps = (rate + self.offset + self.noise * noise) / self.gyro_step
-        return self.gyro_step * np.clip(np.round(steps), -(2**15), 2**15 - 1)
+        steps = np.rint((rate + self.offset + self.noise * noise) / self.gyro_step)
+        return self.gyro_step * np.minimum(np.maximum(steps, -(2**15)), 2**15 - 1)
 
     def wheels(self, angle, part=0.0):
         """The encoders' reading of an ``angle`` phi - theta, in rad.

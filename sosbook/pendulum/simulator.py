@@ -5,6 +5,7 @@ loops over ticks only.
 """
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
@@ -159,7 +160,7 @@ def simulate(
         for stop in hold.stops(now, then, edges):
             hold.reach(now)
             torques = _torques(push, (now + stop) / 2)
-            steps = max(1, int(np.ceil(substeps * (stop - now) / T - 1e-6)))
+            steps = max(1, ceil(substeps * (stop - now) / T - 1e-6))
             x = fleet.advance(x, hold.V, torques, stop - now, steps)
             now = stop
     return Run(np.arange(count) * T, path, V, estimate, fault, limit)
