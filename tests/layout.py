@@ -138,7 +138,9 @@ BARE = """
 () => {
   document.querySelectorAll("figure svg").forEach((svg) => svg.replaceChildren());
   document.querySelectorAll("mjx-container").forEach((box) => box.replaceChildren("x"));
-  document.querySelectorAll("pre").forEach((box) => box.replaceChildren(box.innerText));
+  const boxes = [...document.querySelectorAll("pre")]; // all are read, then written
+  const texts = boxes.map((box) => box.innerText);
+  boxes.forEach((box, k) => box.replaceChildren(texts[k]));
 }
 """
 

@@ -748,7 +748,7 @@ def settled(desk, place):
 
 def test_sensors_have_the_poles_and_the_motion_of_the_law(desk):
     """And the truth is the slowest of numpy's on a grid; random sensors and ranges."""
-    for place in drawn(1, 10):
+    for place in drawn(1, 5):
         (here,) = desk.compute("sos-sensors", [place])
         law, gains = law_of(desk, place, here), gains_of(here)
         (low, soft), (high, stiff) = here["box"]

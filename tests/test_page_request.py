@@ -17,6 +17,7 @@ from sosbook.proofs.command import main, read_plant_file
 from sosbook.requirements.shorthand import bounds, collected, parameter
 from sosbook.requirements.vocabulary import PARAMETERS
 from sosbook.synthesis.request import Request
+from tests.cases import campaign
 from tests.elements import write_page
 from tests.test_bench import DRIVE, READY, design, element, program, told, type_in
 
@@ -56,7 +57,9 @@ def put(tab, key, text):
     tab.page.locator(f".sos-num[data-bound='{key}']").fill(text + unit)
 
 
-@pytest.mark.parametrize("example", range(len(EXAMPLES)))
+@pytest.mark.parametrize(
+    "example", [0, 3, *campaign(x for x in range(len(EXAMPLES)) if x not in (0, 3))]
+)
 def test_what_a_reader_typed_stays(tab, example):
     """Whatever is pressed; only what nobody touched follows the plant."""
     tab.page.locator("[data-key=example]").select_option(str(example))

@@ -10,6 +10,7 @@ import pytest
 
 from sosbook.book import notebooks
 from tests import layout
+from tests.cases import campaign
 
 ROOT = Path(__file__).resolve().parent.parent
 CONTENTS = (ROOT / "_toc.yml").read_text("utf-8")
@@ -136,9 +137,9 @@ def test_page_is_quiet_named_readable_and_fits_a_phone(site, visit, axe, page):
     wanted = "FITTED_FORMULAS", "CUT_FORMULAS", "THIN_CAPTIONS", "REPEATED_IDS"
     assert faults(tab, "WIDE_BOXES", "BAD_ICONS", *wanted) == {}
     assert_readable(tab, LIGHT)
-    tab.page.emulate_media(color_scheme="dark")
-    assert_readable(tab, DARK)
     tab.page.set_viewport_size({"width": 390, "height": 900})
+    tab.page.emulate_media(color_scheme="dark")  # both at once: it is styled once
+    assert_readable(tab, DARK)
     assert_opens(tab, page, height=844)
     assert_fits_a_phone(tab)
     assert_boxes_speak(tab)
@@ -180,7 +181,11 @@ def assert_boxes_speak(tab):
 
 @pytest.mark.parametrize(
     "page",
-    ["book/intro", "book/16_delay_theorem", "book/25_program", "book/reproduction"],
+    [
+        "book/intro",
+        "book/16_delay_theorem",
+        *campaign(["book/25_program", "book/reproduction"]),
+    ],
 )
 def test_a_phone_in_the_dark_may_open_the_page_itself(site, visit, page):
     tab = visit(site / f"{page}.html", width=390, scheme="dark")
