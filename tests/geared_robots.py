@@ -11,10 +11,10 @@ from dataclasses import dataclass, fields
 from math import cos, pi, sin
 
 import numpy as np
-import pytest
 
 from sosbook.pendulum.log import Log
 from sosbook.pendulum.recording import AMPLITUDE_SHARES, SWEEP_SECONDS, sweeps
+from tests.cases import campaign
 from tests.six_robots import ALL as STIFF
 from tests.six_robots import G, Machine, by_its_sheet
 
@@ -296,11 +296,6 @@ def drawn(seed):
 
 
 ALL = machines()
-#: For the gate the hubs with their few counts and the robot whose gears play; the
-#: others once a week.
-KINDS = [
-    name
-    if name in ("hub", "gear motors 200 Hz")
-    else pytest.param(name, marks=pytest.mark.campaign)
-    for name in ALL
-]
+#: For the gate the robot whose gears play; the others once a week.
+GATE = "gear motors 200 Hz"
+KINDS = [GATE, *campaign(name for name in ALL if name != GATE)]

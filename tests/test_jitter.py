@@ -233,7 +233,7 @@ def differences(T, stiff, damp, tau):
 
 
 @pytest.mark.parametrize(
-    "case", [(0.0, False), (0.05, True), *campaign([(0.0, True), (0.05, False)])]
+    "case", [(0.05, True), *campaign([(0.0, True), (0.05, False), (0.0, False)])]
 )
 def test_a_box_of_mass_and_stiffness_is_decided_in_few_cells(case):
     """Four vertices, an uncertain mass: 64 cells with one P each weren't enough."""

@@ -51,7 +51,7 @@ def test_no_method_proves_more_for_the_two_masses(method, order):
     assert not proven(ex, method, order, ex.tau, ex.mu, faster)
 
 
-@pytest.mark.parametrize("rate", ledger.RATES)
+@pytest.mark.parametrize("rate", [ledger.RATES[0], *campaign(ledger.RATES[1:])])
 def test_the_wings_values_are_bracketed_by_the_truth(wing, rate):
     best = ledger.wing(rate)
     (plant,) = descriptors(wing.plant, wing.U)

@@ -14,10 +14,10 @@ from sosbook.pendulum.gate import Inspection, check_log, refused, widened
 from sosbook.pendulum.log_fits import fit_wheel
 from sosbook.pendulum.rig import shipped
 from tests.cases import campaign
-from tests.geared_robots import ALL, described, recorded
+from tests.geared_robots import ALL, GATE, described, recorded
 
 #: Either way: a third of what the recorders take in the campaign; less in the gate.
-SECONDS, BRIEF, GATE = 10.0, 7.0, "gear motors 200 Hz"
+SECONDS, BRIEF = 10.0, 7.0
 
 
 def off(fit, machine):
