@@ -117,7 +117,8 @@ def test_places_that_take_a_number_take_it(fit, spread):
 
 
 @pytest.mark.slow
-def test_a_robot_is_proven_within_it_and_says_so(spread, tmp_path):
+def test_a_robot_is_proven_within_it_and_says_so(spread, tmp_path, monkeypatch):
+    monkeypatch.setattr("sosbook.pendulum.proven.REST_SECONDS", 6.0)
     found = main([*map(str, LOGS), str(tmp_path), "--confidence", "0.99"])
     assert found.proven and len(found.robots) == 17
     assert np.allclose(found.spread.covariance, spread.covariance)

@@ -363,7 +363,9 @@ def second(tmp_path_factory):
     (folder / "robot.toml").write_text(text(wired), "utf-8")
     record(wired, folder)
     names = "robot.toml", "body.csv", "wheels.csv", "out"
-    return wired, folder, main([str(folder / name) for name in names])
+    with pytest.MonkeyPatch.context() as patch:  # a minute's rest: tests/test_mip_rest
+        patch.setattr("sosbook.pendulum.proven.REST_SECONDS", 6.0)
+        return wired, folder, main([str(folder / name) for name in names])
 
 
 @pytest.mark.slow
