@@ -127,12 +127,11 @@ def test_derivatives_are_differences(seed):
         expressions, unknowns, Z
     )
     for g in expressions:
-        for i, j in ((0, 0), (1, 0), (0, 2)):
+        entries = (0, 0), (1, 0), (0, 2)
+        for (i, j), slope in zip(entries, slopes_at(g, unknowns, entries), strict=True):
             unit = exact(np.zeros(g.shape))
             unit[i, j] = unit[j, i] = fmpq(1)
-            assert slopes_at(g, unknowns, i, j).tolist() == by_units(
-                [g], unknowns, [unit]
-            )
+            assert slope.tolist() == by_units([g], unknowns, [unit])
 
 
 def test_balls_give_balls_that_hold_the_rationals():
@@ -148,7 +147,7 @@ def test_balls_give_balls_that_hold_the_rationals():
 
 def test_slopes_hold_what_a_ball_around_zero_may_be():
     P, around_zero = Unknown("P", 1), np.array([[arb(0, 1e-9)]], object)
-    (slope,) = slopes_at(he(around_zero @ P), [P], 0, 0)
+    ((slope,),) = slopes_at(he(around_zero @ P), [P], [(0, 0)])
     assert slope.contains(1.9e-9) and slope.contains(-1.9e-9)
 
 

@@ -77,11 +77,10 @@ class Modes:
             balls = list(balls.values())
             changes = _arb_mat(np.hstack(changes)).transpose()  # a column a variable
             seen = [
-                slopes_at(g, unknowns, i, j)
+                slopes_at(g, unknowns, list(zip(*rows)))
                 for g, rows in zip(balls, lower)
-                for i, j in zip(*rows)
             ]
-            M = _arb_mat(seen).transpose() * changes
+            M = _arb_mat(np.vstack(seen)).transpose() * changes
             off = adjoint(balls, unknowns, [np.array(z) for z in multipliers])
             try:
                 c = M.solve(_arb_mat(-off[:, None]))

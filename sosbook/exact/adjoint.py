@@ -3,8 +3,9 @@
 import numpy as np
 from flint import arb, arb_mat, fmpq, fmpq_mat, fmpz, fmpz_mat
 
-from ..language.expression import Affine, Term
 from ..runtime.time_limit import check_time
+
+FLOAT = "a float is no exact number: read it by `exact`"
 
 
 def adjoint(expressions, unknowns, Z):
@@ -57,7 +58,7 @@ def _integers(t, z):
 
 def _arb_mat(x):
     if x.dtype.kind == "f":
-        raise TypeError("a float is no exact number: read it by `exact`")
+        raise TypeError(FLOAT)
     return arb_mat(*x.shape, [arb(e) for e in x.ravel().tolist()])
 
 
@@ -94,11 +95,44 @@ def _sum_of_rationals(shape, products):
     return fmpq_mat(total) * fmpq(1, common)
 
 
-def slopes_at(g, unknowns, i, j):
-    """The derivatives of <g, Z> by ``unknowns``; Z is one at i, j and j, i alone."""
-    rows = sorted({i, j})
+def slopes_at(g, unknowns, entries):
+    """The derivatives of <g, Z> by ``unknowns``, for each of the ``entries`` (i, j).
+
+    Z is one at i, j and at j, i alone. Returns (entries, variables): most numbers of
+    the factors are zeros, which are left out where they are exact.
+    """
+    places, count = {}, 0
+    for u in unknowns:
+        places[id(u)] = u.unpack(np.arange(count, count + u.size))
+        count += u.size
     terms = [
-        Term(t.left[rows], t.unknown, t.transposed, t.right[:, rows]) for t in g.terms
+        (
+            _nonzero(t.left),
+            _nonzero(t.right.T),
+            (places[u].T if t.transposed else places[u]).tolist(),
+        )
+        for t in g.terms
+        if (u := id(t.unknown)) in places
     ]
-    ones = np.eye(len(rows), dtype=int)[::-1]
-    return adjoint([Affine(ones, terms)], unknowns, [ones])
+    slopes = np.full((len(entries), count), 0, object)
+    for slope, (i, j) in zip(slopes, entries):
+        check_time()
+        for left, right, place in terms:
+            for row, column in {(i, j), (j, i)}:
+                for p, x in left[row]:
+                    for q, y in right[column]:
+                        slope[place[p][q]] += x * y
+    return slopes
+
+
+def _nonzero(x):
+    """(index, entry) of each row, without exact zeros; a TypeError if of floats.
+
+    A ball around zero may be zero, so it is neither == 0 nor != 0.
+    """
+    if x.dtype.kind == "f":
+        raise TypeError(FLOAT)
+    return [
+        [(k, e) for k, e in enumerate(row) if not e == 0]  # noqa: SIM201
+        for row in x.tolist()
+    ]

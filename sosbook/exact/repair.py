@@ -136,10 +136,11 @@ def _change(expressions, unknowns, stiff, residual, free):
     order = order[: (lengths > 1e-10 * lengths[0]).sum()]
     lead = np.sort(np.flatnonzero(held)[order])
     few = qr(white[order], mode="r", pivoting=True)[1]
-    few = [entries[e] for e in few[: len(lead)]]
-    exact_slopes = np.array(
-        [slopes_at(expressions[k], unknowns, i, j)[free] for k, i, j in few]
-    ).T
+    few = sorted(entries[e] for e in few[: len(lead)])
+    some = [[(i, j) for block, i, j in few if block == k] for k in range(len(stiff))]
+    exact_slopes = np.vstack(
+        [slopes_at(g, unknowns, e) for g, e in zip(expressions, some)]
+    )[:, free].T
     residual = residual[free, None]
     check_time()
     try:
