@@ -18,7 +18,10 @@ import sys
 import time
 from functools import cache
 
-LIBRARIES = "ipykernel.kernelapp ipywidgets matplotlib.pyplot control scipy.optimize"
+LIBRARIES = (
+    "ipykernel.kernelapp ipywidgets matplotlib.pyplot control scipy.optimize cvxpy "
+    "flint joblib tqdm.auto"
+)
 SUBREAPER = 36  # of prctl: orphans below this process become its children
 
 
