@@ -1,13 +1,16 @@
 """Gains searched on the sampled loop, against scipy, closed forms and recursions."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete
 
 import sosbook as sos
-from sosbook.controllers import CompiledCode, code_fault, sampled_design
+from sosbook.controllers import CompiledCode, StepLimits, code_fault, sampled_search
+from sosbook.controllers.sampled_search import SampledSearch
+from sosbook.requirements import LMIRegion
 
 T = 0.4  # s, with modes at 0.57 and 1.6 rad/s; an answer is a tick late
 PID = sos.PIDLaw(position=[[0, 1]], filter=T)
@@ -158,13 +161,13 @@ def test_what_isnt_found_is_undecided_with_what_was_reached():
 def test_a_rounding_that_is_too_coarse_leaves_the_next_one_its_digits(monkeypatch):
     """The numbers of the second trial were those of the first."""
     fast = sos.design_sampled(pair(), PID, T, T).sigma
-    monkeypatch.setattr(sampled_design, "DIGITS", (1,))
+    monkeypatch.setattr(sampled_search, "DIGITS", (1,))
     coarse = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast)
     assert coarse.status == "undecided" and "It isn't proven" in coarse.reason
-    monkeypatch.setattr(sampled_design, "DIGITS", (1, 10))
+    monkeypatch.setattr(sampled_search, "DIGITS", (1, 10))
     asked = sos.design_sampled(pair(), PID, T, T, sigma=0.99 * fast)
     assert asked.status == "feasible" and asked.proof.verify()
-    monkeypatch.setattr(sampled_design, "round_digits", lambda x, digits: 9.81 * x)
+    monkeypatch.setattr(sampled_search, "round_digits", lambda x, digits: 9.81 * x)
     unstable = sos.design_sampled(pair(), PID, T, T)
     assert unstable.status == "undecided" and "fastest decay" in unstable.words
 
@@ -189,6 +192,13 @@ def test_bad_input_is_named():
         sos.design_sampled(pair(), sos.FullState(), T)
     with pytest.raises(ValueError, match="sigma must be positive"):
         sos.design_sampled(pair(), PID, T, sigma=0)
+    for wrong in (sos.PoleRegion(0.1), sos.H2(3.0)):
+        with pytest.raises(ValueError, match="at the ticks an HInfinity"):
+            sos.design_sampled(pair(), PID, T, requirements=[wrong])
+    with pytest.raises(ValueError, match="leaves the unit disk"):
+        sos.design_sampled(pair(), PID, T, requirements=[LMIRegion.disk(0.9, 0.2)])
+    with pytest.raises(ValueError, match="give one of overshoot"):
+        StepLimits(size=0.3)
 
 
 def fastest(matrix, box, T):
@@ -274,6 +284,95 @@ def test_two_masses_in_odd_units_are_as_fast_as_any_gain_of_the_state_makes_them
 
 
 def test_time_that_is_over_says_what_to_turn(monkeypatch):
-    monkeypatch.setattr(sampled_design, "SEARCH", 1e-9)
+    monkeypatch.setattr(sampled_search, "SEARCH", 1e-9)
     some = sos.design_sampled(PAIRS, PID, T, T, search=sos.Search(time_limit=30))
     assert "a longer time_limit goes further" in some.reason
+
+
+@pytest.mark.parametrize("effort", [None, 0.2])
+def test_the_fastest_drive_that_hardly_overshoots_is_that_of_all_gains(effort):
+    """By a grid of all gains; my own loop keeps to what is asked."""
+    plant, clock = sos.DescriptorSystem([[1.0]], [[-1.0]], [[500.0]]), 1e-3
+    asked = StepLimits(overshoot=0.05, effort=effort)
+    design = sos.design_sampled(plant, PI, clock, clock, requirements=[asked])
+    assert design.status == "feasible" and "At its bound: overshoot" in design.reason
+    assert ("fastest pole" in design.reason) == (effort is None)
+    (step,) = design.kept
+    P, I = (design.gains[x].item() for x in ("K_P", "K_I"))
+    rows, integrals = np.meshgrid(
+        np.linspace(-0.7, -0.02, 60), -np.geomspace(1, 20, 60)
+    )
+    P, I = np.append(rows.ravel(), P), np.append(integrals.ravel(), I)
+    F = np.zeros((len(P), 3, 3))
+    F[:, 0, 0], F[:, 0, 1] = np.exp(-clock), 500 * (1 - np.exp(-clock))
+    F[:, 1, 0], F[:, 1, 2], F[:, 2, 0], F[:, 2, 2] = P, I, clock, 1
+    x, most, force = np.zeros((3, len(P))), np.zeros(len(P)), np.zeros(len(P))
+    for _ in range(600):
+        u = P * (x[0] - 1) + I * x[2]
+        most, force = np.maximum(most, x[0]), np.maximum(force, abs(u))
+        x = np.array(
+            [F[0, 0, 0] * x[0] + F[0, 0, 1] * x[1], u, x[2] + clock * (x[0] - 1)]
+        )
+    decay = -np.log(abs(np.linalg.eigvals(F)).max(axis=1)) / clock
+    good = (most <= 1.05) & (force <= (effort or np.inf))
+    assert good[-1] and step.overshoot.proven >= 100 * (most[-1] - 1)
+    assert decay[-1] >= 0.97 * decay[good].max() and decay[-1] >= design.sigma
+
+
+def test_masses_between_keep_a_norm_a_disk_and_a_step_in_odd_units():
+    masses = sos.Uncertain(
+        lambda m: sos.SecondOrderSystem(m, 0, 0, 9.81, F=[[1]]), m=(0.3, 0.5)
+    )
+    law = sos.PIDLaw(position=[[1]], velocity=[[1]])
+    asked = [
+        sos.HInfinity(0.3, outputs=sos.Output(position=[[1]])),
+        LMIRegion.disk(0.45, 0.52),
+        StepLimits(settling_time=1.5, effort=4.0, size=0.3),
+    ]
+    design = sos.design_sampled(masses, law, 0.05, 0.05, requirements=asked)
+    assert design.status == "feasible" and len(design.kept) == 3
+    assert all(proof.verify() for proof in design.kept[:2])
+    assert "norm" in design.words and "after a step of 0.3" in design.words
+    K = np.hstack([design.gains["K_P"], design.gains["K_D"]])
+    for m in np.linspace(0.3, 0.5, 5):
+        A, B = np.array([[1, 0.05], [0, 1]]), np.array([[0.05**2 / 2], [0.05]]) / m
+        F = np.block([[A, 9.81 * B], [K, np.zeros((1, 1))]])
+        w, y = np.vstack([B, [[0]]]), np.eye(3)[:1]
+        z = np.exp(1j * np.linspace(0, np.pi, 400))[:, None, None]
+        assert abs(y @ np.linalg.solve(z * np.eye(3) - F, w + 0j)).max() < 0.3
+        assert abs(np.linalg.eigvals(F) - 0.52).max() < 0.45
+        x = np.array([-0.3, 0, 0])
+        for k in range(100):
+            assert abs(K @ x[:2]).max() <= 4.0
+            assert k < 30 or abs(x[0]) <= 0.02 * 0.3
+            x = F @ x
+
+
+@pytest.mark.parametrize("law", [PI, sos.DynamicLaw(1, position=[[1]])])
+def test_what_is_asked_falls_as_its_slopes_say(law):
+    plant = sos.DescriptorSystem([[0.3]], [[-1.0]], [[9.81]], [[1.0]])
+    asked = [
+        sos.HInfinity(1, outputs=sos.Output(state=[[1]])),
+        LMIRegion.disk(0.3, 0.5),
+    ]
+    if law is PI:
+        asked.append(StepLimits(overshoot=0.05, settling_time=0.3, effort=2.0))
+    design = sos.design_sampled(plant, law, 0.02, 0.02, sigma=0.1)
+    some = replace(design, requirements=tuple(asked), K=None)
+    work = SampledSearch(some, 0.1, 0.01, 64)
+    demands, count = work.demands, len(work.loops.steps)
+    kappa = np.random.default_rng(2).uniform(-0.03, 0.03, count)
+    for k, step in enumerate(1e-7 * np.eye(count)):
+        ends = [demands.levels(kappa + s * step) for s in (1, -1)]
+        for (*_, slope), one, two in zip(demands.levels(kappa), *ends):
+            found = (one[3] - two[3]) / 2e-7
+            assert found == pytest.approx(slope[k], rel=1e-4, abs=1e-5)
+
+
+def test_what_no_gain_keeps_is_named():
+    drive = sos.DescriptorSystem([[1.0]], [[-1.0]], [[500.0]])
+    little = [StepLimits(effort=0.001)]  # at rest u is 1 / 500
+    design = sos.design_sampled(drive, PI, 1e-3, 1e-3, sigma=10, requirements=little)
+    assert design.status == "undecided" and design.K is None and not design.kept
+    assert "No gain was found that keeps all" in design.reason
+    assert "effort" in design.reason and "(asked: at most 0.001)" in design.reason

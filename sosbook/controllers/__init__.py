@@ -19,6 +19,7 @@ from .report import write_report
 from .signals import Readings, Signal
 from .simulation import Backlash, Run
 from .step_bounds import StepBounds
+from .step_limits import StepLimits
 from .windup import Reach
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "Run",
     "Signal",
     "StepBounds",
+    "StepLimits",
     "code_fault",
     "controller_of",
     "predicted_cycles",

@@ -9,14 +9,23 @@ FLOOR = 0.05  # of the spectral radius: nothing is asked to die out faster
 
 class TickLoops:
     """Sampled loops of some ``plants``, affine in the free numbers of a ``form``:
-    controllers ``made`` without a gain, and with a step of each number, ``steps``.
+    controllers ``made`` without a gain, and with a step of each number, ``steps``;
+    ``some``: one with all numbers.
     """
 
-    def __init__(self, made, steps, form, plants):
-        F = np.array([[c.loop(d).F for d in plants] for c in made])
-        self.first, self.slopes = F[0], (F[1:] - F[0]) / steps[:, None, None, None]
-        self.form = form
+    def __init__(self, made, steps, form, plants, some=None):
+        self.made, self.steps, self.plants, self.form = made, steps, plants, form
+        self.some = some
+        self.first, self.slopes = self.affine(
+            lambda c: np.array([c.loop(d).F for d in plants])
+        )
         self.K = self.slope = lambda x: x  # what `Objective` moves and asks
+
+    def affine(self, of):
+        """The array that ``of`` makes of one without a gain, and its slopes."""
+        first, *moved = map(of, self.made)
+        several = zip(moved, self.steps)
+        return first, np.array([(x - first) / step for x, step in several])
 
     def at(self, kappa):
         """F of each plant, (plants, N, N), for the free numbers ``kappa``."""

@@ -136,6 +136,13 @@ class RegionForms:
         make = form.replace("-", "_").replace(" ", "_")
         return getattr(cls, make)(**sizes, name=name)
 
+    @property
+    def circle(self) -> tuple[float, float] | None:
+        """(centre, radius) of a disk, None of other regions."""
+        if self._form != "disk":
+            return None
+        return self._sizes["centre"], float(self.bound)
+
     def bound_of(self, poles: np.ndarray) -> float:
         """The bound with which the outermost of some poles lies on the boundary."""
         if self.parameter is SIGMA:

@@ -102,16 +102,16 @@ def why_ended(ended, shown, kappa, ends, blocks):
     )
 
 
-def hasty(poles, filter_time):
+def hasty(poles, filter_time, cure="ask for rho, too, or for limits"):
     """Words where the fastest of some ``poles`` is far faster than the slowest, and
-    than a filter with the time constant ``filter_time``, or None.
+    than a filter with the time constant ``filter_time``, or None; with the ``cure``.
     """
     slow, fast = -poles.real.max(), abs(poles).max()
     if fast <= HASTY * max(slow, 1 / (filter_time or np.inf)):
         return ""
     return (
         f"Its fastest pole is at {fast:.3g} rad/s, {fast / slow:.3g} times the decay: "
-        "where nothing in the machine is so fast, ask for rho, too, or for limits."
+        f"where nothing in the machine is so fast, {cure}."
     )
 
 
