@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 import sosbook as sos
+from sosbook.book.turntable import arm, arm_row
 
 from .masses import stations
 from .records import store
@@ -64,13 +65,23 @@ def whole(n):
     return sos.SecondOrderSystem(sp.identity(n), T, 1e4 * T, B)
 
 
+def on_the_table(n):
+    """The arm of chapter 38, which is pushed where its rate is measured."""
+    M, S = arm()
+    B = np.zeros((n, 1))
+    B[arm_row(1.0)] = 1.0
+    return sos.SecondOrderSystem(M, 0.2 * M + 5e-8 * S, S, B)
+
+
 #: From a kind to what makes it, its sizes, and a decay that some modes lack.
 KINDS = {
     "station": (lambda modes: stations(modes)[0], (60, 135, 200), 0.02),
     "player": (player, (60,), 0.05),
     "building": (building, (24,), 0.2),
     "whole": (whole, (4992, 19968), 1e-3),
+    "arm": (on_the_table, (20_000,), 0.2),
 }
+WHOLE = "whole", "arm"  # are reduced, and looked at afterwards
 
 
 def questions(kind, plant, decay):
@@ -78,6 +89,14 @@ def questions(kind, plant, decay):
     N, m = 2 * plant.n, plant.m
     region = sos.PoleRegion(decay)
     asked = f"decay {decay:g}"
+    if kind == "arm":
+        part = plant.reduce(rows=[arm_row(1.0)], modes=4)
+        law = sos.PIDLaw(sensors=sos.Output(velocity=np.eye(1, 5), name="rate"))
+        yield (
+            f"the tip and 4 modes, its rate, {asked}",
+            lambda: sos.analyse_pid(part, {"K_P": [[-1.5]]}, law=law, region=region),
+        )
+        return
     if kind == "whole":
         part = plant.reduce(modes=12)
         yield f"12 modes, {asked}", lambda: sos.design_pid(part, region=region)
@@ -106,7 +125,7 @@ def measured(kinds=tuple(KINDS), log=print, sizes=None):
             plant = make(modes)
             for asked, work in questions(kind, plant, decay):
                 record = dict(kind=kind, modes=modes, asked=asked)
-                record |= _record(plant, work, made if kind == "whole" else None)
+                record |= _record(plant, work, made if kind in WHOLE else None)
                 log(record)
                 records.append(record)
     return dict(machine=machine(), records=records)
@@ -121,7 +140,7 @@ def _record(plant, work, begun):
         status=design.status,
         proven=design.certify().proven,
         largest_gain=float(f"{np.abs(design.K).max():.3g}"),
-        moved=design.effort.moved,
+        moved=design.effort and design.effort.moved,
         answer_s=round(answered - begun, 2),
         proof_s=round(process_time() - answered, 2),
     )

@@ -1087,6 +1087,48 @@ def test_a_shaft_shows_what_was_computed_for_its_setting(desk):
     assert np.allclose(drawn * angles[-1], drawn[-1] * angles, atol=0.04 * scale)
 
 
+# --------------------------------------------------------------- arm (chapter 38)
+def test_an_arm_s_poles_are_those_of_its_modes(desk):
+    """By numpy, on the beam's closed form, too; a mode moves as its vector does."""
+    data = desk.data("sos-arm")
+    w, d, shapes, kept = (
+        np.array(data[k]) for k in ("frequencies", "damping", "shapes", "kept")
+    )
+    thin = np.array([1.87510407, 4.69409113]) ** 2 * np.sqrt(70e9 * 0.009**2 / 32400)
+    assert np.allclose(w[:2], thin, rtol=5e-3)
+    places = [dict(a=0.94, s=1, g=1.5), dict(a=0.3, s=0.7, g=0.4), dict(a=1, s=1, g=3)]
+    seen = desk.compute("sos-arm", places)
+    for place, found in zip(places, seen, strict=True):
+        push, rate = (shapes[:, round(100 * place[k])] for k in "as")
+        for n, poles in ((kept, found["few"]), (len(w), found["all"])):
+            D = np.diag(d) + place["g"] * np.outer(push, rate)
+            A = np.block(
+                [[np.zeros((n, n)), np.eye(n)], [-np.diag(w[:n] ** 2), -D[:n, :n]]]
+            )
+            true, vectors = np.linalg.eig(A)
+            upper = sorted(true[true.imag > 0], key=abs)
+            assert np.allclose([complex(*x) for x in poles], upper, atol=1e-5)
+        q = vectors[:n, true.real.argmax()] @ shapes
+        drawn = np.array(found["shape"]) @ [1, 1j]
+        assert abs(np.vdot(q, drawn)) == pytest.approx(
+            np.linalg.norm(q) * np.linalg.norm(drawn), rel=1e-6
+        )
+    grows = [max(x[k], key=lambda p: p[0])[0] > 0 for x in seen for k in ("few", "all")]
+    assert grows[:2] == [False, True] and grows[4:] == [False, False]
+
+
+def test_push_and_sensor_are_dragged_along_the_arm(desk):
+    element = desk.page.locator("sos-arm")
+    push = element.locator(".sos-handle").first
+    push.scroll_into_view_if_needed()
+    desk.drag(push, -120, 0)
+    place = desk.place("sos-arm")
+    assert 0.2 < place["a"] < 0.95 and place["s"] == 1
+    assert f"pushed at {place['a']:g} m" in element.locator("svg").first.get_attribute(
+        "aria-label"
+    )
+
+
 # ---------------------------------------------------------- noises (chapter 36)
 def test_an_encoder_s_worth_is_that_of_the_grid(desk):
     """Less noise and a further encoder never hurt; the page takes the right entry."""

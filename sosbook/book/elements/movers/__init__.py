@@ -1,6 +1,7 @@
 """Elements that compute in the page: closed forms and small eigenvalue problems."""
 
 from ....runtime.later import by_name
+from .arm import arm
 from .lmis import centre, landscape, ranges, segment, trust
 from .loops import circulation, delayed, integral, kalman, mass
 from .mover import Mover, choice, slider, tick
@@ -12,6 +13,7 @@ from .shaft import shaft
 
 __all__ = [
     "Mover",
+    "arm",
     "centre",
     "choice",
     "circulation",

@@ -1,0 +1,49 @@
+"""An arm of many modes, of which a design knows a few."""
+
+import numpy as np
+
+from ..page import significant
+from .mover import Mover, slider
+
+DIGITS = 9
+STEP = 0.01  # m, from one place of the arm to the next
+
+
+def arm(plant, shapes, kept=5):
+    """An arm that is pushed against the rate at a sensor; both are dragged along it.
+
+    Parameters
+    ----------
+    plant : SecondOrderSystem
+        The arm in its modes, the slowest first: M = I, D and S are diagonal.
+    shapes : (places, n) array
+        The mode shapes at places 0.01 m apart, from 0 to 1 m.
+    kept : int
+        So many of the modes are kept by the reduced model.
+
+    Examples
+    --------
+    >>> import sosbook as sos
+    >>> two = sos.SecondOrderSystem(np.eye(2), np.eye(2), np.diag([9, 16]), [[1], [1]])
+    >>> arm(two, np.ones((101, 2)), kept=1)
+    Arm: a, s, g
+    """
+    squares, damping = np.diag(plant.S), np.diag(plant.D)
+    place = " m", (STEP, 1), STEP
+    return Mover(
+        "arm",
+        "A push and a sensor on an arm",
+        "Drag the push away from the sensor until a mode grows that the reduced model "
+        "doesn't have. Where may it stand?",
+        [
+            slider("a", "Push", *place, 1),
+            slider("s", "Sensor", *place, 1),
+            slider("g", "Push for each m/s", " N", (0, 3), 0.1, 1.5),
+        ],
+        answer={"a": 0.94},
+        kept=kept,
+        frequencies=significant(np.sqrt(squares), DIGITS),
+        damping=significant(damping, DIGITS),
+        free=significant(-damping / 2, DIGITS),
+        shapes=significant(np.transpose(shapes), DIGITS - 5),
+    )
