@@ -234,6 +234,36 @@ def test_floats_condense_what_would_fill_a_large_plant():
     assert "tolerance" not in refusal(condense, mass, 0 * mass, loose, B)
 
 
+@pytest.mark.parametrize("unit", [0.3, 9.81e3])
+def test_hysteretic_damping_is_asked_in_a_range_of_frequencies(unit, tmp_path):
+    """The call of the error makes plants whose bound the complex stiffness keeps at
+    each frequency of the range, under the gain as well.
+    """
+    M, D, S, B = unit * M3, 0.01 * unit * C3, unit * (K3 + 0.05j * K3), M3[:, :1]
+    scipy.io.savemat(tmp_path / "x.mat", dict(M=M, D=D, K=S, B=B))
+    texts = [
+        refusal(sos.SecondOrderSystem, M, D, S, B),
+        refusal(sos.SecondOrderSystem, *map(sp.csc_array, (M, D, S)), B),
+        refusal(load_plant, tmp_path / "x.mat"),
+    ]
+    given = dict(M=M, D=D, S=S, B=B, low=0.3, high=2.5, sosbook=sos)
+    for text in texts:
+        plants = eval(re.search(r"sosbook\.Polytope\(.*\)", text)[0], given)
+    plants = sos.Polytope(
+        [sos.SecondOrderSystem(v.M, v.D, v.S, v.B, B) for v in plants.vertices]
+    )
+
+    def peak(K):
+        K_P, K_D = np.hsplit(K, 2)
+        w = np.linspace(0.3, 2.5, 300)[:, None, None]
+        loop = S - w**2 * M + 1j * w * D - B @ (K_P + 1j * w * K_D)
+        return np.linalg.norm(np.linalg.solve(loop, B + 0j), axis=(1, 2)).max()
+
+    gamma = 0.3 * peak(np.zeros((1, 6)))
+    design = sos.design_pid(plants, gamma=gamma)
+    assert design.certify().proven and peak(design.K) < gamma
+
+
 def test_what_a_program_calls_otherwise_has_its_own_words(tmp_path):
     scipy.io.savemat(tmp_path / "x.mat", {"sys": {"M": M3, "D": C3, "S": K3, "B": M3}})
     assert "save('plant.mat', '-struct', 'sys')" in refusal(

@@ -13,8 +13,10 @@ SAME = 1.2  # a quotient of lengths that need no further scaling
 RIDGE = 1e-9  # to equations of scales that leave a factor open
 SIZE_LIMITS = 1e-100, 1e100  # of numbers whose squares and products are floats, too
 HYSTERETIC = (
-    "; of hysteretic damping give their real part, and imag(S) / omega for D, at the "
-    "frequency omega that matters, or with a range of it"
+    "; of hysteretic damping give S.real for S, and D + S.imag / omega for D: at the "
+    "frequency omega in rad/s that matters, or at both ends of a range, between which "
+    "it has all of them: sosbook.Polytope([sosbook.SecondOrderSystem(M, D + S.imag / "
+    "omega, S.real, B) for omega in (low, high)])"
 )
 
 _written = ContextVar("written", default=False)  # whether `as_written` is in force
