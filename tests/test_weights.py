@@ -86,6 +86,7 @@ def test_the_closed_form_of_a_second_order_step(zeta):
     assert found.overshoot.seen == pytest.approx(over, rel=5e-3)
     # it goes one way first: floats see none, and a proof can't tell it from none
     assert found.undershoot.seen < 1e-12 and "e-" not in repr(found)
+    assert ", at the ticks, in 1 cells:" in repr(found)
     assert "undershoot: less than 0.001 % (0 but for rounding at the plant)" in repr(
         found
     )

@@ -124,9 +124,9 @@ def bounded(c, trials):
         if trial.asks:
             found = c.bounds.step_response(trial.size, j)
             lines.append(
-                f"{stepped(trial, r)}, of the loop without limits: {found.output} "
-                f"overshoots by {found.words('overshoot')}, and is within 2 % after "
-                f"{found.words('settling_time')}"
+                f"{stepped(trial, r)}, of the loop without limits, at its ticks: "
+                f"{found.output} overshoots by {found.words('overshoot')}, and is "
+                f"within 2 % after {found.words('settling_time')}"
             )
     if (profile := c.limits.profile) is not None:
         limits = profile.velocity, profile.acceleration, profile.jerk
@@ -140,7 +140,9 @@ def bounded(c, trials):
             within = (bound.proven or np.inf) <= c.limits.u_max[k]
             end = "" if within else ", without its limit"
             lines.append(f"{moved} asks {signal}: {bound}{end}")
-        lines.append(f"{moved} leaves it from there: {c.motions.follow(*limits)}")
+        lines.append(
+            f"{moved} leaves it, at the ticks, from there: {c.motions.follow(*limits)}"
+        )
     if np.isfinite(c.limits.u_max).all():
         for j, _ in enumerate(c.set_points):
             lines.append(str(c.bounds.reach(j)))

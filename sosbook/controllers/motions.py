@@ -48,7 +48,7 @@ class Move:
             f"{self.distance:g} {p.unit}".strip()
             + f" in {self.duration:.4g} s, at most {p.velocity:.4g} a second, "
             f"{p.acceleration:.4g} and {p.jerk:.4g} of acceleration and jerk: "
-            f"u {words}; from the set point {self.error}"
+            f"u {words}; at ticks from the set point {self.error}"
         )
 
 

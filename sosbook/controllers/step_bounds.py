@@ -78,7 +78,8 @@ class StepBounds:
     plants: dict
 
     def __repr__(self):
-        lines = [f"a step of {self.size:g}, {self.output}, in {self.cells} cells:"]
+        where = f"{self.output}, at the ticks, in {self.cells} cells"
+        lines = [f"a step of {self.size:g}, {where}:"]
         pairs = [(name, getattr(self, name)) for name in NUMBERS]
         for name in ("effort", "slew"):
             several = getattr(self, name)
