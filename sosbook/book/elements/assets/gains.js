@@ -10,7 +10,7 @@ const STARTS = 16, FEW = 7;       // descents of a search, and of one that relax
 const KEPT = 3;                   // that keep all: the best of these is taken
 const SECONDS = 20;               // of either
 const ENOUGH = -0.0199;           // of the rate: with so much room a search ends
-const AGAIN = 3;                  // searches, each with one more plant between the corners
+const AGAIN = 6;                  // searches, each with one more plant between the corners
 const CELLS = 64;                 // that are tried for a bound
 const LOOSER = [1.02, 1.1, 1.3];  // times what was reached is offered
 const TRUE = {
