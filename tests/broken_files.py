@@ -36,7 +36,8 @@ def promising(*shape):
 
 def archive(**parts):
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as file:
+    # the fastest compression: one holds 300 MB of zeros
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file:
         for name, content in parts.items():
             file.writestr(f"{name}.npy", content)
     return stream.getvalue()

@@ -516,7 +516,7 @@ def assert_one_plant(mine, theirs, rows):
         assert (np.abs(T @ X - getattr(theirs, name)) < 1e-12 * size).all(), name
 
 
-@pytest.mark.parametrize("count", [50, pytest.param(1000, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("count", [25, pytest.param(1000, marks=pytest.mark.campaign)])
 def test_random_ranges_have_the_package_s_corners(tab, count):
     made = [random_family(seed) for seed in range(count)]
     typed = [
@@ -605,7 +605,7 @@ VERDICT = """([texts, wanted, places]) => {
 
 @pytest.mark.slow
 @pytest.mark.timeout(3000)
-@pytest.mark.parametrize("count", [30, pytest.param(1000, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("count", [20, pytest.param(1000, marks=pytest.mark.campaign)])
 def test_page_and_package_give_the_same_verdict_on_what_is_typed(tab, count):
     """With the gain; what the page alone refuses is proven, what it leaves is rare."""
     seen, apart = Counter(), []

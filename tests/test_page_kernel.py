@@ -130,22 +130,22 @@ def test_100_random_requests_have_the_package_s_verdicts_gains_and_proofs(kernel
 
 
 @pytest.mark.slow
-def test_40_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel):
-    asked = list(requests(2, 40, random_cost_request))
+def test_20_random_costs_have_the_package_s_verdicts_gains_and_proofs(kernel):
+    asked = list(requests(2, 20, random_cost_request))
     verdicts = agree(kernel, asked, undecided=1)
     for verdict in ("feasible", "infeasible"):
-        assert verdicts.count((verdict, verdict)) > 12
+        assert verdicts.count((verdict, verdict)) > 5
     costs = [x for r in asked for x in r["requirements"] if x.kind == "cost"]
     assert {x.noise for x in costs} == {"states", "F"}
 
 
 @pytest.mark.campaign
 @pytest.mark.timeout(1800)
-def test_a_thousand_random_requests_and_580_random_costs(kernel):
+def test_a_thousand_random_requests_and_600_random_costs(kernel):
     asked = *islice(requests(2), 100, 200), *islice(requests(3), 200, 1200)
     agree(kernel, list(asked), undecided=20)
     costs = requests(2, kind=random_cost_request)
-    agree(kernel, list(islice(costs, 40, 620)), undecided=11)
+    agree(kernel, list(islice(costs, 20, 620)), undecided=11)
 
 
 def test_a_drive_s_far_centre_is_found_by_the_page_too(kernel):

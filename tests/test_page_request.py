@@ -203,7 +203,7 @@ def in_c(code):
     return asked, limit and float(limit[1]), step and float(step[1])
 
 
-@pytest.mark.parametrize("count", [60, pytest.param(600, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("count", [40, pytest.param(600, marks=pytest.mark.campaign)])
 def test_json_python_and_c_ask_the_same(tab, tmp_path, count):
     file, seen = tmp_path / "plant.json", set()
     for seed in range(count):
