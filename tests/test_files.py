@@ -24,6 +24,7 @@ from sosbook.pendulum.modelled import Model
 from sosbook.pendulum.rig import DATA
 from sosbook.pendulum.robot import Robot
 from sosbook.pendulum.ticks import FORMATS, TickLog
+from sosbook.plants import MeasuredResponse
 from sosbook.plants.files import load_plant, plant_and_asked
 from sosbook.proofs.command import read_plant_file
 from sosbook.proofs.subject import (
@@ -102,6 +103,7 @@ READERS = {
         *((ending, in_folder(ending)) for ending in ("csv", "npy", "mtx", "npz")),
     ],
     "plants.files.plant_and_asked": [("json", plant_and_asked)],
+    "plants.measured.MeasuredResponse.read": [("csv", MeasuredResponse.read)],
     "proofs.command.read_plant_file": [
         (ending, read_plant_file) for ending in ("json", "toml", "op4")
     ],

@@ -23,6 +23,7 @@ __all__ = [
     "mean_descriptor",
 ]
 _HOMES = {
+    "MeasuredResponse": "plants.measured",
     "condense": "plants.condensing",
     "filtered": "plants.filters",
     "load_plant": "plants.files",

@@ -9,6 +9,7 @@ EXTRAS = {
     "cones": ("cvxpy", "clarabel"),
     "notebook": ("ipywidgets", "IPython"),
     "hdf5": ("h5py",),
+    "uff": ("pyuff",),
     "parallel": ("joblib", "tqdm", "threadpoolctl"),
     "book": ("nbformat", "nbclient", "playwright", "pypdf"),
 }

@@ -7,7 +7,7 @@ apart for colour-blind readers; marks and dashes differ too.
 
 from ...runtime.later import by_name
 from . import mechanisms, sketches
-from .bands import envelope, pole_cloud, track_poles
+from .bands import envelope, frequency_band, pole_cloud, track_poles
 from .ellipsoids import ellipse_outline, ellipsoid
 from .margins import margins, smallest_of_each
 from .output import Figure, show
@@ -52,6 +52,7 @@ __all__ = [
     "ellipse_outline",
     "ellipsoid",
     "envelope",
+    "frequency_band",
     "input_limit",
     "largest_singular_value",
     "margins",

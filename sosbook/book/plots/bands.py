@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from .regions import draw_axes, frame_plane, window_of
-from .style import BLUE, VERMILLION, legend_above
+from .style import BLUE, INK, VERMILLION, legend_above
 
 
 def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
@@ -41,6 +41,40 @@ def envelope(ax, t, signals, name="", middle=None, colour=BLUE, points=200):
         ax.plot(t[keep], signals[middle][keep], color=colour, ls="-", lw=1.1)
     ax.margins(x=0)
     return ax
+
+
+def frequency_band(axes, beside):
+    """Draw, on two Axes, the sizes and phases of a measured response ``beside`` those
+    of plants: the band of these, and the points; those outside of it are crosses.
+
+    >>> import matplotlib.pyplot as plt
+    >>> from sosbook.plants import MeasuredResponse, Polytope, SecondOrderSystem
+    >>> omega = np.array([1.0, 2.0])
+    >>> seen = MeasuredResponse(omega, 1 / (6 - omega**2 + [1j, 4j]))
+    >>> plants = Polytope([SecondOrderSystem(1, 1, k, 1) for k in (5, 7)])
+    >>> figure, axes = plt.subplots(2)
+    >>> axes = frequency_band(axes, seen.beside(plants))
+    >>> [len(points.get_xdata()) for points in axes[0].lines]
+    [1, 1]
+    >>> plt.close(figure)
+    """
+    omega, inside = beside.measured.omega, beside.inside
+    sizes = [20 * np.log10(abs(x)) for x in (beside.measured.H, beside.plants)]
+    parts = (
+        (*sizes, "size in dB"),
+        (*map(np.degrees, beside.angles), "phase in degrees"),
+    )
+    for ax, (points, band, label) in zip(axes, parts):
+        envelope(ax, omega, band, "the plants", points=len(omega))
+        for mask, marker, colour, name in (
+            (inside, "o", INK, "measured"),
+            (~inside, "x", VERMILLION, "outside"),
+        ):
+            ax.plot(omega[mask], points[mask], marker, ms=4, color=colour, label=name)
+        ax.set(xscale="log", ylabel=label)
+    axes[-1].set_xlabel("frequency in rad/s")
+    legend_above(axes[0], 3)
+    return axes
 
 
 def track_poles(poles):

@@ -1,0 +1,122 @@
+"""A measured frequency response, from its file into the band of a family."""
+
+import sys
+from types import SimpleNamespace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import sosbook as sos
+from sosbook.book import plots
+from sosbook.plants import MeasuredResponse
+
+OMEGA = np.geomspace(0.3, 30, 40)
+
+
+def arm(m, k):
+    """Two masses; the second is measured."""
+    return sos.SecondOrderSystem(
+        np.diag([9.81, m]),
+        [[0.5, -0.2], [-0.2, 0.3]],
+        [[2 * k, -k], [-k, k]],
+        [[1], [0]],
+    )
+
+
+FAMILY = sos.Uncertain(arm, m=(0.3, 0.5), k=(20, 30))
+
+
+def response(m, k, omega=OMEGA):
+    """In closed form, by Cramer's rule."""
+    s = 1j * omega
+    a, b = 9.81 * s**2 + 0.5 * s + 2 * k, m * s**2 + 0.3 * s + k
+    c = -0.2 * s - k
+    return -c / (a * b - c * c)
+
+
+def table(path, unit, omega, H):
+    lines = [f"{w!r},{h.real!r},{h.imag!r}" for w, h in zip(omega.tolist(), H.tolist())]
+    (path / "frf.csv").write_text("\n".join([f"{unit},re,im", *lines]), "utf-8")
+    return path / "frf.csv"
+
+
+@pytest.mark.parametrize("unit, turn", [("Hz", 2 * np.pi), ("rad/s", 1.0)])
+def test_a_plant_of_the_family_lies_in_its_band(unit, turn, tmp_path):
+    """On the grid every point does; one that is twice as stiff is outside."""
+    path = table(tmp_path, unit, OMEGA / turn, response(0.4, 25.0))
+    seen = MeasuredResponse.read(path)
+    assert seen.omega == pytest.approx(OMEGA)
+    found = seen.beside(FAMILY, sensor=1)
+    assert found.plants.shape == (81, 40) and found.share == 1.0
+    assert abs(found.plants - response(0.4, 25.0)).min(0).max() < 1e-12
+    assert str(found) == "40 of 40 points lie within the band of 81 plants"
+    off = MeasuredResponse(OMEGA, response(0.4, 50.0)).beside(FAMILY, sensor=[0, 1])
+    assert off.share < 0.5 and "the furthest outside is at" in str(off)
+    with plt.rc_context():
+        axes = plots.frequency_band(plt.subplots(2)[1], off)
+        counts = [len(line.get_xdata()) for line in axes[0].lines]
+    plt.close("all")
+    assert counts == [off.inside.sum(), (~off.inside).sum()]
+
+
+def test_the_phase_counts_too():
+    """Of the right size and with the other sign."""
+    corners = sos.Polytope([arm(m, k) for m in (0.3, 0.5) for k in (20, 30)])
+    wrong = MeasuredResponse(OMEGA[:9], -response(0.4, 25.0)[:9])
+    assert wrong.beside(corners, sensor=1).share == 0
+    right = MeasuredResponse(OMEGA[:9], response(0.4, 25.0)[:9])
+    assert right.beside(corners, sensor=1).share == 1
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("f,re,im\n1,2,3", "first line must be Hz,re,im or rad/s,re,im"),
+        ("Hz,re,im\n1,2", "line 2 lacks a value"),
+        ("Hz,re,im\n0,2,1", "omega must be above 0"),
+        ("", "first line must be"),
+    ],
+)
+def test_a_table_that_is_none_is_named(text, words, tmp_path):
+    (tmp_path / "frf.csv").write_text(text, "utf-8")
+    with pytest.raises(ValueError, match=f"frf.csv: (its )?{words}"):
+        MeasuredResponse.read(tmp_path / "frf.csv")
+
+
+def test_one_plant_has_no_band():
+    seen = MeasuredResponse(OMEGA, response(0.4, 25.0))
+    with pytest.raises(ValueError, match="one plant has no band"):
+        seen.beside(arm(0.4, 25))
+    for beside, words in ((dict(sensor=[1]), "sensor"), (dict(actuator=1), "actuator")):
+        with pytest.raises(ValueError, match=words):
+            seen.beside(FAMILY, **beside)
+
+
+class Universal:
+    """What pyuff gives of a file with a geometry and two responses."""
+
+    def __init__(self, path):
+        self.x = np.array([0.0, 1.0, 2.0])
+
+    def get_set_types(self):
+        return np.array([15, 58, 58])
+
+    def read_sets(self, k):
+        data = k * (1 + 1j * self.x)
+        return {"x": self.x, "data": data, "rsp_node": 103 + k, "ref_node": 21}
+
+
+def test_a_universal_file_is_read_by_pyuff(tmp_path, monkeypatch):
+    """The frequency zero is left out; of two responses one is said."""
+    path = tmp_path / "x.uff"
+    path.write_text("", "utf-8")
+    monkeypatch.setitem(sys.modules, "pyuff", None)
+    with pytest.raises(ModuleNotFoundError, match=r"sosbook\[uff\]"):
+        MeasuredResponse.read(path)
+    monkeypatch.setitem(sys.modules, "pyuff", SimpleNamespace(UFF=Universal))
+    with pytest.raises(ValueError, match="which= must be one of 0: 104 by 21, 1: 105"):
+        MeasuredResponse.read(path)
+    seen = MeasuredResponse.read(path, which=1)
+    assert seen.omega == pytest.approx([2 * np.pi, 4 * np.pi])
+    assert (seen.H == [2 + 2j, 2 + 4j]).all()
