@@ -81,7 +81,8 @@ class MeasuredResponse(ReadOnly):
         with named(path):
             if heading[:1] not in [[x] for x in UNITS] or tuple(heading[1:]) != PARTS:
                 raise ValueError(
-                    f"its first line must be Hz,re,im or rad/s,re,im, got {heading}"
+                    "its first line must be Hz,re,im or rad/s,re,im, got "
+                    f"{','.join(heading)!r:.80}"
                 )
             x, re, im = numbers_of(path, rows, heading).T
             return cls(UNITS[heading[0]] * x, re + 1j * im)
