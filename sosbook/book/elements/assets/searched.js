@@ -97,7 +97,7 @@ export class Searched extends Wish {
                  `<p><span class="sos-status">Proven</span> in exact arithmetic, ` +
                    `for every constant plant that is asked and these gains:</p><ul>${list}</ul>`}<p>${
                  escape(answer.clauses.map(({why}) => why).filter(why => why).join(" "))}</p>` +
-        `<p>As Python, the package proves these gains again, and writes a file that anyone can check.</p>`,
+        `<p>As Python, the package decides the same of these gains, bounds beside the poles among it.</p>`,
       digest);
   }
 
