@@ -111,7 +111,7 @@ def digit_count(digits):
 
 
 def round_places(matrices, digits):
-    """Matrices of one shape, such as a real and an imaginary part, their entries
+    """``matrices`` of one shape, such as a real and an imaginary part, their entries
     rounded to so many ``digits`` of the sizes of their row and column: the decimals
     have about one length then.
     """
