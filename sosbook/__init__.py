@@ -12,8 +12,10 @@ __version__ = "1.0.0"
 # Nothing is imported before it is asked for (PEP 562). Type checkers read
 # the same names in __init__.pyi.
 _NAMES = {
+    "analysis.identification": ("Identification", "identify"),
     "analysis.infinite_modes": ("InfiniteModes", "infinite_modes"),
     "analysis.nonlinear": ("simulate_nonlinear",),
+    "analysis.records": ("Record",),
     "controllers.sampled_design": ("SampledDesign", "design_sampled"),
     "delay": ("DelayDesign", "analyse_delay", "design_delay_pid"),
     "laws.dynamic": ("DynamicLaw",),

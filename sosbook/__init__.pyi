@@ -1,8 +1,10 @@
 # For type checkers: the names that sosbook/__init__.py finds when asked.
 
 from . import delay, sampled
+from .analysis.identification import Identification, identify
 from .analysis.infinite_modes import InfiniteModes, infinite_modes
 from .analysis.nonlinear import simulate_nonlinear
+from .analysis.records import Record
 from .controllers.sampled_design import SampledDesign, design_sampled
 from .delay import DelayDesign, analyse_delay, design_delay_pid
 from .laws.dynamic import DynamicLaw
@@ -44,6 +46,7 @@ __all__ = [
     "DynamicLaw",
     "FullState",
     "HInfinity",
+    "Identification",
     "InfiniteModes",
     "IntegratorChoice",
     "LMIRegion",
@@ -56,6 +59,7 @@ __all__ = [
     "PoleRegion",
     "Polytope",
     "QuadraticCost",
+    "Record",
     "Region",
     "Regularization",
     "Response",
@@ -84,6 +88,7 @@ __all__ = [
     "design_sampled",
     "design_sampled_lqr",
     "furthest_sampled",
+    "identify",
     "infinite_modes",
     "observer_loop",
     "read_wish",

@@ -126,6 +126,9 @@ READERS = {
     ],
     "exact.proof_file.load": [("json", proofs.load)],
     "exact.proof_file.ProofFile.load": [("json", proofs.DesignProof.load)],
+    "analysis.records.Record.read": [
+        ("csv", lambda x: sosbook.Record.read(x, ["V"], ["gyro"]))
+    ],
     "pendulum.log.Log.read": [("csv", Log.read)],
     "pendulum.ticks.TickLog.read": [("csv", TickLog.read)],
     "pendulum.robot.Robot.read": [("toml", Robot.read)],

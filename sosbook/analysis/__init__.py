@@ -3,6 +3,7 @@
 from ..runtime.later import by_name
 
 _NAMES = {
+    "analysis.identification": ("Identification", "identify"),
     "analysis.linear": (
         "closed_loop",
         "hinf_norm",
@@ -13,6 +14,7 @@ _NAMES = {
     ),
     "analysis.margins": ("DiskMargin", "disk_margin", "sensitivity_peak"),
     "analysis.nonlinear": ("arm_gravity", "simulate_nonlinear"),
+    "analysis.records": ("Record",),
     "plants.response": ("Response", "simulate"),
     "plants.signals": ("Sine", "Step", "Steps"),
 }

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.stats import norm
 
+from ..analysis.fit import radius
 from ..plants.checks import finite, matrix
 from ..plants.uncertain import Uncertain
 
@@ -97,7 +97,7 @@ class FitSpread:
     @property
     def radius(self):
         """From the middle to a face, in standard deviations along an axis."""
-        return float(norm.ppf((1 + self.confidence ** (1 / len(SYMBOLS))) / 2))
+        return radius(self.confidence, len(SYMBOLS))
 
     @property
     def axes(self):

@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..analysis.records import Ticks, column, gapless
 from ..plants.checks import numbers
 from ..runtime.reading import named, numbers_of, read_rows
 from ..runtime.writing import write_file
@@ -20,14 +21,12 @@ FORMATS = {
     "alone": "{:.0f}",
 }
 SENSORS = "gyro", "encoder1", "encoder2"
-ON_TIME = 0.01  # share of a period; a sample this near its time is on time
 MOST_LOST = 3  # samples in a row that lines may fill
 LOST_SHARE = 0.02  # of all samples, that may be filled
-MISSING_AFTER = 1.75  # periods between two samples; from here on one is missing
 
 
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(Ticks):
     """Samples of an experiment, one after the other in time.
 
     ``t``, (N,): time in s; ``V``, (N,): mean motor voltage, held from this sample to
@@ -90,29 +89,6 @@ class Log:
                 object.__setattr__(self, name, column(name, counter.counts))
                 found[name] = counter
         return found
-
-    @property
-    def T(self):
-        """Sampling time in s."""
-        span = float(self.t[-1] - self.t[0])
-        return float(f"{span / (len(self.t) - 1):.9g}")
-
-    @property
-    def steps(self):
-        """(N,) array: the time from each sample to the next, in s.
-
-        The mean where they are even, to a hundredth of it; else what
-        the time stamps say. After the last one comes another mean.
-        """
-        steps = np.append(np.diff(self.t), self.T)
-        if abs(steps / self.T - 1).max() <= ON_TIME:
-            steps[:] = self.T
-        return steps
-
-    @property
-    def even(self):
-        """True if the samples are equally far apart."""
-        return bool(np.ptp(self.steps) == 0)
 
     def evenly(self, *columns):
         """Columns at even times: V as it is held, others by lines.
@@ -179,38 +155,3 @@ def bridged(name, value):
         return array, 0
     array = np.interp(np.arange(len(array)), said, array[said])
     return np.round(array) if "encoder" in name else array, int(lost.sum())
-
-
-def column(name, value):
-    """A read-only float vector, or a ValueError that names it."""
-    array = numbers(name, value)
-    if array.ndim != 1:
-        raise ValueError(
-            f"{name} must be a list of numbers, got {array.ndim} dimensions"
-        )
-    wrong = np.flatnonzero(~np.isfinite(array))
-    if wrong.size:
-        raise ValueError(
-            f"{name} isn't finite at row {wrong[0] + 1}: a "
-            "missing sample? cut the log there or fill it in"
-        )
-    array.flags.writeable = False
-    return array
-
-
-def gapless(t):
-    """A ValueError if t doesn't increase or samples are missing."""
-    if len(t) < 3:
-        raise ValueError(f"t has {len(t)} samples; a log needs at least 3")
-    step = np.diff(t)
-    if (step <= 0).any():
-        raise ValueError(
-            f"t must increase; it doesn't after row {np.flatnonzero(step <= 0)[0] + 1}"
-        )
-    T = np.median(step)
-    for k in np.flatnonzero(step > MISSING_AFTER * T)[:1]:
-        gone = max(round(step[k] / T) - 1, 1)
-        raise ValueError(
-            f"t: {gone} sample{'s' * (gone > 1)} missing after "
-            f"t = {t[k]:g} s (row {k + 1}); cut the log there or fill it in"
-        )

@@ -9,6 +9,7 @@ from ...runtime.later import by_name
 from . import mechanisms, sketches
 from .bands import envelope, frequency_band, pole_cloud, track_poles
 from .ellipsoids import ellipse_outline, ellipsoid
+from .identified import identified
 from .margins import margins, smallest_of_each
 from .output import Figure, show
 from .regions import (
@@ -53,6 +54,7 @@ __all__ = [
     "ellipsoid",
     "envelope",
     "frequency_band",
+    "identified",
     "input_limit",
     "largest_singular_value",
     "margins",

@@ -1,0 +1,282 @@
+"""Identification of machines: logs of our own simulators, with encoders' steps."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import sosbook as sos
+from sosbook.analysis.fit import covariance, radius
+
+COUNT = 2 * np.pi / 4096
+
+
+def sweep(t, first, last, amplitude, digits=3):
+    """A sine whose frequency rises from the first to the last, in Hz."""
+    turns = first * t + (last - first) * t**2 / (2 * t[-1])
+    return np.round(amplitude * np.sin(2 * np.pi * turns), digits)
+
+
+def encoder(z, steps, seed=0):
+    """What counters say that begin anywhere between two counts."""
+    rng, steps = np.random.default_rng(seed), np.broadcast_to(steps, z.shape[1:])
+    z = z + steps * (rng.random(z.shape[1:]) + rng.normal(0, 0.25, z.shape))
+    return np.floor(z / steps) * steps
+
+
+def moved(M, D, S, t, u):
+    """Displacements under a force on the first of them, by our own exponentials."""
+    n, inverse = len(M), np.linalg.inv(M)
+    joined = np.zeros((2 * n + 1, 2 * n + 1))
+    joined[:n, n : 2 * n] = np.eye(n)
+    joined[n : 2 * n] = np.hstack([-inverse @ S, -inverse @ D, inverse[:, :1]])
+    flows = {h: expm(joined * h)[:-1] for h in np.unique(np.diff(t))}
+    path, x = [], np.zeros(2 * n)
+    for h, force in zip(np.append(np.diff(t), 0), u):
+        path.append(x[:n])
+        x = flows[h] @ [*x, force] if h else x
+    return np.array(path)
+
+
+def drive(J1, J2, d, c):
+    """Motor and load on an elastic shaft; the bearings' damping is known."""
+    D = [[d + 0.004, -d], [-d, d + 0.001]]
+    return sos.SecondOrderSystem([[J1, 0], [0, J2]], D, [[c, -c], [-c, c]], [[1], [0]])
+
+
+def swing(m, d, k):
+    return sos.SecondOrderSystem(m, d, k, 9.81)
+
+
+def crane(m, L, b):
+    M = [[100 + m, m * L], [m * L, m * L**2]]
+    return sos.SecondOrderSystem(M, [[b, 0], [0, 0.5]], np.diag([0, 9.81 * m * L]),
+                                 [[1], [0]])  # fmt: skip
+
+
+MOTOR = sos.Output(position=[[1, 0]])
+TRUE = dict(J1=0.0025, J2=0.004, d=0.006, c=9.0)
+GUESS = dict(J1=0.005, J2=0.003, d=0.02, c=5.0)
+T = np.arange(500) * 0.002
+U = sweep(T, 0.5, 40, 0.3)
+
+
+def of(plant):
+    return plant.M, plant.D, plant.S
+
+
+DRIVE = of(drive(**TRUE))
+Z = moved(*DRIVE, T, U)
+JITTER = np.cumsum(np.random.default_rng(7).choice([1.4, 2, 2.6], 500)) * 1e-3
+SWING, CRANE = dict(m=0.3, d=0.002, k=9.81), dict(m=50.0, L=2.0, b=30.0)
+LONG = np.arange(1500) * 0.02
+#: builder, truth, guess, t, u, displacements seen, steps of the encoders, outputs
+MACHINES = {
+    "drive": (drive, TRUE, GUESS, T, U, Z[:, :1], COUNT, MOTOR),
+    "both ends": (drive, TRUE, GUESS, T, U, Z, [COUNT, 4 * COUNT], None),
+    "coarse": (drive, TRUE, GUESS, T, U, Z[:, :1], 2 * np.pi / 200, MOTOR),
+    "lightly damped, odd units": (
+        *(swing, SWING, dict(m=0.5, d=0.01, k=5.0), LONG, sweep(LONG, 0.1, 3, 0.01, 5)),
+        moved(*of(swing(**SWING)), LONG, 9.81 * sweep(LONG, 0.1, 3, 0.01, 5)),
+        *(1e-3, None),
+    ),
+    "crane": (
+        *(crane, CRANE, dict(m=90.0, L=1.4, b=80.0), LONG, sweep(LONG, 0.05, 1, 80)),
+        moved(*of(crane(**CRANE)), LONG, sweep(LONG, 0.05, 1, 80)),
+        *([1e-3, 2e-3], None),
+    ),
+    "ticks that jitter": (
+        *(drive, TRUE, GUESS, JITTER, sweep(JITTER, 0.5, 40, 0.3)),
+        moved(*DRIVE, JITTER, sweep(JITTER, 0.5, 40, 0.3))[:, :1],
+        *(COUNT, MOTOR),
+    ),
+}  # fmt: skip
+
+
+def asked(name, seed=0):
+    """What `identify` says of a machine, and the truth."""
+    builder, truth, guess, t, u, z, steps, outputs = MACHINES[name]
+    record = sos.Record(t, u, encoder(z, steps, seed))
+    return sos.identify(builder, record, guess, outputs), truth
+
+
+def ends(family):
+    """The range of each parameter, in floats."""
+    box = family.box
+    return {x: (float(a), float(b)) for x, a, b in zip(box.names, box.low, box.high)}
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_the_truth_lies_within_what_the_log_allows(name):
+    found, truth = asked(name)
+    assert not found.doubts
+    for x, (low, high) in ends(found.family()).items():
+        assert low < truth[x] < high
+        assert (high - low) / abs(truth[x]) < (0.5 if name == "coarse" else 0.06)
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("name", MACHINES)
+def test_intervals_hold_the_truth_as_often_as_they_say(name):
+    """95 % each; the box of 95 % all at once."""
+    z, boxes = [], 0
+    for seed in range(60):
+        found, truth = asked(name, seed)
+        assert not found.doubts
+        z.append([(found[x] - truth[x]) / s for x, s in zip(truth, found.sd)])
+        box = ends(found.family(0.95))
+        boxes += all(low < truth[x] < high for x, (low, high) in box.items())
+    assert (np.mean(np.abs(z) < radius(0.95), axis=0) > 0.85).all()
+    assert np.sqrt(np.mean(np.square(z))) < 1.35
+    assert boxes / 60 > 0.88
+
+
+def test_a_simulation_of_an_ode_solver_agrees():
+    """The two-mass drive, tick by tick, by an ODE solver and the typed equations."""
+
+    def rates(t, x, u):
+        twist = TRUE["c"] * (x[0] - x[1]) + TRUE["d"] * (x[2] - x[3])
+        first, second = u - twist - 0.004 * x[2], twist - 0.001 * x[3]
+        return [x[2], x[3], first / TRUE["J1"], second / TRUE["J2"]]
+
+    x = np.zeros(4)
+    for k in range(60):
+        assert Z[k] == pytest.approx(x[:2], abs=1e-8)
+        how = dict(rtol=1e-9, atol=1e-12, args=(U[k],))
+        x = solve_ivp(rates, (T[k], T[k + 1]), x, **how).y[:, -1]
+
+
+def slide(t, u, m=12.0, d=20.0, F=6.0):
+    """m v' = u - d v - F sign(v), in closed form from one change of sign to the next"""
+    x = v = 0.0
+    path = []
+    for h, force in zip(np.append(np.diff(t), 0), u):
+        path.append([x])
+        while h > 0 and (v or abs(force) > F):
+            way = np.sign(v) or np.sign(force)
+            end, slow = (force - F * way) / d, m / d
+            stop = slow * np.log((end - v) / end) if v and end * way < 0 else np.inf
+            now = min(h, stop)
+            fall = np.exp(-now / slow)
+            x += end * now + (v - end) * slow * (1 - fall)
+            v = 0.0 if stop <= h else end + (v - end) * fall
+            h -= now
+    return np.array(path)
+
+
+def test_friction_is_found_and_ignored_friction_is_named():
+    t = np.arange(300) * 0.01
+    u = sweep(t, 0.3, 3, 30, 2)
+    record = sos.Record(t, u, encoder(slide(t, u), 1e-4))
+
+    def cart(m, d):
+        return sos.SecondOrderSystem(m, d, 0, 1)
+
+    start = dict(m=20, d=50)
+    found = sos.identify(cart, record, start | {"F": 3}, friction={"F": [1]})
+    for name, truth in dict(m=12, d=20, F=6).items():
+        assert found[name] == pytest.approx(truth, abs=4 * found.sd[-1] * truth / 6)
+        low, high = found.interval(name, 0.999)
+        assert low < truth < high and high - low < 0.05 * truth
+    assert not found.doubts and list(found.family().degree) == ["m", "d"]
+    ignored = sos.identify(cart, record, start)
+    assert "friction=" in ignored.doubts[0] and "hold none of it" in ignored.doubts[0]
+    with pytest.raises(ValueError, match="friction F needs one row of a speed"):
+        sos.identify(cart, record, start, friction={"F": [1]})
+
+
+Y = encoder(Z[:, :1], COUNT)
+SLOW = moved(*DRIVE, T, sweep(T, 0.1, 0.4, 0.3))[:, :1]
+
+
+@pytest.mark.parametrize(
+    "t, u, y, start, said",
+    [
+        (T, sweep(T, 0.1, 0.4, 0.3), encoder(SLOW, COUNT), TRUE,
+         "the log doesn't tell d"),
+        (T * 1e3, U, Y, GUESS, "t must be in seconds"),
+        (T * 1e-3, U, Y, GUESS, "t must be in seconds"),
+        (T, U, np.minimum(Y, 0.9 * Y.max()), GUESS, "y1 stays at .* at its end"),
+        (T, U, -Y, GUESS, "the fit leaves .* a sign"),
+        (T, 0 * U, Y, GUESS, "u1 never changes"),
+        (T, U, 0 * Y, GUESS, "y1 never changes"),
+        (T, np.array([U, U]).T, Y, GUESS, "the plant has 1 inputs, the record 2"),
+        (T, U, np.hstack([Y, Y]), GUESS, "a row for each sensor"),
+        (T, U, Y, GUESS | {"d": 0}, "start of d must not be zero"),
+    ],
+)  # fmt: skip
+def test_logs_that_say_too_little_are_refused(t, u, y, start, said):
+    with pytest.raises(ValueError, match=said):
+        sos.identify(drive, sos.Record(t, u, y), start, MOTOR)
+
+
+def test_doubts_name_a_late_sensor_and_a_closed_loop():
+    late = sos.Record(T[1:], U[1:], Y[:-1])
+    found = sos.identify(drive, late, GUESS, MOTOR)
+    assert any("1 samples late" in doubt for doubt in found.doubts)
+    x, u, y = np.zeros(4), [], []
+    flow = expm(0.002 * np.vstack([
+        np.hstack([np.zeros((2, 2)), np.eye(2), np.zeros((2, 1))]),
+        np.hstack([*(-np.linalg.solve(DRIVE[0], X) for X in DRIVE[:0:-1]),
+                   [[400.0], [0.0]]]),
+        np.zeros((1, 5))]))[:-1]  # fmt: skip
+    for k, noise in enumerate(np.random.default_rng(3).normal(0, COUNT / 4, len(T))):
+        y.append(np.floor((x[0] + noise) / COUNT) * COUNT)
+        u.append(U[k] - 0.5 * y[-1])
+        x = flow @ [*x, u[-1]]
+    found = sos.identify(drive, sos.Record(T, u, y), GUESS, MOTOR)
+    assert any("one of a closed loop" in doubt for doubt in found.doubts)
+    far = sos.identify(drive, sos.Record(T, U, Y), TRUE | {"d": 0.3}, MOTOR)
+    assert any("d is 0.02 times its guess" in doubt for doubt in far.doubts)
+
+
+def test_a_machine_that_moves_when_the_log_begins():
+    record = sos.Record(T[:-150], U[150:], Y[150:])
+    with pytest.raises(ValueError, match=r"when the log begins \(rest=False\)"):
+        sos.identify(drive, record, GUESS, MOTOR)
+    found = sos.identify(drive, record, GUESS, MOTOR, rest=False)
+    for x, (low, high) in ends(found.family()).items():
+        assert low < TRUE[x] < high
+
+
+def test_a_design_for_all_plants_that_the_log_allows():
+    """What is proven holds of the true machine."""
+    found, truth = asked("drive")
+    design = sos.design_pid(found.family(), region=sos.PoleRegion(sigma=3))
+    assert design.certify().proven
+    loop = design.K @ np.eye(4)
+    M, D, S = DRIVE
+    A = np.block([[np.zeros((2, 2)), np.eye(2)],
+                  [np.linalg.solve(M, [[1], [0]] @ loop[:, :2] - S),
+                   np.linalg.solve(M, [[1], [0]] @ loop[:, 2:] - D)]])  # fmt: skip
+    assert np.linalg.eigvals(A).real.max() < -3
+
+
+def test_a_record_is_read_by_the_names_of_its_columns(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = (f"{1e3 * t:g},{y / COUNT:g},7,{u}" for t, y, u in zip(T, Y[:, 0], U))
+    path.write_text("\n".join(["ms,motor,more,torque", *rows]), "utf-8")
+    units = dict(ms=1e-3, motor=COUNT)
+    record = sos.Record.read(path, ["torque"], ["motor"], time="ms", **units)
+    assert record.inputs == ("torque",) and record.outputs == ("motor",)
+    assert np.allclose(record.t, T) and np.allclose(record.y, Y)
+    for names in ["load"], ["more", "more"]:
+        with pytest.raises(ValueError, match="log.csv"):
+            sos.Record.read(path, ["torque"], names, time="ms")
+    for t, y, said in (
+        ([0, 1, 1], [0, 0, 0], "t must increase"),
+        ([0, 1, 2, 4, 5], [0] * 5, "1 sample missing"),
+        ([0, 1, 2], [0, np.nan, 0], "y1 isn't finite at row 2"),
+        ([0, 1, 2], [0, 0], "y must have a row for each of the 3 times"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            sos.Record(t, np.zeros(len(t)), y)
+
+
+def test_coloured_residuals_of_two_sensors():
+    """Two sensors with one noise are one sensor."""
+    rng = np.random.default_rng(0)
+    J, r = rng.standard_normal((400, 2)), rng.standard_normal(400)
+    one = covariance(J, r)
+    two = covariance(np.repeat(J, 2, axis=0), np.repeat(r, 2).reshape(400, 2))
+    assert np.allclose(one, two)
