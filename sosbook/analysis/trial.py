@@ -194,8 +194,8 @@ class Trial:
         """Raise where the log says nothing of a parameter, and name it."""
         times = self._rough(fit)
         far = (
-            f". The fit leaves {times:.2g} times the noise: start may be far off, a load "
-            "act, or the machine move when the log begins (rest=False)"
+            f". The fit leaves {times:.2g} times the noise: start may be far off, a "
+            "load act, or the machine move when the log begins (rest=False)"
         )
         far = far if times > STRUCTURED else ""
         for name, x in zip(fit.names, fit.values / self.guess):
