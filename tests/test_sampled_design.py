@@ -197,6 +197,11 @@ def test_bad_input_is_named():
             sos.design_sampled(pair(), PID, T, requirements=[wrong])
     with pytest.raises(ValueError, match="leaves the unit disk"):
         sos.design_sampled(pair(), PID, T, requirements=[LMIRegion.disk(0.9, 0.2)])
+    both, asked = sos.PIDLaw(np.eye(2), np.eye(2)), [StepLimits(overshoot=0.3)]
+    spring = [[9.81, -9.81], [-9.81, 9.81]]
+    free = sos.SecondOrderSystem(np.eye(2), np.zeros((2, 2)), spring, [[1], [0]])
+    with pytest.raises(ValueError, match="ends where gains say"):  # K_P of both
+        sos.design_sampled(free, both, T, requirements=asked)
     with pytest.raises(ValueError, match="give one of overshoot"):
         StepLimits(size=0.3)
 

@@ -17,6 +17,7 @@ from .tick_loops import Radius
 GRID = 160  # frequencies at which a norm is looked at
 LONGEST = 4096  # ticks of a step that a search looks at
 LEFT = 1e-3  # of a motion: then it has come to rest
+SAME = 1e-9  # but for roundings
 NEAR = 0.95  # of what is asked: such a demand is at its bound
 
 
@@ -135,8 +136,11 @@ class _Step:
         c = loops.some
         known_index("set_point", j, c.set_points)
         row = Row.of(c, j, rest(c, j), r.output)
-        if not row.ends:
-            raise ValueError("StepLimits: the output ends at zero: take another one")
+        if abs(float(row.ends) - 1) > SAME:
+            raise ValueError(
+                f"StepLimits: {row.name} ends where gains say, not at the set point: "
+                "take an output that is integrated, or a law that integrates it"
+            )
         self.row, self.end = row.row.astype(float), float(row.ends)
         plants = loops.plants
 

@@ -141,7 +141,8 @@ def bounded(c, trials):
             end = "" if within else ", without its limit"
             lines.append(f"{moved} asks {signal}: {bound}{end}")
         lines.append(
-            f"{moved} leaves it, at the ticks, from there: {c.motions.follow(*limits)}"
+            f"{moved} leaves its output from its rest, at the ticks: "
+            f"{c.motions.follow(*limits)}"
         )
     if np.isfinite(c.limits.u_max).all():
         for j, _ in enumerate(c.set_points):

@@ -28,7 +28,8 @@ class Move:
     effort : tuple of Bounded
         The largest size of each u.
     error : Bounded
-        The farthest that the output is from the set point, at the ticks.
+        The farthest that the output is from where it would rest, at the ticks: from
+        the set point, where it is what is integrated.
     """
 
     profile: Profile
@@ -48,7 +49,7 @@ class Move:
             f"{self.distance:g} {p.unit}".strip()
             + f" in {self.duration:.4g} s, at most {p.velocity:.4g} a second, "
             f"{p.acceleration:.4g} and {p.jerk:.4g} of acceleration and jerk: "
-            f"u {words}; at ticks from the set point {self.error}"
+            f"u {words}; at ticks from its rest {self.error}"
         )
 
 
