@@ -5,7 +5,9 @@ import pytest
 from flint import arb, fmpq, fmpq_mat
 
 from sosbook.exact.adjoint import adjoint, slopes_at
+from sosbook.exact.checker.arithmetic import Refused, number
 from sosbook.exact.definite import definite, exact, pivots, positive, semidefinite
+from sosbook.exact.integers import Swift
 from sosbook.exact.rational import exact_margin, inverse, log2, rational_matrix
 from sosbook.language import Unknown, block, he
 from tests.cases import campaign, seeds
@@ -186,3 +188,16 @@ def test_a_margin_may_be_as_small_as_a_float(digits):
     near = 1 - fmpq(1, 10**digits)
     g = rational_matrix([[fmpq(1), near], [near, fmpq(1)]])
     assert exact_margin(g) == pytest.approx(10.0**-digits, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text", ["-" + 9 * "0" + 300 * "37" + "/0" + 450 * "111", 401 * "7" + "/7", "1/0"]
+)
+def test_long_fractions_are_read_as_the_checker_reads_them(text):
+    try:
+        true = number(text)
+    except Refused as refused:
+        with pytest.raises(Refused, match=str(refused)):
+            Swift.read([[text]])
+    else:
+        assert Swift.read([[text]]).at(0, 0) == true

@@ -6,12 +6,13 @@ from fractions import Fraction
 from math import lcm
 
 import numpy as np
-from flint import arb, arb_mat, fmpq, fmpz_mat
+from flint import arb, arb_mat, fmpq, fmpz, fmpz_mat
 
 from .checker.arithmetic import (
     BALL,
     LARGEST,
     LARGEST_EXPONENT,
+    MOST_DIGITS,
     Mat,
     need,
     number,
@@ -23,6 +24,7 @@ from .rational import Rational, rational_matrix
 
 AT_ONCE = 400  # letters of a decimal that the standard library reads
 DECIMAL = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d{1,3})?", re.ASCII)
+FRACTION = re.compile(r"-?\d+/0*[1-9]\d*", re.ASCII)
 
 
 class Integers(Mat):
@@ -337,8 +339,14 @@ def _marked(loop):
 
 def _ratio(text):
     """(numerator, denominator) of a number's ``text``: see `arithmetic.number`."""
-    good = isinstance(text, str) and len(text) < AT_ONCE and DECIMAL.fullmatch(text)
-    return (Decimal(text) if good else number(text)).as_integer_ratio()
+    short = isinstance(text, str) and len(text) < AT_ONCE
+    if short and DECIMAL.fullmatch(text):
+        return Decimal(text).as_integer_ratio()
+    long = isinstance(text, str) and AT_ONCE < len(text) <= MOST_DIGITS
+    if long and FRACTION.fullmatch(text):  # flint's gcd is swift
+        ratio = fmpq(*(fmpz(part) for part in text.split("/")))
+        return int(ratio.p), int(ratio.q)
+    return number(text).as_integer_ratio()
 
 
 def as_rational(x):

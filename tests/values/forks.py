@@ -89,6 +89,7 @@ def serve():
     for name in LIBRARIES.split():
         importlib.import_module(name)
     gc.freeze()
+    gc.set_threshold(100_000)  # as in conftest.py
     for line in sys.stdin:
         if os.fork() == 0:
             parent = os.getpid()
