@@ -9,7 +9,7 @@ import pytest
 
 from sosbook.pendulum import deployment
 from sosbook.pendulum.command import main
-from sosbook.pendulum.fit_checks import lateness
+from sosbook.pendulum.fit_checks import check_fits, lateness
 from sosbook.pendulum.gate import Inspection, refused, widened
 from sosbook.pendulum.identify import fit_body, identify
 from sosbook.pendulum.log import Log
@@ -114,6 +114,16 @@ def test_a_log_of_a_robot_that_balances_is_called_that(robots):
     with pytest.raises(ValueError, match="does the robot balance, or a cont") as error:
         fit_body(replace(body, gyro=-np.degrees(body.gyro)))
     assert re.search(r"gyro reads \S+ rad/s: is it in deg/s\?", str(error.value))
+
+
+def test_a_slow_log_in_degrees_a_second_is_recognised(robots):
+    """No rate in it is too fast for a robot; that of the wheels tells."""
+    robot, body, wheels = robots["thesis"]
+    slow = replace(body, V=0.05 * body.V, gyro=np.degrees(0.05 * body.gyro))
+    assert abs(slow.gyro).max() < 60
+    both = identify(slow, wheels, robot.counts), slow, wheels, robot
+    told = [str(x) for x in refused(check_fits(*both))]
+    assert any("is the gyro in deg/s?" in x for x in told)
 
 
 @pytest.mark.parametrize("factor, severity", [(1.1, "warning"), (0.5, "refused")])

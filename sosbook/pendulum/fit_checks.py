@@ -64,9 +64,10 @@ def _together(identified, robot):
                 "the body's motion. A larger amplitude says more"
             )
     elif not low <= kappa <= high:
+        asked = "is the gyro in deg/s? " if 0.5 < np.degrees(kappa) < 2 else ""
         yield (both.warned if least <= kappa <= most else both.refused)(
             f"e/f by the wheels is {kappa:.3g} times e/f by the body, which "
-            "should be one on one robot: wrong counts per turn, a gyro in "
+            f"should be one on one robot: {asked}wrong counts per turn, a gyro in "
             "another unit, late or askew, V as a duty in one log, swapped "
             "columns, friction that is ignored, or play in the gears, beside which "
             "the motion is small: take friction = true and a larger amplitude"
