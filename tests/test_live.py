@@ -144,42 +144,40 @@ def _wait(address, server):
 
 
 @pytest.fixture(scope="module")
-def tab(browser):
-    """One tab for all notebooks, one after the other: Lab's code is compiled once."""
+def page(lab, browser):
+    yield from _notebook(lab, browser, "live")
+
+
+@pytest.fixture(scope="module")
+def elements(lab, browser):
+    """A page's explorer, and the same once more with the package behind it."""
+    yield from _notebook(lab, browser, "pages")
+
+
+@pytest.fixture(scope="module")
+def kinds(lab, browser):
+    """An element of each kind that the book shows, one below the other."""
+    yield from _notebook(lab, browser, "kinds")
+
+
+def _notebook(lab, browser, name):
+    """A tab of its own, in a workspace of its own, in which all cells have begun."""
     context = browser.new_context(viewport={"width": 1400, "height": 1000})
     page, errors = context.new_page(), []
     page.on("pageerror", lambda e: errors.append(str(e)))
+    _run(page, lab(name))
     yield page
     assert errors == []
     context.close()
 
 
-@pytest.fixture(scope="module")
-def page(lab, tab):
-    return _run(tab, lab("live"))
-
-
-@pytest.fixture(scope="module")
-def elements(lab, tab):
-    """A page's explorer, and the same once more with the package behind it."""
-    return _run(tab, lab("pages"))
-
-
-@pytest.fixture(scope="module")
-def kinds(lab, tab):
-    """An element of each kind that the book shows, one below the other."""
-    return _run(tab, lab("kinds"))
-
-
 def _run(page, address):
-    """A notebook in a workspace of its own, in which all cells have begun."""
     page.set_default_timeout(60_000)
     page.goto(address)
     page.locator(".jp-CodeCell").first.wait_for()
     page.get_by_text("Python 3 (ipykernel) | Idle").wait_for()
     page.get_by_role("menuitem", name="Run", exact=True).click()
     page.get_by_text("Run All Cells", exact=True).click()
-    return page
 
 
 def _handle(page, label):
@@ -310,12 +308,15 @@ def test_every_kind_of_element_works_in_the_notebook(kinds, tag):
     )
 
 
-def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, tab):
-    tab.goto(lab("stranger"))
-    tab.locator(".jp-OutputArea-output").get_by_text("run the cell").wait_for(
+def test_an_untrusted_notebook_says_how_to_get_the_sliders(lab, browser):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(lab("stranger"))
+    page.locator(".jp-OutputArea-output").get_by_text("run the cell").wait_for(
         timeout=60_000
     )
-    assert tab.locator("sos-delay input").count() == 0
+    assert page.locator("sos-delay input").count() == 0
+    context.close()
 
 
 RENDERED = """marks => {
@@ -325,10 +326,13 @@ RENDERED = """marks => {
 
 
 @pytest.mark.skipif(not BOOK.exists(), reason="the package without its book")
-def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(lab, tab):
-    tab.goto(lab(Path(CHAPTER).stem))
-    figure = tab.locator("figure.sos-figure svg").first
+def test_a_trusted_chapter_shows_its_figures_and_no_raw_markup(lab, browser):
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(lab(Path(CHAPTER).stem))
+    figure = page.locator("figure.sos-figure svg").first
     figure.wait_for(timeout=60_000)
     assert still(figure)["width"] > 300
     marks = [":::", "{eq}", "{prf", "{numref}", "]("]
-    tab.wait_for_function(RENDERED, arg=marks, timeout=60_000)
+    page.wait_for_function(RENDERED, arg=marks, timeout=60_000)
+    context.close()
