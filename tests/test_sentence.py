@@ -109,18 +109,14 @@ def answers(speech, text):
 RUN = """
 import {Sentences} from %s;
 const cases = JSON.parse(await new Response(Deno.stdin.readable).text());
-console.log(JSON.stringify(cases.map(({data, texts}) => {
-  const speech = new Sentences(data, 2, () => [1, 1]);
-  return [String(speech), ...texts.map(text => {
-    try { return speech.read(text); } catch (fault) { return fault.message; }
-  })];
-})));
+console.log(JSON.stringify(
+  cases.map(data => String(new Sentences(data, 2, () => [1, 1])))));
 """
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    """What the page's script says of cases: its sentence, and what it reads."""
+    """The sentences that the page's script says of cases."""
     deno = shutil.which("deno", path=Path(sys.executable).parent)
     if deno is None:
         pytest.skip("deno isn't installed: pip install deno")
@@ -136,9 +132,9 @@ def page(tmp_path_factory):
 
 
 @pytest.mark.parametrize("count", [500, pytest.param(5000, marks=pytest.mark.campaign)])
-def test_sentences_lead_back_in_both_languages(page, count):
+def test_sentences_lead_back_and_a_page_says_the_same(page, count):
     """A request is said and read; what is spoiled is refused, or another request."""
-    rng, cases, expected = random.Random(63), [], []
+    rng, cases, said, refused = random.Random(63), [], [], 0
     for _ in range(count):
         data = wish(rng)
         speech = Sentences(data, 2, ones(2))
@@ -146,15 +142,15 @@ def test_sentences_lead_back_in_both_languages(page, count):
         assert speech.read(text) == canonical(data), text
         loose = rng.choice([text.replace(" ", "_"), text.upper(), text.lower()])
         texts = [loose, spoiled(rng, text), spoiled(rng, text)]
-        cases.append({"data": data, "texts": texts})
+        cases.append(data)
+        said.append(text)
         read = [answers(speech, one) for one in texts]
-        expected.append([text, *read])
+        refused += sum(isinstance(x, str) for x in read[1:])
         for found in read:
             if isinstance(found, dict):
                 again = Sentences(found, 2, ones(2))
                 assert again.read(str(again)) == found
             else:
                 assert found.startswith("character ")
-    assert page(cases) == expected
-    refused = sum(isinstance(x, str) for *_, one, two in expected for x in (one, two))
+    assert page(cases) == said
     assert 1.2 * count < refused < 1.9 * count

@@ -2,6 +2,7 @@
 // `scalar`. (Its name is before that of reader.js, as a page's one script has them in order.)
 import {divisor} from "./exact.js";
 import {odd} from "./grammar.js";
+import {times} from "./matrices.js";
 
 const fraction = (n, d) => {
   if (!d) throw new Error("a division by zero");
@@ -10,10 +11,12 @@ const fraction = (n, d) => {
 };
 
 /**
- * Numbers [n, d] of integers.
+ * Numbers [n, d] of integers, in lowest terms where they would grow: sums and products of
+ * decimals don't.
  * @type {any}
  */
 export const FRACTIONS = {
+  room: n => Array(n),
   zero: [0n, 1n],
   one: [1n, 1n],
   of: text => {
@@ -23,21 +26,29 @@ export const FRACTIONS = {
     return places < 0 ? fraction(n * 10n ** BigInt(-places), BigInt(over))
                       : fraction(n, BigInt(over) * 10n ** BigInt(places));
   },
-  plus: ([a, b], [c, d]) => b === d ? fraction(a + c, b) : fraction(a * d + c * b, b * d),
-  times: ([a, b], [c, d]) => fraction(a * c, b * d),
+  plus: ([a, b], [c, d]) => b === d ? [a + c, b]
+    : d % b                         ? b % d ? fraction(a * d + c * b, b * d) : [a + c * (b / d), b]
+                                    : [a * (d / b) + c, d],
+  times: ([a, b], [c, d]) => a && c ? [a * c, b * d] : [0n, 1n],
   over: ([a, b]) => fraction(b, a),
+  least: ([a, b]) => fraction(a, b),
   none: ([a]) => a === 0n,
+  same: ([a, b], [c, d]) => a * d === c * b,
 };
 
 /** @type {any} */
 export const NUMBERS = {
+  room: n => new Float64Array(n),
   zero: 0,
   one: 1,
   of: text => text.split("/").map(Number).reduce((a, b) => a / b),
   plus: (a, b) => a + b,
   times: (a, b) => a * b,
   over: a => 1 / a,
+  least: a => a,
   none: a => a === 0,
+  product: times,
+  same: (a, b) => a === b,
 };
 
 
@@ -45,9 +56,9 @@ export class Arithmetic {
   constructor(ring) { this.ring = ring; }
 
   matrix(rows, cols, entry) {
-    const at = [];
-    for (let i = 0; i < rows; i++)
-      for (let j = 0; j < cols; j++) at.push(entry(i, j));
+    const at = this.ring.room(rows * cols);
+    for (let i = 0, k = 0; i < rows; i++)
+      for (let j = 0; j < cols; j++) at[k++] = entry(i, j);
     return {rows, cols, at};
   }
   unit(n) { return this.matrix(n, n, (i, j) => i === j ? this.ring.one : this.ring.zero); }
@@ -61,7 +72,8 @@ export class Arithmetic {
       return {...S, scalar: X.scalar && Y.scalar};
     }
     if (X.cols !== Y.rows) odd("a product of shapes that don't fit");
-    const {plus, times, zero, none} = this.ring;
+    const {plus, times, zero, none, product} = this.ring;
+    if (product) return product(X, Y);
     return this.matrix(X.rows, Y.cols, (i, j) => {
       let sum = zero;
       for (let k = 0; k < X.cols; k++) {
@@ -86,7 +98,7 @@ export class Arithmetic {
         F.at[Math.floor(i / rows) * F.cols + Math.floor(j / cols)], X.at[i % rows * cols + j % cols]));
   }
   inverse(X) {
-    const n = X.rows, {plus, times, over, none} = this.ring;
+    const n = X.rows, {plus, times, over, none, least} = this.ring;
     if (n !== X.cols) odd("the inverse of a matrix that isn't square");
     const minus = this.ring.of("-1"),
           rows = Array.from({length: n},
@@ -98,10 +110,10 @@ export class Arithmetic {
       if (!size(top)) odd("a matrix that must be regular is singular");
       [rows[k], rows[top]] = [rows[top], rows[k]];
       const f = over(rows[k][k]);
-      rows[k] = rows[k].map(x => times(f, x));
+      rows[k] = rows[k].map(x => least(times(f, x)));
       rows.forEach((row, i) => {
         const g = times(minus, row[k]);
-        if (i !== k && !none(g)) rows[i] = row.map((x, j) => plus(x, times(g, rows[k][j])));
+        if (i !== k && !none(g)) rows[i] = row.map((x, j) => least(plus(x, times(g, rows[k][j]))));
       });
     }
     return this.matrix(n, n, (i, j) => rows[i][n + j]);

@@ -18,7 +18,7 @@ export class Blocks {
 
   // terms: [name, L, R] each; slopes: [name, Gs] each. Powers of two bring the
   // diagonal near one, which rounds nothing.
-  add(name, constant, terms, slopes = [], multiplied = null) {
+  add(name, constant, terms, slopes = []) {
     const q = constant.rows, size = new Float64Array(q);
     const index = key => this.unknowns.findIndex(u => u.name === key);
     for (let i = 0; i < q; i++) {
@@ -29,7 +29,7 @@ export class Blocks {
     const d = size.map(x => 2 ** Math.round(-Math.log2(x || 1) / 2));
     const both = X => mapped(X, (x, i, j) => x * d[i] * d[j]);
     const scaled = slopes.map(([key, G]) => ({of: index(key), G: both(G)}));
-    const block = {name, q, d, multiplied, constant: both(constant), slopes: scaled};
+    const block = {name, q, d, constant: both(constant), slopes: scaled};
     block.terms = terms.map(([key, L, R]) => {
       const left = mapped(L, (x, i) => x * d[i]), right = mapped(R, (x, _, j) => x * d[j]);
       return {of: index(key), L: left, R: right, Lt: transposed(left), Rt: transposed(right)};

@@ -104,14 +104,13 @@ export function meanDescriptor(vertices) {
 export const stateSpace = ({E, A, Bu, Bw}) => [A, Bu, Bw].map(X => solve(E, X));
 
 // The system in coordinates x = T xi, u = scale v, its rows times `left`.
-export const changed = ({E, A, Bu, Bw, C}, {left, T, scale}, /** @type {any} */ {times, scaled} = FLOATS) =>
-  ({
-    E: times(times(left, E), T),
-    A: times(times(left, A), T),
-    Bu: scaled(scale, times(left, Bu)),
-    Bw: times(left, Bw),
-    C: times(C, T)
-  });
+export const changed = ({E, A, Bu, Bw, C}, {left, T, scale: a}) => ({
+  E: times(times(left, E), T),
+  A: times(times(left, A), T),
+  Bu: scaled(a, times(left, Bu)),
+  Bw: times(left, Bw),
+  C: times(C, T)
+});
 
 export const rounded = (x, digits) => Number(x.toExponential(digits - 1));
 
@@ -181,15 +180,15 @@ function ofEnergy(vertices, A, B, omega) {
 }
 
 // To six digits, as T is: the blocks only undergo congruences, whatever `left` and `back`
-// are, and exact arithmetic stays short. `near` is the identity, nearly.
+// are, and exact arithmetic stays short.
 export function withInverses(T, mean, noise) {
   const [left, back] = [times(mean.E, T), T].map(X => mapped(inverse(X), x => rounded(x, 6)));
   const push = noise && times(back, noise === "F" ? solve(mean.E, mean.Bw) : identity(T.rows));
-  return {T, left, back, near: times(back, T), noise, own: (noise && rounded(norm(push) ** 2, 2)) || 1};
+  return {T, left, back, noise, own: (noise && rounded(norm(push) ** 2, 2)) || 1};
 }
 
 // The plant's own coordinates.
-export function plainFrame(N, /** @type {any} */ {identity} = FLOATS) {
+export function plainFrame(N) {
   return {T: identity(N), left: identity(N), back: identity(N), scale: 1, own: 1, sizes: {}};
 }
 

@@ -2,9 +2,10 @@
 import {coupledPairs, descriptors, frameOf, meanDescriptor, plainFrame, rounded, sized, stateSpace, withInverses} from "./descriptor.js";
 import {cholesky, combined, identity, inverse, mapped, norm, rowsOf, scaled, solve, symmetricEigenvalues, symmetrized, times, transposed, zeros} from "./matrices.js";
 import {refusalOf} from "./refusal.js";
-import {assembled, conditionOf, joined, scalarsOf, sizeName} from "./request.js";
+import {conditionOf, joined, scalarsOf, sizeName} from "./request.js";
 import {centre, factored, inverses, newtonSolver, phaseOne, plus, ratesOf, rootsOf} from "./solver.js";
 import {eigenvalues} from "./spectrum.js";
+import {assembled} from "./written.js";
 
 const MARGIN_IN_FLOATS = 1e-9;  // a smaller one is no proof in floats
 const RETRIES = 2;              // in closer frames, where nothing is decided

@@ -90,14 +90,11 @@ export function exactInner(X, Y) {
 /** @returns {any} */
 export const exactZeros = (rows, cols) => ({rows, cols, places: 0, at: new Array(rows * cols).fill(0n)});
 
-// The nearest floats, whatever the decimals' length; `nearly` of a scalar.
-export const floatsOf = ({rows, cols, places, at}) =>
-  ({rows, cols, at: Float64Array.from(at, x => Number(`${x}e-${places}`))});
-export const nearly = X => floatsOf(X).at[0];
+// The nearest float to a scalar, whatever its length.
+export const nearly = ({places, at}) => Number(`${at[0]}e-${places}`);
 
-// The same operations as those of FLOATS; `known` brings decimals into the arithmetic.
+// The same operations as those of FLOATS.
 export const EXACT = {
-  known: X => X,
   matrix: exactMatrix,
   zeros: exactZeros,
   transposed: exactTransposed,

@@ -6,8 +6,12 @@ export function odd(words) { throw new Error(words); }
 const WORDS = ["he", "kron", "inv", "tr", "I", "O", "rows", "cols", "pick", "at"];
 const TOKEN = /\s*(\d+(?:\.\d+)?|[A-Za-z]\w*(?:\.\w+)*|>=|==|[-+/'^()[\],;:=>.])/y;
 
+// The lines of a page are few, and read again for each number that moves.
+const READ = new Map();
+export const parsedLine = line => READ.get(line) ?? READ.set(line, readLine(line)).get(line);
+
 // {name, mark, x}: a definition (mark "="), or a statement of a label (">", ">=" or "==").
-export function parsedLine(line) {
+function readLine(line) {
   const t = [], text = line.split("#")[0].trimEnd();
   let k = 0;
   for (TOKEN.lastIndex = 0; TOKEN.lastIndex < text.length;) {

@@ -1,7 +1,8 @@
 // What a page says of a proof file: it writes the file again, and decides its matrices.
 import {decimal} from "./exact.js";
-import {claimsOf, requirements} from "./proof.js";
-import {fileOf} from "./text.js";
+import {claimsOf} from "./proof.js";
+import {requirements} from "./request.js";
+import {fileOf, spread} from "./text.js";
 import {unproven, unsymmetric} from "./written.js";
 
 const ODD = 1e100;  // no number is as large, nor as small but for zero
@@ -87,7 +88,7 @@ function designOf(file, text) {
   const request = {vertices, U: numbersOf(U), K_A, coupling, asked}, own = requirements(asked);
   const inOrder = list.map(r => own.find(({kind, name}) => r.kind === kind && r.name === name));
   if (!inOrder.every(r => r)) return {status: "beyond", words};
-  if (own.length !== list.length || fileOf("design", request, inOrder, {K, unknowns}) !== text)
+  if (own.length !== list.length || spread(fileOf("design", request, inOrder, {K, unknowns}).file) !== text)
     return {status: "refused", words: "Another text is written for what the file asks, letter by letter."};
   const lines = file.text.join("\n"), values = {...file.data, ...file.point};
   const failed = [...unsymmetric(lines, file.sets, values), ...unproven(lines, file.sets, values)];

@@ -2,13 +2,13 @@
 // a rounding error.
 import {descriptors, meanDescriptor, pairsOf, rounded, stateSpace, withInverses} from "./descriptor.js";
 import {poles} from "./design.js";
-import {definite, EXACT, exactMatrix, exactScalar, exactTimes, nearly} from "./exact.js";
+import {EXACT, exactMatrix, exactScalar, exactTimes, nearly} from "./exact.js";
 import {cholesky, combined, FLOATS, identity, mapped, matrix, rowsOf, times, transposed, zeros} from "./matrices.js";
-import {blocksOf} from "./proof.js";
-import {assembled, joined} from "./request.js";
+import {joined} from "./request.js";
 import {centre, factored, phaseOne} from "./solver.js";
 import {eigenvalues, lyapunov} from "./spectrum.js";
 import {truth} from "./truth.js";
+import {assembled, unprovenOf} from "./written.js";
 
 const PLACES_OF_P = [10, 14];
 const DEEPEST = 16;    // halvings of a cell, whose corners are decimals of few digits
@@ -88,9 +88,7 @@ export function cellOf({K, cell, ...request}) {
     proven = PLACES_OF_P.some(digits => {
       const X =
         exactMatrix(rowsOf(mapped(own, (x, i, j) => rounded(i < j ? x : own.at[j * own.cols + i], digits))));
-      const values = {P: X, Y: exactMatrix([], X.cols)};
-      return blocksOf(exactly, pairs, asked, values).every(([key,
-        G]) => key[0] === "stability" || definite(G));
+      return unprovenOf(exactly, pairs, asked, X).every(label => label.startsWith("stability"));
     });
   }
   return {proven, halves: proven ? [] : halvesOf(cell ?? [], point => stateSpace(closedAt(point)))};

@@ -1,5 +1,4 @@
 // Dense matrices of a few rows, row by row in a Float64Array: {rows, cols, at}.
-import {floatsOf} from "./exact.js";
 
 // n zeros, a part of a longer array: browsers make small arrays of their own slowly.
 const ROOM = 1 << 15;
@@ -102,8 +101,7 @@ export function place(X, top, left, Y, ...factors) {
   return X;
 }
 
-// What the blocks of a request are laid out with; exact.js has the same for decimals.
-const known = X => floatsOf(X);
+// What a plant is laid out with; exact.js has the same for decimals.
 export const FLOATS = {
   matrix,
   zeros,
@@ -112,8 +110,7 @@ export const FLOATS = {
   times,
   scaled,
   combined,
-  place,
-  known
+  place
 };
 
 export function symmetrized(X) {

@@ -1,7 +1,7 @@
 // What a text of the proof files' language says of matrices, in floats or in fractions.
 //
-// A value is {X, terms}: the sum of a matrix and of products {of, flip, L, R} in unknowns,
-// L X R or L X' R.
+// A value is {X, terms}: the sum of a matrix and of products {of, flip, a, L, R} in unknowns,
+// a L X R or a L X' R with a number a.
 import {Arithmetic} from "./arithmetic.js";
 import {odd, parsedLine} from "./grammar.js";
 
@@ -24,7 +24,7 @@ export class Reader extends Arithmetic {
   }
   unknown(of, rows, cols, scalar = false) {
     const X = {...this.zeros(rows, cols), scalar};
-    return {X, terms: [{of, flip: false, L: this.unit(rows), R: this.unit(cols)}]};
+    return {X, terms: [{of, scalar, flip: false, a: this.ring.one, L: this.unit(rows), R: this.unit(cols)}]};
   }
 
   certain(value, words) { return value.terms.length ? odd(`${words} of an unknown`) : value.X; }
@@ -39,6 +39,10 @@ export class Reader extends Arithmetic {
   // A value from one, by what becomes of L X R: the constant by `whole`, factors by the others.
   mapped({X, terms}, whole, left, right) {
     return {X: whole(X), terms: terms.map(t => ({...t, L: left(t.L), R: right(t.R)}))};
+  }
+
+  multiple(f, {X, terms}) {
+    return {X: this.scaled(f, X), terms: terms.map(t => ({...t, a: this.ring.times(f, t.a)}))};
   }
 
   value([op, ...parts]) {
@@ -59,8 +63,8 @@ export class Reader extends Arithmetic {
       if (!x.scalar) odd("a power of a matrix");
       return this.number(Array(k).fill(x.at[0]).reduce(this.ring.times, this.ring.one));
     }
-    const a = this.value(parts[0]), minus = this.ring.of("-1"), negative = X => this.scaled(minus, X);
-    if (op === "neg") return this.mapped(a, negative, negative, same);
+    const a = this.value(parts[0]);
+    if (op === "neg") return this.multiple(this.ring.of("-1"), a);
     if (op === "T") return this.mirrored(a);
     if (op === "he") return this.added(a, this.mirrored(a));
     if (op === "rows" || op === "cols") return this.number(this.ring.of(String(a.X[op])));
@@ -96,16 +100,16 @@ export class Reader extends Arithmetic {
       };
     }
     if (op === "div") {
-      const f = this.number(this.ring.over(this.certain(b, "a division").at[0])).X;
-      if (!b.X.scalar) odd("a division by a matrix");
-      return this.mapped(a, X => this.product(f, X), L => this.product(f, L), same);
+      const f = this.ring.over(this.certain(b, "a division").at[0]);
+      return b.X.scalar ? this.multiple(f, a) : odd("a division by a matrix");
     }
     if (op !== "mul") odd(`${op} isn't known`);
     if (a.terms.length && b.terms.length) odd("a product of two unknowns");
     const [x, B] = a.terms.length ? [a, b.X] : [b, a.X], front = x === b;
     if (x.X.scalar && !B.scalar) return this.spread(x, B);
+    if (B.scalar) return this.multiple(B.at[0], x);
     const by = X => front ? this.product(B, X) : this.product(X, B);
-    return B.scalar || front ? this.mapped(x, by, by, same) : this.mapped(x, by, same, by);
+    return front ? this.mapped(x, by, by, same) : this.mapped(x, by, same, by);
   }
 
   added(a, b) {
@@ -117,7 +121,7 @@ export class Reader extends Arithmetic {
   mirrored({X, terms}) {
     return {
       X: this.turned(X),
-      terms: terms.map(({of, flip, L, R}) => ({of, flip: !flip, L: this.turned(R), R: this.turned(L)}))
+      terms: terms.map(t => ({...t, flip: !t.flip, L: this.turned(t.R), R: this.turned(t.L)}))
     };
   }
   // An unknown number times a certain matrix, by its columns.

@@ -1,46 +1,72 @@
 // Why there is no design, in exact arithmetic: multipliers Z_k > 0 of the blocks G_k with
 // sum <G_ka, Z_k> = 0 for every variable a and sum <G_k0, Z_k> <= 0. With all G_k > 0
 // that sum would be positive. Floats come near; a few entries make it exact.
-import {coupledPairs, descriptors, rounded} from "./descriptor.js";
-import {atPlaces, decimal, decimals, definite, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros, nearly, ratio} from "./exact.js";
+import {FRACTIONS} from "./arithmetic.js";
+import {rounded} from "./descriptor.js";
+import {atPlaces, decimal, decimals, definite, divisor, EXACT, exactInner, exactMatrix, exactScalar, exactScaled, exactSum, exactTimes, exactTransposed, exactZeros, nearly, ratio} from "./exact.js";
 import {inverse, mapped, rowsOf} from "./matrices.js";
-import {claimsOf, exactRegions, requirements} from "./proof.js";
-import {conditionOf, followersOf, laidOut} from "./request.js";
+import {claimsOf} from "./proof.js";
+import {Reader} from "./reader.js";
+import {conditionOf, followersOf, ownerOf, requirements} from "./request.js";
 import {dot} from "./solver.js";
-import {fileOf} from "./text.js";
+import {fileOf, sizeOf, spread} from "./text.js";
+import {products, unknownsOf} from "./written.js";
 
 const MULTIPLIER_DIGITS = 15;
 
-// {list, Z, scale, frame}: exact multipliers Z / scale of blocks that are laid out in the
-// frame of the float ones; null where no exact ones were found.
+// {file, keys, list, Z, scales}: the text's blocks, and their exact multipliers Z / scale by
+// the float ones; null where no exact ones were found.
 export function refusalOf(request, frame, blocks, floats) {
-  const {asked} = request, exact = X => exactMatrix(rowsOf(X));
-  const back = exact(frame.back), T = exact(frame.T), near = exactTimes(back, T);
-  const there = {left: exact(frame.left), T, back, near, scale: frame.scale, own: frame.own, sizes: {}};
-  const {list, unknowns} = laidOut(descriptors(request, EXACT), coupledPairs(request), asked,
-    exactRegions(asked), there, followersOf(asked), EXACT);
-  const whole = floats.map((z, k) => {  // the floats' sizes have units, those of a file have none
-    const {name, d} = blocks.list[k], unit = frame.sizes[name.replace("size for ", "")] || 1;
-    return mapped(z, (x, i, j) => x * d[i] * d[j] * (name.startsWith("size for ") ? unit * unit : 1));
-  });
-  const Z = whole.map(z => exact(mapped(z, x => rounded(x, MULTIPLIER_DIGITS))));
-  const mended = withoutP(list, unknowns, Z, whole);
+  const {asked} = request, [left, T, back] = ["left", "T", "back"].map(name => decimals(rowsOf(frame[name])));
+  const all = requirements(asked), followers = followersOf(asked);
+  const sizes = all.filter(r => followers.includes(ownerOf(r))).map(sizeOf);
+  const coordinates = {left, T, back, scale: decimal(frame.scale), sizes: {}};
+  const {file, keys, said} = fileOf("infeasible design", request, all, {coordinates, sizes});
+  const {list, unknowns, D} = wholes(file, said);
+  const unscaled =
+    floats.map((z, k) => mapped(z, (x, i, j) => x * blocks.list[k].d[i] * blocks.list[k].d[j]));
+  const Z = unscaled.map(z => exactMatrix(rowsOf(mapped(z, x => rounded(x, MULTIPLIER_DIGITS)))));
+  const mended = withoutP(list, unknowns, Z, unscaled);
   if (!mended) return null;
-  const {repaired, scale} = mended;
-  if (unknowns.J) withoutJ(list, repaired, unknowns.J.rows);
-  const P = symmetricSlope(list.slice(1), repaired.slice(1), unknowns.P.rows);
-  repaired[0] = EXACT.scaled(-1, P);  // the first block is P itself
+  const {repaired, scale} = mended, place = list.findIndex(({name}) => name === "P");
+  if (unknowns.J) withoutJ(list, keys, repaired, unknowns.J.rows);
+  const others = list.filter((_, k) => k !== place);
+  const P = symmetricSlope(others, repaired.filter((_, k) => k !== place), unknowns.P.rows);
+  repaired[place] = EXACT.scaled(-1, P);
+  const scales = list.map((_, k) => k === place ? scale * D : scale);
   const value =
     list.reduce((sum, {constant}, k) => exactSum(sum, exactInner(constant, repaired[k])), exactScalar(0));
-  if (value.at[0] > 0n || !repaired.every((far, k) => staysDefinite(Z[k], far, scale))) return null;
-  return {list, Z: repaired, scale, frame};
+  if (value.at[0] > 0n || !repaired.every((far, k) => staysDefinite(Z[k], far, scales[k]))) return null;
+  return {file, keys, list, Z: repaired, scales};
+}
+
+// The blocks of a file's text and its unknowns; all are multiplied by D, so that they are whole.
+function wholes({text, data, sets}, said) {
+  const reader = new Reader(FRACTIONS);
+  for (const [name, x] of Object.entries(data)) reader.env[name] = reader.known(x);
+  const unknowns = unknownsOf(reader, said), lines = text.filter(line => !line.includes(".regular:"));
+  const multiple = dens => [...new Set(dens)].reduce((a, d) => a / divisor(a, d) * d, 1n);
+  const common = X => multiple(X.at.map(([, d]) => d));
+  const read = [...products(reader, lines.join("\n"), sets)].map(
+    ({terms, ...more}) => ({...more, terms: terms.map(([of, L, R]) => [of, L, R, common(L), common(R)])}));
+  const D =
+    multiple(read.flatMap(({constant, terms, slopes}) => [common(constant),
+                            ...slopes.map(([, G]) => common(G)), ...terms.map(([, , , l, r]) => l * r)]));
+  const whole = ({rows, cols, at}, by = D) => ({rows, cols, places: 0, at: at.map(([n, d]) => n * by / d)});
+  const list = read.map(({name, constant, terms, slopes}) => ({
+    name,
+    constant: whole(constant),
+    slopes: slopes.map(([of, G]) => [of, whole(G)]),
+    terms: terms.map(([of, L, R, , r]) => [of, whole(L, D / r), whole(R, r)])
+  }));
+  return {list, unknowns, D};
 }
 
 // J is a corner of each block of (2.35), and minus its trace is that of (2.34): the
 // multiplier's corner cancels it.
-function withoutJ(list, Z, channels) {
-  const at = list.map(({key}, k) => key[2] === "cost" ? k : -1).filter(k => k >= 0);
-  const trace = Z[list.findIndex(({key}) => key[2] === "trace")];
+function withoutJ(list, keys, Z, channels) {
+  const blocks = list.map(({name}) => keys.get(name)[2]);
+  const at = [...blocks.keys()].filter(k => blocks[k] === "cost"), trace = Z[blocks.indexOf("trace")];
   let sum = exactScaled(trace, EXACT.identity(channels, -1));
   for (const k of at) {
     const {rows: q, places} = Z[k], corner = {...exactZeros(channels, channels), places};
@@ -206,19 +232,14 @@ function staysDefinite(near, far, scale) {
 }
 
 // The file of a refusal, which `python -m sosbook verify` accepts.
-export function refusalFile(request, {list, Z, scale, frame}) {
-  const {left, T, back} = frame, tied = conditionOf(request.asked, decimal);
+export function refusalFile(request, {file, keys, list, Z, scales}) {
+  const tied = conditionOf(request.asked, decimal), multipliers = {};
   const claims = [`no gain and no matrices prove by these LMIs${tied}: ${claimsOf(request).join("; ")}`];
-  const multipliers = list.map(({key, multiplied}, k) => {
-    const q = Z[k].rows;
-    const X = multiplied ? exactTimes(exactTimes(multiplied, Z[k]), multiplied) : Z[k];
-    const below = scale * 10n ** BigInt(X.places), rows = [];
-    for (let i = 0; i < q; i++) rows.push(X.at.slice(i * q, (i + 1) * q).map(x => ratio(x, below)));
-    return [key, rows];
+  list.forEach(({name}, k) => {
+    const {rows: q, at, places} = Z[k], below = scales[k] * 10n ** BigInt(places);
+    multipliers[name] =
+      Array.from({length: q}, (_, i) => at.slice(i * q, (i + 1) * q).map(x => ratio(x, below)));
   });
-  const [l, t, b] = [left, T, back].map(X => decimals(rowsOf(X)));
-  const coordinates = {left: l, T: t, back: b, scale: decimal(frame.scale), sizes: {}};
-  const text =
-    fileOf("infeasible design", request, requirements(request.asked), {K: null, coordinates, multipliers});
-  return {proven: true, claims, blocks: list.map(({key}) => key), text};
+  const asks = {...file.asks, multipliers: list.map(({name}) => [keys.get(name), "*" + name])};
+  return {proven: true, claims, blocks: [...keys.values()], text: spread({...file, asks, multipliers})};
 }

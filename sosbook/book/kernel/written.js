@@ -3,48 +3,112 @@ import {FRACTIONS, NUMBERS} from "./arithmetic.js";
 import {Blocks} from "./blocks.js";
 import {changed} from "./descriptor.js";
 import {definite, divisor} from "./exact.js";
-import {FLOATS, matrix, times} from "./matrices.js";
+import {matrix, times} from "./matrices.js";
 import {Reader} from "./reader.js";
+import {followersOf, ownerOf, requirements, sizeName} from "./request.js";
+import {keysOf, stated} from "./text.js";
 
-const valueOf = X => ({X: {rows: X.rows, cols: X.cols, at: Array.from(X.at)}, terms: []});
-const floats = ({rows, cols, at}) => ({rows, cols, at: Float64Array.from(at)});
+const valueOf = X => ({X: {rows: X.rows, cols: X.cols, at: X.at}, terms: []});
+const fractionsOf = ({places, at, ...X}) => valueOf({...X, at: at.map(x => [x, 10n ** BigInt(places)])});
+const setsOf = pairs => ({pairs: pairs.map(pair => pair.map(i => String(i + 1)))});
+
+// The blocks of a request in a frame, affine in P, Y, the sizes and J.
+export function assembled(plain, pairs, asked, frame) {
+  if (asked.text) return writtenBlocks(plain, asked, frame);
+  const [{E, Bu, Bw, C}] = plain, reader = new Reader(NUMBERS), {env} = reader;
+  const followers = followersOf(asked), sized = r => followers.includes(ownerOf(r));
+  const sizes = {N: E.rows, m: Bu.cols, p: Bw.cols};
+  const said = stated(requirements(asked), sized, true, sizes), keys = keysOf(said.blocks, pairs);
+  for (const [name, x] of Object.entries(said.data)) env[name] = reader.known(x);
+  for (const name of ["left", "T", "back"]) env[name] = valueOf(frame[name]);
+  plain.forEach((d, k) => vertexOf(env, d, k));
+  Object.assign(env, {C: valueOf(C), scale: reader.number(frame.scale)});
+  const own = name => name in said.called ? sizeName(ownerOf(said.called[name])) : name;
+  const unit = name => name === "J" ? frame.own
+    : name in said.called           ? (frame.sizes[ownerOf(said.called[name])] || 1) ** -2
+                                    : 1;
+  const unknowns = unknownsOf(reader, said, own, unit);
+  const place = where => plain.length > 1 && where.length ? ` ${where.map(i => i + 1).join(",")}` : "";
+  const name = ([, name, block, ...where]) => (block || name) + place(where);
+  const called = label => label in said.called ? own(label) : name(keys.get(label));
+  const text = [...said.lines.filter(line => !line.includes(".regular:")), ...said.loop].join("\n");
+  return blocksOf(unknowns, reader, text, setsOf(pairs), called);
+}
+
+// The unknowns of a text, P and Y before the others; in the reader each is a multiple of itself.
+export function unknownsOf(reader, {unknowns, called}, own = name => name, unit = _ => 1) {
+  const shapes = {P: null, Y: null};
+  for (const [name, shape] of Object.entries(unknowns)) {
+    const [, symmetric, ...size] = /^(symmetric )?(\d+)(?: x (\d+))?$/.exec(shape) ?? [, , "1"];
+    const rows = Number(size[0]), cols = Number(size[1] ?? rows);
+    shapes[own(name)] = {rows, cols, symmetric: Boolean(symmetric)};
+    const value = reader.env[name] = reader.unknown(own(name), rows, cols, name in called);
+    if (unit(name) !== 1) value.terms[0].a = unit(name);
+  }
+  return shapes;
+}
+
+function vertexOf(env, d, k, value = valueOf) {
+  for (const name of ["E", "A", "Bu", "Bw"]) env[`${name}.${k + 1}`] = value(d[name]);
+}
+
+function blocksOf(unknowns, reader, text, sets, called = name => name) {
+  const blocks = new Blocks(unknowns);
+  for (const {name, constant, terms, slopes} of products(reader, text, sets))
+    blocks.add(called(name), constant, terms, slopes);
+  return blocks;
+}
 
 // The blocks in P and Y of a text with numbers by name, in a frame. Of them x0 is a state and
 // u_max is measured as the input is.
-export function writtenBlocks(plain, {text, sets, numbers}, frame) {
-  const reader = new Reader(NUMBERS), vertices = plain.map(d => changed(d, frame, FLOATS)), {env} = reader;
-  const N = vertices[0].E.rows, m = vertices[0].Bu.cols, state = frame.back;
+function writtenBlocks(plain, {text, sets, numbers}, frame) {
+  const reader = new Reader(NUMBERS), vertices = plain.map(d => changed(d, frame)), {env} = reader;
+  const N = vertices[0].E.rows, m = vertices[0].Bu.cols;
   for (const [name, x] of Object.entries(numbers)) env[name] = reader.known(x);
-  if (env.x0) env.x0 = valueOf(times(state, matrix(numbers.x0.map(row => row.map(Number)))));
+  if (env.x0) env.x0 = valueOf(times(frame.back, matrix(numbers.x0.map(row => row.map(Number)))));
   if (env.u_max) env.u_max = reader.number(Number(numbers.u_max) / frame.scale);
-  vertices.forEach((d, k) => {
-    for (const name of ["E", "A", "Bu", "Bw"]) env[`${name}.${k + 1}`] = valueOf(d[name]);
-  });
+  vertices.forEach((d, k) => vertexOf(env, d, k));
   Object.assign(env, {C: valueOf(vertices[0].C), n: reader.number(vertices[0].C.rows)});
   Object.assign(env, {P: reader.unknown("P", N, N), Y: reader.unknown("Y", m, N)});
-  const blocks = new Blocks({P: {rows: N, cols: N, symmetric: true}, Y: {rows: m, cols: N}});
-  for (const {name, value} of reader.statements(text, sets, Object.keys(env)))
-    if (value.terms.length) blocks.add(name, floats(value.X), halves(reader, value.terms));
-  return blocks;
+  return blocksOf({P: {rows: N, cols: N, symmetric: true}, Y: {rows: m, cols: N}}, reader, text, sets);
+}
+
+// What a text states of unknowns: a name, a constant, products [unknown, L, R] whose sum with their
+// mirror images is the rest, and slopes of numbers. What is in the reader isn't defined again.
+export function* products(reader, text, sets) {
+  for (const {name, value} of reader.statements(text, sets, Object.keys(reader.env))) {
+    const some = value.terms.filter(({scalar}) => !scalar), slopes = new Map();
+    for (const {of, a, L, R} of value.terms.filter(({scalar}) => scalar)) {
+      const G = reader.scaled(a, reader.product(L, R));
+      slopes.set(of, slopes.has(of) ? reader.sum(slopes.get(of), G) : G);
+    }
+    if (value.terms.length) yield {name, constant: value.X, terms: halves(reader, some), slopes: [...slopes]};
+  }
 }
 
 // Products whose sum with their mirror images is the symmetric sum of some others: half of
 // each. Those with one R are one; for a symmetric X, L X R and R' X L' are one, too.
 function halves(reader, terms) {
-  const found = new Map();
-  for (let {of, flip, L, R} of terms) {
+  const {over, none, of: number} = reader.ring, half = over(number("2")), found = [], rights = [];
+  const same = (X, Y) => X.cols === Y.cols && X.at.every((x, k) => reader.ring.same(x, Y.at[k]));
+  for (let {of, flip, a, L, R} of terms) {
+    if (L.at.every(none) || R.at.every(none)) continue;
     if (flip) [L, R] = [reader.turned(R), reader.turned(L)];
-    L = reader.scaled(0.5, L);
-    const turned = `${of} ${reader.turned(L).at.map(x => 2 * x)}`;
-    let key = `${of} ${R.at}`;
-    if (of === "P" && !found.has(key) && found.has(turned)) {
-      [L, R] = [reader.scaled(0.5, reader.turned(R)), reader.scaled(2, reader.turned(L))];
-      key = turned;
+    let known = found.find(([name, , X]) => name === of && same(X, R));
+    if (!known && of !== "Y") {
+      const turned = reader.turned(L);
+      known = found.find(([name, , X]) => name === of && same(X, turned));
+      if (known) L = reader.turned(R);
     }
-    found.set(key, [of, found.has(key) ? reader.sum(found.get(key)[1], L) : L, R]);
+    L = reader.scaled(reader.ring.times(half, a), L);
+    if (known) known[1] = reader.sum(known[1], L);
+    else {
+      const right = rights.find(X => same(X, R)) ?? R;  // one for several unknowns
+      if (right === R) rights.push(R);
+      found.push([of, L, right]);
+    }
   }
-  return [...found.values()].filter(([, L]) => L.at.some(x => x)).map(([of, L,
-    R]) => [of, floats(L), floats(R)]);
+  return found.filter(([, L]) => !L.at.every(none));
 }
 
 function readerOf(data) {
@@ -62,13 +126,25 @@ export function unsymmetric(text, sets, data) {
 }
 
 // The labels of those that don't hold for its data.
-export function unproven(text, sets, data) {
-  const reader = readerOf(data), failed = [];
-  for (const {name, mark, value, right} of reader.statements(text, sets)) {
+export const unproven = (text, sets, data) => failedOf(readerOf(data), text, sets);
+
+function failedOf(reader, text, sets, given = []) {
+  const failed = [];
+  for (const {name, mark, value, right} of reader.statements(text, sets, given)) {
     const same = mark === "==" && reader.equal(value, right);
     if (!same && !(mark === ">" && definite(integers(value.X)))) failed.push(name);
   }
   return failed;
+}
+
+// The same of an exact P and what is asked of the poles of loops, exact descriptors without inputs.
+export function unprovenOf(exactly, pairs, asked, P) {
+  const [{Bw, C}] = exactly, reader = new Reader(FRACTIONS), {env} = reader, N = P.rows;
+  const said = stated(requirements(asked), () => false, false, {N, m: 0, p: Bw.cols});
+  for (const [name, x] of Object.entries(said.data)) env[name] = reader.known(x);
+  exactly.forEach((d, k) => vertexOf(env, d, k, fractionsOf));
+  Object.assign(env, {C: fractionsOf(C), P: fractionsOf(P), Y: {X: reader.zeros(0, N), terms: []}});
+  return failedOf(reader, [...said.lines, ...said.loop].join("\n"), setsOf(pairs), Object.keys(env));
 }
 
 // The multiple of a matrix of fractions by their common denominator.

@@ -1,22 +1,11 @@
-// What a plant file asks, as a sentence of English, and such a sentence read again: the page's
-// counterpart of the package's requirements/sentence.py, by the same table of words.
+// What a plant file asks, as a sentence of English: the page's counterpart of the package's
+// requirements/sentence.py, by the same table of words. The package reads it again.
 import TABLE from "../../../requirements/sentence.json" with {type : "json"};
 
 /** @type {any[]} */
 const CLAUSES = TABLE.clauses;
-const FIGURE = String.raw`[-+−]?(?:\d+(?:\.\d*|,\d+)?|[.,]\d+)(?:e[-+−]?\d+)?`;
 const DIGITS = 6, WIDEST = 21;
 const KEPT = ["$schema", "plant", "words", "U", "search"];
-const LOOSE = {
-  "²": String.raw`(?:²|\^?2)`,
-  "s⁻¹": "(?:s⁻¹|1/s|/s)",
-  "σ": "(?:σ|sigma)",
-  "θ": "(?:θ|theta)",
-  "ρ": "(?:ρ|rho)",
-  "γ": "(?:γ|gamma)",
-  "μ": "(?:μ|mu)",
-  "°": String.raw`(?:°|\s*deg(?:rees)?)`
-};
 
 // ------------------------------------------------------------------ numbers
 // The sign, the digits and the place of the point of a decimal.
@@ -56,24 +45,11 @@ export function shownOf(clause, x) {
 
 // ------------------------------------------------------------------- places
 const get = (data, at) => at.reduce((inner, name) => inner?.[name], data);
-function put(data, at, value) {
-  const way = at.slice(0, -1), name = at.at(-1);
-  if (value !== undefined) {
-    way.reduce((inner, key) => inner[key] ??= {}, data)[name] = value;
-    return;
-  }
-  const inner = get(data, way);
-  if (inner?.[name] === undefined) return;
-  delete inner[name];
-  if (way.length && !Object.keys(inner).length) put(data, way, undefined);
-}
-/** @returns {any} */
-const refuse = (words, at) => { throw Object.assign(new Error(`character ${at + 1}: ${words}`), {at}); };
 const limit = data => data.saturation?.u_max ?? undefined;
 const eye = n => Array.from({length: n}, (_, i) => Array.from({length: n}, (_, j) => Number(i === j)));
 
 // A plant file in the one form that a sentence leads to.
-export function canonical(given) {
+function canonical(given) {
   const data = structuredClone(given), {region, law, controller} = data;
   if (region?.settling_time !== undefined) {
     region.sigma = 4 / region.settling_time;
@@ -101,24 +77,6 @@ export function mixed(rows, position) {
   return eye(seen.length).slice(0, rows.length);
 }
 const equal = (a, b) => JSON.stringify(a) === JSON.stringify(b);
-
-// ------------------------------------------------------------------ patterns
-const patterns = new Map();
-function pattern(form) {
-  if (!patterns.has(form)) patterns.set(form, compiled(form));
-  return patterns.get(form);
-}
-function compiled(form) {
-  const of = bit => {
-    if (bit === "{end}") return String.raw`((?:[\w.]+,\s*)*[\w.]+?)`;
-    if (bit === "{x0}") return String.raw`\s*(${FIGURE}(?:\s*;\s*${FIGURE})*)\s*`;
-    if (bit.startsWith("{")) return String.raw`\s*(${FIGURE})\s*`;
-    let text = bit.replaceAll("_", " ").replace(/[.*+?^${}()|[\]\\/]/g, "\\$&").replace(/\s+/g, "\\s*");
-    for (const [mark, loose] of Object.entries(LOOSE)) text = text.replaceAll(mark, loose);
-    return text;
-  };
-  return new RegExp(`^${form.split(/(\{\w+\})/).map(of).join("")}(?![\\w²])`, "iu");
-}
 
 // A form's texts and the places of its numbers.
 export const cut = form => form.split(/(\{\w+\})/).filter(bit => bit).map(bit => {
@@ -261,120 +219,5 @@ export class Sentences {
     if (k < 0 || x0.length !== one.length) return null;
     const step = x0[k] / one[k];
     return step > 0 && equal(this.startOf(step, this.data), x0.map(x => x + 0)) ? step : null;
-  }
-
-  // -------------------------------------------------------------- reading
-  // The plant file that a text asks for: what isn't said isn't asked. What isn't understood is an
-  // Error with its place and how the sentence may go on there.
-  read(text) {
-    const whole =
-      text.replaceAll("_", " ").replace(/\s+/g, " ").trim().replace(/\s*:[^:]*$/, "").replace(/\.$/, "");
-    /** @type {any} */
-    const found = {}, end = pattern(TABLE.end.replace("{}", "{end}"));
-    let at = this.readSubject(whole, found);
-    while (at < whole.length) {
-      at += /^[\s,]*/.exec(whole.slice(at))[0].length;
-      const last = end.exec(whole.slice(at));
-      if (last) {
-        this.readOthers(last, found, at);
-        at += last[0].length;
-        continue;
-      }
-      at += /^(?:and\s+)?/i.exec(whole.slice(at))[0].length;
-      const rest = whole.slice(at);
-      if (!rest) break;
-      const [clause, hit] = this.hit(rest);
-      if (!clause) refuse(`“${rest.slice(0, 40)}” isn't understood. It may go on: ${this.next(found)}`, at);
-      if (clause.key in found) refuse(`“${hit[0]}”: that is said twice`, at);
-      found[clause.key] = this.values(clause, hit, at);
-      at += hit[0].length;
-    }
-    return this.made(found);
-  }
-  readSubject(whole, found) {
-    const form = this.named(TABLE.subject) + this.ranges.map(([name], k) => this.range(k, name)).join("");
-    const hit = pattern(form).exec(whole);
-    if (!hit)
-      refuse(`the sentence begins “${this.subject().map(({text, shown}) => text ?? shown).join("")} …”`, 0);
-    let at = 0;
-    found.ranges = this.ranges.map(([name], k) => {
-      const texts = [hit[2 * k + 1], hit[2 * k + 2]];
-      const [low, high] = texts.map(text => valueOf({shift: this.power(name)}, text));
-      at = hit[0].indexOf(texts[0], at);
-      if (!(low < high)) refuse(`“${texts[0]}..${texts[1]}”: the smaller number stands first`, at);
-      at += texts.join("..").length;
-      return [name, [low, high]];
-    });
-    return hit[0].length;
-  }
-  /** @returns {any[]} */
-  hit(rest) {
-    for (const clause of CLAUSES) {
-      const says = this.named(clause.says);
-      for (const form of clause.key === "law" ? this.laws().map(([words]) => says.replace("{law}", words))
-                                              : [says]) {
-        const hit = pattern(form).exec(rest);
-        if (hit) return [clause, hit];
-      }
-    }
-    return [];
-  }
-  values(clause, hit, at) {
-    const {key, says, below, most, zero = false} = clause, values = {};
-    if (key === "law")
-      return {law: this.laws().find(([words]) => pattern(says.replace("{law}", words)).test(hit[0]))[1]};
-    [...says.matchAll(/\{(\w+)\}/g)].forEach(([, slot], k) => {
-      const text = hit[k + 1], own = slot === key;
-      if (slot === "x0") {
-        values.x0 = text.split(/\s*;\s*/).map(x => valueOf({}, x));
-        return;
-      }
-      const x = valueOf(own ? clause : {}, text), shown = valueOf({}, text);
-      if (own && below !== undefined && !(shown < below))
-        refuse(`“${hit[0]}”: a number below ${show(String(below))} is needed`, at);
-      if (own && most !== undefined && !(shown <= most))
-        refuse(`“${hit[0]}”: at most ${show(String(most))} is needed`, at);
-      if (!(x > 0 || (x === 0 && zero)) || x === Infinity)
-        refuse(`“${hit[0]}”: a number above zero is needed`, at);
-      values[slot] = x;
-    });
-    return values;
-  }
-  readOthers(hit, found, at) {
-    found.others = hit[1].trim().split(/\s*,\s*/);
-    for (const name of found.others)
-      if (!this.others().includes(name)) refuse(`“${name}”: the file says nothing else of it`, at);
-  }
-  next(found) {
-    const texts = new Map(), laws = this.laws().map(([words]) => words).join(" / ");
-    for (const {key, says} of CLAUSES)
-      if (!(key in found) && !texts.has(key))
-        texts.set(key, this.named(says).replace("{law}", laws).replace(/\{\w+\}/g, "…"));
-    return [...texts.values()].join("; ");
-  }
-  made({ranges, others = [], law, u_max, ...numbers}) {
-    const data = structuredClone(this.data), rows = integrated(data), unsaid = this.others();
-    for (const name of unsaid)
-      if (!others.includes(name)) put(data, name.split("."), undefined);
-    for (const {at} of CLAUSES)
-      if (!others.includes(at[0])) put(data, at, undefined);
-    if (!unsaid.includes("controller.u_max")) put(data, ["controller", "u_max"], undefined);
-    if (ranges.length) data.plant.parameters = Object.fromEntries(ranges);
-    if (!data.law && rows.length) data.U = rows;
-    if (law) {
-      const position = law.law, integrate = mixed(rows, position);
-      delete data.U;
-      data.law = {position, ...(integrate.length && {integrate})};
-    } else if (numbers.filter) refuse("“its rate over …” needs before it what is measured", 0);
-    for (const {key, at} of CLAUSES)
-      if (key in numbers) put(data, at, numbers[key][key]);
-    if (u_max) {
-      const x0 = u_max.x0 ?? this.startOf(u_max.step, data);
-      if (!x0) refuse("where this plant rests isn't known: write x(0) out", 0);
-      data.saturation = {...data.saturation, u_max: u_max.u_max, x0};
-    }
-    if (data.controller && !("T" in data.controller))
-      refuse("the controller needs its clock: say “at … kHz”", 0);
-    return canonical(data);
   }
 }
