@@ -6,6 +6,7 @@ from ..page import significant
 from .mover import Mover, slider
 
 DIGITS = 9
+ACROSS = 0.05  # of the largest shape; a mode with less moves along the arm
 STEP = 0.01  # m, from one place of the arm to the next
 
 
@@ -17,7 +18,8 @@ def arm(plant, shapes, kept=5):
     plant : SecondOrderSystem
         The arm in its modes, the slowest first: M = I, D and S are diagonal.
     shapes : (places, n) array
-        The mode shapes at places 0.01 m apart, from 0 to 1 m.
+        The mode shapes at places 0.01 m apart, from 0 to 1 m. A mode that hardly moves
+        across the arm is left out.
     kept : int
         So many of the modes are kept by the reduced model.
 
@@ -28,7 +30,9 @@ def arm(plant, shapes, kept=5):
     >>> arm(two, np.ones((101, 2)), kept=1)
     Arm: a, s, g
     """
-    squares, damping = np.diag(plant.S), np.diag(plant.D)
+    sizes = abs(np.asarray(shapes)).max(axis=0)
+    across = sizes > ACROSS * sizes.max()
+    squares, damping = (np.diag(x)[across] for x in (plant.S, plant.D))
     place = " m", (STEP, 1), STEP
     return Mover(
         "arm",
@@ -45,5 +49,5 @@ def arm(plant, shapes, kept=5):
         frequencies=significant(np.sqrt(squares), DIGITS),
         damping=significant(damping, DIGITS),
         free=significant(-damping / 2, DIGITS),
-        shapes=significant(np.transpose(shapes), DIGITS - 5),
+        shapes=significant(np.transpose(shapes)[across], DIGITS - 5),
     )
