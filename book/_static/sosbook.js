@@ -37,15 +37,15 @@
     const more = [];
     if (scrolls && box.scrollLeft > 1) more.push("left");
     if (scrolls && box.scrollLeft < hidden - 1) more.push("right");
-    return {box, hidden, scrolls, more, reached: box.tabIndex >= 0};
+    return {box, hidden, scrolls, more};
   }
 
-  function mark({box, hidden, scrolls, more, reached}) {
+  function mark({box, hidden, scrolls, more}) {
     if (more.length) {
       box.style.setProperty("--sos-hidden", `${hidden}px`);
       box.dataset.more = more.join(" ");
     } else delete box.dataset.more;
-    if (scrolls && !reached) {
+    if (scrolls && box.tabIndex < 0) {
       box.tabIndex = 0;
       box.dataset.reached = "";
     } else if (!scrolls && "reached" in box.dataset) {
