@@ -950,7 +950,7 @@ def test_files_of_other_programs_fill_the_fields(tab, tmp_path):
         assert chosen(tab, *files).startswith("Read from "), files
         (mine,) = element(tab, "data.request.vertices")
         assert mine == {k: X.tolist() for k, X in CHAIN.items()}, files
-    (tmp_path / "E.mtx").write_text("1, 1, 2\n", "utf-8")
+    (tmp_path / "E.mtx").write_text("1, 1, 2, 3\n", "utf-8")
     (tmp_path / "plant.json").write_text('{"plant": "x.mat"}', "utf-8")
     whole, S = (tmp_path / "packed.mat").read_bytes(), np.diag([1, 1e36, 1])
     (tmp_path / "cut.mat").write_bytes(whole[:300])

@@ -123,7 +123,16 @@ def texts():
         [_part(r, framed, sized) for sized in both] for framed in both
     ]} for r, of in ASKED]  # fmt: skip
     whole = {"plant": plants, "frames": [_frame(x) for x in both], "parts": parts}
-    return json.loads(LARGE.sub(lambda x: NAMES[x[0]], json.dumps(whole)))
+    return _by_names(whole)
+
+
+def _by_names(x):
+    """The same with the letters of the sizes in the place of their numbers."""
+    if isinstance(x, dict):
+        return {_by_names(key): _by_names(value) for key, value in x.items()}
+    if isinstance(x, (list, tuple)):
+        return [_by_names(value) for value in x]
+    return LARGE.sub(lambda size: NAMES[size[0]], x) if isinstance(x, str) else x
 
 
 def stored():
