@@ -185,14 +185,14 @@ class Design(ClosedLoop["DesignProof"], Solution):
         return proven_within(time_limit, lambda: proven_on(self, on, digits), progress)
 
     def check_on(self, whole: Any, time_limit: float = 60.0) -> "Found":
-        """The worst pole that a search in floats finds of a larger plant under this
-        gain.
+        """The worst pole that floats find of a larger plant under this gain.
 
         Parameters
         ----------
         whole : SecondOrderSystem, Polytope or DescriptorSystem
-            The plant that was reduced, or one like it: at another speed, say. Its
-            matrices may be sparse.
+            The plant that was reduced, or one like it: at another speed, say. It may be
+            sparse. A sensor where the part keeps no coordinate reads the part's motion
+            alone here, not the modes left out: keep its place by ``reduce(rows=)``.
         time_limit : float
             Seconds after which the search of a sparse plant ends with what it has
             found. It ends at the first pole that breaks what is asked, too.
