@@ -22,6 +22,16 @@ def later(*rows):
     return [pytest.param(*row, marks=pytest.mark.campaign) for row in rows]
 
 
+def by_turns(values, turn, of=2):
+    """Each second of some values, or each ``of``-th, from ``turn`` on; the others wait
+    for the campaign. Tests of the same values take other turns, so that the gate looks
+    at each value.
+    """
+    values = list(values)
+    others = [x for k, x in enumerate(values) if k % of != turn]
+    return [*values[turn::of], *campaign(others)]
+
+
 def seeds(count):
     """A third of some seeds, at least two; the others wait for the campaign."""
     now = max(2, -(-count // 3))

@@ -29,6 +29,7 @@ from sosbook.requirements.cost import QuadraticCost, noise_cost
 from sosbook.solver.blocks import Blocks
 from sosbook.solver.loop import centre, phase_one
 from tests.axis import stepless
+from tests.cases import by_turns
 from tests.conftest import Tab
 from tests.elements import green, said, step, still, write_page
 from tests.gains import named
@@ -153,7 +154,7 @@ ADDRESS = """tag => { const e = document.querySelector(tag);
   return [e.place, e.digest, e.sentence]; }"""
 
 
-@pytest.mark.parametrize("tag", TAGS)
+@pytest.mark.parametrize("tag", by_turns(TAGS, 0))
 def test_reset_brings_the_first_setting_back_and_the_address_the_other(alone, tag):
     alone.compute(tag, [])
     begin, told = alone.place(tag), alone.said(tag)
@@ -204,7 +205,7 @@ def test_every_position_has_a_picture_and_a_sentence(desk, tag):
     assert faults == []
 
 
-@pytest.mark.parametrize("tag", TAGS)
+@pytest.mark.parametrize("tag", by_turns(TAGS, 1))
 def test_the_ruler_is_green_where_the_verdict_is(alone, tag):
     """At random places of each number, a step or more away from an end of green."""
     element = alone.page.locator(tag)

@@ -56,7 +56,7 @@ SUBJECTS = {
     "book/23_gains_to_samples": "discretisation",
     "book/24_on_the_desk": "friction gear play",
     "book/26_logs_to_c_file": "whole chain",
-    "book/31_ranges": "identification chirp log",
+    "book/31_ranges": "chirp log",
     "book/34_sensors": "derivative filter drive",
     "book/42_step_ramp_move": "overshoot settling time trajectory motion profile",
 }

@@ -26,7 +26,7 @@ export function refusalOf(request, frame, blocks, floats) {
   const unscaled =
     floats.map((z, k) => mapped(z, (x, i, j) => x * blocks.list[k].d[i] * blocks.list[k].d[j]));
   const Z = unscaled.map(z => exactMatrix(rowsOf(mapped(z, x => rounded(x, MULTIPLIER_DIGITS)))));
-  const mended = withoutP(list, unknowns, Z, unscaled);
+  const mended = withoutP(list, unknowns, Z, unscaled, String(D).length);
   if (!mended) return null;
   const {repaired, scale} = mended, place = list.findIndex(({name}) => name === "P");
   if (unknowns.J) withoutJ(list, keys, repaired, unknowns.J.rows);
@@ -89,8 +89,9 @@ function symmetricSlope(list, Z, N) {
 }
 
 // Multipliers {repaired, scale}, multiplied by scale > 0, that cancel all variables but P and J:
-// as few entries are changed as there are variables, those with the most room.
-function withoutP(list, unknowns, Z, floats) {
+// as few entries are changed as there are variables, those with the most room. The blocks'
+// numbers are about 10^digits times as large as they were, which no float holds.
+function withoutP(list, unknowns, Z, floats, digits) {
   const {rows: m, cols: N} = unknowns.Y;
   const sizes = Object.keys(unknowns).filter(name => !["P", "Y", "J"].includes(name));
   let residual = exactZeros(m, N);
@@ -117,7 +118,8 @@ function withoutP(list, unknowns, Z, floats) {
         const slope = slopeAt(block, i, j, m, N, sizes);
         const room = 1 / Math.sqrt(root.at[i * q + i] * root.at[j * q + j]);
         if (slope.some(x => x.at[0] !== 0n))
-          entries.push({k, i, j, slope, floats: slope.map(x => room * nearly(x))});
+          entries.push(
+            {k, i, j, slope, floats: slope.map(x => room * nearly({...x, places: x.places + digits}))});
       }
   });
   const few = independent(entries, right.length);

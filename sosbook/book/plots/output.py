@@ -99,6 +99,8 @@ def _lay_out(figure):
         figure.draw_without_rendering()
     elif figure.axes:
         engine.execute(figure)
+        for ax in figure.axes:
+            ax.apply_aspect()
 
 
 def _parts(figure):
