@@ -157,7 +157,7 @@ HERE = """([tag, sync]) => {
     view.querySelector(".sos-more")?.textContent ?? ""]; }"""
 
 
-@pytest.mark.parametrize("text, moves", first_and_all(5, 200))
+@pytest.mark.parametrize("text, moves", first_and_all(5, 200, 1))
 def test_whatever_is_shown_answers_what_is_asked(visit, tmp_path, text, moves):
     sheet, tag = tmp_path / "sheet.html", re.match(r"<(sos-\w+)", text)[1]
     write_page(sheet, text)

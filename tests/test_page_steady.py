@@ -91,7 +91,7 @@ BLANK = """tag => {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("text, places", first_and_all(FEW, 9))
+@pytest.mark.parametrize("text, places", first_and_all(FEW, 9, 0))
 def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text, places):
     """All is laid out and nothing painted: nobody looks at the pixels. One width for
     each kind, by turns; both once a week.

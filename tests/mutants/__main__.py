@@ -146,7 +146,8 @@ def record(names):
     files = [str(ROOT / "tests" / f"{name}.py") for name in names]
     quiet = ["-q", "-p", "no:nbval", "-p", "no:cacheprovider", "-p", "no:xdist"]
     with recorded(recorder):
-        code = pytest.main([*quiet, "-m", "not slow", *files], plugins=[recorder])
+        every = ["--campaign", "-m", "not browser and not live"]
+        code = pytest.main([*quiet, *every, *files], plugins=[recorder])
     if code:
         sys.exit("the tests fail as they are")
     KEPT.parent.mkdir(exist_ok=True)

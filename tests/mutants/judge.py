@@ -16,6 +16,7 @@ FILES = (
     *("test_every_need", "test_proof_files", "test_kernel", "test_known_gain_files"),
     *("test_near_box", "test_small_input", "test_infeasible", "test_statements"),
     *("test_false_proofs", "test_tampering", "test_law_files", "test_own_theorem"),
+    *("test_sampled_text", "test_sampled_box", "test_page_kernel"),
 )
 LONGEST = 0.5  # seconds of an input that is asked
 NO = "refused"
