@@ -154,3 +154,13 @@ def test_sentences_lead_back_and_a_page_says_the_same(page, count):
                 assert found.startswith("character ")
     assert page(cases) == said
     assert 1.2 * count < refused < 1.9 * count
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [({}, "from the position z1 alone"), ({"z1": "encoder"}, "from the encoder alone")],
+)
+def test_a_position_without_a_name_is_called_one(words, said):
+    data = {"plant": {}, "law": {"position": [[1.0, 0.0]]}, "words": words}
+    (first, _), *_ = Sentences(data, 2).laws()
+    assert f"from {first}" == said

@@ -141,7 +141,9 @@ class Sentences:
         """[words, rows of the measured positions] of all laws that have words."""
         unit = [[float(i == j) for j in range(self.n)] for i in range(self.n)]
         (clause,) = (c for c in CLAUSES if c["key"] == "law")
-        one = [clause["one"].replace("<z>", f"<z{i + 1}>") for i in range(self.n)]
+        places = [f"z{i + 1}" for i in range(self.n)]
+        bare = ["position " * (self.names[z][0] == z) + f"<{z}>" for z in places]
+        one = [clause["one"].replace("<z>", z) for z in bare]
         some = [(self._named(text), [unit[i]]) for i, text in enumerate(one)]
         return [*(some if self.n > 1 else ()), (clause["all"], unit)]
 

@@ -197,7 +197,10 @@ export class Sentences {
   // [words, rows of the measured positions] of all laws that have words.
   laws() {
     const unit = eye(this.n), clause = CLAUSES.find(({key}) => key === "law");
-    const one = unit.map((row, i) => [this.named(clause.one.replace("<z>", `<z${i + 1}>`)), [row]]);
+    const one = unit.map((row, i) => {
+      const z = `z${i + 1}`, called = this.names[z][0] === z ? `position <${z}>` : `<${z}>`;
+      return [this.named(clause.one.replace("<z>", called)), [row]];
+    });
     return [...(this.n > 1 ? one : []), [clause.all, unit]];
   }
   lawWords(law) {
