@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import sosbook as sos
+from sosbook.analysis.doubts import line_of
 from sosbook.analysis.fit import covariance, radius
 
 COUNT = 2 * np.pi / 4096
@@ -280,3 +281,13 @@ def test_coloured_residuals_of_two_sensors():
     one = covariance(J, r)
     two = covariance(np.repeat(J, 2, axis=0), np.repeat(r, 2).reshape(400, 2))
     assert np.allclose(one, two)
+
+
+def test_a_line_in_what_a_fit_leaves_is_told_from_noise():
+    """Of a hundred residuals of noise none has a line; a vibration has its own."""
+    rng, t = np.random.default_rng(7), 0.003 * np.arange(1000)
+    record = sos.Record(t, np.sin(9.81 * t), np.cos(t))
+    noise = rng.standard_normal((100, len(t)))
+    assert [line_of(r, record) for r in noise] == [None] * 100
+    omega = line_of(noise[0] + 0.5 * np.sin(30 * t), record)
+    assert omega == pytest.approx(30, abs=2 * np.pi / t[-1])
