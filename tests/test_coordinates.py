@@ -104,3 +104,33 @@ def test_a_report_draws_every_state_of_a_first_order_plant(tmp_path):
     text = design.report(tmp_path / "motor", T=0.01).read_text("utf-8")
     drawn = {name for name in ("x1", "x2", "x3") if f'"{name} over time' in text}
     assert len(drawn) == 3
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        *(("b", x + "b") for x in ("2 ", "-", "0.5 ", "rate of ", "integral of ")),
+        *(("b", x) for x in ("b'", "filtered b", "set point of b", "a - b", "u", "u2")),
+        *(("xc1", "b"), ("a_b", "a.b"), ("a", "-2e-3 integral of a'")),
+    ],
+)
+def test_no_coordinate_is_called_like_what_is_made_of_another(names):
+    """Loops are closed by names: "2 b" was taken for twice b, "u1" had u1's unit."""
+    for order in (names, names[::-1]):
+        with pytest.raises(ValueError, match="coordinates: .*another name"):
+            sos.SecondOrderSystem(PAIR.M, PAIR.D, PAIR.S, PAIR.B, coordinates=order)
+
+
+def test_a_name_that_could_be_a_mixture_is_a_name_first():
+    """States and lone coordinates may have such names: their loop comes back."""
+    named = sos.DescriptorSystem(ODD.E, ODD.A, ODD.B, states=("2 b", "b", "a - b"))
+    lone = sos.SecondOrderSystem(0.3, 0.2, 9.81, 1, coordinates=["2 arms"])
+    for plant, size in ((named, 3), (lone, 1)):
+        law = sos.PIDLaw(position=np.eye(size), filter=0.3, integrate=True)
+        gains = {k: [[-0.3, -0.4, 0.7][:size]] for k in ("K_P", "K_D", "K_I")}
+        loop = sos.Loop(plant, law, gains)
+        again = sos.Loop(plant, loop.to_ss())
+        assert np.allclose(*(np.sort_complex(x.poles()) for x in (loop, again)))
+    plant = sos.DescriptorSystem(ODD.E, ODD.A, ODD.B, states=("a.b", "a_b", "c"))
+    with pytest.raises(ValueError, match="alike: a_b, a_b, c"):
+        sos.Loop(plant, sos.PIDLaw(position=np.eye(3)), {"K_P": [[0, 0, 0]]}).to_ss()

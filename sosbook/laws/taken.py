@@ -107,6 +107,9 @@ def row_of(word, names):
     """
     known = {x.replace(".", "_"): k for k, x in enumerate(names)}
     row = np.zeros(len(names))
+    if (whole := word.replace(".", "_")) in known:  # "2 b" may be a name
+        row[known[whole]] = 1.0
+        return row
     for term in re.sub(r" ([+-]) ", r"\n\1", word).split("\n"):
         sign, size, name = TERM.fullmatch(term.removeprefix("+")).groups()
         name = name.replace(".", "_")

@@ -382,6 +382,8 @@ class Loop(ReadOnly):
         inputs = [row_words(x, names, repr) for x in rows]
         outputs = list(input_names(plant.m))
         inputs = [x.replace(".", "_") for x in inputs]
+        if len({*inputs}) < len(inputs):
+            raise ValueError(f"two sensors would be called alike: {', '.join(inputs)}")
         return library("control").ss(A, B, C, D, inputs=inputs, outputs=outputs, dt=dt)
 
 

@@ -1,5 +1,6 @@
 """Checks of numbers and matrices that callers give."""
 
+import re
 from collections.abc import Iterable
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -17,6 +18,14 @@ HYSTERETIC = (
     "frequency omega in rad/s that matters, or at both ends of a range, between which "
     "it has all of them: sosbook.Polytope([sosbook.SecondOrderSystem(M, D + S.imag / "
     "omega, S.real, B) for omega in (low, high)])"
+)
+
+# of coordinates: what the package calls by itself, and what it makes of a name
+OWN = re.compile(r"u\d*|xc\d+")
+MADE = re.compile(
+    r"(?:[+-]|\d[\d_]*(?:e[+-]?\d+)? |(?:rate|integral|set point) of |filtered )*"
+    r"(.*?)'*",
+    re.DOTALL,
 )
 
 _written = ContextVar("written", default=False)  # whether `as_written` is in force
@@ -292,4 +301,27 @@ def checked_names(coordinates, n, what="coordinates"):
     good = good and len(names) == len(set(names)) == n
     if not good:
         raise ValueError(f"{what} must be {n} different names, got {coordinates!r}")
+    if what == "coordinates":
+        _unmistakable(names)
     return names
+
+
+def _unmistakable(names):
+    """Raise ValueError where one of the ``names`` of coordinates is also a name of an
+    input or of a law's memory, or in words something that is made of another.
+    """
+    bare = [name.replace(".", "_") for name in names]  # python-control has no points
+    known = dict(zip(bare, names))
+    for name, k in zip(names, bare):
+        if OWN.fullmatch(k):
+            raise ValueError(
+                f"coordinates: {name!r} is what an input or a law's memory is called: "
+                "give it another name"
+            )
+        terms = {k, *re.split(r" [+-] ", k)}
+        read = {MADE.fullmatch(x).group(1) for x in terms} | terms
+        if other := [known[x] for x in read if known.get(x, name) != name]:
+            raise ValueError(
+                f"coordinates: {name!r} could be taken for something made of "
+                f"{other[0]!r}: give it another name"
+            )
