@@ -289,7 +289,6 @@ def test_a_mode_that_stays_is_known_before_any_scalar_is_tried(minimize, monkeyp
 
     for module in ("slack.search", "objectives.search"):
         monkeypatch.setattr(f"sosbook.synthesis.{module}", never, raising=False)
-    monkeypatch.setattr(slack_search, "_point", never)
     monkeypatch.setattr(slack_search, "optimum", never)
     design = sos.design_pid(plants, coupling="slack", minimize=minimize)
     assert design.status == "infeasible" and design.infeasibility.proven
@@ -318,3 +317,24 @@ def test_a_structure_that_settles_slowly_and_swings_fast(unit):
     assert found.slack < 1 < 1 / 0.001
     assert found.poles(samples=50).real.max() < -0.001
     assert found.peak_input(samples=10) < 20 * unit
+
+
+def test_the_vertices_that_refuse_one_scalar_are_asked_for_the_next(monkeypatch):
+    """All plants are looked at for a part of the scalars only."""
+
+    def build(a, b):
+        D, S = [[0.3, -0.1], [-0.1, 0.4]], [[2, -1], [-1, 2]]
+        return sos.SecondOrderSystem(np.diag([1 + a, 2 + b]), D, S, [[1], [0]])
+
+    family = sos.Uncertain(build, a=(-0.3, 0.3), b=(-0.3, 0.3))
+    asked = dict(region=sos.PoleRegion(sigma=0.9, rho=3.3))
+    looked, search = [], slack_search.search
+
+    def counted(request, minimized=(), pairs=None):
+        looked.append(pairs)
+        return search(request, minimized, pairs=pairs)
+
+    monkeypatch.setattr(slack_search, "search", counted)
+    first = sos.design_pid(family, **asked)
+    assert first.status == "infeasible" and "P for each vertex" in first.reason
+    assert 1 <= looked.count(None) < len(slack_search.STEPS) / 2

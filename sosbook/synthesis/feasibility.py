@@ -84,22 +84,24 @@ def _cause_named(solution):
     return replace(solution, reason=reason)
 
 
-def search(request, free=(), whole=False):
+def search(request, free=(), whole=False, pairs=None):
     """The LMISolution of any point of a ``request``, in up to four frames, its problem
     the `ScaledLMIs` where it was found, or where the refusal reaches furthest. Numbers
-    stand in for the bounds of the ``free`` requirements; ``whole`` is as for `find`.
+    stand in for the bounds of the ``free`` requirements; ``whole`` is as for `find`,
+    and the other vertices than those of ``pairs`` are left out, if these are given.
     """
     names = tuple(r.parameter.key for r in free)
-    lmis, tried = ScaledLMIs(request, Frame.of(request, names), free), []
+    frame, tried = Frame.of(request, names), []
     for _ in range(4):
         check_time()
+        lmis = ScaledLMIs(request, frame, free, pairs=pairs)
         first = find(lmis, whole=whole)
         if first.values is not None:
             return first
         tried.append(first)
         if first.excluded_radius > LONGEST_SOLUTION:
             break
-        lmis = ScaledLMIs(request, closer(lmis, first.last_iterate), free)
+        frame = closer(lmis, first.last_iterate)
     refusals = [t for t in tried if t.verdict == "infeasible"] or tried
     best = min(max(t.excluded_radius for t in refusals), LONGEST_SOLUTION)
     # beyond that, rounding errors decide which frame reaches further
@@ -113,7 +115,7 @@ def find(lmis, start=None, refuse=True, whole=False):
     """
     request, first = lmis.request, None
     own = bool(lmis.free) and request.coupling.own_P
-    if few_refuse(request) and not whole and not own:
+    if lmis.pairs is None and few_refuse(request) and not whole and not own:
         if not few_decide(request):
             first = lmis.find(False, start or lmis.guess())
         if first is None or (first.values is None and refuse):

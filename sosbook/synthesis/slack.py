@@ -1,6 +1,8 @@
 """The scalar of the slack LMIs: its line search."""
 
+from collections import Counter
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +31,7 @@ STEPS = (1 / 4, 1 / 2, 1 / 8, 1, 1 / 16, 2, 1 / 64, 4, 1 / 256)
 # by which the best of them is moved then, one after the other
 FINER = (1.4, 1.2, 1.1)
 
+LIGHT = 0.01  # of the heaviest multiplier; a vertex with less refuses little
 FAR = 4.0  # times a rate; nearer ones share most of their steps
 
 OWN_P = (
@@ -107,16 +110,52 @@ class _Best:
             self.request, self.bounds, self.sum = trial, bounds, total
 
 
-def point_with_slack(request):
+def point_with_slack(request, minimized=()):
     """A point of a ``request`` with the first slack scalar that leaves one, as `search`
-    gives it; or None.
+    gives it; or None. The vertices that refuse one scalar mostly refuse the next one,
+    so they are asked alone first: fewer blocks, and where they have no point all have
+    none.
     """
+    few = ()
     for trial in _trials(request):
-        check_time()
-        first = _point(trial)
-        if first is not None:
-            return first
+        for pairs in (few, None) if few else (None,):
+            check_time()
+            look = partial(search, trial, minimized, pairs=pairs)
+            first = _looked_for(trial, look)
+            if pairs and first is not None and first.verdict == "infeasible":
+                break
+        else:
+            if first is not None and first.values is not None:
+                return first
+            few = _heaviest(first)
     return None
+
+
+def _heaviest(first):
+    """The pairs of vertices on which the multipliers of ``first`` weigh most."""
+    if first is None or first.multipliers is None:
+        return ()
+    weights = Counter()
+    for name, Z in zip(first.problem.text.expressions, first.multipliers):
+        if name.vertices:
+            i, j = name.vertices[0], name.vertices[-1]
+            weights[i, j] += np.trace(Z)
+    least = LIGHT * max(weights.values())
+    return tuple(pair for pair, weight in weights.items() if weight >= least)
+
+
+def _looked_for(request, work):
+    """What ``work`` finds for a ``request`` within `ADVICE` seconds; None if it gives
+    up.
+    """
+    found = []
+
+    def looking():
+        found.append(work())
+        return Solution(request, "undecided")
+
+    guarded(request, ADVICE, looking)
+    return found[0] if found else None
 
 
 def _trials(request):
@@ -153,10 +192,10 @@ def _lower(request, bounds):
     return lmis.find(refuse=False).values is not None
 
 
-def designed(request, objective, backoff, start, prefer):
+def designed(request, objective, backoff, start, prefer, vertices=True):
     """The Solution of a ``request`` with one of the couplings of a design;
     ``objective`` as in `optimum`, ``backoff``, ``start`` and ``prefer`` as in
-    `design_pid`.
+    `design_pid`. Without ``vertices`` none of them refuses the request by itself.
     """
     settled, first = request, None
     if objective:
@@ -165,7 +204,7 @@ def designed(request, objective, backoff, start, prefer):
         first = point_with_slack(request)
         settled = first and first.problem.request
     if settled is None:
-        return without_slack(request, objective)
+        return without_slack(request, objective, vertices)
     if objective:
         return at_optimum(settled, objective, backoff)
     solution = follow(settled, start) or answer(settled, True, first, prefer)
@@ -197,7 +236,7 @@ def or_with_slack(first, request, objective, backoff, prefer):
     def work():
         if refused_at_a_vertex(asked) is not None:
             return first
-        return designed(request, objective, backoff, None, prefer)
+        return designed(request, objective, backoff, None, prefer, vertices=False)
 
     try:
         with time_limit(min(seconds, LONGEST)):
@@ -230,35 +269,19 @@ def feasible(request, minimized=()):
     """True if phase one finds a solution of this very ``request``, the bounds of those
     that shall be ``minimized`` free.
     """
-    return _point(request, minimized) is not None
+    find = point_with_slack if request.coupling.open else search
+    first = _looked_for(request, lambda: find(request, minimized))
+    return first is not None and first.values is not None
 
 
-def _point(request, minimized=()):
-    """The point that phase one finds, as an LMISolution, or None."""
-    found = None
-
-    def work():
-        nonlocal found
-        if request.coupling.open:
-            points = (_point(trial, minimized) for trial in _trials(request))
-            found = next((p for p in points if p is not None), None)
-        else:
-            first = search(request, minimized)
-            found = None if first.values is None else first
-        return Solution(request, "undecided")
-
-    guarded(request, ADVICE, work)
-    return found
-
-
-def without_slack(request, objective=()):
+def without_slack(request, objective=(), vertices=True):
     """The Solution of a ``request`` for which no slack scalar was found; numbers stand
-    in for what an ``objective`` was to minimise.
+    in for what an ``objective`` was to minimise; ``vertices`` as in `designed`.
     """
     minimized = tuple(request.owner(name) for name in objective)
     for r in minimized:
         request = request.without(r)
-    certain = refused_at_a_vertex(request)
+    certain = refused_at_a_vertex(request) if vertices else None
     if certain is not None:
         return certain
     tried = ", ".join(f"{step:g}" for step in sorted(STEPS))
