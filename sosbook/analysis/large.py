@@ -37,8 +37,9 @@ SAME = 1e-7  # of a pole's size, from another one that was found
 
 @dataclass(frozen=True, eq=False)
 class Pencil(ReadOnly):
-    """s^2 M + s D + S - B (K_P + s K_D + K_I U / s), whose zeros are the poles, dense
-    or sparse, with ``K`` = ``[K_P K_D K_I]``.
+    """The loop of s^2 M + s D + S and a controller, whose zeros are the poles: ``B`` u
+    with u = ``K`` [q; s q] + ``C`` x_c and s x_c = ``A`` x_c + ``G`` [q; s q]. The
+    plant is dense or sparse; vectors are [q; x_c].
     """
 
     M: object
@@ -46,53 +47,78 @@ class Pencil(ReadOnly):
     S: object
     B: np.ndarray
     K: np.ndarray
-    U: np.ndarray
+    A: np.ndarray
+    G: np.ndarray
+    C: np.ndarray
 
-    def _gains(self):
-        n = self.B.shape[0]
-        return self.K[:, :n], self.K[:, n : 2 * n], self.K[:, 2 * n :] @ self.U
+    @property
+    def n(self):
+        """How many rows the plant has."""
+        return self.B.shape[0]
+
+    @property
+    def order(self):
+        """How many poles the loop has; a plant of first order has M = 0."""
+        first = not issparse(self.M) and not np.any(self.M)
+        return (2 - first) * self.n + len(self.A)
+
+    def _at(self, s):
+        """The plant, K and G at s, as factors of q."""
+        K, G = (x[:, : self.n] + s * x[:, self.n :] for x in (self.K, self.G))
+        return s * s * self.M + s * self.D + self.S, K, G
 
     def solver(self, s):
-        """A function that solves the pencil at s for a right side; of a sparse one the
-        plant is factored, and the gain, of low rank, added.
+        """A function that solves the loop at s for a right side; of a sparse one the
+        plant is factored, and the controller, of low rank, added.
         """
-        K_P, K_D, K_I = self._gains()
-        whole = s * s * self.M + s * self.D + self.S
-        W = K_P + s * K_D + (K_I / s if self.U.size else 0.0)
-        if not issparse(whole):
+        n, m, A = self.n, self.B.shape[1], s * np.eye(len(self.A)) - self.A
+        plant, K, G = self._at(s)
+        if not issparse(plant):
+            loop = np.block([[plant - self.B @ K, -self.B @ self.C], [-G, A]])
             with catch_warnings(action="error", category=LinAlgWarning):
-                factors = lu_factor(whole - self.B @ W)
+                factors = lu_factor(loop)
             return lambda x: lu_solve(factors, x)
-        factor = splu(csc_array(whole, dtype=complex), **SYMMETRIC)
-        moved = factor.solve(self.B.astype(complex))
-        small = np.linalg.inv(np.eye(self.B.shape[1]) - W @ moved)
+        factor = splu(csc_array(plant, dtype=complex), **SYMMETRIC)
+        moved, W = factor.solve(self.B.astype(complex)), np.vstack([K, G])
+        loop = np.block([[np.eye(m) - K @ moved, -self.C], [-G @ moved, A]])
+        small = np.linalg.inv(loop)  # of u and x_c
 
         def solve(x):
-            y = factor.solve(x.astype(complex))
-            return y + moved @ (small @ (W @ y))
+            y = factor.solve(x[:n].astype(complex))
+            right = W @ y
+            right[m:] += x[n:]
+            found = small @ right
+            return np.concatenate([y + moved @ found[:m], found[m:]])
 
         return solve
 
     def slope(self, s, q):
         """The derivative by s, times q."""
-        _, K_D, K_I = self._gains()
-        W = K_D - (K_I / s**2 if self.U.size else 0.0)
-        return 2 * s * (self.M @ q) + self.D @ q - self.B @ (W @ q)
+        q, i = np.split(q, [self.n])
+        force = self.B @ (self.K[:, self.n :] @ q)
+        own = 2 * s * (self.M @ q) + self.D @ q - force
+        return np.concatenate([own, i - self.G[:, self.n :] @ q])
 
     def residual(self, s, q):
         """How far q is from a null vector at s, of the sizes of what is summed."""
-        size, left = self._left(s, q)
-        return np.linalg.norm(left) / size
+        sizes, left = self._left(s, q)
+        parts = np.split(left, [self.n])
+        return max(np.linalg.norm(x) / size for x, size in zip(parts, sizes))
 
     def _left(self, s, q):
-        """The sizes of what is summed where the pencil at s takes q, and the sum."""
-        K_P, K_D, K_I = self._gains()
-        W = K_P + s * K_D + (K_I / s if self.U.size else 0.0)
+        """The sizes of what is summed where the loop at s takes q, of the plant and of
+        the controller, and the sum.
+        """
+        q, i = np.split(q, [self.n])
+        _, K, G = self._at(s)
         parts = (s * s, self.M), (s, self.D), (1.0, self.S)
-        force = self.B @ (W @ q)
+        force = self.B @ (K @ q + self.C @ i)
         left = sum(c * (x @ q) for c, x in parts) - force
+        left = np.concatenate([left, s * i - self.A @ i - G @ q])
         size = sum(abs(c) * np.linalg.norm(abs(x) @ abs(q)) for c, x in parts)
-        return size + np.linalg.norm(force) or 1.0, left
+        own = abs(s * i) + abs(self.A) @ abs(i) + abs(G) @ abs(q)
+        sizes = size + np.linalg.norm(force), np.linalg.norm(own)
+        return [x or 1.0 for x in sizes], left
 
     def refined(self, s, q):
         """The pole near s by Newton's method (inverse iteration with the derivative)
@@ -123,21 +149,18 @@ class Pencil(ReadOnly):
         of them where ``count`` are expected. The doubt is None where a pole didn't
         settle with the factor of the shift.
         """
-        n, a = self.B.shape[0], len(self.U)
-        K_D, K_I = self.K[:, n : 2 * n], self.K[:, 2 * n :]
+        n, a = self.n, len(self.A)
+        K_D, G_D = self.K[:, n:], self.G[:, n:]
         check_time()
         solve, size = self.solver(shift), abs(shift)
 
-        def back(x):  # through the first-order form [size z; z'; x3]
+        def back(x):  # through the first-order form [size z; z'; x_c]
             check_time()
             z, v, i = np.split(x, [n, 2 * n])
             z = z / size
             force = self.M @ (v + shift * z) + self.D @ z - self.B @ (K_D @ z)
-            if a:
-                force = force + self.B @ (K_I @ i) / shift
-            q = solve(-force)
-            parts = size * q, z + shift * q, (self.U @ q - i) / shift
-            return np.concatenate(parts[: 2 + (a > 0)])
+            q = solve(np.concatenate([-force, G_D @ z - i]))
+            return np.concatenate([size * q[:n], z + shift * q[:n], q[n:]])
 
         rows, count = 2 * n + a, max(AT_ONCE, count + 2)
         operator = LinearOperator((rows, rows), back, dtype=complex)
@@ -151,7 +174,8 @@ class Pencil(ReadOnly):
         except ArpackError:
             return []
         pairs = zip(values, vectors.T)
-        return [self._settled(solve, shift + 1 / x, v[:n]) for x, v in pairs if x]
+        parts = [(x, np.concatenate([v[:n], size * v[2 * n :]])) for x, v in pairs]
+        return [self._settled(solve, shift + 1 / x, v) for x, v in parts if x]
 
     def _settled(self, solve, s, q):
         """The pole near s, its vector and its doubt by inverse iteration on residuals:
@@ -207,8 +231,8 @@ class Pencil(ReadOnly):
         else:
             raise ArithmeticError("no factor tells the signs of its eigenvalues")
         count = int((factor.U.diagonal() < 0).sum())
-        m, (K_P, K_D, K_I) = self.B.shape[1], self._gains()
-        W = K_P + at * K_D + (K_I / at if self.U.size else 0.0)
+        m, (_, K, G) = self.B.shape[1], self._at(at)
+        W = K + self.C @ np.linalg.solve(at * np.eye(len(self.A)) - self.A, G)
         if not W.any():
             return count
         share = np.sqrt(np.linalg.norm(W) / np.linalg.norm(self.B))
@@ -221,10 +245,10 @@ class Pencil(ReadOnly):
         """True if the negative eigenvalues of the symmetric part at zero, of ``M``,
         ``D`` and ``S``, are poles right of the axis; ``M`` is positive definite.
         """
-        if self.U.size:
+        if len(self.A):
             return False
-        K_P, K_D, _ = self._gains()
-        v = np.random.default_rng(1).normal(size=self.B.shape[0])
+        K_P, K_D = self.K[:, : self.n], self.K[:, self.n :]
+        v = np.random.default_rng(1).normal(size=self.n)
 
         def even(x, W):
             left, right = x @ v - self.B @ (W @ v), x.T @ v - W.T @ (self.B.T @ v)
@@ -242,18 +266,15 @@ class Pencil(ReadOnly):
 
     def everywhere(self):
         """All poles and vectors of a dense pencil; one of first order has M = 0."""
-        n, a = self.B.shape[0], len(self.U)
-        first = not np.any(self.M)
-        size = n if first else 2 * n + a
-        check_time_of_eigenvalues(size, VECTORS)
-        K_P, K_D, K_I = self.K[:, :n], self.K[:, n : 2 * n], self.K[:, 2 * n :]
-        stiff = self.B @ K_P - self.S
+        n, a, first = self.n, len(self.A), self.order < 2 * self.n
+        check_time_of_eigenvalues(self.order, VECTORS)
+        (K_P, K_D), (G_P, G_D) = (np.split(x, [n], axis=1) for x in (self.K, self.G))
+        rows = [self.B @ K_P - self.S, self.B @ K_D - self.D, self.B @ self.C]
+        low = [G_P, G_D, self.A]
         if first:
-            A = np.linalg.solve(self.D, stiff)
-        else:
-            rows = np.hstack([stiff, self.B @ K_D - self.D, self.B @ K_I])
-            A = np.zeros((size, size))
-            A[:n, n : 2 * n], A[2 * n :, :n] = np.eye(n), self.U
-            A[n : 2 * n] = np.linalg.solve(self.M, rows)
-        values, vectors = np.linalg.eig(A)
-        return [(s, q, None) for s, q in zip(values, vectors[:n].T)]
+            del rows[1], low[1]
+        rows = np.linalg.solve(self.D if first else self.M, np.hstack(rows))
+        top = np.eye(0 if first else n, self.order, n)
+        values, vectors = np.linalg.eig(np.vstack([top, rows, np.hstack(low)]))
+        places = np.r_[:n, self.order - a : self.order]
+        return [(s, q, None) for s, q in zip(values, vectors[places].T)]

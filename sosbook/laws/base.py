@@ -176,6 +176,7 @@ class Law(ABC, ReadOnly):
     lag: Any = None
     places: Any = None  # which readings are of places; None: it is seen by the rows
     given: Any = None  # the law that `on` was asked of
+    of_whole: Any = None  # the law on the whole plant, of one that `on_part` made
 
     def readings(self, plant: Any) -> Readings:
         """The readings of a ``plant``, those of ``sensors`` first."""
@@ -205,6 +206,19 @@ class Law(ABC, ReadOnly):
         put(new, sensors=first, rates=rest, noise=None, lag=None)
         put(new, places=seen.places, given=asked)
         return sensed(plant, seen, asked.lag), new
+
+    def on_part(self, basis: np.ndarray, halves: int) -> "Law":
+        """The law on a part of a plant that measures the same, and knows the law that
+        it was; ``basis`` and ``halves`` are as in `Output.through`.
+        """
+        new = copy(self)
+        put(new, of_whole=self)
+        if inner := getattr(self, "law", None):
+            put(new, law=inner.on_part(basis, halves))
+        for name in ("sensors", "rates"):
+            seen = getattr(self, name)
+            put(new, **{name: None if seen is None else seen.through(basis, halves)})
+        return new
 
     def demands(self, plant: Any, asked: tuple) -> tuple:
         """The requirements on the loop of a ``plant`` that these ``asked`` make."""

@@ -1,5 +1,6 @@
 """The law of the thesis: all of z and z' measured, some errors integrated."""
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ from ..plants.checks import matrix
 from ..plants.descriptor import Descriptor, descriptors
 from ..plants.gain import gain_of, signals, states_data
 from ..plants.outputs import Output
+from ..runtime.read_only import put
 from .applied import Applied
 from .base import Law, Parts
 from .structure import Structure, placed
@@ -54,7 +56,15 @@ class FullState(Law):
             return plant, self
         if not hasattr(plant, "coordinates"):
             raise ValueError(NO_MATRICES)
-        return plant, FullState(matrix("U", self.U, (None, plant.n)))
+        new = copy(self)
+        put(new, U=matrix("U", self.U, (None, plant.n)))
+        return plant, new
+
+    def on_part(self, basis: np.ndarray, halves: int) -> Law:
+        """The law of the part's state; ``basis`` and ``halves`` as in `Law.on_part`."""
+        new = FullState(None if self.U is None else matrix("U", self.U) @ basis)
+        put(new, of_whole=self)
+        return new
 
     def applied(self, plant: Any) -> Applied:
         return OfState(self, plant)

@@ -1,8 +1,11 @@
 """Outputs: rows on z, z', z'', x3, u and w."""
 
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import and_
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ..exact.checker.outputs import SIGNALS, in_words
 from ..exact.rational import decimal, exact, read_array, read_number
@@ -239,10 +242,34 @@ class Output(ReadOnly):
                     wide = np.zeros((len(x), max(new - old, 0)))
                     own[key] = np.hstack([x[:, :new], wide])
             parts.append(Output(**own, name=part.name))
-        first, *others = parts
-        for other in others:
-            first = first & other
-        return first
+        return reduce(and_, parts)
+
+    def through(self, basis: np.ndarray, halves: int) -> "Output":
+        """The same output of a plant whose z is ``basis``, (n, r), times another z.
+
+        A state is ``halves`` of such parts: 2 of [z; z'], 1 of a `DescriptorSystem`'s.
+
+        Examples
+        --------
+        >>> Output(position=[[1, 2]], input=[[3]]).through(np.eye(2)[:, 1:], 2)
+        <Output: [[2]] z + [[3]] u>
+        """
+        joined = block_diag(*[basis] * halves)
+        wide = dict(state=joined, rate=joined)
+        wide |= dict.fromkeys(("position", "velocity", "acceleration"), basis)
+        parts = []
+        for part in self.parts:
+            own = part.given
+            for key in own.keys() & wide.keys():
+                to = wide[key]
+                x = own[key] if np.ndim(own[key]) else own[key] * np.eye(len(to))
+                if x.shape[1] != len(to):
+                    raise ValueError(
+                        f"{key} has rows of width {x.shape[1]}, needs {len(to)}"
+                    )
+                own[key] = x @ to
+            parts.append(Output(**own, name=part.name))
+        return reduce(and_, parts)
 
     def seen(self, d: Descriptor) -> Descriptor:
         """The plant ``d``, a `Descriptor`, with this output."""
@@ -272,10 +299,7 @@ class Output(ReadOnly):
         """The output of the ``data`` of a file, in decimals or numbers."""
         if not isinstance(data, list) or not data:
             raise ValueError("outputs must be a list of objects with rows by argument")
-        first, *others = map(_of_data, data)
-        for other in others:
-            first = first & other
-        return first
+        return reduce(and_, map(_of_data, data))
 
 
 def _with_noise(d):

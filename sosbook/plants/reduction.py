@@ -13,6 +13,10 @@ from .checks import count, matrix
 from .massless import definite_cure
 
 STABLE_BY = 1e-12  # of the largest pole's size
+NO_BASIS = (
+    "the plant isn't the one that reduce() gave: its states, or the file that it is "
+    "from, have no basis in the whole"
+)
 REACHED = 1e-12  # of the largest Hankel singular value; below it is rounding
 
 
@@ -68,6 +72,44 @@ class Reduction(ReadOnly):
         per_row = 2 if hasattr(plant.vertices[0], "M") else 1
         return cls(count, count + per_row * (part.of - part.kept))
 
+    def law(self, law: Any) -> Any:
+        """The law of the part whose sensors are those of a ``law`` of the whole.
+
+        A sensor of the whole sees the modes that are left out, too, and rows on the
+        part don't say how. This law knows it: design with it, and `Design.check_on` and
+        ``certify(on=whole)`` close the loop with the sensors of the whole.
+
+        Parameters
+        ----------
+        law : PIDLaw, DynamicLaw, ShapedLaw or FullState
+            With rows on the whole's z, z' and z'', or on its state.
+
+        Examples
+        --------
+        >>> import sosbook as sos
+        >>> one = np.eye(2)
+        >>> whole = sos.SecondOrderSystem(one, one, np.diag([1, 9]), one[:, :1])
+        >>> part = whole.reduce(modes=1)
+        >>> law = part.reduction.law(sos.PIDLaw([[2, 3]], integrate=True))
+        >>> law.words(part)
+        'u depends on 2 mode 1 alone: PI'
+        """
+        if self.basis is None:
+            raise ValueError(NO_BASIS)
+        return law.on_part(self.basis, self.halves)
+
+    @property
+    def halves(self) -> int:
+        """How many parts of its size a state has: z and z', or x alone."""
+        return 1 + hasattr(self.whole.vertices[0], "M")
+
+    @property
+    def own(self) -> np.ndarray:
+        """Which of its coordinates are one of the whole's each, (kept,) of bool."""
+        if self.back is None:
+            raise ValueError(NO_BASIS)
+        return np.count_nonzero(self.back, axis=1) == 1
+
     def lift(self, K: np.ndarray) -> np.ndarray:
         """The gain on the whole plant's state that a gain of the part stands for.
 
@@ -92,14 +134,12 @@ class Reduction(ReadOnly):
                [0., 0., 0., 0.]])
         """
         if self.back is None:
-            raise ValueError("the plant is from a file, which has no basis: reduce it")
-        r, K = self.kept, matrix("K", K)
-        parts = [K[:, :r], K[:, r : 2 * r], K[:, 2 * r :]]
-        if not hasattr(self.whole.vertices[0], "M"):
-            parts = [K]
-        if K.shape[1] < r * len(parts[:2]):
-            raise ValueError(f"K has {K.shape[1]} columns, needs {2 * r} or more")
-        return np.hstack([*(x @ self.back for x in parts[:2]), *parts[2:]])
+            raise ValueError(NO_BASIS)
+        r, many, K = self.kept, self.halves, matrix("K", K)
+        if K.shape[1] < many * r:
+            raise ValueError(f"K has {K.shape[1]} columns, needs {many * r} or more")
+        *parts, rest = np.split(K, [r * (k + 1) for k in range(many)], axis=1)
+        return np.hstack([*(x @ self.back for x in parts), rest])
 
 
 class Reducible:

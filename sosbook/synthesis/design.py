@@ -191,8 +191,8 @@ class Design(ClosedLoop["DesignProof"], Solution):
         ----------
         whole : SecondOrderSystem, Polytope or DescriptorSystem
             The plant that was reduced, or one like it: at another speed, say. It may be
-            sparse. A sensor where the part keeps no coordinate reads the part's motion
-            alone here, not the modes left out: keep its place by ``reduce(rows=)``.
+            sparse. A law measures it by the law's own rows on the whole, see
+            `Reduction.law`.
         time_limit : float
             Seconds after which the search of a sparse plant ends with what it has
             found. It ends at the first pole that breaks what is asked, too.
@@ -207,7 +207,7 @@ class Design(ClosedLoop["DesignProof"], Solution):
         Raises
         ------
         ValueError
-            If the plant has another size.
+            If the plant has another size, or a sensor's place isn't known in it.
         OutOfTime
             Where nothing is found in time; the poles of a dense plant are computed at
             once, and the error says how long that takes.

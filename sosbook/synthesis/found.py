@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..exact.rational import exact
+from ..laws.full_state import FullState
 from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.read_only import ReadOnly
@@ -11,6 +13,11 @@ from ..runtime.sparse import issparse
 from ..runtime.time_limit import OutOfTime
 
 SHIFTS = 0.3, 1.0, 3.0  # of the part's frequencies: where a sparse whole is looked at
+NOT_SEEN = (
+    "the sensor {} of the part sees modes of the whole that the part doesn't keep, and "
+    "its rows don't say how: design with law=part.reduction.law(law), where law has "
+    "the rows on the whole's coordinates, or keep the sensor's place by reduce(rows=)"
+)
 AT_EDGE = 1e-12  # of a pole's size: nearer to an edge floats can't tell the side
 
 
@@ -66,28 +73,39 @@ class Found(ReadOnly):
         return words + (f"; {self.stopped}" if self.stopped else "")
 
 
-def lifted(design, whole):
-    """The gain of a ``design`` of a part on a ``whole`` plant's state, and its U."""
-    request, K = design.request, design._gain()
-    kind = DescriptorSystem if isinstance(request.plant, DescriptorSystem) else None
+def law_on(design, whole):
+    """The law of a ``design`` of a part on a ``whole`` plant, and its K there."""
+    request = design.request
+    if request.K_A is not None and np.any(request.K_A):
+        raise ValueError("a design with K_A isn't looked at on another plant")
+    (law, K), plant = design.its_law(), request.plant
+    K = design._gain() if law.whole else K
+    known = getattr(plant, "sensed", None)
+    plant, part = known.bare if known else plant, plant.reduction
+    part = plant.reduction
+    kind = DescriptorSystem if isinstance(plant, DescriptorSystem) else None
     if not isinstance(whole, kind or SecondOrderSystem):
         name = (kind or SecondOrderSystem).__name__
         raise ValueError(f"on must be one {name}, got {type(whole).__name__}")
-    part = request.plant.reduction
-    rows = whole.order if kind else whole.n
-    own = request.order if kind else request.plant.n
+    own, rows = (x.order if kind else x.n for x in (plant, whole))
     wanted = own if part is None else part.of
-    if (rows, whole.m) != (wanted, request.plant.m):
+    if (rows, whole.m) != (wanted, plant.m):
         raise ValueError(
             f"on has {rows} coordinates and {whole.m} inputs, needs {wanted} and "
-            f"{request.plant.m}: give the plant that was reduced, or one like it"
+            f"{plant.m}: give the plant that was reduced, or one like it"
         )
-    if request.K_A is not None and np.any(request.K_A):
-        raise ValueError("a design with K_A isn't looked at on another plant")
-    U = request.U
     if part is None:
-        return K, U
-    return part.lift(K), None if U is None else U @ part.back
+        return law, K
+    if law.whole:
+        U = None if law.U is None else law.U @ part.back
+        return law.of_whole or FullState(U), part.lift(K)
+    if law.of_whole is None:
+        seen = law.readings(plant)
+        uses = np.vstack([seen.C, seen.Ca]).reshape(-1, part.halves, part.kept) != 0
+        strange = (uses & ~part.own).any(axis=(1, 2)).reshape(2, -1).any(axis=0)
+        if strange.any():
+            raise ValueError(NOT_SEEN.format(seen.names[strange.argmax()]))
+    return law.of_whole or law.on_part(part.back, part.halves), K
 
 
 def found_on(design, whole):
@@ -123,14 +141,11 @@ def _plants(whole):
 
 def _found(design, whole):
     design._of_time("check_on")
-    K, U = lifted(design, whole)
-    search = _Search(design, _pencil(whole, K, U))
+    search = _Search(design, pencil_on(*law_on(design, whole), whole))
     search.run()
     if not search.refined:
         raise ArithmeticError("no pole of the whole could be refined")
-    a = 0 if U is None else len(U)
-    first = isinstance(whole, DescriptorSystem)
-    return search.found(whole.order if first else 2 * whole.n + a)
+    return search.found(search.pencil.order)
 
 
 class _Search:
@@ -254,16 +269,28 @@ def _among(poles, s):
     return any(abs(s - x) <= SAME * abs(x) for x in poles)
 
 
-def _pencil(whole, K, U):
+def pencil_on(law, K, whole):
+    """The `Pencil` of the loop of a ``law`` with its ``K`` and the ``whole`` plant."""
     from ..analysis.large import Pencil
 
+    if law.whole:
+        a = 0 if law.U is None else len(law.U)
+        K, C = np.split(K, [K.shape[1] - a], axis=1)
+        A, G = np.zeros((a, a)), np.zeros((a, K.shape[1]))
+        if a:
+            G[:, : whole.n] = law.U
+    else:
+        whole, law = law.on(whole)
+        parts = law.parts(whole)
+        A, B, C, D = parts.controller(exact(K))
+        K, G = D @ parts.rows, B @ parts.rows
+        A, C, K, G = (x.astype(float) for x in (A, C, K, G))
     if isinstance(whole, DescriptorSystem):
         (d,) = whole.vertices
-        N, m = d.Bu.shape
-        K = np.hstack([K, np.zeros((m, N))])
-        return Pencil(np.zeros((N, N)), d.E, -d.A, d.Bu, K, np.zeros((0, N)))
-    U = np.zeros((0, whole.n)) if U is None else U
-    return Pencil(whole.M, whole.D, whole.S, whole.B, K, U)
+        none = np.zeros(d.E.shape)
+        K, G = (np.hstack([x, 0.0 * x]) for x in (K, G))
+        return Pencil(none, d.E, -d.A, d.Bu, K, A, G, C)
+    return Pencil(whole.M, whole.D, whole.S, whole.B, K, A, G, C)
 
 
 def _outside(form, poles, doubts=0.0):

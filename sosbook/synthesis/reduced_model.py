@@ -9,7 +9,9 @@ from ..plants.second_order import SecondOrderSystem
 from ..runtime.sparse import issparse
 from ..runtime.time_limit import under_way
 from .feasibility import answer
-from .found import found_on, lifted
+from .found import found_on, law_on
+from .known_gain import kept_or_broken
+from .known_proof import known_proof
 from .proofs import prove
 from .request import Request
 from .starting_points import point
@@ -23,22 +25,29 @@ def proven_on(design, whole, digits):
     part's poles; the rest is about the part's coordinates, and a warning says so. Of a
     design for no part all is asked.
     """
-    K, U = lifted(design, whole)
-    asked = _asked_of_whole(design.request)
+    law, K = law_on(design, whole)
     sparse = isinstance(whole, SecondOrderSystem) and issparse(whole.M)
     with under_way(SPARSE if sparse else ""):
         seen = found_on(design, whole)
     if seen.broken:
-        cure = (
-            "ask less of the whole: analyse_pid(whole, part.reduction.lift(K), ...) "
-            "takes any region"
-        )
+        cure = f"ask less of the whole: {_alone(law)} takes any region"
         return Unproven(f"the whole doesn't keep it. By a search, {seen}; {cure}")
     if sparse:
         return Unproven(f"{SPARSE}. By a search, {seen}")
-    proof, tries = None, DIGITS if digits is None else (digit_count(digits),)
-    for few in tries:
-        request = Request(whole, U, requirements=asked, gain=round_digits(K, few))
+    asked, proof = _asked_of_whole(design.request, law), None
+    for few in DIGITS if digits is None else (digit_count(digits),):
+        gain = round_digits(K, few)
+        how = "pairs" if law.whole else "multipliers"
+        asked_now = dict(requirements=asked, gain=gain, law=law, coupling=how)
+        request = Request(whole, **asked_now)
+        if not law.whole:
+            words = "the poles of the whole keep it in floats; multipliers were sought"
+            with under_way(words):
+                known = kept_or_broken(request)
+                if known.status == "feasible":
+                    return known_proof(request, known.parts)
+            proof = Unproven(f"{known.reason} {seen}")
+            continue
         with under_way(
             f"the poles of the whole keep it in floats; a P of {request.order} states "
             f"was sought for the gain in {few} digits"
@@ -61,16 +70,24 @@ def proven_on(design, whole, digits):
     )
 
 
-def _asked_of_whole(request):
-    """The requirements on the whole: those on poles, where the design is of a part."""
-    if request.plant.reduction is None:
+def _alone(law):
+    """The call that asks something of the whole under the gain, in words."""
+    if law.whole:
+        return "analyse_pid(whole, part.reduction.lift(K), ...)"
+    return "analyse_pid(whole, K, law=law, ...), with the law of the whole,"
+
+
+def _asked_of_whole(request, law):
+    """The requirements on the whole: those on poles, where the design is of a part, or
+    of a ``law`` that has its sensors.
+    """
+    if law.whole and request.plant.reduction is None:
         return list(request.requirements)
     asked = [r for r in request.requirements if r.pole_matrices() is not None]
     if left := [r.words for r in request.requirements if r not in asked]:
         warnings.warn(
             f"of the whole the poles alone are proven: {', '.join(left)} is asked in "
-            "the part's coordinates. Ask it in the whole's by analyse_pid(whole, "
-            "part.reduction.lift(K), ...)",
+            f"the design's coordinates. Ask it in the whole's by {_alone(law)}",
             stacklevel=2,
         )
     return asked

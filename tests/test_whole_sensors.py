@@ -1,0 +1,192 @@
+"""A sensor on the whole plant sees what a part of it has left out: own eigenvalues."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.linalg import block_diag
+
+import sosbook as sos
+from sosbook.laws.full_state import FullState
+from sosbook.laws.shaped import Filter, ShapedLaw
+from sosbook.plants import sparse
+from sosbook.plants.as_data import plant_data, read_plant
+from tests.cases import by_hand
+from tests.test_reduction import beam
+
+
+def sharp(unit, kind, monkeypatch):
+    """A beam with little damping, its actuator at one node, and a row of the next."""
+    plant = beam(unit=unit)
+    B, row = np.eye(plant.n)[:, [8]] * unit, np.eye(plant.n)[[10]]
+    matrices = plant.M, 0.01 * plant.D, plant.S
+    if kind == "sparse":
+        monkeypatch.setattr(sparse, "MOST_DENSE", 5)
+        matrices = map(sp.csc_array, matrices)
+    return sos.SecondOrderSystem(*matrices, B), row
+
+
+def poles(plant, rows, A, B, C, D):
+    """Those of the loop with x_c' = A x_c + B y, u = C x_c + D y, of y = rows x."""
+    if sp.issparse(plant.M):
+        plant = [x.toarray() for x in (plant.M, plant.D, plant.S)] + [plant.B]
+        plant = sos.SecondOrderSystem(*map(np.asarray, plant))
+    own, push = by_hand(plant)
+    top = np.hstack([own + push @ D @ rows, push @ C])
+    return np.linalg.eigvals(np.vstack([top, np.hstack([B @ rows, A])]))
+
+
+def filtered(gain, tau):
+    """A, B, C and D of gain times the rate, behind a filter."""
+    x = np.array([[1 / tau]])
+    return -x, x, -gain * x, gain * x
+
+
+@pytest.mark.parametrize("unit, kind", [(0.3, "dense"), (9.81, "sparse")])
+def test_spillover_by_a_sensor_is_seen(unit, kind, monkeypatch):
+    whole, row = sharp(unit, kind, monkeypatch)
+    monkeypatch.undo()
+    part = whole.reduce(modes=6)
+    basis, back = part.reduction.basis, part.reduction.back
+    gain = filtered(-1.0, 1e-4)
+    rows, few = (np.hstack([x, 0 * x]) for x in (row, row @ basis))
+    truth, of_part = poles(whole, rows, *gain), poles(part, few, *gain)
+    alone = poles(whole, np.hstack([row @ basis @ back, 0 * row]), *gain)
+    assert of_part.real.max() < 0 and alone.real.max() < 0 < 0.4 < truth.real.max()
+
+    law, K = sos.PIDLaw(position=row, filter=1e-4), {"K_P": [[0]], "K_D": [[-1]]}
+    design = sos.analyse_pid(part, K, law=part.reduction.law(law))
+    assert design.certify().proven
+    found = design.check_on(whole)
+    assert not found.kept and found.pole.real > 0 and found.of == 2 * whole.n + 1
+    assert abs(truth - found.pole).min() < 1e-7 * abs(found.pole)
+    refused = design.certify(on=whole)
+    assert not refused.proven and "analyse_pid(whole, K, law=law" in str(refused)
+    bare = sos.analyse_pid(part, K, law=sos.PIDLaw(position=few[:, :6], filter=1e-4))
+    for ask in (lambda: bare.check_on(whole), lambda: bare.certify(on=whole)):
+        with pytest.raises(ValueError, match=r"law=part\.reduction\.law\(law\)"):
+            ask()
+
+
+def _state(K):
+    none = np.zeros((0, 0))
+    return none, np.zeros((0, K.shape[1])), np.zeros((1, 0)), K
+
+
+def laws(row):
+    """From a name to the law, its gains, the rows that it sees, and A, B, C, D."""
+    one, zero = np.eye(1), np.zeros((1, 1))
+    both = block_diag(row, row)
+    pos = np.hstack([row, 0 * row])
+    pid = {"K_P": [[-0.3]], "K_D": [[-0.02]], "K_I": [[-0.1]]}
+    yield (sos.PIDLaw(row, row, integrate=True), pid, both, zero, np.eye(1, 2),
+           -0.1 * one, np.array([[-0.3, -0.02]]))  # fmt: skip
+    A, B, C = np.array([[-3.0, 2], [0, -9]]), np.ones((2, 1)), np.array([[-0.2, 0.3]])
+    yield (sos.DynamicLaw(2, row), dict(A_c=A, B_c=B, C_c=C), pos, A, B, C, zero)
+    notch = ShapedLaw(sos.PIDLaw(row), [Filter.notch(20.0, 0.1, 0.6)])
+    A = np.array([[0, 1], [-400, -24]])
+    yield (notch, {"K_P": [[-0.3]]}, pos, A, np.eye(2)[:, 1:],
+           -0.3 * np.array([[0, 4.0 - 24]]), -0.3 * one)  # fmt: skip
+    seen = sos.Output(position=row, velocity=0.1 * row)
+    mixed = np.hstack([row, 0.1 * row])
+    yield (sos.PIDLaw(sensors=seen), {"K_P": [[-0.3]]}, mixed, *_state(-0.3 * one))
+
+
+@pytest.mark.parametrize("kind", ["dense", "sparse"])
+@pytest.mark.parametrize("which", range(4))
+def test_every_law_measures_the_whole(which, kind, monkeypatch):
+    whole, row = sharp(9.81, kind, monkeypatch)
+    monkeypatch.undo()
+    law, gains, rows, *system = list(laws(row))[which]
+    part = whole.reduce(modes=4)
+    design = sos.analyse_pid(part, gains, law=part.reduction.law(law))
+    few = rows @ block_diag(*[part.reduction.basis] * 2)
+    for plant, seen, own in (
+        (whole, rows, design.check_on(whole).poles),
+        (part, few, design.poles()),
+    ):
+        truth = poles(plant, seen, *system)
+        apart = abs(own[:, None] - truth).min(axis=1)
+        assert (apart < 1e-7 * np.maximum(abs(own), 1)).all()
+    rightmost = poles(whole, rows, *system).real.max()
+    assert design.check_on(whole).pole.real == pytest.approx(rightmost, rel=1e-6)
+
+
+def chain(n=6, unit=0.3):
+    S = unit * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    M, D = unit * np.eye(n), 0.1 * unit * np.eye(n) + 0.05 * S
+    return sos.SecondOrderSystem(M, D, S, unit * np.eye(n)[:, :1])
+
+
+def test_a_late_sensor_and_an_integral_are_those_of_the_whole():
+    """lag y' = z5'' - y, and the integral of z5 beside an estimate of the state."""
+    whole, row, lag = chain(), np.eye(6)[[4]], 0.2
+    part, (own, push) = whole.reduce(modes=3), by_hand(whole)
+    late = sos.PIDLaw(sensors=sos.Output(acceleration=row), lag=lag)
+    design = sos.analyse_pid(part, [[-0.3]], law=part.reduction.law(late))
+    rows = np.hstack([0 * row, row])
+    A = -np.eye(1) / lag + rows @ push * -0.3 / lag
+    top = np.hstack([own, -0.3 * push])
+    truth = np.linalg.eigvals(np.vstack([top, np.hstack([rows @ own / lag, A])]))
+    found = design.check_on(whole)
+    assert found.pole.real == pytest.approx(truth.real.max(), rel=1e-7)
+    assert found.kept == (truth.real.max() < 0)
+
+    law = part.reduction.law(FullState(row))
+    design = sos.design_pid(part, law=law, region=sos.PoleRegion(0.05))
+    K = part.reduction.lift(design.K)
+    seen = np.hstack([row, 0 * row])
+    one = np.zeros((1, 1)), np.eye(1), K[:, 12:]
+    truth = poles(whole, seen, *one, 0 * one[0])
+    own = own + push @ K[:, :12]
+    top = np.hstack([own, push @ K[:, 12:]])
+    truth = np.linalg.eigvals(np.vstack([top, np.hstack([seen, [[0.0]]])]))
+    found = design.check_on(whole)
+    assert found.pole.real == pytest.approx(truth.real.max(), rel=1e-7)
+    proof = design.certify(on=whole)
+    assert proof.proven == (truth.real.max() < -0.05)
+
+
+def test_a_place_that_the_part_keeps_needs_no_other_law():
+    whole = chain()
+    law = sos.PIDLaw(position=[[0, 1, 0]], filter=0.1)
+    part = whole.reduce(rows=[0, 4], modes=1)
+    gain = {"K_P": [[-0.05]], "K_D": [[-0.01]]}
+    design = sos.analyse_pid(part, gain, law=law)
+    rows = np.eye(12)[[4]]
+    A, B, C, D = filtered(-0.01, 0.1)
+    truth = poles(whole, rows, A, B, C, D - 0.05)
+    found = design.check_on(whole)
+    assert found.pole.real == pytest.approx(truth.real.max(), rel=1e-7)
+    assert truth.real.max() < 0 and found.kept
+    proof = design.certify(on=whole)
+    assert proof.proven and "reduced" not in proof.claims[0] and "z5" in proof.claims[0]
+    gone = sos.analyse_pid(part, gain, law=sos.PIDLaw([[0, 1, 0.1]], filter=0.1))
+    with pytest.raises(ValueError, match="z5.* sees modes of the whole"):
+        gone.check_on(whole)
+
+
+def test_states_that_are_balanced_have_no_sensor_of_their_own():
+    A, B = by_hand(chain())
+    rows = np.eye(12)[[4]]
+    whole = sos.DescriptorSystem(np.eye(12), A, B, C=rows)
+    part = whole.reduce(states=6)
+    law = sos.PIDLaw(position=rows, integrate=True)
+    K = {"K_P": [[-0.05]], "K_I": [[-0.002]]}
+    design = sos.analyse_pid(part, K, law=part.reduction.law(law))
+    one = np.zeros((1, 1)), np.eye(1), -0.002 * np.eye(1), -0.05 * np.eye(1)
+    truth = poles(chain(), rows, *one)
+    found = design.check_on(whole)
+    assert found.of == 13
+    assert found.pole.real == pytest.approx(truth.real.max(), rel=1e-7)
+    law = sos.PIDLaw(rows @ part.reduction.basis, integrate=True)
+    with pytest.raises(ValueError, match="sees modes"):
+        sos.analyse_pid(part, K, law=law).check_on(whole)
+
+
+def test_rows_of_another_width_and_lost_bases_are_refused():
+    part = chain().reduce(modes=2)
+    with pytest.raises(ValueError, match="position has rows of width 2, needs 6"):
+        part.reduction.law(sos.PIDLaw(position=[[1, 0]]))
+    again = read_plant(plant_data(part))
+    with pytest.raises(ValueError, match="isn't the one that reduce"):
+        again.reduction.law(sos.PIDLaw(position=np.eye(6)[[0]]))
