@@ -20,6 +20,7 @@ from sosbook.controllers import (
 )
 from sosbook.controllers.compiler import FLAGS
 from sosbook.controllers.facts import facts_of
+from sosbook.controllers.output_bounds import OutputBounds
 from sosbook.pendulum import Firmware, SampledLaw
 from sosbook.pendulum.export import Program
 from tests.axis import T, axis, rubbed
@@ -482,3 +483,17 @@ def test_cmake_builds_it_and_its_bench_passes(gcc, tmp_path):
     ran(cmake, "-S", str(tmp_path), "-B", build)
     ran(cmake, "--build", build)
     assert "100% tests passed" in ran("ctest", "--test-dir", build)
+
+
+def test_the_facts_of_several_outputs_name_each(monkeypatch):
+    """One list of both rows of a gain was u, and two reaches were of no set point."""
+    monkeypatch.setattr(OutputBounds, "reach", lambda self, j: f"reach {j}")
+    one = np.eye(2)
+    plant = sos.SecondOrderSystem(np.diag([2, 0.3]), 0.2 * one, 9.81 * one, one)
+    K = [[-1, 0.5, -2, 0, -3, 0], [0.25, -3, 0, -1, 0, -2]]
+    c = sos.analyse_pid(plant, K, U=one).controller(T=0.02).limit({"u1": 5, "u2": 7})
+    (_, proven), (_, bounded), _ = facts_of(c, 1e-9)[0]
+    names = "z1", "z2", "z1'", "z2'", "integral of z1", "integral of z2"
+    for line, u, row in zip(proven[-2:], ("u1", "u2"), K):
+        assert line == f"{u} = " + ", ".join(f"{k:g} {x}" for k, x in zip(row, names))
+    assert bounded[-2:] == ["set point of z1: reach 0", "set point of z2: reach 1"]

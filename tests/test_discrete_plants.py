@@ -202,6 +202,7 @@ def test_a_short_tick_is_continuous_time():
 def test_what_takes_continuous_time_alone_says_so():
     p = arx()
     d = sos.design_pid(p, region=DISK(0.95))
+    still = sos.DescriptorSystem(np.eye(4), -np.eye(4), p.B)
     law = sos.PIDLaw(position=[[1, 0, 0, 0]], filter=1.0)
     for call in (
         lambda: sos.design_observer(p, d.K, Q_F=np.eye(8), R_F=[[1]]),
@@ -210,6 +211,9 @@ def test_what_takes_continuous_time_alone_says_so():
         lambda: d.controller(T=0.05),
         lambda: d.disk_margin(),
         lambda: d.check_on(p),
+        lambda: sos.design_pid(still).check_on(p),
+        lambda: sos.design_pid(still).certify(on=p),
+        lambda: sos.Loop(p, d.K).late(0.1).poles(),
         lambda: p.reduce(2),
         lambda: sos.design_pid(p, search=sos.Search(prefer="least")),
         lambda: filtered(p, sos.Output(state=np.eye(1, 4)), [1], [1, 1]),
@@ -235,3 +239,33 @@ def test_systems_of_different_ticks_differ():
     middle = both.at([0.5, 0.5])
     assert middle.dt == 0.3 and abs(middle.A.item() - 0.7) < 1e-12
     assert all(x.dt == 0.3 for x in both.sample(2, 0))
+
+
+@pytest.mark.parametrize("law", ["states", "memory", "sums"])
+def test_a_loop_that_is_opened_again_keeps_its_ticks(law):
+    """Its matrices are of a change: read as of x' they were another plant's."""
+    one, B = np.eye(2), [[0.3], [0.05]]
+    family = sos.Uncertain(
+        lambda k: sos.DescriptorSystem(one, [[0.97, 0.049], [-k, 0.9]], B, dt=0.3),
+        k=(0.1, 9.81),
+    )
+    law, K = {
+        "states": (None, [[-5.0, -1.0]]),
+        "memory": (
+            sos.DynamicLaw(1, position=[[1, 0]]),
+            {"A_c": [[-3.0]], "B_c": [[1.0]], "C_c": [[-1.0]]},
+        ),
+        "sums": (
+            sos.PIDLaw(position=[[1, 0]], integrate=True),
+            {"K_P": [[-2.0]], "K_I": [[-0.3]]},
+        ),
+    }[law]
+    for plant in (family, sos.DescriptorSystem(one, [[0.3, 1], [-1, 0.4]], B, dt=0.3)):
+        loop = sos.Loop(plant, law, K)
+        again = sos.Loop(*loop.opened)
+        assert loop.open.dt == again.plant.dt == 0.3
+        assert np.allclose(np.sort(loop.poles()), np.sort(again.poles()))
+        if law is None:
+            A = again.plant.vertices[0]
+            F = np.linalg.solve(A.E, A.A) * 0.3 + one + B @ np.array(K)
+            assert np.allclose(*map(np.sort, (np.linalg.eigvals(F), loop.poles()[0])))

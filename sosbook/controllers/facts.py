@@ -64,12 +64,12 @@ def _facts(c, time_limit, trials):
             f"counts ticks that are more than {c.faults.slack * c.T:.4g} s off. The "
             "bounds and steps below are of a clock that doesn't vary"
         )
-    gains = ", ".join(
-        f"{k:.6g} {f'({name})' if MIXED.search(name) else name}"
-        for row in c.gain.K
-        for k, name in zip(row, c.gain.signals)
-    )
-    proven.append(f"u = {gains}")
+    for output, row in zip(c.outputs, c.gain.K):
+        terms = (
+            f"{k:.6g} {f'({name})' if MIXED.search(name) else name}"
+            for k, name in zip(row, c.gain.signals)
+        )
+        proven.append(f"{output.name} = {', '.join(terms)}")
     return (
         (
             ("proven", proven),
@@ -145,8 +145,9 @@ def bounded(c, trials):
             f"{c.motions.follow(*limits)}"
         )
     if np.isfinite(c.limits.u_max).all():
-        for j, _ in enumerate(c.set_points):
-            lines.append(str(c.bounds.reach(j)))
+        for j, r in enumerate(c.set_points):
+            which = f"{r.name}: " if len(c.set_points) > 1 else ""
+            lines.append(f"{which}{c.bounds.reach(j)}")
     return lines
 
 

@@ -170,11 +170,12 @@ class Loop(ReadOnly):
         """The plants under an affine ``function`` of each, in rationals."""
         plant = self.request.plant
         names = *signals(plant), *self.request.applied.parts.states
+        known = dict(states=names, dt=getattr(plant, "dt", None))
         if plant.family is not None:
-            return joined_family(plant.family, function, states=names).polytope()
+            return joined_family(plant.family, function, **known).polytope()
         several = [function(d.map(exact)) for d in Request(plant).vertices]
         several = [d.map(lambda x: x.astype(float)) for d in several]
-        return DescriptorSystem.of(several, states=names)
+        return DescriptorSystem.of(several, **known)
 
     @property
     def signals(self) -> tuple[Signal, ...]:

@@ -31,7 +31,9 @@ def joined_family(plants, function, U=None, **rest):
             K_A = exact(np.zeros((some["B"].shape[1], n)))
             return function(first_order(exact, **some, U=sums, K_A=K_A))
         d = Descriptor(**{NAMES.get(k, k): x for k, x in some.items()})
-        return function(d) if dt is None else of_next(function(of_change(d, dt)), dt)
+        if dt is None:
+            return function(d)
+        return of_next(function(of_change(d, dt).map(exact)), dt)
 
     nothing = at(None)
     found = {m: at(m) for m in monomials}

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..exact.rational import exact
 from ..laws.full_state import FullState
-from ..plants.descriptor_system import DescriptorSystem
+from ..plants.descriptor_system import OF_TICKS, DescriptorSystem
 from ..plants.second_order import SecondOrderSystem
 from ..runtime.read_only import ReadOnly
 from ..runtime.sparse import issparse
@@ -87,6 +87,8 @@ def law_on(design, whole):
     if not isinstance(whole, kind or SecondOrderSystem):
         name = (kind or SecondOrderSystem).__name__
         raise ValueError(f"on must be one {name}, got {type(whole).__name__}")
+    if kind and whole.dt is not None:
+        raise ValueError(OF_TICKS.format("on="))
     own, rows = (x.order if kind else x.n for x in (plant, whole))
     wanted = own if part is None else part.of
     if (rows, whole.m) != (wanted, plant.m):
@@ -132,7 +134,8 @@ def _badness(found):
 
 def _plants(whole):
     if isinstance(whole, DescriptorSystem):
-        parts = [DescriptorSystem.of([d], whole.reduction) for d in whole.vertices]
+        own = whole.reduction, whole.sensed, whole.states, whole.dt
+        parts = [DescriptorSystem.of([d], *own) for d in whole.vertices]
         return [whole] if len(parts) == 1 else parts
     if not hasattr(whole, "vertices"):
         raise ValueError(f"on must be a plant, got {type(whole).__name__}")
