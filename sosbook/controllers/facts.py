@@ -64,12 +64,7 @@ def _facts(c, time_limit, trials):
             f"counts ticks that are more than {c.faults.slack * c.T:.4g} s off. The "
             "bounds and steps below are of a clock that doesn't vary"
         )
-    for output, row in zip(c.outputs, c.gain.K):
-        terms = (
-            f"{k:.6g} {f'({name})' if MIXED.search(name) else name}"
-            for k, name in zip(row, c.gain.signals)
-        )
-        proven.append(f"{output.name} = {', '.join(terms)}")
+    proven += law_lines(c)
     return (
         (
             ("proven", proven),
@@ -78,6 +73,13 @@ def _facts(c, time_limit, trials):
         ),
         tuple(proofs),
     )
+
+
+def law_lines(c):
+    """The gain of a controller c, a line for each output."""
+    words = [f"({x})" if MIXED.search(x) else x for x in c.gain.signals]
+    rows = (", ".join(f"{k:.6g} {x}" for k, x in zip(r, words)) for r in c.gain.K)
+    return [f"{output.name} = {row}" for output, row in zip(c.outputs, rows)]
 
 
 def _whole(c, K):
