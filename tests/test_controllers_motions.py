@@ -5,12 +5,14 @@ import subprocess
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 import sosbook as sos
 from sosbook.controllers import Code, CompiledCode, Profile
 from sosbook.controllers.facts import bounded
 from tests.cases import campaign
 from tests.test_controllers_margins import drive, drives, held
+from tests.test_controllers_trial import bearing
 
 T = 0.001
 INERTIAS = np.linspace(0.003, 0.006, 7)
@@ -62,9 +64,9 @@ def least(c):
 def test_every_motion_asks_what_plants_do_and_little_more(c, least):
     for k, output in enumerate((0, "load")):
         found = c.motions._units(0, output, 60).cells.max(axis=0)[0]
-        assert found[0] < 1e-9  # speed costs nothing: nothing rubs on the ground
-        assert (least[:, k] * 0.9999 <= found[1:]).all()
-        assert (found[1:] <= 1.02 * least[:, k]).all()
+        assert found[0] == 0 and found[1] < 1e-9  # nothing rubs, and no spring pulls
+        assert (least[:, k] * 0.9999 <= found[2:]).all()
+        assert (found[2:] <= 1.02 * least[:, k]).all()
     jumps = c.motions.follow(50, 3.0, output=0)  # of any jerk
     for jerk, share in ((5.0, 0.6), (1e4, 1.0)):
         smooth = c.motions.follow(50, 3.0, jerk, output=0).proven
@@ -356,6 +358,67 @@ def test_compiled_machines_move_step_and_follow_as_proven(name):
     profile = c.motions.limits_for(u_max, way)
     goals = np.repeat(np.random.default_rng(7).uniform(-way, way, 6), len(rest) // 9)
     assert abs(ran(c, profile.follow(goals))[1]).max() <= u_max * 0.999
+
+
+def floated(c, r, ks, metre=1.0, ampere=1.0, program=None):
+    """(u, gap - r) of a bearing of my own at rest at r[0], at all ticks."""
+    A = np.array([[0, 1, 0], [ks / 2, 0, 100 * metre / ampere], [0, 0, 0]])
+    flow, found = expm(A * c.T)[:2], []
+    x = np.array([r[0], 0.0])
+    rest = -ks / 200 / metre * ampere * r[0]  # what holds it there
+    memory = np.linalg.lstsq(c.C, rest - c.D @ x - c.D_r[:, 0] * r[0], rcond=None)[0]
+    for goal in r:
+        u = c.C @ memory + c.D @ x + c.D_r[:, 0] * goal
+        found.append((u[0], x[0] - goal))
+        memory = c.A @ memory + c.B @ x + c.B_r[:, 0] * goal
+        x = flow @ [*x, u[0]]
+    return abs(np.array(found)).max(axis=0)
+
+
+@pytest.mark.parametrize("units", [(1, 1), (9.81, 0.3)])
+def test_a_magnet_that_holds_a_rotor_moves_it_as_proven(units):
+    """It pulls the rotor away: at rest u isn't zero, and each plant has its own."""
+    metre, ampere = units
+    c, limit = bearing(*units)[1], 5.0 * ampere
+    for start, way in ((0.0, 3e-4), (-2e-4, 3e-4)):
+        start, way = start * metre, way * metre
+        move = c.motions.move(way, start=start)
+        r = [*move.profile.points(way, start), *[start + way] * 200]
+        each = [floated(c, r, ks, *units) for ks in np.linspace(1e5, 3e5, 5)]
+        true = np.max(each, axis=0)
+        proven = np.array([move.effort[0].proven, move.error.proven])
+        assert (true <= proven).all() and (proven < 1.01 * true).all()
+        assert 0.9 * limit < move.effort[0].proven <= limit
+    safe = c.motions.limits_for(None, way, start=start)
+    far = max(abs(start), abs(start + way))
+    assert safe.range == far and way / c.T > safe.velocity
+    sizes = safe.velocity, safe.acceleration, safe.jerk
+    proven = c.motions.follow(*sizes, output=0, range=far).proven
+    goals = np.repeat(np.random.default_rng(3).choice([-far, far], 12), 60)
+    r = safe.follow(goals, far)
+    worst = max(floated(c, r, ks, *units)[0] for ks in (1e5, 2e5, 3e5))
+    assert 0.4 * proven < worst <= proven <= limit
+    with pytest.raises(ValueError, match="range is missing"):
+        c.motions.follow(*sizes, output=0)
+    with pytest.raises(ValueError, match="springs may ask 1.8 times"):
+        c.motions.move(6e-3 * metre)
+    text = " ".join(bounded(c.set_point(profile=safe), ()))
+    assert f"within {far:.6g} of zero, and" in text and "without its limit" not in text
+
+
+def test_a_weight_of_a_magnet_that_holds_a_rotor():
+    """Half of its step is overshoot without one; what is in vain two plants prove."""
+    c = bearing()[1]
+    assert c.bounds.step_response(1e-4).overshoot.proven > 49
+    soft = c.bounds.weights(0.1, 5.0, size=1e-4)
+    found = soft.bounds.step_response(1e-4)
+    for ks in (1e5, 1.7e5, 3e5):
+        asked, _ = floated(soft, [0.0, *[1e-4] * 300], ks)
+        assert asked <= found.effort[0].proven <= 5.0
+    assert found.overshoot.proven <= 10 and 0 < soft.R[0, 0] < 1
+    for over, most in ((0.05, 5.0), (0.5, 0.5)):
+        with pytest.raises(ValueError, match="no b keeps to it.*proven in balls"):
+            c.bounds.weights(over, most, size=1e-4)
 
 
 def spring(k, m=1.3):

@@ -210,7 +210,7 @@ def left_and_allowed(c):
         joined = Joined(c, c.B_r[:, :0], c.D_r[:, :0])
         rho, ((weights, L, P), *_) = c.falling
         tube = Tube(joined, weights, L, P, rho)
-        motion = tube.motion(-rest(c, 0), ticks=200)
+        motion = tube.motion(*tube.rest(-rest(c, 0)), ticks=200)
         back, worst = np.linalg.inv(tube.frame), np.zeros(200)
         for share in exact(np.arange(1, 8)) / 8:
             mixed = (1 - share) * weights[0] + share * weights[1]

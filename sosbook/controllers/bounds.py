@@ -50,10 +50,10 @@ def bounded_output(c, own, direct, k, start=None, peak=False):
     """
     output = not np.ndim(k)
     h, at_once = (outputs_of(c)[k], direct[k]) if output else (exact(k), 0 * direct[0])
-    now, columns = arb(0), [dict(start=start)]
+    now, columns = arb(0), None
     if start is None:
         now = sum((abs(e) for e in balls(at_once)), now)
-        columns = [dict(column=j) for j in range(len(at_once))]
+        columns = [(None, 0.0, j) for j in range(len(at_once))]
     else:
         own, direct = own[:, :0], direct[:, :0]
     ticks = ticks_of(c.radius)
@@ -62,8 +62,9 @@ def bounded_output(c, own, direct, k, start=None, peak=False):
         """The bound of a tube, and by how much it is above what is good."""
         check_time()
         most = true = 0.0
-        for one in columns:
-            near, off, tail = tube.motion(**one, ticks=ticks).seen(h)
+        several = [tube.rest(start)] if columns is None else columns
+        for one in several:
+            near, off, tail = tube.motion(*one, ticks=ticks).seen(h)
             sizes = abs(near)
             if peak:
                 true = max(true, sizes.max())
@@ -186,7 +187,7 @@ def rest(c, j):
 def fixed_end(c, j, x, row):
     """Where a ``row`` of the loop's state ends after a step of 1 of set point j of c,
     the same for every plant, as the controller's rest and what all plants have in
-    common say; x: see `rest`, or None. A ValueError where plants differ.
+    common say; x: see `rest`, or None. None where plants differ.
     """
     if x is not None:
         return (row @ x)[0]
@@ -208,7 +209,7 @@ def fixed_end(c, j, x, row):
     rows = np.array(both.tolist(), object)[:rank]
     first = [int(np.flatnonzero(r)[0]) for r in rows]
     if known.shape[1] in first:
-        raise ValueError(ENDS)
+        return None
     return sum((r[-1] * pushed[k] for r, k in zip(rows, first)), exact(0))
 
 

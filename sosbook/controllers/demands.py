@@ -136,7 +136,7 @@ class _Step:
         c = loops.some
         known_index("set_point", j, c.set_points)
         row = Row.of(c, j, rest(c, j), r.output)
-        if abs(float(row.ends) - 1) > SAME:
+        if row.ends is None or abs(float(row.ends) - 1) > SAME:
             raise ValueError(
                 f"StepLimits: {row.name} ends where gains say, not at the set point: "
                 "take an output that is integrated, or a law that integrates it"

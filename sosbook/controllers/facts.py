@@ -132,13 +132,14 @@ def bounded(c, trials):
             )
     if (profile := c.limits.profile) is not None:
         limits = profile.velocity, profile.acceleration, profile.jerk
+        far = "" if profile.range is None else f"{profile.range:.6g} of zero, and "
         moved = (
-            f"every motion of {c.set_points[0]} within {limits[0]:.6g} a second, "
+            f"every motion of {c.set_points[0]} within {far}{limits[0]:.6g} a second, "
             f"{limits[1]:.6g} and {limits[2]:.6g} of acceleration and jerk, as the one "
             "file of moves makes them,"
         )
         for k, signal in enumerate(c.outputs):
-            bound = c.motions.follow(*limits, output=k)
+            bound = c.motions.follow(*limits, output=k, range=profile.range)
             within = (bound.proven or np.inf) <= c.limits.u_max[k]
             end = "" if within else ", without its limit"
             lines.append(f"{moved} asks {signal}: {bound}{end}")

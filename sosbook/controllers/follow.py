@@ -17,6 +17,10 @@ and, whatever j is, :math:`|h y_v| V + T A \sum_i |h F^i y_v| + c |s_v|_q V /
 (1 - \rho)`, and, whatever a is, :math:`T V \sum_i |h F^i x_r|`. Each of the three
 holds, and so does the least: where an integral is slow, the sum of the jerk is long.
 
+Of a u, which is h x + d r, the size itself counts: :math:`|h x_r + d| R` more, where
+|r| is at most R. Without springs that is zero. Where each plant has its own rest,
+:math:`x_r` is the one of `Tube.rest`, to which the polynomial is near.
+
 *Proof.* :math:`x_{k+1} = F x_k + (x_r - F x_r) r_k`, v rises by T a, and a by T j; a
 push s now is at most :math:`c \rho^i |s|_q` after i ticks. For the second let y_a = 0,
 and for the third both. []
@@ -30,22 +34,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import fftconvolve
 
-from ..sampled.balls import balls, balls_of, middle
 from .bounds import GOOD, of_all_plants, ticks_of
 from .cells import Joined, work
 from .step_bounds import Row
-from .tube import SAFE, _above, _gamma
+from .tube import SAFE, _gamma
 
 MOST_CELLS = 64
 
 
 @dataclass(frozen=True, eq=False)
 class PerUnit:
-    """How much an output is moved by each unit of velocity, acceleration and jerk.
+    """How much an output is moved by each unit of the set point, of its velocity, its
+    acceleration and its jerk.
 
-    ``cells``, (cells, 3, 3), or None: proven, of each part of the family, by each bound
+    ``cells``, (cells, 3, 4), or None: proven, of each part of the family, by each bound
     of the theorem, from that of all three limits to that of velocity alone; ``seen``,
-    (corners, 3, 3): in floats. ``kernels``: of one motion alone, a `Kernel` for each
+    (corners, 3, 4): in floats. ``kernels``: of one motion alone, a `Kernel` for each
     part. ``unit``: the output's.
     """
 
@@ -55,7 +59,7 @@ class PerUnit:
     unit: str
 
     def bound(self, size):
-        """(proven, seen) for ``size``, (3,): V, A and J, floats, also infinite."""
+        """(proven, seen) for ``size``, (4,): R, V, A and J, floats, also infinite."""
         size = np.asarray(size, float)
         seen = float(least(self.seen, size).max())
         if self.cells is None:
@@ -65,8 +69,8 @@ class PerUnit:
 
 
 def least(bounds, size):
-    """(cells, k) of ``bounds``, (cells, bounds, 3), the least one for ``size``, (3,) or
-    (3, k); what a bound doesn't count may be infinite.
+    """(cells, k) of ``bounds``, (cells, bounds, 4), the least one for ``size``, (4,) or
+    (4, k); what a bound doesn't count may be infinite.
     """
     some = np.where(np.isfinite(size), size, 0.0)
     sums = bounds @ some + np.where((bounds > 0) @ np.isinf(size) * 1.0, np.inf, 0.0)
@@ -77,9 +81,10 @@ def least(bounds, size):
 class Kernel:
     """The answer to one motion alone at a cell's corners, by each bound of the theorem.
 
-    ``now``, (2, corners): h y_v and h y_a; ``later``, (3, ticks, corners): h F^i y_a,
-    h F^i y_v and h F^i x_r; ``spare``, (3, 3): how much other plants differ, by each
-    bound, a unit of V, A and J.
+    ``now``, (3, corners): h x_r + d, which is zero but for a u that springs ask, h y_v
+    and h y_a; ``later``, (3, ticks, corners): h F^i y_a, h F^i y_v and h F^i x_r;
+    ``spare``, (3, 4): how much other plants differ, by each bound, a unit of R, V, A
+    and J.
     """
 
     now: np.ndarray
@@ -87,23 +92,22 @@ class Kernel:
     spare: np.ndarray
 
     def largest(self, r, T, proven=True):
-        """A bound of |h (x - x_r r)| at all ticks of one motion r, which begins and
-        ends at rest; without ``proven`` what is seen at the corners.
+        """A bound of |h (x - x_r r)|, or of |u|, at all ticks of one motion r, which
+        begins and ends at rest; without ``proven`` what is seen at the corners.
         """
         moves = [np.concatenate([[r[0]] * 3, r, [r[-1]] * 4])]
         for _ in range(3):
             moves.append(np.diff(moves[-1]) / T)
-        moves = moves[1:]
         size = np.array([abs(x).max() for x in moves])
-        blur = (SAFE - 1) * size + 8 * 2.0**-52 * abs(r).max() / T ** np.arange(1, 4)
+        blur = (SAFE - 1) * size + 8 * 2.0**-52 * abs(r).max() / T ** np.arange(4)
         if not proven:
             return self._by(2, moves, T)
         doubts = [self._doubt(k, T) @ blur + self.spare[k] @ size for k in range(3)]
-        return SAFE * min(self._by(k, moves, T) + doubts[k] for k in range(3))
+        return float(SAFE * min(self._by(k, moves, T) + doubts[k] for k in range(3)))
 
     def _by(self, k, moves, T):
-        """The largest at the corners, by bound k, of the ``moves`` v, a and j."""
-        most, count = 0.0, 2 - k
+        """The largest at the corners, by bound k, of the ``moves`` r, v, a and j."""
+        most, count = 0.0, 3 - k
         for now, later in zip(self.now.T, self.later[k].T):
             u = np.zeros(len(moves[count]) + len(later))
             for share, move in zip(now[:count], moves):
@@ -113,8 +117,8 @@ class Kernel:
         return most
 
     def _doubt(self, k, T):
-        """(3,) how much an error of v, a or j is felt in `_by`."""
-        found, count = np.zeros(3), 2 - k
+        """(4,) how much an error of r, v, a or j is felt in `_by`."""
+        found, count = np.zeros(4), 3 - k
         found[:count] = abs(self.now[:count]).max(axis=1)
         found[count] = T * abs(self.later[k]).sum(axis=0).max()
         return found
@@ -123,54 +127,49 @@ class Kernel:
 @work
 def per_unit(c, x, j, output, most=MOST_CELLS):
     """The `PerUnit` of an ``output`` (see `OutputBounds.step_response`) of c while set
-    point j moves from rest, x being where it rests: of an output that ends elsewhere
-    than at zero its distance from there. ``most``: parts of the family; none proves
+    point j moves from rest, x being where it rests (see `bounds.rest`): of an output
+    other than a u its distance from there. ``most``: parts of the family; none proves
     nothing.
     """
     row = Row.of(c, j, x, output)
     ticks, T = ticks_of(c.radius), float(c.T)
-    joined = Joined(c, c.B_r[:, :0], c.D_r[:, :0])
+    pushed = slice(0) if x is not None else [j]
+    joined = Joined(c, c.B_r[:, pushed], c.D_r[:, pushed])
 
     def judged(tube):
         """A cell's bounds and its kernel, and by how much it is above what is good."""
         *_, reach = tube.seen_by(row.row)
-        y_v, lost_v = _followed(tube, T, _rest_of(tube, x))
-        lost_v += T * tube.longest * _blurred(tube, x)
+        rest, away = tube.rest(x)
+        y_v, lost_v = _followed(tube, T, rest)
+        lost_v += T * away
         y_a, lost_a = _followed(tube, T, y_v)
         lost = [reach * s / (1 - tube.rho) for s in (lost_v, lost_a)]
-        now = [(_largest(tube, row.row, y), s) for y, s in zip((y_v, y_a), lost)]
-        found, spare, excess, later = np.zeros((3, 3)), np.zeros((3, 3)), [], []
-        for k, start in enumerate((dict(first=y_a), dict(first=y_v), dict(start=x))):
-            near, off, tail = tube.motion(**start, ticks=ticks).seen(row.row)
+        ends = [_largest(tube, row.row, y) for y in (y_v, y_a)]
+        now = [(h, off + s) for (h, off), s in zip(ends, lost)]
+        u, doubt = np.zeros(len(tube.weights)), 0.0
+        if x is None and row.direct is not None:  # springs ask something at rest
+            u, doubt = _largest(tube, row.row, rest, away)
+            u, doubt = u + row.direct, doubt + (SAFE - 1) * abs(row.direct)
+        now.insert(0, (u, doubt))
+        found, spare, excess, later = np.zeros((3, 4)), np.zeros((3, 4)), [], []
+        for k, start in enumerate(((y_a,), (y_v,), (rest, away))):
+            near, off, tail = tube.motion(*start, ticks=ticks).seen(row.row)
             sizes = T * abs(near[:-1]).sum(axis=0).max()
             late = T * (off[:-1].sum() + tail / (1 - tube.rho))
             later.append(near[:-1])
-            spare[k, : 3 - k] = [*(doubt + s for (_, doubt), s in now[: 2 - k]), late]
-            found[k, : 3 - k] = [*(abs(h).max() for (h, _), _ in now[: 2 - k]), sizes]
+            spare[k, : 4 - k] = [*(doubt for _, doubt in now[: 3 - k]), late]
+            found[k, : 4 - k] = [*(abs(h).max() for h, _ in now[: 3 - k]), sizes]
             excess.append(late - (GOOD - 1) * sizes)
         found += spare
-        excess.append(sum(lost) - (GOOD - 1) * found[0].sum())
-        kernel = Kernel(np.array([h for (h, _), _ in now]), np.array(later), spare)
+        excess.append(doubt + sum(lost) - (GOOD - 1) * found[0].sum())
+        kernel = Kernel(np.array([h for h, _ in now]), np.array(later), spare)
         return (found * SAFE, kernel), max(excess)
 
     found = of_all_plants(c, joined, judged, most) if most else None
     cells, kernels = (None, []) if found is None else zip(*found)
     cells = None if cells is None else np.array(cells)
-    seen = [_seen(loop, x, row, T, ticks) for loop in c.loops]
+    seen = [_seen(loop, x, row, T, ticks, j) for loop in c.loops]
     return PerUnit(cells, np.array(seen), list(kernels), row.unit)
-
-
-def _rest_of(tube, x):
-    """The rest x in a tube's frame, as a polynomial in floats."""
-    found = np.zeros((len(tube.exponents), len(tube.frame)))
-    found[0] = middle(balls_of(tube.frame) @ balls(x))[:, 0]
-    return found
-
-
-def _blurred(tube, x):
-    """How far the rest x is from its floats, in the frame."""
-    whole = (balls_of(tube.frame) @ balls(x))[:, 0]
-    return float(np.linalg.norm(_above(whole - balls_of(middle(whole[:, None])[:, 0]))))
 
 
 def _followed(tube, T, goal):
@@ -183,21 +182,26 @@ def _followed(tube, T, goal):
     return y, lost + tube.longest * float(most @ np.linalg.norm(sizes, axis=1))
 
 
-def _largest(tube, row, y):
-    """(near, off) of row y for a polynomial y, as `Motion.seen` has them."""
-    near, off, _ = tube.motion(first=y, ticks=1).seen(row)
+def _largest(tube, row, *start):
+    """(near, off) of row x for x of a polynomial, as `Motion.seen` has them."""
+    near, off, _ = tube.motion(*start).seen(row)
     return near[0], float(off[0])
 
 
-def _seen(loop, x, row, T, ticks):
-    """A plant's bounds of `PerUnit`, (3, 3), in floats."""
+def _seen(loop, x, row, T, ticks, j):
+    """A plant's bounds of `PerUnit`, (3, 4), in floats."""
     h, left = row.row.astype(float), np.eye(len(loop.F)) - loop.F
-    found, ys = np.zeros((3, 3)), [x.astype(float)[:, 0]]
+    found = np.zeros((3, 4))
+    if x is None:
+        ys = [np.linalg.solve(left, loop.set_point[:, j])]
+        found[:, 0] = 0 if row.direct is None else abs(h @ ys[0] + row.direct)
+    else:
+        ys = [x.astype(float)[:, 0]]
     for k in range(2):
         ys.append(np.linalg.solve(left, -T * ys[-1]))
-        found[: 2 - k, k] = abs(h @ ys[-1])
+        found[: 2 - k, k + 1] = abs(h @ ys[-1])
     for k, y in enumerate(reversed(ys)):
         for _ in range(ticks):
-            found[k, 2 - k] += T * abs(h @ y)
+            found[k, 3 - k] += T * abs(h @ y)
             y = loop.F @ y
     return found

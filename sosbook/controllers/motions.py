@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 
 from ..exact.proof import Stopped, proven_within
-from ..plants.checks import not_negative, positive
+from ..plants.checks import finite, not_negative, positive
 from ..runtime.time_limit import checked_seconds
 from .bounded import SECONDS, Bounded
-from .bounds import at_rest
+from .bounds import rest
 from .follow import per_unit
 from .limits import per_signal
 from .profile import Profile, fastest, quickest
+from .signals import known_index
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +74,7 @@ class Motions:
         set_point: int = 0,
         output: Any = None,
         time_limit: float = SECONDS,
+        range: float | None = None,
     ) -> Bounded:
         """The largest distance of an output from where it would rest, at the ticks,
         for every motion of a set point within these limits, of any length.
@@ -87,6 +89,8 @@ class Motions:
             As in `OutputBounds.step_response`: of a u, by its index, its largest size.
         time_limit : float
             Seconds, after which there is no proof, or a less sharp one.
+        range : float, optional
+            How far from zero the set point goes: of a u that isn't zero at rest.
 
         Returns
         -------
@@ -97,7 +101,7 @@ class Motions:
         Raises
         ------
         ValueError
-            As for `OutputBounds.ramp`.
+            If ``range`` is missing: springs push back, and u holds against them.
 
         Examples
         --------
@@ -109,11 +113,16 @@ class Motions:
         >>> 1 < force.seen <= force.proven  # the heavier mass is 2
         True
         """
-        names = "velocity", "acceleration", "jerk"
-        given = zip(names, (velocity, acceleration, jerk))
-        size = [np.inf if x is None else not_negative(name, x, "per second")
+        names = "range", "velocity", "acceleration", "jerk"
+        given = zip(names, (range, velocity, acceleration, jerk))
+        size = [np.inf if x is None else not_negative(name, x)
                 for name, x in given]  # fmt: skip
         units = self._units(set_point, output, time_limit)
+        if range is None and units.seen[..., 0].any():
+            raise ValueError(
+                "range is missing: how far from zero the set point goes. Springs push "
+                "back, and u holds against them where it rests"
+            )
         proven, seen = units.bound(size)
         return Bounded(proven, seen, units.unit)
 
@@ -123,6 +132,7 @@ class Motions:
         distance: float = 1.0,
         set_point: int = 0,
         time_limit: float = SECONDS,
+        start: float = 0.0,
     ) -> Profile:
         """The limits with which a ``distance`` takes least, and every other motion
         within them asks no more than ``u_max``, too.
@@ -135,13 +145,16 @@ class Motions:
             Of a set point, and which.
         time_limit : float
             As for `follow`.
+        start : float
+            Where the ``distance`` begins. Where springs push back all motions stay as
+            near to zero as this one.
 
         Raises
         ------
         ValueError
-            If nothing was proven, or no output has a limit.
+            If nothing was proven, no output has a limit, or springs ask more at rest.
         """
-        return self._planned(fastest, u_max, distance, set_point, time_limit)[0]
+        return self._planned(fastest, u_max, distance, set_point, time_limit, start)[0]
 
     def move(
         self,
@@ -150,6 +163,7 @@ class Motions:
         set_point: int = 0,
         output: Any = None,
         time_limit: float = SECONDS,
+        start: float = 0.0,
     ) -> Move:
         """The fastest move over a ``distance`` that was found within ``u_max``.
 
@@ -161,6 +175,8 @@ class Motions:
             Of which `Move.error` speaks, as in `OutputBounds.step_response`.
         time_limit : float
             As for `follow`.
+        start : float
+            From where, which matters where springs push back.
 
         Returns
         -------
@@ -182,9 +198,9 @@ class Motions:
         >>> move.duration > 2 * (3 * 2 / 2.0) ** 0.5, bool(move.effort[0].proven <= 2)
         (True, True)
         """
-        found = self._planned(quickest, u_max, distance, set_point, time_limit)
-        profile, units = found
-        r = profile.points(distance)
+        asked = u_max, distance, set_point, time_limit, start
+        profile, units = self._planned(quickest, *asked)
+        r = profile.points(distance, start)
         error = self._units(set_point, output, time_limit)
         whole = [_of_move(p, r, profile.T) for p in (*units, error)]
         return Move(profile, float(distance), tuple(whole[:-1]), whole[-1])
@@ -192,12 +208,13 @@ class Motions:
     def _units(self, set_point, output, seconds):
         """The `PerUnit` of an ``output``, within some ``seconds``."""
         c = self.controller
-        asked = c, at_rest(c, set_point), set_point, output
+        known_index("set_point", set_point, c.set_points)
+        asked = c, rest(c, set_point), set_point, output
         limit = checked_seconds(seconds, needed=True)
         found = proven_within(limit, lambda: per_unit(*asked))
         return per_unit(*asked, most=0) if isinstance(found, Stopped) else found
 
-    def _planned(self, plan, u_max, distance, set_point, seconds):
+    def _planned(self, plan, u_max, distance, set_point, seconds, start):
         """The `Profile` that ``plan`` makes, and the `PerUnit` of each output."""
         c, distance = self.controller, positive("distance", distance)
         limits = c.limits.u_max
@@ -213,7 +230,8 @@ class Motions:
                 "may help"
             )
         unit = c.set_points[set_point].unit
-        return plan(units, limits[some], distance, float(c.T), unit), units
+        way = distance, finite("start", start)
+        return plan(units, limits[some], way, float(c.T), unit), units
 
 
 def _of_move(units, r, T):

@@ -132,9 +132,14 @@ class OutputBounds:
         Raises
         ------
         ValueError
-            As for `ramp`.
+            As for `step_response`, which answers where springs push back.
         """
-        size = exact(positive("size", size))
+        c, size = self.controller, exact(positive("size", size))
+        known_index("set_point", set_point, c.set_points)
+        known_index("output", output, c.outputs)
+        if rest(c, set_point) is None:
+            asked = float(size), set_point, None
+            return self.step_response(*asked, time_limit=time_limit).effort[output]
         return self._of_motion(size, set_point, output, time_limit, peak=True)
 
     def step_response(

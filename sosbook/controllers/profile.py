@@ -48,6 +48,9 @@ class Profile:
         Between ticks, in s.
     unit : str
         Of the set point.
+    range : float, optional
+        How far from zero it goes, where springs push back: what the outputs are bounded
+        for. The program doesn't look after it.
 
     Raises
     ------
@@ -69,11 +72,14 @@ class Profile:
     jerk: float
     T: float
     unit: str = ""
+    range: float | None = None
 
     def __post_init__(self):
         """Check the numbers."""
         for name in ("velocity", "acceleration", "jerk", "T"):
             positive(name, getattr(self, name))
+        if self.range is not None:
+            positive("range", self.range)
         self.windows(0.0)
 
     def windows(self, distance):
@@ -193,19 +199,27 @@ class Profile:
         return renamed(text.replace("@NUMBERS@", "".join(lines)), "axis", name)
 
 
-def fastest(units, limits, distance, T, unit=""):
-    """The `Profile` in which a ``distance`` takes least where the outputs with these
-    ``units``, a `PerUnit` each, stay within ``limits``, (outputs,), for every motion.
-    ``T``: between ticks; ``unit``: of the set point.
+def fastest(units, limits, way, T, unit=""):
+    """The `Profile` in which a ``way``, (distance, start), takes least where outputs
+    with these ``units``, a `PerUnit` each, stay within ``limits``, (outputs,), for
+    every motion as near to zero. ``T``: between ticks; ``unit``: of the set point.
     """
+    distance, start = way
+    far = max(abs(start), abs(start + distance))
     bounds = np.vstack([p.cells / limit for p, limit in zip(units, limits)])
+    if not (most := far * bounds[..., 0].max()) < 1:
+        raise ValueError(
+            f"u_max: where the set point rests at {far:g} springs may ask {most:.4g} "
+            "times that, and a motion asks more: take a shorter distance"
+        )
     two, three = (x.ravel() for x in np.meshgrid(SHARES, SHARES))
     good = (two >= three) & (two + three <= 1)
     two, three = two[good], three[good]
     parts = np.array([np.ones(len(two)), 1 / two, 1 / (two * three)])
 
     def asked(t):
-        return least(bounds, distance * parts / np.array([t, t**2, t**3])).max(axis=0)
+        size = distance * parts / np.array([t, t**2, t**3])
+        return least(bounds, np.vstack([0 * t + far, size])).max(axis=0)
 
     low, high = np.full(len(two), 1e-12), np.full(len(two), 1.0)
     while (asked(high) > 1).any():
@@ -219,19 +233,22 @@ def fastest(units, limits, distance, T, unit=""):
     n3, n2 = (ceil(x * t1 / T) for x in (three[best], two[best]))
     n2 = max(n2, n3)
     n1 = max(ceil(t1 / T), n2 + n3)
-    return _of_windows(n1, n2, n3, distance, T, unit)
+    held = bounds[..., 0].any()
+    return _of_windows(n1, n2, n3, distance, T, unit, float(far) if held else None)
 
 
-def quickest(units, limits, distance, T, unit=""):
-    """As `fastest`, with the same ``units``, ``limits``, ``distance``, ``T`` and
-    ``unit``, of this one move alone, which asks less than the worst motion.
+def quickest(units, limits, way, T, unit=""):
+    """As `fastest`, with the same ``units``, ``limits``, ``way``, ``T`` and ``unit``,
+    of this one move alone, which asks less than the worst motion.
     """
+    distance, start = way
 
     def fits(t, two, three, proven=False):
         n3 = max(ceil(three * two * t / T), 1)
         n2 = max(ceil(two * t / T), n3)
-        profile = _of_windows(max(ceil(t / T), n2 + n3), n2, n3, distance, T, unit)
-        r = profile.points(distance)
+        n1 = max(ceil(t / T), n2 + n3)
+        profile = _of_windows(n1, n2, n3, distance, T, unit, slow.range)
+        r = profile.points(distance, start)
         good = all(
             kernel.largest(r, T, proven) <= limit
             for p, limit in zip(units, limits)
@@ -239,7 +256,7 @@ def quickest(units, limits, distance, T, unit=""):
         )
         return profile if good else None
 
-    slow = fastest(units, limits, distance, T, unit)
+    slow = fastest(units, limits, way, T, unit)
     best, ticks = slow, slow.ticks(distance)
     for two, three in product(TWO, THREE):
         if two * (1 + three) > 1:
@@ -258,12 +275,12 @@ def quickest(units, limits, distance, T, unit=""):
     return best
 
 
-def _of_windows(n1, n2, n3, distance, T, unit):
-    """The `Profile` in which a ``distance`` has these windows."""
+def _of_windows(n1, n2, n3, distance, T, unit, range):
+    """The `Profile` in which a ``distance`` has these windows, and this ``range``."""
     V = distance / (n1 * T)
     sizes = V, V / (n2 * T), V / (n2 * n3 * T**2)
     # a little more than what the windows need, so that they come out the same
-    return Profile(*map(_six, sizes), T, unit)
+    return Profile(*map(_six, sizes), T, unit, range)
 
 
 def _counts(x):

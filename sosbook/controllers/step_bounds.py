@@ -110,13 +110,15 @@ class StepBounds:
 @dataclass(frozen=True, eq=False)
 class Row:
     """An output: ``row``, (N,), of the loop's state, where it ``ends`` after a step of
-    1, in rationals; its ``name`` and ``unit``.
+    1, in rationals, or None where each plant has its own end; its ``name`` and
+    ``unit``; of a u ``direct``: how the set point acts on it at once.
     """
 
     row: np.ndarray
     ends: object
     name: str
     unit: str
+    direct: float | None = None
 
     @classmethod
     def of(cls, c, j, x, output):
@@ -131,7 +133,7 @@ class Row:
             row = np.concatenate([row, exact(np.zeros(whole - N))])
             ends = fixed_end(c, j, x, row)
             if x is None and share.any():
-                raise ValueError(ENDS)  # of u, springs ask something at rest
+                ends = None  # of u, springs ask something at rest
             return cls(row + share @ outputs_of(c), ends, name, unit)
         if output is None:
             n, name = len(c.R), c.set_points[j].name.removeprefix("set point of ")
@@ -148,10 +150,9 @@ class Row:
             name, row = output, several[output]
         else:
             known_index("output", output, c.outputs)
-            signal = c.outputs[output]
-            if x is None:
-                raise ValueError(ENDS)
-            return cls(outputs_of(c)[output], exact(0), signal.name, signal.unit)
+            signal, ends = c.outputs[output], None if x is None else exact(0)
+            words, direct = (signal.name, signal.unit), float(c.D_r[output, j])
+            return cls(outputs_of(c)[output], ends, *words, direct)
         row = np.concatenate([exact(row), exact(np.zeros(whole - N))])
         return cls(row, fixed_end(c, j, x, row), name, unit_of(name, c.units))
 
@@ -184,6 +185,8 @@ def step_bounds(c, x, size, j, output, band, most):
     size = exact(positive("size", size))
     positive("band", band)
     row = Row.of(c, j, x, output)
+    if row.ends is None:
+        raise ValueError(ENDS)
     asked = outputs_of(c)
     ticks = ticks_of(c.radius)
     end = float(row.ends)
@@ -191,12 +194,8 @@ def step_bounds(c, x, size, j, output, band, most):
 
     def judged(tube):
         """The numbers of a ``tube``'s step, and how far its doubt is above `FINE`."""
-        if x is None:
-            y, away = tube.resting
-            motion = tube.motion(first=-y, ticks=ticks, away=away)
-            rests = tube.motion(first=y, away=away)
-        else:
-            motion = tube.motion(-x, ticks=ticks)
+        y, away = tube.rest(x)
+        motion = tube.motion(-y, away, ticks=ticks)
         near, off, tail = motion.seen(row.row)
         answer = _Numbers.of(near.min(axis=1) - off, near.max(axis=1) + off, tail, end)
         excess = [off.max() - FINE[0] * (goal if end else abs(near).max())]
@@ -204,7 +203,7 @@ def step_bounds(c, x, size, j, output, band, most):
             u, doubt, last = motion.seen(h)
             end_u = 0.0
             if x is None:  # what springs ask at rest
-                held, more, _ = rests.seen(h)
+                held, more, _ = tube.motion(y, away).seen(h)
                 u, doubt = u + held[0] + at_once, doubt + more[0]
                 end_u = abs(held[0] + at_once).max() + more[0]
             most = max((abs(u).max(axis=1) + doubt).max(), last + end_u)

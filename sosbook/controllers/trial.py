@@ -8,7 +8,7 @@ from flint import arb
 
 from ..plants.checks import positive
 from .bounded import Bounded
-from .bounds import four_digits, rounded, settled
+from .bounds import four_digits, rest, rounded, settled
 
 FAR = 10.0  # times its step: beyond that a motion is cut, and no overshoot is said
 SHARE = 0.1  # of the limit, that a load asks
@@ -42,10 +42,14 @@ def steps_of(c, step=None):
 
 
 def _asked(c, j, size):
-    """The largest size of each output after a step of set point j, from rest."""
+    """The largest size of each output after a step of set point j, from rest; () where
+    no bound of it is known, or none of a ramp that is asked for.
+    """
+    if np.isfinite(c.limits.ramp[j]) and rest(c, j) is None:
+        return ()
     try:
         return tuple(c.bounds.step(size, j, k) for k in range(len(c.outputs)))
-    except ValueError:  # the output isn't zero at rest
+    except ValueError:  # where the step ends is another place for each plant
         return ()
 
 

@@ -169,24 +169,18 @@ class Tube:
         left, gone = np.array([*left.values()]).reshape(-1, N, count * N + j), [*left]
         return np.concatenate([A, left]), self.largest([*self.exponents, *gone])
 
-    def motion(self, start=None, column=None, ticks=1, first=None, away=0.0):
-        """The `Motion` over ``ticks`` from a ``start``, (N, 1) in rationals; or from
-        within ``away`` of a polynomial, ``first``, (monomials, N); or from zero, where
-        the input of a ``column`` is one at tick 0.
+    def motion(self, first=None, away=0.0, column=None, ticks=1):
+        """The `Motion` over ``ticks`` from within ``away`` of a polynomial, ``first``,
+        (monomials, N); or from zero, where the input of a ``column`` is one at tick 0.
         """
         A, _ = self.recursion
         count, (N, j) = len(self.exponents), (len(self.frame), self.joined.inputs)
         X = np.zeros((ticks + 1, count * N + j))
         e = np.zeros(ticks + 1)
-        if first is not None:
-            X[0, : count * N], e[0] = first.ravel(), away
-        elif start is None:
+        if first is None:
             X[0, count * N + column] = 1.0
         else:
-            whole = balls_of(self.frame) @ balls(start)
-            X[0, :N] = middle(whole)[:, 0]
-            e[0] = np.linalg.norm(_above(whole[:, 0] - balls_of(X[0, :N])))
-            e[0] = self.longest * e[0] + TINY
+            X[0, : count * N], e[0] = first.ravel(), away
         moves = A[:count].reshape(count * N, -1)
         X[1, : count * N] = moves @ X[0]
         moves = moves[:, : count * N].T
@@ -219,13 +213,21 @@ class Tube:
             y[k] = np.linalg.solve(one, right)
         return y
 
-    @cached_property
-    def resting(self):
-        """(y, away): where the first input being one holds the loop at rest, to within
-        ``away`` in the norm: at most |F y + G - y| / (1 - rho).
+    def rest(self, x=None):
+        """(y, away): where the first input being one holds the loop at rest, a
+        polynomial in floats, to within ``away`` in the norm: x, (N, 1), where that is
+        known in rationals, else at most |F y + G - y| / (1 - rho) from there.
         """
         floats, _, _ = self.pieces
         N, j = len(self.frame), self.joined.inputs
+        if x is not None:
+            y, whole = (
+                np.zeros((len(self.exponents), N)),
+                balls_of(self.frame) @ balls(x),
+            )
+            y[0] = middle(whole)[:, 0]
+            off = np.linalg.norm(_above(whole[:, 0] - balls_of(y[0])))
+            return y, self.longest * off + TINY
         push = [
             floats[e][:N, N] if e in floats else np.zeros(N) for e in self.exponents
         ]

@@ -13,7 +13,7 @@ from flint import arb, ctx
 
 from ..exact.rational import exact
 from ..plants.checks import not_negative, positive
-from ..sampled.balls import balls, product
+from ..sampled.balls import balls, product, solve
 from .bounded import plants_of
 from .bounds import outputs_of, rest, ticks_of
 from .cells import Joined
@@ -37,23 +37,29 @@ def weighted(c, overshoot, effort, size, j, output, band):
         None if effort is None else positive("effort", effort) / positive("size", size)
     )
     ends = [c.set_point(b=b) for b in (0.0, 1.0)]
-    x = [rest(one, j) for one in ends]
-    if any(one is None for one in x):
-        raise ValueError("set_point: springs push back where it rests: b is for others")
-    row = Row.of(c, j, x[0], output)
+    row = Row.of(c, j, rest(ends[0], j), output)
     if not row.ends:
-        raise ValueError("output must end where the set point moves it, not at zero")
+        raise ValueError(
+            "output must end where the set point moves it, with every plant alike"
+        )
     plants, ticks = plants_of(c), ticks_of(c.radius)
     asks = [] if most is None else [*outputs_of(c)]
     hs = [row.row / row.ends, *asks]
     below = len(hs)  # where the rows for the other sign begin
     hs += [-h for h in hs]
-    seen = np.array(
-        [
-            [motion_of(c.loop(d), -one, ticks) @ np.array(hs, float).T for one in x]
-            for _, _, d in plants
-        ]
-    ).transpose(3, 1, 0, 2)  # of each row, end, plant and tick
+    floats = np.array(hs, float)
+
+    def after(one, d):
+        """(ticks, rows): of a plant d, the outputs less where they end, and each u."""
+        loop = one.loop(d)
+        x = np.linalg.solve(np.eye(len(loop.F)) - loop.F, loop.set_point[:, [j]])
+        held = (loop.H @ x)[:, 0] + loop.direct_r[:, j]
+        held = np.concatenate([[0.0], held[: len(asks)]])
+        return motion_of(loop, -x, ticks) @ floats.T + np.concatenate([held, -held])
+
+    seen = np.array([[after(one, d) for one in ends] for _, _, d in plants]).transpose(
+        3, 1, 0, 2
+    )  # of each row, end, plant and tick
     room = [0.0, 0.0]
     for _ in range(ROUNDS):
         limits = [(0, asked[0] - room[0])]
@@ -64,7 +70,7 @@ def weighted(c, overshoot, effort, size, j, output, band):
         ]
         low, high, places = _shared(seen, limits)
         if low > high:
-            if not any(room) and _refuted(c, plants, x, hs, limits, places):
+            if not any(room) and _refuted(ends, plants, hs, j, limits, places):
                 at = [f"{plants[i][0]} at {k * c.T:.4g} s" for _, i, k in places]
                 raise ValueError(
                     f"no b keeps to it: b must be below {high:.4g} for {at[1]} and "
@@ -114,20 +120,32 @@ def _shared(seen, limits, late=(), first=0):
     return *ends, places
 
 
-def _refuted(c, plants, x, hs, limits, places):
-    """True if balls prove that the two rows at these places share no b."""
+def _refuted(several, plants, hs, j, limits, places):
+    """True if balls prove that the two rows at these places share no b, the controllers
+    with b = 0 and 1 being ``several``.
+    """
     if None in places:
         return False
     ends, slopes = [], []
     with ctx.workprec(BITS):
         for row, i, tick in places:
-            one = replace(c, plant=plants[i][1])
-            joined = Joined(one, c.B_r[:, :0], c.D_r[:, :0])
-            F, h = joined.family.loop(exact(np.ones(1)), c.timing), balls(hs[row][None])
-            v = [balls(-e) for e in x]
-            for _ in range(tick):
-                v = [product(F, e) for e in v]
-            a, other = ((h @ e)[0, 0] for e in v)
-            slopes.append(other - a)
-            ends.append((arb(exact(dict(limits)[row])) - a) / (other - a))
+            values = []
+            for c in several:
+                one = replace(c, plant=plants[i][1])
+                joined = Joined(one, c.B_r[:, [j]], c.D_r[:, [j]])
+                whole = joined.family.loop(exact(np.ones(1)), c.timing)
+                F, G = whole[:-1, :-1], whole[:-1, -1:]
+                x = solve(balls(np.eye(len(F), dtype=int)) - F, G)
+                v = -x
+                for _ in range(tick):
+                    v = product(F, v)
+                h, k = balls(hs[row][None]), row % (len(hs) // 2) - 1
+                value = (h @ v)[0, 0]
+                if k >= 0:  # a u, with what springs ask at rest
+                    sign = 1 if row < len(hs) // 2 else -1
+                    value += (h @ x)[0, 0] + sign * arb(exact(c.D_r[k, j]))
+                values.append(value)
+            slopes.append(values[1] - values[0])
+            most = arb(exact(dict(limits)[row]))
+            ends.append((most - values[0]) / slopes[-1])
     return bool(slopes[0] < 0 < slopes[1] and ends[0] > ends[1])
