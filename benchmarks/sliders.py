@@ -1,4 +1,4 @@
-"""What a reader waits for: slider moves, refusals, advice, exact proofs."""
+"""What a reader waits for: moves of a slider."""
 
 import time
 
@@ -9,7 +9,6 @@ from sosbook.book import thesis
 from sosbook.studies.maps.search import requirements
 from sosbook.synthesis.request import Request
 
-from .clock import cpu
 from .maps import keywords
 from .records import record, summary
 
@@ -56,47 +55,6 @@ def moves(example, count=MOVES):
             share_solver=float(np.median(solver / whole)),
             share_drawing=float(np.median(1 - solver / whole)),
             **summary(whole.tolist()),
-        )
-
-
-def answers(example, count=15):
-    """Records of a design, a known gain, a refusal, with advice too, and a proof.
-
-    CPU seconds of one call each, in turns: their ratios hold on other machines.
-    Refused is a tenth of the printed gamma; a refusal has its exact proof.
-    """
-    given = getattr(thesis, f"example_{example}")()
-    plant, asked = given.plant, given.requirements
-    impossible = asked | dict(gamma=sos.HInfinity(given.gamma / 10, mu=1.0))
-    design = sos.design_pid(plant, **asked)
-
-    def refuse():
-        return sos.design_pid(plant, **impossible)
-
-    rows = {
-        "a design": (lambda: sos.design_pid(plant, **asked).K, np.size),
-        "a known gain": (lambda: sos.analyse_pid(plant, design.K, **asked).K, np.size),
-        "refusal": (lambda: refuse().infeasibility, lambda c: bool(c and c.proven)),
-        "refusal with advice": (lambda: refuse().advice, bool),
-        "exact proof of a design": (design.certify, lambda c: c.proven),
-    }
-    times, good = {name: [] for name in rows}, {}
-    for k in range(-1, count):  # one to warm up
-        for name, (call, right) in rows.items():
-            begin = cpu()
-            found = call()
-            times[name] += [cpu() - begin] * (k >= 0)
-            good[name] = right(found)
-    for name, some in times.items():
-        yield record(
-            family="answers",
-            case=f"example {example}, answers",
-            n=plant.n,
-            vertices=len(plant.vertices),
-            competitor=f"sosbook, {name}",
-            clock="CPU seconds of one call",
-            status="right" if good[name] else "wrong",
-            **(summary(some) if good[name] else {}),
         )
 
 

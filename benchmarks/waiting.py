@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from . import maps, pages, sliders
+from . import maps, pages, sliders, verdicts
 from .clock import cpu
 from .records import FIELDS, record, store, summary
 from .run import machine
@@ -21,7 +21,8 @@ from .run import machine
 RESULTS = Path(__file__).with_name("waiting.json")
 PARTS = {
     "starts": ("start",),
-    "sliders": ("slider", "answers"),
+    "sliders": ("slider",),
+    "answers": ("answers",),
     "pages": ("page",),
     "map": ("map", "designs"),
 }
@@ -39,7 +40,8 @@ def measure(parts=(), quick=False, old=None):
     if "sliders" in parts:
         for k in (1, 2, 3):
             records += sliders.moves(k, 12 if quick else 60)
-            records += sliders.answers(k, 3 if quick else 15)
+    if "answers" in parts:
+        records += verdicts.answers(3 if quick else 15)
     if "pages" in parts:
         records += pages.moves()
     if "map" in parts:

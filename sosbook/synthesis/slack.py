@@ -114,7 +114,7 @@ def point_with_slack(request, minimized=()):
     """A point of a ``request`` with the first slack scalar that leaves one, as `search`
     gives it; or None. The vertices that refuse one scalar mostly refuse the next one,
     so they are asked alone first: fewer blocks, and where they have no point all have
-    none.
+    none. No scalar helps where one of them is refused by itself.
     """
     few = ()
     for trial in _trials(request):
@@ -128,6 +128,8 @@ def point_with_slack(request, minimized=()):
             if first is not None and first.values is not None:
                 return first
             few = _heaviest(first)
+            if any(refused_alone(request, i) is not None for i, _ in few):
+                return None
     return None
 
 
@@ -234,7 +236,7 @@ def or_with_slack(first, request, objective, backoff, prefer):
         asked = asked.without(asked.owner(name))
 
     def work():
-        if refused_at_a_vertex(asked) is not None:
+        if objective and refused_at_a_vertex(asked) is not None:
             return first
         return designed(request, objective, backoff, None, prefer, vertices=False)
 
