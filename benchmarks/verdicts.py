@@ -1,4 +1,4 @@
-"""What a yes, a known gain, a no and a proof take: CPU seconds of one call, in turns."""
+"""What a yes, a known gain, a no and a proof take: CPU seconds of a call, in turns."""
 
 import numpy as np
 
@@ -122,7 +122,7 @@ def late():
 
 def at_ticks():
     """Eight plants, a gain and a period."""
-    plant, rows = family(3)
+    plant, _ = family(3)
     K = sos.design_pid(plant, region=sos.PoleRegion(sigma=0.2, rho=30)).K
     return plant, {
         "proof": (lambda: sos.certify_sampled(plant, K, 0.02), lambda c: c.proven)
