@@ -154,12 +154,12 @@ class Controller(Questions):
         """How many numbers it remembers."""
         return len(self.A)
 
-    @property
+    @cached_property
     def set_points(self) -> tuple:
         """A `Signal` for each set point."""
         return set_points_of(self)
 
-    @property
+    @cached_property
     def followed(self) -> list:
         """For each set point the index of what is measured of it, or None."""
         return followed_of(self)

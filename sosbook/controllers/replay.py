@@ -96,12 +96,16 @@ class Replay:
         return np.array([lanes.shown(value).reshape(-1) for value in u])
 
     def _read(self, values, count):
-        values = np.asarray(values, float)
-        values = values.reshape(count, -1 if count else self._lanes.runs)
-        values = np.broadcast_to(values, (count, self._lanes.runs))
-        one = self._lanes.runs == 1
+        values, runs = np.asarray(values, float), self._lanes.runs
+        if runs == 1:
+            values = values.reshape(count).tolist()
+            if self._lanes.real is float:
+                return values
+        else:
+            values = values.reshape(count, -1 if count else runs)
+            values = np.broadcast_to(values, (count, runs))
         with np.errstate(over="ignore"):
-            return [self._lanes.read(x[0].item() if one else x) for x in values]
+            return [self._lanes.read(x) for x in values]
 
     def _step(self, now, y, r, elapsed):
         """One tick of `step` of the C program, on all machines at once."""

@@ -12,6 +12,7 @@ from .replay import Replay
 from .signals import NOTHING_TO_SET
 
 PARTS = 10  # of a tick, in which friction and backlash are constant
+FEW = 5  # machines, whose programs take less time one by one, in plain numbers
 
 
 @dataclass(frozen=True)
@@ -86,10 +87,12 @@ def simulate_controller(
             f"{read.shape[1]}: give them the same columns of F, with zeros for noise"
         )
     ticks = count("seconds / T", round(positive("seconds", seconds) / c.T), 1)
-    program = Replay(c, runs) if program is None else program
+    if program is None:
+        program = _OneByOne(c, runs) if runs <= FEW else Replay(c, runs)
     forces = _Forces(plants, friction, backlash)
     early, rest = float(c.timing.remainder), float(c.timing.T - c.timing.remainder)
-    flows = [_flow(plants, forces.entry, span) for span in (early, rest)]
+    parts = PARTS if forces.entry.size else 1  # else nothing changes within a span
+    flows = [_flow(plants, forces.entry, span / parts) for span in (early, rest)]
     joined = getattr(c.plant, "sensed", None)
     x0 = x0 if joined is None else joined.whole(x0)
     x = np.zeros((runs, N)) if x0 is None else np.broadcast_to(x0, (runs, N)) + 0.0
@@ -98,12 +101,12 @@ def simulate_controller(
     seen = np.empty((runs, ticks, len(c.readings.rows)))
     xs, us = np.empty((runs, ticks, N)), np.empty((runs, ticks, m))
     faults = np.empty((runs, ticks), int)
+    rows, exact = c.readings.rows, c.readings.steps[:, None] <= 0
+    fine = np.where(exact, 1.0, c.readings.steps[:, None])
     for k in range(ticks):
         force = _at(w, k * c.T, p)
-        y = (x @ c.readings.rows.T + read @ force).T
-        exact = c.readings.steps <= 0
-        fine = np.where(exact, 1.0, c.readings.steps)[:, None]
-        y = np.where(exact[:, None], y, fine * np.floor(y / fine + 0.5))
+        y = (x @ rows.T + read @ force).T
+        y = np.where(exact, y, fine * np.floor(y / fine + 0.5))
         if lose is not None and lose(k):
             y = np.full_like(y, np.nan)
         if k == 0:
@@ -114,14 +117,34 @@ def simulate_controller(
         queue = [u.T, *queue[:-1]]
         acting = queue[late + 1], queue[late]
         for (Phi, G_u, G_w, G_f, span), held in zip(flows, acting):
-            for _ in range(PARTS if span else 0):
-                f = forces(x, span / PARTS)
-                x = _times(Phi, x) + _times(G_u, held) + G_w @ force + _times(G_f, f)
+            moved = _times(G_u, held) + G_w @ force
+            for _ in range(parts if span else 0):
+                f = _times(G_f, forces(x, span)) if G_f.size else 0.0
+                x = _times(Phi, x) + moved + f
     return Run(c.T * np.arange(ticks), xs, us, seen, faults)
 
 
+class _OneByOne:
+    """The program of `Replay` for a few machines."""
+
+    def __init__(self, controller, runs):
+        self.each = [Replay(controller) for _ in range(runs)]
+
+    @property
+    def fault(self):
+        return np.concatenate([program.fault for program in self.each])
+
+    def start(self, y):
+        for program, seen in zip(self.each, y.T):
+            program.start(seen)
+
+    def step(self, y, r):
+        pairs = zip(self.each, y.T, r.T)
+        return np.hstack([program.step(seen, told) for program, seen, told in pairs])
+
+
 def _times(matrices, vectors):
-    return np.einsum("kij,kj->ki", matrices, vectors)
+    return (matrices @ vectors[..., None])[..., 0]
 
 
 def _at(signal, t, size):
@@ -133,14 +156,14 @@ def _at(signal, t, size):
 
 
 def _flow(plants, entry, span):
-    """The flow over a part of a span of seconds, for each plant."""
+    """The flow over a span of seconds, for each plant."""
     steps = []
     for d in plants:
         N, m, p = len(d.E), d.Bu.shape[1], d.Bw.shape[1]
         wide = np.hstack([d.A, d.Bu, d.Bw, entry])
         A = np.zeros((wide.shape[1],) * 2)
         A[:N] = np.linalg.solve(d.E, wide)
-        steps.append(expm(A * (span / PARTS))[:N])
+        steps.append(expm(A * span)[:N])
     steps = np.array(steps)
     parts = np.split(steps, [N, N + m, N + m + p], axis=2)
     return *parts, span
