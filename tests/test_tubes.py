@@ -1,5 +1,6 @@
 """Bounds of what a step asks: own simulations stay below them, and near."""
 
+import functools
 import itertools
 from dataclasses import replace
 
@@ -42,6 +43,7 @@ PLANTS = {
 }
 
 
+@functools.cache
 def controller(name, ranges=None):
     make, region, clock = PLANTS[name]
     plant = make() if ranges is None else sos.Uncertain(make, m=ranges)
@@ -246,10 +248,38 @@ def test_no_bound_where_no_matrix_is_finite(monkeypatch):
     )
     assert windup._coordinates(np.eye(2) / 2, np.ones((1, 2))) is None
     assert root(np.diag([1.0, -1e-30])) is None  # floats see no positive P
-    c = controller("a cart", (0.75, 1.5))
+    c = replace(controller("a cart", (0.75, 1.5)))  # which knows no rate yet
     monkeypatch.setattr("sosbook.controllers.bounds.RATES", ())
     assert c.bounds.step().proven is None and str(c.bounds.step()).startswith(
         "no bound found"
     )
     assert c.bounds.step_response().overshoot.proven is None
     assert c.limit(200.0).bounds.reach().step is None
+
+
+def test_what_one_plant_forbids_is_looked_for_in_no_cell(monkeypatch):
+    """By frequencies; LMIs of one cell after the other come to the same steps."""
+    c, tried, answers = controller("a cart", (0.75, 1.5)).limit(0.3), [], []
+    monkeypatch.setattr(windup, "MOST_CELLS", 8)
+    common = windup._common
+    monkeypatch.setattr(windup, "_common", lambda *a: tried.append(1) or common(*a))
+    for _ in range(2):
+        answers.append((c.bounds.reach(), len(tried)))
+        monkeypatch.setattr(windup, "_louder", lambda *a: False)
+    (quick, few), (slow, all_of_them) = answers
+    assert quick == slow and quick.step > 0 and quick.sector < 0.99
+    assert few < (all_of_them - few) / 3
+
+
+def test_a_loop_is_louder_than_what_its_norm_is_above():
+    """By a fine grid of my own, of two inputs, lightly damped and unsymmetric."""
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        A, B, H = rng.normal(size=(5, 5)), rng.normal(size=(5, 2)), np.eye(2, 5)
+        A *= 0.99 / abs(np.linalg.eigvals(A)).max()
+        z = np.exp(1j * np.linspace(0, np.pi, 20_001))[:, None, None]
+        answers = H @ np.linalg.solve(z * np.eye(5) - A, B + 0j)
+        norm, F = np.linalg.norm(answers, 2, (1, 2)).max(), np.hstack([A, B])
+        assert windup._louder(F, H, 0.95 * norm)
+        assert not windup._louder(F, H, 1.001 * norm)
+        assert windup._louder(np.hstack([1.02 * A, B]), H, np.inf)

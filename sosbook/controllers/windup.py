@@ -43,6 +43,7 @@ from .cells import Joined, work
 SECTORS = (0.99, 0.97, 0.94, 0.9, 0.8, 0.6, 0.3)  # kappa
 ROOMS = (1e-4, 1e-3, 1e-2)  # of P's size: for the other plants of a cell
 MOST_CELLS, MORE, LAST_CELLS = 32, 4, 512  # at first, then times, and at most
+TRIED = 60  # frequencies, beside those of the poles
 
 
 @dataclass(frozen=True)
@@ -121,7 +122,11 @@ def _covered(c, kappa, at_rest, wanted, most):
     while queue:
         check_time()
         weights = queue.pop()
-        found = _cell(joined, weights, H, kappa, at_rest)
+        wholes = [middle(joined.family.loop(w, c.timing)) for w in weights]
+        both = [F[: -joined.inputs] for F in wholes]
+        if any(_louder(F, H.astype(float), 2 / kappa) for F in both):
+            return None, count  # and so is every cell with this plant
+        found = _cell(joined, weights, both, H, kappa, at_rest)
         count += 1
         if found is not None:
             least = min(least, found)
@@ -134,14 +139,23 @@ def _covered(c, kappa, at_rest, wanted, most):
     return least, count
 
 
-def _cell(joined, weights, H, kappa, at_rest):
-    """The proven step of one cell, or None."""
-    m, timing = joined.inputs, joined.controller.timing
-    wholes = [middle(joined.family.loop(w, timing)) for w in weights]
-    both = [F[:-m] for F in wholes]
-    if max(abs(np.linalg.eigvals(F[:, :-m])).max() for F in both) >= 1:
-        return None
-    g = at_rest.astype(float)
+def _louder(F, H, level):
+    """True if H x is as large as ``level`` times delta at some frequency of a loop
+    [F_1 G] = ``F``, or the loop isn't stable: then the lemma has no P for it.
+    """
+    N = len(F)
+    A, G = F[:, :N], F[:, N:]
+    poles = np.linalg.eigvals(A)
+    if abs(poles).max() >= 1:
+        return True
+    z = np.exp(1j * np.r_[0, np.geomspace(1e-4, np.pi, TRIED), np.angle(poles)])
+    gains = H @ np.linalg.solve(z[:, None, None] * np.eye(N) - A, G + 0j)
+    return bool(np.linalg.norm(gains, 2, (1, 2)).max() >= level)
+
+
+def _cell(joined, weights, both, H, kappa, at_rest):
+    """The proven step of one cell, ``both`` of whose loops are stable, or None."""
+    m, g = joined.inputs, at_rest.astype(float)
     for room in ROOMS:
         inner = _common(both, H.astype(float), kappa, g, room)
         if inner is None:  # a larger room asks for more
