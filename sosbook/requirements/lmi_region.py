@@ -335,6 +335,8 @@ def _of_size_one(part):
 
 def _numerical_radius(beta):
     """The largest |x* beta x| over unit vectors x."""
+    if beta.shape == (1, 1):
+        return abs(beta[0, 0])
 
     def height(angle):
         turned = np.exp(1j * angle) * beta

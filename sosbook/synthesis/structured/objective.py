@@ -1,6 +1,7 @@
 """The goal of a search of gains: violations, a norm, and the limits of gains."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,7 @@ class Task:
         asked = [r.bound for r in self.regions if r.parameter is SIGMA and r.bound > 0]
         return min([LEAST_DECAY * self.rate, *asked])
 
-    @property
+    @cached_property
     def stable(self):
         """The region of the loops that decay so: of ticks a disk of z."""
         if self.step is None:
