@@ -235,6 +235,7 @@ BAD = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore:T = .* the loop is sampled")
 @pytest.mark.parametrize("call, words", BAD)
 def test_bad_input_is_named(call, words):
     with pytest.raises(ValueError, match=words):

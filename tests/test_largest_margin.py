@@ -82,6 +82,7 @@ def masses_anew(example):
     return t, np.linalg.solve(F.value, X.value.T).T
 
 
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 @pytest.mark.slow
 def test_the_two_masses_are_those_of_the_thesis_typed_anew():
     example = thesis.delay_example_2()

@@ -257,6 +257,7 @@ ENTRIES = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:T = .* the loop is sampled")
 @every_law
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_an_entry_point_takes_every_law(entry, name):

@@ -60,6 +60,7 @@ def as_json(folder):
     return write(folder, {name: x.tolist() for name, x in MATRICES.items()})
 
 
+@pytest.mark.filterwarnings("ignore:.*left out")
 @pytest.mark.parametrize("save", [npy, mtx, npz, mat, as_json])
 def test_what_numpy_scipy_and_json_write_is_read(save, tmp_path):
     """By itself, and where the file of a design names it."""

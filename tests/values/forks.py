@@ -6,6 +6,7 @@ that it reads. A fork becomes a kernel as any other, with an empty namespace, wi
 the package, in the folder that it is given.
 """
 
+import atexit
 import ctypes
 import gc
 import importlib
@@ -45,8 +46,10 @@ def forked(launch):
 @cache
 def server():
     """This file as a program, which ends when its input does."""
-    pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    return subprocess.Popen([sys.executable, "-P", __file__], **pipes, encoding="utf-8")
+    pipes = dict(stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8")
+    program = subprocess.Popen([sys.executable, "-P", __file__], **pipes)
+    atexit.register(program.__exit__, None, None, None)  # its pipes close, and it ends
+    return program
 
 
 class Kernel:
