@@ -129,7 +129,10 @@ def faults(name):
 
 
 @pytest.mark.slow
-def test_every_public_object_is_documented():
+def test_every_public_object_is_documented(monkeypatch):
+    """No comment excuses one; to look for such takes longer than all the rest."""
+    place = "numpydoc.validate.extract_ignore_validation_comments"
+    monkeypatch.setattr(place, lambda *_, **__: {})
     assert len(public()) > 500
     found = {name: faults(name) for name in sorted(public())}
     assert {name: words for name, words in found.items() if words} == {}

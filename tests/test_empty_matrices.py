@@ -1,10 +1,12 @@
 """Zero and empty matrices are plants like others, below and above CG's twenty DOF."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
 import sosbook as sos
-from tests.cases import campaign
+from tests.cases import campaign, later
 from tests.closed import analyse_loop
 
 SIZES = pytest.mark.parametrize("n", [1, 3, 9, 11, 19, 20, 22])
@@ -51,14 +53,16 @@ ASKED = {
     "a norm": dict(gamma=1e3),
     "slack": dict(coupling="slack"),
 }
-LONG = ("a norm", "slack")  # not in the quick lane
 
 
-@pytest.mark.parametrize("n", [1, 20, *campaign([19])])
 @pytest.mark.parametrize(
-    "name", [pytest.param(k, marks=[pytest.mark.slow] * (k in LONG)) for k in ASKED]
+    "name, n",
+    [
+        *(x for x in product(ASKED, (1, 20)) if x != ("slack", 20)),
+        *later(("slack", 20), *product(ASKED, (19,))),
+    ],
 )
-def test_nothing_can_be_moved_and_nothing_need_be(n, name):
+def test_nothing_can_be_moved_and_nothing_need_be(name, n):
     asked = dict(ASKED[name])
     if "saturation" in asked:
         start = sos.Saturation(asked["saturation"].u_max, np.ones(2 * n))

@@ -350,7 +350,10 @@ LIBRARIES |= {"sio": ("loadmat", "savemat", "mmread", "mmwrite")}
 
 def opened(file):
     """Names of functions that read or write files and that a module calls."""
-    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+    text = file.read_text("utf-8")
+    names = {"open", *METHODS}.union(*LIBRARIES.values())
+    mentioned = names & {*re.findall(r"\w+(?=\()", text)}
+    for node in ast.walk(ast.parse(text)) if mentioned else ():
         if not isinstance(node, ast.Call):
             continue
         if isinstance(node.func, ast.Name):

@@ -37,10 +37,10 @@ def cascade(rates):
 INTEGRATORS = sos.SecondOrderSystem(
     np.eye(2), np.zeros((2, 2)), [[0, 0], [-1, 0]], np.eye(2), np.eye(2)
 )
-LOOPS = {
+LOOPS = {  # the first once a week
+    "long row": (row(5), None),
     "two oscillators": (row(2, 0.2, 1.0), None),
     "row": (row(3), None),
-    "long row": (row(5), None),
     "followers": (followers(4), None),
     "lags": (cascade([1, 1, 1]), None),
     "lags in units": (cascade([1e3, 1e-4, 30]), None),
@@ -49,7 +49,7 @@ LOOPS = {
 
 
 @pytest.mark.parametrize("share", [1.05, *campaign([20])])
-@pytest.mark.parametrize("name", LOOPS)
+@pytest.mark.parametrize("name", [*[*LOOPS][1:], *campaign([*LOOPS][:1])])
 def test_norms_of_a_loop_with_a_jordan_block_are_proven(name, share):
     plant, K = LOOPS[name]
     single = isinstance(plant, sos.DescriptorSystem)

@@ -19,6 +19,12 @@ from tests.geared_robots import ALL, KINDS, described, stand
 from tests.six_robots import by_its_sheet, pendulum, spared
 
 
+@pytest.fixture(autouse=True)
+def briefly(monkeypatch):
+    """A third of a minute's rest is as loud."""
+    monkeypatch.setattr("sosbook.pendulum.proven.REST_SECONDS", 20.0)
+
+
 def asked(geared, law=None):
     """The description of a machine with play, and its pendulum."""
     more = dict(law=law, backlash_deg=geared.play, friction=False)

@@ -252,16 +252,14 @@ def told(base, robot):
     What simulations say stands in comments, which `code` leaves out.
     """
     found = replace(base, robot=robot)
-    same = "design", "delayed", "rest", "reach"
-    vars(found).update({name: getattr(base, name) for name in same})
-    return found
+    return spared(found, design=base.design, delayed=base.delayed)
 
 
 def bare(found):
     """A deployment without sampled proofs, which take seconds: nothing is lacking."""
     if found.steering:
         spared(found.steering, sampled={}, unequal=())
-    return spared(found, lacking=(), sampled={}, rest=found.rest, reach=found.reach)
+    return spared(found, lacking=(), sampled={})
 
 
 def written(found, folder):

@@ -1,6 +1,7 @@
 """A requirement has a home: no other module knows it by name."""
 
 import ast
+import re
 from functools import cache
 from pathlib import Path
 
@@ -48,7 +49,10 @@ MAKERS = {  # make one of the keywords of their functions
 
 def known(file):
     """Requirements that a module knows by name, with their lines."""
-    tree = ast.parse(file.read_text("utf8"))
+    text = file.read_text("utf8")
+    if not any(name in text for name in (*ATTRIBUTES, *NAMES)):
+        return
+    tree = ast.parse(text)
     prose = {
         id(node.value)
         for node in ast.walk(tree)
@@ -127,7 +131,8 @@ def asked_for_its_type(text):
     def call_of(node, *functions):
         return isinstance(node, ast.Call) and getattr(node.func, "id", "") in functions
 
-    for node in ast.walk(ast.parse(text)):
+    mentioned = classes() & {*re.findall(r"\w+", text)}
+    for node in ast.walk(ast.parse(text)) if mentioned else ():
         if call_of(node, "isinstance", "issubclass"):
             asked = named(*node.args[1:])
         elif isinstance(node, ast.Compare):

@@ -532,10 +532,16 @@ BEYOND = {
 
 
 @cache
+def refused(name):
+    """The answer of that name, which excludes what was asked."""
+    return EXCLUDED[name]()
+
+
+@cache
 def proof_of(name):
     """The proof of that name, made once for all files of tests."""
     if name in EXCLUDED:
-        return EXCLUDED[name]().infeasibility
+        return refused(name).infeasibility
     return (PROOFS | BEYOND)[name]()
 
 
@@ -618,7 +624,7 @@ def held_against(plant, proof, folder):
 
 @pytest.mark.parametrize("name", EXCLUDED)
 def test_a_refusal_names_the_plant_that_was_asked(name, tmp_path):
-    answer = EXCLUDED[name]()
+    answer = refused(name)
     plant = getattr(getattr(answer, "request", answer), "plant", None)
     if one := re.match(r"At vertex (\d+) alone", getattr(answer, "reason", "")):
         plant = plant.vertices[int(one[1]) - 1]

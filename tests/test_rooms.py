@@ -6,6 +6,7 @@ import inspect
 import os
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -30,8 +31,17 @@ TOOLS = ("bisection",)  # all rooms may use it; it imports none
 
 def imports(file):
     """Modules of the package that a file imports, as paths below it."""
-    here = file.relative_to(PACKAGE).parts[:-1]
-    for node in ast.walk(ast.parse(file.read_text("utf8"))):
+    return imported(file.relative_to(PACKAGE).parts[:-1], file.read_text("utf8"))
+
+
+@cache
+def imported(here, text):
+    """Those that the ``text`` of a file in the folder ``here`` imports."""
+    return [*found(here, ast.parse(text))]
+
+
+def found(here, tree):
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.level:
             base = here[: len(here) - node.level + 1]
             module = (*base, *(node.module or "").split(".")) if (node.module) else base
@@ -132,7 +142,7 @@ def test_no_folder_of_a_room_imports_what_imports_it():
 
 @pytest.mark.parametrize("name", TOOLS)
 def test_a_tool_imports_no_room(name):
-    assert list(imports(PACKAGE / f"{name}.py")) == []
+    assert imports(PACKAGE / f"{name}.py") == []
 
 
 def test_the_root_imports_nothing_before_it_is_asked_for():

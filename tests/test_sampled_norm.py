@@ -21,13 +21,14 @@ def peak(F, B, C, D):
     system = control.ss(F, B, C, D, T)
 
     def gain(w):
-        return np.linalg.norm(system(np.exp(1j * w * T)), 2)
+        answers = system(np.exp(1j * np.atleast_1d(w) * T), squeeze=False)
+        return np.linalg.norm(answers, 2, (0, 1))
 
     grid = np.linspace(0, np.pi / T, 4001)
-    k = int(np.argmax([gain(w) for w in grid]))
+    k = int(np.argmax(gain(grid)))
     ends = max(grid[k] - grid[1], 0), min(grid[k] + grid[1], np.pi / T)
     options = dict(xatol=1e-12)
-    return -minimize_scalar(lambda w: -gain(w), bounds=ends, options=options).fun
+    return -minimize_scalar(lambda w: -gain(w)[0], bounds=ends, options=options).fun
 
 
 def channel(design, plant):

@@ -66,24 +66,24 @@ import json, sys
 import numpy as np
 texts, tests = json.load(open("slips.json"))
 for name, text in texts.items():
-    space, failed = {"__name__": "energy_to_peak"}, []
+    space = {"__name__": "energy_to_peak"}
     exec(text + tests, space)
     for test in [test for test in space if test.startswith("test_")]:
         try:
             with np.errstate(invalid="ignore"):  # an unstable loop's truth
                 space[test]()
         except (AssertionError, KeyError):  # it fails, or there is no design
-            failed.append(test)
-    print(name, len(failed), sep=": ")
+            print(name)
+            break
 """
 
 
 @pytest.mark.slow
 def test_its_own_tests_notice_a_slip(folder):
     """In a process of its own: a class made anew takes the place of the last one."""
-    texts = {"none": file_of(FILE)}
+    texts = {}
     for slip, changes in SLIPS.items():
-        texts[slip] = texts["none"]
+        texts[slip] = file_of(FILE)
         for old, new in changes:
             assert old in texts[slip]
             texts[slip] = texts[slip].replace(old, new)
@@ -91,9 +91,7 @@ def test_its_own_tests_notice_a_slip(folder):
     (folder / "slips.json").write_text(whole, "utf-8")
     done = run(folder, "-c", FAILING)
     assert done.returncode == 0, done.stderr
-    counts = dict(line.split(": ") for line in done.stdout.splitlines())
-    assert counts.keys() == texts.keys() and counts.pop("none") == "0"
-    assert all(int(count) > 0 for count in counts.values()), counts
+    assert done.stdout.splitlines() == [*SLIPS]
 
 
 def test_the_truth_by_integration_and_by_its_worst_gust():
