@@ -401,6 +401,7 @@ def test_a_folder_has_gains_proof_and_page(small, designed, tmp_path):
     assert plain_run.items() <= answer.items()
 
 
+@pytest.mark.usefixtures("without_bounds")
 def test_a_controller_is_the_package_s_and_toml_is_json(
     designed, tmp_path, capsys, monkeypatch
 ):
@@ -433,6 +434,7 @@ def test_a_controller_is_the_package_s_and_toml_is_json(
     assert main(verify) == 1
 
 
+@pytest.mark.usefixtures("without_bounds")
 def test_toml_leaves_out_what_json_calls_null(designed):
     text = TOML.replace("u_max = 50", "").replace("U =", 'minimize = "u_max"\nU =')
     text += "[region]\nsigma = 1\nrho = 9\n"
@@ -495,6 +497,7 @@ def test_a_record_names_no_file_elsewhere(designed, tmp_path):
     assert designed("--force")[0] == 0 and other.read_text("utf-8") == "mine"
 
 
+@pytest.mark.usefixtures("without_bounds")
 def test_a_folder_of_a_request_without_gain_has_no_program(designed, tmp_path):
     one, folder = [[1]], tmp_path / "out"
     unstable = {"M": one, "D": [[-1]], "S": one, "B": one}
@@ -561,6 +564,7 @@ def spoilt(small, **changes):
     return json.dumps(in_place(asked_by(proofs.load(small / "proof.json")) | changes))
 
 
+@pytest.fixture(scope="module")
 def heavy(small):
     """From a name to the text of a proof that takes for ever, and where it ends."""
     n, one = 150, "1"
@@ -572,10 +576,10 @@ def heavy(small):
     several = [vertex | {"M": [[str(k + 1)]]} for k in range(400)]
     kind = "second order"
     return {
-        "a version of 2e7 digits": (
+        "a version of 4e6 digits": (
             (small / "proof.json")
             .read_text("utf-8")
-            .replace('"version":2', f'"version":{"9" * 20_000_000}')
+            .replace('"version":2', f'"version":{"9" * 4_000_000}')
         ),
         "a number of 4e6 digits": spoilt(small, K=[["1" * 4_000_000]]),
         "20000 equal vertices": spoilt(
@@ -596,10 +600,10 @@ def heavy(small):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_what_takes_for_ever_ends_within_the_limit(small, tmp_path, program):
+def test_what_takes_for_ever_ends_within_the_limit(heavy, tmp_path, program):
     """Undecided has an exit code of its own: it is never "not proven"."""
     command = PROGRAMS[program]
-    for name, text in heavy(small).items():
+    for name, text in heavy.items():
         file = tmp_path / "heavy.json"
         file.write_text(text, "utf-8")
         done = process(*command, file, "--time-limit", "0.3", timeout=60)
@@ -610,7 +614,7 @@ def test_what_takes_for_ever_ends_within_the_limit(small, tmp_path, program):
         else:
             assert done.returncode in (1, 2, 3), name
             assert not done.stdout.startswith("proven"), name
-    file.write_text(heavy(small)["150 masses"], "utf-8")
+    file.write_text(heavy["150 masses"], "utf-8")
     done = process(*command, file, "--time-limit", "1e-4")
     assert done.returncode == 4 and done.stdout.startswith("not decided within")
 

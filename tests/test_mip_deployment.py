@@ -29,7 +29,9 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def found(folder):
     """What the command makes of the shipped logs."""
-    return main([str(DATA / "body.csv"), str(DATA / "wheels.csv"), str(folder)])
+    with pytest.MonkeyPatch.context() as patch:  # a minute's rest: tests/test_mip_rest
+        patch.setattr("sosbook.pendulum.proven.REST_SECONDS", 6.0)
+        return main([str(DATA / "body.csv"), str(DATA / "wheels.csv"), str(folder)])
 
 
 def test_both_proofs_hold_for_the_gain_that_is_written(found, folder):

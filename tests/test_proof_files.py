@@ -595,22 +595,6 @@ def test_each_kind_is_a_text_or_says_that_it_is_an_enclosure():
         assert alone == (name in BEYOND) == bool(proof_of(name).examined.alone)
 
 
-LOADED = """
-import sys
-from sosbook.__main__ import main
-code = main(["verify", sys.argv[1]])
-print(len(sys.modules), code, "numpy" in sys.modules, "flint" in sys.modules)
-"""
-
-
-def test_a_small_proof_is_verified_without_a_library(tmp_path):
-    file = tmp_path / "proof.json"
-    proof_of("example 1").save(file)
-    *said, last = process(sys.executable, "-c", LOADED, file).stdout.splitlines()
-    loaded, *others = last.split()
-    assert len(said) > 1 and others == ["0", "False", "False"] and int(loaded) < 150
-
-
 def held_against(plant, proof, folder):
     """Both programs hold a proof against the reader's own file of the plant."""
     parts = [{k: getattr(v, k).tolist() for k in "MDSBF"} for v in plant.vertices]

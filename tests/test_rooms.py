@@ -3,7 +3,6 @@
 import ast
 import importlib
 import inspect
-import os
 import re
 import sys
 from functools import cache
@@ -12,7 +11,6 @@ from pathlib import Path
 import pytest
 
 import sosbook
-from tests.processes import process
 
 PACKAGE = Path(sosbook.__file__).parent
 README = (PACKAGE.parent / "README.md").read_text("utf8")
@@ -143,23 +141,6 @@ def test_no_folder_of_a_room_imports_what_imports_it():
 @pytest.mark.parametrize("name", TOOLS)
 def test_a_tool_imports_no_room(name):
     assert imports(PACKAGE / f"{name}.py") == []
-
-
-def test_the_root_imports_nothing_before_it_is_asked_for():
-    code = (
-        "import sys; before = {*sys.modules}; import sosbook; "
-        "print(sorted({m.split('.')[0] for m in {*sys.modules} - before}"
-        " - {*sys.stdlib_module_names}), [m for m in sys.modules if 'sosbook.' in m])"
-    )
-    done = process(
-        sys.executable,
-        "-S",
-        "-c",
-        code,
-        check=True,
-        env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)},
-    )
-    assert done.stdout.strip() == "['sosbook'] []"
 
 
 def test_type_checkers_read_the_names_that_are_there():

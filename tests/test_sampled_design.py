@@ -11,6 +11,7 @@ import sosbook as sos
 from sosbook.controllers import CompiledCode, StepLimits, code_fault, sampled_search
 from sosbook.controllers.sampled_search import SampledSearch
 from sosbook.requirements import LMIRegion
+from tests.cases import campaign
 
 T = 0.4  # s, with modes at 0.57 and 1.6 rad/s; an answer is a tick late
 PID = sos.PIDLaw(position=[[0, 1]], filter=T)
@@ -244,7 +245,8 @@ FASTEST = {  # plant, law, T, delay, loop, box
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", FASTEST)
+# the first is the second in other units
+@pytest.mark.parametrize("name", [*[*FASTEST][1:], *campaign([*FASTEST][:1])])
 def test_the_fastest_decay_is_that_of_all_gains(name):
     T, delay, gain, lag, law, box = FASTEST[name]
     plant = sos.DescriptorSystem([[1.0]], [[-1 / lag]], [[gain]])

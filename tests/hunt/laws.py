@@ -19,6 +19,7 @@ import sosbook as sos
 from sosbook.exact.checker.families import given_vertices
 from sosbook.exact.checker.verdict import asked_of
 from sosbook.requirements.base import Requirement
+from tests.hunt.truth import norm
 
 FACTORS = (0.5, 0.9, 1.1, 2.0)  # of the true bound: it is broken, or kept
 BETWEEN = 6  # plants between the vertices that a truth is taken from
@@ -124,20 +125,6 @@ def _law(rng, plant):
 
 def decay(E, A, W, C):
     return -eigvals(A, E).real.max()
-
-
-def norm(E, A, W, C):
-    """The largest gain from w to C x: a little too small, never too large."""
-    s = eigvals(A, E)
-    grid = np.unique(np.r_[0, abs(s.imag), abs(s), 0.7 * abs(s), 1.4 * abs(s)])
-
-    def gain(w):
-        return np.linalg.norm(C @ np.linalg.solve(1j * w * E - A, W), 2)
-
-    best = max(grid, key=gain)
-    for step in (0.3, 0.1, 0.03, 0.01, 0.003, 0.001):
-        best = max(best * (1 + step * np.linspace(-1, 1, 13)), key=gain)
-    return gain(best)
 
 
 def energy(E, A, W, C):
