@@ -230,7 +230,7 @@ BAD = [
     (lambda: axis().to_c("Axis"), "name must begin a C identifier"),
     (lambda: axis().to_c("while"), "no word of C"),
     (lambda: axis().to_c("axis", "half"), "precision must be"),
-    (lambda: axis().static(w=[1, 2]), "w needs 1 numbers"),
+    (lambda: axis().static(w=[1, 2]), "w must hold 1 finite"),
     (lambda: Replay(axis()).step([0], [0]), "isn't started"),
 ]
 

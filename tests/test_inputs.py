@@ -26,8 +26,18 @@ class Stubborn:
         raise RuntimeError("no array for you")
 
 
+class Table:
+    """A table whose columns have names, as pandas makes them."""
+
+    columns = ("load",)
+
+    def __array__(self, dtype=None, copy=None):
+        return np.array([[0.1]])
+
+
 ROBOT = thesis.example_1()
 DESIGN = sos.design_pid(ROBOT.plant, ROBOT.U, region=ROBOT.region)
+LOOP = DESIGN.loop
 
 
 def test_numbers_stand_for_one_degree_of_freedom():
@@ -121,6 +131,16 @@ def test_a_sparse_acceleration_gain_is_taken():
         (lambda: sos.Polytope([sos.Polytope([ROBOT.plant])]), "join the lists"),
         (lambda: sos.design_pid(ROBOT.plant, [1, 0]), r"U must .* \[\[1, 0\]\]"),
         (lambda: sos.DescriptorSystem([1, 2], np.eye(2)), r"E must .* \[\[1, 2\]\]"),
+        (lambda: LOOP.static(w=[1]), "w must hold 2 finite numbers"),
+        (lambda: LOOP.static(w=[1, np.nan]), "w must hold 2 finite numbers"),
+        (lambda: LOOP.at(0.1).static(w=[1, np.nan]), "w must hold 2 finite"),
+        (lambda: LOOP.at(0.1).largest("tau"), "the rest without both"),
+        (lambda: LOOP.largest("tau", to=3), "the rest without both"),
+        (lambda: sos.Step(1, start=2, stop=1), "stop = 1 must be after start = 2"),
+        (lambda: sos.Sine(1, 3, stop=0), "stop = 0 must be after start = 0"),
+        (lambda: DESIGN.controller(T=0.1, units="m"), "units must be a dict of texts"),
+        (lambda: DESIGN.controller(T=0.1, units={"u1": 3}), "units must be a dict"),
+        (lambda: sos.SecondOrderSystem(**ONE | dict(D=Table())), "D is a table with"),
         (
             lambda: sos.DescriptorSystem(np.eye(2), np.eye(2), 1, D_u=1),
             "B has 1 rows, needs 2",

@@ -139,7 +139,7 @@ def assembled(estimate, timing, K_x, K_I, sums, T, K_r):
     D = K_x @ estimate.take
     A, B, B_r, W = (np.zeros((order, k)) for k in (order, q, p, m))
     A[:l, :l], A[:l, l : l + d] = estimate.A, older
-    A[l + m : l + d, l : l + d - m] = np.eye(max(d - m, 0))
+    A[l + m : l + d, l : l + max(d - m, 0)] = np.eye(max(d - m, 0))
     A[l + d :, l + d :] = np.eye(a)
     B[:l], B[l + d :] = estimate.B, T * sums
     if a:

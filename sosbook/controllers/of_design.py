@@ -255,7 +255,12 @@ def _mixed(vertices, weights):
 
 
 def _units(units, coordinates, outputs):
-    known = {} if units is None else dict(units)
+    known = {} if units is None else units
+    texts = isinstance(known, dict) and {*map(type, known.values())} <= {str}
+    if not texts:
+        raise ValueError(
+            f"units must be a dict of texts, {{{outputs[0]!r}: 'N'}}, got {units!r}"
+        )
     for name in known:
         if name not in (*coordinates, *outputs):
             raise ValueError(

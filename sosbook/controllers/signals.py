@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..plants.response import vector
 from ..runtime.read_only import ReadOnly
 
 NOTHING_TO_SET = (
@@ -122,7 +123,4 @@ def vector_of(name, value, size):
         return np.zeros(size)
     if name == "r" and not size:
         raise ValueError(NOTHING_TO_SET)
-    found = np.atleast_1d(np.asarray(value, float))
-    if found.shape != (size,):
-        raise ValueError(f"{name} needs {size} numbers, got {value!r}")
-    return found
+    return vector(name, np.atleast_1d(value), size)

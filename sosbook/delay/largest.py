@@ -51,6 +51,8 @@ class Largest:
         return self.refused is not None and self.refused.status == "infeasible"
 
     def __repr__(self):
+        if self.value is None:
+            return f"<Largest: no {self.name} was found to have one, {self._end()}>"
         return f"<Largest: {self.name} = {self.value} has a certificate, {self._end()}>"
 
     def _end(self):

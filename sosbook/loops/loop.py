@@ -16,7 +16,7 @@ from ..plants.gain import input_names, signals
 from ..plants.joined import joined_family
 from ..plants.kinds import checked_plant, every_plant
 from ..plants.outputs import Output
-from ..plants.response import Response
+from ..plants.response import Response, vector
 from ..plants.sensed import asked_of, row_words
 from ..requirements.base import Requirement
 from ..requirements.shorthand import collected
@@ -279,9 +279,9 @@ class Loop(ReadOnly):
             raise ValueError("r is for a loop with a clock: loop.at(T=...).static(r)")
         request = self.request
         K, N = request.state_gain, len(signals(request.plant))
+        push = vector("w", None if w is None else np.atleast_1d(w), request.plant.p)
         x, u = [], []
         for d in request.vertices:
-            push = np.zeros(d.Bw.shape[1]) if w is None else np.asarray(w, float)
             rest = -np.linalg.solve(d.A + d.Bu @ K, d.Bw @ push)  # noise is in Bw
             x.append(rest[:N])
             u.append(K @ rest + (0.0 if d.Uw is None else d.Uw @ push))
@@ -338,7 +338,11 @@ class Loop(ReadOnly):
             ends[find] = float(np.min(ends[find])), to
             furthest = later("sampled", "furthest_sampled")
             return furthest(c.plant, c, **ends, find=find, **how)
-        clock = self.clock if isinstance(self.clock, Late) else Late(1.0)
+        if to is not None or isinstance(self.clock, Clock):
+            raise ValueError(
+                "T and delay are found with a clock, up to to=; the rest without both"
+            )
+        clock = self.clock or Late(1.0)
         start = dict(tau=clock.tau, mu=clock.mu) | how
         bare = Loop(self.plant, self.law, self.request.gain)
         return later("delay", "largest")(find, bare, **start)

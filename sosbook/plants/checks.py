@@ -177,6 +177,12 @@ def _floats(name, value, what="must be a real matrix"):
         return value.copy()
     if value is None:
         raise ValueError(f"{name} is missing: give a matrix")
+    labels = getattr(value, "columns", ())
+    if any(isinstance(x, str) for x in labels):
+        raise ValueError(
+            f"{name} is a table with the columns {', '.join(map(str, labels))}, and "
+            f"names in tables aren't read: put it in order, and give {name}.to_numpy()"
+        )
     try:
         if isinstance(value, (list, tuple)) and _ragged(value):
             raise TypeError("its rows have different lengths")

@@ -175,7 +175,7 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
                 matrices = [matrix(name, x, shape) for x in matrices]
             lists[name] = matrices * (count // len(matrices))
         for E in lists["E"]:
-            check_rank(E, "E is singular at a vertex", 1e-14)
+            check_rank(E, NO_RATE, 1e-14)
         several = map(Descriptor, *lists.values())
         if self.dt is not None:
             several = (of_change(d, self.dt) for d in several)
@@ -326,6 +326,10 @@ class DescriptorSystem(MayBeSymbolic, ReadOnly):
         return {k: x for k, x in every.items() if x is not None}
 
 
+NO_RATE = (
+    "E is singular at a vertex: solve the rows without a derivative for some of the "
+    "states, put these into the other rows, and leave them out"
+)
 OF_TICKS = (
     "the plant is one of discrete time (dt is given), and {} is for plants of "
     "continuous time: design_pid, analyse_pid and design_lqr take both, with regions, "

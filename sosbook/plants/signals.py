@@ -20,6 +20,11 @@ class Signal:
             when = getattr(self, name)
             if not (isinstance(when, (float, np.floating)) and np.isinf(when)):
                 finite(name, when)
+        if self.stop <= self.start:
+            raise ValueError(
+                f"stop = {self.stop:g} must be after start = {self.start:g}: else it "
+                "never acts"
+            )
 
     def __call__(self, t):
         """Values at the times t, one row for each channel."""

@@ -1,6 +1,8 @@
 """A known gain: each requirement kept, with a proof, or broken, by a plant."""
 
+import re
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import product
 from typing import Any
 
@@ -223,6 +225,7 @@ def _broken(request, r, plants, point, bad):
 
 
 def _undecided(r, bad, values, where):
+    where = re.sub(r"-?\d+/\d+", lambda x: f"{float(Fraction(x[0])):.6g}", where)
     text = (
         f"Neither a proof nor a plant that breaks it was found for {where}; the worst "
         f"plant that was found has the true value {bad.truth:.6g}."
