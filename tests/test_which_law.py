@@ -38,6 +38,16 @@ def figures(controller):
     )
 
 
+def test_the_readme_has_the_figures_of_the_manual_s_table():
+    table = (BOOK / "api" / "laws.md").read_text("utf-8")
+    readme = (BOOK.parent / "README.md").read_text("utf-8")
+    row = r"a step of 1 rad asks at most \| (.*) N m \| (.*) N m"
+    law, whole = re.search(row, table).groups()
+    words = " ".join(readme.split())
+    assert f"asks {whole} N m for a step of 1 rad" in words
+    assert f"of the same decay asks {law} (" in words
+
+
 @pytest.mark.slow
 def test_two_laws_for_one_encoder_differ_as_the_manual_says():
     plants = sos.Uncertain(drive, J=(0.003, 0.006))
@@ -55,6 +65,10 @@ def test_two_laws_for_one_encoder_differ_as_the_manual_says():
     typed = [tuple(map(float, column)) for column in zip(*rows, strict=True)]
     assert figures(pid) == pytest.approx(typed[0], rel=0.06)
     assert figures(whole) == pytest.approx(typed[1], rel=0.06)
+    weighed = pid.bounds.weights(overshoot=0.05, output="load")
+    said = (BOOK / "api" / "controllers.md").read_text("utf-8")
+    assert f"5 % with $b = {weighed.R.item():.2f}$" in " ".join(said.split())
+    assert 3 < 100 * weighed.bounds.step_response(output="load").overshoot.proven < 5
 
 
 def cart(m):
