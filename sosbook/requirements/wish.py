@@ -45,11 +45,6 @@ class Wish:
     plant: Any
     data: dict
 
-    @classmethod
-    def of(cls, request: Any) -> "Wish":
-        """The wish that a ``request`` is."""
-        return cls(request.plant, _as_data(request))
-
     @property
     def sentence(self) -> str:
         """All that is asked, in one sentence, which `read_wish` reads again."""
@@ -139,6 +134,11 @@ def read_wish(
     return Wish(plant, data).read(text)
 
 
+def sentence_of(request):
+    """All that a ``request`` asks, in one sentence; what has no clause "as given"."""
+    return Wish(request.plant, _as_data(request)).sentence
+
+
 def wish_in(path, words=None):
     """The `Wish` of a plant file at ``path``, with its own ``words`` or these."""
     plant, data = plant_and_asked(path)
@@ -188,7 +188,7 @@ def _rest(plant):
 
 
 def _as_data(request):
-    """The content of a plant file, beside its plant, of a request."""
+    """Of a request what sentences say; a name for what they leave to a plant file."""
     data: dict = {}
     law = request.law
     if law.whole:

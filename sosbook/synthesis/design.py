@@ -98,9 +98,9 @@ class Design(ClosedLoop["DesignProof"], Solution):
     @property
     def sentence(self) -> str:
         """All that was asked, as a sentence for `read_wish`, and the status."""
-        from ..requirements.wish import Wish
+        from ..requirements.wish import sentence_of
 
-        return f"{Wish.of(self.request).sentence.removesuffix('.')}: {self.status}."
+        return f"{sentence_of(self.request).removesuffix('.')}: {self.status}."
 
     @property
     def gamma(self) -> float | None:
