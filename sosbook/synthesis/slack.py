@@ -147,7 +147,7 @@ def _heaviest(first):
 
 
 def _looked_for(request, work):
-    """What ``work`` finds for a ``request`` within `ADVICE` seconds; None if it gives
+    """The find of ``work`` for a ``request`` within `ADVICE` seconds; None if it gives
     up.
     """
     found = []
