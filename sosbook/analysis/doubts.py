@@ -128,7 +128,7 @@ def doubts_of(found, record, slopes, guess):
                 "rad/s: if the log hardly excites a mode, another machine looks alike. "
                 "Sweep across all modes, or begin with a nearer start"
             )
-    late, sd = lateness(found, record, slopes, modelled)
+    late, sd = lateness(found.residuals, record.t, slopes, modelled)
     if abs(late) > max(SURE * sd, record.T / 4):
         yield (
             f"the sensors seem to be {abs(late) / record.T:.2g} samples "
@@ -155,16 +155,16 @@ def line_of(r, record):
     return float(2 * np.pi * np.fft.rfftfreq(len(r), record.T)[at])
 
 
-def lateness(found, record, slopes, modelled):
+def lateness(residuals, t, slopes, modelled):
     """How much later than modelled all sensors are, in s, and its deviation.
 
-    To first order: residuals that are like the outputs' rates, beside what other
-    parameters would make.
+    To first order: ``residuals``, (N, q), at times t that are like the outputs' rates,
+    beside what other parameters would make, the weighed ``slopes``, (N q, p).
     """
-    rates = np.gradient(modelled, record.t, axis=0)
+    rates = np.gradient(modelled, t, axis=0)
     rates = rates - rates.mean(axis=0)
-    weights = 1 / np.sqrt(np.mean(found.residuals**2, axis=0)).clip(1e-300)
-    r = found.residuals * weights
+    weights = 1 / np.sqrt(np.mean(residuals**2, axis=0)).clip(1e-300)
+    r = residuals * weights
     J = np.hstack([slopes, -(rates * weights).reshape(-1, 1)])
     size = np.linalg.norm(J[:, -1])
     J[:, -1] /= size

@@ -8,7 +8,7 @@ from ..plants.descriptor_system import DescriptorSystem
 from ..plants.second_order import SecondOrderSystem
 
 SAME_TIME = 1e-3  # of a period: times are rounded to so much
-FINE = 2  # pieces of a period, in which friction may let go and hold
+FINE = 8  # pieces of a period in which friction lets go, holds or turns
 
 
 def matrices(plant, outputs=None):
@@ -81,25 +81,38 @@ class HeldInputs:
         """The same of plants A and B under Coulomb friction: (P, N, n, 1).
 
         ``pull``, (P, n, f): what unit forces of friction do to x'; ``rows``, (f, n):
-        the speeds against which they act; ``forces``, (P, f): how large they are. A
-        speed that would change its sign in one of the `FINE` pieces of a period stays
-        at zero then, or goes on from zero, in what is left of it.
+        the speeds against which they act; ``forces``, (P, f): how large they are. While
+        all slide on, the forces are constant and the motion is exact. Else a period has
+        `FINE` pieces: a speed that would change its sign in one of them stays at zero
+        then, or goes on from zero, in what is left of it.
         """
-        f, (P, n, m) = len(rows), B.shape
-        flows = self.flows(A, np.concatenate([B, -pull], axis=2), 1 / FINE)
-        Phi, push, stop = np.split(flows, [n, n + m], axis=3)
-        drive = (push[:, self.which] @ self.u[:, :, None])[..., 0]
-        slows = -np.einsum("jn,plnj->plj", rows, stop)  # of each speed, by its force
-        x, path = np.zeros((P, n)), np.zeros((P, len(self.u), n, 1))
+        B, parts = np.concatenate([B, -pull], axis=2), [B.shape[1], self.u.shape[1]]
+        whole = self._pieces(A, B, parts, 1)
+        fine = self._pieces(A, B, parts, FINE)
+        slows = -np.einsum("jn,plnj->plj", rows, fine[2])  # of each speed, by its force
+        x, path = np.zeros(A.shape[:2]), np.zeros((len(A), len(self.u), len(A[0]), 1))
         for k, at in enumerate(self.which):
-            path[:, k, :, 0] = x
+            path[:, k, :, 0], speeds = x, x @ rows.T
+            Phi, drive, stop = whole[0][:, at], whole[1][:, k], whole[2][:, at]
+            rub = np.sign(speeds) * forces
+            slid = (Phi @ x[..., None] + stop @ rub[..., None])[..., 0] + drive
+            if (speeds * (slid @ rows.T) > 0).all():
+                x = slid
+                continue
+            Phi, drive, stop = fine[0][:, at], fine[1][:, k], fine[2][:, at]
             for _ in range(FINE):
-                before, x = x, (Phi[:, at] @ x[..., None])[..., 0] + drive[:, k]
-                for j in range(f):
-                    share = _held(before @ rows[j], x @ rows[j],
-                                  forces[:, j] * slows[:, at, j])  # fmt: skip
-                    x = x + (share * forces[:, j])[:, None] * stop[:, at, :, j]
+                before, x = x, (Phi @ x[..., None])[..., 0] + drive
+                for j, row in enumerate(rows):
+                    share = _held(before @ row, x @ row, forces[:, j] * slows[:, at, j])
+                    x = x + (share * forces[:, j])[:, None] * stop[..., j]
         return path
+
+    def _pieces(self, A, B, parts, count):
+        """Of one of ``count`` pieces of a period: flows, pushes and rubs (see `rubbed`,
+        ``parts``: how many states and inputs).
+        """
+        Phi, push, stop = np.split(self.flows(A, B, 1 / count), np.cumsum(parts), 3)
+        return Phi, (push[:, self.which] @ self.u[:, :, None])[..., 0], stop
 
 
 def _held(before, free, most):
