@@ -1,5 +1,7 @@
 """What every element with sliders owes its readers, checked in a browser."""
 
+from sosbook.book.elements.page import whole as with_scripts
+
 #: The system's colours, the page's own theme, and whether it is dark then.
 SCHEMES = (
     ("light", None, False),
@@ -10,12 +12,17 @@ SCHEMES = (
 
 
 def write_page(path, *pieces):
-    """Write a page with elements and what stands between them; the path is returned."""
+    """Write a page with elements and what stands between them; the path is returned.
+
+    Their scripts come once, after all of them, unless they are among the pieces.
+    """
+    body = "".join(pieces)
+    if "data-script=" in body and 'class="sos-shared"' not in body:
+        body = with_scripts(body)
     path.write_text(
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width">'
-        '<link rel="icon" href="data:,"><title>t</title></head><body>'
-        + "".join(pieces),
+        '<link rel="icon" href="data:,"><title>t</title></head><body>' + body,
         "utf8",
     )
     return path
@@ -23,7 +30,7 @@ def write_page(path, *pieces):
 
 def two_of(element, folder):
     """Write a page with an element twice, as a chapter may have two of a kind."""
-    return write_page(folder / "page.html", element.html, "<p>and</p>", element.html)
+    return write_page(folder / "page.html", element.light, "<p>and</p>", element.light)
 
 
 def first(tab, tag):

@@ -19,13 +19,17 @@ from sosbook.book.elements.answers import asked_of
 from sosbook.proofs.command import main, read_plant_file
 from sosbook.synthesis.proofs import DesignRefusal
 from tests.compiler import find, refuse
-from tests.elements import middle, write_page
+from tests.elements import middle, points, still, write_page
 from tests.processes import process
 
 READY = """() => { const e = document.querySelector("sos-bench");
   return e?.answer && e.answer.digest === e.digest; }"""
 PROVEN = """() => { const {answer: a, digest} = document.querySelector("sos-bench");
   return a?.digest === digest && (a.proof || a.status !== "feasible"); }"""
+#: An answer comes late: what is shown is written anew.
+LATE = """() => { const e = document.querySelector("sos-bench");
+  if (e.answer) e.accept(e.answer);
+  else e.settle(); }"""
 BOXES = {
     "x0": "u_max",
     "Q": "cost",
@@ -714,6 +718,37 @@ def test_numbers_are_typed_in_an_engineer_s_words(tab):
     page.mouse.up()
     assert float(number(tab, "u_max").input_value()) == pytest.approx(2.7)
     page.wait_for_function(READY)
+
+
+def test_the_ruler_takes_every_number_and_no_answer_puts_it_back(tab):
+    """Of the plant and of the step as well; a swipe gives it back."""
+    page = tab.page
+    page.locator("[data-key=example]").select_option("1")
+    page.locator("[data-wanted=u_max]").check()
+    page.wait_for_function(READY)
+    ruler = page.locator(".sos-ruler input")
+    for key in ("J2/1", "step", "sigma"):
+        number(tab, key).focus()
+        seen = [number(tab, key).input_value()]
+        box = still(ruler)
+        for where, part in (("down", 0.55), ("move", 0.6), ("up", 0.6)):
+            page.mouse.move(*points(ruler, part)[0])
+            if where != "move":
+                getattr(page.mouse, where)()
+            page.evaluate(LATE)
+            seen.append(number(tab, key).input_value())
+        assert seen[0] != seen[1] != seen[2] == seen[3], (key, seen)
+        number(tab, key).press("Tab")
+        assert number(tab, key).input_value() == seen[3]
+        assert still(ruler) == box
+        number(tab, key).fill("4.321")
+        number(tab, key).press("Tab")
+        number(tab, key).focus()
+        ruler.dispatch_event("pointerdown")
+        ruler.evaluate("x => { x.value = 3; x.dispatchEvent(new Event('input')); }")
+        assert number(tab, key).input_value() != "4.321"
+        ruler.dispatch_event("pointercancel")
+        assert number(tab, key).input_value() == "4.321"
 
 
 def test_no_click_is_lost_after_typing(tab):

@@ -18,6 +18,7 @@ from nbformat.sign import NotebookNotary
 
 import sosbook as sos
 from sosbook.book import thesis
+from sosbook.book.elements.page import whole
 from sosbook.book.notebooks import BOOK
 from tests.cases import by_turns
 from tests.elements import middle, step, still
@@ -67,7 +68,7 @@ def lab(tmp_path_factory):
     for name, cells in notebooks.items():
         made = [nbformat.v4.new_code_cell(c) for c in cells]
         if name == "stranger":
-            shown = {"text/html": FIRST["sos-delay"]}
+            shown = {"text/html": whole(FIRST["sos-delay"])}
             made[0].outputs = [
                 nbformat.v4.new_output("execute_result", shown, execution_count=1)
             ]
@@ -77,7 +78,7 @@ def lab(tmp_path_factory):
         )
     (folder / "shelf").mkdir()
     for tag, text in FIRST.items():
-        (folder / "shelf" / f"{tag}.html").write_text(text, "utf8")
+        (folder / "shelf" / f"{tag}.html").write_text(whole(text), "utf8")
     if (chapter := BOOK / CHAPTER).exists():
         notebook = nbformat.read(chapter, as_version=4)
         nbformat.write(notebook, folder / CHAPTER)

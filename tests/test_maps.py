@@ -288,9 +288,9 @@ def atlas(force):
 def sheet(atlas, tmp_path_factory):
     return write_page(
         tmp_path_factory.mktemp("page") / "map.html",
-        atlas.html,
+        atlas.light,
         "<p>between</p>",
-        atlas.html,
+        atlas.light,
     )
 
 

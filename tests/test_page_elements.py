@@ -2,10 +2,11 @@
 
 import json
 import re
+from functools import cache
 
 import pytest
 
-from sosbook.book.elements.page import PageElement, whole
+from sosbook.book.elements.page import PageElement
 from sosbook.book.notebooks import BOOK
 from tests import layout
 from tests.cases import by_turns, later
@@ -17,18 +18,23 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def stored():
-    """(chapter, HTML) of every element that the book shows, with all that it needs."""
+def _stored():
     for path in sorted(BOOK.glob("*.ipynb")):
         for cell in json.loads(path.read_text("utf8"))["cells"]:
             for output in cell.get("outputs", ()):
                 text = "".join(output.get("data", {}).get("text/html", ""))
                 if text.startswith("<sos-"):
-                    yield path.stem, whole(text)
+                    yield path.stem, text
+
+
+@cache
+def stored():
+    """(chapter, HTML) of the elements that the book shows, without their scripts."""
+    return [*_stored()]
 
 
 #: The first element of each kind, by its tag.
-FIRST = {re.match(r"<(sos-\w+)", text)[1]: text for _, text in reversed([*stored()])}
+FIRST = {re.match(r"<(sos-\w+)", text)[1]: text for _, text in reversed(stored())}
 TAGS = sorted(FIRST)
 
 
@@ -98,7 +104,7 @@ def shelf(browser, sheet):
     context = browser.new_context(reduced_motion="reduce", has_touch=True)
     page, errors = context.new_page(), []
     page.on("pageerror", lambda e: errors.append(str(e)))
-    page.goto(sheet.as_uri())
+    page.goto(sheet.as_uri(), timeout=120_000)  # dozens of elements start
     yield page
     assert errors == []
     context.close()
@@ -125,10 +131,37 @@ def test_every_number_by_key_mouse_and_finger(alone, tag):
         assert number.get_attribute("aria-valuetext").startswith(number.input_value())
     ruler = alone.locator(f"{tag} .sos-ruler input")
     assert alone.locator(f"{tag} .sos-ruler label").inner_text() == name
-    at = points(ruler, 0.2, 0.9)
+    at = points(ruler, 0.2, 0.9)  # where it stays, whatever is said above it
     clicked = [alone.mouse.click(*point) or number.input_value() for point in at]
     tapped = [alone.touchscreen.tap(*point) or number.input_value() for point in at]
     assert clicked[0] != clicked[1] and tapped == clicked
+
+
+#: {width: tops of the ruler} as each number takes its shortest and its longest text.
+TOPS = """([tag, widths]) => {
+  const e = document.querySelector(tag), ruler = e.find("ruler"), tops = {};
+  const input = ruler.querySelector("input");
+  for (const {dataset: {slot}} of e.querySelectorAll(".sos-num"))
+    for (const part of [0, 0.4, 0.5, 1]) {
+      e.find(`num[data-slot="${slot}"]`).focus();
+      input.value = Number(input.min) + part * (input.max - input.min);
+      input.dispatchEvent(new Event("input"));
+      for (const width of widths) {
+        e.style.width = `${width}px`;
+        const far = ruler.getBoundingClientRect().top - e.getBoundingClientRect().top;
+        (tops[width] ??= []).push(far);
+      }
+    }
+  e.style.width = "";
+  return Object.values(tops).map(list => Math.max(...list) - Math.min(...list)); }"""
+
+
+@pytest.mark.parametrize("tag", ["sos-bench", "sos-wish"])
+def test_a_ruler_stays_where_it_is_pressed(alone, tag):
+    """Whatever the number and the verdict, no second click falls beside it."""
+    alone.locator(f"{tag} .sos-reset").click()
+    widths = [1264, *range(1200, 300, -70)]
+    assert set(alone.evaluate(TOPS, [tag, widths])) == {0}
 
 
 def test_every_element_has_a_task_and_its_answer():

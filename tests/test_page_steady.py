@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from sosbook.book.elements.page import whole
 from sosbook.book.notebooks import BOOK
 from tests.test_page_elements import TAGS, first_and_all
 
@@ -25,7 +26,7 @@ Worker = class extends Worker {
 };
 const release = () => { const all = held; held = null; all.forEach(send => send()); };
 </script>"""
-#: Over a sweep of every control {y of the foot: where it was seen there first}, and
+#: Over a sweep of every control {y of foot and ruler: where they were there first}, and
 #: [request, answer] of what was solved: what is known already isn't solved again.
 SWEEP = """async ([tag, count, known]) => {
   const e = document.querySelector(tag), foot = document.querySelector("#foot");
@@ -45,7 +46,10 @@ SWEEP = """async ([tag, count, known]) => {
     if (answer) answers.set(text, answer);
     return answer;
   };
-  const note = where => { seen[foot.getBoundingClientRect().top + scrollY] ??= where; };
+  const note = where => {
+    const tops = [foot, e.find("ruler")].map(x => x?.getBoundingClientRect().top);
+    seen[tops.map(top => top + scrollY)] ??= where;
+  };
   note("empty");
   release();
   if (e.solve) await until(solved);
@@ -105,7 +109,7 @@ def test_nothing_below_moves_while_a_control_does(visit, tmp_path, text, places)
             '<meta name="viewport" content="width=device-width">'
             '<link rel="icon" href="data:,">'
             f"<style>body {{margin: 16px; width: {column}px; visibility: hidden}}"
-            f'</style>{HELD}{text}<p id="foot">foot',
+            f'</style>{HELD}{whole(text)}<p id="foot">foot',
             "utf8",
         )
         tab = visit(sheet, width=window)

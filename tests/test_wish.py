@@ -13,6 +13,7 @@ from sosbook.__main__ import main
 from sosbook.analysis.linear import hinf_norm, peak_input
 from sosbook.book import thesis
 from sosbook.book.elements.explorer import design_explorer
+from sosbook.book.elements.page import whole
 from sosbook.book.notebooks import BOOK
 from sosbook.plants.response import simulate
 from sosbook.synthesis.proofs import DesignProof
@@ -331,8 +332,8 @@ def test_a_page_without_a_script_has_a_still_of_it(visit, browser, tmp_path, ste
     """Its sentence, its verdict and its pictures are those of the script."""
     sys.path.append(str(BOOK / "_ext"))
     pages = import_module("elements")
-    text = next(
-        x for name, x in stored() if name == stem and x.startswith(pages.WISHES)
+    text = whole(
+        next(x for name, x in stored() if name == stem and x.startswith(pages.WISHES))
     )
     (still,) = pages.stills(pages.WHOLE.match(text)[0])
     rest = text[text.index("<style") :]

@@ -198,7 +198,7 @@ class Bench extends Searched {
     }
   }
 
-  rebuild(note = "") {
+  rebuild(note = "", middles = undefined) {
     const {wanted} = this, fault = this.find("fault");
     this.view.querySelectorAll("[data-box]").forEach(field => { field.hidden = !wanted[field.dataset.box]; });
     this.complete();
@@ -217,7 +217,7 @@ class Bench extends Searched {
     this.built = this.typed;
     this.find("inner").innerHTML = this.body();
     this.wrong = {};
-    this.begin();
+    this.begin(middles);
     for (const key in this.bounds)
       if (key in this.own) this.bounds[key] = this.own[key];
     this.draw(null);
@@ -291,7 +291,7 @@ class Bench extends Searched {
     const name = slot.includes("/") ? "ranges" : slot, [parameter, end] = slot.split("/");
     if (name === "step") {
       this.jump = x;
-      return this.rebuild();
+      return this.rebuild("", this.middles);
     }
     const text = name !== "ranges"
       ? String(x)
@@ -301,7 +301,7 @@ class Bench extends Searched {
           .join("\n");
     if (this.area(name).value === text) return;
     this.area(name).value = text;
-    this.rebuild();
+    this.rebuild("", this.middles);
   }
 
   // ------------------------------------------------------------- the truth

@@ -235,7 +235,8 @@ export class PageElement extends HTMLElement {
   copy(text) {
     const shown = this.find("more").firstChild;
     navigator.clipboard?.writeText(text).then(
-      () => shown.isConnected && shown.insertAdjacentHTML("beforebegin", "<p>Copied.</p>"), () => {});
+      () => shown.isConnected && this.find("more").insertAdjacentHTML("beforeend", "<p>Copied.</p>"),
+      () => {});
   }
 
   find(name) { return this.view.querySelector(`.sos-${name}`); }

@@ -3,7 +3,7 @@
 import {buttons, clamp, clean, complex, drag, escape, gaussian, number as decimal, PageElement, panel, panels, READOUT, tallest, uniform} from "./kit.js";
 import {mark, markAll, Plot, S_PLANE} from "./plot.js";
 import {cut, shownOf} from "./sentence.js";
-import {listen, markup, speak, typed} from "./spoken.js";
+import {listen, longest, markup, speak, typed} from "./spoken.js";
 
 const FEW = 3;     // poles that a plot's name tells
 const LOOKS = 25;  // at a ruler, before those by halves
@@ -127,8 +127,7 @@ export class Mover extends PageElement {
       const piece = {slot, clause: control, off: this.off(slot)};
       if (tick) return {...piece, choices: true, shown: x ? control.label : `(not ${control.label})`};
       if (names) return {...piece, choices: names, shown: names[x]};
-      const widest = Math.max(...some(control).map(k => shownOf({}, value(control, k)).length));
-      return [{...piece, shown: shownOf({}, x), widest}, ...(unit ? [{text: unit}] : [])];
+      return [{...piece, shown: shownOf({}, x)}, ...(unit ? [{text: unit}] : [])];
     });
   }
   get sentence() { return this.pieces.map(({text, shown}) => text ?? shown).join(""); }
@@ -142,6 +141,7 @@ export class Mover extends PageElement {
       high,
       at,
       value: go,
+      get widest() { return longest(some(control).map(go)); },
       stepped: (x, count) => go(at(x) + count),
       pulled: (x, far) => go(at(x) + far * high / WAY)
     };
@@ -206,9 +206,15 @@ export class Mover extends PageElement {
 
   // What is said here and at both ends of each control, in longer numbers.
   said() {
-    const said = [];
-    const at = this.elsewhere(
-      {tell: (_, words, html) => said.push([words, wide(html)]), find: () => document.createElement("div")});
+    const said = [], nothing = () => {};
+    const at = this.elsewhere({
+      tell: (_, words, html) => said.push([words, wide(html)]),
+      find: () => document.createElement("div"),
+      draw: nothing,
+      poleMap: nothing,
+      curves: nothing,
+      strips: nothing
+    });
     const ends = this.controls.flatMap(control => {
       const {key, names} = control, last = names ? names.length - 1 : steps(control);
       return [0, last].map(k => ({...this.place, [key]: names ? k : value(control, k)}));

@@ -5,6 +5,7 @@ import {shownOf} from "./sentence.js";
 
 const DRAG = 0.006, FAR = 4;   // of a number, for a pixel; pixels that are a drag
 const RULER = 100, WIDE = 30;  // steps of the ruler to either side, and how many times a number it reaches
+const PLACES = Array.from({length: 2 * RULER + 1}, (_, k) => k - RULER);
 const STEPS = {
   ArrowUp: 1,
   ArrowDown: -1,
@@ -32,19 +33,24 @@ function stepped(x, steps) {
   return next > 0 === x > 0 && next ? next : x / 10;
 }
 // Where a positive number lies on a ruler: by its logarithm, in steps to either side of where it stood
-// first, or of itself beyond the ends. An element's own ruler has the same four and `low` and `high`.
+// first, or of itself beyond the ends. Its longest text, `widest`, is the room that the number has, so
+// that no line of the sentence breaks elsewhere as it moves. An element's own ruler has the same seven.
 function free(form, slot, now) {
-  const far = Math.abs(Math.log(now / form.middles[slot]));
-  const start = form.middles[slot] = far < Math.log(WIDE) * 1.0001 ? form.middles[slot] : now;
+  const known = form.middles[slot], far = Math.abs(Math.log(now / known?.start));
+  const start = far < Math.log(WIDE) * 1.0001 ? known.start : now;
+  const value = at => tidy(start * WIDE ** (at / RULER));
+  if (start !== known?.start) form.middles[slot] = {start, widest: longest(PLACES.map(value))};
   return {
     low: -RULER,
     high: RULER,
     at: x => RULER * Math.log(x / start) / Math.log(WIDE),
-    value: at => tidy(start * WIDE ** (at / RULER)),
+    value,
+    widest: form.middles[slot].widest,
     stepped,
     pulled: (x, far) => tidy(x * Math.exp(DRAG * far))
   };
 }
+export const longest = values => Math.max(1, ...values.filter(isFinite).map(x => shownOf({}, x).length));
 const scaleOf = (form, slot, now) => form.scaleOf?.(slot) ?? free(form, slot, now);
 
 // A number of the sentence as its element knows it.
@@ -96,11 +102,14 @@ export function speak(form, force = false) {
   for (const input of numbers(form)) {
     const k = pieces.findIndex(({slot}) => slot === input.dataset.slot), {shown, clause} = pieces[k];
     const after = pieces[k + 1]?.text ?? "",
-          typing = input === document.activeElement && input.clause && !force;
+          typing = (input.held || (input === document.activeElement && input.clause)) && !force;
     const unit = units.find(unit => after.startsWith(` ${unit}`));
-    if (!typing)
-      Object.assign(input, {value: shown, clause: input === document.activeElement ? clause : undefined});
+    if (!typing) {
+      const taken = input === document.activeElement;
+      Object.assign(input, {value: shown, clause: taken ? clause : undefined, held: false});
+    }
     input.now = clause;
+    input.style.minWidth = `${scaleOf(form, input.dataset.slot, typed(input.value)).widest}ch`;
     input.style.setProperty("--n", String(Math.max(1, input.value.length)));
     input.setAttribute("aria-valuenow", String(typed(shown)));
     input.setAttribute("aria-valuetext", shown + (unit ? ` ${unit}` : AFTER.exec(after)?.[0] ?? ""));
@@ -119,16 +128,16 @@ export function speak(form, force = false) {
 const held = (line, active) => line.contains(active)
   ? {slot: active.dataset.bound ?? active.dataset.choice, text: active.value, clause: active.clause}
   : {};
-function control(form, {slot, clause, shown, choices, widest = 1}) {
+function control(form, {slot, clause, shown, choices}) {
   const {label} = clause, data = `data-choice="${slot}" ${QUIET}`;
   if (choices === true)
     return `<label class="sos-tick"><input type="checkbox" ${data}> ${escape(label)}</label>`;
   if (choices)
     return `<select class="sos-choice" aria-label="${escape(label)}" ${data}>${options(choices)}</select>`;
   if (!form.moves(keyOf(slot))) return `<strong>${escape(shown)}</strong>`;
-  return `<input type="text" inputmode="decimal" role="spinbutton" class="sos-num" style="min-width:${
-    widest}ch" data-slot="${slot}" data-bound="${keyOf(slot)}" aria-label="${
-    escape(LABELS[slot] ?? label)}" value="${escape(shown)}" ${QUIET}>`;
+  return `<input type="text" inputmode="decimal" role="spinbutton" class="sos-num" data-slot="${
+    slot}" data-bound="${keyOf(slot)}" aria-label="${escape(LABELS[slot] ?? label)}" value="${
+    escape(shown)}" ${QUIET}>`;
 }
 
 // The ruler lies at the number that was taken last: around where this stood first, or beyond its ends.
@@ -147,12 +156,13 @@ function measure(form) {
 }
 
 // ------------------------------------------------------------------ asked
-// What stands in a field is asked from now on; false if it is no such number.
+// What stands in a field is asked from now on; false if it is no such number. What waits for the hand
+// to leave is held: no answer that comes meanwhile puts the number back.
 function take(form, input, left) {
   const {dataset: {slot}, value: text} = input, x = form.meaning(slot, text, input.clause ?? input.now);
   if (isFinite(x)) {
     delete form.wrong[slot];
-    form.ask(slot, x, left);
+    input.held = form.ask(slot, x, left) === false;
     return true;
   }
   if (left) delete form.wrong[slot];
@@ -177,7 +187,7 @@ export function listen(form) {
   const {view} = form, num = target => target.matches?.(".sos-num") ? target : null;
   const ruler = form.find("ruler").querySelector("input");
   const bounds = input => input.dataset.bound in (form.bounds ?? {});
-  let drag = null, held;
+  let drag = null, begun = null;
   const move = (number, steps) => {
     const now = typed(number.value);
     if (isFinite(now)) write(form, number, scaleOf(form, number.dataset.slot, now).stepped(now, steps), true);
@@ -201,13 +211,22 @@ export function listen(form) {
     const {step} = target.dataset, number = field(form, form.taken);
     if (step && number) move(number, Number(step));
   });
-  // a swipe that scrolls the page gives the ruler back its value
-  ruler.addEventListener("pointerdown", () => { held = ruler.value; });
-  ruler.addEventListener("pointercancel", () => {
-    if (ruler.value === held) return;
-    ruler.value = held;
-    ruler.dispatchEvent(new Event("input"));
+  // a swipe that scrolls the page gives the number back, to its last digit and in its own words
+  const state = number => ({value: number.value, clause: number.clause ?? number.now});
+  const leave = (number, before, kind) => {
+    if (kind === "pointercancel") Object.assign(number, before);
+    changed(form, number, true);
+  };
+  ruler.addEventListener("pointerdown", () => {
+    const number = field(form, form.taken);
+    begun = number && state(number);
   });
+  for (const kind of ["pointerup", "pointercancel"])
+    ruler.addEventListener(kind, () => {
+      const number = field(form, form.taken);
+      if (number && begun && (number.held || number.value !== begun.value)) leave(number, begun, kind);
+      begun = null;
+    });
   view.addEventListener("change", ({target}) => {
     const number = target === ruler ? field(form, form.taken) : num(target);
     if (number) changed(form, number, true);
@@ -220,7 +239,7 @@ export function listen(form) {
     Object.assign(target, {before: target.value, clause: target.now});
   });
   view.addEventListener("focusout", ({target}) => {
-    if (!num(target)) return;
+    if (!num(target) || (begun && target.held)) return;  // the ruler has it now
     target.clause = undefined;
     target.inputMode = "decimal";
     speak(form, true);
@@ -240,7 +259,7 @@ export function listen(form) {
     const {target, clientX, button, pointerType} = event,
                                     from = num(target) && !button ? typed(target.value) : NaN;
     drag = isFinite(from) && isFinite(scaleOf(form, target.dataset.slot, from).at(from))
-      ? {slot: target.dataset.bound, clientX, from, on: false}
+      ? {slot: target.dataset.bound, clientX, from, on: false, before: state(target)}
       : null;
     // a finger's first touch opens the ruler, its second one the keyboard
     if (drag && pointerType === "touch")
@@ -261,7 +280,7 @@ export function listen(form) {
   for (const kind of ["pointerup", "pointercancel"])
     view.addEventListener(kind, () => {
       const input = drag?.on && field(form, drag.slot);
+      if (input) leave(input, drag.before, kind);
       drag = null;
-      if (input) changed(form, input, true);
     });
 }

@@ -38,6 +38,9 @@ const said = (key, value) => {
 };
 
 export class Wish extends DesignElement {
+  /** @type {any} */
+  middles;  // of the rulers of its numbers
+
   get buttons() {
     return [
       ["reset", "Reset"], ["link", "Link to this"], ["prove", "Prove it exactly"], ["python", "As Python"]
@@ -83,9 +86,9 @@ export class Wish extends DesignElement {
   }
 
   // A plant, and its bounds as they are at first.
-  begin() {
+  begin(middles = {}) {
     this.bounds = this.starts();
-    Object.assign(this, {answer: null, found: null, ghost: null, offers: null, middles: {}});
+    Object.assign(this, {answer: null, found: null, ghost: null, offers: null, middles});
     drag(this.find("map"), ({handle}) => {
       this.remember();
       return handle;
@@ -123,6 +126,7 @@ export class Wish extends DesignElement {
     const key = keyOf(slot);
     if (key in this.bounds) this.type(key, x);
     else if (left) this.fit(slot, x);
+    else return false;
   }
   fit(_slot, _x) {}
 
