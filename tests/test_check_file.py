@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import sosbook as sos
-from sosbook.book.elements.page import whole
+from sosbook.book.elements.bench import bench
 from sosbook.exact.checker import verdict
 from sosbook.exact.proof_file import spread
 from tests.asking import asking
@@ -45,7 +45,7 @@ def proof(name):
 @pytest.fixture
 def tab(visit, tmp_path):
     (block,) = re.findall(r"```\{raw\} html\n(.*?)```", PAGE.read_text("utf-8"), re.S)
-    tab = visit(write_page(tmp_path / "page.html", whole(block)))
+    tab = visit(write_page(tmp_path / "page.html", block))
     yield tab
     assert tab.errors == []
 
@@ -95,6 +95,26 @@ def test_a_reader_s_file_is_judged_in_plain_words(tab):
         assert f"odd{k}.json: odd. This is no proof file" in said(
             tab, f"odd{k}.json", text
         )
+
+
+@pytest.mark.parametrize("tag, place", [("check", "readout"), ("bench", "source")])
+def test_the_file_that_was_chosen_last_counts(visit, tmp_path, tag, place):
+    """Also where the one before is read later."""
+    text = re.findall(r"```\{raw\} html\n(.*?)```", PAGE.read_text("utf-8"), re.S)[0]
+    shown = {"check": text, "bench": bench().light}[tag]
+    tab = visit(write_page(tmp_path / "page.html", shown))
+    said = tab.page.evaluate(
+        """async ([tag, place]) => {
+      const e = document.querySelector(`sos-${tag}`), wait = ms =>
+        new Promise(done => setTimeout(done, ms));
+      const file = (name, ms) => Object.assign(new File(["{"], name), {
+        text: async () => { await wait(ms); return "{"; },
+        arrayBuffer: async () => { await wait(ms); return new ArrayBuffer(1); }});
+      await Promise.all([e.take([file("slow.json", 60)]), e.take([file("b.json", 1)])]);
+      return e.find(place).textContent; }""",
+        [tag, place],
+    )
+    assert said.startswith("b.json: ")
 
 
 @pytest.mark.parametrize("name", ASKED)

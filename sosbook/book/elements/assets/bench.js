@@ -32,6 +32,9 @@ const PAST = 200;   // settings that "Undo" goes back
 const matricesOf = texts => [..."MDSBF"].map(name => compact(texts[name] ?? "")).join("|");
 
 class Bench extends Searched {
+  /** @type {any} */
+  chosen;  // the last files
+
   get buttons() {
     const [, ...others] = super.buttons;
     return [
@@ -156,13 +159,16 @@ class Bench extends Searched {
   // Files in the place of an address: what they don't say is empty then.
   async take(files) {
     const names = [...files].map(({name}) => name).join(", "), source = this.find("source");
+    const mine = this.chosen = [...files];
     try {
-      const {fields, left, odd, words} = await read([...files]);
+      const {fields, left, odd, words} = await read(mine);
+      if (mine !== this.chosen) return;  // others were chosen meanwhile
       this.file = {texts: fields, words};
       this.open(fields);
       source.textContent =
         `Read from ${names}.${left && ` Without a field, and left out: ${left}.`}${odd ? ` But ${odd}` : ""}`;
     } catch (error) {
+      if (mine !== this.chosen) return;
       source.textContent = words(error, `${names}: `);
       source.classList.add("sos-wrong");
     }

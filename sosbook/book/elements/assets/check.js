@@ -16,6 +16,9 @@ const ELSEWHERE =
   "python checker FILE decides it with Python alone; python -m sosbook verify FILE decides all kinds.";
 
 class Check extends PageElement {
+  /** @type {any} */
+  chosen;  // the last file
+
   markup() {
     const id = `${this.name}-file`;
     return `<div class="sos-form"><label for="${id}">A proof file (.json), or drop it here</label>` +
@@ -34,8 +37,10 @@ class Check extends PageElement {
 
   async take([file]) {
     if (!file) return;
+    this.chosen = file;  // what was chosen before and is read late isn't said any more
     if (file.size > MOST) return this.say(file.name, {status: "odd", words: "It is too large for a page."});
-    this.say(file.name, judgedFile(await file.text()));
+    const text = await file.text();
+    if (this.chosen === file) this.say(file.name, judgedFile(text));
   }
 
   say(name, {status, words, about = [], claims = []}) {
